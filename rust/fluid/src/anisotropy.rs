@@ -1,12 +1,13 @@
-//! Anisotropic kernels (Yu, Turk 2013, Section 4): the covariance of the neighbours of a particle says along which axes its
-//! kernel is stretched, so that kernels are flat at the surface.
+//! Anisotropic kernels (Yu, Turk 2013, Section 4): the covariance of the neighbours of a particle says along which axes
+//! its kernel is stretched, so that kernels are flat at the surface.
 
 use crate::surface::Surface;
 
 /// The largest ratio of the axes of a kernel (Yu, Turk 2013, Equation 15).
 const RATIO: f64 = 4.0;
-/// The size of a kernel with few neighbours, and how many are few, with the particle itself. Yu and Turk say 25 within two
-/// support radii; here it is one support radius, in which there are an eighth as many, and three are always in a plane.
+/// The size of a kernel with few neighbours, and how many are few, with the particle itself. Yu and Turk say 25 within
+/// two support radii; here it is one support radius, in which there are an eighth as many, and three are always in a
+/// plane.
 const ALONE: f64 = 0.5;
 const FEW: usize = 6;
 /// What makes the kernel within a fluid that fills space a sphere of the support radius: the variance along an axis of
@@ -37,8 +38,8 @@ impl Kernel {
     }
 }
 
-/// The kernel of the particle at this place of the order of a surface of spheres, its centre moved by the share `centring`
-/// to the mean of its neighbours.
+/// The kernel of the particle at this place of the order of a surface of spheres, its centre moved by the share
+/// `centring` to the mean of its neighbours.
 pub(crate) fn kernel(surface: &Surface, at: usize, centring: f32, ranges: &[std::ops::Range<usize>]) -> Kernel {
     let own = surface.centre(at);
     let (mut count, mut weights, mut first, mut second) = (0, 0.0, [0.0; 3], [0.0; 6]);

@@ -1,10 +1,11 @@
-//! Which particles the surface of a fluid needs (Morgenroth, Weiskopf, Eberhardt, Section 4.3): those at the surface, blind
-//! ones below them, which keep a surface from showing where the rest was left out, and the rest.
+//! Which particles the surface of a fluid needs (Morgenroth, Weiskopf, Eberhardt 2013, Section 4.3): those at the
+//! surface, blind ones below them, which keep a surface from showing where the rest was left out, and the rest.
 //!
-//! A particle is at the surface if the surface passes nearer than a distance. It is blind if the surface is nearer than a
-//! threshold: by default the influence of particles, so that with surface and blind particles alone the function has the
-//! same values on all of the surface. Distances are to the surface itself, of cells of a quarter of the support radius,
-//! and not to particles at it, which lie below it by more or less. Hollows that are smaller than a cell are not seen.
+//! A particle is at the surface if the surface passes nearer than a distance. It is blind if the surface is nearer than
+//! a threshold: by default the influence of particles, so that with surface and blind particles alone the function has
+//! the same values on all of the surface. Distances are to the surface itself, of cells of a quarter of the support
+//! radius, and not to particles at it, which lie below it by more or less. Hollows that are smaller than a cell are not
+//! seen.
 
 use relievo_core::{Context, Error, Progress, Result};
 
@@ -48,8 +49,8 @@ impl Classes {
 
 /// Cells of a support radius.
 const CELLS: f32 = 4.0;
-/// The distance of particles at the surface from it, in support radii: of particles half a support radius apart the first
-/// layer is half of this away, the next one and a half.
+/// The distance of particles at the surface from it, in support radii: of particles half a support radius apart the
+/// first layer is half of this away, the next one and a half.
 const LAYER: f32 = 0.5;
 /// Particles of one task, and vertices that are looked at together.
 const PART: usize = 1024;
@@ -58,8 +59,8 @@ const LANES: usize = 16;
 /// What particles are for their surface. `positions` are those that the surface was made of; a particle is blind if the
 /// surface is nearer than `threshold`, in metres, which is [`Surface::influence`] where none is given.
 ///
-/// Fails if there are not as many positions as particles of the surface, if the threshold is negative or no number, where
-/// the surface cannot be found, see [`crate::mesh`], or where `progress` asks to stop.
+/// Fails if there are not as many positions as particles of the surface, if the threshold is negative or no number,
+/// where the surface cannot be found, see [`crate::mesh`], or where `progress` asks to stop.
 pub fn classify(
     context: &Context,
     positions: &[[f32; 3]],

@@ -1,8 +1,9 @@
-//! The surface in a block of cells: weights of particles added up at its corners, and triangles where values change sign.
+//! The surface in a block of cells: weights of particles added up at its corners, and triangles where values change
+//! sign.
 //!
 //! Neighbours share the corners between them, and each computes the same bits there: the particles that reach a corner
-//! are added in the same order, at the same coordinates, whichever block it is. An edge of cells belongs to the block that
-//! its first corner is in, on its lower sides; others name it by its block and code.
+//! are added in the same order, at the same coordinates, whichever block it is. An edge of cells belongs to the block
+//! that its first corner is in, on its lower sides; others name it by its block and code.
 
 use std::ops::Range;
 
@@ -249,8 +250,8 @@ fn splat_body<A: Lanes>(surface: &Surface, ranges: &[Range<usize>], block: &mut 
     });
 }
 
-/// Adds the particles of ranges to the corners, row by row, each from where the row enters its kernel to where it leaves
-/// it: with dx the step along x from its centre, s = xx dx² + b dx + c.
+/// Adds the particles of ranges to the corners, row by row, each from where the row enters its kernel to where it
+/// leaves it: with dx the step along x from its centre, s = xx dx² + b dx + c.
 #[inline(always)]
 fn splat_of<A: Lanes, W: Weight, const MEAN: bool, const SHAPES: bool>(
     surface: &Surface,

@@ -1,5 +1,5 @@
-//! The particles along a ray by the chords of their kernels, where s of a particle is a quadratic function of the distance
-//! along the ray: values there need no positions.
+//! The particles along a ray by the chords of their kernels, where s of a particle is a quadratic function of the
+//! distance along the ray: values there need no positions.
 
 use glam::Vec3;
 use relievo_core::dispatch_simd;

@@ -17,25 +17,25 @@ pub enum SurfaceFunction {
         /// How fast weights fall off, below 64.
         sharpness: f32,
     },
-    /// radius − |x − mean of the particles near x|, where weights of the mean are (1 − r² / support²)³ (Zhu, Bridson 2005,
-    /// Section 5, with one radius for all). A particle alone is a sphere of the radius. Where no particle is near it is
-    /// radius − support.
+    /// radius − |x − mean of the particles near x|, where weights of the mean are (1 − r² / support²)³ (Zhu, Bridson
+    /// 2005, Section 5, with one radius for all). A particle alone is a sphere of the radius. Where no particle is near
+    /// it is radius − support.
     ZhuBridson {
         /// The support radius.
         support: f32,
         /// The radius of a particle alone.
         radius: f32,
     },
-    /// Σ V W − iso with the cubic spline W, where V = 1 / Σ W at the particle is its volume: the share of the density at
-    /// rest. A particle alone is 1 in its middle.
+    /// Σ V W − iso with the cubic spline W, where V = 1 / Σ W at the particle is its volume: the share of the density
+    /// at rest. A particle alone is 1 in its middle.
     Density {
         /// The support radius.
         support: f32,
         /// The share at the surface, between 0 and 1.
         iso: f32,
     },
-    /// As [`Self::Density`], with kernels that are flat along the surface and centres moved to the mean of the neighbours
-    /// by the share `centring` (Yu, Turk 2013, Section 4).
+    /// As [`Self::Density`], with kernels that are flat along the surface and centres moved to the mean of the
+    /// neighbours by the share `centring` (Yu, Turk 2013, Section 4).
     Anisotropic {
         /// The support radius.
         support: f32,
@@ -62,8 +62,8 @@ impl SurfaceFunction {
         Self::Density { support: 4.0 * radius, iso: 0.6 }
     }
 
-    /// Anisotropic kernels of particles of a radius that lie two radii apart: support of 4 radii, iso value 0.6, centres
-    /// moved by 0.9.
+    /// Anisotropic kernels of particles of a radius that lie two radii apart: support of 4 radii, iso value 0.6,
+    /// centres moved by 0.9.
     pub fn anisotropic(radius: f32) -> Self {
         Self::Anisotropic { support: 4.0 * radius, iso: 0.6, centring: 0.9 }
     }

@@ -1,17 +1,17 @@
-//! A hierarchy of boxes: which of them a ray meets, and where it enters and leaves them.
+//! A hierarchy of boxes: which of them a ray meets, and where it enters them.
 
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 
 /// A box by its smallest and largest coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bounds {
-    pub low: Vec3,
-    pub high: Vec3,
+    pub low: Vec3A,
+    pub high: Vec3A,
 }
 
 impl Bounds {
     /// Of no points.
-    pub const NONE: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
+    pub const NONE: Self = Self { low: Vec3A::INFINITY, high: Vec3A::NEG_INFINITY };
 
     /// The box around this and another.
     pub fn with(self, other: Self) -> Self {
@@ -19,16 +19,16 @@ impl Bounds {
     }
 
     /// The stretch of a ray in the box, in lengths of its direction. It is empty where the first exceeds the second.
-    #[inline]
-    fn stretch(&self, origin: Vec3, inverse: Vec3) -> [f32; 2] {
+    #[inline(always)]
+    fn stretch(&self, origin: Vec3A, inverse: Vec3A) -> [f32; 2] {
         let (to_low, to_high) = ((self.low - origin) * inverse, (self.high - origin) * inverse);
-        let mut stretch = [f32::NEG_INFINITY, f32::INFINITY];
-        for (a, b) in to_low.to_array().into_iter().zip(to_high.to_array()) {
-            // On a side that the ray runs along one of them is no number, which min and max pass over.
-            stretch = [stretch[0].max(a.min(b)), stretch[1].min(a.max(b))];
-        }
-        stretch
+        [to_low.min(to_high).max_element(), to_low.max(to_high).min_element()]
     }
+}
+
+/// The inverse of a direction, finite where that is 0, so that a side that the ray runs along is no special case.
+fn inverse(direction: Vec3) -> Vec3A {
+    Vec3A::from(direction.to_array().map(|d| if d.abs() < 1e-20 { 1e20f32.copysign(d) } else { 1.0 / d }))
 }
 
 /// A node: of a leaf its number, else the place of the second child; the first one is the next node.
@@ -45,11 +45,10 @@ pub(crate) struct Hierarchy {
     nodes: Vec<Node>,
 }
 
-/// Where a ray is in a box.
+/// Where a ray enters a box.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stretch {
+pub(crate) struct Entry {
     pub enter: f32,
-    pub exit: f32,
     pub leaf: u32,
 }
 
@@ -86,11 +85,18 @@ impl Hierarchy {
         self.split(boxes, high);
     }
 
+    /// The stretch of a ray between two distances in the box around all; none if it misses that.
+    pub fn extent(&self, origin: Vec3, direction: Vec3, [near, far]: [f32; 2]) -> Option<[f32; 2]> {
+        let [enter, exit] = self.nodes.first()?.bounds.stretch(Vec3A::from(origin), inverse(direction));
+        let (enter, exit) = (enter.max(near), exit.min(far));
+        (enter <= exit).then_some([enter, exit])
+    }
+
     /// Lists the boxes that a ray meets between two distances, by where it enters them. Distances are in lengths of the
     /// direction.
-    pub fn meet(&self, origin: Vec3, direction: Vec3, [near, far]: [f32; 2], met: &mut Vec<Stretch>) {
+    pub fn meet(&self, origin: Vec3, direction: Vec3, [near, far]: [f32; 2], met: &mut Vec<Entry>) {
         met.clear();
-        let inverse = direction.recip();
+        let (origin, inverse) = (Vec3A::from(origin), inverse(direction));
         let mut open = [0u32; 64];
         let mut waiting = usize::from(!self.nodes.is_empty());
         while waiting > 0 {
@@ -103,7 +109,7 @@ impl Hierarchy {
                 continue;
             }
             if node.leaf {
-                met.push(Stretch { enter, exit, leaf: node.link });
+                met.push(Entry { enter, leaf: node.link });
             } else {
                 // Halves are equal, so there are at most 32 levels.
                 open[waiting] = node.link;
@@ -127,19 +133,29 @@ mod tests {
             corners in prop::collection::vec((prop::array::uniform3(-4i8..4), prop::array::uniform3(0i8..3)), 0..40),
             origin in prop::array::uniform3(-6i8..6), direction in prop::array::uniform3(-3i8..3),
         ) {
-            let vector = |numbers: [i8; 3]| Vec3::from(numbers.map(f32::from));
-            let (origin, direction) = (vector(origin) + Vec3::splat(0.01), vector(direction));
+            let vector = |numbers: [i8; 3]| Vec3A::from(numbers.map(f32::from));
+            let (origin, direction) = (Vec3::from(vector(origin)) + 0.01, Vec3::from(vector(direction)));
             prop_assume!(direction != Vec3::ZERO);
             let boxes: Vec<Bounds> =
                 corners.iter().map(|(low, size)| Bounds { low: vector(*low), high: vector(*low) + vector(*size) }).collect();
             let mut met = Vec::new();
             Hierarchy::new(&boxes).meet(origin, direction, [0.0, 10.0], &mut met);
             prop_assert!(met.windows(2).all(|pair| pair[0].enter <= pair[1].enter));
-            let mut found: Vec<u32> = met.iter().map(|stretch| stretch.leaf).collect();
+            let mut found: Vec<u32> = met.iter().map(|entry| entry.leaf).collect();
             found.sort_unstable();
             let expected: Vec<u32> = (0..boxes.len() as u32).filter(|at| {
-                let [enter, exit] = boxes[*at as usize].stretch(origin, direction.recip());
-                enter.max(0.0) <= exit.min(10.0)
+                // By the definition: for each axis the stretch between the sides.
+                let mut stretch = [0.0f32, 10.0];
+                for axis in 0..3 {
+                    let ends = [boxes[*at as usize].low, boxes[*at as usize].high].map(|end| end[axis] - origin[axis]);
+                    if direction[axis] != 0.0 {
+                        let ends = ends.map(|end| end / direction[axis]);
+                        stretch = [stretch[0].max(ends[0].min(ends[1])), stretch[1].min(ends[0].max(ends[1]))];
+                    } else if ends[0] > 0.0 || ends[1] < 0.0 {
+                        return false;
+                    }
+                }
+                stretch[0] <= stretch[1]
             }).collect();
             prop_assert_eq!(found, expected);
         }

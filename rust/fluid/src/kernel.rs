@@ -1,8 +1,8 @@
 //! Smoothing kernels of compact support in three dimensions. Their integrals are 1; what is beyond the support radius h
 //! does not count.
 //!
-//! Density, pressure and viscosity have kernels of their own (Müller, Charypar, Gross 2003, Section 3.5). The cubic spline
-//! (Monaghan 1992) is for solvers whose density and pressure must have the same one.
+//! Density, pressure and viscosity have kernels of their own (Müller, Charypar, Gross 2003, Section 3.5). The cubic
+//! spline (Monaghan 1992) is for solvers whose density and pressure must have the same one.
 
 use std::f32::consts::PI;
 

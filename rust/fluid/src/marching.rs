@@ -7,16 +7,16 @@
 //! - Segments of the six faces make loops, and loops are cut into triangles by diagonals that lie on no face, so that the
 //!   other cell has no such edge.
 //!
-//! Corner c of a cell is at (c & 1, c >> 1 & 1, c >> 2). Edges are numbered by axis: 4 · axis + the bits of the corner they
-//! start at along the two other axes, the lower axis first.
+//! Corner c of a cell is at (c & 1, c >> 1 & 1, c >> 2). Edges are numbered by axis: 4 · axis + the bits of the corner
+//! they start at along the two other axes, the lower axis first.
 
 /// Triangles of a cell at most.
 const MOST: usize = 5;
 /// Vertices of a loop at most.
 const LONGEST: usize = 12;
 
-/// The triangles of a set of corners that are inside, by the edges that their vertices lie on, counter-clockwise seen from
-/// outside.
+/// The triangles of a set of corners that are inside, by the edges that their vertices lie on, counter-clockwise seen
+/// from outside.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Case {
     count: u8,

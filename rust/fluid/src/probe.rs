@@ -196,8 +196,8 @@ fn total_of<A: Lanes, W: Weight>(surface: &Surface, weight: W, at: [f32; 3], ran
     lanes[..A::WIDTH].iter().sum::<f32>()
 }
 
-/// Sums of the particles of ranges, with those that a mean needs, for kernels that are spheres or have shapes. Leaves the
-/// weights; those of a range begin at a multiple of [`WIDEST`].
+/// Sums of the particles of ranges, with those that a mean needs, for kernels that are spheres or have shapes. Leaves
+/// the weights; those of a range begin at a multiple of [`WIDEST`].
 #[inline(always)]
 fn sum_of<A: Lanes, W: Weight, const MEAN: bool, const SHAPES: bool>(
     surface: &Surface,

@@ -1,6 +1,5 @@
-//! How the weight of a particle falls off, over s, the square of the distance divided by that of the support radius: from
-//! 1 at the particle (of Gaussians nearly) to 0 at s = 1. Vectors take both sides of a
-//! branch.
+//! How the weight of a particle falls off, over s, the square of the distance divided by that of the support radius:
+//! from 1 at the particle (of Gaussians nearly) to 0 at s = 1. Vectors take both sides of a branch.
 
 use relievo_core::dispatch_simd;
 use relievo_core::lanes::Lanes;

@@ -1,18 +1,23 @@
-//! Rays against the surface of a fluid itself, without a mesh (Morgenroth, Weiskopf, Eberhardt, Section 5): boxes of
-//! particles that a ray meets are sorted, the ray is marched through them, and where the sign changes the place is halved.
+//! Rays against the surface of a fluid itself, without a mesh (Morgenroth, Weiskopf, Eberhardt 2013, Section 5): boxes
+//! of particles that a ray meets are sorted, the ray is marched through them, and where the sign changes the place is
+//! halved.
 //!
-//! Boxes hold their particles from the opening of the shutter to its close, and each ray sees them where they are at its
-//! time. Hits where blind particles have most of the weight are dropped: there the surface is that of the layer that was
-//! kept and not of the fluid. Weights decide and not numbers of particles, of which wide supports see many from afar.
+//! Boxes hold their particles from the opening of the shutter to its close, and each ray sees them where they are at
+//! its time. Hits where blind particles have most of the weight are dropped: there the surface is that of the layer
+//! that was kept and not of the fluid. Weights decide and not numbers of particles, of which wide supports see many
+//! from afar.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec3A};
 use relievo_core::simd::Level;
 use relievo_core::{Context, Error, Result};
 
 use crate::chords::{Chord, Chords};
-use crate::hierarchy::{Bounds, Hierarchy, Stretch};
+use crate::hierarchy::{Bounds, Entry, Hierarchy};
 use crate::surface::Surface;
 
+/// The piece of a ray, in reaches, whose boxes are listed first; each one after it is twice as long. Most rays hit
+/// early.
+const PIECE: f32 = 4.0;
 /// Rays of one task.
 const PART: usize = 256;
 
@@ -83,10 +88,11 @@ pub struct RayCaster<'a> {
 }
 
 impl<'a> RayCaster<'a> {
-    /// Of a surface whose particles move, or not, and are blind, or not, both in the order of the positions it was made of.
+    /// Of a surface whose particles move, or not, and are blind, or not, both in the order of the positions it was made
+    /// of.
     ///
-    /// Fails if there are not as many velocities or flags as particles, none at all left aside, if a velocity or a time is
-    /// not finite, if the shutter closes before it opens, or if steps are out of range.
+    /// Fails if there are not as many velocities or flags as particles, none at all left aside, if a velocity or a time
+    /// is not finite, if the shutter closes before it opens, or if steps are out of range.
     pub fn new(
         context: &Context,
         surface: &'a Surface,
@@ -119,11 +125,11 @@ impl<'a> RayCaster<'a> {
         let blind = if blind.is_empty() { Vec::new() } else { order.iter().map(|at| blind[*at as usize]).collect() };
         let boxes = context.map(surface.rows.len(), |cell| {
             surface.rows.particles(cell).fold(Bounds::NONE, |bounds, at| {
-                let centre = Vec3::from(surface.centre(at));
-                let velocity = velocities.get(at).map_or(Vec3::ZERO, |velocity| Vec3::from(*velocity));
+                let centre = Vec3A::from(surface.centre(at));
+                let velocity = velocities.get(at).map_or(Vec3A::ZERO, |velocity| Vec3A::from(*velocity));
                 let ends = [centre + velocity * open, centre + velocity * close];
                 // More by what rounding of the coordinates may be.
-                let reach = Vec3::splat(1.001 * surface.reach) + 1e-6 * (ends[0].abs() + ends[1].abs());
+                let reach = Vec3A::splat(1.001 * surface.reach) + 1e-6 * (ends[0].abs() + ends[1].abs());
                 let swept = Bounds { low: ends[0].min(ends[1]) - reach, high: ends[0].max(ends[1]) + reach };
                 bounds.with(swept)
             })
@@ -167,13 +173,13 @@ impl<'a> RayCaster<'a> {
 #[derive(Clone, Debug)]
 pub struct Tracer<'a> {
     caster: &'a RayCaster<'a>,
-    met: Vec<Stretch>,
+    met: Vec<Entry>,
     chords: Chords,
 }
 
 impl Tracer<'_> {
-    /// The first place where a ray enters or leaves the fluid. A ray that is no number, has no direction or ends before it
-    /// starts meets nothing.
+    /// The first place where a ray enters or leaves the fluid. A ray that is no number, has no direction or ends before
+    /// it starts meets nothing.
     pub fn intersect(&mut self, ray: &Ray) -> Option<Hit> {
         let caster = self.caster;
         let (origin, direction) = (Vec3::from(ray.origin), Vec3::from(ray.direction).try_normalize()?);
@@ -182,19 +188,38 @@ impl Tracer<'_> {
             return None;
         }
         let time = ray.time.clamp(caster.shutter[0], caster.shutter[1]);
-        caster.hierarchy.meet(origin, direction, [near, ray.far], &mut self.met);
+        let [mut from, end] = caster.hierarchy.extent(origin, direction, [near, ray.far])?;
+        let (mut value, mut length) = (None, PIECE * caster.surface.reach);
+        while from < end {
+            let to = (from + length).max(from.next_up()).min(end);
+            caster.hierarchy.meet(origin, direction, [from, to], &mut self.met);
+            if let Some(hit) = self.march((origin, direction), time, [from, to], &mut value) {
+                return Some(hit);
+            }
+            (from, length) = (to, 2.0 * length);
+        }
+        None
+    }
+
+    /// Marches through a piece of a ray, whose boxes are listed; `value` is that at its beginning, and then at its end.
+    fn march(
+        &mut self,
+        (origin, direction): (Vec3, Vec3),
+        time: f32,
+        [mut from, last]: [f32; 2],
+        value: &mut Option<f32>,
+    ) -> Option<Hit> {
+        let caster = self.caster;
         self.chords.clear();
         let mut next = 0;
-        let first = self.met.first()?.enter;
-        let last = self.met.iter().fold(near, |last, stretch| last.max(stretch.exit));
-        let mut from = first;
         self.admit(&mut next, from, (origin, direction), time);
-        let mut value = self.chords.value(caster.level, caster.surface, direction, from);
+        let first = value.unwrap_or_else(|| self.chords.value(caster.level, caster.surface, direction, from));
+        let value = value.insert(first);
         while from < last {
-            if value <= 0.0 {
+            if *value <= 0.0 {
                 // Nothing counts before the next particle or box begins.
                 let particle = self.chords.next(from);
-                let space = self.met.get(next).map_or(f32::INFINITY, |stretch| stretch.enter);
+                let space = self.met.get(next).map_or(f32::INFINITY, |entry| entry.enter);
                 let skip = particle.min(space);
                 if skip > from {
                     if skip >= last {
@@ -211,14 +236,14 @@ impl Tracer<'_> {
             let to = (from + caster.step).max(from.next_up()).min(last);
             self.admit(&mut next, to, (origin, direction), time);
             let after = self.chords.value(caster.level, caster.surface, direction, to);
-            if (after > 0.0) != (value > 0.0) {
-                let distance = self.halve(direction, [from, to], value > 0.0);
+            if (after > 0.0) != (*value > 0.0) {
+                let distance = self.halve(direction, [from, to], *value > 0.0);
                 if let Some(hit) = self.shade((origin, direction), distance, after > 0.0) {
                     return Some(hit);
                 }
             }
             self.chords.forget(to);
-            (from, value) = (to, after);
+            (from, *value) = (to, after);
         }
         None
     }
@@ -227,8 +252,8 @@ impl Tracer<'_> {
     fn admit(&mut self, next: &mut usize, to: f32, (origin, direction): (Vec3, Vec3), time: f32) {
         let surface = self.caster.surface;
         let (origin, along) = (origin.as_dvec3(), direction.as_dvec3());
-        while let Some(stretch) = self.met.get(*next).filter(|stretch| stretch.enter <= to) {
-            for at in surface.rows.particles(stretch.leaf as usize) {
+        while let Some(entry) = self.met.get(*next).filter(|entry| entry.enter <= to) {
+            for at in surface.rows.particles(entry.leaf as usize) {
                 let d = self.caster.centre(at, time) - origin;
                 let (quadratic, middle, least, aside) = match &surface.shapes {
                     None => {

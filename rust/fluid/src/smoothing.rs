@@ -11,7 +11,8 @@ pub struct Smoothing {
     pub iterations: u32,
     /// How far a step goes towards the mean of the neighbours, 0 to 1.
     pub forwards: f32,
-    /// How far the step after it goes back, 0 to 1: a little more than forwards keeps the volume, 0 is Laplace's smoothing.
+    /// How far the step after it goes back, 0 to 1: a little more than forwards keeps the volume, 0 is Laplace's
+    /// smoothing.
     pub backwards: f32,
 }
 
@@ -24,11 +25,11 @@ impl Default for Smoothing {
 /// Vertices of one task.
 const PART: usize = 4096;
 
-/// Moves the points of a closed mesh of triangles, such as [`crate::mesh`] makes. Normals, if it has any, are then those of
-/// the triangles around a point, by their areas; other attributes stay.
+/// Moves the points of a closed mesh of triangles, such as [`crate::mesh`] makes. Normals, if it has any, are then
+/// those of the triangles around a point, by their areas; other attributes stay.
 ///
-/// Fails if a face is no triangle or a corner has no point, if a number is out of range, or where `progress` asks to stop;
-/// the mesh is then as it was.
+/// Fails if a face is no triangle or a corner has no point, if a number is out of range, or where `progress` asks to
+/// stop; the mesh is then as it was.
 pub fn smooth(context: &Context, mesh: &mut Mesh, smoothing: Smoothing, progress: &mut dyn Progress) -> Result<()> {
     let Smoothing { iterations, forwards, backwards } = smoothing;
     if iterations > 10_000 || !(0.0..=1.0).contains(&forwards) || !(0.0..=1.0).contains(&backwards) {

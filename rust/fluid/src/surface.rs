@@ -1,4 +1,5 @@
-//! The surface function of a set of particles, prepared for looking at places: sorted, with the kernels of all particles.
+//! The surface function of a set of particles, prepared for looking at places: sorted, with the kernels of all
+//! particles.
 
 use glam::Vec3;
 use relievo_core::{Context, Error, Result};
@@ -14,8 +15,8 @@ const MARGIN: f32 = 1.0001;
 /// Pairs of particles of the same cell at most.
 const MOST_PAIRS: u64 = 1 << 33;
 
-/// A function of particles, prepared: particles in the order of cells, with the amplitude and the shape of the kernel of
-/// each. Some 22 bytes a particle, 46 with anisotropic kernels.
+/// A function of particles, prepared: particles in the order of cells, with the amplitude and the shape of the kernel
+/// of each. Some 22 bytes a particle, 46 with anisotropic kernels.
 #[derive(Clone, Debug)]
 pub struct Surface {
     pub(crate) function: SurfaceFunction,
@@ -36,9 +37,9 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Of particles at these positions, in metres. Fails if a parameter is out of range, if a position is not finite, or if
-    /// there are 2³² particles or such as are more than a million support radii apart; of densities and anisotropic kernels,
-    /// if so many particles lie on each other that their pairs, cell by cell, are more than 2³³.
+    /// Of particles at these positions, in metres. Fails if a parameter is out of range, if a position is not finite,
+    /// or if there are 2³² particles or such as are more than a million support radii apart; of densities and
+    /// anisotropic kernels, if so many particles lie on each other that their pairs, cell by cell, are more than 2³³.
     pub fn new(context: &Context, positions: &[[f32; 3]], function: SurfaceFunction) -> Result<Self> {
         function.check()?;
         let mut surface = Self::spheres(context, positions, function)?;
@@ -155,8 +156,8 @@ impl Surface {
         self.function
     }
 
-    /// The distance from the centre of a kernel from which on it is 0, of all kernels the largest: the support radius, more
-    /// with anisotropic kernels.
+    /// The distance from the centre of a kernel from which on it is 0, of all kernels the largest: the support radius,
+    /// more with anisotropic kernels.
     pub fn reach(&self) -> f32 {
         self.reach
     }
