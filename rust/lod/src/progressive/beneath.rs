@@ -60,30 +60,43 @@ impl<'a> Beneath<'a> {
         self.there.iter().filter_map(moved).unzip()
     }
 
-    /// Nodes of the vertices of the level around one of them.
-    fn around(&self, vertex: u32) -> impl Iterator<Item = u32> {
+    /// The vertices of the finer mesh that one of the level has become.
+    fn finer(&self, vertex: u32) -> impl Iterator<Item = u32> {
         let end = self.there.first_from(vertex + 1).unwrap_or(u32::MAX);
         let mut next = Some(vertex);
-        let own = std::iter::from_fn(move || {
+        std::iter::from_fn(move || {
             let at = next.filter(|at| *at < end)?;
             next = self.mesh.there.first_from(at + 1);
             Some(at)
-        });
-        // Where triangles of the finer mesh go from one to another, those of the level do.
-        let others = own.flat_map(move |vertex| self.mesh.spokes(vertex).flatten());
-        let others = others.filter_map(move |other| self.there.last_up_to(other).filter(|other| *other != vertex));
-        others.map(move |other| self.node(other))
+        })
     }
 
-    /// Has all that is finer follow. Returns what its nodes had before.
-    fn follow(&self, context: &Context, moves: &mut Moves) -> Vec<Placed> {
+    /// The vertices of the level around one of them, some more than once.
+    fn around(&self, vertex: u32) -> impl Iterator<Item = u32> {
+        // Where triangles of the finer mesh go from one to another, those of the level do.
+        let others = self.finer(vertex).flat_map(move |vertex| self.mesh.spokes(vertex).flatten());
+        others.filter_map(move |other| self.there.last_up_to(other).filter(|other| *other != vertex))
+    }
+
+    /// Has all that is finer follow where some vertices of the level have moved. Returns what its nodes had before.
+    fn follow(&self, context: &Context, moves: &mut Moves, moved: &[u32]) -> Vec<Placed> {
         let whole = &*self.mesh.whole;
-        let finer = |_: &ActiveMesh, split: u32| {
-            (self.there.last_up_to(split) != Some(split)).then(|| (depth(whole, 2 * split), split))
-        };
+        // Vertices of the level whose splits follow, and those that have moved, or what is finer there.
+        let [seen, told] = [(); 2].map(|()| BitSet::new(whole.vertex_count()));
         let (mut waiting, mut replaced) = (Waiting::default(), Vec::new());
-        self.mesh.scan(context, finer).into_iter().for_each(|(depth, split)| waiting.add(depth, split));
-        for splits in waiting.0.into_iter().rev() {
+        let near = |moved: u32, waiting: &mut Waiting| {
+            if told.insert(moved) {
+                for vertex in self.around(moved).chain([moved]).filter(|vertex| seen.insert(*vertex)) {
+                    let splits = self.finer(vertex).skip(1);
+                    splits.for_each(|split| waiting.add(depth(whole, 2 * split), split));
+                }
+            }
+        };
+        moved.iter().for_each(|vertex| near(*vertex, &mut waiting));
+        let mut left = waiting.0.len();
+        while left > 0 {
+            left -= 1;
+            let splits = std::mem::take(&mut waiting.0[left]);
             let known = &*moves;
             let placed = context.map(splits.len().div_ceil(PART), |part| {
                 let splits = &splits[part * PART..splits.len().min((part + 1) * PART)];
@@ -92,7 +105,14 @@ impl<'a> Beneath<'a> {
                 following.placed
             });
             for (node, place) in placed.into_iter().flatten() {
-                replaced.push((node, moves.places.set(node, place)));
+                let before = moves.places.set(node, place);
+                replaced.push((node, before));
+                // What is deeper was made before anything near had moved.
+                if before != place
+                    && let Some(vertex) = self.there.last_up_to(self.mesh.first_leaf(node))
+                {
+                    near(vertex, &mut waiting);
+                }
             }
         }
         replaced
@@ -128,9 +148,11 @@ impl ActiveMesh {
         let (vertices, reached) = level.reached(moves.as_ref(), edit);
         check_reached(&reached)?;
         let moves = moves.get_or_insert_with(|| Moves::new(self.whole.vertex_count()));
+        let level = &level;
+        let around = |index: usize| level.around(vertices[index]).map(move |vertex| level.node(vertex));
         let replaced = context.within(|| {
-            let mut replaced = moves.edit(context, self, &reached, |index| level.around(vertices[index]));
-            replaced.places.extend(level.follow(context, moves));
+            let mut replaced = moves.edit(context, self, &reached, around);
+            replaced.places.extend(level.follow(context, moves, &vertices));
             replaced
         });
         Ok(Some((reached.len(), replaced)))

@@ -126,7 +126,27 @@ fn a_pose_is_the_edit_at_its_time_and_leaves_nothing_behind() {
             assert!(apart(&posed, &other.extract()) < 1e-6 && apart(&posed, &rest) > 0.05);
         }
         assert_eq!((active.pose(&context, &moving, 0.0).unwrap(), active.edits()), (0, [0, 0]));
-        assert!(active.extract() == rest);
+        // On top of an edit that stays.
+        let (mut other, level) = (ActiveMesh::new(&mesh), Cut::of_faces(&mesh, 1500));
+        let region = Region { center: [1.2, 0.3, 0.2], radius: 0.4, falloff: Falloff::Smooth };
+        let handle = Handle { region, translation: [0.0, 0.1, 0.2], axis: [0.0, 0.0, 1.0], angle: 0.2 };
+        for mesh in [&mut active, &mut other] {
+            mesh.adapt(&context, level);
+            mesh.edit(&context, &Edit { handles: vec![handle], anchors: Vec::new() }).unwrap();
+            mesh.adapt(&context, Cut::FINEST);
+        }
+        let edited = active.extract();
+        assert!(active.pose(&context, &moving, 1.7).unwrap() > 10);
+        if let Front::Cut(cut) = &front {
+            other.adapt(&context, *cut);
+            other.edit(&context, &moving[0].1.at(1.7).unwrap()).unwrap();
+            other.adapt(&context, Cut::FINEST);
+            assert!(apart(&active.extract(), &other.extract()) < 1e-5);
+        }
+        active.rest(&context);
+        assert!(active.extract() == edited && active.undo(&context) && active.extract() == rest);
+        active = ActiveMesh::new(&mesh);
+        active.adapt(&context, Cut::FINEST);
     }
     // Settled it is the pose; an edit is of the mesh at rest.
     active.pose(&context, &[(Front::Cut(Cut::FINEST), side())], 2.0).unwrap();

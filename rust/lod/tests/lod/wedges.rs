@@ -6,7 +6,7 @@ use std::sync::Arc;
 use proptest::prelude::*;
 use relievo_core::progress::Silent;
 use relievo_core::{Attribute, Context, ContextOptions, Domain, Falloff, Mesh, Values};
-use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit, Extract, Handle, Region};
+use relievo_lod::progressive::{ActiveMesh, Arrival, BuildOptions, Cut, Edit, Extract, Handle, Region};
 use relievo_lod::{AttributeOptions, Progressive, SimplifyOptions, Welded, simplify_mesh, weld};
 use relievo_testing::Random;
 
@@ -335,7 +335,12 @@ fn files_that_lie_with_the_right_sums_are_refused_or_harmless() {
             file.extend(head.into_iter().flat_map(u32::to_le_bytes).chain(packed));
         }
         let context = Context::new(&ContextOptions { threads: 1, memory_limit: 1 << 26 }).unwrap();
-        let Ok(mesh) = Progressive::read(&context, &mut file.as_slice(), usize::MAX).map(Arc::new) else {
+        let read = Progressive::read(&context, &mut file.as_slice(), usize::MAX).map(Arc::new);
+        // Piece by piece as at once.
+        let mut arrival = Arrival::new(&context);
+        let is_taken = file.chunks(999).all(|piece| arrival.push(&context, piece).is_ok());
+        assert_eq!(is_taken && arrival.is_complete(), read.is_ok());
+        let Ok(mesh) = read else {
             refused += 1;
             continue;
         };
