@@ -19,8 +19,8 @@ struct Relay {
 }
 
 impl Relay {
-    /// Whether all that was told was answered by a wish to go on.
-    fn is_wanted(mut self) -> bool {
+    /// Waits for all answers. Returns whether they were wishes to go on.
+    fn wait(&mut self) -> bool {
         (0..std::mem::take(&mut self.open)).all(|_| self.answers.recv().unwrap_or(false))
     }
 }
@@ -59,7 +59,7 @@ pub fn watched<T: Send>(
             context.within(|| {
                 let mut relay = Relay { told, answers, open: 0 };
                 let made = work(&mut relay)?;
-                if relay.is_wanted() { Ok(made) } else { Err(cancelled()) }
+                if relay.wait() { Ok(made) } else { Err(cancelled()) }
             })
         };
         let working = thread::Builder::new().spawn_scoped(scope, there).map_err(|error| {
