@@ -99,6 +99,13 @@ pub trait Lanes: Arithmetic {
     fn mask(self, value: Self::M) -> u32;
     /// The entries of a table at the indices, the last where they exceed it. Panics if it is empty.
     fn gather(self, table: &[u32], index: Self::I) -> Self::I;
+    /// The four numbers of the rows that the first indices of a slice name, a vector a column. Panics if there are fewer
+    /// indices than lanes, or one is out of range.
+    fn gather_rows(self, table: &[[f32; 4]], indices: &[u32]) -> [Self::F; 4];
+    /// The square root.
+    fn sqrt(self, value: Self::F) -> Self::F;
+    /// The sum of all lanes.
+    fn sum(self, value: Self::F) -> f32;
     /// Half floats as numbers.
     fn widen(self, from: &[f16]) -> Self::F;
     /// The nearest half floats, ties to the even one.
@@ -319,6 +326,21 @@ impl Lanes for Baseline {
     }
 
     #[inline(always)]
+    fn gather_rows(self, table: &[[f32; 4]], indices: &[u32]) -> [Self::F; 4] {
+        table[indices[0] as usize]
+    }
+
+    #[inline(always)]
+    fn sqrt(self, value: Self::F) -> Self::F {
+        value.sqrt()
+    }
+
+    #[inline(always)]
+    fn sum(self, value: Self::F) -> f32 {
+        value
+    }
+
+    #[inline(always)]
     fn widen(self, from: &[f16]) -> Self::F {
         from[0].to_f32()
     }
@@ -383,6 +405,42 @@ mod tests {
             let expected: [f32; 16] = std::array::from_fn(|i| (i as f32).max(1.0).log2().floor());
             assert_eq!(steps, expected, "{name}");
         }
+    }
+
+    #[inline(always)]
+    fn rows_body<A: Lanes>(table: &[[f32; 4]], indices: &[u32; 16], out: &mut [[f32; 16]; 5]) {
+        // SAFETY: defined by `dispatch_simd!`.
+        #[allow(unsafe_code)]
+        let v = unsafe { A::assume() };
+        for at in (0..16).step_by(A::WIDTH) {
+            let rows = v.gather_rows(table, &indices[at..]);
+            (0..4).for_each(|k| v.store(rows[k], &mut out[k][at..]));
+            out[4][0] += v.sum(v.sqrt(rows[3]));
+        }
+    }
+
+    dispatch_simd! { fn rows = rows_body(table: &[[f32; 4]], indices: &[u32; 16], out: &mut [[f32; 16]; 5]) }
+
+    #[test]
+    fn rows_are_gathered_by_columns_at_every_level() {
+        let table: Vec<[f32; 4]> = (0..40).map(|i| [i, i + 100, i + 200, i * i].map(|n| n as f32)).collect();
+        let indices: [u32; 16] = std::array::from_fn(|i| (i as u32 * 7 + 39) % 40);
+        for (level, name) in Level::NAMES {
+            let mut out = [[0.0; 16]; 5];
+            rows(level, &table, &indices, &mut out);
+            for (lane, index) in indices.iter().enumerate() {
+                assert_eq!(std::array::from_fn::<_, 4, _>(|k| out[k][lane]), table[*index as usize], "{name}");
+            }
+            assert_eq!(out[4][0], indices.iter().sum::<u32>() as f32, "{name}");
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "out of")]
+    fn rows_out_of_range_are_not_read() {
+        let mut indices = [0; 16];
+        indices[9] = 3;
+        rows(Level::best(), &[[0.0; 4]; 3], &indices, &mut [[0.0; 16]; 5]);
     }
 
     #[test]

@@ -18,6 +18,35 @@ macro_rules! intrinsics {
     };
 }
 
+/// Four numbers of the row that an index in range names.
+macro_rules! row {
+    ($table:ident, $indices:ident, $lane:expr) => {
+        _mm_loadu_ps($table.as_ptr().add($indices[$lane] as usize).cast())
+    };
+}
+
+/// The rows of a lane and of that four after it. Not a function: those that closures call are not compiled for the level.
+macro_rules! two {
+    ($table:ident, $indices:ident, $lane:expr) => {
+        intrinsics!({
+            let first = _mm256_castps128_ps256(row!($table, $indices, $lane));
+            _mm256_insertf128_ps::<1>(first, row!($table, $indices, $lane + 4))
+        })
+    };
+}
+
+/// The rows of a lane and of every fourth after it.
+macro_rules! four {
+    ($table:ident, $indices:ident, $lane:expr) => {
+        intrinsics!({
+            let first = _mm512_castps128_ps512(row!($table, $indices, $lane));
+            let second = _mm512_insertf32x4::<1>(first, row!($table, $indices, $lane + 4));
+            let third = _mm512_insertf32x4::<2>(second, row!($table, $indices, $lane + 8));
+            _mm512_insertf32x4::<3>(third, row!($table, $indices, $lane + 12))
+        })
+    };
+}
+
 impl Lanes for Avx2 {
     const WIDTH: usize = 8;
     type F = __m256;
@@ -210,6 +239,41 @@ impl Lanes for Avx2 {
         intrinsics!({
             let index = _mm256_min_epu32(index, _mm256_set1_epi32(last));
             _mm256_i32gather_epi32::<4>(table.as_ptr().cast(), index)
+        })
+    }
+
+    #[inline(always)]
+    fn gather_rows(self, table: &[[f32; 4]], indices: &[u32]) -> [Self::F; 4] {
+        let indices = &indices[..Self::WIDTH];
+        let last = table.len().wrapping_sub(1).min(i32::MAX as usize) as u32;
+        let greatest = indices.iter().fold(0, |greatest, index| greatest.max(*index));
+        assert!(!table.is_empty() && greatest <= last, "a row to gather is out of range");
+        // Four rows are transposed in each half: the columns of the lower half are those of rows 0 to 3.
+        let [a, b, c, d] =
+            [two!(table, indices, 0), two!(table, indices, 1), two!(table, indices, 2), two!(table, indices, 3)];
+        intrinsics!({
+            let (ab_low, ab_high) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+            let (cd_low, cd_high) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+            [
+                _mm256_shuffle_ps::<0x44>(ab_low, cd_low),
+                _mm256_shuffle_ps::<0xee>(ab_low, cd_low),
+                _mm256_shuffle_ps::<0x44>(ab_high, cd_high),
+                _mm256_shuffle_ps::<0xee>(ab_high, cd_high),
+            ]
+        })
+    }
+
+    #[inline(always)]
+    fn sqrt(self, value: Self::F) -> Self::F {
+        intrinsics!(_mm256_sqrt_ps(value))
+    }
+
+    #[inline(always)]
+    fn sum(self, value: Self::F) -> f32 {
+        intrinsics!({
+            let four = _mm_add_ps(_mm256_castps256_ps128(value), _mm256_extractf128_ps::<1>(value));
+            let two = _mm_add_ps(four, _mm_movehl_ps(four, four));
+            _mm_cvtss_f32(_mm_add_ss(two, _mm_shuffle_ps::<1>(two, two)))
         })
     }
 
@@ -419,6 +483,38 @@ impl Lanes for Avx512 {
             let index = _mm512_min_epu32(index, _mm512_set1_epi32(last));
             _mm512_i32gather_epi32::<4>(index, table.as_ptr().cast())
         })
+    }
+
+    #[inline(always)]
+    fn gather_rows(self, table: &[[f32; 4]], indices: &[u32]) -> [Self::F; 4] {
+        let indices = &indices[..Self::WIDTH];
+        let last = table.len().wrapping_sub(1).min(i32::MAX as usize) as i32;
+        let greatest =
+            intrinsics!(_mm512_cmpgt_epu32_mask(_mm512_loadu_si512(indices.as_ptr().cast()), _mm512_set1_epi32(last)));
+        assert!(!table.is_empty() && greatest == 0, "a row to gather is out of range");
+        // Four rows are transposed in each quarter: the columns of the first are those of rows 0 to 3.
+        let [a, b, c, d] =
+            [four!(table, indices, 0), four!(table, indices, 1), four!(table, indices, 2), four!(table, indices, 3)];
+        intrinsics!({
+            let (ab_low, ab_high) = (_mm512_unpacklo_ps(a, b), _mm512_unpackhi_ps(a, b));
+            let (cd_low, cd_high) = (_mm512_unpacklo_ps(c, d), _mm512_unpackhi_ps(c, d));
+            [
+                _mm512_shuffle_ps::<0x44>(ab_low, cd_low),
+                _mm512_shuffle_ps::<0xee>(ab_low, cd_low),
+                _mm512_shuffle_ps::<0x44>(ab_high, cd_high),
+                _mm512_shuffle_ps::<0xee>(ab_high, cd_high),
+            ]
+        })
+    }
+
+    #[inline(always)]
+    fn sqrt(self, value: Self::F) -> Self::F {
+        intrinsics!(_mm512_sqrt_ps(value))
+    }
+
+    #[inline(always)]
+    fn sum(self, value: Self::F) -> f32 {
+        intrinsics!(_mm512_reduce_add_ps(value))
     }
 
     #[inline(always)]

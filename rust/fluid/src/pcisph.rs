@@ -1,0 +1,131 @@
+//! Pressure by prediction and correction (Solenthaler, Pajarola 2009): particles are moved as they would be without it, the
+//! densities there tell pressures, and so on until nothing is too dense.
+//!
+//! Two things differ. A step begins with the pressures of the one before. And a particle's pressure follows its own
+//! surroundings, not those of a full lattice alone: beside walls and in crowds it would be too much, and not converge.
+
+use glam::Vec4;
+use relievo_core::lanes::Lanes;
+use relievo_core::{Context, dispatch_simd};
+
+use crate::constants::{Constants, KernelLanes};
+use crate::neighbours::{Neighbours, PART};
+use crate::pairs::{Rows, Vectors, around};
+use crate::prepare::Found;
+
+/// The share of an excess of density that a correction takes away if no neighbour changes its pressure. All do, so a lattice
+/// is corrected by up to 2.4 times as much; beyond 2 in all, corrections would grow.
+const RELAXATION: f32 = 0.5;
+
+/// What corrections read.
+pub struct Correction<'a> {
+    pub constants: Constants,
+    pub near: &'a Neighbours,
+    pub walls: &'a Neighbours,
+    pub found: &'a [Found],
+    /// Velocities after all accelerations but those by pressure.
+    pub velocities: &'a [Vec4],
+    /// s
+    pub step: f32,
+}
+
+/// How much denser than at rest a fluid is, as a share of that.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Excess {
+    /// Of the particle where it is most.
+    pub most: f32,
+    /// In the mean; particles that are less dense count as 0.
+    pub mean: f32,
+}
+
+/// Moves the particles by the pressures that they have, the fourth numbers of `places`.
+pub fn predict(context: &Context, correction: &Correction, places: Rows, predicted: &mut [Vec4]) {
+    let mut parts: Vec<_> = predicted.chunks_mut(PART).collect();
+    context.for_each_mut(&mut parts, |part, predicted| {
+        predict_part(context.level(), correction, places, part, predicted);
+    });
+}
+
+/// Corrects pressures by the densities at predicted places, and says how much too high these are.
+pub fn correct(context: &Context, correction: &Correction, predicted: Rows, places: &mut [Vec4]) -> Excess {
+    let count = places.len().max(1) as f32;
+    let mut parts: Vec<_> = places.chunks_mut(PART).map(|places| (places, Excess::default())).collect();
+    context.for_each_mut(&mut parts, |part, (places, excess)| {
+        *excess = correct_part(context.level(), correction, predicted, part, places);
+    });
+    let all = parts.iter().fold(Excess::default(), |all, (_, part)| all.and(part));
+    Excess { mean: all.mean / count, ..all }
+}
+
+impl Excess {
+    /// Of both; what is not a number is more than anything.
+    #[inline(always)]
+    fn and(self, other: &Self) -> Self {
+        let is_more = other.most > self.most || other.most.is_nan();
+        Self { most: if is_more { other.most } else { self.most }, mean: self.mean + other.mean }
+    }
+}
+
+#[inline(always)]
+fn predict_body<A: Lanes>(correction: &Correction, places: Rows, part: usize, predicted: &mut [Vec4]) {
+    // SAFETY: defined by `dispatch_simd!`.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
+    let Constants { mass, density, .. } = correction.constants;
+    let [near, walls] = [&correction.near.parts()[part], &correction.walls.parts()[part]];
+    for (particle, predicted) in predicted.iter_mut().enumerate() {
+        let number = part * PART + particle;
+        let own = places.fluid[number];
+        let pressure = v.splat(own.w);
+        let [mut push, mut back] = [Vectors::zero(v); 2];
+        around(v, near, particle, places.fluid, own, |from, other, at| {
+            push = push.plus(v, v.mul(v.load(&near.slopes[at..]), v.add(pressure, other)), from);
+        });
+        around(v, walls, particle, places.walls, own, |from, mass, at| {
+            back = back.plus(v, v.mul(v.load(&walls.slopes[at..]), mass), from);
+        });
+        let acceleration = (mass * push.sum(v) + own.w * back.sum(v)) / -(density * density);
+        *predicted = own + correction.step * (correction.velocities[number] + correction.step * acceleration);
+    }
+}
+
+dispatch_simd! {
+    fn predict_part = predict_body(correction: &Correction, places: Rows<'_>, part: usize, predicted: &mut [Vec4])
+}
+
+#[inline(always)]
+fn correct_body<A: Lanes>(correction: &Correction, predicted: Rows, part: usize, places: &mut [Vec4]) -> Excess {
+    // SAFETY: defined by `dispatch_simd!`.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
+    let Constants { mass, density, kernels, wall, diagonal, .. } = correction.constants;
+    let smoothing = KernelLanes::new(v, &correction.constants);
+    let stiffness = RELAXATION * (density / correction.step) * (density / correction.step);
+    let [near, walls] = [&correction.near.parts()[part], &correction.walls.parts()[part]];
+    let mut excess = Excess::default();
+    for (particle, place) in places.iter_mut().enumerate() {
+        let number = part * PART + particle;
+        let own = predicted.fluid[number];
+        let [mut sum, mut beside] = [v.splat(0.0); 2];
+        around(v, near, particle, predicted.fluid, own, |from, _, _| {
+            sum = v.add(sum, smoothing.density(from.dot(v, from)));
+        });
+        around(v, walls, particle, predicted.walls, own, |from, mass, _| {
+            beside = v.fused(mass, smoothing.wall(v.sqrt(from.dot(v, from))), beside);
+        });
+        let over = kernels.density * mass * (1.0 + v.sum(sum)) + wall * v.sum(beside) - density;
+        place.w = (place.w + stiffness / correction.found[number].diagonal.max(diagonal) * over).max(0.0);
+        let share = if over > 0.0 || over.is_nan() { over / density } else { 0.0 };
+        excess = excess.and(&Excess { most: share, mean: share });
+    }
+    excess
+}
+
+dispatch_simd! {
+    fn correct_part = correct_body(
+        correction: &Correction,
+        predicted: Rows<'_>,
+        part: usize,
+        places: &mut [Vec4],
+    ) -> Excess
+}

@@ -1,0 +1,338 @@
+//! A fluid of particles, and its steps.
+
+use glam::{Vec3, Vec4, Vec4Swizzles};
+use relievo_core::{Context, Error, Result};
+
+use crate::cells::Cells;
+use crate::constants::Constants;
+use crate::neighbours::{NOWHERE, Neighbours};
+use crate::pairs::Rows;
+use crate::pcisph::{Correction, Excess, correct, predict};
+use crate::prepare::{Begin, Found, prepare};
+use crate::wall::Wall;
+use crate::{FluidOptions, TimeStep};
+
+/// The share of a step's pressures that the next begins with (Ihmsen et al. 2014, Section 3): with all of them they lag
+/// behind, do work on what expands, and a fluid at rest boils.
+const CARRIED: f32 = 0.5;
+/// Corrections beyond the least ones from which on steps become shorter, and below which they become longer.
+const CORRECTIONS: [u32; 2] = [9, 3];
+/// The part of h² / ν that a step may last, by which viscosity takes a share of a difference of velocities.
+const VISCOUS: f32 = 0.1;
+/// By how much they do.
+const SHORTER: f32 = 0.85;
+const LONGER: f32 = 1.1;
+/// The share of the Courant step below which a step that does not converge is an error.
+const SHORTEST: f32 = 1e-4;
+/// Particles at most: numbers of what is beside them must fit too.
+const MOST: usize = 1 << 30;
+
+/// What a step did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepStatistics {
+    /// How long it was, in seconds.
+    pub seconds: f32,
+    /// Corrections of pressures.
+    pub corrections: u32,
+    /// How much denser than at rest the fluid is.
+    pub excess: Excess,
+}
+
+/// A fluid of particles. They are along a curve through space, in another order after every step; numbers tell which is
+/// which.
+pub struct Fluid {
+    options: FluidOptions,
+    constants: Constants,
+    /// Places with pressures, and velocities, each with a row after the last particle.
+    places: Vec<Vec4>,
+    velocities: Vec<Vec4>,
+    /// What hosts add.
+    pushes: Vec<Vec4>,
+    numbers: Vec<u32>,
+    wall: Wall,
+    /// What a step works with.
+    predicted: Vec<Vec4>,
+    advected: Vec<Vec4>,
+    accelerations: Vec<Vec4>,
+    found: Vec<Found>,
+    cells: Cells,
+    near: Neighbours,
+    near_walls: Neighbours,
+    /// The largest acceleration of the step before, and the share of the Courant step that is taken.
+    pulled: f32,
+    share: f32,
+}
+
+impl Fluid {
+    /// A fluid without particles and walls. Fails if an option is out of range.
+    pub fn new(options: FluidOptions) -> Result<Self> {
+        options.check()?;
+        Ok(Self {
+            constants: Constants::new(&options),
+            places: vec![NOWHERE],
+            velocities: vec![Vec4::ZERO],
+            pushes: Vec::new(),
+            numbers: Vec::new(),
+            wall: Wall::default(),
+            predicted: Vec::new(),
+            advected: Vec::new(),
+            accelerations: Vec::new(),
+            found: Vec::new(),
+            cells: Cells::default(),
+            near: Neighbours::default(),
+            near_walls: Neighbours::default(),
+            pulled: options.gravity.length(),
+            share: 1.0,
+            options,
+        })
+    }
+
+    /// How many particles there are.
+    pub fn len(&self) -> usize {
+        self.numbers.len()
+    }
+
+    /// Whether there are no particles.
+    pub fn is_empty(&self) -> bool {
+        self.numbers.is_empty()
+    }
+
+    /// The mass of a particle, in kg.
+    pub fn mass(&self) -> f32 {
+        self.constants.mass
+    }
+
+    /// The number of each particle, in the order in which they were added.
+    pub fn numbers(&self) -> &[u32] {
+        &self.numbers
+    }
+
+    /// The pressure of each particle in Pa: what it adds to the virial of the forces (Clausius 1870) over its volume. The
+    /// numbers by which forces are found differ from it where neighbours are in disorder.
+    pub fn pressures(&self) -> impl ExactSizeIterator<Item = f32> {
+        self.places().iter().zip(&self.found).map(|(place, found)| place.w * found.virial)
+    }
+
+    /// Places in metres; the fourth numbers are what a step begins with.
+    pub fn places(&self) -> &[Vec4] {
+        &self.places[..self.len()]
+    }
+
+    /// Velocities in m/s; their fourth numbers are 0.
+    pub fn velocities(&self) -> &[Vec4] {
+        &self.velocities[..self.len()]
+    }
+
+    /// Adds particles at places in metres, with a velocity in m/s. Fails if a number is not finite, or there are more than
+    /// 2³⁰ particles.
+    pub fn add(&mut self, places: &[Vec3], velocity: Vec3) -> Result<()> {
+        if !velocity.is_finite() || places.iter().any(|place| !place.is_finite()) {
+            return Err(Error::invalid("a place or velocity of a particle is not finite"));
+        }
+        if self.len() + places.len() > MOST {
+            return Err(Error::memory("a fluid has at most 2³⁰ particles").advise("take a larger spacing"));
+        }
+        self.places.pop();
+        self.velocities.pop();
+        let first = self.len() as u32;
+        self.numbers.extend(first..first + places.len() as u32);
+        self.places.extend(places.iter().map(|place| place.extend(0.0)).chain([NOWHERE]));
+        self.velocities.resize(self.places.len() - 1, velocity.extend(0.0));
+        self.velocities.push(Vec4::ZERO);
+        self.pushes.resize(self.len(), Vec4::ZERO);
+        Ok(())
+    }
+
+    /// Takes particles at these places as walls, instead of those that were. Fails if a place is not finite, or more
+    /// particles are near one than can be told apart.
+    pub fn set_walls(&mut self, context: &Context, places: &[Vec3]) -> Result<()> {
+        self.wall = Wall::new(context, &self.constants, places)?;
+        Ok(())
+    }
+
+    /// Has each particle accelerated by so much, in m/s² and the order of [`Self::numbers`], beside all else, from now on.
+    /// Fails if there are not as many as particles, or a number is not finite.
+    pub fn accelerate(&mut self, accelerations: &[Vec3]) -> Result<()> {
+        if accelerations.len() != self.len() {
+            let (given, count) = (accelerations.len(), self.len());
+            return Err(Error::invalid(format!("{given} accelerations are given for {count} particles")));
+        }
+        if accelerations.iter().any(|acceleration| !acceleration.is_finite()) {
+            return Err(Error::invalid("an acceleration is not finite"));
+        }
+        self.pushes.iter_mut().zip(accelerations).for_each(|(push, given)| *push = given.extend(0.0));
+        Ok(())
+    }
+
+    /// The sum of mass times velocity, in kg m/s.
+    pub fn momentum(&self) -> Vec3 {
+        let sum: glam::DVec3 = self.velocities().iter().map(|velocity| velocity.xyz().as_dvec3()).sum();
+        (sum * f64::from(self.constants.mass)).as_vec3()
+    }
+
+    /// The energy of all motion, in J.
+    pub fn kinetic_energy(&self) -> f32 {
+        let sum: f64 = self.velocities().iter().map(|velocity| f64::from(velocity.length_squared())).sum();
+        (0.5 * sum * f64::from(self.constants.mass)) as f32
+    }
+
+    /// Simulates so many seconds in as many steps as it takes, and calls `watch` after each.
+    pub fn advance(
+        &mut self,
+        context: &Context,
+        seconds: f32,
+        mut watch: impl FnMut(&mut Self, &StepStatistics) -> Result<()>,
+    ) -> Result<()> {
+        let mut left = seconds;
+        while left > 1e-6 * seconds {
+            let step = self.time_step().min(left);
+            // Two steps of the same length rather than a whole one and what is left of it.
+            let step = if step < left && 2.0 * step > left { 0.5 * left } else { step };
+            let done = self.step(context, step)?;
+            left -= done.seconds;
+            watch(self, &done)?;
+        }
+        Ok(())
+    }
+
+    /// How long the next step should be, in seconds.
+    pub fn time_step(&self) -> f32 {
+        match self.options.time_step {
+            TimeStep::Fixed(step) => step,
+            TimeStep::Courant { number, most } => {
+                let reach = number * self.options.spacing;
+                let square = self.velocities().iter().map(|velocity| velocity.length_squared()).fold(0.0, f32::max);
+                let (speed, pull) = (square.sqrt(), self.pulled);
+                // The time in which reach = speed t + pull t² / 2.
+                let step = 2.0 * reach / (speed + (speed * speed + 2.0 * pull * reach).sqrt()).max(f32::MIN_POSITIVE);
+                let Constants { kernels, viscosity, friction, .. } = self.constants;
+                let viscous =
+                    VISCOUS * kernels.support * kernels.support / viscosity.max(friction).max(f32::MIN_POSITIVE);
+                self.share * step.min(most).min(viscous)
+            }
+        }
+    }
+
+    /// Makes a step of so many seconds, or a shorter one where pressures do not converge. Fails if they do not at all, or
+    /// particles are where none can be; nothing has moved then.
+    pub fn step(&mut self, context: &Context, seconds: f32) -> Result<StepStatistics> {
+        if self.is_empty() || seconds <= 0.0 {
+            return Ok(StepStatistics { seconds: seconds.max(0.0), ..StepStatistics::default() });
+        }
+        self.look_around(context)?;
+        let is_fixed = matches!(self.options.time_step, TimeStep::Fixed(_));
+        let shortest = SHORTEST * seconds;
+        let mut done = self.press(context, seconds);
+        let mut corrections = done.corrections;
+        while !self.is_enough(&done.excess) && !is_fixed && done.seconds > shortest {
+            // Pressures that did not converge are no better than none.
+            self.places.iter_mut().for_each(|place| place.w = 0.0);
+            self.share *= 0.5;
+            done = self.press(context, 0.5 * done.seconds);
+            corrections += done.corrections;
+        }
+        let is_finite = self.predicted.iter().all(|place| place.is_finite());
+        if !is_finite || !(is_fixed || self.is_enough(&done.excess)) {
+            self.places.iter_mut().for_each(|place| place.w = 0.0);
+            return Err(Error::invalid("pressures do not converge")
+                .at(format!("a step of {} s", done.seconds))
+                .advise("take shorter steps, and see whether particles begin in each other or in walls"));
+        }
+        let more = corrections - self.options.corrections[0].min(corrections);
+        if more > CORRECTIONS[0] {
+            self.share *= SHORTER;
+        } else if more < CORRECTIONS[1] {
+            self.share = (self.share * LONGER).min(1.0);
+        }
+        self.arrive(done.seconds);
+        Ok(StepStatistics { corrections, ..done })
+    }
+
+    /// Finds neighbours, densities and the accelerations that need no pressure.
+    fn look_around(&mut self, context: &Context) -> Result<()> {
+        let count = self.len();
+        let support = self.constants.kernels.support;
+        self.cells.fill(context, support, &self.places[..count])?;
+        self.sort(context);
+        let places = &self.places[..count];
+        self.near.find(context, places, (&self.places, &self.cells), support, true)?;
+        self.near_walls.find(context, places, (&self.wall.places, &self.wall.cells), support, false)?;
+        self.found.resize(count, Found::default());
+        self.accelerations.resize(count, Vec4::ZERO);
+        let begin = Begin {
+            constants: self.constants,
+            places: Rows { fluid: &self.places, walls: &self.wall.places },
+            velocities: Rows { fluid: &self.velocities, walls: &self.wall.velocities },
+        };
+        prepare(context, &begin, [&mut self.near, &mut self.near_walls], &mut self.found, &mut self.accelerations);
+        Ok(())
+    }
+
+    /// Finds the pressures by which the fluid is not too dense after so many seconds, and where its particles are then.
+    fn press(&mut self, context: &Context, seconds: f32) -> StepStatistics {
+        let count = self.len();
+        let gravity = self.options.gravity.extend(0.0);
+        let pulled = self.velocities.iter().zip(&self.accelerations).zip(&self.pushes);
+        self.advected.clear();
+        self.advected.extend(pulled.map(|((velocity, pull), push)| *velocity + seconds * (*pull + *push + gravity)));
+        let correction = Correction {
+            constants: self.constants,
+            near: &self.near,
+            walls: &self.near_walls,
+            found: &self.found,
+            velocities: &self.advected,
+            step: seconds,
+        };
+        let walls = &self.wall.places;
+        self.places.iter_mut().for_each(|place| place.w *= CARRIED);
+        self.predicted.clone_from(&self.places);
+        let mut done = StepStatistics { seconds, ..StepStatistics::default() };
+        let [least, most] = self.options.corrections;
+        loop {
+            let rows = Rows { fluid: &self.places, walls };
+            predict(context, &correction, rows, &mut self.predicted[..count]);
+            let rows = Rows { fluid: &self.predicted, walls };
+            done.excess = correct(context, &correction, rows, &mut self.places[..count]);
+            done.corrections += 1;
+            if done.corrections >= if self.is_enough(&done.excess) { least } else { most } {
+                return done;
+            }
+        }
+    }
+
+    fn is_enough(&self, excess: &Excess) -> bool {
+        excess.most <= self.options.excess.most && excess.mean <= self.options.excess.mean
+    }
+
+    /// Takes the particles to where they were predicted to be, with the pressures that they have now.
+    fn arrive(&mut self, seconds: f32) {
+        let mut pulled = 0.0f32;
+        let predicted = self.predicted.iter().take(self.numbers.len());
+        for ((place, velocity), predicted) in self.places.iter_mut().zip(&mut self.velocities).zip(predicted) {
+            let new = ((predicted.xyz() - place.xyz()) / seconds).extend(0.0);
+            pulled = pulled.max((new - *velocity).length_squared());
+            *velocity = new;
+            *place = predicted.xyz().extend(place.w);
+        }
+        self.pulled = pulled.sqrt() / seconds;
+    }
+
+    /// Puts particles into the order of the cells.
+    fn sort(&mut self, context: &Context) {
+        let order: Vec<u32> = self.cells.order().collect();
+        let moved = |from: &[Vec4]| {
+            let mut to = Vec::with_capacity(order.len() + 1);
+            context.map_into(order.len(), &mut to, |place| from[order[place] as usize]);
+            to
+        };
+        self.places = moved(&self.places);
+        self.velocities = moved(&self.velocities);
+        self.pushes = moved(&self.pushes);
+        self.places.push(NOWHERE);
+        self.velocities.push(Vec4::ZERO);
+        self.numbers = order.iter().map(|number| self.numbers[*number as usize]).collect();
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,209 @@
+use super::*;
+use crate::{KernelSet, basin, block};
+
+/// A number in 0..1 that follows from two.
+fn noise(number: u32, kind: u32) -> f32 {
+    let mixed = (number ^ kind.wrapping_mul(0x85eb_ca77)).wrapping_mul(0x9e37_79b1);
+    ((mixed ^ mixed >> 15).wrapping_mul(0xc2b2_ae3d) >> 8) as f32 / (1 << 24) as f32
+}
+
+/// A fluid in disorder beside walls.
+fn disorder(kernels: KernelSet) -> Fluid {
+    let options =
+        FluidOptions { spacing: 0.1, kernels, cohesion: 0.01, gravity: Vec3::ZERO, ..FluidOptions::default() };
+    let mut fluid = Fluid::new(FluidOptions { viscosity: 0.02, friction: 0.03, ..options }).unwrap();
+    let places: Vec<Vec3> = (0..300).map(|n| Vec3::from([0, 1, 2].map(|kind| 0.6 * noise(n, kind)))).collect();
+    fluid.add(&places, Vec3::ZERO).unwrap();
+    fluid.set_walls(&Context::serial(), &basin(Vec3::ZERO, Vec3::splat(0.6), 0.1).unwrap()).unwrap();
+    for number in 0..300 {
+        let velocity = Vec3::from([3, 4, 5].map(|kind| noise(number, kind) - 0.5));
+        fluid.velocities[number as usize] = velocity.extend(0.0);
+        fluid.places[number as usize].w = 300.0 * noise(number, 6);
+    }
+    fluid
+}
+
+#[test]
+fn densities_and_accelerations_are_the_sums_over_all_pairs() {
+    for set in [KernelSet::Wendland, KernelSet::Mueller] {
+        let (mut fluid, context) = (disorder(set), Context::serial());
+        fluid.look_around(&context).unwrap();
+        let (places, velocities) = (fluid.places().to_vec(), fluid.velocities().to_vec());
+        let step = 1e-3;
+        let begin = fluid.places.clone();
+        fluid.options.corrections = [1, 1];
+        fluid.press(&context, step);
+        let constants = fluid.constants;
+        let Constants { kernels, mass, density, .. } = constants;
+        for (number, (place, velocity)) in places.iter().zip(&velocities).enumerate() {
+            let (mut sum, mut push) = (mass * kernels.density(0.0), Vec3::ZERO);
+            for (other, moved) in places.iter().zip(&velocities).filter(|(other, _)| *other != place) {
+                let from = (*place - *other).xyz();
+                let r = from.length();
+                sum += mass * kernels.density(r);
+                push -= mass / (density * density) * CARRIED * (place.w + other.w) * kernels.pressure_slope(r) * from;
+                push += constants.viscosity * mass / density * kernels.viscosity(r) * (*moved - *velocity).xyz();
+                push -= constants.cohesion * mass * kernels.density(r) * from;
+            }
+            for other in &fluid.wall.places[..fluid.wall.places.len() - 1] {
+                let from = place.xyz() - other.xyz();
+                let left = (1.0 - from.length() / kernels.support).max(0.0);
+                sum += other.w * constants.wall * left.powi(7);
+                let slope = -7.0 * constants.wall / kernels.support * left.powi(6) / from.length();
+                push -= other.w / (density * density) * CARRIED * place.w * slope * from;
+                push -= constants.friction * other.w / density * kernels.viscosity(from.length()) * velocity.xyz();
+            }
+            assert!((fluid.found[number].density / sum - 1.0).abs() < 1e-4, "{set:?} {number}");
+            let expected = begin[number].xyz() + step * (velocity.xyz() + step * push);
+            assert!(fluid.predicted[number].xyz().distance(expected) < 1e-6, "{set:?} {number}");
+        }
+    }
+}
+
+#[test]
+fn steps_do_not_depend_on_threads() {
+    let run = |threads| {
+        let context = Context::new(&relievo_core::ContextOptions { threads, memory_limit: 0 }).unwrap();
+        let mut fluid = Fluid::new(FluidOptions { spacing: 0.05, ..FluidOptions::default() }).unwrap();
+        fluid.add(&block(Vec3::ZERO, Vec3::new(0.6, 0.5, 0.8), 0.05).unwrap(), Vec3::ZERO).unwrap();
+        fluid.set_walls(&context, &basin(Vec3::ZERO, Vec3::new(1.5, 0.5, 1.0), 0.05).unwrap()).unwrap();
+        fluid.advance(&context, 0.1, |_, _| Ok(())).unwrap();
+        (fluid.places, fluid.velocities, fluid.numbers)
+    };
+    let one = run(1);
+    assert!(one == run(2) && one == run(5));
+}
+
+#[test]
+fn momentum_stays_where_there_are_no_walls_and_follows_what_hosts_add() {
+    let context = Context::serial();
+    let options = FluidOptions { spacing: 0.05, gravity: Vec3::ZERO, ..FluidOptions::default() };
+    let mut fluid = Fluid::new(options).unwrap();
+    let left = block(Vec3::ZERO, Vec3::new(0.5, 0.5, 0.5), 0.05).unwrap();
+    fluid.add(&left, Vec3::new(1.0, 0.0, 0.0)).unwrap();
+    fluid.add(&block(Vec3::new(0.55, 0.1, 0.1), Vec3::new(1.0, 0.6, 0.5), 0.05).unwrap(), Vec3::X * -1.5).unwrap();
+    let before = fluid.momentum();
+    let energy = fluid.kinetic_energy();
+    fluid.advance(&context, 0.2, |_, _| Ok(())).unwrap();
+    // Both blocks lose and gain about half of what they had.
+    let exchanged = 0.5 * fluid.mass() * left.len() as f32;
+    assert!(fluid.momentum().distance(before) < 1e-4 * exchanged, "{} {before}", fluid.momentum());
+    assert!(fluid.kinetic_energy() < 0.9 * energy);
+    let push = Vec3::new(0.0, 2.0, -1.0);
+    fluid.accelerate(&vec![push; fluid.len()]).unwrap();
+    let before = fluid.momentum();
+    fluid.advance(&context, 0.1, |_, _| Ok(())).unwrap();
+    let gained = 0.1 * push * fluid.mass() * fluid.len() as f32;
+    assert!(fluid.momentum().distance(before + gained) < 1e-4 * gained.length());
+}
+
+#[test]
+fn a_column_comes_to_rest_with_pressures_that_grow_by_its_weight() {
+    let (context, spacing) = (Context::serial(), 0.05);
+    let mut fluid = Fluid::new(FluidOptions { spacing, viscosity: 5e-3, ..FluidOptions::default() }).unwrap();
+    let side = Vec3::new(0.6, 0.6, 0.8);
+    fluid.add(&block(Vec3::ZERO, side, spacing).unwrap(), Vec3::ZERO).unwrap();
+    fluid.set_walls(&context, &basin(Vec3::ZERO, side + Vec3::Z * 0.4, spacing).unwrap()).unwrap();
+    fluid.advance(&context, 1.2, |_, _| Ok(())).unwrap();
+    // Sums of 1, z, p, z² and z p over time and the particles that are not at the surface or the floor.
+    let (mut sums, mut height, mut steps) = ([0.0f64; 5], 0.0f64, 0.0);
+    fluid
+        .advance(&context, 0.3, |fluid, done| {
+            assert!(done.excess.most <= 0.01 && done.excess.mean <= 0.001);
+            for (place, pressure) in fluid.places().iter().zip(fluid.pressures()) {
+                let [z, p] = [place.z, pressure].map(f64::from);
+                if z > 0.1 && z < 0.65 {
+                    sums.iter_mut().zip([1.0, z, p, z * z, z * p]).for_each(|(sum, term)| *sum += term);
+                }
+                height += z / fluid.len() as f64;
+            }
+            steps += 1.0;
+            Ok(())
+        })
+        .unwrap();
+    let speed = (2.0 * fluid.kinetic_energy() / (fluid.mass() * fluid.len() as f32)).sqrt();
+    assert!(speed < 0.05, "{speed} m/s");
+    // In disorder particles lie closer than in the lattice that they began in.
+    let density = 1000.0 * 0.4 * steps / height;
+    assert!((1000.0..1030.0).contains(&density), "{density}");
+    let [count, z, p, zz, zp] = sums;
+    let slope = (count * zp - z * p) / (count * zz - z * z);
+    let expected = -9.81 * density;
+    // Particles at rest hold each other as grains do, by a little more sideways than upwards.
+    assert!((slope / expected - 1.0).abs() < 0.1, "{slope} Pa/m, not {expected}");
+}
+
+#[test]
+fn what_cannot_be_simulated_is_refused() {
+    let refused = |options: FluidOptions| assert!(Fluid::new(options).is_err());
+    refused(FluidOptions { spacing: 0.0, ..FluidOptions::default() });
+    refused(FluidOptions { density: f32::NAN, ..FluidOptions::default() });
+    refused(FluidOptions { viscosity: -1.0, ..FluidOptions::default() });
+    refused(FluidOptions { gravity: Vec3::INFINITY, ..FluidOptions::default() });
+    refused(FluidOptions { corrections: [5, 4], ..FluidOptions::default() });
+    refused(FluidOptions { time_step: TimeStep::Fixed(0.0), ..FluidOptions::default() });
+    let context = Context::serial();
+    let mut fluid = Fluid::new(FluidOptions::default()).unwrap();
+    assert!(fluid.step(&context, 0.01).is_ok());
+    assert!(fluid.add(&[Vec3::NAN], Vec3::ZERO).is_err() && fluid.add(&[Vec3::ZERO], Vec3::NAN).is_err());
+    assert!(fluid.is_empty());
+    fluid.add(&[Vec3::ZERO, Vec3::X], Vec3::ZERO).unwrap();
+    assert!(fluid.accelerate(&[Vec3::X]).is_err() && fluid.accelerate(&[Vec3::X, Vec3::NAN]).is_err());
+    fluid.add(&[Vec3::splat(1e7)], Vec3::ZERO).unwrap();
+    assert!(fluid.step(&context, 0.01).is_err());
+    let mut crowd = Fluid::new(FluidOptions::default()).unwrap();
+    crowd.add(&vec![Vec3::ONE; 10_000], Vec3::ZERO).unwrap();
+    assert!(crowd.step(&context, 0.01).is_err());
+}
+
+/// The front of a dam of twice its width, and the time at which it is there (Martin, Moyce 1952, n² = 2): t √(2 g / a) and
+/// x / a.
+const FRONT: [[f32; 2]; 15] = [
+    [0.41, 1.11],
+    [0.84, 1.22],
+    [1.19, 1.44],
+    [1.43, 1.67],
+    [1.63, 1.89],
+    [1.83, 2.11],
+    [1.98, 2.33],
+    [2.20, 2.56],
+    [2.32, 2.78],
+    [2.51, 3.00],
+    [2.65, 3.22],
+    [2.83, 3.44],
+    [2.98, 3.67],
+    [3.11, 3.89],
+    [3.33, 4.11],
+];
+
+#[test]
+fn a_dam_breaks_as_it_was_measured() {
+    let (context, width) = (Context::serial(), 0.05715);
+    let spacing = width / 14.0;
+    let excess = Excess { most: 0.01, mean: 0.0005 };
+    let options = FluidOptions { spacing, viscosity: 1e-6, friction: 1e-3, excess, ..FluidOptions::default() };
+    let mut fluid = Fluid::new(options).unwrap();
+    fluid.add(&block(Vec3::ZERO, width * Vec3::new(1.0, 1.0, 2.0), spacing).unwrap(), Vec3::ZERO).unwrap();
+    fluid.set_walls(&context, &basin(Vec3::ZERO, width * Vec3::new(6.0, 1.0, 3.0), spacing).unwrap()).unwrap();
+    assert_eq!(fluid.len(), 5488);
+    let scale = (2.0 * 9.81 / width).sqrt();
+    let (mut last, mut seconds, mut errors) = ([0.0, 1.0], 0.0, Vec::new());
+    fluid
+        .advance(&context, 3.4 / scale, |fluid, done| {
+            assert!(done.excess.most <= 0.01);
+            seconds += done.seconds;
+            let farthest = fluid.places().iter().map(|place| place.x).fold(0.0, f32::max);
+            let now = [seconds * scale, (farthest + 0.5 * spacing) / width];
+            for [time, measured] in FRONT.iter().filter(|[time, _]| (last[0]..now[0]).contains(time)) {
+                let front = last[1] + (now[1] - last[1]) * (time - last[0]) / (now[0] - last[0]);
+                errors.push((front / measured - 1.0).abs());
+            }
+            last = now;
+            Ok(())
+        })
+        .unwrap();
+    assert_eq!(errors.len(), FRONT.len());
+    let mean = errors.iter().sum::<f32>() / errors.len() as f32;
+    assert!(mean < 0.05, "{mean} {errors:?}");
+    assert!(fluid.places().iter().all(|place| place.xyz().cmpge(Vec3::splat(-spacing)).all()));
+}

@@ -1,0 +1,118 @@
+//! Walls of particles that fluid is kept away by (Akinci et al. 2012).
+//!
+//! A wall's particles lie half a spacing behind its surface, and fluid that begins half a spacing before it sees as much of
+//! them as of a lattice that goes on. A particle counts less where they are denser.
+
+use glam::{IVec3, Vec3, Vec4};
+use relievo_core::{Context, Error, Result};
+
+use crate::cells::Cells;
+use crate::constants::Constants;
+use crate::neighbours::{NOWHERE, Neighbours, PART};
+
+/// The particles of walls, in the order of cells.
+pub struct Wall {
+    /// Places with masses, and velocities, each with a row after the last.
+    pub places: Vec<Vec4>,
+    pub velocities: Vec<Vec4>,
+    pub cells: Cells,
+}
+
+impl Default for Wall {
+    fn default() -> Self {
+        Self { places: vec![NOWHERE], velocities: vec![Vec4::ZERO], cells: Cells::default() }
+    }
+}
+
+impl Wall {
+    /// At places in metres, for a fluid. Fails if one is not finite, or too many are near one.
+    pub fn new(context: &Context, constants: &Constants, places: &[Vec3]) -> Result<Self> {
+        if places.is_empty() {
+            return Ok(Self::default());
+        }
+        let Constants { kernels, spacing, mass, .. } = *constants;
+        let points: Vec<Vec4> = places.iter().map(|place| place.extend(0.0)).collect();
+        let mut cells = Cells::default();
+        cells.fill(context, kernels.support, &points).map_err(|error| error.at("walls"))?;
+        let mut places: Vec<Vec4> = cells.order().map(|number| points[number as usize]).chain([NOWHERE]).collect();
+        let count = points.len();
+        let mut near = Neighbours::default();
+        near.find(context, &places[..count], (&places, &cells), kernels.support, true)
+            .map_err(|error| Error { place: "walls".into(), ..error })?;
+        let reach = (kernels.support / spacing).ceil() as i32;
+        let plane = (-reach..=reach).flat_map(|x| (-reach..=reach).map(move |y| Vec3::new(x as f32, y as f32, 0.0)));
+        let flat: f32 = plane.map(|place| kernels.density(place.length() * spacing)).sum();
+        let around = context.map(count, |place| {
+            let part = &near.parts()[place / PART];
+            let others = part.indices[part.range(place % PART)].iter();
+            others.map(|other| kernels.density(places[*other as usize].distance(places[place]))).sum::<f32>()
+        });
+        for (place, around) in places.iter_mut().zip(around) {
+            place.w = mass * flat / (kernels.density + around);
+        }
+        let velocities = vec![Vec4::ZERO; places.len()];
+        Ok(Self { places, velocities, cells })
+    }
+}
+
+/// The places of the particles of a basin, in metres: behind the six sides of a box from `low` to `high`, a spacing from
+/// each other. Fails if there would be more than 2²⁶, or a number is not finite.
+pub fn basin(low: Vec3, high: Vec3, spacing: f32) -> Result<Vec<Vec3>> {
+    let count = ((high - low) / spacing).round();
+    if !(count.min_element() >= 1.0 && count.length_squared() < (1 << 24) as f32) {
+        return Err(Error::invalid(format!("no basin goes from {low} to {high} by {spacing}"))
+            .advise("let its sides be at least a spacing, and at most a few thousand"));
+    }
+    let step = (high - low) / count;
+    let end = count.as_ivec3() + 1;
+    let mut places = Vec::new();
+    for z in 0..=end.z {
+        for y in 0..=end.y {
+            let is_side = z == 0 || z == end.z || y == 0 || y == end.y;
+            let row = (0..=end.x).step_by(if is_side { 1 } else { end.x as usize });
+            places.extend(row.map(|x| low + step * (IVec3::new(x, y, z).as_vec3() - 0.5)));
+        }
+    }
+    Ok(places)
+}
+
+/// The places of particles that fill a box from `low` to `high`, in metres, half a spacing from its sides. Fails if there
+/// would be more than 2²⁶, or a number is not finite.
+pub fn block(low: Vec3, high: Vec3, spacing: f32) -> Result<Vec<Vec3>> {
+    let count = ((high - low) / spacing).round();
+    if !(count.min_element() >= 1.0 && count.element_product() < (1 << 26) as f32) {
+        return Err(Error::invalid(format!("no block goes from {low} to {high} by {spacing}"))
+            .advise("let its sides be at least a spacing, and its particles less than 67 million"));
+    }
+    let step = (high - low) / count;
+    let count = count.as_ivec3();
+    let rows = (0..count.z).flat_map(|z| (0..count.y).map(move |y| (y, z)));
+    let places = rows.flat_map(|(y, z)| (0..count.x).map(move |x| IVec3::new(x, y, z).as_vec3()));
+    Ok(places.map(|place| low + step * (place + 0.5)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::FluidOptions;
+
+    #[test]
+    fn particles_of_a_flat_wall_count_as_much_as_those_of_the_fluid() {
+        let places = basin(Vec3::ZERO, Vec3::new(1.0, 0.8, 0.6), 0.1).unwrap();
+        assert_eq!(places.len(), 12 * 10 * 8 - 10 * 8 * 6);
+        let constants = Constants::new(&FluidOptions { spacing: 0.1, ..FluidOptions::default() });
+        let wall = Wall::new(&Context::serial(), &constants, &places).unwrap();
+        let at = |place: Vec3| wall.places.iter().find(|other| other.truncate().distance(place) < 1e-5).unwrap().w;
+        assert!((at(Vec3::new(0.45, 0.35, -0.05)) / constants.mass - 1.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn basins_and_blocks_that_cannot_be_are_refused() {
+        for high in [Vec3::ZERO, Vec3::NAN, Vec3::INFINITY, Vec3::splat(1e9), Vec3::new(1.0, -1.0, 1.0)] {
+            assert!(basin(Vec3::ZERO, high, 0.1).is_err(), "{high}");
+            assert!(block(Vec3::ZERO, high, 0.1).is_err(), "{high}");
+        }
+        assert!(block(Vec3::ZERO, Vec3::ONE, f32::NAN).is_err());
+        assert_eq!(block(Vec3::ZERO, Vec3::new(1.0, 0.5, 0.3), 0.1).unwrap().len(), 150);
+    }
+}
