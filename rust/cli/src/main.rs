@@ -10,6 +10,7 @@ mod doc;
 mod draw;
 mod edits;
 mod export;
+mod fluid;
 mod import;
 mod info;
 mod manual;
@@ -59,6 +60,8 @@ enum Command {
     Simplify(simplify::Arguments),
     /// Builds progressive meshes, and takes meshes of any level from them.
     Progressive(progressive::Arguments),
+    /// Simulates fluids of particles, and makes meshes of their surfaces.
+    Fluid(fluid::Arguments),
     /// Draws a picture of Bézier patches, a mesh or a document, on a graphics device or by rays.
     Draw(draw::Arguments),
     /// Lists the processor and the graphics devices of this machine.
@@ -88,6 +91,7 @@ fn main() -> ExitCode {
         Command::Tessellate(arguments) => tessellate::run(&arguments),
         Command::Simplify(arguments) => simplify::run(&arguments),
         Command::Progressive(arguments) => progressive::run(&arguments),
+        Command::Fluid(arguments) => fluid::run(&arguments),
         Command::Draw(arguments) => draw::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Stroke(arguments) => stroke::run(&arguments),

@@ -27,6 +27,10 @@ pub struct Correction<'a> {
     pub velocities: &'a [Vec4],
     /// s
     pub step: f32,
+    /// The density up to which a particle may be when the step ends, and the share that may stay of what it has more than
+    /// that when it begins.
+    pub dense: f32,
+    pub kept: f32,
 }
 
 /// How much denser than at rest a fluid is, as a share of that.
@@ -46,21 +50,24 @@ pub fn predict(context: &Context, correction: &Correction, places: Rows, predict
     });
 }
 
-/// Corrects pressures by the densities at predicted places, and says how much too high these are.
-pub fn correct(context: &Context, correction: &Correction, predicted: Rows, places: &mut [Vec4]) -> Excess {
+/// Corrects pressures by the densities at predicted places, and says how much too high these are: beyond rest, and beyond
+/// what may be kept of what a step begins with.
+pub fn correct(context: &Context, correction: &Correction, predicted: Rows, places: &mut [Vec4]) -> [Excess; 2] {
     let count = places.len().max(1) as f32;
-    let mut parts: Vec<_> = places.chunks_mut(PART).map(|places| (places, Excess::default())).collect();
+    let mut parts: Vec<_> = places.chunks_mut(PART).map(|places| (places, [Excess::default(); 2])).collect();
     context.for_each_mut(&mut parts, |part, (places, excess)| {
         *excess = correct_part(context.level(), correction, predicted, part, places);
     });
-    let all = parts.iter().fold(Excess::default(), |all, (_, part)| all.and(part));
-    Excess { mean: all.mean / count, ..all }
+    [0, 1].map(|kind| {
+        let all = parts.iter().fold(Excess::default(), |all, (_, part)| all.and(part[kind]));
+        Excess { mean: all.mean / count, ..all }
+    })
 }
 
 impl Excess {
     /// Of both; what is not a number is more than anything.
     #[inline(always)]
-    fn and(self, other: &Self) -> Self {
+    fn and(self, other: Self) -> Self {
         let is_more = other.most > self.most || other.most.is_nan();
         Self { most: if is_more { other.most } else { self.most }, mean: self.mean + other.mean }
     }
@@ -94,7 +101,7 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn correct_body<A: Lanes>(correction: &Correction, predicted: Rows, part: usize, places: &mut [Vec4]) -> Excess {
+fn correct_body<A: Lanes>(correction: &Correction, predicted: Rows, part: usize, places: &mut [Vec4]) -> [Excess; 2] {
     // SAFETY: defined by `dispatch_simd!`.
     #[allow(unsafe_code)]
     let v = unsafe { A::assume() };
@@ -102,7 +109,7 @@ fn correct_body<A: Lanes>(correction: &Correction, predicted: Rows, part: usize,
     let smoothing = KernelLanes::new(v, &correction.constants);
     let stiffness = RELAXATION * (density / correction.step) * (density / correction.step);
     let [near, walls] = [&correction.near.parts()[part], &correction.walls.parts()[part]];
-    let mut excess = Excess::default();
+    let mut excess = [Excess::default(); 2];
     for (particle, place) in places.iter_mut().enumerate() {
         let number = part * PART + particle;
         let own = predicted.fluid[number];
@@ -113,10 +120,15 @@ fn correct_body<A: Lanes>(correction: &Correction, predicted: Rows, part: usize,
         around(v, walls, particle, predicted.walls, own, |from, mass, _| {
             beside = v.fused(mass, smoothing.wall(v.sqrt(from.dot(v, from))), beside);
         });
-        let over = kernels.density * mass * (1.0 + v.sum(sum)) + wall * v.sum(beside) - density;
-        place.w = (place.w + stiffness / correction.found[number].diagonal.max(diagonal) * over).max(0.0);
-        let share = if over > 0.0 || over.is_nan() { over / density } else { 0.0 };
-        excess = excess.and(&Excess { most: share, mean: share });
+        let here = kernels.density * mass * (1.0 + v.sum(sum)) + wall * v.sum(beside);
+        let found = &correction.found[number];
+        let kept = correction.kept * (found.density - correction.dense).max(0.0);
+        let over = here - density - kept;
+        place.w = (place.w + stiffness / found.diagonal.max(diagonal) * over).max(0.0);
+        for (excess, over) in excess.iter_mut().zip([here - density, over]) {
+            let share = if over > 0.0 || over.is_nan() { over / density } else { 0.0 };
+            *excess = excess.and(Excess { most: share, mean: share });
+        }
     }
     excess
 }
@@ -127,5 +139,5 @@ dispatch_simd! {
         predicted: Rows<'_>,
         part: usize,
         places: &mut [Vec4],
-    ) -> Excess
+    ) -> [Excess; 2]
 }

@@ -22,8 +22,11 @@ const VISCOUS: f32 = 0.1;
 /// By how much they do.
 const SHORTER: f32 = 0.85;
 const LONGER: f32 = 1.1;
-/// The share of the Courant step below which a step that does not converge is an error.
+/// The share of the longest step below which one that does not converge is an error.
 const SHORTEST: f32 = 1e-4;
+/// The share of what a particle is too dense by when a step begins, as where two have met in the one before or begin in each
+/// other, that the longest step takes away. All at once would be an explosion.
+const EASED: f32 = 0.5;
 /// Particles at most: numbers of what is beside them must fit too.
 const MOST: usize = 1 << 30;
 
@@ -221,18 +224,17 @@ impl Fluid {
         }
         self.look_around(context)?;
         let is_fixed = matches!(self.options.time_step, TimeStep::Fixed(_));
-        let shortest = SHORTEST * seconds;
-        let mut done = self.press(context, seconds);
+        let (mut done, mut is_enough) = self.press(context, seconds);
         let mut corrections = done.corrections;
-        while !self.is_enough(&done.excess) && !is_fixed && done.seconds > shortest {
+        while !is_enough && !is_fixed && self.share > SHORTEST {
             // Pressures that did not converge are no better than none.
             self.places.iter_mut().for_each(|place| place.w = 0.0);
             self.share *= 0.5;
-            done = self.press(context, 0.5 * done.seconds);
+            (done, is_enough) = self.press(context, 0.5 * done.seconds);
             corrections += done.corrections;
         }
         let is_finite = self.predicted.iter().all(|place| place.is_finite());
-        if !is_finite || !(is_fixed || self.is_enough(&done.excess)) {
+        if !is_finite || !(is_fixed || is_enough) {
             self.places.iter_mut().for_each(|place| place.w = 0.0);
             return Err(Error::invalid("pressures do not converge")
                 .at(format!("a step of {} s", done.seconds))
@@ -269,12 +271,17 @@ impl Fluid {
     }
 
     /// Finds the pressures by which the fluid is not too dense after so many seconds, and where its particles are then.
-    fn press(&mut self, context: &Context, seconds: f32) -> StepStatistics {
+    /// Returns whether it is not.
+    fn press(&mut self, context: &Context, seconds: f32) -> (StepStatistics, bool) {
         let count = self.len();
         let gravity = self.options.gravity.extend(0.0);
         let pulled = self.velocities.iter().zip(&self.accelerations).zip(&self.pushes);
         self.advected.clear();
         self.advected.extend(pulled.map(|((velocity, pull), push)| *velocity + seconds * (*pull + *push + gravity)));
+        let longest = match self.options.time_step {
+            TimeStep::Fixed(step) => step,
+            TimeStep::Courant { most, .. } => most,
+        };
         let correction = Correction {
             constants: self.constants,
             near: &self.near,
@@ -282,6 +289,8 @@ impl Fluid {
             found: &self.found,
             velocities: &self.advected,
             step: seconds,
+            dense: (1.0 + self.options.excess.most) * self.constants.density,
+            kept: 1.0 - EASED * (seconds / longest).min(1.0),
         };
         let walls = &self.wall.places;
         self.places.iter_mut().for_each(|place| place.w *= CARRIED);
@@ -292,16 +301,14 @@ impl Fluid {
             let rows = Rows { fluid: &self.places, walls };
             predict(context, &correction, rows, &mut self.predicted[..count]);
             let rows = Rows { fluid: &self.predicted, walls };
-            done.excess = correct(context, &correction, rows, &mut self.places[..count]);
+            let [excess, over] = correct(context, &correction, rows, &mut self.places[..count]);
+            done.excess = excess;
             done.corrections += 1;
-            if done.corrections >= if self.is_enough(&done.excess) { least } else { most } {
-                return done;
+            let is_enough = over.most <= self.options.excess.most && over.mean <= self.options.excess.mean;
+            if done.corrections >= if is_enough { least } else { most } {
+                return (done, is_enough);
             }
         }
-    }
-
-    fn is_enough(&self, excess: &Excess) -> bool {
-        excess.most <= self.options.excess.most && excess.mean <= self.options.excess.mean
     }
 
     /// Takes the particles to where they were predicted to be, with the pressures that they have now.
