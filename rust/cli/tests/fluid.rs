@@ -19,7 +19,10 @@ fn a_dam_is_simulated_and_its_frames_are_meshed() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("dam.toml"), DAM).unwrap();
     let done = relievo(folder.path(), &["fluid", "sim", "dam.toml", "-o", "frames"]);
-    assert!(done.status.success() && text(&done.stdout).starts_with("360 particles 0.05 m apart, 3 frames"), "{done:?}");
+    assert!(
+        done.status.success() && text(&done.stdout).starts_with("360 particles 0.05 m apart, 3 frames"),
+        "{done:?}"
+    );
     let frame = |number: u32| std::fs::read(folder.path().join(format!("frames/{number:04}.ply"))).unwrap();
     assert!(text(&frame(3)[..200]).contains("vx"));
     // As many threads as there are, or one.
@@ -27,7 +30,10 @@ fn a_dam_is_simulated_and_its_frames_are_meshed() {
     assert!(again.status.success(), "{again:?}");
     assert!((0..4).all(|number| frame(number) == std::fs::read(folder.path().join(format!("again/{number:04}.ply"))).unwrap()));
     let mesh = |more: &[&str]| {
-        relievo(folder.path(), &[&["fluid", "mesh", "frames/0000.ply", "-o", "surface.ply", "--spacing", "0.05"], more].concat())
+        relievo(
+            folder.path(),
+            &[&["fluid", "mesh", "frames/0000.ply", "-o", "surface.ply", "--spacing", "0.05"], more].concat(),
+        )
     };
     assert!(mesh(&[]).status.success());
     let info = relievo(folder.path(), &["info", "--json", "surface.ply"]);

@@ -53,7 +53,7 @@ fn surroundings(test: &mut Command) {
 }
 
 /// Folders of crates with kernels that are compiled for several instruction levels.
-const KERNELS: [&str; 5] = ["core", "surface", "tiles", "detail", "lod"];
+const KERNELS: [&str; 6] = ["core", "surface", "tiles", "detail", "lod", "fluid"];
 
 /// Runs the tests of kernels at the instruction levels below this processor's best. They are those that the stage
 /// before built: naming packages to Cargo would build them once more with other features.
