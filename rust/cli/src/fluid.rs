@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use clap::{Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use relievo_core::progress::Silent;
-use relievo_core::{Attribute, Context, ContextOptions, Domain, Error, Mesh, Result, Values};
+use relievo_core::{Attribute, Context, ContextOptions, Domain, Error, Result, Values};
 use relievo_fluid::{Channel, Fluid, Surface, SurfaceFunction};
 
 use self::description::Description;
@@ -142,15 +142,14 @@ fn store(path: &Path, fluid: &Fluid) -> Result<()> {
         points[*number as usize] = place.truncate().into();
         velocities[*number as usize] = velocity.truncate().into();
     }
-    let mut mesh = Mesh::new(points, Vec::new(), Vec::new());
-    mesh.attributes.push(Attribute {
+    let velocity = Attribute {
         name: "velocity".into(),
         domain: Domain::Point,
         width: 3,
         values: Values::F32(velocities.into_flattened()),
         indices: None,
-    });
-    relievo_meshio::write(path, &mesh)
+    };
+    relievo_meshio::write_points_ply(path, points, vec![velocity])
 }
 
 fn mesh(arguments: &Meshing) -> Outcome {

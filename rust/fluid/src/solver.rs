@@ -25,7 +25,7 @@ const LONGER: f32 = 1.1;
 /// The share of the longest step below which one that does not converge is an error.
 const SHORTEST: f32 = 1e-4;
 /// The share of what a particle is too dense by when a step begins, as where two have met in the one before or begin in each
-/// other, that the longest step takes away. All at once would be an explosion.
+/// other, that the longest step takes away where all at once does not converge.
 const EASED: f32 = 0.5;
 /// Particles at most: numbers of what is beside them must fit too.
 const MOST: usize = 1 << 30;
@@ -223,14 +223,18 @@ impl Fluid {
             return Ok(StepStatistics { seconds: seconds.max(0.0), ..StepStatistics::default() });
         }
         self.look_around(context)?;
-        let is_fixed = matches!(self.options.time_step, TimeStep::Fixed(_));
-        let (mut done, mut is_enough) = self.press(context, seconds);
+        let (is_fixed, longest) = match self.options.time_step {
+            TimeStep::Fixed(step) => (true, step),
+            TimeStep::Courant { most, .. } => (false, most),
+        };
+        let (mut done, mut is_enough) = self.press(context, seconds, 0.0);
         let mut corrections = done.corrections;
         while !is_enough && !is_fixed && self.share > SHORTEST {
             // Pressures that did not converge are no better than none.
             self.places.iter_mut().for_each(|place| place.w = 0.0);
             self.share *= 0.5;
-            (done, is_enough) = self.press(context, 0.5 * done.seconds);
+            (done, is_enough) =
+                self.press(context, 0.5 * done.seconds, 1.0 - EASED * (done.seconds / longest).min(1.0));
             corrections += done.corrections;
         }
         let is_finite = self.predicted.iter().all(|place| place.is_finite());
@@ -271,17 +275,13 @@ impl Fluid {
     }
 
     /// Finds the pressures by which the fluid is not too dense after so many seconds, and where its particles are then.
-    /// Returns whether it is not.
-    fn press(&mut self, context: &Context, seconds: f32) -> (StepStatistics, bool) {
+    /// A share of what it is too dense by now may be kept. Returns whether it is not denser.
+    fn press(&mut self, context: &Context, seconds: f32, kept: f32) -> (StepStatistics, bool) {
         let count = self.len();
         let gravity = self.options.gravity.extend(0.0);
         let pulled = self.velocities.iter().zip(&self.accelerations).zip(&self.pushes);
         self.advected.clear();
         self.advected.extend(pulled.map(|((velocity, pull), push)| *velocity + seconds * (*pull + *push + gravity)));
-        let longest = match self.options.time_step {
-            TimeStep::Fixed(step) => step,
-            TimeStep::Courant { most, .. } => most,
-        };
         let correction = Correction {
             constants: self.constants,
             near: &self.near,
@@ -290,7 +290,7 @@ impl Fluid {
             velocities: &self.advected,
             step: seconds,
             dense: (1.0 + self.options.excess.most) * self.constants.density,
-            kept: 1.0 - EASED * (seconds / longest).min(1.0),
+            kept,
         };
         let walls = &self.wall.places;
         self.places.iter_mut().for_each(|place| place.w *= CARRIED);

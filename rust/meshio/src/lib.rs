@@ -39,7 +39,7 @@ pub use obj_writer::write_obj;
 pub use off::read_off;
 pub use patches::{Patches, parse_patches, read_patches, write_bpt};
 pub use ply::read_ply;
-pub use ply_writer::write_ply;
+pub use ply_writer::{write_ply, write_points_ply};
 pub use pose::{Pose, Shape};
 pub use root::Root;
 pub use stl::read_stl;

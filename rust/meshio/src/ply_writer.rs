@@ -22,6 +22,26 @@ pub fn write_ply(path: &Path, mesh: &Mesh) -> Result<()> {
     file::store(path, |out| encode(mesh, out))
 }
 
+/// Writes points without faces, such as particles, as binary PLY, with values of theirs.
+///
+/// Fails, and leaves no file, if a value's numbers are not as many as the points', there are 2³¹ points or more, or the
+/// system refuses.
+pub fn write_points_ply(path: &Path, points: Vec<[f32; 3]>, attributes: Vec<Attribute>) -> Result<()> {
+    let named = |error: Error| error.at(path.display().to_string());
+    let fits = |attribute: &Attribute| {
+        let count = attribute.values.len() as u64;
+        attribute.domain == Domain::Point && count == u64::from(attribute.width) * points.len() as u64
+    };
+    if let Some(other) = attributes.iter().find(|attribute| !fits(attribute)) {
+        return Err(named(Error::invalid("it has not a value for each point").at(format!("attribute {}", other.name))));
+    }
+    if i32::try_from(points.len()).is_err() {
+        return Err(named(Error::unsupported("PLY holds at most 2^31 points").advise("write fewer")));
+    }
+    let mesh = Mesh { attributes, ..Mesh::new(points, Vec::new(), Vec::new()) };
+    file::store(path, |out| encode(&mesh, out))
+}
+
 /// Columns that an attribute becomes.
 struct Columns<'a> {
     attribute: &'a Attribute,
@@ -84,6 +104,14 @@ fn put(columns: &Columns, index: usize, out: &mut impl Write) -> std::io::Result
     }
 }
 
+/// Writes points and their values.
+fn put_points(mesh: &Mesh, columns: &[Columns], out: &mut impl Write) -> std::io::Result<()> {
+    mesh.points.iter().enumerate().try_for_each(|(index, point)| {
+        point.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))?;
+        columns.iter().try_for_each(|columns| put(columns, index, out))
+    })
+}
+
 fn encode(mesh: &Mesh, out: &mut impl Write) -> std::io::Result<()> {
     let points = columns(mesh, Domain::Point);
     let faces = columns(mesh, Domain::Face);
@@ -100,6 +128,10 @@ fn encode(mesh: &Mesh, out: &mut impl Write) -> std::io::Result<()> {
         })
     };
     header(out, &points)?;
+    if mesh.face_count() == 0 {
+        writeln!(out, "end_header")?;
+        return put_points(mesh, &points, out);
+    }
     writeln!(out, "element face {}", mesh.face_count())?;
     // Lengths of lists are bytes where they fit, which every reader takes.
     let largest = mesh.face_sizes.iter().max().copied().unwrap_or_default();
@@ -111,10 +143,7 @@ fn encode(mesh: &Mesh, out: &mut impl Write) -> std::io::Result<()> {
     }
     header(out, &faces)?;
     writeln!(out, "end_header")?;
-    for (index, point) in mesh.points.iter().enumerate() {
-        point.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))?;
-        points.iter().try_for_each(|columns| put(columns, index, out))?;
-    }
+    put_points(mesh, &points, out)?;
     let count = |out: &mut dyn Write, count: usize| match wide {
         true => out.write_all(&(count as u32).to_le_bytes()),
         false => out.write_all(&[count as u8]),
