@@ -8,10 +8,10 @@ use std::ops::Range;
 use glam::{IVec3, Vec3, Vec4, Vec4Swizzles};
 use relievo_core::{Context, Error, Result};
 
+use crate::radix::{Keyed, sort};
+
 /// Cells along an axis at most.
 const MOST: i32 = 1 << 20;
-/// Bits of a digit by which is sorted.
-const DIGIT: u32 = 10;
 /// Particles of a task.
 const PART: usize = 8192;
 
@@ -29,7 +29,7 @@ pub struct Cells {
     /// Cells at places that follow from their keys, or the next free ones; 0 is none, else one more than the cell.
     slots: Vec<u32>,
     /// Room of the sort.
-    keyed: [Vec<(u64, u32)>; 2],
+    keyed: [Vec<Keyed>; 2],
 }
 
 impl Cells {
@@ -63,7 +63,6 @@ impl Cells {
         self.size = high.as_ivec3() - self.low + 2;
         let [mut keyed, mut sorted] = std::mem::take(&mut self.keyed);
         keyed.resize(points.len(), (0, 0));
-        sorted.resize(points.len(), (0, 0));
         let mut parts: Vec<_> = keyed.chunks_mut(PART).collect();
         context.for_each_mut(&mut parts, |part, keyed| {
             let numbers = part * PART..;
@@ -72,10 +71,7 @@ impl Cells {
             }
         });
         let bits = 3 * (self.size.max_element() as u32).ilog2() + 3;
-        for shift in (0..bits).step_by(DIGIT as usize) {
-            sort(&keyed, &mut sorted, shift);
-            std::mem::swap(&mut keyed, &mut sorted);
-        }
+        sort(&mut keyed, &mut sorted, bits);
         self.keyed = [keyed, sorted];
         self.index();
         Ok(())
@@ -157,22 +153,6 @@ impl Cells {
             }
             at = (at + 1) & mask;
         }
-    }
-}
-
-/// Sorts by a digit; what has the same one keeps its order.
-fn sort(keyed: &[(u64, u32)], sorted: &mut [(u64, u32)], shift: u32) {
-    let digit = |key: u64| (key >> shift) as usize & ((1 << DIGIT) - 1);
-    let mut starts = [0u32; 1 << DIGIT];
-    keyed.iter().for_each(|(key, _)| starts[digit(*key)] += 1);
-    let mut end = 0;
-    for start in &mut starts {
-        end += std::mem::replace(start, end);
-    }
-    for one in keyed {
-        let start = &mut starts[digit(one.0)];
-        sorted[*start as usize] = *one;
-        *start += 1;
     }
 }
 

@@ -18,6 +18,7 @@ mod pcisph;
 mod prepare;
 mod probe;
 mod profile;
+mod radix;
 mod raytrace;
 mod rows;
 mod smoothing;

@@ -135,21 +135,10 @@ impl Weight for Gaussian {
     }
 }
 
-/// The square root of every lane.
-#[inline(always)]
-fn root<A: Lanes>(v: A, value: A::F) -> A::F {
-    let mut lanes = [0.0f32; WIDEST];
-    v.store(value, &mut lanes);
-    for lane in &mut lanes[..A::WIDTH] {
-        *lane = lane.sqrt();
-    }
-    v.load(&lanes)
-}
-
 impl Weight for Spline {
     #[inline(always)]
     fn weight<A: Lanes>(self, v: A, s: A::F) -> A::F {
-        let q = root(v, s);
+        let q = v.sqrt(s);
         let rest = v.sub(v.splat(1.0), q);
         let near = v.fused(v.mul(v.splat(-6.0), s), rest, v.splat(1.0));
         let far = v.mul(v.mul(v.add(rest, rest), rest), rest);
@@ -158,7 +147,7 @@ impl Weight for Spline {
 
     #[inline(always)]
     fn slope<A: Lanes>(self, v: A, s: A::F) -> A::F {
-        let q = root(v, s);
+        let q = v.sqrt(s);
         let rest = v.sub(v.splat(1.0), q);
         let near = v.fused(v.splat(9.0), q, v.splat(-6.0));
         let far = v.div(v.mul(v.mul(v.splat(-3.0), rest), rest), q);

@@ -5,10 +5,10 @@ use std::ops::Range;
 
 use relievo_core::{Context, Error, Result};
 
+use crate::radix::sort;
+
 /// Cells of an axis at most: three such numbers are one key.
 const MOST: f64 = 1_048_576.0;
-/// Bits of a digit of the sort.
-const DIGIT: u32 = 11;
 /// Particles of one task.
 const PART: usize = 16_384;
 
@@ -81,7 +81,7 @@ impl Rows {
             Ok(())
         })?;
         let bits = u64::BITS - size.iter().product::<i64>().leading_zeros();
-        let keyed = sort(keyed, bits);
+        sort(&mut keyed, &mut Vec::new(), bits);
         for (at, (key, _)) in keyed.iter().enumerate() {
             if rows.keys.last() != Some(key) {
                 rows.keys.push(*key);
@@ -154,27 +154,6 @@ impl Rows {
             }
         }
     }
-}
-
-/// Sorts by keys of so many bits; what has the same one keeps its order.
-fn sort(mut keyed: Vec<(u64, u32)>, bits: u32) -> Vec<(u64, u32)> {
-    let mut sorted = vec![(0, 0); keyed.len()];
-    for shift in (0..bits).step_by(DIGIT as usize) {
-        let digit = |key: u64| (key >> shift) as usize & ((1 << DIGIT) - 1);
-        let mut starts = [0u32; 1 << DIGIT];
-        keyed.iter().for_each(|(key, _)| starts[digit(*key)] += 1);
-        let mut end = 0;
-        for start in &mut starts {
-            end += std::mem::replace(start, end);
-        }
-        for one in &keyed {
-            let start = &mut starts[digit(one.0)];
-            sorted[*start as usize] = *one;
-            *start += 1;
-        }
-        std::mem::swap(&mut keyed, &mut sorted);
-    }
-    keyed
 }
 
 #[cfg(test)]
