@@ -30,6 +30,8 @@ pub(crate) struct Chord {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Chords {
     chords: Vec<Chord>,
+    /// Room for those that stay when others are dropped.
+    kept: Vec<Chord>,
     /// Where the first of them ends.
     end: f32,
     /// Quadratic, middle, least, amplitude and the coordinates of `aside` of each, and at the end some of no particle.
@@ -55,10 +57,11 @@ impl Chords {
     /// Drops chords that end before a distance.
     pub fn forget(&mut self, from: f32) {
         if self.end < from {
-            let kept = std::mem::take(&mut self.chords);
+            let mut kept = std::mem::take(&mut self.kept);
+            std::mem::swap(&mut kept, &mut self.chords);
             self.clear();
-            self.chords.reserve(kept.len());
             kept.iter().filter(|chord| chord.span[1] >= from).for_each(|chord| self.push(*chord));
+            self.kept = kept;
         }
     }
 

@@ -33,7 +33,7 @@ pub use kernel::{KernelSet, Kernels};
 pub use options::{FluidOptions, TimeStep};
 pub use pcisph::Excess;
 pub use probe::{Probe, Sample};
-pub use raytrace::{Hit, March, Motion, Ray, RayCaster, Tracer};
+pub use raytrace::{Hit, March, Motion, Ray, RayCaster, Tracer, Trail};
 pub use smoothing::{Smoothing, smooth};
 pub use solver::{Fluid, StepStatistics};
 pub use surface::Surface;

@@ -7,6 +7,8 @@
 //! that was kept and not of the fluid. Weights decide and not numbers of particles, of which wide supports see many
 //! from afar.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec3, Vec3A};
 use relievo_core::simd::Level;
 use relievo_core::{Context, Error, Result};
@@ -75,8 +77,8 @@ pub struct Hit {
 
 /// A surface prepared for rays: some 8 bytes a particle more, 20 where particles move.
 #[derive(Clone, Debug)]
-pub struct RayCaster<'a> {
-    surface: &'a Surface,
+pub struct RayCaster {
+    surface: Arc<Surface>,
     hierarchy: Hierarchy,
     /// In the order of the surface; empty where nothing moves.
     velocities: Vec<[f32; 3]>,
@@ -87,7 +89,7 @@ pub struct RayCaster<'a> {
     level: Level,
 }
 
-impl<'a> RayCaster<'a> {
+impl RayCaster {
     /// Of a surface whose particles move, or not, and are blind, or not, both in the order of the positions it was made
     /// of.
     ///
@@ -95,7 +97,7 @@ impl<'a> RayCaster<'a> {
     /// is not finite, if the shutter closes before it opens, or if steps are out of range.
     pub fn new(
         context: &Context,
-        surface: &'a Surface,
+        surface: &Arc<Surface>,
         motion: Motion<'_>,
         blind: &[bool],
         march: March,
@@ -135,7 +137,7 @@ impl<'a> RayCaster<'a> {
             })
         });
         Ok(Self {
-            surface,
+            surface: surface.clone(),
             hierarchy: Hierarchy::new(&boxes),
             velocities,
             blind,
@@ -145,16 +147,17 @@ impl<'a> RayCaster<'a> {
         })
     }
 
-    /// For tracing one ray after the other.
-    pub fn tracer(&self) -> Tracer<'_> {
-        Tracer { caster: self, met: Vec::new(), chords: Chords::default() }
+    /// For tracing one ray after the other. Rays ask for no memory once a trail is long enough.
+    pub fn tracer<'a>(&'a self, trail: &'a mut Trail) -> Tracer<'a> {
+        Tracer { caster: self, trail }
     }
 
     /// As [`Tracer::intersect`], of many rays on all threads of a context.
     pub fn intersect_all(&self, context: &Context, rays: &[Ray]) -> Vec<Option<Hit>> {
         let parts: Vec<&[Ray]> = rays.chunks(PART).collect();
         let hits = context.map(parts.len(), |part| {
-            let mut tracer = self.tracer();
+            let mut trail = context.scratch().lend::<Trail>();
+            let mut tracer = self.tracer(&mut trail);
             parts[part].iter().map(|ray| tracer.intersect(ray)).collect::<Vec<_>>()
         });
         hits.concat()
@@ -169,12 +172,18 @@ impl<'a> RayCaster<'a> {
     }
 }
 
-/// Traces rays.
-#[derive(Clone, Debug)]
-pub struct Tracer<'a> {
-    caster: &'a RayCaster<'a>,
+/// What a ray meets on its way. What is left of one ray does not matter to the next, of whatever surface.
+#[derive(Clone, Debug, Default)]
+pub struct Trail {
     met: Vec<Entry>,
     chords: Chords,
+}
+
+/// Traces rays.
+#[derive(Debug)]
+pub struct Tracer<'a> {
+    caster: &'a RayCaster,
+    trail: &'a mut Trail,
 }
 
 impl Tracer<'_> {
@@ -192,7 +201,7 @@ impl Tracer<'_> {
         let (mut value, mut length) = (None, PIECE * caster.surface.reach);
         while from < end {
             let to = (from + length).max(from.next_up()).min(end);
-            caster.hierarchy.meet(origin, direction, [from, to], &mut self.met);
+            caster.hierarchy.meet(origin, direction, [from, to], &mut self.trail.met);
             if let Some(hit) = self.march((origin, direction), time, [from, to], &mut value) {
                 return Some(hit);
             }
@@ -210,16 +219,16 @@ impl Tracer<'_> {
         value: &mut Option<f32>,
     ) -> Option<Hit> {
         let caster = self.caster;
-        self.chords.clear();
+        self.trail.chords.clear();
         let mut next = 0;
         self.admit(&mut next, from, (origin, direction), time);
-        let first = value.unwrap_or_else(|| self.chords.value(caster.level, caster.surface, direction, from));
+        let first = value.unwrap_or_else(|| self.trail.chords.value(caster.level, &caster.surface, direction, from));
         let value = value.insert(first);
         while from < last {
             if *value <= 0.0 {
                 // Nothing counts before the next particle or box begins.
-                let particle = self.chords.next(from);
-                let space = self.met.get(next).map_or(f32::INFINITY, |entry| entry.enter);
+                let particle = self.trail.chords.next(from);
+                let space = self.trail.met.get(next).map_or(f32::INFINITY, |entry| entry.enter);
                 let skip = particle.min(space);
                 if skip > from {
                     if skip >= last {
@@ -227,7 +236,7 @@ impl Tracer<'_> {
                     }
                     from = skip;
                     self.admit(&mut next, from, (origin, direction), time);
-                    if self.chords.next(from) > from {
+                    if self.trail.chords.next(from) > from {
                         continue;
                     }
                 }
@@ -235,14 +244,14 @@ impl Tracer<'_> {
             // Far from the origin a step may be less than what a distance is rounded by.
             let to = (from + caster.step).max(from.next_up()).min(last);
             self.admit(&mut next, to, (origin, direction), time);
-            let after = self.chords.value(caster.level, caster.surface, direction, to);
+            let after = self.trail.chords.value(caster.level, &caster.surface, direction, to);
             if (after > 0.0) != (*value > 0.0) {
                 let distance = self.halve(direction, [from, to], *value > 0.0);
                 if let Some(hit) = self.shade((origin, direction), distance, after > 0.0) {
                     return Some(hit);
                 }
             }
-            self.chords.forget(to);
+            self.trail.chords.forget(to);
             (from, *value) = (to, after);
         }
         None
@@ -250,9 +259,9 @@ impl Tracer<'_> {
 
     /// Adds the particles of boxes that begin up to a distance.
     fn admit(&mut self, next: &mut usize, to: f32, (origin, direction): (Vec3, Vec3), time: f32) {
-        let surface = self.caster.surface;
+        let surface = &self.caster.surface;
         let (origin, along) = (origin.as_dvec3(), direction.as_dvec3());
-        while let Some(entry) = self.met.get(*next).filter(|entry| entry.enter <= to) {
+        while let Some(entry) = self.trail.met.get(*next).filter(|entry| entry.enter <= to) {
             for at in surface.rows.particles(entry.leaf as usize) {
                 let d = self.caster.centre(at, time) - origin;
                 let (quadratic, middle, least, aside) = match &surface.shapes {
@@ -274,7 +283,7 @@ impl Tracer<'_> {
                 };
                 if least < 1.0 {
                     let half = ((1.0 - least) / quadratic).sqrt();
-                    self.chords.push(Chord {
+                    self.trail.chords.push(Chord {
                         span: [(middle - half) as f32, (middle + half) as f32],
                         quadratic: quadratic as f32,
                         middle: middle as f32,
@@ -298,7 +307,7 @@ impl Tracer<'_> {
             if to - from <= close || middle <= from || middle >= to {
                 return middle;
             }
-            if (self.chords.value(caster.level, caster.surface, direction, middle) > 0.0) == inside {
+            if (self.trail.chords.value(caster.level, &caster.surface, direction, middle) > 0.0) == inside {
                 from = middle;
             } else {
                 to = middle;
@@ -310,8 +319,8 @@ impl Tracer<'_> {
     fn shade(&self, (origin, direction): (Vec3, Vec3), distance: f32, enters: bool) -> Option<Hit> {
         let caster = self.caster;
         let (mut weights, mut blind, mut velocity) = (0.0, 0.0, Vec3::ZERO);
-        let surface = caster.surface;
-        let sums = self.chords.sums(surface, direction, distance, |particle, weight| {
+        let surface = &caster.surface;
+        let sums = self.trail.chords.sums(surface, direction, distance, |particle, weight| {
             weights += weight;
             if caster.blind.get(particle as usize) == Some(&true) {
                 blind += weight;

@@ -1,10 +1,12 @@
 //! Rays against surfaces without a mesh: closed forms, meshes, blind particles, motion.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use proptest::prelude::*;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Mesh};
-use relievo_fluid::{Hit, March, Motion, Ray, RayCaster, Surface, SurfaceFunction, classify, mesh};
+use relievo_fluid::{Hit, March, Motion, Ray, RayCaster, Surface, SurfaceFunction, Trail, classify, mesh};
 
 use crate::shapes::{FUNCTIONS, lattice};
 
@@ -12,7 +14,7 @@ fn ray(origin: Vec3, direction: Vec3) -> Ray {
     Ray { origin: origin.to_array(), direction: direction.to_array(), near: 0.0, far: f32::INFINITY, time: 0.0 }
 }
 
-fn still(surface: &Surface) -> RayCaster<'_> {
+fn still(surface: &Arc<Surface>) -> RayCaster {
     RayCaster::new(&Context::serial(), surface, Motion::default(), &[], March::default()).unwrap()
 }
 
@@ -55,13 +57,13 @@ proptest! {
         let (context, centre) = (Context::serial(), Vec3::new(1.0, -2.0, 0.5));
         let direction = unit([angles.0, angles.1]);
         for function in [SurfaceFunction::blobs(0.1), SurfaceFunction::zhu_bridson(0.1)] {
-            let surface = Surface::new(&context, &[centre.to_array()], function).unwrap();
+            let surface = Arc::new(Surface::new(&context, &[centre.to_array()], function).unwrap());
             let motion = Motion { velocities: &[moved], shutter: [0.0, 0.1] };
             let caster = RayCaster::new(&context, &surface, motion, &[], March::default()).unwrap();
             let now = centre + time * Vec3::from(moved);
             // From afar, or from inside.
             let origin = now + Vec3::from(aside) - far * direction;
-            let found = caster.tracer().intersect(&Ray { time, ..ray(origin, 2.5 * direction) });
+            let found = caster.tracer(&mut Trail::default()).intersect(&Ray { time, ..ray(origin, 2.5 * direction) });
             match sphere(origin, direction, now, 0.1) {
                 Some([enter, leave]) if leave - enter > 0.05 && leave > 1e-4 && enter.abs() > 1e-4 => {
                     let Some(hit) = found else { return Err(TestCaseError::fail("no hit")) };
@@ -87,12 +89,12 @@ proptest! {
 fn two_blobs_are_met_where_their_sum_is_the_iso_value() {
     let function = SurfaceFunction::Blobs { support: 1.0, radius: 0.25, sharpness: 6.0 };
     let weight = |r: f32| if r < 1.0 { (-6.0 * r * r).exp() - (-6.0f32).exp() } else { 0.0 };
-    let surface = Surface::new(&Context::serial(), &[[-0.3, 0.0, 0.0], [0.3, 0.0, 0.0]], function).unwrap();
+    let surface = Arc::new(Surface::new(&Context::serial(), &[[-0.3, 0.0, 0.0], [0.3, 0.0, 0.0]], function).unwrap());
     let caster = still(&surface);
     let value = |x: f32, y: f32| weight((x + 0.3).hypot(y)) + weight((x - 0.3).hypot(y)) - weight(0.25);
     for at in -10..=10 {
         let y = at as f32 * 0.02;
-        let hit = caster.tracer().intersect(&ray(Vec3::new(-2.0, y, 0.0), Vec3::X)).unwrap();
+        let hit = caster.tracer(&mut Trail::default()).intersect(&ray(Vec3::new(-2.0, y, 0.0), Vec3::X)).unwrap();
         // The closed form by halving between outside and the first centre.
         let (mut from, mut to) = (-1.3f32, -0.3f32);
         for _ in 0..40 {
@@ -103,8 +105,9 @@ fn two_blobs_are_met_where_their_sum_is_the_iso_value() {
     }
 }
 
-fn hits(caster: &RayCaster<'_>, rays: &[Ray]) -> Vec<Option<Hit>> {
-    let mut tracer = caster.tracer();
+fn hits(caster: &RayCaster, rays: &[Ray]) -> Vec<Option<Hit>> {
+    let mut trail = Trail::default();
+    let mut tracer = caster.tracer(&mut trail);
     rays.iter().map(|ray| tracer.intersect(ray)).collect()
 }
 
@@ -126,7 +129,7 @@ fn hits_are_those_of_a_fine_mesh() {
     let mut points = lattice(5, 0.2);
     points.extend((0..40).map(|at| [0.9, 0.5, 0.4].map(|step: f32| (at as f32 * step).sin() * 0.6 + 0.4)));
     for function in FUNCTIONS {
-        let surface = Surface::new(&context, &points, function(0.1)).unwrap();
+        let surface = Arc::new(Surface::new(&context, &points, function(0.1)).unwrap());
         let mesh = mesh(&context, &surface, 0.02, &[], &mut Silent).unwrap();
         let (triangles, rays) = (mesh.triangles(), rays(150, 0.8));
         let caster = still(&surface);
@@ -162,13 +165,13 @@ fn blind_particles_hide_what_was_left_out() {
     let points = lattice(24, 0.02);
     let size = 23.0 * 0.02;
     for function in [SurfaceFunction::blobs(0.01), SurfaceFunction::zhu_bridson(0.01), SurfaceFunction::density(0.01)] {
-        let surface = Surface::new(&context, &points, function).unwrap();
+        let surface = Arc::new(Surface::new(&context, &points, function).unwrap());
         let classes = classify(&context, &points, &surface, None, &mut Silent).unwrap();
         let kept: Vec<usize> = classes.indices().collect();
         assert!(kept.len() < points.len());
         let few: Vec<[f32; 3]> = kept.iter().map(|at| points[*at]).collect();
         let blind: Vec<bool> = kept.iter().map(|at| classes.of[*at] == relievo_fluid::Visibility::Blind).collect();
-        let reduced = Surface::new(&context, &few, function).unwrap();
+        let reduced = Arc::new(Surface::new(&context, &few, function).unwrap());
         let caster = RayCaster::new(&context, &reduced, Motion::default(), &blind, March::default()).unwrap();
         let all = still(&surface);
         let outside = rays(300, size);
@@ -197,10 +200,10 @@ fn blind_particles_hide_what_was_left_out() {
 #[test]
 fn bad_rays_meet_nothing_and_bad_input_is_refused() {
     let context = Context::serial();
-    let surface = Surface::new(&context, &[[0.0; 3]; 2], SurfaceFunction::blobs(0.1)).unwrap();
+    let surface = Arc::new(Surface::new(&context, &[[0.0; 3]; 2], SurfaceFunction::blobs(0.1)).unwrap());
     let caster = still(&surface);
     let good = ray(Vec3::new(-1.0, 0.0, 0.0), Vec3::X);
-    assert!(caster.tracer().intersect(&good).is_some());
+    assert!(caster.tracer(&mut Trail::default()).intersect(&good).is_some());
     let nan = [f32::NAN, 0.0, 0.0];
     for bad in [
         Ray { origin: nan, ..good },
@@ -213,7 +216,7 @@ fn bad_rays_meet_nothing_and_bad_input_is_refused() {
         Ray { near: 1.5, ..good },
         Ray { origin: [f32::MAX, 0.0, 0.0], ..good },
     ] {
-        assert_eq!(caster.tracer().intersect(&bad), None);
+        assert_eq!(caster.tracer(&mut Trail::default()).intersect(&bad), None);
     }
     let make = |velocities: &[[f32; 3]], shutter, blind: &[bool], steps| {
         RayCaster::new(&context, &surface, Motion { velocities, shutter }, blind, March { steps }).is_err()
@@ -221,6 +224,6 @@ fn bad_rays_meet_nothing_and_bad_input_is_refused() {
     assert!(make(&[[0.0; 3]], [0.0; 2], &[], 8.0) && make(&[nan; 2], [0.0; 2], &[], 8.0));
     assert!(make(&[], [1.0, 0.0], &[], 8.0) && make(&[], [0.0, f32::NAN], &[], 8.0));
     assert!(make(&[], [0.0; 2], &[true], 8.0) && make(&[], [0.0; 2], &[], 0.0) && make(&[], [0.0; 2], &[], f32::NAN));
-    let none = Surface::new(&context, &[], SurfaceFunction::blobs(0.1)).unwrap();
-    assert_eq!(still(&none).tracer().intersect(&good), None);
+    let none = Arc::new(Surface::new(&context, &[], SurfaceFunction::blobs(0.1)).unwrap());
+    assert_eq!(still(&none).tracer(&mut Trail::default()).intersect(&good), None);
 }
