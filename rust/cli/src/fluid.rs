@@ -135,13 +135,10 @@ fn frame(folder: &Path, number: u32) -> PathBuf {
 
 /// Writes particles in the order of their numbers, with their velocities.
 fn store(path: &Path, fluid: &Fluid) -> Result<()> {
-    let mut points = vec![[0.0; 3]; fluid.len()];
-    let mut velocities = vec![[0.0; 3]; fluid.len()];
-    let moved = fluid.places().iter().zip(fluid.velocities());
-    for (number, (place, velocity)) in fluid.numbers().iter().zip(moved) {
-        points[*number as usize] = place.truncate().into();
-        velocities[*number as usize] = velocity.truncate().into();
-    }
+    let mut order: Vec<usize> = (0..fluid.len()).collect();
+    order.sort_unstable_by_key(|at| fluid.numbers()[*at]);
+    let points = order.iter().map(|at| fluid.places()[*at].truncate().into()).collect();
+    let velocities: Vec<[f32; 3]> = order.iter().map(|at| fluid.velocities()[*at].truncate().into()).collect();
     let velocity = Attribute {
         name: "velocity".into(),
         domain: Domain::Point,

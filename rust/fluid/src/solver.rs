@@ -5,8 +5,9 @@ use relievo_core::{Context, Error, Result};
 
 use crate::cells::Cells;
 use crate::constants::Constants;
-use crate::neighbours::{NOWHERE, Neighbours};
+use crate::neighbours::Neighbours;
 use crate::pairs::Rows;
+use crate::particles::{Batch, ParticleChannel, Particles, State};
 use crate::pcisph::{Correction, Excess, correct, predict};
 use crate::prepare::{Begin, Found, prepare};
 use crate::wall::Wall;
@@ -27,8 +28,6 @@ const SHORTEST: f32 = 1e-4;
 /// The share of what a particle is too dense by when a step begins, as where two have met in the one before or begin in each
 /// other, that the longest step takes away where all at once does not converge.
 const EASED: f32 = 0.5;
-/// Particles at most: numbers of what is beside them must fit too.
-const MOST: usize = 1 << 30;
 
 /// What a step did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -46,13 +45,10 @@ pub struct StepStatistics {
 pub struct Fluid {
     options: FluidOptions,
     constants: Constants,
-    /// Places with pressures, and velocities, each with a row after the last particle.
-    places: Vec<Vec4>,
-    velocities: Vec<Vec4>,
-    /// What hosts add.
-    pushes: Vec<Vec4>,
-    numbers: Vec<u32>,
+    particles: Particles,
     wall: Wall,
+    /// Since the beginning.
+    seconds: f64,
     /// What a step works with.
     predicted: Vec<Vec4>,
     advected: Vec<Vec4>,
@@ -72,11 +68,9 @@ impl Fluid {
         options.check()?;
         Ok(Self {
             constants: Constants::new(&options),
-            places: vec![NOWHERE],
-            velocities: vec![Vec4::ZERO],
-            pushes: Vec::new(),
-            numbers: Vec::new(),
+            particles: Particles::default(),
             wall: Wall::default(),
+            seconds: 0.0,
             predicted: Vec::new(),
             advected: Vec::new(),
             accelerations: Vec::new(),
@@ -92,12 +86,12 @@ impl Fluid {
 
     /// How many particles there are.
     pub fn len(&self) -> usize {
-        self.numbers.len()
+        self.particles.len()
     }
 
     /// Whether there are no particles.
     pub fn is_empty(&self) -> bool {
-        self.numbers.is_empty()
+        self.len() == 0
     }
 
     /// The mass of a particle, in kg.
@@ -105,52 +99,99 @@ impl Fluid {
         self.constants.mass
     }
 
-    /// The number of each particle, in the order in which they were added.
+    /// Seconds since the beginning.
+    pub fn seconds(&self) -> f64 {
+        self.seconds
+    }
+
+    /// The number of each particle, counted in the order in which they were added. It stays with the particle, and no other
+    /// gets it after that is removed.
     pub fn numbers(&self) -> &[u32] {
-        &self.numbers
+        &self.particles.numbers
     }
 
     /// The pressure of each particle in Pa: what it adds to the virial of the forces (Clausius 1870) over its volume. The
     /// numbers by which forces are found differ from it where neighbours are in disorder.
-    pub fn pressures(&self) -> impl ExactSizeIterator<Item = f32> {
-        self.places().iter().zip(&self.found).map(|(place, found)| place.w * found.virial)
+    pub fn pressures(&self) -> &[f32] {
+        &self.particles.pressures
     }
 
     /// Places in metres; the fourth numbers are what a step begins with.
     pub fn places(&self) -> &[Vec4] {
-        &self.places[..self.len()]
+        &self.particles.places[..self.len()]
     }
 
     /// Velocities in m/s; their fourth numbers are 0.
     pub fn velocities(&self) -> &[Vec4] {
-        &self.velocities[..self.len()]
+        &self.particles.velocities[..self.len()]
+    }
+
+    /// When each particle was added, in seconds since the beginning.
+    pub fn births(&self) -> &[f64] {
+        self.particles.births()
+    }
+
+    /// What particles carry, in the order of [`Self::numbers`].
+    pub fn channels(&self) -> &[ParticleChannel] {
+        &self.particles.channels
+    }
+
+    /// Gives each particle so many numbers of a channel, in the order of [`Self::numbers`], and makes the channel if there
+    /// is none of the name. Fails if there are not `width` finite numbers a particle, 1 to 4, or it has another width.
+    pub fn set_channel(&mut self, name: &str, width: usize, values: &[f32]) -> Result<()> {
+        if values.len() != width * self.len() || !values.iter().all(|value| value.is_finite()) {
+            let (given, count) = (values.len(), self.len());
+            return Err(Error::invalid(format!(
+                "{given} numbers are given for {count} particles, or one is not finite"
+            ))
+            .at(name));
+        }
+        self.particles.channel(name, width)?.values.copy_from_slice(values);
+        Ok(())
     }
 
     /// Adds particles at places in metres, with a velocity in m/s. Fails if a number is not finite, or there are more than
     /// 2³⁰ particles.
     pub fn add(&mut self, places: &[Vec3], velocity: Vec3) -> Result<()> {
-        if !velocity.is_finite() || places.iter().any(|place| !place.is_finite()) {
-            return Err(Error::invalid("a place or velocity of a particle is not finite"));
-        }
-        if self.len() + places.len() > MOST {
-            return Err(Error::memory("a fluid has at most 2³⁰ particles").advise("take a larger spacing"));
-        }
-        self.places.pop();
-        self.velocities.pop();
-        let first = self.len() as u32;
-        self.numbers.extend(first..first + places.len() as u32);
-        self.places.extend(places.iter().map(|place| place.extend(0.0)).chain([NOWHERE]));
-        self.velocities.resize(self.places.len() - 1, velocity.extend(0.0));
-        self.velocities.push(Vec4::ZERO);
-        self.pushes.resize(self.len(), Vec4::ZERO);
+        self.add_batch(&Batch { places, velocities: &[velocity], lifetime: f32::INFINITY, channels: &[] })
+    }
+
+    /// Adds particles with what they carry. Fails if a number is out of range, a channel has another width, or there are
+    /// more than 2³⁰ particles; nothing is added then.
+    pub fn add_batch(&mut self, batch: &Batch) -> Result<()> {
+        self.particles.add(batch, self.seconds)
+    }
+
+    /// Removes the particles of which `is_gone` says so by their place in the lists, and returns how many there were.
+    pub fn remove(&mut self, is_gone: impl Fn(usize) -> bool) -> usize {
+        self.particles.remove(is_gone)
+    }
+
+    /// All that the fluid goes on from, but its options and walls.
+    pub fn state(&self) -> State {
+        State { seconds: self.seconds, pulled: self.pulled, share: self.share, ..self.particles.save() }
+    }
+
+    /// Goes on from a state, with other particles than before. Fails if that is not sound; nothing has changed then.
+    pub fn set_state(&mut self, state: State) -> Result<()> {
+        state.check()?;
+        (self.seconds, self.pulled, self.share) = (state.seconds, state.pulled, state.share);
+        self.particles = Particles::restore(state);
         Ok(())
     }
 
-    /// Takes particles at these places as walls, instead of those that were. Fails if a place is not finite, or more
+    /// Takes particles at these places as walls at rest, instead of those that were. Fails if a place is not finite, or more
     /// particles are near one than can be told apart.
     pub fn set_walls(&mut self, context: &Context, places: &[Vec3]) -> Result<()> {
         self.wall = Wall::new(context, &self.constants, places)?;
         Ok(())
+    }
+
+    /// Has walls be at other places and go on from there with velocities in m/s, in the order in which they were set, until
+    /// told otherwise. Each counts as much as where it was set, so that shapes should stay about what they were. Fails if
+    /// there are not as many as walls, or a number is not finite.
+    pub fn move_walls(&mut self, places: &[Vec3], velocities: &[Vec3]) -> Result<()> {
+        self.wall.put(places, velocities)
     }
 
     /// Has each particle accelerated by so much, in m/s² and the order of [`Self::numbers`], beside all else, from now on.
@@ -163,7 +204,7 @@ impl Fluid {
         if accelerations.iter().any(|acceleration| !acceleration.is_finite()) {
             return Err(Error::invalid("an acceleration is not finite"));
         }
-        self.pushes.iter_mut().zip(accelerations).for_each(|(push, given)| *push = given.extend(0.0));
+        self.particles.pushes.iter_mut().zip(accelerations).for_each(|(push, given)| *push = given.extend(0.0));
         Ok(())
     }
 
@@ -205,7 +246,7 @@ impl Fluid {
             TimeStep::Courant { number, most } => {
                 let reach = number * self.options.spacing;
                 let square = self.velocities().iter().map(|velocity| velocity.length_squared()).fold(0.0, f32::max);
-                let (speed, pull) = (square.sqrt(), self.pulled);
+                let (speed, pull) = (square.sqrt().max(self.wall.speed), self.pulled);
                 // The time in which reach = speed t + pull t² / 2.
                 let step = 2.0 * reach / (speed + (speed * speed + 2.0 * pull * reach).sqrt()).max(f32::MIN_POSITIVE);
                 let Constants { kernels, viscosity, friction, .. } = self.constants;
@@ -220,6 +261,8 @@ impl Fluid {
     /// particles are where none can be; nothing has moved then.
     pub fn step(&mut self, context: &Context, seconds: f32) -> Result<StepStatistics> {
         if self.is_empty() || seconds <= 0.0 {
+            self.wall.arrive(seconds.max(0.0));
+            self.seconds += f64::from(seconds.max(0.0));
             return Ok(StepStatistics { seconds: seconds.max(0.0), ..StepStatistics::default() });
         }
         self.look_around(context)?;
@@ -231,7 +274,7 @@ impl Fluid {
         let mut corrections = done.corrections;
         while !is_enough && !is_fixed && self.share > SHORTEST {
             // Pressures that did not converge are no better than none.
-            self.places.iter_mut().for_each(|place| place.w = 0.0);
+            self.particles.places.iter_mut().for_each(|place| place.w = 0.0);
             self.share *= 0.5;
             (done, is_enough) =
                 self.press(context, 0.5 * done.seconds, 1.0 - EASED * (done.seconds / longest).min(1.0));
@@ -239,7 +282,7 @@ impl Fluid {
         }
         let is_finite = self.predicted.iter().all(|place| place.is_finite());
         if !is_finite || !(is_fixed || is_enough) {
-            self.places.iter_mut().for_each(|place| place.w = 0.0);
+            self.particles.places.iter_mut().for_each(|place| place.w = 0.0);
             return Err(Error::invalid("pressures do not converge")
                 .at(format!("a step of {} s", done.seconds))
                 .advise("take shorter steps, and see whether particles begin in each other or in walls"));
@@ -258,17 +301,20 @@ impl Fluid {
     fn look_around(&mut self, context: &Context) -> Result<()> {
         let count = self.len();
         let support = self.constants.kernels.support;
-        self.cells.fill(context, support, &self.places[..count])?;
-        self.sort(context);
-        let places = &self.places[..count];
-        self.near.find(context, places, (&self.places, &self.cells), support, true)?;
+        self.cells.fill(context, support, &self.particles.places[..count])?;
+        let order: Vec<u32> = self.cells.order().collect();
+        self.particles.sort(context, &order);
+        self.wall.sort(context, support)?;
+        let all = &self.particles.places;
+        let places = &all[..count];
+        self.near.find(context, places, (all, &self.cells), support, true)?;
         self.near_walls.find(context, places, (&self.wall.places, &self.wall.cells), support, false)?;
         self.found.resize(count, Found::default());
         self.accelerations.resize(count, Vec4::ZERO);
         let begin = Begin {
             constants: self.constants,
-            places: Rows { fluid: &self.places, walls: &self.wall.places },
-            velocities: Rows { fluid: &self.velocities, walls: &self.wall.velocities },
+            places: Rows { fluid: all, walls: &self.wall.places },
+            velocities: Rows { fluid: &self.particles.velocities, walls: &self.wall.velocities },
         };
         prepare(context, &begin, [&mut self.near, &mut self.near_walls], &mut self.found, &mut self.accelerations);
         Ok(())
@@ -279,7 +325,8 @@ impl Fluid {
     fn press(&mut self, context: &Context, seconds: f32, kept: f32) -> (StepStatistics, bool) {
         let count = self.len();
         let gravity = self.options.gravity.extend(0.0);
-        let pulled = self.velocities.iter().zip(&self.accelerations).zip(&self.pushes);
+        let Particles { places, velocities, pushes, .. } = &mut self.particles;
+        let pulled = velocities.iter().zip(&self.accelerations).zip(&*pushes);
         self.advected.clear();
         self.advected.extend(pulled.map(|((velocity, pull), push)| *velocity + seconds * (*pull + *push + gravity)));
         let correction = Correction {
@@ -292,16 +339,16 @@ impl Fluid {
             dense: (1.0 + self.options.excess.most) * self.constants.density,
             kept,
         };
-        let walls = &self.wall.places;
-        self.places.iter_mut().for_each(|place| place.w *= CARRIED);
-        self.predicted.clone_from(&self.places);
+        places.iter_mut().for_each(|place| place.w *= CARRIED);
+        self.predicted.clone_from(places);
+        self.wall.predict(seconds);
         let mut done = StepStatistics { seconds, ..StepStatistics::default() };
         let [least, most] = self.options.corrections;
         loop {
-            let rows = Rows { fluid: &self.places, walls };
+            let rows = Rows { fluid: places, walls: &self.wall.places };
             predict(context, &correction, rows, &mut self.predicted[..count]);
-            let rows = Rows { fluid: &self.predicted, walls };
-            let [excess, over] = correct(context, &correction, rows, &mut self.places[..count]);
+            let rows = Rows { fluid: &self.predicted, walls: self.wall.ends() };
+            let [excess, over] = correct(context, &correction, rows, &mut places[..count]);
             done.excess = excess;
             done.corrections += 1;
             let is_enough = over.most <= self.options.excess.most && over.mean <= self.options.excess.mean;
@@ -315,8 +362,9 @@ impl Fluid {
     /// spacing: corrections throw one out of a few thousand where water meets walls, though nothing is too dense then.
     fn arrive(&mut self, seconds: f32) {
         let mut pulled = 0.0f32;
-        let predicted = self.predicted.iter().take(self.numbers.len());
-        for ((place, velocity), predicted) in self.places.iter_mut().zip(&mut self.velocities).zip(predicted) {
+        let Particles { places, velocities, numbers, .. } = &mut self.particles;
+        let predicted = self.predicted.iter().take(numbers.len());
+        for ((place, velocity), predicted) in places.iter_mut().zip(velocities).zip(predicted) {
             let moved = (predicted.xyz() - place.xyz()).clamp_length_max(self.options.spacing);
             let new = (moved / seconds).extend(0.0);
             pulled = pulled.max((new - *velocity).length_squared());
@@ -324,22 +372,11 @@ impl Fluid {
             *place = (place.xyz() + moved).extend(place.w);
         }
         self.pulled = pulled.sqrt() / seconds;
-    }
-
-    /// Puts particles into the order of the cells.
-    fn sort(&mut self, context: &Context) {
-        let order: Vec<u32> = self.cells.order().collect();
-        let moved = |from: &[Vec4]| {
-            let mut to = Vec::with_capacity(order.len() + 1);
-            context.map_into(order.len(), &mut to, |place| from[order[place] as usize]);
-            to
-        };
-        self.places = moved(&self.places);
-        self.velocities = moved(&self.velocities);
-        self.pushes = moved(&self.pushes);
-        self.places.push(NOWHERE);
-        self.velocities.push(Vec4::ZERO);
-        self.numbers = order.iter().map(|number| self.numbers[*number as usize]).collect();
+        let told = self.particles.pressures.iter_mut().zip(&self.particles.places).zip(&self.found);
+        told.for_each(|((pressure, place), found)| *pressure = place.w * found.virial);
+        self.wall.arrive(seconds);
+        self.seconds += f64::from(seconds);
+        self.particles.expire(self.seconds);
     }
 }
 

@@ -16,11 +16,27 @@ pub struct Wall {
     pub places: Vec<Vec4>,
     pub velocities: Vec<Vec4>,
     pub cells: Cells,
+    /// The number that each had when it was set.
+    pub numbers: Vec<u32>,
+    /// The speed of the fastest, in m/s. Nothing is done for walls at rest.
+    pub speed: f32,
+    /// Where they are when a step ends.
+    ends: Vec<Vec4>,
+    /// Whether they are in the order of cells.
+    is_sorted: bool,
 }
 
 impl Default for Wall {
     fn default() -> Self {
-        Self { places: vec![NOWHERE], velocities: vec![Vec4::ZERO], cells: Cells::default() }
+        Self {
+            places: vec![NOWHERE],
+            velocities: vec![Vec4::ZERO],
+            cells: Cells::default(),
+            numbers: Vec::new(),
+            speed: 0.0,
+            ends: Vec::new(),
+            is_sorted: true,
+        }
     }
 }
 
@@ -51,7 +67,68 @@ impl Wall {
             place.w = mass * flat / (kernels.density + around);
         }
         let velocities = vec![Vec4::ZERO; places.len()];
-        Ok(Self { places, velocities, cells })
+        let numbers = cells.order().collect();
+        Ok(Self { places, velocities, cells, numbers, ..Self::default() })
+    }
+
+    /// Puts them at places in metres, in the order in which they were set, with velocities in m/s.
+    pub fn put(&mut self, places: &[Vec3], velocities: &[Vec3]) -> Result<()> {
+        let count = self.numbers.len();
+        if places.len() != count || velocities.len() != count {
+            let (given, moved) = (places.len(), velocities.len());
+            return Err(Error::invalid(format!("{given} places and {moved} velocities are given for {count} walls")));
+        }
+        if !places.iter().chain(velocities).all(|vector| vector.is_finite()) {
+            return Err(Error::invalid("a place or velocity of a wall is not finite"));
+        }
+        let mut square = 0.0f32;
+        for (number, (place, velocity)) in self.numbers.iter().zip(self.places.iter_mut().zip(&mut self.velocities)) {
+            let number = *number as usize;
+            *place = places[number].extend(place.w);
+            *velocity = velocities[number].extend(0.0);
+            square = square.max(velocity.length_squared());
+        }
+        self.speed = square.sqrt();
+        self.is_sorted = false;
+        Ok(())
+    }
+
+    /// Finds where they are after so many seconds.
+    pub fn predict(&mut self, seconds: f32) {
+        if self.speed > 0.0 {
+            self.ends.clone_from(&self.places);
+            self.ends.iter_mut().zip(&self.velocities).for_each(|(end, velocity)| *end += seconds * *velocity);
+        }
+    }
+
+    /// Where they are when the step ends that was predicted.
+    pub fn ends(&self) -> &[Vec4] {
+        if self.speed > 0.0 { &self.ends } else { &self.places }
+    }
+
+    /// Goes on by so many seconds.
+    pub fn arrive(&mut self, seconds: f32) {
+        if self.speed > 0.0 && seconds > 0.0 {
+            self.predict(seconds);
+            std::mem::swap(&mut self.places, &mut self.ends);
+            self.is_sorted = false;
+        }
+    }
+
+    /// Puts them into the order of cells of a side, if they have moved. Fails if they are too far from each other.
+    pub fn sort(&mut self, context: &Context, side: f32) -> Result<()> {
+        if self.is_sorted {
+            return Ok(());
+        }
+        let count = self.numbers.len();
+        self.cells.fill(context, side, &self.places[..count]).map_err(|error| error.at("walls"))?;
+        let order: Vec<usize> = self.cells.order().map(|number| number as usize).collect();
+        let moved =
+            |rows: &[Vec4]| -> Vec<Vec4> { order.iter().copied().chain([count]).map(|from| rows[from]).collect() };
+        (self.places, self.velocities) = (moved(&self.places), moved(&self.velocities));
+        self.numbers = order.iter().map(|from| self.numbers[*from]).collect();
+        self.is_sorted = true;
+        Ok(())
     }
 }
 

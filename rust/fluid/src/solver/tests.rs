@@ -17,8 +17,8 @@ fn disorder(kernels: KernelSet) -> Fluid {
     fluid.set_walls(&Context::serial(), &basin(Vec3::ZERO, Vec3::splat(0.6), 0.1).unwrap()).unwrap();
     for number in 0..300 {
         let velocity = Vec3::from([3, 4, 5].map(|kind| noise(number, kind) - 0.5));
-        fluid.velocities[number as usize] = velocity.extend(0.0);
-        fluid.places[number as usize].w = 300.0 * noise(number, 6);
+        fluid.particles.velocities[number as usize] = velocity.extend(0.0);
+        fluid.particles.places[number as usize].w = 300.0 * noise(number, 6);
     }
     fluid
 }
@@ -30,7 +30,7 @@ fn densities_and_accelerations_are_the_sums_over_all_pairs() {
         fluid.look_around(&context).unwrap();
         let (places, velocities) = (fluid.places().to_vec(), fluid.velocities().to_vec());
         let step = 1e-3;
-        let begin = fluid.places.clone();
+        let begin = fluid.particles.places.clone();
         fluid.options.corrections = [1, 1];
         fluid.press(&context, step, 0.0);
         let constants = fluid.constants;
@@ -68,10 +68,62 @@ fn steps_do_not_depend_on_threads() {
         fluid.add(&block(Vec3::ZERO, Vec3::new(0.6, 0.5, 0.8), 0.05).unwrap(), Vec3::ZERO).unwrap();
         fluid.set_walls(&context, &basin(Vec3::ZERO, Vec3::new(1.5, 0.5, 1.0), 0.05).unwrap()).unwrap();
         fluid.advance(&context, 0.1, |_, _| Ok(())).unwrap();
-        (fluid.places, fluid.velocities, fluid.numbers)
+        fluid.state()
     };
     let one = run(1);
     assert!(one == run(2) && one == run(5));
+}
+
+#[test]
+fn a_state_goes_on_to_the_bit() {
+    let context = Context::serial();
+    let begin = || {
+        let mut fluid = Fluid::new(FluidOptions { spacing: 0.05, ..FluidOptions::default() }).unwrap();
+        fluid.set_walls(&context, &basin(Vec3::ZERO, Vec3::new(1.2, 0.4, 0.8), 0.05).unwrap()).unwrap();
+        fluid
+    };
+    let mut fluid = begin();
+    let places = block(Vec3::ZERO, Vec3::new(0.4, 0.4, 0.6), 0.05).unwrap();
+    let (short, long) = places.split_at(200);
+    fluid.add(long, Vec3::ZERO).unwrap();
+    let color = [("color", [0.1, 0.2, 0.7].as_slice())];
+    let batch = Batch { places: short, velocities: &[Vec3::ZERO], lifetime: 0.09, channels: &color };
+    fluid.add_batch(&batch).unwrap();
+    fluid.advance(&context, 0.05, |_, _| Ok(())).unwrap();
+    fluid.remove(|particle| particle % 50 == 0);
+    let mut other = begin();
+    other.set_state(fluid.state()).unwrap();
+    for fluid in [&mut fluid, &mut other] {
+        fluid.advance(&context, 0.05, |_, _| Ok(())).unwrap();
+        fluid.add(&[Vec3::new(0.9, 0.2, 0.2)], Vec3::ZERO).unwrap();
+        fluid.advance(&context, 0.05, |_, _| Ok(())).unwrap();
+    }
+    let state = fluid.state();
+    assert!(state == other.state() && state.numbers.len() < long.len() && state.numbers.contains(&(state.next - 1)));
+    let damaged = State { births: Vec::new(), ..state.clone() };
+    assert!(fluid.set_state(damaged).is_err() && fluid.state() == state);
+}
+
+#[test]
+fn a_fluid_moves_with_its_walls_as_it_rests_in_them() {
+    let (context, spacing) = (Context::serial(), 0.05);
+    let run = |velocity: Vec3| {
+        let options = FluidOptions { spacing, time_step: TimeStep::Fixed(1e-3), ..FluidOptions::default() };
+        let mut fluid = Fluid::new(options).unwrap();
+        fluid.add(&block(Vec3::ZERO, Vec3::new(0.3, 0.3, 0.4), spacing).unwrap(), velocity).unwrap();
+        let walls = basin(Vec3::ZERO, Vec3::new(0.6, 0.3, 0.5), spacing).unwrap();
+        fluid.set_walls(&context, &walls).unwrap();
+        fluid.move_walls(&walls, &vec![velocity; walls.len()]).unwrap();
+        fluid.advance(&context, 0.1, |_, _| Ok(())).unwrap();
+        let mut places = vec![Vec3::ZERO; fluid.len()];
+        fluid.numbers().iter().zip(fluid.places()).for_each(|(number, place)| places[*number as usize] = place.xyz());
+        places
+    };
+    let velocity = Vec3::new(0.5, -0.25, 1.0);
+    let off =
+        run(velocity).into_iter().zip(run(Vec3::ZERO)).map(|(moved, rest)| (moved - 0.1 * velocity).distance(rest));
+    let off = off.fold(0.0, f32::max);
+    assert!(off < 0.02 * spacing, "{off} m");
 }
 
 #[test]
@@ -111,7 +163,7 @@ fn a_column_comes_to_rest_with_pressures_that_grow_by_its_weight() {
         .advance(&context, 0.3, |fluid, done| {
             assert!(done.excess.most <= 0.01 && done.excess.mean <= 0.001);
             for (place, pressure) in fluid.places().iter().zip(fluid.pressures()) {
-                let [z, p] = [place.z, pressure].map(f64::from);
+                let [z, p] = [place.z, *pressure].map(f64::from);
                 if z > 0.1 && z < 0.65 {
                     sums.iter_mut().zip([1.0, z, p, z * z, z * p]).for_each(|(sum, term)| *sum += term);
                 }
@@ -150,6 +202,10 @@ fn what_cannot_be_simulated_is_refused() {
     assert!(fluid.is_empty());
     fluid.add(&[Vec3::ZERO, Vec3::X], Vec3::ZERO).unwrap();
     assert!(fluid.accelerate(&[Vec3::X]).is_err() && fluid.accelerate(&[Vec3::X, Vec3::NAN]).is_err());
+    fluid.set_walls(&context, &[Vec3::splat(3.0)]).unwrap();
+    assert!(fluid.move_walls(&[], &[]).is_err() && fluid.move_walls(&[Vec3::NAN], &[Vec3::ZERO]).is_err());
+    assert!(fluid.set_channel("age", 1, &[1.0]).is_err() && fluid.set_channel("age", 1, &[1.0, f32::NAN]).is_err());
+    assert!(fluid.set_channel("age", 1, &[1.0, 2.0]).is_ok() && fluid.set_channel("age", 2, &[1.0; 4]).is_err());
     fluid.add(&[Vec3::splat(1e7)], Vec3::ZERO).unwrap();
     assert!(fluid.step(&context, 0.01).is_err());
     let mut crowd = Fluid::new(FluidOptions::default()).unwrap();

@@ -1,0 +1,391 @@
+//! The particles of a fluid, and what each carries through its life.
+
+use glam::{Vec3, Vec4};
+use relievo_core::{Context, Error, Result};
+
+use crate::neighbours::NOWHERE;
+
+/// Particles at most: numbers of what is beside them must fit too.
+const MOST: usize = 1 << 30;
+
+/// Numbers that particles carry with them, such as a colour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ParticleChannel {
+    /// Its name: `color` is three numbers of scene-linear Rec.709, others are the user's own.
+    pub name: String,
+    /// Numbers per particle, 1 to 4.
+    pub width: usize,
+    /// The numbers, particle after particle.
+    pub values: Vec<f32>,
+}
+
+/// Particles that are added to a fluid.
+#[derive(Clone, Copy, Debug)]
+pub struct Batch<'a> {
+    /// Places in metres.
+    pub places: &'a [Vec3],
+    /// Velocities in m/s: one for each, or one for all.
+    pub velocities: &'a [Vec3],
+    /// Seconds until they are removed; infinite for those that stay.
+    pub lifetime: f32,
+    /// What all of them have in channels of these names, 1 to 4 numbers each. Where a particle has nothing, it has zeros.
+    pub channels: &'a [(&'a str, &'a [f32])],
+}
+
+/// All that a fluid goes on from: one with the same options and walls does the same from it, to the bit. The rows of all
+/// lists are in the same order, which counts.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct State {
+    /// Seconds since the beginning.
+    pub seconds: f64,
+    /// The largest acceleration in the last step, in m/s².
+    pub pulled: f32,
+    /// The share of the Courant step that is taken, above 0 and at most 1.
+    pub share: f32,
+    /// The number that the next particle gets.
+    pub next: u32,
+    /// Places in metres; the fourth numbers are what a step begins with.
+    pub places: Vec<Vec4>,
+    /// Velocities in m/s; the fourth numbers are 0.
+    pub velocities: Vec<Vec4>,
+    /// Accelerations by the host in m/s²; the fourth numbers are 0.
+    pub pushes: Vec<Vec4>,
+    /// Pressures in Pa.
+    pub pressures: Vec<f32>,
+    /// Numbers, different ones.
+    pub numbers: Vec<u32>,
+    /// When particles were added, in seconds since the beginning.
+    pub births: Vec<f64>,
+    /// How many seconds after that they are removed; infinite for those that stay.
+    pub lifetimes: Vec<f32>,
+    /// What they carry beside that.
+    pub channels: Vec<ParticleChannel>,
+}
+
+impl State {
+    /// Fails if lists are not of the same length, a number is out of range, two particles have the same number, or two
+    /// channels the same name.
+    pub fn check(&self) -> Result<()> {
+        let count = self.numbers.len();
+        let lists = [
+            ("places", self.places.len()),
+            ("velocities", self.velocities.len()),
+            ("pushes", self.pushes.len()),
+            ("pressures", self.pressures.len()),
+            ("births", self.births.len()),
+            ("lifetimes", self.lifetimes.len()),
+        ];
+        if let Some((name, length)) = lists.into_iter().find(|(_, length)| *length != count) {
+            return Err(Error::invalid(format!("there are {length} rows for {count} particles")).at(name));
+        }
+        if count > MOST {
+            return Err(too_many());
+        }
+        let refuse = |name: &str, what: &str| Err(Error::invalid(what).at(name));
+        let is_sound = |row: &Vec4| row.is_finite();
+        if !self.places.iter().all(|place| is_sound(place) && place.w >= 0.0) {
+            return refuse("places", "a number is not finite, or a pressure negative");
+        }
+        if ![&self.velocities, &self.pushes].into_iter().flatten().all(|row| is_sound(row) && row.w == 0.0) {
+            return refuse("velocities", "a number is not finite, or a fourth one is not 0");
+        }
+        if !self.pressures.iter().all(|pressure| pressure.is_finite()) {
+            return refuse("pressures", "a number is not finite");
+        }
+        if !self.births.iter().all(|birth| birth.is_finite()) || !self.lifetimes.iter().all(|seconds| *seconds > 0.0) {
+            return refuse("lifetimes", "a particle is removed before it is added");
+        }
+        let mut numbers = self.numbers.clone();
+        numbers.sort_unstable();
+        if numbers.windows(2).any(|pair| pair[0] == pair[1]) || numbers.last().is_some_and(|last| *last >= self.next) {
+            return refuse("numbers", "two particles have the same number, or one that is yet to be given");
+        }
+        let steps = (0.0..=1.0).contains(&self.share) && self.share > 0.0 && self.pulled >= 0.0;
+        if !(steps && self.pulled.is_finite() && self.seconds.is_finite()) {
+            return refuse("steps", "the time or what steps follow from is out of range");
+        }
+        for (at, channel) in self.channels.iter().enumerate() {
+            let is_named = self.channels[..at].iter().any(|other| other.name == channel.name);
+            let is_whole = channel.values.len() == count * channel.width && (1..=4).contains(&channel.width);
+            if is_named || !is_whole || !channel.values.iter().all(|value| value.is_finite()) {
+                return refuse(&channel.name, "a channel has not 1 to 4 finite numbers a particle, or occurs twice");
+            }
+        }
+        Ok(())
+    }
+}
+
+fn too_many() -> Error {
+    Error::memory("a fluid has at most 2³⁰ particles").advise("take a larger spacing")
+}
+
+/// The particles of a fluid.
+pub struct Particles {
+    /// Places with what a step begins with, and velocities, each with a row after the last particle.
+    pub places: Vec<Vec4>,
+    pub velocities: Vec<Vec4>,
+    /// What hosts add.
+    pub pushes: Vec<Vec4>,
+    /// What is told of the last step, in Pa.
+    pub pressures: Vec<f32>,
+    pub numbers: Vec<u32>,
+    pub channels: Vec<ParticleChannel>,
+    births: Vec<f64>,
+    lifetimes: Vec<f32>,
+    /// The number of the next one, and whether one does not stay for ever.
+    next: u32,
+    is_mortal: bool,
+}
+
+impl Default for Particles {
+    fn default() -> Self {
+        Self {
+            places: vec![NOWHERE],
+            velocities: vec![Vec4::ZERO],
+            pushes: Vec::new(),
+            pressures: Vec::new(),
+            numbers: Vec::new(),
+            channels: Vec::new(),
+            births: Vec::new(),
+            lifetimes: Vec::new(),
+            next: 0,
+            is_mortal: false,
+        }
+    }
+}
+
+impl Particles {
+    pub fn len(&self) -> usize {
+        self.numbers.len()
+    }
+
+    /// When each was added, in seconds since the beginning.
+    pub fn births(&self) -> &[f64] {
+        &self.births
+    }
+
+    /// Adds particles at a time. Nothing is added where it fails.
+    pub fn add(&mut self, batch: &Batch, now: f64) -> Result<()> {
+        let (added, given) = (batch.places.len(), batch.velocities.len());
+        if given != 1 && given != added {
+            return Err(Error::invalid(format!("{given} velocities are given for {added} particles")));
+        }
+        if !batch.places.iter().chain(batch.velocities).all(|vector| vector.is_finite()) {
+            return Err(Error::invalid("a place or velocity of a particle is not finite"));
+        }
+        if batch.lifetime.is_nan() || batch.lifetime <= 0.0 {
+            return Err(Error::invalid(format!("particles cannot live for {} s", batch.lifetime)));
+        }
+        let count = self.len() + added;
+        let (Some(next), true) = (self.next.checked_add(added as u32), count <= MOST) else {
+            return Err(too_many());
+        };
+        for (name, values) in batch.channels {
+            self.channel(name, values.len())?;
+            if !values.iter().all(|value| value.is_finite()) {
+                return Err(Error::invalid("a number of a channel is not finite").at(*name));
+            }
+        }
+        self.places.truncate(self.numbers.len());
+        self.velocities.truncate(self.numbers.len());
+        self.numbers.extend(self.next..next);
+        self.next = next;
+        self.places.extend(batch.places.iter().map(|place| place.extend(0.0)).chain([NOWHERE]));
+        let velocities = batch.velocities.iter().cycle().take(added);
+        self.velocities.extend(velocities.map(|velocity| velocity.extend(0.0)).chain([Vec4::ZERO]));
+        self.pushes.resize(count, Vec4::ZERO);
+        self.pressures.resize(count, 0.0);
+        self.births.resize(count, now);
+        self.lifetimes.resize(count, batch.lifetime);
+        self.is_mortal |= batch.lifetime.is_finite();
+        for channel in &mut self.channels {
+            match batch.channels.iter().find(|(name, _)| *name == channel.name) {
+                Some((_, values)) => channel.values.extend(values.iter().cycle().take(added * channel.width)),
+                None => channel.values.resize(count * channel.width, 0.0),
+            }
+        }
+        Ok(())
+    }
+
+    /// The channel of a name and so many numbers a particle, of zeros if it is new. Fails if it has another width.
+    pub fn channel(&mut self, name: &str, width: usize) -> Result<&mut ParticleChannel> {
+        let at = self.channels.iter().position(|channel| channel.name == name);
+        let at = match at {
+            Some(at) if self.channels[at].width == width => at,
+            None if (1..=4).contains(&width) && !name.is_empty() => {
+                let values = vec![0.0; width * self.len()];
+                self.channels.push(ParticleChannel { name: name.into(), width, values });
+                self.channels.len() - 1
+            }
+            _ => {
+                return Err(Error::invalid(format!("{width} numbers a particle cannot be in this channel"))
+                    .at(name)
+                    .advise("use a name and 1 to 4 numbers, as many as the channel has if it is there"));
+            }
+        };
+        Ok(&mut self.channels[at])
+    }
+
+    /// Removes the particles of which `is_gone` says so by their place in the lists, and returns how many.
+    pub fn remove(&mut self, is_gone: impl Fn(usize) -> bool) -> usize {
+        let count = self.len();
+        let gone: Vec<bool> = (0..count).map(is_gone).collect();
+        let removed = gone.iter().filter(|gone| **gone).count();
+        if removed > 0 {
+            retain(&mut self.places, &gone, 1);
+            retain(&mut self.velocities, &gone, 1);
+            retain(&mut self.pushes, &gone, 1);
+            retain(&mut self.pressures, &gone, 1);
+            retain(&mut self.numbers, &gone, 1);
+            retain(&mut self.births, &gone, 1);
+            retain(&mut self.lifetimes, &gone, 1);
+            self.channels.iter_mut().for_each(|channel| retain(&mut channel.values, &gone, channel.width));
+        }
+        removed
+    }
+
+    /// Removes those whose life has ended at a time.
+    pub fn expire(&mut self, now: f64) {
+        if self.is_mortal {
+            let (births, lifetimes) = (std::mem::take(&mut self.births), std::mem::take(&mut self.lifetimes));
+            let is_over: Vec<bool> =
+                births.iter().zip(&lifetimes).map(|(birth, life)| now - birth >= f64::from(*life)).collect();
+            (self.births, self.lifetimes) = (births, lifetimes);
+            self.remove(|particle| is_over[particle]);
+        }
+    }
+
+    /// Puts all into an order, the number that each row had.
+    pub fn sort(&mut self, context: &Context, order: &[u32]) {
+        self.places = moved(context, order, &self.places, 1);
+        self.velocities = moved(context, order, &self.velocities, 1);
+        self.places.push(NOWHERE);
+        self.velocities.push(Vec4::ZERO);
+        self.pushes = moved(context, order, &self.pushes, 1);
+        self.pressures = moved(context, order, &self.pressures, 1);
+        self.numbers = moved(context, order, &self.numbers, 1);
+        self.births = moved(context, order, &self.births, 1);
+        self.lifetimes = moved(context, order, &self.lifetimes, 1);
+        for channel in &mut self.channels {
+            channel.values = moved(context, order, &channel.values, channel.width);
+        }
+    }
+
+    /// All of them, for a state of a fluid.
+    pub fn save(&self) -> State {
+        let count = self.len();
+        State {
+            next: self.next,
+            places: self.places[..count].to_vec(),
+            velocities: self.velocities[..count].to_vec(),
+            pushes: self.pushes.clone(),
+            pressures: self.pressures.clone(),
+            numbers: self.numbers.clone(),
+            births: self.births.clone(),
+            lifetimes: self.lifetimes.clone(),
+            channels: self.channels.clone(),
+            ..State::default()
+        }
+    }
+
+    /// Those of a state that was checked.
+    pub fn restore(state: State) -> Self {
+        let State { mut places, mut velocities, lifetimes, .. } = state;
+        places.push(NOWHERE);
+        velocities.push(Vec4::ZERO);
+        Self {
+            places,
+            velocities,
+            pushes: state.pushes,
+            pressures: state.pressures,
+            numbers: state.numbers,
+            channels: state.channels,
+            births: state.births,
+            is_mortal: lifetimes.iter().any(|seconds| seconds.is_finite()),
+            lifetimes,
+            next: state.next,
+        }
+    }
+}
+
+/// Keeps the rows that are not gone, and what is after the last one.
+fn retain<T: Copy>(rows: &mut Vec<T>, gone: &[bool], width: usize) {
+    let mut kept = 0;
+    for at in 0..rows.len() {
+        if !gone.get(at / width).is_some_and(|gone| *gone) {
+            rows[kept] = rows[at];
+            kept += 1;
+        }
+    }
+    rows.truncate(kept);
+}
+
+/// Rows in an order, with room for one more.
+fn moved<T: Copy + Send + Sync>(context: &Context, order: &[u32], from: &[T], width: usize) -> Vec<T> {
+    let mut to = Vec::with_capacity(order.len() * width + 1);
+    if width == 1 {
+        context.map_into(order.len(), &mut to, |at| from[order[at] as usize]);
+    } else {
+        context.map_into(order.len() * width, &mut to, |at| from[order[at / width] as usize * width + at % width]);
+    }
+    to
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn batch<'a>(places: &'a [Vec3], channels: &'a [(&'a str, &'a [f32])]) -> Batch<'a> {
+        Batch { places, velocities: &[Vec3::X], lifetime: 2.0, channels }
+    }
+
+    #[test]
+    fn what_particles_carry_goes_with_them() {
+        let mut particles = Particles::default();
+        let places: Vec<Vec3> = (0..6).map(|at| Vec3::splat(at as f32)).collect();
+        particles.add(&batch(&places, &[("color", &[0.1, 0.2, 0.3])]), 0.0).unwrap();
+        particles.add(&Batch { lifetime: f32::INFINITY, ..batch(&places[..2], &[("age", &[7.0])]) }, 1.0).unwrap();
+        particles.sort(&Context::serial(), &[7, 1, 2, 3, 4, 5, 6, 0]);
+        assert_eq!(particles.remove(|at| at == 1), 1);
+        assert_eq!(particles.numbers, [7, 2, 3, 4, 5, 6, 0]);
+        assert!(particles.places[0] == Vec4::new(1.0, 1.0, 1.0, 0.0) && particles.places[7] == NOWHERE);
+        let state = particles.save();
+        assert_eq!(state.channels[0].values[..6], [0.0, 0.0, 0.0, 0.1, 0.2, 0.3]);
+        assert_eq!(state.channels[1].values, [7.0, 0.0, 0.0, 0.0, 0.0, 7.0, 0.0]);
+        particles = Particles::restore(state.clone());
+        assert_eq!(particles.save(), state);
+        particles.expire(2.0);
+        assert_eq!(particles.numbers, [7, 6]);
+        particles.add(&batch(&places[..1], &[]), 2.0).unwrap();
+        assert_eq!(particles.numbers, [7, 6, 8]);
+    }
+
+    #[test]
+    fn what_cannot_be_particles_is_refused() {
+        let mut particles = Particles::default();
+        particles.add(&batch(&[Vec3::ZERO; 3], &[("age", &[1.0])]), 0.0).unwrap();
+        let mut refused = |batch: Batch| assert!(particles.add(&batch, 0.0).is_err() && particles.len() == 3);
+        refused(batch(&[Vec3::NAN], &[]));
+        refused(batch(&[Vec3::ZERO], &[("age", &[1.0, 2.0])]));
+        refused(batch(&[Vec3::ZERO], &[("", &[1.0])]));
+        refused(batch(&[Vec3::ZERO], &[("color", &[f32::NAN, 0.0, 0.0])]));
+        refused(Batch { velocities: &[Vec3::X; 2], ..batch(&[Vec3::ZERO; 3], &[]) });
+        refused(Batch { lifetime: f32::NAN, ..batch(&[Vec3::ZERO], &[]) });
+        let state = State { share: 1.0, ..particles.save() };
+        assert!(state.check().is_ok());
+        let refused = |change: &dyn Fn(&mut State)| {
+            let mut state = state.clone();
+            change(&mut state);
+            assert!(state.check().is_err());
+        };
+        refused(&|state| state.places[1].x = f32::NAN);
+        refused(&|state| state.velocities.truncate(2));
+        refused(&|state| state.numbers[1] = 0);
+        refused(&|state| state.numbers[2] = 3);
+        refused(&|state| state.channels[0].width = 5);
+        refused(&|state| state.channels[0].values.truncate(1));
+        refused(&|state| state.lifetimes[0] = 0.0);
+        refused(&|state| state.share = 0.0);
+        refused(&|state| state.seconds = f64::NAN);
+    }
+}
