@@ -19,7 +19,7 @@ const LAYERS: &[&[&str]] = &[
         "relievo-gpu",
     ],
     &["relievo-testing"],
-    &["relievo-surface"],
+    &["relievo-surface", "relievo-particleio"],
     &["relievo-tiles"],
     &["relievo-render", "relievo-procedural"],
     &["relievo-detail"],

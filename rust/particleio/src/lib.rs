@@ -1,0 +1,26 @@
+//! Files of particles: frames of our own cache, classic `.bgeo`, legacy VTK and PLY, both ways.
+//!
+//! Files are hostile until read: every size is checked against the file's length and the memory limit before anything is
+//! allocated. What is read is sound ([`Particles::check`]).
+
+mod bgeo;
+mod bgeo_writer;
+mod bytes;
+mod file;
+mod frame;
+mod particles;
+mod ply;
+mod sequence;
+mod vtk;
+mod vtk_words;
+mod vtk_writer;
+
+pub use bgeo::read_bgeo;
+pub use bgeo_writer::write_bgeo;
+pub use file::{Format, Read, read, write};
+pub use frame::{EXTENSION, Frame, VERSION, read_frame, write_frame};
+pub use particles::{Channel, Particles, VELOCITY};
+pub use ply::{read_ply, write_ply};
+pub use sequence::{FrameNumber, frames, path};
+pub use vtk::read_vtk;
+pub use vtk_writer::write_vtk;

@@ -1,0 +1,124 @@
+//! Particles: where they are, which is which, and named values of each.
+
+use std::collections::BTreeSet;
+
+use relievo_core::{Error, Result};
+
+/// The name of the channel of velocities, in m/s.
+pub const VELOCITY: &str = "velocity";
+/// Particles at most: formats count them in signed numbers of 32 bits.
+pub(crate) const MOST: u64 = i32::MAX as u64;
+/// Channels at most.
+pub(crate) const MOST_CHANNELS: usize = 256;
+/// Bytes of a name at most.
+const LONGEST: usize = 255;
+
+/// Values of all particles.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Name: `velocity`, `color`, `normal`, or the user's own.
+    pub name: String,
+    /// Numbers per particle, 1 to 4.
+    pub width: u32,
+    /// The numbers, particle after particle.
+    pub values: Vec<f32>,
+}
+
+/// Particles at a time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Particles {
+    /// Places in metres.
+    pub points: Vec<[f32; 3]>,
+    /// Seconds since the beginning, where it is known.
+    pub time: Option<f64>,
+    /// Distance between particles at rest in metres, where it is known.
+    pub spacing: Option<f32>,
+    /// The number of each, by which it is found again at other times.
+    pub numbers: Option<Vec<u32>>,
+    /// Their values.
+    pub channels: Vec<Channel>,
+}
+
+impl Particles {
+    /// The channel called `name`.
+    pub fn channel(&self, name: &str) -> Option<&Channel> {
+        self.channels.iter().find(|channel| channel.name == name)
+    }
+
+    /// Velocities in m/s, if there are some.
+    pub fn velocities(&self) -> Option<&[[f32; 3]]> {
+        self.channel(VELOCITY).filter(|channel| channel.width == 3).map(|channel| channel.values.as_chunks().0)
+    }
+
+    /// Fails where a number is not finite, there are not as many as particles, or a name or width cannot be.
+    pub fn check(&self) -> Result<()> {
+        let count = self.points.len();
+        if count as u64 > MOST {
+            return Err(Error::unsupported(format!("there are {count} particles")).advise("use at most 2³¹ - 1"));
+        }
+        if let Some(particle) = self.points.iter().position(|point| point.iter().any(|value| !value.is_finite())) {
+            return Err(not_finite("its place", particle));
+        }
+        if self.time.is_some_and(|time| !time.is_finite()) {
+            return Err(Error::invalid("the time is not finite"));
+        }
+        if let Some(spacing) = self.spacing.filter(|spacing| !(*spacing > 0.0 && spacing.is_finite())) {
+            return Err(Error::invalid(format!("particles cannot be {spacing} m apart")));
+        }
+        if let Some(numbers) = self.numbers.as_ref().filter(|numbers| numbers.len() != count) {
+            return Err(Error::invalid(format!("{} numbers are given for {count} particles", numbers.len())));
+        }
+        if self.channels.len() > MOST_CHANNELS {
+            return Err(Error::unsupported(format!("there are {} channels", self.channels.len()))
+                .advise(format!("use at most {MOST_CHANNELS}")));
+        }
+        let mut names = BTreeSet::new();
+        for channel in &self.channels {
+            channel.check(count).map_err(|error| error.at(format!("channel {:?}", channel.name)))?;
+            if !names.insert(channel.name.as_str()) {
+                return Err(Error::invalid(format!("there are two channels {:?}", channel.name)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Puts particles in the order of their numbers, if they have some.
+    pub fn sort(&mut self) {
+        let Some(numbers) = &self.numbers else { return };
+        let mut order: Vec<u32> = (0..numbers.len() as u32).collect();
+        order.sort_by_key(|particle| numbers[*particle as usize]);
+        self.numbers = Some(order.iter().map(|particle| numbers[*particle as usize]).collect());
+        self.points = order.iter().map(|particle| self.points[*particle as usize]).collect();
+        for channel in &mut self.channels {
+            let width = channel.width as usize;
+            let value = |particle: &u32| {
+                let first = *particle as usize * width;
+                channel.values[first..first + width].iter().copied()
+            };
+            channel.values = order.iter().flat_map(value).collect();
+        }
+    }
+}
+
+impl Channel {
+    fn check(&self, count: usize) -> Result<()> {
+        if self.name.is_empty() || self.name.len() > LONGEST {
+            return Err(Error::invalid("the name is empty or too long").advise("use 1 to 255 bytes"));
+        }
+        if !(1..=4).contains(&self.width) {
+            return Err(Error::invalid(format!("a value has {} numbers", self.width)).advise("use 1 to 4"));
+        }
+        if self.values.len() as u64 != u64::from(self.width) * count as u64 {
+            return Err(Error::invalid(format!("there is not a value for each of {count} particles")));
+        }
+        match self.values.iter().position(|value| !value.is_finite()) {
+            Some(at) => Err(not_finite("its value", at / self.width as usize)),
+            None => Ok(()),
+        }
+    }
+}
+
+fn not_finite(what: &str, particle: usize) -> Error {
+    let error = Error::invalid(format!("{what} is not finite")).at(format!("particle {particle}"));
+    error.advise("remove the particle or repair its numbers")
+}
