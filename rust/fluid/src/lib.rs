@@ -13,6 +13,7 @@ mod kernel;
 mod marching;
 mod neighbours;
 mod options;
+mod pace;
 mod pairs;
 mod particles;
 mod pcisph;

@@ -46,6 +46,13 @@ pub enum TimeStep {
     },
 }
 
+impl TimeStep {
+    /// Whether all steps are as long.
+    pub fn is_fixed(self) -> bool {
+        matches!(self, Self::Fixed(_))
+    }
+}
+
 impl Default for FluidOptions {
     fn default() -> Self {
         Self {

@@ -3,32 +3,20 @@
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use relievo_core::{Context, Error, Result};
 
+use crate::FluidOptions;
 use crate::cells::Cells;
 use crate::constants::Constants;
 use crate::neighbours::Neighbours;
+use crate::pace::{Pace, within};
 use crate::pairs::Rows;
 use crate::particles::{Batch, ParticleChannel, Particles, State};
 use crate::pcisph::{Correction, Excess, correct, predict};
 use crate::prepare::{Begin, Found, prepare};
 use crate::wall::Wall;
-use crate::{FluidOptions, TimeStep};
 
 /// The share of a step's pressures that the next begins with (Ihmsen et al. 2014, Section 3): with all of them they lag
 /// behind, do work on what expands, and a fluid at rest boils.
 const CARRIED: f32 = 0.5;
-/// Corrections beyond the least ones from which on steps become shorter, and below which they become longer.
-const CORRECTIONS: [u32; 2] = [9, 3];
-/// The part of h² / ν that a step may last, by which viscosity takes a share of a difference of velocities.
-const VISCOUS: f32 = 0.1;
-/// By how much they do.
-const SHORTER: f32 = 0.85;
-const LONGER: f32 = 1.1;
-/// The share of the longest step below which one that does not converge is an error.
-const SHORTEST: f32 = 1e-4;
-/// The share of what a particle is too dense by when a step begins, as where two have met in the one before or begin in each
-/// other, that the longest step takes away where all at once does not converge.
-const EASED: f32 = 0.5;
-
 /// What a step did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepStatistics {
@@ -57,9 +45,7 @@ pub struct Fluid {
     cells: Cells,
     near: Neighbours,
     near_walls: Neighbours,
-    /// The largest acceleration of the step before, and the share of the Courant step that is taken.
-    pulled: f32,
-    share: f32,
+    pace: Pace,
 }
 
 impl Fluid {
@@ -78,8 +64,7 @@ impl Fluid {
             cells: Cells::default(),
             near: Neighbours::default(),
             near_walls: Neighbours::default(),
-            pulled: options.gravity.length(),
-            share: 1.0,
+            pace: Pace::new(&options),
             options,
         })
     }
@@ -169,13 +154,14 @@ impl Fluid {
 
     /// All that the fluid goes on from, but its options and walls.
     pub fn state(&self) -> State {
-        State { seconds: self.seconds, pulled: self.pulled, share: self.share, ..self.particles.save() }
+        State { seconds: self.seconds, pulled: self.pace.pulled, share: self.pace.share, ..self.particles.save() }
     }
 
     /// Goes on from a state, with other particles than before. Fails if that is not sound; nothing has changed then.
     pub fn set_state(&mut self, state: State) -> Result<()> {
         state.check()?;
-        (self.seconds, self.pulled, self.share) = (state.seconds, state.pulled, state.share);
+        self.seconds = state.seconds;
+        self.pace = Pace { pulled: state.pulled, share: state.share };
         self.particles = Particles::restore(state);
         Ok(())
     }
@@ -229,10 +215,7 @@ impl Fluid {
     ) -> Result<()> {
         let mut left = seconds;
         while left > 1e-6 * seconds {
-            let step = self.time_step().min(left);
-            // Two steps of the same length rather than a whole one and what is left of it.
-            let step = if step < left && 2.0 * step > left { 0.5 * left } else { step };
-            let done = self.step(context, step)?;
+            let done = self.step(context, within(self.time_step(), left))?;
             left -= done.seconds;
             watch(self, &done)?;
         }
@@ -241,20 +224,8 @@ impl Fluid {
 
     /// How long the next step should be, in seconds.
     pub fn time_step(&self) -> f32 {
-        match self.options.time_step {
-            TimeStep::Fixed(step) => step,
-            TimeStep::Courant { number, most } => {
-                let reach = number * self.options.spacing;
-                let square = self.velocities().iter().map(|velocity| velocity.length_squared()).fold(0.0, f32::max);
-                let (speed, pull) = (square.sqrt().max(self.wall.speed), self.pulled);
-                // The time in which reach = speed t + pull t² / 2.
-                let step = 2.0 * reach / (speed + (speed * speed + 2.0 * pull * reach).sqrt()).max(f32::MIN_POSITIVE);
-                let Constants { kernels, viscosity, friction, .. } = self.constants;
-                let viscous =
-                    VISCOUS * kernels.support * kernels.support / viscosity.max(friction).max(f32::MIN_POSITIVE);
-                self.share * step.min(most).min(viscous)
-            }
-        }
+        let square = self.velocities().iter().map(|velocity| velocity.length_squared()).fold(0.0, f32::max);
+        self.pace.step(&self.options, &self.constants, square.sqrt().max(self.wall.speed))
     }
 
     /// Makes a step of so many seconds, or a shorter one where pressures do not converge. Fails if they do not at all, or
@@ -266,34 +237,24 @@ impl Fluid {
             return Ok(StepStatistics { seconds: seconds.max(0.0), ..StepStatistics::default() });
         }
         self.look_around(context)?;
-        let (is_fixed, longest) = match self.options.time_step {
-            TimeStep::Fixed(step) => (true, step),
-            TimeStep::Courant { most, .. } => (false, most),
-        };
         let (mut done, mut is_enough) = self.press(context, seconds, 0.0);
         let mut corrections = done.corrections;
-        while !is_enough && !is_fixed && self.share > SHORTEST {
+        while !is_enough {
+            let Some((shorter, kept)) = self.pace.again(&self.options, done.seconds) else { break };
             // Pressures that did not converge are no better than none.
             self.particles.places.iter_mut().for_each(|place| place.w = 0.0);
-            self.share *= 0.5;
-            (done, is_enough) =
-                self.press(context, 0.5 * done.seconds, 1.0 - EASED * (done.seconds / longest).min(1.0));
+            (done, is_enough) = self.press(context, shorter, kept);
             corrections += done.corrections;
         }
         let is_finite = self.predicted.iter().all(|place| place.is_finite());
-        if !is_finite || !(is_fixed || is_enough) {
+        if !is_finite || !(is_enough || self.options.time_step.is_fixed()) {
             self.particles.places.iter_mut().for_each(|place| place.w = 0.0);
             return Err(Error::invalid("pressures do not converge")
                 .at(format!("a step of {} s", done.seconds))
                 .advise("take shorter steps, and see whether particles begin in each other or in walls"));
         }
-        let more = corrections - self.options.corrections[0].min(corrections);
-        if more > CORRECTIONS[0] {
-            self.share *= SHORTER;
-        } else if more < CORRECTIONS[1] {
-            self.share = (self.share * LONGER).min(1.0);
-        }
-        self.arrive(done.seconds);
+        let pulled = self.arrive(done.seconds);
+        self.pace.settle(&self.options, corrections, pulled);
         Ok(StepStatistics { corrections, ..done })
     }
 
@@ -360,7 +321,8 @@ impl Fluid {
 
     /// Takes the particles to where they were predicted to be, with the pressures that they have now, but none farther than a
     /// spacing: corrections throw one out of a few thousand where water meets walls, though nothing is too dense then.
-    fn arrive(&mut self, seconds: f32) {
+    /// Returns the greatest acceleration.
+    fn arrive(&mut self, seconds: f32) -> f32 {
         let mut pulled = 0.0f32;
         let Particles { places, velocities, numbers, .. } = &mut self.particles;
         let predicted = self.predicted.iter().take(numbers.len());
@@ -371,12 +333,12 @@ impl Fluid {
             *velocity = new;
             *place = (place.xyz() + moved).extend(place.w);
         }
-        self.pulled = pulled.sqrt() / seconds;
         let told = self.particles.pressures.iter_mut().zip(&self.particles.places).zip(&self.found);
         told.for_each(|((pressure, place), found)| *pressure = place.w * found.virial);
         self.wall.arrive(seconds);
         self.seconds += f64::from(seconds);
         self.particles.expire(self.seconds);
+        pulled.sqrt() / seconds
     }
 }
 

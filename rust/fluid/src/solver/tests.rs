@@ -1,4 +1,5 @@
 use super::*;
+use crate::TimeStep;
 use crate::{KernelSet, basin, block};
 
 /// A number in 0..1 that follows from two.
