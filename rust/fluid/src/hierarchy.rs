@@ -92,6 +92,29 @@ impl Hierarchy {
         (enter <= exit).then_some([enter, exit])
     }
 
+    /// Lists the boxes that have a place in common with one.
+    pub fn overlap(&self, bounds: &Bounds, found: &mut Vec<u32>) {
+        found.clear();
+        let mut open = [0u32; 64];
+        let mut waiting = usize::from(!self.nodes.is_empty());
+        while waiting > 0 {
+            waiting -= 1;
+            let at = open[waiting];
+            let node = &self.nodes[at as usize];
+            if !(node.bounds.low.cmple(bounds.high) & node.bounds.high.cmpge(bounds.low)).all() {
+                continue;
+            }
+            if node.leaf {
+                found.push(node.link);
+            } else {
+                // Halves are equal, so there are at most 32 levels.
+                open[waiting] = node.link;
+                open[waiting + 1] = at + 1;
+                waiting += 2;
+            }
+        }
+    }
+
     /// Lists the boxes that a ray meets between two distances, by where it enters them. Distances are in lengths of the
     /// direction.
     pub fn meet(&self, origin: Vec3, direction: Vec3, [near, far]: [f32; 2], met: &mut Vec<Entry>) {
@@ -143,6 +166,13 @@ mod tests {
             prop_assert!(met.windows(2).all(|pair| pair[0].enter <= pair[1].enter));
             let mut found: Vec<u32> = met.iter().map(|entry| entry.leaf).collect();
             found.sort_unstable();
+            let around = Bounds { low: origin.into(), high: (origin + direction.abs()).into() };
+            let mut overlapped = Vec::new();
+            Hierarchy::new(&boxes).overlap(&around, &mut overlapped);
+            overlapped.sort_unstable();
+            let is_common = |other: &Bounds| other.low.cmple(around.high).all() && other.high.cmpge(around.low).all();
+            let common: Vec<u32> = (0..boxes.len() as u32).filter(|at| is_common(&boxes[*at as usize])).collect();
+            prop_assert_eq!(overlapped, common);
             let expected: Vec<u32> = (0..boxes.len() as u32).filter(|at| {
                 // By the definition: for each axis the stretch between the sides.
                 let mut stretch = [0.0f32, 10.0];

@@ -5,13 +5,16 @@ use relievo_core::{Context, Error, Result};
 
 use crate::FluidOptions;
 use crate::cells::Cells;
+use crate::collider::Collider;
 use crate::constants::Constants;
+use crate::exchange::Impulse;
 use crate::neighbours::Neighbours;
 use crate::pace::{Pace, within};
 use crate::pairs::Rows;
 use crate::particles::{Batch, ParticleChannel, Particles, State};
 use crate::pcisph::{Correction, Excess, correct, predict};
 use crate::prepare::{Begin, Found, prepare};
+use crate::sweep::{Step, Sweep};
 use crate::wall::Wall;
 
 /// The share of a step's pressures that the next begins with (Ihmsen et al. 2014, Section 3): with all of them they lag
@@ -34,7 +37,13 @@ pub struct Fluid {
     options: FluidOptions,
     constants: Constants,
     particles: Particles,
+    /// The particles of walls, then of colliders.
     wall: Wall,
+    wall_count: usize,
+    colliders: Vec<Collider>,
+    sweep: Sweep,
+    /// What walls and each collider got in the last step.
+    impulses: Vec<Impulse>,
     /// Since the beginning.
     seconds: f64,
     /// What a step works with.
@@ -56,6 +65,10 @@ impl Fluid {
             constants: Constants::new(&options),
             particles: Particles::default(),
             wall: Wall::default(),
+            wall_count: 0,
+            colliders: Vec::new(),
+            sweep: Sweep::default(),
+            impulses: vec![Impulse::default()],
             seconds: 0.0,
             predicted: Vec::new(),
             advected: Vec::new(),
@@ -166,20 +179,6 @@ impl Fluid {
         Ok(())
     }
 
-    /// Takes particles at these places as walls at rest, instead of those that were. Fails if a place is not finite, or more
-    /// particles are near one than can be told apart.
-    pub fn set_walls(&mut self, context: &Context, places: &[Vec3]) -> Result<()> {
-        self.wall = Wall::new(context, &self.constants, places)?;
-        Ok(())
-    }
-
-    /// Has walls be at other places and go on from there with velocities in m/s, in the order in which they were set, until
-    /// told otherwise. Each counts as much as where it was set, so that shapes should stay about what they were. Fails if
-    /// there are not as many as walls, or a number is not finite.
-    pub fn move_walls(&mut self, places: &[Vec3], velocities: &[Vec3]) -> Result<()> {
-        self.wall.put(places, velocities)
-    }
-
     /// Has each particle accelerated by so much, in m/s² and the order of [`Self::numbers`], beside all else, from now on.
     /// Fails if there are not as many as particles, or a number is not finite.
     pub fn accelerate(&mut self, accelerations: &[Vec3]) -> Result<()> {
@@ -231,12 +230,17 @@ impl Fluid {
     /// Makes a step of so many seconds, or a shorter one where pressures do not converge. Fails if they do not at all, or
     /// particles are where none can be; nothing has moved then.
     pub fn step(&mut self, context: &Context, seconds: f32) -> Result<StepStatistics> {
+        let seconds = seconds.max(0.0).min(self.until_arrival());
         if self.is_empty() || seconds <= 0.0 {
-            self.wall.arrive(seconds.max(0.0));
-            self.seconds += f64::from(seconds.max(0.0));
-            return Ok(StepStatistics { seconds: seconds.max(0.0), ..StepStatistics::default() });
+            self.impulses = vec![Impulse::default(); self.colliders.len() + 1];
+            self.carry(seconds);
+            self.seconds += f64::from(seconds);
+            return Ok(StepStatistics { seconds, ..StepStatistics::default() });
         }
         self.look_around(context)?;
+        let speed = self.colliders.iter().map(Collider::speed).fold(0.0, f32::max);
+        let reach = self.options.spacing + seconds * speed;
+        self.sweep.find(context, &self.colliders, &self.particles.places[..self.particles.len()], reach);
         let (mut done, mut is_enough) = self.press(context, seconds, 0.0);
         let mut corrections = done.corrections;
         while !is_enough {
@@ -253,6 +257,7 @@ impl Fluid {
                 .at(format!("a step of {} s", done.seconds))
                 .advise("take shorter steps, and see whether particles begin in each other or in walls"));
         }
+        self.exchange(context, done.seconds);
         let pulled = self.arrive(done.seconds);
         self.pace.settle(&self.options, corrections, pulled);
         Ok(StepStatistics { corrections, ..done })
@@ -308,6 +313,8 @@ impl Fluid {
         loop {
             let rows = Rows { fluid: places, walls: &self.wall.places };
             predict(context, &correction, rows, &mut self.predicted[..count]);
+            let step = Step { seconds, spacing: self.options.spacing };
+            self.sweep.hold(context, &self.colliders, &places[..count], &mut self.predicted[..count], step);
             let rows = Rows { fluid: &self.predicted, walls: self.wall.ends() };
             let [excess, over] = correct(context, &correction, rows, &mut places[..count]);
             done.excess = excess;
@@ -333,14 +340,21 @@ impl Fluid {
             *velocity = new;
             *place = (place.xyz() + moved).extend(place.w);
         }
+        for met in self.sweep.met().filter(|met| met.is_last) {
+            let place = &mut self.particles.places[met.particle as usize];
+            *place = met.place.extend(place.w);
+            self.particles.velocities[met.particle as usize] = met.velocity.extend(0.0);
+        }
         let told = self.particles.pressures.iter_mut().zip(&self.particles.places).zip(&self.found);
         told.for_each(|((pressure, place), found)| *pressure = place.w * found.virial);
-        self.wall.arrive(seconds);
+        self.carry(seconds);
         self.seconds += f64::from(seconds);
         self.particles.expire(self.seconds);
         pulled.sqrt() / seconds
     }
 }
+
+mod bodies;
 
 #[cfg(test)]
 mod tests;

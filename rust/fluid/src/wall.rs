@@ -20,9 +20,12 @@ pub struct Wall {
     pub numbers: Vec<u32>,
     /// The speed of the fastest, in m/s. Nothing is done for walls at rest.
     pub speed: f32,
-    /// Where they are when a step ends.
+    /// The same in the order in which they were set.
+    set: Vec<Vec4>,
+    paces: Vec<Vec4>,
+    /// Where they are when a step ends, in the order of cells.
     ends: Vec<Vec4>,
-    /// Whether they are in the order of cells.
+    /// Whether the order of cells is that of where they are.
     is_sorted: bool,
 }
 
@@ -34,6 +37,8 @@ impl Default for Wall {
             cells: Cells::default(),
             numbers: Vec::new(),
             speed: 0.0,
+            set: Vec::new(),
+            paces: Vec::new(),
             ends: Vec::new(),
             is_sorted: true,
         }
@@ -41,56 +46,27 @@ impl Default for Wall {
 }
 
 impl Wall {
-    /// At places in metres, for a fluid. Fails if one is not finite, or too many are near one.
-    pub fn new(context: &Context, constants: &Constants, places: &[Vec3]) -> Result<Self> {
-        if places.is_empty() {
+    /// Of places with masses, at rest, for a support radius. Fails if one is not finite, or they are too far from each other.
+    pub fn new(context: &Context, support: f32, set: Vec<Vec4>) -> Result<Self> {
+        if set.is_empty() {
             return Ok(Self::default());
         }
-        let Constants { kernels, spacing, mass, .. } = *constants;
-        let points: Vec<Vec4> = places.iter().map(|place| place.extend(0.0)).collect();
-        let mut cells = Cells::default();
-        cells.fill(context, kernels.support, &points).map_err(|error| error.at("walls"))?;
-        let mut places: Vec<Vec4> = cells.order().map(|number| points[number as usize]).chain([NOWHERE]).collect();
-        let count = points.len();
-        let mut near = Neighbours::default();
-        near.find(context, &places[..count], (&places, &cells), kernels.support, true)
-            .map_err(|error| Error { place: "walls".into(), ..error })?;
-        let reach = (kernels.support / spacing).ceil() as i32;
-        let plane = (-reach..=reach).flat_map(|x| (-reach..=reach).map(move |y| Vec3::new(x as f32, y as f32, 0.0)));
-        let flat: f32 = plane.map(|place| kernels.density(place.length() * spacing)).sum();
-        let around = context.map(count, |place| {
-            let part = &near.parts()[place / PART];
-            let others = part.indices[part.range(place % PART)].iter();
-            others.map(|other| kernels.density(places[*other as usize].distance(places[place]))).sum::<f32>()
-        });
-        for (place, around) in places.iter_mut().zip(around) {
-            place.w = mass * flat / (kernels.density + around);
-        }
-        let velocities = vec![Vec4::ZERO; places.len()];
-        let numbers = cells.order().collect();
-        Ok(Self { places, velocities, cells, numbers, ..Self::default() })
+        let mut wall = Self { paces: vec![Vec4::ZERO; set.len()], set, is_sorted: false, ..Self::default() };
+        wall.sort(context, support)?;
+        Ok(wall)
     }
 
-    /// Puts them at places in metres, in the order in which they were set, with velocities in m/s.
-    pub fn put(&mut self, places: &[Vec3], velocities: &[Vec3]) -> Result<()> {
-        let count = self.numbers.len();
-        if places.len() != count || velocities.len() != count {
-            let (given, moved) = (places.len(), velocities.len());
-            return Err(Error::invalid(format!("{given} places and {moved} velocities are given for {count} walls")));
-        }
-        if !places.iter().chain(velocities).all(|vector| vector.is_finite()) {
-            return Err(Error::invalid("a place or velocity of a wall is not finite"));
-        }
-        let mut square = 0.0f32;
-        for (number, (place, velocity)) in self.numbers.iter().zip(self.places.iter_mut().zip(&mut self.velocities)) {
-            let number = *number as usize;
-            *place = places[number].extend(place.w);
-            *velocity = velocities[number].extend(0.0);
-            square = square.max(velocity.length_squared());
-        }
-        self.speed = square.sqrt();
+    /// Puts those from a number on at places in metres with masses, with velocities in m/s.
+    pub fn put(&mut self, first: usize, places: impl Iterator<Item = Vec4>, velocities: impl Iterator<Item = Vec4>) {
+        self.set[first..].iter_mut().zip(places).for_each(|(set, place)| *set = place);
+        self.paces[first..].iter_mut().zip(velocities).for_each(|(pace, velocity)| *pace = velocity);
+        self.speed = self.paces.iter().map(|pace| pace.length_squared()).fold(0.0, f32::max).sqrt();
         self.is_sorted = false;
-        Ok(())
+    }
+
+    /// Their places with masses, in the order in which they were set.
+    pub fn set(&self) -> &[Vec4] {
+        &self.set
     }
 
     /// Finds where they are after so many seconds.
@@ -109,27 +85,53 @@ impl Wall {
     /// Goes on by so many seconds.
     pub fn arrive(&mut self, seconds: f32) {
         if self.speed > 0.0 && seconds > 0.0 {
-            self.predict(seconds);
-            std::mem::swap(&mut self.places, &mut self.ends);
+            self.set.iter_mut().zip(&self.paces).for_each(|(place, pace)| *place += seconds * *pace);
             self.is_sorted = false;
         }
     }
 
-    /// Puts them into the order of cells of a side, if they have moved. Fails if they are too far from each other.
+    /// Puts them into the order of cells of a side, if they have moved. That order follows from where they are alone.
     pub fn sort(&mut self, context: &Context, side: f32) -> Result<()> {
         if self.is_sorted {
             return Ok(());
         }
-        let count = self.numbers.len();
-        self.cells.fill(context, side, &self.places[..count]).map_err(|error| error.at("walls"))?;
-        let order: Vec<usize> = self.cells.order().map(|number| number as usize).collect();
-        let moved =
-            |rows: &[Vec4]| -> Vec<Vec4> { order.iter().copied().chain([count]).map(|from| rows[from]).collect() };
-        (self.places, self.velocities) = (moved(&self.places), moved(&self.velocities));
-        self.numbers = order.iter().map(|from| self.numbers[*from]).collect();
+        self.cells.fill(context, side, &self.set).map_err(|error| error.at("walls"))?;
+        self.numbers = self.cells.order().collect();
+        let moved = |rows: &[Vec4], last: Vec4| -> Vec<Vec4> {
+            self.numbers.iter().map(|number| rows[*number as usize]).chain([last]).collect()
+        };
+        self.places = moved(&self.set, NOWHERE);
+        self.velocities = moved(&self.paces, Vec4::ZERO);
         self.is_sorted = true;
         Ok(())
     }
+}
+
+/// Places with what a particle of a wall weighs there, in kg: less where they are dense. Fails if a place is not finite, or
+/// too many are near one.
+pub fn weigh(context: &Context, constants: &Constants, places: &[Vec3]) -> Result<Vec<Vec4>> {
+    let Constants { kernels, spacing, mass, .. } = *constants;
+    let named = |error: Error| error.at("walls");
+    let mut points: Vec<Vec4> = places.iter().map(|place| place.extend(0.0)).collect();
+    let mut cells = Cells::default();
+    cells.fill(context, kernels.support, &points).map_err(named)?;
+    let sorted: Vec<Vec4> = cells.order().map(|number| points[number as usize]).chain([NOWHERE]).collect();
+    let count = points.len();
+    let mut near = Neighbours::default();
+    near.find(context, &sorted[..count], (&sorted, &cells), kernels.support, true)
+        .map_err(|error| Error { place: "walls".into(), ..error })?;
+    let reach = (kernels.support / spacing).ceil() as i32;
+    let plane = (-reach..=reach).flat_map(|x| (-reach..=reach).map(move |y| Vec3::new(x as f32, y as f32, 0.0)));
+    let flat: f32 = plane.map(|place| kernels.density(place.length() * spacing)).sum();
+    let around = context.map(count, |place| {
+        let part = &near.parts()[place / PART];
+        let others = part.indices[part.range(place % PART)].iter();
+        others.map(|other| kernels.density(sorted[*other as usize].distance(sorted[place]))).sum::<f32>()
+    });
+    for (number, around) in cells.order().zip(around) {
+        points[number as usize].w = mass * flat / (kernels.density + around);
+    }
+    Ok(points)
 }
 
 /// The places of the particles of a basin, in metres: behind the six sides of a box from `low` to `high`, a spacing from
@@ -178,8 +180,8 @@ mod tests {
         let places = basin(Vec3::ZERO, Vec3::new(1.0, 0.8, 0.6), 0.1).unwrap();
         assert_eq!(places.len(), 12 * 10 * 8 - 10 * 8 * 6);
         let constants = Constants::new(&FluidOptions { spacing: 0.1, ..FluidOptions::default() });
-        let wall = Wall::new(&Context::serial(), &constants, &places).unwrap();
-        let at = |place: Vec3| wall.places.iter().find(|other| other.truncate().distance(place) < 1e-5).unwrap().w;
+        let wall = weigh(&Context::serial(), &constants, &places).unwrap();
+        let at = |place: Vec3| wall.iter().find(|other| other.truncate().distance(place) < 1e-5).unwrap().w;
         assert!((at(Vec3::new(0.45, 0.35, -0.05)) / constants.mass - 1.0).abs() < 1e-4);
     }
 

@@ -1,0 +1,76 @@
+//! The momentum that walls and colliders get from the fluid in a step: what it loses to them, and what bodies move by
+//! (Akinci et al. 2012, Section 3).
+
+use glam::{DVec3, Vec4, Vec4Swizzles};
+use relievo_core::Context;
+
+use crate::constants::Constants;
+use crate::neighbours::{Neighbours, PART};
+use crate::pairs::Rows;
+
+/// Momentum that something was given.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Impulse {
+    /// kg m/s
+    pub linear: DVec3,
+    /// About the origin, in kg m²/s.
+    pub angular: DVec3,
+}
+
+impl Impulse {
+    /// Adds momentum that is given at a place.
+    pub fn add(&mut self, place: DVec3, momentum: DVec3) {
+        self.linear += momentum;
+        self.angular += place.cross(momentum);
+    }
+}
+
+/// What forces between fluid and walls follow from.
+pub struct Exchange<'a> {
+    pub constants: Constants,
+    /// When the step began.
+    pub places: Rows<'a>,
+    pub velocities: Rows<'a>,
+    pub near: &'a Neighbours,
+    /// With the pressures by which particles were moved.
+    pub predicted: &'a [Vec4],
+    /// The number of each particle of walls, and that of the first one of each group.
+    pub numbers: &'a [u32],
+    pub groups: &'a [usize],
+    pub seconds: f32,
+}
+
+/// What each group of walls got.
+pub fn exchange(context: &Context, given: &Exchange) -> Vec<Impulse> {
+    let parts = context.map(given.near.parts().len(), |part| {
+        let mut impulses = vec![Impulse::default(); given.groups.len()];
+        let lists = &given.near.parts()[part];
+        let Constants { kernels, mass, density, friction, .. } = given.constants;
+        let [push, rub] = [mass / (density * density), mass * kernels.spiky / density * friction];
+        for particle in 0..lists.starts.len() - 1 {
+            let number = part * PART + particle;
+            let (place, velocity) = (given.places.fluid[number], given.velocities.fluid[number]);
+            let pressure = given.predicted[number].w;
+            for at in lists.range(particle) {
+                let wall = lists.indices[at] as usize;
+                let Some(set) = given.numbers.get(wall) else { break };
+                let other = given.places.walls[wall];
+                let from = (place - other).xyz();
+                let left = (kernels.support - from.length()).max(0.0);
+                let slip = (velocity - given.velocities.walls[wall]).xyz();
+                let force = other.w * (push * pressure * lists.slopes[at] * from + rub * left * slip);
+                let group = given.groups.partition_point(|first| *first <= *set as usize) - 1;
+                impulses[group].add(other.xyz().as_dvec3(), (given.seconds * force).as_dvec3());
+            }
+        }
+        impulses
+    });
+    let mut all = vec![Impulse::default(); given.groups.len()];
+    for part in parts {
+        for (all, part) in all.iter_mut().zip(part) {
+            all.linear += part.linear;
+            all.angular += part.angular;
+        }
+    }
+    all
+}

@@ -1,0 +1,147 @@
+//! Walls and colliders of a fluid.
+
+use glam::{Vec3, Vec4};
+use relievo_core::{Context, Error, Result};
+
+use crate::collider::{Collider, ColliderOptions};
+use crate::exchange::{Exchange, Impulse, exchange};
+use crate::pairs::Rows;
+use crate::solver::Fluid;
+use crate::wall::{Wall, weigh};
+
+impl Fluid {
+    /// Takes particles at these places as walls at rest, instead of those that were. Fails if a place is not finite, or more
+    /// particles are near one than can be told apart.
+    pub fn set_walls(&mut self, context: &Context, places: &[Vec3]) -> Result<()> {
+        let walls = weigh(context, &self.constants, places)?;
+        let wall = self.build(context, &walls)?;
+        (self.wall_count, self.wall) = (walls.len(), wall);
+        Ok(())
+    }
+
+    /// Has walls be at other places and go on from there with velocities in m/s, in the order in which they were set, until
+    /// told otherwise. Each counts as much as where it was set, so that shapes should stay about what they were. Fails if
+    /// there are not as many as walls, or a number is not finite.
+    pub fn move_walls(&mut self, places: &[Vec3], velocities: &[Vec3]) -> Result<()> {
+        let count = self.wall_count;
+        if places.len() != count || velocities.len() != count {
+            let (given, moved) = (places.len(), velocities.len());
+            return Err(Error::invalid(format!("{given} places and {moved} velocities are given for {count} walls")));
+        }
+        if !places.iter().chain(velocities).all(|vector| vector.is_finite()) {
+            return Err(Error::invalid("a place or velocity of a wall is not finite"));
+        }
+        let masses: Vec<f32> = self.wall.set()[..count].iter().map(|set| set.w).collect();
+        let places = places.iter().zip(masses).map(|(place, mass)| place.extend(mass));
+        self.wall.put(0, places, velocities.iter().map(|velocity| velocity.extend(0.0)));
+        Ok(())
+    }
+
+    /// Adds a collider of points in metres and triangles of them, at rest, and returns its number. Triangles may be without
+    /// an area, and the mesh may have holes, but then fluid is on both sides of it, and rests a spacing from it. Fails if a
+    /// number is not finite, a point does not exist, no triangle has an area, or the mesh is too large for the spacing.
+    pub fn add_collider(
+        &mut self,
+        context: &Context,
+        points: &[Vec3],
+        triangles: &[[u32; 3]],
+        options: ColliderOptions,
+    ) -> Result<usize> {
+        let number = self.colliders.len();
+        let named = |error: Error| error.at(format!("collider {number}"));
+        let collider = Collider::new(context, &self.constants, points, triangles, options).map_err(named)?;
+        self.colliders.push(collider);
+        let walls = self.wall.set()[..self.wall_count].to_vec();
+        match self.build(context, &walls) {
+            Ok(wall) => self.wall = wall,
+            Err(error) => {
+                self.colliders.pop();
+                return Err(error);
+            }
+        }
+        (0..=number).for_each(|number| self.follow(number));
+        Ok(number)
+    }
+
+    /// Has a collider go from points to others, in straight lines and within so many seconds from now on, where it stays; with
+    /// 0 seconds it is at the first ones, at rest. Fails if there is no such collider, or there are not as many finite points
+    /// as it has.
+    pub fn move_collider(&mut self, context: &Context, number: usize, path: [&[Vec3]; 2], seconds: f32) -> Result<()> {
+        let named = |error: Error| error.at(format!("collider {number}"));
+        let collider = self.colliders.get_mut(number).ok_or_else(|| named(Error::invalid("it does not exist")))?;
+        collider.go(context, &self.constants, path, seconds).map_err(named)?;
+        self.follow(number);
+        Ok(())
+    }
+
+    /// Where the points of a collider are now, in metres. Empty if there is no such collider.
+    pub fn collider_points(&self, number: usize) -> &[Vec3] {
+        self.colliders.get(number).map_or(&[], |collider| &collider.points)
+    }
+
+    /// What walls were given by the fluid in the last step, and then each collider.
+    pub fn impulses(&self) -> &[Impulse] {
+        &self.impulses
+    }
+
+    fn build(&self, context: &Context, walls: &[Vec4]) -> Result<Wall> {
+        let colliders = self.colliders.iter().flat_map(Collider::particles);
+        let set = walls.iter().copied().chain(colliders).collect();
+        Wall::new(context, self.constants.kernels.support, set)
+    }
+
+    /// The first particle of walls of each group: walls, then colliders.
+    fn groups(&self) -> Vec<usize> {
+        let counts = self.colliders.iter().map(Collider::count);
+        let after = counts.scan(self.wall_count, |sum, count| {
+            let first = *sum;
+            *sum += count;
+            Some(first)
+        });
+        std::iter::once(0).chain(after).collect()
+    }
+
+    /// Puts the particles of a collider where it is.
+    fn follow(&mut self, number: usize) {
+        let first = self.groups()[number + 1];
+        let collider = &self.colliders[number];
+        self.wall.put(first, collider.particles().into_iter(), collider.velocities().into_iter());
+    }
+
+    /// Finds what walls and colliders got in a step that is about to end.
+    pub(super) fn exchange(&mut self, context: &Context, seconds: f32) {
+        let mut impulses = exchange(
+            context,
+            &Exchange {
+                constants: self.constants,
+                places: Rows { fluid: &self.particles.places, walls: &self.wall.places },
+                velocities: Rows { fluid: &self.particles.velocities, walls: &self.wall.velocities },
+                near: &self.near_walls,
+                predicted: &self.predicted,
+                numbers: &self.wall.numbers,
+                groups: &self.groups(),
+                seconds,
+            },
+        );
+        for met in self.sweep.met() {
+            let momentum = -f64::from(self.constants.mass) * met.change.as_dvec3();
+            impulses[met.collider as usize + 1].add(met.place.as_dvec3(), momentum);
+        }
+        self.impulses = impulses;
+    }
+
+    /// Has walls and colliders go on by so many seconds.
+    pub(super) fn carry(&mut self, seconds: f32) {
+        self.wall.arrive(seconds);
+        for number in 0..self.colliders.len() {
+            if self.colliders[number].arrive(seconds) {
+                self.follow(number);
+            }
+        }
+    }
+
+    /// The seconds until a collider is where it goes.
+    pub(super) fn until_arrival(&self) -> f32 {
+        self.colliders.iter().map(Collider::left).fold(f32::INFINITY, f32::min)
+    }
+}
