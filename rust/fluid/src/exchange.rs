@@ -25,6 +25,19 @@ impl Impulse {
     }
 }
 
+/// Momentum that a fluid was given in a step, in kg m/s. What its particles give each other adds up to nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Given {
+    /// By the gravity of its options.
+    pub gravity: DVec3,
+    /// By the accelerations of the host.
+    pub host: DVec3,
+    /// By its forces.
+    pub forces: DVec3,
+    /// By walls and colliders.
+    pub walls: DVec3,
+}
+
 /// What forces between fluid and walls follow from.
 pub struct Exchange<'a> {
     pub constants: Constants,

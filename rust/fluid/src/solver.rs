@@ -1,13 +1,14 @@
 //! A fluid of particles, and its steps.
 
-use glam::{Vec3, Vec4, Vec4Swizzles};
+use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
 use relievo_core::{Context, Error, Result};
 
 use crate::FluidOptions;
 use crate::cells::Cells;
 use crate::collider::Collider;
 use crate::constants::Constants;
-use crate::exchange::Impulse;
+use crate::exchange::{Given, Impulse};
+use crate::force::{self, Force};
 use crate::neighbours::Neighbours;
 use crate::pace::{Pace, within};
 use crate::pairs::Rows;
@@ -29,6 +30,8 @@ pub struct StepStatistics {
     pub corrections: u32,
     /// How much denser than at rest the fluid is.
     pub excess: Excess,
+    /// What the fluid was given.
+    pub given: Given,
 }
 
 /// A fluid of particles. They are along a curve through space, in another order after every step; numbers tell which is
@@ -44,6 +47,9 @@ pub struct Fluid {
     sweep: Sweep,
     /// What walls and each collider got in the last step.
     impulses: Vec<Impulse>,
+    forces: Vec<Force>,
+    /// The sum of their accelerations.
+    forced: DVec3,
     /// Since the beginning.
     seconds: f64,
     /// What a step works with.
@@ -69,6 +75,8 @@ impl Fluid {
             colliders: Vec::new(),
             sweep: Sweep::default(),
             impulses: vec![Impulse::default()],
+            forces: Vec::new(),
+            forced: DVec3::ZERO,
             seconds: 0.0,
             predicted: Vec::new(),
             advected: Vec::new(),
@@ -193,6 +201,15 @@ impl Fluid {
         Ok(())
     }
 
+    /// Has these forces act, instead of those before. Fails if a number of theirs is out of range.
+    pub fn set_forces(&mut self, forces: &[Force]) -> Result<()> {
+        for (number, force) in forces.iter().enumerate() {
+            force.check().map_err(|error| error.at(format!("force {number}")))?;
+        }
+        self.forces = forces.to_vec();
+        Ok(())
+    }
+
     /// The sum of mass times velocity, in kg m/s.
     pub fn momentum(&self) -> Vec3 {
         let sum: glam::DVec3 = self.velocities().iter().map(|velocity| velocity.xyz().as_dvec3()).sum();
@@ -257,7 +274,7 @@ impl Fluid {
                 .at(format!("a step of {} s", done.seconds))
                 .advise("take shorter steps, and see whether particles begin in each other or in walls"));
         }
-        self.exchange(context, done.seconds);
+        done.given = self.exchange(context, done.seconds);
         let pulled = self.arrive(done.seconds);
         self.pace.settle(&self.options, corrections, pulled);
         Ok(StepStatistics { corrections, ..done })
@@ -283,6 +300,8 @@ impl Fluid {
             velocities: Rows { fluid: &self.particles.velocities, walls: &self.wall.velocities },
         };
         prepare(context, &begin, [&mut self.near, &mut self.near_walls], &mut self.found, &mut self.accelerations);
+        let now = [places, &self.particles.velocities[..count]];
+        self.forced = force::apply(context, &self.forces, now, self.seconds, &mut self.accelerations);
         Ok(())
     }
 

@@ -1,16 +1,7 @@
 use glam::{Quat, Vec4Swizzles};
 
 use super::*;
-use crate::{Fluid, FluidOptions, block};
-
-/// The points of a box, and triangles of it that are wound outwards.
-fn cube(low: Vec3, high: Vec3) -> (Vec<Vec3>, Vec<[u32; 3]>) {
-    let corner =
-        |number: u32| Vec3::select(glam::BVec3::new(number & 1 != 0, number & 2 != 0, number & 4 != 0), high, low);
-    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
-    ((0..8).map(corner).collect(), triangles.collect())
-}
+use crate::{Fluid, FluidOptions, block, cuboid};
 
 fn constants(spacing: f32) -> Constants {
     Constants::new(&FluidOptions { spacing, ..FluidOptions::default() })
@@ -23,7 +14,7 @@ fn made(points: &[Vec3], triangles: &[[u32; 3]], is_container: bool) -> Result<C
 
 #[test]
 fn particles_lie_behind_closed_surfaces_and_on_others() {
-    let (points, mut triangles) = cube(Vec3::ZERO, Vec3::new(1.0, 0.8, 0.6));
+    let (points, mut triangles) = cuboid(Vec3::ZERO, Vec3::new(1.0, 0.8, 0.6));
     // How far particles are from the middle of the box, in its half sizes, along the axis where that is most.
     let reach = |triangles: &[[u32; 3]], is_container| {
         let collider = made(&points, triangles, is_container).unwrap();
@@ -51,7 +42,7 @@ fn particles_lie_behind_closed_surfaces_and_on_others() {
 
 #[test]
 fn what_cannot_be_a_collider_is_refused() {
-    let (points, triangles) = cube(Vec3::ZERO, Vec3::ONE);
+    let (points, triangles) = cuboid(Vec3::ZERO, Vec3::ONE);
     assert!(made(&points, &[[0, 1, 8]], false).is_err());
     assert!(made(&points, &[[0, 1, 1]], false).is_err());
     assert!(made(&points, &[], false).is_err());
@@ -76,12 +67,12 @@ fn nothing_goes_through_what_moves_in_a_thousand_frames() {
     let mut fluid = Fluid::new(FluidOptions { spacing, ..FluidOptions::default() }).unwrap();
     let size = Vec3::new(1.2, 0.6, 1.2);
     fluid.add(&block(Vec3::ZERO, Vec3::new(1.2, 0.6, 0.4), spacing).unwrap(), Vec3::ZERO).unwrap();
-    let (points, triangles) = cube(Vec3::ZERO, size);
+    let (points, triangles) = cuboid(Vec3::ZERO, size);
     let container = ColliderOptions { contact: Contact::Stop, is_container: true };
     fluid.add_collider(&context, &points, &triangles, container).unwrap();
     // A board that turns about a line in its middle and goes to and fro, above the fluid at first.
     let half = Vec3::new(0.04, 0.14, 0.18);
-    let (points, triangles) = cube(-half, half);
+    let (points, triangles) = cuboid(-half, half);
     let pose = |frame: u32| {
         let time = frame as f32 / 50.0;
         let height = 0.35 + 0.45 * (-time).exp();
@@ -150,7 +141,7 @@ fn momentum_goes_from_the_fluid_to_what_it_meets() {
     let gravity = Vec3::new(0.0, 0.0, -5.0);
     let mut fluid = Fluid::new(FluidOptions { spacing, gravity, ..FluidOptions::default() }).unwrap();
     fluid.add(&block(Vec3::ZERO, Vec3::new(0.4, 0.4, 0.4), spacing).unwrap(), Vec3::new(1.0, 0.0, 0.0)).unwrap();
-    let (points, triangles) = cube(Vec3::new(0.45, 0.0, -0.2), Vec3::new(0.8, 0.4, 0.5));
+    let (points, triangles) = cuboid(Vec3::new(0.45, 0.0, -0.2), Vec3::new(0.8, 0.4, 0.5));
     let target: Vec<Vec3> = points.iter().map(|point| *point + Vec3::new(-0.1, 0.02, 0.0)).collect();
     let number = fluid.add_collider(&context, &points, &triangles, ColliderOptions::default()).unwrap();
     fluid.move_collider(&context, number, [&points, &target], 0.2).unwrap();

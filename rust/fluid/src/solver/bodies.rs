@@ -1,13 +1,17 @@
 //! Walls and colliders of a fluid.
 
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
 use relievo_core::{Context, Error, Result};
 
+use crate::cells::Cells;
 use crate::collider::{Collider, ColliderOptions};
-use crate::exchange::{Exchange, Impulse, exchange};
+use crate::exchange::{Exchange, Given, Impulse, exchange};
 use crate::pairs::Rows;
 use crate::solver::Fluid;
 use crate::wall::{Wall, weigh};
+
+/// The distance from particles of walls at which there is room for fluid, in spacings: it rests at one.
+const BESIDE: f32 = 0.9;
 
 impl Fluid {
     /// Takes particles at these places as walls at rest, instead of those that were. Fails if a place is not finite, or more
@@ -35,6 +39,24 @@ impl Fluid {
         let places = places.iter().zip(masses).map(|(place, mass)| place.extend(mass));
         self.wall.put(0, places, velocities.iter().map(|velocity| velocity.extend(0.0)));
         Ok(())
+    }
+
+    /// Those of some places, in metres, that have room beside walls and colliders where they are now: nine tenths of a
+    /// spacing or more from all of their particles. Fluid that begins nearer is pushed away. Fails if a place is not finite.
+    pub fn beside_walls(&self, context: &Context, places: &[Vec3]) -> Result<Vec<Vec3>> {
+        let radius = BESIDE * self.options.spacing;
+        let set: Vec<Vec4> = self.wall.set().iter().map(|set| set.xyz().extend(0.0)).collect();
+        let mut cells = Cells::default();
+        cells.fill(context, radius, &set)?;
+        let sorted: Vec<Vec3> = cells.order().map(|number| set[number as usize].xyz()).collect();
+        if !places.iter().all(|place| place.is_finite()) {
+            return Err(Error::invalid("a place of a particle is not finite"));
+        }
+        let is_free = context.map(places.len(), |at| {
+            let near = cells.around(cells.cell(places[at])).flatten();
+            !near.into_iter().any(|other| sorted[other].distance_squared(places[at]) < radius * radius)
+        });
+        Ok(places.iter().zip(is_free).filter(|(_, is_free)| *is_free).map(|(place, _)| *place).collect())
     }
 
     /// Adds a collider of points in metres and triangles of them, at rest, and returns its number. Triangles may be without
@@ -108,8 +130,8 @@ impl Fluid {
         self.wall.put(first, collider.particles().into_iter(), collider.velocities().into_iter());
     }
 
-    /// Finds what walls and colliders got in a step that is about to end.
-    pub(super) fn exchange(&mut self, context: &Context, seconds: f32) {
+    /// Finds what walls and colliders got in a step that is about to end, and returns what all gave to the fluid.
+    pub(super) fn exchange(&mut self, context: &Context, seconds: f32) -> Given {
         let mut impulses = exchange(
             context,
             &Exchange {
@@ -128,6 +150,14 @@ impl Fluid {
             impulses[met.collider as usize + 1].add(met.place.as_dvec3(), momentum);
         }
         self.impulses = impulses;
+        let each = f64::from(self.constants.mass) * f64::from(seconds);
+        let pushes: DVec3 = self.particles.pushes.iter().map(|push| push.xyz().as_dvec3()).sum();
+        Given {
+            gravity: each * self.len() as f64 * self.options.gravity.as_dvec3(),
+            host: each * pushes,
+            forces: each * self.forced,
+            walls: -self.impulses.iter().map(|impulse| impulse.linear).sum::<DVec3>(),
+        }
     }
 
     /// Has walls and colliders go on by so many seconds.

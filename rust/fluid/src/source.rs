@@ -1,0 +1,306 @@
+//! Where particles come from while a fluid is simulated, and where they go: emitters and sinks.
+
+use glam::{Vec3, Vec4Swizzles};
+use relievo_core::{Error, Result};
+
+use crate::particles::Batch;
+use crate::sampling::sample;
+use crate::solid::Solid;
+use crate::solver::Fluid;
+
+/// Where there is a particle within so many spacings of a place, none is emitted.
+const TAKEN: f32 = 0.6;
+/// Layers that an emitter makes in a step, at most.
+const MOST: f64 = 4096.0;
+
+/// What particles are emitted from: one layer after the other, each as far from the one before as the spacing.
+pub struct Emitter {
+    places: Vec<Vec3>,
+    velocities: Vec<Vec3>,
+    /// Seconds between layers.
+    period: f64,
+    spacing: f32,
+    /// When it begins and ends, in seconds.
+    pub time: [f64; 2],
+    /// Seconds that its particles live; infinite for those that stay.
+    pub lifetime: f32,
+    /// What they carry: names of channels, and 1 to 4 numbers each.
+    pub channels: Vec<(String, Vec<f32>)>,
+}
+
+impl Emitter {
+    /// A disc about a place, whose particles go along its normal at a speed in m/s. Fails if a number is out of range.
+    pub fn disc(middle: Vec3, normal: Vec3, radius: f32, speed: f32, spacing: f32) -> Result<Self> {
+        let direction = normal.normalize_or_zero();
+        let (u, v) = if direction == Vec3::ZERO { (Vec3::ZERO, Vec3::ZERO) } else { direction.any_orthonormal_pair() };
+        let mut emitter = Self::rectangle(middle, [radius * u, radius * v], speed, spacing)?;
+        let reach = radius - 0.5 * spacing;
+        emitter.places.retain(|place| place.distance(middle) <= reach.max(0.1 * spacing));
+        emitter.filled()
+    }
+
+    /// A rectangle about a place, by half its sides, whose particles go at right angles to both, along their cross product.
+    pub fn rectangle(middle: Vec3, [u, v]: [Vec3; 2], speed: f32, spacing: f32) -> Result<Self> {
+        let count = [u, v].map(|side| (2.0 * side.length() / spacing).round());
+        let normal = u.cross(v).normalize_or_zero();
+        if !(count[0] >= 1.0
+            && count[1] >= 1.0
+            && count[0] * count[1] < 1e7
+            && normal != Vec3::ZERO
+            && middle.is_finite())
+        {
+            return Err(Error::invalid("an emitter has no sides from one spacing to a few thousand")
+                .advise("give it a larger radius or sides that are not parallel"));
+        }
+        let part = |number: u32, count: f32| (2.0 * number as f32 + 1.0) / count - 1.0;
+        let rows = (0..count[1] as u32).flat_map(|y| (0..count[0] as u32).map(move |x| (x, y)));
+        let places = rows.map(|(x, y)| middle + part(x, count[0]) * u + part(y, count[1]) * v);
+        Self::new(places.collect(), vec![speed * normal], speed, spacing)
+    }
+
+    /// The surface of triangles, from which particles go along normals at a speed in m/s, half a spacing before it at first.
+    pub fn mesh(points: &[Vec3], triangles: &[[u32; 3]], speed: f32, spacing: f32) -> Result<Self> {
+        Solid::new(points, triangles)?;
+        let samples = sample(points, triangles, spacing)?;
+        let normal = |triangle: u32| {
+            let [a, b, c] = triangles[triangle as usize].map(|point| points[point as usize]);
+            (b - a).cross(c - a).normalize_or_zero()
+        };
+        let pairs = samples.iter().map(|sample| (sample.of(points, triangles), normal(sample.triangle)));
+        let (places, normals): (Vec<Vec3>, Vec<Vec3>) = pairs.filter(|(_, normal)| *normal != Vec3::ZERO).unzip();
+        let places = places.iter().zip(&normals).map(|(place, normal)| *place + 0.5 * spacing * *normal);
+        Self::new(places.collect(), normals.iter().map(|normal| speed * *normal).collect(), speed, spacing)?.filled()
+    }
+
+    fn new(places: Vec<Vec3>, velocities: Vec<Vec3>, speed: f32, spacing: f32) -> Result<Self> {
+        let period = f64::from(spacing) / f64::from(speed);
+        if !(speed > 0.0 && period > 1e-9 && period.is_finite()) {
+            return Err(Error::invalid(format!("an emitter cannot emit at {speed} m/s")).advise("use a positive speed"));
+        }
+        let (time, lifetime) = ([0.0, f64::INFINITY], f32::INFINITY);
+        Ok(Self { places, velocities, period, spacing, time, lifetime, channels: Vec::new() })
+    }
+
+    fn filled(self) -> Result<Self> {
+        if self.places.is_empty() {
+            return Err(Error::invalid("an emitter is too small for a particle").advise("let it be a spacing or more"));
+        }
+        Ok(self)
+    }
+
+    /// How many particles a layer has.
+    pub fn layer(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Adds the layers that began between a time and the fluid's own, each where it is by now, but no particle where one is
+    /// already. Returns how many were added.
+    fn emit(&self, fluid: &mut Fluid, since: f64) -> Result<usize> {
+        let now = fluid.seconds().min(self.time[1]);
+        // Layers by their numbers, so that each is made in one step alone.
+        let number = |time: f64| ((time - self.time[0]).max(0.0) / self.period).ceil();
+        let (first, end) = (number(since), if now > self.time[0] { number(now) } else { 0.0 });
+        if end - first > MOST {
+            return Err(Error::invalid(format!("an emitter would make {} layers in a step", end - first))
+                .advise("let its particles be slower, or steps shorter"));
+        }
+        let before = fluid.len();
+        let mut layer = first;
+        while layer < end {
+            let age = (fluid.seconds() - self.time[0] - layer * self.period) as f32;
+            let velocities = self.velocities.iter().cycle();
+            let moved = self.places.iter().zip(velocities).map(|(place, velocity)| *place + age * *velocity);
+            let moved: Vec<Vec3> = moved.collect();
+            let is_free = free(fluid, &moved, TAKEN * self.spacing);
+            let kept = |list: &[Vec3]| -> Vec<Vec3> {
+                is_free.iter().zip(list.iter().cycle()).filter(|(is_free, _)| **is_free).map(|(_, row)| *row).collect()
+            };
+            let channels: Vec<(&str, &[f32])> =
+                self.channels.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect();
+            let (places, velocities) = (kept(&moved), kept(&self.velocities));
+            if !places.is_empty() {
+                let batch =
+                    Batch { places: &places, velocities: &velocities, lifetime: self.lifetime, channels: &channels };
+                fluid.add_batch(&batch)?;
+            }
+            layer += 1.0;
+        }
+        Ok(fluid.len() - before)
+    }
+}
+
+/// Which of some places have no particle within a radius.
+fn free(fluid: &Fluid, places: &[Vec3], radius: f32) -> Vec<bool> {
+    let low = places.iter().fold(Vec3::INFINITY, |low, place| low.min(*place)) - radius;
+    let high = places.iter().fold(Vec3::NEG_INFINITY, |high, place| high.max(*place)) + radius;
+    let is_near = |place: &Vec3| place.cmpge(low).all() && place.cmple(high).all();
+    let near: Vec<Vec3> = fluid.places().iter().map(|place| place.xyz()).filter(is_near).collect();
+    let is_free = |place: &Vec3| near.iter().all(|other| other.distance_squared(*place) >= radius * radius);
+    places.iter().map(is_free).collect()
+}
+
+/// What takes particles away.
+pub enum Sink {
+    /// Those within a box, by its low and high corners in metres.
+    Inside([Vec3; 2]),
+    /// Those that are not within it.
+    Outside([Vec3; 2]),
+    /// Those inside of a mesh.
+    Mesh(Solid),
+}
+
+impl Sink {
+    fn takes(&self, place: Vec3) -> bool {
+        let is_in = |[low, high]: &[Vec3; 2]| place.cmpge(*low).all() && place.cmple(*high).all();
+        match self {
+            Self::Inside(ends) => is_in(ends),
+            Self::Outside(ends) => !is_in(ends),
+            Self::Mesh(solid) => solid.is_inside(place),
+        }
+    }
+}
+
+/// What happens where a fluid has as many particles as it may.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Overflow {
+    /// It is an error.
+    #[default]
+    Refuse,
+    /// Emitters stop until sinks have made room.
+    Stop,
+}
+
+/// Emitters and sinks of a fluid.
+#[derive(Default)]
+pub struct Sources {
+    /// Where particles come from.
+    pub emitters: Vec<Emitter>,
+    /// Where they go.
+    pub sinks: Vec<Sink>,
+    /// Particles at most, beyond which emitters add none; `None` for as many as there may be.
+    pub budget: Option<usize>,
+    /// What happens then.
+    pub overflow: Overflow,
+}
+
+impl Sources {
+    /// Takes away what sinks reach and adds what was emitted since a time, in seconds; called after each step with the time
+    /// at which that began, it does the same in a run that goes on from a state. Returns how many particles were added and
+    /// removed. Fails if there are too many.
+    pub fn renew(&self, fluid: &mut Fluid, since: f64) -> Result<[usize; 2]> {
+        let gone: Vec<bool> = if self.sinks.is_empty() {
+            Vec::new()
+        } else {
+            fluid.places().iter().map(|place| self.sinks.iter().any(|sink| sink.takes(place.xyz()))).collect()
+        };
+        let removed = fluid.remove(|particle| gone.get(particle).is_some_and(|gone| *gone));
+        let mut added = 0;
+        for (number, emitter) in self.emitters.iter().enumerate() {
+            let is_due = fluid.seconds() > emitter.time[0] && since < emitter.time[1];
+            let most = self.budget.unwrap_or(usize::MAX);
+            if is_due && fluid.len() + emitter.layer() > most {
+                match self.overflow {
+                    Overflow::Stop => continue,
+                    Overflow::Refuse => {
+                        return Err(Error::memory(format!("a fluid would have more than {most} particles"))
+                            .at(format!("emitter {number}"))
+                            .advise("raise the budget, add a sink, give particles a lifetime, or let emitters stop"));
+                    }
+                }
+            }
+            added += emitter.emit(fluid, since).map_err(|error| error.at(format!("emitter {number}")))?;
+        }
+        Ok([added, removed])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use relievo_core::Context;
+
+    use super::*;
+    use crate::{FluidOptions, State};
+
+    fn weightless(spacing: f32) -> Fluid {
+        Fluid::new(FluidOptions { spacing, gravity: Vec3::ZERO, ..FluidOptions::default() }).unwrap()
+    }
+
+    fn run(fluid: &mut Fluid, sources: &Sources, seconds: f32) -> Result<()> {
+        let mut since = fluid.seconds();
+        fluid.advance(&Context::serial(), seconds, |fluid, _| {
+            sources.renew(fluid, since)?;
+            since = fluid.seconds();
+            Ok(())
+        })
+    }
+
+    #[test]
+    fn layers_join_to_a_jet_that_has_the_density_at_rest() {
+        let mut fluid = weightless(0.05);
+        let mut emitter = Emitter::disc(Vec3::ZERO, Vec3::X, 0.2, 2.0, 0.05).unwrap();
+        emitter.channels.push(("color".into(), vec![0.2, 0.4, 0.8]));
+        let layer = emitter.layer();
+        let sources = Sources { emitters: vec![emitter], ..Sources::default() };
+        run(&mut fluid, &sources, 0.4975).unwrap();
+        // 0.995 m of it, a layer each 0.05 m.
+        assert_eq!(fluid.len(), 20 * layer);
+        assert!(fluid.velocities().iter().all(|velocity| velocity.xyz().distance(Vec3::X * 2.0) < 0.02));
+        let mut along: Vec<f32> = fluid.places().iter().map(|place| place.x).collect();
+        along.sort_unstable_by(f32::total_cmp);
+        for layers in along.chunks(layer).collect::<Vec<_>>().windows(2) {
+            assert!((layers[1][0] - layers[0][0] - 0.05).abs() < 0.003, "{:?} {:?}", layers[0], layers[1]);
+        }
+        let color = &fluid.channels()[0];
+        assert!(color.name == "color" && color.values.chunks(3).all(|color| color == [0.2, 0.4, 0.8]));
+    }
+
+    #[test]
+    fn what_is_emitted_lives_as_long_as_it_should_and_goes_where_sinks_are() {
+        let mut fluid = weightless(0.05);
+        let rectangle = || Emitter::rectangle(Vec3::ZERO, [Vec3::Y * 0.1, Vec3::Z * 0.1], 1.0, 0.05).unwrap();
+        let short = Emitter { lifetime: 0.2, time: [0.0, 0.31], ..rectangle() };
+        let sources = Sources { emitters: vec![short], ..Sources::default() };
+        run(&mut fluid, &sources, 0.3).unwrap();
+        assert!((0.15..0.3).contains(&fluid.places().iter().map(|place| place.x).fold(0.0, f32::max)));
+        run(&mut fluid, &sources, 0.3).unwrap();
+        assert!(fluid.is_empty());
+        let sinks = vec![Sink::Inside([Vec3::new(0.3, -1.0, -1.0), Vec3::ONE]), Sink::Outside([-Vec3::ONE, Vec3::ONE])];
+        let later = Emitter { time: [0.73, f64::INFINITY], ..rectangle() };
+        let sources = Sources { emitters: vec![later], sinks, ..Sources::default() };
+        run(&mut fluid, &sources, 0.1).unwrap();
+        assert!(fluid.is_empty());
+        fluid.add(&[Vec3::splat(3.0)], Vec3::ZERO).unwrap();
+        run(&mut fluid, &sources, 0.6).unwrap();
+        assert_eq!(fluid.len(), 6 * 16);
+        // It goes on from a state to the bit.
+        let mut other = weightless(0.05);
+        other.set_state(State::clone(&fluid.state())).unwrap();
+        for fluid in [&mut fluid, &mut other] {
+            run(fluid, &sources, 0.1).unwrap();
+        }
+        assert_eq!(fluid.state(), other.state());
+    }
+
+    #[test]
+    fn emitters_in_a_fluid_add_nothing_where_it_is_and_keep_within_a_budget() {
+        let mut fluid = weightless(0.05);
+        let (points, triangles) = crate::cuboid(Vec3::ZERO, Vec3::splat(0.3));
+        let mesh = || Emitter::mesh(&points, &triangles, 0.5, 0.05).unwrap();
+        let full =
+            Sources { emitters: vec![mesh()], budget: Some(500), overflow: Overflow::Stop, ..Sources::default() };
+        run(&mut fluid, &full, 0.5).unwrap();
+        assert!((200..=500).contains(&fluid.len()), "{}", fluid.len());
+        let least = |fluid: &Fluid| {
+            let places = fluid.places();
+            let pairs = (0..places.len()).flat_map(|a| (0..a).map(move |b| places[a].xyz().distance(places[b].xyz())));
+            pairs.fold(1.0, f32::min)
+        };
+        assert!(least(&fluid) > 0.02, "{}", least(&fluid));
+        let refused = Sources { emitters: vec![mesh()], budget: Some(500), ..Sources::default() };
+        assert!(run(&mut fluid, &refused, 0.5).unwrap_err().to_string().contains("emitter 0"));
+        assert!(Emitter::disc(Vec3::ZERO, Vec3::ZERO, 0.2, 1.0, 0.05).is_err());
+        assert!(Emitter::disc(Vec3::ZERO, Vec3::X, 0.2, 0.0, 0.05).is_err());
+        assert!(Emitter::disc(Vec3::ZERO, Vec3::X, f32::NAN, 1.0, 0.05).is_err());
+        assert!(Emitter::mesh(&points, &[], 1.0, 0.05).is_err());
+    }
+}
