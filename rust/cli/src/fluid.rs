@@ -1,6 +1,8 @@
 //! `relievo fluid`
 
 mod description;
+mod entries;
+mod play;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -98,7 +100,8 @@ fn sim(arguments: &Sim) -> Outcome {
     let context = arguments.limits.context()?;
     let description = Description::read(&arguments.description)?;
     let named = |error: Error| error.at(arguments.description.display().to_string());
-    let mut fluid = description.begin(&context).map_err(named)?;
+    let mut play = description.play(&context).map_err(named)?;
+    let mut fluid = description.begin(&context, &mut play).map_err(named)?;
     let folder = &arguments.output;
     std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error))?;
     store(&frame(folder, 0), &fluid)?;
@@ -108,7 +111,8 @@ fn sim(arguments: &Sim) -> Outcome {
     let (mut steps, mut corrections, mut most) = (0u64, 0u64, 0.0f32);
     for number in 1..=description.frames {
         let seconds = (1.0 / description.fps) as f32;
-        fluid.advance(&context, seconds, |_, done| {
+        let time = f64::from(number - 1) / description.fps;
+        play.advance(&context, &mut fluid, time, seconds, |_, done| {
             (steps, corrections) = (steps + 1, corrections + u64::from(done.corrections));
             most = most.max(done.excess.most);
             Ok(())

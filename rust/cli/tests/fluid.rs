@@ -63,3 +63,38 @@ fn what_cannot_be_a_fluid_is_refused() {
     let lost = relievo(folder.path(), &["fluid", "mesh", "none.ply", "-o", "surface.ply", "--spacing", "0.05"]);
     assert!(lost.status.code() == Some(1) && text(&lost.stderr).contains("none.ply"), "{lost:?}");
 }
+
+#[test]
+fn colliders_emitters_sinks_and_forces_act_in_the_example() {
+    let folder = tempfile::tempdir().unwrap();
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/fluids/mill.toml");
+    let text_of = std::fs::read_to_string(example).unwrap();
+    let short = text_of.replace("frames = 48", "frames = 4").replace("spacing = 0.025", "spacing = 0.05");
+    let run = |description: &str| {
+        std::fs::write(folder.path().join("mill.toml"), description).unwrap();
+        relievo(folder.path(), &["fluid", "sim", "mill.toml", "-o", "frames"])
+    };
+    let done = run(&short);
+    let count = |done: &Output| -> u32 { text(&done.stdout).split(' ').next().unwrap().parse().unwrap() };
+    // 24 by 8 by 4 that rest, and 6 layers of a jet.
+    assert!(done.status.success() && count(&done) >= 768 + 6 * 4, "{done:?}");
+    let without = run(&short.replace("speed = 2", "start = 100\nspeed = 2"));
+    assert!(count(&without) == 768 && count(&done) < 768 + 7 * 12, "{without:?}");
+    let refused = |from: &str, to: &str, why: &str| {
+        assert!(short.contains(from), "{from}");
+        let done = run(&short.replace(from, to));
+        assert!(done.status.code() == Some(1) && text(&done.stderr).contains(why), "{why}: {done:?}");
+    };
+    refused("friction = 0.2", "friction = -1", "friction");
+    refused("friction = 0.2", "rubs = 1", "rubs");
+    refused("friction = 0.2", "contact = \"glue\"", "slip or stop");
+    refused("time = 1.4", "time = 0.4", "collider 0: keys");
+    refused("speed = 2", "speed = 0", "emitter 0");
+    refused("particles = 40000\nstop = true", "particles = 780", "budget");
+    refused("kind = \"wind\"", "kind = \"magic\"", "magic");
+    refused("density = 600", "density = 0", "body 0");
+    refused("share = 0.2", "share = 1e9", "force 0");
+    refused("scale = 0.3", "scale = 0.3\nsize = 1", "size");
+    refused("box = { low = [0, 0, 0], high = [1.2, 0.4, 0.2] }", "mesh = \"none.obj\"", "none.obj");
+    refused("box = { low = [0, 0, 0], high = [1.2, 0.4, 0.2] }", "", "fill 0");
+}

@@ -270,7 +270,7 @@ fn check(points: &[Vec3]) -> Result<()> {
 }
 
 /// The first point at the place of each.
-fn join(points: &[Vec3]) -> Vec<u32> {
+pub fn join(points: &[Vec3]) -> Vec<u32> {
     let mut first = HashMap::with_capacity(points.len());
     // Adding 0 makes −0 the same as 0.
     let key = |point: &Vec3| (*point + Vec3::ZERO).to_array().map(f32::to_bits);
@@ -279,10 +279,14 @@ fn join(points: &[Vec3]) -> Vec<u32> {
 
 /// Six times the volume within triangles, negative where they are wound inwards; none where they do not close, or are
 /// wound against each other.
-fn volume(points: &[Vec3], triangles: &[[u32; 3]], joined: &[u32]) -> Option<f64> {
+pub fn volume(points: &[Vec3], triangles: &[[u32; 3]], joined: &[u32]) -> Option<f64> {
     let mut edges: HashMap<[u32; 2], i32> = HashMap::new();
     for triangle in triangles {
         let corners = triangle.map(|point| joined[point as usize]);
+        // One that is a line has no inside, and changes nothing where it is between others.
+        if corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0] {
+            continue;
+        }
         for side in 0..3 {
             let edge = [corners[side], corners[(side + 1) % 3]];
             // Each way of an edge occurs as often as the other.

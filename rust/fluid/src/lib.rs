@@ -3,6 +3,8 @@
 mod anisotropy;
 mod blind;
 mod block;
+#[cfg(feature = "rapier3d")]
+mod body;
 mod cells;
 mod chords;
 mod collider;
@@ -38,6 +40,8 @@ mod sweep;
 mod wall;
 
 pub use blind::{Classes, Visibility, classify};
+#[cfg(feature = "rapier3d")]
+pub use body::{Bodies, BodyOptions};
 pub use collider::{ColliderOptions, Contact};
 pub use exchange::{Given, Impulse};
 pub use force::Force;

@@ -6,6 +6,7 @@
 use glam::{DVec2, DVec3, IVec3, Vec3, Vec3A};
 use relievo_core::{Context, Error, Result};
 
+use crate::collider::{join, volume};
 use crate::hierarchy::{Bounds, Entry, Hierarchy};
 
 /// Places of a fill that are looked at, at most.
@@ -49,6 +50,11 @@ impl Solid {
             points: points.to_vec(),
             triangles: triangles.to_vec(),
         })
+    }
+
+    /// Its volume in m³; `None` if it has holes, or triangles that are wound against each other.
+    pub fn volume(&self) -> Option<f64> {
+        volume(&self.points, &self.triangles, &join(&self.points)).map(|six| six.abs() / 6.0)
     }
 
     /// Whether a place is inside.
@@ -217,6 +223,8 @@ mod tests {
             found.len() == expected.len() && found.iter().zip(&expected).all(|(a, b)| a.distance(*b) < 1e-5)
         };
         assert!(same(fill(&triangles)));
+        assert!((Solid::new(&points, &triangles).unwrap().volume().unwrap() - 0.14).abs() < 1e-6);
+        assert!(Solid::new(&points, &triangles[1..]).unwrap().volume().is_none());
         triangles.iter_mut().for_each(|triangle| triangle.reverse());
         assert!(same(fill(&triangles)));
         // A hole is seen along one axis alone.

@@ -1,11 +1,14 @@
 //! What `relievo fluid sim` simulates.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 use relievo_core::{Context, Error, Result, file};
-use relievo_fluid::{Excess, Fluid, FluidOptions, KernelSet, TimeStep, basin, block};
+use relievo_fluid::{Batch, Bodies, Excess, Fluid, FluidOptions, KernelSet, Solid, TimeStep, basin, block};
 use serde::Deserialize;
+
+use super::entries::{Budget, Collider, Corners, Drain, Fill, Floating, Outlet, Push, sources};
+use super::play::Play;
 
 /// Bytes of a description at most.
 const LONGEST: u64 = 1 << 20;
@@ -20,9 +23,25 @@ pub struct Description {
     pub fps: f64,
     #[serde(default)]
     fluid: Options,
-    basin: Option<Box>,
+    basin: Option<Corners>,
     #[serde(default)]
     block: Vec<Block>,
+    #[serde(default)]
+    fill: Vec<Fill>,
+    #[serde(default)]
+    collider: Vec<Collider>,
+    #[serde(default)]
+    body: Vec<Floating>,
+    #[serde(default)]
+    emitter: Vec<Outlet>,
+    #[serde(default)]
+    sink: Vec<Drain>,
+    #[serde(default)]
+    force: Vec<Push>,
+    budget: Option<Budget>,
+    /// That of the description, from which files are named.
+    #[serde(skip)]
+    folder: PathBuf,
 }
 
 #[derive(Deserialize)]
@@ -40,13 +59,6 @@ struct Options {
     time_step: Option<f32>,
     courant: f32,
     longest_step: f32,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Box {
-    low: [f32; 3],
-    high: [f32; 3],
 }
 
 #[derive(Deserialize)]
@@ -91,11 +103,30 @@ impl Description {
         let named = |error: Error| error.at(path.display().to_string());
         let bytes = file::load(path, LONGEST)?;
         let text = std::str::from_utf8(&bytes).map_err(|_| named(Error::invalid("it is not UTF-8 text")))?;
-        let read: Self = toml::from_str(text).map_err(|error| named(Error::invalid(error.to_string())))?;
+        let mut read: Self = toml::from_str(text).map_err(|error| named(Error::invalid(error.to_string())))?;
         if !(read.fps > 1e-3 && read.fps < 1e6) {
             return Err(named(Error::invalid(format!("{} frames a second cannot be", read.fps)).at("fps")));
         }
+        read.folder = path.parent().unwrap_or(Path::new("")).to_owned();
         Ok(read)
+    }
+
+    /// What moves, comes and goes on the way.
+    pub fn play(&self, context: &Context) -> Result<Play> {
+        let numbered = self.collider.iter().enumerate();
+        let movers = numbered.map(|(number, collider)| {
+            collider.mover(context, &self.folder).map_err(|error| error.at(format!("collider {number}")))
+        });
+        let entries = (self.emitter.as_slice(), self.sink.as_slice(), self.budget.as_ref());
+        Ok(Play {
+            movers: movers.collect::<Result<_>>()?,
+            sources: sources(context, &self.folder, self.spacing(), entries)?,
+            bodies: Bodies::new(
+                self.fluid.gravity.into(),
+                self.basin.map(|basin| [basin.low, basin.high].map(Vec3::from)),
+            ),
+            reached: 0.0,
+        })
     }
 
     /// The spacing of particles.
@@ -103,8 +134,8 @@ impl Description {
         self.fluid.spacing
     }
 
-    /// The fluid as it begins.
-    pub fn begin(&self, context: &Context) -> Result<Fluid> {
+    /// The fluid as it begins, with its bodies.
+    pub fn begin(&self, context: &Context, play: &mut Play) -> Result<Fluid> {
         let options = &self.fluid;
         let kernels = match options.kernels.as_str() {
             "wendland" => KernelSet::Wendland,
@@ -133,10 +164,44 @@ impl Description {
             let places = block(Vec3::from(*low), Vec3::from(*high), options.spacing).map_err(named)?;
             fluid.add(&places, Vec3::from(*velocity)).map_err(named)?;
         }
-        if let Some(Box { low, high }) = &self.basin {
+        if let Some(Corners { low, high }) = &self.basin {
             let places = basin(Vec3::from(*low), Vec3::from(*high), options.spacing);
             fluid.set_walls(context, &places.map_err(|error| error.at("basin"))?)?;
         }
+        for mover in &play.movers {
+            fluid.add_collider(context, &mover.at(0.0), &mover.triangles, mover.options)?;
+        }
+        let mut floating = Vec::new();
+        for (number, body) in self.body.iter().enumerate() {
+            let named = |error: Error| error.at(format!("body {number}"));
+            let ((points, triangles), options) = body.body(context, &self.folder).map_err(named)?;
+            play.bodies.add(context, &mut fluid, (&points, &triangles), &options)?;
+            floating.push(Solid::new(&points, &triangles).map_err(named)?);
+        }
+        let forces: Vec<_> = self.force.iter().map(Push::force).collect();
+        fluid.set_forces(&forces)?;
+        self.fill(context, play, floating, &mut fluid)?;
         Ok(fluid)
+    }
+
+    /// Fills shapes, but not where walls, colliders and bodies are.
+    fn fill(&self, context: &Context, play: &Play, bodies: Vec<Solid>, fluid: &mut Fluid) -> Result<()> {
+        let movers = play.movers.iter().filter(|mover| !mover.options.is_container);
+        let mut obstacles = bodies;
+        for mover in movers {
+            obstacles.push(Solid::new(&mover.at(0.0), &mover.triangles)?);
+        }
+        for (number, fill) in self.fill.iter().enumerate() {
+            let named = |error: Error| error.at(format!("fill {number}"));
+            let places = fill.places(context, &self.folder, self.spacing()).map_err(named)?;
+            let mut places = fluid.beside_walls(context, &places).map_err(named)?;
+            places.retain(|place| !obstacles.iter().any(|solid| solid.is_inside(*place)));
+            let channels: Vec<(&str, &[f32])> = fill.color.iter().map(|color| ("color", color.as_slice())).collect();
+            let velocities = [Vec3::from(fill.velocity)];
+            let batch =
+                Batch { places: &places, velocities: &velocities, lifetime: f32::INFINITY, channels: &channels };
+            fluid.add_batch(&batch).map_err(named)?;
+        }
+        Ok(())
     }
 }

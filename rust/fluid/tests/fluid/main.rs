@@ -1,6 +1,8 @@
 //! Tests of fluids through what the crate shows.
 
 mod blind;
+#[cfg(feature = "rapier3d")]
+mod body;
 mod isosurface;
 mod raytrace;
 mod shapes;

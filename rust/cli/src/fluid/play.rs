@@ -1,0 +1,49 @@
+//! What happens to a fluid on its way through time, beside its own motion: colliders and bodies move, particles come and go.
+
+use relievo_core::{Context, Error, Result};
+use relievo_fluid::{Bodies, Fluid, Sources, StepStatistics};
+
+use super::entries::Mover;
+
+/// The moving parts of a description.
+pub struct Play {
+    /// Colliders of the fluid by their numbers; those of bodies come after them.
+    pub movers: Vec<Mover>,
+    pub sources: Sources,
+    pub bodies: Bodies,
+    /// The time that bodies have reached, in seconds.
+    pub reached: f64,
+}
+
+impl Play {
+    /// Simulates so many seconds from a time on, and calls `watch` after each step. All but bodies follows from the time
+    /// alone, so a fluid that was put back into a state goes on as it did. Fails if bodies are not where they were at the time.
+    pub fn advance(
+        &mut self,
+        context: &Context,
+        fluid: &mut Fluid,
+        time: f64,
+        seconds: f32,
+        mut watch: impl FnMut(&mut Fluid, &StepStatistics) -> Result<()>,
+    ) -> Result<()> {
+        for (number, mover) in self.movers.iter().enumerate().filter(|(_, mover)| mover.is_moving()) {
+            let path = [mover.at(time), mover.at(time + f64::from(seconds))];
+            fluid.move_collider(context, number, [&path[0], &path[1]], seconds)?;
+        }
+        let mut since = fluid.seconds();
+        let renewed = |fluid: &mut Fluid, done: &StepStatistics| {
+            self.sources.renew(fluid, since)?;
+            since = fluid.seconds();
+            watch(fluid, done)
+        };
+        if self.bodies.is_empty() {
+            return fluid.advance(context, seconds, renewed);
+        }
+        if (time - self.reached).abs() > 1e-6 {
+            return Err(Error::unsupported("a simulation with bodies cannot go on from a frame")
+                .advise("begin anew, in another folder or without the frames of this one"));
+        }
+        self.reached = time + f64::from(seconds);
+        self.bodies.advance(context, fluid, seconds, renewed)
+    }
+}

@@ -1,0 +1,176 @@
+//! Rigid bodies that a fluid moves, and that move it: colliders with a mass, whose motion is rapier3d's.
+//!
+//! Bodies and fluid take turns (Akinci et al. 2012, Section 3.3): a body moves by what it was given so far, for as long as the
+//! fluid's next step, and the fluid is simulated while it moves. A body that is lighter than the fluid around it would be
+//! thrown to and fro by that, as what it is given lags behind. So it gets a share of what is due at a time, and the rest
+//! later; none is lost.
+
+use glam::{DVec3, Quat, Vec3};
+use rapier3d::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, SharedShape, Vector};
+use relievo_core::{Context, Error, Result};
+
+use crate::pace::within;
+use crate::{ColliderOptions, Contact, Fluid, Solid, StepStatistics};
+
+/// The share of what is due that a body gets before a step.
+const SHARE: f64 = 0.3;
+/// What is left of a time by rounding, as a share of a step.
+const ROUNDING: f32 = 1e-5;
+
+/// What a body is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyOptions {
+    /// kg/m³; positive.
+    pub density: f32,
+    /// m/s
+    pub velocity: Vec3,
+    /// An axis as long as the speed of the turn, in rad/s.
+    pub spin: Vec3,
+    /// What becomes of particles that meet it.
+    pub contact: Contact,
+}
+
+impl Default for BodyOptions {
+    fn default() -> Self {
+        Self { density: 500.0, velocity: Vec3::ZERO, spin: Vec3::ZERO, contact: Contact::Slip }
+    }
+}
+
+struct Body {
+    handle: RigidBodyHandle,
+    /// The number of its collider.
+    collider: usize,
+    /// Its points at first.
+    points: Vec<Vec3>,
+    /// Momentum, and that about its centre, which it is yet to get.
+    due: [DVec3; 2],
+}
+
+/// The rigid bodies of a fluid. They meet each other as their convex hulls, and the sides of a box, but no other colliders.
+pub struct Bodies {
+    world: PhysicsWorld,
+    bodies: Vec<Body>,
+    /// Seconds until they are where they go.
+    left: f32,
+}
+
+fn vector(v: Vec3) -> Vector {
+    Vector::new(v.x, v.y, v.z)
+}
+
+impl Bodies {
+    /// None, with an acceleration by gravity in m/s² and, if there is one, the box that they do not leave, by its corners.
+    pub fn new(gravity: Vec3, sides: Option<[Vec3; 2]>) -> Self {
+        let mut world = PhysicsWorld { gravity: vector(gravity), ..PhysicsWorld::default() };
+        for (at, inner) in sides.into_iter().flat_map(|[low, high]| [(low, 1.0), (high, -1.0)]) {
+            for axis in Vec3::AXES {
+                let side = RigidBodyBuilder::fixed().translation(vector(at));
+                // A half space is a plane that is solid behind.
+                let normal = vector(inner * axis);
+                world.insert(side, ColliderBuilder::new(SharedShape::halfspace(normal)));
+            }
+        }
+        Self { world, bodies: Vec::new(), left: 0.0 }
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.bodies.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.bodies.is_empty()
+    }
+
+    /// Adds a body of points in metres and triangles of them, as a collider of the fluid, and returns its number. Fails if
+    /// it cannot be a collider, does not close, or an option is out of range.
+    pub fn add(
+        &mut self,
+        context: &Context,
+        fluid: &mut Fluid,
+        (points, triangles): (&[Vec3], &[[u32; 3]]),
+        options: &BodyOptions,
+    ) -> Result<usize> {
+        let number = self.bodies.len();
+        let named = |error: Error| error.at(format!("body {number}"));
+        let BodyOptions { density, velocity, spin, contact } = *options;
+        if !(density > 0.0 && density < 1e9 && velocity.is_finite() && spin.is_finite()) {
+            return Err(named(
+                Error::invalid("its density or a velocity is out of range").advise("use 1000 for water"),
+            ));
+        }
+        let volume = Solid::new(points, triangles).map_err(named)?.volume();
+        let hull: Vec<Vector> = points.iter().map(|point| vector(*point)).collect();
+        let (Some(volume), Some(hull)) = (volume, ColliderBuilder::convex_hull(&hull)) else {
+            return Err(named(Error::invalid("it has no volume").advise("close the holes of its mesh")));
+        };
+        let collider = fluid
+            .add_collider(context, points, triangles, ColliderOptions { contact, is_container: false })
+            .map_err(named)?;
+        let body = RigidBodyBuilder::dynamic().linvel(vector(velocity)).angvel(vector(spin)).can_sleep(false);
+        let (handle, _) = self.world.insert(body, hull.mass(density * volume as f32));
+        self.bodies.push(Body { handle, collider, points: points.to_vec(), due: [DVec3::ZERO; 2] });
+        Ok(number)
+    }
+
+    /// Where a body is: how it is turned about the origin from where it began, and by how many metres it has moved then.
+    /// `None` if there is no such body.
+    pub fn pose(&self, number: usize) -> Option<(Quat, Vec3)> {
+        let pose = self.world.bodies.get(self.bodies.get(number)?.handle)?.position();
+        Some((Quat::from_array(pose.rotation.to_array()).normalize(), Vec3::from_array(pose.translation.to_array())))
+    }
+
+    /// Simulates a fluid and its bodies for so many seconds, and calls `watch` after each step of the fluid.
+    pub fn advance(
+        &mut self,
+        context: &Context,
+        fluid: &mut Fluid,
+        seconds: f32,
+        mut watch: impl FnMut(&mut Fluid, &StepStatistics) -> Result<()>,
+    ) -> Result<()> {
+        let mut left = seconds;
+        while left > 1e-6 * seconds {
+            if self.left <= 0.0 {
+                self.go(context, fluid, within(fluid.time_step(), left))?;
+            }
+            let done = fluid.step(context, self.left.min(left))?;
+            for body in &mut self.bodies {
+                let given = fluid.impulses()[body.collider + 1];
+                let middle = self.world.bodies.get(body.handle).map_or(Vector::ZERO, |rigid| rigid.center_of_mass());
+                let middle = Vec3::from_array(middle.to_array()).as_dvec3();
+                body.due[0] += given.linear;
+                body.due[1] += given.angular - middle.cross(given.linear);
+            }
+            left -= done.seconds;
+            self.left -= done.seconds;
+            if self.left <= ROUNDING * done.seconds {
+                self.left = 0.0;
+            }
+            watch(fluid, &done)?;
+        }
+        Ok(())
+    }
+
+    /// Moves bodies by what they were given, and has their colliders follow within so many seconds.
+    fn go(&mut self, context: &Context, fluid: &mut Fluid, seconds: f32) -> Result<()> {
+        for body in &mut self.bodies {
+            let Some(rigid) = self.world.bodies.get_mut(body.handle) else { continue };
+            let [push, turn] = body.due.map(|due| vector((SHARE * due).as_vec3()));
+            body.due = body.due.map(|due| (1.0 - SHARE) * due);
+            rigid.apply_impulse(push, true);
+            rigid.apply_torque_impulse(turn, true);
+        }
+        self.world.integration_parameters.dt = seconds;
+        self.world.step();
+        for number in 0..self.bodies.len() {
+            let Some((turn, moved)) = self.pose(number) else { continue };
+            let Body { collider, points, .. } = &self.bodies[number];
+            let from = fluid.collider_points(*collider).to_vec();
+            let to: Vec<Vec3> = points.iter().map(|point| turn * *point + moved).collect();
+            fluid.move_collider(context, *collider, [&from, &to], seconds)?;
+        }
+        self.left = seconds;
+        Ok(())
+    }
+}

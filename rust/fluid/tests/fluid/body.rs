@@ -1,0 +1,58 @@
+//! Rigid bodies that float.
+
+use glam::{Vec3, Vec4};
+use relievo_core::Context;
+use relievo_fluid::{Bodies, BodyOptions, Fluid, FluidOptions, Solid, basin, block, cuboid};
+
+#[test]
+fn a_box_floats_as_deep_as_its_density() {
+    let (context, spacing) = (Context::serial(), 0.04);
+    let side = Vec3::new(0.72, 0.72, 0.4);
+    for density in [300.0, 600.0] {
+        let mut fluid = Fluid::new(FluidOptions { spacing, viscosity: 0.01, ..FluidOptions::default() }).unwrap();
+        fluid.set_walls(&context, &basin(Vec3::ZERO, Vec3::new(0.72, 0.72, 0.8), spacing).unwrap()).unwrap();
+        let (low, high) = (Vec3::new(0.24, 0.24, 0.28), Vec3::new(0.48, 0.48, 0.52));
+        let (points, triangles) = cuboid(low, high);
+        let mut bodies = Bodies::new(Vec3::new(0.0, 0.0, -9.81), Some([Vec3::ZERO, Vec3::new(0.72, 0.72, 2.0)]));
+        let options = BodyOptions { density, ..BodyOptions::default() };
+        bodies.add(&context, &mut fluid, (&points, &triangles), &options).unwrap();
+        let places = block(Vec3::ZERO, side, spacing).unwrap();
+        let solid = Solid::new(&points, &triangles).unwrap();
+        let outside: Vec<Vec3> = places.into_iter().filter(|place| !solid.is_inside(*place)).collect();
+        let places = fluid.beside_walls(&context, &outside).unwrap();
+        fluid.add(&places, Vec3::ZERO).unwrap();
+        bodies.advance(&context, &mut fluid, 1.5, |_, _| Ok(())).unwrap();
+        // The mean over a while, since it goes up and down.
+        let (mut depth, mut count) = (0.0, 0.0f32);
+        for _ in 0..25 {
+            bodies.advance(&context, &mut fluid, 0.02, |_, _| Ok(())).unwrap();
+            let bottom = fluid.collider_points(0).iter().map(|point| point.z).sum::<f32>() / 8.0 - 0.12;
+            // Beside the box, fluid is from the floor to the surface.
+            let is_beside = |place: &&Vec4| (place.truncate() - 0.36).truncate().abs().max_element() > 0.16;
+            let heights: Vec<f32> = fluid.places().iter().filter(is_beside).map(|place| place.z).collect();
+            let surface = 2.0 * heights.iter().sum::<f32>() / heights.len() as f32;
+            depth += surface - bottom;
+            count += 1.0;
+        }
+        let share = depth / count / 0.24;
+        println!("{density} kg/m³: {share:.3} of the box is below the surface");
+        assert!((share - density / 1000.0).abs() < 0.06, "{share}");
+        let (turn, _) = bodies.pose(0).unwrap();
+        assert!(turn.is_finite() && bodies.pose(1).is_none());
+    }
+}
+
+#[test]
+fn what_cannot_be_a_body_is_refused() {
+    let (context, mut fluid) = (Context::serial(), Fluid::new(FluidOptions::default()).unwrap());
+    let mut bodies = Bodies::new(Vec3::ZERO, None);
+    let (points, triangles) = cuboid(Vec3::ZERO, Vec3::splat(0.1));
+    let options = BodyOptions::default();
+    let mut refused = |triangles: &[[u32; 3]], options: &BodyOptions| {
+        assert!(bodies.add(&context, &mut fluid, (&points, triangles), options).is_err());
+    };
+    refused(&triangles, &BodyOptions { density: 0.0, ..options });
+    refused(&triangles, &BodyOptions { spin: Vec3::NAN, ..options });
+    refused(&triangles[1..], &options);
+    refused(&[], &options);
+}
