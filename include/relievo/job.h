@@ -13,6 +13,7 @@
 
 #include "relievo/bake.h"
 #include "relievo/document.h"
+#include "relievo/fluid.h"
 #include "relievo/imprint.h"
 #include "relievo/progressive.h"
 #include "relievo/ptex.h"
@@ -80,6 +81,14 @@ RLV_API RlvResult rlv_job_progressive(RlvMesh mesh, const RlvProgressiveOptions 
  * rlv_simplify_mesh does, as a job or at once. */
 RLV_API RlvResult rlv_job_simplify(RlvMesh mesh, const RlvSimplifyOptions *options, RlvJob *out);
 
+/* Starts rlv_isosurface_mesh; rlv_job_mesh has the mesh it makes. Fails as rlv_isosurface_mesh does, as a job or at once. */
+RLV_API RlvResult rlv_job_isosurface(RlvIsosurface isosurface, const RlvIsosurfaceMeshOptions *options, RlvJob *out);
+
+/* Mutates the fluid: starts rlv_fluid_advance; rlv_job_fluid_report has what the steps did. Cancelled or failed it leaves
+ * the fluid as the last whole step left it. Fails as rlv_fluid_advance does, as a job or at once, with RLV_ERROR_BUSY if
+ * another call is at work on the fluid. */
+RLV_API RlvResult rlv_job_fluid(RlvFluid fluid, double seconds, RlvJob *out);
+
 RLV_API RlvResult rlv_job_retain(RlvJob job);
 RLV_API RlvResult rlv_job_release(RlvJob job);
 
@@ -99,8 +108,8 @@ RLV_API RlvResult rlv_job_cancel(RlvJob job);
  * RLV_ERROR_BUSY while it runs. */
 RLV_API RlvResult rlv_job_result(RlvJob job);
 
-/* The mesh that rlv_job_tessellate or rlv_job_simplify made, the same one every time. Fails as rlv_job_result does, and if
- * the job makes no mesh. */
+/* The mesh that rlv_job_tessellate, rlv_job_simplify or rlv_job_isosurface made, the same one every time. Fails as
+ * rlv_job_result does, and if the job makes no mesh. */
 RLV_API RlvResult rlv_job_mesh(RlvJob job, RlvMesh *out);
 
 /* The largest deviation of the mesh that rlv_job_simplify made. Fails as rlv_job_result does, and if the job was another. */
@@ -115,6 +124,9 @@ RLV_API RlvResult rlv_job_imprint_report(RlvJob job, RlvImprintReport *out);
 
 /* What rlv_job_bake did. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_bake_report(RlvJob job, RlvBakeReport *out);
+
+/* What the steps of rlv_job_fluid did. Fails as rlv_job_result does, and if the job was another. */
+RLV_API RlvResult rlv_job_fluid_report(RlvJob job, RlvFluidReport *out);
 
 /* What became of the faces of a file for rlv_job_ptex_read. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_ptex_report(RlvJob job, RlvPtexReport *out);

@@ -1489,6 +1489,250 @@ public:
     }
 };
 
+/// Numbers of particles that a mesh of their surface gets as an attribute on points.
+struct ParticleChannel {
+    std::string name;
+    /// Numbers per particle, 1 to 4.
+    std::uint32_t width;
+    std::vector<float> values;
+};
+
+/// See relievo/isosurface.h.
+class Isosurface : public Reference<RlvIsosurface, rlv_isosurface_retain, rlv_isosurface_release> {
+public:
+    using Reference::Reference;
+
+    /// Of particles; velocities and flags are as many as points, or none.
+    static Isosurface create(const Context &context, const std::vector<Float3> &points,
+                             const RlvIsosurfaceOptions &options = RLV_ISOSURFACE_OPTIONS_INIT,
+                             const std::vector<Float3> &velocities = {}, const std::vector<std::uint8_t> &blind = {}) {
+        if ((!velocities.empty() && velocities.size() != points.size()) ||
+            (!blind.empty() && blind.size() != points.size())) {
+            throw std::invalid_argument("Isosurface::create: there are as many velocities and flags as points, or none");
+        }
+        RlvIsosurfaceParticles particles = RLV_ISOSURFACE_PARTICLES_INIT;
+        Isosurface made;
+        particles.count = points.size();
+        particles.points = reinterpret_cast<const float *>(points.data());
+        particles.velocities = velocities.empty() ? nullptr : velocities.front().data();
+        particles.blind = blind.empty() ? nullptr : blind.data();
+        check(rlv_isosurface_create(context.get(), &particles, &options, made.out()));
+        return made;
+    }
+
+    RlvIsosurfaceInfo info() const {
+        RlvIsosurfaceInfo info = RLV_ISOSURFACE_INFO_INIT;
+        check(rlv_isosurface_info(get(), &info));
+        return info;
+    }
+
+    /// The mesh of it; channels take the place of those of the options.
+    Mesh mesh(RlvIsosurfaceMeshOptions options = RLV_ISOSURFACE_MESH_OPTIONS_INIT,
+              const std::vector<ParticleChannel> &channels = {}, const Progress &progress = nullptr) const {
+        std::vector<RlvAttributeArrays> arrays;
+        for (const ParticleChannel &channel : channels) {
+            RlvAttributeArrays array = RLV_ATTRIBUTE_ARRAYS_INIT;
+            array.domain = RLV_DOMAIN_POINT;
+            array.type = RLV_TYPE_F32;
+            array.width = channel.width;
+            array.name = channel.name.c_str();
+            array.values = channel.values.data();
+            array.value_count = channel.width == 0 ? 0 : channel.values.size() / channel.width;
+            arrays.push_back(array);
+        }
+        if (!arrays.empty()) {
+            options.channels = arrays.data();
+            options.channel_count = arrays.size();
+            options.channel_stride = 0;
+        }
+        Watch watch(progress);
+        RlvMesh made{0};
+        watch.check(rlv_isosurface_mesh(get(), &options, watch.callback(), &watch, &made));
+        return Mesh(made);
+    }
+
+    /// An RlvIsosurfaceClass for each particle; a threshold below 0 is for the influence.
+    std::vector<std::uint8_t> classify(float threshold = -1.0f, const Progress &progress = nullptr) const {
+        std::vector<std::uint8_t> classes(info().particle_count);
+        Watch watch(progress);
+        watch.check(rlv_isosurface_classify(get(), threshold, classes.data(), classes.size(), 0, watch.callback(),
+                                            &watch, nullptr));
+        return classes;
+    }
+
+    std::vector<RlvIsosurfaceHit> cast(const std::vector<RlvIsosurfaceRay> &rays) const {
+        std::vector<RlvIsosurfaceHit> hits(rays.size());
+        check(rlv_isosurface_cast(get(), rays.data(), rays.size(), 0, hits.data(), 0));
+        return hits;
+    }
+
+    /// The function for a renderer's own rays, valid as long as a reference lives.
+    RlvIsosurfaceTable table() const {
+        RlvIsosurfaceTable table = RLV_ISOSURFACE_TABLE_INIT;
+        check(rlv_isosurface_table(get(), &table));
+        return table;
+    }
+};
+
+/// What particles of a fluid have, in the order of rising numbers.
+struct FluidState {
+    std::vector<Float3> points, velocities;
+    std::vector<std::uint32_t> numbers;
+    std::vector<float> pressures;
+    std::vector<double> births;
+};
+
+/// See relievo/fluid.h.
+class Fluid : public Reference<RlvFluid, rlv_fluid_retain, rlv_fluid_release> {
+public:
+    using Reference::Reference;
+
+    static Fluid create(const Context &context, const RlvFluidOptions &options = RLV_FLUID_OPTIONS_INIT) {
+        Fluid made;
+        check(rlv_fluid_create(context.get(), &options, made.out()));
+        return made;
+    }
+
+    RlvFluidInfo info() const {
+        RlvFluidInfo info = RLV_FLUID_INFO_INIT;
+        check(rlv_fluid_info(get(), &info));
+        return info;
+    }
+
+    /// Adds particles that have one velocity; a lifetime of 0 is for those that stay.
+    void add(const std::vector<Float3> &points, const Float3 &velocity = {0, 0, 0}, float lifetime = 0.0f) const {
+        RlvFluidParticles particles = RLV_FLUID_PARTICLES_INIT;
+        particles.count = points.size();
+        particles.points = reinterpret_cast<const float *>(points.data());
+        particles.lifetime = lifetime;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            particles.velocity[axis] = velocity[axis];
+        }
+        check(rlv_fluid_add(get(), &particles));
+    }
+
+    /// Adds particles that have a velocity each.
+    void add(const std::vector<Float3> &points, const std::vector<Float3> &velocities, float lifetime = 0.0f) const {
+        if (velocities.size() != points.size()) {
+            throw std::invalid_argument("Fluid::add: there are as many velocities as points");
+        }
+        RlvFluidParticles particles = RLV_FLUID_PARTICLES_INIT;
+        particles.count = points.size();
+        particles.points = reinterpret_cast<const float *>(points.data());
+        particles.velocities = reinterpret_cast<const float *>(velocities.data());
+        particles.lifetime = lifetime;
+        check(rlv_fluid_add(get(), &particles));
+    }
+
+    void add_box(const Float3 &low, const Float3 &high, const Float3 &velocity = {0, 0, 0}) const {
+        check(rlv_fluid_add_box(get(), low.data(), high.data(), velocity.data()));
+    }
+
+    /// Removes the particles of these numbers, and returns how many there were.
+    std::size_t remove(const std::vector<std::uint32_t> &numbers) const {
+        std::size_t removed = 0;
+        check(rlv_fluid_remove(get(), numbers.data(), numbers.size(), 0, &removed));
+        return removed;
+    }
+
+    void set_walls(const std::vector<Float3> &points) const {
+        check(rlv_fluid_set_walls(get(), reinterpret_cast<const float *>(points.data()), points.size(), 0));
+    }
+
+    void set_basin(const Float3 &low, const Float3 &high) const {
+        check(rlv_fluid_set_basin(get(), low.data(), high.data()));
+    }
+
+    void move_walls(const std::vector<Float3> &points, const std::vector<Float3> &velocities) const {
+        if (velocities.size() != points.size()) {
+            throw std::invalid_argument("Fluid::move_walls: there are as many velocities as points");
+        }
+        check(rlv_fluid_move_walls(get(), reinterpret_cast<const float *>(points.data()), 0,
+                                   reinterpret_cast<const float *>(velocities.data()), 0, points.size()));
+    }
+
+    /// Adds a mesh that fluid does not pass, and returns its number.
+    std::uint32_t add_collider(const Mesh &mesh, const Matrix &matrix = moved(0, 0, 0),
+                               const RlvFluidColliderOptions &options = RLV_FLUID_COLLIDER_OPTIONS_INIT) const {
+        std::uint32_t number = 0;
+        check(rlv_fluid_add_collider(get(), mesh.get(), matrix.data(), &options, &number));
+        return number;
+    }
+
+    /// Has a collider go from where it is to points, in straight lines and within so many seconds.
+    void move_collider(std::uint32_t collider, const std::vector<Float3> &to, float seconds) const {
+        check(rlv_fluid_move_collider(get(), collider, nullptr, reinterpret_cast<const float *>(to.data()), to.size(), 0,
+                                      seconds));
+    }
+
+    /// The momentum that a collider, or RLV_FLUID_WALLS, was given in the last step, kg m/s.
+    std::array<double, 3> impulse(std::uint32_t collider) const {
+        std::array<double, 3> linear{};
+        check(rlv_fluid_impulse(get(), collider, linear.data(), nullptr));
+        return linear;
+    }
+
+    void accelerate(const std::vector<Float3> &accelerations) const {
+        check(rlv_fluid_accelerate(get(), reinterpret_cast<const float *>(accelerations.data()), accelerations.size(),
+                                   0));
+    }
+
+    RlvFluidReport step(float seconds) const {
+        RlvFluidReport report = RLV_FLUID_REPORT_INIT;
+        check(rlv_fluid_step(get(), seconds, &report));
+        return report;
+    }
+
+    RlvFluidReport advance(double seconds, const Progress &progress = nullptr) const {
+        RlvFluidReport report = RLV_FLUID_REPORT_INIT;
+        Watch watch(progress);
+        watch.check(rlv_fluid_advance(get(), seconds, watch.callback(), &watch, &report));
+        return report;
+    }
+
+    FluidState state() const {
+        FluidState state;
+        RlvFluidArrays arrays = RLV_FLUID_ARRAYS_INIT;
+        const std::size_t count = info().particle_count;
+        state.points.resize(count);
+        state.velocities.resize(count);
+        state.numbers.resize(count);
+        state.pressures.resize(count);
+        state.births.resize(count);
+        arrays.capacity = count;
+        arrays.points = reinterpret_cast<float *>(state.points.data());
+        arrays.velocities = reinterpret_cast<float *>(state.velocities.data());
+        arrays.numbers = state.numbers.data();
+        arrays.pressures = state.pressures.data();
+        arrays.births = state.births.data();
+        check(rlv_fluid_get(get(), &arrays));
+        return state;
+    }
+
+    /// Densities in the order of rising numbers, kg/m3; needs the fluid alone.
+    std::vector<float> densities() const {
+        std::vector<float> densities(info().particle_count);
+        RlvFluidArrays arrays = RLV_FLUID_ARRAYS_INIT;
+        arrays.capacity = densities.size();
+        arrays.densities = densities.data();
+        check(rlv_fluid_get(get(), &arrays));
+        return densities;
+    }
+
+    /// The surface of the particles where they are now, of a radius of half the spacing.
+    Isosurface isosurface() const {
+        RlvIsosurface made{0};
+        check(rlv_fluid_isosurface(get(), nullptr, &made));
+        return Isosurface(made);
+    }
+
+    Isosurface isosurface(const RlvIsosurfaceOptions &options) const {
+        RlvIsosurface made{0};
+        check(rlv_fluid_isosurface(get(), &options, &made));
+        return Isosurface(made);
+    }
+};
+
 /// See relievo/job.h. One that is let go of while it runs is cancelled.
 class Job : public Reference<RlvJob, rlv_job_retain, rlv_job_release> {
 public:
@@ -1553,6 +1797,19 @@ public:
         return made;
     }
 
+    static Job advance(const Fluid &fluid, double seconds) {
+        Job made;
+        check(rlv_job_fluid(fluid.get(), seconds, made.out()));
+        return made;
+    }
+
+    static Job mesh(const Isosurface &isosurface,
+                    const RlvIsosurfaceMeshOptions &options = RLV_ISOSURFACE_MESH_OPTIONS_INIT) {
+        Job made;
+        check(rlv_job_isosurface(isosurface.get(), &options, made.out()));
+        return made;
+    }
+
     static Job build(const Mesh &mesh, const RlvProgressiveOptions &options = RLV_PROGRESSIVE_OPTIONS_INIT) {
         Job made;
         check(rlv_job_progressive(mesh.get(), &options, made.out()));
@@ -1601,6 +1858,12 @@ public:
         RlvProgressive made{0};
         check(rlv_job_progressive_mesh(get(), &made));
         return Progressive(made);
+    }
+
+    RlvFluidReport fluid_report() const {
+        RlvFluidReport report = RLV_FLUID_REPORT_INIT;
+        check(rlv_job_fluid_report(get(), &report));
+        return report;
     }
 
     RlvImprintReport imprint_report() const {

@@ -379,6 +379,55 @@ int main() {
     apart.update(others, true);
     CHECK(others.last.changed_vertex_count == others.last.vertex_count && apart.mesh().info().high[2] > 0.5f);
 
+    // A block of a fluid in a basin, here and in the background, its surface, its mesh and rays.
+    const auto fluid = relievo::Fluid::create(context);
+    fluid.set_basin({0, 0, 0}, {0.2f, 0.16f, 0.3f});
+    fluid.add_box({0, 0, 0}, {0.16f, 0.16f, 0.16f});
+    bool watched = false;
+    CHECK(fluid.advance(0.01, [&](float, const char *) { return watched = true; }).steps > 0 && watched);
+    const auto advancing = relievo::Job::advance(fluid, 0.01);
+    CHECK(advancing.wait().state == RLV_JOB_DONE && advancing.fluid_report().steps > 0);
+    fluid.accelerate(std::vector<relievo::Float3>(512, {1, 0, 0}));
+    CHECK(fluid.step(0.001f).seconds > 0 && fluid.info().momentum[0] > 0);
+    fluid.add({{0.1f, 0.08f, 0.25f}}, {0, 0, -1});
+    fluid.add({{0.05f, 0.08f, 0.25f}}, std::vector<relievo::Float3>{{0, 0, -2}}, 1.0f);
+    const auto state = fluid.state();
+    CHECK(state.numbers.size() == 514 && state.numbers.back() == 513 && state.velocities.back()[2] == -2);
+    CHECK(fluid.remove({512, 513, 999}) == 2 && fluid.densities().size() == 512);
+    const auto surface_of = fluid.isosurface();
+    CHECK(surface_of.info().particle_count == 512 && surface_of.classify().size() == 512);
+    RlvIsosurfaceMeshOptions finer = RLV_ISOSURFACE_MESH_OPTIONS_INIT;
+    finer.iterations = 2;
+    const auto wet = surface_of.mesh(finer, {{"age", 1, std::vector<float>(512, 2.0f)}});
+    CHECK(wet.info().attribute_count == 3 && wet.info().high[2] < 0.2f);
+    const auto meshing = relievo::Job::mesh(surface_of, finer);
+    CHECK(meshing.wait().state == RLV_JOB_DONE && meshing.mesh().points() == wet.points());
+    const RlvIsosurfaceRay down{{0.08f, 0.08f, 1}, {0, 0, -1}, 0, 0, 0};
+    const auto wet_hits = surface_of.cast({down, down});
+    RlvIsosurfaceHit wet_hit;
+    const auto functions = surface_of.table();
+    CHECK(functions.intersect(functions.data, &down, &wet_hit) == 1 && wet_hit.distance == wet_hits[1].distance);
+    CHECK(wet_hit.normal[2] > 0.9f && wet_hit.position[2] > 0.1f && wet_hit.position[2] < 0.2f);
+    const auto drop = relievo::Isosurface::create(context, {{0, 0, 0}}, RLV_ISOSURFACE_OPTIONS_INIT, {{1, 0, 0}}, {0});
+    CHECK(drop.info().has_velocities == 1);
+    try {
+        relievo::Isosurface::create(context, {{0, 0, 0}}, RLV_ISOSURFACE_OPTIONS_INIT, {}, {0, 0});
+        CHECK(false);
+    } catch (const std::invalid_argument &) {
+    }
+    const auto obstacle = fluid.add_collider(patch.mesh(), relievo::moved(9, 9, 9));
+    auto lifted = patch.mesh().points();
+    for (auto &point : lifted) {
+        point = {point[0] + 9, point[1] + 9, point[2] + 10};
+    }
+    fluid.move_collider(obstacle, lifted, 0.1f);
+    fluid.step(0.001f);
+    CHECK(obstacle == 0 && fluid.impulse(obstacle)[0] == 0.0 && fluid.impulse(RLV_FLUID_WALLS)[2] < 0);
+    fluid.set_walls({{0, 0, 0}});
+    fluid.move_walls({{0, 0, 1}}, {{0, 0, 1}});
+    fluid.set_walls({});
+    CHECK(fluid.info().wall_count == 0);
+
     // Jobs: results by kind, failures as exceptions.
     const auto job = relievo::Job::sweep(detail, collider, end, start);
     CHECK(job.wait().state == RLV_JOB_DONE && job.poll().fraction == 1);

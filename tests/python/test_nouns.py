@@ -350,6 +350,108 @@ class Levels(unittest.TestCase):
             self.assertEqual(len(list(Path(folder).glob("level_*.obj"))), 3)
 
 
+class Fluids(unittest.TestCase):
+    """A block of a fluid in a basin."""
+
+    def setUp(self):
+        self.context = rl.Context(threads=2)
+        self.fluid = rl.Fluid(self.context)
+        self.fluid.set_basin((0, 0, 0), (0.2, 0.16, 0.3))
+        self.fluid.add_box((0, 0, 0), (0.16, 0.16, 0.16))
+
+    def test_it_is_simulated_here_and_in_the_background(self):
+        report = self.fluid.advance(0.02)
+        self.assertGreater(report.steps, 0)
+        self.assertAlmostEqual(report.seconds, 0.02, places=6)
+        self.assertLess(report.max_excess, 0.05)
+        started = job.advance(self.fluid, 0.02)
+        started.wait()
+        self.assertGreater(started.result().steps, 0)
+        self.assertAlmostEqual(self.fluid.info.seconds, 0.04, places=6)
+        with self.assertRaises(rl.Cancelled):
+            self.fluid.advance(10.0, progress=lambda fraction, stage: False)
+        with self.assertRaisesRegex(rl.Invalid, "spacing"):
+            rl.Fluid(self.context, spacing=-1.0)
+        with self.assertRaisesRegex(rl.Invalid, "seconds"):
+            self.fluid.step(-1.0)
+
+    def test_what_particles_have_is_in_the_order_of_their_numbers(self):
+        self.fluid.add([(0.1, 0.08, 0.2), (0.14, 0.08, 0.2)], [(0, 0, 1), (0, 0, 2)], lifetime=5.0)
+        self.fluid.step(0.001)
+        found = self.fluid.get(*("points", "velocities", "numbers", "pressures", "densities", "births"))
+        numpy.testing.assert_array_equal(found["numbers"], numpy.arange(514))
+        self.assertGreater(found["velocities"][513, 2], found["velocities"][512, 2])
+        self.assertTrue((found["densities"] > 0).all() and (found["births"] == 0).all())
+        self.assertEqual(self.fluid.remove([512, 7, 4000]), 2)
+        wide = numpy.zeros((512, 5), numpy.float32)
+        self.fluid.get(points=wide[:, 1:4])
+        numpy.testing.assert_array_equal(wide[-1, 1:4], found["points"][513])
+        before = self.fluid.info.momentum[1]
+        self.fluid.accelerate(numpy.tile((0.0, 3.0, 0.0), (512, 1)))
+        self.fluid.step(0.001)
+        self.assertGreater(self.fluid.info.momentum[1], before)
+        points, corners = shapes.cube()
+        box = rl.Mesh(self.context, points, corners, 4)
+        placed = numpy.diag((0.05, 0.05, 0.05, 1.0))
+        placed[2, 3] = -0.07
+        number = self.fluid.add_collider(box, placed, contact="friction", friction=0.3)
+        self.fluid.move_collider(number, points * 0.05 + (0, 0, -0.06), 0.01, points * 0.05 + (0, 0, -0.07))
+        self.fluid.step(0.001)
+        self.assertEqual([given.shape for given in self.fluid.impulse(number)], [(3,), (3,)])
+        self.assertLess(self.fluid.impulse()[0][2], 0)
+        self.fluid.set_walls(numpy.zeros((1, 3)))
+        self.fluid.move_walls([(1.0, 1.0, 1.0)], [(0.0, 0.0, 1.0)])
+        for call, text in (
+            (lambda: self.fluid.accelerate(numpy.zeros((3, 3))), "512 particles"),
+            (lambda: self.fluid.add(numpy.zeros((3, 3)), numpy.zeros((2, 3))), "velocities"),
+            (lambda: self.fluid.get("mass"), "unknown"),
+            (lambda: self.fluid.move_collider(5, points, 0.1), "collider 5"),
+            (lambda: self.fluid.get(points=numpy.zeros((4, 3), numpy.float32)), "shape"),
+            (lambda: self.fluid.add_box((0, 0), (1, 1, 1)), "low"),
+        ):
+            with self.assertRaisesRegex(rl.Invalid, text):
+                call()
+
+    def test_its_surface_is_a_mesh_and_is_met_by_rays(self):
+        surface = self.fluid.isosurface()
+        self.assertEqual((surface.info.particle_count, surface.info.has_velocities), (512, 1))
+        heights = self.fluid.get("points")["points"][:, 2]
+        mesh = surface.mesh(channels={"height": heights}, iterations=2)
+        self.assertEqual(set(mesh.attribute_names()), {"normal", "velocity", "height"})
+        self.assertEqual(2 * mesh.info.point_count, mesh.info.triangle_count + 4)
+        self.assertLess(abs(mesh.attribute("height").values[:, 0] - mesh.points()[:, 2]).max(), 0.02)
+        started = job.mesh(surface, {"height": heights}, iterations=2)
+        started.wait()
+        numpy.testing.assert_array_equal(started.result().points(), mesh.points())
+        found = surface.classify()
+        self.assertEqual(numpy.bincount(found.classes, minlength=3).tolist(), list(found[1:4]))
+        hits = surface.cast([(0.08, 0.08, 1.0), (5, 5, 1)], [(0, 0, -2)] * 2)
+        self.assertAlmostEqual(float(hits["position"][0, 2]), 0.16, delta=0.02)
+        self.assertAlmostEqual(float(hits["distance"][0]), (1 - hits["position"][0, 2]) / 2, places=5)
+        self.assertTrue(numpy.isinf(hits["distance"][1]) and hits["enters"][0] == 1)
+        ray, hit = rl.abi.RlvIsosurfaceRay(origin=(0.08, 0.08, 1), direction=(0, 0, -1)), rl.abi.RlvIsosurfaceHit()
+        table = surface.table
+        self.assertEqual(table.intersect(table.data, ray, hit), 1)
+        self.assertAlmostEqual(hit.distance, 2 * hits["distance"][0], places=5)
+        sphere = rl.Isosurface(self.context, [(0, 0, 0)], [(1, 0, 0)], [False], radius=0.1, shutter_close=1.0)
+        hits = sphere.cast([(0, 0, 2)] * 2, [(0, 0, -1)] * 2, times=[0.0, 0.5])
+        self.assertAlmostEqual(float(hits["distance"][0]), 1.9, places=4)
+        self.assertTrue(numpy.isinf(hits["distance"][1]))
+        with self.assertRaisesRegex(rl.Invalid, "blind"):
+            rl.Isosurface(self.context, [(0, 0, 0)], blind=[0, 1])
+        with self.assertRaisesRegex(rl.Invalid, "function"):
+            self.fluid.isosurface(function="cubes")
+        with self.assertRaises(rl.Cancelled):
+            surface.mesh(progress=lambda fraction, stage: False)
+
+    def test_the_example_runs(self):
+        with tempfile.TemporaryDirectory() as folder:
+            example = [sys.executable, str(ROOT / "examples" / "python" / "dam.py"), folder]
+            told = subprocess.run(example, env={**os.environ, "PYTHONPATH": PACKAGE}, capture_output=True, text=True)
+            self.assertRegex(told.stdout, r"the front is at 1\.1\d m[\s\S]*the water is 0\.\d", told.stderr)
+            self.assertEqual(len(list(Path(folder).glob("dam_*.ply"))), 3)
+
+
 class Devices(unittest.TestCase):
     def test_what_is_listed_can_be_opened_and_let_go(self):
         adapters = rl.adapters()

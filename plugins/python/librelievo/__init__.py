@@ -14,6 +14,7 @@ from .abi import RlvAdapterKind as AdapterKind
 from .abi import RlvBrushAction as BrushAction
 from .abi import RlvChannel as Channel
 from .abi import RlvDevice as Device
+from .abi import RlvIsosurfaceClass as IsosurfaceClass
 from .abi import RlvJobState as JobState
 from .abi import RlvParameterKind as ParameterKind
 from .adapter import adapters
@@ -40,6 +41,8 @@ from .error import (
     RelievoError,
     Unsupported,
 )
+from .fluid import Fluid
+from .isosurface import Isosurface
 from .job import Job
 from .level import DeviceLevel, Grip, GripKey, GripTrack, Level, Region
 from .library import load, version

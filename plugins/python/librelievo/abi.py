@@ -24,6 +24,7 @@ RLV_ERROR_CANCELLED = 7
 RLV_ERROR_INTERNAL = 8
 RLV_ERROR_DEVICE = 9
 RLV_NO_ELEMENT = 4294967295
+RLV_FLUID_WALLS = 4294967295
 RLV_LAYER_NAME_SIZE = 256
 RLV_PICTURE_NAME_SIZE = 264
 RLV_PICTURE_NONE = 4294967295
@@ -156,6 +157,35 @@ class RlvCurve(IntEnum):
     SIZE = 0
     STRENGTH = 1
     ANGLE = 2
+
+
+class RlvIsosurfaceFunction(IntEnum):
+    BLOBS = 0
+    ZHU_BRIDSON = 1
+    DENSITY = 2
+    ANISOTROPIC = 3
+
+
+class RlvIsosurfaceClass(IntEnum):
+    SURFACE = 0
+    BLIND = 1
+    HIDDEN = 2
+
+
+class RlvFluidKernels(IntEnum):
+    WENDLAND = 0
+    MUELLER = 1
+
+
+class RlvFluidSteps(IntEnum):
+    COURANT = 0
+    FIXED = 1
+
+
+class RlvFluidContact(IntEnum):
+    SLIP = 0
+    STOP = 1
+    FRICTION = 2
 
 
 class RlvPtexKind(IntEnum):
@@ -1276,6 +1306,207 @@ class RlvTransferReport(Structure):
     ]
 
 
+class RlvIsosurface(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvIsosurfaceOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("function", c_uint32),
+        ("radius", c_float),
+        ("support", c_float),
+        ("sharpness", c_float),
+        ("iso", c_float),
+        ("centring", c_float),
+        ("shutter_open", c_float),
+        ("shutter_close", c_float),
+        ("march_steps", c_float),
+    ]
+
+
+class RlvIsosurfaceParticles(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("count", c_size_t),
+        ("points", c_float_p),
+        ("point_stride", c_size_t),
+        ("velocities", c_float_p),
+        ("velocity_stride", c_size_t),
+        ("blind", c_uint8_p),
+        ("blind_stride", c_size_t),
+    ]
+
+
+class RlvIsosurfaceInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("has_velocities", c_uint32),
+        ("particle_count", c_size_t),
+        ("support", c_float),
+        ("reach", c_float),
+        ("influence", c_float),
+        ("reserved", c_float),
+    ]
+
+
+class RlvIsosurfaceMeshOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("iterations", c_uint32),
+        ("cell", c_float),
+        ("forwards", c_float),
+        ("backwards", c_float),
+        ("reserved", c_uint32),
+        ("channels", POINTER(RlvAttributeArrays)),
+        ("channel_count", c_size_t),
+        ("channel_stride", c_size_t),
+    ]
+
+
+class RlvIsosurfaceClasses(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("surface_count", c_size_t),
+        ("blind_count", c_size_t),
+        ("hidden_count", c_size_t),
+        ("kept", c_double),
+    ]
+
+
+class RlvIsosurfaceRay(Structure):
+    _fields_ = [
+        ("origin", c_float * 3),
+        ("direction", c_float * 3),
+        ("min_distance", c_float),
+        ("max_distance", c_float),
+        ("time", c_float),
+    ]
+
+
+class RlvIsosurfaceHit(Structure):
+    _fields_ = [
+        ("distance", c_float),
+        ("position", c_float * 3),
+        ("normal", c_float * 3),
+        ("velocity", c_float * 3),
+        ("enters", c_uint32),
+    ]
+
+
+RlvIsosurfaceIntersect = ctypes.CFUNCTYPE(c_uint32, c_void_p, POINTER(RlvIsosurfaceRay), POINTER(RlvIsosurfaceHit))
+
+
+class RlvIsosurfaceTable(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("data", c_void_p),
+        ("intersect", RlvIsosurfaceIntersect),
+        ("low", c_float * 3),
+        ("high", c_float * 3),
+    ]
+
+
+class RlvFluid(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvFluidOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("kernels", c_uint32),
+        ("spacing", c_float),
+        ("density", c_float),
+        ("viscosity", c_float),
+        ("friction", c_float),
+        ("cohesion", c_float),
+        ("gravity", c_float * 3),
+        ("max_excess", c_float),
+        ("mean_excess", c_float),
+        ("min_corrections", c_uint32),
+        ("max_corrections", c_uint32),
+        ("steps", c_uint32),
+        ("courant", c_float),
+        ("step", c_float),
+    ]
+
+
+class RlvFluidInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("particle_count", c_size_t),
+        ("wall_count", c_size_t),
+        ("seconds", c_double),
+        ("mass", c_float),
+        ("time_step", c_float),
+        ("momentum", c_float * 3),
+        ("kinetic_energy", c_float),
+    ]
+
+
+class RlvFluidParticles(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("lifetime", c_float),
+        ("count", c_size_t),
+        ("points", c_float_p),
+        ("point_stride", c_size_t),
+        ("velocities", c_float_p),
+        ("velocity_stride", c_size_t),
+        ("velocity", c_float * 3),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvFluidArrays(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("capacity", c_size_t),
+        ("points", c_float_p),
+        ("point_stride", c_size_t),
+        ("velocities", c_float_p),
+        ("velocity_stride", c_size_t),
+        ("numbers", c_uint32_p),
+        ("number_stride", c_size_t),
+        ("pressures", c_float_p),
+        ("pressure_stride", c_size_t),
+        ("densities", c_float_p),
+        ("density_stride", c_size_t),
+        ("births", c_double_p),
+        ("birth_stride", c_size_t),
+    ]
+
+
+class RlvFluidColliderOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("contact", c_uint32),
+        ("friction", c_float),
+        ("is_container", c_uint32),
+    ]
+
+
+class RlvFluidReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("seconds", c_double),
+        ("steps", c_uint64),
+        ("corrections", c_uint64),
+        ("max_excess", c_float),
+        ("mean_excess", c_float),
+    ]
+
+
 class RlvImprintSettings(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1573,6 +1804,18 @@ INIT = {
     RlvDocumentChanges: (ctypes.sizeof(RlvDocumentChanges), 0, 0, 0, 0,),
     RlvTransferOptions: (ctypes.sizeof(RlvTransferOptions), 0, (0,), 0.0,),
     RlvTransferReport: (ctypes.sizeof(RlvTransferReport), 0, 0.0, 0.0, 0.0, 0.0, 0.0,),
+    RlvIsosurfaceOptions: (ctypes.sizeof(RlvIsosurfaceOptions), 1, 0.01, 0.0, 8.0, 0.6, 0.9, 0.0, 0.0, 12.0,),
+    RlvIsosurfaceParticles: (ctypes.sizeof(RlvIsosurfaceParticles), 0, 0, None, 0, None, 0, None, 0,),
+    RlvIsosurfaceInfo: (ctypes.sizeof(RlvIsosurfaceInfo), 0, 0, 0.0, 0.0, 0.0, 0.0,),
+    RlvIsosurfaceMeshOptions: (ctypes.sizeof(RlvIsosurfaceMeshOptions), 0, 0.0, 0.5, 0.53, 0, None, 0, 0,),
+    RlvIsosurfaceClasses: (ctypes.sizeof(RlvIsosurfaceClasses), 0, 0, 0, 0, 0.0,),
+    RlvIsosurfaceTable: (ctypes.sizeof(RlvIsosurfaceTable), 0, None, None, (0,), (0,),),
+    RlvFluidOptions: (ctypes.sizeof(RlvFluidOptions), 0, 0.02, 1000.0, 0.001, 0.001, 0.0, (0.0, 0.0, -9.81,), 0.01, 0.001, 3, 100, 0, 0.4, 0.005,),
+    RlvFluidInfo: (ctypes.sizeof(RlvFluidInfo), 0, 0, 0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0,), 0.0,),
+    RlvFluidParticles: (ctypes.sizeof(RlvFluidParticles), 0.0, 0, None, 0, None, 0, (0.0, 0.0, 0.0,), 0,),
+    RlvFluidArrays: (ctypes.sizeof(RlvFluidArrays), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
+    RlvFluidColliderOptions: (ctypes.sizeof(RlvFluidColliderOptions), 0, 0.0, 0,),
+    RlvFluidReport: (ctypes.sizeof(RlvFluidReport), 0, 0.0, 0, 0, 0.0, 0.0,),
     RlvImprintSettings: (ctypes.sizeof(RlvImprintSettings), 16777216, 0.09817477, 0, 1.0, 1.0, 60000.0, 0.0, 1, 256, 1, 1, 0.0, 0.1, 0.6,),
     RlvImprintMoment: (ctypes.sizeof(RlvImprintMoment), 0, 0, 0, 0,),
     RlvImprintReport: (ctypes.sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
@@ -1784,6 +2027,32 @@ FUNCTIONS = {
     "rlv_document_compact": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("keep", c_size_t)]),
     "rlv_document_mesh": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvMesh))]),
     "rlv_document_transfer": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("to", RlvMesh), ("to_path", c_char_p), ("options", POINTER(RlvTransferOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvTransferReport))]),
+    "rlv_isosurface_create": (RlvResult, [("context", RlvContext), ("particles", POINTER(RlvIsosurfaceParticles)), ("options", POINTER(RlvIsosurfaceOptions)), ("out", POINTER(RlvIsosurface))]),
+    "rlv_isosurface_retain": (RlvResult, [("isosurface", RlvIsosurface)]),
+    "rlv_isosurface_release": (RlvResult, [("isosurface", RlvIsosurface)]),
+    "rlv_isosurface_info": (RlvResult, [("isosurface", RlvIsosurface), ("out", POINTER(RlvIsosurfaceInfo))]),
+    "rlv_isosurface_mesh": (RlvResult, [("isosurface", RlvIsosurface), ("options", POINTER(RlvIsosurfaceMeshOptions)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvMesh))]),
+    "rlv_isosurface_classify": (RlvResult, [("isosurface", RlvIsosurface), ("threshold", c_float), ("classes", c_uint8_p), ("capacity", c_size_t), ("stride", c_size_t), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvIsosurfaceClasses))]),
+    "rlv_isosurface_cast": (RlvResult, [("isosurface", RlvIsosurface), ("rays", POINTER(RlvIsosurfaceRay)), ("count", c_size_t), ("stride", c_size_t), ("hits", POINTER(RlvIsosurfaceHit)), ("hit_stride", c_size_t)]),
+    "rlv_isosurface_table": (RlvResult, [("isosurface", RlvIsosurface), ("out", POINTER(RlvIsosurfaceTable))]),
+    "rlv_fluid_create": (RlvResult, [("context", RlvContext), ("options", POINTER(RlvFluidOptions)), ("out", POINTER(RlvFluid))]),
+    "rlv_fluid_retain": (RlvResult, [("fluid", RlvFluid)]),
+    "rlv_fluid_release": (RlvResult, [("fluid", RlvFluid)]),
+    "rlv_fluid_info": (RlvResult, [("fluid", RlvFluid), ("out", POINTER(RlvFluidInfo))]),
+    "rlv_fluid_add": (RlvResult, [("fluid", RlvFluid), ("particles", POINTER(RlvFluidParticles))]),
+    "rlv_fluid_add_box": (RlvResult, [("fluid", RlvFluid), ("low", c_float_p), ("high", c_float_p), ("velocity", c_float_p)]),
+    "rlv_fluid_remove": (RlvResult, [("fluid", RlvFluid), ("numbers", c_uint32_p), ("count", c_size_t), ("stride", c_size_t), ("removed", c_size_t_p)]),
+    "rlv_fluid_set_walls": (RlvResult, [("fluid", RlvFluid), ("points", c_float_p), ("count", c_size_t), ("stride", c_size_t)]),
+    "rlv_fluid_set_basin": (RlvResult, [("fluid", RlvFluid), ("low", c_float_p), ("high", c_float_p)]),
+    "rlv_fluid_move_walls": (RlvResult, [("fluid", RlvFluid), ("points", c_float_p), ("stride", c_size_t), ("velocities", c_float_p), ("velocity_stride", c_size_t), ("count", c_size_t)]),
+    "rlv_fluid_add_collider": (RlvResult, [("fluid", RlvFluid), ("mesh", RlvMesh), ("matrix", c_double_p), ("options", POINTER(RlvFluidColliderOptions)), ("out", c_uint32_p)]),
+    "rlv_fluid_move_collider": (RlvResult, [("fluid", RlvFluid), ("collider", c_uint32), ("from", c_float_p), ("to", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("seconds", c_float)]),
+    "rlv_fluid_impulse": (RlvResult, [("fluid", RlvFluid), ("collider", c_uint32), ("linear", c_double_p), ("angular", c_double_p)]),
+    "rlv_fluid_accelerate": (RlvResult, [("fluid", RlvFluid), ("accelerations", c_float_p), ("count", c_size_t), ("stride", c_size_t)]),
+    "rlv_fluid_step": (RlvResult, [("fluid", RlvFluid), ("seconds", c_float), ("out", POINTER(RlvFluidReport))]),
+    "rlv_fluid_advance": (RlvResult, [("fluid", RlvFluid), ("seconds", c_double), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvFluidReport))]),
+    "rlv_fluid_get": (RlvResult, [("fluid", RlvFluid), ("arrays", POINTER(RlvFluidArrays))]),
+    "rlv_fluid_isosurface": (RlvResult, [("fluid", RlvFluid), ("options", POINTER(RlvIsosurfaceOptions)), ("out", POINTER(RlvIsosurface))]),
     "rlv_imprint_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
     "rlv_imprint_run": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("report", POINTER(RlvImprintReport))]),
     "rlv_imprint_sweep": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvImprintReport))]),
@@ -1800,6 +2069,8 @@ FUNCTIONS = {
     "rlv_job_transfer": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("to", RlvMesh), ("to_path", c_char_p), ("options", POINTER(RlvTransferOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_progressive": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvProgressiveOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_simplify": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvSimplifyOptions)), ("out", POINTER(RlvJob))]),
+    "rlv_job_isosurface": (RlvResult, [("isosurface", RlvIsosurface), ("options", POINTER(RlvIsosurfaceMeshOptions)), ("out", POINTER(RlvJob))]),
+    "rlv_job_fluid": (RlvResult, [("fluid", RlvFluid), ("seconds", c_double), ("out", POINTER(RlvJob))]),
     "rlv_job_retain": (RlvResult, [("job", RlvJob)]),
     "rlv_job_release": (RlvResult, [("job", RlvJob)]),
     "rlv_job_poll": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvJobInfo))]),
@@ -1811,6 +2082,7 @@ FUNCTIONS = {
     "rlv_job_progressive_mesh": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvProgressive))]),
     "rlv_job_imprint_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvImprintReport))]),
     "rlv_job_bake_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvBakeReport))]),
+    "rlv_job_fluid_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvFluidReport))]),
     "rlv_job_ptex_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvPtexReport))]),
     "rlv_job_transfer_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvTransferReport))]),
     "rlv_layer_count": (RlvResult, [("detail", RlvDetail), ("count", c_size_t_p)]),

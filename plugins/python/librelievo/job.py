@@ -10,6 +10,7 @@ from .detail import number_of
 from .document import transfer_arguments
 from .handle import Handle, path_bytes
 from .imprint import Deforming, moment_of, settings_of
+from .isosurface import mesh_options
 from .mesh import Mesh, simplify_options
 from .parameter import address_of
 from .progressive import Progressive
@@ -118,6 +119,21 @@ def simplify(mesh, **options):
 
     options, kept = simplify_options(**options)
     made = _started(fetch, "rlv_job_simplify", mesh.handle, ctypes.byref(options))
+    del kept
+    return made
+
+
+def advance(fluid, seconds):
+    """Starts `Fluid.advance`; the result is its report."""
+    fetch = _report("rlv_job_fluid_report", abi.RlvFluidReport)
+    return _started(fetch, "rlv_job_fluid", fluid.handle, seconds)
+
+
+def mesh(isosurface, channels=None, **options):
+    """Starts `Isosurface.mesh`; the result is the mesh."""
+    options, kept = mesh_options(channels, **options)
+    fetch = lambda job: Mesh.of("rlv_job_mesh", job.handle)
+    made = _started(fetch, "rlv_job_isosurface", isosurface.handle, ctypes.byref(options))
     del kept
     return made
 

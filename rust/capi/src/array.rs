@@ -131,6 +131,20 @@ impl<T: Plain> Input<T> {
     }
 }
 
+/// The places of `count` structs called `name` in messages, which start with their size.
+///
+/// # Safety
+/// If `count` is not zero and `pointer` not NULL, they can be read at `stride` bytes from one another until the call ends.
+pub unsafe fn descriptors<T>(
+    name: &str,
+    pointer: *const T,
+    count: usize,
+    stride: usize,
+) -> Result<impl ExactSizeIterator<Item = *const T>> {
+    let stride = check(name, pointer.is_null(), count, stride, size_of::<T>())?;
+    Ok((0..count).map(move |at| pointer.wrapping_byte_add(at * stride)))
+}
+
 /// An empty vector with room for `count` elements, or an error if `limit` bytes or the machine do not have it.
 pub fn reserve<T>(name: &str, count: usize, limit: u64) -> Result<Vec<T>> {
     let bytes = (count as u64).saturating_mul(size_of::<T>() as u64);

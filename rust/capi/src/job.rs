@@ -22,7 +22,9 @@ use crate::descriptor::{check_optional, write_descriptor, write_optional};
 use crate::detail::{RlvDetail, transform};
 use crate::document::{RlvTransferOptions, RlvTransferReport, Transfer};
 use crate::error::{RLV_OK, RlvResult, result_of};
+use crate::fluid::{RlvFluid, RlvFluidReport};
 use crate::imprint::{self, RlvImprintMoment, RlvImprintReport, RlvImprintSettings};
+use crate::isosurface::{Meshing, RlvIsosurface, RlvIsosurfaceMeshOptions};
 use crate::mesh::RlvMesh;
 use crate::progressive::{Build, RlvProgressive, RlvProgressiveOptions};
 use crate::ptex::{Export, Import, RlvPtexOptions, RlvPtexReport};
@@ -64,6 +66,7 @@ pub enum Product {
     File,
     Ptex(RlvPtexReport),
     Transfer(RlvTransferReport),
+    Fluid(RlvFluidReport),
 }
 
 impl Drop for Product {
@@ -382,6 +385,25 @@ entry! {
         Ok(())
     }
 
+    fn rlv_job_isosurface(isosurface: RlvIsosurface, options: *const RlvIsosurfaceMeshOptions, out: *mut RlvJob) {
+        present("out", out)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size, with channels of their counts.
+        let meshing = unsafe { Meshing::read(isosurface, options) }?;
+        let job = start(&meshing.context().clone(), move |progress| meshing.run(progress).map(Product::Mesh))?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
+    fn rlv_job_fluid(fluid: RlvFluid, seconds: f64, out: *mut RlvJob) {
+        present("out", out)?;
+        let fluid = registry::get(fluid)?;
+        let job = start(&fluid.context.clone(), move |progress| fluid.advance(seconds, progress).map(Product::Fluid))?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
     fn rlv_job_retain(job: RlvJob) {
         registry::retain(job)
     }
@@ -457,6 +479,15 @@ entry! {
     fn rlv_job_imprint_report(job: RlvJob, out: *mut RlvImprintReport) {
         let report = registry::get(job)?.product("an imprint", |product| match product {
             Product::Imprint(report) => Some(imprint::report_of(report)),
+            _ => None,
+        })?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, report) }
+    }
+
+    fn rlv_job_fluid_report(job: RlvJob, out: *mut RlvFluidReport) {
+        let report = registry::get(job)?.product("a fluid", |product| match product {
+            Product::Fluid(report) => Some(*report),
             _ => None,
         })?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.

@@ -29,7 +29,9 @@ pub mod device_level;
 pub mod document;
 pub mod error;
 pub mod evaluate;
+pub mod fluid;
 pub mod imprint;
+pub mod isosurface;
 pub mod job;
 pub mod layer;
 pub mod level;
@@ -72,6 +74,20 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         detail::RlvChannelInfo::layout(),
         device_level::RlvDeviceLevelInfo::layout(),
         device_level::RlvDeviceLevelVulkan::layout(),
+        fluid::RlvFluidOptions::layout(),
+        fluid::RlvFluidInfo::layout(),
+        fluid::RlvFluidParticles::layout(),
+        fluid::RlvFluidArrays::layout(),
+        fluid::RlvFluidColliderOptions::layout(),
+        fluid::RlvFluidReport::layout(),
+        isosurface::RlvIsosurfaceOptions::layout(),
+        isosurface::RlvIsosurfaceParticles::layout(),
+        isosurface::RlvIsosurfaceInfo::layout(),
+        isosurface::RlvIsosurfaceMeshOptions::layout(),
+        isosurface::RlvIsosurfaceClasses::layout(),
+        isosurface::RlvIsosurfaceRay::layout(),
+        isosurface::RlvIsosurfaceHit::layout(),
+        isosurface::RlvIsosurfaceTable::layout(),
         job::RlvJobInfo::layout(),
         layer::RlvLayerOptions::layout(),
         layer::RlvLayerInfo::layout(),
@@ -152,6 +168,8 @@ pub fn constants() -> Vec<(&'static str, i64)> {
         bake::CONSTANTS,
         brush::CONSTANTS,
         caster::CONSTANTS,
+        fluid::CONSTANTS,
+        isosurface::CONSTANTS,
         job::CONSTANTS,
         layer::CONSTANTS,
         parameter::CONSTANTS,

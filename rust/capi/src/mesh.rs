@@ -192,7 +192,7 @@ unsafe fn copy(arrays: &RlvMeshArrays, limit: u64) -> Result<Mesh> {
 ///
 /// # Safety
 /// The arrays are as `mesh.h` demands.
-unsafe fn copy_attribute(arrays: &RlvAttributeArrays, limit: u64) -> Result<Attribute> {
+pub unsafe fn copy_attribute(arrays: &RlvAttributeArrays, limit: u64) -> Result<Attribute> {
     let domain = match arrays.domain {
         RLV_DOMAIN_POINT => Domain::Point,
         RLV_DOMAIN_CORNER => Domain::Corner,

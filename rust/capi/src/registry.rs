@@ -19,7 +19,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-pub const NOUNS: [&str; 21] = [
+pub const NOUNS: [&str; 23] = [
     "nothing",
     "context",
     "mesh",
@@ -41,6 +41,8 @@ pub const NOUNS: [&str; 21] = [
     "color buffer",
     "arrival",
     "device level",
+    "isosurface",
+    "fluid",
 ];
 
 /// Defines the handle type of a noun.

@@ -85,6 +85,11 @@ impl Hierarchy {
         self.split(boxes, high);
     }
 
+    /// The box around all; none without boxes.
+    pub fn bounds(&self) -> Option<Bounds> {
+        self.nodes.first().map(|node| node.bounds)
+    }
+
     /// The stretch of a ray between two distances in the box around all; none if it misses that.
     pub fn extent(&self, origin: Vec3, direction: Vec3, [near, far]: [f32; 2]) -> Option<[f32; 2]> {
         let [enter, exit] = self.nodes.first()?.bounds.stretch(Vec3A::from(origin), inverse(direction));

@@ -147,6 +147,11 @@ impl RayCaster {
         })
     }
 
+    /// The smallest and largest coordinates of what rays can meet while the shutter is open; none without particles.
+    pub fn bounds(&self) -> Option<[[f32; 3]; 2]> {
+        self.hierarchy.bounds().map(|bounds| [bounds.low.to_array(), bounds.high.to_array()])
+    }
+
     /// For tracing one ray after the other. Rays ask for no memory once a trail is long enough.
     pub fn tracer<'a>(&'a self, trail: &'a mut Trail) -> Tracer<'a> {
         Tracer { caster: self, trail }

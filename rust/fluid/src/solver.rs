@@ -210,6 +210,15 @@ impl Fluid {
         Ok(())
     }
 
+    /// The density of each particle where it is now, in kg/m³, walls seen too. Particles may be in another order afterwards.
+    /// Fails if particles are where none can be.
+    pub fn densities(&mut self, context: &Context) -> Result<impl ExactSizeIterator<Item = f32>> {
+        if !self.is_empty() {
+            self.look_around(context)?;
+        }
+        Ok(self.found[..self.len()].iter().map(|found| found.density))
+    }
+
     /// The sum of mass times velocity, in kg m/s.
     pub fn momentum(&self) -> Vec3 {
         let sum: glam::DVec3 = self.velocities().iter().map(|velocity| velocity.xyz().as_dvec3()).sum();

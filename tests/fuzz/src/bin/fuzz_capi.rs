@@ -18,7 +18,9 @@ use relievo_abi::detail::*;
 use relievo_abi::document::*;
 use relievo_abi::error::{RLV_ERROR_INTERNAL, RLV_OK, RlvResult};
 use relievo_abi::evaluate::*;
+use relievo_abi::fluid::*;
 use relievo_abi::imprint::*;
+use relievo_abi::isosurface::*;
 use relievo_abi::job::*;
 use relievo_abi::layer::*;
 use relievo_abi::level::*;
@@ -51,10 +53,12 @@ struct Handles {
     jobs: Vec<u64>,
     progressives: Vec<u64>,
     levels: Vec<u64>,
+    fluids: Vec<u64>,
+    isosurfaces: Vec<u64>,
 }
 
 impl Handles {
-    fn lists(&self) -> [&[u64]; 15] {
+    fn lists(&self) -> [&[u64]; 17] {
         let Self {
             contexts,
             meshes,
@@ -71,6 +75,8 @@ impl Handles {
             jobs,
             progressives,
             levels,
+            fluids,
+            isosurfaces,
         } = self;
         [
             contexts,
@@ -88,6 +94,8 @@ impl Handles {
             jobs,
             progressives,
             levels,
+            fluids,
+            isosurfaces,
         ]
     }
 
@@ -96,7 +104,7 @@ impl Handles {
         let list = match bytes.int_in_range(0..=31_u8)? {
             0 => return Ok(0),
             1 => return bytes.arbitrary(),
-            2 => self.lists()[bytes.int_in_range(0..=14)?],
+            2 => self.lists()[bytes.int_in_range(0..=16)?],
             _ => self.lists()[noun],
         };
         if list.is_empty() { Ok(0) } else { bytes.choose(list).copied() }
@@ -932,6 +940,137 @@ fn levels(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     Ok(())
 }
 
+/// Fluids of few particles, which may lie on each other, and steps of them.
+fn fluids(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let context = RlvContext { id: handles.pick(bytes, 0)? };
+    let mut options: RlvFluidOptions = sized(bytes)?;
+    (options.spacing, options.density, options.step) = (1.0, 1000.0, 0.01);
+    (options.max_excess, options.mean_excess, options.courant) = (0.01, 0.001, 0.4);
+    (options.min_corrections, options.max_corrections) = (1, 20);
+    (options.kernels, options.steps) = (bytes.int_in_range(0..=2)?, bytes.int_in_range(0..=2)?);
+    options.gravity = [number(bytes)?, number(bytes)?, -9.81];
+    if bytes.ratio(1, 4)? {
+        (options.spacing, options.viscosity, options.step) = (number(bytes)?, number(bytes)?, number(bytes)?);
+    }
+    let mut out = RlvFluid { id: UNTOUCHED };
+    // SAFETY: descriptors are sized, and so are their arrays.
+    let result = unsafe { rlv_fluid_create(context, &options, &mut out) };
+    made(result, out.id, &mut handles.fluids);
+    let fluid = RlvFluid { id: handles.pick(bytes, 15)? };
+    let (points, speeds) = (numbers(bytes, 24)?, numbers(bytes, 24)?);
+    let mut particles: RlvFluidParticles = sized(bytes)?;
+    (particles.points, particles.count) = (points.as_ptr(), count(bytes, 8)?);
+    particles.velocities = if bytes.ratio(1, 2)? { speeds.as_ptr() } else { std::ptr::null() };
+    particles.lifetime = number(bytes)?;
+    let gone = [bytes.int_in_range(0..=9_u32)?];
+    for _ in 0..bytes.int_in_range(0..=5)? {
+        // SAFETY: descriptors are sized, and so are their arrays.
+        unsafe {
+            called(match bytes.int_in_range(0..=9_u8)? {
+                0 => rlv_fluid_add(fluid, &particles),
+                1 => rlv_fluid_add_box(fluid, points.as_ptr(), points[3..].as_ptr(), speeds.as_ptr()),
+                2 => rlv_fluid_remove(fluid, gone.as_ptr(), 1, 0, null_mut()),
+                3 => rlv_fluid_set_walls(fluid, points.as_ptr(), count(bytes, 8)?, 0),
+                4 => rlv_fluid_set_basin(fluid, points.as_ptr(), points[3..].as_ptr()),
+                5 => rlv_fluid_move_walls(fluid, points.as_ptr(), 0, speeds.as_ptr(), 0, count(bytes, 8)?),
+                6 => rlv_fluid_accelerate(fluid, speeds.as_ptr(), count(bytes, 8)?, 0),
+                _ => rlv_fluid_step(fluid, number(bytes)?, null_mut()),
+            });
+        }
+    }
+    let mut info: RlvFluidInfo = sized(bytes)?;
+    // SAFETY: the descriptor is sized.
+    if called(unsafe { rlv_fluid_info(fluid, &mut info) }) {
+        let room = info.particle_count.min(64);
+        let (mut places, mut ids, mut densities) = (vec![0.0_f32; 3 * room], vec![0_u32; room], vec![0.0_f32; room]);
+        let mut arrays: RlvFluidArrays = sized(bytes)?;
+        (arrays.points, arrays.numbers, arrays.capacity) = (places.as_mut_ptr(), ids.as_mut_ptr(), room);
+        if bytes.ratio(1, 4)? {
+            arrays.densities = densities.as_mut_ptr();
+        }
+        // SAFETY: the arrays have the room that is told.
+        if called(unsafe { rlv_fluid_get(fluid, &arrays) }) {
+            assert!(ids.windows(2).all(|pair| pair[0] < pair[1]));
+            assert!(places.iter().all(|coordinate| coordinate.is_finite()));
+        }
+    }
+    let mut surface = RlvIsosurface { id: UNTOUCHED };
+    // SAFETY: the output is there.
+    let result = unsafe { rlv_fluid_isosurface(fluid, std::ptr::null(), &mut surface) };
+    made(result, surface.id, &mut handles.isosurfaces);
+    Ok(())
+}
+
+/// Surfaces of few particles, their meshes, and rays.
+fn isosurfaces(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let context = RlvContext { id: handles.pick(bytes, 0)? };
+    let (points, speeds) = (numbers(bytes, 24)?, numbers(bytes, 24)?);
+    let blind: [u8; 8] = bytes.arbitrary::<[u8; 8]>()?.map(|flag| flag % 3);
+    let mut particles: RlvIsosurfaceParticles = sized(bytes)?;
+    (particles.points, particles.count) = (points.as_ptr(), count(bytes, 8)?);
+    particles.velocities = if bytes.ratio(1, 2)? { speeds.as_ptr() } else { std::ptr::null() };
+    particles.blind = if bytes.ratio(1, 4)? { blind.as_ptr() } else { std::ptr::null() };
+    let mut options: RlvIsosurfaceOptions = sized(bytes)?;
+    options.function = bytes.int_in_range(0..=4)?;
+    (options.radius, options.support, options.sharpness) = (1.0, 0.0, 8.0);
+    (options.iso, options.centring, options.march_steps) = (0.6, 0.9, 8.0);
+    if bytes.ratio(1, 4)? {
+        (options.radius, options.support, options.iso) = (number(bytes)?, number(bytes)?, number(bytes)?);
+        (options.shutter_open, options.shutter_close) = (number(bytes)?, number(bytes)?);
+        (options.sharpness, options.centring, options.march_steps) = (number(bytes)?, number(bytes)?, number(bytes)?);
+    }
+    let mut out = RlvIsosurface { id: UNTOUCHED };
+    // SAFETY: descriptors are sized, and so are their arrays.
+    let result = unsafe { rlv_isosurface_create(context, &particles, &options, &mut out) };
+    made(result, out.id, &mut handles.isosurfaces);
+    let surface = RlvIsosurface { id: handles.pick(bytes, 16)? };
+    let mut how: RlvIsosurfaceMeshOptions = sized(bytes)?;
+    (how.iterations, how.cell) = (bytes.int_in_range(0..=2)?, if bytes.ratio(1, 4)? { number(bytes)? } else { 0.0 });
+    (how.forwards, how.backwards) = (number(bytes)?, number(bytes)?);
+    let mut channel: RlvAttributeArrays = sized(bytes)?;
+    (channel.name, channel.width) = (c"age".as_ptr(), bytes.int_in_range(0..=3)?);
+    (channel.values, channel.value_count) = (speeds.as_ptr().cast(), count(bytes, 8)?);
+    (how.channels, how.channel_count) = (&channel, bytes.int_in_range(0..=1)?);
+    let mut mesh = RlvMesh { id: UNTOUCHED };
+    // SAFETY: descriptors are sized, and so are their arrays.
+    let result = unsafe { rlv_isosurface_mesh(surface, &how, None, null_mut(), &mut mesh) };
+    made(result, mesh.id, &mut handles.meshes);
+    let mut classes = [0_u8; 8];
+    let mut counts: RlvIsosurfaceClasses = sized(bytes)?;
+    let mut table: RlvIsosurfaceTable = sized(bytes)?;
+    let ray = RlvIsosurfaceRay {
+        origin: [number(bytes)?, number(bytes)?, number(bytes)?],
+        direction: [number(bytes)?, number(bytes)?, number(bytes)?],
+        min_distance: number(bytes)?,
+        max_distance: number(bytes)?,
+        time: number(bytes)?,
+    };
+    let (mut first, mut second) = (RlvIsosurfaceHit::default(), RlvIsosurfaceHit::default());
+    // SAFETY: descriptors are sized, and so are their arrays; the surface of the table lives.
+    unsafe {
+        called(rlv_isosurface_classify(
+            surface,
+            number(bytes)?,
+            classes.as_mut_ptr(),
+            8,
+            0,
+            None,
+            null_mut(),
+            &mut counts,
+        ));
+        if called(rlv_isosurface_table(surface, &mut table))
+            && called(rlv_isosurface_cast(surface, &ray, 1, 0, &mut first, 0))
+        {
+            let whole = usize::try_from(table.struct_size).is_ok_and(|size| size >= size_of::<RlvIsosurfaceTable>());
+            if let (Some(intersect), true) = (table.intersect, whole) {
+                let met = intersect(table.data, &ray, &mut second);
+                assert!((met == 1) == first.distance.is_finite() && first.distance == second.distance);
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Jobs, some of which are waited for.
 fn background(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let (detail, collider) = (RlvDetail { id: handles.pick(bytes, 3)? }, RlvCollider { id: handles.pick(bytes, 4)? });
@@ -1004,8 +1143,12 @@ fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
             (12, false) => rlv_job_release(RlvJob { id }),
             (13, true) => rlv_progressive_retain(RlvProgressive { id }),
             (13, false) => rlv_progressive_release(RlvProgressive { id }),
-            (_, true) => rlv_level_retain(RlvLevel { id }),
-            (_, false) => rlv_level_release(RlvLevel { id }),
+            (14, true) => rlv_level_retain(RlvLevel { id }),
+            (14, false) => rlv_level_release(RlvLevel { id }),
+            (15, true) => rlv_fluid_retain(RlvFluid { id }),
+            (15, false) => rlv_fluid_release(RlvFluid { id }),
+            (_, true) => rlv_isosurface_retain(RlvIsosurface { id }),
+            (_, false) => rlv_isosurface_release(RlvIsosurface { id }),
         }
     }
 }
@@ -1019,7 +1162,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let result = unsafe { rlv_context_create(&options, &mut out) };
     made(result, out.id, &mut handles.contexts);
     while !bytes.is_empty() {
-        match bytes.int_in_range(0..=25_u8)? {
+        match bytes.int_in_range(0..=27_u8)? {
             0..=2 => create_mesh(bytes, handles)?,
             3 => read_mesh(bytes, handles)?,
             4..=5 => use_surface(bytes, handles)?,
@@ -1036,8 +1179,10 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             21 => patches(bytes, handles)?,
             22 => background(bytes, handles)?,
             23..=24 => levels(bytes, handles)?,
+            25 => fluids(bytes, handles)?,
+            26 => isosurfaces(bytes, handles)?,
             _ => {
-                let noun = bytes.int_in_range(0..=14)?;
+                let noun = bytes.int_in_range(0..=16)?;
                 let id = handles.pick(bytes, noun)?;
                 called(count_reference(noun, id, bytes.ratio(1, 3)?));
             }

@@ -1,0 +1,213 @@
+/* Relievo: fluids of particles (smoothed particle hydrodynamics).
+ *
+ * A fluid is simulated in steps by pressures that are predicted and corrected (Solenthaler, Pajarola 2009), in metres,
+ * seconds and kilograms. A particle has a number, which it keeps and no other gets; arrays of all particles are in the
+ * order of rising numbers, so that a particle keeps its place until one before it is removed. Results do not depend on the
+ * number of threads. A fluid takes some 700 bytes a particle. */
+#ifndef RELIEVO_FLUID_H
+#define RELIEVO_FLUID_H
+
+#include "relievo/isosurface.h"
+
+typedef struct RlvFluid {
+    uint64_t id;
+} RlvFluid;
+
+typedef enum RlvFluidKernels {
+    RLV_FLUID_WENDLAND = 0, /* Wendland's C2 kernel for density and pressure (Wendland 1995) */
+    RLV_FLUID_MUELLER = 1   /* poly6 and the spiky kernel (Mueller, Charypar, Gross 2003); needs more viscosity to rest */
+} RlvFluidKernels;
+
+typedef enum RlvFluidSteps {
+    RLV_FLUID_COURANT = 0, /* as long as nothing goes farther than a part of the spacing, and shorter where pressures need it */
+    RLV_FLUID_FIXED = 1    /* all of the same length, converged or not */
+} RlvFluidSteps;
+
+typedef enum RlvFluidContact {
+    RLV_FLUID_SLIP = 0,    /* a particle that meets a triangle keeps what of its velocity is along it */
+    RLV_FLUID_STOP = 1,    /* it stays where it met it */
+    RLV_FLUID_FRICTION = 2 /* it loses so much of what is along as friction times what it loses across (Coulomb) */
+} RlvFluidContact;
+
+/* The number that walls have where a collider is asked for. */
+#define RLV_FLUID_WALLS 0xffffffffu
+
+typedef struct RlvFluidOptions {
+    uint32_t struct_size;
+    uint32_t kernels;  /* RlvFluidKernels */
+    float spacing;     /* distance between particles at rest, metres; 1e-9 to 1e9. Kernels reach twice as far */
+    float density;     /* at rest, kg/m3; 1e-9 to 1e9 */
+    float viscosity;   /* kinematic, m2/s; 0 to 1e9 */
+    float friction;    /* the same between the fluid and walls; 0 lets it slip */
+    float cohesion;    /* what pulls particles to each other (Becker, Teschner 2007), m5/(kg s2); 0 to 1e9 */
+    float gravity[3];  /* acceleration of all particles, m/s2 */
+    float max_excess;  /* how much denser than at rest a particle may be when a step ends, as a share; 1e-9 to 1e9 */
+    float mean_excess; /* the same in the mean */
+    uint32_t min_corrections; /* corrections of pressures in a step, at least; 1 or more */
+    uint32_t max_corrections; /* and at most: a step that is not enough is made anew with half the time */
+    uint32_t steps;           /* RlvFluidSteps */
+    float courant;            /* part of the spacing that the fastest particle goes in a step; 1e-9 to 1e9 */
+    float step;               /* length of a step at most, or of all that are fixed, seconds; 1e-9 to 1e9 */
+} RlvFluidOptions;
+
+#define RLV_FLUID_OPTIONS_INIT                                                                                \
+    {sizeof(RlvFluidOptions), RLV_FLUID_WENDLAND, 0.02f, 1000.0f, 0.001f, 0.001f, 0.0f, {0.0f, 0.0f, -9.81f}, 0.01f, \
+     0.001f, 3, 100, RLV_FLUID_COURANT, 0.4f, 0.005f}
+
+typedef struct RlvFluidInfo {
+    uint32_t struct_size;
+    uint32_t reserved;
+    size_t particle_count;
+    size_t wall_count;    /* particles of walls */
+    double seconds;       /* since the beginning */
+    float mass;           /* of a particle, kg */
+    float time_step;      /* how long the next step should be, seconds */
+    float momentum[3];    /* of all particles, kg m/s */
+    float kinetic_energy; /* of all particles, J */
+} RlvFluidInfo;
+
+#define RLV_FLUID_INFO_INIT {sizeof(RlvFluidInfo), 0, 0, 0, 0.0, 0.0f, 0.0f, {0.0f, 0.0f, 0.0f}, 0.0f}
+
+/* Particles that are added. Strides are in bytes, 0 for packed. */
+typedef struct RlvFluidParticles {
+    uint32_t struct_size;
+    float lifetime; /* seconds until they are removed; 0 for those that stay */
+    size_t count;   /* may be 0 */
+    const float *points; /* three floats each, metres */
+    size_t point_stride;
+    const float *velocities; /* three floats each, m/s; NULL for velocity */
+    size_t velocity_stride;
+    float velocity[3]; /* of all, where velocities is NULL */
+    uint32_t reserved; /* 0 */
+} RlvFluidParticles;
+
+#define RLV_FLUID_PARTICLES_INIT {sizeof(RlvFluidParticles), 0.0f, 0, NULL, 0, NULL, 0, {0.0f, 0.0f, 0.0f}, 0}
+
+/* Where what particles have is written; strides are in bytes, 0 for packed. NULL for what is not wanted. */
+typedef struct RlvFluidArrays {
+    uint32_t struct_size;
+    uint32_t reserved; /* 0 */
+    size_t capacity;   /* of each array that is not NULL, at least as many as there are particles */
+    float *points;     /* three floats each, metres */
+    size_t point_stride;
+    float *velocities; /* three floats each, m/s */
+    size_t velocity_stride;
+    uint32_t *numbers;
+    size_t number_stride;
+    float *pressures; /* in the last step, Pa */
+    size_t pressure_stride;
+    float *densities; /* now, kg/m3. Wanting them costs about a quarter of a step */
+    size_t density_stride;
+    double *births; /* when they were added, seconds since the beginning */
+    size_t birth_stride;
+} RlvFluidArrays;
+
+#define RLV_FLUID_ARRAYS_INIT {sizeof(RlvFluidArrays), 0, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0}
+
+typedef struct RlvFluidColliderOptions {
+    uint32_t struct_size;
+    uint32_t contact;      /* RlvFluidContact */
+    float friction;        /* of RLV_FLUID_FRICTION, 0 or more */
+    uint32_t is_container; /* 1: fluid is inside of the closed mesh; 0: around it */
+} RlvFluidColliderOptions;
+
+#define RLV_FLUID_COLLIDER_OPTIONS_INIT {sizeof(RlvFluidColliderOptions), RLV_FLUID_SLIP, 0.0f, 0}
+
+/* What a step or several did. */
+typedef struct RlvFluidReport {
+    uint32_t struct_size;
+    uint32_t reserved;
+    double seconds;       /* that were simulated */
+    uint64_t steps;
+    uint64_t corrections; /* of pressures, those of steps that were made anew too */
+    float max_excess;     /* how much denser than at rest a particle was when a step ended, as a share */
+    float mean_excess;    /* the same in the mean of particles, of the step where it was most */
+} RlvFluidReport;
+
+#define RLV_FLUID_REPORT_INIT {sizeof(RlvFluidReport), 0, 0.0, 0, 0, 0.0f, 0.0f}
+
+/* Makes a fluid without particles and walls. options may be NULL for the defaults. Fails if a number is out of its range. */
+RLV_API RlvResult rlv_fluid_create(RlvContext context, const RlvFluidOptions *options, RlvFluid *out);
+
+RLV_API RlvResult rlv_fluid_retain(RlvFluid fluid);
+RLV_API RlvResult rlv_fluid_release(RlvFluid fluid);
+
+/* How many particles there are, when, and how they move together. No failure of its own. */
+RLV_API RlvResult rlv_fluid_info(RlvFluid fluid, RlvFluidInfo *out);
+
+/* Mutating. Adds particles, which should be a spacing from each other and from those there are. Fails, and adds none, if a
+ * number is out of its range, and with RLV_ERROR_MEMORY if the fluid would take more than the context's memory limit or
+ * have more than 2^30 particles. */
+RLV_API RlvResult rlv_fluid_add(RlvFluid fluid, const RlvFluidParticles *particles);
+
+/* Mutating. Fills a box from low to high, three floats each, with particles half a spacing from its sides, so that it may
+ * stand on a wall; velocity is three floats, NULL for rest. Sides should be whole spacings, as particles are otherwise a
+ * little nearer to each other, or farther: nearer ones burst apart. Fails as rlv_fluid_add does, and if a side of the box is less
+ * than a spacing. */
+RLV_API RlvResult rlv_fluid_add_box(RlvFluid fluid, const float *low, const float *high, const float *velocity);
+
+/* Mutating. Removes the particles of these numbers; stride is in bytes, 0 for packed. Numbers that no particle has are left
+ * aside. removed may be NULL; it receives how many there were. No failure of its own. */
+RLV_API RlvResult rlv_fluid_remove(RlvFluid fluid, const uint32_t *numbers, size_t count, size_t stride, size_t *removed);
+
+/* Mutating. Takes particles at these places as walls at rest instead of those there were; three floats each, stride in
+ * bytes, 0 for packed. They lie half a spacing behind the surface of a wall, a spacing from each other. A count of 0 is for
+ * no walls. Fails, and changes nothing, if too many lie on each other, and with RLV_ERROR_MEMORY if they would take more
+ * than the context's memory limit. */
+RLV_API RlvResult rlv_fluid_set_walls(RlvFluid fluid, const float *points, size_t count, size_t stride);
+
+/* Mutating. Takes the six sides of a box from low to high, three floats each, as walls instead of those there were. Fails,
+ * and changes nothing, as rlv_fluid_set_walls does, and if a side of the box is less than a spacing. */
+RLV_API RlvResult rlv_fluid_set_basin(RlvFluid fluid, const float *low, const float *high);
+
+/* Mutating. Has walls be at other places and go on from there with velocities in m/s, count as many as were set, in their
+ * order, until this is called again; three floats each, strides in bytes, 0 for packed. Fails, and changes nothing, if
+ * there are not as many. */
+RLV_API RlvResult rlv_fluid_move_walls(RlvFluid fluid, const float *points, size_t stride, const float *velocities,
+                                       size_t velocity_stride, size_t count);
+
+/* Mutating. Adds a mesh that fluid does not pass, at rest, besides walls. matrix is twelve doubles, the affine map from the
+ * mesh to the fluid in columns: three for the linear part, then the translation; NULL for the identity. The mesh may be
+ * released or changed afterwards; out receives the number of the collider, counted from 0. Triangles may be without an
+ * area, and the mesh may have holes, but then fluid is on both sides of it and rests a spacing from it. options may be NULL
+ * for the defaults. Fails, and adds none, if no triangle has an area, a number is out of its range or the mesh is too large
+ * for the spacing. */
+RLV_API RlvResult rlv_fluid_add_collider(RlvFluid fluid, RlvMesh mesh, const double *matrix,
+                                         const RlvFluidColliderOptions *options, uint32_t *out);
+
+/* Mutating. Has a collider go from points to others in straight lines within seconds from now on, where it stays; 0 seconds
+ * put it to from, at rest. Points are three floats each in the order of the mesh, in metres of the fluid; count is how many
+ * it has, stride in bytes, 0 for packed. from may be NULL for where it is. Fails, and changes nothing, if there is no such
+ * collider or there are not as many points. */
+RLV_API RlvResult rlv_fluid_move_collider(RlvFluid fluid, uint32_t collider, const float *from, const float *to,
+                                          size_t count, size_t stride, float seconds);
+
+/* The momentum that a collider, or RLV_FLUID_WALLS, was given by the fluid in the last step: linear in kg m/s, angular about
+ * the origin in kg m2/s, three doubles each; NULL for what is not wanted. Fails if there is no such collider. */
+RLV_API RlvResult rlv_fluid_impulse(RlvFluid fluid, uint32_t collider, double *linear, double *angular);
+
+/* Mutating. Has each particle accelerated by so much beside all else, from now on: count as many as there are particles,
+ * three floats each in m/s2, stride in bytes, 0 for packed. Particles that are added later are not. Fails, and changes
+ * nothing, if there are not as many. */
+RLV_API RlvResult rlv_fluid_accelerate(RlvFluid fluid, const float *accelerations, size_t count, size_t stride);
+
+/* Mutating. Makes one step of seconds, or a shorter one where pressures do not converge: out, which may be NULL, says how
+ * long it was. RlvFluidInfo has how long it should be. Fails if seconds is negative, and, with the particles where they
+ * were, if pressures do not converge at all or particles are where none can be. */
+RLV_API RlvResult rlv_fluid_step(RlvFluid fluid, float seconds, RlvFluidReport *out);
+
+/* Mutating. Simulates seconds, 0 or more, in as many steps as it takes. progress may be NULL, and out. Fails as
+ * rlv_fluid_step does, and with RLV_ERROR_CANCELLED: the fluid is then as the last whole step left it, and goes on from
+ * there. */
+RLV_API RlvResult rlv_fluid_advance(RlvFluid fluid, double seconds, RlvProgress progress, void *user,
+                                    RlvFluidReport *out);
+
+/* Writes what particles have. Mutating where densities are wanted, though nothing is simulated. Fails if there is not
+ * enough room. */
+RLV_API RlvResult rlv_fluid_get(RlvFluid fluid, const RlvFluidArrays *arrays);
+
+/* Makes the surface of the particles where they are now, with their velocities; none is blind. options may be NULL for the
+ * defaults with a radius of half the spacing. Fails as rlv_isosurface_create does. */
+RLV_API RlvResult rlv_fluid_isosurface(RlvFluid fluid, const RlvIsosurfaceOptions *options, RlvIsosurface *out);
+
+#endif

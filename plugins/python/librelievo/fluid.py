@@ -1,0 +1,170 @@
+"""Fluids of particles."""
+
+import ctypes
+
+import numpy
+
+from . import abi, library, record
+from .array import Reading, address, writing
+from .array import matrix as matrix_of
+from .error import Invalid
+from .handle import Handle
+from .isosurface import Isosurface, isosurface_options
+from .parameter import address_of
+from .progress import watched
+
+# What `Fluid.get` knows: the fields of RlvFluidArrays, their types and numbers a particle.
+FIELDS = {
+    "points": (numpy.float32, 3),
+    "velocities": (numpy.float32, 3),
+    "numbers": (numpy.uint32, 0),
+    "pressures": (numpy.float32, 0),
+    "densities": (numpy.float32, 0),
+    "births": (numpy.float64, 0),
+}
+STRIDES = {name: name.removesuffix("s") + "_stride" for name in FIELDS} | {
+    "velocities": "velocity_stride",
+    "densities": "density_stride",
+}
+
+
+def _vector(values, name):
+    """Three packed floats."""
+    reading = Reading(numpy.ascontiguousarray(values, numpy.float32), numpy.float32, 3, name)
+    if reading.count != 1:
+        raise Invalid(f"{name}: three numbers are needed")
+    return reading
+
+
+class Fluid(Handle):
+    """Particles that are simulated. Arrays of all of them are in the order of rising numbers."""
+
+    noun, kind = "fluid", abi.RlvFluid
+
+    def __init__(self, context, **options):
+        """Without particles and walls; options are the fields of RlvFluidOptions."""
+        told = record.fill(abi.RlvFluidOptions, options, kernels=abi.RlvFluidKernels, steps=abi.RlvFluidSteps)
+        super().__init__("rlv_fluid_create", context.handle, ctypes.byref(told))
+
+    @property
+    def info(self):
+        """Counts, the time, and how the particles move together."""
+        out = record.empty(abi.RlvFluidInfo)
+        library.call("rlv_fluid_info", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def add(self, points, velocities=(0, 0, 0), lifetime=0.0):
+        """Adds particles at points (n, 3) in metres with velocities in m/s, one for all or (n, 3); a lifetime of 0 seconds is
+        for those that stay."""
+        points = Reading(points, numpy.float32, 3, "points")
+        velocities = Reading(velocities, numpy.float32, 3, "velocities")
+        particles = record.fill(abi.RlvFluidParticles, {"lifetime": lifetime})
+        particles.count = points.count
+        particles.points, particles.point_stride = points.address, points.stride
+        if velocities.count == points.count:
+            particles.velocities, particles.velocity_stride = velocities.address, velocities.stride
+        elif velocities.count == 1:
+            particles.velocity[:] = velocities.array[0].tolist()
+        else:
+            raise Invalid(f"velocities: there are {velocities.count} for {points.count} points")
+        library.call("rlv_fluid_add", self.handle, ctypes.byref(particles))
+
+    def add_box(self, low, high, velocity=(0, 0, 0)):
+        """Fills a box with particles half a spacing from its sides."""
+        given = [_vector(low, "low"), _vector(high, "high"), _vector(velocity, "velocity")]
+        library.call("rlv_fluid_add_box", self.handle, *(vector.address for vector in given))
+
+    def remove(self, numbers):
+        """Removes the particles of these numbers, and returns how many there were."""
+        numbers, removed = Reading(numbers, numpy.uint32, 0, "numbers"), ctypes.c_size_t()
+        given = (numbers.address, numbers.count, numbers.stride, address_of(removed))
+        library.call("rlv_fluid_remove", self.handle, *given)
+        return removed.value
+
+    def set_walls(self, points):
+        """Takes particles at points (n, 3) as walls at rest instead of those there were."""
+        points = Reading(points, numpy.float32, 3, "points")
+        library.call("rlv_fluid_set_walls", self.handle, points.address, points.count, points.stride)
+
+    def set_basin(self, low, high):
+        """Takes the six sides of a box as walls instead of those there were."""
+        given = [_vector(low, "low"), _vector(high, "high")]
+        library.call("rlv_fluid_set_basin", self.handle, *(vector.address for vector in given))
+
+    def move_walls(self, points, velocities):
+        """Has walls be at other places and go on from there, in the order in which they were set."""
+        points = Reading(points, numpy.float32, 3, "points")
+        velocities = Reading(velocities, numpy.float32, 3, "velocities")
+        if points.count != velocities.count:
+            raise Invalid(f"velocities: there are {velocities.count} for {points.count} points")
+        given = (points.address, points.stride, velocities.address, velocities.stride, points.count)
+        library.call("rlv_fluid_move_walls", self.handle, *given)
+
+    def add_collider(self, mesh, matrix=None, **options):
+        """Adds a mesh that fluid does not pass, and returns its number; options are the fields of
+        RlvFluidColliderOptions."""
+        number, placed = ctypes.c_uint32(), matrix_of(matrix)
+        told = record.fill(abi.RlvFluidColliderOptions, options, contact=abi.RlvFluidContact)
+        given = (mesh.handle, address(placed), ctypes.byref(told), address_of(number))
+        library.call("rlv_fluid_add_collider", self.handle, *given)
+        return number.value
+
+    def move_collider(self, collider, to, seconds, start=None):
+        """Has a collider go to points (n, 3), in straight lines and within so many seconds, from where it is or from where it
+        is told to start."""
+        to, start = Reading(to, numpy.float32, 3, "to"), Reading(start, numpy.float32, 3, "start")
+        if start.array is not None and (start.count != to.count or start.stride != to.stride):
+            start = Reading(numpy.ascontiguousarray(start.array), numpy.float32, 3, "start")
+            to = Reading(numpy.ascontiguousarray(to.array), numpy.float32, 3, "to")
+            if start.count != to.count:
+                raise Invalid(f"start: there are {start.count} points for {to.count}")
+        given = (start.address, to.address, to.count, to.stride, seconds)
+        library.call("rlv_fluid_move_collider", self.handle, collider, *given)
+
+    def impulse(self, collider=None):
+        """The momentum that a collider, or walls, were given in the last step: linear and angular about the origin."""
+        linear, angular = numpy.empty(3), numpy.empty(3)
+        number = abi.RLV_FLUID_WALLS if collider is None else collider
+        library.call("rlv_fluid_impulse", self.handle, number, address(linear), address(angular))
+        return linear, angular
+
+    def accelerate(self, accelerations):
+        """Has each particle accelerated by so much, (n, 3) in m/s², beside all else, from now on."""
+        given = Reading(accelerations, numpy.float32, 3, "accelerations")
+        library.call("rlv_fluid_accelerate", self.handle, given.address, given.count, given.stride)
+
+    def step(self, seconds):
+        """Makes one step of seconds, or a shorter one; what it did."""
+        out = record.empty(abi.RlvFluidReport)
+        library.call("rlv_fluid_step", self.handle, seconds, ctypes.byref(out))
+        return record.read(out)
+
+    def advance(self, seconds, progress=None):
+        """Simulates seconds in as many steps as it takes; what they did."""
+        out = record.empty(abi.RlvFluidReport)
+        with watched(progress) as callback:
+            library.call("rlv_fluid_advance", self.handle, seconds, callback, None, ctypes.byref(out))
+        return record.read(out)
+
+    def get(self, *names, **into):
+        """What particles have, by names of arrays of RlvFluidArrays: a dictionary. Arrays that are given by name are
+        written to."""
+        wanted = dict.fromkeys(names) | into
+        unknown = wanted.keys() - FIELDS.keys()
+        if unknown:
+            raise Invalid(f"{min(unknown)}: unknown; there are {', '.join(FIELDS)}")
+        arrays, count, found = record.empty(abi.RlvFluidArrays), self.info.particle_count, {}
+        arrays.capacity = count
+        for name, out in wanted.items():
+            number, width = FIELDS[name]
+            found[name], place, stride = writing(out, count, number, width, name)
+            setattr(arrays, name, place)
+            setattr(arrays, STRIDES[name], stride)
+        library.call("rlv_fluid_get", self.handle, ctypes.byref(arrays))
+        return found
+
+    def isosurface(self, **options):
+        """The surface of the particles where they are now; options are the fields of RlvIsosurfaceOptions, of which the
+        radius is half the spacing if none is given."""
+        told = ctypes.byref(isosurface_options(options)) if options else None
+        return Isosurface.of("rlv_fluid_isosurface", self.handle, told)

@@ -1,0 +1,110 @@
+"""Surfaces of fluids of particles, as meshes and for rays without a mesh."""
+
+import ctypes
+from collections import namedtuple
+
+import numpy
+
+from . import abi, library, record
+from .array import Reading, writing
+from .error import Invalid
+from .handle import Handle, text_bytes
+from .mesh import Mesh, set_array
+from .progress import watched
+
+RAY = numpy.dtype(abi.RlvIsosurfaceRay)
+HIT = numpy.dtype(abi.RlvIsosurfaceHit)
+
+Classified = namedtuple("Classified", ["classes", "surface_count", "blind_count", "hidden_count", "kept"])
+Classified.__doc__ = "An RlvIsosurfaceClass for each particle, how many of each there are, and the share that is kept."
+
+
+def isosurface_options(options):
+    """RlvIsosurfaceOptions of keywords; the function may be given by its name, such as "zhu_bridson"."""
+    return record.fill(abi.RlvIsosurfaceOptions, options, function=abi.RlvIsosurfaceFunction)
+
+
+def mesh_options(channels=None, **options):
+    """RlvIsosurfaceMeshOptions, and what keeps their arrays. `channels` are arrays (n, 1 to 4) by their names."""
+    made, kept = record.fill(abi.RlvIsosurfaceMeshOptions, options), []
+    entries = (abi.RlvAttributeArrays * len(channels or {}))()
+    for at, (name, values) in enumerate((channels or {}).items()):
+        values = numpy.asarray(values, numpy.float32)
+        values = values.reshape(len(values), -1) if values.ndim else values
+        width = values.shape[1] if values.ndim == 2 else 0
+        reading = Reading(values, numpy.float32, max(width, 1), name)
+        told = {"domain": "point", "type": int(abi.RlvType.F32), "width": width, "name": text_bytes(name)}
+        entries[at] = record.fill(abi.RlvAttributeArrays, told, domain=abi.RlvDomain)
+        set_array(entries[at], reading, "values", "value_count", "value_stride")
+        kept.append(reading)
+    made.channels, made.channel_count = entries, len(entries)
+    return made, (entries, kept)
+
+
+class Isosurface(Handle):
+    """A picture of the surface of particles. It does not change."""
+
+    noun, kind = "isosurface", abi.RlvIsosurface
+
+    def __init__(self, context, points, velocities=None, blind=None, **options):
+        """Of points (n, 3) in metres, with velocities (n, 3) in m/s and flags (n) of blind particles if there are any;
+        options are the fields of RlvIsosurfaceOptions."""
+        points = Reading(points, numpy.float32, 3, "points")
+        velocities = Reading(velocities, numpy.float32, 3, "velocities")
+        blind = Reading(None if blind is None else numpy.asarray(blind, numpy.uint8), numpy.uint8, 0, "blind")
+        for name, given in (("velocities", velocities), ("blind", blind)):
+            if given.array is not None and given.count != points.count:
+                raise Invalid(f"{name}: there are {given.count} for {points.count} points")
+        particles = record.empty(abi.RlvIsosurfaceParticles)
+        particles.count = points.count
+        particles.points, particles.point_stride = points.address, points.stride
+        particles.velocities, particles.velocity_stride = velocities.address, velocities.stride
+        particles.blind, particles.blind_stride = blind.address, blind.stride
+        told = ctypes.byref(isosurface_options(options))
+        super().__init__("rlv_isosurface_create", context.handle, ctypes.byref(particles), told)
+
+    @property
+    def info(self):
+        """Counts and reaches."""
+        out = record.empty(abi.RlvIsosurfaceInfo)
+        library.call("rlv_isosurface_info", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def mesh(self, channels=None, progress=None, **options):
+        """The mesh of it; `channels` are arrays of particles by the names of the attributes that vertices get, options the
+        fields of RlvIsosurfaceMeshOptions."""
+        told, _kept = mesh_options(channels, **options)
+        with watched(progress) as callback:
+            return Mesh.of("rlv_isosurface_mesh", self.handle, ctypes.byref(told), callback, None)
+
+    def classify(self, threshold=None, progress=None):
+        """Which particles the surface needs: blind ones are nearer than a threshold, the influence if there is none."""
+        count = self.info.particle_count
+        classes, place, stride = writing(None, count, numpy.uint8, 0, "classes")
+        out = record.empty(abi.RlvIsosurfaceClasses)
+        with watched(progress) as callback:
+            told = (-1.0 if threshold is None else threshold, place, count, stride, callback, None)
+            library.call("rlv_isosurface_classify", self.handle, *told, ctypes.byref(out))
+        return Classified(classes, *record.read(out))
+
+    def cast(self, origins, directions, min_distance=0.0, max_distance=0.0, times=0.0):
+        """The first hit of every ray, an array of the fields of RlvIsosurfaceHit: distance, position, normal, velocity,
+        enters. Distances and times are one for all or one for each."""
+        origins = numpy.asarray(origins, numpy.float32).reshape(-1, 3)
+        directions = numpy.asarray(directions, numpy.float32).reshape(-1, 3)
+        if len(origins) != len(directions):
+            raise Invalid(f"directions: there are {len(directions)} for {len(origins)} origins")
+        rays, hits = numpy.zeros(len(origins), RAY), numpy.empty(len(origins), HIT)
+        rays["origin"], rays["direction"], rays["time"] = origins, directions, times
+        rays["min_distance"], rays["max_distance"] = min_distance, max_distance
+        pointer = lambda array, kind: ctypes.cast(array.__array_interface__["data"][0], ctypes.POINTER(kind))
+        given = (pointer(rays, abi.RlvIsosurfaceRay), len(rays), 0, pointer(hits, abi.RlvIsosurfaceHit), 0)
+        library.call("rlv_isosurface_cast", self.handle, *given)
+        return hits
+
+    @property
+    def table(self):
+        """The struct RlvIsosurfaceTable, for a renderer as long as this object lives."""
+        out = record.empty(abi.RlvIsosurfaceTable)
+        library.call("rlv_isosurface_table", self.handle, ctypes.byref(out))
+        return out
