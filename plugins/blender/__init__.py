@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Relievo in Blender: imprints of moving objects, painting and sculpting on tiles, levels of progressive
-meshes, and their results.
+meshes, fluids, and their results.
 
 An extension for Blender 4.2 and later, and an add-on for 3.4. Where the native library cannot be used, the add-on is
 there all the same and its panel says what is missing.
@@ -19,7 +19,7 @@ bl_info = {
 from . import native, preferences
 
 # In the order in which they are registered.
-MODULES = ["settings", "handler", "imprint", "preview", "brush", "layer", "result", "scene", "levels", "hook", "grip", "carve", "panel"]
+MODULES = ["settings", "handler", "imprint", "preview", "brush", "layer", "result", "scene", "levels", "hook", "grip", "carve", "frames", "fluid", "panel"]
 _registered = []
 
 

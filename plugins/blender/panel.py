@@ -7,7 +7,7 @@ import bpy
 import librelievo as rl
 from librelievo import abi
 
-from . import preview, progressive, settings, state
+from . import fluid, preview, progressive, settings, state
 
 
 class Panel:
@@ -190,8 +190,43 @@ class RELIEVO_PT_result(Panel, bpy.types.Panel):
             column.operator(f"relievo.{name}")
 
 
+class RELIEVO_PT_fluid(Panel, bpy.types.Panel):
+    bl_label = "Fluid"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return context.active_object is not None and context.active_object.type in fluid.TYPES
+
+    def draw(self, context):
+        target, column = context.active_object, self.column()
+        options = target.relievo.fluid
+        column.prop(options, "role")
+        if options.role in ("FILL", "EMITTER"):
+            column.prop(options, "velocity")
+        elif options.role == "COLLIDER":
+            column.prop(options, "contact")
+            if options.contact == "FRICTION":
+                column.prop(options, "slide")
+        if options.role != "DOMAIN":
+            return
+        for name in ("spacing", "viscosity", "friction", "cohesion"):
+            column.prop(options, name)
+        column.operator("relievo.fluid_simulate")
+        if not options.cache:
+            return
+        column.label(text=f"Frames {options.first} to {options.last}")
+        column.row().prop(options, "show", expand=True)
+        if options.show == "SURFACE":
+            for name in ("function", "cell", "smoothing"):
+                column.prop(options, name)
+        column.operator("relievo.fluid_mesh")
+        column.operator("relievo.fluid_clear")
+
+
 CLASSES = [
     RELIEVO_PT_levels,
+    RELIEVO_PT_fluid,
     RELIEVO_PT_surface,
     RELIEVO_PT_brush,
     RELIEVO_PT_pressure,

@@ -204,6 +204,77 @@ class RelievoHandle(bpy.types.PropertyGroup):
     )
 
 
+def _fluid_shown(self, _context):
+    from . import frames
+
+    trouble = frames.show(self.id_data, bpy.context.scene.frame_current) if self.role == "DOMAIN" else ""
+    if trouble:
+        print(f"Relievo: {trouble}")
+
+
+class RelievoFluid(bpy.types.PropertyGroup):
+    """The part that an object has in a fluid, and what a domain keeps of its frames."""
+
+    role: bpy.props.EnumProperty(
+        name="Part",
+        description="What the object is for fluids",
+        items=[
+            ("NONE", "None", "Fluids do not see it"),
+            ("DOMAIN", "Domain", "Its box is a basin that is simulated"),
+            ("FILL", "Fill", "It is full of fluid in the first frame; a closed mesh"),
+            ("EMITTER", "Emitter", "Fluid pours out of it, a closed mesh, along its velocity"),
+            ("COLLIDER", "Collider", "Fluid does not pass it; it may move and bend"),
+        ],
+    )
+    spacing: bpy.props.FloatProperty(
+        name="Spacing", description="Distance between particles at rest", min=1e-4, soft_max=1, default=0.05, precision=4, unit="LENGTH"
+    )
+    viscosity: bpy.props.FloatProperty(
+        name="Viscosity", description="Kinematic viscosity, m²/s", min=0, soft_max=1, default=0.001, precision=5
+    )
+    friction: bpy.props.FloatProperty(
+        name="Friction", description="The same between the fluid and walls, 0 to slip", min=0, soft_max=1, default=0.001, precision=5
+    )
+    cohesion: bpy.props.FloatProperty(
+        name="Cohesion", description="What pulls particles to each other, m⁵/(kg s²)", min=0, default=0, precision=4
+    )
+    velocity: bpy.props.FloatVectorProperty(
+        name="Velocity", description="Of what fills or pours, in the world", size=3, subtype="VELOCITY", unit="VELOCITY"
+    )
+    contact: bpy.props.EnumProperty(
+        name="Contact", description="What becomes of particles that meet it", items=choices(abi.RlvFluidContact), default="SLIP"
+    )
+    slide: bpy.props.FloatProperty(
+        name="Coefficient", description="Coulomb's coefficient of friction", min=0, soft_max=1, default=0.3, precision=3
+    )
+    show: bpy.props.EnumProperty(
+        name="Show",
+        description="What is shown of a frame",
+        items=[
+            ("PARTICLES", "Particles", "The points of the particles"),
+            ("SURFACE", "Surface", "The mesh of the surface, from the cache or made when it is shown"),
+        ],
+        update=_fluid_shown,
+    )
+    function: bpy.props.EnumProperty(
+        name="Function",
+        description="What the surface is of",
+        items=choices(abi.RlvIsosurfaceFunction),
+        default="ZHU_BRIDSON",
+        update=_fluid_shown,
+    )
+    cell: bpy.props.FloatProperty(
+        name="Cell", description="Size of the mesh's cells in halves of the spacing", min=0.1, max=4, default=1, update=_fluid_shown
+    )
+    smoothing: bpy.props.IntProperty(
+        name="Smoothing", description="Steps that smooth the mesh", min=0, max=1000, default=4, update=_fluid_shown
+    )
+    result: bpy.props.PointerProperty(name="Result", description="What shows the fluid", type=bpy.types.Object)
+    cache: bpy.props.StringProperty(name="Cache", description="The folder of the frames")
+    first: bpy.props.IntProperty(description="The first frame of the cache")
+    last: bpy.props.IntProperty(description="The last frame of the cache")
+
+
 class RelievoObject(bpy.types.PropertyGroup):
     """What an object keeps in the file. `revision` names the state of its detail; Blender's undo brings it back, and
     the detail follows."""
@@ -246,6 +317,7 @@ class RelievoObject(bpy.types.PropertyGroup):
         name="Cells", description="Cells of the result along an edge of a face", items=CELLS, default="AUTO"
     )
     progressive: bpy.props.PointerProperty(type=RelievoProgressive)
+    fluid: bpy.props.PointerProperty(type=RelievoFluid)
 
 
 class RelievoScene(bpy.types.PropertyGroup):
@@ -270,6 +342,7 @@ CLASSES = [
     RelievoHook,
     RelievoProgressive,
     RelievoHandle,
+    RelievoFluid,
     RelievoObject,
     RelievoScene,
 ]

@@ -16,6 +16,7 @@ const TESTS: &[&str] = &[
     "test_addon.py",
     "test_files.py",
     "test_levels.py",
+    "test_fluid.py",
     "test_motion.py",
     "test_scene.py",
     "test_render.py",

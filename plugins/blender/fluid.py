@@ -1,0 +1,282 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fluids: the box of a domain is a basin, meshes fill it, pour into it and stand or move in it; it is simulated over the
+frames of the scene into a cache. Lengths are metres of the world."""
+
+import bpy
+import librelievo as rl
+import numpy
+
+from . import frames, job, mesh, native
+from .state import Refused
+
+# Types of objects that have a mesh when they are evaluated.
+TYPES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
+# Particles of a lattice that are looked at for a fill or an emitter at most.
+MOST = 2**26
+# The share of the spacing by which poured particles keep away from those that are there.
+APART = 0.9
+
+
+class Shape:
+    """A mesh of a frame in the world: its points and triangles."""
+
+    def __init__(self, target, depsgraph):
+        evaluated = target.evaluated_get(depsgraph)
+        posed = evaluated.to_mesh()
+        try:
+            if posed is None or not len(posed.polygons):
+                raise Refused(f"{target.name} has no faces")
+            made = mesh.Triangles(posed)
+        finally:
+            evaluated.to_mesh_clear()
+        matrix = mesh.matrix_of(evaluated.matrix_world)
+        self.name, self.corners = target.name, made.corners
+        self.points = (made.points @ matrix[:3, :3].T + matrix[:3, 3]).astype(numpy.float32)
+        if numpy.linalg.det(matrix[:3, :3]) < 0:
+            self.corners = self.corners.reshape(-1, 3)[:, ::-1].ravel()
+
+    def build(self):
+        """A mesh of the library, without Blender's data."""
+        return rl.Mesh(native.context(), self.points, self.corners.astype(numpy.uint32), 3)
+
+    def lattice(self, spacing):
+        """Places inside of it, a spacing from each other and half a spacing from the sides of its box; without Blender's
+        data."""
+        low, high = self.points.min(0).astype(float), self.points.max(0).astype(float)
+        counts = numpy.maximum(numpy.rint((high - low) / spacing), 1)
+        if not counts.prod() <= MOST:
+            raise Refused(f"{self.name} has room for {counts.prod():.0f} particles; take a larger spacing")
+        axes = [low[axis] + (numpy.arange(int(count)) + 0.5) * spacing for axis, count in enumerate(counts)]
+        places = numpy.stack(numpy.meshgrid(*axes, indexing="ij"), 3).reshape(-1, 3).astype(numpy.float32)
+        with self.build() as made, rl.Caster(native.context(), made) as caster:
+            # From inside of a closed mesh the first side that a ray meets is a back. The direction runs along no side.
+            direction = numpy.float32((0.013, 0.027, 1.0))
+            hits = caster.cast(places, numpy.tile(direction, (len(places), 1)))
+        return places[numpy.isfinite(hits["distance"]) & (hits["normal"] @ direction > 0)]
+
+
+class Pouring:
+    """An object that pours: where, how fast, and when it does next, in seconds since the first frame."""
+
+    def __init__(self, target):
+        options = target.relievo.fluid
+        self.target, self.velocity, self.next = target, numpy.array(options.velocity, float), 0.0
+        if not self.velocity.any():
+            raise Refused(f"{target.name} pours with no velocity; give it one")
+        self.shape = None
+
+    def read(self, depsgraph):
+        self.shape = Shape(self.target, depsgraph)
+
+    def pour(self, fluid, spacing, low, high):
+        """Adds a layer where nothing is, and says when the next one comes; without Blender's data."""
+        places = self.shape.lattice(spacing)
+        places = places[((places > low) & (places < high)).all(1)]
+        speed = numpy.linalg.norm(self.velocity)
+        extent = numpy.ptp(places @ (self.velocity / speed)) + spacing if len(places) else spacing
+        places = apart(places, fluid.get("points")["points"], APART * spacing)
+        if len(places):
+            fluid.add(places, self.velocity)
+        self.next += extent / speed
+
+
+def apart(places, others, distance):
+    """Those of the places that are no nearer than a distance to others."""
+    if not len(places) or not len(others):
+        return places
+    low, high = places.min(0) - distance, places.max(0) + distance
+    others = others[((others > low) & (others < high)).all(1)]
+    if not len(others):
+        return places
+    # By cells as wide as the distance: what is near is in the same or one of those around.
+    cells = {}
+    for number, cell in enumerate(map(tuple, numpy.floor((others - low) / distance).astype(int).tolist())):
+        cells.setdefault(cell, []).append(number)
+    around = [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)]
+    kept = []
+    for place, (x, y, z) in zip(places, numpy.floor((places - low) / distance).astype(int).tolist()):
+        near = [number for a, b, c in around for number in cells.get((x + a, y + b, z + c), ())]
+        kept.append(not near or ((others[near] - place) ** 2).sum(1).min() >= distance**2)
+    return places[numpy.array(kept, bool)]
+
+
+def of_role(scene, role):
+    """The objects of a scene that have a part in a fluid."""
+    return [one for one in scene.objects if one.type in TYPES and one.relievo.fluid.role == role]
+
+
+class Simulation:
+    """The fluid of a domain, and what is in it."""
+
+    def __init__(self, scene, domain, depsgraph):
+        options = domain.relievo.fluid
+        self.spacing, self.fps = options.spacing, scene.render.fps / scene.render.fps_base
+        box = Shape(domain, depsgraph).points
+        self.low, self.high = box.min(0), box.max(0)
+        self.options = {name: getattr(options, name) for name in ("spacing", "viscosity", "friction", "cohesion")}
+        self.options["gravity"] = tuple(scene.gravity) if scene.use_gravity else (0.0, 0.0, 0.0)
+        self.fills = [(Shape(one, depsgraph), tuple(one.relievo.fluid.velocity)) for one in of_role(scene, "FILL")]
+        self.pourings = [Pouring(one) for one in of_role(scene, "EMITTER")]
+        self.colliders = []
+        for one in of_role(scene, "COLLIDER"):
+            told = one.relievo.fluid
+            how = {"contact": told.contact.lower(), "friction": told.slide if told.contact == "FRICTION" else 0.0}
+            self.colliders.append([one, how, Shape(one, depsgraph)])
+        if not self.fills and not self.pourings:
+            raise Refused("Nothing fills the domain or pours into it; give a mesh object the part of a fill or an emitter")
+        self.read(depsgraph)
+        self.time, self.fluid = 0.0, None
+
+    def read(self, depsgraph):
+        """What emitters and colliders are in this frame."""
+        for pouring in self.pourings:
+            pouring.read(depsgraph)
+        for collider in self.colliders:
+            target, _how, before = collider
+            shape = Shape(target, depsgraph)
+            if not numpy.array_equal(shape.corners, before.corners):
+                raise Refused(f"{target.name} got other faces on the way; a collider keeps those that it has")
+            collider[2] = shape
+
+    def begin(self, _progress=None):
+        """Makes the fluid as it is in the first frame; without Blender's data."""
+        self.fluid = rl.Fluid(native.context(), **self.options)
+        self.fluid.set_basin(self.low, self.high)
+        for _target, how, shape in self.colliders:
+            with shape.build() as made:
+                self.fluid.add_collider(made, **how)
+        for shape, velocity in self.fills:
+            places = shape.lattice(self.spacing)
+            places = places[((places > self.low) & (places < self.high)).all(1)]
+            places = apart(places, self.fluid.get("points")["points"], APART * self.spacing)
+            if len(places):
+                self.fluid.add(places, velocity)
+        self.pour()
+
+    def pour(self):
+        """What is poured by now."""
+        for pouring in self.pourings:
+            if pouring.next <= self.time + 1e-9:
+                pouring.pour(self.fluid, self.spacing, self.low, self.high)
+
+    def advance(self, progress):
+        """Goes on to the next frame; without Blender's data. Returns whether that was to be."""
+        end = self.time + 1.0 / self.fps
+        for number, (_target, _how, shape) in enumerate(self.colliders):
+            self.fluid.move_collider(number, shape.points, 1.0 / self.fps)
+        while self.time < end - 1e-9:
+            # Emitters pour in the middle of frames too.
+            step = min([end, *(pouring.next for pouring in self.pourings if pouring.next > self.time + 1e-9)]) - self.time
+            self.fluid.advance(step, progress)
+            self.time += step
+            self.pour()
+
+    def store(self, folder, frame):
+        """Writes the particles of a frame; without Blender's data."""
+        found = self.fluid.get("points", "velocities", "numbers")
+        frames.write(frames.path_of(folder, frames.PARTICLES, frame), **found)
+
+
+class OnDomain:
+    """An operator on the domain that is active."""
+
+    bl_options = {"REGISTER", "UNDO"}
+    failures = (Refused, rl.RelievoError, OSError, ValueError)
+
+    @classmethod
+    def poll(cls, context):
+        active = context.active_object
+        return active is not None and context.mode == "OBJECT" and active.relievo.fluid.role == "DOMAIN"
+
+
+class RELIEVO_OT_fluid_simulate(OnDomain, job.Steps, bpy.types.Operator):
+    """Simulate the fluid of the active domain over the frames of the scene into the cache. What was simulated before a cancel
+    stays and plays"""
+
+    bl_idname = "relievo.fluid_simulate"
+    bl_label = "Simulate"
+
+    def steps(self, context):
+        scene, domain = context.scene, context.active_object
+        options, now = domain.relievo.fluid, scene.frame_current
+        first, last = scene.frame_start, scene.frame_end
+        if context.screen is not None and context.screen.is_animation_playing:
+            bpy.ops.screen.animation_cancel(restore_frame=False)
+        folder = frames.folder_of(domain)
+        scene.frame_set(first)
+        simulation = Simulation(scene, domain, context.evaluated_depsgraph_get())
+        result = frames.result_of(domain)
+        kept, options.cache, options.first, options.last = frames.cache.relative(folder), "", first, first
+        frames.clear(folder)
+        span = last - first + 1
+        try:
+            yield 0.0, 1.0 / span, simulation.begin
+            yield 1.0 / span, 1.0 / span, lambda _progress: simulation.store(folder, first)
+            options.cache = kept
+            for frame in range(first + 1, last + 1):
+                scene.frame_set(frame)
+                simulation.read(context.evaluated_depsgraph_get())
+
+                def work(progress, frame=frame):
+                    simulation.advance(progress)
+                    simulation.store(folder, frame)
+
+                yield (frame - first) / span, (frame - first + 1) / span, work
+                options.last = frame
+        finally:
+            scene.frame_set(now)
+        trouble = frames.show(domain, now)
+        if trouble:
+            raise Refused(trouble)
+        self.report({"INFO"}, f"{result.name}: {simulation.fluid.info.particle_count} particles, {span} frames")
+
+
+class RELIEVO_OT_fluid_mesh(OnDomain, job.Steps, bpy.types.Operator):
+    """Mesh the surface of all frames in the cache of the active domain, so that they need not be meshed when they are shown"""
+
+    bl_idname = "relievo.fluid_mesh"
+    bl_label = "Mesh frames"
+
+    def steps(self, context):
+        domain = context.active_object
+        options = domain.relievo.fluid
+        if not options.cache:
+            raise Refused(f"{domain.name} has no frames; simulate it first")
+        how, span = frames.options_of(domain), options.last - options.first + 1
+        folder = options.cache
+        native.context()
+        for number, frame in enumerate(range(options.first, options.last + 1)):
+            paths = [frames.path_of(folder, kind, frame) for kind in (frames.PARTICLES, frames.SURFACE)]
+
+            def work(progress, paths=paths):
+                points, triangles, velocities = frames.meshed(*frames.particles(paths[0]), *how, progress)
+                frames.write(paths[1], points=points, triangles=triangles, velocities=velocities)
+
+            yield number / span, (number + 1) / span, work
+        options.show = "SURFACE"
+        frames.show(domain, context.scene.frame_current)
+
+
+class RELIEVO_OT_fluid_clear(OnDomain, bpy.types.Operator):
+    """Forget the frames of the active domain and remove their files"""
+
+    bl_idname = "relievo.fluid_clear"
+    bl_label = "Clear frames"
+
+    def execute(self, context):
+        options = context.active_object.relievo.fluid
+        try:
+            if options.cache:
+                frames.clear(bpy.path.abspath(options.cache))
+        except OSError as failure:
+            self.report({"ERROR"}, str(failure))
+            return {"CANCELLED"}
+        options.cache = ""
+        if options.result is not None:
+            options.result.data.clear_geometry()
+        return {"FINISHED"}
+
+
+CLASSES = [RELIEVO_OT_fluid_simulate, RELIEVO_OT_fluid_mesh, RELIEVO_OT_fluid_clear]
+
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Frames of a fluid: a folder with the particles of every frame and, where they were made, the meshes of its surface, as
+NumPy's .npz; and the object that shows them. A frame appears under its name when it is whole, so that what was simulated
+before a cancel plays."""
+
+import os
+import re
+
+import bpy
+import librelievo as rl
+import numpy
+from bpy.app.handlers import persistent
+
+from . import cache, mesh, native, playback, state
+
+# What files of frames begin with, by what they have.
+PARTICLES, SURFACE = "particles", "surface"
+# Version of the files; newer ones are refused.
+FORMAT = 1
+
+
+def folder_of(domain):
+    """The folder of a domain's frames, made if it is not there."""
+    path = os.path.join(cache.folder(), re.sub(r"[^\w.-]", "_", domain.name) + "_fluid")
+    os.makedirs(path, exist_ok=True)
+    return path
+
+
+def path_of(folder, kind, frame):
+    return os.path.join(bpy.path.abspath(folder), f"{kind}_{frame:06d}.npz")
+
+
+def clear(folder):
+    """Removes all frames that are there."""
+    for name in os.listdir(folder):
+        if re.fullmatch(rf"({PARTICLES}|{SURFACE})_-?\d+\.npz", name):
+            os.remove(os.path.join(folder, name))
+
+
+def write(path, **arrays):
+    """Writes a frame, whole or not at all; without Blender's data."""
+    part = f"{path}.part"
+    try:
+        with open(part, "wb") as file:
+            numpy.savez(file, format=numpy.uint32(FORMAT), **arrays)
+        os.replace(part, path)
+    finally:
+        if os.path.exists(part):
+            os.remove(part)
+
+
+def read(path, *names):
+    """Arrays of a frame. Raises ValueError where it is damaged or of a newer version."""
+    try:
+        with open(path, "rb") as file, numpy.load(file, allow_pickle=False) as kept:
+            if int(kept["format"]) > FORMAT:
+                raise ValueError("it is of a newer add-on; update it")
+            found = [kept[name] for name in names]
+    except (KeyError, EOFError, TypeError) as failure:
+        raise ValueError(f"it is damaged: {failure}") from None
+    except Exception as failure:
+        # A file that is no .zip any more raises what modules of Python please to.
+        if isinstance(failure, (OSError, ValueError)):
+            raise
+        raise ValueError(f"it is damaged: {failure}") from None
+    return found
+
+
+def particles(path):
+    """Places and velocities of a frame's particles."""
+    points, velocities = read(path, "points", "velocities")
+    for name, values in (("points", points), ("velocities", velocities)):
+        if values.dtype != numpy.float32 or values.shape != (len(points), 3) or not numpy.isfinite(values).all():
+            raise ValueError(f"its {name} are no finite vectors")
+    return points, velocities
+
+
+def surface(path):
+    """Points, triangles and velocities of a frame's mesh."""
+    points, triangles, velocities = read(path, "points", "triangles", "velocities")
+    for name, values in (("points", points), ("velocities", velocities)):
+        if values.dtype != numpy.float32 or values.shape != (len(points), 3) or not numpy.isfinite(values).all():
+            raise ValueError(f"its {name} are no finite vectors")
+    if triangles.dtype != numpy.uint32 or triangles.ndim != 2 or triangles.shape[1] != 3:
+        raise ValueError("its triangles are none")
+    if triangles.size and triangles.max() >= len(points):
+        raise ValueError("a triangle has a point that is not there")
+    return points, triangles, velocities
+
+
+def options_of(domain):
+    """How a domain's surface is made: the options of an isosurface, and those of its mesh. Without Blender's data from
+    here on."""
+    options = domain.relievo.fluid
+    radius = 0.5 * options.spacing
+    how = {"cell": options.cell * radius, "iterations": options.smoothing}
+    return {"function": options.function.lower(), "radius": radius}, how
+
+
+def meshed(points, velocities, options, how, progress=None):
+    """Points, triangles and velocities of the surface of particles; without Blender's data."""
+    with rl.Isosurface(native.context(), points, velocities, **options) as made:
+        with made.mesh(progress=progress, **how) as triangles:
+            moved = triangles.attribute("velocity").values if len(points) else numpy.empty((0, 3), numpy.float32)
+            return triangles.points(), triangles.triangles(), moved
+
+
+def put(result, points, triangles, velocities):
+    """Puts a frame into a result; `triangles` are None for particles."""
+    data = result.data
+    data.clear_geometry()
+    if triangles is None:
+        data.vertices.add(len(points))
+    else:
+        mesh.Filling(triangles.reshape(-1).astype(numpy.int32), len(points)).fill(data)
+    mesh.set_points(data, numpy.ascontiguousarray(points))
+    attribute = data.attributes.get("velocity") or data.attributes.new("velocity", "FLOAT_VECTOR", "POINT")
+    attribute.data.foreach_set("vector", numpy.ascontiguousarray(velocities).reshape(-1))
+
+
+def result_of(domain):
+    """The object that shows a domain's fluid, made if it is not there. What is in it is in the world's space."""
+    options = domain.relievo.fluid
+    if not state.is_used(options.result):
+        name = f"{domain.name} fluid"
+        options.result = bpy.data.objects.new(name, bpy.data.meshes.new(name))
+        for collection in domain.users_collection or [bpy.context.scene.collection]:
+            collection.objects.link(options.result)
+        domain.display_type = "WIRE"
+        domain.hide_render = True
+    return options.result
+
+
+def show(domain, frame):
+    """Shows a frame of a domain, the first or last one before and after all. Says what is wrong, "" if nothing is."""
+    options = domain.relievo.fluid
+    if not options.cache or not state.is_used(options.result):
+        return ""
+    frame = min(max(frame, options.first), options.last)
+    try:
+        meshes = path_of(options.cache, SURFACE, frame)
+        if options.show == "SURFACE" and os.path.exists(meshes):
+            put(options.result, *surface(meshes))
+            return ""
+        points, velocities = particles(path_of(options.cache, PARTICLES, frame))
+        if options.show == "SURFACE":
+            put(options.result, *meshed(points, velocities, *options_of(domain)))
+        else:
+            put(options.result, points, None, velocities)
+    except (OSError, ValueError, rl.RelievoError) as failure:
+        return f"Frame {frame} of {domain.name} cannot be shown: {failure}"
+    return ""
+
+
+def domains(objects):
+    """Those of the objects that are domains of fluids and have frames."""
+    return [one for one in objects if one.relievo.fluid.role == "DOMAIN" and one.relievo.fluid.cache]
+
+
+@persistent
+def frame_changed(scene, *_):
+    if not playback.may_write(scene):
+        return
+    for domain in domains(scene.objects):
+        trouble = show(domain, scene.frame_current) if domain.library is None else ""
+        if trouble:
+            print(f"Relievo: {trouble}")
+
+
+def register():
+    bpy.app.handlers.frame_change_post.append(frame_changed)
+
+
+def unregister():
+    bpy.app.handlers.frame_change_post.remove(frame_changed)

@@ -1,0 +1,161 @@
+"""Fluids: domains that are simulated into a cache, what fills them, pours into them and moves in them, what is shown of a
+frame, and what is refused."""
+
+import os
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import bpy
+import numpy
+
+sys.path.append(str(Path(__file__).resolve().parent))
+
+import host
+
+
+def box(name, low, high):
+    """A closed box."""
+    corners = numpy.array([[x, y, z] for z in (low[2], high[2]) for y in (low[1], high[1]) for x in (low[0], high[0])])
+    faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6]]
+    return host.add(name, corners, faces, 4)
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.relievo = host.empty()
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        bpy.context.preferences.addons["relievo"].preferences.cache_folder = self.folder.name
+        scene = bpy.context.scene
+        scene.frame_start, scene.frame_end = 1, 6
+        self.domain = box("tank", (0, 0, 0), (0.8, 0.4, 0.6))
+        self.domain.relievo.fluid.role = "DOMAIN"
+        self.domain.relievo.fluid.spacing = 0.05
+
+    def part(self, role, name, low, high, **options):
+        made = box(name, low, high)
+        made.relievo.fluid.role = role
+        for option, value in options.items():
+            setattr(made.relievo.fluid, option, value)
+        return made
+
+    def simulate(self):
+        host.select(self.domain)
+        self.assertEqual(bpy.ops.relievo.fluid_simulate(), {"FINISHED"})
+        return self.domain.relievo.fluid.result
+
+    def at(self, frame):
+        bpy.context.scene.frame_set(frame)
+        return host.positions(self.domain.relievo.fluid.result)
+
+    def refused(self, operator, text):
+        host.select(self.domain)
+        with self.assertRaisesRegex(RuntimeError, text) as caught:
+            operator()
+        self.assertNotIn("Traceback", str(caught.exception))
+
+
+class Simulating(Case):
+    def test_a_dam_breaks_and_is_played(self):
+        self.part("FILL", "water", (0, 0, 0), (0.3, 0.4, 0.4))
+        result = self.simulate()
+        options = self.domain.relievo.fluid
+        self.assertEqual((options.first, options.last), (1, 6))
+        first = self.at(1)
+        self.assertEqual(len(first), 6 * 8 * 8)
+        numpy.testing.assert_allclose(first.min(0), 0.025, atol=1e-5)
+        fronts = [self.at(frame)[:, 0].max() for frame in range(1, 7)]
+        self.assertEqual(fronts, sorted(fronts))
+        self.assertGreater(fronts[-1], fronts[0] + 0.05)
+        last = self.at(6)
+        self.assertTrue((last > 0).all() and (last < (0.8, 0.4, 0.6)).all())
+        numpy.testing.assert_array_equal(self.at(99), last)
+        velocities = numpy.empty((len(last), 3), numpy.float32)
+        result.data.attributes["velocity"].data.foreach_get("vector", velocities.ravel())
+        self.assertGreater(velocities[:, 0].max(), 0.3)
+        # The same again is the same, to the bit.
+        self.simulate()
+        numpy.testing.assert_array_equal(self.at(6), last)
+        self.assertEqual(self.domain.relievo.fluid.result, result)
+
+    def test_the_surface_is_shown_and_kept(self):
+        self.part("FILL", "water", (0, 0, 0), (0.3, 0.4, 0.4))
+        result = self.simulate()
+        options = self.domain.relievo.fluid
+        options.show = "SURFACE"
+        live = self.at(3)
+        self.assertGreater(len(result.data.polygons), 500)
+        self.assertFalse(result.data.validate())
+        host.select(self.domain)
+        self.assertEqual(bpy.ops.relievo.fluid_mesh(), {"FINISHED"})
+        numpy.testing.assert_array_equal(self.at(3), live)
+        self.assertIn("velocity", result.data.attributes)
+        for function in ("BLOBS", "DENSITY", "ANISOTROPIC"):
+            options.function = function
+        options.show = "PARTICLES"
+        self.assertEqual((len(self.at(3)), len(result.data.polygons)), (6 * 8 * 8, 0))
+        bpy.ops.relievo.fluid_clear()
+        self.assertEqual((options.cache, len(result.data.vertices)), ("", 0))
+        self.assertEqual(list(Path(self.folder.name).rglob("*.npz")), [])
+
+    def test_emitters_pour_and_particles_keep_their_distance(self):
+        self.part("EMITTER", "tap", (0.35, 0.15, 0.4), (0.45, 0.25, 0.5), velocity=(0, 0, -1.5))
+        self.simulate()
+        counts = [len(self.at(frame)) for frame in range(1, 7)]
+        self.assertEqual(counts, sorted(counts))
+        self.assertEqual(counts[0], 2 * 2 * 2)
+        # 0.1 m x 0.1 m at 1.5 m/s for five frames.
+        self.assertAlmostEqual(counts[-1], 0.01 * 1.5 * 5 / 24 / 0.05**3 + 8, delta=10)
+        last = self.at(6).astype(float)
+        apart = numpy.linalg.norm(last[:, None] - last, axis=2) + numpy.eye(len(last))
+        self.assertGreater(apart.min(), 0.5 * 0.05)
+
+    def test_colliders_move_and_nothing_passes(self):
+        self.part("FILL", "water", (0.3, 0, 0), (0.7, 0.4, 0.3))
+        piston = self.part("COLLIDER", "piston", (-0.3, -0.2, -0.2), (0.1, 0.6, 0.8), contact="FRICTION")
+        piston.keyframe_insert("location", frame=1)
+        piston.location.x = 0.3
+        piston.keyframe_insert("location", frame=6)
+        self.simulate()
+        last = self.at(6)
+        self.assertGreater(last[:, 0].min(), 0.4 - 0.02)
+        self.assertGreater(last[:, 2].max(), self.at(1)[:, 2].max())
+
+    def test_gravity_is_that_of_the_scene(self):
+        self.part("FILL", "water", (0.2, 0.1, 0.2), (0.4, 0.3, 0.4))
+        bpy.context.scene.use_gravity = False
+        self.simulate()
+        numpy.testing.assert_allclose(self.at(6), self.at(1), atol=0.02)
+
+    def test_what_cannot_be_simulated_is_refused(self):
+        simulate = bpy.ops.relievo.fluid_simulate
+        self.refused(simulate, "Nothing fills")
+        self.refused(bpy.ops.relievo.fluid_mesh, "no frames")
+        tap = self.part("EMITTER", "tap", (0.3, 0.1, 0.3), (0.4, 0.2, 0.4))
+        self.refused(simulate, "no velocity")
+        tap.relievo.fluid.role = "FILL"
+        self.domain.relievo.fluid.spacing = 1e-4
+        self.refused(simulate, "larger spacing|memory limit|no basin")
+
+    def test_damaged_and_missing_frames_are_told(self):
+        self.part("FILL", "water", (0, 0, 0), (0.3, 0.4, 0.4))
+        self.simulate()
+        frames = sys.modules["relievo.frames"]
+        path = frames.path_of(self.domain.relievo.fluid.cache, frames.PARTICLES, 4)
+        data = Path(path).read_bytes()
+        for kept in (data[:100], b"", data[:-200], b"PK\3\4" + bytes(99), os.urandom(500)):
+            Path(path).write_bytes(kept)
+            self.assertRegex(frames.show(self.domain, 4), "Frame 4 of tank cannot be shown")
+        numpy.savez(path, format=numpy.uint32(2), points=numpy.zeros((1, 3), numpy.float32))
+        self.assertRegex(frames.show(self.domain, 4), "newer")
+        numpy.savez(path, format=numpy.uint32(1), points=numpy.zeros((1, 3)), velocities=numpy.full((1, 3), numpy.nan, "f4"))
+        self.assertRegex(frames.show(self.domain, 4), "no finite vectors")
+        os.remove(path)
+        self.assertRegex(frames.show(self.domain, 4), "cannot be shown")
+        self.assertEqual(frames.show(self.domain, 5), "")
+
+
+if __name__ == "__main__":
+    host.main()
