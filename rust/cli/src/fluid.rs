@@ -3,6 +3,7 @@
 mod description;
 mod entries;
 mod play;
+mod render;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -28,6 +29,8 @@ enum Task {
     Sim(Sim),
     /// Makes a mesh of the surface of particles.
     Mesh(Meshing),
+    /// Renders the surface of particles.
+    Render(render::Rendering),
 }
 
 #[derive(clap::Args)]
@@ -73,6 +76,19 @@ enum Function {
     Anisotropic,
 }
 
+impl Function {
+    /// The function of particles that lie this far apart at rest, in metres.
+    fn of(self, spacing: f32) -> SurfaceFunction {
+        let radius = 0.5 * spacing;
+        match self {
+            Self::Blobs => SurfaceFunction::blobs(radius),
+            Self::ZhuBridson => SurfaceFunction::zhu_bridson(radius),
+            Self::Density => SurfaceFunction::density(radius),
+            Self::Anisotropic => SurfaceFunction::anisotropic(radius),
+        }
+    }
+}
+
 #[derive(clap::Args)]
 struct Limits {
     /// Threads; 0 for one per core. Results do not depend on it.
@@ -93,6 +109,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     match &arguments.task {
         Task::Sim(arguments) => sim(arguments),
         Task::Mesh(arguments) => mesh(arguments),
+        Task::Render(arguments) => render::run(arguments),
     }
 }
 
@@ -157,13 +174,7 @@ fn mesh(arguments: &Meshing) -> Outcome {
     let context = arguments.limits.context()?;
     let path = &arguments.particles;
     let particles = relievo_meshio::read(&context, path)?;
-    let radius = 0.5 * arguments.spacing;
-    let function = match arguments.function {
-        Function::Blobs => SurfaceFunction::blobs(radius),
-        Function::ZhuBridson => SurfaceFunction::zhu_bridson(radius),
-        Function::Density => SurfaceFunction::density(radius),
-        Function::Anisotropic => SurfaceFunction::anisotropic(radius),
-    };
+    let function = arguments.function.of(arguments.spacing);
     let velocity = particles.attribute("velocity").filter(|attribute| attribute.domain == Domain::Point);
     let channels: Vec<Channel> = velocity
         .and_then(|attribute| match &attribute.values {

@@ -98,3 +98,82 @@ fn colliders_emitters_sinks_and_forces_act_in_the_example() {
     refused("box = { low = [0, 0, 0], high = [1.2, 0.4, 0.2] }", "mesh = \"none.obj\"", "none.obj");
     refused("box = { low = [0, 0, 0], high = [1.2, 0.4, 0.2] }", "", "fill 0");
 }
+
+#[test]
+fn fluids_are_rendered_directly_and_as_meshes_alike() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("dam.toml"), DAM).unwrap();
+    assert!(relievo(folder.path(), &["fluid", "sim", "dam.toml", "-o", "frames"]).status.success());
+    let render = |name: &str, more: &[&str]| {
+        let first = ["fluid", "render", "frames/0000.ply", "frames/0003.ply", "--spacing", "0.05", "--size", "96x64"];
+        let done = relievo(folder.path(), &[&first[..], &["-o", name], more].concat());
+        assert!(done.status.success(), "{done:?}");
+        let lines = text(&done.stdout);
+        assert!(lines.lines().count() == 2 && lines.contains("frames/0003.ply: 360 particles, "), "{lines}");
+        assert!(more.contains(&"--particles") == lines.contains("% blind"), "{lines}");
+        relievo_render::read_png(&folder.path().join(name), 1 << 24).unwrap()
+    };
+    // The mean distance of linear colours.
+    let apart = |a: &relievo_render::Image, b: &relievo_render::Image| {
+        let distances: Vec<f32> = a.data().iter().zip(b.data()).map(|(a, b)| (a - b).abs()).collect();
+        distances.iter().sum::<f32>() / distances.len() as f32
+    };
+    for material in ["opaque", "water"] {
+        let direct = render("direct.png", &["--material", material]);
+        assert_eq!((direct.width(), direct.height()), (192, 64));
+        let threads = render("threads.png", &["--material", material, "--threads", "1"]);
+        assert_eq!(direct.data(), threads.data());
+        let mesh = render("mesh.png", &["--material", material, "--mesh", "0.25"]);
+        let blind = render("blind.png", &["--material", material, "--particles", "blind"]);
+        let bare = render("bare.png", &["--material", material, "--particles", "surface"]);
+        let [mesh, blind, bare] = [mesh, blind, bare].map(|other| apart(&direct, &other));
+        assert!(mesh < 0.02 && blind < 1e-3, "{material} {mesh} {blind}");
+        // What was left out is seen from outside through water alone.
+        assert!(material == "opaque" || bare > 5.0 * blind.max(1e-3), "{bare}");
+    }
+    let blurred = render("blurred.png", &["--shutter", "0.05"]);
+    assert!(apart(&blurred, &render("still.png", &[])) > 1e-3);
+    let refused = |arguments: &[&str], why: &str| {
+        let done = relievo(folder.path(), &[&["fluid", "render"], arguments].concat());
+        assert!(!done.status.success() && text(&done.stderr).contains(why), "{why}: {done:?}");
+    };
+    let good = ["frames/0000.ply", "--spacing", "0.05", "-o"];
+    refused(&[&good[..], &["a.bmp"]].concat(), ".png");
+    refused(&[&good[..], &["a.png", "--eye", "1,2"]].concat(), "X,Y,Z");
+    refused(&[&good[..], &["a.png", "--fov", "200"]].concat(), "field of view");
+    refused(&[&good[..], &["a.png", "--shutter=-1"]].concat(), "shutter");
+    refused(&[&good[..], &["a.png", "--mesh", "9"]].concat(), "cell size");
+    refused(&["frames/0000.ply", "--spacing", "0", "-o", "a.png"], "support radius");
+}
+
+const SCENE: &str = "version = 1\n[meshes.water]\nsequence = \"frames/%04d.ply\"\ncount = 4\n\
+    [meshes.floor]\nshape = \"plane\"\nsize = [4, 4, 1]\n[objects.floor]\nmesh = \"floor\"\n\
+    [objects.water]\nmesh = \"water\"\ndielectric = { index = 1.333 }\n\
+    [camera]\nposition = [2, -2, 1.5]\ntarget = [0.5, 0.15, 0.2]\n\
+    [output]\nframes = 1\nwidth = 64\nheight = 48\n[objects.water.fluid]\nspacing = 0.05\n";
+
+#[test]
+fn fluids_stand_in_scenes_beside_other_objects() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("dam.toml"), DAM).unwrap();
+    assert!(relievo(folder.path(), &["fluid", "sim", "dam.toml", "-o", "frames"]).status.success());
+    let run = |name: &str, scene: &str| {
+        std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
+        let done = relievo(folder.path(), &["run", "scene.toml", "--out", name]);
+        assert!(done.status.success(), "{done:?}");
+        let picture = folder.path().join(name).join("beauty-000000.png");
+        relievo_render::read_png(&picture, 1 << 24).unwrap()
+    };
+    let apart = |a: &relievo_render::Image, b: &relievo_render::Image| {
+        let distances = a.data().iter().zip(b.data()).map(|(a, b)| (a - b).abs());
+        distances.sum::<f32>() / a.data().len() as f32
+    };
+    let direct = run("direct", SCENE);
+    let mesh = run("mesh", &format!("{SCENE}cell = 0.25\n"));
+    let opaque = run("opaque", &SCENE.replace("dielectric = { index = 1.333 }\n", ""));
+    let none = run("none", &SCENE.replace("mesh = \"water\"", "mesh = \"water\"\nvisible = false"));
+    assert!(apart(&direct, &mesh) < 1e-3, "{}", apart(&direct, &mesh));
+    for (a, b) in [(&direct, &opaque), (&direct, &none), (&opaque, &none)] {
+        assert!(apart(a, b) > 2e-3, "{}", apart(a, b));
+    }
+}

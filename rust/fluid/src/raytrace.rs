@@ -152,6 +152,11 @@ impl RayCaster {
         self.hierarchy.bounds().map(|bounds| [bounds.low.to_array(), bounds.high.to_array()])
     }
 
+    /// The surface.
+    pub fn surface(&self) -> &Arc<Surface> {
+        &self.surface
+    }
+
     /// For tracing one ray after the other. Rays ask for no memory once a trail is long enough.
     pub fn tracer<'a>(&'a self, trail: &'a mut Trail) -> Tracer<'a> {
         Tracer { caster: self, trail }

@@ -1,4 +1,5 @@
 //! The reference ray caster: direct light with shadows, sky light with occlusion, and the geometry behind each pixel.
+//! Rays that meet dielectric bodies go on: what is reflected and what is refracted, each with its share, up to a depth.
 //!
 //! Light is in radiance, scene-linear Rec.709. Diffuse reflection is Lambert's; the glossy part has the GGX
 //! distribution (Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces", Section 5.2). Rays are
@@ -6,15 +7,18 @@
 
 use glam::{Vec2, Vec3};
 use relievo_core::{Context, Error, Result};
-use relievo_embree::{Hit, Ray};
+use relievo_embree::Ray;
 
 use crate::camera::Rays;
+use crate::dielectric::{fresnel, refract};
 use crate::facet::{Facet, Place};
+use crate::gloss::gloss;
 use crate::image::Image;
 use crate::sampling::{Shift, cone, cosine_hemisphere, in_pixel};
-use crate::scene::{Material, Placed, Scene};
+use crate::scene::{Placed, Placement, Scene};
 use crate::settings::View;
 use crate::sky::{ClearSky, SkyLight, reflected_row};
+use crate::tracing::{LANES, Struck, Tracing};
 
 /// Object number where there is none.
 pub const NO_OBJECT: u32 = u32::MAX;
@@ -37,6 +41,13 @@ pub struct Frame {
 /// Side of the square of pixels that is one item of work.
 const BLOCK: u32 = 16;
 
+/// Surfaces of dielectric bodies that a ray is followed through one after the other, and the share of the light from
+/// which on it is followed: what is left is seen as the sky's.
+const DEEPEST: u32 = 12;
+const LEAST: f32 = 0.01;
+/// The stream of samples of time; those of suns begin at 1.
+const TIMES: u32 = u32::MAX;
+
 /// What camera rays find, without the sky's light on surfaces.
 #[derive(Clone, Copy)]
 struct Found {
@@ -45,6 +56,11 @@ struct Found {
     normal: Vec3,
     albedo: Vec3,
     object: u32,
+}
+
+impl Found {
+    const NOTHING: Self =
+        Self { color: Vec3::ZERO, depth: f32::INFINITY, normal: Vec3::ZERO, albedo: Vec3::ZERO, object: NO_OBJECT };
 }
 
 impl Scene {
@@ -120,6 +136,8 @@ struct Caster<'a> {
     suns: Vec<SunCone>,
     up: Vec3,
     clear: ClearSky,
+    /// The dielectric body that the camera is in.
+    around: Option<u32>,
 }
 
 /// A camera ray.
@@ -128,24 +146,38 @@ struct Shot {
     pixel: [u32; 2],
     sample: u32,
     direction: Vec3,
+    time: f32,
 }
 
-/// A surface that a camera ray sees.
-struct Seen<'a> {
+/// A camera ray, or what became of it behind surfaces.
+#[derive(Clone, Copy)]
+struct Path {
+    /// The camera ray by its number in the packet.
+    of: usize,
     shot: Shot,
-    depth: f32,
+    origin: Vec3,
+    direction: Vec3,
+    /// The share of its light that arrives at the camera.
+    weight: Vec3,
+    /// Surfaces on the way.
+    depth: u32,
+    /// The dielectric body it is in.
+    medium: Option<u32>,
+}
+
+/// A surface that a ray sees.
+struct Seen<'a> {
+    path: Path,
+    t: f32,
     object: u32,
     place: Place,
-    material: &'a Material,
+    placement: &'a Placement,
     /// Diffuse reflectance, and the same under false colours.
     albedo: Vec3,
     tinted: Vec3,
     /// How much of it the wireframe covers.
     line: f32,
 }
-
-/// Rays that are traced together.
-const LANES: usize = 8;
 
 impl<'a> Caster<'a> {
     fn new(placed: &'a Placed<'a>, view: &'a View) -> Self {
@@ -154,13 +186,15 @@ impl<'a> Caster<'a> {
             cos: sun.angular_radius.cos(),
             irradiance: Vec3::from(sun.irradiance),
         });
+        let up = Vec3::from(view.lights.sky.up).normalize();
         Self {
             placed,
             view,
             rays: view.camera.rays(view.settings.width, view.settings.height),
             suns: suns.collect(),
-            up: Vec3::from(view.lights.sky.up).normalize(),
+            up,
             clear: ClearSky::new(&view.lights.sky),
+            around: Tracing::new(placed).around_camera(up, view.shutter[0]),
         }
     }
 
@@ -168,10 +202,14 @@ impl<'a> Caster<'a> {
     fn block(&self, left: u32, top: u32) -> Vec<(Found, SkyLight)> {
         let settings = &self.view.settings;
         let (right, bottom) = ((left + BLOCK).min(settings.width), (top + BLOCK).min(settings.height));
+        let mut tracing = Tracing::new(self.placed);
+        let [open, close] = self.view.shutter;
         let shots = (top..bottom).flat_map(|y| (left..right).map(move |x| [x, y])).flat_map(|pixel| {
             (0..settings.samples).map(move |sample| {
                 let place = Vec2::new(pixel[0] as f32, pixel[1] as f32) + in_pixel(sample);
-                Shot { pixel, sample, direction: self.rays.direction(place.x, place.y) }
+                let moment = Shift::new(pixel[0], pixel[1], TIMES).sample(sample, settings.samples).x;
+                let time = open + (close - open) * moment;
+                Shot { pixel, sample, direction: self.rays.direction(place.x, place.y), time }
             })
         });
         let mut shots = shots.peekable();
@@ -179,7 +217,7 @@ impl<'a> Caster<'a> {
         let share = 1.0 / settings.samples as f32;
         while shots.peek().is_some() {
             let packet: [Option<Shot>; LANES] = std::array::from_fn(|_| shots.next());
-            for (shot, (mut found, light)) in packet.iter().flatten().zip(self.trace(&packet)) {
+            for (shot, (mut found, light)) in packet.iter().flatten().zip(self.trace(&mut tracing, &packet)) {
                 found.color *= share;
                 let light = light.scaled(share);
                 match pixels.last_mut() {
@@ -196,61 +234,130 @@ impl<'a> Caster<'a> {
 
     /// What rays find, their colours without the sky's light on surfaces, which is given apart. The rays that exist are
     /// the first ones of the packet.
-    fn trace(&self, packet: &[Option<Shot>; LANES]) -> [(Found, SkyLight); LANES] {
-        let rays = packet.map(|shot| Some(Ray::new([0.0; 3], shot?.direction.to_array())));
-        let hits = self.placed.tracer.intersect8(&rays);
-        let seen = std::array::from_fn(|lane| self.seen(packet[lane]?, &hits[lane]?));
-        let (suns, sky) = (self.sun_light(&seen), self.sky_light(&seen));
-        std::array::from_fn(|lane| match (&seen[lane], packet[lane]) {
-            (Some(seen), _) => {
-                let color = suns[lane].lerp(Vec3::from(self.view.line_color), seen.line);
-                let (depth, normal) = (seen.depth, seen.place.smooth);
-                (Found { color, depth, normal, albedo: seen.albedo, object: seen.object }, sky[lane])
+    fn trace(&self, tracing: &mut Tracing<'a>, packet: &[Option<Shot>; LANES]) -> [(Found, SkyLight); LANES] {
+        let mut found = [(Found::NOTHING, SkyLight::default()); LANES];
+        let of_camera = |(of, shot): (usize, &Shot)| Path {
+            of,
+            shot: *shot,
+            origin: Vec3::ZERO,
+            direction: shot.direction,
+            weight: Vec3::ONE,
+            depth: 0,
+            medium: self.around,
+        };
+        let mut paths: Vec<Path> = packet.iter().flatten().enumerate().map(of_camera).collect();
+        let mut next = 0;
+        while next < paths.len() {
+            let group: [Option<Path>; LANES] = std::array::from_fn(|lane| paths.get(next + lane).copied());
+            next = (next + LANES).min(paths.len());
+            let rays = group.map(|path| path.map(|path| Ray::new(path.origin.to_array(), path.direction.to_array())));
+            let hits = tracing.nearest8(&rays, group.map(|path| path.map_or(0.0, |path| path.shot.time)));
+            let seen = std::array::from_fn(|lane| self.seen(group[lane]?, &hits[lane]?));
+            let (suns, sky) = (self.sun_light(tracing, &seen), self.sky_light(tracing, &seen));
+            for lane in 0..LANES {
+                let Some(path) = group[lane] else { continue };
+                let (found, light) = &mut found[path.of];
+                let Some(seen) = &seen[lane] else {
+                    found.color += path.weight * self.background(path.direction);
+                    continue;
+                };
+                let weight = seen.path.weight;
+                found.color += weight * suns[lane].lerp(Vec3::from(self.view.line_color), seen.line);
+                light.add(&sky[lane].filtered(weight));
+                if path.depth == 0 {
+                    (found.depth, found.normal) = (seen.t, seen.place.smooth);
+                    (found.albedo, found.object) = (seen.albedo, seen.object);
+                }
+                for branch in self.branches(seen).into_iter().flatten() {
+                    if branch.depth > DEEPEST || branch.weight.max_element() < LEAST {
+                        found.color += branch.weight * self.background(branch.direction);
+                    } else {
+                        paths.push(branch);
+                    }
+                }
             }
-            (None, shot) => {
-                let direction = shot.map_or(self.up, |shot| shot.direction.normalize());
-                let color = self.view.lights.sky.radiance(self.up, direction);
-                let (normal, albedo) = (Vec3::ZERO, Vec3::ZERO);
-                (Found { color, depth: f32::INFINITY, normal, albedo, object: NO_OBJECT }, SkyLight::default())
-            }
-        })
+        }
+        found
     }
 
-    fn seen(&self, shot: Shot, hit: &Hit) -> Option<Seen<'a>> {
-        let facet = Facet::of(self.placed, hit)?;
+    fn background(&self, direction: Vec3) -> Vec3 {
+        self.view.lights.sky.radiance(self.up, direction.normalize())
+    }
+
+    /// How a ray goes on at a dielectric body: what is reflected, and what is refracted.
+    fn branches(&self, seen: &Seen) -> [Option<Path>; 2] {
+        let Some(dielectric) = &seen.placement.dielectric else { return [None; 2] };
+        let (path, place) = (&seen.path, &seen.place);
+        let direction = path.direction.normalize();
+        let index = if place.enters { dielectric.index } else { 1.0 / dielectric.index };
+        let mirrored = |normal: Vec3| direction - normal * (2.0 * direction.dot(normal));
+        // Where smooth normals would send light to the wrong side, those of the triangles do not.
+        let fits = |normal: Vec3| {
+            let behind = refract(direction, normal, index);
+            mirrored(normal).dot(place.flat) > 0.0 && behind.is_none_or(|behind| behind.dot(place.flat) < 0.0)
+        };
+        let normal = if fits(place.smooth) { place.smooth } else { place.flat };
+        let reflected = fresnel(-direction.dot(normal), index);
+        let weight = path.weight * (1.0 - seen.line);
+        let branch = |share: f32, origin: Vec3, direction: Vec3, medium: Option<u32>| Path {
+            origin,
+            direction,
+            weight: weight * share,
+            depth: path.depth + 1,
+            medium,
+            ..*path
+        };
+        let [before, after] = if place.enters { [None, Some(seen.object)] } else { [Some(seen.object), None] };
+        [
+            Some(branch(reflected, place.start, mirrored(normal), before)),
+            refract(direction, normal, index).map(|bent| branch(1.0 - reflected, place.behind, bent, after)),
+        ]
+    }
+
+    fn seen(&self, mut path: Path, struck: &Struck) -> Option<Seen<'a>> {
+        let (t, object) = (struck.t(), struck.object());
+        let placement = self.placed.placement(object)?;
         let settings = &self.view.settings;
-        let albedo = facet.albedo();
+        let (mut albedo, mut line) = (Vec3::from(placement.material.base_color), 0.0);
         let mut tinted = albedo;
-        if let (Some(colors), Some(tag)) = (&self.view.false_color, facet.mesh.tags.get(facet.primitive)) {
-            let tint = colors.palette[*tag as usize % colors.palette.len()];
-            tinted = tinted.lerp(Vec3::from(tint), settings.false_color);
+        let place = match struck {
+            Struck::Implicit(met) => met.place(),
+            Struck::Triangle(hit) => {
+                let facet = Facet::of(self.placed, hit)?;
+                albedo = facet.albedo();
+                tinted = albedo;
+                if let (Some(colors), Some(tag)) = (&self.view.false_color, facet.mesh.tags.get(facet.primitive)) {
+                    let tint = colors.palette[*tag as usize % colors.palette.len()];
+                    tinted = tinted.lerp(Vec3::from(tint), settings.false_color);
+                }
+                if settings.wireframe.is_on() && path.depth == 0 {
+                    let marked = facet.mesh.edges.get(facet.primitive).copied().unwrap_or(0b111);
+                    let distances = facet.edge_distances(path.direction, &self.rays);
+                    let of_marked = (0..3).filter(|edge| marked >> edge & 1 == 1).map(|edge| distances[edge]);
+                    line = (0.5 * settings.line_width + 0.5 - of_marked.fold(f32::INFINITY, f32::min)).clamp(0.0, 1.0);
+                }
+                facet.place(path.direction)
+            }
+        };
+        if placement.dielectric.is_some() {
+            (albedo, tinted) = (Vec3::ZERO, Vec3::ZERO);
         }
-        let mut line = 0.0;
-        if settings.wireframe.is_on() {
-            let marked = facet.mesh.edges.get(facet.primitive).copied().unwrap_or(0b111);
-            let distances = facet.edge_distances(shot.direction, &self.rays);
-            let of_marked = (0..3).filter(|edge| marked >> edge & 1 == 1).map(|edge| distances[edge]);
-            line = (0.5 * settings.line_width + 0.5 - of_marked.fold(f32::INFINITY, f32::min)).clamp(0.0, 1.0);
+        if let Some(medium) = path.medium.and_then(|medium| self.placed.placement(medium)?.dielectric.as_ref()) {
+            path.weight *= medium.left(t * path.direction.length());
         }
-        Some(Seen {
-            shot,
-            depth: hit.t,
-            object: hit.object.0,
-            place: facet.place(shot.direction),
-            material: &facet.placement.material,
-            albedo,
-            tinted,
-            line,
-        })
+        Some(Seen { path, t, object, place, placement, albedo, tinted, line })
     }
 
     /// Radiance towards the camera of what the suns throw on surfaces.
-    fn sun_light(&self, seen: &[Option<Seen>; LANES]) -> [Vec3; LANES] {
+    fn sun_light(&self, tracing: &mut Tracing, seen: &[Option<Seen>; LANES]) -> [Vec3; LANES] {
         let settings = &self.view.settings;
         let mut colors = [Vec3::ZERO; LANES];
         for (number, sun) in (1..).zip(&self.suns) {
             let towards: [Option<Vec3>; LANES] = std::array::from_fn(|lane| {
-                let Seen { shot, place, .. } = seen[lane].as_ref()?;
+                let Seen { path: Path { shot, .. }, place, placement, .. } = seen[lane].as_ref()?;
+                if placement.dielectric.is_some() && !place.enters {
+                    return None;
+                }
                 let toward = if sun.cos == 1.0 {
                     sun.direction
                 } else {
@@ -263,25 +370,31 @@ impl<'a> Caster<'a> {
             let rays = std::array::from_fn(|lane| {
                 Some(Ray::new(seen[lane].as_ref()?.place.start.to_array(), towards[lane]?.to_array()))
             });
-            let blocked = if settings.shadows.is_on() { self.placed.tracer.occluded8(&rays) } else { [false; LANES] };
+            let arrives =
+                if settings.shadows.is_on() { tracing.light8(&rays, times(seen)) } else { [Vec3::ONE; LANES] };
             for lane in 0..LANES {
-                let (Some(seen), Some(toward), false) = (&seen[lane], towards[lane], blocked[lane]) else { continue };
-                let gloss = gloss(seen.material, seen.place.smooth, toward, -seen.shot.direction.normalize());
+                let (Some(seen), Some(toward)) = (&seen[lane], towards[lane]) else { continue };
+                let to_eye = -seen.path.direction.normalize();
+                let gloss = gloss(&seen.placement.material, seen.place.smooth, toward, to_eye);
                 let diffuse = seen.tinted * std::f32::consts::FRAC_1_PI;
-                colors[lane] += sun.irradiance * seen.place.smooth.dot(toward) * (diffuse + gloss);
+                let light = sun.irradiance * arrives[lane];
+                colors[lane] += light * seen.place.smooth.dot(toward) * (diffuse + gloss);
             }
         }
         colors
     }
 
     /// The sky's light on surfaces.
-    fn sky_light(&self, seen: &[Option<Seen>; LANES]) -> [SkyLight; LANES] {
+    fn sky_light(&self, tracing: &mut Tracing, seen: &[Option<Seen>; LANES]) -> [SkyLight; LANES] {
         let settings = &self.view.settings;
         let directions = settings.sky_rays.max(1);
         let mut lights = [SkyLight::default(); LANES];
         for index in 0..directions {
             let towards: [Option<Vec3>; LANES] = std::array::from_fn(|lane| {
-                let Seen { shot, place, .. } = seen[lane].as_ref()?;
+                let Seen { path: Path { shot, .. }, place, placement, .. } = seen[lane].as_ref()?;
+                if placement.dielectric.is_some() {
+                    return None;
+                }
                 let shift = Shift::new(shot.pixel[0], shot.pixel[1], 0);
                 let sample = shift.sample(shot.sample * directions + index, settings.samples * directions);
                 let toward = cosine_hemisphere(place.smooth, sample);
@@ -294,9 +407,10 @@ impl<'a> Caster<'a> {
                 lights[lane].all += radiance;
                 let ray = Ray::new(seen.place.start.to_array(), toward.to_array());
                 // These rays go every way, so there is nothing to gain from tracing them together.
-                if settings.sky_rays == 0 || !self.placed.tracer.occluded(&ray) {
-                    lights[lane].open += radiance;
-                }
+                lights[lane].open += match settings.sky_rays {
+                    0 => radiance,
+                    _ => radiance * tracing.light(&ray, seen.path.shot.time),
+                };
             }
         }
         for (light, seen) in lights.iter_mut().zip(seen).filter_map(|(light, seen)| Some((light, seen.as_ref()?))) {
@@ -308,20 +422,7 @@ impl<'a> Caster<'a> {
     }
 }
 
-/// The GGX lobe with Schlick's Fresnel term and the height-correlated shadowing of Smith.
-fn gloss(material: &Material, normal: Vec3, toward: Vec3, to_eye: Vec3) -> Vec3 {
-    let (specular, roughness) = (material.specular, material.roughness);
-    let (light, eye) = (normal.dot(toward), normal.dot(to_eye));
-    let half = (toward + to_eye).normalize_or_zero();
-    if specular <= 0.0 || light <= 0.0 || eye <= 0.0 {
-        return Vec3::ZERO;
-    }
-    let alpha2 = roughness.max(0.05).powi(4);
-    let cos = normal.dot(half).clamp(0.0, 1.0);
-    let spread = cos * cos * (alpha2 - 1.0) + 1.0;
-    let density = alpha2 / (std::f32::consts::PI * spread * spread);
-    let smith = |cos: f32, other: f32| other * (alpha2 + (1.0 - alpha2) * cos * cos).sqrt();
-    let visible = 0.5 / (smith(light, eye) + smith(eye, light)).max(1e-6);
-    let fresnel = specular + (1.0 - specular) * (1.0 - half.dot(to_eye).clamp(0.0, 1.0)).powi(5);
-    Vec3::splat(density * visible * fresnel)
+/// The times of what rays see.
+fn times(seen: &[Option<Seen>; LANES]) -> [f32; LANES] {
+    std::array::from_fn(|lane| seen[lane].as_ref().map_or(0.0, |seen| seen.path.shot.time))
 }

@@ -23,10 +23,14 @@ pub(crate) struct Facet<'a> {
 pub(crate) struct Place {
     /// From where rays start that go to the lit side.
     pub start: Vec3,
+    /// From where rays start that go on behind the surface.
+    pub behind: Vec3,
     /// Unit normal of the triangle; both normals are to the side that is seen.
     pub flat: Vec3,
     /// Unit normal of the smooth surface.
     pub smooth: Vec3,
+    /// Whether the front is seen, where a ray enters a closed body.
+    pub enters: bool,
 }
 
 impl<'a> Facet<'a> {
@@ -66,8 +70,9 @@ impl<'a> Facet<'a> {
         let step = 4e-6 * (point.abs().max_element() + self.placement.translation.abs().max_element());
         let seen = if flat.dot(direction) > 0.0 { -1.0 } else { 1.0 };
         flat *= seen;
+        let (behind, enters) = (point - flat * step, seen > 0.0);
         if self.mesh.normals.is_empty() {
-            return Place { start: point + flat * step, flat, smooth: flat };
+            return Place { start: point + flat * step, behind, flat, smooth: flat, enters };
         }
         let normals = self.corners.map(|at| {
             (self.placement.normal * Vec3::from(self.mesh.normals[at as usize])).normalize_or(flat * seen) * seen
@@ -77,8 +82,10 @@ impl<'a> Facet<'a> {
             // The normals say little about such a triangle.
             return Place {
                 start: point + flat * step,
+                behind,
                 flat,
                 smooth: if smooth.dot(flat) > 0.0 { smooth } else { flat },
+                enters,
             };
         }
         // Each corner's tangent plane lifts the point if it lies below; the smooth surface is about where they agree.
@@ -86,7 +93,7 @@ impl<'a> Facet<'a> {
             let below = (point - self.points[corner]).dot(normals[corner]);
             normals[corner] * -below.min(0.0)
         });
-        Place { start: point + self.blend(lifts) + flat * step, flat, smooth }
+        Place { start: point + self.blend(lifts) + flat * step, behind, flat, smooth, enters }
     }
 
     /// Distances in pixels from the place that `direction` sees to the lines through the edges, edge e from corner e to

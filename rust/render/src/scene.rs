@@ -1,13 +1,15 @@
-//! What is rendered: objects made of triangle meshes, with materials, placed in the world.
+//! What is rendered: objects made of triangle meshes and implicit surfaces, with materials, placed in the world.
 //!
 //! An object may be cut into any number of meshes. Only those that are set anew have their hierarchies built again, so
 //! a surface that changes in places should be cut accordingly; an object that only moves rebuilds nothing.
 
-use glam::{DAffine3, DVec3, Mat3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Mat3, Vec3};
 use relievo_core::{Error, Result, Values};
 use relievo_embree as embree;
 
 use crate::color::Color;
+use crate::dielectric::Dielectric;
+use crate::implicit::Implicit;
 
 /// A triangle mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -82,7 +84,9 @@ pub(crate) struct Object {
     pub id: embree::ObjectId,
     pub transform: DAffine3,
     pub material: Material,
+    pub dielectric: Option<Dielectric>,
     pub meshes: Vec<Option<Mesh>>,
+    pub implicit: Option<Box<dyn Implicit>>,
 }
 
 /// Meshes an object may have.
@@ -104,7 +108,8 @@ impl Scene {
         check_material(&material)?;
         let id = self.embree.add_object()?;
         let index = self.objects.len();
-        self.objects.push(Some(Object { id, transform, material, meshes: Vec::new() }));
+        let meshes = Vec::new();
+        self.objects.push(Some(Object { id, transform, material, dielectric: None, meshes, implicit: None }));
         Ok(ObjectId(index as u32))
     }
 
@@ -130,6 +135,25 @@ impl Scene {
     pub fn set_material(&mut self, object: ObjectId, material: Material) -> Result<()> {
         check_material(&material)?;
         self.object(object)?.material = material;
+        Ok(())
+    }
+
+    /// Lets light go through an object, whose surface is closed, or not. It then has the glossy part of its material and
+    /// no diffuse one.
+    ///
+    /// # Errors
+    /// The index of refraction or the absorption is out of range.
+    pub fn set_dielectric(&mut self, object: ObjectId, dielectric: Option<Dielectric>) -> Result<()> {
+        if let Some(dielectric) = &dielectric {
+            dielectric.check()?;
+        }
+        self.object(object)?.dielectric = dielectric;
+        Ok(())
+    }
+
+    /// Gives an object an implicit surface beside its meshes, or none.
+    pub fn set_implicit(&mut self, object: ObjectId, implicit: Option<Box<dyn Implicit>>) -> Result<()> {
+        self.object(object)?.implicit = implicit;
         Ok(())
     }
 
@@ -217,12 +241,16 @@ impl Scene {
                 to.copy_from_slice(&from.to_array());
             }
             self.embree.set_transform(object.id, &flat)?;
+            let inverse = object.transform.inverse();
             placements.push(Some(Placement {
+                back: inverse.matrix3,
+                eye: inverse.transform_point3(eye),
                 linear,
                 translation,
                 normal: linear.inverse().transpose(),
                 mirrored: linear.determinant() < 0.0,
                 material: object.material,
+                dielectric: object.dielectric,
             }));
         }
         Ok(Placed { tracer: self.embree.commit()?, objects: &self.objects, placements })
@@ -236,12 +264,23 @@ pub(crate) struct Placed<'a> {
     pub placements: Vec<Option<Placement>>,
 }
 
+impl Placed<'_> {
+    /// Where an object is.
+    pub fn placement(&self, object: u32) -> Option<&Placement> {
+        self.placements.get(object as usize)?.as_ref()
+    }
+}
+
 pub(crate) struct Placement {
+    /// From directions in the camera's space to those in the object's, and the camera there.
+    pub back: DMat3,
+    pub eye: DVec3,
     pub linear: Mat3,
     pub translation: Vec3,
     pub normal: Mat3,
     pub mirrored: bool,
     pub material: Material,
+    pub dielectric: Option<Dielectric>,
 }
 
 fn check_transform(transform: &DAffine3) -> Result<()> {

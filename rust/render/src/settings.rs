@@ -49,6 +49,8 @@ pub struct View {
     pub lights: Lights,
     /// Size and quality.
     pub settings: Settings,
+    /// Opening and close of the shutter in seconds, by which implicit surfaces that move are blurred.
+    pub shutter: [f32; 2],
     /// Colours for the tags of triangles, in place of the materials' colours.
     pub false_color: Option<FalseColor>,
     /// Colour of the wireframe.
@@ -62,6 +64,7 @@ impl View {
             camera,
             lights: Lights::default(),
             settings: Settings::default(),
+            shutter: [0.0; 2],
             false_color: None,
             line_color: [0.01, 0.012, 0.02],
         }
@@ -88,6 +91,11 @@ impl View {
     pub(crate) fn check(&self) -> Result<()> {
         self.settings.check()?;
         self.lights.check()?;
+        let [open, close] = self.shutter;
+        if !(open.is_finite() && close.is_finite() && open <= close) {
+            return Err(Error::invalid(format!("the shutter is open from {open} to {close}"))
+                .advise("use finite times, the first not after the second"));
+        }
         let finite = |color: &Color| color.iter().all(|value| value.is_finite());
         let palette = self
             .false_color

@@ -85,6 +85,16 @@ impl SkyLight {
         }
     }
 
+    /// This light behind a filter.
+    pub fn filtered(self, share: Vec3) -> Self {
+        Self {
+            open: self.open * share,
+            all: self.all * share,
+            clear: self.clear * share,
+            reflected: self.reflected * share,
+        }
+    }
+
     /// What the surface gives back if `share` of the light arrives straight: the share that arrives after any number
     /// of bounces depends on it and on the colour.
     fn with_share(&self, share: Vec3) -> Vec3 {

@@ -8,7 +8,7 @@ use glam::DAffine3;
 use relievo_core::{Context, Error, Mesh, Result};
 use relievo_meshio::{Model, Root};
 
-use crate::description::{MeshSource, Scene};
+use crate::description::{Geometry, MeshSource, Scene};
 use crate::diagnostic::{Diagnostic, Faults};
 use crate::paths::Paths;
 use crate::sequence::Pattern;
@@ -35,7 +35,7 @@ struct Asset {
 enum Motion {
     Still,
     Animation { model: Box<Model>, animation: usize },
-    Sequence { paths: Vec<PathBuf>, loaded: Vec<(usize, Vec<[f32; 3]>)>, root: Root, space: DAffine3 },
+    Sequence { paths: Vec<PathBuf>, loaded: Vec<(usize, Vec<[f32; 3]>)>, root: Root, space: DAffine3, particles: bool },
 }
 
 impl Assets {
@@ -43,8 +43,8 @@ impl Assets {
     pub fn load(context: &Context, scene: &Scene, paths: &Paths) -> std::result::Result<Self, Faults> {
         let mut list = Vec::new();
         let mut faults = Vec::new();
-        for (index, entry) in scene.meshes.iter().enumerate() {
-            match load(context, scene, paths, &entry.source) {
+        for index in 0..scene.meshes.len() {
+            match load(context, scene, paths, index) {
                 Ok(asset) => list.push(asset),
                 Err(error) => faults.push(Diagnostic::from_error(scene.source_span(index), &error)),
             }
@@ -80,21 +80,24 @@ impl Assets {
         &self.list[index].files
     }
 
-    /// The points of a mesh at `time` seconds, `fps` frames a second; between files of a sequence they move evenly.
+    /// The points of a mesh at `time` seconds, `fps` frames a second; between files of a sequence they move evenly,
+    /// or stay where there are not as many in both.
     pub fn points(&mut self, context: &Context, index: usize, time: f64, fps: f64) -> Result<Vec<[f32; 3]>> {
         let asset = &mut self.list[index];
         match &mut asset.motion {
             Motion::Still => Ok(asset.mesh.points.clone()),
             Motion::Animation { model, animation } => Ok(model.pose(context, *animation, time)?.merged_points()),
-            Motion::Sequence { paths, loaded, root, space } => {
+            Motion::Sequence { paths, loaded, root, space, particles } => {
                 let place = (time * fps).clamp(0.0, (paths.len() - 1) as f64);
                 let (before, share) = (place.floor() as usize, place.fract());
                 let after = (before + 1).min(paths.len() - 1);
                 loaded.retain(|(number, _)| *number == before || *number == after);
                 for number in [before, after] {
                     if loaded.iter().all(|(known, _)| *known != number) {
-                        let (read, _) = read_mesh(context, &paths[number], root, *space)?;
-                        if read.points.len() != asset.mesh.points.len() || read.corners != asset.mesh.corners {
+                        let (read, _) = read_mesh(context, &paths[number], root, *space, *particles)?;
+                        // There may be more or less particles in every file.
+                        let alike = read.points.len() == asset.mesh.points.len() && read.corners == asset.mesh.corners;
+                        if !(alike || *particles) {
                             return Err(Error::invalid("the topology differs from the sequence's first file")
                                 .at(paths[number].display().to_string())
                                 .advise("export all files of a sequence with the same faces"));
@@ -106,7 +109,7 @@ impl Assets {
                 let (Some(a), Some(b)) = (find(before), find(after)) else {
                     return Err(Error::internal("a file of the sequence is not loaded"));
                 };
-                if share == 0.0 {
+                if share == 0.0 || a.len() != b.len() {
                     return Ok(a.clone());
                 }
                 let blend = |a: f32, b: f32| (f64::from(a) + (f64::from(b) - f64::from(a)) * share) as f32;
@@ -131,17 +134,43 @@ fn read_model(context: &Context, path: &Path, root: &Root, space: DAffine3) -> R
 }
 
 /// A mesh that can be used, and the names of its materials.
-fn read_mesh(context: &Context, path: &Path, root: &Root, space: DAffine3) -> Result<(Mesh, Vec<String>)> {
+fn read_mesh(
+    context: &Context,
+    path: &Path,
+    root: &Root,
+    space: DAffine3,
+    particles: bool,
+) -> Result<(Mesh, Vec<String>)> {
     let model = read_model(context, path, root, space)?;
     let materials = model.materials.clone();
     let named = |error: Error| error.at(path.display().to_string());
     let mesh = model.into_merged_mesh(context).map_err(named)?;
-    mesh.check().map_err(named)?;
+    check(&mesh, particles).map_err(named)?;
     Ok((mesh, materials))
 }
 
-fn load(context: &Context, scene: &Scene, paths: &Paths, source: &MeshSource) -> Result<Asset> {
-    match source {
+/// Whether nothing but the points of a mesh is used, which then needs no faces.
+fn is_particles(scene: &Scene, index: usize) -> bool {
+    let mut shown = scene.objects.iter().filter(|object| object.geometry == Geometry::Mesh(index)).peekable();
+    shown.peek().is_some()
+        && shown.all(|object| object.fluid.is_some())
+        && scene.surfaces.iter().all(|surface| surface.mesh != index)
+}
+
+/// Fails if a mesh cannot be used: `particles` may be points alone, and none.
+fn check(mesh: &Mesh, particles: bool) -> Result<()> {
+    if !particles || !mesh.face_sizes.is_empty() {
+        return mesh.check();
+    }
+    match mesh.points.iter().position(|point| !point.iter().all(|value| value.is_finite())) {
+        Some(at) => Err(Error::invalid("a coordinate is not a finite number").at(format!("particle {at}"))),
+        None => Ok(()),
+    }
+}
+
+fn load(context: &Context, scene: &Scene, paths: &Paths, index: usize) -> Result<Asset> {
+    let particles = is_particles(scene, index);
+    match &scene.meshes[index].source {
         MeshSource::Shape(shape) => {
             let mesh = shape.mesh(scene.up);
             Ok(Asset { mesh, motion: Motion::Still, files: Vec::new(), notes: Vec::new(), materials: Vec::new() })
@@ -161,7 +190,7 @@ fn load(context: &Context, scene: &Scene, paths: &Paths, source: &MeshSource) ->
                     (mesh, Motion::Animation { model: Box::new(model), animation })
                 }
             };
-            mesh.check().map_err(place)?;
+            check(&mesh, particles).map_err(place)?;
             Ok(Asset { mesh, motion, files, notes, materials })
         }
         MeshSource::Sequence { pattern, first, count } => {
@@ -175,8 +204,9 @@ fn load(context: &Context, scene: &Scene, paths: &Paths, source: &MeshSource) ->
             }
             let Some(start) = list.first() else { return Err(Error::invalid("the sequence has no files")) };
             let (root, space) = (paths.root().clone(), space(scene));
-            let (mesh, materials) = read_mesh(context, start, &root, space)?;
-            let motion = Motion::Sequence { loaded: vec![(0, mesh.points.clone())], paths: list, root, space };
+            let (mesh, materials) = read_mesh(context, start, &root, space, particles)?;
+            let motion =
+                Motion::Sequence { loaded: vec![(0, mesh.points.clone())], paths: list, root, space, particles };
             Ok(Asset { mesh, motion, files, notes: Vec::new(), materials })
         }
     }

@@ -17,6 +17,7 @@ use serde_json::{Value, json};
 
 use crate::description::Geometry;
 use crate::export::{displaced_mesh, floats, point_colors, triangle_mesh};
+use crate::isosurface::shown_mesh;
 use crate::output::Folder;
 use crate::picture::{automatic_view, camera, lights};
 use crate::povray::{is_dark, sky_stops};
@@ -81,7 +82,7 @@ fn object(context: &Context, world: &World, index: usize, item: &Item, arrays: &
         _ => false,
     };
     let (transform, mesh, is_painted) = match item {
-        Item::Mesh(item) => (item.transform, item.mesh.clone(), false),
+        Item::Mesh(item) => (item.transform, shown_mesh(context, entry, &item.mesh)?, false),
         Item::Triangles(item) => {
             let painted = item.object.colors().is_some();
             (*item.object.transform(), triangle_mesh(context, world, index, item)?, painted)

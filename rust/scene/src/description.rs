@@ -7,6 +7,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use relievo_tiles::DecayOptions;
 
 use crate::diagnostic::Span;
+use crate::isosurface::FluidEntry;
 use crate::reader::Name;
 use crate::shapes::Shape;
 
@@ -197,6 +198,10 @@ pub struct ObjectEntry {
     pub decay: Option<DecayOptions>,
     /// How its traces are tinted; `None` if imprints leave none.
     pub traces: Option<TintEntry>,
+    /// How its points are a fluid; `None` if it shows its faces.
+    pub fluid: Option<FluidEntry>,
+    /// What is within it, if light goes through it.
+    pub dielectric: Option<relievo_render::Dielectric>,
     /// Whether pictures show it.
     pub visible: bool,
     /// Layers beside those of its own, from the lowest.

@@ -11,6 +11,7 @@ use relievo_tiles::triangle::{FaceRates, TriangleTessellation};
 use relievo_tiles::{Mark, Tessellation, by_format};
 
 use crate::description::{ObjectEntry, TintEntry, Up};
+use crate::isosurface::shown_mesh;
 use crate::output::Folder;
 use crate::picture::Studio;
 use crate::stages::{Division, STAGE, Stages};
@@ -30,7 +31,10 @@ pub(crate) fn shown<'a>(context: &Context, world: &'a World, stages: Option<&Sta
         let materials = world.materials(index);
         let division = stages.and_then(|stages| stages.division(index));
         list.push(match item {
-            Item::Mesh(item) => (name, materials, item.mesh.clone(), item.transform),
+            Item::Mesh(item) => {
+                let mesh = shown_mesh(context, &scene.objects[index], &item.mesh)?;
+                (name, materials, mesh, item.transform)
+            }
             Item::Triangles(item) => {
                 let mesh = match division {
                     Some(Division::Faces(rates)) => {

@@ -12,6 +12,7 @@ use toml::de::DeTable;
 use crate::bodies::read_body;
 use crate::description::*;
 use crate::diagnostic::{Diagnostic, Failure, Faults};
+use crate::isosurface::{read_dielectric, read_fluid};
 use crate::layers::{read_decay, read_layers};
 use crate::reader::{Name, Reader, Table};
 use crate::riders::read_rider;
@@ -455,6 +456,8 @@ fn read_object(
             fade: reader.number(table, "fade") as f32,
         }
     });
+    let fluid = read_fluid(reader, name, table);
+    let dielectric = read_dielectric(reader, table);
     let role = if table.has("role") { reader.choice(table, "role") } else { None };
     let geometry = match (table.has("surface"), table.has("mesh")) {
         (true, false) => {
@@ -506,6 +509,12 @@ fn read_object(
                 .advise("make a surface over the mesh and give the object that `surface`"),
         );
     }
+    if table.has("fluid") && matches!(geometry, Geometry::Surface(_)) {
+        reader.fault(
+            Diagnostic::new(table.span_of("fluid"), "the points of a surface are no fluid")
+                .advise("give the object the `mesh` whose points are the particles"),
+        );
+    }
     if let (Some(document), Geometry::Mesh(_)) = (&document, geometry) {
         reader.fault(
             Diagnostic::new(document.span.clone(), "a mesh has no tiles that a document could fill")
@@ -522,6 +531,8 @@ fn read_object(
         deformable,
         decay,
         traces,
+        fluid,
+        dielectric,
         visible,
         layers,
         detail,
@@ -696,6 +707,15 @@ into = "ground"
             ("surface = \"ground\"", "surface = \"ground\"\nmesh = \"ground\"", "\"ground\"", "keep one"),
             ("surface = \"ground\"", "", "ground", "shows nothing"),
             ("mesh = \"tool\"", "mesh = \"tool\"\nrole = \"deformable\"", "\"deformable\"", "make a surface"),
+            ("mesh = \"tool\"", "mesh = \"tool\"\nfluid = { cell = 0.5 }", "{ cell", "not said"),
+            ("mesh = \"tool\"", "mesh = \"tool\"\nfluid = { spacing = 1, function = \"blob\" }", "\"blob\"", "blobs"),
+            ("surface = \"ground\"", "surface = \"ground\"\nfluid = { spacing = 1 }", "{ spacing", "no fluid"),
+            (
+                "mesh = \"tool\"",
+                "mesh = \"tool\"\ndielectric = { absorption = [-1, 0, 0] }",
+                "[-1, 0, 0]",
+                "index of refraction",
+            ),
             ("mesh = \"tool\"", "mesh = \"tool\"\nscale = -1", "-1", "mirrored"),
             ("mesh = \"tool\"", "mesh = \"tool\"\nmesh = \"tool\"", "mesh", "duplicate key"),
             ("[bodies.tool]", "[bodies.tool]\nmass = 3", "3", "forces do not move"),

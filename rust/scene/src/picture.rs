@@ -2,7 +2,7 @@
 //! graphics device that draws surfaces as it has them, then the views the scene asks for are rendered.
 
 use glam::{DAffine3, DVec3};
-use relievo_core::{Context, Result};
+use relievo_core::{Context, Error, Result};
 use relievo_gpu::Device;
 use relievo_render as render;
 use relievo_render::virtual_vertex;
@@ -74,7 +74,11 @@ impl Studio {
                     Item::Triangles(item) => *item.object.transform(),
                     Item::Mesh(item) => item.transform,
                 };
-                shown.id = Some(studio.stage.add_object(transform, material)?);
+                let id = studio.stage.add_object(transform, material)?;
+                if let Stage::Rays(scene) = &mut studio.stage {
+                    scene.set_dielectric(id, entry.dielectric)?;
+                }
+                shown.id = Some(id);
             }
             studio.objects.push(shown);
         }
@@ -199,6 +203,20 @@ impl Studio {
                 Item::Mesh(item) => {
                     self.stage.set_transform(id, item.transform)?;
                     if !whole {
+                        continue;
+                    }
+                    let entry = &world.scene.objects[index];
+                    if let Some(fluid) = &entry.fluid {
+                        let named = |error: Error| error.at(format!("object `{}`", entry.name.text));
+                        if let (Stage::Rays(scene), None) = (&mut self.stage, fluid.cell) {
+                            let implicit = fluid.implicit(context, &item.mesh.points).map_err(named)?;
+                            scene.set_implicit(id, Some(implicit))?;
+                            continue;
+                        }
+                        let mesh = fluid.mesh(context, &item.mesh.points).map_err(named)?;
+                        count += mesh.face_count() as u64;
+                        let tags = vec![RIGID; mesh.face_count()];
+                        self.stage.set_mesh(id, 0, render::Mesh { tags, ..render::Mesh::of_tessellation(mesh) })?;
                         continue;
                     }
                     let triangles = item.mesh.triangles();
@@ -331,7 +349,7 @@ pub(crate) fn automatic_view(scene: &Scene, bounds: Option<(DVec3, DVec3)>) -> V
 
 /// From where, and to where, a camera sees all that is within `bounds`; `aspect` is the width of its picture by its
 /// height.
-pub(crate) fn whole_view(bounds: Option<(DVec3, DVec3)>, fov: f64, aspect: f64, up: Up) -> (DVec3, DVec3) {
+pub fn whole_view(bounds: Option<(DVec3, DVec3)>, fov: f64, aspect: f64, up: Up) -> (DVec3, DVec3) {
     let (target, radius) =
         bounds.map_or((DVec3::ZERO, 1.0), |(low, high)| ((low + high) * 0.5, ((high - low) * 0.5).length()));
     // The narrower of both fields of view holds the sphere around everything, whose rim is mostly empty.

@@ -20,6 +20,7 @@ use relievo_surface::{PatchForm, Place};
 
 use crate::description::ObjectEntry;
 use crate::export::{floats, point_colors, tessellated, triangle_mesh};
+use crate::isosurface::shown_mesh;
 use crate::output::Folder;
 use crate::picture::{automatic_view, camera, lights};
 use crate::showing::Showing;
@@ -104,7 +105,7 @@ impl<'a> Shown<'a> {
             roughness: entry.roughness,
         };
         let (transform, mesh, painted) = match item {
-            Item::Mesh(item) => (item.transform, item.mesh.clone(), false),
+            Item::Mesh(item) => (item.transform, shown_mesh(context, entry, &item.mesh)?, false),
             Item::Triangles(item) => {
                 let painted = item.object.colors().is_some();
                 (*item.object.transform(), triangle_mesh(context, world, index, item)?, painted)

@@ -271,6 +271,8 @@ pub static OBJECT: Section = Section {
             "",
             "Makes imprints leave traces of contact, and how pictures tint them",
         ),
+        key("fluid", Kind::Table(&FLUID), "", "", "Shows the surface of a fluid whose particles are the mesh's points"),
+        key("dielectric", Kind::Table(&DIELECTRIC), "", "", "Lets light through, as water and glass do"),
         key(
             "document",
             Kind::Path,
@@ -349,6 +351,41 @@ pub static TRACES: Section = Section {
         ),
         key("depth", Kind::Number(0.0, 60000.0), "0", "object units", "Depth at which the tint is full; 0, at once"),
         key("fade", Kind::Number(0.0, 1e6), "0", "seconds", "Age at which the tint is gone; 0, never"),
+    ],
+    parameters: &[],
+};
+
+/// `[objects.NAME.fluid]`
+pub static FLUID: Section = Section {
+    name: "objects.NAME.fluid",
+    help: "The surface of a fluid whose particles are the points of the object's mesh",
+    keys: &[
+        key("spacing", POSITIVE, "", "object units", "Distance between particles at rest"),
+        key("function", Kind::Choice(&crate::isosurface::FUNCTIONS), "\"zhu_bridson\"", "", "What the surface is of"),
+        key(
+            "cell",
+            Kind::Number(0.02, 2.0),
+            "",
+            "spacings",
+            "Size of the cells of a mesh; left out, pictures trace rays against the surface itself",
+        ),
+    ],
+    parameters: &[],
+};
+
+/// `[objects.NAME.dielectric]`
+pub static DIELECTRIC: Section = Section {
+    name: "objects.NAME.dielectric",
+    help: "What is within a closed object that light goes through; the colour of the object then does not count",
+    keys: &[
+        key("index", Kind::Number(1.0, 4.0), "1.333", "", "Index of refraction by that of what is around it"),
+        key(
+            "absorption",
+            Kind::Numbers(3),
+            "[0.45, 0.09, 0.06]",
+            "per scene unit",
+            "Absorbed red, green and blue light: exp(-absorption) of it is left after a unit",
+        ),
     ],
     parameters: &[],
 };
@@ -870,6 +907,8 @@ pub fn sections() -> Vec<&'static Section> {
         &LAYER,
         &DECAY,
         &TRACES,
+        &FLUID,
+        &DIELECTRIC,
         &BODY,
         &KEYFRAME,
         &IMPRINT,

@@ -1,0 +1,273 @@
+//! `relievo fluid render`: pictures of particles, by rays against their surface itself or against a mesh of it.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Instant;
+
+use clap::ValueEnum;
+use glam::{DAffine3, DVec3, Vec3};
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
+use relievo_fluid::{March, Motion, RayCaster, Surface, Visibility, classify};
+use relievo_render as render;
+use relievo_render::{Camera, Dielectric, Image, Lights, Material, Scene, View};
+use relievo_scene::description::Up;
+use relievo_scene::isosurface::Isosurface;
+use relievo_scene::picture::whole_view;
+
+use super::{Function, Limits};
+use crate::Outcome;
+
+#[derive(clap::Args)]
+pub struct Rendering {
+    /// The particles of each picture: the points of mesh files, with their attribute `velocity` if they have one.
+    #[arg(required = true, value_name = "FRAME")]
+    frames: Vec<PathBuf>,
+    /// The picture: a .png. Those of several frames are put side by side.
+    #[arg(short, long, value_name = "FILE.png")]
+    output: PathBuf,
+    /// Distance between particles at rest, in metres.
+    #[arg(long, value_name = "METRES")]
+    spacing: f32,
+    /// What the surface is of.
+    #[arg(long, value_enum, default_value_t = Function::ZhuBridson)]
+    function: Function,
+    /// Renders a mesh of cells of this size in place of the surface itself.
+    #[arg(long, value_name = "SPACINGS")]
+    mesh: Option<f32>,
+    /// Which of the particles are rendered.
+    #[arg(long, value_enum, default_value_t = Kept::All)]
+    particles: Kept,
+    /// How near the surface a particle is blind; left out, as far as it has influence.
+    #[arg(long, value_name = "METRES")]
+    threshold: Option<f32>,
+    /// What the fluid is.
+    #[arg(long, value_enum, default_value_t = Look::Water)]
+    material: Look,
+    /// How long the shutter is open: what moves is blurred, where no mesh is made.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
+    shutter: f32,
+    /// Pixels of each picture: WIDTHxHEIGHT.
+    #[arg(long, value_name = "PIXELS", value_parser = crate::export::size, default_value = "1280x720")]
+    size: [u32; 2],
+    /// Rays from the camera per pixel.
+    #[arg(long, default_value_t = 4)]
+    samples: u32,
+    /// Pictures in a row.
+    #[arg(long, default_value_t = 2)]
+    columns: u32,
+    /// Where the camera is, z up; left out, where it has all in view.
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    eye: Option<DVec3>,
+    /// Where it looks; left out, at the middle of all particles.
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    target: Option<DVec3>,
+    /// Its vertical field of view.
+    #[arg(long, value_name = "DEGREES", default_value_t = 35.0)]
+    fov: f64,
+    /// Direction to the sun.
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, default_value = "-0.55,-0.45,0.7")]
+    sun: DVec3,
+    /// Height of the floor; left out, where the lowest particles lie on it.
+    #[arg(long, value_name = "METRES", allow_negative_numbers = true)]
+    floor: Option<f64>,
+    #[command(flatten)]
+    limits: Limits,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Kept {
+    /// All.
+    All,
+    /// Those at the surface and blind ones, whose own surface is not shown.
+    Blind,
+    /// Those at the surface, with what shows behind them where the others are left out.
+    Surface,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Look {
+    /// Clear water.
+    Water,
+    /// A matt blue.
+    Opaque,
+}
+
+/// Three numbers with commas between them.
+fn vector(text: &str) -> std::result::Result<DVec3, String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
+    match numbers.as_deref() {
+        Some([x, y, z]) => Ok(DVec3::new(*x, *y, *z)),
+        _ => Err("three numbers are needed: X,Y,Z".into()),
+    }
+}
+
+/// The colour of an opaque fluid.
+const BLUE: [f32; 3] = [0.08, 0.28, 0.55];
+/// Colours of the squares of the floor, and how many there are along it.
+const SQUARES: [[f32; 3]; 2] = [[0.62, 0.62, 0.60], [0.36, 0.36, 0.37]];
+const ALONG: u32 = 160;
+
+pub fn run(arguments: &Rendering) -> Outcome {
+    let path = &arguments.output;
+    if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("png")) {
+        return Err(Error::unsupported("the format to write is not known")
+            .at(path.display().to_string())
+            .advise("use the extension .png")
+            .into());
+    }
+    let context = arguments.limits.context()?;
+    let frames = arguments.frames.iter().map(|path| relievo_meshio::read(&context, path));
+    let frames: Vec<Mesh> = frames.collect::<Result<_>>()?;
+    let (low, high) = bounds(&frames)?;
+    let view = arguments.view(low, high)?;
+    let [width, height] = arguments.size;
+    let columns = arguments.columns.clamp(1, frames.len() as u32);
+    let rows = (frames.len() as u32).div_ceil(columns);
+    let mut sheet = Image::new(width.saturating_mul(columns), height.saturating_mul(rows), 3)?;
+    for (at, (path, frame)) in (0..).zip(arguments.frames.iter().zip(&frames)) {
+        let named = |error: Error| error.at(path.display().to_string());
+        let picture = arguments.picture(&context, path, frame, &view, (low, high)).map_err(named)?;
+        let (left, top) = (at % columns * width, at / columns * height);
+        for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+            sheet.set_color(left + x, top + y, picture.color(x, y));
+        }
+    }
+    render::write_png(path, &sheet)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The box around the points of all frames.
+fn bounds(frames: &[Mesh]) -> Result<(DVec3, DVec3)> {
+    let points = || frames.iter().flat_map(|frame| &frame.points).map(|point| Vec3::from(*point).as_dvec3());
+    match (points().reduce(DVec3::min), points().reduce(DVec3::max)) {
+        (Some(low), Some(high)) if low.is_finite() && high.is_finite() => Ok((low, high)),
+        (None, _) => Err(Error::invalid("there are no particles").advise("render frames that have some")),
+        _ => Err(Error::invalid("a coordinate is not a finite number").advise("repair the frames")),
+    }
+}
+
+impl Rendering {
+    fn view(&self, low: DVec3, high: DVec3) -> Result<View> {
+        let [width, height] = self.size;
+        let aspect = f64::from(width) / f64::from(height.max(1));
+        let fov = self.fov.to_radians();
+        let (eye, middle) = whole_view(Some((low, high)), fov, aspect, Up::Z);
+        let target = self.target.unwrap_or(middle);
+        let eye = self.eye.unwrap_or(target + (eye - middle));
+        let mut view = View::new(Camera::look_at(eye, target, DVec3::Z, fov)?);
+        view.lights = Lights::default();
+        view.lights.suns[0].direction = self.sun.as_vec3().to_array();
+        // Beyond the floor the haze goes on.
+        view.lights.sky.ground = view.lights.sky.horizon;
+        [view.settings.width, view.settings.height] = self.size;
+        view.settings.samples = self.samples;
+        view.shutter = [0.0, self.shutter];
+        Ok(view)
+    }
+
+    /// The picture of a frame.
+    fn picture(
+        &self,
+        context: &Context,
+        path: &Path,
+        frame: &Mesh,
+        view: &View,
+        (low, high): (DVec3, DVec3),
+    ) -> Result<Image> {
+        let start = Instant::now();
+        let mut scene = Scene::new()?;
+        let height = self.floor.unwrap_or(low.z - 0.25 * f64::from(self.spacing));
+        add_floor(&mut scene, (low, high), height)?;
+        let look = match self.material {
+            Look::Water => Material { base_color: [1.0; 3], specular: 0.02, roughness: 0.15 },
+            Look::Opaque => Material { base_color: BLUE, specular: 0.04, roughness: 0.3 },
+        };
+        let fluid = scene.add_object(DAffine3::IDENTITY, look)?;
+        scene.set_dielectric(fluid, (self.material == Look::Water).then_some(Dielectric::WATER))?;
+        let (particles, blind, share) = self.kept(context, frame)?;
+        let surface = Arc::new(Surface::new(context, &particles.points, self.function.of(self.spacing))?);
+        match self.mesh {
+            Some(cell) => {
+                let mesh = relievo_fluid::mesh(context, &surface, cell * self.spacing, &[], &mut Silent)?;
+                scene.set_mesh(fluid, 0, render::Mesh::of_tessellation(mesh))?;
+            }
+            None => {
+                let velocities = velocities(&particles);
+                let motion = Motion { velocities, shutter: view.shutter };
+                let caster = RayCaster::new(context, &surface, motion, &blind, March::default())?;
+                scene.set_implicit(fluid, Some(Box::new(Isosurface(caster))))?;
+            }
+        }
+        let prepared = start.elapsed().as_secs_f64();
+        let picture = scene.render(context, view)?.color;
+        let rendered = start.elapsed().as_secs_f64() - prepared;
+        let count = frame.points.len();
+        crate::print(&format!(
+            "{}: {count} particles, {share}prepared in {prepared:.2} s, rendered in {rendered:.2} s\n",
+            path.display()
+        ))?;
+        Ok(picture)
+    }
+
+    /// The particles that are rendered, which of them are blind, and what to say of how many there are.
+    fn kept(&self, context: &Context, frame: &Mesh) -> Result<(Mesh, Vec<bool>, String)> {
+        if self.particles == Kept::All {
+            return Ok((frame.clone(), Vec::new(), String::new()));
+        }
+        let surface = Surface::new(context, &frame.points, self.function.of(self.spacing))?;
+        let classes = classify(context, &frame.points, &surface, self.threshold, &mut Silent)?;
+        let count = classes.of.len().max(1) as f64;
+        let [at_surface, blind] = [classes.surface, classes.blind].map(|part| 100.0 * part as f64 / count);
+        let share = format!("{at_surface:.1} % at the surface and {blind:.1} % blind, ");
+        let indices: Vec<usize> = match self.particles {
+            Kept::Surface => (0..classes.of.len()).filter(|at| classes.of[*at] == Visibility::Surface).collect(),
+            _ => classes.indices().collect(),
+        };
+        let flags = match self.particles {
+            Kept::Surface => Vec::new(),
+            _ => indices.iter().map(|at| classes.of[*at] == Visibility::Blind).collect(),
+        };
+        let mut kept = Mesh { points: indices.iter().map(|at| frame.points[*at]).collect(), ..Mesh::default() };
+        if let Some(velocity) = frame.attribute("velocity").filter(|_| !velocities(frame).is_empty()) {
+            let all = velocities(frame);
+            let values = Values::F32(indices.iter().flat_map(|at| all[*at]).collect());
+            kept.attributes.push(relievo_core::Attribute { values, ..velocity.clone() });
+        }
+        Ok((kept, flags, share))
+    }
+}
+
+/// The velocities of particles, or none.
+fn velocities(particles: &Mesh) -> &[[f32; 3]] {
+    let velocity = particles.attribute("velocity").filter(|it| it.domain == Domain::Point && it.width == 3);
+    match velocity.map(|attribute| &attribute.values) {
+        Some(Values::F32(values)) => values.as_chunks::<3>().0,
+        _ => &[],
+    }
+}
+
+/// A floor of squares in two colours, much wider than what lies on it.
+fn add_floor(scene: &mut Scene, (low, high): (DVec3, DVec3), height: f64) -> Result<()> {
+    let (middle, extent) = (0.5 * (low + high), (high - low).truncate().max_element().max(1e-3));
+    let side = 10.0 * extent / f64::from(ALONG);
+    let place = DAffine3::from_scale_rotation_translation(
+        DVec3::splat(side),
+        glam::DQuat::IDENTITY,
+        DVec3::new(middle.x, middle.y, height),
+    );
+    let mut mesh = render::Mesh::default();
+    for (column, row) in (0..ALONG).flat_map(|row| (0..ALONG).map(move |column| (column, row))) {
+        let first = mesh.points.len() as u32;
+        for [x, y] in [[0, 0], [1, 0], [1, 1], [0, 1]] {
+            let [x, y] = [column + x, row + y].map(|at| at as f32 - 0.5 * ALONG as f32);
+            mesh.points.push([x, y, 0.0]);
+            mesh.colors.push(SQUARES[((column + row) % 2) as usize]);
+        }
+        mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+    let floor = scene.add_object(place, Material::default())?;
+    scene.set_mesh(floor, 0, mesh)
+}

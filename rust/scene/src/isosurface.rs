@@ -1,0 +1,121 @@
+//! Fluids of particles in pictures: the points of a mesh, of which the surface is traced itself or a mesh is made.
+
+use std::sync::Arc;
+
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Mesh, Result};
+use relievo_fluid::{March, Motion, Ray, RayCaster, Surface, SurfaceFunction, Trail};
+use relievo_render::{Dielectric, Implicit, ImplicitHit, ImplicitRay, ImplicitTracer};
+
+use crate::description::ObjectEntry;
+use crate::diagnostic::Diagnostic;
+use crate::reader::{Name, Reader, Table};
+
+/// `[objects.NAME.fluid]`
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FluidEntry {
+    /// What the surface is of.
+    pub function: SurfaceFunction,
+    /// The size of the cells of a mesh in object units; `None` if the surface is traced itself.
+    pub cell: Option<f32>,
+}
+
+impl FluidEntry {
+    /// The surface itself, of particles at these places.
+    pub fn implicit(&self, context: &Context, points: &[[f32; 3]]) -> Result<Box<dyn Implicit>> {
+        let surface = Arc::new(Surface::new(context, points, self.function)?);
+        let caster = RayCaster::new(context, &surface, Motion::default(), &[], March::default())?;
+        Ok(Box::new(Isosurface(caster)))
+    }
+
+    /// A mesh of the surface with the point attribute `normal`, of cells of an eighth of the support radius where no
+    /// size is given.
+    pub fn mesh(&self, context: &Context, points: &[[f32; 3]]) -> Result<Mesh> {
+        let surface = Surface::new(context, points, self.function)?;
+        let cell = self.cell.unwrap_or(self.function.support() / 8.0);
+        relievo_fluid::mesh(context, &surface, cell, &[], &mut Silent)
+    }
+}
+
+/// The mesh that an object shows: that of the surface, where its points are a fluid.
+pub(crate) fn shown_mesh(context: &Context, entry: &ObjectEntry, mesh: &Mesh) -> Result<Mesh> {
+    match &entry.fluid {
+        Some(fluid) => {
+            fluid.mesh(context, &mesh.points).map_err(|error| error.at(format!("object `{}`", entry.name.text)))
+        }
+        None => Ok(mesh.clone()),
+    }
+}
+
+/// The surface of particles as the ray caster takes it.
+#[derive(Debug)]
+pub struct Isosurface(pub RayCaster);
+
+/// How far from the surface rays begin that leave it, in support radii.
+const MARGIN: f32 = 1e-4;
+
+impl Implicit for Isosurface {
+    fn tracer(&self) -> Box<dyn ImplicitTracer + '_> {
+        Box::new(Tracer { caster: &self.0, trail: Trail::default() })
+    }
+}
+
+struct Tracer<'a> {
+    caster: &'a RayCaster,
+    trail: Trail,
+}
+
+impl ImplicitTracer for Tracer<'_> {
+    fn intersect(&mut self, ray: &ImplicitRay) -> Option<ImplicitHit> {
+        let ImplicitRay { origin, direction, far, time } = *ray;
+        let hit = self.caster.tracer(&mut self.trail).intersect(&Ray { origin, direction, near: 0.0, far, time })?;
+        let margin = MARGIN * self.caster.surface().function().support();
+        Some(ImplicitHit { distance: hit.distance, normal: hit.normal, enters: hit.enters, margin })
+    }
+}
+
+/// Names of functions.
+pub const FUNCTIONS: [&str; 4] = ["blobs", "zhu_bridson", "density", "anisotropic"];
+
+/// The function of a name, of particles that lie `spacing` apart at rest; `None` if there is no such.
+pub fn function(name: &str, spacing: f32) -> Option<SurfaceFunction> {
+    let radius = 0.5 * spacing;
+    match name {
+        "blobs" => Some(SurfaceFunction::blobs(radius)),
+        "zhu_bridson" => Some(SurfaceFunction::zhu_bridson(radius)),
+        "density" => Some(SurfaceFunction::density(radius)),
+        "anisotropic" => Some(SurfaceFunction::anisotropic(radius)),
+        _ => None,
+    }
+}
+
+pub(crate) fn read_fluid(reader: &mut Reader, name: &Name, table: Table) -> Option<FluidEntry> {
+    if !table.has("fluid") {
+        return None;
+    }
+    let span = table.span_of("fluid");
+    let table = reader.sub_table(table, "fluid");
+    let Some(spacing) = reader.optional_number(table, "spacing") else {
+        reader.fault(
+            Diagnostic::new(span, format!("how far apart the particles of `{}` lie is not said", name.text))
+                .advise("give the spacing of the simulation: `spacing = 0.02`"),
+        );
+        return None;
+    };
+    let function = function(reader.choice(table, "function")?, spacing as f32)?;
+    let cell = reader.optional_number(table, "cell").map(|cell| (cell * spacing) as f32);
+    Some(FluidEntry { function, cell })
+}
+
+pub(crate) fn read_dielectric(reader: &mut Reader, table: Table) -> Option<Dielectric> {
+    if !table.has("dielectric") {
+        return None;
+    }
+    let table = reader.sub_table(table, "dielectric");
+    let absorption = reader.vector(table, "absorption").map(|value| value as f32);
+    let dielectric = Dielectric { index: reader.number(table, "index") as f32, absorption };
+    if let Err(error) = dielectric.check() {
+        reader.fault(Diagnostic::from_error(table.span_of("absorption"), &error));
+    }
+    Some(dielectric)
+}
