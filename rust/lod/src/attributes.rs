@@ -21,6 +21,8 @@ pub struct Attributes<'a> {
     pub weights: &'a [f32],
     /// Which numbers are the first of three that are a direction, of length 1.
     pub directions: &'a [usize],
+    /// Which numbers are the first of two that are texture coordinates: no collapse turns a triangle over in them.
+    pub uvs: &'a [usize],
     /// A label of every vertex, or none: vertices of different labels are on different sides of a seam, whatever their
     /// numbers are.
     pub labels: &'a [u32],
@@ -59,6 +61,9 @@ impl Attributes<'_> {
         }
         if self.directions.iter().any(|first| first.checked_add(3).is_none_or(|end| end > width)) {
             return Err(Error::invalid("a direction goes beyond the numbers of a vertex").at("directions"));
+        }
+        if self.uvs.iter().any(|first| first.checked_add(2).is_none_or(|end| end > width)) {
+            return Err(Error::invalid("texture coordinates go beyond the numbers of a vertex").at("uvs"));
         }
         Ok(())
     }
@@ -175,15 +180,20 @@ pub fn range<const Q: usize>(
     });
     let diagonal = bounds.1.distance(bounds.0);
     let squares: Vec<f32> = attributes.weights.iter().map(|weight| (weight * diagonal).powi(2)).collect();
-    let mut range =
-        Range { squares: fours(&squares), low: [Vec4::MAX; Q], high: [Vec4::MIN; Q], directions: Vec::new() };
+    let mut range = Range {
+        squares: fours(&squares),
+        low: [Vec4::MAX; Q],
+        high: [Vec4::MIN; Q],
+        directions: attributes.directions.to_vec(),
+        uvs: attributes.uvs.to_vec(),
+    };
     for values in values {
         for (quad, value) in values.iter().enumerate() {
             range.low[quad] = range.low[quad].min(*value);
             range.high[quad] = range.high[quad].max(*value);
         }
     }
-    Range { directions: attributes.directions.to_vec(), ..range }
+    range
 }
 
 /// The triangles that are left, and their vertices, in the order of the input, with those that no triangle had before.

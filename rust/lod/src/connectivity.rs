@@ -164,9 +164,9 @@ impl Connectivity {
         };
         let mut flags = vec![0; vertices];
         context.for_each_part(flags.as_mut_slice(), PART, |first, flags| {
-            let mut join = Join::default();
+            let (mut leaving, mut join) = (Leaving::default(), Join::default());
             for (vertex, flags) in (first as u32..).zip(flags) {
-                *flags = if close(&made, vertex) { 0 } else { join.describe(&made, vertex) };
+                *flags = if leaving.close(&made, vertex) { 0 } else { join.describe(&made, vertex) };
             }
             Ok(())
         })?;
@@ -364,37 +364,64 @@ impl Connectivity {
     }
 }
 
-/// Finds the mates of the half-edges that leave `vertex` if its triangles are one closed fan of a few, as nearly everywhere.
-/// Returns whether they are.
-fn close(mesh: &Connectivity, vertex: u32) -> bool {
-    const MOST: usize = 8;
-    let (mut corners, mut leaving, mut arriving) = ([0; MOST], [NONE; MOST], [NONE; MOST]);
-    let span = mesh.span(vertex);
-    if span.is_empty() || span.len() > MOST {
-        return false;
+/// The half-edges that leave a vertex, each at a place that follows from where it ends.
+struct Leaving {
+    /// The vertex that it leaves and where it ends, and its corner.
+    places: Vec<([u32; 2], u32)>,
+}
+
+impl Default for Leaving {
+    fn default() -> Self {
+        Self { places: vec![([NONE; 2], NONE); 1 << Self::BITS] }
     }
-    for (at, corner) in span.iter().enumerate() {
-        corners[at] = corner.load(Relaxed);
-        [leaving[at], arriving[at]] = [next(corners[at]), previous(corners[at])].map(|end| mesh.vertex(end));
+}
+
+impl Leaving {
+    /// Bits of the number of places. Seldom do two of a vertex have the same one.
+    const BITS: u32 = 10;
+
+    #[inline(always)]
+    fn place(&mut self, end: u32) -> &mut ([u32; 2], u32) {
+        &mut self.places[(end.wrapping_mul(0x9e37_79b1) >> (u32::BITS - Self::BITS)) as usize]
     }
-    let (mut across, mut place) = ([0; MOST], 0);
-    for seen in 1..=span.len() {
-        let end = leaving[place];
-        // Which one it is is not foreseen: no branch.
-        let mut after = MOST;
-        for (at, other) in arriving.iter().enumerate().rev() {
-            after = if *other == end { at } else { after };
+
+    /// Finds the mates of the half-edges that leave `vertex` if its triangles are one closed fan, as nearly everywhere.
+    /// Returns whether they are; it may say no where they are.
+    fn close(&mut self, mesh: &Connectivity, vertex: u32) -> bool {
+        let span = mesh.span(vertex);
+        for corner in span {
+            let corner = corner.load(Relaxed);
+            let end = mesh.vertex(next(corner));
+            let place = self.place(end);
+            if place.0[0] == vertex || end == vertex {
+                return false;
+            }
+            *place = ([vertex, end], corner);
         }
-        // A cycle through all of them goes to each once: no end is there twice.
-        if after == MOST || end == vertex || (after == 0) != (seen == span.len()) {
-            return false;
+        let Some(first) = span.first().map(|corner| corner.load(Relaxed)) else { return false };
+        let mut corner = first;
+        for seen in 1..=span.len() {
+            let arriving = previous(corner);
+            let end = mesh.vertex(arriving);
+            let (known, leaving) = *self.place(end);
+            // A way through all of them goes to each once: no end is there twice.
+            if known != [vertex, end] || (leaving == first) != (seen == span.len()) {
+                self.open(mesh, vertex);
+                return false;
+            }
+            mesh.mate.as_flattened()[slot(leaving)].store(arriving, Relaxed);
+            corner = leaving;
         }
-        (across[place], place) = (after, after);
+        true
     }
-    for (corner, after) in corners.iter().zip(across).take(span.len()) {
-        mesh.mate.as_flattened()[slot(*corner)].store(previous(corners[after]), Relaxed);
+
+    /// Forgets the mates of the half-edges that leave `vertex`.
+    #[cold]
+    fn open(&self, mesh: &Connectivity, vertex: u32) {
+        for corner in mesh.span(vertex) {
+            mesh.mate.as_flattened()[slot(corner.load(Relaxed))].store(NONE, Relaxed);
+        }
     }
-    true
 }
 
 /// Finds the mates of half-edges round a vertex: what leaves it and what arrives, in the order of the other ends.

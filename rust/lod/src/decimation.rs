@@ -39,10 +39,10 @@ pub struct Decimation<const Q: usize = 0> {
     pub points: Vec<Vec4>,
     /// Normal of every triangle, by the root of its length: its square is twice the area.
     pub normals: Vec<Vec4>,
-    /// What costs are found from.
-    vertices: Vec<Vertex>,
-    /// Whether vertices have factors other than 1.
-    is_weighed: bool,
+    /// What costs are found from, of every vertex.
+    stars: Vec<Star>,
+    /// What costs at vertices are multiplied by, if not by 1.
+    factors: Vec<f32>,
     /// Of every half-edge, three a triangle. Infinite where the mate stands for the edge, or the edge must not collapse;
     /// negative where that may change with its surroundings.
     costs: Vec<[AtomicU32; 3]>,
@@ -55,18 +55,6 @@ pub struct Decimation<const Q: usize = 0> {
     pub wedges: Wedges<Q>,
     /// What was done, if that is to be known.
     pub recording: Option<Recording>,
-}
-
-/// A vertex and what it knows of its triangles, in one line of the cache.
-#[repr(align(64))]
-#[derive(Clone, Copy, Default)]
-struct Vertex {
-    star: Star,
-    point: [f32; 3],
-    deviation: f32,
-    /// What costs are multiplied by.
-    factor: f32,
-    flags: u8,
 }
 
 /// An edge that may be collapsed.
@@ -115,9 +103,8 @@ fn look<const Q: usize>(
     mesh: &Connectivity,
     (points, normals): (&[Vec4], &[Vec4]),
     vertex: u32,
-    factor: f32,
     wedges: &Sight<Q>,
-) -> Vertex {
+) -> Star {
     let (here, flags) = (points[vertex as usize], mesh.flags[vertex as usize]);
     // Products of the same axes, and of x y, y z, z x.
     let (mut squares, mut products, mut sum) = (Vec4::ZERO, Vec4::ZERO, Vec4::ZERO);
@@ -138,13 +125,7 @@ fn look<const Q: usize>(
         }
     });
     let ([xx, yy, zz, _], [xy, yz, zx, _]) = (squares.to_array(), products.to_array());
-    Vertex {
-        star: [xx, yy, zz, xy, zx, yz, sum.x, sum.y, sum.z],
-        point: here.xyz().to_array(),
-        deviation: here.w,
-        factor,
-        flags,
-    }
+    [xx, yy, zz, xy, zx, yz, sum.x, sum.y, sum.z]
 }
 
 impl Decimation {
@@ -158,9 +139,8 @@ impl Decimation {
         let state = self.state[vertex as usize].get_mut();
         if *state & STALE != 0 {
             *state &= !STALE;
-            let Self { mesh, points, normals, vertices, wedges, .. } = self;
-            let known = &mut vertices[vertex as usize];
-            *known = look(mesh, (points, normals), vertex, known.factor, &wedges.split().2);
+            let Self { mesh, points, normals, stars, wedges, .. } = self;
+            stars[vertex as usize] = look(mesh, (points, normals), vertex, &wedges.split().2);
         }
     }
 }
@@ -197,12 +177,12 @@ impl<const Q: usize> Decimation<Q> {
         Ok(Self {
             parts: Vec::new(),
             normals: context.map(triangles.len(), face),
-            vertices: context.map(points.len(), |_| Vertex { factor: 1.0, ..Vertex::default() }),
+            stars: context.map(points.len(), |_| Star::default()),
+            factors: Vec::new(),
             costs: context.map(triangles.len(), unknown),
             state: points.iter().map(|_| AtomicU8::new(STALE)).collect(),
             live: triangles.len(),
             recording: None,
-            is_weighed: false,
             wedges,
             mesh,
             points,
@@ -218,26 +198,25 @@ impl<const Q: usize> Decimation<Q> {
 
     /// Multiplies costs at vertices, by the greatest factor of each; which one a factor is for says `vertex`.
     pub fn weigh(&mut self, factors: &[f32], vertex: impl Fn(usize) -> usize) {
-        self.is_weighed = !factors.is_empty();
-        if self.is_weighed {
-            self.vertices.iter_mut().for_each(|vertex| vertex.factor = 0.0);
+        if !factors.is_empty() {
+            self.factors = vec![0.0; self.points.len()];
         }
         factors.iter().enumerate().for_each(|(index, factor)| {
-            let known = &mut self.vertices[vertex(index)].factor;
+            let known = &mut self.factors[vertex(index)];
             *known = known.max(*factor);
         });
     }
 
     /// Gives a vertex the greatest factor of two.
     pub fn join_factors(&mut self, kept: usize, gone: usize) {
-        if self.is_weighed {
-            self.vertices[kept].factor = self.vertices[kept].factor.max(self.vertices[gone].factor);
+        if !self.factors.is_empty() {
+            self.factors[kept] = self.factors[kept].max(self.factors[gone]);
         }
     }
 
     /// What costs at a vertex are multiplied by.
     pub fn factor(&self, vertex: usize) -> f32 {
-        self.vertices[vertex].factor
+        self.factors.get(vertex).copied().unwrap_or(1.0)
     }
 
     /// The sums of the normals of the triangles at every vertex.
@@ -248,20 +227,21 @@ impl<const Q: usize> Decimation<Q> {
 
     /// Finds what vertices know of their triangles that are asked for it.
     fn renew_stars(&mut self, context: &Context) -> Result<()> {
-        let Self { mesh, points, normals, state, vertices, wedges, .. } = self;
+        let Self { mesh, points, normals, state, stars, wedges, .. } = self;
         let (sums, more, wedges) = wedges.split();
-        let parts = (vertices.as_mut_slice(), (state.as_slice(), (sums, more)));
-        context.for_each_part(parts, PART, |first, (vertices, (state, (sums, more)))| {
-            let list = vertices.iter_mut().zip(state).zip(sums.iter_mut().zip(more));
+        let parts = (stars.as_mut_slice(), (state.as_slice(), (sums, more)));
+        context.for_each_part(parts, PART, |first, (stars, (state, (sums, more)))| {
+            let list = stars.iter_mut().zip(state).zip(sums.iter_mut().zip(more));
             for (at, ((renewed, state), (sums, more))) in list.enumerate() {
                 let known = state.load(Relaxed);
                 if known & WANTED == 0 {
                     continue;
                 }
                 state.store(known & !(STALE | WANTED), Relaxed);
-                *renewed = look(mesh, (points, normals), (first + at) as u32, renewed.factor, &wedges);
-                if Q > 0 && renewed.flags & FIXED == 0 {
-                    wedges.renew(mesh, points, (first + at) as u32, [sums, more]);
+                let vertex = (first + at) as u32;
+                *renewed = look(mesh, (points, normals), vertex, &wedges);
+                if Q > 0 && mesh.flags[vertex as usize] & FIXED == 0 {
+                    wedges.renew(mesh, points, vertex, [sums, more]);
                 }
             }
             Ok(())
@@ -404,7 +384,8 @@ impl<const Q: usize> Decimation<Q> {
     /// Asks for what is known of a vertex to be brought near.
     #[inline(always)]
     pub fn prefetch(&self, vertex: u32) {
-        prefetch(&self.vertices, vertex as usize);
+        prefetch(&self.stars, vertex as usize);
+        prefetch(&self.points, vertex as usize);
         self.mesh.prefetch(vertex);
     }
 
@@ -478,17 +459,17 @@ impl<const Q: usize> Decimation<Q> {
     /// Puts an edge into a lane of a batch.
     #[inline(always)]
     pub fn gather(&self, edge: &Edge, batch: &mut Batch, lane: usize) {
-        let Edge { corner, ends: [u, v], .. } = *edge;
+        let Edge { corner, ends, .. } = *edge;
         let (lane, mate) = (lane % BATCH, self.mesh.mate(corner));
-        let (u, v) = (&self.vertices[u as usize], &self.vertices[v as usize]);
+        let [u, v] = ends.map(|end| self.points[end as usize]);
+        let flags = ends.map(|end| self.mesh.flags[end as usize]);
         let mut pinned = 0.0;
-        if u.flags | v.flags != 0 {
-            let is_line = |vertex: &Vertex| vertex.flags & (BOUNDARY | SEAM) != 0;
+        if flags != [0; 2] {
+            let is_line = |flags: u8| flags & (BOUNDARY | SEAM) != 0;
             // What goes into a seam sideways takes the values of one of its sides only.
-            let stays =
-                |vertex: &Vertex, other: &Vertex| vertex.flags & FIXED != 0 || vertex.flags & SEAM > other.flags & SEAM;
-            pinned = match [stays(u, v), stays(v, u)] {
-                _ if is_line(u) && is_line(v) && !self.is_line(corner) => f32::INFINITY,
+            let stays = |own: u8, other: u8| own & FIXED != 0 || own & SEAM > other & SEAM;
+            pinned = match [stays(flags[0], flags[1]), stays(flags[1], flags[0])] {
+                _ if flags.into_iter().all(is_line) && !self.is_line(corner) => f32::INFINITY,
                 [false, false] => 0.0,
                 [true, false] => -1.0,
                 [false, true] => 1.0,
@@ -498,18 +479,18 @@ impl<const Q: usize> Decimation<Q> {
         let left = &self.normals[corner as usize / 4];
         let right = if mate == NONE { &Vec4::ZERO } else { &self.normals[mate as usize / 4] };
         for axis in 0..3 {
-            batch.edge[axis][lane] = v.point[axis] - u.point[axis];
+            batch.edge[axis][lane] = v[axis] - u[axis];
             batch.side[0][axis][lane] = left[axis];
             batch.side[1][axis][lane] = right[axis];
         }
+        let stars = ends.map(|end| &self.stars[end as usize]);
         for entry in 0..9 {
-            batch.star[0][entry][lane] = u.star[entry];
-            batch.star[1][entry][lane] = v.star[entry];
+            batch.star[0][entry][lane] = stars[0][entry];
+            batch.star[1][entry][lane] = stars[1][entry];
         }
         batch.open[lane] = f32::from(u8::from(self.is_line(corner)));
         if Q > 0 {
-            let along = Vec3::from(v.point) - Vec3::from(u.point);
-            let span = Span { corner, ends: edge.ends, along };
+            let span = Span { corner, ends, along: (v - u).xyz() };
             let is_moved = pinned.is_finite();
             let added = if is_moved { self.wedges.quadric(&self.mesh, &span, pinned) } else { Quadric::default() };
             let Quadric { square, linear, constant, trace } = added;
@@ -519,8 +500,11 @@ impl<const Q: usize> Decimation<Q> {
             }
         }
         batch.pinned[lane] = pinned;
-        batch.factor[lane] = u.factor.max(v.factor);
-        batch.before[lane] = u.deviation.max(v.deviation);
+        batch.factor[lane] = 1.0;
+        if !self.factors.is_empty() {
+            batch.factor[lane] = self.factors[ends[0] as usize].max(self.factors[ends[1] as usize]);
+        }
+        batch.before[lane] = u.w.max(v.w);
     }
 
     /// Leaves out what is gone where that is much.
@@ -550,7 +534,10 @@ impl<const Q: usize> Decimation<Q> {
         }
         self.wedges.compact(context, &kept, &rest);
         self.points = context.map(rest.len(), |new| self.points[rest[new] as usize]);
-        self.vertices = context.map(rest.len(), |new| self.vertices[rest[new] as usize]);
+        self.stars = context.map(rest.len(), |new| self.stars[rest[new] as usize]);
+        if !self.factors.is_empty() {
+            self.factors = context.map(rest.len(), |new| self.factors[rest[new] as usize]);
+        }
         let state = |new: usize| AtomicU8::new(self.state[rest[new] as usize].load(Relaxed));
         self.state = context.map(rest.len(), state);
         self.normals = context.map(kept.len(), |new| self.normals[kept[new] as usize]);

@@ -4,6 +4,7 @@ mod attributes;
 mod connectivity;
 mod decimation;
 mod mesh;
+mod numbers;
 mod order;
 mod patch;
 mod patches;

@@ -40,6 +40,11 @@ pub fn default_weight(name: &str) -> f32 {
     }
 }
 
+/// Whether the first two numbers of an attribute are texture coordinates.
+fn is_uv(attribute: &Attribute) -> bool {
+    attribute.name.starts_with("uv") && attribute.width >= 2
+}
+
 /// Whether the first three numbers of an attribute are a direction.
 pub fn is_direction(attribute: &Attribute) -> bool {
     matches!(attribute.name.as_str(), "normal" | "tangent") && attribute.width >= 3
@@ -193,16 +198,18 @@ impl<'a> Chosen<'a> {
         self.floats.is_empty() && self.faces.is_empty()
     }
 
-    /// Weights of the numbers of a vertex, and which of them are the first of a direction.
-    pub fn numbers(&self) -> (Vec<f32>, Vec<usize>) {
-        let (mut weights, mut directions) = (Vec::new(), Vec::new());
+    /// Weights of the numbers of a vertex, and which of them are the first of a direction, and of texture coordinates.
+    pub fn numbers(&self) -> (Vec<f32>, [Vec<usize>; 2]) {
+        let (mut weights, mut firsts) = (Vec::new(), [Vec::new(), Vec::new()]);
         for (attribute, weight) in &self.floats {
-            if is_direction(attribute) {
-                directions.push(weights.len());
+            for (firsts, is_kind) in firsts.iter_mut().zip([is_direction, is_uv]) {
+                if is_kind(attribute) {
+                    firsts.push(weights.len());
+                }
             }
             weights.resize(weights.len() + attribute.width as usize, *weight);
         }
-        (weights, directions)
+        (weights, firsts)
     }
 
     /// A vertex for each corner of triangles: points, by what their corners and faces have. Those of no triangle come last.
@@ -247,9 +254,9 @@ impl<'a> Chosen<'a> {
     ) -> Result<(Mesh, f32)> {
         let corners = Corners::of(mesh);
         let (vertices, split) = self.split(mesh, &corners);
-        let (weights, directions) = self.numbers();
-        let attributes =
-            Attributes { values: &split.values, weights: &weights, directions: &directions, labels: &split.labels };
+        let (weights, [directions, uvs]) = self.numbers();
+        let Split { values, labels, .. } = &split;
+        let attributes = Attributes { values, weights: &weights, directions: &directions, uvs: &uvs, labels };
         let options = split.options(mesh, options);
         let triangles = vertices.as_chunks::<3>().0;
         let made = simplify_with(context, &split.points, triangles, &attributes, &options, progress)?;

@@ -1,47 +1,65 @@
 //! Orders of triangles: along a curve through space that keeps neighbours together (Morton 1966), and by numbers.
 
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
 use glam::{Vec3, Vec4Swizzles};
 use relievo_core::Context;
 
 use crate::patch::Pieces;
 
-/// Bits of a digit.
+/// Bits of a digit at most.
 const DIGIT: u32 = 11;
 /// Triangles of one task.
 const PART: usize = 4096;
+/// What one task sorts at least, so that counting digits is little of it.
+const SORTED: usize = 16_384;
 
-/// A number by which something is sorted, and where that is.
-type Keyed = [u32; 2];
+/// A number by which something is sorted, and where that is, in the lower half.
+type Keyed = AtomicU64;
 
-/// Sorts by numbers of so many bits; what has the same one keeps its order.
-fn sort(mut keyed: Vec<Keyed>, bits: u32) -> Vec<Keyed> {
-    let mut sorted = vec![Keyed::default(); keyed.len()];
-    for shift in (0..bits).step_by(DIGIT as usize) {
-        let digit = |key: u32| (key >> shift) as usize & ((1 << DIGIT) - 1);
-        let mut starts = [0u32; 1 << DIGIT];
-        keyed.iter().for_each(|[key, _]| starts[digit(*key)] += 1);
+fn keyed(key: u32, at: usize) -> Keyed {
+    Keyed::new(u64::from(key) << u32::BITS | at as u64)
+}
+
+/// Where they are that are sorted by numbers of so many bits; what has the same one keeps its order.
+fn sort(context: &Context, mut keyed: Vec<Keyed>, bits: u32) -> Vec<u32> {
+    let size = SORTED.max(keyed.len().div_ceil(4 * context.threads()));
+    let mut sorted = context.map(keyed.len(), |_| Keyed::default());
+    let passes = bits.div_ceil(DIGIT).max(1);
+    let width = bits.div_ceil(passes);
+    for pass in 0..passes {
+        let digit = |keyed: &Keyed| (keyed.load(Relaxed) >> (u32::BITS + pass * width)) as usize & ((1 << width) - 1);
+        let mut starts = context.map(keyed.len().div_ceil(size), |part| {
+            let mut counts = vec![0u32; 1 << width];
+            keyed.chunks(size).nth(part).into_iter().flatten().for_each(|one| counts[digit(one)] += 1);
+            counts
+        });
         let mut end = 0;
-        for start in &mut starts {
-            end += std::mem::replace(start, end);
+        for digit in 0..1 << width {
+            for starts in &mut starts {
+                end += std::mem::replace(&mut starts[digit], end);
+            }
         }
-        for one in &keyed {
-            let start = &mut starts[digit(one[0])];
-            sorted[*start as usize] = *one;
-            *start += 1;
-        }
+        context.for_each_mut(&mut starts, |part, starts| {
+            for one in keyed.chunks(size).nth(part).into_iter().flatten() {
+                let start = &mut starts[digit(one)];
+                sorted[*start as usize].store(one.load(Relaxed), Relaxed);
+                *start += 1;
+            }
+        });
         std::mem::swap(&mut keyed, &mut sorted);
     }
-    keyed
+    keyed.into_iter().map(|one| one.into_inner() as u32).collect()
 }
 
 /// Triangles in the order of their numbers.
-pub fn by_number(pieces: &Pieces, triangles: usize) -> Vec<[u32; 3]> {
-    let keyed = (0..triangles).map(|at| [pieces.triangle(at)[3], at as u32]).collect();
-    let vertices = |[_, at]: Keyed| {
+pub fn by_number(context: &Context, pieces: &Pieces, triangles: usize) -> Vec<[u32; 3]> {
+    let numbered = (0..triangles).map(|at| keyed(pieces.triangle(at)[3], at)).collect();
+    let vertices = |at: u32| {
         let [a, b, c, _] = pieces.triangle(at as usize);
         [a, b, c]
     };
-    sort(keyed, u32::BITS).into_iter().map(vertices).collect()
+    sort(context, numbered, u32::BITS).into_iter().map(vertices).collect()
 }
 
 /// The places of so many triangles along the curve, in a cube of twice the extent of `bounds`, whose lower corner is there
@@ -63,12 +81,12 @@ pub fn along_curve(
         let [x, y, z] = cell.to_array().map(|cell| spread(cell.clamp(0.0, cells - 1.0) as u32));
         x | y << 1 | z << 2
     };
-    let mut keyed = vec![Keyed::default(); triangles];
-    let mut parts: Vec<_> = keyed.chunks_mut(PART).collect();
-    context.for_each_mut(&mut parts, |part, keyed| {
-        (part * PART..).zip(keyed.iter_mut()).for_each(|(at, keyed)| *keyed = [code(at), at as u32]);
+    let mut coded: Vec<Keyed> = context.map(triangles, |_| Keyed::default());
+    let mut parts: Vec<_> = coded.chunks_mut(PART).collect();
+    context.for_each_mut(&mut parts, |part, coded| {
+        (part * PART..).zip(coded.iter_mut()).for_each(|(at, coded)| *coded = keyed(code(at), at));
     });
-    sort(keyed, 3 * bits).into_iter().map(|[_, at]| at).collect()
+    sort(context, coded, 3 * bits)
 }
 
 /// The bits of a number below 2¹⁰, each followed by two zeros.

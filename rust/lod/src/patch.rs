@@ -11,6 +11,7 @@ use relievo_core::{Context, Result};
 
 use crate::connectivity::{FIXED, Fan, NONE, OUTSIDE, next, previous};
 use crate::decimation::{Decimation, Edge};
+use crate::numbers::{Claims, Numbers};
 use crate::placement::{BATCH, Batch};
 use crate::queue::{Queue, magnitude};
 use crate::wedges::Wedges;
@@ -68,37 +69,6 @@ pub struct Patch {
     normals: Vec<(u32, Vec3)>,
 }
 
-/// Numbers of vertices in the order in which they are first met.
-struct Numbers {
-    /// Number there and here at a place that follows from the former, or after others that are there.
-    slots: Vec<[u32; 2]>,
-    met: Vec<u32>,
-}
-
-impl Numbers {
-    /// Of so many vertices at most.
-    fn new(most: usize) -> Self {
-        Self { slots: vec![[NONE; 2]; (most + most / 4 + 1).next_power_of_two()], met: Vec::with_capacity(most / 6) }
-    }
-
-    #[inline(always)]
-    fn number(&mut self, vertex: u32) -> u32 {
-        let mask = self.slots.len() - 1;
-        let mut at = vertex.wrapping_mul(0x9e37_79b1).rotate_right(16) as usize & mask;
-        loop {
-            let slot = &mut self.slots[at];
-            if slot[0] == NONE {
-                *slot = [vertex, self.met.len() as u32];
-                self.met.push(vertex);
-            }
-            if slot[0] == vertex {
-                return slot[1];
-            }
-            at = (at + 1) & mask;
-        }
-    }
-}
-
 impl Pieces<'_> {
     /// The vertices and the number of a triangle.
     #[inline(always)]
@@ -114,9 +84,16 @@ impl Pieces<'_> {
 }
 
 impl Patch {
-    /// Of those of the triangles that are in a list, for vertices that deviate by at most `error`.
-    pub fn new(context: &Context, pieces: &Pieces, list: &[u32], error: f32, care: Care) -> Result<Self> {
-        let mut numbers = Numbers::new(3 * list.len());
+    /// Of those of the triangles that are in a list, with its number in this cut, for vertices that deviate by at most
+    /// `error`.
+    pub fn new(
+        context: &Context,
+        (pieces, claims): (&Pieces, &Claims),
+        (list, number): (&[u32], u32),
+        error: f32,
+        care: Care,
+    ) -> Result<Self> {
+        let mut numbers = Numbers::new(claims, number, list.len() / 2);
         let triangle = |at: &u32| pieces.triangle(*at as usize);
         let own: Vec<[u32; 3]> =
             list.iter().map(triangle).map(|[a, b, c, _]| [a, b, c].map(|it| numbers.number(it))).collect();

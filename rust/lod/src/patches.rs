@@ -4,9 +4,12 @@
 //! the order of their costs. When the mesh has become much smaller it is cut into patches elsewhere, and what was
 //! between them has its turn. How it is cut, and what each patch may collapse, does not depend on threads.
 
+use std::sync::atomic::AtomicU64;
+
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use relievo_core::{Context, Progress, Result};
 
+use crate::numbers::Claims;
 use crate::order::{along_curve, by_number};
 use crate::patch::{Care, Patch, Pieces};
 use crate::queue::MAGNITUDES;
@@ -35,6 +38,9 @@ pub fn reduce(
     let before = pieces.input.len();
     let serial = Context::serial();
     let bounds = bounds(&pieces.points);
+    let claims = context.map(pieces.points.len(), |_| AtomicU64::new(0));
+    // No patch has the number 0.
+    let mut patches_before = 1;
     let mut idle = 0;
     let mut left = before;
     for cut in 0.. {
@@ -55,9 +61,11 @@ pub fn reduce(
         // What later cuts do most of does not have to be in order.
         let care = if cut == 0 && faces < until / 2 { Care::Little } else { Care::Much };
         let mut made: Vec<_> = order.chunks(size).map(|list| (list, None)).collect();
-        context.for_each_part(made.as_mut_slice(), 1, |_, made| {
-            made.iter_mut().try_for_each(|(list, patch)| {
-                *patch = Some(Patch::new(&serial, &pieces, list, error, care)?);
+        let claims = Claims { of: &claims, first: patches_before };
+        patches_before += made.len() as u32;
+        context.for_each_part(made.as_mut_slice(), 1, |number, made| {
+            made.iter_mut().zip(number as u32..).try_for_each(|((list, patch), number)| {
+                *patch = Some(Patch::new(&serial, (&pieces, &claims), (list, number), error, care)?);
                 Ok(())
             })
         })?;
@@ -76,9 +84,11 @@ pub fn reduce(
             })?;
             left -= work.iter().map(|(.., gone)| gone).sum::<usize>();
         }
-        let given = context.map(patches.len(), |patch| patches[patch].left());
-        patches.iter().for_each(|patch| patch.give_back(&mut pieces));
-        pieces.left = Some(given.concat());
+        let (given, ()) = context.join(
+            || context.map(patches.len(), |patch| patches[patch].left()).concat(),
+            || patches.iter().for_each(|patch| patch.give_back(&mut pieces)),
+        );
+        pieces.left = Some(given);
         idle = match (left < start, patches.len()) {
             (true, _) => 0,
             (false, 1) => IDLE,
@@ -86,7 +96,7 @@ pub fn reduce(
         };
     }
     progress.step(1.0, "simplify")?;
-    Ok((by_number(&pieces, left), pieces.points))
+    Ok((by_number(context, &pieces, left), pieces.points))
 }
 
 /// The magnitude up to which edges have their turn in the next step, and how many triangles each patch may be rid of.
@@ -116,7 +126,9 @@ fn plan(patches: &[Patch], surplus: usize) -> Option<(usize, Vec<usize>)> {
 
 /// The corners of a box round points.
 fn bounds(points: &[Vec4]) -> (Vec3, Vec3) {
-    points.iter().fold((Vec3::MAX, Vec3::MIN), |(low, high), point| (low.min(point.xyz()), high.max(point.xyz())))
+    let (low, high) =
+        points.iter().fold((Vec4::MAX, Vec4::MIN), |(low, high), point| (low.min(*point), high.max(*point)));
+    (low.xyz(), high.xyz())
 }
 
 impl<'a> Pieces<'a> {

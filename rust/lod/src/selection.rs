@@ -140,7 +140,7 @@ impl<const Q: usize> Decimation<Q> {
             let work = &*self;
             let merged = context.map(accepted.len(), |part| {
                 let free = accepted[part].collapses.iter().filter(|collapse| collapse.pinned == 0.0);
-                free.flat_map(|collapse| work.merged(collapse)).collect::<Vec<_>>()
+                free.flat_map(|collapse| work.merged(collapse.corner, collapse.point)).collect::<Vec<_>>()
             });
             merged.into_iter().for_each(|merged| self.wedges.set(merged));
             if let Some(recording) = &mut self.recording {
@@ -245,20 +245,17 @@ impl<'a, const Q: usize> Selection<'a, Q> {
             let [start, end] = edge.ends.map(|end| work.points[end as usize]);
             let point = batch.point(lane, [start, end]);
             let before = found.normals.len();
-            if work.keeps_sides(edge.corner, fans, point, &mut found.normals) {
+            let pinned = batch.pinned[lane];
+            if work.keeps_sides(edge.corner, fans, point, &mut found.normals)
+                && work.keeps_textures(edge.corner, fans, point, pinned)
+            {
                 // Around an edge that is refused nothing changes, so that it waits and lets others go first.
                 edge.ends
                     .into_iter()
                     .chain(fans.iter().flat_map(Fan::ring))
                     .for_each(|vertex| work.set_changed(vertex));
                 let changed = found.normals.len() - before;
-                found.collapses.push(Collapse {
-                    corner: edge.corner,
-                    key: key(&edge),
-                    point,
-                    changed,
-                    pinned: batch.pinned[lane],
-                });
+                found.collapses.push(Collapse { corner: edge.corner, key: key(&edge), point, changed, pinned });
             } else {
                 found.normals.truncate(before);
                 work.set_cost(edge.corner, -edge.cost);
@@ -269,10 +266,22 @@ impl<'a, const Q: usize> Selection<'a, Q> {
 
 impl<const Q: usize> Decimation<Q> {
     /// What wedges have after a collapse that moves both vertices.
-    fn merged(&self, collapse: &Collapse) -> impl Iterator<Item = (u32, [Vec4; Q])> {
-        let span = self.span(collapse.corner);
+    fn merged(&self, corner: u32, point: Vec4) -> impl Iterator<Item = (u32, [Vec4; Q])> {
+        let span = self.span(corner);
         let [u, v] = span.ends.map(|end| self.points[end as usize].xyz());
-        self.wedges.merged(&self.mesh, span, collapse.point.xyz() - 0.5 * (u + v))
+        self.wedges.merged(&self.mesh, span, point.xyz() - 0.5 * (u + v))
+    }
+
+    /// Whether a collapse, pinned as in a batch, turns no triangle over in a texture.
+    fn keeps_textures(&self, corner: u32, fans: &[Fan; 2], point: Vec4, pinned: f32) -> bool {
+        if !self.wedges.has_textures() {
+            return true;
+        }
+        let mut merged = [None; 2];
+        if pinned == 0.0 {
+            merged.iter_mut().zip(self.merged(corner, point)).for_each(|(one, (_, values))| *one = Some(values));
+        }
+        self.wedges.keeps_textures(&self.mesh, (corner, pinned > 0.0), fans, merged)
     }
 
     /// Whether the surface stays what it is (link condition: Dey, Edelsbrunner, Guha, Nekhayev 1999), and its vertices

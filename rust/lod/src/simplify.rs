@@ -100,13 +100,15 @@ pub fn simplify(
     watched(context, progress, |progress| {
         let pieces = Pieces::new(points, triangles, 1.0 / scale, options);
         let left = patches::reduce(context, pieces, options.faces, options.error / scale, progress)?;
-        Ok(finish(left, points, triangles, scale))
+        Ok(finish(context, left, points, triangles, scale))
     })
 }
 
 /// The power of two that coordinates are divided by: squares of areas then stay in the range of f32, and no digit changes.
 pub fn unit(points: &[[f32; 3]]) -> f32 {
-    let extent = points.iter().flatten().fold(0.0f32, |most, value| most.max(value.abs()));
+    // Bits of numbers without their signs are in the order of the numbers.
+    let extent = points.iter().flatten().fold(0, |most, value| most.max(value.abs().to_bits() as i32));
+    let extent = f32::from_bits(extent as u32);
     let exponent = if extent > 0.0 { extent.log2().ceil().clamp(-120.0, 120.0) } else { 0.0 };
     exponent.exp2()
 }
@@ -204,22 +206,30 @@ impl Plan {
 
 /// The triangles that are left, and their points, in the order of the input, with those that no triangle had before.
 fn finish(
+    context: &Context,
     (left, points): (Vec<[u32; 3]>, Vec<Vec4>),
     before: &[[f32; 3]],
     triangles: &[[u32; 3]],
     scale: f32,
 ) -> Simplified {
-    let mut lonely = vec![true; before.len()];
-    triangles.as_flattened().iter().for_each(|vertex| lonely[*vertex as usize] = false);
-    let mut numbers = vec![NONE; points.len()];
-    left.as_flattened().iter().for_each(|vertex| numbers[*vertex as usize] = 0);
-    let mut made = Simplified { points: Vec::with_capacity(points.len()), triangles: left, error: 0.0 };
-    for (number, point) in numbers.iter_mut().zip(&points).filter(|(number, _)| **number == 0) {
-        *number = made.points.len() as u32;
-        made.points.push((point.truncate() * scale).to_array());
-        made.error = made.error.max(point.w * scale);
-    }
-    made.triangles.as_flattened_mut().iter_mut().for_each(|vertex| *vertex = numbers[*vertex as usize]);
-    made.points.extend(before.iter().zip(lonely).filter(|(_, lonely)| *lonely).map(|(point, _)| point));
+    let lonely = || {
+        let mut lonely = vec![true; before.len()];
+        triangles.as_flattened().iter().for_each(|vertex| lonely[*vertex as usize] = false);
+        before.iter().zip(lonely).filter(|(_, lonely)| *lonely).map(|(point, _)| *point).collect::<Vec<_>>()
+    };
+    let rest = || {
+        let mut numbers = vec![NONE; points.len()];
+        left.as_flattened().iter().for_each(|vertex| numbers[*vertex as usize] = 0);
+        let mut made = Simplified { points: Vec::with_capacity(left.len()), triangles: left, error: 0.0 };
+        for (number, point) in numbers.iter_mut().zip(&points).filter(|(number, _)| **number == 0) {
+            *number = made.points.len() as u32;
+            made.points.push((point.truncate() * scale).to_array());
+            made.error = made.error.max(point.w * scale);
+        }
+        made.triangles.as_flattened_mut().iter_mut().for_each(|vertex| *vertex = numbers[*vertex as usize]);
+        made
+    };
+    let (mut made, lonely) = context.join(rest, lonely);
+    made.points.extend(lonely);
     made
 }

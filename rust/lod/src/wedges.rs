@@ -7,10 +7,10 @@
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use glam::{Vec3, Vec4, Vec4Swizzles};
+use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
 use relievo_core::Context;
 
-use crate::connectivity::{BOUNDARY, Connectivity, FIXED, NONE, SEAM, next, previous};
+use crate::connectivity::{BOUNDARY, Connectivity, FIXED, Fan, NONE, SEAM, next, previous};
 
 /// Least squared sine at a corner of a triangle whose values are told apart.
 const FLAT: f32 = 1e-8;
@@ -36,11 +36,19 @@ pub struct Range<const Q: usize> {
     pub high: [Vec4; Q],
     /// Where directions start, of three numbers each.
     pub directions: Vec<usize>,
+    /// Where texture coordinates start, of two numbers each.
+    pub uvs: Vec<usize>,
 }
 
 impl<const Q: usize> Default for Range<Q> {
     fn default() -> Self {
-        Self { squares: [Vec4::ZERO; Q], low: [Vec4::MIN; Q], high: [Vec4::MAX; Q], directions: Vec::new() }
+        Self {
+            squares: [Vec4::ZERO; Q],
+            low: [Vec4::MIN; Q],
+            high: [Vec4::MAX; Q],
+            directions: Vec::new(),
+            uvs: Vec::new(),
+        }
     }
 }
 
@@ -251,6 +259,44 @@ impl<const Q: usize> Wedges<Q> {
                 at.into_iter().zip(unit.to_array()).for_each(|((q, lane), number)| values[q][lane] = number);
             }
             (start, values)
+        })
+    }
+
+    /// Whether there are texture coordinates among the numbers.
+    pub fn has_textures(&self) -> bool {
+        !self.range.uvs.is_empty()
+    }
+
+    /// Whether no triangle is turned over in a texture, or vanishes there, when a half-edge is collapsed. `merged` are the
+    /// values of the wedges that become one, as [`Self::merged`] has them, where both vertices move; otherwise the end
+    /// stays, or the start.
+    pub fn keeps_textures(
+        &self,
+        mesh: &Connectivity,
+        (corner, end_stays): (u32, bool),
+        fans: &[Fan; 2],
+        merged: [Option<[Vec4; Q]>; 2],
+    ) -> bool {
+        let stays = usize::from(end_stays);
+        let mut renewed = [None; 2];
+        for ((pair, values), renewed) in self.pairs(mesh, corner).zip(merged).zip(&mut renewed) {
+            *renewed = Some((pair, values.unwrap_or(*self.values(pair[stays]))));
+        }
+        let gone = [corner, mesh.mate(corner)].map(|side| side / 4);
+        let spokes = fans.iter().enumerate().flat_map(|(end, fan)| fan.spokes().iter().map(move |spoke| (end, spoke)));
+        spokes.filter(|(_, spoke)| !gone.contains(&(spoke.corner / 4))).all(|(end, spoke)| {
+            let own = self.wedge(spoke.corner);
+            let new = renewed.iter().flatten().find(|(pair, _)| pair[end] == own);
+            let Some((_, new)) = new else { return true };
+            let others = [next(spoke.corner), previous(spoke.corner)].map(|at| self.values(self.wedge(at)));
+            self.range.uvs.iter().all(|first| {
+                let place =
+                    |values: &[Vec4; Q]| Vec2::from([*first, first + 1].map(|number| values[number / 4][number % 4]));
+                let [a, b] = others.map(place);
+                let area = |values: &[Vec4; Q]| (a - place(values)).perp_dot(b - place(values));
+                let (before, after) = (area(self.values(own)), area(new));
+                before == 0.0 || (after != 0.0 && (before > 0.0) == (after > 0.0))
+            })
         })
     }
 

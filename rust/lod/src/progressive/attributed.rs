@@ -99,8 +99,9 @@ fn build_fours<const Q: usize>(
     progress: &mut dyn Progress,
 ) -> Result<Progressive> {
     check_memory(context, triangles.len().max(points.len()), wedges::Wedges::<Q>::BYTES)?;
-    let (weights, directions) = chosen.numbers();
-    let attributes = Attributes { values: &wedged.values, weights: &weights, directions: &directions, labels: &[] };
+    let (weights, [directions, uvs]) = chosen.numbers();
+    let values = &wedged.values;
+    let attributes = Attributes { values, weights: &weights, directions: &directions, uvs: &uvs, labels: &[] };
     attributes.check(wedged.count())?;
     let values: Vec<[Vec4; Q]> = match weights.len() {
         0 => vec![[Vec4::ZERO; Q]; wedged.count()],

@@ -24,7 +24,7 @@ struct Mapped {
 impl Mapped {
     fn run(&self, context: &Context, weights: &[f32], options: &SimplifyOptions) -> SimplifiedWith {
         let (points, triangles) = &self.mesh;
-        let attributes = Attributes { values: &self.values, weights, directions: &[], labels: &[] };
+        let attributes = Attributes { values: &self.values, weights, ..Attributes::default() };
         simplify_with(context, points, triangles, &attributes, options, &mut Silent).unwrap()
     }
 }
@@ -220,7 +220,7 @@ fn directions_stay_of_length_1() {
         .flat_map(|point| [0.0; 6].into_iter().chain([point[2]]).chain(normal(*point).to_array()))
         .collect();
     let weights: Vec<f32> = (0..10).map(|index| if index < 7 { 0.0 } else { 0.05 }).collect();
-    let attributes = Attributes { values: &values, weights: &weights, directions: &[7], labels: &[] };
+    let attributes = Attributes { values: &values, weights: &weights, directions: &[7], ..Attributes::default() };
     let made = simplify_with(&Context::serial(), &points, &triangles, &attributes, &to(1000), &mut Silent).unwrap();
     for (point, values) in made.points.iter().zip(made.values.as_chunks::<10>().0) {
         let found = Vec3::from_slice(&values[7..]);
@@ -340,6 +340,24 @@ fn more_triangles_are_left_where_factors_are_greater() {
 }
 
 #[test]
+fn no_collapse_turns_a_triangle_over_in_a_texture() {
+    // So rough that vertices move aside by more than a square.
+    let rough = |x: f32, y: f32| 0.06 * ((91.0 * x + 47.0 * y).sin() + (113.0 * y - 29.0 * x).cos());
+    let (points, triangles) = lifted(60, rough);
+    let values: Vec<f32> = points.iter().flat_map(|[x, y, _]| [*x, *y]).collect();
+    let turned = |uvs: &[usize]| {
+        let attributes = Attributes { values: &values, weights: &[0.0; 2], uvs, ..Attributes::default() };
+        let made = simplify_with(&Context::serial(), &points, &triangles, &attributes, &to(700), &mut Silent).unwrap();
+        assert!((699..=700).contains(&made.triangles.len()));
+        let at = |vertex: u32| Vec2::from_slice(&made.values[2 * vertex as usize..]);
+        let is_turned = |[a, b, c]: &&[u32; 3]| (at(*b) - at(*a)).perp_dot(at(*c) - at(*a)) <= 0.0;
+        made.triangles.iter().filter(is_turned).count()
+    };
+    assert!(turned(&[]) > 0);
+    assert_eq!(turned(&[0]), 0);
+}
+
+#[test]
 fn nothing_to_do_changes_no_number() {
     let mapped = unrolled(12, 8);
     let made = mapped.run(&Context::serial(), &[1.0; 2], &to(1000));
@@ -352,7 +370,7 @@ fn nothing_to_do_changes_no_number() {
 fn bad_attributes_are_refused() {
     let (points, triangles) = torus(8, 6);
     let fails = |values: &[f32], weights: &[f32], directions: &[usize]| {
-        let attributes = Attributes { values, weights, directions, labels: &[] };
+        let attributes = Attributes { values, weights, directions, ..Attributes::default() };
         let made = simplify_with(&Context::serial(), &points, &triangles, &attributes, &to(9), &mut Silent);
         made.unwrap_err().to_string()
     };
@@ -365,6 +383,9 @@ fn bad_attributes_are_refused() {
     assert!(fails(&[0.0; 96], &[1.0, -1.0], &[]).contains("-1"));
     assert!(fails(&[0.0; 48 * 3], &[1.0; 3], &[1]).contains("direction"));
     assert!(fails(&[0.0; 48 * 3], &[1.0; 3], &[usize::MAX]).contains("direction"));
+    let attributes = Attributes { values: &[0.0; 48], weights: &[1.0], uvs: &[0], ..Attributes::default() };
+    let made = simplify_with(&Context::serial(), &points, &triangles, &attributes, &to(9), &mut Silent);
+    assert!(made.unwrap_err().to_string().contains("texture coordinates"));
 }
 
 proptest! {
