@@ -9,7 +9,7 @@ use relievo_core::{Context, ContextOptions, Mesh};
 use relievo_surface::{Link, Place, RingClass, Side, TileTopology};
 use relievo_testing::{Random, cage, grid};
 use relievo_tiles::spline::Jet;
-use relievo_tiles::{Change, Displacement, DisplacementOptions, Field, Sets};
+use relievo_tiles::{Applied, Change, Displacement, DisplacementOptions, Field, Sets};
 
 /// Tiles to allocate.
 fn new(tiles: &[u32]) -> Sets {
@@ -18,7 +18,7 @@ fn new(tiles: &[u32]) -> Sets {
 
 /// Random dents: whole rows, so that borders and corners are hit often.
 fn dent(displacement: &mut Displacement, context: &Context, random: &mut Random, tiles: &[u32]) -> Vec<u32> {
-    let mut refused = displacement.apply(&new(tiles)).unwrap().refused;
+    let Applied { changes: mut made, mut refused } = displacement.apply(&new(tiles)).unwrap();
     let tiles: Vec<u32> = tiles.iter().copied().filter(|tile| displacement.field().is_allocated(*tile)).collect();
     let seed = random.below(1 << 30) as u64;
     let changes = displacement.edit(context, &tiles, |tile, texels| {
@@ -29,7 +29,8 @@ fn dent(displacement: &mut Displacement, context: &Context, random: &mut Random,
             texels.row_mut(start)[..row.max(1)].fill_with(|| f16::from_f32(random.unit() - 0.75));
         }
     });
-    refused.extend(displacement.settle(context, &changes.unwrap()).unwrap());
+    made.extend(changes.unwrap());
+    refused.extend(displacement.settle(context, &made).unwrap());
     refused
 }
 
@@ -158,6 +159,28 @@ fn exercise(mesh: &Mesh, options: &DisplacementOptions, seed: u64, context: &Con
     displacement
 }
 
+/// [`exercise`] on a mesh with holes and fins and faces of some sizes, with one thread and with several.
+fn exercise_any(mut mesh: Mesh, seed: u64, sizes: &[(u32, u32)], holes: &[u32], fins: &[u32], tight: bool) {
+    let faces = mesh.face_count() as u32;
+    mesh.holes = if faces > 4 { holes.iter().map(|hole| hole % faces).collect() } else { vec![] };
+    for fin in fins {
+        let at = mesh.face_offsets()[(fin % faces) as usize] as usize;
+        let new = mesh.points.len() as u32;
+        mesh.points.extend([[9.0, 0.0, 1.0], [9.0, 0.0, 2.0]]);
+        let face = [mesh.corners[at], mesh.corners[at + 1], new, new + 1];
+        let count = if fin & 64 == 0 { 3 } else { 4 };
+        mesh.face_sizes.push(count);
+        mesh.corners.extend(&face[..count as usize]);
+    }
+    let face_sizes = sizes.iter().map(|(face, log)| (face % faces, 1 << log)).collect();
+    let budget = if tight { 12_000 } else { 1 << 30 };
+    let options = DisplacementOptions { size: 16, face_sizes, budget };
+    let one = exercise(&mesh, &options, seed, &Context::serial());
+    let context = Context::new(&ContextOptions { threads: 3, memory_limit: 0 }).unwrap();
+    let many = exercise(&mesh, &options, seed, &context);
+    assert_eq!(blocks(one.field()), blocks(many.field()));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..Default::default() })]
 
@@ -175,26 +198,26 @@ proptest! {
         sizes in prop::collection::vec((any::<u32>(), 3u32..7), 0..12), holes in prop::collection::vec(any::<u32>(), 0..3),
         fins in prop::collection::vec(any::<u32>(), 0..3), tight: bool,
     ) {
-        let mut mesh = grid(if torus { size + 2 } else { size }, torus, &choices, true);
-        let faces = mesh.face_count() as u32;
-        mesh.holes = if faces > 4 { holes.iter().map(|hole| hole % faces).collect() } else { vec![] };
-        for fin in fins {
-            let at = mesh.face_offsets()[(fin % faces) as usize] as usize;
-            let new = mesh.points.len() as u32;
-            mesh.points.extend([[9.0, 0.0, 1.0], [9.0, 0.0, 2.0]]);
-            let face = [mesh.corners[at], mesh.corners[at + 1], new, new + 1];
-            let count = if fin & 64 == 0 { 3 } else { 4 };
-            mesh.face_sizes.push(count);
-            mesh.corners.extend(&face[..count as usize]);
-        }
-        let face_sizes = sizes.iter().map(|(face, log)| (face % faces, 1 << log)).collect();
-        let budget = if tight { 12_000 } else { 1 << 30 };
-        let options = DisplacementOptions { size: 16, face_sizes, budget };
-        let one = exercise(&mesh, &options, seed, &Context::serial());
-        let context = Context::new(&ContextOptions { threads: 3, memory_limit: 0 }).unwrap();
-        let many = exercise(&mesh, &options, seed, &context);
-        prop_assert_eq!(blocks(one.field()), blocks(many.field()));
+        let mesh = grid(if torus { size + 2 } else { size }, torus, &choices, true);
+        exercise_any(mesh, seed, &sizes, &holes, &fins, tight);
     }
+}
+
+#[test]
+fn a_tile_that_is_allocated_between_finer_ones_has_their_rings_brought_up_to_date() {
+    let mesh = grid(3, true, &[196, 0, 18, 201, 58, 18, 170, 106, 102], true);
+    let sizes = [
+        (1098378601, 6),
+        (1349693631, 5),
+        (4094476445, 3),
+        (2703002084, 5),
+        (1209640730, 4),
+        (602567472, 6),
+        (1641520198, 5),
+        (1302171263, 6),
+        (2724526543, 4),
+    ];
+    exercise_any(mesh, 3974297728028297524, &sizes, &[], &[], true);
 }
 
 #[test]
