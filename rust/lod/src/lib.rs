@@ -3,6 +3,7 @@
 mod attributes;
 mod connectivity;
 mod decimation;
+mod mates;
 mod mesh;
 mod numbers;
 mod order;

@@ -76,7 +76,7 @@ pub struct Simplified {
 /// Triangles of a mesh at most: corners are counted in 32 bits, four a triangle.
 const MOST: usize = (u32::MAX / 4) as usize;
 /// Bytes of the structures for a triangle, with half a vertex.
-const BYTES: u64 = 170;
+const BYTES: u64 = 160;
 /// The share of edges that are considered in a round. More would be faster and take edges out of their order.
 const SHARE: f32 = 0.2;
 /// Costs beyond the limit of the last round, as a factor, up to which edges are looked at; so the limit rises no faster
