@@ -32,6 +32,21 @@ typedef enum RlvFluidContact {
 /* The number that walls have where a collider is asked for. */
 #define RLV_FLUID_WALLS 0xffffffffu
 
+typedef enum RlvFluidForceKind {
+    RLV_FLUID_GRAVITY = 0,   /* vector everywhere, m/s2 */
+    RLV_FLUID_WIND = 1,      /* air of the velocity vector takes particles along, by strength of the difference in a second */
+    RLV_FLUID_DRAG = 2,      /* particles lose strength of their velocity in a second, and rate of it a metre */
+    RLV_FLUID_VORTEX = 3,    /* pushes around the axis vector through place: strength at radius, less farther and nearer */
+    RLV_FLUID_ATTRACTOR = 4, /* pulls to place with strength within radius, by the inverse square beyond; less than 0 pushes */
+    RLV_FLUID_TURBULENCE = 5 /* eddies without sources of about strength, as large as radius, that change at rate */
+} RlvFluidForceKind;
+
+typedef enum RlvFluidEmitterShape {
+    RLV_FLUID_DISC = 0,      /* about middle with a radius; particles go along the normal u */
+    RLV_FLUID_RECTANGLE = 1, /* about middle by half its sides u and v; particles go along u x v */
+    RLV_FLUID_SURFACE = 2    /* a mesh, from which particles go along its normals */
+} RlvFluidEmitterShape;
+
 typedef struct RlvFluidOptions {
     uint32_t struct_size;
     uint32_t kernels;  /* RlvFluidKernels */
@@ -113,6 +128,35 @@ typedef struct RlvFluidColliderOptions {
 
 #define RLV_FLUID_COLLIDER_OPTIONS_INIT {sizeof(RlvFluidColliderOptions), RLV_FLUID_SLIP, 0.0f, 0}
 
+/* A force on all particles. */
+typedef struct RlvFluidForce {
+    uint32_t kind; /* RlvFluidForceKind */
+    uint32_t seed; /* of turbulence: other eddies for each number */
+    float vector[3]; /* m/s2 or m/s, or an axis of any length */
+    float place[3];  /* metres */
+    float strength;  /* m/s2; of wind and drag the share in a second, 0 to 100 */
+    float radius;    /* metres, positive where the kind has one */
+    float rate;      /* changes a second, 0 or more; of drag the share a metre, 1/m */
+} RlvFluidForce;
+
+/* What particles come from: one layer after the other, each a spacing from the one before. */
+typedef struct RlvFluidEmitterOptions {
+    uint32_t struct_size;
+    uint32_t shape; /* RlvFluidEmitterShape */
+    float middle[3]; /* metres */
+    float u[3];
+    float v[3];
+    float radius;   /* of a disc, metres */
+    float speed;    /* of the particles, m/s; positive */
+    float lifetime; /* of the particles, seconds; 0 for those that stay */
+    double begin;   /* when it begins, seconds since the beginning of the fluid */
+    double end;     /* when it ends; 0 for never */
+} RlvFluidEmitterOptions;
+
+#define RLV_FLUID_EMITTER_OPTIONS_INIT                                                                                   \
+    {sizeof(RlvFluidEmitterOptions), RLV_FLUID_DISC, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.0f}, 0.1f, 1.0f, \
+     0.0f, 0.0, 0.0}
+
 /* What a step or several did. */
 typedef struct RlvFluidReport {
     uint32_t struct_size;
@@ -122,9 +166,16 @@ typedef struct RlvFluidReport {
     uint64_t corrections; /* of pressures, those of steps that were made anew too */
     float max_excess;     /* how much denser than at rest a particle was when a step ended, as a share */
     float mean_excess;    /* the same in the mean of particles, of the step where it was most */
+    double gravity[3];    /* the momentum that particles were given by the gravity of the options, kg m/s */
+    double host[3];       /* by the accelerations of the host */
+    double forces[3];     /* by forces */
+    double walls[3];      /* by walls and colliders */
+    uint64_t added;       /* particles that emitters made */
+    uint64_t removed;     /* particles that sinks took */
 } RlvFluidReport;
 
-#define RLV_FLUID_REPORT_INIT {sizeof(RlvFluidReport), 0, 0.0, 0, 0, 0.0f, 0.0f}
+#define RLV_FLUID_REPORT_INIT \
+    {sizeof(RlvFluidReport), 0, 0.0, 0, 0, 0.0f, 0.0f, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0, 0}
 
 /* Makes a fluid without particles and walls. options may be NULL for the defaults. Fails if a number is out of its range. */
 RLV_API RlvResult rlv_fluid_create(RlvContext context, const RlvFluidOptions *options, RlvFluid *out);
@@ -145,6 +196,37 @@ RLV_API RlvResult rlv_fluid_add(RlvFluid fluid, const RlvFluidParticles *particl
  * little nearer to each other, or farther: nearer ones burst apart. Fails as rlv_fluid_add does, and if a side of the box is less
  * than a spacing. */
 RLV_API RlvResult rlv_fluid_add_box(RlvFluid fluid, const float *low, const float *high, const float *velocity);
+
+/* Mutating. Fills a closed mesh with particles half a spacing from its surface, but for places beside walls and colliders that
+ * have no room. matrix is as for rlv_fluid_add_collider, velocity three floats, NULL for rest; added may be NULL and
+ * receives how many there are. Fails as rlv_fluid_add does, and if the mesh has no triangle or is too large for the spacing. */
+RLV_API RlvResult rlv_fluid_fill(RlvFluid fluid, RlvMesh mesh, const double *matrix, const float *velocity, size_t *added);
+
+/* Mutating. Adds an emitter, which acts after every step from now on, but where particles are already. mesh is that of
+ * RLV_FLUID_SURFACE, which may be released afterwards, with a matrix as for rlv_fluid_add_collider; RLV_NULL and NULL for
+ * other shapes. Fails, and adds none, if a number is out of its range or it is too small for a particle. */
+RLV_API RlvResult rlv_fluid_add_emitter(RlvFluid fluid, const RlvFluidEmitterOptions *options, RlvMesh mesh,
+                                        const double *matrix);
+
+/* Mutating. Takes away particles that are in the box from low to high after a step, three floats each in metres, or with an
+ * is_outside of 1 those that are not. Fails if is_outside is another number than 0 or 1. */
+RLV_API RlvResult rlv_fluid_add_sink(RlvFluid fluid, const float *low, const float *high, uint32_t is_outside);
+
+/* Mutating. The same of particles inside of a closed mesh, which may be released afterwards; matrix as for
+ * rlv_fluid_add_collider. Fails if the mesh has no triangle. */
+RLV_API RlvResult rlv_fluid_add_sink_mesh(RlvFluid fluid, RlvMesh mesh, const double *matrix);
+
+/* Mutating. Forgets all emitters and sinks. No failure of its own. */
+RLV_API RlvResult rlv_fluid_clear_sources(RlvFluid fluid);
+
+/* Mutating. Sets how many particles there may be for emitters to add some; 0 for no limit. Beyond it steps fail, after what
+ * they simulated, with RLV_ERROR_MEMORY, or with stops of 1 emitters wait until there is room. Fails if stops is another
+ * number than 0 or 1. */
+RLV_API RlvResult rlv_fluid_set_budget(RlvFluid fluid, size_t particles, uint32_t stops);
+
+/* Mutating. Has forces act on all particles instead of those before, beside gravity of the options; count of them, stride
+ * in bytes, 0 for packed. Fails, and changes nothing, if a number is out of its range. */
+RLV_API RlvResult rlv_fluid_set_forces(RlvFluid fluid, const RlvFluidForce *forces, size_t count, size_t stride);
 
 /* Mutating. Removes the particles of these numbers; stride is in bytes, 0 for packed. Numbers that no particle has are left
  * aside. removed may be NULL; it receives how many there were. No failure of its own. */

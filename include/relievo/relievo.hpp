@@ -1628,6 +1628,42 @@ public:
         check(rlv_fluid_add_box(get(), low.data(), high.data(), velocity.data()));
     }
 
+    /// Fills a closed mesh, and returns how many particles there are in it.
+    std::size_t fill(const Mesh &mesh, const Matrix &matrix = moved(0, 0, 0), const Float3 &velocity = {0, 0, 0}) const {
+        std::size_t added = 0;
+        check(rlv_fluid_fill(get(), mesh.get(), matrix.data(), velocity.data(), &added));
+        return added;
+    }
+
+    void add_emitter(const RlvFluidEmitterOptions &options) const {
+        check(rlv_fluid_add_emitter(get(), &options, RlvMesh{0}, nullptr));
+    }
+
+    /// Adds one that is the surface of a mesh.
+    void add_emitter(RlvFluidEmitterOptions options, const Mesh &mesh, const Matrix &matrix = moved(0, 0, 0)) const {
+        options.shape = RLV_FLUID_SURFACE;
+        check(rlv_fluid_add_emitter(get(), &options, mesh.get(), matrix.data()));
+    }
+
+    void add_sink(const Float3 &low, const Float3 &high, bool is_outside = false) const {
+        check(rlv_fluid_add_sink(get(), low.data(), high.data(), is_outside ? 1 : 0));
+    }
+
+    void add_sink(const Mesh &mesh, const Matrix &matrix = moved(0, 0, 0)) const {
+        check(rlv_fluid_add_sink_mesh(get(), mesh.get(), matrix.data()));
+    }
+
+    void clear_sources() const { check(rlv_fluid_clear_sources(get())); }
+
+    /// Particles at most for emitters, which then are an error or stop.
+    void set_budget(std::size_t particles, bool stops = false) const {
+        check(rlv_fluid_set_budget(get(), particles, stops ? 1 : 0));
+    }
+
+    void set_forces(const std::vector<RlvFluidForce> &forces) const {
+        check(rlv_fluid_set_forces(get(), forces.data(), forces.size(), 0));
+    }
+
     /// Removes the particles of these numbers, and returns how many there were.
     std::size_t remove(const std::vector<std::uint32_t> &numbers) const {
         std::size_t removed = 0;

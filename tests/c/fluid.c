@@ -1,4 +1,4 @@
-/* Fluids: closed forms of particles that fall and are pushed, colliders, a dam that is simulated here and in the background, what
+/* Fluids: closed forms of particles that fall and are pushed, colliders, sources, a dam that is simulated here and in the background, what
  * particles have, their surface, and what is refused. */
 #include "sheet.h"
 
@@ -275,6 +275,87 @@ static void check_colliders(RlvContext context) {
     CHECK_OK(rlv_fluid_release(fluid));
 }
 
+/* Meshes are filled, emitters make jets, sinks take them away, forces act, and reports tell all momentum. */
+static void check_sources(RlvContext context) {
+    RlvFluidOptions options = RLV_FLUID_OPTIONS_INIT;
+    RlvFluidEmitterOptions tap = RLV_FLUID_EMITTER_OPTIONS_INIT;
+    const RlvMesh nothing = RLV_NULL;
+    RlvFluidReport report = RLV_FLUID_REPORT_INIT;
+    options.gravity[2] = 0.0f;
+    RlvFluid fluid = make(context, &options);
+    RlvMesh box = check_box(context, 0.0f, 0.16f, 0.0f, 0.16f);
+    const double up[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 3};
+    size_t added = 77;
+    CHECK_OK(rlv_fluid_fill(fluid, box, up, NULL, &added));
+    CHECK(added == 512 && info_of(fluid).particle_count == 512);
+    CHECK_OK(rlv_fluid_add_sink_mesh(fluid, box, up));
+    CHECK_OK(rlv_fluid_step(fluid, 0.001f, &report));
+    CHECK(report.removed == 512 && report.added == 0);
+
+    /* A rectangle of 4 x 4 particles at 1 m/s: a layer every 0.02 s, until a sink after 0.2 m. */
+    const float low[3] = {-1, -1, 0.2f}, high[3] = {1, 1, 1};
+    tap.shape = RLV_FLUID_RECTANGLE;
+    tap.u[0] = tap.v[1] = 0.04f;
+    tap.u[2] = 0.0f;
+    CHECK_OK(rlv_fluid_add_emitter(fluid, &tap, nothing, NULL));
+    CHECK_OK(rlv_fluid_add_sink(fluid, low, high, 0));
+    CHECK_OK(rlv_fluid_advance(fluid, 0.15, NULL, NULL, &report));
+    CHECK(report.added >= 7 * 16 && report.added <= 9 * 16 && report.removed == 0);
+    CHECK_OK(rlv_fluid_advance(fluid, 0.15, NULL, NULL, &report));
+    CHECK(report.removed >= 3 * 16 && info_of(fluid).particle_count <= 11 * 16);
+    CHECK_OK(rlv_fluid_set_budget(fluid, 1, 0));
+    CHECK(rlv_fluid_advance(fluid, 0.1, NULL, NULL, NULL) == RLV_ERROR_MEMORY);
+    CHECK_OK(rlv_fluid_set_budget(fluid, 1, 1));
+    CHECK_OK(rlv_fluid_advance(fluid, 0.3, NULL, NULL, &report));
+    CHECK(report.added == 0 && info_of(fluid).particle_count == 0);
+    CHECK_OK(rlv_fluid_clear_sources(fluid));
+    CHECK_OK(rlv_fluid_set_budget(fluid, 0, 0));
+
+    /* Gravity as a force, an attractor far away, and the host: what was given is what there is. */
+    const RlvFluidForce forces[2] = {{RLV_FLUID_GRAVITY, 0, {0, 3, 0}, {0}, 0, 0, 0},
+                                     {RLV_FLUID_ATTRACTOR, 0, {0}, {100, 0, 0}, 2, 1000, 0}};
+    float pushes[512][3];
+    CHECK_OK(rlv_fluid_fill(fluid, box, NULL, NULL, NULL));
+    for (int k = 0; k < 512; ++k) {
+        pushes[k][0] = pushes[k][1] = 0.0f;
+        pushes[k][2] = 1.0f;
+    }
+    CHECK_OK(rlv_fluid_accelerate(fluid, pushes[0], 512, 0));
+    CHECK_OK(rlv_fluid_set_forces(fluid, forces, 2, 0));
+    CHECK_OK(rlv_fluid_advance(fluid, 0.05, NULL, NULL, &report));
+    const RlvFluidInfo info = info_of(fluid);
+    const double whole = 512.0 * info.mass * 0.05;
+    CHECK_NEAR(report.forces[0], 2 * whole, 0.01 * whole);
+    CHECK_NEAR(report.forces[1], 3 * whole, 0.01 * whole);
+    CHECK_NEAR(report.host[2], whole, 1e-3 * whole);
+    for (int axis = 0; axis < 3; ++axis) {
+        CHECK(report.gravity[axis] == 0.0 && report.walls[axis] == 0.0);
+        CHECK_NEAR(info.momentum[axis], report.forces[axis] + report.host[axis], 1e-3 * whole);
+    }
+    CHECK_OK(rlv_fluid_set_forces(fluid, NULL, 0, 0));
+
+    RlvFluidForce bad = forces[0];
+    bad.kind = 6;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_set_forces(fluid, &bad, 1, 0), "force 0");
+    bad.kind = RLV_FLUID_VORTEX;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_set_forces(fluid, &bad, 1, 0), "force 0");
+    tap.shape = 3;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_add_emitter(fluid, &tap, nothing, NULL), "shape");
+    tap.shape = RLV_FLUID_SURFACE;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_add_emitter(fluid, &tap, nothing, NULL), "mesh");
+    CHECK_OK(rlv_fluid_add_emitter(fluid, &tap, box, up));
+    tap.speed = 0.0f;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_add_emitter(fluid, &tap, box, NULL), "speed");
+    tap.speed = 1.0f;
+    tap.end = -1.0;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_add_emitter(fluid, &tap, box, NULL), "ends");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_add_sink(fluid, low, high, 2), "is_outside");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_set_budget(fluid, 1, 2), "stops");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_fill(fluid, (RlvMesh){0}, NULL, NULL, NULL), "mesh");
+    CHECK_OK(rlv_mesh_release(box));
+    CHECK_OK(rlv_fluid_release(fluid));
+}
+
 static void check_refused(RlvContext context) {
     RlvFluid fluid = make(context, NULL), untouched = {77};
     RlvFluidOptions options = RLV_FLUID_OPTIONS_INIT;
@@ -368,6 +449,7 @@ int main(void) {
     check_dam(context);
     check_moving_walls(context);
     check_colliders(context);
+    check_sources(context);
     check_refused(context);
     CHECK_OK(rlv_context_release(context));
     return 0;

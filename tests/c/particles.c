@@ -22,6 +22,16 @@ static RlvResult accelerate(uint64_t id) { return rlv_fluid_accelerate((RlvFluid
 static RlvResult add_collider(uint64_t id) { uint32_t out; return rlv_fluid_add_collider((RlvFluid){id}, (RlvMesh){id}, NULL, NULL, &out); }
 static RlvResult move_collider(uint64_t id) { return rlv_fluid_move_collider((RlvFluid){id}, 0, NULL, NULL, 0, 0, 0); }
 static RlvResult impulse(uint64_t id) { return rlv_fluid_impulse((RlvFluid){id}, RLV_FLUID_WALLS, NULL, NULL); }
+static RlvResult fill(uint64_t id) { return rlv_fluid_fill((RlvFluid){id}, (RlvMesh){id}, NULL, NULL, NULL); }
+static RlvResult add_emitter(uint64_t id) {
+    RlvFluidEmitterOptions in = RLV_FLUID_EMITTER_OPTIONS_INIT;
+    return rlv_fluid_add_emitter((RlvFluid){id}, &in, (RlvMesh){0}, NULL);
+}
+static RlvResult add_sink(uint64_t id) { return rlv_fluid_add_sink((RlvFluid){id}, zero, three, 0); }
+static RlvResult add_sink_mesh(uint64_t id) { return rlv_fluid_add_sink_mesh((RlvFluid){id}, (RlvMesh){id}, NULL); }
+static RlvResult clear_sources(uint64_t id) { return rlv_fluid_clear_sources((RlvFluid){id}); }
+static RlvResult set_budget(uint64_t id) { return rlv_fluid_set_budget((RlvFluid){id}, 0, 0); }
+static RlvResult set_forces(uint64_t id) { return rlv_fluid_set_forces((RlvFluid){id}, NULL, 0, 0); }
 static RlvResult step(uint64_t id) { return rlv_fluid_step((RlvFluid){id}, 0.001f, NULL); }
 static RlvResult advance(uint64_t id) { return rlv_fluid_advance((RlvFluid){id}, 0.001, NULL, NULL, NULL); }
 static RlvResult get(uint64_t id) { RlvFluidArrays in = RLV_FLUID_ARRAYS_INIT; return rlv_fluid_get((RlvFluid){id}, &in); }
@@ -55,7 +65,8 @@ static const struct {
     {job_report, JOB},       {create_surface, CONTEXT}, {retain_surface, SURFACE}, {release_surface, SURFACE},
     {surface_info, SURFACE}, {surface_mesh, SURFACE},  {classify, SURFACE},        {cast, SURFACE},
     {table, SURFACE},        {job_surface, SURFACE},   {add_collider, FLUID},      {move_collider, FLUID},
-    {impulse, FLUID},
+    {impulse, FLUID},        {fill, FLUID},            {add_emitter, FLUID},       {add_sink, FLUID},
+    {add_sink_mesh, FLUID},  {clear_sources, FLUID},   {set_budget, FLUID},        {set_forces, FLUID},
 };
 
 static void check_handles(const uint64_t living[NOUNS], uint64_t dead_fluid, uint64_t dead_surface) {
@@ -109,6 +120,7 @@ static void check_sizes(RlvContext context, RlvFluid fluid, RlvIsosurface surfac
     RlvMesh box = check_box(context, 0.0f, 1.0f, 0.0f, 1.0f);
     uint32_t number = 77;
     CHECK_SIZES(RlvFluidColliderOptions, RLV_FLUID_COLLIDER_OPTIONS_INIT, rlv_fluid_add_collider(fluid, box, NULL, &given.known, &number));
+    CHECK_SIZES(RlvFluidEmitterOptions, RLV_FLUID_EMITTER_OPTIONS_INIT, rlv_fluid_add_emitter(fluid, &given.known, (RlvMesh){0}, NULL));
     CHECK(rlv_fluid_add_collider(fluid, box, NULL, NULL, NULL) == RLV_ERROR_INVALID && number == 77);
     CHECK_OK(rlv_mesh_release(box));
     RlvFluidReport report = RLV_FLUID_REPORT_INIT;

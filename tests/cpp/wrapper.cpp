@@ -423,6 +423,17 @@ int main() {
     fluid.move_collider(obstacle, lifted, 0.1f);
     fluid.step(0.001f);
     CHECK(obstacle == 0 && fluid.impulse(obstacle)[0] == 0.0 && fluid.impulse(RLV_FLUID_WALLS)[2] < 0);
+    RlvFluidEmitterOptions tap = RLV_FLUID_EMITTER_OPTIONS_INIT;
+    tap.middle[2] = 5;
+    tap.speed = 100;
+    fluid.add_emitter(tap);
+    fluid.set_forces({{RLV_FLUID_GRAVITY, 0, {0, 0, 1}, {}, 0, 0, 0}});
+    fluid.set_budget(100000);
+    const auto poured = fluid.advance(0.001);
+    CHECK(poured.added > 0 && poured.forces[2] > 0);
+    fluid.add_sink({-1, -1, 4}, {1, 1, 9});
+    CHECK(fluid.step(0.0001f).removed >= poured.added);
+    fluid.clear_sources();
     fluid.set_walls({{0, 0, 0}});
     fluid.move_walls({{0, 0, 1}}, {{0, 0, 1}});
     fluid.set_walls({});

@@ -399,6 +399,19 @@ class Fluids(unittest.TestCase):
         self.fluid.step(0.001)
         self.assertEqual([given.shape for given in self.fluid.impulse(number)], [(3,), (3,)])
         self.assertLess(self.fluid.impulse()[0][2], 0)
+        inside = self.fluid.fill(box, numpy.diag((0.05, 0.05, 0.05, 1.0)) + numpy.array([[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 3], [0] * 4]))
+        self.assertEqual(inside, 5**3)
+        self.fluid.add_emitter(middle=(0, 0, 5), radius=0.1, speed=50.0)
+        self.fluid.add_emitter(box, placed, speed=1.0, begin=100.0)
+        self.fluid.set_forces([{"kind": "drag", "strength": 1.0}, {"kind": "turbulence", "strength": 1.0, "radius": 0.1}])
+        self.fluid.set_budget(10**6, stops=True)
+        report = self.fluid.advance(0.002)
+        self.assertGreater(report.added, 0)
+        self.assertEqual(len(report.forces), 3)
+        self.fluid.add_sink((-9, -9, 1), (9, 9, 9))
+        self.fluid.add_sink_mesh(box, placed)
+        self.assertGreaterEqual(self.fluid.step(0.0001).removed, inside)
+        self.fluid.clear_sources()
         self.fluid.set_walls(numpy.zeros((1, 3)))
         self.fluid.move_walls([(1.0, 1.0, 1.0)], [(0.0, 0.0, 1.0)])
         for call, text in (
@@ -406,6 +419,8 @@ class Fluids(unittest.TestCase):
             (lambda: self.fluid.add(numpy.zeros((3, 3)), numpy.zeros((2, 3))), "velocities"),
             (lambda: self.fluid.get("mass"), "unknown"),
             (lambda: self.fluid.move_collider(5, points, 0.1), "collider 5"),
+            (lambda: self.fluid.set_forces([{"kind": "magnet"}]), "magnet"),
+            (lambda: self.fluid.add_emitter(speed=-1.0), "speed"),
             (lambda: self.fluid.get(points=numpy.zeros((4, 3), numpy.float32)), "shape"),
             (lambda: self.fluid.add_box((0, 0), (1, 1, 1)), "low"),
         ):

@@ -188,6 +188,21 @@ class RlvFluidContact(IntEnum):
     FRICTION = 2
 
 
+class RlvFluidForceKind(IntEnum):
+    GRAVITY = 0
+    WIND = 1
+    DRAG = 2
+    VORTEX = 3
+    ATTRACTOR = 4
+    TURBULENCE = 5
+
+
+class RlvFluidEmitterShape(IntEnum):
+    DISC = 0
+    RECTANGLE = 1
+    SURFACE = 2
+
+
 class RlvPtexKind(IntEnum):
     STATED = 0
     DISPLACEMENT = 1
@@ -1495,6 +1510,33 @@ class RlvFluidColliderOptions(Structure):
     ]
 
 
+class RlvFluidForce(Structure):
+    _fields_ = [
+        ("kind", c_uint32),
+        ("seed", c_uint32),
+        ("vector", c_float * 3),
+        ("place", c_float * 3),
+        ("strength", c_float),
+        ("radius", c_float),
+        ("rate", c_float),
+    ]
+
+
+class RlvFluidEmitterOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("shape", c_uint32),
+        ("middle", c_float * 3),
+        ("u", c_float * 3),
+        ("v", c_float * 3),
+        ("radius", c_float),
+        ("speed", c_float),
+        ("lifetime", c_float),
+        ("begin", c_double),
+        ("end", c_double),
+    ]
+
+
 class RlvFluidReport(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1504,6 +1546,12 @@ class RlvFluidReport(Structure):
         ("corrections", c_uint64),
         ("max_excess", c_float),
         ("mean_excess", c_float),
+        ("gravity", c_double * 3),
+        ("host", c_double * 3),
+        ("forces", c_double * 3),
+        ("walls", c_double * 3),
+        ("added", c_uint64),
+        ("removed", c_uint64),
     ]
 
 
@@ -1815,7 +1863,8 @@ INIT = {
     RlvFluidParticles: (ctypes.sizeof(RlvFluidParticles), 0.0, 0, None, 0, None, 0, (0.0, 0.0, 0.0,), 0,),
     RlvFluidArrays: (ctypes.sizeof(RlvFluidArrays), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
     RlvFluidColliderOptions: (ctypes.sizeof(RlvFluidColliderOptions), 0, 0.0, 0,),
-    RlvFluidReport: (ctypes.sizeof(RlvFluidReport), 0, 0.0, 0, 0, 0.0, 0.0,),
+    RlvFluidEmitterOptions: (ctypes.sizeof(RlvFluidEmitterOptions), 0, (0.0, 0.0, 0.0,), (0.0, 0.0, 1.0,), (0.0, 0.0, 0.0,), 0.1, 1.0, 0.0, 0.0, 0.0,),
+    RlvFluidReport: (ctypes.sizeof(RlvFluidReport), 0, 0.0, 0, 0, 0.0, 0.0, (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), 0, 0,),
     RlvImprintSettings: (ctypes.sizeof(RlvImprintSettings), 16777216, 0.09817477, 0, 1.0, 1.0, 60000.0, 0.0, 1, 256, 1, 1, 0.0, 0.1, 0.6,),
     RlvImprintMoment: (ctypes.sizeof(RlvImprintMoment), 0, 0, 0, 0,),
     RlvImprintReport: (ctypes.sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
@@ -2041,6 +2090,13 @@ FUNCTIONS = {
     "rlv_fluid_info": (RlvResult, [("fluid", RlvFluid), ("out", POINTER(RlvFluidInfo))]),
     "rlv_fluid_add": (RlvResult, [("fluid", RlvFluid), ("particles", POINTER(RlvFluidParticles))]),
     "rlv_fluid_add_box": (RlvResult, [("fluid", RlvFluid), ("low", c_float_p), ("high", c_float_p), ("velocity", c_float_p)]),
+    "rlv_fluid_fill": (RlvResult, [("fluid", RlvFluid), ("mesh", RlvMesh), ("matrix", c_double_p), ("velocity", c_float_p), ("added", c_size_t_p)]),
+    "rlv_fluid_add_emitter": (RlvResult, [("fluid", RlvFluid), ("options", POINTER(RlvFluidEmitterOptions)), ("mesh", RlvMesh), ("matrix", c_double_p)]),
+    "rlv_fluid_add_sink": (RlvResult, [("fluid", RlvFluid), ("low", c_float_p), ("high", c_float_p), ("is_outside", c_uint32)]),
+    "rlv_fluid_add_sink_mesh": (RlvResult, [("fluid", RlvFluid), ("mesh", RlvMesh), ("matrix", c_double_p)]),
+    "rlv_fluid_clear_sources": (RlvResult, [("fluid", RlvFluid)]),
+    "rlv_fluid_set_budget": (RlvResult, [("fluid", RlvFluid), ("particles", c_size_t), ("stops", c_uint32)]),
+    "rlv_fluid_set_forces": (RlvResult, [("fluid", RlvFluid), ("forces", POINTER(RlvFluidForce)), ("count", c_size_t), ("stride", c_size_t)]),
     "rlv_fluid_remove": (RlvResult, [("fluid", RlvFluid), ("numbers", c_uint32_p), ("count", c_size_t), ("stride", c_size_t), ("removed", c_size_t_p)]),
     "rlv_fluid_set_walls": (RlvResult, [("fluid", RlvFluid), ("points", c_float_p), ("count", c_size_t), ("stride", c_size_t)]),
     "rlv_fluid_set_basin": (RlvResult, [("fluid", RlvFluid), ("low", c_float_p), ("high", c_float_p)]),

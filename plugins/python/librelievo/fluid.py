@@ -74,6 +74,48 @@ class Fluid(Handle):
         given = [_vector(low, "low"), _vector(high, "high"), _vector(velocity, "velocity")]
         library.call("rlv_fluid_add_box", self.handle, *(vector.address for vector in given))
 
+    def fill(self, mesh, matrix=None, velocity=(0, 0, 0)):
+        """Fills a closed mesh, and returns how many particles there are in it."""
+        placed, velocity, added = matrix_of(matrix), _vector(velocity, "velocity"), ctypes.c_size_t()
+        given = (mesh.handle, address(placed), velocity.address, address_of(added))
+        library.call("rlv_fluid_fill", self.handle, *given)
+        return added.value
+
+    def add_emitter(self, mesh=None, matrix=None, **options):
+        """Adds an emitter: the surface of a mesh, or a disc or rectangle; options are the fields of
+        RlvFluidEmitterOptions."""
+        placed = matrix_of(matrix)
+        if mesh is not None:
+            options.setdefault("shape", "surface")
+        told = record.fill(abi.RlvFluidEmitterOptions, options, shape=abi.RlvFluidEmitterShape)
+        handle = abi.RlvMesh() if mesh is None else mesh.handle
+        library.call("rlv_fluid_add_emitter", self.handle, ctypes.byref(told), handle, address(placed))
+
+    def add_sink(self, low, high, is_outside=False):
+        """Takes away particles in a box, or those that are not."""
+        given = [_vector(low, "low"), _vector(high, "high")]
+        library.call("rlv_fluid_add_sink", self.handle, *(vector.address for vector in given), int(is_outside))
+
+    def add_sink_mesh(self, mesh, matrix=None):
+        """Takes away particles inside of a closed mesh."""
+        placed = matrix_of(matrix)
+        library.call("rlv_fluid_add_sink_mesh", self.handle, mesh.handle, address(placed))
+
+    def clear_sources(self):
+        """Forgets all emitters and sinks."""
+        library.call("rlv_fluid_clear_sources", self.handle)
+
+    def set_budget(self, particles=0, stops=False):
+        """Particles at most for emitters, 0 for no limit; beyond it steps fail, or emitters wait."""
+        library.call("rlv_fluid_set_budget", self.handle, particles, int(stops))
+
+    def set_forces(self, forces):
+        """Has forces act instead of those before: dictionaries of the fields of RlvFluidForce."""
+        entries = (abi.RlvFluidForce * len(forces))()
+        for at, force in enumerate(forces):
+            entries[at] = record.fill(abi.RlvFluidForce, force, kind=abi.RlvFluidForceKind)
+        library.call("rlv_fluid_set_forces", self.handle, entries, len(entries), 0)
+
     def remove(self, numbers):
         """Removes the particles of these numbers, and returns how many there were."""
         numbers, removed = Reading(numbers, numpy.uint32, 0, "numbers"), ctypes.c_size_t()

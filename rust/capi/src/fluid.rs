@@ -1,6 +1,7 @@
 //! Fluids of particles; see `include/relievo/fluid.h`.
 
 mod arrays;
+mod sources;
 
 use std::collections::HashSet;
 use std::ffi::c_void;
@@ -9,14 +10,15 @@ use std::sync::{Arc, OnceLock, RwLock};
 use glam::{DVec3, Vec3};
 use relievo_core::{Error, Progress, Result};
 use relievo_fluid::{
-    Batch, ColliderOptions, Contact, Excess, Fluid, FluidOptions, KernelSet, StepStatistics, TimeStep, basin, block,
+    Batch, ColliderOptions, Contact, Excess, Fluid, FluidOptions, Given, KernelSet, Overflow, Sink, Solid, Sources,
+    StepStatistics, TimeStep, basin, block,
 };
 
 use self::arrays::{Places, vector, vectors};
+use self::sources::{emitter, force, placed};
 use crate::array::{Input, Output, present, put};
 use crate::context::{ContextObject, HostProgress, RlvContext, RlvProgress};
 use crate::descriptor::{check_optional, numbered, read_descriptor, read_optional, write_descriptor, write_optional};
-use crate::detail::transform;
 use crate::isosurface::{self, RlvIsosurface, RlvIsosurfaceOptions};
 use crate::mesh::RlvMesh;
 use crate::registry::{self, handle, try_read, try_write};
@@ -33,6 +35,15 @@ constants! {
     RLV_FLUID_STOP = 1,
     RLV_FLUID_FRICTION = 2,
     RLV_FLUID_WALLS = u32::MAX,
+    RLV_FLUID_GRAVITY = 0,
+    RLV_FLUID_WIND = 1,
+    RLV_FLUID_DRAG = 2,
+    RLV_FLUID_VORTEX = 3,
+    RLV_FLUID_ATTRACTOR = 4,
+    RLV_FLUID_TURBULENCE = 5,
+    RLV_FLUID_DISC = 0,
+    RLV_FLUID_RECTANGLE = 1,
+    RLV_FLUID_SURFACE = 2,
 }
 
 /// Kernels by their numbers.
@@ -115,6 +126,39 @@ descriptor! {
         corrections: u64,
         max_excess: f32,
         mean_excess: f32,
+        gravity: [f64; 3],
+        host: [f64; 3],
+        forces: [f64; 3],
+        walls: [f64; 3],
+        added: u64,
+        removed: u64,
+    }
+}
+
+descriptor! {
+    pub struct RlvFluidForce {
+        kind: u32,
+        seed: u32,
+        vector: [f32; 3],
+        place: [f32; 3],
+        strength: f32,
+        radius: f32,
+        rate: f32,
+    }
+}
+
+descriptor! {
+    pub struct RlvFluidEmitterOptions {
+        struct_size: u32,
+        shape: u32,
+        middle: [f32; 3],
+        u: [f32; 3],
+        v: [f32; 3],
+        radius: f32,
+        speed: f32,
+        lifetime: f32,
+        begin: f64,
+        end: f64,
     }
 }
 
@@ -140,6 +184,7 @@ pub struct FluidObject {
 struct Simulation {
     fluid: Fluid,
     walls: usize,
+    sources: Sources,
     /// Places of particles in the lists of the fluid by rising numbers, as long as these do not change.
     order: OnceLock<Vec<u32>>,
 }
@@ -204,8 +249,13 @@ impl FluidObject {
             progress.step(0.0, "fluid")?;
             let mut report = RlvFluidReport::NOTHING;
             let context = &self.context.context;
-            simulation.fluid.advance(context, seconds as f32, |_, done| {
+            let Simulation { fluid, sources, .. } = simulation;
+            let mut since = fluid.seconds();
+            fluid.advance(context, seconds as f32, |fluid, done| {
                 report.add(done);
+                report.count(sources.renew(fluid, since)?);
+                since = fluid.seconds();
+                self.holds("fluid", fluid.len())?;
                 progress.step((report.seconds / seconds).min(1.0) as f32, "fluid")
             })?;
             Ok(report)
@@ -222,8 +272,27 @@ fn check_seconds(seconds: f64) -> Result<()> {
 }
 
 impl RlvFluidReport {
-    const NOTHING: Self =
-        Self { struct_size: 0, reserved: 0, seconds: 0.0, steps: 0, corrections: 0, max_excess: 0.0, mean_excess: 0.0 };
+    const NOTHING: Self = Self {
+        struct_size: 0,
+        reserved: 0,
+        seconds: 0.0,
+        steps: 0,
+        corrections: 0,
+        max_excess: 0.0,
+        mean_excess: 0.0,
+        gravity: [0.0; 3],
+        host: [0.0; 3],
+        forces: [0.0; 3],
+        walls: [0.0; 3],
+        added: 0,
+        removed: 0,
+    };
+
+    /// Adds how many particles came and went.
+    fn count(&mut self, [added, removed]: [usize; 2]) {
+        self.added += added as u64;
+        self.removed += removed as u64;
+    }
 
     fn add(&mut self, done: &StepStatistics) {
         self.seconds += f64::from(done.seconds);
@@ -231,6 +300,11 @@ impl RlvFluidReport {
         self.corrections += u64::from(done.corrections);
         self.max_excess = self.max_excess.max(done.excess.most);
         self.mean_excess = self.mean_excess.max(done.excess.mean);
+        let sums = [&mut self.gravity, &mut self.host, &mut self.forces, &mut self.walls];
+        let Given { gravity, host, forces, walls } = done.given;
+        for (sum, given) in sums.into_iter().zip([gravity, host, forces, walls]) {
+            *sum = (DVec3::from(*sum) + given).to_array();
+        }
     }
 }
 
@@ -321,7 +395,7 @@ entry! {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let options = unsafe { read_options(options) }?;
         let spacing = options.spacing;
-        let simulation = Simulation { fluid: Fluid::new(options)?, walls: 0, order: OnceLock::new() };
+        let simulation = Simulation { fluid: Fluid::new(options)?, walls: 0, sources: Sources::default(), order: OnceLock::new() };
         let made = registry::insert(FluidObject { context, simulation: RwLock::new(simulation), spacing })?;
         // SAFETY: checked above.
         unsafe { put(out, made) };
@@ -393,6 +467,112 @@ entry! {
         })
     }
 
+    fn rlv_fluid_fill(fluid: RlvFluid, mesh: RlvMesh, matrix: *const f64, velocity: *const f32, added: *mut usize) {
+        let (object, mesh) = (registry::get(fluid)?, registry::get(mesh)?);
+        let context = &object.context.context;
+        // SAFETY: the caller promises NULL or twelve doubles, and NULL or three floats.
+        let ((points, triangles), velocity) = unsafe {
+            let velocity = if velocity.is_null() { Vec3::ZERO } else { vector("velocity", velocity)? };
+            (placed(&*try_read(&mesh.mesh, "mesh")?, matrix)?, velocity)
+        };
+        let solid = Solid::new(&points, &triangles)?;
+        let low = points.iter().copied().fold(Vec3::INFINITY, Vec3::min);
+        let high = points.iter().copied().fold(Vec3::NEG_INFINITY, Vec3::max);
+        let count = object.change(|simulation| {
+            object.holds_box([low, high], simulation.fluid.len())?;
+            let places = solid.fill(context, object.spacing)?;
+            let places = simulation.fluid.beside_walls(context, &places)?;
+            simulation.fluid.add(&places, velocity)?;
+            Ok(places.len())
+        })?;
+        if !added.is_null() {
+            // SAFETY: it is not NULL, and the caller promises a place.
+            unsafe { put(added, count) };
+        }
+        Ok(())
+    }
+
+    fn rlv_fluid_add_emitter(
+        fluid: RlvFluid,
+        options: *const RlvFluidEmitterOptions,
+        mesh: RlvMesh,
+        matrix: *const f64,
+    ) {
+        let object = registry::get(fluid)?;
+        // SAFETY: a descriptor of nothing but numbers.
+        let default: RlvFluidEmitterOptions = unsafe { std::mem::zeroed() };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size, and NULL or twelve doubles.
+        let made = unsafe {
+            let given = read_descriptor(options, default)?;
+            emitter(&given, mesh, matrix, object.spacing)?
+        };
+        object.change(|simulation| {
+            simulation.sources.emitters.push(made);
+            Ok(())
+        })
+    }
+
+    fn rlv_fluid_add_sink(fluid: RlvFluid, low: *const f32, high: *const f32, is_outside: u32) {
+        let object = registry::get(fluid)?;
+        // SAFETY: the caller gives three floats each, or NULL.
+        let corners = unsafe { [vector("low", low)?, vector("high", high)?] };
+        if !corners.iter().all(|corner| corner.is_finite()) {
+            return Err(Error::invalid("a corner is not finite").at("sink"));
+        }
+        let sink = match is_outside {
+            0 => Sink::Inside(corners),
+            1 => Sink::Outside(corners),
+            other => return Err(Error::invalid(format!("is_outside is {other}")).at("is_outside").advise("use 0 or 1")),
+        };
+        object.change(|simulation| {
+            simulation.sources.sinks.push(sink);
+            Ok(())
+        })
+    }
+
+    fn rlv_fluid_add_sink_mesh(fluid: RlvFluid, mesh: RlvMesh, matrix: *const f64) {
+        let (object, mesh) = (registry::get(fluid)?, registry::get(mesh)?);
+        // SAFETY: the caller promises NULL or twelve doubles.
+        let (points, triangles) = unsafe { placed(&*try_read(&mesh.mesh, "mesh")?, matrix) }?;
+        let sink = Sink::Mesh(Solid::new(&points, &triangles)?);
+        object.change(|simulation| {
+            simulation.sources.sinks.push(sink);
+            Ok(())
+        })
+    }
+
+    fn rlv_fluid_clear_sources(fluid: RlvFluid) {
+        registry::get(fluid)?.change(|simulation| {
+            simulation.sources.emitters.clear();
+            simulation.sources.sinks.clear();
+            Ok(())
+        })
+    }
+
+    fn rlv_fluid_set_budget(fluid: RlvFluid, particles: usize, stops: u32) {
+        let object = registry::get(fluid)?;
+        let overflow = match stops {
+            0 => Overflow::Refuse,
+            1 => Overflow::Stop,
+            other => return Err(Error::invalid(format!("stops is {other}")).at("stops").advise("use 0 or 1")),
+        };
+        object.change(|simulation| {
+            simulation.sources.budget = (particles > 0).then_some(particles);
+            simulation.sources.overflow = overflow;
+            Ok(())
+        })
+    }
+
+    fn rlv_fluid_set_forces(fluid: RlvFluid, forces: *const RlvFluidForce, count: usize, stride: usize) {
+        let object = registry::get(fluid)?;
+        // SAFETY: the caller promises `count` forces.
+        let forces = unsafe { Input::new("forces", forces, count, stride) }?;
+        let forces = forces.to_vec("forces", object.context.context.memory_limit())?;
+        let named = |(at, given)| force(given).map_err(|error| error.at(format!("force {at}")));
+        let forces = forces.iter().enumerate().map(named).collect::<Result<Vec<_>>>()?;
+        object.change(|simulation| simulation.fluid.set_forces(&forces))
+    }
+
     fn rlv_fluid_remove(fluid: RlvFluid, numbers: *const u32, count: usize, stride: usize, removed: *mut usize) {
         let object = registry::get(fluid)?;
         // SAFETY: the caller promises `count` numbers.
@@ -462,12 +642,10 @@ entry! {
         present("out", out)?;
         let (object, mesh) = (registry::get(fluid)?, registry::get(mesh)?);
         // SAFETY: the caller promises NULL or twelve doubles, and NULL or a descriptor that starts with its size.
-        let (matrix, options) = unsafe { (transform(matrix)?, read_collider(options)?) };
-        let mesh = try_read(&mesh.mesh, "mesh")?;
-        let place = |point: &[f32; 3]| matrix.transform_point3(Vec3::from(*point).as_dvec3()).as_vec3();
-        let points: Vec<Vec3> = mesh.points.iter().map(place).collect();
+        let ((points, triangles), options) =
+            unsafe { (placed(&*try_read(&mesh.mesh, "mesh")?, matrix)?, read_collider(options)?) };
         let number = object.change(|simulation| {
-            simulation.fluid.add_collider(&object.context.context, &points, &mesh.triangles(), options)
+            simulation.fluid.add_collider(&object.context.context, &points, &triangles, options)
         })?;
         // SAFETY: checked above.
         unsafe { put(out, number as u32) };
@@ -535,9 +713,13 @@ entry! {
         check_seconds(f64::from(seconds))?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe { check_optional(out) }?;
-        let done = object.change(|simulation| simulation.fluid.step(&object.context.context, seconds))?;
         let mut report = RlvFluidReport::NOTHING;
-        report.add(&done);
+        object.change(|simulation| {
+            let since = simulation.fluid.seconds();
+            report.add(&simulation.fluid.step(&object.context.context, seconds)?);
+            report.count(simulation.sources.renew(&mut simulation.fluid, since)?);
+            object.holds("fluid", simulation.fluid.len())
+        })?;
         // SAFETY: as above.
         unsafe { write_optional(out, report) }
     }

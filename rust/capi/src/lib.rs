@@ -78,6 +78,8 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         fluid::RlvFluidInfo::layout(),
         fluid::RlvFluidParticles::layout(),
         fluid::RlvFluidArrays::layout(),
+        fluid::RlvFluidForce::layout(),
+        fluid::RlvFluidEmitterOptions::layout(),
         fluid::RlvFluidColliderOptions::layout(),
         fluid::RlvFluidReport::layout(),
         isosurface::RlvIsosurfaceOptions::layout(),

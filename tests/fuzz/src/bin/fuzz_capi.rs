@@ -963,10 +963,26 @@ fn fluids(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     particles.velocities = if bytes.ratio(1, 2)? { speeds.as_ptr() } else { std::ptr::null() };
     particles.lifetime = number(bytes)?;
     let gone = [bytes.int_in_range(0..=9_u32)?];
+    let mesh = RlvMesh { id: handles.pick(bytes, 1)? };
+    let mut collider: RlvFluidColliderOptions = sized(bytes)?;
+    (collider.contact, collider.is_container) = (bytes.int_in_range(0..=3)?, bytes.int_in_range(0..=2)?);
+    let mut tap: RlvFluidEmitterOptions = sized(bytes)?;
+    (tap.shape, tap.speed, tap.radius) = (bytes.int_in_range(0..=3)?, number(bytes)?, number(bytes)?);
+    (tap.u, tap.v) = ([number(bytes)?, number(bytes)?, 1.0], [number(bytes)?, 1.0, number(bytes)?]);
+    let force = RlvFluidForce {
+        kind: bytes.int_in_range(0..=6)?,
+        seed: 3,
+        vector: tap.u,
+        place: tap.v,
+        strength: number(bytes)?,
+        radius: number(bytes)?,
+        rate: number(bytes)?,
+    };
+    let mut number_of = 0;
     for _ in 0..bytes.int_in_range(0..=5)? {
         // SAFETY: descriptors are sized, and so are their arrays.
         unsafe {
-            called(match bytes.int_in_range(0..=9_u8)? {
+            called(match bytes.int_in_range(0..=15_u8)? {
                 0 => rlv_fluid_add(fluid, &particles),
                 1 => rlv_fluid_add_box(fluid, points.as_ptr(), points[3..].as_ptr(), speeds.as_ptr()),
                 2 => rlv_fluid_remove(fluid, gone.as_ptr(), 1, 0, null_mut()),
@@ -974,6 +990,12 @@ fn fluids(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
                 4 => rlv_fluid_set_basin(fluid, points.as_ptr(), points[3..].as_ptr()),
                 5 => rlv_fluid_move_walls(fluid, points.as_ptr(), 0, speeds.as_ptr(), 0, count(bytes, 8)?),
                 6 => rlv_fluid_accelerate(fluid, speeds.as_ptr(), count(bytes, 8)?, 0),
+                7 => rlv_fluid_fill(fluid, mesh, null(), null(), null_mut()),
+                8 => rlv_fluid_add_collider(fluid, mesh, null(), &collider, &mut number_of),
+                9 => rlv_fluid_move_collider(fluid, 0, null(), points.as_ptr(), count(bytes, 8)?, 0, number(bytes)?),
+                10 => rlv_fluid_add_emitter(fluid, &tap, mesh, null()),
+                11 => rlv_fluid_add_sink(fluid, points.as_ptr(), points[3..].as_ptr(), bytes.int_in_range(0..=2)?),
+                12 => rlv_fluid_set_forces(fluid, &force, 1, 0),
                 _ => rlv_fluid_step(fluid, number(bytes)?, null_mut()),
             });
         }
