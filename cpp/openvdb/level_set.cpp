@@ -1,6 +1,8 @@
-// A narrow-band level set of a triangle mesh, made by openvdb::tools::meshToVolume and read by value.
+// A narrow-band level set, made of a triangle mesh by openvdb::tools::meshToVolume or read from a file, and read by value.
 
 #include <openvdb/Grid.h>
+#include <openvdb/io/File.h>
+#include <openvdb/openvdb.h>
 #include <openvdb/tools/MeshToVolume.h>
 
 #include <cstdint>
@@ -35,6 +37,44 @@ void* relievo_level_set_new(const float* points, std::size_t point_count, const 
         tell(message, message_size, "unknown exception");
     }
     return nullptr;
+}
+
+// Returns the only grid of a file, of floats, or null and a message.
+void* relievo_level_set_read(const char* path, char* message, std::size_t message_size) {
+    try {
+        openvdb::initialize();
+        openvdb::io::File file(path);
+        file.open();
+        const auto grids = file.getGrids();
+        auto grid = grids->size() == 1 ? openvdb::gridPtrCast<openvdb::FloatGrid>(grids->front()) : nullptr;
+        if (grid) {
+            return new openvdb::FloatGrid::Ptr(std::move(grid));
+        }
+        tell(message, message_size, "the file has not one grid of floats");
+    } catch (const std::exception& error) {
+        tell(message, message_size, error.what());
+    } catch (...) {
+        tell(message, message_size, "unknown exception");
+    }
+    return nullptr;
+}
+
+// Writes the size of a voxel, the value where nothing is said, how many voxels are active, and 1 if the grid is said to be
+// a level set. Returns 0, or 1 and a message.
+int relievo_level_set_facts(const void* level_set, double* facts, char* message, std::size_t message_size) {
+    try {
+        const auto& grid = *static_cast<const openvdb::FloatGrid::Ptr*>(level_set);
+        facts[0] = grid->voxelSize()[0];
+        facts[1] = grid->background();
+        facts[2] = static_cast<double>(grid->activeVoxelCount());
+        facts[3] = grid->getGridClass() == openvdb::GRID_LEVEL_SET && grid->hasUniformVoxels() ? 1.0 : 0.0;
+        return 0;
+    } catch (const std::exception& error) {
+        tell(message, message_size, error.what());
+    } catch (...) {
+        tell(message, message_size, "unknown exception");
+    }
+    return 1;
 }
 
 // Reads the value at `count` voxels (x, y, z). Returns 0, or 1 and a message.

@@ -1,20 +1,26 @@
 //! `relievo fluid`
 
+mod checkpoint;
+mod convert;
 mod description;
 mod entries;
+mod info;
+mod mesh;
 mod play;
 mod render;
+mod sim;
+mod statistics;
 
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
-use clap::{Subcommand, ValueEnum};
+use clap::Subcommand;
 use indicatif::{ProgressBar, ProgressStyle};
-use relievo_core::progress::Silent;
-use relievo_core::{Attribute, Context, ContextOptions, Domain, Error, Result, Values};
-use relievo_fluid::{Channel, Fluid, Surface, SurfaceFunction};
+use relievo_core::{Context, ContextOptions, Error, Result};
+use relievo_particleio::Particles;
 
-use self::description::Description;
+use self::mesh::Function;
+pub use self::statistics::{COLUMNS, NAME as STATISTICS};
 use crate::Outcome;
 
 #[derive(clap::Args)]
@@ -25,68 +31,16 @@ pub struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Simulates a fluid of particles and writes its frames.
-    Sim(Sim),
-    /// Makes a mesh of the surface of particles.
-    Mesh(Meshing),
+    /// Simulates a fluid of particles and writes its frames, or goes on where it was interrupted.
+    Sim(sim::Arguments),
+    /// Makes meshes of the surfaces of particles.
+    Mesh(mesh::Arguments),
     /// Renders the surface of particles.
     Render(render::Rendering),
-}
-
-#[derive(clap::Args)]
-struct Sim {
-    /// What is simulated: a list of blocks of fluid and a basin, in TOML.
-    description: PathBuf,
-    /// The folder for the frames: `0000.ply` is what the fluid begins as.
-    #[arg(short, long, value_name = "FOLDER")]
-    output: PathBuf,
-    #[command(flatten)]
-    limits: Limits,
-}
-
-#[derive(clap::Args)]
-struct Meshing {
-    /// The particles: the points of a mesh file, with their attribute `velocity` if they have one.
-    particles: PathBuf,
-    /// The mesh to write: .ply, .glb, .obj or .usda.
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
-    /// Distance between particles at rest, in metres.
-    #[arg(long, value_name = "METRES")]
-    spacing: f32,
-    /// Size of the cells by which the mesh is made, in spacings.
-    #[arg(long, value_name = "SPACINGS", default_value_t = 0.5)]
-    cell: f32,
-    /// What the surface is of.
-    #[arg(long, value_enum, default_value_t = Function::ZhuBridson)]
-    function: Function,
-    #[command(flatten)]
-    limits: Limits,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Function {
-    /// Blobs (Blinn 1982).
-    Blobs,
-    /// The distance from a mean of places (Zhu, Bridson 2005).
-    ZhuBridson,
-    /// The density of particles.
-    Density,
-    /// Kernels that are flat where particles are (Yu, Turk 2013).
-    Anisotropic,
-}
-
-impl Function {
-    /// The function of particles that lie this far apart at rest, in metres.
-    fn of(self, spacing: f32) -> SurfaceFunction {
-        let radius = 0.5 * spacing;
-        match self {
-            Self::Blobs => SurfaceFunction::blobs(radius),
-            Self::ZhuBridson => SurfaceFunction::zhu_bridson(radius),
-            Self::Density => SurfaceFunction::density(radius),
-            Self::Anisotropic => SurfaceFunction::anisotropic(radius),
-        }
-    }
+    /// Says what is in a file of particles or a folder of frames.
+    Info(info::Arguments),
+    /// Writes particles in another format.
+    Convert(convert::Arguments),
 }
 
 #[derive(clap::Args)]
@@ -107,88 +61,41 @@ impl Limits {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     match &arguments.task {
-        Task::Sim(arguments) => sim(arguments),
-        Task::Mesh(arguments) => mesh(arguments),
+        Task::Sim(arguments) => sim::run(arguments),
+        Task::Mesh(arguments) => mesh::run(arguments),
         Task::Render(arguments) => render::run(arguments),
+        Task::Info(arguments) => info::run(arguments),
+        Task::Convert(arguments) => convert::run(arguments),
     }
 }
 
-fn sim(arguments: &Sim) -> Outcome {
-    let context = arguments.limits.context()?;
-    let description = Description::read(&arguments.description)?;
-    let named = |error: Error| error.at(arguments.description.display().to_string());
-    let mut play = description.play(&context).map_err(named)?;
-    let mut fluid = description.begin(&context, &mut play).map_err(named)?;
-    let folder = &arguments.output;
-    std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error))?;
-    store(&frame(folder, 0), &fluid)?;
-    let style = ProgressStyle::with_template("{bar:30} frame {pos} of {len}, {eta} left, {msg}");
-    let bar = ProgressBar::new(u64::from(description.frames));
+/// Reads particles; what was left out is told.
+fn read(context: &Context, path: &Path) -> Result<Particles> {
+    let read = relievo_particleio::read(context, path)?;
+    read.notes.iter().for_each(|note| eprintln!("note: {}: {note}", path.display()));
+    Ok(read.particles)
+}
+
+/// The frames in a folder in order, with the names of their files without the extension. There is one at least.
+fn frames(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
+    let frames = relievo_particleio::frames(folder)?.into_iter();
+    let named = |(_, path): (_, PathBuf)| (path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), path);
+    let frames: Vec<_> = frames.map(named).collect();
+    match frames.is_empty() {
+        true => Err(Error::invalid("there are no frames in the folder")
+            .at(folder.display().to_string())
+            .advise("frames are called `0000.ply`, or `0000.250.ply`")),
+        false => Ok(frames),
+    }
+}
+
+/// A bar of so many frames on a terminal; elsewhere nothing is shown.
+fn bar(frames: u64) -> Result<ProgressBar> {
+    if !std::io::stderr().is_terminal() {
+        return Ok(ProgressBar::hidden());
+    }
+    let style = ProgressStyle::with_template("{bar:30} frame {pos} of {len}, {eta} left {msg}");
+    let bar = ProgressBar::new(frames);
     bar.set_style(style.map_err(|error| Error::internal(error.to_string()))?);
-    let (mut steps, mut corrections, mut most) = (0u64, 0u64, 0.0f32);
-    for number in 1..=description.frames {
-        let seconds = (1.0 / description.fps) as f32;
-        let time = f64::from(number - 1) / description.fps;
-        play.advance(&context, &mut fluid, time, seconds, |_, done| {
-            (steps, corrections) = (steps + 1, corrections + u64::from(done.corrections));
-            most = most.max(done.excess.most);
-            Ok(())
-        })?;
-        store(&frame(folder, number), &fluid)?;
-        bar.set_message(format!("{steps} steps"));
-        bar.inc(1);
-    }
-    bar.finish_and_clear();
-    let (count, frames) = (fluid.len(), description.frames);
-    let report = format!(
-        "{count} particles {} m apart, {frames} frames in {steps} steps with {corrections} corrections, at most {:.2} % too dense\n",
-        description.spacing(),
-        100.0 * most
-    );
-    crate::print(&report)?;
-    Ok(ExitCode::SUCCESS)
-}
-
-/// The file of a frame.
-fn frame(folder: &Path, number: u32) -> PathBuf {
-    folder.join(format!("{number:04}.ply"))
-}
-
-/// Writes particles in the order of their numbers, with their velocities.
-fn store(path: &Path, fluid: &Fluid) -> Result<()> {
-    let mut order: Vec<usize> = (0..fluid.len()).collect();
-    order.sort_unstable_by_key(|at| fluid.numbers()[*at]);
-    let points = order.iter().map(|at| fluid.places()[*at].truncate().into()).collect();
-    let velocities: Vec<[f32; 3]> = order.iter().map(|at| fluid.velocities()[*at].truncate().into()).collect();
-    let velocity = Attribute {
-        name: "velocity".into(),
-        domain: Domain::Point,
-        width: 3,
-        values: Values::F32(velocities.into_flattened()),
-        indices: None,
-    };
-    relievo_meshio::write_points_ply(path, points, vec![velocity])
-}
-
-fn mesh(arguments: &Meshing) -> Outcome {
-    let context = arguments.limits.context()?;
-    let path = &arguments.particles;
-    let particles = relievo_meshio::read(&context, path)?;
-    let function = arguments.function.of(arguments.spacing);
-    let velocity = particles.attribute("velocity").filter(|attribute| attribute.domain == Domain::Point);
-    let channels: Vec<Channel> = velocity
-        .and_then(|attribute| match &attribute.values {
-            Values::F32(values) => Some(Channel { name: "velocity", width: attribute.width as usize, values }),
-            Values::U32(_) => None,
-        })
-        .into_iter()
-        .collect();
-    let named = |error: Error| error.at(path.display().to_string());
-    let surface = Surface::new(&context, &particles.points, function).map_err(named)?;
-    let cell = arguments.cell * arguments.spacing;
-    let mesh = relievo_fluid::mesh(&context, &surface, cell, &channels, &mut Silent).map_err(named)?;
-    relievo_meshio::write(&arguments.output, &mesh)?;
-    let (count, faces) = (particles.points.len(), mesh.face_count());
-    crate::print(&format!("{count} particles, {faces} triangles\n"))?;
-    Ok(ExitCode::SUCCESS)
+    Ok(bar)
 }

@@ -15,6 +15,7 @@ mod import;
 mod info;
 mod manual;
 mod new;
+mod plot;
 mod povray;
 mod progressive;
 mod run;
@@ -62,6 +63,8 @@ enum Command {
     Progressive(progressive::Arguments),
     /// Simulates fluids of particles, and makes meshes of their surfaces.
     Fluid(fluid::Arguments),
+    /// Plots how a simulation of a fluid went, from its statistics.
+    Plot(plot::Arguments),
     /// Draws a picture of Bézier patches, a mesh or a document, on a graphics device or by rays.
     Draw(draw::Arguments),
     /// Lists the processor and the graphics devices of this machine.
@@ -92,6 +95,7 @@ fn main() -> ExitCode {
         Command::Simplify(arguments) => simplify::run(&arguments),
         Command::Progressive(arguments) => progressive::run(&arguments),
         Command::Fluid(arguments) => fluid::run(&arguments),
+        Command::Plot(arguments) => plot::run(&arguments),
         Command::Draw(arguments) => draw::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Stroke(arguments) => stroke::run(&arguments),

@@ -182,8 +182,8 @@ fn beside(a: DVec2, b: DVec2, point: DVec2) -> (f64, bool) {
     if is_turned { (-area, area < 0.0) } else { (area, area >= 0.0) }
 }
 
-/// The place of a triangle that is nearest to the origin (Ericson 2005, Section 5.1.5).
-fn nearest(corners: [Vec3; 3]) -> Vec3 {
+/// The place of a triangle that is nearest to the origin (Ericson 2004, Section 5.1.5).
+pub fn nearest(corners: [Vec3; 3]) -> Vec3 {
     let [a, b, c] = corners.map(|corner| corner.as_dvec3());
     let (ab, ac) = (b - a, c - a);
     let [d1, d2, d3, d4, d5, d6] = [-ab.dot(a), -ac.dot(a), -ab.dot(b), -ac.dot(b), -ab.dot(c), -ac.dot(c)];

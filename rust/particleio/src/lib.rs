@@ -1,4 +1,5 @@
-//! Files of particles: frames of our own cache, classic `.bgeo`, legacy VTK and PLY, both ways.
+//! Files of particles: frames of our own cache, classic `.bgeo`, legacy VTK and PLY, both ways; level sets as OpenVDB's
+//! files, out.
 //!
 //! Files are hostile until read: every size is checked against the file's length and the memory limit before anything is
 //! allocated. What is read is sound ([`Particles::check`]).
@@ -11,6 +12,7 @@ mod frame;
 mod particles;
 mod ply;
 mod sequence;
+mod vdb;
 mod vtk;
 mod vtk_words;
 mod vtk_writer;
@@ -22,5 +24,6 @@ pub use frame::{EXTENSION, Frame, VERSION, read_frame, write_frame};
 pub use particles::{Channel, Particles, VELOCITY};
 pub use ply::{read_ply, write_ply};
 pub use sequence::{FrameNumber, frames, path};
+pub use vdb::{LevelSet, write_vdb};
 pub use vtk::read_vtk;
 pub use vtk_writer::write_vtk;

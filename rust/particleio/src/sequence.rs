@@ -21,6 +21,11 @@ impl fmt::Display for FrameNumber {
 }
 
 impl FrameNumber {
+    /// That of step `step`, where frames have `parts` steps each: at most 1,000.
+    pub fn of_step(step: u64, parts: u32) -> Self {
+        Self(step * 1000 / u64::from(parts.max(1)))
+    }
+
     /// The number in the name of a file, if it is one of a frame.
     fn of(path: &Path) -> Option<Self> {
         let stem = path.file_stem()?.to_str()?;
@@ -35,11 +40,11 @@ impl FrameNumber {
 
 /// The file in `folder` of step `step`, where frames have `parts` steps each: at most 1,000.
 pub fn path(folder: &Path, step: u64, parts: u32, format: Format) -> PathBuf {
-    let parts = u64::from(parts.max(1));
-    let (frame, part, extension) = (step / parts, step % parts, format.extension());
+    let FrameNumber(number) = FrameNumber::of_step(step, parts);
+    let (frame, part, extension) = (number / 1000, number % 1000, format.extension());
     folder.join(match parts {
-        1 => format!("{frame:04}.{extension}"),
-        _ => format!("{frame:04}.{:03}.{extension}", part * 1000 / parts),
+        0 | 1 => format!("{frame:04}.{extension}"),
+        _ => format!("{frame:04}.{part:03}.{extension}"),
     })
 }
 

@@ -7,6 +7,8 @@ use crate::image::Image;
 const LETTER: (u32, u32) = (5, 7);
 /// The letters from space to underscore in ASCII order; small letters are shown as capitals.
 const FIRST: u8 = b' ';
+/// The colour of letters on dark ground.
+pub(crate) const INK: Color = [0.9; 3];
 
 /// Seven rows of five dots per letter, the leftmost dot in bit 4.
 #[rustfmt::skip]
@@ -100,28 +102,30 @@ pub fn draw_legend(image: &mut Image, entries: &[(Color, &str)]) {
     for (row, (color, label)) in (0..lines).zip(entries) {
         let y = top + margin + row * line;
         fill(image, [left + margin, y, 8 * dot, 7 * dot], *color);
-        draw_text(image, [left + margin + 12 * dot, y], dot, right.saturating_sub(margin), label);
+        let place = [left + margin + 12 * dot, y];
+        draw_text(image, place, dot, right.saturating_sub(margin), INK, label);
     }
 }
 
-/// Draws a line of text whose top left corner is at (x, y) in dots of `dot` pixels, as much of it as ends before `right`.
-pub(crate) fn draw_text(image: &mut Image, [mut x, y]: [u32; 2], dot: u32, right: u32, text: &str) {
+/// Draws a line of text into a picture of colours, whose top left corner is at (x, y) in pixels, in letters of five by seven
+/// dots of `dot` pixels with a gap of one, as much of it as ends before `right`. Small letters are shown as capitals.
+pub fn draw_text(image: &mut Image, [mut x, y]: [u32; 2], dot: u32, right: u32, color: Color, text: &str) {
     for letter in text.chars() {
         if x + LETTER.0 * dot > right {
             break;
         }
-        draw_letter(image, x, y, dot, letter);
+        draw_letter(image, [x, y], dot, color, letter);
         x += (LETTER.0 + 1) * dot;
     }
 }
 
-fn draw_letter(image: &mut Image, x: u32, y: u32, dot: u32, letter: char) {
+fn draw_letter(image: &mut Image, [x, y]: [u32; 2], dot: u32, color: Color, letter: char) {
     let code = u8::try_from(letter.to_ascii_uppercase()).unwrap_or(b'?');
     let unknown = (b'?' - FIRST) as usize;
     let rows = LETTERS.get(usize::from(code).wrapping_sub(usize::from(FIRST))).unwrap_or(&LETTERS[unknown]);
     for (row, dots) in (0..LETTER.1).zip(rows) {
         for column in (0..LETTER.0).filter(|column| dots >> (LETTER.0 - 1 - column) & 1 == 1) {
-            fill(image, [x + column * dot, y + row * dot, dot, dot], [0.9; 3]);
+            fill(image, [x + column * dot, y + row * dot, dot, dot], color);
         }
     }
 }
@@ -157,7 +161,7 @@ mod tests {
         assert_eq!((count(&image, red), count(&image, blue)), (56, 56));
         let dots = |letter: u8| LETTERS[usize::from(letter - FIRST)].iter().map(|row| row.count_ones()).sum::<u32>();
         let expected: u32 = b"TUNALLOCATED".iter().map(|letter| dots(*letter)).sum();
-        assert_eq!(count(&image, [0.9; 3]), expected as usize);
+        assert_eq!(count(&image, INK), expected as usize);
     }
 
     #[test]

@@ -34,7 +34,7 @@ pub use exr_file::{Channel, Content, Layer, Samples, Value, decode_exr, read_exr
 pub use geometry::{GeometryDifference, Quantiles, compare_geometry};
 pub use image::Image;
 pub use implicit::{Implicit, ImplicitHit, ImplicitRay, ImplicitTracer};
-pub use legend::draw_legend;
+pub use legend::{draw_legend, draw_text};
 pub use light::{Lights, Sky, Sun};
 pub use png_file::{decode_png, read_png, write_png};
 pub use scene::{Material, Mesh, ObjectId, Scene};

@@ -5,7 +5,7 @@ use relievo_core::{Error, Result};
 use crate::color::{Color, encode_srgb};
 use crate::comparison::{Picture, check_sizes};
 use crate::image::Image;
-use crate::legend::draw_text;
+use crate::legend::{INK, draw_text};
 
 /// Pixels between pictures, and around all.
 const GAP: u32 = 8;
@@ -67,11 +67,11 @@ pub fn contact_sheet(names: &[String], rows: &[Row], width: u32) -> Result<Image
     let off = |name: &String| format!("{name}: OFF X{GAIN}");
     let heads = names.iter().cloned().chain(names.iter().skip(1).map(off));
     for (column, head) in heads.enumerate() {
-        draw_text(&mut sheet, [left(column), GAP], DOT, left(column) + cell, &head);
+        draw_text(&mut sheet, [left(column), GAP], DOT, left(column) + cell, INK, &head);
     }
     let mut top = GAP + LINE;
     for (row, height) in rows.iter().zip(heights) {
-        draw_text(&mut sheet, [GAP, top + DOT], DOT, width, &row.label);
+        draw_text(&mut sheet, [GAP, top + DOT], DOT, width, INK, &row.label);
         top += LINE;
         let shown: Vec<Image> = row.pictures.iter().map(shown).collect();
         let differences = row

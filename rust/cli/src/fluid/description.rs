@@ -14,7 +14,7 @@ use super::play::Play;
 const LONGEST: u64 = 1 << 20;
 
 /// A fluid, what it begins as, and how many frames of it there are.
-#[derive(Deserialize)]
+#[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Description {
     /// Frames after the first, which is what the fluid begins as.
@@ -44,7 +44,7 @@ pub struct Description {
     folder: PathBuf,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct Options {
     spacing: f32,
@@ -61,7 +61,7 @@ struct Options {
     longest_step: f32,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Block {
     low: [f32; 3],
@@ -127,6 +127,12 @@ impl Description {
             ),
             reached: 0.0,
         })
+    }
+
+    /// All that decides what the frames are, but not how many there are and what is in files that are named.
+    pub fn identity(&self) -> String {
+        let text = format!("{self:?}").replacen(&format!("frames: {}, ", self.frames), "", 1);
+        text.replace(&format!(", folder: {:?}", self.folder), "")
     }
 
     /// The spacing of particles.

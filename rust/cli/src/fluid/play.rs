@@ -41,7 +41,7 @@ impl Play {
         }
         if (time - self.reached).abs() > 1e-6 {
             return Err(Error::unsupported("a simulation with bodies cannot go on from a frame")
-                .advise("begin anew, in another folder or without the frames of this one"));
+                .advise("begin anew by --restart, or in another folder"));
         }
         self.reached = time + f64::from(seconds);
         self.bodies.advance(context, fluid, seconds, renewed)

@@ -4,6 +4,7 @@ mod blind;
 #[cfg(feature = "rapier3d")]
 mod body;
 mod isosurface;
+mod level_set;
 mod raytrace;
 mod shapes;
 mod smoothing;

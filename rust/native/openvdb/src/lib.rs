@@ -1,6 +1,8 @@
-//! Binding to OpenVDB: level sets from meshes, against which voxelisation is tested and timed.
+//! Binding to OpenVDB: level sets from meshes, against which voxelisation is tested and timed, and from files, with which
+//! those are tested that are written here.
 
-use std::ffi::{c_char, c_int, c_void};
+use std::ffi::{CString, c_char, c_int, c_void};
+use std::path::Path;
 
 use relievo_core::{Error, Result};
 
@@ -14,6 +16,13 @@ unsafe extern "C" {
         message: *mut c_char,
         message_size: usize,
     ) -> *mut c_void;
+    fn relievo_level_set_read(path: *const c_char, message: *mut c_char, message_size: usize) -> *mut c_void;
+    fn relievo_level_set_facts(
+        level_set: *const c_void,
+        facts: *mut f64,
+        message: *mut c_char,
+        message_size: usize,
+    ) -> c_int;
     fn relievo_level_set_values(
         level_set: *const c_void,
         voxels: *const i32,
@@ -33,6 +42,19 @@ pub struct LevelSet {
 
 // SAFETY: the grid is owned by this handle alone and has no tie to the thread that made it.
 unsafe impl Send for LevelSet {}
+
+/// What a level set is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Facts {
+    /// Edge of a voxel.
+    pub voxel: f64,
+    /// The value where nothing is said.
+    pub background: f64,
+    /// How many voxels are active.
+    pub active: u64,
+    /// Whether it is said to be a level set, of voxels that are cubes.
+    pub is_level_set: bool,
+}
 
 /// Room for the message of an exception.
 type Message = [u8; 256];
@@ -68,7 +90,35 @@ impl LevelSet {
         if pointer.is_null() { Err(failure(&message)) } else { Ok(Self { pointer }) }
     }
 
-    /// The distances in voxels at lattice points: negative inside, clamped to the band.
+    /// The only grid of a file, of floats.
+    ///
+    /// Fails if the file has another one, or OpenVDB throws.
+    pub fn read(path: &Path) -> Result<Self> {
+        let name = CString::new(path.as_os_str().as_encoded_bytes());
+        let name = name.map_err(|_| Error::invalid("the name of the file has a zero in it"))?;
+        let mut message: Message = [0; 256];
+        // SAFETY: the name ends with a zero and lives through the call, and the message buffer is as large as said.
+        // Exceptions are caught on the other side.
+        let pointer = unsafe { relievo_level_set_read(name.as_ptr(), message.as_mut_ptr().cast(), message.len()) };
+        if pointer.is_null() { Err(failure(&message)) } else { Ok(Self { pointer }) }
+    }
+
+    /// What it is.
+    pub fn facts(&self) -> Result<Facts> {
+        let mut facts = [0.0; 4];
+        let mut message: Message = [0; 256];
+        // SAFETY: the handle is alive, four numbers are written, and the message buffer is as large as said.
+        let status = unsafe {
+            relievo_level_set_facts(self.pointer, facts.as_mut_ptr(), message.as_mut_ptr().cast(), message.len())
+        };
+        let [voxel, background, active, is_level_set] = facts;
+        match status {
+            0 => Ok(Facts { voxel, background, active: active as u64, is_level_set: is_level_set == 1.0 }),
+            _ => Err(failure(&message)),
+        }
+    }
+
+    /// The values at lattice points; of meshes distances in voxels, negative inside, clamped to the band.
     pub fn values(&self, voxels: &[[i32; 3]]) -> Result<Vec<f32>> {
         let mut values = vec![0.0; voxels.len()];
         let mut message: Message = [0; 256];

@@ -43,6 +43,17 @@ fn a_frame_begins_with_its_signature_and_version() {
 }
 
 #[test]
+fn frames_of_every_version_are_read() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/particles-1.rlvfluid");
+    let particles = read_frame(&Context::serial(), &std::fs::read(path).unwrap()).unwrap().particles;
+    assert_eq!(particles.points, [[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]);
+    assert_eq!(particles.numbers.as_deref(), Some(&[1, 4, 7][..]));
+    assert_eq!(particles.velocities().unwrap(), [[1.0, 2.0, 3.0]; 3]);
+    assert_eq!(particles.channel("heat").unwrap().values, [0.125, 0.5, 0.25]);
+    assert_eq!((particles.time, particles.spacing), (None, None));
+}
+
+#[test]
 fn every_damaged_byte_and_every_cut_is_an_error_never_wrong_data() {
     let context = Context::serial();
     let good = bytes(&context, &particles(40), Some(b"state"));

@@ -6,6 +6,7 @@ mod hostile;
 mod models;
 mod ply;
 mod sequence;
+mod vdb;
 mod vtk;
 
 use relievo_particleio::{Channel, Particles};

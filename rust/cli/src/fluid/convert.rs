@@ -1,0 +1,49 @@
+//! `relievo fluid convert`
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use relievo_core::Error;
+
+use super::Limits;
+use super::sim::FrameFormat;
+use crate::Outcome;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// A file of particles, or a folder of frames.
+    from: PathBuf,
+    /// The file to write: .rlvfluid, .bgeo, .vtk or .ply. Of a folder, the folder for the frames.
+    to: PathBuf,
+    /// The format of the frames of a folder.
+    #[arg(long, value_enum)]
+    format: Option<FrameFormat>,
+    #[command(flatten)]
+    limits: Limits,
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    let context = arguments.limits.context()?;
+    let Arguments { from, to, format, .. } = arguments;
+    let mut pairs = vec![(from.clone(), to.clone())];
+    if from.is_dir() {
+        let Some(format) = format else {
+            return Err(Error::invalid("the format of the frames is not said").advise("give --format").into());
+        };
+        std::fs::create_dir_all(to).map_err(|error| Error::io(to, &error))?;
+        let name = |name: &str| to.join(format!("{name}.{}", format.format().extension()));
+        pairs = super::frames(from)?.into_iter().map(|(stem, path)| (path, name(&stem))).collect();
+    }
+    let bar = super::bar(pairs.len() as u64)?;
+    let mut count = 0;
+    for (from, to) in &pairs {
+        let mut particles = super::read(&context, from)?;
+        particles.sort();
+        relievo_particleio::write(&context, to, &particles)?;
+        count += particles.points.len();
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    crate::print(&format!("{} files, {count} particles\n", pairs.len()))?;
+    Ok(ExitCode::SUCCESS)
+}

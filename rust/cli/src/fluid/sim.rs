@@ -1,0 +1,223 @@
+//! `relievo fluid sim`
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::ValueEnum;
+use relievo_core::{Context, Error, Result, file};
+use relievo_fluid::Fluid;
+use relievo_particleio::{Format, FrameNumber, frames, path, read_frame, write, write_frame};
+
+use super::Limits;
+use super::checkpoint::{Checkpoint, Totals, particles};
+use super::description::Description;
+use super::statistics::{NAME, Row, Statistics};
+use crate::Outcome;
+
+/// The name of the file that a run goes on from whose frames have no state.
+const CHECKPOINT: &str = "checkpoint";
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// What is simulated: a fluid, and what it meets, in TOML.
+    description: PathBuf,
+    /// The folder for the frames: `0000.ply` is what the fluid begins as. Where a run was interrupted, it goes on
+    /// from the last frame there.
+    #[arg(short, long, value_name = "FOLDER")]
+    output: PathBuf,
+    /// The format of the frames.
+    #[arg(long, value_enum, default_value_t = FrameFormat::Ply)]
+    format: FrameFormat,
+    /// Files a frame: with 4, `0001.250.ply` follows `0001.000.ply`.
+    #[arg(long, value_name = "NUMBER", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    sub_frames: u32,
+    /// Begins anew, in place of the frames that are there.
+    #[arg(long)]
+    restart: bool,
+    #[command(flatten)]
+    limits: Limits,
+}
+
+#[derive(Clone, Copy, PartialEq, ValueEnum)]
+pub enum FrameFormat {
+    /// Frames of a cache, `.rlvfluid`, compressed, from which a run goes on.
+    Cache,
+    /// Houdini's classic geometry.
+    Bgeo,
+    /// VTK's legacy form.
+    Vtk,
+    /// PLY.
+    Ply,
+}
+
+impl FrameFormat {
+    pub fn format(self) -> Format {
+        match self {
+            Self::Cache => Format::Cache,
+            Self::Bgeo => Format::Bgeo,
+            Self::Vtk => Format::Vtk,
+            Self::Ply => Format::Ply,
+        }
+    }
+}
+
+/// A folder of frames, and how its files are written.
+struct Folder<'a> {
+    path: &'a Path,
+    format: Format,
+    parts: u32,
+    /// What the frames are of.
+    identity: String,
+    spacing: f32,
+}
+
+impl Folder<'_> {
+    fn file(&self, step: u64) -> PathBuf {
+        path(self.path, step, self.parts, self.format)
+    }
+
+    /// The number of a frame.
+    fn number(&self, step: u64) -> String {
+        FrameNumber::of_step(step, self.parts).to_string()
+    }
+
+    /// The file from which a run in another format goes on.
+    fn checkpoint(&self) -> PathBuf {
+        self.path.join(CHECKPOINT).with_extension(Format::Cache.extension())
+    }
+
+    /// Writes a frame, and what a run goes on from.
+    fn store(&self, context: &Context, fluid: &Fluid, step: u64, totals: Totals) -> Result<()> {
+        let checkpoint = Checkpoint { identity: self.identity.clone(), step, totals, state: fluid.state() };
+        let mut particles = particles(&checkpoint.state, self.spacing);
+        let state = checkpoint.encode();
+        if self.format == Format::Cache {
+            return write_frame(context, &self.file(step), &particles, Some(&state));
+        }
+        // The frame comes first: with a checkpoint there is a frame.
+        let unsorted = particles.clone();
+        particles.sort();
+        write(context, &self.file(step), &particles)?;
+        write_frame(context, &self.checkpoint(), &unsorted, Some(&state))
+    }
+
+    /// The last whole frame from which a run may go on. A damaged one is left out, with a note.
+    fn last(&self, context: &Context) -> Result<Option<Checkpoint>> {
+        let files: Vec<PathBuf> = match self.format {
+            Format::Cache => {
+                let files = frames(self.path)?.into_iter().rev().map(|(_, path)| path);
+                files.filter(|path| Format::named(path) == Ok(Format::Cache)).collect()
+            }
+            _ => Some(self.checkpoint()).into_iter().filter(|path| path.exists()).collect(),
+        };
+        for path in files {
+            let named = |error: Error| error.at(path.display().to_string());
+            let bytes = file::load(&path, context.memory_limit())?;
+            let frame = match read_frame(context, &bytes) {
+                Ok(frame) => frame,
+                Err(error) if error.kind == relievo_core::ErrorKind::Invalid => {
+                    eprintln!("note: {}", named(error));
+                    continue;
+                }
+                Err(error) => return Err(named(error)),
+            };
+            let level = frame.level.clone();
+            let other = |what: &str, advice: &str| {
+                let what = format!("frames {what} are there");
+                Err(named(
+                    Error::invalid(what)
+                        .advise(format!("{advice}, or name another folder, or begin anew by --restart")),
+                ))
+            };
+            let Some(checkpoint) = Checkpoint::of(frame).map_err(named)? else {
+                return other("that no simulation can go on from", "move them");
+            };
+            if checkpoint.identity != self.identity {
+                return other("of another description, of another format or of other sub-frames", "take that one");
+            }
+            if level != context.level().name() {
+                return other(&format!("of the instruction level {level}"), &format!("set RELIEVO_SIMD={level}"));
+            }
+            return Ok(Some(checkpoint));
+        }
+        Ok(None)
+    }
+
+    /// Removes frames that are there.
+    fn clear(&self) -> Result<()> {
+        let frames = frames(self.path)?.into_iter().map(|(_, path)| path);
+        for path in frames.chain([self.checkpoint(), self.path.join(NAME)]).filter(|path| path.exists()) {
+            std::fs::remove_file(&path).map_err(|error| Error::io(&path, &error))?;
+        }
+        Ok(())
+    }
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    let context = arguments.limits.context()?;
+    let description = Description::read(&arguments.description)?;
+    let named = |error: Error| error.at(arguments.description.display().to_string());
+    let mut play = description.play(&context).map_err(named)?;
+    let mut fluid = description.begin(&context, &mut play).map_err(named)?;
+    let format = arguments.format.format();
+    let folder = Folder {
+        path: &arguments.output,
+        format,
+        parts: arguments.sub_frames,
+        identity: format!("{}, {} sub-frames of {}", format.extension(), arguments.sub_frames, description.identity()),
+        spacing: description.spacing(),
+    };
+    std::fs::create_dir_all(folder.path).map_err(|error| Error::io(folder.path, &error))?;
+    if arguments.restart {
+        folder.clear()?;
+    }
+    let (mut first, mut totals) = (0, Totals::default());
+    let last = folder.last(&context)?;
+    let mut statistics = Statistics::open(folder.path, last.as_ref().map_or(0, |last| last.step as usize + 1))?;
+    match last {
+        Some(last) => {
+            (first, totals) = (last.step, last.totals);
+            fluid.set_state(last.state)?;
+            eprintln!("note: goes on from {}", folder.file(first).display());
+        }
+        None => {
+            let row = Row { particles: fluid.len(), energy: fluid.kinetic_energy(), ..Row::default() };
+            statistics.add("0", &row)?;
+            folder.store(&context, &fluid, 0, totals)?;
+        }
+    }
+    let parts = u64::from(folder.parts);
+    let all = u64::from(description.frames) * parts;
+    let bar = super::bar(all)?.with_position(first);
+    bar.reset_eta();
+    for step in first + 1..=all {
+        let begin = Instant::now();
+        let mut row = Row::default();
+        let seconds = (1.0 / (description.fps * parts as f64)) as f32;
+        let time = (step - 1) as f64 / (description.fps * parts as f64);
+        play.advance(&context, &mut fluid, time, seconds, |_, done| {
+            row.add(done);
+            bar.set_message(format!("after {} steps", totals.steps + row.steps));
+            Ok(())
+        })?;
+        totals.steps += row.steps;
+        totals.corrections += row.corrections;
+        totals.most = totals.most.max(row.excess[0]);
+        (row.seconds, row.particles, row.energy) = (fluid.seconds(), fluid.len(), fluid.kinetic_energy());
+        row.duration = begin.elapsed().as_secs_f64();
+        // The row comes first: where a frame is there its row is, and later ones are dropped.
+        statistics.add(&folder.number(step), &row)?;
+        folder.store(&context, &fluid, step, totals)?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let Totals { steps, corrections, most } = totals;
+    let (count, frames) = (fluid.len(), description.frames);
+    crate::print(&format!(
+        "{count} particles {} m apart, {frames} frames in {steps} steps with {corrections} corrections, at most {:.2} % too dense\n",
+        description.spacing(),
+        100.0 * most
+    ))?;
+    Ok(ExitCode::SUCCESS)
+}
