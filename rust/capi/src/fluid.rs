@@ -313,24 +313,24 @@ impl RlvFluidReport {
 /// # Safety
 /// `options` is NULL or a descriptor that starts with its size.
 unsafe fn read_options(options: *const RlvFluidOptions) -> Result<FluidOptions> {
-    let default = FluidOptions::default();
-    let (courant, step) = match default.time_step {
+    let usual = FluidOptions::default();
+    let (courant, step) = match usual.time_step {
         TimeStep::Courant { number, most } => (number, most),
         TimeStep::Fixed(step) => (1.0, step),
     };
     let default = RlvFluidOptions {
         struct_size: 0,
         kernels: RLV_FLUID_WENDLAND,
-        spacing: default.spacing,
-        density: default.density,
-        viscosity: default.viscosity,
-        friction: default.friction,
-        cohesion: default.cohesion,
-        gravity: default.gravity.to_array(),
-        max_excess: default.excess.most,
-        mean_excess: default.excess.mean,
-        min_corrections: default.corrections[0],
-        max_corrections: default.corrections[1],
+        spacing: usual.spacing,
+        density: usual.density,
+        viscosity: usual.viscosity,
+        friction: usual.friction,
+        cohesion: usual.cohesion,
+        gravity: usual.gravity.to_array(),
+        max_excess: usual.excess.most,
+        mean_excess: usual.excess.mean,
+        min_corrections: usual.corrections[0],
+        max_corrections: usual.corrections[1],
         steps: RLV_FLUID_COURANT,
         courant,
         step,
@@ -355,6 +355,7 @@ unsafe fn read_options(options: *const RlvFluidOptions) -> Result<FluidOptions> 
         excess: Excess { most: given.max_excess, mean: given.mean_excess },
         corrections: [given.min_corrections, given.max_corrections],
         time_step,
+        ..usual
     })
 }
 
