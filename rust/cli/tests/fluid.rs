@@ -68,6 +68,7 @@ fn what_cannot_be_a_fluid_is_refused() {
     refused(&DAM.replace("high = [1, 0.3, 0.6]", "high = [1, 0.3, nan]"), "basin");
     refused(&DAM.replace("high = [0.3, 0.3, 0.5]", "high = [3e9, 0.3, 0.5]"), "block 0");
     refused(&DAM.replace("[fluid]", "[fluid]\nkernels = \"none\""), "mueller");
+    refused(&DAM.replace("[fluid]", "[fluid]\nsolver = \"none\""), "dfsph");
     let lost = relievo(folder.path(), &["fluid", "mesh", "none.ply", "-o", "surface.ply", "--spacing", "0.05"]);
     assert!(lost.status.code() == Some(1) && text(&lost.stderr).contains("none.ply"), "{lost:?}");
 }

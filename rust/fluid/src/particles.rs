@@ -46,7 +46,7 @@ pub struct State {
     pub next: u32,
     /// Places in metres; the fourth numbers are what a step begins with.
     pub places: Vec<Vec4>,
-    /// Velocities in m/s; the fourth numbers are 0.
+    /// Velocities in m/s; the fourth numbers are what corrections of velocities begin with.
     pub velocities: Vec<Vec4>,
     /// Accelerations by the host in m/s²; the fourth numbers are 0.
     pub pushes: Vec<Vec4>,
@@ -86,8 +86,11 @@ impl State {
         if !self.places.iter().all(|place| is_sound(place) && place.w >= 0.0) {
             return refuse("places", "a number is not finite, or a pressure negative");
         }
-        if ![&self.velocities, &self.pushes].into_iter().flatten().all(|row| is_sound(row) && row.w == 0.0) {
-            return refuse("velocities", "a number is not finite, or a fourth one is not 0");
+        if !self.velocities.iter().all(|velocity| is_sound(velocity) && velocity.w >= 0.0) {
+            return refuse("velocities", "a number is not finite, or a pressure negative");
+        }
+        if !self.pushes.iter().all(|push| is_sound(push) && push.w == 0.0) {
+            return refuse("pushes", "a number is not finite, or a fourth one is not 0");
         }
         if !self.pressures.iter().all(|pressure| pressure.is_finite()) {
             return refuse("pressures", "a number is not finite");

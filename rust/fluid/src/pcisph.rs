@@ -23,7 +23,7 @@ pub struct Correction<'a> {
     pub near: &'a Neighbours,
     pub walls: &'a Neighbours,
     pub found: &'a [Found],
-    /// Velocities after all accelerations but those by pressure.
+    /// Velocities after all accelerations but those by pressure, and pressures that have worked on them.
     pub velocities: &'a [Vec4],
     /// s
     pub step: f32,
@@ -42,45 +42,77 @@ pub struct Excess {
     pub mean: f32,
 }
 
-/// Moves the particles by the pressures that they have, the fourth numbers of `places`.
+/// Moves the particles by the pressures that they have, the fourth numbers of `places`. Those of what is predicted are all
+/// the pressures that have worked.
 pub fn predict(context: &Context, correction: &Correction, places: Rows, predicted: &mut [Vec4]) {
     let mut parts: Vec<_> = predicted.chunks_mut(PART).collect();
     context.for_each_mut(&mut parts, |part, predicted| {
-        predict_part(context.level(), correction, places, part, predicted);
+        push_part(context.level(), correction, places, part, predicted);
+        let numbers = part * PART..;
+        for (predicted, number) in predicted.iter_mut().zip(numbers) {
+            let (place, before) = (places.fluid[number], correction.velocities[number].w);
+            *predicted = (place + correction.step * *predicted).truncate().extend(place.w + before);
+        }
     });
+}
+
+/// Velocities after the pressures that particles have, the fourth numbers of `places`.
+pub fn push(context: &Context, correction: &Correction, places: Rows, pushed: &mut [Vec4]) {
+    let mut parts: Vec<_> = pushed.chunks_mut(PART).collect();
+    context.for_each_mut(&mut parts, |part, pushed| push_part(context.level(), correction, places, part, pushed));
 }
 
 /// Corrects pressures by the densities at predicted places, and says how much too high these are: beyond rest, and beyond
 /// what may be kept of what a step begins with.
 pub fn correct(context: &Context, correction: &Correction, predicted: Rows, places: &mut [Vec4]) -> [Excess; 2] {
-    let count = places.len().max(1) as f32;
-    let mut parts: Vec<_> = places.chunks_mut(PART).map(|places| (places, [Excess::default(); 2])).collect();
-    context.for_each_mut(&mut parts, |part, (places, excess)| {
-        *excess = correct_part(context.level(), correction, predicted, part, places);
-    });
-    [0, 1].map(|kind| {
+    tally(context, places, |part, places| correct_part(context.level(), correction, predicted, part, places))
+}
+
+/// Goes through the parts of all particles, and puts together what is said of each.
+pub fn tally<const KINDS: usize>(
+    context: &Context,
+    rows: &mut [Vec4],
+    work: impl Fn(usize, &mut [Vec4]) -> [Excess; KINDS] + Sync,
+) -> [Excess; KINDS] {
+    let count = rows.len().max(1) as f32;
+    let mut parts: Vec<_> = rows.chunks_mut(PART).map(|rows| (rows, [Excess::default(); KINDS])).collect();
+    context.for_each_mut(&mut parts, |part, (rows, excess)| *excess = work(part, rows));
+    std::array::from_fn(|kind| {
         let all = parts.iter().fold(Excess::default(), |all, (_, part)| all.and(part[kind]));
         Excess { mean: all.mean / count, ..all }
     })
 }
 
+/// What a pressure grows by for each kg/m³ that the density is too high by, times [`Found::diagonal`].
+pub fn stiffness(correction: &Correction) -> f32 {
+    let Correction { constants, step, .. } = correction;
+    RELAXATION * (constants.density / step) * (constants.density / step)
+}
+
 impl Excess {
+    /// Of one particle, by which the density is too high; what is not a number is more than anything.
+    #[inline(always)]
+    pub fn of(over: f32) -> Self {
+        let share = if over > 0.0 || over.is_nan() { over } else { 0.0 };
+        Self { most: share, mean: share }
+    }
+
     /// Of both; what is not a number is more than anything.
     #[inline(always)]
-    fn and(self, other: Self) -> Self {
+    pub fn and(self, other: Self) -> Self {
         let is_more = other.most > self.most || other.most.is_nan();
         Self { most: if is_more { other.most } else { self.most }, mean: self.mean + other.mean }
     }
 }
 
 #[inline(always)]
-fn predict_body<A: Lanes>(correction: &Correction, places: Rows, part: usize, predicted: &mut [Vec4]) {
+fn push_body<A: Lanes>(correction: &Correction, places: Rows, part: usize, pushed: &mut [Vec4]) {
     // SAFETY: defined by `dispatch_simd!`.
     #[allow(unsafe_code)]
     let v = unsafe { A::assume() };
     let Constants { mass, density, .. } = correction.constants;
     let [near, walls] = [&correction.near.parts()[part], &correction.walls.parts()[part]];
-    for (particle, predicted) in predicted.iter_mut().enumerate() {
+    for (particle, pushed) in pushed.iter_mut().enumerate() {
         let number = part * PART + particle;
         let own = places.fluid[number];
         let pressure = v.splat(own.w);
@@ -92,12 +124,12 @@ fn predict_body<A: Lanes>(correction: &Correction, places: Rows, part: usize, pr
             back = back.plus(v, v.mul(v.load(&walls.slopes[at..]), mass), from);
         });
         let acceleration = (mass * push.sum(v) + own.w * back.sum(v)) / -(density * density);
-        *predicted = own + correction.step * (correction.velocities[number] + correction.step * acceleration);
+        *pushed = correction.velocities[number] + correction.step * acceleration;
     }
 }
 
 dispatch_simd! {
-    fn predict_part = predict_body(correction: &Correction, places: Rows<'_>, part: usize, predicted: &mut [Vec4])
+    fn push_part = push_body(correction: &Correction, places: Rows<'_>, part: usize, pushed: &mut [Vec4])
 }
 
 #[inline(always)]
@@ -107,7 +139,7 @@ fn correct_body<A: Lanes>(correction: &Correction, predicted: Rows, part: usize,
     let v = unsafe { A::assume() };
     let Constants { mass, density, kernels, wall, diagonal, .. } = correction.constants;
     let smoothing = KernelLanes::new(v, &correction.constants);
-    let stiffness = RELAXATION * (density / correction.step) * (density / correction.step);
+    let stiffness = stiffness(correction);
     let [near, walls] = [&correction.near.parts()[part], &correction.walls.parts()[part]];
     let mut excess = [Excess::default(); 2];
     for (particle, place) in places.iter_mut().enumerate() {
@@ -126,8 +158,7 @@ fn correct_body<A: Lanes>(correction: &Correction, predicted: Rows, part: usize,
         let over = here - density - kept;
         place.w = (place.w + stiffness / found.diagonal.max(diagonal) * over).max(0.0);
         for (excess, over) in excess.iter_mut().zip([here - density, over]) {
-            let share = if over > 0.0 || over.is_nan() { over / density } else { 0.0 };
-            *excess = excess.and(Excess { most: share, mean: share });
+            *excess = excess.and(Excess::of(over / density));
         }
     }
     excess

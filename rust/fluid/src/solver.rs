@@ -13,21 +13,20 @@ use crate::neighbours::Neighbours;
 use crate::pace::{Pace, within};
 use crate::pairs::Rows;
 use crate::particles::{Batch, ParticleChannel, Particles, State};
-use crate::pcisph::{Correction, Excess, correct, predict};
+use crate::pcisph::Excess;
 use crate::prepare::{Begin, Found, prepare};
-use crate::sweep::{Step, Sweep};
+use crate::sweep::Sweep;
 use crate::wall::Wall;
 
-/// The share of a step's pressures that the next begins with (Ihmsen et al. 2014, Section 3): with all of them they lag
-/// behind, do work on what expands, and a fluid at rest boils.
-const CARRIED: f32 = 0.5;
 /// What a step did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepStatistics {
     /// How long it was, in seconds.
     pub seconds: f32,
-    /// Corrections of pressures.
+    /// Corrections of pressures by densities.
     pub corrections: u32,
+    /// Those by what velocities compress; 0 without [`crate::PressureSolver::Dfsph`].
+    pub divergence_corrections: u32,
     /// How much denser than at rest the fluid is.
     pub excess: Excess,
     /// What the fluid was given.
@@ -55,6 +54,7 @@ pub struct Fluid {
     /// What a step works with.
     predicted: Vec<Vec4>,
     advected: Vec<Vec4>,
+    slowed: Vec<Vec4>,
     accelerations: Vec<Vec4>,
     found: Vec<Found>,
     cells: Cells,
@@ -80,6 +80,7 @@ impl Fluid {
             seconds: 0.0,
             predicted: Vec::new(),
             advected: Vec::new(),
+            slowed: Vec::new(),
             accelerations: Vec::new(),
             found: Vec::new(),
             cells: Cells::default(),
@@ -127,7 +128,7 @@ impl Fluid {
         &self.particles.places[..self.len()]
     }
 
-    /// Velocities in m/s; their fourth numbers are 0.
+    /// Velocities in m/s; the fourth numbers are what corrections of velocities begin with.
     pub fn velocities(&self) -> &[Vec4] {
         &self.particles.velocities[..self.len()]
     }
@@ -227,7 +228,7 @@ impl Fluid {
 
     /// The energy of all motion, in J.
     pub fn kinetic_energy(&self) -> f32 {
-        let sum: f64 = self.velocities().iter().map(|velocity| f64::from(velocity.length_squared())).sum();
+        let sum: f64 = self.velocities().iter().map(|velocity| f64::from(velocity.with_w(0.0).length_squared())).sum();
         (0.5 * sum * f64::from(self.constants.mass)) as f32
     }
 
@@ -249,7 +250,7 @@ impl Fluid {
 
     /// How long the next step should be, in seconds.
     pub fn time_step(&self) -> f32 {
-        let square = self.velocities().iter().map(|velocity| velocity.length_squared()).fold(0.0, f32::max);
+        let square = self.velocities().iter().map(|velocity| velocity.with_w(0.0).length_squared()).fold(0.0, f32::max);
         self.pace.step(&self.options, &self.constants, square.sqrt().max(self.wall.speed))
     }
 
@@ -268,13 +269,14 @@ impl Fluid {
         let reach = self.options.spacing + seconds * speed;
         self.sweep.find(context, &self.colliders, &self.particles.places[..self.particles.len()], reach);
         let (mut done, mut is_enough) = self.press(context, seconds, 0.0);
-        let mut corrections = done.corrections;
+        let (mut corrections, mut divergence_corrections) = (done.corrections, done.divergence_corrections);
         while !is_enough {
             let Some((shorter, kept)) = self.pace.again(&self.options, done.seconds) else { break };
             // Pressures that did not converge are no better than none.
             self.particles.places.iter_mut().for_each(|place| place.w = 0.0);
             (done, is_enough) = self.press(context, shorter, kept);
             corrections += done.corrections;
+            divergence_corrections += done.divergence_corrections;
         }
         let is_finite = self.predicted.iter().all(|place| place.is_finite());
         if !is_finite || !(is_enough || self.options.time_step.is_fixed()) {
@@ -286,7 +288,7 @@ impl Fluid {
         done.given = self.exchange(context, done.seconds);
         let pulled = self.arrive(done.seconds);
         self.pace.settle(&self.options, corrections, pulled);
-        Ok(StepStatistics { corrections, ..done })
+        Ok(StepStatistics { corrections, divergence_corrections, ..done })
     }
 
     /// Finds neighbours, densities and the accelerations that need no pressure.
@@ -314,46 +316,6 @@ impl Fluid {
         Ok(())
     }
 
-    /// Finds the pressures by which the fluid is not too dense after so many seconds, and where its particles are then.
-    /// A share of what it is too dense by now may be kept. Returns whether it is not denser.
-    fn press(&mut self, context: &Context, seconds: f32, kept: f32) -> (StepStatistics, bool) {
-        let count = self.len();
-        let gravity = self.options.gravity.extend(0.0);
-        let Particles { places, velocities, pushes, .. } = &mut self.particles;
-        let pulled = velocities.iter().zip(&self.accelerations).zip(&*pushes);
-        self.advected.clear();
-        self.advected.extend(pulled.map(|((velocity, pull), push)| *velocity + seconds * (*pull + *push + gravity)));
-        let correction = Correction {
-            constants: self.constants,
-            near: &self.near,
-            walls: &self.near_walls,
-            found: &self.found,
-            velocities: &self.advected,
-            step: seconds,
-            dense: (1.0 + self.options.excess.most) * self.constants.density,
-            kept,
-        };
-        places.iter_mut().for_each(|place| place.w *= CARRIED);
-        self.predicted.clone_from(places);
-        self.wall.predict(seconds);
-        let mut done = StepStatistics { seconds, ..StepStatistics::default() };
-        let [least, most] = self.options.corrections;
-        loop {
-            let rows = Rows { fluid: places, walls: &self.wall.places };
-            predict(context, &correction, rows, &mut self.predicted[..count]);
-            let step = Step { seconds, spacing: self.options.spacing };
-            self.sweep.hold(context, &self.colliders, &places[..count], &mut self.predicted[..count], step);
-            let rows = Rows { fluid: &self.predicted, walls: self.wall.ends() };
-            let [excess, over] = correct(context, &correction, rows, &mut places[..count]);
-            done.excess = excess;
-            done.corrections += 1;
-            let is_enough = over.most <= self.options.excess.most && over.mean <= self.options.excess.mean;
-            if done.corrections >= if is_enough { least } else { most } {
-                return (done, is_enough);
-            }
-        }
-    }
-
     /// Takes the particles to where they were predicted to be, with the pressures that they have now, but none farther than a
     /// spacing: corrections throw one out of a few thousand where water meets walls, though nothing is too dense then.
     /// Returns the greatest acceleration.
@@ -361,20 +323,23 @@ impl Fluid {
         let mut pulled = 0.0f32;
         let Particles { places, velocities, numbers, .. } = &mut self.particles;
         let predicted = self.predicted.iter().take(numbers.len());
-        for ((place, velocity), predicted) in places.iter_mut().zip(velocities).zip(predicted) {
+        let moves = predicted.zip(&self.advected);
+        for ((place, velocity), (predicted, advected)) in places.iter_mut().zip(velocities).zip(moves) {
             let moved = (predicted.xyz() - place.xyz()).clamp_length_max(self.options.spacing);
             let new = (moved / seconds).extend(0.0);
-            pulled = pulled.max((new - *velocity).length_squared());
-            *velocity = new;
+            pulled = pulled.max((new - velocity.with_w(0.0)).length_squared());
+            *velocity = new.with_w(advected.w);
             *place = (place.xyz() + moved).extend(place.w);
         }
         for met in self.sweep.met().filter(|met| met.is_last) {
             let place = &mut self.particles.places[met.particle as usize];
             *place = met.place.extend(place.w);
-            self.particles.velocities[met.particle as usize] = met.velocity.extend(0.0);
+            let velocity = &mut self.particles.velocities[met.particle as usize];
+            *velocity = met.velocity.extend(velocity.w);
         }
-        let told = self.particles.pressures.iter_mut().zip(&self.particles.places).zip(&self.found);
-        told.for_each(|((pressure, place), found)| *pressure = place.w * found.virial);
+        let worked = self.particles.places.iter().zip(&self.advected).map(|(place, advected)| place.w + advected.w);
+        let told = self.particles.pressures.iter_mut().zip(worked).zip(&self.found);
+        told.for_each(|((pressure, worked), found)| *pressure = worked * found.virial);
         self.carry(seconds);
         self.seconds += f64::from(seconds);
         self.particles.expire(self.seconds);
@@ -383,6 +348,7 @@ impl Fluid {
 }
 
 mod bodies;
+mod press;
 
 #[cfg(test)]
 mod tests;

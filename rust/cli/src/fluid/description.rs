@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 use relievo_core::{Context, Error, Result, file};
-use relievo_fluid::{Batch, Bodies, Excess, Fluid, FluidOptions, KernelSet, Solid, TimeStep, basin, block};
+use relievo_fluid::{
+    Batch, Bodies, Excess, Fluid, FluidOptions, KernelSet, PressureSolver, Solid, TimeStep, basin, block,
+};
 use serde::Deserialize;
 
 use super::entries::{Budget, Collider, Corners, Drain, Fill, Floating, Outlet, Push, sources};
@@ -54,6 +56,7 @@ struct Options {
     cohesion: f32,
     gravity: [f32; 3],
     kernels: String,
+    solver: String,
     excess: [f32; 2],
     corrections: [u32; 2],
     time_step: Option<f32>,
@@ -84,6 +87,7 @@ impl Default for Options {
             cohesion,
             gravity: gravity.into(),
             kernels: "wendland".into(),
+            solver: "pcisph".into(),
             excess,
             corrections,
             time_step: None,
@@ -151,6 +155,14 @@ impl Description {
                 return Err(error.advise("use wendland or mueller"));
             }
         };
+        let solver = match options.solver.as_str() {
+            "pcisph" => PressureSolver::Pcisph,
+            "dfsph" => PressureSolver::Dfsph,
+            other => {
+                let error = Error::invalid(format!("there is no solver {other:?}")).at("fluid.solver");
+                return Err(error.advise("use pcisph or dfsph"));
+            }
+        };
         let [most, mean] = options.excess;
         let courant = TimeStep::Courant { number: options.courant, most: options.longest_step };
         let mut fluid = Fluid::new(FluidOptions {
@@ -161,6 +173,7 @@ impl Description {
             cohesion: options.cohesion,
             gravity: options.gravity.into(),
             kernels,
+            solver,
             excess: Excess { most, mean },
             corrections: options.corrections,
             time_step: options.time_step.map_or(courant, TimeStep::Fixed),

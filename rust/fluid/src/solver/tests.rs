@@ -1,6 +1,6 @@
 use super::*;
 use crate::TimeStep;
-use crate::{KernelSet, basin, block};
+use crate::{KernelSet, PressureSolver, basin, block};
 
 /// A number in 0..1 that follows from two.
 fn noise(number: u32, kind: u32) -> f32 {
@@ -42,7 +42,11 @@ fn densities_and_accelerations_are_the_sums_over_all_pairs() {
                 let from = (*place - *other).xyz();
                 let r = from.length();
                 sum += mass * kernels.density(r);
-                push -= mass / (density * density) * CARRIED * (place.w + other.w) * kernels.pressure_slope(r) * from;
+                push -= mass / (density * density)
+                    * press::CARRIED
+                    * (place.w + other.w)
+                    * kernels.pressure_slope(r)
+                    * from;
                 push += constants.viscosity * mass / density * kernels.viscosity(r) * (*moved - *velocity).xyz();
                 push -= constants.cohesion * mass * kernels.density(r) * from;
             }
@@ -51,7 +55,7 @@ fn densities_and_accelerations_are_the_sums_over_all_pairs() {
                 let left = (1.0 - from.length() / kernels.support).max(0.0);
                 sum += other.w * constants.wall * left.powi(7);
                 let slope = -7.0 * constants.wall / kernels.support * left.powi(6) / from.length();
-                push -= other.w / (density * density) * CARRIED * place.w * slope * from;
+                push -= other.w / (density * density) * press::CARRIED * place.w * slope * from;
                 push -= constants.friction * other.w / density * kernels.viscosity(from.length()) * velocity.xyz();
             }
             assert!((fluid.found[number].density / sum - 1.0).abs() < 1e-4, "{set:?} {number}");
@@ -61,11 +65,17 @@ fn densities_and_accelerations_are_the_sums_over_all_pairs() {
     }
 }
 
+const SOLVERS: [PressureSolver; 2] = [PressureSolver::Pcisph, PressureSolver::Dfsph];
+
 #[test]
 fn steps_do_not_depend_on_threads() {
+    SOLVERS.into_iter().for_each(steps_of_any_threads);
+}
+
+fn steps_of_any_threads(solver: PressureSolver) {
     let run = |threads| {
         let context = Context::new(&relievo_core::ContextOptions { threads, memory_limit: 0 }).unwrap();
-        let mut fluid = Fluid::new(FluidOptions { spacing: 0.05, ..FluidOptions::default() }).unwrap();
+        let mut fluid = Fluid::new(FluidOptions { spacing: 0.05, solver, ..FluidOptions::default() }).unwrap();
         fluid.add(&block(Vec3::ZERO, Vec3::new(0.6, 0.5, 0.8), 0.05).unwrap(), Vec3::ZERO).unwrap();
         fluid.set_walls(&context, &basin(Vec3::ZERO, Vec3::new(1.5, 0.5, 1.0), 0.05).unwrap()).unwrap();
         fluid.advance(&context, 0.1, |_, _| Ok(())).unwrap();
@@ -129,8 +139,12 @@ fn a_fluid_moves_with_its_walls_as_it_rests_in_them() {
 
 #[test]
 fn momentum_stays_where_there_are_no_walls_and_follows_what_hosts_add() {
+    SOLVERS.into_iter().for_each(momentum_stays);
+}
+
+fn momentum_stays(solver: PressureSolver) {
     let context = Context::serial();
-    let options = FluidOptions { spacing: 0.05, gravity: Vec3::ZERO, ..FluidOptions::default() };
+    let options = FluidOptions { spacing: 0.05, solver, gravity: Vec3::ZERO, ..FluidOptions::default() };
     let mut fluid = Fluid::new(options).unwrap();
     let left = block(Vec3::ZERO, Vec3::new(0.5, 0.5, 0.5), 0.05).unwrap();
     fluid.add(&left, Vec3::new(1.0, 0.0, 0.0)).unwrap();
@@ -152,8 +166,12 @@ fn momentum_stays_where_there_are_no_walls_and_follows_what_hosts_add() {
 
 #[test]
 fn a_column_comes_to_rest_with_pressures_that_grow_by_its_weight() {
+    SOLVERS.into_iter().for_each(a_column_comes_to_rest);
+}
+
+fn a_column_comes_to_rest(solver: PressureSolver) {
     let (context, spacing) = (Context::serial(), 0.05);
-    let mut fluid = Fluid::new(FluidOptions { spacing, viscosity: 5e-3, ..FluidOptions::default() }).unwrap();
+    let mut fluid = Fluid::new(FluidOptions { spacing, solver, viscosity: 5e-3, ..FluidOptions::default() }).unwrap();
     let side = Vec3::new(0.6, 0.6, 0.8);
     fluid.add(&block(Vec3::ZERO, side, spacing).unwrap(), Vec3::ZERO).unwrap();
     fluid.set_walls(&context, &basin(Vec3::ZERO, side + Vec3::Z * 0.4, spacing).unwrap()).unwrap();
@@ -182,7 +200,7 @@ fn a_column_comes_to_rest_with_pressures_that_grow_by_its_weight() {
     let [count, z, p, zz, zp] = sums;
     let slope = (count * zp - z * p) / (count * zz - z * z);
     let expected = -9.81 * density;
-    println!("{slope:.0} Pa/m, {expected:.0} by weight, {density:.0} kg/m³");
+    println!("{solver:?}: {speed:.4} m/s, {slope:.0} Pa/m, {expected:.0} by weight, {density:.0} kg/m³");
     // Particles at rest hold each other as grains do, by a little more sideways than upwards.
     assert!((slope / expected - 1.0).abs() < 0.15, "{slope} Pa/m, not {expected}");
 }
@@ -262,10 +280,14 @@ const FRONT: [[f32; 2]; 15] = [
 
 #[test]
 fn a_dam_breaks_as_it_was_measured() {
+    SOLVERS.into_iter().for_each(a_dam_breaks);
+}
+
+fn a_dam_breaks(solver: PressureSolver) {
     let (context, width) = (Context::serial(), 0.05715);
     let spacing = width / 14.0;
     let excess = Excess { most: 0.01, mean: 0.0005 };
-    let options = FluidOptions { spacing, viscosity: 1e-6, friction: 1e-3, excess, ..FluidOptions::default() };
+    let options = FluidOptions { spacing, solver, viscosity: 1e-6, friction: 1e-3, excess, ..FluidOptions::default() };
     let mut fluid = Fluid::new(options).unwrap();
     fluid.add(&block(Vec3::ZERO, width * Vec3::new(1.0, 1.0, 2.0), spacing).unwrap(), Vec3::ZERO).unwrap();
     fluid.set_walls(&context, &basin(Vec3::ZERO, width * Vec3::new(6.0, 1.0, 3.0), spacing).unwrap()).unwrap();
@@ -289,7 +311,9 @@ fn a_dam_breaks_as_it_was_measured() {
         .unwrap();
     assert_eq!(errors.len(), FRONT.len());
     let mean = errors.iter().sum::<f32>() / errors.len() as f32;
-    println!("the front is {:.1} % off in the mean, {errors:.3?}", 100.0 * mean);
-    assert!(mean < 0.05, "{mean} {errors:?}");
+    println!("{solver:?}: the front is {:.1} % off in the mean, {errors:.3?}", 100.0 * mean);
+    // The farthest particle alone makes this vary by half a hundredth.
+    let bound = if solver == PressureSolver::Pcisph { 0.04 } else { 0.05 };
+    assert!(mean < bound, "{mean} {errors:?}");
     assert!(fluid.places().iter().all(|place| place.xyz().cmpge(Vec3::splat(-spacing)).all()));
 }
