@@ -4,6 +4,7 @@
 mod contact;
 mod deviation;
 mod device_paint;
+mod fluid;
 mod gpu;
 mod imprint;
 mod imprint_device;
@@ -31,17 +32,20 @@ use report::Report;
 #[derive(Parser)]
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
-    /// Which bench: `surface`, `imprint`, `paint`, `gpu` or `lod`; or `peak`, which `lod` runs
+    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod` or `fluid`; or `peak` and `meshing`, which they run
     name: String,
     /// One JSON object per line instead of a table
     #[arg(long)]
     json: bool,
-    /// Programs of peers that `lod` measures beside ours, in a folder
+    /// Programs of peers that `lod` and `fluid` measure beside ours, in a folder
     #[arg(long)]
     peers: Option<PathBuf>,
     /// Segments along and around the knot whose progressive mesh is built for `peak`
     #[arg(long, num_args = 2, default_values_t = [1050, 415])]
     knot: Vec<u32>,
+    /// The particles that `meshing` makes a mesh of, as 32-bit floats
+    #[arg(long, default_value = "")]
+    particles: PathBuf,
 }
 
 fn run(arguments: &Arguments) -> Result<()> {
@@ -52,10 +56,12 @@ fn run(arguments: &Arguments) -> Result<()> {
         "paint" => paint::run(&mut report)?,
         "gpu" => gpu::run(&mut report, arguments.json)?,
         "lod" => lod::run(&mut report, arguments.peers.as_deref())?,
+        "fluid" => fluid::run(&mut report, arguments.peers.as_deref())?,
+        "meshing" => return fluid::mesh_file(&arguments.particles),
         "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),
         name => {
             return Err(Error::invalid(format!("there is no bench `{name}`"))
-                .advise("use `surface`, `imprint`, `paint`, `gpu` or `lod`"));
+                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod` or `fluid`"));
         }
     }
     report.finish();

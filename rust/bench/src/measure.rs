@@ -41,6 +41,22 @@ pub fn seconds<R>(work: impl FnOnce() -> R) -> f64 {
     start.elapsed().as_secs_f64()
 }
 
+/// Bytes the process has, or had at its peak, where the system tells.
+pub fn memory(what: &str) -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix(what)?.strip_prefix(':'))?;
+    let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kibibytes * 1024.0)
+}
+
+/// Seconds that all threads of this process have worked; 0 where the system does not tell.
+pub fn core_seconds() -> f64 {
+    let told = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // The name of the program, in brackets, may have spaces. Times are in hundredths of a second.
+    let fields = told.rsplit(')').next().unwrap_or_default().split_whitespace();
+    fields.skip(11).take(2).filter_map(|ticks| ticks.parse::<f64>().ok()).sum::<f64>() / 100.0
+}
+
 /// Calls `ours` once to warm up and then `runs` times; each call returns what it measured.
 pub fn sample(runs: usize, mut ours: impl FnMut() -> f64) -> Sample {
     ours();

@@ -10,7 +10,7 @@ use relievo_lod::Progressive;
 use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit, Extents, Extract, Handle, Region, View};
 
 use crate::lod::Triangles;
-use crate::measure::{Sample, sample, seconds};
+use crate::measure::{Sample, memory, sample, seconds};
 use crate::progressive_device;
 use crate::report::{Goal, Report};
 
@@ -177,12 +177,4 @@ pub fn editing(report: &mut Report, context: &Context, name: &str, mesh: &Triang
     let what = format!("{name}: an edit of {reached} vertices, with {} coarser ones", active.moved_last() - reached);
     report.add(&what, &Sample::new(times), None, "ms", Goal::AtMost(16.0));
     Ok(())
-}
-
-/// Bytes the process has, or had at its peak, where the system tells.
-fn memory(what: &str) -> Option<f64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix(what)?.strip_prefix(':'))?;
-    let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kibibytes * 1024.0)
 }

@@ -20,8 +20,10 @@ pub fn run(name: &str, json: bool) -> Outcome {
     }
     call(cargo().args(["build", "--release", "--quiet", "--package", "relievo-bench"]))?;
     let mut bench = Command::new(target().join("release/relievo-bench"));
-    if name == "lod" {
-        bench.arg("--peers").arg(peers::make(json)?);
+    match name {
+        "lod" => drop(bench.arg("--peers").arg(peers::make(json)?)),
+        "fluid" => drop(bench.arg("--peers").arg(peers::fluids(json)?)),
+        _ => {}
     }
     measure(bench.arg(name), json)
 }

@@ -1,5 +1,5 @@
-//! Programs of peers that `cargo xtask bench lod` measures beside ours: compiled of `rust/bench/peers`, or scripts that call
-//! a Python. They run in the bench only, each in a process of its own; nothing of them is linked or shipped.
+//! Programs of peers that `cargo xtask bench lod` and `fluid` measure beside ours: compiled of `rust/bench/peers`, or scripts
+//! that call a Python. They run in the bench only, each in a process of its own; nothing of them is linked or shipped.
 
 use std::fs::{create_dir_all, metadata, remove_file, set_permissions, write};
 use std::os::unix::fs::PermissionsExt;
@@ -19,6 +19,10 @@ const COMPILED: [Compiled; 2] = [
 ];
 /// What is installed from PyPI.
 const PACKAGES: &[&str] = &["numpy==1.26.4", "fast-simplification==0.2.0"];
+const FLUIDS: &[&str] = &["numpy==1.26.4", "pysplishsplash==2.19.0", "pysplashsurf==0.14.1.0"];
+/// SPlisHSPlasH crashes where libraries of Debian 12 are not loaded before those it carries, and its threads would take time
+/// while they wait.
+const VARIABLES: &str = "OMP_WAIT_POLICY=passive LD_PRELOAD=libGLdispatch.so.0:libGLX.so.0:libOpenGL.so.0";
 
 /// Makes the programs and returns their folder; says which cannot be made and why. With `quiet` nothing is installed.
 pub fn make(quiet: bool) -> Result<PathBuf, String> {
@@ -36,11 +40,29 @@ pub fn make(quiet: bool) -> Result<PathBuf, String> {
     }
     let name = "fast-simplification";
     let python = environment(&target().join("peers/python"), PACKAGES);
-    note(name, python.and_then(|python| script(&folder.join(name), &python, "fast_simplification")));
+    note(name, python.and_then(|python| script(&folder.join(name), "", &python, "simplify.py fast_simplification")));
     let name = "Blender Decimate";
     let python = target().join("blender/bpy/bin/python");
     let is_there = if python.exists() { Ok(()) } else { Err("`cargo xtask blender` makes a Python with it".into()) };
-    note(name, is_there.and_then(|()| script(&folder.join(name), &python, "blender")));
+    note(name, is_there.and_then(|()| script(&folder.join(name), "", &python, "simplify.py blender")));
+    Ok(folder)
+}
+
+/// Makes the program `fluid`, which simulates by SPlisHSPlasH and makes meshes by splashsurf, and returns its folder; says why
+/// where it cannot be made.
+pub fn fluids(quiet: bool) -> Result<PathBuf, String> {
+    let folder = target().join("peers/fluids");
+    let make = || {
+        if !quiet {
+            packages::install(&["libopengl0", "libglx0"], false)?;
+        }
+        let python = environment(&folder.join("python"), FLUIDS)?;
+        script(&folder.join("fluid"), VARIABLES, &python, "fluid.py")
+    };
+    if let Err(error) = make() {
+        eprintln!("skipped: SPlisHSPlasH and splashsurf: {error}");
+        let _ = remove_file(folder.join("fluid"));
+    }
     Ok(folder)
 }
 
@@ -60,12 +82,13 @@ fn compile((name, source, package, libraries): Compiled, folder: &Path, quiet: b
     call(compiler.args(libraries))
 }
 
-/// A program that calls a function of `simplify.py`.
-fn script(program: &Path, python: &Path, function: &str) -> Outcome {
-    let script = root().join("rust/bench/peers/simplify.py");
+/// A program that calls one of the scripts of peers, with the arguments that come after its name.
+fn script(program: &Path, variables: &str, python: &Path, called: &str) -> Outcome {
+    let (name, arguments) = called.split_once(' ').unwrap_or((called, ""));
+    let script = root().join("rust/bench/peers").join(name);
     let quoted = |path: &Path| format!("'{}'", path.display().to_string().replace('\'', r"'\''"));
     let text = format!(
-        "#!/bin/sh\nexec env PYTHONDONTWRITEBYTECODE=1 PYTHONPATH= {} {} {function} \"$@\"\n",
+        "#!/bin/sh\nexec env PYTHONDONTWRITEBYTECODE=1 PYTHONPATH= {variables} {} {} {arguments} \"$@\"\n",
         quoted(python),
         quoted(&script)
     );
