@@ -6,7 +6,9 @@
 //! later; none is lost.
 
 use glam::{DVec3, Quat, Vec3};
-use rapier3d::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, SharedShape, Vector};
+use rapier3d::prelude::{
+    ColliderBuilder, PhysicsWorld, Pose, RigidBodyBuilder, RigidBodyHandle, Rotation, SharedShape, Vector,
+};
 use relievo_core::{Context, Error, Result};
 
 use crate::pace::within;
@@ -46,16 +48,27 @@ struct Body {
     due: [DVec3; 2],
 }
 
-/// The rigid bodies of a fluid. They meet each other as their convex hulls, and the sides of a box, but no other colliders.
+/// What bodies do not move: a pose at the beginning and the end of a frame.
+struct Obstacle {
+    handle: RigidBodyHandle,
+    path: [(Quat, Vec3); 2],
+}
+
+/// The rigid bodies of a fluid. They meet each other as their convex hulls, obstacles, and the sides of a box.
 pub struct Bodies {
     world: PhysicsWorld,
     bodies: Vec<Body>,
+    obstacles: Vec<Obstacle>,
     /// Seconds until they are where they go.
     left: f32,
 }
 
 fn vector(v: Vec3) -> Vector {
     Vector::new(v.x, v.y, v.z)
+}
+
+fn placed((turn, moved): (Quat, Vec3)) -> Pose {
+    Pose::from_parts(vector(moved), Rotation::from_array(turn.normalize().to_array()))
 }
 
 impl Bodies {
@@ -70,7 +83,7 @@ impl Bodies {
                 world.insert(side, ColliderBuilder::new(SharedShape::halfspace(normal)));
             }
         }
-        Self { world, bodies: Vec::new(), left: 0.0 }
+        Self { world, bodies: Vec::new(), obstacles: Vec::new(), left: 0.0 }
     }
 
     /// How many there are.
@@ -114,6 +127,31 @@ impl Bodies {
         Ok(number)
     }
 
+    /// Adds a mesh that bodies do not pass, where it is, and returns its number. Fails if rapier3d cannot use it.
+    pub fn add_obstacle(&mut self, points: &[Vec3], triangles: &[[u32; 3]]) -> Result<usize> {
+        let number = self.obstacles.len();
+        let points = points.iter().map(|point| vector(*point)).collect();
+        let shape = ColliderBuilder::trimesh(points, triangles.to_vec()).map_err(|error| {
+            Error::invalid(format!("bodies cannot meet it: {error}")).at(format!("obstacle {number}"))
+        })?;
+        let (handle, _) = self.world.insert(RigidBodyBuilder::kinematic_position_based(), shape);
+        self.obstacles.push(Obstacle { handle, path: [(Quat::IDENTITY, Vec3::ZERO); 2] });
+        Ok(number)
+    }
+
+    /// Has an obstacle go from a pose to another while [`Self::advance`] is called next: turned about the origin from where it
+    /// was added, and then moved by so many metres. Fails if there is no such obstacle, or a number is not finite.
+    pub fn move_obstacle(&mut self, number: usize, path: [(Quat, Vec3); 2]) -> Result<()> {
+        let is_sound = path.iter().all(|(turn, moved)| turn.is_normalized() && moved.is_finite());
+        let refused = || Error::invalid("it does not exist, or cannot be there").at(format!("obstacle {number}"));
+        let obstacle = self.obstacles.get_mut(number).filter(|_| is_sound).ok_or_else(refused)?;
+        obstacle.path = path;
+        if let Some(rigid) = self.world.bodies.get_mut(obstacle.handle) {
+            rigid.set_position(placed(path[0]), true);
+        }
+        Ok(())
+    }
+
     /// Where a body is: how it is turned about the origin from where it began, and by how many metres it has moved then.
     /// `None` if there is no such body.
     pub fn pose(&self, number: usize) -> Option<(Quat, Vec3)> {
@@ -132,7 +170,8 @@ impl Bodies {
         let mut left = seconds;
         while left > 1e-6 * seconds {
             if self.left <= 0.0 {
-                self.go(context, fluid, within(fluid.time_step(), left))?;
+                let step = within(fluid.time_step(), left);
+                self.go(context, fluid, step, 1.0 - (left - step) / seconds)?;
             }
             let done = fluid.step(context, self.left.min(left))?;
             for body in &mut self.bodies {
@@ -152,8 +191,14 @@ impl Bodies {
         Ok(())
     }
 
-    /// Moves bodies by what they were given, and has their colliders follow within so many seconds.
-    fn go(&mut self, context: &Context, fluid: &mut Fluid, seconds: f32) -> Result<()> {
+    /// Moves bodies by what they were given, and has their colliders follow within so many seconds, after which obstacles
+    /// have gone so much of their way.
+    fn go(&mut self, context: &Context, fluid: &mut Fluid, seconds: f32, share: f32) -> Result<()> {
+        for obstacle in &self.obstacles {
+            let Some(rigid) = self.world.bodies.get_mut(obstacle.handle) else { continue };
+            let [(from, start), (to, end)] = obstacle.path;
+            rigid.set_next_kinematic_position(placed((from.slerp(to, share), start.lerp(end, share))));
+        }
         for body in &mut self.bodies {
             let Some(rigid) = self.world.bodies.get_mut(body.handle) else { continue };
             let [push, turn] = body.due.map(|due| vector((SHARE * due).as_vec3()));

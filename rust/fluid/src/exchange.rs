@@ -2,11 +2,12 @@
 //! (Akinci et al. 2012, Section 3).
 
 use glam::{DVec3, Vec4, Vec4Swizzles};
-use relievo_core::Context;
+use relievo_core::lanes::Lanes;
+use relievo_core::{Context, dispatch_simd};
 
 use crate::constants::Constants;
 use crate::neighbours::{Neighbours, PART};
-use crate::pairs::Rows;
+use crate::pairs::{Rows, Vectors, around};
 
 /// Momentum that something was given.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -56,6 +57,9 @@ pub struct Exchange<'a> {
 /// What each group of walls got.
 pub fn exchange(context: &Context, given: &Exchange) -> Vec<Impulse> {
     let parts = context.map(given.near.parts().len(), |part| {
+        if given.groups.len() == 1 {
+            return vec![all_of_part(context.level(), given, part)];
+        }
         let mut impulses = vec![Impulse::default(); given.groups.len()];
         let lists = &given.near.parts()[part];
         let Constants { kernels, mass, density, friction, .. } = given.constants;
@@ -87,3 +91,37 @@ pub fn exchange(context: &Context, given: &Exchange) -> Vec<Impulse> {
     }
     all
 }
+
+/// What the particles of a part give to all walls together. Each gives it where it is itself: pressure acts along the line
+/// to the wall's particle, so that makes no difference to it.
+#[inline(always)]
+fn all_body<A: Lanes>(given: &Exchange, part: usize) -> Impulse {
+    // SAFETY: defined by `dispatch_simd!`.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
+    let lists = &given.near.parts()[part];
+    let Constants { kernels, mass, density, friction, .. } = given.constants;
+    let [push, rub] = [mass / (density * density), mass * kernels.spiky / density * friction];
+    let support = v.splat(kernels.support);
+    let mut impulse = Impulse::default();
+    for particle in 0..lists.starts.len() - 1 {
+        if lists.range(particle).is_empty() {
+            continue;
+        }
+        let number = part * PART + particle;
+        let own = given.places.fluid[number];
+        let velocity = Vectors::splat(v, given.velocities.fluid[number]);
+        let [mut pushed, mut rubbed] = [Vectors::zero(v); 2];
+        around(v, lists, particle, given.places.walls, own, |from, mass, at| {
+            let left = v.max(v.sub(support, v.sqrt(from.dot(v, from))), v.splat(0.0));
+            pushed = pushed.plus(v, v.mul(mass, v.load(&lists.slopes[at..])), from);
+            let [x, y, z, _] = v.gather_rows(bytemuck::cast_slice(given.velocities.walls), &lists.indices[at..]);
+            rubbed = rubbed.plus(v, v.mul(mass, left), velocity.minus(v, Vectors([x, y, z])));
+        });
+        let force = push * given.predicted[number].w * pushed.sum(v) + rub * rubbed.sum(v);
+        impulse.add(own.xyz().as_dvec3(), (given.seconds * force).xyz().as_dvec3());
+    }
+    impulse
+}
+
+dispatch_simd! { fn all_of_part = all_body(given: &Exchange<'_>, part: usize) -> Impulse }

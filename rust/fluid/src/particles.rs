@@ -127,8 +127,9 @@ pub struct Particles {
     /// Places with what a step begins with, and velocities, each with a row after the last particle.
     pub places: Vec<Vec4>,
     pub velocities: Vec<Vec4>,
-    /// What hosts add.
+    /// What hosts add, and whether they do.
     pub pushes: Vec<Vec4>,
+    pub is_pushed: bool,
     /// What is told of the last step, in Pa.
     pub pressures: Vec<f32>,
     pub numbers: Vec<u32>,
@@ -146,6 +147,7 @@ impl Default for Particles {
             places: vec![NOWHERE],
             velocities: vec![Vec4::ZERO],
             pushes: Vec::new(),
+            is_pushed: false,
             pressures: Vec::new(),
             numbers: Vec::new(),
             channels: Vec::new(),
@@ -264,7 +266,9 @@ impl Particles {
         self.velocities = moved(context, order, &self.velocities, 1);
         self.places.push(NOWHERE);
         self.velocities.push(Vec4::ZERO);
-        self.pushes = moved(context, order, &self.pushes, 1);
+        if self.is_pushed {
+            self.pushes = moved(context, order, &self.pushes, 1);
+        }
         self.pressures = moved(context, order, &self.pressures, 1);
         self.numbers = moved(context, order, &self.numbers, 1);
         self.births = moved(context, order, &self.births, 1);
@@ -299,6 +303,7 @@ impl Particles {
         Self {
             places,
             velocities,
+            is_pushed: state.pushes.iter().any(|push| *push != Vec4::ZERO),
             pushes: state.pushes,
             pressures: state.pressures,
             numbers: state.numbers,

@@ -198,6 +198,7 @@ impl Fluid {
         if accelerations.iter().any(|acceleration| !acceleration.is_finite()) {
             return Err(Error::invalid("an acceleration is not finite"));
         }
+        self.particles.is_pushed = true;
         self.particles.pushes.iter_mut().zip(accelerations).for_each(|(push, given)| *push = given.extend(0.0));
         Ok(())
     }

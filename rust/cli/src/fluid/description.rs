@@ -190,6 +190,11 @@ impl Description {
         for mover in &play.movers {
             fluid.add_collider(context, &mover.at(0.0), &mover.triangles, mover.options)?;
         }
+        // Bodies have them as obstacles, by the same numbers.
+        for mover in play.movers.iter().filter(|_| !self.body.is_empty()) {
+            let number = play.bodies.add_obstacle(&mover.points, &mover.triangles)?;
+            play.bodies.move_obstacle(number, [mover.pose(0.0); 2])?;
+        }
         let mut floating = Vec::new();
         for (number, body) in self.body.iter().enumerate() {
             let named = |error: Error| error.at(format!("body {number}"));

@@ -178,8 +178,9 @@ impl Mover {
         self.keys.len() > 1
     }
 
-    /// Where its points are at a time in seconds: straight from key to key, turned by the shortest way.
-    pub fn at(&self, time: f64) -> Vec<Vec3> {
+    /// How it is turned about the origin at a time in seconds, and moved then: straight from key to key, turned by the
+    /// shortest way.
+    pub fn pose(&self, time: f64) -> (Quat, Vec3) {
         let after = self.keys.partition_point(|key| key.time <= time);
         let pose = |key: &Key| (Vec3::from(key.moved), Quat::from_scaled_axis(Vec3::from(key.turn)));
         let (moved, turn) = match (after.checked_sub(1).map(|at| &self.keys[at]), self.keys.get(after)) {
@@ -189,9 +190,15 @@ impl Mover {
                 (a.lerp(b, share), from.slerp(to, share))
             }
             (Some(key), None) | (None, Some(key)) => pose(key),
-            (None, None) => return self.points.clone(),
+            (None, None) => (Vec3::ZERO, Quat::IDENTITY),
         };
-        self.points.iter().map(|point| turn * (*point - self.pivot) + self.pivot + moved).collect()
+        (turn, self.pivot - turn * self.pivot + moved)
+    }
+
+    /// Where its points are at a time in seconds.
+    pub fn at(&self, time: f64) -> Vec<Vec3> {
+        let (turn, moved) = self.pose(time);
+        self.points.iter().map(|point| turn * *point + moved).collect()
     }
 }
 

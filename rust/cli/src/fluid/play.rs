@@ -27,8 +27,12 @@ impl Play {
         mut watch: impl FnMut(&mut Fluid, &StepStatistics) -> Result<()>,
     ) -> Result<()> {
         for (number, mover) in self.movers.iter().enumerate().filter(|(_, mover)| mover.is_moving()) {
-            let path = [mover.at(time), mover.at(time + f64::from(seconds))];
-            fluid.move_collider(context, number, [&path[0], &path[1]], seconds)?;
+            let times = [time, time + f64::from(seconds)];
+            let [from, to] = times.map(|time| mover.at(time));
+            fluid.move_collider(context, number, [&from, &to], seconds)?;
+            if !self.bodies.is_empty() {
+                self.bodies.move_obstacle(number, times.map(|time| mover.pose(time)))?;
+            }
         }
         let mut since = fluid.seconds();
         let renewed = |fluid: &mut Fluid, done: &StepStatistics| {

@@ -151,7 +151,8 @@ impl Fluid {
         }
         self.impulses = impulses;
         let each = f64::from(self.constants.mass) * f64::from(seconds);
-        let pushes: DVec3 = self.particles.pushes.iter().map(|push| push.xyz().as_dvec3()).sum();
+        let pushes = self.particles.pushes.iter().take(if self.particles.is_pushed { self.len() } else { 0 });
+        let pushes: DVec3 = pushes.map(|push| push.xyz().as_dvec3()).sum();
         Given {
             gravity: each * self.len() as f64 * self.options.gravity.as_dvec3(),
             host: each * pushes,

@@ -1,6 +1,6 @@
 //! Rigid bodies that float.
 
-use glam::{Vec3, Vec4};
+use glam::{Quat, Vec3, Vec4};
 use relievo_core::Context;
 use relievo_fluid::{Bodies, BodyOptions, Fluid, FluidOptions, Solid, basin, block, cuboid};
 
@@ -55,4 +55,24 @@ fn what_cannot_be_a_body_is_refused() {
     refused(&triangles, &BodyOptions { spin: Vec3::NAN, ..options });
     refused(&triangles[1..], &options);
     refused(&[], &options);
+}
+
+#[test]
+fn a_body_stays_on_an_obstacle_that_moves() {
+    let (context, mut fluid) = (Context::serial(), Fluid::new(FluidOptions::default()).unwrap());
+    let mut bodies = Bodies::new(Vec3::Z * -9.81, None);
+    let (floor, faces) = cuboid(Vec3::new(-1.0, -1.0, -0.2), Vec3::new(1.0, 1.0, 0.0));
+    assert_eq!(bodies.add_obstacle(&floor, &faces).unwrap(), 0);
+    assert!(bodies.add_obstacle(&floor, &[]).is_err());
+    let (points, triangles) = cuboid(Vec3::new(-0.1, -0.1, 0.0), Vec3::splat(0.1));
+    bodies.add(&context, &mut fluid, (&points, &triangles), &BodyOptions::default()).unwrap();
+    for frame in 0..20 {
+        let rise = |frame: i32| (Quat::IDENTITY, Vec3::Z * 0.01 * frame as f32);
+        bodies.move_obstacle(0, [rise(frame), rise(frame + 1)]).unwrap();
+        bodies.advance(&context, &mut fluid, 0.02, |_, _| Ok(())).unwrap();
+    }
+    let (_, moved) = bodies.pose(0).unwrap();
+    assert!(moved.distance(Vec3::Z * 0.2) < 0.01, "{moved}");
+    assert!(bodies.move_obstacle(1, [(Quat::IDENTITY, Vec3::ZERO); 2]).is_err());
+    assert!(bodies.move_obstacle(0, [(Quat::IDENTITY, Vec3::NAN); 2]).is_err());
 }
