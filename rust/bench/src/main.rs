@@ -5,6 +5,7 @@ mod contact;
 mod deviation;
 mod device_paint;
 mod fluid;
+mod fluid_render;
 mod gpu;
 mod imprint;
 mod imprint_device;
@@ -56,7 +57,10 @@ fn run(arguments: &Arguments) -> Result<()> {
         "paint" => paint::run(&mut report)?,
         "gpu" => gpu::run(&mut report, arguments.json)?,
         "lod" => lod::run(&mut report, arguments.peers.as_deref())?,
-        "fluid" => fluid::run(&mut report, arguments.peers.as_deref())?,
+        "fluid" => {
+            fluid::run(&mut report, arguments.peers.as_deref())?;
+            fluid_render::run(&mut report)?;
+        }
         "meshing" => return fluid::mesh_file(&arguments.particles),
         "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),
         name => {

@@ -394,3 +394,29 @@ fn statistics_are_plotted() {
     let refused = plot("dam.toml", "a.png");
     assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("statistics"), "{refused:?}");
 }
+
+#[test]
+fn fluids_are_blobs_and_grids_in_scenes_for_pov_ray() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("dam.toml"), DAM).unwrap();
+    assert!(relievo(folder.path(), &["fluid", "sim", "dam.toml", "-o", "frames"]).status.success());
+    let export = |form: &str| {
+        let scene = format!("{SCENE}povray = \"{form}\"\n");
+        std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
+        let done = relievo(folder.path(), &["export", "pov", "scene.toml", "--out", form]);
+        assert!(done.status.success(), "{done:?}");
+        std::fs::read_to_string(folder.path().join(form).join("scene-000000.pov")).unwrap()
+    };
+    let blobs = export("blobs");
+    assert_eq!((blobs.matches("blob {").count(), blobs.matches("\n  sphere {").count()), (1, 360));
+    assert!(export("mesh").matches("mesh2 {").count() == 2 && blobs.matches("mesh2 {").count() == 1);
+    let grid = export("df3");
+    assert!(grid.contains("isosurface {") && grid.contains("density_file df3 \"fluid-water-000000.df3\""), "{grid}");
+    let file = std::fs::read(folder.path().join("df3/fluid-water-000000.df3")).unwrap();
+    let (sizes, values) = file.split_at(6);
+    let sizes: Vec<usize> = sizes.chunks(2).map(|size| usize::from(u16::from_be_bytes([size[0], size[1]]))).collect();
+    assert_eq!(values.len(), 2 * sizes.iter().product::<usize>());
+    // Cells of half a spacing: as many within as fill the block of 0.3 by 0.3 by 0.5 m, whose edges are round.
+    let within = values.chunks(2).filter(|value| value[0] >= 128).count() as f64 * 0.025f64.powi(3);
+    assert!((0.7..1.05).contains(&(within / 0.045)), "{within}");
+}

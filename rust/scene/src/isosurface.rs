@@ -9,6 +9,7 @@ use relievo_render::{Dielectric, Implicit, ImplicitHit, ImplicitRay, ImplicitTra
 
 use crate::description::ObjectEntry;
 use crate::diagnostic::Diagnostic;
+pub use crate::povray_fluid::PovrayForm;
 use crate::reader::{Name, Reader, Table};
 
 /// `[objects.NAME.fluid]`
@@ -16,8 +17,12 @@ use crate::reader::{Name, Reader, Table};
 pub struct FluidEntry {
     /// What the surface is of.
     pub function: SurfaceFunction,
+    /// Distance between particles at rest, in object units.
+    pub spacing: f32,
     /// The size of the cells of a mesh in object units; `None` if the surface is traced itself.
     pub cell: Option<f32>,
+    /// What scenes for POV-Ray have of it.
+    pub povray: PovrayForm,
 }
 
 impl FluidEntry {
@@ -104,7 +109,12 @@ pub(crate) fn read_fluid(reader: &mut Reader, name: &Name, table: Table) -> Opti
     };
     let function = function(reader.choice(table, "function")?, spacing as f32)?;
     let cell = reader.optional_number(table, "cell").map(|cell| (cell * spacing) as f32);
-    Some(FluidEntry { function, cell })
+    let povray = match reader.choice(table, "povray")? {
+        "blobs" => PovrayForm::Blobs,
+        "df3" => PovrayForm::Grid,
+        _ => PovrayForm::Mesh,
+    };
+    Some(FluidEntry { function, spacing: spacing as f32, cell, povray })
 }
 
 pub(crate) fn read_dielectric(reader: &mut Reader, table: Table) -> Option<Dielectric> {

@@ -21,6 +21,7 @@ pub mod paths;
 pub mod physics;
 pub mod picture;
 pub mod povray;
+mod povray_fluid;
 mod reader;
 pub mod refusals;
 pub mod replay;

@@ -23,6 +23,7 @@ use crate::export::{floats, point_colors, tessellated, triangle_mesh};
 use crate::isosurface::shown_mesh;
 use crate::output::Folder;
 use crate::picture::{automatic_view, camera, lights};
+use crate::povray_fluid::{PovrayFluid, PovrayForm};
 use crate::showing::Showing;
 use crate::world::{Item, World};
 
@@ -33,6 +34,13 @@ pub(crate) fn write(context: &Context, world: &World, folder: &Folder, frame: u3
     let mut objects = Vec::new();
     for (index, item) in world.items().iter().enumerate().filter(|(index, _)| scene.objects[*index].visible) {
         objects.push(Shown::new(context, world, index, item)?);
+    }
+    for object in &mut objects {
+        if let Some(PovrayFluid::Grid(grid)) = &mut object.fluid {
+            let path = folder.file(&format!("fluid-{}-{frame:06}.df3", printable(object.name).replace('"', "_")));
+            grid.file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+            grid.store(&path)?;
+        }
     }
     let bounds = world.start_bounds().unwrap_or((DVec3::ZERO, DVec3::ONE));
     let view = camera(world, &automatic_view(scene, world.start_bounds()), scene.time(frame))?;
@@ -94,6 +102,8 @@ struct Shown<'a> {
     patches: Vec<([[f32; 3]; 16], [f32; 3])>,
     /// How often patches are halved.
     steps: u32,
+    /// In place of triangles.
+    fluid: Option<PovrayFluid>,
 }
 
 impl<'a> Shown<'a> {
@@ -105,6 +115,13 @@ impl<'a> Shown<'a> {
             roughness: entry.roughness,
         };
         let (transform, mesh, painted) = match item {
+            Item::Mesh(item) if entry.fluid.is_some_and(|fluid| fluid.povray != PovrayForm::Mesh) => {
+                let named = |error: Error| error.at(format!("object `{}`", entry.name.text));
+                let fluid = entry.fluid.as_ref().map(|fluid| PovrayFluid::new(context, fluid, &item.mesh.points));
+                let mut shown = Self::of_mesh(entry, material, item.transform, Mesh::default(), false);
+                shown.fluid = fluid.transpose().map_err(named)?.flatten();
+                return Ok(shown);
+            }
             Item::Mesh(item) => (item.transform, shown_mesh(context, entry, &item.mesh)?, false),
             Item::Triangles(item) => {
                 let painted = item.object.colors().is_some();
@@ -151,11 +168,12 @@ impl<'a> Shown<'a> {
     fn of_mesh(entry: &'a ObjectEntry, material: Material, transform: DAffine3, mesh: Mesh, painted: bool) -> Self {
         let colors = point_colors(entry, material.base_color, &mesh, painted);
         let triangles = fans(&mesh);
-        Self { name: &entry.name.text, material, transform, mesh, triangles, colors, patches: Vec::new(), steps: 0 }
+        let (name, patches) = (entry.name.text.as_str(), Vec::new());
+        Self { name, material, transform, mesh, triangles, colors, patches, steps: 0, fluid: None }
     }
 
     fn write(&self, out: &mut impl Write) -> std::io::Result<()> {
-        if self.triangles.is_empty() && self.patches.is_empty() {
+        if self.triangles.is_empty() && self.patches.is_empty() && self.fluid.is_none() {
             return Ok(());
         }
         // A union of one is warned about.
@@ -164,7 +182,14 @@ impl<'a> Shown<'a> {
         let numbers = columns.into_iter().chain([self.transform.translation]).flat_map(|column| column.to_array());
         let numbers: Vec<String> = numbers.map(|number| number.to_string()).collect();
         writeln!(out, "\n// {}\n#declare Object_Place = transform {{", printable(self.name))?;
-        writeln!(out, "  matrix <{}>\n}}\n{kind} {{", numbers.join(", "))?;
+        writeln!(out, "  matrix <{}>\n}}", numbers.join(", "))?;
+        if let Some(fluid) = &self.fluid {
+            fluid.declare(out)?;
+        }
+        writeln!(out, "{kind} {{")?;
+        if let Some(fluid) = &self.fluid {
+            fluid.write(out)?;
+        }
         if !self.triangles.is_empty() {
             self.write_mesh(out)?;
         }

@@ -369,6 +369,13 @@ pub static FLUID: Section = Section {
             "spacings",
             "Size of the cells of a mesh; left out, pictures trace rays against the surface itself",
         ),
+        key(
+            "povray",
+            Kind::Choice(&["mesh", "blobs", "df3"]),
+            "\"mesh\"",
+            "",
+            "What scenes for POV-Ray have: a mesh, a blob for each particle, or a grid of values and its isosurface",
+        ),
     ],
     parameters: &[],
 };
