@@ -209,8 +209,10 @@ fn a_killed_simulation_goes_on_and_ends_to_the_bit_as_one_that_was_not() {
         keys = [{ time = 0 }, { time = 0.24, move = [-0.1, 0, 0] }]\n\
         [[emitter]]\ndisc = { middle = [0.8, 0.15, 0.4], normal = [0, 0, -1], radius = 0.08 }\nspeed = 2\n\
         color = [1, 0.5, 0.25]\n[[force]]\nkind = \"turbulence\"\nstrength = 0.5\nscale = 0.3\nrate = 2\n";
-    std::fs::write(folder.path().join("dam.toml"), DAM.replace("frames = 3", "frames = 12") + more).unwrap();
-    for format in ["cache", "bgeo"] {
+    for (format, solver) in [("cache", "pcisph"), ("bgeo", "pcisph"), ("vtk", "dfsph")] {
+        let solved =
+            DAM.replace("frames = 3", "frames = 12").replace("[fluid]", &format!("[fluid]\nsolver = \"{solver}\""));
+        std::fs::write(folder.path().join("dam.toml"), solved + more).unwrap();
         let options = ["fluid", "sim", "dam.toml", "--format", format, "--sub-frames", "2", "-o"];
         let whole = format!("whole-{format}");
         let done = relievo(folder.path(), &[&options[..], &[&whole]].concat());

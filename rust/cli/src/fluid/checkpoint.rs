@@ -3,8 +3,8 @@
 //! The state, version 1, little-endian: the version (u32), which description it is of (u32 bytes of text), the number of
 //! the step from frame to frame (u64), steps and corrections so far (u64 each) and the most that was too dense (f32);
 //! seconds (f64), the largest acceleration and the share of the Courant step (f32 each), the number of the next particle
-//! and how many there are (u32 each); and of all particles what their steps begin with (f32), accelerations by the host
-//! (three f32), pressures (f32), births (f64) and lifetimes (f32), list after list.
+//! and how many there are (u32 each); and of all particles what steps and corrections of velocities begin with (f32
+//! each), accelerations by the host (three f32), pressures (f32), births (f64) and lifetimes (f32), list after list.
 
 use glam::{Vec3, Vec4};
 use relievo_core::{Error, Result};
@@ -64,6 +64,7 @@ impl Checkpoint {
         out.extend([state.pulled, state.share].iter().flat_map(|number| number.to_le_bytes()));
         out.extend([state.next, state.numbers.len() as u32].iter().flat_map(|number| number.to_le_bytes()));
         out.extend(state.places.iter().flat_map(|place| place.w.to_le_bytes()));
+        out.extend(state.velocities.iter().flat_map(|velocity| velocity.w.to_le_bytes()));
         let pushes = state.pushes.iter().flat_map(|push| push.truncate().to_array());
         out.extend(pushes.flat_map(f32::to_le_bytes));
         out.extend(state.pressures.iter().flat_map(|pressure| pressure.to_le_bytes()));
@@ -95,15 +96,22 @@ impl Checkpoint {
         };
         let velocities = channels.remove(velocities).values;
         let row = |vector: &[f32; 3], last: f32| Vec3::from(*vector).extend(last);
-        let pressures = reader.list(count, f32::from_le_bytes)?;
+        let begun = reader.list(count, f32::from_le_bytes)?;
+        let corrected = reader.list(count, f32::from_le_bytes)?;
         let pushes = reader.list(3 * count, f32::from_le_bytes)?;
         let state = State {
             seconds,
             pulled,
             share,
             next,
-            places: points.iter().zip(&pressures).map(|(place, pressure)| row(place, *pressure)).collect(),
-            velocities: velocities.as_chunks().0.iter().map(|velocity| row(velocity, 0.0)).collect(),
+            places: points.iter().zip(&begun).map(|(place, last)| row(place, *last)).collect(),
+            velocities: velocities
+                .as_chunks()
+                .0
+                .iter()
+                .zip(&corrected)
+                .map(|(velocity, last)| row(velocity, *last))
+                .collect(),
             pushes: pushes.as_chunks().0.iter().map(|push| row(push, 0.0)).collect(),
             pressures: reader.list(count, f32::from_le_bytes)?,
             numbers,
@@ -177,7 +185,7 @@ mod tests {
             share: 0.7,
             next: 9,
             places: rows(2.5),
-            velocities: rows(0.0),
+            velocities: rows(1.25),
             pushes: rows(0.0),
             pressures: vec![4.0, -1.5],
             numbers: vec![8, 3],
