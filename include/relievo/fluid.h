@@ -1,7 +1,7 @@
 /* Relievo: fluids of particles (smoothed particle hydrodynamics).
  *
- * A fluid is simulated in steps by pressures that are predicted and corrected (Solenthaler, Pajarola 2009), in metres,
- * seconds and kilograms. A particle has a number, which it keeps and no other gets; arrays of all particles are in the
+ * A fluid is simulated in steps by pressures that are corrected until nothing is too dense, in metres, seconds and
+ * kilograms. A particle has a number, which it keeps and no other gets; arrays of all particles are in the
  * order of rising numbers, so that a particle keeps its place until one before it is removed. Results do not depend on the
  * number of threads. A fluid takes some 700 bytes a particle. */
 #ifndef RELIEVO_FLUID_H
@@ -17,6 +17,11 @@ typedef enum RlvFluidKernels {
     RLV_FLUID_WENDLAND = 0, /* Wendland's C2 kernel for density and pressure (Wendland 1995) */
     RLV_FLUID_MUELLER = 1   /* poly6 and the spiky kernel (Mueller, Charypar, Gross 2003); needs more viscosity to rest */
 } RlvFluidKernels;
+
+typedef enum RlvFluidSolver {
+    RLV_FLUID_PCISPH = 0, /* by prediction and correction of densities (Solenthaler, Pajarola 2009) */
+    RLV_FLUID_DFSPH = 1   /* velocities are kept from compressing the fluid too (Bender, Koschier 2017): fewer steps */
+} RlvFluidSolver;
 
 typedef enum RlvFluidSteps {
     RLV_FLUID_COURANT = 0, /* as long as nothing goes farther than a part of the spacing, and shorter where pressures need it */
@@ -63,11 +68,12 @@ typedef struct RlvFluidOptions {
     uint32_t steps;           /* RlvFluidSteps */
     float courant;            /* part of the spacing that the fastest particle goes in a step; 1e-9 to 1e9 */
     float step;               /* length of a step at most, or of all that are fixed, seconds; 1e-9 to 1e9 */
+    uint32_t solver;          /* RlvFluidSolver */
 } RlvFluidOptions;
 
 #define RLV_FLUID_OPTIONS_INIT                                                                                \
     {sizeof(RlvFluidOptions), RLV_FLUID_WENDLAND, 0.02f, 1000.0f, 0.001f, 0.001f, 0.0f, {0.0f, 0.0f, -9.81f}, 0.01f, \
-     0.001f, 3, 100, RLV_FLUID_COURANT, 0.4f, 0.005f}
+     0.001f, 3, 100, RLV_FLUID_COURANT, 0.4f, 0.005f, RLV_FLUID_PCISPH}
 
 typedef struct RlvFluidInfo {
     uint32_t struct_size;
@@ -172,10 +178,11 @@ typedef struct RlvFluidReport {
     double walls[3];      /* by walls and colliders */
     uint64_t added;       /* particles that emitters made */
     uint64_t removed;     /* particles that sinks took */
+    uint64_t divergence_corrections; /* of velocities that compress, of RLV_FLUID_DFSPH */
 } RlvFluidReport;
 
 #define RLV_FLUID_REPORT_INIT \
-    {sizeof(RlvFluidReport), 0, 0.0, 0, 0, 0.0f, 0.0f, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0, 0}
+    {sizeof(RlvFluidReport), 0, 0.0, 0, 0, 0.0f, 0.0f, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0, 0, 0}
 
 /* Makes a fluid without particles and walls. options may be NULL for the defaults. Fails if a number is out of its range. */
 RLV_API RlvResult rlv_fluid_create(RlvContext context, const RlvFluidOptions *options, RlvFluid *out);

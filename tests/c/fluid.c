@@ -375,6 +375,9 @@ static void check_refused(RlvContext context) {
     options.steps = 2;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_create(context, &options, &untouched), "steps");
     options.steps = 0;
+    options.solver = 2;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_create(context, &options, &untouched), "solver");
+    options.solver = RLV_FLUID_DFSPH;
     options.min_corrections = 0;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_create(context, &options, &untouched), "corrections");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_create(context, NULL, NULL), "out");

@@ -370,6 +370,11 @@ class Fluids(unittest.TestCase):
         self.assertAlmostEqual(self.fluid.info.seconds, 0.04, places=6)
         with self.assertRaises(rl.Cancelled):
             self.fluid.advance(10.0, progress=lambda fraction, stage: False)
+        other = rl.Fluid(self.context, solver="dfsph")
+        other.set_basin((0, 0, 0), (0.2, 0.16, 0.3))
+        other.add_box((0, 0, 0), (0.16, 0.16, 0.16))
+        self.assertGreater(other.advance(0.02).divergence_corrections, 0)
+        self.assertEqual(report.divergence_corrections, 0)
         with self.assertRaisesRegex(rl.Invalid, "spacing"):
             rl.Fluid(self.context, spacing=-1.0)
         with self.assertRaisesRegex(rl.Invalid, "seconds"):

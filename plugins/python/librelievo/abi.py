@@ -177,6 +177,11 @@ class RlvFluidKernels(IntEnum):
     MUELLER = 1
 
 
+class RlvFluidSolver(IntEnum):
+    PCISPH = 0
+    DFSPH = 1
+
+
 class RlvFluidSteps(IntEnum):
     COURANT = 0
     FIXED = 1
@@ -1450,6 +1455,7 @@ class RlvFluidOptions(Structure):
         ("steps", c_uint32),
         ("courant", c_float),
         ("step", c_float),
+        ("solver", c_uint32),
     ]
 
 
@@ -1552,6 +1558,7 @@ class RlvFluidReport(Structure):
         ("walls", c_double * 3),
         ("added", c_uint64),
         ("removed", c_uint64),
+        ("divergence_corrections", c_uint64),
     ]
 
 
@@ -1858,13 +1865,13 @@ INIT = {
     RlvIsosurfaceMeshOptions: (ctypes.sizeof(RlvIsosurfaceMeshOptions), 0, 0.0, 0.5, 0.53, 0, None, 0, 0,),
     RlvIsosurfaceClasses: (ctypes.sizeof(RlvIsosurfaceClasses), 0, 0, 0, 0, 0.0,),
     RlvIsosurfaceTable: (ctypes.sizeof(RlvIsosurfaceTable), 0, None, None, (0,), (0,),),
-    RlvFluidOptions: (ctypes.sizeof(RlvFluidOptions), 0, 0.02, 1000.0, 0.001, 0.001, 0.0, (0.0, 0.0, -9.81,), 0.01, 0.001, 3, 100, 0, 0.4, 0.005,),
+    RlvFluidOptions: (ctypes.sizeof(RlvFluidOptions), 0, 0.02, 1000.0, 0.001, 0.001, 0.0, (0.0, 0.0, -9.81,), 0.01, 0.001, 3, 100, 0, 0.4, 0.005, 0,),
     RlvFluidInfo: (ctypes.sizeof(RlvFluidInfo), 0, 0, 0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0,), 0.0,),
     RlvFluidParticles: (ctypes.sizeof(RlvFluidParticles), 0.0, 0, None, 0, None, 0, (0.0, 0.0, 0.0,), 0,),
     RlvFluidArrays: (ctypes.sizeof(RlvFluidArrays), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
     RlvFluidColliderOptions: (ctypes.sizeof(RlvFluidColliderOptions), 0, 0.0, 0,),
     RlvFluidEmitterOptions: (ctypes.sizeof(RlvFluidEmitterOptions), 0, (0.0, 0.0, 0.0,), (0.0, 0.0, 1.0,), (0.0, 0.0, 0.0,), 0.1, 1.0, 0.0, 0.0, 0.0,),
-    RlvFluidReport: (ctypes.sizeof(RlvFluidReport), 0, 0.0, 0, 0, 0.0, 0.0, (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), 0, 0,),
+    RlvFluidReport: (ctypes.sizeof(RlvFluidReport), 0, 0.0, 0, 0, 0.0, 0.0, (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), 0, 0, 0,),
     RlvImprintSettings: (ctypes.sizeof(RlvImprintSettings), 16777216, 0.09817477, 0, 1.0, 1.0, 60000.0, 0.0, 1, 256, 1, 1, 0.0, 0.1, 0.6,),
     RlvImprintMoment: (ctypes.sizeof(RlvImprintMoment), 0, 0, 0, 0,),
     RlvImprintReport: (ctypes.sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),

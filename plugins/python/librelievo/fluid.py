@@ -43,7 +43,7 @@ class Fluid(Handle):
 
     def __init__(self, context, **options):
         """Without particles and walls; options are the fields of RlvFluidOptions."""
-        told = record.fill(abi.RlvFluidOptions, options, kernels=abi.RlvFluidKernels, steps=abi.RlvFluidSteps)
+        told = record.fill(abi.RlvFluidOptions, options, kernels=abi.RlvFluidKernels, steps=abi.RlvFluidSteps, solver=abi.RlvFluidSolver)
         super().__init__("rlv_fluid_create", context.handle, ctypes.byref(told))
 
     @property

@@ -10,8 +10,8 @@ use std::sync::{Arc, OnceLock, RwLock};
 use glam::{DVec3, Vec3};
 use relievo_core::{Error, Progress, Result};
 use relievo_fluid::{
-    Batch, ColliderOptions, Contact, Excess, Fluid, FluidOptions, Given, KernelSet, Overflow, Sink, Solid, Sources,
-    StepStatistics, TimeStep, basin, block,
+    Batch, ColliderOptions, Contact, Excess, Fluid, FluidOptions, Given, KernelSet, Overflow, PressureSolver, Sink,
+    Solid, Sources, StepStatistics, TimeStep, basin, block,
 };
 
 use self::arrays::{Places, vector, vectors};
@@ -29,6 +29,8 @@ constants! {
     u32:
     RLV_FLUID_WENDLAND = 0,
     RLV_FLUID_MUELLER = 1,
+    RLV_FLUID_PCISPH = 0,
+    RLV_FLUID_DFSPH = 1,
     RLV_FLUID_COURANT = 0,
     RLV_FLUID_FIXED = 1,
     RLV_FLUID_SLIP = 0,
@@ -49,6 +51,9 @@ constants! {
 /// Kernels by their numbers.
 const KERNELS: [(KernelSet, &str); 2] = [(KernelSet::Wendland, "wendland"), (KernelSet::Mueller, "mueller")];
 
+/// Solvers of pressures by their numbers.
+const SOLVERS: [(PressureSolver, &str); 2] = [(PressureSolver::Pcisph, "pcisph"), (PressureSolver::Dfsph, "dfsph")];
+
 descriptor! {
     pub struct RlvFluidOptions {
         struct_size: u32,
@@ -66,6 +71,7 @@ descriptor! {
         steps: u32,
         courant: f32,
         step: f32,
+        solver: u32,
     }
 }
 
@@ -132,6 +138,7 @@ descriptor! {
         walls: [f64; 3],
         added: u64,
         removed: u64,
+        divergence_corrections: u64,
     }
 }
 
@@ -286,6 +293,7 @@ impl RlvFluidReport {
         walls: [0.0; 3],
         added: 0,
         removed: 0,
+        divergence_corrections: 0,
     };
 
     /// Adds how many particles came and went.
@@ -298,6 +306,7 @@ impl RlvFluidReport {
         self.seconds += f64::from(done.seconds);
         self.steps += 1;
         self.corrections += u64::from(done.corrections);
+        self.divergence_corrections += u64::from(done.divergence_corrections);
         self.max_excess = self.max_excess.max(done.excess.most);
         self.mean_excess = self.mean_excess.max(done.excess.mean);
         let sums = [&mut self.gravity, &mut self.host, &mut self.forces, &mut self.walls];
@@ -334,6 +343,7 @@ unsafe fn read_options(options: *const RlvFluidOptions) -> Result<FluidOptions> 
         steps: RLV_FLUID_COURANT,
         courant,
         step,
+        solver: RLV_FLUID_PCISPH,
     };
     // SAFETY: promised by the caller.
     let given = unsafe { read_optional(options, default) }?;
@@ -355,7 +365,7 @@ unsafe fn read_options(options: *const RlvFluidOptions) -> Result<FluidOptions> 
         excess: Excess { most: given.max_excess, mean: given.mean_excess },
         corrections: [given.min_corrections, given.max_corrections],
         time_step,
-        ..usual
+        solver: numbered("solver", &SOLVERS, given.solver)?,
     })
 }
 
