@@ -58,6 +58,7 @@ pub fn run(report: &mut Report, peers: Option<&Path>) -> Result<()> {
         report.add(&name, &second, Some(("by PCISPH", &first)), "core-seconds", Goal::RatioAtMost(1.0));
     }
     for (side, frames, paper) in TABLE {
+        crate::fluid_device::case(report, &dam(&context, PressureSolver::Pcisph, side, None)?)?;
         let fluid = table(report, &context, side, frames, paper)?;
         if side > DAMS[0].0 {
             meshing(report, program.as_deref(), &fluid)?;

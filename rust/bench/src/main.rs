@@ -5,6 +5,7 @@ mod contact;
 mod deviation;
 mod device_paint;
 mod fluid;
+mod fluid_device;
 mod fluid_render;
 mod gpu;
 mod imprint;

@@ -54,6 +54,34 @@ fn a_dam_is_simulated_and_its_frames_are_meshed() {
 }
 
 #[test]
+fn a_dam_is_simulated_on_a_device_as_on_the_processor() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("dam.toml"), DAM).unwrap();
+    let simulate = |arguments: &[&str]| {
+        relievo(folder.path(), &[&["fluid", "sim", "dam.toml", "--format", "cache", "-o"], arguments].concat())
+    };
+    let missing = simulate(&["none", "--device", "gpu", "--adapter", "no such device"]);
+    assert!(missing.status.code() == Some(1) && text(&missing.stderr).contains("no such device"), "{missing:?}");
+    if relievo_gpu::adapters().is_empty() {
+        return;
+    }
+    let (on_device, on_processor) = (simulate(&["gpu", "--device", "gpu"]), simulate(&["cpu"]));
+    assert!(on_device.status.success() && on_processor.status.success(), "{on_device:?}");
+    let energy = |name: &str| -> f64 {
+        let rows = std::fs::read_to_string(folder.path().join(name).join("statistics.csv")).unwrap();
+        let column = rows.lines().next().unwrap().split(',').position(|name| name.contains("energy")).unwrap();
+        rows.lines().last().unwrap().split(',').nth(column).unwrap().parse().unwrap()
+    };
+    assert!((energy("gpu") / energy("cpu") - 1.0).abs() < 0.02, "{} {}", energy("gpu"), energy("cpu"));
+    // Frames of the processor are no frames of the device.
+    let other = simulate(&["cpu", "--device", "gpu"]);
+    assert!(other.status.code() == Some(1) && text(&other.stderr).contains("--restart"), "{other:?}");
+    std::fs::write(folder.path().join("dam.toml"), DAM.replace("[fluid]", "[fluid]\nsolver = \"dfsph\"")).unwrap();
+    let refused = simulate(&["gpu", "--device", "gpu", "--restart"]);
+    assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("--device cpu"), "{refused:?}");
+}
+
+#[test]
 fn what_cannot_be_a_fluid_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let refused = |description: &str, why: &str| {

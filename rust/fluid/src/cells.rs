@@ -16,7 +16,7 @@ const MOST: i32 = 1 << 20;
 const PART: usize = 8192;
 
 /// Occupied cells.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Cells {
     /// Cells per unit of length.
     scale: f32,

@@ -9,6 +9,7 @@ mod cells;
 mod chords;
 mod collider;
 mod constants;
+mod device;
 mod dfsph;
 mod exchange;
 mod force;
@@ -45,6 +46,7 @@ pub use blind::{Classes, Visibility, classify};
 #[cfg(feature = "rapier3d")]
 pub use body::{Bodies, BodyOptions};
 pub use collider::{ColliderOptions, Contact};
+pub use device::DeviceFluid;
 pub use exchange::{Given, Impulse};
 pub use force::Force;
 pub use function::SurfaceFunction;

@@ -91,6 +91,11 @@ impl Fluid {
         })
     }
 
+    /// What the fluid is, and how it is simulated.
+    pub fn options(&self) -> &FluidOptions {
+        &self.options
+    }
+
     /// How many particles there are.
     pub fn len(&self) -> usize {
         self.particles.len()
@@ -292,6 +297,11 @@ impl Fluid {
         Ok(StepStatistics { corrections, divergence_corrections, ..done })
     }
 
+    /// What a device goes on from beside the state.
+    pub(crate) fn setting(&self) -> (&Constants, &Wall, Pace) {
+        (&self.constants, &self.wall, self.pace)
+    }
+
     /// Finds neighbours, densities and the accelerations that need no pressure.
     fn look_around(&mut self, context: &Context) -> Result<()> {
         let count = self.len();
@@ -349,7 +359,7 @@ impl Fluid {
 }
 
 mod bodies;
-mod press;
+pub mod press;
 
 #[cfg(test)]
 mod tests;

@@ -11,6 +11,7 @@ use crate::constants::Constants;
 use crate::neighbours::{NOWHERE, Neighbours, PART};
 
 /// The particles of walls, in the order of cells.
+#[derive(Clone, Debug)]
 pub struct Wall {
     /// Places with masses, and velocities, each with a row after the last.
     pub places: Vec<Vec4>,
@@ -67,6 +68,11 @@ impl Wall {
     /// Their places with masses, in the order in which they were set.
     pub fn set(&self) -> &[Vec4] {
         &self.set
+    }
+
+    /// Their velocities, in the same order.
+    pub fn paces(&self) -> &[Vec4] {
+        &self.paces
     }
 
     /// Finds where they are after so many seconds.

@@ -1,7 +1,8 @@
 //! What happens to a fluid on its way through time, beside its own motion: colliders and bodies move, particles come and go.
 
 use relievo_core::{Context, Error, Result};
-use relievo_fluid::{Bodies, Fluid, Sources, StepStatistics};
+use relievo_fluid::{Bodies, DeviceFluid, Fluid, Sources, StepStatistics};
+use relievo_gpu::Device;
 
 use super::entries::Mover;
 
@@ -49,5 +50,25 @@ impl Play {
         }
         self.reached = time + f64::from(seconds);
         self.bodies.advance(context, fluid, seconds, renewed)
+    }
+
+    /// The same on a device, which has no more than particles and walls. Fails where there is more.
+    pub fn advance_on(
+        &self,
+        device: &Device,
+        fluid: &mut Fluid,
+        seconds: f32,
+        mut watch: impl FnMut(&StepStatistics) -> Result<()>,
+    ) -> Result<()> {
+        let Sources { emitters, sinks, .. } = &self.sources;
+        if !(self.movers.is_empty() && self.bodies.is_empty() && emitters.is_empty() && sinks.is_empty()) {
+            return Err(Error::unsupported(
+                "fluids on devices have walls, but no colliders, bodies, emitters and sinks",
+            )
+            .advise("use `--device cpu`"));
+        }
+        let mut sent = DeviceFluid::new(device, fluid)?;
+        sent.advance(seconds, |_, done| watch(done))?;
+        fluid.set_state(sent.state()?)
     }
 }

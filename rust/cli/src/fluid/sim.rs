@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use relievo_core::{Context, Error, Result, file};
-use relievo_fluid::Fluid;
+use relievo_fluid::{Fluid, StepStatistics};
 use relievo_particleio::{Format, FrameNumber, frames, path, read_frame, write, write_frame};
 
 use super::Limits;
@@ -14,6 +14,7 @@ use super::checkpoint::{Checkpoint, Totals, particles};
 use super::description::Description;
 use super::statistics::{NAME, Row, Statistics};
 use crate::Outcome;
+use crate::run::{Device, device};
 
 /// The name of the file that a run goes on from whose frames have no state.
 const CHECKPOINT: &str = "checkpoint";
@@ -35,6 +36,13 @@ pub struct Arguments {
     /// Begins anew, in place of the frames that are there.
     #[arg(long)]
     restart: bool,
+    /// What makes the steps. A graphics device has blocks, fills and basins, but no colliders, bodies, emitters, sinks and
+    /// forces.
+    #[arg(long, value_enum, default_value = "cpu")]
+    device: Device,
+    /// A part of the name of the graphics device; left out, the best there is.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
     #[command(flatten)]
     limits: Limits,
 }
@@ -161,11 +169,19 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let mut play = description.play(&context).map_err(named)?;
     let mut fluid = description.begin(&context, &mut play).map_err(named)?;
     let format = arguments.format.format();
+    let device = device(arguments.device, arguments.adapter.as_deref(), arguments.limits.memory_limit)?;
+    // The bits of frames are a device's own.
+    let made_by = device.as_ref().map_or_else(String::new, |device| format!(" by {}", device.summary().name));
     let folder = Folder {
         path: &arguments.output,
         format,
         parts: arguments.sub_frames,
-        identity: format!("{}, {} sub-frames of {}", format.extension(), arguments.sub_frames, description.identity()),
+        identity: format!(
+            "{}, {} sub-frames{made_by} of {}",
+            format.extension(),
+            arguments.sub_frames,
+            description.identity()
+        ),
         spacing: description.spacing(),
     };
     std::fs::create_dir_all(folder.path).map_err(|error| Error::io(folder.path, &error))?;
@@ -196,11 +212,15 @@ pub fn run(arguments: &Arguments) -> Outcome {
         let mut row = Row::default();
         let seconds = (1.0 / (description.fps * parts as f64)) as f32;
         let time = (step - 1) as f64 / (description.fps * parts as f64);
-        play.advance(&context, &mut fluid, time, seconds, |_, done| {
+        let mut watch = |done: &StepStatistics| {
             row.add(done);
             bar.set_message(format!("after {} steps", totals.steps + row.steps));
             Ok(())
-        })?;
+        };
+        match &device {
+            None => play.advance(&context, &mut fluid, time, seconds, |_, done| watch(done))?,
+            Some(device) => play.advance_on(device, &mut fluid, seconds, watch)?,
+        }
         totals.steps += row.steps;
         totals.corrections += row.corrections;
         totals.most = totals.most.max(row.excess[0]);

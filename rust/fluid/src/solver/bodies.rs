@@ -101,6 +101,11 @@ impl Fluid {
         self.colliders.get(number).map_or(&[], |collider| &collider.points)
     }
 
+    /// Whether nothing but gravity, walls and hosts moves it.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.colliders.is_empty() && self.forces.is_empty()
+    }
+
     /// What walls were given by the fluid in the last step, and then each collider.
     pub fn impulses(&self) -> &[Impulse] {
         &self.impulses

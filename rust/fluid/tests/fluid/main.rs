@@ -3,6 +3,7 @@
 mod blind;
 #[cfg(feature = "rapier3d")]
 mod body;
+mod device;
 mod flow;
 mod isosurface;
 mod level_set;

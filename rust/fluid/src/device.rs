@@ -1,0 +1,258 @@
+//! A fluid on a graphics device: its steps are those of the processor, pass by pass.
+//!
+//! Particles are sorted by cells and have lists of neighbours, as on the processor, and sums are in the order of these lists,
+//! so that a device gives the same bits in every run. A step is one submission, with as many corrections as it mostly takes;
+//! those that are not needed have no workgroups, which the device decides itself.
+
+mod passes;
+
+use relievo_core::{Error, Result};
+use relievo_gpu::{Device, PassTime};
+
+use self::passes::{FluidCall, Passes, Report};
+use crate::constants::Constants;
+use crate::pace::{Pace, within};
+use crate::pcisph::Excess;
+use crate::solver::press::CARRIED;
+use crate::wall::Wall;
+use crate::{Fluid, FluidOptions, PressureSolver, State, StepStatistics};
+
+/// Neighbours that there is room for at first, and at most.
+const ROOM: [u32; 2] = [64, 4096];
+/// Corrections of a submission: of the first of a step, and of those that follow.
+const BATCHES: [u32; 2] = [12, 24];
+/// More than any excess of particles that are somewhere.
+const LOST: f32 = 1e30;
+
+/// A fluid whose steps a graphics device makes. It has the particles and walls of a [`Fluid`] and gives them back.
+#[derive(Debug)]
+pub struct DeviceFluid {
+    device: Device,
+    options: FluidOptions,
+    constants: Constants,
+    /// What it was sent as.
+    state: State,
+    wall: Wall,
+    pace: Pace,
+    /// The greatest speed, in m/s.
+    speed: f32,
+    passes: Passes,
+    times: Vec<PassTime>,
+}
+
+impl DeviceFluid {
+    /// Sends a fluid with its walls to a device. Fails if it has colliders or forces but those of hosts, or
+    /// another solver than PCISPH, and where the device has no memory.
+    pub fn new(device: &Device, fluid: &Fluid) -> Result<Self> {
+        if !fluid.is_plain() || fluid.options().solver != PressureSolver::Pcisph {
+            return Err(Error::unsupported("fluids on devices have walls and PCISPH, but no colliders and forces")
+                .advise("use `--device cpu`, or PCISPH without them"));
+        }
+        let (state, options, (constants, wall, pace)) = (fluid.state(), fluid.options().clone(), fluid.setting());
+        let (constants, wall) = (*constants, wall.clone());
+        let count = state.numbers.len();
+        let passes = Passes::new(device, [count, wall.set().len()], ROOM[0])?;
+        passes.rows.places.write(device, 0, &state.places)?;
+        passes.rows.velocities.write(device, 0, &state.velocities)?;
+        let tags = state.pushes.iter().zip(0..).map(|(push, at)| {
+            let [x, y, z, _] = push.to_array().map(f32::to_bits);
+            [x, y, z, at]
+        });
+        passes.rows.tags.write(device, 0, &tags.collect::<Vec<_>>())?;
+        let square = state.velocities.iter().map(|velocity| velocity.length_squared()).fold(0.0, f32::max);
+        let device = device.clone();
+        let made =
+            Self { device, options, constants, state, wall, pace, speed: square.sqrt(), passes, times: Vec::new() };
+        made.send_walls()?;
+        Ok(made)
+    }
+
+    /// How many particles there are.
+    pub fn len(&self) -> usize {
+        self.state.numbers.len()
+    }
+
+    /// Whether there are no particles.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// How long the next step should be, in seconds.
+    pub fn time_step(&self) -> f32 {
+        self.pace.step(&self.options, &self.constants, self.speed.max(self.wall.speed))
+    }
+
+    /// How long the passes of the last step took on the device; nothing where it does not time.
+    pub fn times(&self) -> &[PassTime] {
+        &self.times
+    }
+
+    /// Simulates so many seconds in as many steps as it takes, and calls `watch` after each.
+    pub fn advance(
+        &mut self,
+        seconds: f32,
+        mut watch: impl FnMut(&mut Self, &StepStatistics) -> Result<()>,
+    ) -> Result<()> {
+        let mut left = seconds;
+        while left > 1e-6 * seconds {
+            let done = self.step(within(self.time_step(), left))?;
+            left -= done.seconds;
+            watch(self, &done)?;
+        }
+        Ok(())
+    }
+
+    /// Makes a step of so many seconds, or a shorter one where pressures do not converge. What the fluid was given is not told.
+    /// Fails as [`Fluid::step`], and where the device has no memory or is lost; nothing has moved then.
+    pub fn step(&mut self, seconds: f32) -> Result<StepStatistics> {
+        let seconds = seconds.max(0.0);
+        if self.is_empty() || seconds == 0.0 {
+            self.arrive(seconds)?;
+            return Ok(StepStatistics { seconds, ..StepStatistics::default() });
+        }
+        self.times.clear();
+        let mut call = self.call(seconds);
+        let mut report = self.begin(&mut call)?;
+        let mut corrections = report.corrections;
+        while report.is_enough == 0 {
+            let Some((shorter, kept)) = self.pace.again(&self.options, call.step) else { break };
+            // Pressures that did not converge are no better than none.
+            call = FluidCall { step: shorter, kept, carried: 0.0, ..call };
+            report = self.press(&call, false)?;
+            corrections += report.corrections;
+        }
+        let is_lost = report.most > LOST;
+        let is_enough = report.is_enough != 0 || self.options.time_step.is_fixed();
+        if is_lost || !is_enough {
+            return Err(Error::invalid("pressures do not converge")
+                .at(format!("a step of {} s", call.step))
+                .advise("take shorter steps, and see whether particles begin in each other or in walls"));
+        }
+        let mut frame = self.device.frame()?;
+        if report.is_enough == 0 {
+            self.passes.end(&mut frame, &call)?;
+        }
+        let greatest = frame.read(&self.passes.greatest, 0..1)?;
+        self.times.extend(frame.submit()?.wait()?);
+        let [speed, change] = greatest.get(&self.device)?[0].map(f32::sqrt);
+        self.speed = speed;
+        self.pace.settle(&self.options, corrections, change / call.step);
+        self.arrive(call.step)?;
+        let excess = Excess { most: report.most, mean: report.mean };
+        Ok(StepStatistics { seconds: call.step, corrections, excess, ..StepStatistics::default() })
+    }
+
+    /// All that the fluid goes on from, on the processor too. Particles are in the order in which they were sent.
+    pub fn state(&self) -> Result<State> {
+        let count = self.len();
+        let mut frame = self.device.frame()?;
+        let rows = &self.passes.rows;
+        let places = frame.read(&rows.places, 0..count)?;
+        let velocities = frame.read(&rows.velocities, 0..count)?;
+        let tags = frame.read(&rows.tags, 0..count)?;
+        let _ = frame.submit()?;
+        let (places, velocities) = (places.get(&self.device)?, velocities.get(&self.device)?);
+        let mut state = self.state.clone();
+        (state.pulled, state.share) = (self.pace.pulled, self.pace.share);
+        for (at, [_, _, _, from]) in tags.get(&self.device)?.into_iter().enumerate() {
+            state.places[from as usize] = places[at];
+            state.velocities[from as usize] = velocities[at];
+        }
+        Ok(state)
+    }
+
+    /// Sorts particles, finds neighbours, makes room for them where there is none, and presses.
+    fn begin(&mut self, call: &mut FluidCall) -> Result<Report> {
+        loop {
+            call.room = self.passes.room();
+            let report = self.press(call, true)?;
+            if report.crowd == 0 {
+                return Ok(report);
+            }
+            if report.crowd > ROOM[1] {
+                return Err(Error::invalid(format!(
+                    "{} particles are within the support radius of another",
+                    report.crowd
+                ))
+                .advise("let fewer particles begin at one place, or make their spacing less"));
+            }
+            self.passes.widen(&self.device, report.crowd.next_multiple_of(32))?;
+        }
+    }
+
+    /// Corrects pressures until they are enough or there were as many corrections as there may be.
+    fn press(&mut self, call: &FluidCall, is_new: bool) -> Result<Report> {
+        let mut made = 0;
+        loop {
+            let mut frame = self.device.frame()?;
+            if is_new && made == 0 {
+                self.passes.look_around(&mut frame, call)?;
+            }
+            let batch = BATCHES[usize::from(made > 0)];
+            self.passes.press(&mut frame, call, batch, made == 0)?;
+            let report = frame.read(&self.passes.report, 0..1)?;
+            self.times.extend(frame.submit()?.wait()?);
+            let report = report.get(&self.device)?[0];
+            made += batch;
+            let is_over = report.corrections >= call.corrections || report.corrections < made;
+            if report.crowd > 0 || report.is_enough != 0 && report.corrections >= call.least || is_over {
+                return Ok(report);
+            }
+        }
+    }
+
+    /// Goes on by a step in time.
+    fn arrive(&mut self, seconds: f32) -> Result<()> {
+        self.state.seconds += f64::from(seconds);
+        if self.wall.speed > 0.0 {
+            self.wall.arrive(seconds);
+            self.send_walls()?;
+        }
+        Ok(())
+    }
+
+    fn send_walls(&self) -> Result<()> {
+        if !self.wall.set().is_empty() {
+            self.passes.walls.places.write(&self.device, 0, self.wall.set())?;
+            self.passes.walls.velocities.write(&self.device, 0, self.wall.paces())?;
+            let mut frame = self.device.frame()?;
+            self.passes.sort_walls(&mut frame, &self.call(0.0))?;
+            let _ = frame.submit()?;
+        }
+        Ok(())
+    }
+
+    /// The beginning of a step.
+    fn call(&self, step: f32) -> FluidCall {
+        let Constants { kernels, mass, density, wall, diagonal, viscosity, friction, cohesion, spacing } =
+            self.constants;
+        let FluidOptions { gravity, excess, corrections, .. } = self.options;
+        FluidCall {
+            gravity,
+            support: kernels.support,
+            kernel: kernels.density,
+            spiky: kernels.spiky,
+            wall,
+            kernels: kernels.set as u32,
+            mass,
+            density,
+            diagonal,
+            viscosity,
+            friction,
+            cohesion,
+            spacing,
+            step,
+            dense: (1.0 + excess.most) * density,
+            kept: 0.0,
+            most: excess.most,
+            mean: excess.mean,
+            count: self.len() as u32,
+            walls: self.wall.set().len() as u32,
+            room: self.passes.room(),
+            least: corrections[0],
+            corrections: corrections[1],
+            carried: CARRIED,
+            padding: [0; 2],
+        }
+    }
+}

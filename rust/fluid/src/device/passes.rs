@@ -1,0 +1,371 @@
+//! The buffers and kernels of a fluid on a device.
+
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{Vec3, Vec4};
+use relievo_core::Result;
+use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Sort, groups};
+
+/// Bits of a cell's number, as in `fluid.wgsl`.
+const CELL_BITS: u32 = 21;
+
+/// As in `fluid.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct FluidCall {
+    pub gravity: Vec3,
+    pub support: f32,
+    pub kernel: f32,
+    pub spiky: f32,
+    pub wall: f32,
+    pub kernels: u32,
+    pub mass: f32,
+    pub density: f32,
+    pub diagonal: f32,
+    pub viscosity: f32,
+    pub friction: f32,
+    pub cohesion: f32,
+    pub spacing: f32,
+    pub step: f32,
+    pub dense: f32,
+    pub kept: f32,
+    pub most: f32,
+    pub mean: f32,
+    pub count: u32,
+    pub walls: u32,
+    pub room: u32,
+    pub least: u32,
+    pub corrections: u32,
+    pub carried: f32,
+    pub padding: [u32; 2],
+}
+
+/// As in `fluid_press.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub struct Report {
+    pub crowd: u32,
+    pub corrections: u32,
+    pub is_enough: u32,
+    pub most: f32,
+    pub mean: f32,
+    pub over_most: f32,
+    pub over_mean: f32,
+}
+
+/// What a particle carries through the sort: what hosts accelerate it by, as bits, and where it was at first.
+pub type Tag = [u32; 4];
+
+/// Particles: of the fluid with pressures, of walls with masses.
+#[derive(Debug)]
+pub struct Rows {
+    pub places: Buffer<Vec4>,
+    pub velocities: Buffer<Vec4>,
+    pub tags: Buffer<Tag>,
+}
+
+impl Rows {
+    fn new(device: &Device, count: usize) -> Result<Self> {
+        Ok(Self {
+            places: Buffer::new(device, "places of particles", count)?,
+            velocities: Buffer::new(device, "velocities of particles", count)?,
+            tags: Buffer::new(device, "tags of particles", count)?,
+        })
+    }
+}
+
+/// Particles that are put into the order of cells.
+#[derive(Debug)]
+struct Sorted {
+    rows: Rows,
+    cells: Buffer<[u32; 2]>,
+    sort: Sort,
+    bindings: [Bindings; 2],
+    _keys: [Buffer<u32>; 2],
+}
+
+impl Sorted {
+    fn new(device: &Device, kernels: &Kernels, from: &Rows) -> Result<Self> {
+        let count = from.places.len();
+        let keys = [Buffer::new(device, "cells of particles", count)?, Buffer::new(device, "order", count)?];
+        let (rows, cells) = (Rows::new(device, count)?, Buffer::new(device, "cells", 1 << CELL_BITS)?);
+        let given = [from.places.wgpu(), from.velocities.wgpu(), from.tags.wgpu()];
+        let Rows { places, velocities, tags } = &rows;
+        let made = [keys[0].wgpu(), keys[1].wgpu(), places.wgpu(), velocities.wgpu(), tags.wgpu(), cells.wgpu()];
+        let bindings = [device.bind(&kernels.number, 0, &given)?, device.bind(&kernels.number, 1, &made)?];
+        Ok(Self { sort: Sort::new(device, &keys[0], &keys[1])?, rows, cells, bindings, _keys: keys })
+    }
+
+    fn record(&self, frame: &mut Frame, kernels: &Kernels, call: &FluidCall) -> Result<()> {
+        frame.clear(&self.cells);
+        let mut pass = frame.pass("cells");
+        let bindings = self.bindings.each_ref();
+        let (count, call, size) = (call.count, bytemuck::bytes_of(call), groups(call.count.div_ceil(GROUP)));
+        pass.run(&kernels.number, &bindings, call, size)?;
+        self.sort.run(&mut pass, count, CELL_BITS)?;
+        pass.run(&kernels.arrange, &bindings, call, size)
+    }
+}
+
+#[derive(Debug)]
+struct Kernels {
+    number: Arc<Kernel>,
+    arrange: Arc<Kernel>,
+    find: Arc<Kernel>,
+    begin: Arc<Kernel>,
+    carry: Arc<Kernel>,
+    predict: Arc<Kernel>,
+    correct: Arc<Kernel>,
+    judge: Arc<Kernel>,
+    arrive: Arc<Kernel>,
+    conclude: Arc<Kernel>,
+}
+
+impl Kernels {
+    fn new(device: &Device) -> Result<Self> {
+        use Access::{Read, Write};
+        let kernel = |module, entry, groups: &[&[Access]]| {
+            let immediates = size_of::<FluidCall>() as u32;
+            device.kernel(&KernelSpec { module, entry, groups, immediates, constants: &[] })
+        };
+        let cells = |entry| kernel("fluid_cells", entry, &[&[Read; 3], &[Write; 6]]);
+        // What says how many workgroups there are may not be bound where it does.
+        let press = |entry| kernel("fluid_press", entry, &[&[Read; 7], &[Write; 3]]);
+        let steer = |entry| kernel("fluid_press", entry, &[&[Read; 7], &[Write; 3], &[Write; 2]]);
+        let arrive = |entry| kernel("fluid_arrive", entry, &[&[Read; 4], &[Write; 5]]);
+        Ok(Self {
+            number: cells("number_cells")?,
+            arrange: cells("arrange")?,
+            find: kernel("fluid_near", "find", &[&[Read; 4], &[Write; 3]])?,
+            begin: kernel("fluid_begin", "begin", &[&[Read; 7], &[Write; 2]])?,
+            carry: steer("carry")?,
+            predict: press("predict")?,
+            correct: press("correct")?,
+            judge: steer("judge")?,
+            arrive: arrive("arrive")?,
+            conclude: arrive("conclude")?,
+        })
+    }
+}
+
+/// What follows from the room for neighbours.
+#[derive(Debug)]
+struct Lists {
+    room: u32,
+    find: [Bindings; 2],
+    begin: [Bindings; 2],
+    press: [Bindings; 3],
+    _lists: Buffer<u32>,
+}
+
+/// The buffers and kernels of a fluid on a device.
+#[derive(Debug)]
+pub struct Passes {
+    pub rows: Rows,
+    pub walls: Rows,
+    pub report: Buffer<Report>,
+    /// The squares of the greatest speed and of the greatest change of a velocity.
+    pub greatest: Buffer<[f32; 2]>,
+    kernels: Kernels,
+    sorted: Sorted,
+    sorted_walls: Sorted,
+    ends: Buffer<[u32; 2]>,
+    accelerations: Buffer<Vec4>,
+    diagonals: Buffer<f32>,
+    predicted: Buffer<Vec4>,
+    sums: Buffer<Vec4>,
+    arguments: Buffer<u32>,
+    lists: Lists,
+    arrive: [Bindings; 2],
+}
+
+impl Passes {
+    /// For so many particles of the fluid and of walls, of which each has room for so many neighbours. Fails where the
+    /// device has no memory.
+    pub fn new(device: &Device, [count, walls]: [usize; 2], room: u32) -> Result<Self> {
+        let kernels = Kernels::new(device)?;
+        let (rows, walls) = (Rows::new(device, count.max(1))?, Rows::new(device, walls.max(1))?);
+        let (sorted, sorted_walls) = (Sorted::new(device, &kernels, &rows)?, Sorted::new(device, &kernels, &walls)?);
+        let many = |label| Buffer::<Vec4>::new(device, label, count.max(1));
+        let (accelerations, predicted) = (many("accelerations")?, many("predicted places")?);
+        let ends = Buffer::new(device, "ends of neighbours", count.max(1))?;
+        let diagonals = Buffer::new(device, "stiffnesses", count.max(1))?;
+        let sums = Buffer::new(device, "sums of groups", count.div_ceil(GROUP as usize).max(1))?;
+        let report = Buffer::new(device, "report of a step", 1)?;
+        let arguments = Buffer::new(device, "arguments of corrections", 6)?;
+        let greatest = Buffer::new(device, "greatest speed", 1)?;
+        let from = &sorted.rows;
+        let arrive = [
+            device.bind(
+                &kernels.arrive,
+                0,
+                &[from.places.wgpu(), from.velocities.wgpu(), from.tags.wgpu(), predicted.wgpu()],
+            )?,
+            device.bind(
+                &kernels.arrive,
+                1,
+                &[rows.places.wgpu(), rows.velocities.wgpu(), rows.tags.wgpu(), sums.wgpu(), greatest.wgpu()],
+            )?,
+        ];
+        let made = [&accelerations, &predicted, &sums];
+        let told = (&ends, &diagonals, &report, &arguments);
+        let lists = Lists::new(device, &kernels, [&sorted, &sorted_walls], made, told, room)?;
+        Ok(Self {
+            rows,
+            walls,
+            report,
+            greatest,
+            kernels,
+            sorted,
+            sorted_walls,
+            ends,
+            accelerations,
+            diagonals,
+            predicted,
+            sums,
+            arguments,
+            lists,
+            arrive,
+        })
+    }
+
+    /// How many neighbours of a particle there is room for.
+    pub fn room(&self) -> u32 {
+        self.lists.room
+    }
+
+    /// Makes room for more neighbours. Fails where the device has no memory.
+    pub fn widen(&mut self, device: &Device, room: u32) -> Result<()> {
+        let made = [&self.accelerations, &self.predicted, &self.sums];
+        let told = (&self.ends, &self.diagonals, &self.report, &self.arguments);
+        self.lists = Lists::new(device, &self.kernels, [&self.sorted, &self.sorted_walls], made, told, room)?;
+        Ok(())
+    }
+
+    /// Records that walls are put into the order of cells.
+    pub fn sort_walls(&self, frame: &mut Frame, call: &FluidCall) -> Result<()> {
+        self.sorted_walls.record(frame, &self.kernels, &FluidCall { count: call.walls, ..*call })
+    }
+
+    /// Records what a step begins with: the order of particles, neighbours, densities.
+    pub fn look_around(&self, frame: &mut Frame, call: &FluidCall) -> Result<()> {
+        self.sorted.record(frame, &self.kernels, call)?;
+        frame.clear(&self.report);
+        let (size, call) = (groups(call.count.div_ceil(GROUP)), bytemuck::bytes_of(call));
+        let Lists { find, begin, .. } = &self.lists;
+        frame.pass("neighbours").run(&self.kernels.find, &find.each_ref(), call, size)?;
+        frame.pass("densities").run(&self.kernels.begin, &begin.each_ref(), call, size)
+    }
+
+    /// Records the first corrections of a step, where `is_first`, or more of them, and the step's end if they are enough.
+    pub fn press(&self, frame: &mut Frame, call: &FluidCall, corrections: u32, is_first: bool) -> Result<()> {
+        let (size, bytes) = (groups(call.count.div_ceil(GROUP)), bytemuck::bytes_of(call));
+        let [read, write, steer] = &self.lists.press;
+        let mut pass = frame.pass("pressures");
+        if is_first {
+            pass.run(&self.kernels.carry, &[read, write, steer], bytes, size)?;
+        }
+        for _ in 0..corrections {
+            pass.run_indirect(&self.kernels.predict, &[read, write], bytes, &self.arguments, 0)?;
+            pass.run_indirect(&self.kernels.correct, &[read, write], bytes, &self.arguments, 0)?;
+            pass.run(&self.kernels.judge, &[read, write, steer], bytes, [1, 1, 1])?;
+        }
+        let [from, to] = &self.arrive;
+        pass.run_indirect(&self.kernels.arrive, &[from, to], bytes, &self.arguments, 3)?;
+        pass.run(&self.kernels.conclude, &[from, to], bytes, [1, 1, 1])
+    }
+
+    /// Records that a step ends though corrections were not enough.
+    pub fn end(&self, frame: &mut Frame, call: &FluidCall) -> Result<()> {
+        let (size, bytes) = (groups(call.count.div_ceil(GROUP)), bytemuck::bytes_of(call));
+        let [from, to] = &self.arrive;
+        let mut pass = frame.pass("end");
+        pass.run(&self.kernels.arrive, &[from, to], bytes, size)?;
+        pass.run(&self.kernels.conclude, &[from, to], bytes, [1, 1, 1])
+    }
+}
+
+impl Lists {
+    fn new(
+        device: &Device,
+        kernels: &Kernels,
+        [sorted, walls]: [&Sorted; 2],
+        [accelerations, predicted, sums]: [&Buffer<Vec4>; 3],
+        (ends, diagonals, report, arguments): (&Buffer<[u32; 2]>, &Buffer<f32>, &Buffer<Report>, &Buffer<u32>),
+        room: u32,
+    ) -> Result<Self> {
+        let count = sorted.rows.places.len();
+        let lists = Buffer::new(device, "neighbours", count.saturating_mul(room as usize))?;
+        let [places, wall_places] = [&sorted.rows.places, &walls.rows.places].map(Buffer::wgpu);
+        let [velocities, wall_velocities] = [&sorted.rows.velocities, &walls.rows.velocities].map(Buffer::wgpu);
+        let (tags, near, far) = (sorted.rows.tags.wgpu(), lists.wgpu(), ends.wgpu());
+        let [accelerations, predicted, sums] = [accelerations, predicted, sums].map(Buffer::wgpu);
+        let (find, begin, press) = (&kernels.find, &kernels.begin, &kernels.carry);
+        Ok(Self {
+            room,
+            find: [
+                device.bind(find, 0, &[places, sorted.cells.wgpu(), wall_places, walls.cells.wgpu()])?,
+                device.bind(find, 1, &[near, far, report.wgpu()])?,
+            ],
+            begin: [
+                device.bind(begin, 0, &[places, velocities, tags, wall_places, wall_velocities, near, far])?,
+                device.bind(begin, 1, &[accelerations, diagonals.wgpu()])?,
+            ],
+            press: [
+                device.bind(
+                    press,
+                    0,
+                    &[accelerations, velocities, wall_places, wall_velocities, near, far, diagonals.wgpu()],
+                )?,
+                device.bind(press, 1, &[places, predicted, sums])?,
+                device.bind(press, 2, &[report.wgpu(), arguments.wgpu()])?,
+            ],
+            _lists: lists,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use relievo_testing::wgsl::assert_layout;
+    use std::mem::offset_of;
+
+    #[test]
+    fn layouts_are_those_of_the_shaders() {
+        macro_rules! fields {
+            ($type:ty, $($field:ident),*) => { [$((stringify!($field), offset_of!($type, $field))),*] };
+        }
+        let fields = fields!(
+            FluidCall,
+            gravity,
+            support,
+            kernel,
+            spiky,
+            wall,
+            kernels,
+            mass,
+            density,
+            diagonal,
+            viscosity,
+            friction,
+            cohesion,
+            spacing,
+            step,
+            dense,
+            kept,
+            most,
+            mean,
+            count,
+            walls,
+            room,
+            least,
+            corrections,
+            carried
+        );
+        assert_layout("fluid", "Fluid", size_of::<FluidCall>(), &fields);
+        let fields = fields!(Report, crowd, corrections, is_enough, most, mean, over_most, over_mean);
+        assert_layout("fluid_press", "Report", size_of::<Report>(), &fields);
+    }
+}
