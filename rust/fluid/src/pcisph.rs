@@ -56,7 +56,7 @@ pub fn predict(context: &Context, correction: &Correction, places: Rows, predict
     });
 }
 
-/// Velocities after the pressures that particles have, the fourth numbers of `places`.
+/// Velocities after the pressures that particles have, the fourth numbers of `places`, and of these velocities too.
 pub fn push(context: &Context, correction: &Correction, places: Rows, pushed: &mut [Vec4]) {
     let mut parts: Vec<_> = pushed.chunks_mut(PART).collect();
     context.for_each_mut(&mut parts, |part, pushed| push_part(context.level(), correction, places, part, pushed));
@@ -124,7 +124,7 @@ fn push_body<A: Lanes>(correction: &Correction, places: Rows, part: usize, pushe
             back = back.plus(v, v.mul(v.load(&walls.slopes[at..]), mass), from);
         });
         let acceleration = (mass * push.sum(v) + own.w * back.sum(v)) / -(density * density);
-        *pushed = correction.velocities[number] + correction.step * acceleration;
+        *pushed = (correction.velocities[number] + correction.step * acceleration).with_w(own.w);
     }
 }
 

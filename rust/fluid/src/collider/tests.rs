@@ -1,7 +1,7 @@
 use glam::{Quat, Vec4Swizzles};
 
 use super::*;
-use crate::{Fluid, FluidOptions, block, cuboid};
+use crate::{Fluid, FluidOptions, PressureSolver, block, cuboid};
 
 fn constants(spacing: f32) -> Constants {
     Constants::new(&FluidOptions { spacing, ..FluidOptions::default() })
@@ -137,9 +137,14 @@ fn an_open_sheet_that_bends_holds_what_falls_on_it() {
 
 #[test]
 fn momentum_goes_from_the_fluid_to_what_it_meets() {
+    [PressureSolver::Pcisph, PressureSolver::Dfsph].into_iter().for_each(meet);
+}
+
+/// Asserts that what a fluid loses to a collider is what that is given.
+fn meet(solver: PressureSolver) {
     let (context, spacing) = (Context::serial(), 0.05);
     let gravity = Vec3::new(0.0, 0.0, -5.0);
-    let mut fluid = Fluid::new(FluidOptions { spacing, gravity, ..FluidOptions::default() }).unwrap();
+    let mut fluid = Fluid::new(FluidOptions { spacing, gravity, solver, ..FluidOptions::default() }).unwrap();
     fluid.add(&block(Vec3::ZERO, Vec3::new(0.4, 0.4, 0.4), spacing).unwrap(), Vec3::new(1.0, 0.0, 0.0)).unwrap();
     let (points, triangles) = cuboid(Vec3::new(0.45, 0.0, -0.2), Vec3::new(0.8, 0.4, 0.5));
     let target: Vec<Vec3> = points.iter().map(|point| *point + Vec3::new(-0.1, 0.02, 0.0)).collect();
@@ -158,7 +163,7 @@ fn momentum_goes_from_the_fluid_to_what_it_meets() {
     assert!(fluid.collider_points(number).iter().zip(&target).all(|(now, then)| now.distance(*then) < 1e-6));
     let pulled = fluid.mass() * fluid.len() as f32 * seconds * gravity;
     let lost = before + pulled - fluid.momentum();
-    println!("given {given}, lost {lost}");
+    println!("{solver:?}: given {given}, lost {lost}");
     assert!(lost.as_dvec3().distance(given) < 1e-4 * given.length() && given.length() > 10.0, "{given} {lost}");
     // It is hit in its middle or below, at about where the fluid is.
     assert!((turned.y / given.x - 0.2).abs() < 0.1, "{turned}");

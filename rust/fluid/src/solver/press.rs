@@ -92,7 +92,6 @@ impl Fluid {
                 break;
             }
         }
-        self.slowed.iter_mut().zip(&self.predicted).for_each(|(velocity, row)| velocity.w = row.w);
         std::mem::swap(&mut self.advected, &mut self.slowed);
         corrections
     }
