@@ -98,7 +98,7 @@ typedef struct RlvIsosurfaceClasses {
 
 /* A ray. Distances are in multiples of its direction. */
 typedef struct RlvIsosurfaceRay {
-    float origin[3];
+    float origin[3];    /* metres */
     float direction[3]; /* of any length but zero */
     float min_distance; /* smallest distance of a hit; less than 0 is 0 */
     float max_distance; /* largest distance of a hit; 0 for no limit */
@@ -108,7 +108,7 @@ typedef struct RlvIsosurfaceRay {
 /* Where a ray enters or leaves the fluid first. Without a hit, distance is infinite and the rest zero. */
 typedef struct RlvIsosurfaceHit {
     float distance;    /* in multiples of the ray's direction */
-    float position[3];
+    float position[3]; /* metres */
     float normal[3];   /* unit length, out of the fluid */
     float velocity[3]; /* of the fluid there, metres a second; zero if nothing moves */
     uint32_t enters;   /* 1 if the ray enters the fluid here, 0 if it leaves it */

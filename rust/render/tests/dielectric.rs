@@ -194,7 +194,7 @@ fn implicit_surfaces_have_depths_and_normals_and_are_blurred_where_they_move() {
     let covered = |frame: &Frame| (0..33 * 33).filter(|at| frame.object[*at] == object.number()).count();
     let expected = std::f64::consts::PI * 2.0 * (16.5 / (24f64.sqrt() * 0.4f64.tan())).powi(2);
     assert!((covered(&frame) as f64 / expected - 1.0).abs() < 0.06, "{} {expected}", covered(&frame));
-    // In a second it goes two units to the right; its left rim is then there for half the time or less.
+    // In a second it goes two units to the right: what was near its left rim is seen for an eighth of it.
     (look.shutter, look.settings.samples, look.lights.sky) = ([0.0, 1.0], 256, Sky::uniform([0.0; 3]));
     look.lights.suns =
         vec![Sun { direction: [0.0, 0.0, 1.0], irradiance: [std::f32::consts::PI; 3], angular_radius: 0.0 }];
@@ -203,7 +203,7 @@ fn implicit_surfaces_have_depths_and_normals_and_are_blurred_where_they_move() {
     let still = render(&mut scene, &View { shutter: [0.0; 2], ..look.clone() });
     assert!((share(16) / still.color.color(16, 16)[0] - 0.9).abs() < 0.1, "{}", share(16));
     let before = |x: u32| still.color.color(x, 16)[0];
-    assert!(before(2) > 0.1 && share(2) < 0.3 * before(2) && before(32) == 0.0 && share(32) > 0.1);
+    assert!(share(2) < 0.2 * before(2) && share(32) > 3.0 * before(32), "{} {}", share(2), share(32));
     look.shutter = [1.0, 0.0];
     assert!(scene.render(&Context::serial(), &look).is_err());
 }
