@@ -24,7 +24,7 @@ mod textured;
 mod triangles;
 mod voxels;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -46,8 +46,8 @@ struct Arguments {
     #[arg(long, num_args = 2, default_values_t = [1050, 415])]
     knot: Vec<u32>,
     /// The particles that `meshing` makes a mesh of, as 32-bit floats
-    #[arg(long, default_value = "")]
-    particles: PathBuf,
+    #[arg(long, required_if_eq("name", "meshing"))]
+    particles: Option<PathBuf>,
 }
 
 fn run(arguments: &Arguments) -> Result<()> {
@@ -62,7 +62,7 @@ fn run(arguments: &Arguments) -> Result<()> {
             fluid::run(&mut report, arguments.peers.as_deref())?;
             fluid_render::run(&mut report)?;
         }
-        "meshing" => return fluid::mesh_file(&arguments.particles),
+        "meshing" => return fluid::mesh_file(arguments.particles.as_deref().unwrap_or(Path::new(""))),
         "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),
         name => {
             return Err(Error::invalid(format!("there is no bench `{name}`"))
