@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Result};
 use relievo_fluid::{
-    Excess, Fluid, FluidOptions, March, Motion, RayCaster, Surface, SurfaceFunction, Visibility, basin, block, classify,
+    Fluid, FluidOptions, March, Motion, RayCaster, Surface, SurfaceFunction, Visibility, basin, block, classify,
 };
 use relievo_render as render;
 use relievo_render::{Camera, Dielectric, Material, Scene, View};
@@ -74,11 +74,9 @@ pub fn run(report: &mut Report) -> Result<()> {
 }
 
 impl Dam {
-    /// The fluid as it begins, in a basin four times as long. What is rendered need not be simulated as exactly as by
-    /// default.
+    /// The fluid as it begins, in a basin four times as long.
     fn begin(&self, context: &Context) -> Result<Fluid> {
-        let excess = Excess { most: 0.1, mean: 0.03 };
-        let options = FluidOptions { spacing: SPACING, viscosity: 0.001, excess, ..FluidOptions::default() };
+        let options = FluidOptions { spacing: SPACING, ..FluidOptions::default() };
         let mut fluid = Fluid::new(options)?;
         let size = Vec3::from(self.size);
         fluid.add(&block(Vec3::ZERO, size, SPACING)?, Vec3::ZERO)?;
