@@ -41,12 +41,14 @@ pub struct DeviceFluid {
 }
 
 impl DeviceFluid {
-    /// Sends a fluid with its walls to a device. Fails if it has colliders or forces but those of hosts, or
-    /// another solver than PCISPH, and where the device has no memory.
+    /// Sends a fluid with its walls to a device. Fails if it has colliders, particles that do not stay for ever, forces but those
+    /// of hosts, or another solver than PCISPH, and where the device has no memory.
     pub fn new(device: &Device, fluid: &Fluid) -> Result<Self> {
         if !fluid.is_plain() || fluid.options().solver != PressureSolver::Pcisph {
-            return Err(Error::unsupported("fluids on devices have walls and PCISPH, but no colliders and forces")
-                .advise("use `--device cpu`, or PCISPH without them"));
+            return Err(Error::unsupported(
+                "fluids on devices have walls and PCISPH, but no colliders, forces and lifetimes",
+            )
+            .advise("use `--device cpu`, or PCISPH without them"));
         }
         let (state, options, (constants, wall, pace)) = (fluid.state(), fluid.options().clone(), fluid.setting());
         let (constants, wall) = (*constants, wall.clone());
@@ -59,10 +61,9 @@ impl DeviceFluid {
             [x, y, z, at]
         });
         passes.rows.tags.write(device, 0, &tags.collect::<Vec<_>>())?;
-        let square = state.velocities.iter().map(|velocity| velocity.length_squared()).fold(0.0, f32::max);
         let device = device.clone();
         let made =
-            Self { device, options, constants, state, wall, pace, speed: square.sqrt(), passes, times: Vec::new() };
+            Self { device, options, constants, state, wall, pace, speed: fluid.speed(), passes, times: Vec::new() };
         made.send_walls()?;
         Ok(made)
     }
@@ -142,7 +143,8 @@ impl DeviceFluid {
         Ok(StepStatistics { seconds: call.step, corrections, excess, ..StepStatistics::default() })
     }
 
-    /// All that the fluid goes on from, on the processor too. Particles are in the order in which they were sent.
+    /// All that the fluid goes on from, on the processor too. Particles are in the order in which they were sent, and pressures
+    /// those that were sent.
     pub fn state(&self) -> Result<State> {
         let count = self.len();
         let mut frame = self.device.frame()?;

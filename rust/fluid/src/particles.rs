@@ -249,6 +249,11 @@ impl Particles {
         removed
     }
 
+    /// Whether one does not stay for ever.
+    pub fn is_mortal(&self) -> bool {
+        self.is_mortal
+    }
+
     /// Removes those whose life has ended at a time.
     pub fn expire(&mut self, now: f64) {
         if self.is_mortal {

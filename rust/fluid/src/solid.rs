@@ -86,7 +86,7 @@ impl Solid {
         let count = size.as_ivec3();
         let at = |cell: IVec3| low + spacing * (cell.as_vec3() + 0.5);
         let [nx, ny, nz] = count.to_array().map(|count| count.max(0) as usize);
-        let layers = context.map(nz, |z| {
+        let mut layers = context.map(nz, |z| {
             let mut room = Room::default();
             let mut votes = vec![0u8; nx * ny];
             for axis in 0..2 {
@@ -102,7 +102,6 @@ impl Solid {
             }
             votes
         });
-        let mut layers = layers;
         let mut room = Room::default();
         for y in 0..ny {
             for x in 0..nx {

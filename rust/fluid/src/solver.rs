@@ -256,8 +256,13 @@ impl Fluid {
 
     /// How long the next step should be, in seconds.
     pub fn time_step(&self) -> f32 {
-        let square = self.velocities().iter().map(|velocity| velocity.with_w(0.0).length_squared()).fold(0.0, f32::max);
-        self.pace.step(&self.options, &self.constants, square.sqrt().max(self.wall.speed))
+        self.pace.step(&self.options, &self.constants, self.speed().max(self.wall.speed))
+    }
+
+    /// The speed of the fastest particle, in m/s.
+    pub(crate) fn speed(&self) -> f32 {
+        let squares = self.velocities().iter().map(|velocity| velocity.with_w(0.0).length_squared());
+        squares.fold(0.0, f32::max).sqrt()
     }
 
     /// Makes a step of so many seconds, or a shorter one where pressures do not converge. Fails if they do not at all, or

@@ -231,8 +231,8 @@ impl Rendering {
             _ => indices.iter().map(|at| classes.of[*at] == Visibility::Blind).collect(),
         };
         let mut kept = Mesh { points: indices.iter().map(|at| frame.points[*at]).collect(), ..Mesh::default() };
-        if let Some(velocity) = frame.attribute("velocity").filter(|_| !velocities(frame).is_empty()) {
-            let all = velocities(frame);
+        let all = velocities(frame);
+        if let Some(velocity) = frame.attribute("velocity").filter(|_| !all.is_empty()) {
             let values = Values::F32(indices.iter().flat_map(|at| all[*at]).collect());
             kept.attributes.push(relievo_core::Attribute { values, ..velocity.clone() });
         }

@@ -105,6 +105,26 @@ fn nothing_goes_through_what_moves_in_a_thousand_frames() {
 }
 
 #[test]
+fn a_collider_goes_on_where_walls_are_set_anew() {
+    let (context, spacing) = (Context::serial(), 0.1);
+    let steps = |walls: bool| {
+        let mut fluid = Fluid::new(FluidOptions { spacing, gravity: Vec3::ZERO, ..FluidOptions::default() }).unwrap();
+        let (points, triangles) = cuboid(Vec3::ZERO, Vec3::ONE);
+        let options = ColliderOptions { contact: Contact::Slip, is_container: false };
+        let number = fluid.add_collider(&context, &points, &triangles, options).unwrap();
+        let target: Vec<Vec3> = points.iter().map(|point| *point + Vec3::X).collect();
+        fluid.move_collider(&context, number, [&points, &target], 1.0).unwrap();
+        if walls {
+            fluid.set_walls(&context, &[Vec3::splat(9.0)]).unwrap();
+        }
+        fluid.add(&[Vec3::splat(5.0)], Vec3::ZERO).unwrap();
+        fluid.time_step()
+    };
+    // Steps follow from the speed of what is moving.
+    assert_eq!(steps(true), steps(false));
+}
+
+#[test]
 fn an_open_sheet_that_bends_holds_what_falls_on_it() {
     let (context, spacing) = (Context::serial(), 0.05);
     let mut fluid = Fluid::new(FluidOptions { spacing, ..FluidOptions::default() }).unwrap();

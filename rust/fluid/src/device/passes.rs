@@ -205,7 +205,7 @@ impl Passes {
             device.bind(
                 &kernels.arrive,
                 1,
-                &[rows.places.wgpu(), rows.velocities.wgpu(), rows.tags.wgpu(), sums.wgpu(), greatest.wgpu()],
+                &[sums.wgpu(), rows.places.wgpu(), rows.velocities.wgpu(), rows.tags.wgpu(), greatest.wgpu()],
             )?,
         ];
         let made = [&accelerations, &predicted, &sums];
@@ -318,7 +318,7 @@ impl Lists {
                     0,
                     &[accelerations, velocities, wall_places, wall_velocities, near, far, diagonals.wgpu()],
                 )?,
-                device.bind(press, 1, &[places, predicted, sums])?,
+                device.bind(press, 1, &[sums, places, predicted])?,
                 device.bind(press, 2, &[report.wgpu(), arguments.wgpu()])?,
             ],
             _lists: lists,

@@ -18,9 +18,7 @@ impl Fluid {
     /// particles are near one than can be told apart.
     pub fn set_walls(&mut self, context: &Context, places: &[Vec3]) -> Result<()> {
         let walls = weigh(context, &self.constants, places)?;
-        let wall = self.build(context, &walls)?;
-        (self.wall_count, self.wall) = (walls.len(), wall);
-        Ok(())
+        self.build(context, &walls)
     }
 
     /// Has walls be at other places and go on from there with velocities in m/s, in the order in which they were set, until
@@ -74,14 +72,10 @@ impl Fluid {
         let collider = Collider::new(context, &self.constants, points, triangles, options).map_err(named)?;
         self.colliders.push(collider);
         let walls = self.wall.set()[..self.wall_count].to_vec();
-        match self.build(context, &walls) {
-            Ok(wall) => self.wall = wall,
-            Err(error) => {
-                self.colliders.pop();
-                return Err(error);
-            }
+        if let Err(error) = self.build(context, &walls) {
+            self.colliders.pop();
+            return Err(error);
         }
-        (0..=number).for_each(|number| self.follow(number));
         Ok(number)
     }
 
@@ -101,9 +95,9 @@ impl Fluid {
         self.colliders.get(number).map_or(&[], |collider| &collider.points)
     }
 
-    /// Whether nothing but gravity, walls and hosts moves it.
+    /// Whether nothing but gravity, walls and hosts moves it, and all of it stays.
     pub(crate) fn is_plain(&self) -> bool {
-        self.colliders.is_empty() && self.forces.is_empty()
+        self.colliders.is_empty() && self.forces.is_empty() && !self.particles.is_mortal()
     }
 
     /// What walls were given by the fluid in the last step, and then each collider.
@@ -111,10 +105,14 @@ impl Fluid {
         &self.impulses
     }
 
-    fn build(&self, context: &Context, walls: &[Vec4]) -> Result<Wall> {
+    /// Takes these walls, and the particles of colliders, which go on as they move. Nothing has changed where it fails.
+    fn build(&mut self, context: &Context, walls: &[Vec4]) -> Result<()> {
         let colliders = self.colliders.iter().flat_map(Collider::particles);
         let set = walls.iter().copied().chain(colliders).collect();
-        Wall::new(context, self.constants.kernels.support, set)
+        self.wall = Wall::new(context, self.constants.kernels.support, set)?;
+        self.wall_count = walls.len();
+        (0..self.colliders.len()).for_each(|number| self.follow(number));
+        Ok(())
     }
 
     /// The first particle of walls of each group: walls, then colliders.

@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use relievo_core::Context;
-use relievo_fluid::{DeviceFluid, Fluid, FluidOptions, KernelSet, State, TimeStep, basin, block};
+use relievo_fluid::{Batch, DeviceFluid, Fluid, FluidOptions, KernelSet, State, TimeStep, basin, block};
 use relievo_testing::device;
 
 const SPACING: f32 = 0.02;
@@ -131,6 +131,10 @@ fn crowds_find_room_on_a_device_and_what_cannot_be_is_refused() {
     let mut heap = Fluid::new(FluidOptions { time_step: TimeStep::Fixed(1e-3), ..options }).unwrap();
     heap.add(&[Vec3::ONE; 5000], Vec3::ZERO).unwrap();
     assert!(DeviceFluid::new(&device, &heap).unwrap().step(1e-3).is_err());
+    let mut mortal = Fluid::new(FluidOptions::default()).unwrap();
+    let batch = Batch { places: &[Vec3::ZERO], velocities: &[Vec3::ZERO], lifetime: 1.0, channels: &[] };
+    mortal.add_batch(&batch).unwrap();
+    assert!(DeviceFluid::new(&device, &mortal).unwrap_err().to_string().contains("lifetimes"));
     let empty = Fluid::new(FluidOptions::default()).unwrap();
     let mut sent = DeviceFluid::new(&device, &empty).unwrap();
     assert!(sent.is_empty() && sent.step(0.01).unwrap().seconds == 0.01 && sent.state().unwrap().numbers.is_empty());
