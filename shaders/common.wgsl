@@ -8,6 +8,11 @@ fn linear_group(group: vec3<u32>, groups: vec3<u32>) -> u32 {
     return group.x + group.y * groups.x;
 }
 
+/// The number of an invocation among all.
+fn linear_item(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
+    return linear_group(group, groups) * GROUP + local;
+}
+
 /// The nearest half float, ties to even, as bits; too large numbers become infinity. What devices have for it may round
 /// either way.
 fn half_bits(value: f32) -> u32 {

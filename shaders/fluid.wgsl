@@ -49,10 +49,6 @@ struct Fluid {
 
 var<immediate> fluid: Fluid;
 
-fn item_of(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
-    return linear_group(group, groups) * GROUP + local;
-}
-
 /// The lowest bits of a number with two zeros after each.
 fn spread(number: u32) -> u32 {
     var bits = number & ((1u << BITS) - 1u);

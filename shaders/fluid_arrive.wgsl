@@ -5,10 +5,9 @@
 @group(0) @binding(1) var<storage, read> sorted_velocities: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> sorted_tags: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read> predicted: array<vec4<f32>>;
-@group(1) @binding(0) var<storage, read_write> places: array<vec4<f32>>;
-@group(1) @binding(1) var<storage, read_write> velocities: array<vec4<f32>>;
-@group(1) @binding(2) var<storage, read_write> tags: array<vec4<u32>>;
-@group(1) @binding(3) var<storage, read_write> sums: array<vec4<f32>>;
+@group(1) @binding(1) var<storage, read_write> places: array<vec4<f32>>;
+@group(1) @binding(2) var<storage, read_write> velocities: array<vec4<f32>>;
+@group(1) @binding(3) var<storage, read_write> tags: array<vec4<u32>>;
 /// The squares of the greatest speed and of the greatest change of a velocity.
 @group(1) @binding(4) var<storage, read_write> greatest: vec2<f32>;
 
@@ -18,7 +17,7 @@ fn arrive(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let particle = item_of(group, groups, local);
+    let particle = linear_item(group, groups, local);
     var own = vec4(0.0);
     if particle < fluid.count {
         let place = sorted_places[particle];
@@ -34,20 +33,12 @@ fn arrive(
         velocities[particle] = vec4(velocity, 0.0);
         tags[particle] = sorted_tags[particle];
     }
-    let all = joined_group(own, local);
-    if local == 0u {
-        sums[linear_group(group, groups)] = all;
-    }
+    note_group(own, linear_group(group, groups), local);
 }
 
 @compute @workgroup_size(GROUP)
 fn conclude(@builtin(local_invocation_index) local: u32) {
-    var own = vec4(0.0);
-    let groups = (fluid.count + GROUP - 1u) / GROUP;
-    for (var k = local; k < groups; k += GROUP) {
-        own = joined(own, sums[k]);
-    }
-    let all = joined_group(own, local);
+    let all = joined_all(local);
     if local == 0u {
         greatest = all.xz;
     }

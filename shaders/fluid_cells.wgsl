@@ -19,7 +19,7 @@ fn number_cells(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let particle = item_of(group, groups, local);
+    let particle = linear_item(group, groups, local);
     if particle < fluid.count {
         keys[particle] = number_of(cell_of(places[particle].xyz));
         order[particle] = particle;
@@ -32,7 +32,7 @@ fn arrange(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let particle = item_of(group, groups, local);
+    let particle = linear_item(group, groups, local);
     if particle >= fluid.count {
         return;
     }

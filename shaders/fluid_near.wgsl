@@ -18,7 +18,7 @@ fn find(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let particle = item_of(group, groups, local);
+    let particle = linear_item(group, groups, local);
     if particle >= fluid.count {
         return;
     }

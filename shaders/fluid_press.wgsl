@@ -29,9 +29,8 @@ struct Report {
 @group(0) @binding(5) var<storage, read> ends: array<vec2<u32>>;
 @group(0) @binding(6) var<storage, read> diagonals: array<f32>;
 /// With pressures.
-@group(1) @binding(0) var<storage, read_write> places: array<vec4<f32>>;
-@group(1) @binding(1) var<storage, read_write> predicted: array<vec4<f32>>;
-@group(1) @binding(2) var<storage, read_write> sums: array<vec4<f32>>;
+@group(1) @binding(1) var<storage, read_write> places: array<vec4<f32>>;
+@group(1) @binding(2) var<storage, read_write> predicted: array<vec4<f32>>;
 @group(2) @binding(0) var<storage, read_write> report: Report;
 /// Workgroups of the next correction, and of what follows the last.
 @group(2) @binding(1) var<storage, read_write> arguments: array<u32, 6>;
@@ -48,7 +47,7 @@ fn carry(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let particle = item_of(group, groups, local);
+    let particle = linear_item(group, groups, local);
     if particle < fluid.count {
         places[particle].w *= fluid.carried;
     }
@@ -70,7 +69,7 @@ fn predict(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let particle = item_of(group, groups, local);
+    let particle = linear_item(group, groups, local);
     if particle >= fluid.count {
         return;
     }
@@ -102,7 +101,7 @@ fn correct(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let particle = item_of(group, groups, local);
+    let particle = linear_item(group, groups, local);
     var own_sums = vec4(0.0);
     if particle < fluid.count {
         let own = predicted[particle].xyz;
@@ -132,21 +131,13 @@ fn correct(
             own_sums = vec4(LOST, 0.0, LOST, 0.0);
         }
     }
-    let all = joined_group(own_sums, local);
-    if local == 0u {
-        sums[linear_group(group, groups)] = all;
-    }
+    note_group(own_sums, linear_group(group, groups), local);
 }
 
 /// Whether corrections are enough; the next ones have no workgroups then.
 @compute @workgroup_size(GROUP)
 fn judge(@builtin(local_invocation_index) local: u32) {
-    var own = vec4(0.0);
-    let groups = (fluid.count + GROUP - 1u) / GROUP;
-    for (var k = local; k < groups; k += GROUP) {
-        own = joined(own, sums[k]);
-    }
-    let all = joined_group(own, local);
+    let all = joined_all(local);
     if local != 0u || arguments[0] == 0u {
         return;
     }

@@ -33,11 +33,6 @@ struct Place {
     normal: vec3<f32>,
 }
 
-/// The number of an invocation among all.
-fn linear_item(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
-    return linear_group(group, groups) * GROUP + local;
-}
-
 /// The bits of a word up to one.
 fn bits_to(bit: u32) -> u32 {
     return (2u << bit) - 1u;
