@@ -122,8 +122,9 @@ impl Fluid {
         &self.particles.numbers
     }
 
-    /// The pressure of each particle in Pa: what it adds to the virial of the forces (Clausius 1870) over its volume. The
-    /// numbers by which forces are found differ from it where neighbours are in disorder.
+    /// The pressure of each particle in Pa: what it adds to the virial of the forces (Clausius 1870) over its volume at rest,
+    /// with the pressures that moved it in the last step. Over a part of the fluid, their sum times that volume over the part's
+    /// is the pressure there. In disorder particles take 3 % more room than at rest, so that single ones tell as much more.
     pub fn pressures(&self) -> &[f32] {
         &self.particles.pressures
     }
@@ -353,9 +354,8 @@ impl Fluid {
             let velocity = &mut self.particles.velocities[met.particle as usize];
             *velocity = met.velocity.extend(velocity.w);
         }
-        let worked = self.particles.places.iter().zip(&self.advected).map(|(place, advected)| place.w + advected.w);
-        let told = self.particles.pressures.iter_mut().zip(worked).zip(&self.found);
-        told.for_each(|((pressure, worked), found)| *pressure = worked * found.virial);
+        let told = self.particles.pressures.iter_mut().zip(&self.predicted).zip(&self.found);
+        told.for_each(|((pressure, predicted), found)| *pressure = predicted.w * found.virial);
         self.carry(seconds);
         self.seconds += f64::from(seconds);
         self.particles.expire(self.seconds);
