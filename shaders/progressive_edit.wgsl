@@ -72,16 +72,6 @@ fn influence_sum(point: vec3<f32>) -> f32 {
     return sum;
 }
 
-/// Whether a vertex of the mesh has a node.
-fn is_shown(node: u32) -> bool {
-    let split = node / 2u;
-    if split >= work.vertices || !is_there(split) || (node % 2u == 1u && splits[split].key == ALWAYS) {
-        return false;
-    }
-    let child = splits[split].children[node % 2u];
-    return child >= LEAF || !is_there(child);
-}
-
 /// Counts vertices that are reached, and tells their nodes.
 @compute @workgroup_size(GROUP)
 fn reach(
@@ -91,7 +81,7 @@ fn reach(
 ) {
     let node = linear_item(group, groups, local);
     var is_reached = false;
-    if is_shown(node) {
+    if is_shown(node, work.vertices) {
         let place = now(node);
         let sum = influence_sum(place.point);
         is_reached = sum > 0.0;
@@ -115,7 +105,7 @@ fn move_reached(
     @builtin(local_invocation_index) local: u32,
 ) {
     let node = linear_item(group, groups, local);
-    if is_shown(node) && (touched[node / 32u] >> (node % 32u) & 1u) == 1u {
+    if is_shown(node, work.vertices) && (touched[node / 32u] >> (node % 32u) & 1u) == 1u {
         let place = now(node);
         places[node] = moved(place, influence_sum(place.point));
     }

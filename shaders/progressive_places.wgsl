@@ -36,3 +36,13 @@ fn now(node: u32) -> Place {
     }
     return built(node);
 }
+
+/// Whether a vertex of the mesh that is there has a node, of as many vertices as the finest has.
+fn is_shown(node: u32, vertices: u32) -> bool {
+    let split = node / 2u;
+    if split >= vertices || !is_there(split) || (node % 2u == 1u && splits[split].key == ALWAYS) {
+        return false;
+    }
+    let child = splits[split].children[node % 2u];
+    return child >= LEAF || !is_there(child);
+}

@@ -3,7 +3,7 @@
  * A device level becomes finer, coarser or as a view needs it on the device of the context, whatever it was before, and is
  * edited there. It is the mesh that a level (level.h) of the processor is: without edits to the bit, but that a view may have
  * other splits nearer to a limit than 1e-5 of it; after edits vertices of the finest mesh differ by less than 1e-5 of its
- * extent, and attributes stay as they were built. A view gives the mesh that a level has after its finest one. Brushes,
+ * extent, and normals and tangents among its attributes, which turn with them, by less than 1e-3 of their length. A view gives the mesh that a level has after its finest one. Brushes,
  * journals and what makes other meshes are levels' alone. Who may use its Vulkan objects, and when, is as in buffer.h; they stay the same for as long as it lives.
  * Lengths are in object units, angles in radians. */
 #ifndef RELIEVO_DEVICE_LEVEL_H
@@ -74,8 +74,9 @@ RLV_API RlvResult rlv_device_level_set_triangles(RlvDeviceLevel level, size_t tr
 RLV_API RlvResult rlv_device_level_set_view(RlvDeviceLevel level, const RlvLevelView *view);
 
 /* Mutating. Moves and turns regions of the mesh as it is now, also where that is made for a view. reached, which may be
- * NULL, is how many vertices are moved. The first edit takes 65 bytes a triangle of the finest mesh on the device. Fails,
- * and changes nothing, if no vertex is in a region or a number is out of its range. */
+ * NULL, is how many vertices are moved. The first edit takes 65 bytes a triangle of the finest mesh on the device, and
+ * 41 more where there are normals or tangents among attributes. Fails, and changes nothing, if no vertex is in a region or a
+ * number is out of its range, and with RLV_ERROR_UNSUPPORTED if there are such and a vertex has more than 4,096 triangles. */
 RLV_API RlvResult rlv_device_level_edit(RlvDeviceLevel level, const RlvLevelEdit *edit, size_t *reached);
 
 /* Mutating. Takes the last edit back, at whatever level, which stays as fine as it is. Fails with RLV_ERROR_NOT_FOUND if

@@ -7,11 +7,13 @@
 //! before does not matter.
 
 mod around;
+mod directions;
 mod edits;
 mod extract;
 mod history;
 mod level;
 mod records;
+mod transfer;
 mod wedges;
 
 use std::sync::Arc;
@@ -22,6 +24,7 @@ use relievo_core::{Context, Error, Result};
 use relievo_gpu::{Buffer, Device};
 
 use self::around::DeviceAround;
+use self::directions::DeviceDirections;
 use self::wedges::DeviceWedges;
 use super::hierarchy::{Child, LEAF, Progressive};
 use super::packing::Normal;
@@ -49,7 +52,8 @@ pub type Vertex = [u32; 4];
 
 /// What a device has of a progressive mesh. That is 42 bytes a triangle; a mesh of it may take 20 more, and what views and
 /// edits need another 52. Attributes take 12 bytes a triangle and its numbers, and 4 a wedge and its numbers twice; in a
-/// mesh of it the same once more, with numbers once.
+/// mesh of it the same once more, with numbers once. For edits of meshes with normals or tangents among them there are 12
+/// bytes a triangle and 4 a wedge more, and in a mesh of it that is edited 41 a triangle.
 #[derive(Debug)]
 pub struct DeviceHierarchy {
     device: Device,
@@ -67,6 +71,7 @@ pub struct DeviceHierarchy {
     corners: Buffer<[u32; 3]>,
     around: Option<DeviceAround>,
     wedges: Option<DeviceWedges>,
+    directions: Option<DeviceDirections>,
 }
 
 impl DeviceHierarchy {
@@ -124,6 +129,7 @@ impl DeviceHierarchy {
             corners: Buffer::of(device, "corners", &corners)?,
             around: None,
             wedges: wedges.transpose()?,
+            directions: None,
         })
     }
 
@@ -136,7 +142,14 @@ impl DeviceHierarchy {
     ) -> Result<Self> {
         let made = Self::new(device, mesh)?;
         let around = Some(DeviceAround::new(context, device, (mesh, &made.splits), extents)?);
-        Ok(Self { around, ..made })
+        let directions = mesh.wedges.as_ref().map(|trees| DeviceDirections::new(device, mesh, trees));
+        Ok(Self { around, directions: directions.transpose()?.flatten(), ..made })
+    }
+
+    /// What edits need. Fails if it was sent without.
+    fn for_edits(&self) -> Result<&DeviceAround> {
+        let missing = || Error::invalid("the progressive mesh was sent without what edits need").at("edit");
+        self.around.as_ref().ok_or_else(missing)
     }
 
     /// Bytes on the device, without meshes.
@@ -147,6 +160,7 @@ impl DeviceHierarchy {
             + self.triangles * triangle
             + self.around.as_ref().map_or(0, DeviceAround::bytes)
             + self.wedges.as_ref().map_or(0, DeviceWedges::bytes)
+            + self.directions.as_ref().map_or(0, DeviceDirections::bytes)
     }
 
     /// The smallest and largest coordinates of the finest mesh.

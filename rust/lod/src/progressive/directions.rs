@@ -39,8 +39,14 @@ impl Directions {
         made
     }
 
-    fn is_empty(&self) -> bool {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
         self.normal.is_none() && self.tangent.is_none()
+    }
+
+    /// Where the numbers of a normal and of a tangent begin.
+    pub fn places(&self) -> [Option<usize>; 2] {
+        [self.normal, self.tangent]
     }
 
     /// Turns the directions of a wedge from how they were built to how they are about a vertex.

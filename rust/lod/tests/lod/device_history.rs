@@ -119,6 +119,47 @@ fn meshes_for_views_are_edited_on_a_device_as_on_the_processor() {
     assert!(same > 2, "{same}");
 }
 
+#[test]
+fn edits_go_to_the_processor_and_back_to_the_bit() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    for (shape, center) in shapes().iter().zip([[1.4, 0.0, 0.0], [0.5, 0.5, 0.0], [0.4, 0.5, 0.0], [1.4, 0.0, 0.0]]) {
+        let mesh = build(shape, Vec::new());
+        let (mut level, mut other) = (level_of(&device, &mesh), level_of(&device, &mesh));
+        assert!(level.to_active(&context, &mesh).unwrap().extract().points == shape.0);
+        for number in 0..2 {
+            at(&device, &mut level, Cut::of_faces(&mesh, [400, 1000][number]));
+            level.edit(&shifted(&pull(center), 0.1 * number as f32)).unwrap();
+            let shown = level.extract().unwrap();
+            let mut active = level.to_active(&context, &mesh).unwrap();
+            assert!(level.extract().unwrap() == shown && active.edits() == [0, 0]);
+            for faces in [usize::MAX, 600, 0] {
+                let cut = Cut::of_faces(&mesh, faces);
+                active.adapt(&context, cut);
+                assert!(active.extract().points == at(&device, &mut level, cut).points);
+            }
+            // The processor edits on, and so does the device.
+            let mut active = level.to_active(&context, &mesh).unwrap();
+            other.take(&context, &mut active).unwrap();
+            assert_eq!(other.edits(), [0, 0]);
+            assert!(all(&device, &mut other, &mesh) == all(&device, &mut level, &mesh));
+        }
+        let mut active = level.to_active(&context, &mesh).unwrap();
+        active.adapt(&context, Cut::of_faces(&mesh, 300));
+        active.edit(&context, &pull(center)).unwrap();
+        other.take(&context, &mut active).unwrap();
+        at(&device, &mut level, Cut::of_faces(&mesh, 300));
+        level.edit(&pull(center)).unwrap();
+        active.adapt(&context, Cut::FINEST);
+        let made = at(&device, &mut other, Cut::FINEST);
+        assert!(made.points == active.extract().points);
+        assert!(apart(&made, &at(&device, &mut level, Cut::FINEST))[0] < 1e-5);
+    }
+    let [one, other] = [0, 1].map(|number| build(&shapes()[number], Vec::new()));
+    let refused = level_of(&device, &one).to_active(&context, &other).err().unwrap();
+    assert!(refused.kind == ErrorKind::Invalid && refused.to_string().contains("that was sent"), "{refused}");
+}
+
 /// A side is pulled and turned.
 fn side() -> KeyedEdit {
     let region = Region { center: [1.4, 0.0, 0.0], radius: 0.6, falloff: Falloff::Smooth };

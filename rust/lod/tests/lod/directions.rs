@@ -12,10 +12,10 @@ use crate::shapes::lifted;
 use crate::wedges::{build, painted_torus};
 
 /// Numbers of a wedge: three of a normal, four of a tangent with its side.
-const WIDTH: usize = 7;
+pub const WIDTH: usize = 7;
 
 /// A torus with normals on points, and tangents on corners along its texture coordinates, which are mirrored on one half.
-fn torus() -> Mesh {
+pub fn torus() -> Mesh {
     let mut mesh = painted_torus(60, 32);
     mesh.attributes.clear();
     let around = |[x, y, _]: [f32; 3]| Vec3::new(x, y, 0.0).normalize();
@@ -38,18 +38,18 @@ fn torus() -> Mesh {
     mesh
 }
 
-fn cuts(mesh: &Progressive) -> Vec<Cut> {
+pub fn cuts(mesh: &Progressive) -> Vec<Cut> {
     let few = |share: usize| Cut::of_faces(mesh, mesh.triangle_count() / share);
     vec![Cut::BASE, few(9), few(3), few(2), Cut::of_error(0.0), Cut::FINEST]
 }
 
-fn edit(radius: f32, translation: [f32; 3], turn: (Vec3, f32)) -> Edit {
+pub fn edit(radius: f32, translation: [f32; 3], turn: (Vec3, f32)) -> Edit {
     let region = Region { center: [1.4, 0.0, 0.0], radius, falloff: Falloff::Smooth };
     Edit { handles: vec![Handle { region, translation, axis: turn.0.to_array(), angle: turn.1 }], anchors: Vec::new() }
 }
 
 /// The place of every wedge, with its numbers.
-fn wedges(made: &Extract) -> Vec<(Vec3, [f32; WIDTH])> {
+pub fn wedges(made: &Extract) -> Vec<(Vec3, [f32; WIDTH])> {
     let mut places = vec![Vec3::ZERO; made.values.len() / WIDTH];
     for (wedge, vertex) in made.wedges.as_flattened().iter().zip(made.triangles.as_flattened()) {
         places[*wedge as usize] = made.points[*vertex as usize].into();
@@ -57,7 +57,7 @@ fn wedges(made: &Extract) -> Vec<(Vec3, [f32; WIDTH])> {
     places.into_iter().zip(made.values.as_chunks::<WIDTH>().0.iter().copied()).collect()
 }
 
-fn directions(values: &[f32; WIDTH]) -> [Vec3; 2] {
+pub fn directions(values: &[f32; WIDTH]) -> [Vec3; 2] {
     [0, 3].map(|at| Vec3::from_slice(&values[at..]))
 }
 

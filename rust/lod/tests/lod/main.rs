@@ -4,6 +4,7 @@ mod arrival;
 mod attributes;
 mod buffers;
 mod device;
+mod device_directions;
 mod device_history;
 mod directions;
 mod editing;

@@ -13,6 +13,7 @@ use super::around::DeviceAround;
 use super::records::{Record, Records};
 use crate::progressive::handle::{Edit, Handle, Region};
 use crate::progressive::moves::LEAST_MOVE;
+use crate::progressive::place;
 
 /// As in `progressive.wgsl`.
 #[repr(C)]
@@ -22,6 +23,21 @@ pub struct Place {
     moved: u32,
     normal: [f32; 3],
     padding: u32,
+}
+
+impl Place {
+    /// Of a node, if it is elsewhere than it was built.
+    pub fn of(place: Option<place::Place>) -> Self {
+        let moved = u32::from(place.is_some());
+        let place::Place { point, normal } = place.unwrap_or_default();
+        Self { point: point.to_array(), moved, normal: normal.to_array(), padding: 0 }
+    }
+
+    /// Where it is, if it is elsewhere.
+    pub fn get(&self) -> Option<place::Place> {
+        let place = place::Place { point: self.point.into(), normal: self.normal.into() };
+        (self.moved == 1).then_some(place)
+    }
 }
 
 /// As in `progressive_edit.wgsl`.
@@ -68,6 +84,8 @@ struct FollowCall {
 pub struct Edits {
     /// Of nodes.
     pub places: Buffer<Place>,
+    /// Of nodes, where they would have been built.
+    pub notes: Buffer<Place>,
     before: Buffer<u32>,
     reached: Buffer<u32>,
     /// Of the vertices before, for kernels that mark.
@@ -125,7 +143,7 @@ impl Edits {
             [device.bind(&coarsen, 0, &all)?, device.bind(&coarsen, 1, &[there, places_of, notes_of, touched])?],
         ];
         let marking = device.bind_as(&[write; 2], &[before.wgpu(), reached.wgpu()])?;
-        Ok(Self { places, before, reached, marking, records, reach, touch, refine, coarsen, bindings })
+        Ok(Self { places, notes, before, reached, marking, records, reach, touch, refine, coarsen, bindings })
     }
 
     /// Finds what an edit reaches of the vertices that there are, and what it replaces at coarser levels, and waits for it.

@@ -7,6 +7,7 @@ use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Frame, GROUP, Kernel, KernelSpec, Pass, Scan, groups, wgpu};
 
 use super::around::DeviceAround;
+use super::directions::LevelDirections;
 use super::edits::{Edits, Place};
 use super::history::{DeviceFront, History};
 use super::wedges::LevelWedges;
@@ -69,6 +70,8 @@ pub struct DeviceLevel {
     /// Vertices there, their ranks, triangles shown, and their ranks.
     buffers: [Buffer<u32>; 4],
     pub(super) wedges: Option<LevelWedges>,
+    /// What turns normals and tangents among attributes, if there are any and it was edited.
+    directions: Option<LevelDirections>,
     pub(super) edits: Option<Edits>,
     pub(super) history: History,
     pub(super) shown: Shown,
@@ -148,6 +151,7 @@ impl DeviceLevel {
             is_followed: true,
             buffers,
             wedges,
+            directions: None,
             edits: None,
             history: History::default(),
             shown: Shown::Nothing,
@@ -286,12 +290,19 @@ impl DeviceLevel {
 
     /// Has room for edits.
     pub(super) fn prepare_edits(&mut self, around: &DeviceAround) -> Result<()> {
-        let edits = Edits::new(&self.hierarchy, around, &self.buffers[0])?;
+        let whole = &*self.hierarchy;
+        let edits = Edits::new(whole, around, &self.buffers[0])?;
+        let drawn = [&self.indices, &self.arguments];
+        let directions = whole.directions.as_ref().zip(self.wedges.as_ref());
+        let directions = directions
+            .map(|(given, wedges)| LevelDirections::new(whole, given, wedges, &self.buffers, drawn, &edits.places))
+            .transpose()?;
         let written = written(&self.buffers, &self.vertices, &self.indices, &self.arguments, &edits.places);
         self.writing[1] = self.hierarchy.device.bind(&self.write[0], 1, &written)?;
         if let Some((kernel, bindings)) = &mut self.want {
             *bindings = wanting(&self.hierarchy, around, kernel, &edits.places)?;
         }
+        self.directions = directions;
         self.edits = Some(edits);
         Ok(())
     }
@@ -312,7 +323,8 @@ impl DeviceLevel {
         self.shown_ranks.run(pass, triangles.div_ceil(32) as u32)?;
         pass.run(&self.write[1], &[read, written], call, blocks(triangles))?;
         pass.run(&self.write[2], &[read, written], call, blocks(vertices))?;
-        self.wedges.as_ref().map_or(Ok(()), |wedges| wedges.write(pass))
+        self.wedges.as_ref().map_or(Ok(()), |wedges| wedges.write(pass))?;
+        self.directions.as_ref().map_or(Ok(()), |directions| directions.turn(pass))
     }
 }
 

@@ -84,6 +84,8 @@ pub struct LevelWedges {
     scan: Scan,
     kernels: [Arc<Kernel>; 4],
     bindings: [Bindings; 2],
+    /// Wedges that there are.
+    pub list: Buffer<u32>,
     /// Wedges of triangles, three each.
     pub corners: Buffer<u32>,
     /// Numbers of wedges.
@@ -136,10 +138,15 @@ impl LevelWedges {
         ];
         let bindings = [device.bind(&kernels[0], 0, &read)?, device.bind(&kernels[0], 1, &written)?];
         let scan = Scan::new(device, &ranks, arguments)?;
-        Ok(Self { call, scan, kernels, bindings, corners, values, faces })
+        Ok(Self { call, scan, kernels, bindings, list, corners, values, faces })
     }
 
-    /// Records that the attributes of what is marked and shown are written.
+    /// Wedges of the finest mesh.
+    pub fn count(&self) -> usize {
+        self.call.wedges as usize
+    }
+
+    /// Records that the attributes of what is marked and shown are written, as they were built.
     pub fn write(&self, pass: &mut Pass<'_>) -> Result<()> {
         let [mark, list, values, corners] = &self.kernels;
         let (wedges, triangles) = (self.call.wedges as usize, self.call.triangles as usize);
