@@ -1,5 +1,6 @@
 //! `relievo progressive`
 
+mod device;
 mod picture;
 
 use std::collections::VecDeque;
@@ -12,13 +13,12 @@ use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Error, Result};
 use relievo_gpu::Device;
 use relievo_lod::Progressive;
-use relievo_lod::progressive::{
-    ActiveMesh, BuildOptions, Cut, DeviceHierarchy, DeviceLevel, Edit as MeshEdit, EditJournal, Front, Input,
-};
+use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit as MeshEdit, EditJournal, Front, Input};
 
 use self::picture::{Drawing, Panel};
 use crate::Outcome;
 use crate::edits::Change;
+use crate::run::Device as Kind;
 use crate::simplify::{Attributes, SEAMS, faces};
 
 #[derive(clap::Args)]
@@ -121,6 +121,12 @@ struct Edit {
     /// triangles where the surface needs them now, and deviate by what they tell.
     #[arg(long)]
     rebuild: bool,
+    /// What makes the edits. The processor makes strokes in any case. Edits on a graphics device are not kept in a journal.
+    #[arg(long, value_enum, default_value = "cpu")]
+    device: Kind,
+    /// A part of the name of the graphics device; left out, the best there is.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
     #[command(flatten)]
     limits: Limits,
 }
@@ -243,7 +249,7 @@ fn panels(
     mut active: ActiveMesh,
 ) -> Result<Vec<Panel>> {
     let Some(script) = &arguments.script else {
-        let level = device.map(|device| on_device(device, mesh, active.cut())).transpose()?;
+        let level = device.map(|device| device::level(device, mesh, active.cut())).transpose()?;
         return Ok(vec![Panel { mesh: active.extract(), level, edit: None }]);
     };
     let list = (&**script, crate::edits::read(context, script, arguments.moment.time)?);
@@ -256,15 +262,6 @@ fn panels(
     active.adapt(context, Cut::FINEST);
     panels.push(Panel { mesh: active.extract(), level: None, edit: None });
     Ok(panels)
-}
-
-/// A level that a device makes.
-fn on_device(device: &Device, mesh: &Progressive, cut: Cut) -> Result<DeviceLevel> {
-    let mut level = DeviceLevel::new(&Arc::new(DeviceHierarchy::new(device, mesh)?))?;
-    let mut frame = device.frame()?;
-    level.adapt(&mut frame, cut)?;
-    let _ = frame.submit()?;
-    Ok(level)
 }
 
 /// A journal, and the edits that were in it.
@@ -366,21 +363,37 @@ fn export(arguments: &Export) -> Outcome {
 
 fn edit(arguments: &Edit) -> Outcome {
     let context = arguments.limits.context()?;
+    let device = crate::run::device(arguments.device, arguments.adapter.as_deref(), arguments.limits.memory_limit)?;
     let list = (&*arguments.script, crate::edits::read(&context, &arguments.script, arguments.moment.time)?);
     let mesh = Arc::new(Progressive::open(&context, &arguments.file, usize::MAX)?);
-    let mut active = ActiveMesh::new(&mesh);
     let mut journal = arguments.output.clone().into_os_string();
     journal.push(".journal");
     let journal = PathBuf::from(journal);
-    let kept = Kept::open(&context, &journal, &mut active)?;
-    let mut index = 0;
-    edit_by(&context, (&mut active, Some(kept)), &mesh, list, |active, _, reached| {
-        index += 1;
-        crate::print(&match reached {
-            Some(reached) => format!("edit {index}: {reached} of {} vertices\n", active.vertex_count()),
-            None => format!("edit {index}: from the journal\n"),
-        })
-    })?;
+    let told = |index: usize, [reached, vertices]: [usize; 2]| {
+        crate::print(&format!("edit {index}: {reached} of {vertices} vertices\n"))
+    };
+    let mut active = match &device {
+        Some(_) if journal.exists() => {
+            return Err(Error::invalid("the processor has begun a journal of edits there")
+                .at(journal.display().to_string())
+                .advise("go on from it with --device cpu, or remove it")
+                .into());
+        }
+        Some(device) => device::edited(&context, device, &mesh, list, told)?,
+        None => {
+            let mut active = ActiveMesh::new(&mesh);
+            let kept = Kept::open(&context, &journal, &mut active)?;
+            let mut index = 0;
+            edit_by(&context, (&mut active, Some(kept)), &mesh, list, |active, _, reached| {
+                index += 1;
+                match reached {
+                    Some(reached) => told(index, [reached, active.vertex_count()]),
+                    None => crate::print(&format!("edit {index}: from the journal\n")),
+                }
+            })?;
+            active
+        }
+    };
     let made = if arguments.rebuild {
         let options = BuildOptions { faces: mesh.base_faces().len(), ..BuildOptions::default() };
         active.rebuilt(&context, &options, &mut Silent)?
@@ -394,7 +407,9 @@ fn edit(arguments: &Edit) -> Outcome {
         active.settled(&context)
     };
     made.save(&context, &arguments.output)?;
-    std::fs::remove_file(&journal).map_err(|error| Error::io(&journal, &error))?;
+    if device.is_none() {
+        std::fs::remove_file(&journal).map_err(|error| Error::io(&journal, &error))?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 
