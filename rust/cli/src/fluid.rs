@@ -10,6 +10,7 @@ mod play;
 mod render;
 mod sim;
 mod statistics;
+mod surface;
 
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -19,7 +20,6 @@ use indicatif::{ProgressBar, ProgressStyle};
 use relievo_core::{Context, ContextOptions, Error, Result};
 use relievo_particleio::Particles;
 
-use self::mesh::Function;
 pub use self::statistics::{COLUMNS, NAME as STATISTICS};
 use crate::Outcome;
 
@@ -84,7 +84,7 @@ fn frames(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     match frames.is_empty() {
         true => Err(Error::invalid("there are no frames in the folder")
             .at(folder.display().to_string())
-            .advise("frames are called `0000.ply`, or `0000.250.ply`")),
+            .advise("frames are called `0000.rlvfluid`, or `0000.250.ply`")),
         false => Ok(frames),
     }
 }

@@ -142,11 +142,11 @@ fn fluids_are_rendered_directly_and_as_meshes_alike() {
     std::fs::write(folder.path().join("dam.toml"), DAM).unwrap();
     assert!(relievo(folder.path(), &["fluid", "sim", "dam.toml", "-o", "frames"]).status.success());
     let render = |name: &str, more: &[&str]| {
-        let first = ["fluid", "render", "frames/0000.ply", "frames/0003.ply", "--spacing", "0.05", "--size", "96x64"];
+        let first = ["fluid", "render", "frames/0000.rlvfluid", "frames/0003.rlvfluid", "--size", "96x64"];
         let done = relievo(folder.path(), &[&first[..], &["-o", name], more].concat());
         assert!(done.status.success(), "{done:?}");
         let lines = text(&done.stdout);
-        assert!(lines.lines().count() == 2 && lines.contains("frames/0003.ply: 360 particles, "), "{lines}");
+        assert!(lines.lines().count() == 2 && lines.contains("frames/0003.rlvfluid: 360 particles, "), "{lines}");
         assert!(more.contains(&"--particles") == lines.contains("% blind"), "{lines}");
         relievo_render::read_png(&folder.path().join(name), 1 << 24).unwrap()
     };
@@ -174,13 +174,58 @@ fn fluids_are_rendered_directly_and_as_meshes_alike() {
         let done = relievo(folder.path(), &[&["fluid", "render"], arguments].concat());
         assert!(!done.status.success() && text(&done.stderr).contains(why), "{why}: {done:?}");
     };
-    let good = ["frames/0000.ply", "--spacing", "0.05", "-o"];
+    let good = ["frames/0000.rlvfluid", "-o"];
     refused(&[&good[..], &["a.bmp"]].concat(), ".png");
     refused(&[&good[..], &["a.png", "--eye", "1,2"]].concat(), "X,Y,Z");
     refused(&[&good[..], &["a.png", "--fov", "200"]].concat(), "field of view");
     refused(&[&good[..], &["a.png", "--shutter=-1"]].concat(), "shutter");
     refused(&[&good[..], &["a.png", "--mesh", "9"]].concat(), "cell size");
-    refused(&["frames/0000.ply", "--spacing", "0", "-o", "a.png"], "support radius");
+    refused(&[&good[..], &["a.png", "--spacing", "0"]].concat(), "support radius");
+}
+
+#[test]
+fn particles_that_the_surface_does_not_need_are_left_out_of_any_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let block = "frames = 0\n[fluid]\nspacing = 0.05\n[[block]]\nlow = [0, 0, 0]\nhigh = [0.8, 0.8, 0.8]\n";
+    std::fs::write(folder.path().join("block.toml"), block).unwrap();
+    let done = |arguments: &[&str]| {
+        let done = relievo(folder.path(), &[&["fluid"], arguments].concat());
+        assert!(done.status.success(), "{done:?}");
+        text(&done.stdout)
+    };
+    done(&["sim", "block.toml", "-o", "frames"]);
+    let frame = "frames/0000.rlvfluid";
+    let told = done(&["convert", frame, "kept.vtk", "--particles", "blind"]);
+    // 16 by 16 by 16 without what is 5 or more layers within.
+    let number = |text: &str, after: &str| -> f64 {
+        let rest = text.split_once(after).unwrap_or_else(|| panic!("{text}")).1;
+        rest.split(' ').next().unwrap().parse().unwrap()
+    };
+    let kept = number(&told, "4096 particles, ");
+    assert!((60.0..99.0).contains(&kept) && number(&told, " s, ") > 0.5 * (100.0 - kept), "{told}");
+    assert!(told.contains("1 files, 4096 particles"), "{told}");
+    let info = done(&["info", "kept.vtk"]);
+    assert!(info.contains("blind (1)") && info.contains("velocity (3)"), "{info}");
+    // The mesh of what was kept is that of all, and has no inner side.
+    let mesh = |from: &str, to: &str, more: &[&str]| {
+        let all = [&["mesh", from, "-o", to], more].concat();
+        (done(&all), std::fs::read(folder.path().join(to)).unwrap())
+    };
+    let (_, whole) = mesh(frame, "whole.ply", &[]);
+    let (told, left) = mesh(frame, "left.ply", &["--particles", "blind"]);
+    assert!(number(&told, "4096 particles, ") == kept && left == whole, "{told}");
+    let (_, again) = mesh("kept.vtk", "again.ply", &[]);
+    assert!(again == whole);
+    let (_, bare) = mesh(frame, "bare.ply", &["--particles", "surface"]);
+    assert!(bare.len() > whole.len());
+    let refused = relievo(folder.path(), &["fluid", "mesh", "kept.vtk", "-o", "kept.vdb"]);
+    assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("blind"), "{refused:?}");
+    let sizes = ["--size", "32x24", "-o", "a.png"];
+    let told = done(&[&["render", frame, "--particles", "blind", "--compare"], &sizes[..]].concat());
+    assert!(number(&told, "4096 particles, ") == kept && told.contains(" with all\n"), "{told}");
+    // What is not there cannot be compared with.
+    let told = done(&[&["render", "kept.vtk", "--particles", "blind", "--compare"], &sizes[..]].concat());
+    assert!(told.contains("100.0 % kept") && !told.contains("with all"), "{told}");
 }
 
 const SCENE: &str = "version = 1\n[meshes.water]\nsequence = \"frames/%04d.ply\"\ncount = 4\n\
@@ -193,7 +238,7 @@ const SCENE: &str = "version = 1\n[meshes.water]\nsequence = \"frames/%04d.ply\"
 fn fluids_stand_in_scenes_beside_other_objects() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("dam.toml"), DAM).unwrap();
-    assert!(relievo(folder.path(), &["fluid", "sim", "dam.toml", "-o", "frames"]).status.success());
+    assert!(relievo(folder.path(), &["fluid", "sim", "dam.toml", "-o", "frames", "--format", "ply"]).status.success());
     let run = |name: &str, scene: &str| {
         std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
         let done = relievo(folder.path(), &["run", "scene.toml", "--out", name]);
@@ -429,7 +474,7 @@ fn statistics_are_plotted() {
 fn fluids_are_blobs_and_grids_in_scenes_for_pov_ray() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("dam.toml"), DAM).unwrap();
-    assert!(relievo(folder.path(), &["fluid", "sim", "dam.toml", "-o", "frames"]).status.success());
+    assert!(relievo(folder.path(), &["fluid", "sim", "dam.toml", "-o", "frames", "--format", "ply"]).status.success());
     let export = |form: &str| {
         let scene = format!("{SCENE}povray = \"{form}\"\n");
         std::fs::write(folder.path().join("scene.toml"), scene).unwrap();

@@ -95,8 +95,18 @@ fn planes(words: impl Iterator<Item = u32> + Clone) -> Vec<u8> {
 ///
 /// Fails, and leaves no file, if the particles are not sound, or the system refuses.
 pub fn write_frame(context: &Context, path: &Path, particles: &Particles, state: Option<&[u8]>) -> Result<()> {
-    let named = |error: Error| error.at(path.display().to_string());
-    particles.check().map_err(named)?;
+    let parts = encode(context, particles, state).map_err(|error| error.at(path.display().to_string()))?;
+    file::store(path, |out| parts.iter().try_for_each(|part| std::io::Write::write_all(out, part)))
+}
+
+/// Bytes of a frame of a cache with these particles and no state. Fails if they are not sound.
+pub fn frame_bytes(context: &Context, particles: &Particles) -> Result<usize> {
+    Ok(encode(context, particles, None)?.iter().map(Vec::len).sum())
+}
+
+/// The parts of a file, in order.
+fn encode(context: &Context, particles: &Particles, state: Option<&[u8]>) -> Result<Vec<Vec<u8>>> {
+    particles.check()?;
     let places = Items::Floats(particles.points.as_flattened());
     let mut sections = vec![Section { kind: PLACES, name: "", width: 3, items: places }];
     let numbers = particles.numbers.iter();
@@ -115,21 +125,18 @@ pub fn write_frame(context: &Context, path: &Path, particles: &Particles, state:
         let (section, chunk) = chunks[at];
         zstd::bulk::compress(&sections[section].chunk(chunk), COMPRESSION)
     });
-    let packed = packed.into_iter().collect::<std::io::Result<Vec<_>>>().map_err(|error| Error::io(path, &error))?;
+    let refused = |error: std::io::Error| Error::internal(format!("zstd: {error}"));
+    let mut packed = packed.into_iter().collect::<std::io::Result<Vec<_>>>().map_err(refused)?;
     let index = index(context, particles, &sections, &packed);
-    let packed_index = zstd::bulk::compress(&index, COMPRESSION).map_err(|error| Error::io(path, &error))?;
+    let packed_index = zstd::bulk::compress(&index, COMPRESSION).map_err(refused)?;
     let mut header = MAGIC.to_vec();
     header.extend(VERSION.to_le_bytes());
     header.extend(crc32fast::hash(&packed_index).to_le_bytes());
     let bytes = packed.iter().map(Vec::len).sum();
     header.extend([packed_index.len(), index.len(), bytes].iter().flat_map(|length| (*length as u64).to_le_bytes()));
     header.extend(crc32fast::hash(&header).to_le_bytes());
-    file::store(path, |out| {
-        use std::io::Write;
-        out.write_all(&header)?;
-        out.write_all(&packed_index)?;
-        packed.iter().try_for_each(|chunk| out.write_all(chunk))
-    })
+    packed.splice(0..0, [header, packed_index]);
+    Ok(packed)
 }
 
 fn index(context: &Context, particles: &Particles, sections: &[Section], packed: &[Vec<u8>]) -> Vec<u8> {

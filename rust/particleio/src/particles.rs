@@ -85,17 +85,23 @@ impl Particles {
     /// Puts particles in the order of their numbers, if they have some.
     pub fn sort(&mut self) {
         let Some(numbers) = &self.numbers else { return };
-        let mut order: Vec<u32> = (0..numbers.len() as u32).collect();
-        order.sort_by_key(|particle| numbers[*particle as usize]);
-        self.numbers = Some(order.iter().map(|particle| numbers[*particle as usize]).collect());
-        self.points = order.iter().map(|particle| self.points[*particle as usize]).collect();
-        for channel in &mut self.channels {
-            let width = channel.width as usize;
-            let value = |particle: &u32| {
-                let first = *particle as usize * width;
-                channel.values[first..first + width].iter().copied()
-            };
-            channel.values = order.iter().flat_map(value).collect();
+        let mut order: Vec<usize> = (0..numbers.len()).collect();
+        order.sort_by_key(|particle| numbers[*particle]);
+        *self = self.subset(&order);
+    }
+
+    /// The particles at these places of the lists, in this order. Panics where one is not there.
+    pub fn subset(&self, places: &[usize]) -> Self {
+        let channel = |Channel { name, width, values }: &Channel| {
+            let size = *width as usize;
+            let values = places.iter().flat_map(|at| &values[at * size..][..size]).copied().collect();
+            Channel { name: name.clone(), width: *width, values }
+        };
+        Self {
+            points: places.iter().map(|at| self.points[*at]).collect(),
+            numbers: self.numbers.as_ref().map(|numbers| places.iter().map(|at| numbers[*at]).collect()),
+            channels: self.channels.iter().map(channel).collect(),
+            ..*self
         }
     }
 }

@@ -19,12 +19,14 @@ pub struct Arguments {
     #[arg(long, value_enum)]
     format: Option<FrameFormat>,
     #[command(flatten)]
+    surface: super::surface::Options,
+    #[command(flatten)]
     limits: Limits,
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let context = arguments.limits.context()?;
-    let Arguments { from, to, format, .. } = arguments;
+    let Arguments { from, to, format, surface, .. } = arguments;
     let mut pairs = vec![(from.clone(), to.clone())];
     if from.is_dir() {
         let Some(format) = format else {
@@ -38,9 +40,17 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let mut count = 0;
     for (from, to) in &pairs {
         let mut particles = super::read(&context, from)?;
+        count += particles.points.len();
+        if surface.is_selective() {
+            let all = particles.points.len();
+            let selection =
+                surface.select(&context, particles).map_err(|error| error.at(from.display().to_string()))?;
+            let share = selection.share.trim_end_matches(", ");
+            bar.suspend(|| crate::print(&format!("{}: {all} particles, {share}\n", from.display())))?;
+            particles = selection.marked();
+        }
         particles.sort();
         relievo_particleio::write(&context, to, &particles)?;
-        count += particles.points.len();
         bar.inc(1);
     }
     bar.finish_and_clear();

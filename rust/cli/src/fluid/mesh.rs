@@ -3,11 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::ValueEnum;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_fluid::{Channel, Smoothing, Surface, SurfaceFunction, level_set, smooth};
-use relievo_particleio::{LevelSet, Particles};
+use relievo_fluid::{Smoothing, Surface, level_set, smooth};
+use relievo_particleio::LevelSet;
 
 use super::Limits;
 use crate::Outcome;
@@ -15,20 +14,17 @@ use crate::Outcome;
 #[derive(clap::Args)]
 pub struct Arguments {
     /// The particles: a frame of a cache, a classic .bgeo, a legacy .vtk, the points of a mesh file, or a folder of frames.
-    particles: PathBuf,
+    #[arg(value_name = "PARTICLES")]
+    from: PathBuf,
     /// The mesh to write: .ply, .glb, .obj or .usda, or .vdb for a level set. Of a folder, the folder for the meshes, which
     /// are PLY.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Distance between particles at rest, in metres; without it, what the file says.
-    #[arg(long, value_name = "METRES")]
-    spacing: Option<f32>,
     /// Size of the cells by which the mesh is made, in spacings.
     #[arg(long, value_name = "SPACINGS", default_value_t = 0.5)]
     cell: f32,
-    /// What the surface is of.
-    #[arg(long, value_enum, default_value_t = Function::ZhuBridson)]
-    function: Function,
+    #[command(flatten)]
+    surface: super::surface::Options,
     /// Steps by which the mesh is smoothed.
     #[arg(long, value_name = "STEPS", default_value_t = 0)]
     smooth: u32,
@@ -42,37 +38,12 @@ pub struct Arguments {
     limits: Limits,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-pub enum Function {
-    /// Blobs (Blinn 1982).
-    Blobs,
-    /// The distance from a mean of places (Zhu, Bridson 2005).
-    ZhuBridson,
-    /// The density of particles.
-    Density,
-    /// Kernels that are flat where particles are (Yu, Turk 2013).
-    Anisotropic,
-}
-
-impl Function {
-    /// The function of particles that lie this far apart at rest, in metres.
-    pub fn of(self, spacing: f32) -> SurfaceFunction {
-        let radius = 0.5 * spacing;
-        match self {
-            Self::Blobs => SurfaceFunction::blobs(radius),
-            Self::ZhuBridson => SurfaceFunction::zhu_bridson(radius),
-            Self::Density => SurfaceFunction::density(radius),
-            Self::Anisotropic => SurfaceFunction::anisotropic(radius),
-        }
-    }
-}
-
 pub fn run(arguments: &Arguments) -> Outcome {
     let context = arguments.limits.context()?;
-    let (from, to) = (&arguments.particles, &arguments.output);
+    let (from, to) = (&arguments.from, &arguments.output);
     if !from.is_dir() {
-        let (count, faces) = one(&context, arguments, from, to)?;
-        crate::print(&format!("{count} particles, {faces} triangles\n"))?;
+        let (count, faces, share) = one(&context, arguments, from, to)?;
+        crate::print(&format!("{count} particles, {share}{faces} triangles\n"))?;
         return Ok(ExitCode::SUCCESS);
     }
     let frames = super::frames(from)?;
@@ -80,7 +51,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let bar = super::bar(frames.len() as u64)?;
     let (mut particles, mut triangles) = (0, 0);
     for (name, path) in &frames {
-        let (count, faces) = one(&context, arguments, path, &to.join(format!("{name}.ply")))?;
+        let (count, faces, share) = one(&context, arguments, path, &to.join(format!("{name}.ply")))?;
+        if !share.is_empty() {
+            bar.suspend(|| {
+                crate::print(&format!("{}: {count} particles, {share}{faces} triangles\n", path.display()))
+            })?;
+        }
         (particles, triangles) = (particles + count, triangles + faces);
         bar.inc(1);
     }
@@ -89,8 +65,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Makes a mesh or a level set of a file of particles, and returns how many particles and triangles there are.
-fn one(context: &Context, arguments: &Arguments, from: &Path, to: &Path) -> Result<(usize, usize)> {
+/// Makes a mesh or a level set of a file of particles, and returns how many particles and triangles there are, and what to
+/// say of those that were taken.
+fn one(context: &Context, arguments: &Arguments, from: &Path, to: &Path) -> Result<(usize, usize, String)> {
     let named = |error: Error| error.at(from.display().to_string());
     let is = |wanted: &str| to.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted));
     if is("vdb") && arguments.smooth > 0 {
@@ -98,13 +75,19 @@ fn one(context: &Context, arguments: &Arguments, from: &Path, to: &Path) -> Resu
             .at("--smooth")
             .advise("write a mesh, or leave it out"));
     }
-    let particles = super::read(context, from)?;
-    let (surface, cell) = surface(context, arguments, &particles).map_err(named)?;
-    // Normals are those of the surface.
-    let channels = particles.channels.iter().filter(|channel| channel.name != "normal");
-    let channels: Vec<Channel> =
-        channels.map(|it| Channel { name: &it.name, width: it.width as usize, values: &it.values }).collect();
-    let mut mesh = relievo_fluid::mesh(context, &surface, cell, &channels, &mut Silent).map_err(named)?;
+    let all = super::read(context, from)?;
+    let count = all.points.len();
+    let options = &arguments.surface;
+    let spacing = options.spacing(&all).map_err(named)?;
+    let selection = options.select(context, all).map_err(named)?;
+    if is("vdb") && !selection.blind.is_empty() {
+        return Err(Error::unsupported("a level set has no blind particles")
+            .at("--particles")
+            .advise("write a mesh, or take the file with all particles"));
+    }
+    let surface = options.surface(context, &selection.particles).map_err(named)?;
+    let cell = arguments.cell * spacing;
+    let mut mesh = selection.mesh(context, &surface, cell).map_err(named)?;
     if arguments.smooth > 0 {
         let smoothing = Smoothing {
             iterations: arguments.smooth,
@@ -125,16 +108,7 @@ fn one(context: &Context, arguments: &Arguments, from: &Path, to: &Path) -> Resu
         }
         _ => relievo_meshio::write(to, &mesh)?,
     }
-    Ok((particles.points.len(), mesh.face_count()))
-}
-
-/// The surface, and the size of cells in metres.
-fn surface(context: &Context, arguments: &Arguments, particles: &Particles) -> Result<(Surface, f32)> {
-    let Some(spacing) = arguments.spacing.or(particles.spacing) else {
-        return Err(Error::invalid("the file does not say how far particles are apart").advise("give --spacing"));
-    };
-    let function = arguments.function.of(spacing);
-    Ok((Surface::new(context, &particles.points, function)?, arguments.cell * spacing))
+    Ok((count, mesh.face_count(), selection.share))
 }
 
 /// Writes the level set of a surface, in voxels as large as the cells of its mesh.

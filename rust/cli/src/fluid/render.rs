@@ -7,41 +7,36 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use glam::{DAffine3, DVec3, Vec3};
-use relievo_core::progress::Silent;
-use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
-use relievo_fluid::{March, Motion, RayCaster, Surface, Visibility, classify};
+use relievo_core::{Context, Error, Result};
+use relievo_fluid::{March, Motion, RayCaster};
+use relievo_particleio::Particles;
 use relievo_render as render;
 use relievo_render::{Camera, Dielectric, Image, Lights, Material, Scene, View};
 use relievo_scene::description::Up;
 use relievo_scene::isosurface::Isosurface;
 use relievo_scene::picture::whole_view;
 
-use super::{Function, Limits};
+use super::Limits;
+use super::surface::Selection;
 use crate::Outcome;
 
 #[derive(clap::Args)]
 pub struct Rendering {
-    /// The particles of each picture: the points of mesh files, with their attribute `velocity` if they have one.
+    /// The particles of each picture: frames of a cache, classic .bgeo, legacy .vtk, or the points of mesh files, with their
+    /// channel `velocity` if they have one.
     #[arg(required = true, value_name = "FRAME")]
     frames: Vec<PathBuf>,
     /// The picture: a .png. Those of several frames are put side by side.
     #[arg(short, long, value_name = "FILE.png")]
     output: PathBuf,
-    /// Distance between particles at rest, in metres.
-    #[arg(long, value_name = "METRES")]
-    spacing: f32,
-    /// What the surface is of.
-    #[arg(long, value_enum, default_value_t = Function::ZhuBridson)]
-    function: Function,
+    #[command(flatten)]
+    surface: super::surface::Options,
     /// Renders a mesh of cells of this size in place of the surface itself.
     #[arg(long, value_name = "SPACINGS")]
     mesh: Option<f32>,
-    /// Which of the particles are rendered.
-    #[arg(long, value_enum, default_value_t = Kept::All)]
-    particles: Kept,
-    /// How near the surface a particle is blind; left out, as far as it has influence.
-    #[arg(long, value_name = "METRES")]
-    threshold: Option<f32>,
+    /// Where particles are left out, renders each picture with all of them too, and says what time is saved.
+    #[arg(long)]
+    compare: bool,
     /// What the fluid is.
     #[arg(long, value_enum, default_value_t = Look::Water)]
     material: Look,
@@ -77,16 +72,6 @@ pub struct Rendering {
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Kept {
-    /// All.
-    All,
-    /// Those at the surface and blind ones, whose own surface is not shown.
-    Blind,
-    /// Those at the surface, with what shows behind them where the others are left out.
-    Surface,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Look {
     /// Clear water.
     Water,
@@ -119,15 +104,15 @@ pub fn run(arguments: &Rendering) -> Outcome {
             .into());
     }
     let context = arguments.limits.context()?;
-    let frames = arguments.frames.iter().map(|path| relievo_meshio::read(&context, path));
-    let frames: Vec<Mesh> = frames.collect::<Result<_>>()?;
+    let frames = arguments.frames.iter().map(|path| super::read(&context, path));
+    let frames: Vec<Particles> = frames.collect::<Result<_>>()?;
     let (low, high) = bounds(&frames)?;
     let view = arguments.view(low, high)?;
     let [width, height] = arguments.size;
     let columns = arguments.columns.clamp(1, frames.len() as u32);
     let rows = (frames.len() as u32).div_ceil(columns);
     let mut sheet = Image::new(width.saturating_mul(columns), height.saturating_mul(rows), 3)?;
-    for (at, (path, frame)) in (0..).zip(arguments.frames.iter().zip(&frames)) {
+    for (at, (path, frame)) in (0..).zip(arguments.frames.iter().zip(frames)) {
         let named = |error: Error| error.at(path.display().to_string());
         let picture = arguments.picture(&context, path, frame, &view, (low, high)).map_err(named)?;
         let (left, top) = (at % columns * width, at / columns * height);
@@ -140,12 +125,11 @@ pub fn run(arguments: &Rendering) -> Outcome {
 }
 
 /// The box around the points of all frames.
-fn bounds(frames: &[Mesh]) -> Result<(DVec3, DVec3)> {
+fn bounds(frames: &[Particles]) -> Result<(DVec3, DVec3)> {
     let points = || frames.iter().flat_map(|frame| &frame.points).map(|point| Vec3::from(*point).as_dvec3());
     match (points().reduce(DVec3::min), points().reduce(DVec3::max)) {
-        (Some(low), Some(high)) if low.is_finite() && high.is_finite() => Ok((low, high)),
-        (None, _) => Err(Error::invalid("there are no particles").advise("render frames that have some")),
-        _ => Err(Error::invalid("a coordinate is not a finite number").advise("repair the frames")),
+        (Some(low), Some(high)) => Ok((low, high)),
+        _ => Err(Error::invalid("there are no particles").advise("render frames that have some")),
     }
 }
 
@@ -168,18 +152,45 @@ impl Rendering {
         Ok(view)
     }
 
-    /// The picture of a frame.
+    /// The picture of a frame. Says what it took.
     fn picture(
         &self,
         context: &Context,
         path: &Path,
-        frame: &Mesh,
+        frame: Particles,
+        view: &View,
+        bounds: (DVec3, DVec3),
+    ) -> Result<Image> {
+        let count = frame.points.len();
+        let spacing = self.surface.spacing(&frame)?;
+        let all = (self.compare && self.surface.is_classifying(&frame)).then(|| frame.clone());
+        let selection = self.surface.select(context, frame)?;
+        let share = selection.share.clone();
+        let (picture, [prepared, rendered]) = self.trace(context, &selection, spacing, view, bounds)?;
+        let mut line = format!("prepared in {prepared:.2} s, rendered in {rendered:.2} s");
+        if let Some(particles) = all {
+            let selection = Selection { particles, blind: Vec::new(), share: String::new() };
+            let whole: f64 = self.trace(context, &selection, spacing, view, bounds)?.1.iter().sum();
+            let saved = whole - prepared - rendered;
+            let what = if saved < 0.0 { "more than" } else { "saved of" };
+            line += &format!(", {:.2} s {what} {whole:.2} s with all", saved.abs());
+        }
+        crate::print(&format!("{}: {count} particles, {share}{line}\n", path.display()))?;
+        Ok(picture)
+    }
+
+    /// A picture, and the seconds in which the surface was prepared and the picture rendered.
+    fn trace(
+        &self,
+        context: &Context,
+        selection: &Selection,
+        spacing: f32,
         view: &View,
         (low, high): (DVec3, DVec3),
-    ) -> Result<Image> {
+    ) -> Result<(Image, [f64; 2])> {
         let start = Instant::now();
         let mut scene = Scene::new()?;
-        let height = self.floor.unwrap_or(low.z - 0.25 * f64::from(self.spacing));
+        let height = self.floor.unwrap_or(low.z - 0.25 * f64::from(spacing));
         add_floor(&mut scene, (low, high), height)?;
         let look = match self.material {
             Look::Water => Material { base_color: [1.0; 3], specular: 0.02, roughness: 0.15 },
@@ -187,65 +198,22 @@ impl Rendering {
         };
         let fluid = scene.add_object(DAffine3::IDENTITY, look)?;
         scene.set_dielectric(fluid, (self.material == Look::Water).then_some(Dielectric::WATER))?;
-        let (particles, blind, share) = self.kept(context, frame)?;
-        let surface = Arc::new(Surface::new(context, &particles.points, self.function.of(self.spacing))?);
+        let surface = Arc::new(self.surface.surface(context, &selection.particles)?);
         match self.mesh {
             Some(cell) => {
-                let mesh = relievo_fluid::mesh(context, &surface, cell * self.spacing, &[], &mut Silent)?;
+                let mesh = selection.mesh(context, &surface, cell * spacing)?;
                 scene.set_mesh(fluid, 0, render::Mesh::of_tessellation(mesh))?;
             }
             None => {
-                let velocities = velocities(&particles);
+                let velocities = selection.particles.velocities().unwrap_or_default();
                 let motion = Motion { velocities, shutter: view.shutter };
-                let caster = RayCaster::new(context, &surface, motion, &blind, March::default())?;
+                let caster = RayCaster::new(context, &surface, motion, &selection.blind, March::default())?;
                 scene.set_implicit(fluid, Some(Box::new(Isosurface(caster))))?;
             }
         }
         let prepared = start.elapsed().as_secs_f64();
         let picture = scene.render(context, view)?.color;
-        let rendered = start.elapsed().as_secs_f64() - prepared;
-        let count = frame.points.len();
-        crate::print(&format!(
-            "{}: {count} particles, {share}prepared in {prepared:.2} s, rendered in {rendered:.2} s\n",
-            path.display()
-        ))?;
-        Ok(picture)
-    }
-
-    /// The particles that are rendered, which of them are blind, and what to say of how many there are.
-    fn kept(&self, context: &Context, frame: &Mesh) -> Result<(Mesh, Vec<bool>, String)> {
-        if self.particles == Kept::All {
-            return Ok((frame.clone(), Vec::new(), String::new()));
-        }
-        let surface = Surface::new(context, &frame.points, self.function.of(self.spacing))?;
-        let classes = classify(context, &frame.points, &surface, self.threshold, &mut Silent)?;
-        let count = classes.of.len().max(1) as f64;
-        let [at_surface, blind] = [classes.surface, classes.blind].map(|part| 100.0 * part as f64 / count);
-        let share = format!("{at_surface:.1} % at the surface and {blind:.1} % blind, ");
-        let indices: Vec<usize> = match self.particles {
-            Kept::Surface => (0..classes.of.len()).filter(|at| classes.of[*at] == Visibility::Surface).collect(),
-            _ => classes.indices().collect(),
-        };
-        let flags = match self.particles {
-            Kept::Surface => Vec::new(),
-            _ => indices.iter().map(|at| classes.of[*at] == Visibility::Blind).collect(),
-        };
-        let mut kept = Mesh { points: indices.iter().map(|at| frame.points[*at]).collect(), ..Mesh::default() };
-        let all = velocities(frame);
-        if let Some(velocity) = frame.attribute("velocity").filter(|_| !all.is_empty()) {
-            let values = Values::F32(indices.iter().flat_map(|at| all[*at]).collect());
-            kept.attributes.push(relievo_core::Attribute { values, ..velocity.clone() });
-        }
-        Ok((kept, flags, share))
-    }
-}
-
-/// The velocities of particles, or none.
-fn velocities(particles: &Mesh) -> &[[f32; 3]] {
-    let velocity = particles.attribute("velocity").filter(|it| it.domain == Domain::Point && it.width == 3);
-    match velocity.map(|attribute| &attribute.values) {
-        Some(Values::F32(values)) => values.as_chunks::<3>().0,
-        _ => &[],
+        Ok((picture, [prepared, start.elapsed().as_secs_f64() - prepared]))
     }
 }
 

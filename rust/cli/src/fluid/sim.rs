@@ -23,14 +23,14 @@ const CHECKPOINT: &str = "checkpoint";
 pub struct Arguments {
     /// What is simulated: a fluid, and what it meets, in TOML.
     description: PathBuf,
-    /// The folder for the frames: `0000.ply` is what the fluid begins as. Where a run was interrupted, it goes on
+    /// The folder for the frames: `0000.rlvfluid` is what the fluid begins as. Where a run was interrupted, it goes on
     /// from the last frame there.
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
     /// The format of the frames.
-    #[arg(long, value_enum, default_value_t = FrameFormat::Ply)]
+    #[arg(long, value_enum, default_value_t = FrameFormat::Cache)]
     format: FrameFormat,
-    /// Files a frame: with 4, `0001.250.ply` follows `0001.000.ply`.
+    /// Files a frame: with 4, `0001.250.rlvfluid` follows `0001.000.rlvfluid`.
     #[arg(long, value_name = "NUMBER", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
     sub_frames: u32,
     /// Begins anew, in place of the frames that are there.
