@@ -3,6 +3,7 @@
 #include <openvdb/Grid.h>
 #include <openvdb/io/File.h>
 #include <openvdb/openvdb.h>
+#include <openvdb/tools/LevelSetUtil.h>
 #include <openvdb/tools/MeshToVolume.h>
 
 #include <cstdint>
@@ -87,6 +88,35 @@ int relievo_level_set_values(const void* level_set, const std::int32_t* voxels, 
             const std::int32_t* voxel = voxels + 3 * index;
             values[index] = accessor.getValue(openvdb::Coord(voxel[0], voxel[1], voxel[2]));
         }
+        return 0;
+    } catch (const std::exception& error) {
+        tell(message, message_size, error.what());
+    } catch (...) {
+        tell(message, message_size, "unknown exception");
+    }
+    return 1;
+}
+
+// Writes a grid of a voxel size and an origin, packed as OpenVDB is told to, maybe in half floats, and as fog if asked for. Returns 0, or
+// 1 and a message.
+int relievo_level_set_write(const void* level_set, const char* path, double voxel, const double* origin, std::uint32_t packing,
+                            int is_half, int is_fog, char* message, std::size_t message_size) {
+    try {
+        openvdb::initialize();
+        const auto& source = *static_cast<const openvdb::FloatGrid::Ptr*>(level_set);
+        const auto grid = source->deepCopy();
+        if (is_fog) {
+            openvdb::tools::sdfToFogVolume(*grid);
+        }
+        const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
+        transform->postTranslate(openvdb::Vec3d(origin));
+        grid->setTransform(transform);
+        grid->setSaveFloatAsHalf(is_half != 0);
+        grid->setName("cloud");
+        openvdb::io::File file(path);
+        file.setCompression(packing);
+        file.write({grid});
+        file.close();
         return 0;
     } catch (const std::exception& error) {
         tell(message, message_size, error.what());

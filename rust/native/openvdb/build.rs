@@ -1,8 +1,8 @@
-//! Compiles the shim over OpenVDB and links the system's library.
+//! Compiles the shims over OpenVDB and links the system's library.
 
 fn main() {
-    let source = "../../../cpp/openvdb/level_set.cpp";
-    println!("cargo::rerun-if-changed={source}");
+    let sources = ["level_set", "points"].map(|name| format!("../../../cpp/openvdb/{name}.cpp"));
+    sources.iter().for_each(|source| println!("cargo::rerun-if-changed={source}"));
     cc::Build::new()
         .cpp(true)
         .std("c++17")
@@ -10,7 +10,7 @@ fn main() {
         .debug(false)
         .opt_level(1)
         .include("/usr/include/Imath")
-        .file(source)
+        .files(sources)
         .compile("relievo_openvdb");
     for library in ["openvdb", "tbb", "Imath"] {
         println!("cargo::rustc-link-lib={library}");

@@ -7,7 +7,7 @@ use std::path::Path;
 use relievo_core::{Context, Error, Result, file};
 
 use crate::particles::Particles;
-use crate::{bgeo, frame, ply, vtk};
+use crate::{bgeo, frame, ply, vdb, vtk};
 
 /// Formats that can be read and written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +20,8 @@ pub enum Format {
     Vtk,
     /// Polygon File Format.
     Ply,
+    /// OpenVDB's points.
+    Vdb,
 }
 
 /// What was read.
@@ -33,7 +35,7 @@ pub struct Read {
 
 impl Format {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Cache, Self::Bgeo, Self::Vtk, Self::Ply];
+    pub const ALL: [Self; 5] = [Self::Cache, Self::Bgeo, Self::Vtk, Self::Ply, Self::Vdb];
 
     /// The extension of its files, without the dot.
     pub fn extension(self) -> &'static str {
@@ -42,6 +44,7 @@ impl Format {
             Self::Bgeo => "bgeo",
             Self::Vtk => "vtk",
             Self::Ply => "ply",
+            Self::Vdb => "vdb",
         }
     }
 
@@ -55,7 +58,7 @@ impl Format {
         found.ok_or_else(|| {
             Error::unsupported("the format to write is not known")
                 .at(path.display().to_string())
-                .advise(format!("use the extension .{}, .bgeo, .vtk or .ply", frame::EXTENSION))
+                .advise(format!("use the extension .{}, .bgeo, .vtk, .ply or .vdb", frame::EXTENSION))
         })
     }
 
@@ -71,6 +74,7 @@ impl Format {
             _ if head.starts_with(&frame::MAGIC) => Some(Self::Cache),
             _ if head.starts_with(bgeo::MAGIC) || head.starts_with(bgeo::GZIP) => Some(Self::Bgeo),
             _ if head.starts_with(vtk::MAGIC) => Some(Self::Vtk),
+            _ if head.starts_with(&vdb::SIGNATURE.to_le_bytes()) => Some(Self::Vdb),
             _ if head.starts_with(b"ply\n") || head.starts_with(b"ply\r") => Some(Self::Ply),
             _ => None,
         })
@@ -84,11 +88,12 @@ impl fmt::Display for Format {
             Self::Bgeo => "classic .bgeo",
             Self::Vtk => "legacy VTK",
             Self::Ply => "PLY",
+            Self::Vdb => "OpenVDB",
         })
     }
 }
 
-/// Reads particles: of a cache, classic `.bgeo`, legacy VTK, PLY, or the points of any mesh that can be read. The context's
+/// Reads particles: of a cache, classic `.bgeo`, legacy VTK, PLY, OpenVDB's points, or the points of any mesh that can be read. The context's
 /// memory limit bounds the file and what is made of it together.
 ///
 /// # Errors
@@ -113,6 +118,7 @@ pub fn read(context: &Context, path: &Path) -> Result<Read> {
         Format::Bgeo => bgeo::read_bgeo(&bytes, left),
         Format::Vtk => vtk::read_vtk(&bytes, left),
         Format::Ply => ply::read_ply(&bytes, left),
+        Format::Vdb => vdb::read_vdb_points(&bytes, left),
     };
     read.map_err(named)
 }
@@ -127,5 +133,6 @@ pub fn write(context: &Context, path: &Path, particles: &Particles) -> Result<()
         Format::Bgeo => crate::write_bgeo(path, particles),
         Format::Vtk => crate::write_vtk(path, particles),
         Format::Ply => crate::write_ply(path, particles),
+        Format::Vdb => crate::write_vdb_points(context, path, particles),
     }
 }

@@ -1,5 +1,5 @@
-//! Files of particles: frames of our own cache, classic `.bgeo`, legacy VTK and PLY, both ways; level sets as OpenVDB's
-//! files, out.
+//! Files of particles: frames of our own cache, classic `.bgeo`, legacy VTK, PLY and OpenVDB's points, both ways; of OpenVDB,
+//! level sets out and grids of floats in.
 //!
 //! Files are hostile until read: every size is checked against the file's length and the memory limit before anything is
 //! allocated. What is read is sound ([`Particles::check`]).
@@ -24,6 +24,6 @@ pub use frame::{EXTENSION, Frame, VERSION, frame_bytes, read_frame, write_frame}
 pub use particles::{Channel, Particles, VELOCITY};
 pub use ply::{read_ply, write_ply};
 pub use sequence::{FrameNumber, frames, path};
-pub use vdb::{LevelSet, write_vdb};
+pub use vdb::{BLOCK, Block, Grid, LevelSet, read_grid, read_vdb_points, write_vdb, write_vdb_points};
 pub use vtk::read_vtk;
 pub use vtk_writer::write_vtk;

@@ -1,42 +1,43 @@
-//! Writes level sets as OpenVDB's files (Museth 2013), version 224: a tree of floats with nodes of 32³, 16³ and 8³, packed
-//! by zlib. The form is what OpenVDB 10 reads; its library is asked in tests alone.
+//! OpenVDB's files (Museth 2013), version 224: level sets and particles out, grids of floats and particles in. The form is
+//! what OpenVDB 10 reads and writes; its library is asked in tests alone.
 //!
 //! Little-endian: the signature, versions, whether places of grids are in the file, an identifier, the metadata of the
-//! file and the number of grids; and of the grid its name, type and places, how it is packed, its metadata, its transform,
-//! the topology of its tree (of each node its masks and the values of tiles) and then the values of its leaves.
+//! file and the number of grids; and of each grid its name, type and places, how it is packed, its metadata, its transform,
+//! the topology of its tree (of each node its masks and the values of tiles) and then the values of its leaves. Trees have
+//! nodes of 32³ and 16³ children and leaves of 8³ voxels.
+
+mod blosc;
+mod grid;
+mod level_set;
+mod points;
+mod points_reader;
+mod reader;
+mod tree;
 
 use std::collections::BTreeMap;
 use std::io::Write;
-use std::path::Path;
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
-use relievo_core::{Context, Error, Result, file};
+use relievo_core::Context;
 
-/// Voxels along an edge of a block.
-pub const BLOCK: usize = 8;
-/// A block of voxels: its lowest voxel, of multiples of 8, and its values, z fastest and x slowest.
-pub type Block = ([i32; 3], Box<[f32; BLOCK * BLOCK * BLOCK]>);
+pub use self::grid::{Grid, read_grid};
+pub use self::level_set::{BLOCK, Block, LevelSet, write_vdb};
+pub use self::points::write_vdb_points;
+pub use self::points_reader::read_vdb_points;
 
-/// Distances to a surface on a lattice of voxels, negative inside. Voxel (i, j, k) is at (i, j, k) times its size.
-#[derive(Clone, Debug, Default)]
-pub struct LevelSet {
-    /// Edge of a voxel in metres.
-    pub voxel: f32,
-    /// Distances are known up to so many metres; beyond, values are this number or minus it.
-    pub band: f32,
-    /// Blocks that the band touches, sorted, each once.
-    pub blocks: Vec<Block>,
-}
-
-const SIGNATURE: u64 = 0x5644_4220;
+pub(crate) const SIGNATURE: u64 = 0x5644_4220;
 /// The version of the file, and that of the library that is said to have written it.
 const VERSIONS: [u32; 3] = [224, 10, 0];
 /// What is packed: all values, by zlib.
 const ZIP: u32 = 1;
 /// Before values: all of them follow.
 const ALL: u8 = 6;
+/// The types of trees of floats and of points.
+const FLOATS: &str = "Tree_float_5_4_3";
+const POINTS: &str = "Tree_ptdataidx32_5_4_3";
 /// Binary logarithms of the nodes' children along an edge, and of their voxels along an edge.
+const LEAF: Node = Node { children: 3, edge: 3 };
 const LOWER: Node = Node { children: 4, edge: 7 };
 const UPPER: Node = Node { children: 5, edge: 12 };
 /// Voxels from 0 at most, so that places fit their numbers.
@@ -50,7 +51,7 @@ struct Node {
 }
 
 impl Node {
-    fn len(self) -> usize {
+    const fn len(self) -> usize {
         1 << (3 * self.children)
     }
 
@@ -70,112 +71,106 @@ impl Node {
         (x << self.children | y) << self.children | z
     }
 
-    /// The middle of a child of the node whose lowest voxel is `origin`, in voxels.
-    fn middle(self, origin: [i32; 3], child: usize) -> [f64; 3] {
+    /// The lowest voxel of a child of the node whose lowest voxel is `origin`.
+    fn origin(self, origin: [i32; 3], child: usize) -> [i32; 3] {
         let mask = (1 << self.children) - 1;
         let at = [child >> (2 * self.children), child >> self.children & mask, child & mask];
-        let edge = f64::from(1 << self.child_edge());
-        [0, 1, 2].map(|axis| f64::from(origin[axis]) + (at[axis] as f64 + 0.5) * edge - 0.5)
+        [0, 1, 2].map(|axis| origin[axis] + ((at[axis] as i32) << self.child_edge()))
+    }
+
+    /// The middle of a child of the node whose lowest voxel is `origin`, in voxels.
+    fn middle(self, origin: [i32; 3], child: usize) -> [f64; 3] {
+        let half = 0.5 * f64::from((1 << self.child_edge()) - 1);
+        self.origin(origin, child).map(|at| f64::from(at) + half)
     }
 }
 
 /// Nodes of a level by their lowest voxels, each with the voxels of its children.
 type Nodes = BTreeMap<[i32; 3], Vec<[i32; 3]>>;
 
-/// Writes a level set. `is_inside` tells of a place in voxels, in parts where no block is, whether it is inside.
-///
-/// Fails, and leaves no file, if a number is not finite, blocks are not sorted or farther than 2³⁰ voxels from 0, or the
-/// system refuses.
-pub fn write_vdb(
+/// Writes the topology of a tree whose leaves have these lowest voxels, sorted, and these masks of active voxels; tiles are
+/// the background, or minus it where `is_inside` says so of a place in voxels. Returns it with the order of the leaves in
+/// the file.
+fn topology(
     context: &Context,
-    path: &Path,
-    level_set: &LevelSet,
+    leaves: &[([i32; 3], [u8; 64])],
+    background: f32,
     is_inside: &(dyn Fn([f64; 3]) -> bool + Sync),
-) -> Result<()> {
-    level_set.check().map_err(|error| error.at(path.display().to_string()))?;
-    let bytes = encode(context, level_set, is_inside);
-    file::store(path, |out| out.write_all(&bytes))
-}
-
-impl LevelSet {
-    fn check(&self) -> Result<()> {
-        let is_positive = |value: f32| value.is_finite() && value > 0.0;
-        if !is_positive(self.voxel) || !is_positive(self.band) {
-            return Err(Error::invalid(format!("voxels of {} m and a band of {} m cannot be", self.voxel, self.band)));
-        }
-        let is_near = |(origin, _): &Block| origin.iter().all(|at| at % BLOCK as i32 == 0 && at.abs() < FARTHEST);
-        if !self.blocks.iter().all(is_near) || !self.blocks.windows(2).all(|pair| pair[0].0 < pair[1].0) {
-            return Err(Error::invalid("blocks of a level set are not sorted, or more than 2³⁰ voxels from 0"));
-        }
-        match self.blocks.iter().find(|(_, values)| values.iter().any(|value| !value.is_finite())) {
-            Some((origin, _)) => Err(Error::invalid("a distance is not finite").at(format!("block {origin:?}"))),
-            None => Ok(()),
-        }
-    }
-}
-
-fn encode(context: &Context, level_set: &LevelSet, is_inside: &(dyn Fn([f64; 3]) -> bool + Sync)) -> Vec<u8> {
+) -> (Vec<u8>, Vec<usize>) {
     let (mut lower, mut upper) = (Nodes::new(), Nodes::new());
-    for (origin, _) in &level_set.blocks {
+    for (origin, _) in leaves {
         lower.entry(LOWER.around(*origin)).or_default().push(*origin);
     }
     lower.keys().for_each(|origin| upper.entry(UPPER.around(*origin)).or_default().push(*origin));
-    let leaves = context.map(level_set.blocks.len(), |at| level_set.leaf(at));
-    let number = |origin: &[i32; 3]| level_set.blocks.partition_point(|(other, _)| other < origin);
-
-    let mut topology = 1u32.to_le_bytes().to_vec();
-    topology.extend(level_set.band.to_le_bytes());
-    topology.extend([0, upper.len() as u32].iter().flat_map(|count| count.to_le_bytes()));
-    let mut buffers = Vec::new();
+    let number = |origin: &[i32; 3]| leaves.partition_point(|(other, _)| other < origin);
+    let mut out = 1u32.to_le_bytes().to_vec();
+    out.extend(background.to_le_bytes());
+    out.extend([0, upper.len() as u32].iter().flat_map(|count| count.to_le_bytes()));
+    let mut order = Vec::with_capacity(leaves.len());
     for (origin, children) in &upper {
-        topology.extend(origin.iter().flat_map(|at| at.to_le_bytes()));
-        topology.extend(node(context, UPPER, *origin, children, level_set.band, is_inside));
+        out.extend(origin.iter().flat_map(|at| at.to_le_bytes()));
+        out.extend(node(context, UPPER, *origin, children, background, is_inside));
         // Children follow in the order of their numbers, which is that of their places.
         for origin in children {
-            topology.extend(node(context, LOWER, *origin, &lower[origin], level_set.band, is_inside));
-            for leaf in lower[origin].iter().map(|origin| &leaves[number(origin)]) {
-                topology.extend_from_slice(&leaf.mask);
-                buffers.extend_from_slice(&leaf.mask);
-                buffers.extend_from_slice(&leaf.packed);
+            out.extend(node(context, LOWER, *origin, &lower[origin], background, is_inside));
+            for leaf in lower[origin].iter().map(number) {
+                out.extend_from_slice(&leaves[leaf].1);
+                order.push(leaf);
             }
         }
     }
+    (out, order)
+}
 
+/// What a grid is called and is.
+struct Head<'a> {
+    name: &'a str,
+    kind: &'a str,
+    /// Names, types and values.
+    metadata: &'a [(&'a str, &'a str, Vec<u8>)],
+    /// Edge of a voxel in metres.
+    voxel: f64,
+}
+
+/// A file of one grid.
+fn encode(head: &Head, topology: &[u8], buffers: &[u8]) -> Vec<u8> {
     let mut out = SIGNATURE.to_le_bytes().to_vec();
     out.extend(VERSIONS.iter().flat_map(|number| number.to_le_bytes()));
     out.push(1);
     // What others tell grids apart by: made of what is in the file, so that the same has the same.
-    let sums = [crc32fast::hash(&topology), crc32fast::hash(&buffers)];
+    let sums = [crc32fast::hash(topology), crc32fast::hash(buffers)];
     let identifier = format!("{:08x}-0000-4000-8000-{:08x}0000", sums[0], sums[1]);
     out.extend(identifier.as_bytes());
     out.extend([0, 1u32].iter().flat_map(|count| count.to_le_bytes()));
-    text(&mut out, "surface");
-    text(&mut out, "Tree_float_5_4_3");
+    text(&mut out, head.name);
+    text(&mut out, head.kind);
     text(&mut out, "");
-    let head = grid_head(level_set.voxel);
+    let bytes = head.encode();
     let grid = out.len() + 3 * size_of::<u64>();
-    let values = grid + head.len() + topology.len();
+    let values = grid + bytes.len() + topology.len();
     out.extend([grid, values, values + buffers.len()].iter().flat_map(|place| (*place as u64).to_le_bytes()));
-    [head, topology, buffers].iter().for_each(|part| out.extend_from_slice(part));
+    [&bytes, topology, buffers].iter().for_each(|part| out.extend_from_slice(part));
     out
 }
 
-/// How a grid is packed, its metadata, and its transform: a uniform scale with its voxel, inverse, and what follows.
-fn grid_head(voxel: f32) -> Vec<u8> {
-    let mut out = ZIP.to_le_bytes().to_vec();
-    let metadata = [("class", "level set"), ("creator", "Relievo"), ("name", "surface")];
-    out.extend((metadata.len() as u32).to_le_bytes());
-    for (name, value) in metadata {
-        text(&mut out, name);
-        text(&mut out, "string");
-        text(&mut out, value);
+impl Head<'_> {
+    /// How a grid is packed, its metadata, and its transform: a uniform scale with its voxel, inverse, and what follows.
+    fn encode(&self) -> Vec<u8> {
+        let mut out = ZIP.to_le_bytes().to_vec();
+        out.extend((self.metadata.len() as u32).to_le_bytes());
+        for (name, kind, value) in self.metadata {
+            text(&mut out, name);
+            text(&mut out, kind);
+            out.extend((value.len() as u32).to_le_bytes());
+            out.extend(value);
+        }
+        text(&mut out, "UniformScaleMap");
+        let voxel = self.voxel;
+        for value in [voxel, voxel, 1.0 / voxel, 1.0 / (voxel * voxel), 0.5 / voxel] {
+            out.extend([value; 3].iter().flat_map(|value| value.to_le_bytes()));
+        }
+        out
     }
-    text(&mut out, "UniformScaleMap");
-    let voxel = f64::from(voxel);
-    for value in [voxel, voxel, 1.0 / voxel, 1.0 / (voxel * voxel), 0.5 / voxel] {
-        out.extend([value; 3].iter().flat_map(|value| value.to_le_bytes()));
-    }
-    out
 }
 
 fn text(out: &mut Vec<u8>, text: &str) {
@@ -206,23 +201,6 @@ fn node(
     out.resize(2 * out.len(), 0);
     out.extend(packed(&values));
     out
-}
-
-/// A leaf: which of its voxels are active, and its values packed.
-struct Leaf {
-    mask: [u8; 64],
-    packed: Vec<u8>,
-}
-
-impl LevelSet {
-    fn leaf(&self, at: usize) -> Leaf {
-        let values = &self.blocks[at].1;
-        let mut mask = [0u8; 64];
-        for (voxel, _) in values.iter().enumerate().filter(|(_, value)| value.abs() < self.band) {
-            mask[voxel / 8] |= 1 << (voxel % 8);
-        }
-        Leaf { mask, packed: packed(values.as_slice()) }
-    }
 }
 
 /// All values, packed; not so where that would not be shorter.

@@ -1,10 +1,14 @@
-//! Binding to OpenVDB: level sets from meshes, against which voxelisation is tested and timed, and from files, with which
-//! those are tested that are written here.
+//! Binding to OpenVDB: level sets from meshes, against which voxelisation is tested and timed, and grids in files, with which
+//! those are tested that are written and read here.
+
+mod points;
 
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::path::Path;
 
 use relievo_core::{Error, Result};
+
+pub use self::points::{Points, read_points, write_points};
 
 unsafe extern "C" {
     fn relievo_level_set_new(
@@ -31,7 +35,50 @@ unsafe extern "C" {
         message: *mut c_char,
         message_size: usize,
     ) -> c_int;
+    fn relievo_level_set_write(
+        level_set: *const c_void,
+        path: *const c_char,
+        voxel: f64,
+        origin: *const f64,
+        packing: u32,
+        is_half: c_int,
+        is_fog: c_int,
+        message: *mut c_char,
+        message_size: usize,
+    ) -> c_int;
     fn relievo_level_set_free(level_set: *mut c_void);
+}
+
+/// What OpenVDB is told to pack values by.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Packing {
+    /// By zlib.
+    pub zip: bool,
+    /// Values of active voxels alone, where the others are one or two.
+    pub active: bool,
+    /// By Blosc.
+    pub blosc: bool,
+}
+
+impl Packing {
+    fn bits(self) -> u32 {
+        u32::from(self.zip) | u32::from(self.active) << 1 | u32::from(self.blosc) << 2
+    }
+}
+
+/// How a grid is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Writing {
+    /// Edge of a voxel.
+    pub voxel: f64,
+    /// Where voxel 0 is.
+    pub origin: [f64; 3],
+    /// How values are packed.
+    pub packing: Packing,
+    /// Values have 16 bits.
+    pub is_half: bool,
+    /// It is made a fog volume, 1 inside.
+    pub is_fog: bool,
 }
 
 /// A narrow-band signed distance field of a triangle mesh on the integer lattice.
@@ -64,6 +111,11 @@ fn failure(message: &Message) -> Error {
     Error::internal(format!("OpenVDB: {}", String::from_utf8_lossy(&message[..end])))
 }
 
+fn name_of(path: &Path) -> Result<CString> {
+    let name = CString::new(path.as_os_str().as_encoded_bytes());
+    name.map_err(|_| Error::invalid("the name of the file has a zero in it"))
+}
+
 impl LevelSet {
     /// The level set of a mesh given in voxel coordinates, `band` voxels wide on either side.
     ///
@@ -94,13 +146,37 @@ impl LevelSet {
     ///
     /// Fails if the file has another one, or OpenVDB throws.
     pub fn read(path: &Path) -> Result<Self> {
-        let name = CString::new(path.as_os_str().as_encoded_bytes());
-        let name = name.map_err(|_| Error::invalid("the name of the file has a zero in it"))?;
+        let name = name_of(path)?;
         let mut message: Message = [0; 256];
         // SAFETY: the name ends with a zero and lives through the call, and the message buffer is as large as said.
         // Exceptions are caught on the other side.
         let pointer = unsafe { relievo_level_set_read(name.as_ptr(), message.as_mut_ptr().cast(), message.len()) };
         if pointer.is_null() { Err(failure(&message)) } else { Ok(Self { pointer }) }
+    }
+
+    /// Writes it as the only grid of a file, called `cloud`.
+    ///
+    /// Fails if OpenVDB throws.
+    pub fn write(&self, path: &Path, writing: &Writing) -> Result<()> {
+        let name = name_of(path)?;
+        let mut message: Message = [0; 256];
+        let Writing { voxel, origin, packing, is_half, is_fog } = *writing;
+        // SAFETY: the handle is alive, the name ends with a zero, there are three numbers of the origin, all live through the
+        // call, and the message buffer is as large as said.
+        let status = unsafe {
+            relievo_level_set_write(
+                self.pointer,
+                name.as_ptr(),
+                voxel,
+                origin.as_ptr(),
+                packing.bits(),
+                is_half.into(),
+                is_fog.into(),
+                message.as_mut_ptr().cast(),
+                message.len(),
+            )
+        };
+        if status == 0 { Ok(()) } else { Err(failure(&message)) }
     }
 
     /// What it is.

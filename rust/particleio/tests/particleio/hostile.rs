@@ -81,7 +81,7 @@ fn what_is_no_file_of_particles_is_refused_by_name() {
     refused(b"\x7fNSJ rest", "Houdini 12");
     refused(b"", "format");
     let error = write(&context, &path, &particles(1)).unwrap_err().to_string();
-    assert!(error.contains(".rlvfluid, .bgeo, .vtk or .ply"), "{error}");
+    assert!(error.contains(".rlvfluid, .bgeo, .vtk, .ply or .vdb"), "{error}");
     let lost = read(&context, &folder.path().join("none.bgeo")).unwrap_err();
     assert_eq!(lost.kind, ErrorKind::NotFound);
 }

@@ -7,6 +7,7 @@ mod models;
 mod ply;
 mod sequence;
 mod vdb;
+mod vdb_points;
 mod vtk;
 
 use relievo_particleio::{Channel, Particles};

@@ -1,0 +1,136 @@
+// Grids of points, read and written by OpenVDB.
+
+#include <openvdb/io/File.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/points/AttributeArray.h>
+#include <openvdb/points/PointConversion.h>
+#include <openvdb/points/PointCount.h>
+#include <openvdb/points/PointDataGrid.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <exception>
+#include <string>
+#include <vector>
+
+namespace {
+
+using openvdb::Vec3f;
+using openvdb::points::AttributeHandle;
+using openvdb::points::PointDataGrid;
+
+void tell(char* message, std::size_t size, const char* what) {
+    std::snprintf(message, size, "%s", what);
+}
+
+// Adds the values of an attribute of a leaf's points; those of P in the world.
+template <typename Value, typename Add>
+void collect(const PointDataGrid& grid, const std::string& name, const Add& add) {
+    for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
+        const AttributeHandle<Value> handle(leaf->constAttributeArray(name));
+        for (auto index = leaf->beginIndexOn(); index; ++index) {
+            add(handle, *index, index.getCoord());
+        }
+    }
+}
+
+template <typename Codec>
+PointDataGrid::Ptr made(const std::vector<Vec3f>& points, const std::vector<Vec3f>& velocities, const openvdb::math::Transform& transform) {
+    const openvdb::points::PointAttributeVector<Vec3f> places(points);
+    const auto indices = openvdb::tools::createPointIndexGrid<openvdb::tools::PointIndexGrid>(places, transform);
+    auto grid = openvdb::points::createPointDataGrid<Codec, PointDataGrid>(*indices, places, transform);
+    openvdb::points::appendAttribute<Vec3f, openvdb::points::TruncateCodec>(grid->tree(), "v");
+    const openvdb::points::PointAttributeVector<Vec3f> values(velocities);
+    openvdb::points::populateAttribute<openvdb::points::PointDataTree, openvdb::tools::PointIndexTree,
+                                       openvdb::points::PointAttributeVector<Vec3f>>(grid->tree(), indices->tree(), "v", values);
+    openvdb::points::appendAttribute<float>(grid->tree(), "pscale", 0.25f);
+    return grid;
+}
+
+}  // namespace
+
+extern "C" {
+
+// Reads an attribute of the points of the only grid of a file: vectors, or floats of a stride. Those of P are places in the world. Writes at most `capacity`
+// numbers, and how many there are. Returns 0, or 1 and a message.
+int relievo_points_read(const char* path, const char* name, float* values, std::size_t capacity, std::size_t* count,
+                        char* message, std::size_t message_size) {
+    try {
+        openvdb::initialize();
+        openvdb::io::File file(path);
+        file.open();
+        const auto grids = file.getGrids();
+        const auto grid = grids->size() == 1 ? openvdb::gridPtrCast<PointDataGrid>(grids->front()) : nullptr;
+        if (!grid) {
+            tell(message, message_size, "the file has not one grid of points");
+            return 1;
+        }
+        std::size_t next = 0;
+        const auto put = [&](float value) {
+            if (next < capacity) {
+                values[next] = value;
+            }
+            ++next;
+        };
+        const auto first = grid->tree().cbeginLeaf();
+        const std::string type = first ? first->constAttributeArray(name).valueType() : "";
+        if (type == "vec3s") {
+            const bool is_place = std::string(name) == "P";
+            collect<Vec3f>(*grid, name, [&](const auto& handle, openvdb::Index index, const openvdb::Coord& voxel) {
+                openvdb::Vec3d value(handle.get(index));
+                if (is_place) {
+                    value = grid->indexToWorld(value + voxel.asVec3d());
+                }
+                for (int axis = 0; axis < 3; ++axis) {
+                    put(static_cast<float>(value[axis]));
+                }
+            });
+        } else if (type == "float") {
+            collect<float>(*grid, name, [&](const auto& handle, openvdb::Index index, const openvdb::Coord&) {
+                for (openvdb::Index part = 0; part < handle.stride(); ++part) {
+                    put(handle.get(index, part));
+                }
+            });
+        } else if (type == "int32") {
+            collect<std::int32_t>(*grid, name, [&](const auto& handle, openvdb::Index index, const openvdb::Coord&) {
+                put(static_cast<float>(handle.get(index)));
+            });
+        }
+        *count = next;
+        return 0;
+    } catch (const std::exception& error) {
+        tell(message, message_size, error.what());
+    } catch (...) {
+        tell(message, message_size, "unknown exception");
+    }
+    return 1;
+}
+
+// Writes points with velocities of half floats and a radius of 0.25 as a grid, packed as OpenVDB is told to: its places in 16
+// bits or not. Returns 0, or 1 and a message.
+int relievo_points_write(const char* path, const float* points, const float* velocities, std::size_t count, double voxel, int is_fixed,
+                         std::uint32_t packing, char* message, std::size_t message_size) {
+    try {
+        openvdb::initialize();
+        std::vector<Vec3f> places, moves;
+        for (std::size_t index = 0; index < count; ++index) {
+            places.emplace_back(points + 3 * index);
+            moves.emplace_back(velocities + 3 * index);
+        }
+        const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
+        const auto grid = is_fixed ? made<openvdb::points::FixedPointCodec<false>>(places, moves, *transform)
+                                   : made<openvdb::points::NullCodec>(places, moves, *transform);
+        openvdb::io::File file(path);
+        file.setCompression(packing);
+        file.write({grid});
+        file.close();
+        return 0;
+    } catch (const std::exception& error) {
+        tell(message, message_size, error.what());
+    } catch (...) {
+        tell(message, message_size, "unknown exception");
+    }
+    return 1;
+}
+
+}
