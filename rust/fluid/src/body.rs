@@ -4,6 +4,10 @@
 //! fluid's next step, and the fluid is simulated while it moves. A body that is lighter than the fluid around it would be
 //! thrown to and fro by that, as what it is given lags behind. So it gets a share of what is due at a time, and the rest
 //! later; none is lost.
+//!
+//! rapier3d's world is made anew whenever fluid and bodies are to advance, of where bodies are and how they move. What it
+//! keeps from step to step beside that, such as contacts, is no part of a state then, and a run that goes on from states
+//! is to the bit what it would have been.
 
 use glam::{DVec3, Quat, Vec3};
 use rapier3d::prelude::{
@@ -38,27 +42,57 @@ impl Default for BodyOptions {
     }
 }
 
+/// Where a body is, and how it moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodyState {
+    /// How it is turned about the origin from where it began, and by how many metres it has moved then.
+    pub pose: (Quat, Vec3),
+    /// Of its centre, in m/s.
+    pub velocity: Vec3,
+    /// In rad/s.
+    pub spin: Vec3,
+    /// Momentum, and that about its centre, which it is yet to get, in kg m/s and kg m²/s.
+    pub due: [DVec3; 2],
+}
+
+impl BodyState {
+    fn is_sound(&self) -> bool {
+        let (turn, moved) = self.pose;
+        let is_finite = moved.is_finite() && self.velocity.is_finite() && self.spin.is_finite();
+        is_finite && turn.is_normalized() && self.due.iter().all(|due| due.is_finite())
+    }
+}
+
 struct Body {
-    handle: RigidBodyHandle,
+    shape: SharedShape,
+    /// kg
+    mass: f32,
     /// The number of its collider.
     collider: usize,
     /// Its points at first.
     points: Vec<Vec3>,
-    /// Momentum, and that about its centre, which it is yet to get.
-    due: [DVec3; 2],
+    state: BodyState,
 }
 
 /// What bodies do not move: a pose at the beginning and the end of a frame.
 struct Obstacle {
-    handle: RigidBodyHandle,
+    shape: SharedShape,
     path: [(Quat, Vec3); 2],
 }
 
 /// The rigid bodies of a fluid. They meet each other as their convex hulls, obstacles, and the sides of a box.
 pub struct Bodies {
-    world: PhysicsWorld,
+    gravity: Vec3,
+    sides: Option<[Vec3; 2]>,
     bodies: Vec<Body>,
     obstacles: Vec<Obstacle>,
+}
+
+/// Bodies and obstacles while they advance.
+struct World {
+    physics: PhysicsWorld,
+    bodies: Vec<RigidBodyHandle>,
+    obstacles: Vec<RigidBodyHandle>,
     /// Seconds until they are where they go.
     left: f32,
 }
@@ -74,16 +108,7 @@ fn placed((turn, moved): (Quat, Vec3)) -> Pose {
 impl Bodies {
     /// None, with an acceleration by gravity in m/s² and, if there is one, the box that they do not leave, by its corners.
     pub fn new(gravity: Vec3, sides: Option<[Vec3; 2]>) -> Self {
-        let mut world = PhysicsWorld { gravity: vector(gravity), ..PhysicsWorld::default() };
-        for (at, inner) in sides.into_iter().flat_map(|[low, high]| [(low, 1.0), (high, -1.0)]) {
-            for axis in Vec3::AXES {
-                let side = RigidBodyBuilder::fixed().translation(vector(at));
-                // A half space is a plane that is solid behind.
-                let normal = vector(inner * axis);
-                world.insert(side, ColliderBuilder::new(SharedShape::halfspace(normal)));
-            }
-        }
-        Self { world, bodies: Vec::new(), obstacles: Vec::new(), left: 0.0 }
+        Self { gravity, sides, bodies: Vec::new(), obstacles: Vec::new() }
     }
 
     /// How many there are.
@@ -121,9 +146,9 @@ impl Bodies {
         let collider = fluid
             .add_collider(context, points, triangles, ColliderOptions { contact, is_container: false })
             .map_err(named)?;
-        let body = RigidBodyBuilder::dynamic().linvel(vector(velocity)).angvel(vector(spin)).can_sleep(false);
-        let (handle, _) = self.world.insert(body, hull.mass(density * volume as f32));
-        self.bodies.push(Body { handle, collider, points: points.to_vec(), due: [DVec3::ZERO; 2] });
+        let state = BodyState { velocity, spin, ..BodyState::default() };
+        let mass = density * volume as f32;
+        self.bodies.push(Body { shape: hull.shape, mass, collider, points: points.to_vec(), state });
         Ok(number)
     }
 
@@ -134,8 +159,7 @@ impl Bodies {
         let shape = ColliderBuilder::trimesh(points, triangles.to_vec()).map_err(|error| {
             Error::invalid(format!("bodies cannot meet it: {error}")).at(format!("obstacle {number}"))
         })?;
-        let (handle, _) = self.world.insert(RigidBodyBuilder::kinematic_position_based(), shape);
-        self.obstacles.push(Obstacle { handle, path: [(Quat::IDENTITY, Vec3::ZERO); 2] });
+        self.obstacles.push(Obstacle { shape: shape.shape, path: [(Quat::IDENTITY, Vec3::ZERO); 2] });
         Ok(number)
     }
 
@@ -146,17 +170,31 @@ impl Bodies {
         let refused = || Error::invalid("it does not exist, or cannot be there").at(format!("obstacle {number}"));
         let obstacle = self.obstacles.get_mut(number).filter(|_| is_sound).ok_or_else(refused)?;
         obstacle.path = path;
-        if let Some(rigid) = self.world.bodies.get_mut(obstacle.handle) {
-            rigid.set_position(placed(path[0]), true);
-        }
         Ok(())
     }
 
     /// Where a body is: how it is turned about the origin from where it began, and by how many metres it has moved then.
     /// `None` if there is no such body.
     pub fn pose(&self, number: usize) -> Option<(Quat, Vec3)> {
-        let pose = self.world.bodies.get(self.bodies.get(number)?.handle)?.position();
-        Some((Quat::from_array(pose.rotation.to_array()).normalize(), Vec3::from_array(pose.translation.to_array())))
+        Some(self.bodies.get(number)?.state.pose)
+    }
+
+    /// All that bodies go on from, in the order in which they were added.
+    pub fn states(&self) -> Vec<BodyState> {
+        self.bodies.iter().map(|body| body.state).collect()
+    }
+
+    /// Goes on from states. Fails if there are not as many as bodies, or a number is not finite; nothing has changed then.
+    pub fn set_states(&mut self, states: &[BodyState]) -> Result<()> {
+        if states.len() != self.bodies.len() {
+            let (given, count) = (states.len(), self.bodies.len());
+            return Err(Error::invalid(format!("{given} states are given for {count} bodies")));
+        }
+        if let Some(number) = states.iter().position(|state| !state.is_sound()) {
+            return Err(Error::invalid("its state is out of range").at(format!("body {number}")));
+        }
+        self.bodies.iter_mut().zip(states).for_each(|(body, state)| body.state = *state);
+        Ok(())
     }
 
     /// Simulates a fluid and its bodies for so many seconds, and calls `watch` after each step of the fluid.
@@ -167,55 +205,101 @@ impl Bodies {
         seconds: f32,
         mut watch: impl FnMut(&mut Fluid, &StepStatistics) -> Result<()>,
     ) -> Result<()> {
+        let mut world = self.world();
+        for body in &self.bodies {
+            let points = body.at(body.state.pose);
+            fluid.move_collider(context, body.collider, [&points, &points], 0.0)?;
+        }
         let mut left = seconds;
         while left > 1e-6 * seconds {
-            if self.left <= 0.0 {
+            if world.left <= 0.0 {
                 let step = within(fluid.time_step(), left);
-                self.go(context, fluid, step, 1.0 - (left - step) / seconds)?;
+                self.go(context, fluid, &mut world, step, 1.0 - (left - step) / seconds)?;
             }
-            let done = fluid.step(context, self.left.min(left))?;
-            for body in &mut self.bodies {
+            let done = fluid.step(context, world.left.min(left))?;
+            for (body, handle) in self.bodies.iter_mut().zip(&world.bodies) {
                 let given = fluid.impulses()[body.collider + 1];
-                let middle = self.world.bodies.get(body.handle).map_or(Vector::ZERO, |rigid| rigid.center_of_mass());
+                let middle = world.physics.bodies.get(*handle).map_or(Vector::ZERO, |rigid| rigid.center_of_mass());
                 let middle = Vec3::from_array(middle.to_array()).as_dvec3();
-                body.due[0] += given.linear;
-                body.due[1] += given.angular - middle.cross(given.linear);
+                body.state.due[0] += given.linear;
+                body.state.due[1] += given.angular - middle.cross(given.linear);
             }
             left -= done.seconds;
-            self.left -= done.seconds;
-            if self.left <= ROUNDING * done.seconds {
-                self.left = 0.0;
+            world.left -= done.seconds;
+            if world.left <= ROUNDING * done.seconds {
+                world.left = 0.0;
             }
             watch(fluid, &done)?;
         }
         Ok(())
     }
 
+    /// The world as it is now.
+    fn world(&self) -> World {
+        let mut physics = PhysicsWorld { gravity: vector(self.gravity), ..PhysicsWorld::default() };
+        for (at, inner) in self.sides.into_iter().flat_map(|[low, high]| [(low, 1.0), (high, -1.0)]) {
+            for axis in Vec3::AXES {
+                let side = RigidBodyBuilder::fixed().translation(vector(at));
+                // A half space is a plane that is solid behind.
+                let normal = vector(inner * axis);
+                physics.insert(side, ColliderBuilder::new(SharedShape::halfspace(normal)));
+            }
+        }
+        let obstacles = self.obstacles.iter().map(|Obstacle { shape, path }| {
+            let rigid = RigidBodyBuilder::kinematic_position_based().pose(placed(path[0]));
+            physics.insert(rigid, ColliderBuilder::new(shape.clone())).0
+        });
+        let obstacles = obstacles.collect();
+        let bodies = self.bodies.iter().map(|Body { shape, mass, state, .. }| {
+            let rigid = RigidBodyBuilder::dynamic().pose(placed(state.pose)).can_sleep(false);
+            let rigid = rigid.linvel(vector(state.velocity)).angvel(vector(state.spin));
+            let (handle, _) = physics.insert(rigid, ColliderBuilder::new(shape.clone()).mass(*mass));
+            // Impulses come before the first step, which would find the mass.
+            if let Some(rigid) = physics.bodies.get_mut(handle) {
+                rigid.recompute_mass_properties_from_colliders(&physics.colliders);
+            }
+            handle
+        });
+        let bodies = bodies.collect();
+        World { physics, bodies, obstacles, left: 0.0 }
+    }
+
     /// Moves bodies by what they were given, and has their colliders follow within so many seconds, after which obstacles
     /// have gone so much of their way.
-    fn go(&mut self, context: &Context, fluid: &mut Fluid, seconds: f32, share: f32) -> Result<()> {
-        for obstacle in &self.obstacles {
-            let Some(rigid) = self.world.bodies.get_mut(obstacle.handle) else { continue };
+    fn go(&mut self, context: &Context, fluid: &mut Fluid, world: &mut World, seconds: f32, share: f32) -> Result<()> {
+        let physics = &mut world.physics;
+        for (obstacle, handle) in self.obstacles.iter().zip(&world.obstacles) {
+            let Some(rigid) = physics.bodies.get_mut(*handle) else { continue };
             let [(from, start), (to, end)] = obstacle.path;
             rigid.set_next_kinematic_position(placed((from.slerp(to, share), start.lerp(end, share))));
         }
-        for body in &mut self.bodies {
-            let Some(rigid) = self.world.bodies.get_mut(body.handle) else { continue };
-            let [push, turn] = body.due.map(|due| vector((SHARE * due).as_vec3()));
-            body.due = body.due.map(|due| (1.0 - SHARE) * due);
+        for (body, handle) in self.bodies.iter_mut().zip(&world.bodies) {
+            let Some(rigid) = physics.bodies.get_mut(*handle) else { continue };
+            let due = &mut body.state.due;
+            let [push, turn] = due.map(|due| vector((SHARE * due).as_vec3()));
+            *due = due.map(|due| (1.0 - SHARE) * due);
             rigid.apply_impulse(push, true);
             rigid.apply_torque_impulse(turn, true);
         }
-        self.world.integration_parameters.dt = seconds;
-        self.world.step();
-        for number in 0..self.bodies.len() {
-            let Some((turn, moved)) = self.pose(number) else { continue };
-            let Body { collider, points, .. } = &self.bodies[number];
-            let from = fluid.collider_points(*collider).to_vec();
-            let to: Vec<Vec3> = points.iter().map(|point| turn * *point + moved).collect();
-            fluid.move_collider(context, *collider, [&from, &to], seconds)?;
+        physics.integration_parameters.dt = seconds;
+        physics.step();
+        for (body, handle) in self.bodies.iter_mut().zip(&world.bodies) {
+            let Some(rigid) = physics.bodies.get(*handle) else { continue };
+            let (position, ours) = (rigid.position(), |v: Vector| Vec3::from_array(v.to_array()));
+            let turn = Quat::from_array(position.rotation.to_array()).normalize();
+            body.state.pose = (turn, ours(position.translation));
+            (body.state.velocity, body.state.spin) = (ours(rigid.linvel()), ours(rigid.angvel()));
+            let from = fluid.collider_points(body.collider).to_vec();
+            fluid.move_collider(context, body.collider, [&from, &body.at(body.state.pose)], seconds)?;
         }
-        self.left = seconds;
+        world.left = seconds;
         Ok(())
+    }
+}
+
+impl Body {
+    /// Its points in a pose.
+    fn at(&self, (turn, moved): (Quat, Vec3)) -> Vec<Vec3> {
+        self.points.iter().map(|point| turn * *point + moved).collect()
     }
 }

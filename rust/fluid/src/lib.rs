@@ -12,6 +12,7 @@ mod constants;
 mod device;
 mod dfsph;
 mod exchange;
+mod field;
 mod force;
 mod function;
 mod hierarchy;
@@ -44,10 +45,11 @@ mod wall;
 
 pub use blind::{Classes, Visibility, classify};
 #[cfg(feature = "rapier3d")]
-pub use body::{Bodies, BodyOptions};
+pub use body::{Bodies, BodyOptions, BodyState};
 pub use collider::{ColliderOptions, Contact};
 pub use device::DeviceFluid;
 pub use exchange::{Given, Impulse};
+pub use field::fill_where;
 pub use force::Force;
 pub use function::SurfaceFunction;
 pub use isosurface::{Channel, mesh};

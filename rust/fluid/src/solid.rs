@@ -15,6 +15,37 @@ const MOST: f32 = (1u32 << 28) as f32;
 /// in the same lattice.
 const BESIDE: [f32; 2] = [2.713e-4, 1.927e-4];
 
+/// Places a spacing apart, from half a spacing beside the low sides of a box on.
+pub struct Lattice {
+    low: Vec3,
+    spacing: f32,
+    count: IVec3,
+}
+
+impl Lattice {
+    /// Those in a box by its corners. Fails if there are too many, or a number is not finite.
+    pub fn new(low: Vec3, high: Vec3, spacing: f32) -> Result<Self> {
+        let size = ((high - low) / spacing + 1e-3).floor();
+        // What is not a number is refused too.
+        if !(spacing > 0.0 && size.is_finite() && size.max(Vec3::ONE).element_product() <= MOST) {
+            return Err(
+                Error::memory("a fill has too many particles").advise("take a larger spacing or a smaller shape")
+            );
+        }
+        Ok(Self { low, spacing, count: size.as_ivec3() })
+    }
+
+    /// How many there are along each axis.
+    pub fn counts(&self) -> [usize; 3] {
+        self.count.to_array().map(|count| count.max(0) as usize)
+    }
+
+    /// The place of these numbers along the axes.
+    pub fn at(&self, cell: [usize; 3]) -> Vec3 {
+        self.low + self.spacing * (Vec3::from(cell.map(|at| at as f32)) + 0.5)
+    }
+}
+
 /// A triangle mesh with an inside.
 pub struct Solid {
     points: Vec<Vec3>,
@@ -76,16 +107,9 @@ impl Solid {
     /// [`crate::block`] does. Fails if there would be too many.
     pub fn fill(&self, context: &Context, spacing: f32) -> Result<Vec<Vec3>> {
         let (low, high) = (Vec3::from(self.bounds.low), Vec3::from(self.bounds.high));
-        let size = ((high - low) / spacing + 1e-3).floor();
-        // What is not a number is refused too.
-        if !(spacing > 0.0 && size.max(Vec3::ONE).element_product() <= MOST) {
-            return Err(
-                Error::memory("a fill has too many particles").advise("take a larger spacing or a smaller mesh")
-            );
-        }
-        let count = size.as_ivec3();
-        let at = |cell: IVec3| low + spacing * (cell.as_vec3() + 0.5);
-        let [nx, ny, nz] = count.to_array().map(|count| count.max(0) as usize);
+        let lattice = Lattice::new(low, high, spacing)?;
+        let at = |cell: IVec3| lattice.at(cell.to_array().map(|at| at as usize));
+        let [nx, ny, nz] = lattice.counts();
         let mut layers = context.map(nz, |z| {
             let mut room = Room::default();
             let mut votes = vec![0u8; nx * ny];

@@ -1,17 +1,19 @@
 //! What an interrupted simulation goes on from: a frame of a cache with the state of the solver.
 //!
-//! The state, version 1, little-endian: the version (u32), which description it is of (u32 bytes of text), the number of
+//! The state, version 2, little-endian: the version (u32), which description it is of (u32 bytes of text), the number of
 //! the step from frame to frame (u64), steps and corrections so far (u64 each) and the most that was too dense (f32);
 //! seconds (f64), the largest acceleration and the share of the Courant step (f32 each), the number of the next particle
 //! and how many there are (u32 each); and of all particles what steps and corrections of velocities begin with (f32
-//! each), accelerations by the host (three f32), pressures (f32), births (f64) and lifetimes (f32), list after list.
+//! each), accelerations by the host (three f32), pressures (f32), births (f64) and lifetimes (f32), list after list; and how
+//! many bodies there are (u32), and of each its turn (four f32), how far it has moved, its velocity and spin (three f32 each)
+//! and the two momenta that it is yet to get (three f64 each).
 
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Quat, Vec3, Vec4};
 use relievo_core::{Error, Result};
-use relievo_fluid::{ParticleChannel, State};
+use relievo_fluid::{BodyState, ParticleChannel, State};
 use relievo_particleio::{Channel, Frame, Particles, VELOCITY};
 
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// What was done so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -31,6 +33,7 @@ pub struct Checkpoint {
     pub step: u64,
     pub totals: Totals,
     pub state: State,
+    pub bodies: Vec<BodyState>,
 }
 
 /// The particles of a state, in its order.
@@ -54,7 +57,7 @@ pub fn particles(state: &State, spacing: f32) -> Particles {
 impl Checkpoint {
     /// What of it is not among the particles.
     pub fn encode(&self) -> Vec<u8> {
-        let Self { identity, step, totals, state } = self;
+        let Self { identity, step, totals, state, bodies } = self;
         let mut out = VERSION.to_le_bytes().to_vec();
         out.extend((identity.len() as u32).to_le_bytes());
         out.extend(identity.as_bytes());
@@ -70,6 +73,12 @@ impl Checkpoint {
         out.extend(state.pressures.iter().flat_map(|pressure| pressure.to_le_bytes()));
         out.extend(state.births.iter().flat_map(|birth| birth.to_le_bytes()));
         out.extend(state.lifetimes.iter().flat_map(|lifetime| lifetime.to_le_bytes()));
+        out.extend((bodies.len() as u32).to_le_bytes());
+        for BodyState { pose: (turn, moved), velocity, spin, due } in bodies {
+            out.extend(turn.to_array().iter().flat_map(|value| value.to_le_bytes()));
+            out.extend([moved, velocity, spin].iter().flat_map(|it| it.to_array()).flat_map(f32::to_le_bytes));
+            out.extend(due.iter().flat_map(|it| it.to_array()).flat_map(f64::to_le_bytes));
+        }
         out
     }
 
@@ -122,11 +131,12 @@ impl Checkpoint {
                 .map(|Channel { name, width, values }| ParticleChannel { name, width: width as usize, values })
                 .collect(),
         };
+        let bodies = (0..reader.u32()?).map(|_| reader.body()).collect::<Result<_>>()?;
         if !reader.0.is_empty() {
             return Err(unfit());
         }
         state.check()?;
-        Ok(Some(Self { identity, step, totals, state }))
+        Ok(Some(Self { identity, step, totals, state, bodies }))
     }
 }
 
@@ -162,6 +172,14 @@ impl<'a> Reader<'a> {
         self.array().map(f64::from_le_bytes)
     }
 
+    fn body(&mut self) -> Result<BodyState> {
+        let turn = Quat::from_xyzw(self.f32()?, self.f32()?, self.f32()?, self.f32()?);
+        let mut vector = || -> Result<Vec3> { Ok(Vec3::new(self.f32()?, self.f32()?, self.f32()?)) };
+        let [moved, velocity, spin] = [vector()?, vector()?, vector()?];
+        let mut momentum = || -> Result<DVec3> { Ok(DVec3::new(self.f64()?, self.f64()?, self.f64()?)) };
+        Ok(BodyState { pose: (turn, moved), velocity, spin, due: [momentum()?, momentum()?] })
+    }
+
     /// A list of `count` numbers.
     fn list<const N: usize, T>(&mut self, count: usize, number: fn([u8; N]) -> T) -> Result<Vec<T>> {
         let bytes = self.bytes(count.checked_mul(N).ok_or_else(unfit)?)?;
@@ -194,7 +212,10 @@ mod tests {
             channels: vec![ParticleChannel { name: "heat".into(), width: 2, values: vec![1.0, 2.0, 3.0, 4.0] }],
         };
         let totals = Totals { steps: 12, corrections: 40, most: 0.01 };
-        Checkpoint { identity: "a dam".into(), step: 5, totals, state }
+        let pose = (Quat::from_rotation_x(0.5), Vec3::new(1.0, 2.0, 3.0));
+        let due = [DVec3::splat(0.1), DVec3::new(4.0, -5.0, 1e-9)];
+        let bodies = vec![BodyState { pose, velocity: Vec3::Y, spin: Vec3::NEG_X, due }, BodyState::default()];
+        Checkpoint { identity: "a dam".into(), step: 5, totals, state, bodies }
     }
 
     fn frame(state: Vec<u8>) -> Frame {
@@ -218,8 +239,8 @@ mod tests {
             assert!(error.contains(why), "{error}");
         };
         let bytes = checkpoint().encode();
-        let newer = [&2u32.to_le_bytes(), &bytes[4..]].concat();
-        refused(frame(newer), "version 2");
+        let newer = [&3u32.to_le_bytes(), &bytes[4..]].concat();
+        refused(frame(newer), "version 3");
         let mut fewer = frame(bytes.clone());
         fewer.particles.points.pop();
         refused(fewer, "does not fit");

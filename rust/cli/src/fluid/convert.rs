@@ -13,7 +13,7 @@ use crate::Outcome;
 pub struct Arguments {
     /// A file of particles, or a folder of frames.
     from: PathBuf,
-    /// The file to write: .rlvfluid, .bgeo, .vtk or .ply. Of a folder, the folder for the frames.
+    /// The file to write: .rlvfluid, .bgeo, .vtk, .ply or .vdb. Of a folder, the folder for the frames.
     to: PathBuf,
     /// The format of the frames of a folder.
     #[arg(long, value_enum)]

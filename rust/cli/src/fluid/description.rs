@@ -1,5 +1,6 @@
 //! What `relievo fluid sim` simulates.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
@@ -9,7 +10,9 @@ use relievo_fluid::{
 };
 use serde::Deserialize;
 
-use super::entries::{Budget, Collider, Corners, Drain, Fill, Floating, Outlet, Push, sources};
+use super::entries::{Budget, Corners, Drain, Floating, Outlet, Push, sources};
+use super::fill::Fill;
+use super::mover::Collider;
 use super::play::Play;
 
 /// Bytes of a description at most.
@@ -119,7 +122,7 @@ impl Description {
     pub fn play(&self, context: &Context) -> Result<Play> {
         let numbered = self.collider.iter().enumerate();
         let movers = numbered.map(|(number, collider)| {
-            collider.mover(context, &self.folder).map_err(|error| error.at(format!("collider {number}")))
+            collider.mover(context, &self.folder, self.fps).map_err(|error| error.at(format!("collider {number}")))
         });
         let entries = (self.emitter.as_slice(), self.sink.as_slice(), self.budget.as_ref());
         Ok(Play {
@@ -129,14 +132,33 @@ impl Description {
                 self.fluid.gravity.into(),
                 self.basin.map(|basin| [basin.low, basin.high].map(Vec3::from)),
             ),
-            reached: 0.0,
         })
     }
 
-    /// All that decides what the frames are, but not how many there are and what is in files that are named.
-    pub fn identity(&self) -> String {
+    /// All that decides what the frames are, but not how many there are: the description, and a line for each file that it
+    /// names, with the checksum of what is in it.
+    pub fn identity(&self, context: &Context) -> Result<String> {
         let text = format!("{self:?}").replacen(&format!("frames: {}, ", self.frames), "", 1);
-        text.replace(&format!(", folder: {:?}", self.folder), "")
+        let mut text = text.replace(&format!(", folder: {:?}", self.folder), "");
+        for file in self.files()? {
+            let bytes = file::load(&self.folder.join(&file), context.memory_limit())?;
+            text += &format!("\n{:08x} {} {}", crc32fast::hash(&bytes), bytes.len(), file.display());
+        }
+        Ok(text)
+    }
+
+    /// The files that it names, each once.
+    fn files(&self) -> Result<BTreeSet<PathBuf>> {
+        let fills = self.fill.iter().filter_map(Fill::file);
+        let bodies = self.body.iter().filter_map(Floating::file);
+        let emitters = self.emitter.iter().filter_map(Outlet::file);
+        let sinks = self.sink.iter().filter_map(Drain::file);
+        let mut files: BTreeSet<PathBuf> =
+            fills.chain(bodies).chain(emitters).chain(sinks).map(Path::to_owned).collect();
+        for collider in &self.collider {
+            files.extend(collider.files()?);
+        }
+        Ok(files)
     }
 
     /// The spacing of particles.
@@ -188,10 +210,14 @@ impl Description {
             fluid.set_walls(context, &places.map_err(|error| error.at("basin"))?)?;
         }
         for mover in &play.movers {
-            fluid.add_collider(context, &mover.at(0.0), &mover.triangles, mover.options)?;
+            fluid.add_collider(context, &mover.at(context, 0.0)?, &mover.triangles, mover.options)?;
         }
         // Bodies have them as obstacles, by the same numbers.
         for mover in play.movers.iter().filter(|_| !self.body.is_empty()) {
+            if mover.is_changing() {
+                return Err(Error::unsupported("bodies do not meet colliders that change their shapes")
+                    .advise("leave the bodies out, or give the collider keys"));
+            }
             let number = play.bodies.add_obstacle(&mover.points, &mover.triangles)?;
             play.bodies.move_obstacle(number, [mover.pose(0.0); 2])?;
         }
@@ -213,7 +239,7 @@ impl Description {
         let movers = play.movers.iter().filter(|mover| !mover.options.is_container);
         let mut obstacles = bodies;
         for mover in movers {
-            obstacles.push(Solid::new(&mover.at(0.0), &mover.triangles)?);
+            obstacles.push(Solid::new(&mover.at(context, 0.0)?, &mover.triangles)?);
         }
         for (number, fill) in self.fill.iter().enumerate() {
             let named = |error: Error| error.at(format!("fill {number}"));

@@ -1,13 +1,11 @@
-//! What of a description has a shape or acts on particles: fills, colliders, bodies, emitters, sinks and forces.
+//! What of a description has a shape or acts on particles: bodies, emitters, sinks and forces.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use glam::{Quat, Vec3};
+use glam::Vec3;
 use relievo_core::{Context, Error, Result};
-use relievo_fluid::{
-    BodyOptions, ColliderOptions, Contact, Emitter, Force, Overflow, Sink, Solid, Sources, cuboid, sphere,
-};
+use relievo_fluid::{BodyOptions, Contact, Emitter, Force, Overflow, Sink, Solid, Sources, cuboid, sphere};
 use serde::Deserialize;
 
 /// A box by its corners, in metres.
@@ -20,7 +18,7 @@ pub struct Corners {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Ball {
+pub struct Ball {
     middle: [f32; 3],
     radius: f32,
 }
@@ -29,20 +27,17 @@ struct Ball {
 pub type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);
 
 /// A mesh file, a box or a sphere.
-struct Shape<'a> {
-    mesh: Option<&'a Path>,
-    corners: Option<&'a Corners>,
-    sphere: Option<&'a Ball>,
+pub struct Shape<'a> {
+    pub mesh: Option<&'a Path>,
+    pub corners: Option<&'a Corners>,
+    pub sphere: Option<&'a Ball>,
 }
 
 impl Shape<'_> {
     /// Its triangles; files are named from a folder.
-    fn triangles(&self, context: &Context, folder: &Path) -> Result<Triangles> {
+    pub fn triangles(&self, context: &Context, folder: &Path) -> Result<Triangles> {
         match (self.mesh, self.corners, self.sphere) {
-            (Some(mesh), None, None) => {
-                let mesh = relievo_meshio::read(context, &folder.join(mesh))?;
-                Ok((mesh.points.iter().map(|point| Vec3::from(*point)).collect(), mesh.triangles()))
-            }
+            (Some(mesh), None, None) => read(context, &folder.join(mesh)),
             (None, Some(Corners { low, high }), None) => Ok(cuboid(Vec3::from(*low), Vec3::from(*high))),
             (None, None, Some(Ball { middle, radius })) => Ok(sphere(Vec3::from(*middle), *radius)),
             _ => Err(Error::invalid("it has no shape, or more than one").advise("give it one of mesh, box and sphere")),
@@ -50,64 +45,14 @@ impl Shape<'_> {
     }
 }
 
-/// What begins full of fluid.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Fill {
-    mesh: Option<PathBuf>,
-    #[serde(rename = "box")]
-    corners: Option<Corners>,
-    sphere: Option<Ball>,
-    #[serde(default)]
-    pub velocity: [f32; 3],
-    pub color: Option<[f32; 3]>,
+/// The triangles of a mesh file.
+pub fn read(context: &Context, path: &Path) -> Result<Triangles> {
+    let mesh = relievo_meshio::read(context, path)?;
+    Ok((mesh.points.iter().map(|point| Vec3::from(*point)).collect(), mesh.triangles()))
 }
 
-impl Fill {
-    pub fn places(&self, context: &Context, folder: &Path, spacing: f32) -> Result<Vec<Vec3>> {
-        let shape = Shape { mesh: self.mesh.as_deref(), corners: self.corners.as_ref(), sphere: self.sphere.as_ref() };
-        let (points, triangles) = shape.triangles(context, folder)?;
-        Solid::new(&points, &triangles)?.fill(context, spacing)
-    }
-}
-
-/// A mesh that fluid does not pass.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Collider {
-    mesh: Option<PathBuf>,
-    #[serde(rename = "box")]
-    corners: Option<Corners>,
-    sphere: Option<Ball>,
-    #[serde(default)]
-    container: bool,
-    contact: Option<String>,
-    friction: Option<f32>,
-    #[serde(default)]
-    pivot: [f32; 3],
-    #[serde(default)]
-    keys: Vec<Key>,
-}
-
-/// Where a collider is at a time.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Key {
-    /// Seconds since the beginning.
-    time: f64,
-    /// By how many metres it has moved.
-    #[serde(default = "zero", rename = "move")]
-    moved: [f32; 3],
-    /// By how much it has turned about its pivot: an axis as long as the angle in radians.
-    #[serde(default = "zero")]
-    turn: [f32; 3],
-}
-
-fn zero() -> [f32; 3] {
-    [0.0; 3]
-}
-
-fn contact(contact: Option<&str>, friction: Option<f32>) -> Result<Contact> {
+/// What becomes of particles, of the names of a description.
+pub fn contact(contact: Option<&str>, friction: Option<f32>) -> Result<Contact> {
     match (contact, friction) {
         (None | Some("slip"), None) => Ok(Contact::Slip),
         (None, Some(share)) => Ok(Contact::Friction(share)),
@@ -136,6 +81,11 @@ pub struct Floating {
 }
 
 impl Floating {
+    /// The file that it is read from.
+    pub fn file(&self) -> Option<&Path> {
+        self.mesh.as_deref()
+    }
+
     /// Its triangles and what it is.
     pub fn body(&self, context: &Context, folder: &Path) -> Result<(Triangles, BodyOptions)> {
         let shape = Shape { mesh: self.mesh.as_deref(), corners: self.corners.as_ref(), sphere: self.sphere.as_ref() };
@@ -146,59 +96,6 @@ impl Floating {
             contact: contact(self.contact.as_deref(), self.friction)?,
         };
         Ok((shape.triangles(context, folder)?, options))
-    }
-}
-
-/// A collider on its way.
-pub struct Mover {
-    pub points: Vec<Vec3>,
-    pub triangles: Vec<[u32; 3]>,
-    pub options: ColliderOptions,
-    pivot: Vec3,
-    keys: Vec<Key>,
-}
-
-impl Collider {
-    pub fn mover(&self, context: &Context, folder: &Path) -> Result<Mover> {
-        let shape = Shape { mesh: self.mesh.as_deref(), corners: self.corners.as_ref(), sphere: self.sphere.as_ref() };
-        let (points, triangles) = shape.triangles(context, folder)?;
-        let contact = contact(self.contact.as_deref(), self.friction)?;
-        let is_sound = |key: &Key| key.time.is_finite() && key.moved.iter().chain(&key.turn).all(|at| at.is_finite());
-        if !self.keys.iter().all(is_sound) || self.keys.windows(2).any(|pair| pair[0].time >= pair[1].time) {
-            return Err(Error::invalid("times of keys do not increase, or a number is not finite").at("keys"));
-        }
-        let options = ColliderOptions { contact, is_container: self.container };
-        Ok(Mover { points, triangles, options, pivot: self.pivot.into(), keys: self.keys.clone() })
-    }
-}
-
-impl Mover {
-    /// Whether it is elsewhere at another time.
-    pub fn is_moving(&self) -> bool {
-        self.keys.len() > 1
-    }
-
-    /// How it is turned about the origin at a time in seconds, and moved then: straight from key to key, turned by the
-    /// shortest way.
-    pub fn pose(&self, time: f64) -> (Quat, Vec3) {
-        let after = self.keys.partition_point(|key| key.time <= time);
-        let pose = |key: &Key| (Vec3::from(key.moved), Quat::from_scaled_axis(Vec3::from(key.turn)));
-        let (moved, turn) = match (after.checked_sub(1).map(|at| &self.keys[at]), self.keys.get(after)) {
-            (Some(last), Some(next)) => {
-                let share = ((time - last.time) / (next.time - last.time)) as f32;
-                let ([a, b], [from, to]) = ([pose(last).0, pose(next).0], [pose(last).1, pose(next).1]);
-                (a.lerp(b, share), from.slerp(to, share))
-            }
-            (Some(key), None) | (None, Some(key)) => pose(key),
-            (None, None) => (Vec3::ZERO, Quat::IDENTITY),
-        };
-        (turn, self.pivot - turn * self.pivot + moved)
-    }
-
-    /// Where its points are at a time in seconds.
-    pub fn at(&self, time: f64) -> Vec<Vec3> {
-        let (turn, moved) = self.pose(time);
-        self.points.iter().map(|point| turn * *point + moved).collect()
     }
 }
 
@@ -237,6 +134,11 @@ struct Rectangle {
 }
 
 impl Outlet {
+    /// The file that it is read from.
+    pub fn file(&self) -> Option<&Path> {
+        self.mesh.as_deref()
+    }
+
     fn emitter(&self, context: &Context, folder: &Path, spacing: f32) -> Result<Emitter> {
         let mut emitter = match (&self.disc, &self.rectangle, &self.mesh) {
             (Some(Disc { middle, normal, radius }), None, None) => {
@@ -275,6 +177,11 @@ pub struct Drain {
 }
 
 impl Drain {
+    /// The file that it is read from.
+    pub fn file(&self) -> Option<&Path> {
+        self.mesh.as_deref()
+    }
+
     fn sink(&self, context: &Context, folder: &Path) -> Result<Sink> {
         let ends = |corners: &Corners| [Vec3::from(corners.low), Vec3::from(corners.high)];
         match (&self.outside, &self.mesh, &self.corners, &self.sphere) {

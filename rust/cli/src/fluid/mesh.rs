@@ -13,7 +13,7 @@ use crate::Outcome;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The particles: a frame of a cache, a classic .bgeo, a legacy .vtk, the points of a mesh file, or a folder of frames.
+    /// The particles: a frame of a cache, a classic .bgeo, a legacy .vtk, a .vdb, the points of a mesh file, or a folder of frames.
     #[arg(value_name = "PARTICLES")]
     from: PathBuf,
     /// The mesh to write: .ply, .glb, .obj or .usda, or .vdb for a level set. Of a folder, the folder for the meshes, which

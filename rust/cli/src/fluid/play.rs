@@ -4,7 +4,7 @@ use relievo_core::{Context, Error, Result};
 use relievo_fluid::{Bodies, DeviceFluid, Fluid, Sources, StepStatistics};
 use relievo_gpu::Device;
 
-use super::entries::Mover;
+use super::mover::Mover;
 
 /// The moving parts of a description.
 pub struct Play {
@@ -12,13 +12,11 @@ pub struct Play {
     pub movers: Vec<Mover>,
     pub sources: Sources,
     pub bodies: Bodies,
-    /// The time that bodies have reached, in seconds.
-    pub reached: f64,
 }
 
 impl Play {
     /// Simulates so many seconds from a time on, and calls `watch` after each step. All but bodies follows from the time
-    /// alone, so a fluid that was put back into a state goes on as it did. Fails if bodies are not where they were at the time.
+    /// alone, so a fluid that was put back into a state, with its bodies, goes on as it did.
     pub fn advance(
         &mut self,
         context: &Context,
@@ -29,7 +27,7 @@ impl Play {
     ) -> Result<()> {
         for (number, mover) in self.movers.iter().enumerate().filter(|(_, mover)| mover.is_moving()) {
             let times = [time, time + f64::from(seconds)];
-            let [from, to] = times.map(|time| mover.at(time));
+            let [from, to] = [mover.at(context, times[0])?, mover.at(context, times[1])?];
             fluid.move_collider(context, number, [&from, &to], seconds)?;
             if !self.bodies.is_empty() {
                 self.bodies.move_obstacle(number, times.map(|time| mover.pose(time)))?;
@@ -44,11 +42,6 @@ impl Play {
         if self.bodies.is_empty() {
             return fluid.advance(context, seconds, renewed);
         }
-        if (time - self.reached).abs() > 1e-6 {
-            return Err(Error::unsupported("a simulation with bodies cannot go on from a frame")
-                .advise("begin anew by --restart, or in another folder"));
-        }
-        self.reached = time + f64::from(seconds);
         self.bodies.advance(context, fluid, seconds, renewed)
     }
 

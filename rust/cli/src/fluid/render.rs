@@ -22,7 +22,7 @@ use crate::Outcome;
 
 #[derive(clap::Args)]
 pub struct Rendering {
-    /// The particles of each picture: frames of a cache, classic .bgeo, legacy .vtk, or the points of mesh files, with their
+    /// The particles of each picture: frames of a cache, classic .bgeo, legacy .vtk, .vdb, or the points of mesh files, with their
     /// channel `velocity` if they have one.
     #[arg(required = true, value_name = "FRAME")]
     frames: Vec<PathBuf>,

@@ -12,6 +12,7 @@ use relievo_particleio::{Format, FrameNumber, frames, path, read_frame, write, w
 use super::Limits;
 use super::checkpoint::{Checkpoint, Totals, particles};
 use super::description::Description;
+use super::play::Play;
 use super::statistics::{NAME, Row, Statistics};
 use crate::Outcome;
 use crate::run::{Device, device};
@@ -57,6 +58,8 @@ pub enum FrameFormat {
     Vtk,
     /// PLY.
     Ply,
+    /// OpenVDB's points.
+    Vdb,
 }
 
 impl FrameFormat {
@@ -66,6 +69,7 @@ impl FrameFormat {
             Self::Bgeo => Format::Bgeo,
             Self::Vtk => Format::Vtk,
             Self::Ply => Format::Ply,
+            Self::Vdb => Format::Vdb,
         }
     }
 }
@@ -96,8 +100,9 @@ impl Folder<'_> {
     }
 
     /// Writes a frame, and what a run goes on from.
-    fn store(&self, context: &Context, fluid: &Fluid, step: u64, totals: Totals) -> Result<()> {
-        let checkpoint = Checkpoint { identity: self.identity.clone(), step, totals, state: fluid.state() };
+    fn store(&self, context: &Context, (fluid, play): (&Fluid, &Play), step: u64, totals: Totals) -> Result<()> {
+        let (identity, bodies) = (self.identity.clone(), play.bodies.states());
+        let checkpoint = Checkpoint { identity, step, totals, state: fluid.state(), bodies };
         let mut particles = particles(&checkpoint.state, self.spacing);
         let state = checkpoint.encode();
         if self.format == Format::Cache {
@@ -142,6 +147,14 @@ impl Folder<'_> {
                 return other("that no simulation can go on from", "move them");
             };
             if checkpoint.identity != self.identity {
+                // Where the description is the same, it is a file that it names.
+                let lines = |text: &str| text.lines().map(str::to_owned).collect::<Vec<_>>();
+                let (theirs, ours) = (lines(&checkpoint.identity), lines(&self.identity));
+                let changed =
+                    ours.iter().filter(|line| !theirs.contains(line)).filter_map(|line| line.splitn(3, ' ').nth(2));
+                if let (true, Some(name)) = (theirs.first() == ours.first(), changed.into_iter().next()) {
+                    return other(&format!("made with another {name}"), "take the file that it was");
+                }
                 return other("of another description, of another format or of other sub-frames", "take that one");
             }
             if level != context.level().name() {
@@ -180,7 +193,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
             "{}, {} sub-frames{made_by} of {}",
             format.extension(),
             arguments.sub_frames,
-            description.identity()
+            description.identity(&context).map_err(named)?
         ),
         spacing: description.spacing(),
     };
@@ -195,12 +208,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Some(last) => {
             (first, totals) = (last.step, last.totals);
             fluid.set_state(last.state)?;
+            play.bodies.set_states(&last.bodies)?;
             eprintln!("note: goes on from {}", folder.file(first).display());
         }
         None => {
             let row = Row { particles: fluid.len(), energy: fluid.kinetic_energy(), ..Row::default() };
             statistics.add("0", &row)?;
-            folder.store(&context, &fluid, 0, totals)?;
+            folder.store(&context, (&fluid, &play), 0, totals)?;
         }
     }
     let parts = u64::from(folder.parts);
@@ -228,7 +242,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         row.duration = begin.elapsed().as_secs_f64();
         // The row comes first: where a frame is there its row is, and later ones are dropped.
         statistics.add(&folder.number(step), &row)?;
-        folder.store(&context, &fluid, step, totals)?;
+        folder.store(&context, (&fluid, &play), step, totals)?;
         bar.inc(1);
     }
     bar.finish_and_clear();

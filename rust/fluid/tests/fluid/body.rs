@@ -76,3 +76,39 @@ fn a_body_stays_on_an_obstacle_that_moves() {
     assert!(bodies.move_obstacle(1, [(Quat::IDENTITY, Vec3::ZERO); 2]).is_err());
     assert!(bodies.move_obstacle(0, [(Quat::IDENTITY, Vec3::NAN); 2]).is_err());
 }
+
+#[test]
+fn bodies_go_on_from_states_to_the_bit() {
+    let (context, spacing) = (Context::serial(), 0.05);
+    let begin = || {
+        let mut fluid = Fluid::new(FluidOptions { spacing, ..FluidOptions::default() }).unwrap();
+        fluid.set_walls(&context, &basin(Vec3::ZERO, Vec3::new(0.6, 0.4, 0.8), spacing).unwrap()).unwrap();
+        let mut bodies = Bodies::new(Vec3::new(0.0, 0.0, -9.81), Some([Vec3::ZERO, Vec3::new(0.6, 0.4, 2.0)]));
+        for low in [Vec3::new(0.1, 0.1, 0.3), Vec3::new(0.14, 0.12, 0.52)] {
+            let (points, triangles) = cuboid(low, low + 0.2);
+            let options = BodyOptions { density: 700.0, spin: Vec3::new(0.3, -1.0, 2.0), ..BodyOptions::default() };
+            bodies.add(&context, &mut fluid, (&points, &triangles), &options).unwrap();
+        }
+        (fluid, bodies)
+    };
+    let (mut fluid, mut bodies) = begin();
+    fluid.add(&block(Vec3::ZERO, Vec3::new(0.6, 0.4, 0.3), spacing).unwrap(), Vec3::ZERO).unwrap();
+    let advance = |(fluid, bodies): (&mut Fluid, &mut Bodies)| {
+        bodies.advance(&context, fluid, 0.02, |_, _| Ok(())).unwrap();
+    };
+    (0..12).for_each(|_| advance((&mut fluid, &mut bodies)));
+    let (mut resumed, mut others) = begin();
+    resumed.set_state(fluid.state()).unwrap();
+    others.set_states(&bodies.states()).unwrap();
+    for _ in 0..12 {
+        advance((&mut fluid, &mut bodies));
+        advance((&mut resumed, &mut others));
+    }
+    assert!(bodies.states() == others.states() && fluid.state() == resumed.state());
+    let moved = bodies.pose(0).unwrap().1;
+    assert!(moved.length() > 0.02, "{moved}");
+    assert!(others.set_states(&bodies.states()[..1]).is_err());
+    let mut wrong = bodies.states();
+    wrong[1].spin.x = f32::NAN;
+    assert!(others.set_states(&wrong).is_err() && others.states() == bodies.states());
+}

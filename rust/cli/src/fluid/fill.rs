@@ -1,0 +1,89 @@
+//! What of a description begins full of fluid: meshes, boxes, spheres, and grids of OpenVDB.
+
+use std::path::{Path, PathBuf};
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use relievo_core::{Context, Error, Result, file};
+use relievo_fluid::{Solid, fill_where};
+use relievo_particleio::{Grid, read_grid};
+use serde::Deserialize;
+
+use super::entries::{Ball, Corners, Shape};
+
+/// How dense fog is where it is taken for fluid.
+const THRESHOLD: f32 = 0.5;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fill {
+    mesh: Option<PathBuf>,
+    #[serde(rename = "box")]
+    corners: Option<Corners>,
+    sphere: Option<Ball>,
+    /// A file of OpenVDB.
+    grid: Option<PathBuf>,
+    /// The name of its grid; left out, the first of floats.
+    grid_name: Option<String>,
+    /// How dense fog is at least where fluid is.
+    threshold: Option<f32>,
+    #[serde(default)]
+    pub velocity: [f32; 3],
+    pub color: Option<[f32; 3]>,
+}
+
+impl Fill {
+    /// The places of its particles; files are named from a folder.
+    pub fn places(&self, context: &Context, folder: &Path, spacing: f32) -> Result<Vec<Vec3>> {
+        let shape = Shape { mesh: self.mesh.as_deref(), corners: self.corners.as_ref(), sphere: self.sphere.as_ref() };
+        let Some(grid) = &self.grid else {
+            if self.grid_name.is_some() || self.threshold.is_some() {
+                return Err(Error::invalid("it has no grid").advise("leave grid_name and threshold out"));
+            }
+            let (points, triangles) = shape.triangles(context, folder)?;
+            return Solid::new(&points, &triangles)?.fill(context, spacing);
+        };
+        if shape.mesh.is_some() || shape.corners.is_some() || shape.sphere.is_some() {
+            return Err(
+                Error::invalid("it has more than one shape").advise("give it one of mesh, box, sphere and grid")
+            );
+        }
+        let path = folder.join(grid);
+        let named = |error: Error| error.at(path.display().to_string());
+        let bytes = file::load(&path, context.memory_limit())?;
+        let left = context.memory_limit() - bytes.len() as u64;
+        let grid = read_grid(&bytes, self.grid_name.as_deref(), left).map_err(named)?;
+        self.within(context, &grid, spacing).map_err(named)
+    }
+
+    /// Places where distances are negative, or fog is denser than the threshold.
+    fn within(&self, context: &Context, grid: &Grid, spacing: f32) -> Result<Vec<Vec3>> {
+        if grid.is_level_set && self.threshold.is_some() {
+            return Err(Error::invalid("a level set has no threshold").at("threshold").advise("leave it out"));
+        }
+        let limit = if grid.is_level_set { 0.0 } else { self.threshold.unwrap_or(THRESHOLD) };
+        let Some([low, high]) = grid.bounds(limit, grid.is_level_set) else {
+            return Err(
+                Error::invalid("nothing of the grid is inside, or all of space").advise("take another threshold")
+            );
+        };
+        let [x, y, z, origin] = grid.transform.map(DVec3::from);
+        let place = DAffine3::from_mat3_translation(DMat3::from_cols(x, y, z), origin);
+        let voxels = place.inverse();
+        if !voxels.is_finite() {
+            return Err(Error::invalid("its voxels have no volume"));
+        }
+        let corner = |at: usize| DVec3::from([0, 1, 2].map(|axis| [low, high][at >> axis & 1][axis]));
+        let corners = (0..8).map(|at| place.transform_point3(corner(at)).as_vec3());
+        let ends = corners.fold([Vec3::INFINITY, Vec3::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)]);
+        let is_inside = |at: Vec3| {
+            let value = grid.sample(voxels.transform_point3(at.as_dvec3()).to_array());
+            if grid.is_level_set { value < limit } else { value > limit }
+        };
+        fill_where(context, ends, spacing, &is_inside)
+    }
+
+    /// The file that it is read from.
+    pub fn file(&self) -> Option<&Path> {
+        self.mesh.as_deref().or(self.grid.as_deref())
+    }
+}
