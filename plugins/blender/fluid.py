@@ -5,15 +5,14 @@ frames of the scene into a cache. Lengths are metres of the world."""
 import bpy
 import librelievo as rl
 import numpy
+from mathutils.kdtree import KDTree
 
 from . import frames, job, mesh, native
 from .state import Refused
 
 # Types of objects that have a mesh when they are evaluated.
 TYPES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
-# Particles of a lattice that are looked at for a fill or an emitter at most.
-MOST = 2**26
-# The share of the spacing by which poured particles keep away from those that are there.
+# The share of the spacing by which particles of a fill keep away from those that are there.
 APART = 0.9
 
 
@@ -39,65 +38,68 @@ class Shape:
         """A mesh of the library, without Blender's data."""
         return rl.Mesh(native.context(), self.points, self.corners.astype(numpy.uint32), 3)
 
-    def lattice(self, spacing):
-        """Places inside of it, a spacing from each other and half a spacing from the sides of its box; without Blender's
-        data."""
-        low, high = self.points.min(0).astype(float), self.points.max(0).astype(float)
-        counts = numpy.maximum(numpy.rint((high - low) / spacing), 1)
-        if not counts.prod() <= MOST:
-            raise Refused(f"{self.name} has room for {counts.prod():.0f} particles; take a larger spacing")
-        axes = [low[axis] + (numpy.arange(int(count)) + 0.5) * spacing for axis, count in enumerate(counts)]
-        places = numpy.stack(numpy.meshgrid(*axes, indexing="ij"), 3).reshape(-1, 3).astype(numpy.float32)
+    def inside(self, places):
+        """Which places are inside of it, if it is closed; without Blender's data."""
         with self.build() as made, rl.Caster(native.context(), made) as caster:
             # From inside of a closed mesh the first side that a ray meets is a back. The direction runs along no side.
             direction = numpy.float32((0.013, 0.027, 1.0))
             hits = caster.cast(places, numpy.tile(direction, (len(places), 1)))
-        return places[numpy.isfinite(hits["distance"]) & (hits["normal"] @ direction > 0)]
+        return numpy.isfinite(hits["distance"]) & (hits["normal"] @ direction > 0)
+
+    def section(self, direction, spacing):
+        """Its outline along a direction, as a flat mesh before it that faces there and ends half a spacing earlier at its
+        sides, as particles have room around them; without Blender's data."""
+        points, corners = self.points.astype(float), self.corners.reshape(-1, 3)
+        a, b, c = (points[corners[:, number]] for number in range(3))
+        along = points @ direction
+        flat = points + numpy.outer(along.max() - along, direction)
+        seen = corners[numpy.cross(b - a, c - a) @ direction > 0].ravel()
+        across = numpy.cross(direction, numpy.eye(3)[numpy.abs(direction).argmin()])
+        for side in (across / numpy.linalg.norm(across), numpy.cross(direction, across / numpy.linalg.norm(across))):
+            places = flat @ side
+            extent = numpy.ptp(places)
+            shrunk = (places - 0.5 * (places.min() + places.max())) * (min(spacing / extent, 0.9) if extent else 0)
+            flat -= numpy.outer(shrunk, side)
+        return rl.Mesh(native.context(), flat.astype(numpy.float32), seen.astype(numpy.uint32), 3)
 
 
 class Pouring:
-    """An object that pours: where, how fast, and when it does next, in seconds since the first frame."""
+    """An object that pours: where, and how fast."""
 
     def __init__(self, target):
         options = target.relievo.fluid
-        self.target, self.velocity, self.next = target, numpy.array(options.velocity, float), 0.0
-        if not self.velocity.any():
+        self.target, velocity = target, numpy.array(options.velocity, float)
+        self.speed = numpy.linalg.norm(velocity)
+        if not self.speed:
             raise Refused(f"{target.name} pours with no velocity; give it one")
-        self.shape = None
+        self.name, self.direction, self.shape = target.name, velocity / self.speed, None
 
     def read(self, depsgraph):
         self.shape = Shape(self.target, depsgraph)
 
-    def pour(self, fluid, spacing, low, high):
-        """Adds a layer where nothing is, and says when the next one comes; without Blender's data."""
-        places = self.shape.lattice(spacing)
-        places = places[((places > low) & (places < high)).all(1)]
-        speed = numpy.linalg.norm(self.velocity)
-        extent = numpy.ptp(places @ (self.velocity / speed)) + spacing if len(places) else spacing
-        places = apart(places, fluid.get("points")["points"], APART * spacing)
-        if len(places):
-            fluid.add(places, self.velocity)
-        self.next += extent / speed
+    def add(self, fluid, spacing):
+        """Makes it an emitter of a fluid; without Blender's data."""
+        try:
+            with self.shape.section(self.direction, spacing) as made:
+                fluid.add_emitter(made, speed=self.speed)
+        except rl.RelievoError as failure:
+            raise Refused(f"{self.name} cannot pour: {failure}") from None
 
 
 def apart(places, others, distance):
-    """Those of the places that are no nearer than a distance to others."""
+    """Which of the places are no nearer than a distance to others."""
+    kept = numpy.ones(len(places), bool)
     if not len(places) or not len(others):
-        return places
+        return kept
     low, high = places.min(0) - distance, places.max(0) + distance
     others = others[((others > low) & (others < high)).all(1)]
-    if not len(others):
-        return places
-    # By cells as wide as the distance: what is near is in the same or one of those around.
-    cells = {}
-    for number, cell in enumerate(map(tuple, numpy.floor((others - low) / distance).astype(int).tolist())):
-        cells.setdefault(cell, []).append(number)
-    around = [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)]
-    kept = []
-    for place, (x, y, z) in zip(places, numpy.floor((places - low) / distance).astype(int).tolist()):
-        near = [number for a, b, c in around for number in cells.get((x + a, y + b, z + c), ())]
-        kept.append(not near or ((others[near] - place) ** 2).sum(1).min() >= distance**2)
-    return places[numpy.array(kept, bool)]
+    if len(others):
+        tree = KDTree(len(others))
+        for number, other in enumerate(others.tolist()):
+            tree.insert(other, number)
+        tree.balance()
+        kept[:] = [tree.find(place)[2] >= distance for place in places.tolist()]
+    return kept
 
 
 def of_role(scene, role):
@@ -125,7 +127,7 @@ class Simulation:
         if not self.fills and not self.pourings:
             raise Refused("Nothing fills the domain or pours into it; give a mesh object the part of a fill or an emitter")
         self.read(depsgraph)
-        self.time, self.fluid = 0.0, None
+        self.fluid = None
 
     def read(self, depsgraph):
         """What emitters and colliders are in this frame."""
@@ -146,30 +148,38 @@ class Simulation:
             with shape.build() as made:
                 self.fluid.add_collider(made, **how)
         for shape, velocity in self.fills:
-            places = shape.lattice(self.spacing)
-            places = places[((places > self.low) & (places < self.high)).all(1)]
-            places = apart(places, self.fluid.get("points")["points"], APART * self.spacing)
-            if len(places):
-                self.fluid.add(places, velocity)
-        self.pour()
+            self.fill(shape, velocity)
+
+    def fill(self, shape, velocity):
+        """Fills a shape in the box, but not what is in colliders and beside particles that are there already."""
+        before = self.fluid.get("points")["points"]
+        with shape.build() as made:
+            self.fluid.fill(made, velocity=velocity)
+        found = self.fluid.get("points", "numbers")
+        # Numbers rise, and so new particles come last.
+        places, numbers = found["points"][len(before) :], found["numbers"][len(before) :]
+        kept = ((places > self.low) & (places < self.high)).all(1)
+        for _target, _how, collider in self.colliders:
+            kept &= ~collider.inside(places)
+        kept &= apart(places, before, APART * self.spacing)
+        if not kept.all():
+            self.fluid.remove(numbers[~kept])
 
     def pour(self):
-        """What is poured by now."""
-        for pouring in self.pourings:
-            if pouring.next <= self.time + 1e-9:
-                pouring.pour(self.fluid, self.spacing, self.low, self.high)
+        """Has emitters be where they are in this frame."""
+        if self.pourings:
+            self.fluid.clear_sources()
+            # Emitters may reach out of the box.
+            self.fluid.add_sink(self.low, self.high, is_outside=True)
+            for pouring in self.pourings:
+                pouring.add(self.fluid, self.spacing)
 
     def advance(self, progress):
-        """Goes on to the next frame; without Blender's data. Returns whether that was to be."""
-        end = self.time + 1.0 / self.fps
+        """Goes on to the next frame; without Blender's data."""
         for number, (_target, _how, shape) in enumerate(self.colliders):
             self.fluid.move_collider(number, shape.points, 1.0 / self.fps)
-        while self.time < end - 1e-9:
-            # Emitters pour in the middle of frames too.
-            step = min([end, *(pouring.next for pouring in self.pourings if pouring.next > self.time + 1e-9)]) - self.time
-            self.fluid.advance(step, progress)
-            self.time += step
-            self.pour()
+        self.pour()
+        self.fluid.advance(1.0 / self.fps, progress)
 
     def store(self, folder, frame):
         """Writes the particles of a frame; without Blender's data."""
