@@ -26,63 +26,82 @@ pub(crate) struct Chord {
     pub particle: u32,
 }
 
-/// Chords that have not ended.
+/// Chords that have not ended, and some that have.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Chords {
-    chords: Vec<Chord>,
-    /// Room for those that stay when others are dropped.
-    kept: Vec<Chord>,
-    /// Where the first of them ends.
-    end: f32,
-    /// Quadratic, middle, least, amplitude and the coordinates of `aside` of each, and at the end some of no particle.
-    columns: [Vec<f32>; 7],
+    particles: Vec<u32>,
+    /// Quadratic, middle, least, amplitude, the coordinates of `aside` and the span of each, and room after them for lanes
+    /// of no particle, where s is 2.
+    columns: [Vec<f32>; 9],
+    /// How many there may be before those that have ended are dropped.
+    most: usize,
 }
+
+/// Places of [`Chords::columns`].
+const LEAST: usize = 2;
+const BEGIN: usize = 7;
+const END: usize = 8;
 
 impl Chords {
     pub fn clear(&mut self) {
-        self.chords.clear();
-        self.end = f32::INFINITY;
-        self.columns.iter_mut().for_each(Vec::clear);
+        self.truncate(0);
     }
 
     pub fn push(&mut self, chord: Chord) {
-        self.columns.iter_mut().for_each(|column| column.truncate(self.chords.len()));
-        self.end = self.end.min(chord.span[1]);
-        self.chords.push(chord);
-        let Chord { quadratic, middle, least, amplitude, aside, .. } = chord;
-        let values = [quadratic, middle, least, amplitude, aside.x, aside.y, aside.z];
-        self.columns.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
+        let Chord { span: [begin, end], quadratic, middle, least, amplitude, aside, particle } = chord;
+        let count = self.particles.len();
+        self.particles.push(particle);
+        self.make_room();
+        let values = [quadratic, middle, least, amplitude, aside.x, aside.y, aside.z, begin, end];
+        self.columns.iter_mut().zip(values).for_each(|(column, value)| column[count] = value);
     }
 
-    /// Drops chords that end before a distance.
-    pub fn forget(&mut self, from: f32) {
-        if self.end < from {
-            let mut kept = std::mem::take(&mut self.kept);
-            std::mem::swap(&mut kept, &mut self.chords);
-            self.clear();
-            kept.iter().filter(|chord| chord.span[1] >= from).for_each(|chord| self.push(*chord));
-            self.kept = kept;
+    fn make_room(&mut self) {
+        let room = self.particles.len() + WIDEST;
+        if self.columns[LEAST].len() < room {
+            self.columns.iter_mut().for_each(|column| column.resize(2 * room, 2.0));
         }
+    }
+
+    fn truncate(&mut self, count: usize) {
+        let before = self.particles.len();
+        self.particles.truncate(count);
+        self.make_room();
+        self.columns[LEAST][count..before.max(count)].fill(2.0);
+        self.most = count + count / 4 + WIDEST;
+    }
+
+    /// Drops chords that end before a distance once there are many: they change no value.
+    pub fn forget(&mut self, from: f32) {
+        if self.particles.len() < self.most {
+            return;
+        }
+        let mut kept = 0;
+        for at in 0..self.particles.len() {
+            if self.columns[END][at] >= from {
+                self.columns.iter_mut().for_each(|column| column[kept] = column[at]);
+                self.particles[kept] = self.particles[at];
+                kept += 1;
+            }
+        }
+        self.truncate(kept);
     }
 
     /// The distance from which on a particle counts, not before `from`; infinite if there is none.
     pub fn next(&self, from: f32) -> f32 {
         let mut next = f32::INFINITY;
-        for chord in self.chords.iter().filter(|chord| chord.span[1] >= from) {
-            if chord.span[0] <= from {
+        let ends = self.columns[BEGIN].iter().zip(&self.columns[END]).take(self.particles.len());
+        for (begin, _) in ends.filter(|(_, end)| **end >= from) {
+            if *begin <= from {
                 return from;
             }
-            next = next.min(chord.span[0]);
+            next = next.min(*begin);
         }
         next
     }
 
     /// The value of the function at a distance along the ray.
-    pub fn value(&mut self, level: Level, surface: &Surface, direction: Vec3, at: f32) -> f32 {
-        // Chords of no particle are where s is 2.
-        for (column, value) in self.columns.iter_mut().zip([0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0]) {
-            column.resize(self.chords.len() + WIDEST, value);
-        }
+    pub fn value(&self, level: Level, surface: &Surface, direction: Vec3, at: f32) -> f32 {
         let mut sums = [0.0; 5];
         sum(level, surface, self, at, &mut sums);
         let [weight, along, x, y, z] = sums;
@@ -92,15 +111,17 @@ impl Chords {
     /// All sums at a distance along the ray; calls `each` with every particle that counts and its weight.
     pub fn sums(&self, surface: &Surface, direction: Vec3, at: f32, mut each: impl FnMut(u32, f32)) -> Sums {
         let mut sums = Sums::default();
-        for chord in &self.chords {
-            let along = chord.middle - at;
-            let s = chord.quadratic * along * along + chord.least;
+        for (place, particle) in self.particles.iter().enumerate() {
+            let [quadratic, middle, least, amplitude, x, y, z, ..] =
+                self.columns.each_ref().map(|column| column[place]);
+            let along = middle - at;
+            let s = quadratic * along * along + least;
             if s < 1.0 {
                 let [weight, slope] = surface.profile.both(s);
-                let d = chord.aside + along * direction;
-                let weight = chord.amplitude * weight;
-                sums.add(d, surface.image(chord.particle as usize, d), weight, chord.amplitude * slope);
-                each(chord.particle, weight);
+                let d = Vec3::new(x, y, z) + along * direction;
+                let weight = amplitude * weight;
+                sums.add(d, surface.image(*particle as usize, d), weight, amplitude * slope);
+                each(*particle, weight);
             }
         }
         sums
@@ -125,10 +146,13 @@ fn sum_of<A: Lanes, W: Weight, const MEAN: bool>(weight: W, chords: &Chords, at:
     // SAFETY: defined by `dispatch_simd!`.
     #[allow(unsafe_code)]
     let v = unsafe { A::assume() };
-    let [quadratic, middle, least, amplitude, x, y, z] = &chords.columns;
+    let count = chords.particles.len();
+    // Of one length, so that one look at the end of a vector does for all.
+    let [quadratic, middle, least, amplitude, x, y, z, ..] =
+        chords.columns.each_ref().map(|column| &column[..count.next_multiple_of(A::WIDTH)]);
     let (zero, one) = (v.splat(0.0), v.splat(1.0));
     let mut total = [zero; 5];
-    for first in (0..chords.chords.len()).step_by(A::WIDTH) {
+    for first in (0..count).step_by(A::WIDTH) {
         let along = v.sub(v.load(&middle[first..]), v.splat(at));
         let s = v.fused(v.mul(v.load(&quadratic[first..]), along), along, v.load(&least[first..]));
         let w = v.mul(v.load(&amplitude[first..]), weight.weight(v, v.min(s, one)));

@@ -45,10 +45,11 @@ pub(crate) struct Hierarchy {
     nodes: Vec<Node>,
 }
 
-/// Where a ray enters a box.
+/// Where a ray enters and leaves a box.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Entry {
     pub enter: f32,
+    pub exit: f32,
     pub leaf: u32,
 }
 
@@ -137,7 +138,7 @@ impl Hierarchy {
                 continue;
             }
             if node.leaf {
-                met.push(Entry { enter, leaf: node.link });
+                met.push(Entry { enter, exit, leaf: node.link });
             } else {
                 // Halves are equal, so there are at most 32 levels.
                 open[waiting] = node.link;

@@ -16,6 +16,7 @@ mod field;
 mod force;
 mod function;
 mod hierarchy;
+mod interior;
 mod isosurface;
 mod kernel;
 mod level_set;

@@ -15,11 +15,15 @@ use relievo_core::{Context, Error, Result};
 
 use crate::chords::{Chord, Chords};
 use crate::hierarchy::{Bounds, Entry, Hierarchy};
+use crate::interior::Interior;
+use crate::probe::Probe;
 use crate::surface::Surface;
 
 /// The piece of a ray, in reaches, whose boxes are listed first; each one after it is twice as long. Most rays hit
 /// early.
 const PIECE: f32 = 4.0;
+/// A leap through the fluid is at least so many steps long.
+const LEAP: f32 = 2.0;
 /// Rays of one task.
 const PART: usize = 256;
 
@@ -75,11 +79,13 @@ pub struct Hit {
     pub enters: bool,
 }
 
-/// A surface prepared for rays: some 8 bytes a particle more, 20 where particles move.
+/// A surface prepared for rays: some 16 bytes a particle more, 20 where particles move.
 #[derive(Clone, Debug)]
 pub struct RayCaster {
     surface: Arc<Surface>,
     hierarchy: Hierarchy,
+    /// Of particles that do not move.
+    interior: Option<Interior>,
     /// In the order of the surface; empty where nothing moves.
     velocities: Vec<[f32; 3]>,
     /// In the order of the surface; empty where none is.
@@ -131,7 +137,7 @@ impl RayCaster {
                 let velocity = velocities.get(at).map_or(Vec3A::ZERO, |velocity| Vec3A::from(*velocity));
                 let ends = [centre + velocity * open, centre + velocity * close];
                 // More by what rounding of the coordinates may be.
-                let reach = Vec3A::splat(1.001 * surface.reach) + 1e-6 * (ends[0].abs() + ends[1].abs());
+                let reach = 1.001 * Vec3A::from(surface.extent(at)) + 1e-6 * (ends[0].abs() + ends[1].abs());
                 let swept = Bounds { low: ends[0].min(ends[1]) - reach, high: ends[0].max(ends[1]) + reach };
                 bounds.with(swept)
             })
@@ -139,6 +145,7 @@ impl RayCaster {
         Ok(Self {
             surface: surface.clone(),
             hierarchy: Hierarchy::new(&boxes),
+            interior: velocities.is_empty().then(|| Interior::new(surface)),
             velocities,
             blind,
             shutter: motion.shutter,
@@ -159,7 +166,7 @@ impl RayCaster {
 
     /// For tracing one ray after the other. Rays ask for no memory once a trail is long enough.
     pub fn tracer<'a>(&'a self, trail: &'a mut Trail) -> Tracer<'a> {
-        Tracer { caster: self, trail }
+        Tracer { caster: self, trail, probe: Probe::new(&self.surface, self.level) }
     }
 
     /// As [`Tracer::intersect`], of many rays on all threads of a context.
@@ -194,6 +201,7 @@ pub struct Trail {
 pub struct Tracer<'a> {
     caster: &'a RayCaster,
     trail: &'a mut Trail,
+    probe: Probe<'a>,
 }
 
 impl Tracer<'_> {
@@ -231,9 +239,11 @@ impl Tracer<'_> {
         let caster = self.caster;
         self.trail.chords.clear();
         let mut next = 0;
-        self.admit(&mut next, from, (origin, direction), time);
+        self.admit(&mut next, [from, from], (origin, direction), time);
         let first = value.unwrap_or_else(|| self.trail.chords.value(caster.level, &caster.surface, direction, from));
         let value = value.insert(first);
+        // From where on leaps through the fluid are tried.
+        let mut again = from;
         while from < last {
             if *value <= 0.0 {
                 // Nothing counts before the next particle or box begins.
@@ -245,15 +255,32 @@ impl Tracer<'_> {
                         return None;
                     }
                     from = skip;
-                    self.admit(&mut next, from, (origin, direction), time);
+                    self.admit(&mut next, [from, from], (origin, direction), time);
                     if self.trail.chords.next(from) > from {
                         continue;
                     }
                 }
+            } else if let Some(interior) = caster.interior.as_ref().filter(|it| *value >= it.depth && from >= again) {
+                let ray = (origin.as_dvec3(), direction.as_dvec3());
+                let [end, after] = interior.stretch(&mut self.probe, ray, from, last);
+                again = after;
+                if end - from >= LEAP * caster.step {
+                    self.admit(&mut next, [end, end], (origin, direction), time);
+                    let after = self.trail.chords.value(caster.level, &caster.surface, direction, end);
+                    if after > 0.0 {
+                        self.trail.chords.forget(end);
+                        (from, *value) = (end, after);
+                        continue;
+                    }
+                    // There is a hollow: boxes that were passed over are looked at after all.
+                    (next, again) = (0, end);
+                    self.trail.chords.clear();
+                    self.admit(&mut next, [from, from], (origin, direction), time);
+                }
             }
             // Far from the origin a step may be less than what a distance is rounded by.
             let to = (from + caster.step).max(from.next_up()).min(last);
-            self.admit(&mut next, to, (origin, direction), time);
+            self.admit(&mut next, [from, to], (origin, direction), time);
             let after = self.trail.chords.value(caster.level, &caster.surface, direction, to);
             if (after > 0.0) != (*value > 0.0) {
                 let distance = self.halve(direction, [from, to], *value > 0.0);
@@ -267,11 +294,15 @@ impl Tracer<'_> {
         None
     }
 
-    /// Adds the particles of boxes that begin up to a distance.
-    fn admit(&mut self, next: &mut usize, to: f32, (origin, direction): (Vec3, Vec3), time: f32) {
+    /// Adds the particles of boxes that begin up to a distance, without those that end before another.
+    fn admit(&mut self, next: &mut usize, [from, to]: [f32; 2], (origin, direction): (Vec3, Vec3), time: f32) {
         let surface = &self.caster.surface;
         let (origin, along) = (origin.as_dvec3(), direction.as_dvec3());
         while let Some(entry) = self.trail.met.get(*next).filter(|entry| entry.enter <= to) {
+            *next += 1;
+            if entry.exit < from {
+                continue;
+            }
             for at in surface.rows.particles(entry.leaf as usize) {
                 let d = self.caster.centre(at, time) - origin;
                 let (quadratic, middle, least, aside) = match &surface.shapes {
@@ -304,7 +335,6 @@ impl Tracer<'_> {
                     });
                 }
             }
-            *next += 1;
         }
     }
 

@@ -108,6 +108,19 @@ impl Rows {
         ((z * self.size[1] + y) * self.size[0] + x) as u64
     }
 
+    /// The lowest corner of the cells, and their edge.
+    pub fn lattice(&self) -> ([f64; 3], f64) {
+        (self.low, 1.0 / self.inverse)
+    }
+
+    /// The number of a cell; none if it has no particles.
+    pub fn find(&self, cell: Cell) -> Option<usize> {
+        if (0..3).any(|axis| !(0..self.size[axis]).contains(&cell[axis])) {
+            return None;
+        }
+        self.keys.binary_search(&self.key(cell)).ok()
+    }
+
     /// How many cells have particles.
     pub fn len(&self) -> usize {
         self.keys.len()

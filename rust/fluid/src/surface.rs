@@ -1,7 +1,7 @@
 //! The surface function of a set of particles, prepared for looking at places: sorted, with the kernels of all
 //! particles.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
 
 use crate::anisotropy::{self, Kernel};
@@ -181,6 +181,16 @@ impl Surface {
     /// The centre of the kernel at this place of the order.
     pub(crate) fn centre(&self, at: usize) -> [f32; 3] {
         [self.centres[0][at], self.centres[1][at], self.centres[2][at]]
+    }
+
+    /// How far the kernel at this place of the order reaches along the axes.
+    pub(crate) fn extent(&self, at: usize) -> Vec3 {
+        let Some(shapes) = &self.shapes else { return Vec3::splat(self.reach) };
+        let [xx, xy, xz, yy, yz, zz] = [0, 1, 2, 3, 4, 5].map(|entry| f64::from(shapes[entry][at]));
+        // The roots of the diagonal of the inverse of M.
+        let minors = DVec3::new(yy * zz - yz * yz, xx * zz - xz * xz, xx * yy - xy * xy);
+        let determinant = xx * minors.x - xy * (xy * zz - xz * yz) + xz * (xy * yz - xz * yy);
+        (minors / determinant).map(f64::sqrt).as_vec3()
     }
 
     /// M d of the kernel at this place of the order.

@@ -160,6 +160,48 @@ fn hits_are_those_of_a_fine_mesh() {
 }
 
 #[test]
+fn leaps_through_the_fluid_change_no_hit() {
+    let context = Context::serial();
+    let middle = Vec3::splat(11.5 * 0.02);
+    let shaken = |point: [f32; 3]| Vec3::from(point) + 0.003 * (Vec3::from(point) * 9e3).map(f32::sin);
+    let points = lattice(24, 0.02).into_iter().map(shaken);
+    // With a hollow within.
+    let points: Vec<[f32; 3]> = points.filter(|at| at.distance(middle) > 0.07).map(Vec3::into).collect();
+    for function in FUNCTIONS {
+        let surface = Arc::new(Surface::new(&context, &points, function(0.01)).unwrap());
+        // Where particles have velocities there are no leaps.
+        let motion = Motion { velocities: &vec![[0.0; 3]; points.len()], shutter: [0.0; 2] };
+        let steps = RayCaster::new(&context, &surface, motion, &[], March::default()).unwrap();
+        let leaps = still(&surface);
+        let near_middle = |given: Ray| {
+            ray(Vec3::from(given.origin).lerp(middle - 1.38 * Vec3::from(given.direction), 0.6), given.direction.into())
+        };
+        let outside: Vec<Ray> = rays(300, 23.0 * 0.02).into_iter().map(near_middle).collect();
+        let entered = hits(&leaps, &outside);
+        let inside = outside
+            .iter()
+            .zip(&entered)
+            .filter_map(|(ray, hit)| hit.map(|hit| Ray { origin: hit.point, near: 1e-3, ..*ray }));
+        let inside: Vec<Ray> = inside.collect();
+        let (expected, found) = (hits(&steps, &inside), hits(&leaps, &inside));
+        let same = |(expected, found): &(&Option<Hit>, &Option<Hit>)| match (expected, found) {
+            (Some(expected), Some(found)) => {
+                (expected.distance - found.distance).abs() < 1e-5 && expected.enters == found.enters
+            }
+            (expected, found) => expected.is_none() && found.is_none(),
+        };
+        // Places where the march only grazes the surface are few.
+        let same = expected.iter().zip(&found).filter(same).count();
+        assert!(same * 100 >= inside.len() * 99, "{same} of {}", inside.len());
+        let close = |hit: &&Hit| Vec3::from(hit.point).distance(middle) < 0.08 && !hit.enters;
+        let met = found.iter().flatten().filter(close).count();
+        assert!(met >= 5, "{met} rays meet the hollow");
+        // What one ray finds of the cubes is of use to the next and changes nothing.
+        assert_eq!(hits(&leaps, &inside), found);
+    }
+}
+
+#[test]
 fn blind_particles_hide_what_was_left_out() {
     let context = Context::serial();
     let points = lattice(24, 0.02);
