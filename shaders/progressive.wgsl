@@ -13,9 +13,8 @@ const HEAD: u32 = 5u;
 /// its edge to the first vertex is a border; shifted by 1, that to the second.
 const NODE: u32 = 0x0fffffffu;
 const BORDER: u32 = 0x40000000u;
-/// In place of a node, or of a number: none. Above it: the last of a list.
-const NOTHING: u32 = 0x7fffffffu;
-const LAST: u32 = 0x80000000u;
+/// Above a corner: the vertex after it in its triangle is one beside its own vertex; shifted by 1, the one before it.
+const AFTER: u32 = 0x40000000u;
 
 struct Split {
     /// The deviation, rounded up to 16 bits, above the depth; 0 where there is no split.

@@ -3,7 +3,7 @@
 // triangles as they are now want them (`placement.rs`), as if the splits were taken back.
 
 /// As `progressive_record.wgsl` has them.
-@group(1) @binding(3) var<storage, read_write> touched: array<u32>;
+@group(1) @binding(1) var<storage, read_write> touched: array<u32>;
 
 const MIDDLE: f32 = 1e-5;
 const REACH: f32 = 4.0;
@@ -21,7 +21,7 @@ fn point_of(site: Site, number: u32) -> vec3<f32> {
     if at >= site.ring.w {
         return site.ends[at - site.ring.w];
     }
-    return now(stars[at] & NODE).point;
+    return now(star(at) & NODE).point;
 }
 
 /// The normal of a triangle by the root of its length.
@@ -53,10 +53,10 @@ fn coarsen(
     }
     let ring = ring_of(split);
     let start = starts[split];
-    let second = ring.w + stars[start + 3u];
+    let second = ring.w + star(start + 3u);
     let here = array(now(2u * split), now(2u * split + 1u));
     // Where in `stars` the triangles at its first vertex begin, at its second one, and where they end.
-    let spokes = vec3(ring.w, second, second + stars[start + 4u]);
+    let spokes = vec3(ring.w, second, second + star(start + 4u));
     let site = Site(ring, array(here[0].point, here[1].point));
     var quadrics: array<mat3x3<f32>, 2>;
     var sums: array<vec3<f32>, 2>;
@@ -69,8 +69,8 @@ fn coarsen(
         var sum = vec3(0.0);
         var edges = 0u;
         for (var k = spokes[side]; k < spokes[side + 1u]; k++) {
-            let after = stars[k] & 0xffffu;
-            let last = stars[k] >> 16u;
+            let after = star(k) & 0xffffu;
+            let last = star(k) >> 16u;
             let normal = root_normal(point_of(site, after) - own, point_of(site, last) - own);
             quadric += outer(normal, normal);
             sum += normal;
@@ -83,8 +83,8 @@ fn coarsen(
             }
         }
         for (var k = ring.x; k < ring.w; k++) {
-            if (stars[k] & (BORDER << side)) != 0u {
-                quadric += border((now(stars[k] & NODE).point - own) * work.scale);
+            if (star(k) & (BORDER << side)) != 0u {
+                quadric += border((now(star(k) & NODE).point - own) * work.scale);
             }
         }
         if edges == 1u {
@@ -139,8 +139,8 @@ fn coarsen(
     for (var side = 0u; side < 2u; side++) {
         let other = ring.w - ring.x + 1u - side;
         for (var k = spokes[side]; k < spokes[side + 1u]; k++) {
-            let after = stars[k] & 0xffffu;
-            let last = stars[k] >> 16u;
+            let after = star(k) & 0xffffu;
+            let last = star(k) >> 16u;
             if after != other && last != other {
                 normal += root_normal(point_of(site, after) - point, point_of(site, last) - point);
             }
@@ -148,7 +148,7 @@ fn coarsen(
     }
     let merged = Place(point, 1u, unit_or(normal, one.normal));
     for (var side = 0u; side < 2u; side++) {
-        notes[2u * split + side] = back(surroundings(beside(ring, side), array(one, merged)), here[side]);
+        set_note(2u * split + side, back(surroundings(beside(ring, side), array(one, merged)), here[side]));
     }
-    places[parent] = merged;
+    set_place(parent, merged);
 }

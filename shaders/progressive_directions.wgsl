@@ -12,18 +12,21 @@ struct Sizes {
 
 @group(0) @binding(3) var<storage, read> homes: array<u32>;
 /// As `progressive_write.wgsl` and `progressive_wedges.wgsl` have them.
-@group(1) @binding(2) var<storage, read_write> ranks: array<u32>;
-@group(1) @binding(3) var<storage, read_write> arguments: array<u32>;
+@group(1) @binding(1) var<storage, read_write> ranks: array<u32>;
+@group(1) @binding(2) var<storage, read_write> arguments: array<u32>;
+@group(1) @binding(3) var<storage, read_write> indices: array<u32>;
 @group(1) @binding(4) var<storage, read_write> list: array<u32>;
 @group(1) @binding(5) var<storage, read_write> wedge_values: array<f32>;
 /// Of vertices that are drawn, the nodes.
 @group(1) @binding(6) var<storage, read_write> nodes: array<u32>;
-/// Of those that have moved, where in `ring` what is beside them begins.
-@group(1) @binding(7) var<storage, read_write> starts: array<u32>;
-/// Nodes or `NOTHING`, with `LAST` where those of a vertex end.
+/// Of those that have moved, from where to where in `ring` their corners are.
+@group(1) @binding(7) var<storage, read_write> ends: array<vec2<u32>>;
+/// Corners of vertices, with `AFTER`.
 @group(1) @binding(8) var<storage, read_write> ring: array<u32>;
 var<immediate> sizes: Sizes;
 
+/// In place of a number: there is none.
+const NOTHING: u32 = 0xffffffffu;
 /// How much the map wants to be a turn.
 const NEARLY_FREE: f32 = 1e-3;
 
@@ -44,8 +47,13 @@ fn name_vertices(
         let split = node / 2u;
         let vertex = vertex_at(select(splits[split].vertex, split, node % 2u == 1u));
         nodes[vertex] = node;
-        starts[vertex] = NOTHING;
+        ends[vertex] = vec2(NOTHING);
     }
+}
+
+/// The node of the vertex so many corners after one.
+fn node_after(corner: u32, steps: u32) -> u32 {
+    return nodes[indices[corner - corner % 3u + (corner + steps) % 3u]];
 }
 
 fn direction(at: u32) -> vec3<f32> {
@@ -71,27 +79,29 @@ fn turn(
     }
     let vertex = vertex_at(homes[list[item]]);
     let own = nodes[vertex];
-    let place = places[own];
-    let start = starts[vertex];
+    let place = place_of(own);
+    let range = ends[vertex];
     // Wedges of vertices without triangles are not drawn.
-    if place.moved == 0u || start == NOTHING {
+    if place.moved == 0u || range.x == NOTHING {
         return;
     }
     let was = built(own);
     var fit = fit_of(array(was, place));
-    var end = start;
-    for (var is_last = false; !is_last; end++) {
-        is_last = ring[end] >= LAST;
-        let other = ring[end] & NOTHING;
-        if other != NOTHING {
-            meet(&fit, built(other), now(other));
+    for (var k = range.x; k < range.y; k++) {
+        for (var steps = 1u; steps < 3u; steps++) {
+            if (ring[k] & (AFTER << (steps - 1u))) != 0u {
+                let other = node_after(ring[k] & (AFTER - 1u), steps);
+                meet(&fit, built(other), now(other));
+            }
         }
     }
     find_middles(&fit);
-    for (var k = start; k < end; k++) {
-        let other = ring[k] & NOTHING;
-        if other != NOTHING {
-            weigh(&fit, built(other).point, now(other).point, 1.0);
+    for (var k = range.x; k < range.y; k++) {
+        for (var steps = 1u; steps < 3u; steps++) {
+            if (ring[k] & (AFTER << (steps - 1u))) != 0u {
+                let other = node_after(ring[k] & (AFTER - 1u), steps);
+                weigh(&fit, built(other).point, now(other).point, 1.0);
+            }
         }
     }
     let map = solved(&fit, NEARLY_FREE).map;

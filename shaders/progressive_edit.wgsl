@@ -26,11 +26,11 @@ struct Reached {
     lost: atomic<u32>,
 }
 
-@group(2) @binding(0) var<storage, read_write> reached: Reached;
+@group(3) @binding(0) var<storage, read_write> reached: Reached;
 /// Handles, then anchors.
-@group(2) @binding(1) var<storage, read> regions: array<Region>;
+@group(3) @binding(1) var<storage, read> regions: array<Region>;
 /// As `progressive_record.wgsl` has them.
-@group(2) @binding(2) var<storage, read_write> touched: array<u32>;
+@group(3) @binding(2) var<storage, read_write> touched: array<u32>;
 var<immediate> work: Call;
 
 fn influence(region: Region, point: vec3<f32>) -> f32 {
@@ -107,6 +107,6 @@ fn move_reached(
     let node = linear_item(group, groups, local);
     if is_shown(node, work.vertices) && (touched[node / 32u] >> (node % 32u) & 1u) == 1u {
         let place = now(node);
-        places[node] = moved(place, influence_sum(place.point));
+        set_place(node, moved(place, influence_sum(place.point)));
     }
 }

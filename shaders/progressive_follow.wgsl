@@ -1,4 +1,6 @@
 // import progressive_fit
+// import progressive_notes
+// import progressive_stars
 // How vertices follow those around them, at finer and coarser levels: the linear map that fits best, as
 // `Surroundings` of rust/lod.
 
@@ -13,11 +15,6 @@ struct Call {
 }
 
 @group(0) @binding(3) var<storage, read> order: array<u32>;
-@group(0) @binding(4) var<storage, read> starts: array<u32>;
-/// As `Stars` of rust/lod has them.
-@group(0) @binding(5) var<storage, read> stars: array<u32>;
-/// Of every node where it would have been built, if `moved` is 1.
-@group(1) @binding(2) var<storage, read_write> notes: array<Place>;
 var<immediate> work: Call;
 
 const RIGID: f32 = 5e-2;
@@ -28,9 +25,9 @@ const LEAST_TURN: f32 = 1e-4;
 fn ring_of(split: u32) -> vec4<u32> {
     let start = starts[split];
     let first = start + HEAD;
-    let both = first + stars[start];
-    let second = both + stars[start + 1u];
-    return vec4(first, both, second, second + stars[start + 2u]);
+    let both = first + star(start);
+    let second = both + star(start + 1u);
+    return vec4(first, both, second, second + star(start + 2u));
 }
 
 /// Those beside a vertex of the split.
@@ -42,11 +39,11 @@ fn beside(ring: vec4<u32>, side: u32) -> vec2<u32> {
 fn surroundings(range: vec2<u32>, vertex: array<Place, 2>) -> Surroundings {
     var fit = fit_of(vertex);
     for (var k = range.x; k < range.y; k++) {
-        meet(&fit, built(stars[k] & NODE), now(stars[k] & NODE));
+        meet(&fit, built(star(k) & NODE), now(star(k) & NODE));
     }
     find_middles(&fit);
     for (var k = range.x; k < range.y; k++) {
-        weigh(&fit, built(stars[k] & NODE).point, now(stars[k] & NODE).point, 1.0);
+        weigh(&fit, built(star(k) & NODE).point, now(star(k) & NODE).point, 1.0);
     }
     return solved(&fit, RIGID);
 }

@@ -1,4 +1,4 @@
-// import progressive
+// import progressive_edited
 // import octahedron
 // Where the vertices of an edited progressive mesh are, at every level. A vertex is told by its node: twice the number of
 // the split it comes from, and 1 if it is the second of that.
@@ -7,8 +7,6 @@
 @group(0) @binding(1) var<storage, read> inner: array<vec4<u32>>;
 @group(0) @binding(2) var<storage, read> leaves: array<vec4<u32>>;
 @group(1) @binding(0) var<storage, read_write> there: array<u32>;
-/// Of every node.
-@group(1) @binding(1) var<storage, read_write> places: array<Place>;
 
 fn is_there(vertex: u32) -> bool {
     return (there[vertex / 32u] >> (vertex % 32u) & 1u) == 1u;
@@ -30,7 +28,7 @@ fn built(node: u32) -> Place {
 
 /// Where it is.
 fn now(node: u32) -> Place {
-    let place = places[node];
+    let place = place_of(node);
     if place.moved == 1u {
         return place;
     }

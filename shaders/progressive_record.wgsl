@@ -1,15 +1,13 @@
-// import progressive
+// import progressive_notes
 // What an edit replaces, listed without gaps, so that it can be taken back and made again.
 
 /// Of every node whether its place is replaced, and then of every node whether its note is, a bit each.
 @group(0) @binding(0) var<storage, read> touched: array<u32>;
 /// How many there are before those of a word.
 @group(0) @binding(1) var<storage, read> ranks: array<u32>;
-@group(1) @binding(0) var<storage, read_write> places: array<Place>;
-@group(1) @binding(1) var<storage, read_write> notes: array<Place>;
 /// The numbers of bits, and what was there.
-@group(2) @binding(0) var<storage, read_write> numbers: array<u32>;
-@group(2) @binding(1) var<storage, read_write> values: array<Place>;
+@group(1) @binding(0) var<storage, read_write> numbers: array<u32>;
+@group(1) @binding(1) var<storage, read_write> values: array<Place>;
 /// How many words of places there are, or how many places were replaced.
 struct Call {
     words: u32,
@@ -20,9 +18,9 @@ var<immediate> work: Call;
 /// The place or note of a number.
 fn value_of(number: u32) -> Place {
     if number < 32u * work.words {
-        return places[number];
+        return place_of(number);
     }
-    return notes[number - 32u * work.words];
+    return note_of(number - 32u * work.words);
 }
 
 /// Lists what is marked.
@@ -59,9 +57,9 @@ fn swap(
     let number = numbers[item];
     let is = value_of(number);
     if number < 32u * work.words {
-        places[number] = values[item];
+        set_place(number, values[item]);
     } else {
-        notes[number - 32u * work.words] = values[item];
+        set_note(number - 32u * work.words, values[item]);
     }
     values[item] = is;
 }

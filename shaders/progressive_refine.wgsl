@@ -2,7 +2,7 @@
 // Where the vertices of splits of one depth go that are made: near an edit, where the vertices around take them.
 
 /// The vertices that there were.
-@group(1) @binding(3) var<storage, read_write> before: array<u32>;
+@group(1) @binding(1) var<storage, read_write> before: array<u32>;
 
 @compute @workgroup_size(GROUP)
 fn refine(
@@ -21,10 +21,10 @@ fn refine(
     }
     let ring = ring_of(split);
     let one = splits[split].parent;
-    let is_noted = notes[2u * split].moved == 1u;
-    var is_near = is_noted || places[one].moved == 1u;
+    let is_noted = note_of(2u * split).moved == 1u;
+    var is_near = is_noted || place_of(one).moved == 1u;
     for (var k = ring.x; k < ring.w && !is_near; k++) {
-        is_near = places[stars[k] & NODE].moved == 1u;
+        is_near = place_of(star(k) & NODE).moved == 1u;
     }
     let vertex = array(built(one), now(one));
     for (var side = 0u; side < 2u; side++) {
@@ -34,7 +34,7 @@ fn refine(
             let was = built(node);
             var origin = was;
             if is_noted {
-                origin = notes[node];
+                origin = note_of(node);
             }
             let followed = forward(surroundings(beside(ring, side), vertex), origin);
             let far = followed.point - was.point;
@@ -43,6 +43,6 @@ fn refine(
                 place = followed;
             }
         }
-        places[node] = place;
+        set_place(node, place);
     }
 }

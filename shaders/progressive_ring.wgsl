@@ -1,4 +1,4 @@
-// import progressive
+// import progressive_edited
 // import progressive_bits
 // What is beside vertices of a mesh that is marked and shown, if they have moved. A vertex has all leaves from its own up to
 // that of the next one, so that corners in the order of leaves are by vertices in every mesh: those of triangles that are
@@ -21,10 +21,9 @@ struct Sizes {
 @group(1) @binding(6) var<storage, read_write> list: array<u32>;
 /// Of vertices that are drawn, the nodes.
 @group(1) @binding(7) var<storage, read_write> nodes: array<u32>;
-@group(1) @binding(8) var<storage, read_write> places: array<Place>;
 /// As `progressive_directions.wgsl` has them.
-@group(1) @binding(9) var<storage, read_write> starts: array<u32>;
-@group(1) @binding(10) var<storage, read_write> ring: array<u32>;
+@group(1) @binding(8) var<storage, read_write> ends: array<vec2<u32>>;
+@group(1) @binding(9) var<storage, read_write> ring: array<u32>;
 var<immediate> sizes: Sizes;
 
 fn is_shown(triangle: u32) -> bool {
@@ -82,36 +81,32 @@ fn find_ring(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let item = linear_item(group, groups, local);
-    let rank = item / 2u;
+    let rank = linear_item(group, groups, local);
     let count = arguments[0];
     if rank >= count {
         return;
     }
-    let own = indices[list[rank]];
-    if places[nodes[own]].moved == 0u {
+    let corner = list[rank];
+    let own = indices[corner];
+    if place_of(nodes[own]).moved == 0u {
         return;
     }
-    let found = others(list[rank]);
-    let other = found[item % 2u];
-    var is_new = other != own;
+    let found = others(corner);
+    var is_new = found != vec2(own);
     var first = rank;
     while first > 0u && indices[list[first - 1u]] == own {
         first -= 1u;
-        is_new = is_new && !any(others(list[first]) == vec2(other));
-        if !is_new {
+        let met = others(list[first]);
+        is_new = is_new & (met.xx != found) & (met.yy != found);
+        if !any(is_new) {
             break;
         }
     }
-    if first == rank && item % 2u == 0u {
-        starts[own] = item;
+    if first == rank {
+        ends[own].x = rank;
     }
-    var bits = NOTHING;
-    if is_new {
-        bits = nodes[other];
+    if rank + 1u == count || indices[list[min(rank + 1u, count - 1u)]] != own {
+        ends[own].y = rank + 1u;
     }
-    if item % 2u == 1u && (rank + 1u == count || indices[list[min(rank + 1u, count - 1u)]] != own) {
-        bits |= LAST;
-    }
-    ring[item] = bits;
+    ring[rank] = corner | select(0u, AFTER, is_new.x) | select(0u, AFTER << 1u, is_new.y);
 }

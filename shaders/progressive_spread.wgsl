@@ -1,4 +1,5 @@
 // import progressive
+// import progressive_stars
 // What splits stand on is made too: those that the vertices around theirs come from. Splits of one depth do not stand on
 // each other, so that depth by depth, from the least, each is looked at once.
 
@@ -10,12 +11,9 @@ struct Depths {
 }
 
 @group(0) @binding(0) var<storage, read> splits: array<Split>;
-/// Splits by depth, the greatest first; where those of a depth begin; where what is around a split begins.
-@group(0) @binding(1) var<storage, read> order: array<u32>;
-@group(0) @binding(2) var<storage, read> depths: array<u32>;
-@group(0) @binding(3) var<storage, read> starts: array<u32>;
-/// As `Stars` of rust/lod has them.
-@group(0) @binding(4) var<storage, read> stars: array<u32>;
+/// Splits by depth, the greatest first, and where those of a depth begin.
+@group(2) @binding(0) var<storage, read> order: array<u32>;
+@group(2) @binding(1) var<storage, read> depths: array<u32>;
 @group(1) @binding(0) var<storage, read_write> there: array<atomic<u32>>;
 var<immediate> work: Depths;
 
@@ -25,7 +23,7 @@ fn spread_from(place: u32) {
         return;
     }
     let start = starts[split];
-    let count = stars[start] + stars[start + 1u] + stars[start + 2u];
+    let count = star(start) + star(start + 1u) + star(start + 2u);
     // The vertex that is split comes first.
     var node = splits[split].parent;
     for (var k = 0u; k <= count; k++) {
@@ -35,7 +33,7 @@ fn spread_from(place: u32) {
             atomicOr(&there[below / 32u], bit);
         }
         if k < count {
-            node = stars[start + HEAD + k] & NODE;
+            node = star(start + HEAD + k) & NODE;
         }
     }
 }

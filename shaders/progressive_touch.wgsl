@@ -1,4 +1,5 @@
 // import progressive
+// import progressive_stars
 // Which places an edit changes: of the vertices that it reaches, and at splits of one depth that have one of those near.
 // Splits of one depth do not touch each other, so that depth by depth, from the least, each is looked at once.
 
@@ -9,11 +10,8 @@ struct Depth {
 }
 
 @group(0) @binding(0) var<storage, read> splits: array<Split>;
-/// Splits by depth; where what is around a split begins.
-@group(0) @binding(1) var<storage, read> order: array<u32>;
-@group(0) @binding(2) var<storage, read> starts: array<u32>;
-/// As `Stars` of rust/lod has them.
-@group(0) @binding(3) var<storage, read> stars: array<u32>;
+/// Splits by depth.
+@group(2) @binding(0) var<storage, read> order: array<u32>;
 @group(1) @binding(0) var<storage, read_write> there: array<u32>;
 /// As `progressive_record.wgsl` has them.
 @group(1) @binding(1) var<storage, read_write> touched: array<atomic<u32>>;
@@ -39,10 +37,10 @@ fn touch(
     }
     let start = starts[split];
     let first = start + HEAD;
-    let end = first + stars[start] + stars[start + 1u] + stars[start + 2u];
+    let end = first + star(start) + star(start + 1u) + star(start + 2u);
     var is_near = is_touched(2u * split) || is_touched(2u * split + 1u);
     for (var k = first; k < end && !is_near; k++) {
-        is_near = is_touched(stars[k] & NODE);
+        is_near = is_touched(star(k) & NODE);
     }
     if is_near {
         let parent = splits[split].parent;

@@ -1,4 +1,4 @@
-// import progressive
+// import progressive_edited
 // import progressive_bits
 // import octahedron
 // Which vertices of a progressive mesh a view wants, and what those stand on.
@@ -20,8 +20,6 @@ struct View {
 @group(0) @binding(1) var<storage, read> inner: array<vec4<u32>>;
 /// How far what a split makes is from its vertex.
 @group(0) @binding(2) var<storage, read> extents: array<f32>;
-/// Of every node, where it is if it was edited; one of no node where nothing was.
-@group(0) @binding(3) var<storage, read> places: array<Place>;
 @group(1) @binding(0) var<storage, read_write> there: array<u32>;
 var<immediate> view: View;
 
@@ -33,9 +31,12 @@ fn wants(split: u32, error: f32) -> bool {
     var p = bitcast<vec3<f32>>(bits.xyz);
     var normal = octahedral_normal(bits.w);
     let node = splits[split].parent;
-    if node < arrayLength(&places) && places[node].moved == 1u {
-        p = places[node].point;
-        normal = places[node].normal;
+    if arrayLength(&places) > 1u {
+        let place = place_of(node);
+        if place.moved == 1u {
+            p = place.point;
+            normal = place.normal;
+        }
     }
     let extent = extents[split];
     for (var k = 0u; k < view.plane_count; k++) {

@@ -1,4 +1,4 @@
-// import progressive
+// import progressive_edited
 // import progressive_bits
 // import octahedron
 // The vertices and triangles of a mesh that is marked, without gaps, in buffers that are drawn.
@@ -26,8 +26,6 @@ struct Sizes {
 @group(1) @binding(5) var<storage, read_write> indices: array<u32>;
 /// The arguments of an indirect draw, and the number of vertices.
 @group(1) @binding(6) var<storage, read_write> arguments: array<u32>;
-/// Of every node, where it is if it was edited.
-@group(1) @binding(7) var<storage, read_write> places: array<Place>;
 var<immediate> sizes: Sizes;
 
 fn is_there(vertex: u32) -> bool {
@@ -112,7 +110,7 @@ fn write_vertices(
             bits = inner[child];
         }
         if sizes.is_edited == 1u {
-            let place = places[2u * split + side];
+            let place = place_of(2u * split + side);
             if place.moved == 1u {
                 bits = vec4(bitcast<vec3<u32>>(place.point), octahedral_bits(place.normal));
             }

@@ -75,7 +75,7 @@ RLV_API RlvResult rlv_device_level_set_view(RlvDeviceLevel level, const RlvLevel
 
 /* Mutating. Moves and turns regions of the mesh as it is now, also where that is made for a view. reached, which may be
  * NULL, is how many vertices are moved. The first edit takes 65 bytes a triangle of the finest mesh on the device, and
- * 41 more where there are normals or tangents among attributes. Fails, and changes nothing, if no vertex is in a region or a
+ * 31 more where there are normals or tangents among attributes. Fails, and changes nothing, if no vertex is in a region or a
  * number is out of its range, and with RLV_ERROR_UNSUPPORTED if there are such and a vertex has more than 4,096 triangles. */
 RLV_API RlvResult rlv_device_level_edit(RlvDeviceLevel level, const RlvLevelEdit *edit, size_t *reached);
 

@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Context, Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
+use relievo_gpu::{Access, Bindings, Buffer, GROUP, Kernel, KernelSpec, Pass, groups};
 
-use super::{SplitBlock, by_depth};
+use super::windows::Windows;
+use super::{DeviceHierarchy, by_depth};
 use crate::progressive::active::ActiveMesh;
 use crate::progressive::cut::Cut;
 use crate::progressive::hierarchy::Progressive;
@@ -93,13 +94,16 @@ pub struct DeviceAround {
     pub ends: Vec<u32>,
     depths: Buffer<u32>,
     /// Of every split where its numbers begin in `stars`.
-    pub starts: Buffer<u32>,
+    starts: Buffer<u32>,
     /// As [`Stars`] has them, with [`BORDER`].
-    pub stars: Buffer<u32>,
+    stars: Windows<u32, 3>,
+    /// Of both, as in `progressive_stars.wgsl`.
+    pub around: Bindings,
     pub extents: Buffer<f32>,
     steps: Vec<Step>,
     kernels: [Arc<Kernel>; 2],
-    bindings: Bindings,
+    splits: Bindings,
+    by_depth: Bindings,
 }
 
 /// A dispatch of the closure.
@@ -114,44 +118,46 @@ struct Step {
 
 impl DeviceAround {
     /// Of a mesh whose splits are on the device.
-    pub fn new(
-        context: &Context,
-        device: &Device,
-        (mesh, blocks): (&Arc<Progressive>, &Buffer<SplitBlock>),
-        extents: &Extents,
-    ) -> Result<Self> {
+    pub fn new(context: &Context, whole: &DeviceHierarchy, mesh: &Arc<Progressive>, extents: &Extents) -> Result<Self> {
         if extents.0.len() != mesh.vertex_count() {
             return Err(Error::invalid("they are of another mesh").at("extents"));
         }
-        let splits = by_depth(mesh);
+        let (device, splits) = (&whole.device, by_depth(mesh));
         let Around { starts, numbers, depths: levels } = Around::new(context, mesh, &splits)?;
         let order: Vec<u32> = splits.iter().map(|(_, split)| *split).collect();
         let ends: Vec<u32> = levels.iter().map(|level| level.0).chain([order.len() as u32]).collect();
+        let order = Buffer::of(device, "splits by depth", &order)?;
+        let depths = Buffer::of(device, "depths", &ends)?;
+        let starts = Buffer::of(device, "starts of stars", &starts)?;
+        let stars = Windows::of(device, "stars", &numbers, whole.window)?;
+        let buffers = [&[starts.wgpu()], &stars.wgpu()[..]].concat();
+        let around = device.bind_as(&[Access::Read; 4], &buffers)?;
         let kernel = |entry| {
             device.kernel(&KernelSpec {
                 module: "progressive_spread",
                 entry,
-                groups: &[&[Access::Read; 5], &[Access::Write]],
+                groups: &[&[Access::Read], &[Access::Write], &[Access::Read; 2], &[Access::Read; 4]],
                 immediates: size_of::<Depths>() as u32,
-                constants: &[],
+                constants: &[("STARS", stars.size())],
             })
         };
         let kernels = [kernel("spread")?, kernel("spread_all")?];
-        let order = Buffer::of(device, "splits by depth", &order)?;
-        let depths = Buffer::of(device, "depths", &ends)?;
-        let starts = Buffer::of(device, "starts of stars", &starts)?;
-        let stars = Buffer::of(device, "stars", &numbers)?;
-        let buffers = [blocks.wgpu(), order.wgpu(), depths.wgpu(), starts.wgpu(), stars.wgpu()];
-        let bindings = device.bind(&kernels[0], 0, &buffers)?;
+        let blocks = device.bind(&kernels[0], 0, &[whole.splits.wgpu()])?;
+        let by_depth = device.bind(&kernels[0], 2, &[order.wgpu(), depths.wgpu()])?;
         let extents = Buffer::of(device, "extents", &extents.0)?;
         let rings: Vec<u32> = levels.iter().map(|level| level.1).collect();
         let steps = steps(&ends, &rings);
-        Ok(Self { order, ends, depths, starts, stars, extents, steps, kernels, bindings })
+        Ok(Self { order, ends, depths, starts, stars, around, extents, steps, kernels, splits: blocks, by_depth })
     }
 
     /// Bytes on the device.
     pub fn bytes(&self) -> usize {
-        4 * (self.order.len() + self.depths.len() + self.starts.len() + self.stars.len() + self.extents.len())
+        4 * (self.order.len() + self.depths.len() + self.starts.len() + self.extents.len()) + self.stars.bytes()
+    }
+
+    /// What kernels are told of the bindings of what is around.
+    pub fn constants(&self) -> [(&'static str, f64); 1] {
+        [("STARS", self.stars.size())]
     }
 
     /// Records the closure of what is marked in `there`.
@@ -162,7 +168,7 @@ impl DeviceAround {
                 0 => (several, [1, 1, 1]),
                 splits => (one, groups(splits.div_ceil(GROUP))),
             };
-            pass.run(kernel, &[&self.bindings, there], bytemuck::bytes_of(depths), size)?;
+            pass.run(kernel, &[&self.splits, there, &self.by_depth, &self.around], bytemuck::bytes_of(depths), size)?;
         }
         Ok(())
     }

@@ -9,15 +9,15 @@ use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, Scan};
 
 use super::DeviceHierarchy;
-use super::edits::Place;
 use super::level::blocks;
+use super::places::Places;
 use super::wedges::LevelWedges;
 use crate::connectivity::NONE;
 use crate::progressive::hierarchy::Progressive;
 use crate::progressive::wedges::WedgeTrees;
 
-/// In place of a number: none, as in `progressive.wgsl`.
-const NOTHING: u32 = u32::MAX >> 1;
+/// In place of a number: none, as in `progressive_directions.wgsl`.
+const NOTHING: u32 = u32::MAX;
 /// Triangles of a vertex at most: a kernel goes round them some five times.
 const MOST: u32 = 4096;
 
@@ -65,8 +65,10 @@ impl DeviceDirections {
             leaves.iter().for_each(|leaf| starts[*leaf as usize + 1] += 1);
         }
         let most = starts.iter().copied().max().unwrap_or_default();
-        for leaf in 1..starts.len() {
-            starts[leaf] += starts[leaf - 1];
+        let mut sum = 0;
+        for start in &mut starts {
+            sum += *start;
+            *start = sum;
         }
         let mut order = vec![0; corners.len()];
         for (corner, leaf) in corners.iter().enumerate().filter(|(_, leaf)| **leaf != NONE) {
@@ -87,7 +89,7 @@ impl DeviceDirections {
     }
 }
 
-/// What a mesh on a device has for directions: 41 bytes a triangle of the finest.
+/// What a mesh on a device has for directions: 31 bytes a triangle of the finest.
 #[derive(Debug)]
 pub struct LevelDirections {
     call: DirectionsCall,
@@ -98,6 +100,7 @@ pub struct LevelDirections {
     around: [Arc<Kernel>; 3],
     turn: [Arc<Kernel>; 2],
     bindings: [[Bindings; 2]; 2],
+    places: Bindings,
 }
 
 impl LevelDirections {
@@ -110,7 +113,7 @@ impl LevelDirections {
         wedges: &LevelWedges,
         [there, ranks, shown, shown_ranks]: &[Buffer<u32>; 4],
         [indices, arguments]: [&Buffer<u32>; 2],
-        places: &Buffer<Place>,
+        places: &Places,
     ) -> Result<Self> {
         if directions.most > MOST {
             let error = format!(
@@ -122,18 +125,19 @@ impl LevelDirections {
         let (device, triangles) = (&whole.device, whole.triangles);
         let buffer = |label, count| Buffer::<u32>::new(device, label, count);
         let nodes = buffer("nodes of vertices", whole.vertices)?;
-        let starts = buffer("starts of rings", whole.vertices)?;
+        let ends = Buffer::<[u32; 2]>::new(device, "ends of rings", whole.vertices)?;
         let corners = buffer("corners shown", (3 * triangles).div_ceil(32))?;
         let corner_ranks = buffer("ranks of corners", (3 * triangles).div_ceil(32))?;
         let list = buffer("list of corners", 3 * triangles)?;
-        let ring = buffer("rings", 6 * triangles)?;
+        let ring = buffer("rings", 3 * triangles)?;
+        let constants = &places.constants();
         let kernel = |module, entry, groups: &[&[Access]], immediates: usize| {
-            device.kernel(&KernelSpec { module, entry, groups, immediates: immediates as u32, constants: &[] })
+            device.kernel(&KernelSpec { module, entry, groups, immediates: immediates as u32, constants })
         };
-        let rings: &[&[Access]] = &[&[Access::Read], &[Access::Write; 11]];
+        let rings: &[&[Access]] = &[&[Access::Read], &[Access::Write; 10], &[Access::Write; 2]];
         let find = |entry| kernel("progressive_ring", entry, rings, size_of::<RingCall>());
         let around = [find("mark_corners")?, find("list_corners")?, find("find_ring")?];
-        let turns: &[&[Access]] = &[&[Access::Read; 4], &[Access::Write; 9]];
+        let turns: &[&[Access]] = &[&[Access::Read; 4], &[Access::Write; 9], &[Access::Write; 2]];
         let turn = |entry| kernel("progressive_directions", entry, turns, size_of::<DirectionsCall>());
         let turn = [turn("name_vertices")?, turn("turn")?];
         let finding = [
@@ -145,20 +149,19 @@ impl LevelDirections {
             corner_ranks.wgpu(),
             list.wgpu(),
             nodes.wgpu(),
-            places.wgpu(),
-            starts.wgpu(),
+            ends.wgpu(),
             ring.wgpu(),
         ];
         let built = [whole.splits.wgpu(), whole.inner.wgpu(), whole.leaves.wgpu(), directions.homes.wgpu()];
         let turning = [
             there.wgpu(),
-            places.wgpu(),
             ranks.wgpu(),
             arguments.wgpu(),
+            indices.wgpu(),
             wedges.list.wgpu(),
             wedges.values.wgpu(),
             nodes.wgpu(),
-            starts.wgpu(),
+            ends.wgpu(),
             ring.wgpu(),
         ];
         let bindings = [
@@ -166,7 +169,16 @@ impl LevelDirections {
             [device.bind(&turn[0], 0, &built)?, device.bind(&turn[0], 1, &turning)?],
         ];
         let scan = Scan::new(device, &corner_ranks, arguments)?;
-        Ok(Self { call: directions.call, triangles, wedges: wedges.count(), scan, around, turn, bindings })
+        Ok(Self {
+            call: directions.call,
+            triangles,
+            wedges: wedges.count(),
+            scan,
+            around,
+            turn,
+            bindings,
+            places: places.bindings.clone(),
+        })
     }
 
     /// Records that directions turn of what is written as it was built.
@@ -177,16 +189,17 @@ impl LevelDirections {
         let call = RingCall { triangles: self.triangles as u32 };
         let [order, found] = &self.bindings[0];
         let around = |pass: &mut Pass<'_>, kernel: &Kernel, items: usize| {
-            pass.run(kernel, &[order, found], bytemuck::bytes_of(&call), blocks(items))
+            pass.run(kernel, &[order, found, &self.places], bytemuck::bytes_of(&call), blocks(items))
         };
         let [built, state] = &self.bindings[1];
         let own = bytemuck::bytes_of(&self.call);
+        let state = [built, state, &self.places];
         around(pass, mark, corners)?;
         self.scan.run(pass, corners.div_ceil(32) as u32)?;
         around(pass, list, corners)?;
-        pass.run(name, &[built, state], own, blocks(2 * self.call.vertices as usize))?;
-        around(pass, find, 2 * corners)?;
-        pass.run(turn, &[built, state], own, blocks(self.wedges))
+        pass.run(name, &state, own, blocks(2 * self.call.vertices as usize))?;
+        around(pass, find, corners)?;
+        pass.run(turn, &state, own, blocks(self.wedges))
     }
 }
 

@@ -10,35 +10,11 @@ use relievo_gpu::{Access, Bindings, Buffer, GROUP, Kernel, KernelSpec, Pass, gro
 
 use super::DeviceHierarchy;
 use super::around::DeviceAround;
+use super::places::{Place, Places};
 use super::records::{Record, Records};
+use super::windows::Windows;
 use crate::progressive::handle::{Edit, Handle, Region};
 use crate::progressive::moves::LEAST_MOVE;
-use crate::progressive::place;
-
-/// As in `progressive.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct Place {
-    point: [f32; 3],
-    moved: u32,
-    normal: [f32; 3],
-    padding: u32,
-}
-
-impl Place {
-    /// Of a node, if it is elsewhere than it was built.
-    pub fn of(place: Option<place::Place>) -> Self {
-        let moved = u32::from(place.is_some());
-        let place::Place { point, normal } = place.unwrap_or_default();
-        Self { point: point.to_array(), moved, normal: normal.to_array(), padding: 0 }
-    }
-
-    /// Where it is, if it is elsewhere.
-    pub fn get(&self) -> Option<place::Place> {
-        let place = place::Place { point: self.point.into(), normal: self.normal.into() };
-        (self.moved == 1).then_some(place)
-    }
-}
 
 /// As in `progressive_edit.wgsl`.
 #[repr(C)]
@@ -82,10 +58,9 @@ struct FollowCall {
 /// What was edited.
 #[derive(Debug)]
 pub struct Edits {
-    /// Of nodes.
-    pub places: Buffer<Place>,
+    pub places: Places,
     /// Of nodes, where they would have been built.
-    pub notes: Buffer<Place>,
+    pub notes: Windows<Place, 2>,
     before: Buffer<u32>,
     reached: Buffer<u32>,
     /// Of the vertices before, for kernels that mark.
@@ -95,8 +70,13 @@ pub struct Edits {
     touch: Arc<Kernel>,
     refine: Arc<Kernel>,
     coarsen: Arc<Kernel>,
+    /// Of what is built, with splits by their depths or without; of splits alone, and their order alone.
+    built: [Bindings; 2],
+    splits: [Bindings; 2],
     /// Of edits, of what they touch, of refining and of coarsening.
-    bindings: [[Bindings; 2]; 4],
+    states: [Bindings; 4],
+    /// What is around splits.
+    stars: Bindings,
 }
 
 /// An edit that is to be made.
@@ -114,36 +94,58 @@ impl Edits {
     /// Nothing is edited yet. `there` says which vertices there are.
     pub fn new(hierarchy: &DeviceHierarchy, around: &DeviceAround, there: &Buffer<u32>) -> Result<Self> {
         let device = &hierarchy.device;
-        let places = Buffer::new(device, "places", 2 * hierarchy.vertices)?;
-        let notes = Buffer::new(device, "notes of splits", 2 * hierarchy.vertices)?;
+        let places = Places::new(hierarchy)?;
+        let notes = Windows::<Place, 2>::new(device, "notes of splits", 2 * hierarchy.vertices, hierarchy.window)?;
+        let (of_places, of_stars) = (places.constants(), around.constants());
+        let both = [of_places, of_stars].concat();
         let before = Buffer::new(device, "vertices before", there.len())?;
         let reached = Buffer::new(device, "reached", 2)?;
-        let kernel = |module, entry, groups: &[&[Access]], immediates: usize| {
-            device.kernel(&KernelSpec { module, entry, groups, immediates: immediates as u32, constants: &[] })
+        let kernel = |module, entry, groups: &[&[Access]], immediates: usize, constants: &[(&str, f64)]| {
+            device.kernel(&KernelSpec { module, entry, groups, immediates: immediates as u32, constants })
         };
         let (read, write) = (Access::Read, Access::Write);
-        let edited: &[&[Access]] = &[&[read; 3], &[write; 2], &[write, read, write]];
-        let edit = |entry| kernel("progressive_edit", entry, edited, size_of::<EditCall>());
+        let edited: &[&[Access]] = &[&[read; 3], &[write], &[write; 2], &[write, read, write]];
+        let edit = |entry| kernel("progressive_edit", entry, edited, size_of::<EditCall>(), &of_places);
         let reach = [edit("reach")?, edit("move_reached")?];
-        let touch = kernel("progressive_touch", "touch", &[&[read; 4], &[write; 2]], size_of::<DepthCall>())?;
-        let follow = |module, entry| kernel(module, entry, &[&[read; 6], &[write; 4]], size_of::<FollowCall>());
+        let near: &[&[Access]] = &[&[read], &[write; 2], &[read], &[read; 4]];
+        let touch = kernel("progressive_touch", "touch", near, size_of::<DepthCall>(), &of_stars)?;
+        let followed: &[&[Access]] = &[&[read; 4], &[write; 4], &[write; 2], &[read; 4]];
+        let follow = |module, entry| kernel(module, entry, followed, size_of::<FollowCall>(), &both);
         let refine = follow("progressive_refine", "refine")?;
         let coarsen = follow("progressive_coarsen", "coarsen")?;
         let built = [hierarchy.splits.wgpu(), hierarchy.inner.wgpu(), hierarchy.leaves.wgpu()];
         let [splits, inner, leaves] = built;
-        let [order, starts, stars] = [around.order.wgpu(), around.starts.wgpu(), around.stars.wgpu()];
-        let all = [splits, inner, leaves, order, starts, stars];
+        let order = around.order.wgpu();
         let records = Records::new(hierarchy, &places, &notes)?;
         let touched = records.touched.wgpu();
-        let (there, places_of, notes_of) = (there.wgpu(), places.wgpu(), notes.wgpu());
-        let bindings = [
-            [device.bind(&reach[0], 0, &built)?, device.bind(&reach[0], 1, &[there, places_of])?],
-            [device.bind(&touch, 0, &[splits, order, starts, stars])?, device.bind(&touch, 1, &[there, touched])?],
-            [device.bind(&refine, 0, &all)?, device.bind(&refine, 1, &[there, places_of, notes_of, before.wgpu()])?],
-            [device.bind(&coarsen, 0, &all)?, device.bind(&coarsen, 1, &[there, places_of, notes_of, touched])?],
+        let there = there.wgpu();
+        let [one, more] = notes.wgpu();
+        let states = [
+            device.bind(&reach[0], 1, &[there])?,
+            device.bind(&touch, 1, &[there, touched])?,
+            device.bind(&refine, 1, &[there, before.wgpu(), one, more])?,
+            device.bind(&coarsen, 1, &[there, touched, one, more])?,
         ];
+        let built = [device.bind(&reach[0], 0, &built)?, device.bind(&refine, 0, &[splits, inner, leaves, order])?];
+        let splits = [device.bind(&touch, 0, &[splits])?, device.bind(&touch, 2, &[order])?];
+        let stars = around.around.clone();
         let marking = device.bind_as(&[write; 2], &[before.wgpu(), reached.wgpu()])?;
-        Ok(Self { places, notes, before, reached, marking, records, reach, touch, refine, coarsen, bindings })
+        Ok(Self {
+            places,
+            notes,
+            before,
+            reached,
+            marking,
+            records,
+            reach,
+            touch,
+            refine,
+            coarsen,
+            built,
+            splits,
+            states,
+            stars,
+        })
     }
 
     /// Finds what an edit reaches of the vertices that there are, and what it replaces at coarser levels, and waits for it.
@@ -160,7 +162,7 @@ impl Edits {
         let blocks: Vec<RegionBlock> = handles.chain(edit.anchors.iter().map(held)).collect();
         let regions = Buffer::of(device, "regions", &blocks)?;
         let touched = &self.records.touched;
-        let regions = device.bind(&self.reach[0], 2, &[self.reached.wgpu(), regions.wgpu(), touched.wgpu()])?;
+        let regions = device.bind(&self.reach[0], 3, &[self.reached.wgpu(), regions.wgpu(), touched.wgpu()])?;
         let call = EditCall {
             vertices: hierarchy.vertices as u32,
             handles: edit.handles.len() as u32,
@@ -170,13 +172,14 @@ impl Edits {
         frame.clear(&self.reached);
         frame.clear(touched);
         let mut pass = frame.pass("reach");
-        let [built, state] = &self.bindings[0];
-        pass.run(&self.reach[0], &[built, state, &regions], bytemuck::bytes_of(&call), nodes(hierarchy))?;
-        let [splits, state] = &self.bindings[1];
+        let bindings = [&self.built[0], &self.states[0], &self.places.bindings, &regions];
+        pass.run(&self.reach[0], &bindings, bytemuck::bytes_of(&call), nodes(hierarchy))?;
+        let [splits, order] = &self.splits;
+        let near = [splits, &self.states[1], order, &self.stars];
         for depth in ends.windows(2).rev() {
             let depth = DepthCall { first: depth[0], count: depth[1] - depth[0] };
             let size = groups(depth.count.div_ceil(GROUP));
-            pass.run(&self.touch, &[splits, state], bytemuck::bytes_of(&depth), size)?;
+            pass.run(&self.touch, &near, bytemuck::bytes_of(&depth), size)?;
         }
         self.records.count(&mut pass)?;
         drop(pass);
@@ -203,9 +206,8 @@ impl Edits {
         reaching: &Reaching,
     ) -> Result<()> {
         self.records.keep(pass, &reaching.record)?;
-        let [built, state] = &self.bindings[0];
-        let call = bytemuck::bytes_of(&reaching.call);
-        pass.run(&self.reach[1], &[built, state, &reaching.regions], call, nodes(hierarchy))?;
+        let bindings = [&self.built[0], &self.states[0], &self.places.bindings, &reaching.regions];
+        pass.run(&self.reach[1], &bindings, bytemuck::bytes_of(&reaching.call), nodes(hierarchy))?;
         self.follow(pass, hierarchy, ends, false)
     }
 
@@ -226,8 +228,8 @@ impl Edits {
 
     /// Records that finer levels follow, or coarser ones an edit, depth by depth.
     fn follow(&self, pass: &mut Pass<'_>, hierarchy: &DeviceHierarchy, ends: &[u32], is_finer: bool) -> Result<()> {
-        let (kernel, [built, state]) =
-            if is_finer { (&self.refine, &self.bindings[2]) } else { (&self.coarsen, &self.bindings[3]) };
+        let (kernel, state) = if is_finer { (&self.refine, &self.states[2]) } else { (&self.coarsen, &self.states[3]) };
+        let bindings = [&self.built[1], state, &self.places.bindings, &self.stars];
         let depths = ends.windows(2).map(|ends| FollowCall {
             first: ends[0],
             count: ends[1] - ends[0],
@@ -237,7 +239,7 @@ impl Edits {
         let depths: Vec<_> = if is_finer { depths.collect() } else { depths.rev().collect() };
         for call in depths {
             let size = groups(call.count.div_ceil(GROUP));
-            pass.run(kernel, &[built, state], bytemuck::bytes_of(&call), size)?;
+            pass.run(kernel, &bindings, bytemuck::bytes_of(&call), size)?;
         }
         Ok(())
     }
@@ -276,12 +278,6 @@ mod tests {
 
     #[test]
     fn layouts_are_those_of_the_shaders() {
-        let place = [
-            ("point", offset_of!(Place, point)),
-            ("moved", offset_of!(Place, moved)),
-            ("normal", offset_of!(Place, normal)),
-        ];
-        assert_layout("progressive", "Place", size_of::<Place>(), &place);
         let region = [
             ("center", offset_of!(RegionBlock, center)),
             ("radius", offset_of!(RegionBlock, radius)),

@@ -44,7 +44,7 @@ fn nothing_yet() -> Error {
 impl DeviceLevel {
     /// Moves and turns regions of this mesh, also where it was made for a view, and waits until it is known what is reached;
     /// finer and coarser levels follow when it becomes those. Returns how many vertices were reached. With the first edit it
-    /// takes 65 bytes a triangle more, 106 with normals or tangents among attributes, and with each 36 bytes for every place of a vertex that it changes, at any level.
+    /// takes 65 bytes a triangle more, 96 with normals or tangents among attributes, and with each 36 bytes for every place of a vertex that it changes, at any level.
     /// Fails as [`ActiveMesh::edit`](crate::progressive::ActiveMesh::edit), and if the progressive mesh was not sent with
     /// what edits need, or has normals or tangents among attributes and a vertex of more than 4,096 triangles; nothing has
     /// changed then but that it is at rest.

@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Frame, GROUP, Kernel, KernelSpec, Pass, Scan, groups, wgpu};
+use relievo_gpu::{Access, Bindings, Buffer, Frame, GROUP, Kernel, KernelSpec, Pass, Scan, groups};
 
 use super::around::DeviceAround;
 use super::directions::LevelDirections;
-use super::edits::{Edits, Place};
+use super::edits::Edits;
 use super::history::{DeviceFront, History};
+use super::places::Places;
 use super::wedges::LevelWedges;
 use super::{DeviceHierarchy, Vertex};
 use crate::progressive::cut::Cut;
@@ -62,6 +63,8 @@ pub struct DeviceLevel {
     marking: [Bindings; 2],
     write: [Arc<Kernel>; 3],
     writing: [Bindings; 2],
+    /// Where vertices are that were edited.
+    edited: Bindings,
     /// For views.
     want: Option<(Arc<Kernel>, Bindings)>,
     /// Whether all vertices of the finest mesh are where edits have put them.
@@ -102,14 +105,16 @@ impl DeviceLevel {
         let vertices = Buffer::new(device, "level vertices", hierarchy.vertices.max(1))?;
         let indices = buffer("level indices", 3 * hierarchy.triangles.max(1))?;
         let arguments = buffer("level arguments", 7)?;
-        let kernel = |module, entry, groups: &[&[Access]], immediates: usize| {
-            device.kernel(&KernelSpec { module, entry, groups, immediates: immediates as u32, constants: &[] })
+        let kernel = |module, entry, groups: &[&[Access]], immediates: usize, constants: &[(&str, f64)]| {
+            device.kernel(&KernelSpec { module, entry, groups, immediates: immediates as u32, constants })
         };
+        let nothing = Places::none(hierarchy)?;
+        let constants = nothing.constants();
         let marks: &[&[Access]] = &[&[Access::Read], &[Access::Write; 2]];
-        let mark = |entry| kernel("progressive_mark", entry, marks, size_of::<CutCall>());
+        let mark = |entry| kernel("progressive_mark", entry, marks, size_of::<CutCall>(), &[]);
         let mark = [mark("mark")?, mark("count")?];
-        let writes: &[&[Access]] = &[&[Access::Read; 5], &[Access::Write; 8]];
-        let write = |entry| kernel("progressive_write", entry, writes, size_of::<SizesCall>());
+        let writes: &[&[Access]] = &[&[Access::Read; 5], &[Access::Write; 7], &[Access::Write; 2]];
+        let write = |entry| kernel("progressive_write", entry, writes, size_of::<SizesCall>(), &constants);
         let write = [write("show")?, write("write_triangles")?, write("write_vertices")?];
         let whole = hierarchy.as_ref();
         let marking = [
@@ -118,20 +123,28 @@ impl DeviceLevel {
         ];
         let read =
             [whole.splits.wgpu(), whole.inner.wgpu(), whole.leaves.wgpu(), whole.makers.wgpu(), whole.corners.wgpu()];
-        let nothing = Buffer::<Place>::new(device, "no places", 1)?;
         let buffers = [there, ranks, shown, shown_ranks];
-        let written = written(&buffers, &vertices, &indices, &arguments, &nothing);
-        let writing = [device.bind(&write[0], 0, &read)?, device.bind(&write[0], 1, &written)?];
         let [there, ranks, shown, shown_ranks] = &buffers;
+        let written = [
+            there.wgpu(),
+            ranks.wgpu(),
+            shown.wgpu(),
+            shown_ranks.wgpu(),
+            vertices.wgpu(),
+            indices.wgpu(),
+            arguments.wgpu(),
+        ];
+        let writing = [device.bind(&write[0], 0, &read)?, device.bind(&write[0], 1, &written)?];
         let wedges = whole.wedges.as_ref();
         let wedges = wedges.map(|trees| LevelWedges::new(whole, trees, [there, shown, shown_ranks], &arguments));
         let wedges = wedges.transpose()?;
         let want = match &whole.around {
             None => None,
             Some(around) => {
-                let groups: &[&[Access]] = &[&[Access::Read; 4], &[Access::Write]];
-                let kernel = kernel("progressive_view", "want", groups, size_of::<ViewCall>())?;
-                let bindings = wanting(whole, around, &kernel, &nothing)?;
+                let groups: &[&[Access]] = &[&[Access::Read; 3], &[Access::Write], &[Access::Write; 2]];
+                let kernel = kernel("progressive_view", "want", groups, size_of::<ViewCall>(), &constants)?;
+                let buffers = [whole.splits.wgpu(), whole.inner.wgpu(), around.extents.wgpu()];
+                let bindings = device.bind(&kernel, 0, &buffers)?;
                 Some((kernel, bindings))
             }
         };
@@ -147,6 +160,7 @@ impl DeviceLevel {
             marking,
             write,
             writing,
+            edited: nothing.bindings,
             want,
             is_followed: true,
             buffers,
@@ -275,7 +289,7 @@ impl DeviceLevel {
             edits.refine(&mut frame.pass("follow"), &self.hierarchy, &around.ends)?;
         }
         let mut pass = frame.pass("adapt");
-        pass.run(want, &[bindings, &self.marked], bytemuck::bytes_of(&call), size)?;
+        pass.run(want, &[bindings, &self.marked, &self.edited], bytemuck::bytes_of(&call), size)?;
         around.close(&mut pass, &self.marked)?;
         self.write(&mut pass)?;
         drop(pass);
@@ -297,11 +311,7 @@ impl DeviceLevel {
         let directions = directions
             .map(|(given, wedges)| LevelDirections::new(whole, given, wedges, &self.buffers, drawn, &edits.places))
             .transpose()?;
-        let written = written(&self.buffers, &self.vertices, &self.indices, &self.arguments, &edits.places);
-        self.writing[1] = self.hierarchy.device.bind(&self.write[0], 1, &written)?;
-        if let Some((kernel, bindings)) = &mut self.want {
-            *bindings = wanting(&self.hierarchy, around, kernel, &edits.places)?;
-        }
+        self.edited = edits.places.bindings.clone();
         self.directions = directions;
         self.edits = Some(edits);
         Ok(())
@@ -319,44 +329,14 @@ impl DeviceLevel {
         let call = SizesCall { vertices: vertices as u32, triangles: triangles as u32, is_edited };
         let call = bytemuck::bytes_of(&call);
         let [read, written] = &self.writing;
-        pass.run(&self.write[0], &[read, written], call, blocks(triangles))?;
+        let bindings = [read, written, &self.edited];
+        pass.run(&self.write[0], &bindings, call, blocks(triangles))?;
         self.shown_ranks.run(pass, triangles.div_ceil(32) as u32)?;
-        pass.run(&self.write[1], &[read, written], call, blocks(triangles))?;
-        pass.run(&self.write[2], &[read, written], call, blocks(vertices))?;
+        pass.run(&self.write[1], &bindings, call, blocks(triangles))?;
+        pass.run(&self.write[2], &bindings, call, blocks(vertices))?;
         self.wedges.as_ref().map_or(Ok(()), |wedges| wedges.write(pass))?;
         self.directions.as_ref().map_or(Ok(()), |directions| directions.turn(pass))
     }
-}
-
-/// What views ask, as it is bound; `places` are those of edited nodes, if there are any.
-fn wanting(
-    whole: &DeviceHierarchy,
-    around: &DeviceAround,
-    kernel: &Kernel,
-    places: &Buffer<Place>,
-) -> Result<Bindings> {
-    let buffers = [whole.splits.wgpu(), whole.inner.wgpu(), around.extents.wgpu(), places.wgpu()];
-    whole.device.bind(kernel, 0, &buffers)
-}
-
-/// What is written, as it is bound.
-fn written<'a>(
-    [there, ranks, shown, shown_ranks]: &'a [Buffer<u32>; 4],
-    vertices: &'a Buffer<Vertex>,
-    indices: &'a Buffer<u32>,
-    arguments: &'a Buffer<u32>,
-    places: &'a Buffer<Place>,
-) -> [&'a wgpu::Buffer; 8] {
-    [
-        there.wgpu(),
-        ranks.wgpu(),
-        shown.wgpu(),
-        shown_ranks.wgpu(),
-        vertices.wgpu(),
-        indices.wgpu(),
-        arguments.wgpu(),
-        places.wgpu(),
-    ]
 }
 
 /// Workgroups for so many items.

@@ -4,11 +4,14 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::Result;
-use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, Readback, Scan, groups};
+use relievo_gpu::{
+    Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, Readback, Scan, groups, wgpu,
+};
 
 use super::DeviceHierarchy;
-use super::edits::Place;
 use super::level::CutCall;
+use super::places::{Place, Places};
+use super::windows::Windows;
 
 /// As in `progressive_record.wgsl`.
 #[repr(C)]
@@ -29,7 +32,9 @@ pub struct Records {
     count: Arc<Kernel>,
     keep: [Arc<Kernel>; 2],
     counted: [Bindings; 2],
-    listed: [Bindings; 2],
+    listed: Bindings,
+    places: Bindings,
+    notes: [wgpu::Buffer; 2],
 }
 
 /// What an edit has replaced: 36 bytes for each place.
@@ -41,27 +46,27 @@ pub struct Record {
 
 impl Records {
     /// Of the places and notes of nodes.
-    pub fn new(hierarchy: &DeviceHierarchy, places: &Buffer<Place>, notes: &Buffer<Place>) -> Result<Self> {
+    pub fn new(hierarchy: &DeviceHierarchy, places: &Places, notes: &Windows<Place, 2>) -> Result<Self> {
         let device = &hierarchy.device;
         let words = (2 * hierarchy.vertices).div_ceil(32);
         let touched = Buffer::new(device, "places that are replaced", 2 * words)?;
         let ranks = Buffer::new(device, "ranks of places that are replaced", 2 * words)?;
-        let kernel = |module, entry, groups: &[&[Access]], immediates: usize| {
-            device.kernel(&KernelSpec { module, entry, groups, immediates: immediates as u32, constants: &[] })
+        let kernel = |module, entry, groups: &[&[Access]], immediates: usize, constants: &[(&str, f64)]| {
+            device.kernel(&KernelSpec { module, entry, groups, immediates: immediates as u32, constants })
         };
-        let (read, write): (&[Access], &[Access]) = (&[Access::Read; 2], &[Access::Write; 2]);
-        let count = kernel("progressive_mark", "count", &[&read[..1], write], size_of::<CutCall>())?;
-        let record = |entry| kernel("progressive_record", entry, &[read, write, write], size_of::<RecordCall>());
+        let (read, write): (&[Access], &[Access]) = (&[Access::Read; 2], &[Access::Write; 4]);
+        let count = kernel("progressive_mark", "count", &[&read[..1], &write[..2]], size_of::<CutCall>(), &[])?;
+        let groups = [read, write, &write[..2]];
+        let record = |entry| kernel("progressive_record", entry, &groups, size_of::<RecordCall>(), &places.constants());
         let keep = [record("keep")?, record("swap")?];
         Ok(Self {
             counted: [
                 device.bind(&count, 0, &[hierarchy.splits.wgpu()])?,
                 device.bind(&count, 1, &[touched.wgpu(), ranks.wgpu()])?,
             ],
-            listed: [
-                device.bind(&keep[0], 0, &[touched.wgpu(), ranks.wgpu()])?,
-                device.bind(&keep[0], 1, &[places.wgpu(), notes.wgpu()])?,
-            ],
+            listed: device.bind(&keep[0], 0, &[touched.wgpu(), ranks.wgpu()])?,
+            places: places.bindings.clone(),
+            notes: notes.wgpu().map(wgpu::Buffer::clone),
             // No length is told by a buffer.
             scan: Scan::new(device, &ranks, &Buffer::new(device, "no lengths", 1)?)?,
             touched,
@@ -90,7 +95,9 @@ impl Records {
     pub fn record(&self, device: &Device, count: u32) -> Result<Record> {
         let numbers = Buffer::<u32>::new(device, "numbers of a record", count as usize)?;
         let values = Buffer::<Place>::new(device, "places of a record", count as usize)?;
-        Ok(Record { bindings: device.bind(&self.keep[0], 2, &[numbers.wgpu(), values.wgpu()])?, count })
+        let [one, more] = &self.notes;
+        let buffers = [numbers.wgpu(), values.wgpu(), one, more];
+        Ok(Record { bindings: device.bind(&self.keep[0], 1, &buffers)?, count })
     }
 
     /// Records that what is touched is kept before it is replaced.
@@ -105,8 +112,7 @@ impl Records {
 
     fn run(&self, pass: &mut Pass<'_>, kernel: usize, record: &Record, items: u32) -> Result<()> {
         let call = RecordCall { words: self.words, count: record.count };
-        let [touched, places] = &self.listed;
-        let bindings = [touched, places, &record.bindings];
+        let bindings = [&self.listed, &record.bindings, &self.places];
         pass.run(&self.keep[kernel], &bindings, bytemuck::bytes_of(&call), groups(items.div_ceil(GROUP)))
     }
 }

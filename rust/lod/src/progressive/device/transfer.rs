@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use relievo_core::{Context, Error, Result};
 
-use super::edits::Place;
 use super::history::{DeviceFront, History};
 use super::level::{DeviceLevel, Shown};
+use super::places::Place;
+use super::windows::gathered;
 use crate::progressive::active::ActiveMesh;
 use crate::progressive::cut::Cut;
 use crate::progressive::hierarchy::Progressive;
@@ -30,14 +31,14 @@ impl DeviceLevel {
         if let Some(edits) = &self.edits {
             let device = &self.hierarchy.device;
             let mut frame = device.frame()?;
-            let places = frame.read(&edits.places, 0..edits.places.len())?;
-            let notes = frame.read(&edits.notes, 0..edits.notes.len())?;
+            let places = edits.places.nodes.read(&mut frame, 2 * mesh.vertex_count())?;
+            let notes = edits.notes.read(&mut frame, 2 * mesh.vertex_count())?;
             let _ = frame.submit()?;
             let mut moves = Moves::new(mesh.vertex_count());
-            for (node, place) in (0..).zip(places.get(device)?) {
+            for (node, place) in (0..).zip(gathered(device, places)?) {
                 moves.places.set(node, place.get());
             }
-            for (split, [first, second]) in (0..).zip(notes.get(device)?.as_chunks::<2>().0) {
+            for (split, [first, second]) in (0..).zip(gathered(device, notes)?.as_chunks::<2>().0) {
                 moves.built.set(split, first.get().zip(second.get()).map(|(first, second)| [first, second]));
             }
             active.moves = Some(moves);
@@ -68,8 +69,8 @@ impl DeviceLevel {
             (nodes.clone().map(place).collect::<Vec<_>>(), nodes.map(note).collect::<Vec<_>>())
         });
         if let Some(edits) = &self.edits {
-            edits.places.write(&whole.device, 0, &places)?;
-            edits.notes.write(&whole.device, 0, &notes)?;
+            edits.places.nodes.write(&whole.device, &places)?;
+            edits.notes.write(&whole.device, &notes)?;
         }
         self.history = History::default();
         self.is_followed = true;
