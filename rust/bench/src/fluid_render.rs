@@ -1,6 +1,6 @@
-//! Pictures of fluids in the form of Table 2 and of Figures 8 and 9 of Morgenroth, Weiskopf and Eberhardt 2013, whose
-//! times, of a 2.0 GHz i7 with four cores, stand beside ours: a dam of 20,000 and of 200,000 particles with a support
-//! radius of 4 cm, 1280 × 720 pixels. Ours have one ray a pixel, the paper's several.
+//! Bench `pictures`, a part of `fluid`: pictures of fluids in the form of Table 2 and of Figures 8 and 9 of Morgenroth,
+//! Weiskopf and Eberhardt 2013, whose times, of a 2.0 GHz i7 with four cores, stand beside ours: a dam of 20,000 and of
+//! 200,000 particles with a support radius of 4 cm, 1280 × 720 pixels. Ours have one ray a pixel, the paper's several.
 
 use std::sync::Arc;
 

@@ -34,7 +34,8 @@ use report::Report;
 #[derive(Parser)]
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
-    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod` or `fluid`; or `peak` and `meshing`, which they run
+    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, or `pictures`, a part of that; or `peak` and
+    /// `meshing`, which they run
     name: String,
     /// One JSON object per line instead of a table
     #[arg(long)]
@@ -62,11 +63,12 @@ fn run(arguments: &Arguments) -> Result<()> {
             fluid::run(&mut report, arguments.peers.as_deref())?;
             fluid_render::run(&mut report)?;
         }
+        "pictures" => fluid_render::run(&mut report)?,
         "meshing" => return fluid::mesh_file(arguments.particles.as_deref().unwrap_or(Path::new(""))),
         "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),
         name => {
             return Err(Error::invalid(format!("there is no bench `{name}`"))
-                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod` or `fluid`"));
+                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid` or `pictures`"));
         }
     }
     report.finish();

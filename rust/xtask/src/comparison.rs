@@ -20,10 +20,11 @@ struct Scene {
     depths: [f64; 2],
 }
 
-const SCENES: [Scene; 3] = [
+const SCENES: [Scene; 4] = [
     Scene { name: "cage", label: "Limit surface of a creased cage", depths: [5.0, 9.0] },
     Scene { name: "terrain", label: "A dented terrain", depths: [3.0, 6.0] },
     Scene { name: "idol", label: "A painted and sculpted model", depths: [4.5, 6.5] },
+    Scene { name: "fluid", label: "A fluid of particles", depths: [4.0, 10.0] },
 ];
 /// Files of Bézier patches beside the checkout, with the axis that points up.
 const PATCHES: [(Scene, &str); 2] = [

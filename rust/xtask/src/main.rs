@@ -90,7 +90,7 @@ enum Task {
     },
     /// Measures, beside a peer in the same run, and holds the figures against their goals
     Bench {
-        /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid` or `hosts`
+        /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `pictures` (a part of that) or `hosts`
         name: String,
         /// One JSON object per line instead of a table
         #[arg(long)]
