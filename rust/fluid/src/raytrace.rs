@@ -1,6 +1,6 @@
 //! Rays against the surface of a fluid itself, without a mesh (Morgenroth, Weiskopf, Eberhardt 2013, Section 5): boxes
 //! of particles that a ray meets are sorted, the ray is marched through them, and where the sign changes the place is
-//! halved.
+//! halved. What lies well within the fluid is leapt over, where no particle moves.
 //!
 //! Boxes hold their particles from the opening of the shutter to its close, and each ray sees them where they are at
 //! its time. Hits where blind particles have most of the weight are dropped: there the surface is that of the layer
