@@ -27,7 +27,8 @@ struct Fluid {
     viscosity: f32,
     friction: f32,
     cohesion: f32,
-    spacing: f32,
+    /// How far a particle may go in the step, in m.
+    farthest: f32,
     /// s
     step: f32,
     /// The density up to which a particle may be when the step ends, and the share that may stay of what it has more than

@@ -1,5 +1,5 @@
 // import fluid_sums
-// Takes the particles of a step to where they were predicted to be, but none farther than a spacing.
+// Takes the particles of a step to where they were predicted to be, but none farther than they may go.
 
 @group(0) @binding(0) var<storage, read> sorted_places: array<vec4<f32>>;
 @group(0) @binding(1) var<storage, read> sorted_velocities: array<vec4<f32>>;
@@ -23,8 +23,8 @@ fn arrive(
         let place = sorted_places[particle];
         var moved = predicted[particle].xyz - place.xyz;
         let far = length(moved);
-        if far > fluid.spacing {
-            moved *= fluid.spacing / far;
+        if far > fluid.farthest {
+            moved *= fluid.farthest / far;
         }
         let velocity = moved / fluid.step;
         let change = velocity - sorted_velocities[particle].xyz;

@@ -25,7 +25,7 @@ pub struct Constants {
     pub wall: f32,
     /// Σ |m ∇W|² of a particle in a full lattice, by which its density follows its pressure.
     pub diagonal: f32,
-    /// m²/s between particles, and between these and walls.
+    /// m²/s between particles, as much more than the fluid's as a full lattice sums up to less, and between these and walls.
     pub viscosity: f32,
     pub friction: f32,
     /// m⁵/(kg s²)
@@ -46,6 +46,8 @@ impl Constants {
         let mass = options.density / all().map(|r| kernels.density(r)).sum::<f32>();
         let slopes = all().map(|r| kernels.density_slope(r) * kernels.pressure_slope(r) * r * r);
         let beside: f32 = layer(1).map(|r| kernels.density(r)).sum();
+        // The second moment of viscosity's kernel, which is 6 where it is the Laplacian.
+        let moment = mass / options.density * all().map(|r| kernels.viscosity(r) * r * r).sum::<f32>();
         let wall: f32 = layer(1).map(|r| (1.0 - r / kernels.support).max(0.0).powi(WALL)).sum();
         Self {
             kernels,
@@ -54,7 +56,7 @@ impl Constants {
             density: options.density,
             wall: beside / wall,
             diagonal: mass * mass * slopes.sum::<f32>(),
-            viscosity: options.viscosity,
+            viscosity: options.viscosity * 6.0 / moment,
             friction: options.friction,
             cohesion: options.cohesion,
         }

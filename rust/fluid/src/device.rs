@@ -118,7 +118,7 @@ impl DeviceFluid {
         while report.is_enough == 0 {
             let Some((shorter, kept)) = self.pace.again(&self.options, call.step) else { break };
             // Pressures that did not converge are no better than none.
-            call = FluidCall { step: shorter, kept, carried: 0.0, ..call };
+            call = FluidCall { step: shorter, farthest: self.farthest(shorter), kept, carried: 0.0, ..call };
             report = self.press(&call, false)?;
             corrections += report.corrections;
         }
@@ -224,10 +224,14 @@ impl DeviceFluid {
         Ok(())
     }
 
+    /// How far a particle may go in a step of so many seconds, in metres.
+    fn farthest(&self, step: f32) -> f32 {
+        self.pace.farthest(&self.options, &self.constants, self.speed.max(self.wall.speed), step)
+    }
+
     /// The beginning of a step.
     fn call(&self, step: f32) -> FluidCall {
-        let Constants { kernels, mass, density, wall, diagonal, viscosity, friction, cohesion, spacing } =
-            self.constants;
+        let Constants { kernels, mass, density, wall, diagonal, viscosity, friction, cohesion, .. } = self.constants;
         let FluidOptions { gravity, excess, corrections, .. } = self.options;
         FluidCall {
             gravity,
@@ -242,7 +246,7 @@ impl DeviceFluid {
             viscosity,
             friction,
             cohesion,
-            spacing,
+            farthest: self.farthest(step),
             step,
             dense: (1.0 + excess.most) * density,
             kept: 0.0,

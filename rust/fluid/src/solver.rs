@@ -333,16 +333,17 @@ impl Fluid {
         Ok(())
     }
 
-    /// Takes the particles to where they were predicted to be, with the pressures that they have now, but none farther than a
-    /// spacing: corrections throw one out of a few thousand where water meets walls, though nothing is too dense then.
-    /// Returns the greatest acceleration.
+    /// Takes the particles to where they were predicted to be, with the pressures that they have now, but none farther than
+    /// they may go. Returns the greatest acceleration.
     fn arrive(&mut self, seconds: f32) -> f32 {
         let mut pulled = 0.0f32;
+        let speed = self.speed().max(self.wall.speed);
+        let farthest = self.pace.farthest(&self.options, &self.constants, speed, seconds);
         let Particles { places, velocities, numbers, .. } = &mut self.particles;
         let predicted = self.predicted.iter().take(numbers.len());
         let moves = predicted.zip(&self.advected);
         for ((place, velocity), (predicted, advected)) in places.iter_mut().zip(velocities).zip(moves) {
-            let moved = (predicted.xyz() - place.xyz()).clamp_length_max(self.options.spacing);
+            let moved = (predicted.xyz() - place.xyz()).clamp_length_max(farthest);
             let new = (moved / seconds).extend(0.0);
             pulled = pulled.max((new - velocity.with_w(0.0)).length_squared());
             *velocity = new.with_w(advected.w);

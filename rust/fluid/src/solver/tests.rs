@@ -234,9 +234,76 @@ fn a_block_that_is_shifted_by_half_a_spacing_does_not_explode() {
             .advance(&context, 0.3, |fluid, _| {
                 // It falls where layers are left out, and gets no energy by that.
                 assert!(energy(fluid) < 1.01 * begin, "{shift} {} J, {begin} J at first", energy(fluid));
+                let fallen = (2.0 * 9.81 * (side.z + spacing)).sqrt();
+                assert!(fluid.speed() < 1.2 * fallen, "{shift} {} m/s, {fallen} m/s by falling", fluid.speed());
                 Ok(())
             })
             .unwrap();
+    }
+}
+
+/// A dam that falls against a wall throws no particle much farther than a thin sheet would go, at √2 of the speed of a fall
+/// from all of its height (Ritter 1892).
+#[test]
+fn walls_throw_no_particles() {
+    for solver in SOLVERS {
+        let (context, spacing) = (Context::serial(), 0.025);
+        let mut fluid = Fluid::new(FluidOptions { spacing, solver, ..FluidOptions::default() }).unwrap();
+        let side = Vec3::new(0.3, 0.2, 0.6);
+        fluid.add(&block(Vec3::ZERO, side, spacing).unwrap(), Vec3::ZERO).unwrap();
+        fluid.set_walls(&context, &basin(Vec3::ZERO, Vec3::new(1.2, 0.2, 0.9), spacing).unwrap()).unwrap();
+        let fallen = (2.0 * 9.81 * side.z).sqrt();
+        let (mut most, mut fast, mut all) = (0.0f32, 0, 0);
+        fluid
+            .advance(&context, 0.9, |fluid, _| {
+                most = most.max(fluid.speed() / fallen);
+                fast += fluid.velocities().iter().filter(|velocity| velocity.xyz().length() > 1.5 * fallen).count();
+                all += fluid.len();
+                Ok(())
+            })
+            .unwrap();
+        println!("{solver:?}: the greatest speed is {most:.2} √(2 g h), {fast} of {all} are beyond 1.5");
+        assert!(most < 2.5, "{most}");
+        assert!(fast * 1000 < all, "{fast} of {all}");
+    }
+}
+
+/// In a square between walls that it slips along, the flow of Taylor and Green (1937) decays by exp(−8 π² t / Re).
+#[test]
+fn viscosity_slows_vortices_as_in_closed_form() {
+    for solver in SOLVERS {
+        let (context, spacing, reynolds) = (Context::serial(), 1.0 / 32.0, 1.0);
+        let time_step = TimeStep::Courant { number: 0.4, most: 5e-4 };
+        let options = FluidOptions { spacing, solver, time_step, friction: 0.0, ..FluidOptions::default() };
+        let options = FluidOptions { viscosity: 1.0 / reynolds, gravity: Vec3::ZERO, ..options };
+        let mut fluid = Fluid::new(options).unwrap();
+        let side = Vec3::new(1.0, 1.0, 24.0 * spacing);
+        let flow = |place: Vec3| {
+            let [x, y] = [place.x, place.y].map(|at| (std::f32::consts::TAU * at).sin_cos());
+            Vec3::new(x.0 * y.1, -x.1 * y.0, 0.0)
+        };
+        let places = block(Vec3::ZERO, side, spacing).unwrap();
+        let velocities: Vec<Vec3> = places.iter().map(|place| flow(*place)).collect();
+        let batch = Batch { places: &places, velocities: &velocities, lifetime: f32::INFINITY, channels: &[] };
+        fluid.add_batch(&batch).unwrap();
+        fluid.set_walls(&context, &basin(Vec3::ZERO, side, spacing).unwrap()).unwrap();
+        // The part of the flow that there is, by which energy is left that is not in disorder.
+        let amplitude = |fluid: &Fluid| {
+            let (mut along, mut all) = (0.0, 0.0);
+            for (place, velocity) in fluid.places().iter().zip(fluid.velocities()) {
+                let flow = flow(place.xyz());
+                along += f64::from(flow.dot(velocity.xyz()));
+                all += f64::from(flow.length_squared());
+            }
+            along / all
+        };
+        let rate = 8.0 * std::f64::consts::PI.powi(2) / f64::from(reynolds);
+        for time in [0.5, 1.0] {
+            fluid.advance(&context, (0.5 / rate) as f32, |_, _| Ok(())).unwrap();
+            let share = -amplitude(&fluid).ln() / time;
+            println!("{solver:?}: at {time} of 1 / rate the rate is {share:.3} of the closed form's");
+            assert!((share - 1.0).abs() < 0.1, "{share}");
+        }
     }
 }
 
