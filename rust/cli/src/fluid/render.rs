@@ -112,14 +112,18 @@ pub fn run(arguments: &Rendering) -> Outcome {
     let columns = arguments.columns.clamp(1, frames.len() as u32);
     let rows = (frames.len() as u32).div_ceil(columns);
     let mut sheet = Image::new(width.saturating_mul(columns), height.saturating_mul(rows), 3)?;
+    let bar = super::bar(frames.len() as u64)?;
     for (at, (path, frame)) in (0..).zip(arguments.frames.iter().zip(frames)) {
         let named = |error: Error| error.at(path.display().to_string());
-        let picture = arguments.picture(&context, path, frame, &view, (low, high)).map_err(named)?;
+        let (picture, line) = arguments.picture(&context, path, frame, &view, (low, high)).map_err(named)?;
+        bar.suspend(|| crate::print(&line))?;
+        bar.inc(1);
         let (left, top) = (at % columns * width, at / columns * height);
         for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
             sheet.set_color(left + x, top + y, picture.color(x, y));
         }
     }
+    bar.finish_and_clear();
     render::write_png(path, &sheet)?;
     Ok(ExitCode::SUCCESS)
 }
@@ -152,7 +156,7 @@ impl Rendering {
         Ok(view)
     }
 
-    /// The picture of a frame. Says what it took.
+    /// The picture of a frame, and a line on what it took.
     fn picture(
         &self,
         context: &Context,
@@ -160,7 +164,7 @@ impl Rendering {
         frame: Particles,
         view: &View,
         bounds: (DVec3, DVec3),
-    ) -> Result<Image> {
+    ) -> Result<(Image, String)> {
         let count = frame.points.len();
         let spacing = self.surface.spacing(&frame)?;
         let all = (self.compare && self.surface.is_classifying(&frame)).then(|| frame.clone());
@@ -175,8 +179,7 @@ impl Rendering {
             let what = if saved < 0.0 { "more than" } else { "saved of" };
             line += &format!(", {:.2} s {what} {whole:.2} s with all", saved.abs());
         }
-        crate::print(&format!("{}: {count} particles, {share}{line}\n", path.display()))?;
-        Ok(picture)
+        Ok((picture, format!("{}: {count} particles, {share}{line}\n", path.display())))
     }
 
     /// A picture, and the seconds in which the surface was prepared and the picture rendered.
