@@ -91,7 +91,7 @@ pub fn previous(corner: u32) -> u32 {
 
 /// The number of a corner in a list of all corners.
 #[inline(always)]
-fn slot(corner: u32) -> usize {
+pub fn slot(corner: u32) -> usize {
     (corner - corner / 4) as usize
 }
 
@@ -332,16 +332,18 @@ impl Connectivity {
         1 + usize::from(sides[1] != NONE)
     }
 
-    /// Leaves out what is gone. `triangles` and `vertices` have the new number of each that stays, and otherwise
-    /// [`NONE`].
-    pub fn compact(
-        &mut self,
-        context: &Context,
-        (triangles, kept): (&[u32], &[u32]),
-        (vertices, rest): (&[u32], &[u32]),
-    ) -> Result<()> {
-        let corner = |old: u32| if old == NONE { NONE } else { 4 * triangles[old as usize / 4] + old % 4 };
+    /// Leaves out what is gone. `kept` and `rest` have the numbers of the triangles and the vertices that stay.
+    pub fn compact(&mut self, context: &Context, kept: &[u32], rest: &[u32]) -> Result<()> {
+        let renumbered = |count: usize, stay: &[u32]| {
+            let mut new = vec![NONE; count];
+            (0..).zip(stay).for_each(|(number, old)| new[*old as usize] = number);
+            new
+        };
+        let vertices = renumbered(self.spans.len(), rest);
         self.vertex = renumber(context, &self.vertex, kept, |old| vertices[old as usize]);
+        drop(vertices);
+        let triangles = renumbered(self.mate.len(), kept);
+        let corner = |old: u32| if old == NONE { NONE } else { 4 * triangles[old as usize / 4] + old % 4 };
         self.mate = renumber(context, &self.mate, kept, corner);
         let size = |new: usize| [0, self.around(rest[new]).count() as u32].map(AtomicU32::new);
         let mut spans = context.map(rest.len(), size);

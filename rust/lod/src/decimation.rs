@@ -2,11 +2,11 @@
 
 use std::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
 
-use glam::{Vec3, Vec3Swizzles, Vec4, Vec4Swizzles};
+use glam::{Vec3, Vec3A, Vec3Swizzles, Vec4, Vec4Swizzles};
 use relievo_core::simd::prefetch;
 use relievo_core::{Context, Result};
 
-use crate::connectivity::{BOUNDARY, Connectivity, FIXED, NONE, PART, Part, SEAM, next, previous};
+use crate::connectivity::{BOUNDARY, Connectivity, FIXED, NONE, PART, Part, SEAM, next, previous, slot};
 use crate::placement::{BATCH, Batch, Star, place, place_with};
 use crate::progressive::Recording;
 use crate::wedges::{Quadric, Sight, Span, Wedges};
@@ -92,9 +92,9 @@ impl Magnitudes {
 
 /// The normal of a triangle between two of its sides, by the root of its length.
 #[inline(always)]
-pub fn normal(a: Vec3, b: Vec3) -> Vec4 {
+pub fn normal(a: Vec3A, b: Vec3A) -> Vec3A {
     let normal = a.cross(b);
-    (normal / normal.length_squared().sqrt().sqrt().max(1e-18)).extend(0.0)
+    normal / normal.length_squared().sqrt().sqrt().max(1e-18)
 }
 
 /// What a vertex knows of its triangles.
@@ -161,8 +161,8 @@ impl<const Q: usize> Decimation<Q> {
     /// Of vertices with their deviations, and triangles whose indices are in range.
     pub fn of(context: &Context, points: Vec<Vec4>, triangles: &[[u32; 3]], wedges: Wedges<Q>) -> Result<Self> {
         let face = |index: usize| {
-            let [a, b, c] = triangles[index].map(|vertex| points[vertex as usize].xyz());
-            normal(b - a, c - a)
+            let [a, b, c] = triangles[index].map(|vertex| Vec3A::from_vec4(points[vertex as usize]));
+            normal(b - a, c - a).extend(0.0)
         };
         let mut mesh = Connectivity::new(context, points.len(), triangles)?;
         if Q > 0 {
@@ -409,7 +409,7 @@ impl<const Q: usize> Decimation<Q> {
 
     #[inline(always)]
     fn cost(&self, corner: u32) -> &AtomicU32 {
-        &self.costs[corner as usize / 4][corner as usize % 4]
+        &self.costs.as_flattened()[slot(corner)]
     }
 
     /// Collapses a half-edge, as [`Connectivity::collapse`]. The edges of its vertex are taken to cost `guess`.
@@ -512,27 +512,15 @@ impl<const Q: usize> Decimation<Q> {
         if self.live * 10 > self.mesh.triangles() * 6 {
             return Ok(());
         }
-        let mut triangles = vec![NONE; self.normals.len()];
+        let all = 0..self.mesh.triangles() as u32;
         let mut kept = Vec::with_capacity(self.live);
-        for (old, new) in triangles.iter_mut().enumerate() {
-            if self.mesh.triangle(old)[0] != NONE {
-                *new = kept.len() as u32;
-                kept.push(old as u32);
-            }
-        }
-        let mut vertices = vec![NONE; self.points.len()];
+        kept.extend(all.filter(|old| self.mesh.triangle(*old as usize)[0] != NONE));
+        // What needs no more than that is smaller before there are lists of new numbers: here is the peak of a build.
+        self.normals = context.map(kept.len(), |new| self.normals[kept[new] as usize]);
+        let costs = |new: usize| self.costs[kept[new] as usize].each_ref().map(|cost| cost.load(Relaxed).into());
+        self.costs = context.map(kept.len(), costs);
         let mut rest = Vec::with_capacity(self.live / 2);
-        for (old, new) in vertices.iter_mut().enumerate() {
-            if !self.mesh.is_gone(old as u32) {
-                *new = rest.len() as u32;
-                rest.push(old as u32);
-            }
-        }
-        self.mesh.compact(context, (&triangles, &kept), (&vertices, &rest))?;
-        if let Some(recording) = &mut self.recording {
-            recording.compact(context, &rest, &kept);
-        }
-        self.wedges.compact(context, &kept, &rest);
+        rest.extend((0..self.points.len() as u32).filter(|old| !self.mesh.is_gone(*old)));
         self.points = context.map(rest.len(), |new| self.points[rest[new] as usize]);
         self.stars = context.map(rest.len(), |new| self.stars[rest[new] as usize]);
         if !self.factors.is_empty() {
@@ -540,9 +528,11 @@ impl<const Q: usize> Decimation<Q> {
         }
         let state = |new: usize| AtomicU8::new(self.state[rest[new] as usize].load(Relaxed));
         self.state = context.map(rest.len(), state);
-        self.normals = context.map(kept.len(), |new| self.normals[kept[new] as usize]);
-        let costs = |new: usize| self.costs[kept[new] as usize].each_ref().map(|cost| cost.load(Relaxed).into());
-        self.costs = context.map(kept.len(), costs);
+        if let Some(recording) = &mut self.recording {
+            recording.compact(context, &rest, &kept);
+        }
+        self.wedges.compact(context, &kept, &rest);
+        self.mesh.compact(context, &kept, &rest)?;
         self.parts = self.mesh.parts(context);
         Ok(())
     }

@@ -5,7 +5,7 @@
 //! Parts of the mesh do that at the same time for edges whose surroundings are theirs alone, then ever larger parts for
 //! the others.
 
-use glam::{Vec3, Vec4, Vec4Swizzles};
+use glam::{Vec3, Vec3A, Vec4, Vec4Swizzles};
 use relievo_core::Context;
 
 use crate::connectivity::{Fan, NONE, OUTSIDE, SEAM, next, previous};
@@ -323,20 +323,21 @@ impl<const Q: usize> Decimation<Q> {
 
     /// Whether no triangle turns too far or vanishes. Puts the new normals of triangles into a list.
     pub fn keeps_sides(&self, corner: u32, fans: &[Fan; 2], point: Vec4, normals: &mut Vec<(u32, Vec3)>) -> bool {
+        let point = Vec3A::from_vec4(point);
         let gone = [corner, self.mesh.mate(corner)].map(|side| side / 4);
         for spoke in fans.iter().flat_map(Fan::spokes) {
             let triangle = spoke.corner / 4;
             if triangle == gone[0] || triangle == gone[1] {
                 continue;
             }
-            let [a, b] = [spoke.to, spoke.from].map(|vertex| self.points[vertex as usize].xyz() - point.xyz());
-            let (new, old) = (normal(a, b), self.normals[triangle as usize]);
+            let [a, b] = [spoke.to, spoke.from].map(|vertex| Vec3A::from_vec4(self.points[vertex as usize]) - point);
+            let (new, old) = (normal(a, b), Vec3A::from_vec4(self.normals[triangle as usize]));
             let agreement = new.dot(old);
             let sizes = new.length_squared() * old.length_squared();
-            if agreement * agreement.abs() < TURN * sizes || new == Vec4::ZERO {
+            if agreement * agreement.abs() < TURN * sizes || new == Vec3A::ZERO {
                 return false;
             }
-            normals.push((triangle, new.xyz()));
+            normals.push((triangle, new.into()));
         }
         true
     }

@@ -7,7 +7,7 @@
 
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use glam::{Vec3, Vec4Swizzles};
+use glam::{Vec3, Vec3A};
 use relievo_core::Context;
 
 use super::active::{ActiveMesh, Waiting};
@@ -198,7 +198,8 @@ impl<'a> Merging<'a> {
 
     /// The normal of a triangle at a vertex, as simplification weighs it.
     fn normal(&self, site: &Site, here: Vec3, [after, before]: [usize; 2]) -> Vec3 {
-        normal((self.now(site, after) - here) * self.scale, (self.now(site, before) - here) * self.scale).xyz()
+        let [after, before] = [after, before].map(|end| Vec3A::from((self.now(site, end) - here) * self.scale));
+        normal(after, before).into()
     }
 
     /// What a vertex of the split knows of its triangles and borders; and the normals of those on both sides of the split,

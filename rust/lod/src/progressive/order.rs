@@ -5,7 +5,7 @@
 //! deformations"). What a split deviates by now is found as simplification does: what its two vertices do, and how far the
 //! vertex that is split is from the planes of the triangles around those, by root mean square.
 
-use glam::{Vec3, Vec4Swizzles};
+use glam::{Vec3, Vec3A};
 use relievo_core::Context;
 
 use super::active::{ActiveMesh, Waiting};
@@ -114,8 +114,9 @@ impl Measuring<'_> {
                 [after, before].into_iter().for_each(|end| self.counts[end] = self.counts[end].saturating_add(1));
                 // Those at both vertices are looked at from the first.
                 if side == 0 || ![after, before].contains(&star.end(0)) {
-                    let normal = normal(self.points[after] - from, self.points[before] - from).xyz();
-                    sum += normal.dot(from).powi(2);
+                    let [after, before] = [after, before].map(|end| Vec3A::from(self.points[end] - from));
+                    let normal = normal(after, before);
+                    sum += normal.dot(from.into()).powi(2);
                     weight += normal.length_squared();
                 }
             }
