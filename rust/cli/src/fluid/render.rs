@@ -92,8 +92,8 @@ fn vector(text: &str) -> std::result::Result<DVec3, String> {
 /// The colour of an opaque fluid.
 const BLUE: [f32; 3] = [0.08, 0.28, 0.55];
 /// Colours of the squares of the floor, and how many there are along it.
-const SQUARES: [[f32; 3]; 2] = [[0.62, 0.62, 0.60], [0.36, 0.36, 0.37]];
-const ALONG: u32 = 160;
+const SQUARES: [[f32; 3]; 2] = [[0.56, 0.56, 0.54], [0.44, 0.44, 0.44]];
+const ALONG: u32 = 64;
 
 pub fn run(arguments: &Rendering) -> Outcome {
     let path = &arguments.output;
