@@ -5,7 +5,7 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use super::GOALS;
+use super::{SAME, goals};
 use crate::blender;
 use crate::files::{copy, remove};
 use crate::stage::{Outcome, call, root, target};
@@ -63,7 +63,7 @@ pub fn compare(python: &Path, source: &Path, mesh: &Path) -> Outcome {
     call(cycles.stdout(Stdio::null()))?;
     cover(&folder)?;
     let mut compare = Command::new(&relievo);
-    compare.args(["compare", "--names", "RELIEVO,BLENDER"]).args(GOALS.iter().flat_map(|(key, most)| [key, most]));
+    compare.args(["compare", "--names", "RELIEVO,BLENDER"]).args(goals(SAME));
     for (name, label) in STAGES {
         let names =
             if name == "ball" { ["covered.exr", "covered_cycles.exr"] } else { ["beauty-000000.exr", "cycles.exr"] };
