@@ -1,15 +1,12 @@
 // Grids of points, read and written by OpenVDB.
 
-#include <openvdb/io/File.h>
-#include <openvdb/openvdb.h>
+#include "guard.h"
+
 #include <openvdb/points/AttributeArray.h>
 #include <openvdb/points/PointConversion.h>
 #include <openvdb/points/PointCount.h>
 #include <openvdb/points/PointDataGrid.h>
 
-#include <cstdint>
-#include <cstdio>
-#include <exception>
 #include <string>
 #include <vector>
 
@@ -18,10 +15,7 @@ namespace {
 using openvdb::Vec3f;
 using openvdb::points::AttributeHandle;
 using openvdb::points::PointDataGrid;
-
-void tell(char* message, std::size_t size, const char* what) {
-    std::snprintf(message, size, "%s", what);
-}
+using relievo::guarded, relievo::store, relievo::tell;
 
 // Adds the values of an attribute of a leaf's points; those of P in the world.
 template <typename Value, typename Add>
@@ -55,7 +49,7 @@ extern "C" {
 // numbers, and how many there are. Returns 0, or 1 and a message.
 int relievo_points_read(const char* path, const char* name, float* values, std::size_t capacity, std::size_t* count,
                         char* message, std::size_t message_size) {
-    try {
+    return guarded(1, message, message_size, [&] {
         openvdb::initialize();
         openvdb::io::File file(path);
         file.open();
@@ -98,19 +92,14 @@ int relievo_points_read(const char* path, const char* name, float* values, std::
         }
         *count = next;
         return 0;
-    } catch (const std::exception& error) {
-        tell(message, message_size, error.what());
-    } catch (...) {
-        tell(message, message_size, "unknown exception");
-    }
-    return 1;
+    });
 }
 
 // Writes points with velocities of half floats and a radius of 0.25 as a grid, packed as OpenVDB is told to: its places in 16
 // bits or not. Returns 0, or 1 and a message.
 int relievo_points_write(const char* path, const float* points, const float* velocities, std::size_t count, double voxel, int is_fixed,
                          std::uint32_t packing, char* message, std::size_t message_size) {
-    try {
+    return guarded(1, message, message_size, [&] {
         openvdb::initialize();
         std::vector<Vec3f> places, moves;
         for (std::size_t index = 0; index < count; ++index) {
@@ -120,17 +109,9 @@ int relievo_points_write(const char* path, const float* points, const float* vel
         const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
         const auto grid = is_fixed ? made<openvdb::points::FixedPointCodec<false>>(places, moves, *transform)
                                    : made<openvdb::points::NullCodec>(places, moves, *transform);
-        openvdb::io::File file(path);
-        file.setCompression(packing);
-        file.write({grid});
-        file.close();
+        store(path, grid, packing);
         return 0;
-    } catch (const std::exception& error) {
-        tell(message, message_size, error.what());
-    } catch (...) {
-        tell(message, message_size, "unknown exception");
-    }
-    return 1;
+    });
 }
 
 }

@@ -2,7 +2,7 @@
 
 fn main() {
     let sources = ["level_set", "points"].map(|name| format!("../../../cpp/openvdb/{name}.cpp"));
-    sources.iter().for_each(|source| println!("cargo::rerun-if-changed={source}"));
+    println!("cargo::rerun-if-changed=../../../cpp/openvdb");
     cc::Build::new()
         .cpp(true)
         .std("c++17")

@@ -10,7 +10,7 @@ use relievo_lod::progressive::{ActiveMesh, Cut, DeviceHierarchy, DeviceLevel, Ed
 use relievo_testing::device;
 
 use crate::device::at;
-use crate::directions::{WIDTH, cuts, directions, edit, torus, wedges};
+use crate::directions::{WIDTH, assert_turned, cuts, edit, torus, wedges};
 use crate::shapes::{Triangles, lifted, two_tori};
 use crate::wedges::build;
 
@@ -112,13 +112,7 @@ fn a_rigid_motion_turns_all_directions_on_a_device() {
     level.edit(&edit).unwrap();
     for cut in cuts(&built) {
         let (expected, found) = (wedges(&at(&device, &mut plain, cut)), wedges(&at(&device, &mut level, cut)));
-        assert_eq!(found.len(), expected.len());
-        for ((_, found), (_, expected)) in found.iter().zip(&expected) {
-            for (found, expected) in directions(found).into_iter().zip(directions(expected)) {
-                assert!(found.distance(turn * expected) < 1e-5, "{found} {}", turn * expected);
-            }
-            assert_eq!(found[WIDTH - 1].to_bits(), expected[WIDTH - 1].to_bits());
-        }
+        assert_turned(turn, &found, &expected);
     }
 }
 

@@ -61,6 +61,17 @@ pub fn directions(values: &[f32; WIDTH]) -> [Vec3; 2] {
     [0, 3].map(|at| Vec3::from_slice(&values[at..]))
 }
 
+/// Directions are those of wedges that were turned, and sides of tangents are the same.
+pub fn assert_turned(turn: Quat, found: &[(Vec3, [f32; WIDTH])], expected: &[(Vec3, [f32; WIDTH])]) {
+    assert_eq!(found.len(), expected.len());
+    for ((_, found), (_, expected)) in found.iter().zip(expected) {
+        for (found, expected) in directions(found).into_iter().zip(directions(expected)) {
+            assert!(found.distance(turn * expected) < 1e-5, "{found} {}", turn * expected);
+        }
+        assert_eq!(found[WIDTH - 1].to_bits(), expected[WIDTH - 1].to_bits());
+    }
+}
+
 #[test]
 fn a_rigid_motion_turns_all_directions() {
     let context = Context::serial();
@@ -77,13 +88,7 @@ fn a_rigid_motion_turns_all_directions() {
         [&mut plain, &mut active, &mut settled].into_iter().for_each(|mesh| _ = mesh.adapt(&context, cut));
         let expected = wedges(&plain.extract());
         for found in [wedges(&active.extract()), wedges(&settled.extract())] {
-            assert_eq!(found.len(), expected.len());
-            for ((_, found), (_, expected)) in found.iter().zip(&expected) {
-                for (found, expected) in directions(found).into_iter().zip(directions(expected)) {
-                    assert!(found.distance(turn * expected) < 1e-5, "{found} {}", turn * expected);
-                }
-                assert_eq!(found[WIDTH - 1].to_bits(), expected[WIDTH - 1].to_bits());
-            }
+            assert_turned(turn, &found, &expected);
         }
     }
 }
