@@ -77,7 +77,7 @@ typedef struct RlvFluidOptions {
 
 typedef struct RlvFluidInfo {
     uint32_t struct_size;
-    uint32_t reserved;
+    uint32_t channel_count;
     size_t particle_count;
     size_t wall_count;    /* particles of walls */
     double seconds;       /* since the beginning */
@@ -100,9 +100,14 @@ typedef struct RlvFluidParticles {
     size_t velocity_stride;
     float velocity[3]; /* of all, where velocities is NULL */
     uint32_t reserved; /* 0 */
+    const RlvAttributeArrays *channels; /* what they carry, as for rlv_fluid_set_channel: count values, or one for all; NULL
+                                           for none */
+    size_t channel_count;
+    size_t channel_stride; /* bytes, 0 for packed */
 } RlvFluidParticles;
 
-#define RLV_FLUID_PARTICLES_INIT {sizeof(RlvFluidParticles), 0.0f, 0, NULL, 0, NULL, 0, {0.0f, 0.0f, 0.0f}, 0}
+#define RLV_FLUID_PARTICLES_INIT \
+    {sizeof(RlvFluidParticles), 0.0f, 0, NULL, 0, NULL, 0, {0.0f, 0.0f, 0.0f}, 0, NULL, 0, 0}
 
 /* Where what particles have is written; strides are in bytes, 0 for packed. NULL for what is not wanted. */
 typedef struct RlvFluidArrays {
@@ -157,11 +162,15 @@ typedef struct RlvFluidEmitterOptions {
     float lifetime; /* of the particles, seconds; 0 for those that stay */
     double begin;   /* when it begins, seconds since the beginning of the fluid */
     double end;     /* when it ends; 0 for never */
+    const RlvAttributeArrays *channels; /* what its particles carry, as for rlv_fluid_set_channel with one value; NULL for
+                                           none. They are copied */
+    size_t channel_count;
+    size_t channel_stride; /* bytes, 0 for packed */
 } RlvFluidEmitterOptions;
 
 #define RLV_FLUID_EMITTER_OPTIONS_INIT                                                                                   \
     {sizeof(RlvFluidEmitterOptions), RLV_FLUID_DISC, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.0f}, 0.1f, 1.0f, \
-     0.0f, 0.0, 0.0}
+     0.0f, 0.0, 0.0, NULL, 0, 0}
 
 /* What a step or several did. */
 typedef struct RlvFluidReport {
@@ -295,8 +304,27 @@ RLV_API RlvResult rlv_fluid_advance(RlvFluid fluid, double seconds, RlvProgress 
  * enough room. */
 RLV_API RlvResult rlv_fluid_get(RlvFluid fluid, const RlvFluidArrays *arrays);
 
-/* Makes the surface of the particles where they are now, with their velocities; none is blind. options may be NULL for the
- * defaults with a radius of half the spacing. Fails as rlv_isosurface_create does. */
+/* Mutating. Gives each particle a value of a channel, in the order of numbers, which it carries from now on; makes the channel if
+ * there is none of the name. channel is an attribute of RLV_DOMAIN_POINT and RLV_TYPE_F32 without indices, 1 to 4 numbers
+ * wide. Particles that are added without it have zeros. `color` is three numbers of scene-linear Rec.709; other names are the
+ * host's own. Fails, and changes nothing, if there are not as many values as particles, one is not finite, the channel has
+ * another width, would be the 256th or is called `velocity`, and with RLV_ERROR_MEMORY as rlv_fluid_add does. */
+RLV_API RlvResult rlv_fluid_set_channel(RlvFluid fluid, const RlvAttributeArrays *channel);
+
+/* The index of the channel called name, RLV_ERROR_NOT_FOUND if there is none. Indices stay as they are until a state is
+ * restored. */
+RLV_API RlvResult rlv_fluid_find_channel(RlvFluid fluid, const char *name, uint32_t *out);
+
+/* What channel index, counted from 0, is; values are as many as particles. Fails if there is none. */
+RLV_API RlvResult rlv_fluid_channel_info(RlvFluid fluid, uint32_t index, RlvAttributeInfo *out);
+
+/* Writes the values of channel index in the order of numbers; capacity is in values, stride in bytes, 0 for packed. Fails, and
+ * writes nothing, if there is no such channel or not enough room. */
+RLV_API RlvResult rlv_fluid_get_channel(RlvFluid fluid, uint32_t index, float *values, size_t capacity, size_t stride);
+
+/* Makes the surface of the particles where they are now, with their velocities and channels, which its meshes have as
+ * attributes, but for a channel called `normal`; none is blind. options may be NULL for the defaults with a radius of half the
+ * spacing. Fails as rlv_isosurface_create does. */
 RLV_API RlvResult rlv_fluid_isosurface(RlvFluid fluid, const RlvIsosurfaceOptions *options, RlvIsosurface *out);
 
 #endif

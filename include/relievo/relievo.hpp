@@ -1489,12 +1489,32 @@ public:
     }
 };
 
-/// Numbers of particles that a mesh of their surface gets as an attribute on points.
+/// Numbers of particles, which a mesh of their surface gets as an attribute on points.
 struct ParticleChannel {
     std::string name;
     /// Numbers per particle, 1 to 4.
     std::uint32_t width;
     std::vector<float> values;
+
+    /// As the C ABI takes it, while this lives.
+    RlvAttributeArrays arrays() const {
+        RlvAttributeArrays arrays = RLV_ATTRIBUTE_ARRAYS_INIT;
+        arrays.domain = RLV_DOMAIN_POINT;
+        arrays.type = RLV_TYPE_F32;
+        arrays.width = width;
+        arrays.name = name.c_str();
+        arrays.values = values.data();
+        arrays.value_count = width == 0 ? 0 : values.size() / width;
+        return arrays;
+    }
+
+    static std::vector<RlvAttributeArrays> arrays(const std::vector<ParticleChannel> &channels) {
+        std::vector<RlvAttributeArrays> list;
+        for (const ParticleChannel &channel : channels) {
+            list.push_back(channel.arrays());
+        }
+        return list;
+    }
 };
 
 /// See relievo/isosurface.h.
@@ -1529,17 +1549,7 @@ public:
     /// The mesh of it; channels take the place of those of the options.
     Mesh mesh(RlvIsosurfaceMeshOptions options = RLV_ISOSURFACE_MESH_OPTIONS_INIT,
               const std::vector<ParticleChannel> &channels = {}, const Progress &progress = nullptr) const {
-        std::vector<RlvAttributeArrays> arrays;
-        for (const ParticleChannel &channel : channels) {
-            RlvAttributeArrays array = RLV_ATTRIBUTE_ARRAYS_INIT;
-            array.domain = RLV_DOMAIN_POINT;
-            array.type = RLV_TYPE_F32;
-            array.width = channel.width;
-            array.name = channel.name.c_str();
-            array.values = channel.values.data();
-            array.value_count = channel.width == 0 ? 0 : channel.values.size() / channel.width;
-            arrays.push_back(array);
-        }
+        const std::vector<RlvAttributeArrays> arrays = ParticleChannel::arrays(channels);
         if (!arrays.empty()) {
             options.channels = arrays.data();
             options.channel_count = arrays.size();
@@ -1599,8 +1609,11 @@ public:
         return info;
     }
 
-    /// Adds particles that have one velocity; a lifetime of 0 is for those that stay.
-    void add(const std::vector<Float3> &points, const Float3 &velocity = {0, 0, 0}, float lifetime = 0.0f) const {
+    /// Adds particles that have one velocity; a lifetime of 0 is for those that stay. Channels have a value for each of them,
+    /// or one for all.
+    void add(const std::vector<Float3> &points, const Float3 &velocity = {0, 0, 0}, float lifetime = 0.0f,
+             const std::vector<ParticleChannel> &channels = {}) const {
+        const std::vector<RlvAttributeArrays> arrays = ParticleChannel::arrays(channels);
         RlvFluidParticles particles = RLV_FLUID_PARTICLES_INIT;
         particles.count = points.size();
         particles.points = reinterpret_cast<const float *>(points.data());
@@ -1608,19 +1621,25 @@ public:
         for (std::size_t axis = 0; axis < 3; ++axis) {
             particles.velocity[axis] = velocity[axis];
         }
+        particles.channels = arrays.data();
+        particles.channel_count = arrays.size();
         check(rlv_fluid_add(get(), &particles));
     }
 
     /// Adds particles that have a velocity each.
-    void add(const std::vector<Float3> &points, const std::vector<Float3> &velocities, float lifetime = 0.0f) const {
+    void add(const std::vector<Float3> &points, const std::vector<Float3> &velocities, float lifetime = 0.0f,
+             const std::vector<ParticleChannel> &channels = {}) const {
         if (velocities.size() != points.size()) {
             throw std::invalid_argument("Fluid::add: there are as many velocities as points");
         }
+        const std::vector<RlvAttributeArrays> arrays = ParticleChannel::arrays(channels);
         RlvFluidParticles particles = RLV_FLUID_PARTICLES_INIT;
         particles.count = points.size();
         particles.points = reinterpret_cast<const float *>(points.data());
         particles.velocities = reinterpret_cast<const float *>(velocities.data());
         particles.lifetime = lifetime;
+        particles.channels = arrays.data();
+        particles.channel_count = arrays.size();
         check(rlv_fluid_add(get(), &particles));
     }
 
@@ -1753,6 +1772,26 @@ public:
         arrays.densities = densities.data();
         check(rlv_fluid_get(get(), &arrays));
         return densities;
+    }
+
+    /// Gives each particle a value of a channel, in the order of rising numbers.
+    void set_channel(const ParticleChannel &channel) const {
+        const RlvAttributeArrays arrays = channel.arrays();
+        check(rlv_fluid_set_channel(get(), &arrays));
+    }
+
+    ParticleChannel channel(std::uint32_t index) const {
+        RlvAttributeInfo info = RLV_ATTRIBUTE_INFO_INIT;
+        check(rlv_fluid_channel_info(get(), index, &info));
+        ParticleChannel channel{info.name, info.width, std::vector<float>(info.value_count * info.width)};
+        check(rlv_fluid_get_channel(get(), index, channel.values.data(), info.value_count, 0));
+        return channel;
+    }
+
+    ParticleChannel channel(const std::string &name) const {
+        std::uint32_t index = 0;
+        check(rlv_fluid_find_channel(get(), name.c_str(), &index));
+        return channel(index);
     }
 
     /// The surface of the particles where they are now, of a radius of half the spacing.

@@ -36,6 +36,10 @@ static RlvResult step(uint64_t id) { return rlv_fluid_step((RlvFluid){id}, 0.001
 static RlvResult advance(uint64_t id) { return rlv_fluid_advance((RlvFluid){id}, 0.001, NULL, NULL, NULL); }
 static RlvResult get(uint64_t id) { RlvFluidArrays in = RLV_FLUID_ARRAYS_INIT; return rlv_fluid_get((RlvFluid){id}, &in); }
 static RlvResult surface_of(uint64_t id) { RlvIsosurface out; return rlv_fluid_isosurface((RlvFluid){id}, NULL, &out); }
+static RlvResult set_channel(uint64_t id) { RlvAttributeArrays in = RLV_ATTRIBUTE_ARRAYS_INIT; return rlv_fluid_set_channel((RlvFluid){id}, &in); }
+static RlvResult find_channel(uint64_t id) { uint32_t out; return rlv_fluid_find_channel((RlvFluid){id}, "heat", &out); }
+static RlvResult channel_info(uint64_t id) { RlvAttributeInfo out = RLV_ATTRIBUTE_INFO_INIT; return rlv_fluid_channel_info((RlvFluid){id}, 0, &out); }
+static RlvResult get_channel(uint64_t id) { return rlv_fluid_get_channel((RlvFluid){id}, 0, NULL, 0, 0); }
 static RlvResult job_fluid(uint64_t id) { RlvJob out; return rlv_job_fluid((RlvFluid){id}, 0.001, &out); }
 static RlvResult job_report(uint64_t id) { RlvFluidReport out = RLV_FLUID_REPORT_INIT; return rlv_job_fluid_report((RlvJob){id}, &out); }
 static RlvResult create_surface(uint64_t id) {
@@ -67,6 +71,7 @@ static const struct {
     {table, SURFACE},        {job_surface, SURFACE},   {add_collider, FLUID},      {move_collider, FLUID},
     {impulse, FLUID},        {fill, FLUID},            {add_emitter, FLUID},       {add_sink, FLUID},
     {add_sink_mesh, FLUID},  {clear_sources, FLUID},   {set_budget, FLUID},        {set_forces, FLUID},
+    {set_channel, FLUID},    {find_channel, FLUID},    {channel_info, FLUID},      {get_channel, FLUID},
 };
 
 static void check_handles(const uint64_t living[NOUNS], uint64_t dead_fluid, uint64_t dead_surface) {

@@ -391,6 +391,13 @@ int main() {
     CHECK(fluid.step(0.001f).seconds > 0 && fluid.info().momentum[0] > 0);
     fluid.add({{0.1f, 0.08f, 0.25f}}, {0, 0, -1});
     fluid.add({{0.05f, 0.08f, 0.25f}}, std::vector<relievo::Float3>{{0, 0, -2}}, 1.0f);
+    fluid.set_channel({"heat", 1, std::vector<float>(514, 0.5f)});
+    fluid.add({{0.05f, 0.12f, 0.25f}}, {0, 0, 0}, 0.0f, {{"heat", 1, {2.0f}}, {"color", 3, {1, 0, 0}}});
+    fluid.add({{0.1f, 0.12f, 0.25f}}, std::vector<relievo::Float3>{{0, 0, 0}}, 0.0f, {{"heat", 1, {3.0f}}});
+    CHECK(fluid.info().channel_count == 2 && fluid.channel("heat").values[514] == 2.0f);
+    CHECK(fluid.channel(1).name == "color" && fluid.channel(1).values[3 * 514] == 1.0f && fluid.channel(0).values[515] == 3.0f);
+    CHECK(fluid.isosurface().mesh().info().attribute_count == 4);
+    CHECK(fluid.remove({514, 515}) == 2);
     const auto state = fluid.state();
     CHECK(state.numbers.size() == 514 && state.numbers.back() == 513 && state.velocities.back()[2] == -2);
     CHECK(fluid.remove({512, 513, 999}) == 2 && fluid.densities().size() == 512);
@@ -399,7 +406,7 @@ int main() {
     RlvIsosurfaceMeshOptions finer = RLV_ISOSURFACE_MESH_OPTIONS_INIT;
     finer.iterations = 2;
     const auto wet = surface_of.mesh(finer, {{"age", 1, std::vector<float>(512, 2.0f)}});
-    CHECK(wet.info().attribute_count == 3 && wet.info().high[2] < 0.2f);
+    CHECK(wet.info().attribute_count == 5 && wet.info().high[2] < 0.2f);
     const auto meshing = relievo::Job::mesh(surface_of, finer);
     CHECK(meshing.wait().state == RLV_JOB_DONE && meshing.mesh().points() == wet.points());
     const RlvIsosurfaceRay down{{0.08f, 0.08f, 1}, {0, 0, -1}, 0, 0, 0};

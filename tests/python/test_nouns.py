@@ -380,6 +380,21 @@ class Fluids(unittest.TestCase):
         with self.assertRaisesRegex(rl.Invalid, "seconds"):
             self.fluid.step(-1.0)
 
+    def test_what_particles_carry_stays_with_them(self):
+        heat = numpy.linspace(0, 1, 512, dtype=numpy.float32)
+        self.fluid.set_channel("heat", heat)
+        self.fluid.add([(0.1, 0.12, 0.2), (0.14, 0.12, 0.2)], channels={"heat": [3.0, 4.0], "color": [(1, 0, 0.5)]})
+        self.fluid.step(0.001)
+        carried = self.fluid.channels()
+        self.assertEqual((carried["heat"].shape, carried["color"].shape), ((514, 1), (514, 3)))
+        self.assertTrue((carried["heat"].ravel() == numpy.append(heat, [3, 4]).astype(numpy.float32)).all())
+        self.assertTrue((carried["color"][-2:] == (1, 0, 0.5)).all() and not carried["color"][:-2].any())
+        self.assertTrue((self.fluid.channel("heat") == carried["heat"]).all())
+        with self.assertRaisesRegex(rl.NotFound, "did you mean `heat`"):
+            self.fluid.channel("heal")
+        with self.fluid.isosurface() as surface, surface.mesh() as mesh:
+            self.assertEqual(mesh.attribute("color").values.shape[1], 3)
+
     def test_what_particles_have_is_in_the_order_of_their_numbers(self):
         self.fluid.add([(0.1, 0.08, 0.2), (0.14, 0.08, 0.2)], [(0, 0, 1), (0, 0, 2)], lifetime=5.0)
         self.fluid.step(0.001)
@@ -406,7 +421,7 @@ class Fluids(unittest.TestCase):
         self.assertLess(self.fluid.impulse()[0][2], 0)
         inside = self.fluid.fill(box, numpy.diag((0.05, 0.05, 0.05, 1.0)) + numpy.array([[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 3], [0] * 4]))
         self.assertEqual(inside, 5**3)
-        self.fluid.add_emitter(middle=(0, 0, 5), radius=0.1, speed=50.0)
+        self.fluid.add_emitter(middle=(0, 0, 5), radius=0.1, speed=50.0, channels={"heat": 7.0})
         self.fluid.add_emitter(box, placed, speed=1.0, begin=100.0)
         self.fluid.set_forces([{"kind": "drag", "strength": 1.0}, {"kind": "turbulence", "strength": 1.0, "radius": 0.1}])
         self.fluid.set_budget(10**6, stops=True)
@@ -423,6 +438,10 @@ class Fluids(unittest.TestCase):
             (lambda: self.fluid.accelerate(numpy.zeros((3, 3))), "512 particles"),
             (lambda: self.fluid.add(numpy.zeros((3, 3)), numpy.zeros((2, 3))), "velocities"),
             (lambda: self.fluid.get("mass"), "unknown"),
+            (lambda: self.fluid.set_channel("heat", numpy.zeros((512, 2))), "heat"),
+            (lambda: self.fluid.set_channel("heat", numpy.zeros(3)), "512 particles"),
+            (lambda: self.fluid.set_channel("velocity", numpy.zeros((512, 3))), "velocity"),
+            (lambda: self.fluid.add_emitter(channels={"heat": (1, 2, 3, 4, 5)}), "width"),
             (lambda: self.fluid.move_collider(5, points, 0.1), "collider 5"),
             (lambda: self.fluid.set_forces([{"kind": "magnet"}]), "magnet"),
             (lambda: self.fluid.add_emitter(speed=-1.0), "speed"),

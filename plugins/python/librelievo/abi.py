@@ -1462,7 +1462,7 @@ class RlvFluidOptions(Structure):
 class RlvFluidInfo(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
-        ("reserved", c_uint32),
+        ("channel_count", c_uint32),
         ("particle_count", c_size_t),
         ("wall_count", c_size_t),
         ("seconds", c_double),
@@ -1484,6 +1484,9 @@ class RlvFluidParticles(Structure):
         ("velocity_stride", c_size_t),
         ("velocity", c_float * 3),
         ("reserved", c_uint32),
+        ("channels", POINTER(RlvAttributeArrays)),
+        ("channel_count", c_size_t),
+        ("channel_stride", c_size_t),
     ]
 
 
@@ -1540,6 +1543,9 @@ class RlvFluidEmitterOptions(Structure):
         ("lifetime", c_float),
         ("begin", c_double),
         ("end", c_double),
+        ("channels", POINTER(RlvAttributeArrays)),
+        ("channel_count", c_size_t),
+        ("channel_stride", c_size_t),
     ]
 
 
@@ -1867,10 +1873,10 @@ INIT = {
     RlvIsosurfaceTable: (ctypes.sizeof(RlvIsosurfaceTable), 0, None, None, (0,), (0,),),
     RlvFluidOptions: (ctypes.sizeof(RlvFluidOptions), 0, 0.02, 1000.0, 0.001, 0.001, 0.0, (0.0, 0.0, -9.81,), 0.01, 0.001, 3, 100, 0, 0.4, 0.005, 0,),
     RlvFluidInfo: (ctypes.sizeof(RlvFluidInfo), 0, 0, 0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0,), 0.0,),
-    RlvFluidParticles: (ctypes.sizeof(RlvFluidParticles), 0.0, 0, None, 0, None, 0, (0.0, 0.0, 0.0,), 0,),
+    RlvFluidParticles: (ctypes.sizeof(RlvFluidParticles), 0.0, 0, None, 0, None, 0, (0.0, 0.0, 0.0,), 0, None, 0, 0,),
     RlvFluidArrays: (ctypes.sizeof(RlvFluidArrays), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
     RlvFluidColliderOptions: (ctypes.sizeof(RlvFluidColliderOptions), 0, 0.0, 0,),
-    RlvFluidEmitterOptions: (ctypes.sizeof(RlvFluidEmitterOptions), 0, (0.0, 0.0, 0.0,), (0.0, 0.0, 1.0,), (0.0, 0.0, 0.0,), 0.1, 1.0, 0.0, 0.0, 0.0,),
+    RlvFluidEmitterOptions: (ctypes.sizeof(RlvFluidEmitterOptions), 0, (0.0, 0.0, 0.0,), (0.0, 0.0, 1.0,), (0.0, 0.0, 0.0,), 0.1, 1.0, 0.0, 0.0, 0.0, None, 0, 0,),
     RlvFluidReport: (ctypes.sizeof(RlvFluidReport), 0, 0.0, 0, 0, 0.0, 0.0, (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), 0, 0, 0,),
     RlvImprintSettings: (ctypes.sizeof(RlvImprintSettings), 16777216, 0.09817477, 0, 1.0, 1.0, 60000.0, 0.0, 1, 256, 1, 1, 0.0, 0.1, 0.6,),
     RlvImprintMoment: (ctypes.sizeof(RlvImprintMoment), 0, 0, 0, 0,),
@@ -2115,6 +2121,10 @@ FUNCTIONS = {
     "rlv_fluid_step": (RlvResult, [("fluid", RlvFluid), ("seconds", c_float), ("out", POINTER(RlvFluidReport))]),
     "rlv_fluid_advance": (RlvResult, [("fluid", RlvFluid), ("seconds", c_double), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvFluidReport))]),
     "rlv_fluid_get": (RlvResult, [("fluid", RlvFluid), ("arrays", POINTER(RlvFluidArrays))]),
+    "rlv_fluid_set_channel": (RlvResult, [("fluid", RlvFluid), ("channel", POINTER(RlvAttributeArrays))]),
+    "rlv_fluid_find_channel": (RlvResult, [("fluid", RlvFluid), ("name", c_char_p), ("out", c_uint32_p)]),
+    "rlv_fluid_channel_info": (RlvResult, [("fluid", RlvFluid), ("index", c_uint32), ("out", POINTER(RlvAttributeInfo))]),
+    "rlv_fluid_get_channel": (RlvResult, [("fluid", RlvFluid), ("index", c_uint32), ("values", c_float_p), ("capacity", c_size_t), ("stride", c_size_t)]),
     "rlv_fluid_isosurface": (RlvResult, [("fluid", RlvFluid), ("options", POINTER(RlvIsosurfaceOptions)), ("out", POINTER(RlvIsosurface))]),
     "rlv_imprint_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
     "rlv_imprint_run": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("report", POINTER(RlvImprintReport))]),

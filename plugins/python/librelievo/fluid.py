@@ -7,12 +7,14 @@ import numpy
 from . import abi, library, record
 from .array import Reading, address, writing
 from .array import matrix as matrix_of
+from .channel import find_channel, read_channel
 from .error import Invalid
 from .handle import Handle
-from .isosurface import Isosurface, isosurface_options
+from .isosurface import Isosurface, isosurface_options, set_channels
 from .parameter import address_of
 from .progress import watched
 
+CHANNEL = ("rlv_fluid_find_channel", "rlv_fluid_channel_info", "rlv_fluid_get_channel")
 # What `Fluid.get` knows: the fields of RlvFluidArrays, their types and numbers a particle.
 FIELDS = {
     "points": (numpy.float32, 3),
@@ -53,9 +55,9 @@ class Fluid(Handle):
         library.call("rlv_fluid_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def add(self, points, velocities=(0, 0, 0), lifetime=0.0):
+    def add(self, points, velocities=(0, 0, 0), lifetime=0.0, channels=None):
         """Adds particles at points (n, 3) in metres with velocities in m/s, one for all or (n, 3); a lifetime of 0 seconds is
-        for those that stay."""
+        for those that stay. `channels` are arrays by their names: (n, 1 to 4), or one row for all."""
         points = Reading(points, numpy.float32, 3, "points")
         velocities = Reading(velocities, numpy.float32, 3, "velocities")
         particles = record.fill(abi.RlvFluidParticles, {"lifetime": lifetime})
@@ -67,6 +69,8 @@ class Fluid(Handle):
             particles.velocity[:] = velocities.array[0].tolist()
         else:
             raise Invalid(f"velocities: there are {velocities.count} for {points.count} points")
+        entries, _kept = set_channels(channels)
+        particles.channels, particles.channel_count = entries, len(entries)
         library.call("rlv_fluid_add", self.handle, ctypes.byref(particles))
 
     def add_box(self, low, high, velocity=(0, 0, 0)):
@@ -81,14 +85,16 @@ class Fluid(Handle):
         library.call("rlv_fluid_fill", self.handle, *given)
         return added.value
 
-    def add_emitter(self, mesh=None, matrix=None, **options):
+    def add_emitter(self, mesh=None, matrix=None, channels=None, **options):
         """Adds an emitter: the surface of a mesh, or a disc or rectangle; options are the fields of
-        RlvFluidEmitterOptions."""
+        RlvFluidEmitterOptions, `channels` what its particles carry: 1 to 4 numbers by names."""
         placed = matrix_of(matrix)
         if mesh is not None:
             options.setdefault("shape", "surface")
         told = record.fill(abi.RlvFluidEmitterOptions, options, shape=abi.RlvFluidEmitterShape)
         handle = abi.RlvMesh() if mesh is None else mesh.handle
+        entries, _kept = set_channels({name: numpy.reshape(value, (1, -1)) for name, value in (channels or {}).items()})
+        told.channels, told.channel_count = entries, len(entries)
         library.call("rlv_fluid_add_emitter", self.handle, ctypes.byref(told), handle, address(placed))
 
     def add_sink(self, low, high, is_outside=False):
@@ -204,6 +210,19 @@ class Fluid(Handle):
             setattr(arrays, STRIDES[name], stride)
         library.call("rlv_fluid_get", self.handle, ctypes.byref(arrays))
         return found
+
+    def set_channel(self, name, values):
+        """Gives each particle a row of values (n, 1 to 4), which it carries from now on."""
+        entries, _kept = set_channels({name: values})
+        library.call("rlv_fluid_set_channel", self.handle, entries)
+
+    def channel(self, name):
+        """What particles carry by a name, (n, 1 to 4)."""
+        return find_channel(self.handle, CHANNEL, name)
+
+    def channels(self):
+        """All that particles carry, (n, 1 to 4) by names."""
+        return dict(read_channel(self.handle, CHANNEL, index) for index in range(self.info.channel_count))
 
     def isosurface(self, **options):
         """The surface of the particles where they are now; options are the fields of RlvIsosurfaceOptions, of which the

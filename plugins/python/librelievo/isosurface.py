@@ -26,8 +26,14 @@ def isosurface_options(options):
 
 def mesh_options(channels=None, **options):
     """RlvIsosurfaceMeshOptions, and what keeps their arrays. `channels` are arrays (n, 1 to 4) by their names."""
-    made, kept = record.fill(abi.RlvIsosurfaceMeshOptions, options), []
-    entries = (abi.RlvAttributeArrays * len(channels or {}))()
+    made, kept = record.fill(abi.RlvIsosurfaceMeshOptions, options), set_channels(channels)
+    made.channels, made.channel_count = kept[0], len(kept[0])
+    return made, kept
+
+
+def set_channels(channels):
+    """An array of RlvAttributeArrays of arrays (n, 1 to 4) by their names, and what keeps their numbers."""
+    kept, entries = [], (abi.RlvAttributeArrays * len(channels or {}))()
     for at, (name, values) in enumerate((channels or {}).items()):
         values = numpy.asarray(values, numpy.float32)
         values = values.reshape(len(values), -1) if values.ndim else values
@@ -37,8 +43,7 @@ def mesh_options(channels=None, **options):
         entries[at] = record.fill(abi.RlvAttributeArrays, told, domain=abi.RlvDomain)
         set_array(entries[at], reading, "values", "value_count", "value_stride")
         kept.append(reading)
-    made.channels, made.channel_count = entries, len(entries)
-    return made, (entries, kept)
+    return entries, kept
 
 
 class Isosurface(Handle):

@@ -6,15 +6,17 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use glam::Vec3;
-use relievo_core::{Attribute, Domain, Error, Progress, Result, Values};
+use relievo_core::{Error, Progress, Result};
 use relievo_fluid::{
-    Channel, March, Motion, Ray, RayCaster, Smoothing, Surface, SurfaceFunction, Trail, Visibility, classify, smooth,
+    Channel, March, Motion, ParticleChannel, Ray, RayCaster, Smoothing, Surface, SurfaceFunction, Trail, Visibility,
+    classify, smooth,
 };
 
-use crate::array::{Input, Output, Plain, descriptors, present, put};
+use crate::array::{Input, Output, Plain, present, put};
+use crate::channel::channels;
 use crate::context::{ContextObject, HostProgress, RlvContext, RlvProgress};
 use crate::descriptor::{check_optional, read_descriptor, read_optional, write_descriptor, write_optional};
-use crate::mesh::{self, RlvAttributeArrays, RlvMesh, copy_attribute, finite};
+use crate::mesh::{self, RlvAttributeArrays, RlvMesh, finite};
 use crate::registry::{self, handle};
 
 handle!(RlvIsosurface, 21, IsosurfaceObject);
@@ -158,19 +160,28 @@ pub struct IsosurfaceObject {
     points: Vec<[f32; 3]>,
     /// None where nothing moves.
     velocities: Vec<[f32; 3]>,
+    /// What vertices get the mean of beside velocities.
+    channels: Vec<ParticleChannel>,
     /// Of a particle.
     radius: f32,
 }
 
+/// Particles in the order of the host, and what they carry; velocities and channels may be none.
+pub struct Carried {
+    pub points: Vec<[f32; 3]>,
+    pub velocities: Vec<[f32; 3]>,
+    pub channels: Vec<ParticleChannel>,
+}
+
 impl IsosurfaceObject {
-    /// Of particles in the order of the host; velocities and flags may be none. `radius` is that of a particle where no
+    /// Of particles; flags of blind ones may be none. `radius` is that of a particle where no
     /// options are given.
     ///
     /// # Safety
     /// `options` is NULL or a descriptor that starts with its size.
     pub unsafe fn new(
         context: Arc<ContextObject>,
-        [points, velocities]: [Vec<[f32; 3]>; 2],
+        Carried { points, velocities, channels }: Carried,
         blind: &[bool],
         options: *const RlvIsosurfaceOptions,
         radius: f32,
@@ -200,7 +211,7 @@ impl IsosurfaceObject {
         let motion = Motion { velocities: &velocities, shutter: [given.shutter_open, given.shutter_close] };
         let march = March { steps: given.march_steps };
         let caster = RayCaster::new(executor, &surface, motion, blind, march)?;
-        Ok(Self { context, surface, caster, points, velocities, radius: given.radius })
+        Ok(Self { context, surface, caster, points, velocities, channels, radius: given.radius })
     }
 }
 
@@ -231,7 +242,7 @@ fn function(given: &RlvIsosurfaceOptions) -> Result<SurfaceFunction> {
 /// `options` is NULL or a descriptor that starts with its size.
 pub unsafe fn register(
     context: Arc<ContextObject>,
-    particles: [Vec<[f32; 3]>; 2],
+    particles: Carried,
     options: *const RlvIsosurfaceOptions,
     radius: f32,
 ) -> Result<RlvIsosurface> {
@@ -244,7 +255,7 @@ pub struct Meshing {
     object: Arc<IsosurfaceObject>,
     cell: f32,
     smoothing: Smoothing,
-    channels: Vec<Attribute>,
+    channels: Vec<ParticleChannel>,
 }
 
 impl Meshing {
@@ -269,24 +280,8 @@ impl Meshing {
         // SAFETY: promised by the caller.
         let given = unsafe { read_optional(options, default) }?;
         let limit = object.context.context.memory_limit();
-        let mut channels = Vec::new();
         // SAFETY: promised by the caller.
-        let list = unsafe { descriptors("channels", given.channels, given.channel_count, given.channel_stride) }?;
-        for (at, pointer) in list.enumerate() {
-            // SAFETY: a descriptor of nothing but numbers and NULL pointers.
-            let default: RlvAttributeArrays = unsafe { std::mem::zeroed() };
-            // SAFETY: the caller promises descriptors that start with their size, with arrays of their counts.
-            let channel =
-                unsafe { read_descriptor(pointer, default).and_then(|arrays| copy_attribute(&arrays, limit)) };
-            let channel = channel.map_err(|error| error.at(format!("channel {at}")))?;
-            let is_float = matches!(channel.values, Values::F32(_));
-            if channel.domain != Domain::Point || channel.indices.is_some() || !is_float {
-                return Err(Error::invalid("it is no attribute of floats on points without indices")
-                    .at(format!("channel `{}`", channel.name))
-                    .advise("use RLV_DOMAIN_POINT, RLV_TYPE_F32 and no indices"));
-            }
-            channels.push(channel);
-        }
+        let channels = unsafe { channels(given.channels, given.channel_count, given.channel_stride, limit) }?;
         let cell = if given.cell == 0.0 { object.radius } else { given.cell };
         let smoothing =
             Smoothing { iterations: given.iterations, forwards: given.forwards, backwards: given.backwards };
@@ -303,13 +298,11 @@ impl Meshing {
         let velocities = self.object.velocities.as_flattened();
         let velocity = Channel { name: "velocity", width: 3, values: velocities };
         let mut channels: Vec<Channel> = (!velocities.is_empty()).then_some(velocity).into_iter().collect();
-        for channel in &self.channels {
+        for channel in self.object.channels.iter().chain(&self.channels) {
             if channels.iter().any(|other| other.name == channel.name) {
                 return Err(Error::invalid("there are two of this name").at(format!("channel `{}`", channel.name)));
             }
-            if let Values::F32(values) = &channel.values {
-                channels.push(Channel { name: &channel.name, width: channel.width as usize, values });
-            }
+            channels.push(channel.view());
         }
         let mut made = relievo_fluid::mesh(context, &self.object.surface, self.cell, &channels, progress)?;
         if self.smoothing.iterations > 0 {
@@ -406,8 +399,9 @@ entry! {
             return Err(Error::invalid(format!("{} is not 0 or 1", blind[at])).at(format!("blind, element {at}")));
         }
         let blind: Vec<bool> = blind.into_iter().map(|blind| blind == 1).collect();
+        let particles = Carried { points, velocities, channels: Vec::new() };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        let made = unsafe { IsosurfaceObject::new(context, [points, velocities], &blind, options, 0.01) }?;
+        let made = unsafe { IsosurfaceObject::new(context, particles, &blind, options, 0.01) }?;
         let made = registry::insert(made)?;
         // SAFETY: checked above.
         unsafe { put(out, made) };

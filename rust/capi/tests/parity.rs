@@ -13,11 +13,16 @@ fn folder(inside: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(inside)
 }
 
+/// The files of a folder and those below it.
 fn texts(folder: &Path, extension: &str) -> String {
     let mut paths: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    paths.retain(|path| path.extension().is_some_and(|found| found == extension));
     paths.sort();
-    paths.iter().map(|path| std::fs::read_to_string(path).unwrap()).collect()
+    let text = |path: &PathBuf| match path.is_dir() {
+        true => texts(path, extension),
+        false if path.extension().is_some_and(|found| found == extension) => std::fs::read_to_string(path).unwrap(),
+        false => String::new(),
+    };
+    paths.iter().map(text).collect()
 }
 
 /// The headers without comments, preprocessor lines and line breaks.

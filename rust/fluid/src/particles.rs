@@ -3,10 +3,14 @@
 use glam::{Vec3, Vec4};
 use relievo_core::{Context, Error, Result};
 
+use crate::isosurface::Channel;
 use crate::neighbours::NOWHERE;
+use crate::state::State;
 
 /// Particles at most: numbers of what is beside them must fit too.
-const MOST: usize = 1 << 30;
+pub const MOST: usize = 1 << 30;
+/// Channels at most, as files have no more beside velocities.
+pub const MOST_CHANNELS: usize = 255;
 
 /// Numbers that particles carry with them, such as a colour.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +23,13 @@ pub struct ParticleChannel {
     pub values: Vec<f32>,
 }
 
+impl ParticleChannel {
+    /// What is in it.
+    pub fn view(&self) -> Channel<'_> {
+        Channel { name: &self.name, width: self.width, values: &self.values }
+    }
+}
+
 /// Particles that are added to a fluid.
 #[derive(Clone, Copy, Debug)]
 pub struct Batch<'a> {
@@ -28,97 +39,16 @@ pub struct Batch<'a> {
     pub velocities: &'a [Vec3],
     /// Seconds until they are removed; infinite for those that stay.
     pub lifetime: f32,
-    /// What all of them have in channels of these names, 1 to 4 numbers each. Where a particle has nothing, it has zeros.
-    pub channels: &'a [(&'a str, &'a [f32])],
+    /// What they have in channels: the numbers of one for all, or those of each. Where a particle has nothing, it has zeros.
+    pub channels: &'a [Channel<'a>],
 }
 
-/// All that a fluid goes on from: one with the same options and walls does the same from it, to the bit. The rows of all
-/// lists are in the same order, which counts.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct State {
-    /// Seconds since the beginning.
-    pub seconds: f64,
-    /// The largest acceleration in the last step, in m/s².
-    pub pulled: f32,
-    /// The share of the Courant step that is taken, above 0 and at most 1.
-    pub share: f32,
-    /// The number that the next particle gets.
-    pub next: u32,
-    /// Places in metres; the fourth numbers are what a step begins with.
-    pub places: Vec<Vec4>,
-    /// Velocities in m/s; the fourth numbers are what corrections of velocities begin with.
-    pub velocities: Vec<Vec4>,
-    /// Accelerations by the host in m/s²; the fourth numbers are 0.
-    pub pushes: Vec<Vec4>,
-    /// Pressures in Pa.
-    pub pressures: Vec<f32>,
-    /// Numbers, different ones.
-    pub numbers: Vec<u32>,
-    /// When particles were added, in seconds since the beginning.
-    pub births: Vec<f64>,
-    /// How many seconds after that they are removed; infinite for those that stay.
-    pub lifetimes: Vec<f32>,
-    /// What they carry beside that.
-    pub channels: Vec<ParticleChannel>,
+/// Whether no channel may be called so: velocities are beside channels.
+pub fn is_reserved(name: &str) -> bool {
+    name.is_empty() || name == "velocity"
 }
 
-impl State {
-    /// Fails if lists are not of the same length, a number is out of range, two particles have the same number, or two
-    /// channels the same name.
-    pub fn check(&self) -> Result<()> {
-        let count = self.numbers.len();
-        let lists = [
-            ("places", self.places.len()),
-            ("velocities", self.velocities.len()),
-            ("pushes", self.pushes.len()),
-            ("pressures", self.pressures.len()),
-            ("births", self.births.len()),
-            ("lifetimes", self.lifetimes.len()),
-        ];
-        if let Some((name, length)) = lists.into_iter().find(|(_, length)| *length != count) {
-            return Err(Error::invalid(format!("there are {length} rows for {count} particles")).at(name));
-        }
-        if count > MOST {
-            return Err(too_many());
-        }
-        let refuse = |name: &str, what: &str| Err(Error::invalid(what).at(name));
-        let is_sound = |row: &Vec4| row.is_finite();
-        if !self.places.iter().all(|place| is_sound(place) && place.w >= 0.0) {
-            return refuse("places", "a number is not finite, or a pressure negative");
-        }
-        if !self.velocities.iter().all(|velocity| is_sound(velocity) && velocity.w >= 0.0) {
-            return refuse("velocities", "a number is not finite, or a pressure negative");
-        }
-        if !self.pushes.iter().all(|push| is_sound(push) && push.w == 0.0) {
-            return refuse("pushes", "a number is not finite, or a fourth one is not 0");
-        }
-        if !self.pressures.iter().all(|pressure| pressure.is_finite()) {
-            return refuse("pressures", "a number is not finite");
-        }
-        if !self.births.iter().all(|birth| birth.is_finite()) || !self.lifetimes.iter().all(|seconds| *seconds > 0.0) {
-            return refuse("lifetimes", "a particle is removed before it is added");
-        }
-        let mut numbers = self.numbers.clone();
-        numbers.sort_unstable();
-        if numbers.windows(2).any(|pair| pair[0] == pair[1]) || numbers.last().is_some_and(|last| *last >= self.next) {
-            return refuse("numbers", "two particles have the same number, or one that is yet to be given");
-        }
-        let steps = (0.0..=1.0).contains(&self.share) && self.share > 0.0 && self.pulled >= 0.0;
-        if !(steps && self.pulled.is_finite() && self.seconds.is_finite()) {
-            return refuse("steps", "the time or what steps follow from is out of range");
-        }
-        for (at, channel) in self.channels.iter().enumerate() {
-            let is_named = self.channels[..at].iter().any(|other| other.name == channel.name);
-            let is_whole = channel.values.len() == count * channel.width && (1..=4).contains(&channel.width);
-            if is_named || !is_whole || !channel.values.iter().all(|value| value.is_finite()) {
-                return refuse(&channel.name, "a channel has not 1 to 4 finite numbers a particle, or occurs twice");
-            }
-        }
-        Ok(())
-    }
-}
-
-fn too_many() -> Error {
+pub fn too_many() -> Error {
     Error::memory("a fluid has at most 2³⁰ particles").advise("take a larger spacing")
 }
 
@@ -185,11 +115,18 @@ impl Particles {
         let (Some(next), true) = (self.next.checked_add(added as u32), count <= MOST) else {
             return Err(too_many());
         };
-        for (name, values) in batch.channels {
-            self.channel(name, values.len())?;
+        for Channel { name, width, values } in batch.channels {
+            if values.len() != *width && values.len() != added * width {
+                let given = values.len();
+                return Err(Error::invalid(format!("{given} numbers are given for {added} particles")).at(*name));
+            }
             if !values.iter().all(|value| value.is_finite()) {
                 return Err(Error::invalid("a number of a channel is not finite").at(*name));
             }
+            self.find(name, *width)?;
+        }
+        for Channel { name, width, .. } in batch.channels {
+            self.channel(name, *width)?;
         }
         self.places.truncate(self.numbers.len());
         self.velocities.truncate(self.numbers.len());
@@ -204,8 +141,8 @@ impl Particles {
         self.lifetimes.resize(count, batch.lifetime);
         self.is_mortal |= batch.lifetime.is_finite();
         for channel in &mut self.channels {
-            match batch.channels.iter().find(|(name, _)| *name == channel.name) {
-                Some((_, values)) => channel.values.extend(values.iter().cycle().take(added * channel.width)),
+            match batch.channels.iter().find(|given| given.name == channel.name) {
+                Some(given) => channel.values.extend(given.values.iter().cycle().take(added * channel.width)),
                 None => channel.values.resize(count * channel.width, 0.0),
             }
         }
@@ -214,21 +151,26 @@ impl Particles {
 
     /// The channel of a name and so many numbers a particle, of zeros if it is new. Fails if it has another width.
     pub fn channel(&mut self, name: &str, width: usize) -> Result<&mut ParticleChannel> {
-        let at = self.channels.iter().position(|channel| channel.name == name);
-        let at = match at {
-            Some(at) if self.channels[at].width == width => at,
-            None if (1..=4).contains(&width) && !name.is_empty() => {
-                let values = vec![0.0; width * self.len()];
-                self.channels.push(ParticleChannel { name: name.into(), width, values });
-                self.channels.len() - 1
-            }
-            _ => {
-                return Err(Error::invalid(format!("{width} numbers a particle cannot be in this channel"))
-                    .at(name)
-                    .advise("use a name and 1 to 4 numbers, as many as the channel has if it is there"));
-            }
-        };
+        let at = self.find(name, width)?.unwrap_or(self.channels.len());
+        if at == self.channels.len() {
+            let values = vec![0.0; width * self.len()];
+            self.channels.push(ParticleChannel { name: name.into(), width, values });
+        }
         Ok(&mut self.channels[at])
+    }
+
+    /// Which one it is, if there is one. Fails if there is none and cannot be, or it has another width.
+    fn find(&self, name: &str, width: usize) -> Result<Option<usize>> {
+        match self.channels.iter().position(|channel| channel.name == name) {
+            Some(at) if self.channels[at].width == width => Ok(Some(at)),
+            None if (1..=4).contains(&width) && !is_reserved(name) && self.channels.len() < MOST_CHANNELS => Ok(None),
+            _ => Err(Error::invalid(format!("{width} numbers a particle cannot be in this channel")).at(name).advise(
+                format!(
+                    "use another name than `velocity`, 1 to 4 numbers, as many as the channel has if it is there, and at most \
+                     {MOST_CHANNELS} channels"
+                ),
+            )),
+        }
     }
 
     /// Removes the particles of which `is_gone` says so by their place in the lists, and returns how many.
@@ -348,23 +290,29 @@ fn moved<T: Copy + Send + Sync>(context: &Context, order: &[u32], from: &[T], wi
 mod tests {
     use super::*;
 
-    fn batch<'a>(places: &'a [Vec3], channels: &'a [(&'a str, &'a [f32])]) -> Batch<'a> {
+    fn batch<'a>(places: &'a [Vec3], channels: &'a [Channel<'a>]) -> Batch<'a> {
         Batch { places, velocities: &[Vec3::X], lifetime: 2.0, channels }
+    }
+
+    fn channel<'a>(name: &'a str, width: usize, values: &'a [f32]) -> [Channel<'a>; 1] {
+        [Channel { name, width, values }]
     }
 
     #[test]
     fn what_particles_carry_goes_with_them() {
         let mut particles = Particles::default();
         let places: Vec<Vec3> = (0..6).map(|at| Vec3::splat(at as f32)).collect();
-        particles.add(&batch(&places, &[("color", &[0.1, 0.2, 0.3])]), 0.0).unwrap();
-        particles.add(&Batch { lifetime: f32::INFINITY, ..batch(&places[..2], &[("age", &[7.0])]) }, 1.0).unwrap();
+        particles.add(&batch(&places, &channel("color", 3, &[0.1, 0.2, 0.3])), 0.0).unwrap();
+        particles
+            .add(&Batch { lifetime: f32::INFINITY, ..batch(&places[..2], &channel("age", 1, &[7.0, 8.0])) }, 1.0)
+            .unwrap();
         particles.sort(&Context::serial(), &[7, 1, 2, 3, 4, 5, 6, 0]);
         assert_eq!(particles.remove(|at| at == 1), 1);
         assert_eq!(particles.numbers, [7, 2, 3, 4, 5, 6, 0]);
         assert!(particles.places[0] == Vec4::new(1.0, 1.0, 1.0, 0.0) && particles.places[7] == NOWHERE);
         let state = particles.save();
         assert_eq!(state.channels[0].values[..6], [0.0, 0.0, 0.0, 0.1, 0.2, 0.3]);
-        assert_eq!(state.channels[1].values, [7.0, 0.0, 0.0, 0.0, 0.0, 7.0, 0.0]);
+        assert_eq!(state.channels[1].values, [8.0, 0.0, 0.0, 0.0, 0.0, 7.0, 0.0]);
         particles = Particles::restore(state.clone());
         assert_eq!(particles.save(), state);
         particles.expire(2.0);
@@ -376,12 +324,15 @@ mod tests {
     #[test]
     fn what_cannot_be_particles_is_refused() {
         let mut particles = Particles::default();
-        particles.add(&batch(&[Vec3::ZERO; 3], &[("age", &[1.0])]), 0.0).unwrap();
+        particles.add(&batch(&[Vec3::ZERO; 3], &channel("age", 1, &[1.0])), 0.0).unwrap();
         let mut refused = |batch: Batch| assert!(particles.add(&batch, 0.0).is_err() && particles.len() == 3);
         refused(batch(&[Vec3::NAN], &[]));
-        refused(batch(&[Vec3::ZERO], &[("age", &[1.0, 2.0])]));
-        refused(batch(&[Vec3::ZERO], &[("", &[1.0])]));
-        refused(batch(&[Vec3::ZERO], &[("color", &[f32::NAN, 0.0, 0.0])]));
+        refused(batch(&[Vec3::ZERO], &channel("age", 2, &[1.0, 2.0])));
+        refused(batch(&[Vec3::ZERO; 3], &channel("age", 1, &[1.0, 2.0])));
+        refused(batch(&[Vec3::ZERO], &channel("", 1, &[1.0])));
+        refused(batch(&[Vec3::ZERO], &channel("velocity", 3, &[1.0; 3])));
+        refused(batch(&[Vec3::ZERO], &channel("color", 5, &[0.0; 5])));
+        refused(batch(&[Vec3::ZERO], &channel("color", 3, &[f32::NAN, 0.0, 0.0])));
         refused(Batch { velocities: &[Vec3::X; 2], ..batch(&[Vec3::ZERO; 3], &[]) });
         refused(Batch { lifetime: f32::NAN, ..batch(&[Vec3::ZERO], &[]) });
         let state = State { share: 1.0, ..particles.save() };
@@ -396,6 +347,7 @@ mod tests {
         refused(&|state| state.numbers[1] = 0);
         refused(&|state| state.numbers[2] = 3);
         refused(&|state| state.channels[0].width = 5);
+        refused(&|state| state.channels[0].name = "velocity".into());
         refused(&|state| state.channels[0].values.truncate(1));
         refused(&|state| state.lifetimes[0] = 0.0);
         refused(&|state| state.share = 0.0);

@@ -12,9 +12,10 @@ use crate::force::{self, Force};
 use crate::neighbours::Neighbours;
 use crate::pace::{Pace, within};
 use crate::pairs::Rows;
-use crate::particles::{Batch, ParticleChannel, Particles, State};
+use crate::particles::{Batch, ParticleChannel, Particles};
 use crate::pcisph::Excess;
 use crate::prepare::{Begin, Found, prepare};
+use crate::state::State;
 use crate::sweep::Sweep;
 use crate::wall::Wall;
 

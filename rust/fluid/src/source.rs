@@ -3,6 +3,7 @@
 use glam::{Vec3, Vec4Swizzles};
 use relievo_core::{Error, Result};
 
+use crate::isosurface::Channel;
 use crate::particles::Batch;
 use crate::sampling::sample;
 use crate::solid::Solid;
@@ -115,8 +116,8 @@ impl Emitter {
             let kept = |list: &[Vec3]| -> Vec<Vec3> {
                 is_free.iter().zip(list.iter().cycle()).filter(|(is_free, _)| **is_free).map(|(_, row)| *row).collect()
             };
-            let channels: Vec<(&str, &[f32])> =
-                self.channels.iter().map(|(name, values)| (name.as_str(), values.as_slice())).collect();
+            let channels = self.channels.iter().map(|(name, values)| Channel { name, width: values.len(), values });
+            let channels: Vec<Channel> = channels.collect();
             let (places, velocities) = (kept(&moved), kept(&self.velocities));
             if !places.is_empty() {
                 let batch =

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use relievo_core::{Error, Result};
 
-use super::{RlvFluidArrays, Simulation};
+use super::Simulation;
 use crate::array::{Input, Output, reserve};
 
 /// Three floats.
@@ -28,6 +28,26 @@ pub unsafe fn vectors(name: &str, pointer: *const f32, count: usize, stride: usi
     match room.iter().position(|vector: &Vec3| !vector.is_finite()) {
         Some(at) => Err(Error::invalid("a number is not finite").at(format!("{name}, element {at}"))),
         None => Ok(room),
+    }
+}
+
+descriptor! {
+    pub struct RlvFluidArrays {
+        struct_size: u32,
+        reserved: u32,
+        capacity: usize,
+        points: *mut f32,
+        point_stride: usize,
+        velocities: *mut f32,
+        velocity_stride: usize,
+        numbers: *mut u32,
+        number_stride: usize,
+        pressures: *mut f32,
+        pressure_stride: usize,
+        densities: *mut f32,
+        density_stride: usize,
+        births: *mut f64,
+        birth_stride: usize,
     }
 }
 

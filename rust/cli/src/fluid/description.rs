@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::Vec3;
 use relievo_core::{Context, Error, Result, file};
 use relievo_fluid::{
-    Batch, Bodies, Excess, Fluid, FluidOptions, KernelSet, PressureSolver, Solid, TimeStep, basin, block,
+    Batch, Bodies, Channel, Excess, Fluid, FluidOptions, KernelSet, PressureSolver, Solid, TimeStep, basin, block,
 };
 use serde::Deserialize;
 
@@ -246,7 +246,8 @@ impl Description {
             let places = fill.places(context, &self.folder, self.spacing()).map_err(named)?;
             let mut places = fluid.beside_walls(context, &places).map_err(named)?;
             places.retain(|place| !obstacles.iter().any(|solid| solid.is_inside(*place)));
-            let channels: Vec<(&str, &[f32])> = fill.color.iter().map(|color| ("color", color.as_slice())).collect();
+            let channels: Vec<Channel> =
+                fill.color.iter().map(|color| Channel { name: "color", width: 3, values: color }).collect();
             let velocities = [Vec3::from(fill.velocity)];
             let batch =
                 Batch { places: &places, velocities: &velocities, lifetime: f32::INFINITY, channels: &channels };

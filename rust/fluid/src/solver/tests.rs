@@ -1,6 +1,6 @@
 use super::*;
 use crate::TimeStep;
-use crate::{KernelSet, PressureSolver, basin, block};
+use crate::{Channel, KernelSet, PressureSolver, basin, block};
 
 /// A number in 0..1 that follows from two.
 fn noise(number: u32, kind: u32) -> f32 {
@@ -97,7 +97,7 @@ fn a_state_goes_on_to_the_bit() {
     let places = block(Vec3::ZERO, Vec3::new(0.4, 0.4, 0.6), 0.05).unwrap();
     let (short, long) = places.split_at(200);
     fluid.add(long, Vec3::ZERO).unwrap();
-    let color = [("color", [0.1, 0.2, 0.7].as_slice())];
+    let color = [Channel { name: "color", width: 3, values: &[0.1, 0.2, 0.7] }];
     let batch = Batch { places: short, velocities: &[Vec3::ZERO], lifetime: 0.09, channels: &color };
     fluid.add_batch(&batch).unwrap();
     fluid.advance(&context, 0.05, |_, _| Ok(())).unwrap();
