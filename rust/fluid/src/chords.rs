@@ -1,29 +1,39 @@
-//! The particles along a ray by the chords of their kernels, where s of a particle is a quadratic function of the
-//! distance along the ray: values there need no positions.
+//! The particles along a piece of a ray by the chords of their kernels, where s of a particle is a quadratic function of
+//! the distance along the ray: at a distance t, s = quadratic · (t − middle)² + least. Values there need no positions.
 
-use glam::Vec3;
+use std::ops::Range;
+
+use glam::{DVec3, Vec3};
 use relievo_core::dispatch_simd;
 use relievo_core::lanes::Lanes;
 use relievo_core::simd::Level;
 
 use crate::function::Combination;
+use crate::pairs::Vectors;
 use crate::probe::Sums;
 use crate::profile::{WIDEST, Weight, with_weight};
 use crate::surface::Surface;
 
-/// A particle's kernel along a ray: at a distance t, s = quadratic · (t − middle)² + least.
+/// A piece of a ray, in coordinates around its beginning so that f32 is fine enough however far the ray comes from.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Chord {
-    /// Where s is below 1.
-    pub span: [f32; 2],
-    pub quadratic: f32,
-    pub middle: f32,
-    pub least: f32,
-    /// From the ray at `middle` to the particle.
-    pub aside: Vec3,
-    pub amplitude: f32,
-    /// In the order of the surface.
-    pub particle: u32,
+pub(crate) struct Piece {
+    /// A place near the beginning.
+    pub anchor: Vec3,
+    /// From there to the beginning, less than what coordinates are rounded by.
+    pub offset: Vec3,
+    /// A unit vector.
+    pub direction: Vec3,
+    /// The time in seconds.
+    pub time: f32,
+}
+
+impl Piece {
+    /// Of a ray, from a distance from its origin on.
+    pub fn new(origin: DVec3, direction: DVec3, distance: f64, time: f32) -> Self {
+        let begin = origin + distance * direction;
+        let anchor = begin.as_vec3();
+        Self { anchor, offset: (begin - anchor.as_dvec3()).as_vec3(), direction: direction.as_vec3(), time }
+    }
 }
 
 /// Chords that have not ended, and some that have.
@@ -47,26 +57,53 @@ impl Chords {
         self.truncate(0);
     }
 
-    pub fn push(&mut self, chord: Chord) {
-        let Chord { span: [begin, end], quadratic, middle, least, amplitude, aside, particle } = chord;
-        let count = self.particles.len();
-        self.particles.push(particle);
-        self.make_room();
-        let values = [quadratic, middle, least, amplitude, aside.x, aside.y, aside.z, begin, end];
-        self.columns.iter_mut().zip(values).for_each(|(column, value)| column[count] = value);
+    /// Adds those of the particles in a range of the order whose kernels the ray meets. Velocities are columns, as the
+    /// centres of the surface, or empty.
+    pub fn admit(
+        &mut self,
+        level: Level,
+        surface: &Surface,
+        velocities: &[Vec<f32>; 3],
+        piece: &Piece,
+        range: Range<usize>,
+    ) {
+        admit(level, surface, velocities, piece, range, self);
     }
 
-    fn make_room(&mut self) {
-        let room = self.particles.len() + WIDEST;
-        if self.columns[LEAST].len() < room {
-            self.columns.iter_mut().for_each(|column| column.resize(2 * room, 2.0));
+    /// Adds the chords of lanes, as [`Self::columns`], that a mask names.
+    #[inline(always)]
+    fn push(&mut self, lanes: &[[f32; WIDEST]; 9], first: usize, mut mask: u32) {
+        let count = self.particles.len();
+        if self.columns[LEAST].len() < count + 2 * WIDEST {
+            self.make_room(count + WIDEST);
         }
+        let mut places = [0u8; WIDEST];
+        let mut more = 0;
+        while mask != 0 {
+            let lane = mask.trailing_zeros();
+            mask &= mask - 1;
+            places[more] = lane as u8;
+            more += 1;
+            self.particles.push(first as u32 + lane);
+        }
+        for (column, lanes) in self.columns.iter_mut().zip(lanes) {
+            let column = &mut column[count..count + WIDEST];
+            for (value, place) in column.iter_mut().zip(&places[..more]) {
+                *value = lanes[usize::from(*place) % WIDEST];
+            }
+        }
+    }
+
+    fn make_room(&mut self, count: usize) {
+        self.columns.iter_mut().for_each(|column| column.resize(2 * (count + WIDEST), 2.0));
     }
 
     fn truncate(&mut self, count: usize) {
         let before = self.particles.len();
         self.particles.truncate(count);
-        self.make_room();
+        if self.columns[LEAST].is_empty() {
+            self.make_room(0);
+        }
         self.columns[LEAST][count..before.max(count)].fill(2.0);
         self.most = count + count / 4 + WIDEST;
     }
@@ -88,16 +125,8 @@ impl Chords {
     }
 
     /// The distance from which on a particle counts, not before `from`; infinite if there is none.
-    pub fn next(&self, from: f32) -> f32 {
-        let mut next = f32::INFINITY;
-        let ends = self.columns[BEGIN].iter().zip(&self.columns[END]).take(self.particles.len());
-        for (begin, _) in ends.filter(|(_, end)| **end >= from) {
-            if *begin <= from {
-                return from;
-            }
-            next = next.min(*begin);
-        }
-        next
+    pub fn next(&self, level: Level, from: f32) -> f32 {
+        next(level, self, from)
     }
 
     /// The value of the function at a distance along the ray.
@@ -113,7 +142,7 @@ impl Chords {
         let mut sums = Sums::default();
         for (place, particle) in self.particles.iter().enumerate() {
             let [quadratic, middle, least, amplitude, x, y, z, ..] =
-                self.columns.each_ref().map(|column| column[place]);
+                std::array::from_fn::<_, 9, _>(|column| self.columns[column][place]);
             let along = middle - at;
             let s = quadratic * along * along + least;
             if s < 1.0 {
@@ -126,6 +155,95 @@ impl Chords {
         }
         sums
     }
+}
+
+dispatch_simd! {
+    fn admit = admit_body(
+        surface: &Surface, velocities: &[Vec<f32>; 3], piece: &Piece, range: Range<usize>, chords: &mut Chords,
+    )
+}
+
+#[inline(always)]
+fn admit_body<A: Lanes>(
+    surface: &Surface,
+    velocities: &[Vec<f32>; 3],
+    piece: &Piece,
+    range: Range<usize>,
+    chords: &mut Chords,
+) {
+    // SAFETY: defined by `dispatch_simd!`.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
+    let numbers: [f32; WIDEST] = std::array::from_fn(|lane| lane as f32);
+    let (numbers, one) = (v.load(&numbers), v.splat(1.0));
+    let [anchor, offset, along] =
+        [piece.anchor, piece.offset, piece.direction].map(|vector| Vectors::splat(v, vector.extend(0.0)));
+    let moves = !velocities[0].is_empty();
+    for first in range.clone().step_by(A::WIDTH) {
+        let mut d = Vectors::load(v, &surface.centres, first).minus(v, anchor).minus(v, offset);
+        if moves {
+            d = d.plus(v, v.splat(piece.time), Vectors::load(v, velocities, first));
+        }
+        let (quadratic, middle, least, aside) = match &surface.shapes {
+            None => {
+                let sphere = v.splat(surface.sphere);
+                let middle = d.dot(v, along);
+                let aside = d.minus(v, along.times(v, middle));
+                (sphere, middle, v.mul(aside.dot(v, aside), sphere), aside)
+            }
+            Some([xx, xy, xz, yy, yz, zz]) => {
+                let [xx, xy, xz] = [v.load(&xx[first..]), v.load(&xy[first..]), v.load(&xz[first..])];
+                let [yy, yz, zz] = [v.load(&yy[first..]), v.load(&yz[first..]), v.load(&zz[first..])];
+                let rows = [Vectors([xx, xy, xz]), Vectors([xy, yy, yz]), Vectors([xz, yz, zz])];
+                let ahead = Vectors([rows[0].dot(v, along), rows[1].dot(v, along), rows[2].dot(v, along)]);
+                let quadratic = along.dot(v, ahead);
+                let middle = v.div(ahead.dot(v, d), quadratic);
+                let aside = d.minus(v, along.times(v, middle));
+                let image = Vectors([rows[0].dot(v, aside), rows[1].dot(v, aside), rows[2].dot(v, aside)]);
+                (quadratic, middle, aside.dot(v, image), aside)
+            }
+        };
+        // What does not count may be no number.
+        let left = v.splat((range.end - first).min(WIDEST) as f32);
+        let mask = v.mask(v.both(v.lt(least, one), v.lt(numbers, left)));
+        if mask != 0 {
+            let half = v.sqrt(v.div(v.sub(one, least), quadratic));
+            let amplitude = v.load(&surface.amplitudes[first..]);
+            let Vectors([x, y, z]) = aside;
+            let values = [quadratic, middle, least, amplitude, x, y, z, v.sub(middle, half), v.add(middle, half)];
+            let mut lanes = [[0.0; WIDEST]; 9];
+            for (lanes, value) in lanes.iter_mut().zip(values) {
+                v.store(value, lanes);
+            }
+            chords.push(&lanes, first, mask);
+        }
+    }
+}
+
+dispatch_simd! { fn next = next_body(chords: &Chords, from: f32) -> f32 }
+
+#[inline(always)]
+fn next_body<A: Lanes>(chords: &Chords, from: f32) -> f32 {
+    // SAFETY: defined by `dispatch_simd!`.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
+    let (here, never) = (v.splat(from), v.splat(f32::INFINITY));
+    let mut next = never;
+    let count = chords.particles.len();
+    let numbers: [f32; WIDEST] = std::array::from_fn(|lane| lane as f32);
+    let numbers = v.load(&numbers);
+    for first in (0..count).step_by(A::WIDTH) {
+        let (begin, end) = (v.load(&chords.columns[BEGIN][first..]), v.load(&chords.columns[END][first..]));
+        let left = v.splat((count - first).min(WIDEST) as f32);
+        let lasts = v.both(v.le(here, end), v.lt(numbers, left));
+        if v.mask(v.both(lasts, v.le(begin, here))) != 0 {
+            return from;
+        }
+        next = v.min(next, v.select(lasts, begin, never));
+    }
+    let mut lanes = [f32::INFINITY; WIDEST];
+    v.store(next, &mut lanes);
+    lanes.into_iter().fold(f32::INFINITY, f32::min)
 }
 
 dispatch_simd! {
@@ -148,8 +266,10 @@ fn sum_of<A: Lanes, W: Weight, const MEAN: bool>(weight: W, chords: &Chords, at:
     let v = unsafe { A::assume() };
     let count = chords.particles.len();
     // Of one length, so that one look at the end of a vector does for all.
-    let [quadratic, middle, least, amplitude, x, y, z, ..] =
-        chords.columns.each_ref().map(|column| &column[..count.next_multiple_of(A::WIDTH)]);
+    let [quadratic, middle, least, amplitude, x, y, z, _, _] = &chords.columns;
+    let end = count.next_multiple_of(A::WIDTH);
+    let (quadratic, middle, least, amplitude) = (&quadratic[..end], &middle[..end], &least[..end], &amplitude[..end]);
+    let (x, y, z) = (&x[..end], &y[..end], &z[..end]);
     let (zero, one) = (v.splat(0.0), v.splat(1.0));
     let mut total = [zero; 5];
     for first in (0..count).step_by(A::WIDTH) {
@@ -165,9 +285,6 @@ fn sum_of<A: Lanes, W: Weight, const MEAN: bool>(weight: W, chords: &Chords, at:
             total[4] = v.fused(w, v.load(&z[first..]), total[4]);
         }
     }
-    for (sum, value) in sums.iter_mut().zip(total) {
-        let mut lanes = [0.0; WIDEST];
-        v.store(value, &mut lanes);
-        *sum = lanes[..A::WIDTH].iter().sum::<f32>();
-    }
+    let of_all = [v.sum(total[0]), v.sum(total[1]), v.sum(total[2]), v.sum(total[3]), v.sum(total[4])];
+    *sums = of_all;
 }

@@ -1,6 +1,17 @@
-//! A hierarchy of boxes: which of them a ray meets, and where it enters them.
+//! A hierarchy of boxes: which of them a ray meets, and where it enters them. A node has up to sixteen boxes, which are
+//! looked at a vector at a time; with no fused operations the answers are the same at every instruction level.
 
 use glam::{Vec3, Vec3A};
+use relievo_core::dispatch_simd;
+use relievo_core::lanes::Lanes;
+use relievo_core::simd::Level;
+
+/// Boxes of a node.
+const WIDTH: usize = 16;
+/// Set in links to leaves.
+const LEAF: u32 = 1 << 31;
+/// Nodes that wait at most: links have 31 bits, of which each level takes four.
+const WAITING: usize = 8 * (WIDTH - 1) + 1;
 
 /// A box by its smallest and largest coordinates.
 #[derive(Clone, Copy, Debug)]
@@ -31,18 +42,22 @@ fn inverse(direction: Vec3) -> Vec3A {
     Vec3A::from(direction.to_array().map(|d| if d.abs() < 1e-20 { 1e20f32.copysign(d) } else { 1.0 / d }))
 }
 
-/// A node: of a leaf its number, else the place of the second child; the first one is the next node.
-#[derive(Clone, Copy, Debug)]
+/// Some boxes, as columns by axis. Of those beyond the last the numbers are any.
+#[derive(Clone, Debug)]
 struct Node {
-    bounds: Bounds,
-    leaf: bool,
-    link: u32,
+    low: [[f32; WIDTH]; 3],
+    high: [[f32; WIDTH]; 3],
+    /// The number of a box with [`LEAF`], or the place of the node of boxes in it.
+    links: [u32; WIDTH],
+    count: u32,
 }
 
 /// A hierarchy over numbered boxes, split at the middle one along the longest side.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Hierarchy {
     nodes: Vec<Node>,
+    around: Bounds,
+    level: Level,
 }
 
 /// Where a ray enters and leaves a box.
@@ -53,47 +68,53 @@ pub(crate) struct Entry {
     pub leaf: u32,
 }
 
+impl Default for Hierarchy {
+    fn default() -> Self {
+        Self::new(&[])
+    }
+}
+
 impl Hierarchy {
     /// Of boxes, of which there are less than 2³¹.
     pub fn new(boxes: &[Bounds]) -> Self {
-        let mut hierarchy = Self { nodes: Vec::with_capacity(2 * boxes.len()) };
+        let around = boxes.iter().fold(Bounds::NONE, |all, other| all.with(*other));
+        let mut hierarchy = Self { nodes: Vec::new(), around, level: Level::best() };
         let mut leaves: Vec<u32> = (0..boxes.len() as u32).collect();
         if !leaves.is_empty() {
-            hierarchy.split(boxes, &mut leaves);
+            hierarchy.divide(boxes, &mut leaves);
         }
         hierarchy
     }
 
-    fn split(&mut self, boxes: &[Bounds], leaves: &mut [u32]) {
-        let around = |all: Bounds, leaf: &u32| all.with(boxes[*leaf as usize]);
-        let bounds = leaves.iter().fold(Bounds::NONE, around);
-        let at = self.nodes.len();
-        self.nodes.push(Node { bounds, leaf: leaves.len() == 1, link: leaves[0] });
-        if leaves.len() == 1 {
-            return;
+    /// Makes the node of some boxes and those below it, and returns its place.
+    fn divide(&mut self, boxes: &[Bounds], leaves: &mut [u32]) -> u32 {
+        let mut groups = vec![leaves];
+        while groups.len() < WIDTH && groups.iter().any(|group| group.len() > 1) {
+            groups = groups.into_iter().flat_map(|group| split(boxes, group)).flatten().collect();
         }
-        let centre = |leaf: u32| boxes[leaf as usize].low + boxes[leaf as usize].high;
-        let spread = leaves.iter().fold(Bounds::NONE, |spread, leaf| {
-            let centre = centre(*leaf);
-            spread.with(Bounds { low: centre, high: centre })
-        });
-        let axis = (spread.high - spread.low).max_position();
-        let half = leaves.len() / 2;
-        leaves.select_nth_unstable_by(half, |a, b| centre(*a)[axis].total_cmp(&centre(*b)[axis]).then(a.cmp(b)));
-        let (low, high) = leaves.split_at_mut(half);
-        self.split(boxes, low);
-        self.nodes[at].link = self.nodes.len() as u32;
-        self.split(boxes, high);
+        let at = self.nodes.len();
+        let blank = [[0.0; WIDTH]; 3];
+        self.nodes.push(Node { low: blank, high: blank, links: [0; WIDTH], count: groups.len() as u32 });
+        for (place, group) in groups.into_iter().enumerate() {
+            let around = group.iter().fold(Bounds::NONE, |all, leaf| all.with(boxes[*leaf as usize]));
+            let link = if let [leaf] = *group { leaf | LEAF } else { self.divide(boxes, group) };
+            let node = &mut self.nodes[at];
+            node.links[place] = link;
+            for axis in 0..3 {
+                (node.low[axis][place], node.high[axis][place]) = (around.low[axis], around.high[axis]);
+            }
+        }
+        at as u32
     }
 
     /// The box around all; none without boxes.
     pub fn bounds(&self) -> Option<Bounds> {
-        self.nodes.first().map(|node| node.bounds)
+        (!self.nodes.is_empty()).then_some(self.around)
     }
 
     /// The stretch of a ray between two distances in the box around all; none if it misses that.
     pub fn extent(&self, origin: Vec3, direction: Vec3, [near, far]: [f32; 2]) -> Option<[f32; 2]> {
-        let [enter, exit] = self.nodes.first()?.bounds.stretch(Vec3A::from(origin), inverse(direction));
+        let [enter, exit] = self.bounds()?.stretch(Vec3A::from(origin), inverse(direction));
         let (enter, exit) = (enter.max(near), exit.min(far));
         (enter <= exit).then_some([enter, exit])
     }
@@ -101,53 +122,115 @@ impl Hierarchy {
     /// Lists the boxes that have a place in common with one.
     pub fn overlap(&self, bounds: &Bounds, found: &mut Vec<u32>) {
         found.clear();
-        let mut open = [0u32; 64];
-        let mut waiting = usize::from(!self.nodes.is_empty());
-        while waiting > 0 {
-            waiting -= 1;
-            let at = open[waiting];
-            let node = &self.nodes[at as usize];
-            if !(node.bounds.low.cmple(bounds.high) & node.bounds.high.cmpge(bounds.low)).all() {
-                continue;
-            }
-            if node.leaf {
-                found.push(node.link);
-            } else {
-                // Halves are equal, so there are at most 32 levels.
-                open[waiting] = node.link;
-                open[waiting + 1] = at + 1;
-                waiting += 2;
-            }
-        }
+        overlap(self.level, &self.nodes, bounds, found);
     }
 
     /// Lists the boxes that a ray meets between two distances, by where it enters them. Distances are in lengths of the
     /// direction.
-    pub fn meet(&self, origin: Vec3, direction: Vec3, [near, far]: [f32; 2], met: &mut Vec<Entry>) {
+    pub fn meet(&self, origin: Vec3, direction: Vec3, reach: [f32; 2], met: &mut Vec<Entry>) {
         met.clear();
-        let (origin, inverse) = (Vec3A::from(origin), inverse(direction));
-        let mut open = [0u32; 64];
-        let mut waiting = usize::from(!self.nodes.is_empty());
-        while waiting > 0 {
-            waiting -= 1;
-            let at = open[waiting];
-            let node = &self.nodes[at as usize];
-            let [enter, exit] = node.bounds.stretch(origin, inverse);
-            let (enter, exit) = (enter.max(near), exit.min(far));
-            if enter > exit {
-                continue;
-            }
-            if node.leaf {
-                met.push(Entry { enter, exit, leaf: node.link });
-            } else {
-                // Halves are equal, so there are at most 32 levels.
-                open[waiting] = node.link;
-                open[waiting + 1] = at + 1;
-                waiting += 2;
-            }
-        }
+        meet(self.level, &self.nodes, [origin, inverse(direction).into()], reach, met);
         met.sort_unstable_by(|a, b| a.enter.total_cmp(&b.enter).then(a.leaf.cmp(&b.leaf)));
     }
+}
+
+/// The halves of some boxes along the longest side of the box around their centres; of a single one that alone.
+fn split<'a>(boxes: &[Bounds], leaves: &'a mut [u32]) -> [Option<&'a mut [u32]>; 2] {
+    if leaves.len() < 2 {
+        return [Some(leaves), None];
+    }
+    let centre = |leaf: u32| boxes[leaf as usize].low + boxes[leaf as usize].high;
+    let spread = leaves.iter().fold(Bounds::NONE, |spread, leaf| {
+        let centre = centre(*leaf);
+        spread.with(Bounds { low: centre, high: centre })
+    });
+    let axis = (spread.high - spread.low).max_position();
+    let half = leaves.len() / 2;
+    leaves.select_nth_unstable_by(half, |a, b| centre(*a)[axis].total_cmp(&centre(*b)[axis]).then(a.cmp(b)));
+    let (low, high) = leaves.split_at_mut(half);
+    [Some(low), Some(high)]
+}
+
+/// Two numbers of each box of a node.
+type Ends = [[f32; WIDTH]; 2];
+
+/// Goes through the nodes below the first whose boxes `look` says to be wanted, as bits; calls `found` with the numbers that it
+/// has of each box that is numbered, and that number.
+#[inline(always)]
+fn descend(nodes: &[Node], mut look: impl FnMut(&Node, &mut Ends) -> u32, mut found: impl FnMut([f32; 2], u32)) {
+    let (mut open, mut ends) = ([0u32; WAITING], [[0.0; WIDTH]; 2]);
+    let mut waiting = usize::from(!nodes.is_empty());
+    while waiting > 0 {
+        waiting -= 1;
+        let node = &nodes[open[waiting] as usize];
+        let mut wanted = look(node, &mut ends) & ((1 << node.count) - 1);
+        while wanted != 0 {
+            let place = wanted.trailing_zeros() as usize;
+            wanted &= wanted - 1;
+            let link = node.links[place];
+            if link & LEAF != 0 {
+                found(ends.map(|ends| ends[place]), link & !LEAF);
+            } else {
+                open[waiting] = link;
+                waiting += 1;
+            }
+        }
+    }
+}
+
+dispatch_simd! {
+    fn overlap = overlap_body(nodes: &[Node], bounds: &Bounds, found: &mut Vec<u32>)
+}
+
+#[inline(always)]
+fn overlap_body<A: Lanes>(nodes: &[Node], bounds: &Bounds, found: &mut Vec<u32>) {
+    // SAFETY: defined by `dispatch_simd!`.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
+    let look = |node: &Node, _: &mut Ends| {
+        let mut wanted = 0;
+        for first in (0..WIDTH).step_by(A::WIDTH) {
+            let mut common = v.le(v.splat(0.0), v.splat(0.0));
+            for axis in 0..3 {
+                let (low, high) = (v.load(&node.low[axis][first..]), v.load(&node.high[axis][first..]));
+                common = v.both(common, v.le(low, v.splat(bounds.high[axis])));
+                common = v.both(common, v.le(v.splat(bounds.low[axis]), high));
+            }
+            wanted |= v.mask(common) << first;
+        }
+        wanted
+    };
+    descend(nodes, look, |_, leaf| found.push(leaf));
+}
+
+dispatch_simd! {
+    fn meet = meet_body(nodes: &[Node], ray: [Vec3; 2], reach: [f32; 2], met: &mut Vec<Entry>)
+}
+
+/// A ray is its origin and the inverse of its direction.
+#[inline(always)]
+fn meet_body<A: Lanes>(nodes: &[Node], [origin, inverse]: [Vec3; 2], [near, far]: [f32; 2], met: &mut Vec<Entry>) {
+    // SAFETY: defined by `dispatch_simd!`.
+    #[allow(unsafe_code)]
+    let v = unsafe { A::assume() };
+    let look = |node: &Node, ends: &mut Ends| {
+        let mut wanted = 0;
+        for first in (0..WIDTH).step_by(A::WIDTH) {
+            let (mut enter, mut exit) = (v.splat(near), v.splat(far));
+            for axis in 0..3 {
+                let (origin, inverse) = (v.splat(origin[axis]), v.splat(inverse[axis]));
+                let to = |side: &[f32; WIDTH]| v.mul(v.sub(v.load(&side[first..]), origin), inverse);
+                let (low, high) = (to(&node.low[axis]), to(&node.high[axis]));
+                enter = v.max(enter, v.min(low, high));
+                exit = v.min(exit, v.max(low, high));
+            }
+            v.store(enter, &mut ends[0][first..]);
+            v.store(exit, &mut ends[1][first..]);
+            wanted |= v.mask(v.le(enter, exit)) << first;
+        }
+        wanted
+    };
+    descend(nodes, look, |[enter, exit], leaf| met.push(Entry { enter, exit, leaf }));
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 
+use crate::chords::Piece;
 use crate::function::Combination;
 use crate::probe::Probe;
 use crate::rows::Cell;
@@ -49,51 +50,63 @@ impl Interior {
         Self { bits, along, words, edge, low: low.into(), depth }
     }
 
-    /// Up to which distance a ray goes through such cubes alone, from a place within the fluid on, and from where on it is
-    /// worth while to ask again.
-    pub fn stretch(
-        &self,
-        probe: &mut Probe<'_>,
-        (origin, direction): (DVec3, DVec3),
-        from: f32,
-        last: f32,
-    ) -> [f32; 2] {
-        let inverse = 1.0 / direction;
-        let (origin, mut at) = (origin - self.low, f64::from(from));
+    /// Up to which distance a piece of a ray goes through such cubes alone, from a place within the fluid on, and from
+    /// where on it is worth while to ask again.
+    pub fn stretch(&self, probe: &mut Probe<'_>, piece: &Piece, from: f32, last: f32) -> [f32; 2] {
+        let origin = piece.anchor.as_dvec3() + piece.offset.as_dvec3() - self.low;
+        let (direction, mut at) = (piece.direction.as_dvec3(), f64::from(from));
+        let mut cube: Cell = ((origin + at * direction) / self.edge).to_array().map(floor);
+        // Along each axis: which way it goes, where the next side is, and how far sides are apart.
+        let ways = direction.to_array().map(|along| if along < 0.0 { -1 } else { 1 });
+        let apart = (self.edge / direction).abs();
+        let mut sides = DVec3::INFINITY;
+        for axis in (0..3).filter(|axis| direction[*axis] != 0.0) {
+            let side = (cube[axis] + i64::from(ways[axis] > 0)) as f64 * self.edge;
+            sides[axis] = (side - origin[axis]) / direction[axis];
+        }
+        let mut seen = None;
         loop {
-            let cube = ((origin + at * direction) / self.edge).floor();
-            // Where it leaves the cube, and a little more, so that it is in the next one.
-            let side = cube + DVec3::select(direction.cmpgt(DVec3::ZERO), DVec3::ONE, DVec3::ZERO);
-            let leaves =
-                DVec3::select(direction.cmpeq(DVec3::ZERO), DVec3::INFINITY, (side * self.edge - origin) * inverse);
-            let next = leaves.min_element().max(at) + 1e-3 * self.edge;
-            if !self.is_within(probe, cube) {
+            let (axis, next) = (sides.min_position(), sides.min_element().max(at));
+            if !self.is_within(probe, cube, &mut seen) {
                 return [at as f32, next as f32];
             }
             at = next;
             if at >= f64::from(last) {
                 return [last; 2];
             }
+            cube[axis] += ways[axis];
+            sides[axis] += apart[axis];
         }
     }
 
-    fn is_within(&self, probe: &mut Probe<'_>, cube: DVec3) -> bool {
-        let whole: Cell = cube.to_array().map(|at| at as i64);
-        let Some(cell) = probe.surface.rows.find(whole.map(|at| at.div_euclid(self.along))) else { return false };
-        let [x, y, z] = whole.map(|at| at.rem_euclid(self.along));
+    /// `seen` is the cell that was looked up before, and its number.
+    fn is_within(&self, probe: &mut Probe<'_>, cube: Cell, seen: &mut Option<(Cell, Option<usize>)>) -> bool {
+        let cell = cube.map(|at| at.div_euclid(self.along));
+        let number = match seen {
+            Some((before, number)) if *before == cell => *number,
+            _ => seen.insert((cell, probe.surface.rows.find(cell))).1,
+        };
+        let Some(number) = number else { return false };
+        let [x, y, z] = [0, 1, 2].map(|axis| cube[axis] - cell[axis] * self.along);
         let place = (z * self.along + y) * self.along + x;
-        let (word, shift) = (&self.bits[cell * self.words + (place / WORD) as usize], 2 * (place % WORD));
+        let (word, shift) = (&self.bits[number * self.words + (place / WORD) as usize], 2 * (place % WORD));
         let known = word.load(Ordering::Relaxed) >> shift;
         if known & SEEN != 0 {
             return known & WITHIN != 0;
         }
-        let middle = self.low + (cube + 0.5) * self.edge;
+        let middle = self.low + (DVec3::from(cube.map(|at| at as f64)) + 0.5) * self.edge;
         let sample = probe.sample(middle.as_vec3().to_array());
         let change = DVec3::from(sample.gradient.map(f64::from)).length() as f32 * half_diagonal(self.edge);
         let is_within = sample.value >= self.depth && 2.0 * change <= sample.value;
         word.fetch_or((SEEN | if is_within { WITHIN } else { 0 }) << shift, Ordering::Relaxed);
         is_within
     }
+}
+
+/// The next lower whole number: that of the library is a call where processors are not known to have it.
+fn floor(value: f64) -> i64 {
+    let whole = value as i64;
+    whole - i64::from(whole as f64 > value)
 }
 
 fn half_diagonal(edge: f64) -> f32 {

@@ -28,6 +28,17 @@ impl<A: Lanes> Vectors<A> {
         Self([v.splat(value.x), v.splat(value.y), v.splat(value.z)])
     }
 
+    /// From columns, those from a place on.
+    #[inline(always)]
+    pub fn load(v: A, [x, y, z]: &[Vec<f32>; 3], first: usize) -> Self {
+        Self([v.load(&x[first..]), v.load(&y[first..]), v.load(&z[first..])])
+    }
+
+    #[inline(always)]
+    pub fn times(self, v: A, factor: A::F) -> Self {
+        Self(std::array::from_fn(|k| v.mul(factor, self.0[k])))
+    }
+
     #[inline(always)]
     pub fn minus(self, v: A, other: Self) -> Self {
         Self(std::array::from_fn(|k| v.sub(self.0[k], other.0[k])))

@@ -9,19 +9,22 @@
 
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3, Vec3A};
+use glam::{Vec3, Vec3A};
 use relievo_core::simd::Level;
 use relievo_core::{Context, Error, Result};
 
-use crate::chords::{Chord, Chords};
+use crate::chords::{Chords, Piece};
 use crate::hierarchy::{Bounds, Entry, Hierarchy};
 use crate::interior::Interior;
 use crate::probe::Probe;
+use crate::profile::WIDEST;
 use crate::surface::Surface;
 
 /// The piece of a ray, in reaches, whose boxes are listed first; each one after it is twice as long. Most rays hit
 /// early.
-const PIECE: f32 = 4.0;
+const PIECE: f32 = 2.0;
+/// Particles of a box: one after the other in a row of cells, and a vector at most.
+const BOX: usize = 16;
 /// A leap through the fluid is at least so many steps long.
 const LEAP: f32 = 2.0;
 /// Rays of one task.
@@ -84,14 +87,18 @@ pub struct Hit {
 pub struct RayCaster {
     surface: Arc<Surface>,
     hierarchy: Hierarchy,
+    /// The first particle of each box, and how many there are.
+    firsts: Vec<u32>,
     /// Of particles that do not move.
     interior: Option<Interior>,
-    /// In the order of the surface; empty where nothing moves.
-    velocities: Vec<[f32; 3]>,
+    /// As [`Surface::centres`]; empty where nothing moves.
+    velocities: [Vec<f32>; 3],
     /// In the order of the surface; empty where none is.
     blind: Vec<bool>,
     shutter: [f32; 2],
     step: f32,
+    /// How long the first piece of a ray is.
+    first: f32,
     level: Level,
 }
 
@@ -127,14 +134,21 @@ impl RayCaster {
             return Err(Error::invalid(format!("{} steps of a support radius", march.steps)).advise("use 1 to 1,024"));
         }
         let order = &surface.order;
-        let sorted = |at: &u32| motion.velocities[*at as usize];
-        let velocities: Vec<_> =
-            if motion.velocities.is_empty() { Vec::new() } else { order.iter().map(sorted).collect() };
+        let velocities = std::array::from_fn(|axis| {
+            let sorted =
+                order.iter().filter_map(|at| motion.velocities.get(*at as usize)).map(|velocity| velocity[axis]);
+            let mut column: Vec<f32> = sorted.collect();
+            if !column.is_empty() {
+                column.resize(count + WIDEST, 0.0);
+            }
+            column
+        });
         let blind = if blind.is_empty() { Vec::new() } else { order.iter().map(|at| blind[*at as usize]).collect() };
-        let boxes = context.map(surface.rows.len(), |cell| {
-            surface.rows.particles(cell).fold(Bounds::NONE, |bounds, at| {
+        let firsts = surface.rows.pieces(BOX);
+        let boxes = context.map(firsts.len() - 1, |number| {
+            (firsts[number] as usize..firsts[number + 1] as usize).fold(Bounds::NONE, |bounds, at| {
                 let centre = Vec3A::from(surface.centre(at));
-                let velocity = velocities.get(at).map_or(Vec3A::ZERO, |velocity| Vec3A::from(*velocity));
+                let velocity = Vec3A::from(velocity(&velocities, at));
                 let ends = [centre + velocity * open, centre + velocity * close];
                 // More by what rounding of the coordinates may be.
                 let reach = 1.001 * Vec3A::from(surface.extent(at)) + 1e-6 * (ends[0].abs() + ends[1].abs());
@@ -145,11 +159,13 @@ impl RayCaster {
         Ok(Self {
             surface: surface.clone(),
             hierarchy: Hierarchy::new(&boxes),
-            interior: velocities.is_empty().then(|| Interior::new(surface)),
+            firsts,
+            interior: velocities[0].is_empty().then(|| Interior::new(surface)),
             velocities,
             blind,
             shutter: motion.shutter,
             step: surface.function().support() / march.steps,
+            first: PIECE * surface.reach,
             level: context.level(),
         })
     }
@@ -179,14 +195,11 @@ impl RayCaster {
         });
         hits.concat()
     }
+}
 
-    fn velocity(&self, at: usize) -> DVec3 {
-        self.velocities.get(at).map_or(DVec3::ZERO, |velocity| Vec3::from(*velocity).as_dvec3())
-    }
-
-    fn centre(&self, at: usize, time: f32) -> DVec3 {
-        Vec3::from(self.surface.centre(at)).as_dvec3() + self.velocity(at) * f64::from(time)
-    }
+/// The velocity of a particle by columns.
+fn velocity(velocities: &[Vec<f32>; 3], at: usize) -> Vec3 {
+    Vec3::from([0, 1, 2].map(|axis: usize| velocities[axis].get(at).copied().unwrap_or(0.0)))
 }
 
 /// What a ray meets on its way. What is left of one ray does not matter to the next, of whatever surface.
@@ -194,6 +207,22 @@ impl RayCaster {
 pub struct Trail {
     met: Vec<Entry>,
     chords: Chords,
+}
+
+/// How far a ray is marched, by distances from its origin.
+#[derive(Clone, Copy, Debug)]
+struct Way {
+    /// Where the next piece begins, and where the ray ends.
+    from: f64,
+    end: f64,
+    /// How long the next piece is.
+    length: f32,
+    /// The value where it begins, if it is known.
+    value: Option<f32>,
+    /// From where on leaps through the fluid are tried.
+    again: f64,
+    /// The beginning of a leap that ends where the piece begins, and the value there.
+    leapt: Option<(f64, f32)>,
 }
 
 /// Traces rays.
@@ -215,157 +244,142 @@ impl Tracer<'_> {
             return None;
         }
         let time = ray.time.clamp(caster.shutter[0], caster.shutter[1]);
-        let [mut from, end] = caster.hierarchy.extent(origin, direction, [near, ray.far])?;
-        let (mut value, mut length) = (None, PIECE * caster.surface.reach);
-        while from < end {
-            let to = (from + length).max(from.next_up()).min(end);
-            caster.hierarchy.meet(origin, direction, [from, to], &mut self.trail.met);
-            if let Some(hit) = self.march((origin, direction), time, [from, to], &mut value) {
+        let [from, end] = caster.hierarchy.extent(origin, direction, [near, ray.far])?;
+        let (origin, direction) = (origin.as_dvec3(), Vec3::from(ray.direction).as_dvec3().normalize());
+        // Far away distances to the box around all are rounded by more than a step.
+        let (from, end) =
+            (f64::from((from - 1e-6 * from.abs()).max(near)), f64::from((end + 1e-6 * end.abs()).min(ray.far)));
+        let mut way = Way { from, end, length: caster.first, value: None, again: from, leapt: None };
+        while way.from < way.end {
+            let piece = Piece::new(origin, direction, way.from, time);
+            let last = way.length.min((way.end - way.from) as f32);
+            caster.hierarchy.meet(piece.anchor, piece.direction, [0.0, last], &mut self.trail.met);
+            if let Some(hit) = self.march(&piece, last, &mut way) {
                 return Some(hit);
             }
-            (from, length) = (to, 2.0 * length);
         }
         None
     }
 
-    /// Marches through a piece of a ray, whose boxes are listed; `value` is that at its beginning, and then at its end.
-    fn march(
-        &mut self,
-        (origin, direction): (Vec3, Vec3),
-        time: f32,
-        [mut from, last]: [f32; 2],
-        value: &mut Option<f32>,
-    ) -> Option<Hit> {
+    /// Marches through a piece of a ray, whose boxes are listed, and says where the next one begins. Distances are from the
+    /// beginning of the piece.
+    fn march(&mut self, piece: &Piece, last: f32, way: &mut Way) -> Option<Hit> {
         let caster = self.caster;
         self.trail.chords.clear();
-        let mut next = 0;
-        self.admit(&mut next, [from, from], (origin, direction), time);
-        let first = value.unwrap_or_else(|| self.trail.chords.value(caster.level, &caster.surface, direction, from));
-        let value = value.insert(first);
+        let (mut next, mut from) = (0, 0.0f32);
+        self.admit(&mut next, [from, from], piece);
+        let mut value = way.value.unwrap_or_else(|| self.value(piece, from));
+        if let Some((before, value_there)) = way.leapt.take().filter(|_| value <= 0.0) {
+            // There is a hollow: the ray is marched to it after all.
+            *way = Way { from: before, length: caster.first, value: Some(value_there), again: way.from, ..*way };
+            return None;
+        }
         // From where on leaps through the fluid are tried.
-        let mut again = from;
+        let mut again = (way.again - way.from) as f32;
         while from < last {
-            if *value <= 0.0 {
+            if value <= 0.0 {
                 // Nothing counts before the next particle or box begins.
-                let particle = self.trail.chords.next(from);
+                let particle = self.trail.chords.next(caster.level, from);
                 let space = self.trail.met.get(next).map_or(f32::INFINITY, |entry| entry.enter);
                 let skip = particle.min(space);
                 if skip > from {
                     if skip >= last {
-                        return None;
+                        break;
                     }
                     from = skip;
-                    self.admit(&mut next, [from, from], (origin, direction), time);
-                    if self.trail.chords.next(from) > from {
+                    self.admit(&mut next, [from, from], piece);
+                    if self.trail.chords.next(caster.level, from) > from {
                         continue;
                     }
                 }
-            } else if let Some(interior) = caster.interior.as_ref().filter(|it| *value >= it.depth && from >= again) {
-                let ray = (origin.as_dvec3(), direction.as_dvec3());
-                let [end, after] = interior.stretch(&mut self.probe, ray, from, last);
+            } else if let Some(interior) = caster.interior.as_ref().filter(|it| value >= it.depth && from >= again) {
+                let [end, after] = interior.stretch(&mut self.probe, piece, from, (way.end - way.from) as f32);
                 again = after;
                 if end - from >= LEAP * caster.step {
-                    self.admit(&mut next, [end, end], (origin, direction), time);
-                    let after = self.trail.chords.value(caster.level, &caster.surface, direction, end);
-                    if after > 0.0 {
-                        self.trail.chords.forget(end);
-                        (from, *value) = (end, after);
-                        continue;
-                    }
-                    // There is a hollow: boxes that were passed over are looked at after all.
-                    (next, again) = (0, end);
-                    self.trail.chords.clear();
-                    self.admit(&mut next, [from, from], (origin, direction), time);
+                    let leapt = Some((way.from + f64::from(from), value));
+                    *way = Way { from: way.from + f64::from(end), length: caster.first, value: None, leapt, ..*way };
+                    return None;
                 }
             }
-            // Far from the origin a step may be less than what a distance is rounded by.
             let to = (from + caster.step).max(from.next_up()).min(last);
-            self.admit(&mut next, [from, to], (origin, direction), time);
-            let after = self.trail.chords.value(caster.level, &caster.surface, direction, to);
-            if (after > 0.0) != (*value > 0.0) {
-                let distance = self.halve(direction, [from, to], *value > 0.0);
-                if let Some(hit) = self.shade((origin, direction), distance, after > 0.0) {
-                    return Some(hit);
+            self.admit(&mut next, [from, to], piece);
+            let after = self.value(piece, to);
+            if (after > 0.0) != (value > 0.0) {
+                let distance = self.close_in(piece, [from, to], [value, after]);
+                if let Some(hit) = self.shade(piece, distance, after > 0.0) {
+                    return Some(Hit { distance: (way.from + f64::from(distance)) as f32, ..hit });
                 }
             }
             self.trail.chords.forget(to);
-            (from, *value) = (to, after);
+            (from, value) = (to, after);
         }
+        let again = way.from + f64::from(again);
+        *way = Way { from: way.from + f64::from(last), length: 2.0 * way.length, value: Some(value), again, ..*way };
         None
     }
 
+    fn value(&self, piece: &Piece, at: f32) -> f32 {
+        self.trail.chords.value(self.caster.level, &self.caster.surface, piece.direction, at)
+    }
+
     /// Adds the particles of boxes that begin up to a distance, without those that end before another.
-    fn admit(&mut self, next: &mut usize, [from, to]: [f32; 2], (origin, direction): (Vec3, Vec3), time: f32) {
-        let surface = &self.caster.surface;
-        let (origin, along) = (origin.as_dvec3(), direction.as_dvec3());
+    fn admit(&mut self, next: &mut usize, [from, to]: [f32; 2], piece: &Piece) {
+        let caster = self.caster;
         while let Some(entry) = self.trail.met.get(*next).filter(|entry| entry.enter <= to) {
             *next += 1;
-            if entry.exit < from {
-                continue;
-            }
-            for at in surface.rows.particles(entry.leaf as usize) {
-                let d = self.caster.centre(at, time) - origin;
-                let (quadratic, middle, least, aside) = match &surface.shapes {
-                    None => {
-                        let middle = d.dot(along);
-                        let aside = d - middle * along;
-                        let sphere = f64::from(surface.sphere);
-                        (sphere, middle, aside.length_squared() * sphere, aside)
-                    }
-                    Some(shapes) => {
-                        let entry = |entry: usize| f64::from(shapes[entry][at]);
-                        let rows = [[0, 1, 2], [1, 3, 4], [2, 4, 5]].map(|row| DVec3::from(row.map(entry)));
-                        let image = |v: DVec3| DVec3::new(rows[0].dot(v), rows[1].dot(v), rows[2].dot(v));
-                        let quadratic = along.dot(image(along));
-                        let middle = along.dot(image(d)) / quadratic;
-                        let aside = d - middle * along;
-                        (quadratic, middle, aside.dot(image(aside)), aside)
-                    }
-                };
-                if least < 1.0 {
-                    let half = ((1.0 - least) / quadratic).sqrt();
-                    self.trail.chords.push(Chord {
-                        span: [(middle - half) as f32, (middle + half) as f32],
-                        quadratic: quadratic as f32,
-                        middle: middle as f32,
-                        least: least as f32,
-                        aside: aside.as_vec3(),
-                        amplitude: surface.amplitudes[at],
-                        particle: at as u32,
-                    });
-                }
+            if entry.exit >= from {
+                let [first, after] = [0, 1].map(|more| caster.firsts[entry.leaf as usize + more] as usize);
+                let chords = &mut self.trail.chords;
+                chords.admit(caster.level, &caster.surface, &caster.velocities, piece, first..after);
             }
         }
     }
 
-    /// The distance at which the sign changes, from between two.
-    fn halve(&mut self, direction: Vec3, [mut from, mut to]: [f32; 2], inside: bool) -> f32 {
-        let caster = self.caster;
-        let close = 1e-6 * caster.surface.function().support();
+    /// The distance at which the sign changes, from between two with their values: where a straight line between these says,
+    /// or in the middle when that is slow.
+    fn close_in(&self, piece: &Piece, [mut from, mut to]: [f32; 2], [mut before, mut after]: [f32; 2]) -> f32 {
+        let close = 1e-6 * self.caster.surface.function().support();
+        let inside = before > 0.0;
+        // Which end the last place was taken for, and how many places there were.
+        let (mut side, mut count) = (None, 0);
         loop {
             let middle = 0.5 * (from + to);
             if to - from <= close || middle <= from || middle >= to {
                 return middle;
             }
-            if (self.trail.chords.value(caster.level, &caster.surface, direction, middle) > 0.0) == inside {
-                from = middle;
+            let straight = from + (to - from) * (before / (before - after));
+            let at = if count % 3 == 2 || straight.is_nan() {
+                middle
             } else {
-                to = middle;
+                straight.clamp(from + 0.5 * close, to - 0.5 * close)
+            };
+            let at = if at > from && at < to { at } else { middle };
+            let value = self.value(piece, at);
+            if (value > 0.0) == inside {
+                (from, before) = (at, value);
+                // An end that stays counts for less (Dowell, Jarratt 1971).
+                after *= if side == Some(false) { 0.5 } else { 1.0 };
+                side = Some(false);
+            } else {
+                (to, after) = (at, value);
+                before *= if side == Some(true) { 0.5 } else { 1.0 };
+                side = Some(true);
             }
+            count += 1;
         }
     }
 
     /// The hit at a distance, unless it is of blind particles.
-    fn shade(&self, (origin, direction): (Vec3, Vec3), distance: f32, enters: bool) -> Option<Hit> {
+    fn shade(&self, piece: &Piece, distance: f32, enters: bool) -> Option<Hit> {
         let caster = self.caster;
         let (mut weights, mut blind, mut velocity) = (0.0, 0.0, Vec3::ZERO);
-        let surface = &caster.surface;
+        let (surface, direction) = (&caster.surface, piece.direction);
         let sums = self.trail.chords.sums(surface, direction, distance, |particle, weight| {
             weights += weight;
             if caster.blind.get(particle as usize) == Some(&true) {
                 blind += weight;
             }
-            velocity += weight * caster.velocity(particle as usize).as_vec3();
+            velocity += weight * self::velocity(&caster.velocities, particle as usize);
         });
         if 2.0 * blind > weights {
             return None;
@@ -374,7 +388,7 @@ impl Tracer<'_> {
         let outwards = if enters { -direction } else { direction };
         Some(Hit {
             distance,
-            point: (origin + distance * direction).to_array(),
+            point: (piece.anchor + (piece.offset + distance * direction)).to_array(),
             normal: (-gradient).normalize_or(outwards).to_array(),
             velocity: if weights > 0.0 { (velocity / weights).to_array() } else { [0.0; 3] },
             enters,

@@ -131,6 +131,23 @@ impl Rows {
         self.starts[number] as usize..self.starts[number + 1] as usize
     }
 
+    /// The first particles of pieces of up to so many, of neighbouring cells in a row, and how many particles there are.
+    pub fn pieces(&self, most: usize) -> Vec<u32> {
+        let mut firsts = Vec::with_capacity(self.keys.len() + 1);
+        let mut before = None;
+        for cell in 0..self.len() {
+            let (key, particles) = (self.keys[cell], self.particles(cell));
+            let follows = before.is_some_and(|before| before + 1 == key && key % self.size[0] as u64 != 0);
+            let fits = firsts.last().is_some_and(|first| particles.end - *first as usize <= most);
+            if !(follows && fits) {
+                firsts.extend(particles.step_by(most).map(|at| at as u32));
+            }
+            before = Some(key);
+        }
+        firsts.push(self.starts.last().copied().unwrap_or(0));
+        firsts
+    }
+
     /// The first key from a place on that is not below another: rows are near each other, so in steps that double.
     fn seek(&self, mut from: usize, key: u64) -> usize {
         let mut step = 1;
@@ -197,6 +214,13 @@ mod tests {
                 let cells = rows.particles(number).map(|at| rows.cell(points[order[at] as usize]));
                 let cells: std::collections::BTreeSet<Cell> = cells.collect();
                 prop_assert_eq!(cells.len(), 1);
+            }
+            let pieces = rows.pieces(4);
+            prop_assert_eq!(pieces.last().copied(), Some(points.len() as u32));
+            for ends in pieces.windows(2) {
+                let cells: Vec<Cell> = (ends[0]..ends[1]).map(|at| rows.cell(points[order[at as usize] as usize])).collect();
+                prop_assert!((1..=4).contains(&cells.len()));
+                prop_assert!(cells.windows(2).all(|two| (0..2).contains(&(two[1][0] - two[0][0])) && two[0][1..] == two[1][1..]));
             }
         }
     }

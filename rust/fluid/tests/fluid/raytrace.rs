@@ -105,6 +105,18 @@ fn two_blobs_are_met_where_their_sum_is_the_iso_value() {
     }
 }
 
+#[test]
+fn places_of_hits_are_no_coarser_from_far_away() {
+    for function in [SurfaceFunction::blobs(0.1), SurfaceFunction::zhu_bridson(0.1)] {
+        let surface = Arc::new(Surface::new(&Context::serial(), &[[0.0; 3]], function).unwrap());
+        for far in [1.0, 1e3, 1e6] {
+            let hit =
+                still(&surface).tracer(&mut Trail::default()).intersect(&ray(Vec3::new(-far, 0.06, 0.0), Vec3::X));
+            assert!((hit.unwrap().point[0] + 0.08).abs() < 1e-5, "{far} {}", hit.unwrap().point[0]);
+        }
+    }
+}
+
 fn hits(caster: &RayCaster, rays: &[Ray]) -> Vec<Option<Hit>> {
     let mut trail = Trail::default();
     let mut tracer = caster.tracer(&mut trail);
