@@ -7,7 +7,7 @@
 #ifndef RELIEVO_FLUID_H
 #define RELIEVO_FLUID_H
 
-#include "relievo/isosurface.h"
+#include "relievo/particles.h"
 
 typedef struct RlvFluid {
     uint64_t id;
@@ -321,6 +321,32 @@ RLV_API RlvResult rlv_fluid_channel_info(RlvFluid fluid, uint32_t index, RlvAttr
 /* Writes the values of channel index in the order of numbers; capacity is in values, stride in bytes, 0 for packed. Fails, and
  * writes nothing, if there is no such channel or not enough room. */
 RLV_API RlvResult rlv_fluid_get_channel(RlvFluid fluid, uint32_t index, float *values, size_t capacity, size_t stride);
+
+/* Writes all that the fluid goes on from to a file of the form .rlvfluid, which appears whole or not at all; path is UTF-8. One
+ * with the same options, walls, colliders, emitters, sinks, forces and budget, which are not in it, does the same from it, to
+ * the bit at the same instruction level; a collider that moves is put where it was by rlv_fluid_move_collider. rlv_particles_read
+ * and the command read its particles. Fails if the file cannot be written. */
+RLV_API RlvResult rlv_fluid_save(RlvFluid fluid, const char *path);
+
+/* Mutating. Goes on from such a file, with its particles, time and channels instead of those there were; of the command's frames
+ * without their bodies. The file may be hostile. Fails, and changes nothing, if it cannot be read, is damaged, has no state,
+ * or is of another spacing, and with RLV_ERROR_MEMORY as rlv_fluid_add does. */
+RLV_API RlvResult rlv_fluid_restore(RlvFluid fluid, const char *path);
+
+/* The same to bytes of the host; bytes may be NULL, and size receives how many there are. To ask for the size takes as long as to
+ * write them. Fails, and writes nothing, if there is room for fewer. */
+RLV_API RlvResult rlv_fluid_save_bytes(RlvFluid fluid, uint8_t *bytes, size_t capacity, size_t *size);
+
+/* Mutating. The same from bytes of the host. Fails as rlv_fluid_restore does. */
+RLV_API RlvResult rlv_fluid_restore_bytes(RlvFluid fluid, const uint8_t *bytes, size_t size);
+
+/* Makes a picture of the particles as they are now, in the order of numbers, with velocities, channels, the time and the spacing,
+ * for files. Fails with RLV_ERROR_MEMORY where there is no room. */
+RLV_API RlvResult rlv_fluid_particles(RlvFluid fluid, RlvParticles *out);
+
+/* Mutating. Adds particles with their velocities, or at rest, and what they carry but for the channels `blind` and `normal`.
+ * They get numbers of the fluid. Fails as rlv_fluid_add does. */
+RLV_API RlvResult rlv_fluid_add_particles(RlvFluid fluid, RlvParticles particles);
 
 /* Makes the surface of the particles where they are now, with their velocities and channels, which its meshes have as
  * attributes, but for a channel called `normal`; none is blind. options may be NULL for the defaults with a radius of half the

@@ -26,6 +26,7 @@
 #include "relievo/level.h"
 #include "relievo/mesh.h"
 #include "relievo/parameter.h"
+#include "relievo/particles.h"
 #include "relievo/picture.h"
 #include "relievo/procedural.h"
 #include "relievo/progressive.h"

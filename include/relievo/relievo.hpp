@@ -1584,6 +1584,92 @@ public:
     }
 };
 
+/// See relievo/particles.h.
+class Particles : public Reference<RlvParticles, rlv_particles_retain, rlv_particles_release> {
+public:
+    using Reference::Reference;
+
+    /// Of points, and channels with a value for each; a spacing of 0 is for one that is not known. Numbers may be none.
+    static Particles create(const Context &context, const std::vector<Float3> &points,
+                            const std::vector<ParticleChannel> &channels = {}, float spacing = 0.0f,
+                            const std::vector<std::uint32_t> &numbers = {}) {
+        if (!numbers.empty() && numbers.size() != points.size()) {
+            throw std::invalid_argument("Particles::create: there are as many numbers as points, or none");
+        }
+        const std::vector<RlvAttributeArrays> list = ParticleChannel::arrays(channels);
+        RlvParticlesArrays arrays = RLV_PARTICLES_ARRAYS_INIT;
+        Particles made;
+        arrays.spacing = spacing;
+        arrays.count = points.size();
+        arrays.points = reinterpret_cast<const float *>(points.data());
+        arrays.numbers = numbers.empty() ? nullptr : numbers.data();
+        arrays.channels = list.data();
+        arrays.channel_count = list.size();
+        check(rlv_particles_create(context.get(), &arrays, made.out()));
+        return made;
+    }
+
+    static Particles read(const Context &context, const std::string &path) {
+        Particles made;
+        check(rlv_particles_read(context.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    void write(const std::string &path) const { check(rlv_particles_write(get(), path.c_str())); }
+
+    RlvParticlesInfo info() const {
+        RlvParticlesInfo info = RLV_PARTICLES_INFO_INIT;
+        check(rlv_particles_info(get(), &info));
+        return info;
+    }
+
+    std::vector<Float3> points() const {
+        std::vector<Float3> points(info().count);
+        check(rlv_particles_get_points(get(), reinterpret_cast<float *>(points.data()), points.size(), 0));
+        return points;
+    }
+
+    std::vector<std::uint32_t> numbers() const {
+        std::vector<std::uint32_t> numbers(info().count);
+        check(rlv_particles_get_numbers(get(), numbers.data(), numbers.size(), 0));
+        return numbers;
+    }
+
+    ParticleChannel channel(std::uint32_t index) const {
+        RlvAttributeInfo info = RLV_ATTRIBUTE_INFO_INIT;
+        check(rlv_particles_channel_info(get(), index, &info));
+        ParticleChannel channel{info.name, info.width, std::vector<float>(info.value_count * info.width)};
+        check(rlv_particles_get_channel(get(), index, channel.values.data(), info.value_count, 0));
+        return channel;
+    }
+
+    ParticleChannel channel(const std::string &name) const {
+        std::uint32_t index = 0;
+        check(rlv_particles_find_channel(get(), name.c_str(), &index));
+        return channel(index);
+    }
+
+    /// Those that a surface needs, by what Isosurface::classify says of each.
+    Particles keep(const std::vector<std::uint8_t> &classes) const {
+        Particles made;
+        check(rlv_particles_keep(get(), classes.data(), classes.size(), 0, made.out()));
+        return made;
+    }
+
+    /// Their surface, of a radius of half the spacing where that is known.
+    Isosurface isosurface() const {
+        RlvIsosurface made{0};
+        check(rlv_particles_isosurface(get(), nullptr, &made));
+        return Isosurface(made);
+    }
+
+    Isosurface isosurface(const RlvIsosurfaceOptions &options) const {
+        RlvIsosurface made{0};
+        check(rlv_particles_isosurface(get(), &options, &made));
+        return Isosurface(made);
+    }
+};
+
 /// What particles of a fluid have, in the order of rising numbers.
 struct FluidState {
     std::vector<Float3> points, velocities;
@@ -1773,6 +1859,33 @@ public:
         check(rlv_fluid_get(get(), &arrays));
         return densities;
     }
+
+    /// Writes all that it goes on from to a file.
+    void save(const std::string &path) const { check(rlv_fluid_save(get(), path.c_str())); }
+
+    /// Goes on from such a file, with the same options, walls, colliders and sources.
+    void restore(const std::string &path) const { check(rlv_fluid_restore(get(), path.c_str())); }
+
+    std::vector<std::uint8_t> save_bytes() const {
+        std::size_t size = 0;
+        check(rlv_fluid_save_bytes(get(), nullptr, 0, &size));
+        std::vector<std::uint8_t> bytes(size);
+        check(rlv_fluid_save_bytes(get(), bytes.data(), bytes.size(), &size));
+        return bytes;
+    }
+
+    void restore_bytes(const std::vector<std::uint8_t> &bytes) const {
+        check(rlv_fluid_restore_bytes(get(), bytes.data(), bytes.size()));
+    }
+
+    /// A picture of the particles as they are now, for files.
+    Particles particles() const {
+        RlvParticles made{0};
+        check(rlv_fluid_particles(get(), &made));
+        return Particles(made);
+    }
+
+    void add(const Particles &particles) const { check(rlv_fluid_add_particles(get(), particles.get())); }
 
     /// Gives each particle a value of a channel, in the order of rising numbers.
     void set_channel(const ParticleChannel &channel) const {

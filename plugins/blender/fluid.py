@@ -183,8 +183,8 @@ class Simulation:
 
     def store(self, folder, frame):
         """Writes the particles of a frame; without Blender's data."""
-        found = self.fluid.get("points", "velocities", "numbers")
-        frames.write(frames.path_of(folder, frames.PARTICLES, frame), **found)
+        with self.fluid.particles() as made:
+            made.write(frames.path_of(folder, frames.PARTICLES, frame))
 
 
 class OnDomain:

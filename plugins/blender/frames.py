@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Frames of a fluid: a folder with the particles of every frame and, where they were made, the meshes of its surface, as
-NumPy's .npz; and the object that shows them. A frame appears under its name when it is whole, so that what was simulated
-before a cancel plays."""
+"""Frames of a fluid: a folder with the particles of every frame as the library's .rlvfluid and, where they were made, the
+meshes of its surface as NumPy's .npz; and the object that shows them. A frame appears under its name when it is whole, so
+that what was simulated before a cancel plays."""
 
 import os
 import re
@@ -13,9 +13,10 @@ from bpy.app.handlers import persistent
 
 from . import cache, mesh, native, playback, state
 
-# What files of frames begin with, by what they have.
+# What files of frames begin with, by what they have, and their extensions.
 PARTICLES, SURFACE = "particles", "surface"
-# Version of the files; newer ones are refused.
+EXTENSIONS = {PARTICLES: "rlvfluid", SURFACE: "npz"}
+# Version of the files of surfaces; newer ones are refused.
 FORMAT = 1
 
 
@@ -27,18 +28,18 @@ def folder_of(domain):
 
 
 def path_of(folder, kind, frame):
-    return os.path.join(bpy.path.abspath(folder), f"{kind}_{frame:06d}.npz")
+    return os.path.join(bpy.path.abspath(folder), f"{kind}_{frame:06d}.{EXTENSIONS[kind]}")
 
 
 def clear(folder):
     """Removes all frames that are there."""
     for name in os.listdir(folder):
-        if re.fullmatch(rf"({PARTICLES}|{SURFACE})_-?\d+\.npz", name):
+        if re.fullmatch(rf"({PARTICLES}|{SURFACE})_-?\d+\.(npz|rlvfluid)", name):
             os.remove(os.path.join(folder, name))
 
 
 def write(path, **arrays):
-    """Writes a frame, whole or not at all; without Blender's data."""
+    """Writes a frame of a surface, whole or not at all; without Blender's data."""
     part = f"{path}.part"
     try:
         with open(part, "wb") as file:
@@ -50,7 +51,7 @@ def write(path, **arrays):
 
 
 def read(path, *names):
-    """Arrays of a frame. Raises ValueError where it is damaged or of a newer version."""
+    """Arrays of a frame of a surface. Raises ValueError where it is damaged or of a newer version."""
     try:
         with open(path, "rb") as file, numpy.load(file, allow_pickle=False) as kept:
             if int(kept["format"]) > FORMAT:
@@ -67,11 +68,11 @@ def read(path, *names):
 
 
 def particles(path):
-    """Places and velocities of a frame's particles."""
-    points, velocities = read(path, "points", "velocities")
-    for name, values in (("points", points), ("velocities", velocities)):
-        if values.dtype != numpy.float32 or values.shape != (len(points), 3) or not numpy.isfinite(values).all():
-            raise ValueError(f"its {name} are no finite vectors")
+    """Places and velocities of a frame's particles; without Blender's data."""
+    with rl.Particles.read(native.context(), path) as kept:
+        points, velocities = kept.points(), kept.channels().get("velocity")
+    if velocities is None or velocities.shape != points.shape:
+        raise ValueError("its particles have no velocities")
     return points, velocities
 
 

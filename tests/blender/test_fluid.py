@@ -98,7 +98,7 @@ class Simulating(Case):
         self.assertEqual((len(self.at(3)), len(result.data.polygons)), (6 * 8 * 8, 0))
         bpy.ops.relievo.fluid_clear()
         self.assertEqual((options.cache, len(result.data.vertices)), ("", 0))
-        self.assertEqual(list(Path(self.folder.name).rglob("*.npz")), [])
+        self.assertEqual([*Path(self.folder.name).rglob("*.npz"), *Path(self.folder.name).rglob("*.rlvfluid")], [])
 
     def test_emitters_pour_and_particles_keep_their_distance(self):
         self.part("EMITTER", "tap", (0.35, 0.15, 0.4), (0.45, 0.25, 0.5), velocity=(0, 0, -1.5))
@@ -175,13 +175,26 @@ class Simulating(Case):
         for kept in (data[:100], b"", data[:-200], b"PK\3\4" + bytes(99), os.urandom(500)):
             Path(path).write_bytes(kept)
             self.assertRegex(frames.show(self.domain, 4), "Frame 4 of tank cannot be shown")
-        numpy.savez(path, format=numpy.uint32(2), points=numpy.zeros((1, 3), numpy.float32))
-        self.assertRegex(frames.show(self.domain, 4), "newer")
-        numpy.savez(path, format=numpy.uint32(1), points=numpy.zeros((1, 3)), velocities=numpy.full((1, 3), numpy.nan, "f4"))
-        self.assertRegex(frames.show(self.domain, 4), "no finite vectors")
+        newer = bytearray(data)
+        newer[8:12] = (1000).to_bytes(4, "little")
+        Path(path).write_bytes(newer)
+        self.assertRegex(frames.show(self.domain, 4), "version 1000")
+        context = sys.modules["relievo.native"].context()
+        with sys.modules["librelievo"].Particles(context, numpy.zeros((1, 3))) as made:
+            made.write(path)
+        self.assertRegex(frames.show(self.domain, 4), "no velocities")
         os.remove(path)
         self.assertRegex(frames.show(self.domain, 4), "cannot be shown")
         self.assertEqual(frames.show(self.domain, 5), "")
+        Path(path).write_bytes(data)
+        bpy.ops.relievo.fluid_mesh()
+        self.domain.relievo.fluid.show = "SURFACE"
+        path = frames.path_of(self.domain.relievo.fluid.cache, frames.SURFACE, 5)
+        numpy.savez(path, format=numpy.uint32(2), points=numpy.zeros((1, 3), numpy.float32))
+        self.assertRegex(frames.show(self.domain, 5), "newer")
+        numpy.savez(path, format=numpy.uint32(1), points=numpy.zeros((1, 3)), triangles=numpy.zeros((0, 3), "u4"),
+                    velocities=numpy.full((1, 3), numpy.nan, "f4"))
+        self.assertRegex(frames.show(self.domain, 5), "no finite vectors")
 
 
 if __name__ == "__main__":

@@ -40,6 +40,12 @@ static RlvResult set_channel(uint64_t id) { RlvAttributeArrays in = RLV_ATTRIBUT
 static RlvResult find_channel(uint64_t id) { uint32_t out; return rlv_fluid_find_channel((RlvFluid){id}, "heat", &out); }
 static RlvResult channel_info(uint64_t id) { RlvAttributeInfo out = RLV_ATTRIBUTE_INFO_INIT; return rlv_fluid_channel_info((RlvFluid){id}, 0, &out); }
 static RlvResult get_channel(uint64_t id) { return rlv_fluid_get_channel((RlvFluid){id}, 0, NULL, 0, 0); }
+static RlvResult save(uint64_t id) { return rlv_fluid_save((RlvFluid){id}, "never.rlvfluid"); }
+static RlvResult restore(uint64_t id) { return rlv_fluid_restore((RlvFluid){id}, "never.rlvfluid"); }
+static RlvResult save_bytes(uint64_t id) { size_t out; return rlv_fluid_save_bytes((RlvFluid){id}, NULL, 0, &out); }
+static RlvResult restore_bytes(uint64_t id) { return rlv_fluid_restore_bytes((RlvFluid){id}, NULL, 0); }
+static RlvResult particles_of(uint64_t id) { RlvParticles out; return rlv_fluid_particles((RlvFluid){id}, &out); }
+static RlvResult add_particles(uint64_t id) { return rlv_fluid_add_particles((RlvFluid){id}, (RlvParticles){id}); }
 static RlvResult job_fluid(uint64_t id) { RlvJob out; return rlv_job_fluid((RlvFluid){id}, 0.001, &out); }
 static RlvResult job_report(uint64_t id) { RlvFluidReport out = RLV_FLUID_REPORT_INIT; return rlv_job_fluid_report((RlvJob){id}, &out); }
 static RlvResult create_surface(uint64_t id) {
@@ -72,6 +78,8 @@ static const struct {
     {impulse, FLUID},        {fill, FLUID},            {add_emitter, FLUID},       {add_sink, FLUID},
     {add_sink_mesh, FLUID},  {clear_sources, FLUID},   {set_budget, FLUID},        {set_forces, FLUID},
     {set_channel, FLUID},    {find_channel, FLUID},    {channel_info, FLUID},      {get_channel, FLUID},
+    {save, FLUID},           {restore, FLUID},         {save_bytes, FLUID},        {restore_bytes, FLUID},
+    {particles_of, FLUID},   {add_particles, FLUID},
 };
 
 static void check_handles(const uint64_t living[NOUNS], uint64_t dead_fluid, uint64_t dead_surface) {

@@ -395,6 +395,55 @@ class Fluids(unittest.TestCase):
         with self.fluid.isosurface() as surface, surface.mesh() as mesh:
             self.assertEqual(mesh.attribute("color").values.shape[1], 3)
 
+    def test_a_state_goes_on_to_the_bit(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "state.rlvfluid"
+            self.fluid.advance(0.01)
+            self.fluid.save(path)
+            kept, others = self.fluid.save_bytes(), [rl.Fluid(self.context), rl.Fluid(self.context)]
+            for other in others:
+                other.set_basin((0, 0, 0), (0.2, 0.16, 0.3))
+            others[0].restore(path)
+            others[1].restore_bytes(kept)
+            names = ("points", "velocities", "pressures", "numbers")
+            self.fluid.advance(0.01)
+            expected = self.fluid.get(*names)
+            for other in others:
+                other.advance(0.01)
+                found = other.get(*names)
+                self.assertTrue(all((found[name] == expected[name]).all() for name in names))
+            for damaged in (b"", kept[:-1], kept[:100] + b"damaged" + kept[107:]):
+                with self.assertRaises(rl.Invalid):
+                    self.fluid.restore_bytes(damaged)
+            with self.assertRaises(rl.NotFound):
+                self.fluid.restore(Path(folder) / "nothing")
+
+    def test_particles_are_written_and_read(self):
+        self.fluid.set_channel("heat", numpy.linspace(0, 1, 512))
+        expected = self.fluid.get("points", "velocities")
+        with tempfile.TemporaryDirectory() as folder, self.fluid.particles() as made:
+            for name in ("rlvfluid", "bgeo", "vtk", "ply", "vdb"):
+                path = Path(folder) / f"some.{name}"
+                made.write(path)
+                with rl.Particles.read(self.context, path) as found:
+                    numpy.testing.assert_allclose(found.points(), expected["points"], atol=1e-6)
+                    self.assertTrue((found.channels()["velocity"] == expected["velocities"]).all())
+                    self.assertTrue((found.channel("heat") == self.fluid.channel("heat")).all())
+                    self.assertTrue((found.numbers() == numpy.arange(512)).all())
+            with self.assertRaisesRegex(rl.Unsupported, "rlvfluid"):
+                made.write(Path(folder) / "some.doc")
+        own = rl.Particles(self.context, [(0, 0, 0), (1, 0, 0)], {"blind": [0, 1]}, numbers=[7, 3], time=0.5, spacing=0.1)
+        self.assertEqual((own.info.time, own.info.has_numbers, own.info.count), (0.5, 1, 2))
+        self.assertEqual(list(rl.Particles(self.context, [(0, 0, 0)]).channels()), [])
+        self.assertIsNone(rl.Particles(self.context, [(0, 0, 0)]).numbers())
+        with own.isosurface() as surface, own.keep([0, 2]) as kept:
+            self.assertAlmostEqual(surface.info.support, 0.2, places=6)
+            self.assertEqual((kept.info.count, kept.channel("blind").item()), (1, 0.0))
+        self.fluid.add_particles(rl.Particles(self.context, [(0.1, 0.08, 0.25)], {"velocity": [(0, 0, -1)]}))
+        self.assertEqual(self.fluid.get("velocities")["velocities"][-1, 2], -1.0)
+        with self.assertRaisesRegex(rl.Invalid, "numbers"):
+            rl.Particles(self.context, [(0, 0, 0)], numbers=[1, 2])
+
     def test_what_particles_have_is_in_the_order_of_their_numbers(self):
         self.fluid.add([(0.1, 0.08, 0.2), (0.14, 0.08, 0.2)], [(0, 0, 1), (0, 0, 2)], lifetime=5.0)
         self.fluid.step(0.001)

@@ -48,6 +48,7 @@ from .level import DeviceLevel, Grip, GripKey, GripTrack, Level, Region
 from .library import load, version
 from .mesh import Mesh
 from .parameter import Parameter
+from .particles import Particles
 from .picture import Picture
 from .procedural import Procedural
 from .progressive import Progressive

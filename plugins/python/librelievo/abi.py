@@ -1432,6 +1432,43 @@ class RlvIsosurfaceTable(Structure):
     ]
 
 
+class RlvParticles(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvParticlesArrays(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("has_time", c_uint32),
+        ("time", c_double),
+        ("spacing", c_float),
+        ("reserved", c_uint32),
+        ("count", c_size_t),
+        ("points", c_float_p),
+        ("point_stride", c_size_t),
+        ("numbers", c_uint32_p),
+        ("number_stride", c_size_t),
+        ("channels", POINTER(RlvAttributeArrays)),
+        ("channel_count", c_size_t),
+        ("channel_stride", c_size_t),
+    ]
+
+
+class RlvParticlesInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("channel_count", c_uint32),
+        ("count", c_size_t),
+        ("has_numbers", c_uint32),
+        ("has_time", c_uint32),
+        ("time", c_double),
+        ("spacing", c_float),
+        ("reserved", c_uint32),
+    ]
+
+
 class RlvFluid(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1871,6 +1908,8 @@ INIT = {
     RlvIsosurfaceMeshOptions: (ctypes.sizeof(RlvIsosurfaceMeshOptions), 0, 0.0, 0.5, 0.53, 0, None, 0, 0,),
     RlvIsosurfaceClasses: (ctypes.sizeof(RlvIsosurfaceClasses), 0, 0, 0, 0, 0.0,),
     RlvIsosurfaceTable: (ctypes.sizeof(RlvIsosurfaceTable), 0, None, None, (0,), (0,),),
+    RlvParticlesArrays: (ctypes.sizeof(RlvParticlesArrays), 0, 0.0, 0.0, 0, 0, None, 0, None, 0, None, 0, 0,),
+    RlvParticlesInfo: (ctypes.sizeof(RlvParticlesInfo), 0, 0, 0, 0, 0.0, 0.0, 0,),
     RlvFluidOptions: (ctypes.sizeof(RlvFluidOptions), 0, 0.02, 1000.0, 0.001, 0.001, 0.0, (0.0, 0.0, -9.81,), 0.01, 0.001, 3, 100, 0, 0.4, 0.005, 0,),
     RlvFluidInfo: (ctypes.sizeof(RlvFluidInfo), 0, 0, 0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0,), 0.0,),
     RlvFluidParticles: (ctypes.sizeof(RlvFluidParticles), 0.0, 0, None, 0, None, 0, (0.0, 0.0, 0.0,), 0, None, 0, 0,),
@@ -2097,6 +2136,19 @@ FUNCTIONS = {
     "rlv_isosurface_classify": (RlvResult, [("isosurface", RlvIsosurface), ("threshold", c_float), ("classes", c_uint8_p), ("capacity", c_size_t), ("stride", c_size_t), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvIsosurfaceClasses))]),
     "rlv_isosurface_cast": (RlvResult, [("isosurface", RlvIsosurface), ("rays", POINTER(RlvIsosurfaceRay)), ("count", c_size_t), ("stride", c_size_t), ("hits", POINTER(RlvIsosurfaceHit)), ("hit_stride", c_size_t)]),
     "rlv_isosurface_table": (RlvResult, [("isosurface", RlvIsosurface), ("out", POINTER(RlvIsosurfaceTable))]),
+    "rlv_particles_create": (RlvResult, [("context", RlvContext), ("arrays", POINTER(RlvParticlesArrays)), ("out", POINTER(RlvParticles))]),
+    "rlv_particles_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvParticles))]),
+    "rlv_particles_write": (RlvResult, [("particles", RlvParticles), ("path", c_char_p)]),
+    "rlv_particles_retain": (RlvResult, [("particles", RlvParticles)]),
+    "rlv_particles_release": (RlvResult, [("particles", RlvParticles)]),
+    "rlv_particles_info": (RlvResult, [("particles", RlvParticles), ("out", POINTER(RlvParticlesInfo))]),
+    "rlv_particles_get_points": (RlvResult, [("particles", RlvParticles), ("points", c_float_p), ("capacity", c_size_t), ("stride", c_size_t)]),
+    "rlv_particles_get_numbers": (RlvResult, [("particles", RlvParticles), ("numbers", c_uint32_p), ("capacity", c_size_t), ("stride", c_size_t)]),
+    "rlv_particles_find_channel": (RlvResult, [("particles", RlvParticles), ("name", c_char_p), ("out", c_uint32_p)]),
+    "rlv_particles_channel_info": (RlvResult, [("particles", RlvParticles), ("index", c_uint32), ("out", POINTER(RlvAttributeInfo))]),
+    "rlv_particles_get_channel": (RlvResult, [("particles", RlvParticles), ("index", c_uint32), ("values", c_float_p), ("capacity", c_size_t), ("stride", c_size_t)]),
+    "rlv_particles_keep": (RlvResult, [("particles", RlvParticles), ("classes", c_uint8_p), ("count", c_size_t), ("stride", c_size_t), ("out", POINTER(RlvParticles))]),
+    "rlv_particles_isosurface": (RlvResult, [("particles", RlvParticles), ("options", POINTER(RlvIsosurfaceOptions)), ("out", POINTER(RlvIsosurface))]),
     "rlv_fluid_create": (RlvResult, [("context", RlvContext), ("options", POINTER(RlvFluidOptions)), ("out", POINTER(RlvFluid))]),
     "rlv_fluid_retain": (RlvResult, [("fluid", RlvFluid)]),
     "rlv_fluid_release": (RlvResult, [("fluid", RlvFluid)]),
@@ -2125,6 +2177,12 @@ FUNCTIONS = {
     "rlv_fluid_find_channel": (RlvResult, [("fluid", RlvFluid), ("name", c_char_p), ("out", c_uint32_p)]),
     "rlv_fluid_channel_info": (RlvResult, [("fluid", RlvFluid), ("index", c_uint32), ("out", POINTER(RlvAttributeInfo))]),
     "rlv_fluid_get_channel": (RlvResult, [("fluid", RlvFluid), ("index", c_uint32), ("values", c_float_p), ("capacity", c_size_t), ("stride", c_size_t)]),
+    "rlv_fluid_save": (RlvResult, [("fluid", RlvFluid), ("path", c_char_p)]),
+    "rlv_fluid_restore": (RlvResult, [("fluid", RlvFluid), ("path", c_char_p)]),
+    "rlv_fluid_save_bytes": (RlvResult, [("fluid", RlvFluid), ("bytes", c_uint8_p), ("capacity", c_size_t), ("size", c_size_t_p)]),
+    "rlv_fluid_restore_bytes": (RlvResult, [("fluid", RlvFluid), ("bytes", c_uint8_p), ("size", c_size_t)]),
+    "rlv_fluid_particles": (RlvResult, [("fluid", RlvFluid), ("out", POINTER(RlvParticles))]),
+    "rlv_fluid_add_particles": (RlvResult, [("fluid", RlvFluid), ("particles", RlvParticles)]),
     "rlv_fluid_isosurface": (RlvResult, [("fluid", RlvFluid), ("options", POINTER(RlvIsosurfaceOptions)), ("out", POINTER(RlvIsosurface))]),
     "rlv_imprint_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
     "rlv_imprint_run": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("report", POINTER(RlvImprintReport))]),

@@ -9,9 +9,10 @@ from .array import Reading, address, writing
 from .array import matrix as matrix_of
 from .channel import find_channel, read_channel
 from .error import Invalid
-from .handle import Handle
+from .handle import Handle, path_bytes
 from .isosurface import Isosurface, isosurface_options, set_channels
 from .parameter import address_of
+from .particles import Particles
 from .progress import watched
 
 CHANNEL = ("rlv_fluid_find_channel", "rlv_fluid_channel_info", "rlv_fluid_get_channel")
@@ -223,6 +224,35 @@ class Fluid(Handle):
     def channels(self):
         """All that particles carry, (n, 1 to 4) by names."""
         return dict(read_channel(self.handle, CHANNEL, index) for index in range(self.info.channel_count))
+
+    def save(self, path):
+        """Writes all that it goes on from to a file."""
+        library.call("rlv_fluid_save", self.handle, path_bytes(path))
+
+    def restore(self, path):
+        """Goes on from such a file, with the same options, walls, colliders and sources."""
+        library.call("rlv_fluid_restore", self.handle, path_bytes(path))
+
+    def save_bytes(self):
+        """All that it goes on from, as bytes."""
+        size = ctypes.c_size_t()
+        library.call("rlv_fluid_save_bytes", self.handle, None, 0, address_of(size))
+        made, place, _stride = writing(None, size.value, numpy.uint8, 0, "bytes")
+        library.call("rlv_fluid_save_bytes", self.handle, place, size.value, address_of(size))
+        return made.tobytes()
+
+    def restore_bytes(self, state):
+        """Goes on from such bytes."""
+        state = Reading(numpy.frombuffer(state, numpy.uint8), numpy.uint8, 0, "state")
+        library.call("rlv_fluid_restore_bytes", self.handle, state.address, state.count)
+
+    def particles(self):
+        """A picture of the particles as they are now, for files."""
+        return Particles.of("rlv_fluid_particles", self.handle)
+
+    def add_particles(self, particles):
+        """Adds particles, such as those of a file, with what they carry."""
+        library.call("rlv_fluid_add_particles", self.handle, particles.handle)
 
     def isosurface(self, **options):
         """The surface of the particles where they are now; options are the fields of RlvIsosurfaceOptions, of which the

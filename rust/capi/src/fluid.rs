@@ -5,6 +5,7 @@ pub mod channels;
 mod options;
 pub mod particles;
 pub mod sources;
+pub mod state;
 pub mod walls;
 
 use std::ffi::c_void;
@@ -20,6 +21,7 @@ pub use self::options::RlvFluidOptions;
 use self::options::read_options;
 pub use self::particles::*;
 pub use self::sources::*;
+pub use self::state::*;
 pub use self::walls::*;
 use crate::array::{present, put};
 use crate::context::{ContextObject, HostProgress, RlvContext, RlvProgress};

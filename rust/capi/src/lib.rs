@@ -38,6 +38,7 @@ pub mod layer;
 pub mod level;
 pub mod mesh;
 pub mod parameter;
+pub mod particles;
 pub mod picture;
 pub mod procedural;
 pub mod progressive;
@@ -118,6 +119,8 @@ pub fn layouts() -> Vec<descriptor::Layout> {
         bake::RlvBakeOptions::layout(),
         bake::RlvBakePicture::layout(),
         bake::RlvBakeReport::layout(),
+        particles::RlvParticlesArrays::layout(),
+        particles::RlvParticlesInfo::layout(),
         picture::RlvPictureInfo::layout(),
         picture::RlvPictureImage::layout(),
         picture::RlvPictureMeta::layout(),

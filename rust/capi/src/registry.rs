@@ -19,7 +19,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-pub const NOUNS: [&str; 23] = [
+pub const NOUNS: [&str; 24] = [
     "nothing",
     "context",
     "mesh",
@@ -43,6 +43,7 @@ pub const NOUNS: [&str; 23] = [
     "device level",
     "isosurface",
     "fluid",
+    "particles",
 ];
 
 /// Defines the handle type of a noun.

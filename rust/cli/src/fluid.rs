@@ -1,6 +1,6 @@
 //! `relievo fluid`
 
-mod checkpoint;
+mod bodies;
 mod convert;
 mod description;
 mod entries;

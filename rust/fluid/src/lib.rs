@@ -6,6 +6,7 @@ mod block;
 #[cfg(feature = "rapier3d")]
 mod body;
 mod cells;
+mod checkpoint;
 mod chords;
 mod collider;
 mod constants;
@@ -48,6 +49,7 @@ mod wall;
 pub use blind::{Classes, Visibility, classify};
 #[cfg(feature = "rapier3d")]
 pub use body::{Bodies, BodyOptions, BodyState};
+pub use checkpoint::{Checkpoint, Totals};
 pub use collider::{ColliderOptions, Contact};
 pub use device::DeviceFluid;
 pub use exchange::{Given, Impulse};

@@ -95,17 +95,22 @@ fn planes(words: impl Iterator<Item = u32> + Clone) -> Vec<u8> {
 ///
 /// Fails, and leaves no file, if the particles are not sound, or the system refuses.
 pub fn write_frame(context: &Context, path: &Path, particles: &Particles, state: Option<&[u8]>) -> Result<()> {
-    let parts = encode(context, particles, state).map_err(|error| error.at(path.display().to_string()))?;
+    let parts = parts(context, particles, state).map_err(|error| error.at(path.display().to_string()))?;
     file::store(path, |out| parts.iter().try_for_each(|part| std::io::Write::write_all(out, part)))
 }
 
 /// Bytes of a frame of a cache with these particles and no state. Fails if they are not sound.
 pub fn frame_bytes(context: &Context, particles: &Particles) -> Result<usize> {
-    Ok(encode(context, particles, None)?.iter().map(Vec::len).sum())
+    Ok(parts(context, particles, None)?.iter().map(Vec::len).sum())
+}
+
+/// A frame of a cache, as it is in a file. Fails if the particles are not sound.
+pub fn encode_frame(context: &Context, particles: &Particles, state: Option<&[u8]>) -> Result<Vec<u8>> {
+    Ok(parts(context, particles, state)?.concat())
 }
 
 /// The parts of a file, in order.
-fn encode(context: &Context, particles: &Particles, state: Option<&[u8]>) -> Result<Vec<Vec<u8>>> {
+fn parts(context: &Context, particles: &Particles, state: Option<&[u8]>) -> Result<Vec<Vec<u8>>> {
     particles.check()?;
     let places = Items::Floats(particles.points.as_flattened());
     let mut sections = vec![Section { kind: PLACES, name: "", width: 3, items: places }];

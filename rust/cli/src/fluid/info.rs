@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use relievo_core::{Context, Error, Result, file};
+use relievo_fluid::Checkpoint;
 use relievo_particleio::{Format, Particles, read_frame};
 use serde_json::{Value, json};
 
 use super::Limits;
-use super::checkpoint::Checkpoint;
 use crate::Outcome;
 
 #[derive(clap::Args)]

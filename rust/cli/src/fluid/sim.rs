@@ -6,14 +6,13 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use relievo_core::{Context, Error, Result, file};
-use relievo_fluid::{Fluid, StepStatistics};
+use relievo_fluid::{Checkpoint, Fluid, StepStatistics, Totals};
 use relievo_particleio::{Format, FrameNumber, frames, path, read_frame, write, write_frame};
 
-use super::Limits;
-use super::checkpoint::{Checkpoint, Totals, particles};
 use super::description::Description;
 use super::play::Play;
 use super::statistics::{NAME, Row, Statistics};
+use super::{Limits, bodies};
 use crate::Outcome;
 use crate::run::{Device, device};
 
@@ -101,9 +100,9 @@ impl Folder<'_> {
 
     /// Writes a frame, and what a run goes on from.
     fn store(&self, context: &Context, (fluid, play): (&Fluid, &Play), step: u64, totals: Totals) -> Result<()> {
-        let (identity, bodies) = (self.identity.clone(), play.bodies.states());
-        let checkpoint = Checkpoint { identity, step, totals, state: fluid.state(), bodies };
-        let mut particles = particles(&checkpoint.state, self.spacing);
+        let (identity, rest) = (self.identity.clone(), bodies::encode(&play.bodies.states()));
+        let checkpoint = Checkpoint { identity, step, totals, state: fluid.state(), rest };
+        let mut particles = checkpoint.state.particles(self.spacing);
         let state = checkpoint.encode();
         if self.format == Format::Cache {
             return write_frame(context, &self.file(step), &particles, Some(&state));
@@ -208,7 +207,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Some(last) => {
             (first, totals) = (last.step, last.totals);
             fluid.set_state(last.state)?;
-            play.bodies.set_states(&last.bodies)?;
+            play.bodies.set_states(&bodies::decode(&last.rest)?)?;
             eprintln!("note: goes on from {}", folder.file(first).display());
         }
         None => {

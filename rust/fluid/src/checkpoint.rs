@@ -4,60 +4,69 @@
 //! the step from frame to frame (u64), steps and corrections so far (u64 each) and the most that was too dense (f32);
 //! seconds (f64), the largest acceleration and the share of the Courant step (f32 each), the number of the next particle
 //! and how many there are (u32 each); and of all particles what steps and corrections of velocities begin with (f32
-//! each), accelerations by the host (three f32), pressures (f32), births (f64) and lifetimes (f32), list after list; and how
-//! many bodies there are (u32), and of each its turn (four f32), how far it has moved, its velocity and spin (three f32 each)
-//! and the two momenta that it is yet to get (three f64 each).
+//! each), accelerations by the host (three f32), pressures (f32), births (f64) and lifetimes (f32), list after list; and then
+//! what its owner adds.
 
-use glam::{DVec3, Quat, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 use relievo_core::{Error, Result};
-use relievo_fluid::{BodyState, ParticleChannel, State};
 use relievo_particleio::{Channel, Frame, Particles, VELOCITY};
+
+use crate::particles::ParticleChannel;
+use crate::state::State;
 
 const VERSION: u32 = 2;
 
-/// What was done so far.
+/// What was done so far, for statistics.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Totals {
+    /// Steps.
     pub steps: u64,
+    /// Corrections of pressures.
     pub corrections: u64,
     /// How much denser than at rest a particle was at most, as a share.
     pub most: f32,
 }
 
 /// Where a simulation is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Checkpoint {
-    /// The description it is of.
+    /// The description it is of; empty where there is none.
     pub identity: String,
     /// Frames and sub-frames after the first.
     pub step: u64,
+    /// What was done so far.
     pub totals: Totals,
+    /// All that the fluid goes on from.
     pub state: State,
-    pub bodies: Vec<BodyState>,
+    /// What its owner goes on from beside that, such as bodies.
+    pub rest: Vec<u8>,
 }
 
-/// The particles of a state, in its order.
-pub fn particles(state: &State, spacing: f32) -> Particles {
-    let vectors = |rows: &[Vec4]| rows.iter().map(|row| row.truncate().to_array()).collect::<Vec<_>>();
-    let velocities = Channel { name: VELOCITY.into(), width: 3, values: vectors(&state.velocities).into_flattened() };
-    let channels = state.channels.iter().map(|ParticleChannel { name, width, values }| Channel {
-        name: name.clone(),
-        width: *width as u32,
-        values: values.clone(),
-    });
-    Particles {
-        points: vectors(&state.places),
-        time: Some(state.seconds),
-        spacing: Some(spacing),
-        numbers: Some(state.numbers.clone()),
-        channels: std::iter::once(velocities).chain(channels).collect(),
+impl State {
+    /// The particles of a state in its order, which are so far apart at rest, in metres.
+    pub fn particles(&self, spacing: f32) -> Particles {
+        let vectors = |rows: &[Vec4]| rows.iter().map(|row| row.truncate().to_array()).collect::<Vec<_>>();
+        let velocities = vectors(&self.velocities).into_flattened();
+        let velocities = Channel { name: VELOCITY.into(), width: 3, values: velocities };
+        let channels = self.channels.iter().map(|ParticleChannel { name, width, values }| Channel {
+            name: name.clone(),
+            width: *width as u32,
+            values: values.clone(),
+        });
+        Particles {
+            points: vectors(&self.places),
+            time: Some(self.seconds),
+            spacing: Some(spacing),
+            numbers: Some(self.numbers.clone()),
+            channels: std::iter::once(velocities).chain(channels).collect(),
+        }
     }
 }
 
 impl Checkpoint {
     /// What of it is not among the particles.
     pub fn encode(&self) -> Vec<u8> {
-        let Self { identity, step, totals, state, bodies } = self;
+        let Self { identity, step, totals, state, rest } = self;
         let mut out = VERSION.to_le_bytes().to_vec();
         out.extend((identity.len() as u32).to_le_bytes());
         out.extend(identity.as_bytes());
@@ -73,17 +82,12 @@ impl Checkpoint {
         out.extend(state.pressures.iter().flat_map(|pressure| pressure.to_le_bytes()));
         out.extend(state.births.iter().flat_map(|birth| birth.to_le_bytes()));
         out.extend(state.lifetimes.iter().flat_map(|lifetime| lifetime.to_le_bytes()));
-        out.extend((bodies.len() as u32).to_le_bytes());
-        for BodyState { pose: (turn, moved), velocity, spin, due } in bodies {
-            out.extend(turn.to_array().iter().flat_map(|value| value.to_le_bytes()));
-            out.extend([moved, velocity, spin].iter().flat_map(|it| it.to_array()).flat_map(f32::to_le_bytes));
-            out.extend(due.iter().flat_map(|it| it.to_array()).flat_map(f64::to_le_bytes));
-        }
+        out.extend(rest);
         out
     }
 
     /// Where the simulation was that wrote a frame; `None` if the frame has no state. Fails if that is of a newer version,
-    /// or does not fit the particles.
+    /// does not fit the particles, or is not sound.
     pub fn of(frame: Frame) -> Result<Option<Self>> {
         let Some(bytes) = frame.state else { return Ok(None) };
         let Particles { points, numbers, mut channels, .. } = frame.particles;
@@ -91,7 +95,7 @@ impl Checkpoint {
         let version = reader.u32()?;
         if version != VERSION {
             return Err(Error::unsupported(format!("its state is of version {version}"))
-                .advise("take the Relievo that wrote it, or begin anew by --restart"));
+                .advise("take the Relievo that wrote it, or begin anew"));
         }
         let length = reader.u32()? as usize;
         let identity = String::from_utf8(reader.bytes(length)?.to_vec()).map_err(|_| unfit())?;
@@ -131,12 +135,8 @@ impl Checkpoint {
                 .map(|Channel { name, width, values }| ParticleChannel { name, width: width as usize, values })
                 .collect(),
         };
-        let bodies = (0..reader.u32()?).map(|_| reader.body()).collect::<Result<_>>()?;
-        if !reader.0.is_empty() {
-            return Err(unfit());
-        }
         state.check()?;
-        Ok(Some(Self { identity, step, totals, state, bodies }))
+        Ok(Some(Self { identity, step, totals, state, rest: reader.0.to_vec() }))
     }
 }
 
@@ -172,14 +172,6 @@ impl<'a> Reader<'a> {
         self.array().map(f64::from_le_bytes)
     }
 
-    fn body(&mut self) -> Result<BodyState> {
-        let turn = Quat::from_xyzw(self.f32()?, self.f32()?, self.f32()?, self.f32()?);
-        let mut vector = || -> Result<Vec3> { Ok(Vec3::new(self.f32()?, self.f32()?, self.f32()?)) };
-        let [moved, velocity, spin] = [vector()?, vector()?, vector()?];
-        let mut momentum = || -> Result<DVec3> { Ok(DVec3::new(self.f64()?, self.f64()?, self.f64()?)) };
-        Ok(BodyState { pose: (turn, moved), velocity, spin, due: [momentum()?, momentum()?] })
-    }
-
     /// A list of `count` numbers.
     fn list<const N: usize, T>(&mut self, count: usize, number: fn([u8; N]) -> T) -> Result<Vec<T>> {
         let bytes = self.bytes(count.checked_mul(N).ok_or_else(unfit)?)?;
@@ -188,7 +180,7 @@ impl<'a> Reader<'a> {
 }
 
 fn unfit() -> Error {
-    Error::invalid("its state does not fit its particles").advise("begin anew by --restart")
+    Error::invalid("its state does not fit its particles").advise("begin anew")
 }
 
 #[cfg(test)]
@@ -212,23 +204,19 @@ mod tests {
             channels: vec![ParticleChannel { name: "heat".into(), width: 2, values: vec![1.0, 2.0, 3.0, 4.0] }],
         };
         let totals = Totals { steps: 12, corrections: 40, most: 0.01 };
-        let pose = (Quat::from_rotation_x(0.5), Vec3::new(1.0, 2.0, 3.0));
-        let due = [DVec3::splat(0.1), DVec3::new(4.0, -5.0, 1e-9)];
-        let bodies = vec![BodyState { pose, velocity: Vec3::Y, spin: Vec3::NEG_X, due }, BodyState::default()];
-        Checkpoint { identity: "a dam".into(), step: 5, totals, state, bodies }
+        Checkpoint { identity: "a dam".into(), step: 5, totals, state, rest: vec![7, 8] }
     }
 
     fn frame(state: Vec<u8>) -> Frame {
-        let particles = particles(&checkpoint().state, 0.02);
+        let particles = checkpoint().state.particles(0.02);
         Frame { particles, level: String::new(), state: Some(state) }
     }
 
     #[test]
-    fn what_is_written_is_read_and_what_is_cut_or_longer_is_not() {
+    fn what_is_written_is_read_and_what_is_cut_is_not() {
         let bytes = checkpoint().encode();
         assert_eq!(Checkpoint::of(frame(bytes.clone())).unwrap(), Some(checkpoint()));
-        assert!((0..bytes.len()).all(|length| Checkpoint::of(frame(bytes[..length].to_vec())).is_err()));
-        assert!(Checkpoint::of(frame([&bytes[..], &[0]].concat())).is_err());
+        assert!((0..bytes.len() - 2).all(|length| Checkpoint::of(frame(bytes[..length].to_vec())).is_err()));
         assert_eq!(Checkpoint::of(Frame { state: None, ..frame(Vec::new()) }).unwrap(), None);
     }
 

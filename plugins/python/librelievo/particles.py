@@ -1,0 +1,86 @@
+"""Particles at a time, and their files."""
+
+import ctypes
+
+import numpy
+
+from . import abi, library, record
+from .array import Reading, writing
+from .channel import find_channel, read_channel
+from .error import Invalid
+from .handle import Handle, path_bytes
+from .isosurface import Isosurface, isosurface_options, set_channels
+
+
+CHANNEL = ("rlv_particles_find_channel", "rlv_particles_channel_info", "rlv_particles_get_channel")
+
+
+class Particles(Handle):
+    """Places with named channels, such as `velocity` in m/s and `blind`. They do not change."""
+
+    noun, kind = "particles", abi.RlvParticles
+
+    def __init__(self, context, points, channels=None, numbers=None, time=None, spacing=0.0):
+        """Of points (n, 3) in metres, with `channels` (n, 1 to 4) by their names, numbers (n), a time in seconds and how far
+        particles are apart at rest in metres, if they are known."""
+        points = Reading(points, numpy.float32, 3, "points")
+        numbers = Reading(numbers, numpy.uint32, 0, "numbers")
+        if numbers.array is not None and numbers.count != points.count:
+            raise Invalid(f"numbers: there are {numbers.count} for {points.count} points")
+        arrays, (entries, _kept) = record.empty(abi.RlvParticlesArrays), set_channels(channels)
+        arrays.has_time, arrays.time, arrays.spacing = int(time is not None), time or 0.0, spacing
+        arrays.count, arrays.points, arrays.point_stride = points.count, points.address, points.stride
+        arrays.numbers, arrays.number_stride = numbers.address, numbers.stride
+        arrays.channels, arrays.channel_count = entries, len(entries)
+        super().__init__("rlv_particles_create", context.handle, ctypes.byref(arrays))
+
+    @classmethod
+    def read(cls, context, path):
+        """Of a file: a frame of a cache, classic .bgeo, legacy VTK, PLY, OpenVDB's points, or the points of a mesh."""
+        return cls.of("rlv_particles_read", context.handle, path_bytes(path))
+
+    def write(self, path):
+        """Writes .rlvfluid, .bgeo, .vtk, .ply or .vdb."""
+        library.call("rlv_particles_write", self.handle, path_bytes(path))
+
+    @property
+    def info(self):
+        """How many there are, and what they have."""
+        out = record.empty(abi.RlvParticlesInfo)
+        library.call("rlv_particles_info", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def points(self, out=None):
+        """Their places, (n, 3) in metres."""
+        count = self.info.count
+        out, place, stride = writing(out, count, numpy.float32, 3, "points")
+        library.call("rlv_particles_get_points", self.handle, place, count, stride)
+        return out
+
+    def numbers(self):
+        """Their numbers (n), None if they have none."""
+        info = self.info
+        if not info.has_numbers:
+            return None
+        out, place, stride = writing(None, info.count, numpy.uint32, 0, "numbers")
+        library.call("rlv_particles_get_numbers", self.handle, place, info.count, stride)
+        return out
+
+    def channel(self, name):
+        """What they carry by a name, (n, 1 to 4)."""
+        return find_channel(self.handle, CHANNEL, name)
+
+    def channels(self):
+        """All that they carry, (n, 1 to 4) by names."""
+        return dict(read_channel(self.handle, CHANNEL, index) for index in range(self.info.channel_count))
+
+    def keep(self, classes):
+        """Those that a surface needs, with the channel `blind`, by the classes of `Isosurface.classify`."""
+        classes = Reading(classes, numpy.uint8, 0, "classes")
+        return Particles.of("rlv_particles_keep", self.handle, classes.address, classes.count, classes.stride)
+
+    def isosurface(self, **options):
+        """Their surface; options are the fields of RlvIsosurfaceOptions, of which the radius is half the spacing if none is
+        given and that is known."""
+        told = ctypes.byref(isosurface_options(options)) if options else None
+        return Isosurface.of("rlv_particles_isosurface", self.handle, told)
