@@ -1,0 +1,97 @@
+//! `relievo simplify`.
+
+use crate::{relievo, text};
+
+/// A bowl of 400 squares.
+pub fn bowl() -> String {
+    let bowl = |index: u32| {
+        let (x, y) = (index % 21, index / 21);
+        let (x, y) = (f64::from(x) / 10.0 - 1.0, f64::from(y) / 10.0 - 1.0);
+        format!("v {x} {y} {}\n", 0.3 * (x * x + y * y))
+    };
+    let square = |index: u32| {
+        let at = index / 20 * 21 + index % 20 + 1;
+        format!("f {at} {} {} {}\n", at + 1, at + 22, at + 21)
+    };
+    (0..441).map(bowl).chain((0..400).map(square)).collect()
+}
+
+#[test]
+fn a_mesh_is_simplified_to_a_share_a_number_or_a_deviation() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("bowl.obj"), bowl()).unwrap();
+    let simplify =
+        |goal: &[&str]| relievo(folder.path(), &[&["simplify", "bowl.obj", "-o", "less.ply"][..], goal].concat());
+    let faces = || {
+        let info = relievo(folder.path(), &["info", "--json", "less.ply"]);
+        let found: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+        found["faces"].as_u64().unwrap()
+    };
+    let done = simplify(&["--ratio", "0.25"]);
+    assert!(done.status.success() && text(&done.stdout).starts_with("800 triangles, "), "{done:?}");
+    assert!((199..=200).contains(&faces()), "{}", faces());
+    assert!(simplify(&["--faces", "100", "--threads", "1"]).status.success());
+    assert!((99..=100).contains(&faces()), "{}", faces());
+    assert!(simplify(&["--error", "0.02"]).status.success());
+    assert!((8..100).contains(&faces()), "{}", faces());
+    assert_eq!(simplify(&[]).status.code(), Some(2));
+    let refused = simplify(&["--ratio", "1.5"]);
+    assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("use 0 to 1"), "{refused:?}");
+}
+
+/// The bowl with texture coordinates: columns 0 to 10 are on the left half of the texture, 10 to 20 on the right half, and
+/// both have column 10.
+pub fn map() -> String {
+    let place = |index: u32| [index % 21, index / 21].map(|it| f64::from(it) / 20.0);
+    let coordinates = |shift: f64| (0..441).map(place).map(move |[x, y]| format!("vt {} {y}\n", 0.4 * x + shift));
+    let square = |index: u32| {
+        let (column, at) = (index % 20, index / 20 * 21 + index % 20 + 1);
+        let corner = |at: u32| format!("{at}/{}", if column < 10 { at } else { at + 441 });
+        format!("f {} {} {} {}\n", corner(at), corner(at + 1), corner(at + 22), corner(at + 21))
+    };
+    let points = bowl().lines().filter(|line| line.starts_with('v')).fold(String::new(), |all, line| all + line + "\n");
+    let coordinates: String = coordinates(0.0).chain(coordinates(0.5)).collect();
+    let faces: String = (0..400).map(square).collect();
+    points + &coordinates + &faces
+}
+
+/// Checks the texture coordinates of a bowl with fewer triangles, each within tolerances. Returns how many corners it has.
+pub fn corners_of_map(less: &str, [most_u, most_v]: [f64; 2]) -> usize {
+    let numbers = |keyword: &str| -> Vec<Vec<f64>> {
+        let lines = less.lines().filter_map(|line| line.strip_prefix(keyword));
+        lines.map(|line| line.split(' ').map(|number| number.parse().unwrap()).collect()).collect()
+    };
+    let (points, coordinates) = (numbers("v "), numbers("vt "));
+    let (mut corners, mut at_seam) = (0, std::collections::HashSet::new());
+    for corner in less.lines().filter_map(|line| line.strip_prefix("f ")).flat_map(|line| line.split(' ')) {
+        let (point, value) = corner.split_once('/').unwrap();
+        let [point, value] = [point, value].map(|number| number.parse::<usize>().unwrap() - 1);
+        let (x, y) = ((points[point][0] + 1.0) / 2.0, (points[point][1] + 1.0) / 2.0);
+        let [u, v] = [coordinates[value][0], coordinates[value][1]];
+        let shift = if u > 0.45 { 0.5 } else { 0.0 };
+        assert!((u - shift - 0.4 * x).abs() < most_u && (v - y).abs() < most_v, "{x} {y}: {u} {v}");
+        if (x - 0.5).abs() < 1e-3 {
+            at_seam.insert((point, shift > 0.0));
+        }
+        corners += 1;
+    }
+    assert!(at_seam.len() >= 4 && at_seam.iter().all(|(point, side)| at_seam.contains(&(*point, !side))));
+    corners
+}
+
+#[test]
+fn a_simplified_mesh_keeps_its_texture_coordinates() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("map.obj"), map()).unwrap();
+    let simplify = |more: &[&str]| {
+        relievo(folder.path(), &[&["simplify", "map.obj", "-o", "less.obj", "--faces", "200"][..], more].concat())
+    };
+    let done = simplify(&["--weight", "uv=0.05"]);
+    assert!(done.status.success() && done.stderr.is_empty(), "{done:?}");
+    let less = std::fs::read_to_string(folder.path().join("less.obj")).unwrap();
+    let corners = corners_of_map(&less, [0.01, 0.02]);
+    assert!((597..=600).contains(&corners), "{corners}");
+    assert!(simplify(&["--without", "uv"]).status.success());
+    assert!(!std::fs::read_to_string(folder.path().join("less.obj")).unwrap().contains("vt "));
+    assert!(text(&simplify(&["--weight", "paint=1"]).stderr).contains("no attribute `paint`"));
+}
