@@ -46,20 +46,13 @@ class Shape:
             hits = caster.cast(places, numpy.tile(direction, (len(places), 1)))
         return numpy.isfinite(hits["distance"]) & (hits["normal"] @ direction > 0)
 
-    def section(self, direction, spacing):
-        """Its outline along a direction, as a flat mesh before it that faces there and ends half a spacing earlier at its
-        sides, as particles have room around them; without Blender's data."""
+    def section(self, direction):
+        """Its outline along a direction, as a flat mesh before it that faces there; without Blender's data."""
         points, corners = self.points.astype(float), self.corners.reshape(-1, 3)
         a, b, c = (points[corners[:, number]] for number in range(3))
         along = points @ direction
         flat = points + numpy.outer(along.max() - along, direction)
         seen = corners[numpy.cross(b - a, c - a) @ direction > 0].ravel()
-        across = numpy.cross(direction, numpy.eye(3)[numpy.abs(direction).argmin()])
-        for side in (across / numpy.linalg.norm(across), numpy.cross(direction, across / numpy.linalg.norm(across))):
-            places = flat @ side
-            extent = numpy.ptp(places)
-            shrunk = (places - 0.5 * (places.min() + places.max())) * (min(spacing / extent, 0.9) if extent else 0)
-            flat -= numpy.outer(shrunk, side)
         return rl.Mesh(native.context(), flat.astype(numpy.float32), seen.astype(numpy.uint32), 3)
 
 
@@ -77,10 +70,10 @@ class Pouring:
     def read(self, depsgraph):
         self.shape = Shape(self.target, depsgraph)
 
-    def add(self, fluid, spacing):
+    def add(self, fluid):
         """Makes it an emitter of a fluid; without Blender's data."""
         try:
-            with self.shape.section(self.direction, spacing) as made:
+            with self.shape.section(self.direction) as made:
                 fluid.add_emitter(made, speed=self.speed)
         except rl.RelievoError as failure:
             raise Refused(f"{self.name} cannot pour: {failure}") from None
@@ -172,7 +165,7 @@ class Simulation:
             # Emitters may reach out of the box.
             self.fluid.add_sink(self.low, self.high, is_outside=True)
             for pouring in self.pourings:
-                pouring.add(self.fluid, self.spacing)
+                pouring.add(self.fluid)
 
     def advance(self, progress):
         """Goes on to the next frame; without Blender's data."""

@@ -20,6 +20,7 @@ mod hierarchy;
 mod interior;
 mod isosurface;
 mod kernel;
+mod lattice;
 mod level_set;
 mod marching;
 mod neighbours;

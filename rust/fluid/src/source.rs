@@ -4,17 +4,20 @@ use glam::{Vec3, Vec4Swizzles};
 use relievo_core::{Error, Result};
 
 use crate::isosurface::Channel;
+use crate::lattice::{Lattice, lattice};
 use crate::particles::Batch;
-use crate::sampling::sample;
+use crate::sampling::{Sample, sample};
 use crate::solid::Solid;
 use crate::solver::Fluid;
 
 /// Where there is a particle within so many spacings of a place, none is emitted.
 const TAKEN: f32 = 0.6;
+/// The least distance of layers, in spacings: nearer ones would be taken for what is there already.
+const CLOSEST: f64 = 0.7;
 /// Layers that an emitter makes in a step, at most.
 const MOST: f64 = 4096.0;
 
-/// What particles are emitted from: one layer after the other, each as far from the one before as the spacing.
+/// What particles are emitted from: one layer after the other, each about as far from the one before as the spacing.
 pub struct Emitter {
     places: Vec<Vec3>,
     velocities: Vec<Vec3>,
@@ -60,17 +63,20 @@ impl Emitter {
     }
 
     /// The surface of triangles, from which particles go along normals at a speed in m/s, half a spacing before it at first.
+    ///
+    /// Where all triangles face the same way the places are a lattice, and those are taken whose cell has its middle in the
+    /// mesh; else they cover it up to its edges. Layers come as often as the volume is that of the area at the speed.
     pub fn mesh(points: &[Vec3], triangles: &[[u32; 3]], speed: f32, spacing: f32) -> Result<Self> {
         Solid::new(points, triangles)?;
-        let samples = sample(points, triangles, spacing)?;
-        let normal = |triangle: u32| {
-            let [a, b, c] = triangles[triangle as usize].map(|point| points[point as usize]);
-            (b - a).cross(c - a).normalize_or_zero()
+        let (places, normals, area) = match lattice(points, triangles, spacing)? {
+            Some(Lattice { places, normal, area }) => (places, vec![normal], area),
+            None => covered(points, triangles, spacing)?,
         };
-        let pairs = samples.iter().map(|sample| (sample.of(points, triangles), normal(sample.triangle)));
-        let (places, normals): (Vec<Vec3>, Vec<Vec3>) = pairs.filter(|(_, normal)| *normal != Vec3::ZERO).unzip();
-        let places = places.iter().zip(&normals).map(|(place, normal)| *place + 0.5 * spacing * *normal);
-        Self::new(places.collect(), normals.iter().map(|normal| speed * *normal).collect(), speed, spacing)?.filled()
+        let moved = places.iter().zip(normals.iter().cycle()).map(|(place, normal)| *place + 0.5 * spacing * *normal);
+        let velocities = normals.iter().map(|normal| speed * *normal).collect();
+        let emitter = Self::new(moved.collect(), velocities, speed, spacing)?.filled()?;
+        let share = places.len() as f64 * f64::from(spacing).powi(2) / area;
+        Ok(Self { period: emitter.period * share.max(CLOSEST), ..emitter })
     }
 
     fn new(places: Vec<Vec3>, velocities: Vec<Vec3>, speed: f32, spacing: f32) -> Result<Self> {
@@ -128,6 +134,19 @@ impl Emitter {
         }
         Ok(fluid.len() - before)
     }
+}
+
+/// Places all over a mesh, with the normals there, and its area.
+fn covered(points: &[Vec3], triangles: &[[u32; 3]], spacing: f32) -> Result<(Vec<Vec3>, Vec<Vec3>, f64)> {
+    let cross = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|point| points[point as usize]);
+        (b - a).cross(c - a)
+    };
+    let samples = sample(points, triangles, spacing)?;
+    let normal = |sample: &Sample| cross(&triangles[sample.triangle as usize]).normalize_or_zero();
+    let pairs = samples.iter().map(|sample| (sample.of(points, triangles), normal(sample)));
+    let (places, normals) = pairs.filter(|(_, normal)| *normal != Vec3::ZERO).unzip();
+    Ok((places, normals, triangles.iter().map(|triangle| 0.5 * f64::from(cross(triangle).length())).sum()))
 }
 
 /// Which of some places have no particle within a radius.
@@ -217,6 +236,8 @@ impl Sources {
 
 #[cfg(test)]
 mod tests {
+    use std::f32::consts::TAU;
+
     use relievo_core::Context;
 
     use super::*;
@@ -280,6 +301,63 @@ mod tests {
             run(fluid, &sources, 0.1).unwrap();
         }
         assert_eq!(fluid.state(), other.state());
+    }
+
+    /// A disc or, of four corners, a square, in a plane that is turned, of triangles about its middle.
+    fn polygon(corners: u32, radius: f32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        let turn = glam::Quat::from_scaled_axis(Vec3::new(0.3, -0.8, 0.5));
+        let at = |corner: u32| Vec3::from(glam::Vec2::from_angle(TAU * corner as f32 / corners as f32).extend(0.0));
+        let rim = (0..corners).map(|corner| Vec3::splat(0.7) + turn * (radius * at(corner)));
+        let points = std::iter::once(Vec3::splat(0.7)).chain(rim).collect();
+        (points, (0..corners).map(|corner| [0, 1 + corner, 1 + (corner + 1) % corners]).collect())
+    }
+
+    #[test]
+    fn flat_meshes_emit_their_area_times_their_speed() {
+        let (spacing, speed) = (0.05, 2.0);
+        for size in [3.0, 3.4, 4.0, 5.5, 7.25, 10.0, 20.0f32] {
+            for corners in [4, 60] {
+                let radius = if corners == 4 { size * spacing * 0.5f32.sqrt() } else { 0.5 * size * spacing };
+                let (points, mut triangles) = polygon(corners, radius);
+                let area = 0.5 * corners as f32 * radius * radius * (TAU / corners as f32).sin();
+                let emitter = Emitter::mesh(&points, &triangles, speed, spacing).unwrap();
+                let flow = emitter.layer() as f64 * f64::from(spacing).powi(3) / emitter.period;
+                let due = f64::from(area * speed);
+                assert!((flow / due - 1.0).abs() < 1e-4, "{corners} {size}: {flow} {due}");
+                // What is whole is as a lattice of it, and layers are as far apart as particles.
+                let share = emitter.period * f64::from(speed / spacing);
+                assert!((0.85..1.2).contains(&share), "{corners} {size}: {share}");
+                if corners == 4 && size.fract() == 0.0 {
+                    assert_eq!(emitter.layer(), (size * size) as usize);
+                }
+                let within =
+                    emitter.places.iter().all(|place| place.distance(Vec3::splat(0.7)) < radius + 0.5 * spacing);
+                let apart = (0..emitter.layer())
+                    .all(|a| (0..a).all(|b| emitter.places[a].distance(emitter.places[b]) > 0.999 * spacing));
+                assert!(within && apart);
+                // Lying on itself, it is the same.
+                triangles.extend(triangles.clone());
+                let twice = Emitter::mesh(&points, &triangles, speed, spacing).unwrap();
+                assert_eq!(twice.layer(), emitter.layer());
+                assert!((twice.period / emitter.period - 1.0).abs() < 0.08, "{} {}", twice.period, emitter.period);
+            }
+        }
+        // A surface that is not flat too.
+        let (points, triangles) = crate::sphere(Vec3::ZERO, 0.2);
+        let emitter = Emitter::mesh(&points, &triangles, speed, spacing).unwrap();
+        let flow = emitter.layer() as f64 * f64::from(spacing).powi(3) / emitter.period;
+        assert!((flow / (f64::from(speed) * 2.0 * f64::from(TAU) * 0.04) - 1.0).abs() < 0.01, "{flow}");
+    }
+
+    #[test]
+    fn a_jet_of_a_square_mesh_has_the_volume_that_is_due() {
+        let mut fluid = weightless(0.05);
+        let (points, triangles) = polygon(4, 0.17 * 0.5f32.sqrt());
+        let sources =
+            Sources { emitters: vec![Emitter::mesh(&points, &triangles, 2.0, 0.05).unwrap()], ..Sources::default() };
+        run(&mut fluid, &sources, 1.0).unwrap();
+        let volume = fluid.len() as f32 * 0.05f32.powi(3);
+        assert!((volume / (0.17 * 0.17 * 2.0) - 1.0).abs() < 0.03, "{volume}");
     }
 
     #[test]
