@@ -10,11 +10,10 @@
 //! is to the bit what it would have been.
 
 use glam::{DVec3, Quat, Vec3};
-use rapier3d::prelude::{
-    ColliderBuilder, PhysicsWorld, Pose, RigidBodyBuilder, RigidBodyHandle, Rotation, SharedShape, Vector,
-};
+use rapier3d::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, SharedShape, Vector};
 use relievo_core::{Context, Error, Result};
 
+use crate::obstacle::{Obstacle, placed, vector};
 use crate::pace::within;
 use crate::{ColliderOptions, Contact, Fluid, Solid, StepStatistics};
 
@@ -74,12 +73,6 @@ struct Body {
     state: BodyState,
 }
 
-/// What bodies do not move: a pose at the beginning and the end of a frame.
-struct Obstacle {
-    shape: SharedShape,
-    path: [(Quat, Vec3); 2],
-}
-
 /// The rigid bodies of a fluid. They meet each other as their convex hulls, obstacles, and the sides of a box.
 pub struct Bodies {
     gravity: Vec3,
@@ -92,17 +85,14 @@ pub struct Bodies {
 struct World {
     physics: PhysicsWorld,
     bodies: Vec<RigidBodyHandle>,
-    obstacles: Vec<RigidBodyHandle>,
-    /// Seconds until they are where they go.
+    /// Those that are rigid.
+    obstacles: Vec<Option<RigidBodyHandle>>,
+    /// Triangles of the others, of one step.
+    pieces: Vec<RigidBodyHandle>,
+    /// How much of their way obstacles have gone.
+    share: f32,
+    /// Seconds until bodies are where they go.
     left: f32,
-}
-
-fn vector(v: Vec3) -> Vector {
-    Vector::new(v.x, v.y, v.z)
-}
-
-fn placed((turn, moved): (Quat, Vec3)) -> Pose {
-    Pose::from_parts(vector(moved), Rotation::from_array(turn.normalize().to_array()))
 }
 
 impl Bodies {
@@ -155,22 +145,29 @@ impl Bodies {
     /// Adds a mesh that bodies do not pass, where it is, and returns its number. Fails if rapier3d cannot use it.
     pub fn add_obstacle(&mut self, points: &[Vec3], triangles: &[[u32; 3]]) -> Result<usize> {
         let number = self.obstacles.len();
-        let points = points.iter().map(|point| vector(*point)).collect();
-        let shape = ColliderBuilder::trimesh(points, triangles.to_vec()).map_err(|error| {
-            Error::invalid(format!("bodies cannot meet it: {error}")).at(format!("obstacle {number}"))
-        })?;
-        self.obstacles.push(Obstacle { shape: shape.shape, path: [(Quat::IDENTITY, Vec3::ZERO); 2] });
+        self.obstacles.push(Obstacle::new(points, triangles).map_err(|error| error.at(format!("obstacle {number}")))?);
         Ok(number)
     }
 
     /// Has an obstacle go from a pose to another while [`Self::advance`] is called next: turned about the origin from where it
     /// was added, and then moved by so many metres. Fails if there is no such obstacle, or a number is not finite.
     pub fn move_obstacle(&mut self, number: usize, path: [(Quat, Vec3); 2]) -> Result<()> {
-        let is_sound = path.iter().all(|(turn, moved)| turn.is_normalized() && moved.is_finite());
-        let refused = || Error::invalid("it does not exist, or cannot be there").at(format!("obstacle {number}"));
-        let obstacle = self.obstacles.get_mut(number).filter(|_| is_sound).ok_or_else(refused)?;
-        obstacle.path = path;
-        Ok(())
+        self.obstacle(number)
+            .and_then(|obstacle| obstacle.go(path))
+            .map_err(|error| error.at(format!("obstacle {number}")))
+    }
+
+    /// Has an obstacle go from points in metres to others, in straight lines, while [`Self::advance`] is called next. Bodies
+    /// meet its triangles with their velocities, but for what they stretch. Fails if there is no such obstacle, or there are
+    /// not as many finite points as it has.
+    pub fn bend_obstacle(&mut self, number: usize, path: [&[Vec3]; 2]) -> Result<()> {
+        self.obstacle(number)
+            .and_then(|obstacle| obstacle.bend(path))
+            .map_err(|error| error.at(format!("obstacle {number}")))
+    }
+
+    fn obstacle(&mut self, number: usize) -> Result<&mut Obstacle> {
+        self.obstacles.get_mut(number).ok_or_else(|| Error::invalid("it does not exist"))
     }
 
     /// Where a body is: how it is turned about the origin from where it began, and by how many metres it has moved then.
@@ -245,11 +242,7 @@ impl Bodies {
                 physics.insert(side, ColliderBuilder::new(SharedShape::halfspace(normal)));
             }
         }
-        let obstacles = self.obstacles.iter().map(|Obstacle { shape, path }| {
-            let rigid = RigidBodyBuilder::kinematic_position_based().pose(placed(path[0]));
-            physics.insert(rigid, ColliderBuilder::new(shape.clone())).0
-        });
-        let obstacles = obstacles.collect();
+        let obstacles = self.obstacles.iter().map(|obstacle| obstacle.insert(&mut physics)).collect();
         let bodies = self.bodies.iter().map(|Body { shape, mass, state, .. }| {
             let rigid = RigidBodyBuilder::dynamic().pose(placed(state.pose)).can_sleep(false);
             let rigid = rigid.linvel(vector(state.velocity)).angvel(vector(state.spin));
@@ -261,18 +254,24 @@ impl Bodies {
             handle
         });
         let bodies = bodies.collect();
-        World { physics, bodies, obstacles, left: 0.0 }
+        World { physics, bodies, obstacles, pieces: Vec::new(), share: 0.0, left: 0.0 }
     }
 
     /// Moves bodies by what they were given, and has their colliders follow within so many seconds, after which obstacles
     /// have gone so much of their way.
     fn go(&mut self, context: &Context, fluid: &mut Fluid, world: &mut World, seconds: f32, share: f32) -> Result<()> {
         let physics = &mut world.physics;
+        world.pieces.drain(..).for_each(|piece| drop(physics.remove_body(piece)));
+        let boxes: Vec<[Vec3; 2]> = self.bodies.iter().map(|body| body.reach(seconds)).collect();
         for (obstacle, handle) in self.obstacles.iter().zip(&world.obstacles) {
-            let Some(rigid) = physics.bodies.get_mut(*handle) else { continue };
-            let [(from, start), (to, end)] = obstacle.path;
-            rigid.set_next_kinematic_position(placed((from.slerp(to, share), start.lerp(end, share))));
+            let rigid = handle.and_then(|handle| physics.bodies.get_mut(handle));
+            if let (Some(rigid), Some(pose)) = (rigid, obstacle.pose(share)) {
+                rigid.set_next_kinematic_position(pose);
+            }
+            let pieces = obstacle.pieces([world.share, share], seconds, &boxes).into_iter();
+            world.pieces.extend(pieces.map(|(rigid, collider)| physics.insert(rigid, collider).0));
         }
+        world.share = share;
         for (body, handle) in self.bodies.iter_mut().zip(&world.bodies) {
             let Some(rigid) = physics.bodies.get_mut(*handle) else { continue };
             let due = &mut body.state.due;
@@ -301,5 +300,16 @@ impl Body {
     /// Its points in a pose.
     fn at(&self, (turn, moved): (Quat, Vec3)) -> Vec<Vec3> {
         self.points.iter().map(|point| turn * *point + moved).collect()
+    }
+
+    /// The low and high corner of a box that it does not leave within so many seconds, with something to spare for what
+    /// makes it faster.
+    fn reach(&self, seconds: f32) -> [Vec3; 2] {
+        let points = self.at(self.state.pose);
+        let low = points.iter().fold(Vec3::INFINITY, |low, point| low.min(*point));
+        let high = points.iter().fold(Vec3::NEG_INFINITY, |high, point| high.max(*point));
+        let size = low.distance(high);
+        let spare = 0.1 * size + 2.0 * seconds * (self.state.velocity.length() + size * self.state.spin.length());
+        [low - spare, high + spare]
     }
 }

@@ -25,6 +25,8 @@ mod level_set;
 mod marching;
 mod neighbours;
 mod noise;
+#[cfg(feature = "rapier3d")]
+mod obstacle;
 mod options;
 mod pace;
 mod pairs;

@@ -214,10 +214,6 @@ impl Description {
         }
         // Bodies have them as obstacles, by the same numbers.
         for mover in play.movers.iter().filter(|_| !self.body.is_empty()) {
-            if mover.is_changing() {
-                return Err(Error::unsupported("bodies do not meet colliders that change their shapes")
-                    .advise("leave the bodies out, or give the collider keys"));
-            }
             let number = play.bodies.add_obstacle(&mover.points, &mover.triangles)?;
             play.bodies.move_obstacle(number, [mover.pose(0.0); 2])?;
         }

@@ -29,7 +29,9 @@ impl Play {
             let times = [time, time + f64::from(seconds)];
             let [from, to] = [mover.at(context, times[0])?, mover.at(context, times[1])?];
             fluid.move_collider(context, number, [&from, &to], seconds)?;
-            if !self.bodies.is_empty() {
+            if !self.bodies.is_empty() && mover.is_changing() {
+                self.bodies.bend_obstacle(number, [&from, &to])?;
+            } else if !self.bodies.is_empty() {
                 self.bodies.move_obstacle(number, times.map(|time| mover.pose(time)))?;
             }
         }

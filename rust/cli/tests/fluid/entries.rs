@@ -118,14 +118,34 @@ fn colliders_have_the_shapes_of_numbered_files() {
     refused(&good.replace("sequence", "mesh"), "no sequence");
     refused(&good.replace("###", ""), "place for the number");
     refused(&format!("{good}box = {{ low = [0, 0, 0], high = [1, 1, 1] }}\n"), "more than one shape");
-    refused(
-        &format!("{good}[[body]]\nsphere = {{ middle = [0.5, 0.1, 0.3], radius = 0.1 }}\ndensity = 100\n"),
-        "bodies",
-    );
     let mut open = std::fs::read_to_string(folder.path().join("jaw007.obj")).unwrap();
     open.truncate(open.rfind("f ").unwrap());
     std::fs::write(folder.path().join("jaw007.obj"), open).unwrap();
     refused(good, "8 points and 10 triangles, and the first file 8 and 12");
+}
+
+#[test]
+fn bodies_on_colliders_that_change_their_shapes_go_on_to_the_bit() {
+    let folder = tempfile::tempdir().unwrap();
+    // A step of the floor that rises by 1 cm a frame, with a box on it.
+    for frame in 0..9 {
+        let high = [0.9, 0.5, 0.02 + 0.01 * frame as f32];
+        box_obj(folder.path(), &format!("step{frame:02}.obj"), [0.6, -0.2, -0.2], high);
+    }
+    let more = "[[collider]]\nsequence = \"step##.obj\"\ncount = 9\n\
+        [[body]]\nbox = { low = [0.65, 0.05, 0.02], high = [0.8, 0.2, 0.17] }\ndensity = 900\n";
+    let sim = |frames: u32, to: &str| {
+        let text = DAM.replace("frames = 3", &format!("frames = {frames}")) + more;
+        std::fs::write(folder.path().join("dam.toml"), text).unwrap();
+        relievo(folder.path(), &["fluid", "sim", "dam.toml", "-o", to, "--format", "cache"])
+    };
+    let done = sim(8, "whole");
+    assert!(done.status.success(), "{done:?}");
+    for frames in [3, 8] {
+        let done = sim(frames, "parts");
+        assert!(done.status.success() && text(&done.stderr).contains("goes on") == (frames > 3), "{done:?}");
+    }
+    assert!(files(&folder.path().join("whole")) == files(&folder.path().join("parts")));
 }
 
 #[test]

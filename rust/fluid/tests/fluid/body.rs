@@ -112,3 +112,60 @@ fn bodies_go_on_from_states_to_the_bit() {
     wrong[1].spin.x = f32::NAN;
     assert!(others.set_states(&wrong).is_err() && others.states() == bodies.states());
 }
+
+/// A floor of 12 by 12 cells that goes up and down by 0.4 m, and becomes a bowl meanwhile.
+fn floor(seconds: f32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+    let places =
+        (0..169u32).map(|number| Vec3::new((number % 13) as f32 - 6.0, (number / 13) as f32 - 6.0, 0.0) / 12.0);
+    let points = places.map(|place| place + Vec3::Z * height(place, seconds)).collect();
+    let corners = (0..144u32).map(|cell| cell % 12 + cell / 12 * 13);
+    (points, corners.flat_map(|at| [[at, at + 1, at + 14], [at, at + 14, at + 13]]).collect())
+}
+
+fn height(place: Vec3, seconds: f32) -> f32 {
+    0.2 * (1.0 - (2.0 * seconds).cos()) + seconds.min(1.0) * place.truncate().length_squared()
+}
+
+#[test]
+fn a_body_goes_up_and_down_with_a_floor_that_bends_and_goes_on_to_the_bit() {
+    let context = Context::serial();
+    let begin = || {
+        let mut fluid = Fluid::new(FluidOptions { spacing: 0.1, ..FluidOptions::default() }).unwrap();
+        let mut bodies = Bodies::new(Vec3::Z * -9.81, None);
+        let (points, triangles) = floor(0.0);
+        bodies.add_obstacle(&points, &triangles).unwrap();
+        let (points, triangles) = cuboid(Vec3::new(-0.13, -0.1, 0.0), Vec3::new(0.12, 0.11, 0.2));
+        bodies.add(&context, &mut fluid, (&points, &triangles), &BodyOptions::default()).unwrap();
+        (fluid, bodies)
+    };
+    let advance = |fluid: &mut Fluid, bodies: &mut Bodies, frame: u32| {
+        let ends = [frame, frame + 1].map(|frame| floor(0.02 * frame as f32).0);
+        bodies.bend_obstacle(0, [&ends[0], &ends[1]]).unwrap();
+        bodies.advance(&context, fluid, 0.02, |_, _| Ok(())).unwrap();
+    };
+    let ((mut fluid, mut bodies), (mut resumed, mut others)) = (begin(), begin());
+    let mut far = 0.0f32;
+    for frame in 0..400 {
+        if frame == 150 {
+            resumed.set_state(fluid.state()).unwrap();
+            others.set_states(&bodies.states()).unwrap();
+        }
+        advance(&mut fluid, &mut bodies, frame);
+        if frame >= 150 {
+            advance(&mut resumed, &mut others, frame);
+        }
+        let (now, (turn, moved)) = (0.02 * (frame + 1) as f32, bodies.pose(0).unwrap());
+        let [low, high] = [Vec3::new(-0.13, -0.1, 0.0), Vec3::new(0.12, 0.11, 0.0)];
+        let corners = [low, Vec3::new(high.x, low.y, 0.0), Vec3::new(low.x, high.y, 0.0), high];
+        let above = corners.map(|corner| turn * corner + moved).map(|corner| corner.z - height(corner, now));
+        let (least, most) = above.iter().fold((f32::MAX, f32::MIN), |(low, high), at| (low.min(*at), high.max(*at)));
+        // The floor is chords of the bowl, up to 3.5 mm above it.
+        assert!(least > -0.006 && most < 0.02, "frame {frame}: {above:?}");
+        far = far.max(moved.length());
+    }
+    assert!(far > 0.4 && bodies.states() == others.states() && fluid.state() == resumed.state());
+    let (points, _) = floor(0.0);
+    assert!(bodies.bend_obstacle(1, [&points, &points]).is_err());
+    assert!(bodies.bend_obstacle(0, [&points, &points[1..]]).is_err());
+    assert!(bodies.bend_obstacle(0, [&points, &[Vec3::NAN; 169]]).is_err());
+}
