@@ -15,9 +15,9 @@ use relievo_core::{Context, Error, Mesh, Result};
 use relievo_document::{Document, Kind};
 use relievo_meshio::write;
 use relievo_surface::{Surface, SurfaceOptions};
-use relievo_tiles::{Displaced, Displacement, Field, VectorDisplacement, uniform_rates};
+use relievo_tiles::{Displaced, Displacement, Field, VectorDisplacement};
 
-use crate::{Outcome, triangles};
+use crate::{Outcome, displaced, triangles};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -385,14 +385,7 @@ fn write_maps(arguments: &Arguments, context: &Context, limit: &Surface, quantit
 fn mesh(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<String> {
     let Work { opened, cage, options } = work;
     let name = arguments.layer.as_deref();
-    let displacement = opened.displacement(context, name)?.map_or_else(|| opened.undisplaced(), Ok)?;
-    let vectors = opened.vectors(context, name)?;
-    let mut displaced = Displaced::new(opened.surface(), displacement.field())?;
-    if let Some(vectors) = &vectors {
-        displaced = displaced.with_vectors(vectors.field())?;
-    }
-    let rates = uniform_rates(opened.surface().topology(), arguments.cells);
-    let mut made = displaced.tessellate(context, cage, &rates)?;
+    let mut made = displaced::tessellation(context, opened, cage, name, arguments.cells)?;
     if cage.attribute(&arguments.uv).is_some_and(|uv| uv.domain == relievo_core::Domain::Corner) {
         let limit = Surface::face_varying(context, cage, &arguments.uv, options)?;
         made.smooth_attribute(context, &arguments.uv, &limit)?;

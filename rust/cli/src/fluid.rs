@@ -10,6 +10,7 @@ mod mesh;
 mod mover;
 mod play;
 mod render;
+mod shape;
 mod sim;
 mod statistics;
 mod surface;

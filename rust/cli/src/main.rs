@@ -6,6 +6,7 @@
 mod check;
 mod compare;
 mod devices;
+mod displaced;
 mod doc;
 mod draw;
 mod edits;

@@ -49,18 +49,11 @@ pub fn export(
                 .advise("use the extension .ply, .glb, .obj or .usda, or .exr or .png and --bake"));
         }
     };
-    document.fit_triangles(mesh)?;
-    let mut object = opened(context, document, mesh)?;
-    if let Some(name) = layer {
-        show_alone(context, &mut object, name)?;
-    }
-    object.renew(context)?;
+    let object = shown(context, document, mesh, layer)?;
     if let Some(bake) = bake {
         return write_maps(context, &object, mesh, path, bake);
     }
-    let displaced = object.displaced()?;
-    let rates = |face| object.rates(face);
-    let mut made = TriangleTessellation::new(context, &displaced, object.normals(), mesh, rates)?;
+    let mut made = tessellation(context, &object, mesh)?;
     if let Some(colors) = object.colors() {
         by_format!(colors, it => made.paint(it))?;
     }
@@ -91,6 +84,23 @@ fn write_maps(context: &Context, object: &TriangleObject, mesh: &Mesh, path: &Pa
         Ok(())
     })?;
     Ok(format!("{files}{report}; scale {}, mid-level {}\n", scaling.scale, scaling.mid_level))
+}
+
+/// The mesh with the layer called `layer` alone, or all as they are seen together. Fails as [`export`].
+pub fn shown(context: &Context, document: &Document, mesh: &Mesh, layer: Option<&str>) -> Result<TriangleObject> {
+    document.fit_triangles(mesh)?;
+    let mut object = opened(context, document, mesh)?;
+    if let Some(name) = layer {
+        show_alone(context, &mut object, name)?;
+    }
+    object.renew(context)?;
+    Ok(object)
+}
+
+/// Its displaced triangles.
+pub fn tessellation(context: &Context, object: &TriangleObject, mesh: &Mesh) -> Result<TriangleTessellation> {
+    let rates = |face| object.rates(face);
+    TriangleTessellation::new(context, &object.displaced()?, object.normals(), mesh, rates)
 }
 
 /// The mesh with all that the document holds.

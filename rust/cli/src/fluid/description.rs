@@ -10,11 +10,11 @@ use relievo_fluid::{
 };
 use serde::Deserialize;
 
-use super::entries::{Budget, Corners, Drain, Floating, Outlet, Push, sources};
+use super::entries::{Budget, Drain, Floating, Outlet, Push, sources};
 use super::fill::Fill;
 use super::mover::Collider;
 use super::play::Play;
-
+use super::shape::{Corners, checksum};
 /// Bytes of a description at most.
 const LONGEST: u64 = 1 << 20;
 
@@ -136,29 +136,24 @@ impl Description {
     }
 
     /// All that decides what the frames are, but not how many there are: the description, and a line for each file that it
-    /// names, with the checksum of what is in it.
+    /// names, with a checksum of what is in it.
     pub fn identity(&self, context: &Context) -> Result<String> {
         let text = format!("{self:?}").replacen(&format!("frames: {}, ", self.frames), "", 1);
-        let mut text = text.replace(&format!(", folder: {:?}", self.folder), "");
-        for file in self.files()? {
-            let bytes = file::load(&self.folder.join(&file), context.memory_limit())?;
-            text += &format!("\n{:08x} {} {}", crc32fast::hash(&bytes), bytes.len(), file.display());
+        let text = text.replace(&format!(", folder: {:?}", self.folder), "");
+        // Each once.
+        let mut lines = BTreeSet::new();
+        let meshes = self.fill.iter().filter_map(Fill::mesh).chain(self.body.iter().filter_map(Floating::mesh));
+        let meshes = meshes.chain(self.emitter.iter().filter_map(Outlet::mesh));
+        for mesh in meshes.chain(self.sink.iter().filter_map(Drain::mesh)) {
+            lines.extend(mesh.checksums(context, &self.folder)?);
         }
-        Ok(text)
-    }
-
-    /// The files that it names, each once.
-    fn files(&self) -> Result<BTreeSet<PathBuf>> {
-        let fills = self.fill.iter().filter_map(Fill::file);
-        let bodies = self.body.iter().filter_map(Floating::file);
-        let emitters = self.emitter.iter().filter_map(Outlet::file);
-        let sinks = self.sink.iter().filter_map(Drain::file);
-        let mut files: BTreeSet<PathBuf> =
-            fills.chain(bodies).chain(emitters).chain(sinks).map(Path::to_owned).collect();
-        for collider in &self.collider {
-            files.extend(collider.files()?);
+        for mesh in self.collider.iter().map(Collider::meshes).collect::<Result<Vec<_>>>()?.iter().flatten() {
+            lines.extend(mesh.checksums(context, &self.folder)?);
         }
-        Ok(files)
+        for grid in self.fill.iter().filter_map(Fill::grid) {
+            lines.insert(checksum(context, &self.folder, grid)?);
+        }
+        Ok(lines.iter().fold(text, |text, line| text + "\n" + line))
     }
 
     /// The spacing of particles.

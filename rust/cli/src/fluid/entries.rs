@@ -1,55 +1,14 @@
 //! What of a description has a shape or acts on particles: bodies, emitters, sinks and forces.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::Vec3;
 use relievo_core::{Context, Error, Result};
-use relievo_fluid::{BodyOptions, Contact, Emitter, Force, Overflow, Sink, Solid, Sources, cuboid, sphere};
+use relievo_fluid::{BodyOptions, Contact, Emitter, Force, Overflow, Sink, Solid, Sources};
 use serde::Deserialize;
 
-/// A box by its corners, in metres.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Corners {
-    pub low: [f32; 3],
-    pub high: [f32; 3],
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Ball {
-    middle: [f32; 3],
-    radius: f32,
-}
-
-/// Points in metres and triangles of them.
-pub type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);
-
-/// A mesh file, a box or a sphere.
-pub struct Shape<'a> {
-    pub mesh: Option<&'a Path>,
-    pub corners: Option<&'a Corners>,
-    pub sphere: Option<&'a Ball>,
-}
-
-impl Shape<'_> {
-    /// Its triangles; files are named from a folder.
-    pub fn triangles(&self, context: &Context, folder: &Path) -> Result<Triangles> {
-        match (self.mesh, self.corners, self.sphere) {
-            (Some(mesh), None, None) => read(context, &folder.join(mesh)),
-            (None, Some(Corners { low, high }), None) => Ok(cuboid(Vec3::from(*low), Vec3::from(*high))),
-            (None, None, Some(Ball { middle, radius })) => Ok(sphere(Vec3::from(*middle), *radius)),
-            _ => Err(Error::invalid("it has no shape, or more than one").advise("give it one of mesh, box and sphere")),
-        }
-    }
-}
-
-/// The triangles of a mesh file.
-pub fn read(context: &Context, path: &Path) -> Result<Triangles> {
-    let mesh = relievo_meshio::read(context, path)?;
-    Ok((mesh.points.iter().map(|point| Vec3::from(*point)).collect(), mesh.triangles()))
-}
+use super::shape::{Ball, Corners, MeshFile, Shape, Triangles};
 
 /// What becomes of particles, of the names of a description.
 pub fn contact(contact: Option<&str>, friction: Option<f32>) -> Result<Contact> {
@@ -67,7 +26,7 @@ pub fn contact(contact: Option<&str>, friction: Option<f32>) -> Result<Contact> 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Floating {
-    mesh: Option<PathBuf>,
+    mesh: Option<MeshFile>,
     #[serde(rename = "box")]
     corners: Option<Corners>,
     sphere: Option<Ball>,
@@ -81,14 +40,14 @@ pub struct Floating {
 }
 
 impl Floating {
-    /// The file that it is read from.
-    pub fn file(&self) -> Option<&Path> {
-        self.mesh.as_deref()
+    /// The mesh that it is read from.
+    pub fn mesh(&self) -> Option<&MeshFile> {
+        self.mesh.as_ref()
     }
 
     /// Its triangles and what it is.
     pub fn body(&self, context: &Context, folder: &Path) -> Result<(Triangles, BodyOptions)> {
-        let shape = Shape { mesh: self.mesh.as_deref(), corners: self.corners.as_ref(), sphere: self.sphere.as_ref() };
+        let shape = Shape { mesh: self.mesh.as_ref(), corners: self.corners.as_ref(), sphere: self.sphere.as_ref() };
         let options = BodyOptions {
             density: self.density,
             velocity: self.velocity.into(),
@@ -105,7 +64,7 @@ impl Floating {
 pub struct Outlet {
     disc: Option<Disc>,
     rectangle: Option<Rectangle>,
-    mesh: Option<PathBuf>,
+    mesh: Option<MeshFile>,
     /// m/s
     speed: f32,
     #[serde(default)]
@@ -134,9 +93,9 @@ struct Rectangle {
 }
 
 impl Outlet {
-    /// The file that it is read from.
-    pub fn file(&self) -> Option<&Path> {
-        self.mesh.as_deref()
+    /// The mesh that it is read from.
+    pub fn mesh(&self) -> Option<&MeshFile> {
+        self.mesh.as_ref()
     }
 
     fn emitter(&self, context: &Context, folder: &Path, spacing: f32) -> Result<Emitter> {
@@ -148,8 +107,7 @@ impl Outlet {
                 Emitter::rectangle(Vec3::from(*middle), sides.map(Vec3::from), self.speed, spacing)?
             }
             (None, None, Some(mesh)) => {
-                let shape = Shape { mesh: Some(mesh), corners: None, sphere: None };
-                let (points, triangles) = shape.triangles(context, folder)?;
+                let (points, triangles) = mesh.triangles(context, folder)?;
                 Emitter::mesh(&points, &triangles, self.speed, spacing)?
             }
             _ => {
@@ -169,7 +127,7 @@ impl Outlet {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Drain {
-    mesh: Option<PathBuf>,
+    mesh: Option<MeshFile>,
     #[serde(rename = "box")]
     corners: Option<Corners>,
     sphere: Option<Ball>,
@@ -177,9 +135,9 @@ pub struct Drain {
 }
 
 impl Drain {
-    /// The file that it is read from.
-    pub fn file(&self) -> Option<&Path> {
-        self.mesh.as_deref()
+    /// The mesh that it is read from.
+    pub fn mesh(&self) -> Option<&MeshFile> {
+        self.mesh.as_ref()
     }
 
     fn sink(&self, context: &Context, folder: &Path) -> Result<Sink> {
@@ -188,7 +146,7 @@ impl Drain {
             (Some(corners), None, None, None) => Ok(Sink::Outside(ends(corners))),
             (None, None, Some(corners), None) => Ok(Sink::Inside(ends(corners))),
             (None, mesh, corners, ball) => {
-                let shape = Shape { mesh: mesh.as_deref(), corners: corners.as_ref(), sphere: ball.as_ref() };
+                let shape = Shape { mesh: mesh.as_ref(), corners: corners.as_ref(), sphere: ball.as_ref() };
                 let (points, triangles) = shape.triangles(context, folder)?;
                 Ok(Sink::Mesh(Solid::new(&points, &triangles)?))
             }

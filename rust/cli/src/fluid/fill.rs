@@ -8,7 +8,7 @@ use relievo_fluid::{Solid, fill_where};
 use relievo_particleio::{Grid, read_grid};
 use serde::Deserialize;
 
-use super::entries::{Ball, Corners, Shape};
+use super::shape::{Ball, Corners, MeshFile, Shape};
 
 /// How dense fog is where it is taken for fluid.
 const THRESHOLD: f32 = 0.5;
@@ -16,7 +16,7 @@ const THRESHOLD: f32 = 0.5;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Fill {
-    mesh: Option<PathBuf>,
+    mesh: Option<MeshFile>,
     #[serde(rename = "box")]
     corners: Option<Corners>,
     sphere: Option<Ball>,
@@ -34,7 +34,7 @@ pub struct Fill {
 impl Fill {
     /// The places of its particles; files are named from a folder.
     pub fn places(&self, context: &Context, folder: &Path, spacing: f32) -> Result<Vec<Vec3>> {
-        let shape = Shape { mesh: self.mesh.as_deref(), corners: self.corners.as_ref(), sphere: self.sphere.as_ref() };
+        let shape = Shape { mesh: self.mesh.as_ref(), corners: self.corners.as_ref(), sphere: self.sphere.as_ref() };
         let Some(grid) = &self.grid else {
             if self.grid_name.is_some() || self.threshold.is_some() {
                 return Err(Error::invalid("it has no grid").advise("leave grid_name and threshold out"));
@@ -82,8 +82,13 @@ impl Fill {
         fill_where(context, ends, spacing, &is_inside)
     }
 
-    /// The file that it is read from.
-    pub fn file(&self) -> Option<&Path> {
-        self.mesh.as_deref().or(self.grid.as_deref())
+    /// The mesh that it is read from.
+    pub fn mesh(&self) -> Option<&MeshFile> {
+        self.mesh.as_ref()
+    }
+
+    /// The grid that it is read from.
+    pub fn grid(&self) -> Option<&Path> {
+        self.grid.as_deref()
     }
 }

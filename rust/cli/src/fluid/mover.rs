@@ -8,18 +8,19 @@ use relievo_fluid::ColliderOptions;
 use relievo_scene::sequence::Pattern;
 use serde::Deserialize;
 
-use super::entries::{Ball, Corners, Shape, contact, read};
+use super::entries::contact;
+use super::shape::{Ball, Corners, MeshFile, Shape};
 
 /// A mesh that fluid does not pass.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Collider {
-    mesh: Option<PathBuf>,
+    mesh: Option<MeshFile>,
     #[serde(rename = "box")]
     corners: Option<Corners>,
     sphere: Option<Ball>,
     /// Numbered files with the same points and triangles, one a frame.
-    sequence: Option<String>,
+    sequence: Option<MeshFile>,
     /// The number of the file of the first frame.
     #[serde(default)]
     first: u64,
@@ -61,7 +62,8 @@ pub struct Mover {
     pivot: Vec3,
     keys: Vec<Key>,
     /// The files of its frames, if it changes its shape, and how many there are in a second.
-    files: Vec<PathBuf>,
+    files: Vec<MeshFile>,
+    folder: PathBuf,
     fps: f64,
 }
 
@@ -73,14 +75,14 @@ const NEAR: f64 = 1e-6;
 impl Collider {
     /// It on its way; files are named from a folder, and there are so many frames in a second.
     pub fn mover(&self, context: &Context, folder: &Path, fps: f64) -> Result<Mover> {
-        let files: Vec<PathBuf> = self.numbered()?.iter().map(|file| folder.join(file)).collect();
-        let shape = Shape { mesh: self.mesh.as_deref(), corners: self.corners.as_ref(), sphere: self.sphere.as_ref() };
+        let files = self.numbered()?;
+        let shape = Shape { mesh: self.mesh.as_ref(), corners: self.corners.as_ref(), sphere: self.sphere.as_ref() };
         let (points, triangles) = match files.first() {
             Some(_) if shape.mesh.is_some() || shape.corners.is_some() || shape.sphere.is_some() => {
                 return Err(Error::invalid("it has more than one shape")
                     .advise("give it one of mesh, box, sphere and sequence"));
             }
-            Some(first) => read(context, first)?,
+            Some(first) => first.triangles(context, folder)?,
             None => shape.triangles(context, folder)?,
         };
         let contact = contact(self.contact.as_deref(), self.friction)?;
@@ -90,29 +92,30 @@ impl Collider {
         }
         let options = ColliderOptions { contact, is_container: self.container };
         let (pivot, keys) = (self.pivot.into(), self.keys.clone());
-        let mover = Mover { points, triangles, options, pivot, keys, files, fps };
+        let mover = Mover { points, triangles, options, pivot, keys, files, folder: folder.to_owned(), fps };
         // A file that does not fit is told of before anything is simulated.
         (1..mover.files.len()).try_for_each(|frame| mover.shape(context, frame).map(drop))?;
         Ok(mover)
     }
 
-    /// The files that it is read from.
-    pub fn files(&self) -> Result<Vec<PathBuf>> {
+    /// The meshes that it is read from.
+    pub fn meshes(&self) -> Result<Vec<MeshFile>> {
         Ok(self.numbered()?.into_iter().chain(self.mesh.clone()).collect())
     }
 
     /// The files of its sequence.
-    fn numbered(&self) -> Result<Vec<PathBuf>> {
+    fn numbered(&self) -> Result<Vec<MeshFile>> {
         let Some(sequence) = &self.sequence else {
             if self.count.is_some() || self.first != 0 {
                 return Err(Error::invalid("it has no sequence").advise("leave first and count out"));
             }
             return Ok(Vec::new());
         };
-        let pattern = Pattern::new(sequence).map_err(|error| error.at("sequence"))?;
+        let pattern = Pattern::new(&sequence.file).map_err(|error| error.at("sequence"))?;
         match self.count {
             Some(count @ 1..=MOST) => {
-                Ok((0..count).map(|frame| pattern.path(self.first.saturating_add(frame)).into()).collect())
+                let file = |frame: u64| sequence.with(pattern.path(self.first.saturating_add(frame)));
+                Ok((0..count).map(file).collect())
             }
             _ => Err(Error::invalid("how many files the sequence has is not said, or too many")
                 .at("count")
@@ -134,8 +137,8 @@ impl Mover {
 
     /// Its points in a frame of the sequence. Fails where the file has others, or other triangles.
     fn shape(&self, context: &Context, frame: usize) -> Result<Vec<Vec3>> {
-        let path = &self.files[frame];
-        let (points, triangles) = read(context, path)?;
+        let file = &self.files[frame];
+        let (points, triangles) = file.triangles(context, &self.folder)?;
         if points.len() != self.points.len() || triangles != self.triangles {
             let what = format!(
                 "it has {} points and {} triangles, and the first file {} and {}, or they are joined in another way",
@@ -145,7 +148,7 @@ impl Mover {
                 self.triangles.len()
             );
             return Err(Error::invalid(what)
-                .at(path.display().to_string())
+                .at(self.folder.join(&file.file).display().to_string())
                 .advise("export all frames of one mesh, whose points move and nothing else"));
         }
         Ok(points)

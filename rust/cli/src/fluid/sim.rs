@@ -152,7 +152,10 @@ impl Folder<'_> {
                 let changed =
                     ours.iter().filter(|line| !theirs.contains(line)).filter_map(|line| line.splitn(3, ' ').nth(2));
                 if let (true, Some(name)) = (theirs.first() == ours.first(), changed.into_iter().next()) {
-                    return other(&format!("made with another {name}"), "take the file that it was");
+                    return other(
+                        &format!("made with another {name}"),
+                        "take the file that it was, and those that it names",
+                    );
                 }
                 return other("of another description, of another format or of other sub-frames", "take that one");
             }

@@ -1,5 +1,6 @@
 //! `relievo fluid` as a user sees it.
 
+mod displaced;
 mod entries;
 mod pictures;
 
