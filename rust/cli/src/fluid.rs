@@ -23,6 +23,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use relievo_core::{Context, ContextOptions, Error, Result};
 use relievo_particleio::Particles;
 
+pub use self::info::tell;
 pub use self::statistics::{COLUMNS, NAME as STATISTICS};
 use crate::Outcome;
 
@@ -40,7 +41,7 @@ enum Task {
     Mesh(mesh::Arguments),
     /// Renders the surface of particles.
     Render(render::Rendering),
-    /// Says what is in a file of particles or a folder of frames.
+    /// Says what is in a file of particles or a folder of frames, or what a description begins as.
     Info(info::Arguments),
     /// Writes particles in another format.
     Convert(convert::Arguments),

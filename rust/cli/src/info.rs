@@ -15,7 +15,8 @@ use crate::Outcome;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The mesh file, a file of Bézier patches, a Ptex file by the extension .ptx or .ptex, or a document by .relievo.
+    /// The mesh file, a file of Bézier patches, a Ptex file by the extension .ptx or .ptex, a document by .relievo, or
+    /// particles by .rlvfluid, .bgeo, .vtk or .vdb, or a folder of their frames.
     file: PathBuf,
     /// Print JSON for programs.
     #[arg(long)]
@@ -35,6 +36,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
         return document(arguments);
     }
     let context = crate::context(arguments.memory_limit)?;
+    if matches!(extension.as_deref(), Some("rlvfluid" | "bgeo" | "vtk" | "vdb")) || arguments.file.is_dir() {
+        return crate::fluid::tell(&context, &arguments.file, arguments.json);
+    }
     if relievo_meshio::holds_patches(&arguments.file)? {
         return patches(&context, arguments);
     }

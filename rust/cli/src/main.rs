@@ -54,7 +54,7 @@ enum Command {
     Schema(schema::Arguments),
     /// Says how much two pictures differ.
     Compare(compare::Arguments),
-    /// Says what is in a mesh file, a file of Bézier patches, a Ptex file or a document.
+    /// Says what is in a mesh file, a file of Bézier patches, a Ptex file, a document or particles.
     Info(info::Arguments),
     /// Makes a mesh of Bézier patches.
     Tessellate(tessellate::Arguments),

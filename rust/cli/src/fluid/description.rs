@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use glam::Vec3;
+use relievo_core::error::nearest;
 use relievo_core::{Context, Error, Result, file};
 use relievo_fluid::{
     Batch, Bodies, Channel, Excess, Fluid, FluidOptions, KernelSet, PressureSolver, Solid, TimeStep, basin, block,
@@ -15,6 +16,7 @@ use super::fill::Fill;
 use super::mover::Collider;
 use super::play::Play;
 use super::shape::{Corners, checksum};
+
 /// Bytes of a description at most.
 const LONGEST: u64 = 1 << 20;
 
@@ -104,15 +106,27 @@ fn fps() -> f64 {
     24.0
 }
 
+/// What a description is refused for, with the name that may be meant where one is unknown.
+fn unfit(error: &toml::de::Error) -> Error {
+    let told = Error::invalid(error.to_string());
+    let mut names = error.message().split('`').skip(1).step_by(2);
+    let word = names.next().filter(|_| error.message().starts_with("unknown"));
+    match word.and_then(|word| nearest(word, names)) {
+        Some(name) => told.advise(format!("perhaps `{name}` is meant")),
+        None => told,
+    }
+}
+
 impl Description {
     /// Reads a description. Fails if it cannot be read, has unknown keys, or no frames that could be simulated.
     pub fn read(path: &Path) -> Result<Self> {
         let named = |error: Error| error.at(path.display().to_string());
         let bytes = file::load(path, LONGEST)?;
         let text = std::str::from_utf8(&bytes).map_err(|_| named(Error::invalid("it is not UTF-8 text")))?;
-        let mut read: Self = toml::from_str(text).map_err(|error| named(Error::invalid(error.to_string())))?;
+        let mut read: Self = toml::from_str(text).map_err(|error| named(unfit(&error)))?;
         if !(read.fps > 1e-3 && read.fps < 1e6) {
-            return Err(named(Error::invalid(format!("{} frames a second cannot be", read.fps)).at("fps")));
+            let error = Error::invalid(format!("{} frames a second cannot be", read.fps)).at("fps");
+            return Err(named(error.advise("use more than 0.001 and less than 1000000")));
         }
         read.folder = path.parent().unwrap_or(Path::new("")).to_owned();
         Ok(read)

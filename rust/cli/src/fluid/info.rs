@@ -9,11 +9,12 @@ use relievo_particleio::{Format, Particles, read_frame};
 use serde_json::{Value, json};
 
 use super::Limits;
+use super::description::Description;
 use crate::Outcome;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// A file of particles, or a folder of frames.
+    /// A file of particles, a folder of frames, or a description (.toml), of which it says what it begins as.
     path: PathBuf,
     /// Print JSON for programs.
     #[arg(long)]
@@ -23,14 +24,21 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    let context = arguments.limits.context()?;
-    let value = match arguments.path.is_dir() {
-        true => folder(&context, &arguments.path)?,
-        false => one(&context, &arguments.path)?,
+    tell(&arguments.limits.context()?, &arguments.path, arguments.json)
+}
+
+/// Prints what is in a file or a folder.
+pub fn tell(context: &Context, path: &Path, json: bool) -> Outcome {
+    let value = if path.is_dir() {
+        folder(context, path)?
+    } else if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml")) {
+        begun(context, path)?
+    } else {
+        one(context, path)?
     };
-    let text = match arguments.json {
+    let text = match json {
         true => format!("{value:#}\n"),
-        false => format!("{}\n{}", arguments.path.display(), lines(&value)),
+        false => format!("{}\n{}", path.display(), lines(&value)),
     };
     crate::print(&text)?;
     Ok(ExitCode::SUCCESS)
@@ -57,6 +65,24 @@ fn one(context: &Context, path: &Path) -> Result<Value> {
         value["steps_so_far"] = json!(totals.steps);
         value["corrections_so_far"] = json!(totals.corrections);
     }
+    Ok(value)
+}
+
+/// What a description begins as, and what there is beside the fluid.
+fn begun(context: &Context, path: &Path) -> Result<Value> {
+    let named = |error: Error| error.at(path.display().to_string());
+    let description = Description::read(path)?;
+    let mut play = description.play(context).map_err(named)?;
+    let fluid = description.begin(context, &mut play).map_err(named)?;
+    let mut value = described(&fluid.state().particles(description.spacing()), "description");
+    value["frames"] = json!(description.frames);
+    value["fps"] = json!(description.fps);
+    let triangles = play.movers.iter().map(|mover| mover.triangles.len());
+    value["colliders"] = json!(play.movers.len());
+    value["triangles_of_colliders"] = json!(triangles.sum::<usize>());
+    value["bodies"] = json!(play.bodies.len());
+    value["emitters"] = json!(play.sources.emitters.len());
+    value["sinks"] = json!(play.sources.sinks.len());
     Ok(value)
 }
 

@@ -21,7 +21,7 @@ const CHECKPOINT: &str = "checkpoint";
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// What is simulated: a fluid, and what it meets, in TOML.
+    /// What is simulated: a fluid, and what it meets, in TOML. `relievo fluid info` says what it begins as.
     description: PathBuf,
     /// The folder for the frames: `0000.rlvfluid` is what the fluid begins as. Where a run was interrupted, it goes on
     /// from the last frame there.

@@ -96,7 +96,10 @@ fn what_cannot_be_a_fluid_is_refused() {
     refused("", "frames");
     refused(&DAM.replace("spacing = 0.05", "spacing = 0"), "spacing");
     refused(&DAM.replace("spacing = 0.05", "space = 0.05"), "space");
-    refused(&DAM.replace("fps = 50", "fps = 0"), "fps");
+    refused(&DAM.replace("spacing = 0.05", "spacng = 0.05"), "perhaps `spacing` is meant");
+    refused(&DAM.replace("[[block]]", "[[blok]]"), "perhaps `block` is meant");
+    refused(&DAM.replace("spacing = 0.05", "spacing = \"wide\""), "expected f32");
+    refused(&DAM.replace("fps = 50", "fps = 0"), "use more than 0.001");
     refused(&DAM.replace("high = [1, 0.3, 0.6]", "high = [1, 0.3, nan]"), "basin");
     refused(&DAM.replace("high = [0.3, 0.3, 0.5]", "high = [3e9, 0.3, 0.5]"), "block 0");
     refused(&DAM.replace("[fluid]", "[fluid]\nkernels = \"none\""), "mueller");
@@ -222,6 +225,11 @@ fn frames_are_told_of_and_converted() {
     assert_eq!((cached["particles"].as_u64(), cached["goes_on"].as_bool()), (Some(360), Some(true)));
     assert!((cached["seconds"].as_f64().unwrap() - 0.04).abs() < 1e-6, "{cached}");
     assert!(cached["fastest"].as_f64().unwrap() > 0.1 && cached["bounds"][1][0].as_f64().unwrap() > 0.27, "{cached}");
+    // What a description begins as, and files of particles for those who ask about any file.
+    let begun = info("dam.toml");
+    assert_eq!((begun["particles"].as_u64(), begun["frames"].as_u64()), (Some(360), Some(3)));
+    let any = relievo(folder.path(), &["info", "--json", "frames/0002.rlvfluid"]);
+    assert_eq!(serde_json::from_slice::<serde_json::Value>(&any.stdout).unwrap(), cached);
     let all = info("frames");
     assert_eq!((all["frames"].as_u64(), all["last"]["frame"].as_str()), (Some(4), Some("0003")));
     for (format, direct) in [("bgeo", "a"), ("vtk", "b"), ("ply", "c")] {
