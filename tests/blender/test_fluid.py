@@ -107,7 +107,7 @@ class Simulating(Case):
         self.assertEqual(counts, sorted(counts))
         self.assertEqual(counts[0], 0)
         # 0.1 m x 0.1 m at 1.5 m/s for five frames.
-        self.assertAlmostEqual(counts[-1], 0.01 * 1.5 * 5 / 24 / 0.05**3, delta=10)
+        self.assertAlmostEqual(counts[-1], 0.01 * 1.5 * 5 / 24 / 0.05**3, delta=4)
         last = self.at(6).astype(float)
         apart = numpy.linalg.norm(last[:, None] - last, axis=2) + numpy.eye(len(last))
         self.assertGreater(apart.min(), 0.5 * 0.05)
