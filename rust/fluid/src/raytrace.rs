@@ -89,7 +89,7 @@ pub struct RayCaster {
     hierarchy: Hierarchy,
     /// The first particle of each box, and how many there are.
     firsts: Vec<u32>,
-    /// Of particles that do not move.
+    /// Of particles that do not move while the shutter is open.
     interior: Option<Interior>,
     /// As [`Surface::centres`]; empty where nothing moves.
     velocities: [Vec<f32>; 3],
@@ -160,7 +160,7 @@ impl RayCaster {
             surface: surface.clone(),
             hierarchy: Hierarchy::new(&boxes),
             firsts,
-            interior: velocities[0].is_empty().then(|| Interior::new(surface)),
+            interior: (velocities[0].is_empty() || [open, close] == [0.0; 2]).then(|| Interior::new(surface)),
             velocities,
             blind,
             shutter: motion.shutter,
