@@ -36,6 +36,11 @@ pub struct Classes {
 }
 
 impl Classes {
+    pub(crate) fn new(of: Vec<Visibility>) -> Self {
+        let count = |class| of.iter().filter(|other| **other == class).count();
+        Self { surface: count(Visibility::Surface), blind: count(Visibility::Blind), of }
+    }
+
     /// The share of particles that is kept, surface and blind: of bytes in files too. 1 if there are none.
     pub fn kept(&self) -> f64 {
         if self.of.is_empty() { 1.0 } else { (self.surface + self.blind) as f64 / self.of.len() as f64 }
@@ -52,6 +57,27 @@ const CELLS: f32 = 4.0;
 /// The distance of particles at the surface from it, in support radii: of particles half a support radius apart the
 /// first layer is half of this away, the next one and a half.
 const LAYER: f32 = 0.5;
+/// What classes are told by, in metres.
+pub(crate) struct Distances {
+    /// The size of the cells by which the surface is found.
+    pub cell: f32,
+    /// How far particles at the surface, and blind ones, are from a vertex of it at most.
+    pub layer: f32,
+    pub farthest: f32,
+}
+
+impl Distances {
+    /// Fails if the threshold is negative or no number.
+    pub fn new(support: f32, threshold: f32) -> Result<Self> {
+        if !(0.0..1e15).contains(&threshold) {
+            return Err(Error::invalid(format!("the threshold is {threshold}")).advise("use a distance of 0 or more"));
+        }
+        let cell = support / CELLS;
+        // A place on the surface is in a cell that has vertices.
+        Ok(Self { cell, layer: LAYER * support, farthest: threshold + 3.0f32.sqrt() * cell })
+    }
+}
+
 /// Particles of one task, and vertices that are looked at together.
 const PART: usize = 1024;
 const LANES: usize = 16;
@@ -73,23 +99,17 @@ pub fn classify(
         return Err(Error::invalid(format!("{count} positions for a surface of {expected} particles"))
             .advise("give those that the surface was made of"));
     }
-    let support = surface.function().support();
     let threshold = threshold.unwrap_or(surface.influence());
-    if !(0.0..1e15).contains(&threshold) {
-        return Err(Error::invalid(format!("the threshold is {threshold}")).advise("use a distance of 0 or more"));
-    }
+    let Distances { cell, layer, farthest } = Distances::new(surface.function().support(), threshold)?;
     let mut stage = context.stats().begin("fluid.classify");
-    let cell = support / CELLS;
     let vertices = isosurface::vertices(context, surface, cell, progress)?;
-    // A place on the surface is in a cell that has vertices.
-    let farthest = threshold + 3.0f32.sqrt() * cell;
-    let nearest = Nearest::new(context, &vertices, farthest.max(LAYER * support))?;
+    let nearest = Nearest::new(context, &vertices, farthest.max(layer))?;
     let tasks: Vec<&[u32]> = surface.order.chunks(PART).collect();
     let found = context.map(tasks.len(), |task| {
         let mut search = Search { nearest: &nearest, cell: None, ranges: Vec::new() };
         let class = |at: &u32| {
             let square = search.square(positions[*at as usize]);
-            if square <= (LAYER * support) * (LAYER * support) {
+            if square <= layer * layer {
                 Visibility::Surface
             } else if square <= farthest * farthest {
                 Visibility::Blind
@@ -99,12 +119,9 @@ pub fn classify(
         };
         tasks[task].iter().map(class).collect::<Vec<_>>()
     });
-    let mut classes = Classes { of: vec![Visibility::Hidden; positions.len()], surface: 0, blind: 0 };
-    for (at, class) in surface.order.iter().zip(found.into_iter().flatten()) {
-        classes.of[*at as usize] = class;
-        classes.surface += usize::from(class == Visibility::Surface);
-        classes.blind += usize::from(class == Visibility::Blind);
-    }
+    let mut of = vec![Visibility::Hidden; positions.len()];
+    surface.order.iter().zip(found.into_iter().flatten()).for_each(|(at, class)| of[*at as usize] = class);
+    let classes = Classes::new(of);
     stage.count("particles", positions.len() as u64);
     stage.count("surface", classes.surface as u64);
     stage.count("blind", classes.blind as u64);

@@ -4,7 +4,10 @@
 //! so that a device gives the same bits in every run. A step is one submission, with as many corrections as it mostly takes;
 //! those that are not needed have no workgroups, which the device decides itself.
 
+mod blind;
 mod passes;
+
+pub use blind::classify_on;
 
 use relievo_core::{Error, Result};
 use relievo_gpu::{Device, PassTime};
@@ -15,7 +18,7 @@ use crate::pace::{Pace, within};
 use crate::pcisph::Excess;
 use crate::solver::press::CARRIED;
 use crate::wall::Wall;
-use crate::{Fluid, FluidOptions, PressureSolver, State, StepStatistics};
+use crate::{Classes, Fluid, FluidOptions, PressureSolver, State, StepStatistics, SurfaceFunction, Visibility};
 
 /// Neighbours that there is room for at first, and at most.
 const ROOM: [u32; 2] = [64, 4096];
@@ -161,6 +164,22 @@ impl DeviceFluid {
             state.velocities[from as usize] = velocities[at];
         }
         Ok(state)
+    }
+
+    /// What particles are for their surface, in the order in which they were sent, as [`classify_on`] and with its errors; they stay
+    /// on the device.
+    pub fn classify(&self, function: SurfaceFunction, threshold: Option<f32>) -> Result<Classes> {
+        if self.is_empty() {
+            return Ok(Classes::new(Vec::new()));
+        }
+        let found = blind::find(&self.device, &self.passes.rows.places, function, threshold)?;
+        let mut frame = self.device.frame()?;
+        let tags = frame.read(&self.passes.rows.tags, 0..self.len())?;
+        let _ = frame.submit()?;
+        let mut classes = vec![Visibility::Hidden; self.len()];
+        let from = tags.get(&self.device)?.into_iter().map(|[_, _, _, from]| from as usize);
+        from.zip(found).for_each(|(from, class)| classes[from] = class);
+        Ok(Classes::new(classes))
     }
 
     /// Sorts particles, finds neighbours, makes room for them where there is none, and presses.

@@ -79,6 +79,15 @@ impl SurfaceFunction {
         }
     }
 
+    /// How far the volumes, shapes and centres of kernels see, in metres: other particles change a kernel from this far.
+    pub(crate) fn sight(&self) -> f32 {
+        match *self {
+            Self::Blobs { .. } | Self::ZhuBridson { .. } => 0.0,
+            Self::Density { support, .. } => support,
+            Self::Anisotropic { support, centring, .. } => support * (1.0 + centring),
+        }
+    }
+
     /// Fails unless the support radius is positive, the radius below it, the iso value between 0 and 1, the sharpness
     /// between 0 and 64 and the share from 0 to 1.
     pub fn check(&self) -> Result<()> {

@@ -54,7 +54,7 @@ pub use blind::{Classes, Visibility, classify};
 pub use body::{Bodies, BodyOptions, BodyState};
 pub use checkpoint::{Checkpoint, Totals};
 pub use collider::{ColliderOptions, Contact};
-pub use device::DeviceFluid;
+pub use device::{DeviceFluid, classify_on};
 pub use exchange::{Given, Impulse};
 pub use field::fill_where;
 pub use force::Force;

@@ -165,12 +165,7 @@ impl Surface {
     /// The distance from which on a particle does not change the value at a place: the reach, and how far the volumes,
     /// shapes and centres of kernels see.
     pub fn influence(&self) -> f32 {
-        self.reach
-            + match self.function {
-                SurfaceFunction::Blobs { .. } | SurfaceFunction::ZhuBridson { .. } => 0.0,
-                SurfaceFunction::Density { support, .. } => support,
-                SurfaceFunction::Anisotropic { support, centring, .. } => support * (1.0 + centring),
-            }
+        self.reach + self.function.sight()
     }
 
     /// For looking at many places, one after the other.

@@ -1,12 +1,16 @@
 //! What the surface of particles is, and which of them it needs.
 
+use std::cell::OnceCell;
 use std::time::Instant;
 
 use clap::ValueEnum;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Mesh, Result, Values};
-use relievo_fluid::{Surface, SurfaceFunction, Visibility, classify};
+use relievo_fluid::{Surface, SurfaceFunction, Visibility, classify, classify_on};
+use relievo_gpu::Device as GraphicsDevice;
 use relievo_particleio::{Channel, Particles, frame_bytes};
+
+use crate::run::{Device, device};
 
 /// The channel that tells blind particles, 1, from those at the surface, 0.
 const BLIND: &str = "blind";
@@ -60,6 +64,15 @@ pub struct Options {
     /// How near the surface a particle is blind; left out, as far as it has influence.
     #[arg(long, value_name = "METRES")]
     threshold: Option<f32>,
+    /// What finds the particles that are taken. A graphics device does so for all functions but anisotropic kernels.
+    #[arg(long, value_enum, default_value = "cpu")]
+    device: Device,
+    /// A part of the name of the graphics device; left out, the best there is.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// The graphics device, opened when it is first needed.
+    #[arg(skip)]
+    opened: OnceCell<Option<GraphicsDevice>>,
 }
 
 /// The particles that are taken.
@@ -95,6 +108,15 @@ impl Options {
         self.is_selective() && flags(particles).is_none()
     }
 
+    /// The graphics device that was asked for; none for the processor.
+    fn device(&self, context: &Context) -> Result<Option<&GraphicsDevice>> {
+        if self.opened.get().is_none() {
+            let opened = device(self.device, self.adapter.as_deref(), context.memory_limit())?;
+            return Ok(self.opened.get_or_init(|| opened).as_ref());
+        }
+        Ok(self.opened.get().and_then(Option::as_ref))
+    }
+
     /// Those of the particles that are taken.
     pub fn select(&self, context: &Context, mut particles: Particles) -> Result<Selection> {
         let start = Instant::now();
@@ -106,10 +128,16 @@ impl Options {
         let blind = |blind: bool| if blind { Visibility::Blind } else { Visibility::Surface };
         let classes = match told {
             Some(told) => Vec::into_iter(told).map(blind).collect(),
-            None => {
-                let surface = self.surface(context, &particles)?;
-                classify(context, &particles.points, &surface, self.threshold, &mut Silent)?.of
-            }
+            None => match self.device(context)? {
+                None => {
+                    let surface = self.surface(context, &particles)?;
+                    classify(context, &particles.points, &surface, self.threshold, &mut Silent)?.of
+                }
+                Some(device) => {
+                    let function = self.function.of(self.spacing(&particles)?);
+                    classify_on(device, &particles.points, function, self.threshold)?.of
+                }
+            },
         };
         let seconds = start.elapsed().as_secs_f64();
         let is_kept = |at: &usize| match self.particles {

@@ -70,6 +70,16 @@ fn particles_that_the_surface_does_not_need_are_left_out_of_any_file() {
     let kept = number(&told, "4096 particles, ");
     assert!((60.0..99.0).contains(&kept) && number(&told, " s, ") > 0.5 * (100.0 - kept), "{told}");
     assert!(told.contains("1 files, 4096 particles"), "{told}");
+    let missing = ["--device", "gpu", "--adapter", "no such device"];
+    let refused =
+        relievo(folder.path(), &[&["fluid", "convert", frame, "a.vtk", "--particles", "blind"], &missing[..]].concat());
+    assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("no such device"), "{refused:?}");
+    if !relievo_gpu::adapters().is_empty() {
+        let told = done(&["convert", frame, "device.vtk", "--particles", "blind", "--device", "gpu"]);
+        assert!(number(&told, "4096 particles, ") == kept, "{told}");
+        let [here, there] = ["kept.vtk", "device.vtk"].map(|name| std::fs::read(folder.path().join(name)).unwrap());
+        assert!(here == there);
+    }
     let info = done(&["info", "kept.vtk"]);
     assert!(info.contains("blind (1)") && info.contains("velocity (3)"), "{info}");
     // The mesh of what was kept is that of all, and has no inner side.

@@ -4,18 +4,12 @@ use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions};
 use relievo_fluid::{Surface, SurfaceFunction, Visibility, classify, mesh};
 
-use crate::shapes::{FUNCTIONS, lattice};
+use crate::shapes::{FUNCTIONS, hollow, lattice};
 
 #[test]
 fn what_is_left_out_does_not_change_the_surface() {
     let context = Context::serial();
-    let mut points = lattice(30, 0.02);
-    // A hole within, a drop beside, and no lattice any more.
-    points.retain(|[x, y, z]| (x - 0.3).powi(2) + (y - 0.3).powi(2) + (z - 0.3).powi(2) > 0.08f32.powi(2));
-    points.push([0.8, 0.3, 0.3]);
-    for (at, point) in points.iter_mut().enumerate() {
-        *point = point.map(|value| value + 0.004 * (at as f32 * (1.0 + value)).sin());
-    }
+    let points = hollow(30);
     for function in FUNCTIONS {
         let surface = Surface::new(&context, &points, function(0.01)).unwrap();
         let classes = classify(&context, &points, &surface, None, &mut Silent).unwrap();

@@ -4,6 +4,7 @@ mod blind;
 #[cfg(feature = "rapier3d")]
 mod body;
 mod device;
+mod device_blind;
 mod fill;
 mod flow;
 mod isosurface;

@@ -15,6 +15,18 @@ pub fn lattice(count: usize, distance: f32) -> Vec<[f32; 3]> {
     (0..count).flat_map(|z| (0..count).flat_map(move |y| row(y, z))).collect()
 }
 
+/// A lattice with so many along each axis, 2 cm apart, with a hole within, a drop beside, and no lattice any more.
+pub fn hollow(count: usize) -> Vec<[f32; 3]> {
+    let mut points = lattice(count, 0.02);
+    let middle = 0.01 * count as f32;
+    points.retain(|point| point.iter().map(|at| (at - middle).powi(2)).sum::<f32>() > 0.08f32.powi(2));
+    points.push([0.02 * count as f32 + 0.2, middle, middle]);
+    for (at, point) in points.iter_mut().enumerate() {
+        *point = point.map(|value| value + 0.004 * (at as f32 * (1.0 + value)).sin());
+    }
+    points
+}
+
 /// The numbers of an attribute.
 pub fn floats<'a>(mesh: &'a Mesh, name: &str) -> &'a [f32] {
     match &mesh.attribute(name).unwrap().values {
