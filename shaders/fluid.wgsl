@@ -46,6 +46,9 @@ struct Fluid {
     corrections: u32,
     /// The share of the pressures of the last step that this one begins with.
     carried: f32,
+    forces: u32,
+    /// m, or 0 where there are no colliders.
+    spacing: f32,
 }
 
 var<immediate> fluid: Fluid;

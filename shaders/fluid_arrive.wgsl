@@ -5,7 +5,11 @@
 @group(0) @binding(1) var<storage, read> sorted_velocities: array<vec4<f32>>;
 @group(0) @binding(2) var<storage, read> sorted_tags: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read> predicted: array<vec4<f32>>;
+@group(0) @binding(4) var<storage, read> diagonals: array<vec2<f32>>;
+/// Velocities after a collider was met, with 1.
+@group(0) @binding(5) var<storage, read> held: array<vec4<f32>>;
 @group(1) @binding(1) var<storage, read_write> places: array<vec4<f32>>;
+/// With the pressures that are told.
 @group(1) @binding(2) var<storage, read_write> velocities: array<vec4<f32>>;
 @group(1) @binding(3) var<storage, read_write> tags: array<vec4<u32>>;
 /// The squares of the greatest speed and of the greatest change of a velocity.
@@ -26,11 +30,15 @@ fn arrive(
         if far > fluid.farthest {
             moved *= fluid.farthest / far;
         }
-        let velocity = moved / fluid.step;
+        var velocity = moved / fluid.step;
         let change = velocity - sorted_velocities[particle].xyz;
+        if fluid.spacing > 0.0 && held[particle].w > 0.0 {
+            moved = predicted[particle].xyz - place.xyz;
+            velocity = held[particle].xyz;
+        }
         own = vec4(dot(velocity, velocity), 0.0, dot(change, change), 0.0);
         places[particle] = vec4(place.xyz + moved, place.w);
-        velocities[particle] = vec4(velocity, 0.0);
+        velocities[particle] = vec4(velocity, predicted[particle].w * diagonals[particle].y);
         tags[particle] = sorted_tags[particle];
     }
     note_group(own, linear_group(group, groups), local);

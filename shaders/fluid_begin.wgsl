@@ -1,4 +1,4 @@
-// import fluid
+// import fluid_forces
 // The first pass of a step, as `prepare.rs`: densities, and the accelerations that need no pressure.
 
 @group(0) @binding(0) var<storage, read> places: array<vec4<f32>>;
@@ -8,10 +8,11 @@
 @group(0) @binding(4) var<storage, read> wall_velocities: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read> lists: array<u32>;
 @group(0) @binding(6) var<storage, read> ends: array<vec2<u32>>;
+@group(0) @binding(7) var<storage, read> forces: array<Force>;
 /// Accelerations with densities.
 @group(1) @binding(0) var<storage, read_write> accelerations: array<vec4<f32>>;
-/// By which a density follows the particle's pressure.
-@group(1) @binding(1) var<storage, read_write> diagonals: array<f32>;
+/// By which a density follows the particle's pressure, and what a pressure of 1 adds to the virial over the volume.
+@group(1) @binding(1) var<storage, read_write> diagonals: array<vec2<f32>>;
 
 @compute @workgroup_size(GROUP)
 fn begin(
@@ -28,6 +29,7 @@ fn begin(
     let end = ends[particle];
     var sum = 0.0;
     var squares = 0.0;
+    var virial = 0.0;
     var gradient = vec3(0.0);
     var drag = vec3(0.0);
     var pull = vec3(0.0);
@@ -41,6 +43,7 @@ fn begin(
         let kernel = density_kernel(distance);
         sum += kernel;
         squares += slope * slope * distance * distance;
+        virial += fluid.mass * slope * distance * distance;
         gradient += slope * apart;
         pull += kernel * apart;
         drag += rest_of(distance) * (velocities[other].xyz - velocity);
@@ -55,15 +58,22 @@ fn begin(
         let apart = own - wall.xyz;
         let distance = length(apart);
         beside += wall.w * wall_kernel(distance);
-        behind += wall.w * wall_slope(distance) * apart;
+        let slope = wall_slope(distance);
+        virial += 0.5 * wall.w * slope * distance * distance;
+        behind += wall.w * slope * apart;
         rub += wall.w * rest_of(distance) * (wall_velocities[other].xyz - velocity);
     }
     let all = fluid.mass * gradient + behind;
-    diagonals[particle] = fluid.mass * fluid.mass * squares + dot(all, all);
+    let diagonal = fluid.mass * fluid.mass * squares + dot(all, all);
+    diagonals[particle] = vec2(diagonal, virial / (-3.0 * fluid.density));
     let rubbed = fluid.viscosity * fluid.mass * drag + fluid.friction * rub;
     let own_acceleration = fluid.spiky * fluid.support / fluid.density * rubbed
         - fluid.cohesion * fluid.mass * fluid.kernel * pull;
     let density = fluid.kernel * fluid.mass * (1.0 + sum) + fluid.wall * beside;
     let push = bitcast<vec3<f32>>(tags[particle].xyz);
-    accelerations[particle] = vec4(own_acceleration + push + fluid.gravity, density);
+    var pulled = own_acceleration + push + fluid.gravity;
+    for (var k = 0u; k < fluid.forces; k++) {
+        pulled += acceleration_by(forces[k], own, velocity);
+    }
+    accelerations[particle] = vec4(pulled, density);
 }

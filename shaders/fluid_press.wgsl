@@ -27,8 +27,8 @@ struct Report {
 @group(0) @binding(3) var<storage, read> wall_velocities: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read> lists: array<u32>;
 @group(0) @binding(5) var<storage, read> ends: array<vec2<u32>>;
-@group(0) @binding(6) var<storage, read> diagonals: array<f32>;
-/// With pressures.
+@group(0) @binding(6) var<storage, read> diagonals: array<vec2<f32>>;
+/// With pressures; those of what is predicted moved it.
 @group(1) @binding(1) var<storage, read_write> places: array<vec4<f32>>;
 @group(1) @binding(2) var<storage, read_write> predicted: array<vec4<f32>>;
 @group(2) @binding(0) var<storage, read_write> report: Report;
@@ -92,7 +92,7 @@ fn predict(
     }
     let pressed = (fluid.mass * push + own.w * back) / -(fluid.density * fluid.density);
     let velocity = velocities[particle].xyz + fluid.step * (accelerations[particle].xyz + pressed);
-    predicted[particle] = vec4(own.xyz + fluid.step * velocity, 0.0);
+    predicted[particle] = vec4(own.xyz + fluid.step * velocity, own.w);
 }
 
 @compute @workgroup_size(GROUP)
@@ -124,7 +124,7 @@ fn correct(
         let over = here - fluid.density - kept;
         let stiffness = RELAXATION * (fluid.density / fluid.step) * (fluid.density / fluid.step);
         places[particle].w =
-            max(places[particle].w + stiffness / max(diagonals[particle], fluid.diagonal) * over, 0.0);
+            max(places[particle].w + stiffness / max(diagonals[particle].x, fluid.diagonal) * over, 0.0);
         let shares = max(vec2(here - fluid.density, over) / fluid.density, vec2(0.0));
         own_sums = shares.xxyy;
         if is_lost(own) {

@@ -40,6 +40,7 @@ const BENT: f32 = 1e-3;
 const MITER: f32 = 2.0;
 
 /// A mesh that fluid does not pass.
+#[derive(Clone, Debug)]
 pub struct Collider {
     pub options: ColliderOptions,
     /// Those that have an area in the shape in which it was made.
@@ -119,6 +120,11 @@ impl Collider {
         collider.weigh(context, constants)?;
         collider.bound();
         Ok(collider)
+    }
+
+    /// A triangle where it is and where it goes.
+    pub fn shapes(&self, triangle: usize) -> [[Vec3; 3]; 2] {
+        [&self.points, &self.target].map(|at| self.triangles[triangle].map(|point| at[point as usize]))
     }
 
     /// How many particles of walls it has.

@@ -5,20 +5,26 @@
 //! those that are not needed have no workgroups, which the device decides itself.
 
 mod blind;
+mod forces;
+mod obstacles;
 mod passes;
 
 pub use blind::classify_on;
-
+use glam::{DVec3, Vec4, Vec4Swizzles};
 use relievo_core::{Error, Result};
 use relievo_gpu::{Device, PassTime};
 
+use self::forces::ForceRow;
+use self::obstacles::Obstacles;
 use self::passes::{FluidCall, Passes, Report};
 use crate::constants::Constants;
 use crate::pace::{Pace, within};
 use crate::pcisph::Excess;
 use crate::solver::press::CARRIED;
 use crate::wall::Wall;
-use crate::{Classes, Fluid, FluidOptions, PressureSolver, State, StepStatistics, SurfaceFunction, Visibility};
+use crate::{
+    Classes, Fluid, FluidOptions, Force, Given, PressureSolver, State, StepStatistics, SurfaceFunction, Visibility,
+};
 
 /// Neighbours that there is room for at first, and at most.
 const ROOM: [u32; 2] = [64, 4096];
@@ -37,6 +43,10 @@ pub struct DeviceFluid {
     state: State,
     wall: Wall,
     pace: Pace,
+    forces: Vec<Force>,
+    obstacles: Obstacles,
+    /// The sum of what hosts accelerate particles by, in m/s².
+    pushed: DVec3,
     /// The greatest speed, in m/s.
     speed: f32,
     passes: Passes,
@@ -44,29 +54,44 @@ pub struct DeviceFluid {
 }
 
 impl DeviceFluid {
-    /// Sends a fluid with its walls to a device. Fails if it has colliders, particles that do not stay for ever, forces but those
-    /// of hosts, or another solver than PCISPH, and where the device has no memory.
+    /// Sends a fluid with its walls, forces and colliders to a device, where colliders go where they are going now. Fails if it
+    /// has particles that do not stay for ever, another solver than PCISPH, or colliders with more than 2,000 triangles within a
+    /// few spacings, and where the device has no memory.
     pub fn new(device: &Device, fluid: &Fluid) -> Result<Self> {
-        if !fluid.is_plain() || fluid.options().solver != PressureSolver::Pcisph {
+        if fluid.is_mortal() || fluid.options().solver != PressureSolver::Pcisph {
             return Err(Error::unsupported(
-                "fluids on devices have walls and PCISPH, but no colliders, forces and lifetimes",
+                "fluids on devices have walls, forces, colliders and PCISPH, but no lifetimes",
             )
             .advise("use `--device cpu`, or PCISPH without them"));
         }
         let (state, options, (constants, wall, pace)) = (fluid.state(), fluid.options().clone(), fluid.setting());
         let (constants, wall) = (*constants, wall.clone());
         let count = state.numbers.len();
-        let passes = Passes::new(device, [count, wall.set().len()], ROOM[0])?;
+        let (colliders, firsts) = fluid.obstacles();
+        let obstacles = Obstacles::new(device, colliders, firsts, &options)?;
+        let passes = Passes::new(device, [count, wall.set().len(), fluid.forces().len()], ROOM[0], &obstacles)?;
         passes.rows.places.write(device, 0, &state.places)?;
-        passes.rows.velocities.write(device, 0, &state.velocities)?;
+        let velocities = state.velocities.iter().zip(&state.pressures).map(|(row, pressure)| row.with_w(*pressure));
+        passes.rows.velocities.write(device, 0, &velocities.collect::<Vec<_>>())?;
         let tags = state.pushes.iter().zip(0..).map(|(push, at)| {
             let [x, y, z, _] = push.to_array().map(f32::to_bits);
             [x, y, z, at]
         });
         passes.rows.tags.write(device, 0, &tags.collect::<Vec<_>>())?;
-        let device = device.clone();
-        let made =
-            Self { device, options, constants, state, wall, pace, speed: fluid.speed(), passes, times: Vec::new() };
+        let made = Self {
+            device: device.clone(),
+            options,
+            constants,
+            pushed: state.pushes.iter().map(|push| push.xyz().as_dvec3()).sum(),
+            state,
+            wall,
+            pace,
+            forces: fluid.forces().to_vec(),
+            obstacles,
+            speed: fluid.speed(),
+            passes,
+            times: Vec::new(),
+        };
         made.send_walls()?;
         Ok(made)
     }
@@ -106,15 +131,18 @@ impl DeviceFluid {
         Ok(())
     }
 
-    /// Makes a step of so many seconds, or a shorter one where pressures do not converge. What the fluid was given is not told.
-    /// Fails as [`Fluid::step`], and where the device has no memory or is lost; nothing has moved then.
+    /// Makes a step of so many seconds, or a shorter one where pressures do not converge, a collider comes to rest, or one would
+    /// go farther than the options' part of the spacing. Fails as [`Fluid::step`], and where the device has no memory or is
+    /// lost; nothing has moved then.
     pub fn step(&mut self, seconds: f32) -> Result<StepStatistics> {
-        let seconds = seconds.max(0.0);
+        let seconds = seconds.max(0.0).min(self.obstacles.longest());
         if self.is_empty() || seconds == 0.0 {
             self.arrive(seconds)?;
             return Ok(StepStatistics { seconds, ..StepStatistics::default() });
         }
         self.times.clear();
+        let forces = self.forces.iter().map(|force| ForceRow::new(force, self.state.seconds));
+        self.passes.work.forces.write(&self.device, 0, &forces.collect::<Vec<_>>())?;
         let mut call = self.call(seconds);
         let mut report = self.begin(&mut call)?;
         let mut corrections = report.corrections;
@@ -136,18 +164,30 @@ impl DeviceFluid {
         if report.is_enough == 0 {
             self.passes.end(&mut frame, &call)?;
         }
-        let greatest = frame.read(&self.passes.greatest, 0..1)?;
+        let greatest = frame.read(&self.passes.work.greatest, 0..1)?;
+        let given = frame.read(&self.passes.work.given, 0..1)?;
         self.times.extend(frame.submit()?.wait()?);
         let [speed, change] = greatest.get(&self.device)?[0].map(f32::sqrt);
         self.speed = speed;
         self.pace.settle(&self.options, corrections, change / call.step);
+        let given = self.given(given.get(&self.device)?[0], call.step);
         self.arrive(call.step)?;
         let excess = Excess { most: report.most, mean: report.mean };
-        Ok(StepStatistics { seconds: call.step, corrections, excess, ..StepStatistics::default() })
+        Ok(StepStatistics { seconds: call.step, corrections, excess, given, ..StepStatistics::default() })
     }
 
-    /// All that the fluid goes on from, on the processor too. Particles are in the order in which they were sent, and pressures
-    /// those that were sent.
+    /// What a step gave, by the sums of what forces and walls accelerated particles by.
+    fn given(&self, [forces, walls]: [Vec4; 2], seconds: f32) -> Given {
+        let each = f64::from(self.constants.mass) * f64::from(seconds);
+        Given {
+            gravity: each * self.len() as f64 * self.options.gravity.as_dvec3(),
+            host: each * self.pushed,
+            forces: each * forces.xyz().as_dvec3(),
+            walls: each * walls.xyz().as_dvec3(),
+        }
+    }
+
+    /// All that the fluid goes on from, on the processor too. Particles are in the order in which they were sent.
     pub fn state(&self) -> Result<State> {
         let count = self.len();
         let mut frame = self.device.frame()?;
@@ -161,7 +201,8 @@ impl DeviceFluid {
         (state.pulled, state.share) = (self.pace.pulled, self.pace.share);
         for (at, [_, _, _, from]) in tags.get(&self.device)?.into_iter().enumerate() {
             state.places[from as usize] = places[at];
-            state.velocities[from as usize] = velocities[at];
+            state.velocities[from as usize] = velocities[at].with_w(0.0);
+            state.pressures[from as usize] = velocities[at].w;
         }
         Ok(state)
     }
@@ -211,7 +252,7 @@ impl DeviceFluid {
             }
             let batch = BATCHES[usize::from(made > 0)];
             self.passes.press(&mut frame, call, batch, made == 0)?;
-            let report = frame.read(&self.passes.report, 0..1)?;
+            let report = frame.read(&self.passes.work.report, 0..1)?;
             self.times.extend(frame.submit()?.wait()?);
             let report = report.get(&self.device)?[0];
             made += batch;
@@ -225,11 +266,10 @@ impl DeviceFluid {
     /// Goes on by a step in time.
     fn arrive(&mut self, seconds: f32) -> Result<()> {
         self.state.seconds += f64::from(seconds);
-        if self.wall.speed > 0.0 {
-            self.wall.arrive(seconds);
-            self.send_walls()?;
-        }
-        Ok(())
+        let is_moving = self.wall.speed > 0.0;
+        self.wall.arrive(seconds);
+        self.obstacles.arrive(&self.device, &mut self.wall, seconds)?;
+        if is_moving { self.send_walls() } else { Ok(()) }
     }
 
     fn send_walls(&self) -> Result<()> {
@@ -277,7 +317,8 @@ impl DeviceFluid {
             least: corrections[0],
             corrections: corrections[1],
             carried: CARRIED,
-            padding: [0; 2],
+            forces: self.forces.len() as u32,
+            spacing: if self.obstacles.is_empty() { 0.0 } else { self.options.spacing },
         }
     }
 }

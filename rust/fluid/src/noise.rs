@@ -22,16 +22,21 @@ fn fade(at: f32) -> [f32; 2] {
     [at * at * at * (at * (6.0 * at - 15.0) + 10.0), 30.0 * bend * bend]
 }
 
+/// The slice of noise that a time has passed last, and the weight of the next one.
+pub fn slice(time: f64) -> (i32, f32) {
+    // Times come again after 2³¹, as places do.
+    let slice = time.floor();
+    let [later, _] = fade((time - slice) as f32);
+    (slice.rem_euclid(2_147_483_648.0) as i32, later)
+}
+
 /// The slope of noise on a lattice of a unit, interpolated in space and time.
 fn slope(place: Vec3, time: f64, seed: u32) -> Vec3 {
     let cell = place.floor();
     let [ix, iy, iz] = cell.as_ivec3().to_array();
     let within = place - cell;
     let [[x, dx], [y, dy], [z, dz]] = within.to_array().map(fade);
-    // Times come again after 2³¹, as places do.
-    let slice = time.floor();
-    let [later, _] = fade((time - slice) as f32);
-    let slice = slice.rem_euclid(2_147_483_648.0) as i32;
+    let (slice, later) = slice(time);
     let mut sum = Vec3::ZERO;
     for corner in 0..8 {
         let [a, b, c] = [corner & 1, corner >> 1 & 1, corner >> 2];

@@ -219,6 +219,11 @@ impl Fluid {
         Ok(())
     }
 
+    /// The forces that act.
+    pub(crate) fn forces(&self) -> &[Force] {
+        &self.forces
+    }
+
     /// The density of each particle where it is now, in kg/m³, walls seen too. Particles may be in another order afterwards.
     /// Fails if particles are where none can be.
     pub fn densities(&mut self, context: &Context) -> Result<impl ExactSizeIterator<Item = f32>> {

@@ -25,16 +25,7 @@ impl Play {
         seconds: f32,
         mut watch: impl FnMut(&mut Fluid, &StepStatistics) -> Result<()>,
     ) -> Result<()> {
-        for (number, mover) in self.movers.iter().enumerate().filter(|(_, mover)| mover.is_moving()) {
-            let times = [time, time + f64::from(seconds)];
-            let [from, to] = [mover.at(context, times[0])?, mover.at(context, times[1])?];
-            fluid.move_collider(context, number, [&from, &to], seconds)?;
-            if !self.bodies.is_empty() && mover.is_changing() {
-                self.bodies.bend_obstacle(number, [&from, &to])?;
-            } else if !self.bodies.is_empty() {
-                self.bodies.move_obstacle(number, times.map(|time| mover.pose(time)))?;
-            }
-        }
+        self.move_colliders(context, fluid, time, seconds)?;
         let mut since = fluid.seconds();
         let renewed = |fluid: &mut Fluid, done: &StepStatistics| {
             self.sources.renew(fluid, since)?;
@@ -47,17 +38,38 @@ impl Play {
         self.bodies.advance(context, fluid, seconds, renewed)
     }
 
-    /// The same on a device, where nothing comes or goes. Fails if something does, and as [`DeviceFluid::new`].
+    /// Has colliders go so many seconds from a time on.
+    fn move_colliders(&mut self, context: &Context, fluid: &mut Fluid, time: f64, seconds: f32) -> Result<()> {
+        for (number, mover) in self.movers.iter().enumerate().filter(|(_, mover)| mover.is_moving()) {
+            let times = [time, time + f64::from(seconds)];
+            let [from, to] = [mover.at(context, times[0])?, mover.at(context, times[1])?];
+            fluid.move_collider(context, number, [&from, &to], seconds)?;
+            if !self.bodies.is_empty() && mover.is_changing() {
+                self.bodies.bend_obstacle(number, [&from, &to])?;
+            } else if !self.bodies.is_empty() {
+                self.bodies.move_obstacle(number, times.map(|time| mover.pose(time)))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The same on a device, where nothing comes or goes and no bodies move. Fails if something does, and as
+    /// [`DeviceFluid::new`].
     pub fn advance_on(
-        &self,
-        device: &Device,
+        &mut self,
+        (context, device): (&Context, &Device),
         fluid: &mut Fluid,
+        time: f64,
         seconds: f32,
         mut watch: impl FnMut(&StepStatistics) -> Result<()>,
     ) -> Result<()> {
         if !(self.sources.emitters.is_empty() && self.sources.sinks.is_empty()) {
             return Err(Error::unsupported("fluids on devices have no emitters and sinks").advise("use `--device cpu`"));
         }
+        if !self.bodies.is_empty() {
+            return Err(Error::unsupported("fluids on devices have no rigid bodies").advise("use `--device cpu`"));
+        }
+        self.move_colliders(context, fluid, time, seconds)?;
         let mut sent = DeviceFluid::new(device, fluid)?;
         sent.advance(seconds, |_, done| watch(done))?;
         fluid.set_state(sent.state()?)

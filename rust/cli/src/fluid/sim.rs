@@ -36,8 +36,8 @@ pub struct Arguments {
     /// Begins anew, in place of the frames that are there.
     #[arg(long)]
     restart: bool,
-    /// What makes the steps. A graphics device has blocks, fills and basins, but no colliders, bodies, emitters, sinks and
-    /// forces.
+    /// What makes the steps. A graphics device has blocks, fills, basins, colliders and forces, but no bodies, emitters and
+    /// sinks.
     #[arg(long, value_enum, default_value = "cpu")]
     device: Device,
     /// A part of the name of the graphics device; left out, the best there is.
@@ -235,7 +235,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         };
         match &device {
             None => play.advance(&context, &mut fluid, time, seconds, |_, done| watch(done))?,
-            Some(device) => play.advance_on(device, &mut fluid, seconds, watch)?,
+            Some(device) => play.advance_on((&context, device), &mut fluid, time, seconds, watch)?,
         }
         totals.steps += row.steps;
         totals.corrections += row.corrections;

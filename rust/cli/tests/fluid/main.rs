@@ -69,20 +69,31 @@ fn a_dam_is_simulated_on_a_device_as_on_the_processor() {
     if relievo_gpu::adapters().is_empty() {
         return;
     }
-    let (on_device, on_processor) = (simulate(&["gpu", "--device", "gpu"]), simulate(&["cpu"]));
-    assert!(on_device.status.success() && on_processor.status.success(), "{on_device:?}");
     let energy = |name: &str| -> f64 {
         let rows = std::fs::read_to_string(folder.path().join(name).join("statistics.csv")).unwrap();
         let column = rows.lines().next().unwrap().split(',').position(|name| name.contains("energy")).unwrap();
         rows.lines().last().unwrap().split(',').nth(column).unwrap().parse().unwrap()
     };
-    assert!((energy("gpu") / energy("cpu") - 1.0).abs() < 0.02, "{} {}", energy("gpu"), energy("cpu"));
+    let board = "[[collider]]\nbox = { low = [0.35, 0, 0.1], high = [0.45, 0.3, 0.5] }\nfriction = 0.2\n\
+        keys = [{ time = 0 }, { time = 0.1, move = [-0.04, 0, 0] }]\n\
+        [[force]]\nkind = \"vortex\"\nplace = [0.3, 0.1, 0.3]\naxis = [0, 1, 0]\nstrength = 9\nradius = 0.2\n";
+    for more in [board, ""] {
+        std::fs::write(folder.path().join("dam.toml"), DAM.to_owned() + more).unwrap();
+        let on_device = simulate(&["gpu", "--device", "gpu", "--restart"]);
+        let on_processor = simulate(&["cpu", "--restart"]);
+        assert!(on_device.status.success() && on_processor.status.success(), "{on_device:?} {on_processor:?}");
+        assert!((energy("gpu") / energy("cpu") - 1.0).abs() < 0.02, "{} {}", energy("gpu"), energy("cpu"));
+    }
     // Frames of the processor are no frames of the device.
     let other = simulate(&["cpu", "--device", "gpu"]);
     assert!(other.status.code() == Some(1) && text(&other.stderr).contains("--restart"), "{other:?}");
     std::fs::write(folder.path().join("dam.toml"), DAM.replace("[fluid]", "[fluid]\nsolver = \"dfsph\"")).unwrap();
     let refused = simulate(&["gpu", "--device", "gpu", "--restart"]);
     assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("--device cpu"), "{refused:?}");
+    let sink = DAM.to_owned() + "[[sink]]\noutside = { low = [-1, -1, -1], high = [2, 1, 1] }\n";
+    std::fs::write(folder.path().join("dam.toml"), sink).unwrap();
+    let refused = simulate(&["gpu", "--device", "gpu", "--restart"]);
+    assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("emitters and sinks"), "{refused:?}");
 }
 
 #[test]

@@ -7,8 +7,11 @@ use glam::{Vec3, Vec4};
 use relievo_core::Result;
 use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Sort, groups};
 
+use super::forces::ForceRow;
+use super::obstacles::Obstacles;
+
 /// Bits of a cell's number, as in `fluid.wgsl`.
-const CELL_BITS: u32 = 21;
+pub const CELL_BITS: u32 = 21;
 
 /// As in `fluid.wgsl`.
 #[repr(C)]
@@ -38,7 +41,8 @@ pub struct FluidCall {
     pub least: u32,
     pub corrections: u32,
     pub carried: f32,
-    pub padding: [u32; 2],
+    pub forces: u32,
+    pub spacing: f32,
 }
 
 /// As in `fluid_press.wgsl`.
@@ -57,7 +61,7 @@ pub struct Report {
 /// What a particle carries through the sort: what hosts accelerate it by, as bits, and where it was at first.
 pub type Tag = [u32; 4];
 
-/// Particles: of the fluid with pressures, of walls with masses.
+/// Particles: of the fluid with pressures, of walls with masses. Velocities of the fluid have the pressures that are told.
 #[derive(Debug)]
 pub struct Rows {
     pub places: Buffer<Vec4>,
@@ -116,10 +120,13 @@ struct Kernels {
     begin: Arc<Kernel>,
     carry: Arc<Kernel>,
     predict: Arc<Kernel>,
+    hold: Arc<Kernel>,
     correct: Arc<Kernel>,
     judge: Arc<Kernel>,
     arrive: Arc<Kernel>,
     conclude: Arc<Kernel>,
+    give: Arc<Kernel>,
+    give_all: Arc<Kernel>,
 }
 
 impl Kernels {
@@ -133,18 +140,22 @@ impl Kernels {
         // What says how many workgroups there are may not be bound where it does.
         let press = |entry| kernel("fluid_press", entry, &[&[Read; 7], &[Write; 3]]);
         let steer = |entry| kernel("fluid_press", entry, &[&[Read; 7], &[Write; 3], &[Write; 2]]);
-        let arrive = |entry| kernel("fluid_arrive", entry, &[&[Read; 4], &[Write; 5]]);
+        let arrive = |entry| kernel("fluid_arrive", entry, &[&[Read; 6], &[Write; 5]]);
+        let given = |entry| kernel("fluid_given", entry, &[&[Read; 10], &[Write; 2]]);
         Ok(Self {
             number: cells("number_cells")?,
             arrange: cells("arrange")?,
             find: kernel("fluid_near", "find", &[&[Read; 4], &[Write; 3]])?,
-            begin: kernel("fluid_begin", "begin", &[&[Read; 7], &[Write; 2]])?,
+            begin: kernel("fluid_begin", "begin", &[&[Read; 8], &[Write; 2]])?,
             carry: steer("carry")?,
             predict: press("predict")?,
+            hold: kernel("fluid_hold", "hold", &[&[Read; 6], &[Write; 3]])?,
             correct: press("correct")?,
             judge: steer("judge")?,
             arrive: arrive("arrive")?,
             conclude: arrive("conclude")?,
+            give: given("give")?,
+            give_all: given("give_all")?,
         })
     }
 }
@@ -156,7 +167,51 @@ struct Lists {
     find: [Bindings; 2],
     begin: [Bindings; 2],
     press: [Bindings; 3],
+    give: [Bindings; 2],
     _lists: Buffer<u32>,
+}
+
+/// What a step works with, and what it tells.
+#[derive(Debug)]
+pub struct Work {
+    pub report: Buffer<Report>,
+    /// The squares of the greatest speed and of the greatest change of a velocity.
+    pub greatest: Buffer<[f32; 2]>,
+    /// The sums of what forces and walls accelerated particles by, in m/s².
+    pub given: Buffer<[Vec4; 2]>,
+    pub forces: Buffer<ForceRow>,
+    ends: Buffer<[u32; 2]>,
+    accelerations: Buffer<Vec4>,
+    diagonals: Buffer<[f32; 2]>,
+    predicted: Buffer<Vec4>,
+    /// Velocities after colliders were met, and their changes.
+    held: [Buffer<Vec4>; 2],
+    sums: Buffer<Vec4>,
+    given_sums: Buffer<[Vec4; 2]>,
+    arguments: Buffer<u32>,
+}
+
+impl Work {
+    fn new(device: &Device, [count, forces]: [usize; 2], is_held: bool) -> Result<Self> {
+        let (count, groups) = (count.max(1), count.div_ceil(GROUP as usize).max(1));
+        Ok(Self {
+            report: Buffer::new(device, "report of a step", 1)?,
+            greatest: Buffer::new(device, "greatest speed", 1)?,
+            given: Buffer::new(device, "what a step gave", 1)?,
+            forces: Buffer::new(device, "forces", forces.max(1))?,
+            ends: Buffer::new(device, "ends of neighbours", count)?,
+            accelerations: Buffer::new(device, "accelerations", count)?,
+            diagonals: Buffer::new(device, "stiffnesses", count)?,
+            predicted: Buffer::new(device, "predicted places", count)?,
+            held: [
+                Buffer::new(device, "held particles", if is_held { count } else { 1 })?,
+                Buffer::new(device, "changes of held particles", if is_held { count } else { 1 })?,
+            ],
+            sums: Buffer::new(device, "sums of groups", groups)?,
+            given_sums: Buffer::new(device, "what a step gave by groups", groups)?,
+            arguments: Buffer::new(device, "arguments of corrections", 6)?,
+        })
+    }
 }
 
 /// The buffers and kernels of a fluid on a device.
@@ -164,70 +219,42 @@ struct Lists {
 pub struct Passes {
     pub rows: Rows,
     pub walls: Rows,
-    pub report: Buffer<Report>,
-    /// The squares of the greatest speed and of the greatest change of a velocity.
-    pub greatest: Buffer<[f32; 2]>,
+    pub work: Work,
     kernels: Kernels,
     sorted: Sorted,
     sorted_walls: Sorted,
-    ends: Buffer<[u32; 2]>,
-    accelerations: Buffer<Vec4>,
-    diagonals: Buffer<f32>,
-    predicted: Buffer<Vec4>,
-    sums: Buffer<Vec4>,
-    arguments: Buffer<u32>,
     lists: Lists,
     arrive: [Bindings; 2],
+    /// Where there are colliders.
+    hold: Option<[Bindings; 2]>,
 }
 
 impl Passes {
-    /// For so many particles of the fluid and of walls, of which each has room for so many neighbours. Fails where the
-    /// device has no memory.
-    pub fn new(device: &Device, [count, walls]: [usize; 2], room: u32) -> Result<Self> {
+    /// For so many particles of the fluid and of walls, of which each has room for so many neighbours, and so many forces,
+    /// with colliders. Fails where the device has no memory.
+    pub fn new(device: &Device, [count, walls, forces]: [usize; 3], room: u32, obstacles: &Obstacles) -> Result<Self> {
         let kernels = Kernels::new(device)?;
         let (rows, walls) = (Rows::new(device, count.max(1))?, Rows::new(device, walls.max(1))?);
         let (sorted, sorted_walls) = (Sorted::new(device, &kernels, &rows)?, Sorted::new(device, &kernels, &walls)?);
-        let many = |label| Buffer::<Vec4>::new(device, label, count.max(1));
-        let (accelerations, predicted) = (many("accelerations")?, many("predicted places")?);
-        let ends = Buffer::new(device, "ends of neighbours", count.max(1))?;
-        let diagonals = Buffer::new(device, "stiffnesses", count.max(1))?;
-        let sums = Buffer::new(device, "sums of groups", count.div_ceil(GROUP as usize).max(1))?;
-        let report = Buffer::new(device, "report of a step", 1)?;
-        let arguments = Buffer::new(device, "arguments of corrections", 6)?;
-        let greatest = Buffer::new(device, "greatest speed", 1)?;
-        let from = &sorted.rows;
-        let arrive = [
-            device.bind(
-                &kernels.arrive,
-                0,
-                &[from.places.wgpu(), from.velocities.wgpu(), from.tags.wgpu(), predicted.wgpu()],
-            )?,
-            device.bind(
-                &kernels.arrive,
-                1,
-                &[sums.wgpu(), rows.places.wgpu(), rows.velocities.wgpu(), rows.tags.wgpu(), greatest.wgpu()],
-            )?,
-        ];
-        let made = [&accelerations, &predicted, &sums];
-        let told = (&ends, &diagonals, &report, &arguments);
-        let lists = Lists::new(device, &kernels, [&sorted, &sorted_walls], made, told, room)?;
-        Ok(Self {
-            rows,
-            walls,
-            report,
-            greatest,
-            kernels,
-            sorted,
-            sorted_walls,
-            ends,
-            accelerations,
-            diagonals,
-            predicted,
-            sums,
-            arguments,
-            lists,
-            arrive,
-        })
+        let work = Work::new(device, [count, forces], !obstacles.is_empty())?;
+        let Rows { places, velocities, tags } = &sorted.rows;
+        let [held, changes] = work.held.each_ref().map(Buffer::wgpu);
+        let predicted = work.predicted.wgpu();
+        let from = [places.wgpu(), velocities.wgpu(), tags.wgpu(), predicted, work.diagonals.wgpu(), held];
+        let Obstacles { cells, list, triangles, points, paces, .. } = obstacles;
+        let met = [places.wgpu(), cells.wgpu(), list.wgpu(), triangles.wgpu(), points.wgpu(), paces.wgpu()];
+        let hold = match obstacles.is_empty() {
+            true => None,
+            false => Some([
+                device.bind(&kernels.hold, 0, &met)?,
+                device.bind(&kernels.hold, 1, &[predicted, held, changes])?,
+            ]),
+        };
+        let Rows { places, velocities, tags } = &rows;
+        let to = [work.sums.wgpu(), places.wgpu(), velocities.wgpu(), tags.wgpu(), work.greatest.wgpu()];
+        let arrive = [device.bind(&kernels.arrive, 0, &from)?, device.bind(&kernels.arrive, 1, &to)?];
+        let lists = Lists::new(device, &kernels, [&sorted, &sorted_walls], &work, room)?;
+        Ok(Self { rows, walls, work, kernels, sorted, sorted_walls, lists, arrive, hold })
     }
 
     /// How many neighbours of a particle there is room for.
@@ -237,9 +264,7 @@ impl Passes {
 
     /// Makes room for more neighbours. Fails where the device has no memory.
     pub fn widen(&mut self, device: &Device, room: u32) -> Result<()> {
-        let made = [&self.accelerations, &self.predicted, &self.sums];
-        let told = (&self.ends, &self.diagonals, &self.report, &self.arguments);
-        self.lists = Lists::new(device, &self.kernels, [&self.sorted, &self.sorted_walls], made, told, room)?;
+        self.lists = Lists::new(device, &self.kernels, [&self.sorted, &self.sorted_walls], &self.work, room)?;
         Ok(())
     }
 
@@ -251,7 +276,7 @@ impl Passes {
     /// Records what a step begins with: the order of particles, neighbours, densities.
     pub fn look_around(&self, frame: &mut Frame, call: &FluidCall) -> Result<()> {
         self.sorted.record(frame, &self.kernels, call)?;
-        frame.clear(&self.report);
+        frame.clear(&self.work.report);
         let (size, call) = (groups(call.count.div_ceil(GROUP)), bytemuck::bytes_of(call));
         let Lists { find, begin, .. } = &self.lists;
         frame.pass("neighbours").run(&self.kernels.find, &find.each_ref(), call, size)?;
@@ -267,13 +292,19 @@ impl Passes {
             pass.run(&self.kernels.carry, &[read, write, steer], bytes, size)?;
         }
         for _ in 0..corrections {
-            pass.run_indirect(&self.kernels.predict, &[read, write], bytes, &self.arguments, 0)?;
-            pass.run_indirect(&self.kernels.correct, &[read, write], bytes, &self.arguments, 0)?;
+            pass.run_indirect(&self.kernels.predict, &[read, write], bytes, &self.work.arguments, 0)?;
+            if let Some([from, to]) = &self.hold {
+                pass.run_indirect(&self.kernels.hold, &[from, to], bytes, &self.work.arguments, 0)?;
+            }
+            pass.run_indirect(&self.kernels.correct, &[read, write], bytes, &self.work.arguments, 0)?;
             pass.run(&self.kernels.judge, &[read, write, steer], bytes, [1, 1, 1])?;
         }
         let [from, to] = &self.arrive;
-        pass.run_indirect(&self.kernels.arrive, &[from, to], bytes, &self.arguments, 3)?;
-        pass.run(&self.kernels.conclude, &[from, to], bytes, [1, 1, 1])
+        pass.run_indirect(&self.kernels.arrive, &[from, to], bytes, &self.work.arguments, 3)?;
+        pass.run(&self.kernels.conclude, &[from, to], bytes, [1, 1, 1])?;
+        let [from, to] = &self.lists.give;
+        pass.run_indirect(&self.kernels.give, &[from, to], bytes, &self.work.arguments, 3)?;
+        pass.run(&self.kernels.give_all, &[from, to], bytes, [1, 1, 1])
     }
 
     /// Records that a step ends though corrections were not enough.
@@ -282,45 +313,42 @@ impl Passes {
         let [from, to] = &self.arrive;
         let mut pass = frame.pass("end");
         pass.run(&self.kernels.arrive, &[from, to], bytes, size)?;
-        pass.run(&self.kernels.conclude, &[from, to], bytes, [1, 1, 1])
+        pass.run(&self.kernels.conclude, &[from, to], bytes, [1, 1, 1])?;
+        let [from, to] = &self.lists.give;
+        pass.run(&self.kernels.give, &[from, to], bytes, size)?;
+        pass.run(&self.kernels.give_all, &[from, to], bytes, [1, 1, 1])
     }
 }
 
 impl Lists {
-    fn new(
-        device: &Device,
-        kernels: &Kernels,
-        [sorted, walls]: [&Sorted; 2],
-        [accelerations, predicted, sums]: [&Buffer<Vec4>; 3],
-        (ends, diagonals, report, arguments): (&Buffer<[u32; 2]>, &Buffer<f32>, &Buffer<Report>, &Buffer<u32>),
-        room: u32,
-    ) -> Result<Self> {
+    fn new(device: &Device, kernels: &Kernels, [sorted, walls]: [&Sorted; 2], work: &Work, room: u32) -> Result<Self> {
         let count = sorted.rows.places.len();
         let lists = Buffer::new(device, "neighbours", count.saturating_mul(room as usize))?;
         let [places, wall_places] = [&sorted.rows.places, &walls.rows.places].map(Buffer::wgpu);
         let [velocities, wall_velocities] = [&sorted.rows.velocities, &walls.rows.velocities].map(Buffer::wgpu);
-        let (tags, near, far) = (sorted.rows.tags.wgpu(), lists.wgpu(), ends.wgpu());
-        let [accelerations, predicted, sums] = [accelerations, predicted, sums].map(Buffer::wgpu);
-        let (find, begin, press) = (&kernels.find, &kernels.begin, &kernels.carry);
+        let (tags, near, far) = (sorted.rows.tags.wgpu(), lists.wgpu(), work.ends.wgpu());
+        let [accelerations, predicted, sums] = [&work.accelerations, &work.predicted, &work.sums].map(Buffer::wgpu);
+        let (diagonals, forces, report) = (work.diagonals.wgpu(), work.forces.wgpu(), work.report.wgpu());
+        let [held, changes] = work.held.each_ref().map(Buffer::wgpu);
+        let Kernels { find, begin, carry, give, .. } = kernels;
+        let moving = [accelerations, velocities, wall_places, wall_velocities, near, far, diagonals];
+        let giving = [places, velocities, wall_places, wall_velocities, near, far, predicted, forces, held, changes];
         Ok(Self {
             room,
             find: [
                 device.bind(find, 0, &[places, sorted.cells.wgpu(), wall_places, walls.cells.wgpu()])?,
-                device.bind(find, 1, &[near, far, report.wgpu()])?,
+                device.bind(find, 1, &[near, far, report])?,
             ],
             begin: [
-                device.bind(begin, 0, &[places, velocities, tags, wall_places, wall_velocities, near, far])?,
-                device.bind(begin, 1, &[accelerations, diagonals.wgpu()])?,
+                device.bind(begin, 0, &[places, velocities, tags, wall_places, wall_velocities, near, far, forces])?,
+                device.bind(begin, 1, &[accelerations, diagonals])?,
             ],
             press: [
-                device.bind(
-                    press,
-                    0,
-                    &[accelerations, velocities, wall_places, wall_velocities, near, far, diagonals.wgpu()],
-                )?,
-                device.bind(press, 1, &[sums, places, predicted])?,
-                device.bind(press, 2, &[report.wgpu(), arguments.wgpu()])?,
+                device.bind(carry, 0, &moving)?,
+                device.bind(carry, 1, &[sums, places, predicted])?,
+                device.bind(carry, 2, &[report, work.arguments.wgpu()])?,
             ],
+            give: [device.bind(give, 0, &giving)?, device.bind(give, 1, &[work.given_sums.wgpu(), work.given.wgpu()])?],
             _lists: lists,
         })
     }
@@ -362,9 +390,13 @@ mod tests {
             room,
             least,
             corrections,
-            carried
+            carried,
+            forces,
+            spacing
         );
         assert_layout("fluid", "Fluid", size_of::<FluidCall>(), &fields);
+        let fields = fields!(ForceRow, place, kind, axis, strength, radius, seed, slice, later);
+        assert_layout("fluid_forces", "Force", size_of::<ForceRow>(), &fields);
         let fields = fields!(Report, crowd, corrections, is_enough, most, mean, over_most, over_mean);
         assert_layout("fluid_press", "Report", size_of::<Report>(), &fields);
     }

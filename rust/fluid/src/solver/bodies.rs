@@ -95,9 +95,14 @@ impl Fluid {
         self.colliders.get(number).map_or(&[], |collider| &collider.points)
     }
 
-    /// Whether nothing but gravity, walls and hosts moves it, and all of it stays.
-    pub(crate) fn is_plain(&self) -> bool {
-        self.colliders.is_empty() && self.forces.is_empty() && !self.particles.is_mortal()
+    /// Whether a particle does not stay for ever.
+    pub(crate) fn is_mortal(&self) -> bool {
+        self.particles.is_mortal()
+    }
+
+    /// The colliders, and the first particle of walls of each.
+    pub(crate) fn obstacles(&self) -> (&[Collider], Vec<usize>) {
+        (&self.colliders, self.groups().split_off(1))
     }
 
     /// What walls were given by the fluid in the last step, and then each collider.

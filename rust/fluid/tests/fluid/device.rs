@@ -1,8 +1,8 @@
 //! Fluids on a graphics device, against the processor's.
 
-use glam::{Vec3, Vec4, Vec4Swizzles};
+use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
 use relievo_core::Context;
-use relievo_fluid::{Batch, DeviceFluid, Fluid, FluidOptions, KernelSet, State, TimeStep, basin, block};
+use relievo_fluid::{Batch, DeviceFluid, Fluid, FluidOptions, Force, KernelSet, State, TimeStep, basin, block};
 use relievo_testing::device;
 
 const SPACING: f32 = 0.02;
@@ -50,6 +50,98 @@ fn a_step_on_a_device_is_that_of_the_processor() {
         assert!(moved > 0.02 * SPACING && off < 1e-3 * moved, "{off} of {moved}");
         assert!((sent.time_step() / fluid.time_step() - 1.0).abs() < 1e-2);
     }
+}
+
+/// One of each, as strong as gravity.
+fn forces() -> [Force; 6] {
+    let (place, radius) = (Vec3::new(0.1, 0.05, 0.2), 0.15);
+    [
+        Force::Gravity(Vec3::new(1.0, -2.0, 3.0)),
+        Force::Wind { velocity: Vec3::new(2.0, 1.0, 0.0), share: 3.0 },
+        Force::Drag { share: 2.0, square: 40.0 },
+        Force::Vortex { place, axis: Vec3::new(0.0, 1.0, 2.0), strength: 8.0, radius },
+        Force::Attractor { place, strength: 8.0, radius },
+        Force::Turbulence { strength: 8.0, scale: 0.06, rate: 5.0, seed: 7 },
+    ]
+}
+
+#[test]
+fn forces_on_a_device_are_those_of_the_processor_and_what_it_was_given_is_what_it_got() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let mut fluid = dam(FluidOptions::default());
+    fluid.advance(&context, 0.1, |_, _| Ok(())).unwrap();
+    let state = fluid.state();
+    let step = 0.5 * fluid.time_step();
+    for force in forces() {
+        fluid.set_state(state.clone()).unwrap();
+        fluid.set_forces(&[force]).unwrap();
+        let mut sent = DeviceFluid::new(&device, &fluid).unwrap();
+        assert!(sent.state().unwrap() == fluid.state());
+        let (made, expected) = (sent.step(step).unwrap(), fluid.step(&context, step).unwrap());
+        let off = made.given.forces.distance(expected.given.forces) / expected.given.forces.length();
+        let walls = made.given.walls.distance(expected.given.walls) / expected.given.walls.length();
+        println!("{force:?}: {off:.1e} {walls:.1e}");
+        assert!(off < 1e-4 && walls < 1e-2, "{made:?} {expected:?}");
+        let (made, expected) = (places(&sent.state().unwrap()), places(&fluid.state()));
+        let off = made.iter().zip(&expected).map(|(a, b)| a.xyz().distance(b.xyz())).fold(0.0, f32::max);
+        assert!(off < 1e-4 * SPACING, "{force:?} {off}");
+    }
+    fluid.set_state(state).unwrap();
+    fluid.set_forces(&forces()).unwrap();
+    fluid.accelerate(&vec![Vec3::new(3.0, 1.0, 0.0); fluid.len()]).unwrap();
+    let before = fluid.momentum();
+    let mut sent = DeviceFluid::new(&device, &fluid).unwrap();
+    let mut sums = [DVec3::ZERO; 4];
+    let watch = |_: &mut DeviceFluid, done: &relievo_fluid::StepStatistics| {
+        let given = [done.given.gravity, done.given.host, done.given.forces, done.given.walls];
+        sums.iter_mut().zip(given).for_each(|(sum, given)| *sum += given);
+        Ok(())
+    };
+    sent.advance(0.1, watch).unwrap();
+    fluid.set_state(sent.state().unwrap()).unwrap();
+    let gained = (fluid.momentum() - before).as_dvec3();
+    let all: DVec3 = sums.iter().sum();
+    assert!(gained.distance(all) < 1e-3 * sums[0].length(), "{gained} {sums:?}");
+    assert!(sums.iter().all(|sum| sum.length() > 0.1 * sums[0].length()), "{sums:?}");
+}
+
+#[test]
+fn pressures_of_a_device_are_those_that_moved_the_particles() {
+    let Some(device) = device() else { return };
+    let context = Context::serial();
+    let mut fluid = dam(FluidOptions::default());
+    fluid.advance(&context, 0.1, |_, _| Ok(())).unwrap();
+    let mut sent = DeviceFluid::new(&device, &fluid).unwrap();
+    let step = fluid.time_step();
+    fluid.step(&context, step).unwrap();
+    sent.step(step).unwrap();
+    let by_number = |state: &State| {
+        let mut told = vec![[0.0; 2]; state.numbers.len()];
+        let pressures = state.pressures.iter().zip(&state.places).map(|(told, place)| [*told, place.w]);
+        state.numbers.iter().zip(pressures).for_each(|(number, pressures)| told[*number as usize] = pressures);
+        told
+    };
+    let (made, expected) = (by_number(&sent.state().unwrap()), by_number(&fluid.state()));
+    for kind in 0..2 {
+        let most = expected.iter().map(|pressures| pressures[kind]).fold(0.0, f32::max);
+        let off = made.iter().zip(&expected).map(|(a, b)| (a[kind] - b[kind]).abs()).fold(0.0, f32::max);
+        assert!(most > 500.0 && off < 1e-2 * most, "{kind}: {off} of {most}");
+    }
+    // A run that was sent anew after every step goes on as one that was not.
+    let mut other = Fluid::new(fluid.options().clone()).unwrap();
+    other.set_walls(&context, &basin(Vec3::ZERO, Vec3::new(0.8, 0.2, 0.6), SPACING).unwrap()).unwrap();
+    other.set_state(sent.state().unwrap()).unwrap();
+    for _ in 0..5 {
+        let step = sent.time_step();
+        let mut again = DeviceFluid::new(&device, &other).unwrap();
+        let (made, anew) = (sent.step(step).unwrap(), again.step(step).unwrap());
+        assert!(made.corrections.abs_diff(anew.corrections) <= 1, "{made:?} {anew:?}");
+        other.set_state(again.state().unwrap()).unwrap();
+    }
+    let (made, anew) = (places(&sent.state().unwrap()), places(&other.state()));
+    let off = made.iter().zip(&anew).map(|(a, b)| a.xyz().distance(b.xyz())).fold(0.0, f32::max);
+    assert!(off < 1e-2 * SPACING, "{off}");
 }
 
 #[test]

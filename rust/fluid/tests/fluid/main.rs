@@ -5,6 +5,7 @@ mod blind;
 mod body;
 mod device;
 mod device_blind;
+mod device_collider;
 mod fill;
 mod flow;
 mod isosurface;
