@@ -55,12 +55,13 @@ pub struct DeviceFluid {
 
 impl DeviceFluid {
     /// Sends a fluid with its walls, forces and colliders to a device, where colliders go where they are going now. Fails if it
-    /// has particles that do not stay for ever, another solver than PCISPH, or colliders with more than 2,000 triangles within a
-    /// few spacings, and where the device has no memory.
+    /// has particles that do not stay for ever, surface tension, another solver than PCISPH, or colliders with more than 2,000
+    /// triangles within a few spacings, and where the device has no memory.
     pub fn new(device: &Device, fluid: &Fluid) -> Result<Self> {
-        if fluid.is_mortal() || fluid.options().solver != PressureSolver::Pcisph {
+        let is_tense = fluid.options().tension > 0.0;
+        if fluid.is_mortal() || is_tense || fluid.options().solver != PressureSolver::Pcisph {
             return Err(Error::unsupported(
-                "fluids on devices have walls, forces, colliders and PCISPH, but no lifetimes",
+                "fluids on devices have walls, forces, colliders and PCISPH, but no lifetimes and surface tension",
             )
             .advise("use `--device cpu`, or PCISPH without them"));
         }

@@ -47,6 +47,7 @@ mod source;
 mod state;
 mod surface;
 mod sweep;
+mod tension;
 mod wall;
 
 pub use blind::{Classes, Visibility, classify};

@@ -18,6 +18,8 @@ pub struct FluidOptions {
     pub friction: f32,
     /// What pulls particles to each other (Becker, Teschner 2007, Section 3.4), in m⁵/(kg s²); 0 or more.
     pub cohesion: f32,
+    /// Surface tension (Akinci, Akinci, Teschner 2013), in N/m, 0.072 of water; 0 or more. Walls neither attract nor repel.
+    pub tension: f32,
     /// Acceleration of all particles, in m/s².
     pub gravity: Vec3,
     /// The kernels of density and pressure.
@@ -74,6 +76,7 @@ impl Default for FluidOptions {
             viscosity: 1e-3,
             friction: 1e-3,
             cohesion: 0.0,
+            tension: 0.0,
             gravity: Vec3::new(0.0, 0.0, -9.81),
             kernels: KernelSet::Wendland,
             solver: PressureSolver::default(),
@@ -100,7 +103,12 @@ impl FluidOptions {
             ("excess", self.excess.mean),
         ];
         let positive = positive.into_iter().find(|(_, value)| !(*value > 1e-9 && *value < 1e9));
-        let more = [("viscosity", self.viscosity), ("friction", self.friction), ("cohesion", self.cohesion)];
+        let more = [
+            ("viscosity", self.viscosity),
+            ("friction", self.friction),
+            ("cohesion", self.cohesion),
+            ("tension", self.tension),
+        ];
         let more = more.into_iter().find(|(_, value)| !(*value >= 0.0 && *value < 1e9));
         let refuse = |(name, value): (&str, f32), range: &str| {
             Err(Error::invalid(format!("{value} is no {name} of a fluid")).at(name).advise(format!("use {range}")))

@@ -44,7 +44,11 @@ impl Pace {
                 let Constants { kernels, viscosity, friction, .. } = *constants;
                 let viscous =
                     VISCOUS * kernels.support * kernels.support / viscosity.max(friction).max(f32::MIN_POSITIVE);
-                self.share * step.min(most).min(viscous)
+                // That of the shortest waves on the surface (Brackbill, Kothe, Zemach 1992, Equation 61), with the mean density
+                // of the fluid and of nothing.
+                let tension = 4.0 * std::f32::consts::PI * options.tension.max(f32::MIN_POSITIVE);
+                let capillary = (options.density * options.spacing.powi(3) / tension).sqrt();
+                self.share * step.min(most).min(viscous).min(capillary)
             }
         }
     }

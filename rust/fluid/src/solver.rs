@@ -17,6 +17,7 @@ use crate::pcisph::Excess;
 use crate::prepare::{Begin, Found, prepare};
 use crate::state::State;
 use crate::sweep::Sweep;
+use crate::tension::{self, Tension};
 use crate::wall::Wall;
 
 /// What a step did.
@@ -57,6 +58,7 @@ pub struct Fluid {
     advected: Vec<Vec4>,
     slowed: Vec<Vec4>,
     accelerations: Vec<Vec4>,
+    normals: Vec<Vec4>,
     found: Vec<Found>,
     cells: Cells,
     near: Neighbours,
@@ -83,6 +85,7 @@ impl Fluid {
             advected: Vec::new(),
             slowed: Vec::new(),
             accelerations: Vec::new(),
+            normals: Vec::new(),
             found: Vec::new(),
             cells: Cells::default(),
             near: Neighbours::default(),
@@ -335,6 +338,10 @@ impl Fluid {
         };
         prepare(context, &begin, [&mut self.near, &mut self.near_walls], &mut self.found, &mut self.accelerations);
         let now = [places, &self.particles.velocities[..count]];
+        if self.options.tension > 0.0 {
+            let tension = Tension { constants: self.constants, places: all, near: &self.near, found: &self.found };
+            tension::pull(context, &tension, &mut self.normals, &mut self.accelerations);
+        }
         self.forced = force::apply(context, &self.forces, now, self.seconds, &mut self.accelerations);
         Ok(())
     }
@@ -373,5 +380,7 @@ impl Fluid {
 mod bodies;
 pub mod press;
 
+#[cfg(test)]
+mod drops;
 #[cfg(test)]
 mod tests;

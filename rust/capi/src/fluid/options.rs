@@ -76,6 +76,7 @@ pub unsafe fn read_options(options: *const RlvFluidOptions) -> Result<FluidOptio
         viscosity: given.viscosity,
         friction: given.friction,
         cohesion: given.cohesion,
+        tension: usual.tension,
         gravity: given.gravity.into(),
         kernels: numbered("kernels", &KERNELS, given.kernels)?,
         excess: Excess { most: given.max_excess, mean: given.mean_excess },

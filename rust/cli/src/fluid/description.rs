@@ -59,6 +59,7 @@ struct Options {
     viscosity: f32,
     friction: f32,
     cohesion: f32,
+    tension: f32,
     gravity: [f32; 3],
     kernels: String,
     solver: String,
@@ -80,8 +81,9 @@ struct Block {
 
 impl Default for Options {
     fn default() -> Self {
-        let FluidOptions { spacing, density, viscosity, friction, cohesion, gravity, excess, corrections, .. } =
-            FluidOptions::default();
+        let FluidOptions {
+            spacing, density, viscosity, friction, cohesion, tension, gravity, excess, corrections, ..
+        } = FluidOptions::default();
         let excess = [excess.most, excess.mean];
         let TimeStep::Courant { number, most } = FluidOptions::default().time_step else { unreachable!() };
         Self {
@@ -90,6 +92,7 @@ impl Default for Options {
             viscosity,
             friction,
             cohesion,
+            tension,
             gravity: gravity.into(),
             kernels: "wendland".into(),
             solver: "pcisph".into(),
@@ -202,6 +205,7 @@ impl Description {
             viscosity: options.viscosity,
             friction: options.friction,
             cohesion: options.cohesion,
+            tension: options.tension,
             gravity: options.gravity.into(),
             kernels,
             solver,

@@ -111,6 +111,7 @@ fn what_cannot_be_a_fluid_is_refused() {
     refused(&DAM.replace("[[block]]", "[[blok]]"), "perhaps `block` is meant");
     refused(&DAM.replace("spacing = 0.05", "spacing = \"wide\""), "expected f32");
     refused(&DAM.replace("fps = 50", "fps = 0"), "use more than 0.001");
+    refused(&DAM.replace("[fluid]", "[fluid]\ntension = -0.072"), "-0.072 is no tension");
     refused(&DAM.replace("high = [1, 0.3, 0.6]", "high = [1, 0.3, nan]"), "basin");
     refused(&DAM.replace("high = [0.3, 0.3, 0.5]", "high = [3e9, 0.3, 0.5]"), "block 0");
     refused(&DAM.replace("[fluid]", "[fluid]\nkernels = \"none\""), "mueller");

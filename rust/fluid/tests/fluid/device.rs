@@ -227,6 +227,8 @@ fn crowds_find_room_on_a_device_and_what_cannot_be_is_refused() {
     let batch = Batch { places: &[Vec3::ZERO], velocities: &[Vec3::ZERO], lifetime: 1.0, channels: &[] };
     mortal.add_batch(&batch).unwrap();
     assert!(DeviceFluid::new(&device, &mortal).unwrap_err().to_string().contains("lifetimes"));
+    let tense = Fluid::new(FluidOptions { tension: 0.072, ..FluidOptions::default() }).unwrap();
+    assert!(DeviceFluid::new(&device, &tense).unwrap_err().to_string().contains("tension"));
     let empty = Fluid::new(FluidOptions::default()).unwrap();
     let mut sent = DeviceFluid::new(&device, &empty).unwrap();
     assert!(sent.is_empty() && sent.step(0.01).unwrap().seconds == 0.01 && sent.state().unwrap().numbers.is_empty());
