@@ -304,7 +304,9 @@ impl Fluid {
             self.particles.places.iter_mut().for_each(|place| place.w = 0.0);
             return Err(Error::invalid("pressures do not converge")
                 .at(format!("a step of {} s", done.seconds))
-                .advise("take shorter steps, and see whether particles begin in each other or in walls"));
+                .advise(
+                    "take shorter steps, and see whether particles begin in each other, in walls or in colliders",
+                ));
         }
         done.given = self.exchange(context, done.seconds);
         let pulled = self.arrive(done.seconds);
