@@ -101,8 +101,8 @@ impl Emitter {
     }
 
     /// Adds the layers that began between a time and the fluid's own, each where it is by now, but no particle where one is
-    /// already. Returns how many were added.
-    fn emit(&self, fluid: &mut Fluid, since: f64) -> Result<usize> {
+    /// already, nor a layer for which there is no room within the budget. Returns how many were added.
+    fn emit(&self, fluid: &mut Fluid, since: f64, (most, overflow): (usize, Overflow)) -> Result<usize> {
         let now = fluid.seconds().min(self.time[1]);
         // Layers by their numbers, so that each is made in one step alone.
         let number = |time: f64| ((time - self.time[0]).max(0.0) / self.period).ceil();
@@ -114,6 +114,15 @@ impl Emitter {
         let before = fluid.len();
         let mut layer = first;
         while layer < end {
+            if fluid.len() + self.layer() > most {
+                match overflow {
+                    Overflow::Stop => break,
+                    Overflow::Refuse => {
+                        return Err(Error::memory(format!("a fluid would have more than {most} particles"))
+                            .advise("raise the budget, add a sink, give particles a lifetime, or let emitters stop"));
+                    }
+                }
+            }
             let age = (fluid.seconds() - self.time[0] - layer * self.period) as f32;
             let velocities = self.velocities.iter().cycle();
             let moved = self.places.iter().zip(velocities).map(|(place, velocity)| *place + age * *velocity);
@@ -216,19 +225,8 @@ impl Sources {
         let removed = fluid.remove(|particle| gone.get(particle).is_some_and(|gone| *gone));
         let mut added = 0;
         for (number, emitter) in self.emitters.iter().enumerate() {
-            let is_due = fluid.seconds() > emitter.time[0] && since < emitter.time[1];
-            let most = self.budget.unwrap_or(usize::MAX);
-            if is_due && fluid.len() + emitter.layer() > most {
-                match self.overflow {
-                    Overflow::Stop => continue,
-                    Overflow::Refuse => {
-                        return Err(Error::memory(format!("a fluid would have more than {most} particles"))
-                            .at(format!("emitter {number}"))
-                            .advise("raise the budget, add a sink, give particles a lifetime, or let emitters stop"));
-                    }
-                }
-            }
-            added += emitter.emit(fluid, since).map_err(|error| error.at(format!("emitter {number}")))?;
+            let room = (self.budget.unwrap_or(usize::MAX), self.overflow);
+            added += emitter.emit(fluid, since, room).map_err(|error| error.at(format!("emitter {number}")))?;
         }
         Ok([added, removed])
     }
@@ -377,6 +375,13 @@ mod tests {
         assert!(least(&fluid) > 0.02, "{}", least(&fluid));
         let refused = Sources { emitters: vec![mesh()], budget: Some(500), ..Sources::default() };
         assert!(run(&mut fluid, &refused, 0.5).unwrap_err().to_string().contains("emitter 0"));
+        // Layers that begin in the same step are counted one by one.
+        let mut fluid = weightless(0.05);
+        let fast = Emitter::disc(Vec3::ZERO, Vec3::X, 0.2, 100.0, 0.05).unwrap();
+        let (layer, most) = (fast.layer(), Some(2 * fast.layer() + 1));
+        let swift = Sources { emitters: vec![fast], budget: most, overflow: Overflow::Stop, ..Sources::default() };
+        run(&mut fluid, &swift, 0.02).unwrap();
+        assert_eq!(fluid.len(), 2 * layer);
         assert!(Emitter::disc(Vec3::ZERO, Vec3::ZERO, 0.2, 1.0, 0.05).is_err());
         assert!(Emitter::disc(Vec3::ZERO, Vec3::X, 0.2, 0.0, 0.05).is_err());
         assert!(Emitter::disc(Vec3::ZERO, Vec3::X, f32::NAN, 1.0, 0.05).is_err());
