@@ -25,12 +25,15 @@ use relievo_abi::job::*;
 use relievo_abi::layer::*;
 use relievo_abi::level::*;
 use relievo_abi::mesh::*;
+use relievo_abi::particles::*;
 use relievo_abi::procedural::*;
 use relievo_abi::progressive::*;
 use relievo_abi::simplify::*;
 use relievo_abi::stroke::*;
 use relievo_abi::surface::*;
 use relievo_abi::tessellate::*;
+use relievo_core::Context;
+use relievo_particleio::{Channel, Particles, encode_frame};
 
 /// What an output holds that no call may leave a part of.
 const UNTOUCHED: u64 = 0xfedc_ba98_7654_3210;
@@ -55,10 +58,11 @@ struct Handles {
     levels: Vec<u64>,
     fluids: Vec<u64>,
     isosurfaces: Vec<u64>,
+    particles: Vec<u64>,
 }
 
 impl Handles {
-    fn lists(&self) -> [&[u64]; 17] {
+    fn lists(&self) -> [&[u64]; 18] {
         let Self {
             contexts,
             meshes,
@@ -77,6 +81,7 @@ impl Handles {
             levels,
             fluids,
             isosurfaces,
+            particles,
         } = self;
         [
             contexts,
@@ -96,6 +101,7 @@ impl Handles {
             levels,
             fluids,
             isosurfaces,
+            particles,
         ]
     }
 
@@ -104,7 +110,7 @@ impl Handles {
         let list = match bytes.int_in_range(0..=31_u8)? {
             0 => return Ok(0),
             1 => return bytes.arbitrary(),
-            2 => self.lists()[bytes.int_in_range(0..=16)?],
+            2 => self.lists()[bytes.int_in_range(0..=17)?],
             _ => self.lists()[noun],
         };
         if list.is_empty() { Ok(0) } else { bytes.choose(list).copied() }
@@ -966,7 +972,10 @@ fn fluids(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let mesh = RlvMesh { id: handles.pick(bytes, 1)? };
     let mut collider: RlvFluidColliderOptions = sized(bytes)?;
     (collider.contact, collider.is_container) = (bytes.int_in_range(0..=3)?, bytes.int_in_range(0..=2)?);
+    let carried = channel(bytes, &speeds)?;
+    (particles.channels, particles.channel_count) = (&carried, bytes.int_in_range(0..=1)?);
     let mut tap: RlvFluidEmitterOptions = sized(bytes)?;
+    (tap.channels, tap.channel_count) = (&carried, bytes.ratio(1, 4)?.into());
     (tap.shape, tap.speed, tap.radius) = (bytes.int_in_range(0..=3)?, number(bytes)?, number(bytes)?);
     (tap.u, tap.v) = ([number(bytes)?, number(bytes)?, 1.0], [number(bytes)?, 1.0, number(bytes)?]);
     let force = RlvFluidForce {
@@ -1019,6 +1028,133 @@ fn fluids(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let mut surface = RlvIsosurface { id: UNTOUCHED };
     // SAFETY: the output is there.
     let result = unsafe { rlv_fluid_isosurface(fluid, std::ptr::null(), &mut surface) };
+    made(result, surface.id, &mut handles.isosurfaces);
+    Ok(())
+}
+
+/// A channel of particles, of up to three numbers of an array of 24.
+fn channel(bytes: &mut Unstructured, values: &[f32]) -> Result<RlvAttributeArrays> {
+    let mut channel: RlvAttributeArrays = sized(bytes)?;
+    let names = [c"age", c"color", c"velocity", c"blind", c"normal", c""];
+    (channel.name, channel.width) = (bytes.choose(&names)?.as_ptr(), bytes.int_in_range(0..=3)?);
+    (channel.values, channel.value_count) = (values.as_ptr().cast(), count(bytes, 8)?);
+    (channel.domain, channel.type_) = (bytes.ratio(1, 16)?.into(), bytes.ratio(1, 16)?.into());
+    Ok(channel)
+}
+
+/// What particles of fluids carry, states of them that are kept and cut, and states that nobody wrote, behind sums that are right.
+fn states(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let (fluid, other) = (RlvFluid { id: handles.pick(bytes, 15)? }, RlvFluid { id: handles.pick(bytes, 15)? });
+    let values = numbers(bytes, 24)?;
+    let channel = channel(bytes, &values)?;
+    let mut info: RlvAttributeInfo = sized(bytes)?;
+    let (mut index, mut size, mut read) = (bytes.int_in_range(0..=3)?, 0, [0.0_f32; 3 * 64]);
+    // SAFETY: descriptors are sized, and so are their arrays; no channel has more than three numbers but those of states.
+    unsafe {
+        called(rlv_fluid_set_channel(fluid, &channel));
+        called(rlv_fluid_find_channel(fluid, channel.name, &mut index));
+        if called(rlv_fluid_channel_info(fluid, index, &mut info)) && info.width <= 3 {
+            called(rlv_fluid_get_channel(fluid, index, read.as_mut_ptr(), 64, 0));
+        }
+    }
+    // SAFETY: the size is there, and then the bytes.
+    let kept = unsafe {
+        let mut kept = Vec::new();
+        if called(rlv_fluid_save_bytes(fluid, null_mut(), 0, &mut size)) {
+            kept = vec![0_u8; size];
+            assert!(called(rlv_fluid_save_bytes(fluid, kept.as_mut_ptr(), size, &mut size)));
+            assert!(called(rlv_fluid_restore_bytes(fluid, kept.as_ptr(), size)), "what was saved is restored");
+        }
+        kept
+    };
+    let length = if bytes.ratio(1, 4)? { bytes.int_in_range(0..=kept.len())? } else { kept.len() };
+    // SAFETY: so many bytes are there.
+    called(unsafe { rlv_fluid_restore_bytes(other, kept.as_ptr(), length) });
+    let rows: [i8; 12] = bytes.arbitrary()?;
+    let count = bytes.int_in_range(0..=4_usize)?;
+    let places = |from: usize| (0..3 * count).map(|at| f32::from(rows[(at + from) % 12]) / 4.0).collect::<Vec<_>>();
+    let mut state = 2_u32.to_le_bytes().to_vec();
+    if bytes.ratio(7, 8)? {
+        // No description, and 28 bytes of totals; seconds, the acceleration and share, the next number and the count.
+        state.extend([0; 32]);
+        state.extend(f64::from(number(bytes)?).to_le_bytes());
+        state.extend([number(bytes)?, 0.5].iter().flat_map(|value| value.to_le_bytes()));
+        state.extend([bytes.int_in_range(0..=9_u32)?, count as u32].iter().flat_map(|value| value.to_le_bytes()));
+    }
+    if bytes.ratio(1, 2)? {
+        // Lists that may be: what steps begin with, pushes and pressures, births, lifetimes.
+        let some = |at: usize| 0.125 + f32::from(rows[at % 12].unsigned_abs()) / 8.0;
+        state.extend((0..6 * count).flat_map(|at| some(at).to_le_bytes()));
+        state.extend((0..count).flat_map(|at| f64::from(some(at)).to_le_bytes()));
+        state.extend((0..count).flat_map(|at| some(at).to_le_bytes()));
+    }
+    state.extend(bytes.bytes(bytes.len().min(48 * count))?);
+    let frame = Particles {
+        points: places(0).as_chunks().0.to_vec(),
+        spacing: Some(1.0),
+        numbers: Some((0..count as u32).collect()),
+        channels: vec![Channel { name: "velocity".into(), width: 3, values: places(5) }],
+        ..Particles::default()
+    };
+    if let Ok(frame) = encode_frame(&Context::serial(), &frame, Some(&state)) {
+        // SAFETY: so many bytes are there.
+        if called(unsafe { rlv_fluid_restore_bytes(other, frame.as_ptr(), frame.len()) }) {
+            // SAFETY: no output is asked for.
+            called(unsafe { rlv_fluid_step(other, number(bytes)?, null_mut()) });
+        }
+    }
+    Ok(())
+}
+
+/// Particles of arrays and of fluids, those that a surface needs, and files that are not there.
+fn pictures_of_particles(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let context = RlvContext { id: handles.pick(bytes, 0)? };
+    let (points, values) = (numbers(bytes, 24)?, numbers(bytes, 24)?);
+    let ids: [u32; 8] = bytes.arbitrary()?;
+    let channels = [channel(bytes, &values)?, channel(bytes, &values)?];
+    let mut arrays: RlvParticlesArrays = sized(bytes)?;
+    (arrays.has_time, arrays.time) = (bytes.int_in_range(0..=2)?, f64::from(number(bytes)?));
+    (arrays.points, arrays.count, arrays.spacing) = (points.as_ptr(), count(bytes, 8)?, number(bytes)?);
+    arrays.numbers = if bytes.ratio(1, 2)? { ids.as_ptr() } else { null() };
+    (arrays.channels, arrays.channel_count) = (channels.as_ptr(), bytes.int_in_range(0..=2)?);
+    let mut out = RlvParticles { id: UNTOUCHED };
+    // SAFETY: descriptors are sized, and so are their arrays.
+    let result = unsafe { rlv_particles_create(context, &arrays, &mut out) };
+    made(result, out.id, &mut handles.particles);
+    let fluid = RlvFluid { id: handles.pick(bytes, 15)? };
+    let mut out = RlvParticles { id: UNTOUCHED };
+    // SAFETY: the output is there.
+    let result = unsafe { rlv_fluid_particles(fluid, &mut out) };
+    made(result, out.id, &mut handles.particles);
+    let particles = RlvParticles { id: handles.pick(bytes, 17)? };
+    let classes: [u8; 8] = bytes.arbitrary::<[u8; 8]>()?.map(|class| class % 4);
+    let mut out = RlvParticles { id: UNTOUCHED };
+    // SAFETY: the classes are as many as are told.
+    let result = unsafe { rlv_particles_keep(particles, classes.as_ptr(), count(bytes, 8)?, 0, &mut out) };
+    made(result, out.id, &mut handles.particles);
+    let mut out = RlvParticles { id: UNTOUCHED };
+    // SAFETY: the text ends.
+    let result = unsafe { rlv_particles_read(context, c"/nowhere/nothing.bgeo".as_ptr(), &mut out) };
+    made(result, out.id, &mut handles.particles);
+    let mut info: RlvParticlesInfo = sized(bytes)?;
+    let mut told: RlvAttributeInfo = sized(bytes)?;
+    let (mut room, mut numbers) = ([0.0_f32; 4 * 64], [0_u32; 64]);
+    let index = bytes.int_in_range(0..=3)?;
+    // SAFETY: descriptors are sized, arrays have the room that is told, and texts end.
+    unsafe {
+        called(rlv_particles_info(particles, &mut info));
+        called(rlv_particles_get_points(particles, room.as_mut_ptr(), 64, 0));
+        called(rlv_particles_get_numbers(particles, numbers.as_mut_ptr(), 64, 0));
+        called(rlv_particles_channel_info(particles, index, &mut told));
+        called(rlv_particles_get_channel(particles, index, room.as_mut_ptr(), 64, 0));
+        called(rlv_particles_write(particles, c"/nowhere/nothing.ply".as_ptr()));
+        called(rlv_fluid_add_particles(fluid, particles));
+        called(rlv_fluid_save(fluid, c"/nowhere/nothing.rlvfluid".as_ptr()));
+        called(rlv_fluid_restore(fluid, c"/nowhere/nothing.rlvfluid".as_ptr()));
+    }
+    let mut surface = RlvIsosurface { id: UNTOUCHED };
+    // SAFETY: the output is there.
+    let result = unsafe { rlv_particles_isosurface(particles, null(), &mut surface) };
     made(result, surface.id, &mut handles.isosurfaces);
     Ok(())
 }
@@ -1169,8 +1305,10 @@ fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
             (14, false) => rlv_level_release(RlvLevel { id }),
             (15, true) => rlv_fluid_retain(RlvFluid { id }),
             (15, false) => rlv_fluid_release(RlvFluid { id }),
-            (_, true) => rlv_isosurface_retain(RlvIsosurface { id }),
-            (_, false) => rlv_isosurface_release(RlvIsosurface { id }),
+            (16, true) => rlv_isosurface_retain(RlvIsosurface { id }),
+            (16, false) => rlv_isosurface_release(RlvIsosurface { id }),
+            (_, true) => rlv_particles_retain(RlvParticles { id }),
+            (_, false) => rlv_particles_release(RlvParticles { id }),
         }
     }
 }
@@ -1184,7 +1322,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let result = unsafe { rlv_context_create(&options, &mut out) };
     made(result, out.id, &mut handles.contexts);
     while !bytes.is_empty() {
-        match bytes.int_in_range(0..=27_u8)? {
+        match bytes.int_in_range(0..=29_u8)? {
             0..=2 => create_mesh(bytes, handles)?,
             3 => read_mesh(bytes, handles)?,
             4..=5 => use_surface(bytes, handles)?,
@@ -1203,8 +1341,10 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             23..=24 => levels(bytes, handles)?,
             25 => fluids(bytes, handles)?,
             26 => isosurfaces(bytes, handles)?,
+            27 => states(bytes, handles)?,
+            28 => pictures_of_particles(bytes, handles)?,
             _ => {
-                let noun = bytes.int_in_range(0..=16)?;
+                let noun = bytes.int_in_range(0..=17)?;
                 let id = handles.pick(bytes, noun)?;
                 called(count_reference(noun, id, bytes.ratio(1, 3)?));
             }
