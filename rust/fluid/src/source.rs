@@ -53,8 +53,10 @@ impl Emitter {
             && normal != Vec3::ZERO
             && middle.is_finite())
         {
-            return Err(Error::invalid("an emitter has no sides from one spacing to a few thousand")
-                .advise("give it a larger radius or sides that are not parallel"));
+            let [long, wide] = [u, v].map(|side| 2.0 * side.length());
+            let what = format!("an emitter of {long} m by {wide} m has no layer of particles {spacing} m apart");
+            return Err(Error::invalid(what)
+                .advise("give it sides of half a spacing to a few thousand, and not parallel, or a normal"));
         }
         let part = |number: u32, count: f32| (2.0 * number as f32 + 1.0) / count - 1.0;
         let rows = (0..count[1] as u32).flat_map(|y| (0..count[0] as u32).map(move |x| (x, y)));
@@ -98,6 +100,11 @@ impl Emitter {
     /// How many particles a layer has.
     pub fn layer(&self) -> usize {
         self.places.len()
+    }
+
+    /// How many particles it makes in a second, where nothing is in their way.
+    pub fn rate(&self) -> f64 {
+        self.layer() as f64 / self.period
     }
 
     /// Adds the layers that began between a time and the fluid's own, each where it is by now, but no particle where one is
@@ -319,7 +326,7 @@ mod tests {
                 let (points, mut triangles) = polygon(corners, radius);
                 let area = 0.5 * corners as f32 * radius * radius * (TAU / corners as f32).sin();
                 let emitter = Emitter::mesh(&points, &triangles, speed, spacing).unwrap();
-                let flow = emitter.layer() as f64 * f64::from(spacing).powi(3) / emitter.period;
+                let flow = emitter.rate() * f64::from(spacing).powi(3);
                 let due = f64::from(area * speed);
                 assert!((flow / due - 1.0).abs() < 1e-4, "{corners} {size}: {flow} {due}");
                 // What is whole is as a lattice of it, and layers are as far apart as particles.
@@ -343,7 +350,7 @@ mod tests {
         // A surface that is not flat too.
         let (points, triangles) = crate::sphere(Vec3::ZERO, 0.2);
         let emitter = Emitter::mesh(&points, &triangles, speed, spacing).unwrap();
-        let flow = emitter.layer() as f64 * f64::from(spacing).powi(3) / emitter.period;
+        let flow = emitter.rate() * f64::from(spacing).powi(3);
         assert!((flow / (f64::from(speed) * 2.0 * f64::from(TAU) * 0.04) - 1.0).abs() < 0.01, "{flow}");
     }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use relievo_core::{Context, Error, Result, file};
-use relievo_fluid::Checkpoint;
+use relievo_fluid::{Checkpoint, Emitter};
 use relievo_particleio::{Format, Particles, read_frame};
 use serde_json::{Value, json};
 
@@ -82,6 +82,8 @@ fn begun(context: &Context, path: &Path) -> Result<Value> {
     value["triangles_of_colliders"] = json!(triangles.sum::<usize>());
     value["bodies"] = json!(play.bodies.len());
     value["emitters"] = json!(play.sources.emitters.len());
+    let rates = play.sources.emitters.iter().map(Emitter::rate);
+    value["emitted_a_second"] = json!(rates.sum::<f64>().round() as u64);
     value["sinks"] = json!(play.sources.sinks.len());
     Ok(value)
 }

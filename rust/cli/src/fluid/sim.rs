@@ -183,6 +183,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let named = |error: Error| error.at(arguments.description.display().to_string());
     let mut play = description.play(&context).map_err(named)?;
     let mut fluid = description.begin(&context, &mut play).map_err(named)?;
+    if fluid.is_empty() && play.sources.emitters.is_empty() {
+        let path = arguments.description.display();
+        eprintln!("note: {path}: there is no fluid; give it a block, a fill or an emitter");
+    }
     let format = arguments.format.format();
     let device = device(arguments.device, arguments.adapter.as_deref(), arguments.limits.memory_limit)?;
     // The bits of frames are a device's own.

@@ -16,6 +16,11 @@ fn colliders_emitters_sinks_and_forces_act_in_the_example() {
         relievo(folder.path(), &["fluid", "sim", "mill.toml", "-o", "frames", "--restart"])
     };
     let done = run(&short);
+    let info = relievo(folder.path(), &["fluid", "info", "--json", "mill.toml"]);
+    let begun: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+    // Layers of 9 particles, a spacing apart, at 2 m/s.
+    let found = ["particles", "colliders", "bodies", "emitted_a_second"].map(|key| begun[key].as_u64());
+    assert_eq!(found, [768, 1, 1, 360].map(Some), "{begun}");
     let count = |done: &Output| -> u32 { text(&done.stdout).split(' ').next().unwrap().parse().unwrap() };
     // 24 by 8 by 4 that rest, and 6 layers of a jet.
     assert!(done.status.success() && count(&done) >= 768 + 6 * 4, "{done:?}");
@@ -31,6 +36,7 @@ fn colliders_emitters_sinks_and_forces_act_in_the_example() {
     refused("friction = 0.2", "contact = \"glue\"", "slip or stop");
     refused("time = 1.4", "time = 0.4", "collider 0: keys");
     refused("speed = 2", "speed = 0", "emitter 0");
+    refused("radius = 0.08", "radius = 0.001", "no layer of particles 0.05 m apart");
     refused("particles = 40000\nstop = true", "particles = 780", "budget");
     refused("kind = \"wind\"", "kind = \"magic\"", "magic");
     refused("density = 600", "density = 0", "body 0");
