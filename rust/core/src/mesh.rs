@@ -242,14 +242,10 @@ impl Mesh {
                         .at(format!("{}, corner {corner}", place())));
                 }
             }
-            if let Values::F32(numbers) = &attribute.values {
-                if let Some(at) = numbers.iter().position(|value| !value.is_finite()) {
-                    return Err(Error::invalid("a number is not finite").at(format!(
-                        "{}, value {}",
-                        place(),
-                        at / width
-                    )));
-                }
+            if let Values::F32(numbers) = &attribute.values
+                && let Some(at) = numbers.iter().position(|value| !value.is_finite())
+            {
+                return Err(Error::invalid("a number is not finite").at(format!("{}, value {}", place(), at / width)));
             }
         }
         Ok(())
@@ -300,7 +296,8 @@ mod tests {
 
     #[test]
     fn every_kind_of_bad_mesh_is_refused_with_its_place() {
-        let cases: [(fn(&mut Mesh), &str); 9] = [
+        type Change = fn(&mut Mesh);
+        let cases: [(Change, &str); 9] = [
             (|mesh| mesh.points.clear(), "empty"),
             (|mesh| mesh.points[2][1] = f32::NAN, "point 2"),
             (|mesh| mesh.corners[3] = 4, "face 0, corner 3"),
