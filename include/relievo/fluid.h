@@ -69,11 +69,12 @@ typedef struct RlvFluidOptions {
     float courant;            /* part of the spacing that the fastest particle goes in a step; 1e-9 to 1e9 */
     float step;               /* length of a step at most, or of all that are fixed, seconds; 1e-9 to 1e9 */
     uint32_t solver;          /* RlvFluidSolver */
+    float tension; /* surface tension (Akinci, Akinci, Teschner 2013), N/m, 0.072 of water; 0 to 1e9 */
 } RlvFluidOptions;
 
 #define RLV_FLUID_OPTIONS_INIT                                                                                \
     {sizeof(RlvFluidOptions), RLV_FLUID_WENDLAND, 0.02f, 1000.0f, 0.001f, 0.001f, 0.0f, {0.0f, 0.0f, -9.81f}, 0.01f, \
-     0.001f, 3, 100, RLV_FLUID_COURANT, 0.4f, 0.005f, RLV_FLUID_PCISPH}
+     0.001f, 3, 100, RLV_FLUID_COURANT, 0.4f, 0.005f, RLV_FLUID_PCISPH, 0.0f}
 
 typedef struct RlvFluidInfo {
     uint32_t struct_size;

@@ -108,7 +108,7 @@ class Simulation:
         self.spacing, self.fps = options.spacing, scene.render.fps / scene.render.fps_base
         box = Shape(domain, depsgraph).points
         self.low, self.high = box.min(0), box.max(0)
-        self.options = {name: getattr(options, name) for name in ("spacing", "viscosity", "friction", "cohesion")}
+        self.options = {name: getattr(options, name) for name in ("spacing", "viscosity", "friction", "cohesion", "tension")}
         self.options["gravity"] = tuple(scene.gravity) if scene.use_gravity else (0.0, 0.0, 0.0)
         self.fills = [(Shape(one, depsgraph), tuple(one.relievo.fluid.velocity)) for one in of_role(scene, "FILL")]
         self.pourings = [Pouring(one) for one in of_role(scene, "EMITTER")]

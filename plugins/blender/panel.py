@@ -210,7 +210,7 @@ class RELIEVO_PT_fluid(Panel, bpy.types.Panel):
                 column.prop(options, "slide")
         if options.role != "DOMAIN":
             return
-        for name in ("spacing", "viscosity", "friction", "cohesion"):
+        for name in ("spacing", "viscosity", "friction", "cohesion", "tension"):
             column.prop(options, name)
         column.operator("relievo.fluid_simulate")
         if not options.cache:

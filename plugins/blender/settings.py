@@ -238,6 +238,9 @@ class RelievoFluid(bpy.types.PropertyGroup):
     cohesion: bpy.props.FloatProperty(
         name="Cohesion", description="What pulls particles to each other, m⁵/(kg s²)", min=0, default=0, precision=4
     )
+    tension: bpy.props.FloatProperty(
+        name="Surface tension", description="Newtons a metre, 0.072 of water", min=0, soft_max=1, default=0, precision=4
+    )
     velocity: bpy.props.FloatVectorProperty(
         name="Velocity", description="Of what fills or pours, in the world", size=3, subtype="VELOCITY", unit="VELOCITY"
     )

@@ -356,6 +356,35 @@ static void check_sources(RlvContext context) {
     CHECK_OK(rlv_fluid_release(fluid));
 }
 
+/* A cube of water without weight gets round by its surface tension: the corners come nearer to the middle. */
+static void check_tension(RlvContext context) {
+    static float points[DAM][3];
+    const float cube[3] = {0.008f, 0.008f, 0.008f};
+    float farthest[2] = {0, 0};
+    for (int k = 0; k < 2; ++k) {
+        RlvFluidOptions options = RLV_FLUID_OPTIONS_INIT;
+        RlvFluidArrays arrays = RLV_FLUID_ARRAYS_INIT;
+        options.spacing = 0.001f;
+        options.gravity[2] = 0.0f;
+        options.tension = k == 1 ? 0.072f : 0.0f;
+        RlvFluid fluid = make(context, &options);
+        CHECK_OK(rlv_fluid_add_box(fluid, low, cube, NULL));
+        CHECK_OK(rlv_fluid_advance(fluid, 0.01, NULL, NULL, NULL));
+        arrays.capacity = DAM;
+        arrays.points = points[0];
+        CHECK_OK(rlv_fluid_get(fluid, &arrays));
+        for (int at = 0; at < DAM; ++at) {
+            float square = 0;
+            for (int axis = 0; axis < 3; ++axis) {
+                square += (points[at][axis] - 0.004f) * (points[at][axis] - 0.004f);
+            }
+            farthest[k] = square > farthest[k] ? square : farthest[k];
+        }
+        CHECK_OK(rlv_fluid_release(fluid));
+    }
+    CHECK(sqrtf(farthest[1]) < 0.95f * sqrtf(farthest[0]));
+}
+
 static void check_refused(RlvContext context) {
     RlvFluid fluid = make(context, NULL), untouched = {77};
     RlvFluidOptions options = RLV_FLUID_OPTIONS_INIT;
@@ -375,6 +404,9 @@ static void check_refused(RlvContext context) {
     options.steps = 2;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_create(context, &options, &untouched), "steps");
     options.steps = 0;
+    options.tension = -1.0f;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_create(context, &options, &untouched), "tension");
+    options.tension = 0.0f;
     options.solver = 2;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_create(context, &options, &untouched), "solver");
     options.solver = RLV_FLUID_DFSPH;
@@ -453,6 +485,7 @@ int main(void) {
     check_moving_walls(context);
     check_colliders(context);
     check_sources(context);
+    check_tension(context);
     check_refused(context);
     CHECK_OK(rlv_context_release(context));
     return 0;

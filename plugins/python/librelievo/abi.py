@@ -1493,6 +1493,7 @@ class RlvFluidOptions(Structure):
         ("courant", c_float),
         ("step", c_float),
         ("solver", c_uint32),
+        ("tension", c_float),
     ]
 
 
@@ -1910,7 +1911,7 @@ INIT = {
     RlvIsosurfaceTable: (ctypes.sizeof(RlvIsosurfaceTable), 0, None, None, (0,), (0,),),
     RlvParticlesArrays: (ctypes.sizeof(RlvParticlesArrays), 0, 0.0, 0.0, 0, 0, None, 0, None, 0, None, 0, 0,),
     RlvParticlesInfo: (ctypes.sizeof(RlvParticlesInfo), 0, 0, 0, 0, 0.0, 0.0, 0,),
-    RlvFluidOptions: (ctypes.sizeof(RlvFluidOptions), 0, 0.02, 1000.0, 0.001, 0.001, 0.0, (0.0, 0.0, -9.81,), 0.01, 0.001, 3, 100, 0, 0.4, 0.005, 0,),
+    RlvFluidOptions: (ctypes.sizeof(RlvFluidOptions), 0, 0.02, 1000.0, 0.001, 0.001, 0.0, (0.0, 0.0, -9.81,), 0.01, 0.001, 3, 100, 0, 0.4, 0.005, 0, 0.0,),
     RlvFluidInfo: (ctypes.sizeof(RlvFluidInfo), 0, 0, 0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0,), 0.0,),
     RlvFluidParticles: (ctypes.sizeof(RlvFluidParticles), 0.0, 0, None, 0, None, 0, (0.0, 0.0, 0.0,), 0, None, 0, 0,),
     RlvFluidArrays: (ctypes.sizeof(RlvFluidArrays), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),

@@ -30,6 +30,7 @@ descriptor! {
         courant: f32,
         step: f32,
         solver: u32,
+        tension: f32,
     }
 }
 
@@ -60,6 +61,7 @@ pub unsafe fn read_options(options: *const RlvFluidOptions) -> Result<FluidOptio
         courant,
         step,
         solver: RLV_FLUID_PCISPH,
+        tension: usual.tension,
     };
     // SAFETY: promised by the caller.
     let given = unsafe { read_optional(options, default) }?;
@@ -76,7 +78,7 @@ pub unsafe fn read_options(options: *const RlvFluidOptions) -> Result<FluidOptio
         viscosity: given.viscosity,
         friction: given.friction,
         cohesion: given.cohesion,
-        tension: usual.tension,
+        tension: given.tension,
         gravity: given.gravity.into(),
         kernels: numbered("kernels", &KERNELS, given.kernels)?,
         excess: Excess { most: given.max_excess, mean: given.mean_excess },
