@@ -1,5 +1,7 @@
 //! Where particles come from while a fluid is simulated, and where they go: emitters and sinks.
 
+use std::collections::HashMap;
+
 use glam::{Vec3, Vec4Swizzles};
 use relievo_core::{Error, Result};
 
@@ -169,10 +171,24 @@ fn covered(points: &[Vec3], triangles: &[[u32; 3]], spacing: f32) -> Result<(Vec
 fn free(fluid: &Fluid, places: &[Vec3], radius: f32) -> Vec<bool> {
     let low = places.iter().fold(Vec3::INFINITY, |low, place| low.min(*place)) - radius;
     let high = places.iter().fold(Vec3::NEG_INFINITY, |high, place| high.max(*place)) + radius;
+    // A little wider than the radius, as numbers are rounded; what is 2³¹ cells away is in the last.
+    let cell = |place: Vec3| ((place - low) / (1.01 * radius)).floor().to_array().map(|at| i64::from(at as i32));
+    let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
+    for (number, place) in places.iter().enumerate() {
+        cells.entry(cell(*place)).or_default().push(number);
+    }
+    let mut is_free = vec![true; places.len()];
     let is_near = |place: &Vec3| place.cmpge(low).all() && place.cmple(high).all();
-    let near: Vec<Vec3> = fluid.places().iter().map(|place| place.xyz()).filter(is_near).collect();
-    let is_free = |place: &Vec3| near.iter().all(|other| other.distance_squared(*place) >= radius * radius);
-    places.iter().map(is_free).collect()
+    for other in fluid.places().iter().map(|place| place.xyz()).filter(is_near) {
+        let [x, y, z] = cell(other);
+        for around in 0..27 {
+            let beside = [x + around % 3 - 1, y + around / 3 % 3 - 1, z + around / 9 - 1];
+            for number in cells.get(&beside).into_iter().flatten() {
+                is_free[*number] &= other.distance_squared(places[*number]) >= radius * radius;
+            }
+        }
+    }
+    is_free
 }
 
 /// What takes particles away.
