@@ -18,6 +18,8 @@ const TAKEN: f32 = 0.6;
 const CLOSEST: f64 = 0.7;
 /// Layers that an emitter makes in a step, at most.
 const MOST: f64 = 4096.0;
+/// Places of them, at most.
+const MOST_PLACES: f64 = 67_108_864.0;
 
 /// What particles are emitted from: one layer after the other, each about as far from the one before as the spacing.
 pub struct Emitter {
@@ -116,7 +118,7 @@ impl Emitter {
         // Layers by their numbers, so that each is made in one step alone.
         let number = |time: f64| ((time - self.time[0]).max(0.0) / self.period).ceil();
         let (first, end) = (number(since), if now > self.time[0] { number(now) } else { 0.0 });
-        if end - first > MOST {
+        if end - first > MOST || (end - first) * self.layer() as f64 > MOST_PLACES {
             return Err(Error::invalid(format!("an emitter would make {} layers in a step", end - first))
                 .advise("let its particles be slower, or steps shorter"));
         }
