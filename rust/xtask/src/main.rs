@@ -1,6 +1,7 @@
 //! What a contributor types: `cargo xtask setup`, `demo`, `test`, `bench`, and what makes packages and pages.
 
 mod bench;
+mod bindings;
 mod blender;
 mod comparison;
 mod demo;
@@ -75,6 +76,12 @@ enum Task {
     },
     /// Tests USD against OpenUSD and Blender
     Usd,
+    /// Writes the declarations that are made from C headers
+    Bindings {
+        /// Compares them with the headers and writes none
+        #[arg(long)]
+        check: bool,
+    },
     /// Writes a page for each noun of the C ABI, and fails where something is left unsaid
     Docs,
     /// Makes the archives and the Debian packages, and the zip files for Blender
@@ -107,6 +114,7 @@ fn main() -> ExitCode {
         Task::Wheel => wheel::run(),
         Task::Comparison { sheet } => comparison::run(sheet.as_deref()),
         Task::Usd => usd::run(),
+        Task::Bindings { check } => bindings::run(check),
         Task::Docs => docs::run(),
         Task::Dist { test } => dist::run(test),
         Task::Notices { file } => licences::write(&file),

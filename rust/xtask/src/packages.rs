@@ -27,6 +27,8 @@ pub const ALL: &[&str] = &[
     "openimageio-tools",
     "libopenimageio-dev",
     "libembree-dev",
+    "libclang1-14",
+    "libclang-common-14-dev",
     "libtbb-dev",
     "abigail-tools",
     "python3-numpy",
@@ -39,6 +41,10 @@ pub const ALL: &[&str] = &[
     "xvfb",
     "xauth",
 ];
+
+/// What `cargo xtask bindings` needs: the headers of Embree, and the C parser with its own headers. `libclang-dev` has
+/// these too, and 220 MB more.
+pub const BINDINGS: &[&str] = &["libembree-dev", "libclang1-14", "libclang-common-14-dev"];
 
 /// Package lists older than this are fetched again before an installation.
 const STALE: Duration = Duration::from_secs(7 * 24 * 3600);

@@ -1,11 +1,14 @@
 //! An Embree device: what scenes and geometries are made from.
 
-use std::ffi::{CStr, c_char, c_int, c_void};
+use std::ffi::{CStr, c_char, c_void};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use relievo_core::{Error, Result};
 
-use crate::abi::{DeviceHandle, GeometryHandle, SceneHandle};
+use crate::abi::{
+    RTCBufferType, RTCBuildQuality, RTCDevice, RTCError, RTCFormat, RTCGeometry, RTCGeometryType, RTCScene,
+    RTCSceneFlags,
+};
 use crate::table::{Table, table};
 
 /// An Embree device. Cloning it is cheap and shares it. It works on the threads that call it and starts none.
@@ -16,7 +19,7 @@ pub struct Device {
 
 struct Inner {
     table: &'static Table,
-    handle: DeviceHandle,
+    handle: RTCDevice,
     message: Box<Message>,
 }
 
@@ -28,7 +31,7 @@ unsafe impl Send for Inner {}
 // SAFETY: as above.
 unsafe impl Sync for Inner {}
 
-unsafe extern "C" fn note_error(user: *mut c_void, code: c_int, message: *const c_char) {
+unsafe extern "C" fn note_error(user: *mut c_void, code: RTCError, message: *const c_char) {
     // SAFETY: `user` is the device's message, which outlives the device; Embree passes a terminated string or null.
     let (slot, text) = unsafe {
         let text = if message.is_null() { "".into() } else { CStr::from_ptr(message).to_string_lossy() };
@@ -49,24 +52,25 @@ impl Device {
                 let made = std::sync::atomic::AtomicPtr::new(std::ptr::null_mut());
                 arena.run(&|| {
                     // SAFETY: the configuration is a terminated string.
-                    let handle = unsafe { (table.new_device)(c"set_affinity=0".as_ptr()) };
+                    let handle = unsafe { table.embree.rtcNewDevice(c"set_affinity=0".as_ptr()) };
                     made.store(handle, std::sync::atomic::Ordering::Release);
                 });
                 made.into_inner()
             }
             // Where Embree brings its own scheduler, its option concerns nobody else.
             // SAFETY: the configuration is a terminated string.
-            None => unsafe { (table.new_device)(c"threads=1,set_affinity=0".as_ptr()) },
+            None => unsafe { table.embree.rtcNewDevice(c"threads=1,set_affinity=0".as_ptr()) },
         };
         if handle.is_null() {
             // SAFETY: a null device asks for the error of device creation.
-            let code = unsafe { (table.device_error)(std::ptr::null_mut()) };
+            let code = unsafe { table.embree.rtcGetDeviceError(std::ptr::null_mut()) };
             return Err(Error::internal(format!("Embree makes no device (its error {code})")));
         }
         let message = Box::new(Message::default());
         // SAFETY: the message is boxed and lives as long as the device.
         unsafe {
-            (table.set_error_function)(handle, Some(note_error), std::ptr::from_ref(&*message).cast_mut().cast());
+            let message = std::ptr::from_ref(&*message).cast_mut().cast();
+            table.embree.rtcSetDeviceErrorFunction(handle, Some(note_error), message);
         }
         Ok(Self { inner: Arc::new(Inner { table, handle, message }) })
     }
@@ -84,14 +88,14 @@ impl Device {
         }
     }
 
-    pub(crate) fn scene(&self, flags: c_int, quality: c_int) -> Result<SceneOwner> {
-        let table = self.table();
+    pub(crate) fn scene(&self, flags: RTCSceneFlags, quality: RTCBuildQuality) -> Result<SceneOwner> {
+        let embree = &self.table().embree;
         // SAFETY: the device is alive, and so is the scene it returns unless null.
         let handle = unsafe {
-            let handle = (table.new_scene)(self.inner.handle);
+            let handle = embree.rtcNewScene(self.inner.handle);
             if !handle.is_null() {
-                (table.set_scene_flags)(handle, flags);
-                (table.set_scene_quality)(handle, quality);
+                embree.rtcSetSceneFlags(handle, flags);
+                embree.rtcSetSceneBuildQuality(handle, quality);
             }
             handle
         };
@@ -100,9 +104,9 @@ impl Device {
         if owner.handle.is_null() { Err(Error::memory("Embree makes no scene")) } else { Ok(owner) }
     }
 
-    pub(crate) fn geometry(&self, kind: c_int) -> Result<GeometryOwner> {
+    pub(crate) fn geometry(&self, kind: RTCGeometryType) -> Result<GeometryOwner> {
         // SAFETY: the device is alive.
-        let handle = unsafe { (self.table().new_geometry)(self.inner.handle, kind) };
+        let handle = unsafe { self.table().embree.rtcNewGeometry(self.inner.handle, kind) };
         self.check()?;
         let owner = GeometryOwner { device: self.clone(), handle };
         if owner.handle.is_null() { Err(Error::memory("Embree makes no geometry")) } else { Ok(owner) }
@@ -118,14 +122,14 @@ impl std::fmt::Debug for Device {
 impl Drop for Inner {
     fn drop(&mut self) {
         // SAFETY: scenes and geometries hold the device, so none is left; the callback's data dies after the device.
-        unsafe { (self.table.release_device)(self.handle) }
+        unsafe { self.table.embree.rtcReleaseDevice(self.handle) }
     }
 }
 
 /// A reference to an Embree scene.
 pub(crate) struct SceneOwner {
     pub device: Device,
-    pub handle: SceneHandle,
+    pub handle: RTCScene,
 }
 
 // SAFETY: Embree scenes are not bound to a thread.
@@ -137,7 +141,7 @@ impl Drop for SceneOwner {
     fn drop(&mut self) {
         if !self.handle.is_null() {
             // SAFETY: this owner holds one reference.
-            unsafe { (self.device.table().release_scene)(self.handle) }
+            unsafe { self.device.table().embree.rtcReleaseScene(self.handle) }
         }
     }
 }
@@ -145,7 +149,7 @@ impl Drop for SceneOwner {
 /// A reference to an Embree geometry.
 pub(crate) struct GeometryOwner {
     pub device: Device,
-    pub handle: GeometryHandle,
+    pub handle: RTCGeometry,
 }
 
 // SAFETY: Embree geometries are not bound to a thread.
@@ -157,20 +161,21 @@ impl Drop for GeometryOwner {
     fn drop(&mut self) {
         if !self.handle.is_null() {
             // SAFETY: this owner holds one reference.
-            unsafe { (self.device.table().release_geometry)(self.handle) }
+            unsafe { self.device.table().embree.rtcReleaseGeometry(self.handle) }
         }
     }
 }
 
 impl GeometryOwner {
     /// Makes a buffer of `count` items of `stride` bytes, which may be a power of two above the item, and fills it.
-    pub fn fill<T: Copy>(&self, kind: c_int, format: c_int, items: &[T]) -> Result<()> {
+    pub fn fill<T: Copy>(&self, kind: RTCBufferType, format: RTCFormat, items: &[T]) -> Result<()> {
         if items.is_empty() {
             return Ok(());
         }
         let stride = size_of::<T>();
+        let embree = &self.device.table().embree;
         // SAFETY: the geometry is alive.
-        let data = unsafe { (self.device.table().new_buffer)(self.handle, kind, 0, format, stride, items.len()) };
+        let data = unsafe { embree.rtcSetNewGeometryBuffer(self.handle, kind, 0, format, stride, items.len()) };
         self.device.check()?;
         if data.is_null() {
             return Err(Error::memory(format!("Embree has no room for {} items of {stride} bytes", items.len())));

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use relievo_core::{Error, Result};
 
-use crate::abi::{self, Hit8Record, HitRecord, Ray8Record, RayHit8Record, RayHitRecord, RayRecord, Valid8};
+use crate::abi::{self, INVALID_ID, RTCHit, RTCHit8, RTCRay, RTCRay8, RTCRayHit, RTCRayHit8, Valid8};
 use crate::device::{Device, GeometryOwner, SceneOwner};
 
 /// A ray. `direction` need not have unit length; distances are multiples of it.
@@ -101,20 +101,21 @@ const IDENTITY: [f32; 12] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0
 impl Scene {
     /// An empty scene.
     pub fn new(device: &Device) -> Result<Self> {
-        let top = device.scene(abi::SCENE_ROBUST, abi::QUALITY_LOW)?;
+        let top = device.scene(abi::RTC_SCENE_FLAG_ROBUST, abi::RTC_BUILD_QUALITY_LOW)?;
         Ok(Self { device: device.clone(), top, objects: BTreeMap::new(), next: 0, dirty: true })
     }
 
     /// Adds an object without meshes at the identity.
     pub fn add_object(&mut self) -> Result<ObjectId> {
-        let table = self.device.table();
+        let embree = &self.device.table().embree;
         let id = self.next;
-        let scene = self.device.scene(abi::SCENE_ROBUST | abi::SCENE_DYNAMIC, abi::QUALITY_LOW)?;
-        let instance = self.device.geometry(abi::geometry::INSTANCE)?;
+        let scene =
+            self.device.scene(abi::RTC_SCENE_FLAG_ROBUST | abi::RTC_SCENE_FLAG_DYNAMIC, abi::RTC_BUILD_QUALITY_LOW)?;
+        let instance = self.device.geometry(abi::RTC_GEOMETRY_TYPE_INSTANCE)?;
         // SAFETY: all handles are alive; Embree keeps references of its own.
         unsafe {
-            (table.set_instanced)(instance.handle, scene.handle);
-            (table.attach)(self.top.handle, instance.handle, id);
+            embree.rtcSetGeometryInstancedScene(instance.handle, scene.handle);
+            embree.rtcAttachGeometryByID(self.top.handle, instance.handle, id);
         }
         self.device.check()?;
         self.objects.insert(id, Object { scene, instance, meshes: BTreeMap::new(), dirty: true, stretch: 1.0 });
@@ -128,7 +129,7 @@ impl Scene {
     pub fn remove_object(&mut self, object: ObjectId) -> Result<()> {
         self.object(object)?;
         // SAFETY: the object is attached under its id.
-        unsafe { (self.device.table().detach)(self.top.handle, object.0) };
+        unsafe { self.device.table().embree.rtcDetachGeometry(self.top.handle, object.0) };
         self.objects.remove(&object.0);
         self.dirty = true;
         self.device.check()
@@ -149,11 +150,11 @@ impl Scene {
             object.stretch = stretch;
         }
         let instance = self.object(object)?.instance.handle;
-        let table = self.device.table();
+        let embree = &self.device.table().embree;
         // SAFETY: the instance is alive and twelve floats are read.
         unsafe {
-            (table.set_transform)(instance, 0, abi::format::FLOAT3X4_COLUMN_MAJOR, columns.as_ptr().cast());
-            (table.commit_geometry)(instance);
+            embree.rtcSetGeometryTransform(instance, 0, abi::RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns.as_ptr().cast());
+            embree.rtcCommitGeometry(instance);
         }
         self.dirty = true;
         self.device.check()
@@ -165,7 +166,7 @@ impl Scene {
     /// A triangle names a point that does not exist, or memory runs out.
     pub fn set_mesh(&mut self, object: ObjectId, mesh: u32, points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<()> {
         self.remove_mesh(object, mesh)?;
-        if mesh == abi::INVALID_ID || u32::try_from(triangles.len()).is_err() {
+        if mesh == INVALID_ID || u32::try_from(triangles.len()).is_err() {
             return Err(Error::invalid("a mesh has too large a number or too many triangles"));
         }
         check_points(points)?;
@@ -176,17 +177,18 @@ impl Scene {
         if triangles.is_empty() {
             return Ok(());
         }
-        let table = self.device.table();
-        let geometry = self.device.geometry(abi::geometry::TRIANGLE)?;
-        geometry.fill(abi::buffer::VERTEX, abi::format::FLOAT3, &padded(points))?;
-        geometry.fill(abi::buffer::INDEX, abi::format::UINT3, triangles)?;
+        let embree = &self.device.table().embree;
+        let geometry = self.device.geometry(abi::RTC_GEOMETRY_TYPE_TRIANGLE)?;
+        geometry.fill(abi::RTC_BUFFER_TYPE_VERTEX, abi::RTC_FORMAT_FLOAT3, &padded(points))?;
+        geometry.fill(abi::RTC_BUFFER_TYPE_INDEX, abi::RTC_FORMAT_UINT3, triangles)?;
         let scene = self.object(object)?.scene.handle;
-        let quality = if triangles.len() <= SMALL_MESH { abi::QUALITY_MEDIUM } else { abi::QUALITY_LOW };
+        let quality =
+            if triangles.len() <= SMALL_MESH { abi::RTC_BUILD_QUALITY_MEDIUM } else { abi::RTC_BUILD_QUALITY_LOW };
         // SAFETY: all handles are alive and the number is free.
         unsafe {
-            (table.set_geometry_quality)(geometry.handle, quality);
-            (table.commit_geometry)(geometry.handle);
-            (table.attach)(scene, geometry.handle, mesh);
+            embree.rtcSetGeometryBuildQuality(geometry.handle, quality);
+            embree.rtcCommitGeometry(geometry.handle);
+            embree.rtcAttachGeometryByID(scene, geometry.handle, mesh);
         }
         self.device.check()?;
         let points = points.len();
@@ -196,7 +198,7 @@ impl Scene {
 
     /// Moves the points of a mesh; its triangles stay.
     pub fn move_points(&mut self, object: ObjectId, mesh: u32, points: &[[f32; 3]]) -> Result<()> {
-        let table = self.device.table();
+        let embree = &self.device.table().embree;
         let found = self.object(object)?.meshes.get(&mesh);
         let found = found.ok_or_else(|| Error::invalid(format!("there is no mesh {mesh}")))?;
         if found.points != points.len() {
@@ -208,15 +210,15 @@ impl Scene {
         // SAFETY: the vertex buffer has room for `points` items of four floats and nobody traces while the scene is
         // borrowed mutably.
         unsafe {
-            let data = (table.buffer_data)(geometry, abi::buffer::VERTEX, 0).cast::<[f32; 4]>();
+            let data = embree.rtcGetGeometryBufferData(geometry, abi::RTC_BUFFER_TYPE_VERTEX, 0).cast::<[f32; 4]>();
             if data.is_null() {
                 return Err(Error::internal("Embree lost a vertex buffer"));
             }
             for (index, [x, y, z]) in points.iter().enumerate() {
                 data.add(index).write([*x, *y, *z, 0.0]);
             }
-            (table.update_buffer)(geometry, abi::buffer::VERTEX, 0);
-            (table.commit_geometry)(geometry);
+            embree.rtcUpdateGeometryBuffer(geometry, abi::RTC_BUFFER_TYPE_VERTEX, 0);
+            embree.rtcCommitGeometry(geometry);
         }
         self.touched(object, |_| ());
         self.device.check()
@@ -227,7 +229,7 @@ impl Scene {
         let found = self.object(object)?;
         if found.meshes.contains_key(&mesh) {
             // SAFETY: the mesh is attached under its number.
-            unsafe { (self.device.table().detach)(found.scene.handle, mesh) };
+            unsafe { self.device.table().embree.rtcDetachGeometry(found.scene.handle, mesh) };
             self.touched(object, |object| object.meshes.remove(&mesh));
         }
         self.device.check()
@@ -235,18 +237,18 @@ impl Scene {
 
     /// Builds or updates the hierarchies of what changed. While the result lives, the scene cannot change.
     pub fn commit(&mut self) -> Result<Tracer<'_>> {
-        let table = self.device.table();
+        let embree = &self.device.table().embree;
         for object in self.objects.values_mut().filter(|object| object.dirty) {
             // SAFETY: the scene and its geometries are alive; the borrow keeps others from using them.
             unsafe {
-                (table.commit_scene)(object.scene.handle);
-                (table.commit_geometry)(object.instance.handle);
+                embree.rtcCommitScene(object.scene.handle);
+                embree.rtcCommitGeometry(object.instance.handle);
             }
             object.dirty = false;
         }
         if self.dirty {
             // SAFETY: as above.
-            unsafe { (table.commit_scene)(self.top.handle) };
+            unsafe { embree.rtcCommitScene(self.top.handle) };
             self.dirty = false;
         }
         self.device.check()?;
@@ -320,27 +322,29 @@ impl Tracer<'_> {
         if !ray.is_traceable(self.reach) {
             return None;
         }
-        let hit = HitRecord {
-            normal: [0.0; 3],
+        let hit = RTCHit {
+            Ng_x: 0.0,
+            Ng_y: 0.0,
+            Ng_z: 0.0,
             u: 0.0,
             v: 0.0,
-            primitive: abi::INVALID_ID,
-            geometry: abi::INVALID_ID,
-            instance: [abi::INVALID_ID],
-            instance_primitive: [abi::INVALID_ID],
+            primID: INVALID_ID,
+            geomID: INVALID_ID,
+            instID: [INVALID_ID],
+            instPrimID: [INVALID_ID],
         };
-        let mut record = RayHitRecord { ray: record(ray), hit };
+        let mut record = RTCRayHit { ray: record(ray), hit };
         // SAFETY: the scene is committed and stays as it is while it is borrowed.
         unsafe { self.scene.device.table().trace.intersect(self.scene.top.handle, &mut record) };
-        let RayHitRecord { ray, hit } = record;
-        (hit.geometry != abi::INVALID_ID).then_some(Hit {
-            t: ray.far,
-            object: ObjectId(hit.instance[0]),
-            mesh: hit.geometry,
-            primitive: hit.primitive,
+        let RTCRayHit { ray, hit } = record;
+        (hit.geomID != INVALID_ID).then_some(Hit {
+            t: ray.tfar,
+            object: ObjectId(hit.instID[0]),
+            mesh: hit.geomID,
+            primitive: hit.primID,
             u: hit.u,
             v: hit.v,
-            normal: hit.normal,
+            normal: [hit.Ng_x, hit.Ng_y, hit.Ng_z],
         })
     }
 
@@ -353,35 +357,37 @@ impl Tracer<'_> {
         let mut record = record(ray);
         // SAFETY: as for `intersect`.
         unsafe { self.scene.device.table().trace.occluded(self.scene.top.handle, &mut record) };
-        record.far == f32::NEG_INFINITY
+        record.tfar == f32::NEG_INFINITY
     }
 
     /// The closest hits of up to eight rays. It is faster than one at a time where they go much the same way.
     #[inline]
     pub fn intersect8(&self, rays: &[Option<Ray>; 8]) -> [Option<Hit>; 8] {
         let (valid, ray) = record8(rays, self.reach);
-        let hit = Hit8Record {
-            normal: [[0.0; 8]; 3],
+        let hit = RTCHit8 {
+            Ng_x: [0.0; 8],
+            Ng_y: [0.0; 8],
+            Ng_z: [0.0; 8],
             u: [0.0; 8],
             v: [0.0; 8],
-            primitive: [abi::INVALID_ID; 8],
-            geometry: [abi::INVALID_ID; 8],
-            instance: [[abi::INVALID_ID; 8]],
-            instance_primitive: [[abi::INVALID_ID; 8]],
+            primID: [INVALID_ID; 8],
+            geomID: [INVALID_ID; 8],
+            instID: [[INVALID_ID; 8]],
+            instPrimID: [[INVALID_ID; 8]],
         };
-        let mut record = RayHit8Record { ray, hit };
+        let mut record = RTCRayHit8 { ray, hit };
         // SAFETY: as for `intersect`.
         unsafe { self.scene.device.table().trace.intersect8(&valid, self.scene.top.handle, &mut record) };
-        let RayHit8Record { ray, hit } = record;
+        let RTCRayHit8 { ray, hit } = record;
         std::array::from_fn(|at| {
-            (valid.0[at] != 0 && hit.geometry[at] != abi::INVALID_ID).then(|| Hit {
-                t: ray.far[at],
-                object: ObjectId(hit.instance[0][at]),
-                mesh: hit.geometry[at],
-                primitive: hit.primitive[at],
+            (valid.0[at] != 0 && hit.geomID[at] != INVALID_ID).then(|| Hit {
+                t: ray.tfar[at],
+                object: ObjectId(hit.instID[0][at]),
+                mesh: hit.geomID[at],
+                primitive: hit.primID[at],
                 u: hit.u[at],
                 v: hit.v[at],
-                normal: hit.normal.map(|values| values[at]),
+                normal: [hit.Ng_x[at], hit.Ng_y[at], hit.Ng_z[at]],
             })
         })
     }
@@ -392,36 +398,35 @@ impl Tracer<'_> {
         let (valid, mut record) = record8(rays, self.reach);
         // SAFETY: as for `intersect`.
         unsafe { self.scene.device.table().trace.occluded8(&valid, self.scene.top.handle, &mut record) };
-        std::array::from_fn(|at| valid.0[at] != 0 && record.far[at] == f32::NEG_INFINITY)
+        std::array::from_fn(|at| valid.0[at] != 0 && record.tfar[at] == f32::NEG_INFINITY)
     }
 }
 
 #[inline]
-fn record(ray: &Ray) -> RayRecord {
-    RayRecord {
-        origin: ray.origin,
-        near: ray.near,
-        direction: ray.direction,
-        time: 0.0,
-        far: ray.far,
-        mask: u32::MAX,
-        id: 0,
-        flags: 0,
-    }
+fn record(ray: &Ray) -> RTCRay {
+    let ([org_x, org_y, org_z], [dir_x, dir_y, dir_z]) = (ray.origin, ray.direction);
+    let (tnear, tfar) = (ray.near, ray.far);
+    RTCRay { org_x, org_y, org_z, tnear, dir_x, dir_y, dir_z, time: 0.0, tfar, mask: u32::MAX, id: 0, flags: 0 }
 }
 
 #[inline]
-fn record8(rays: &[Option<Ray>; 8], reach: f32) -> (Valid8, Ray8Record) {
+fn record8(rays: &[Option<Ray>; 8], reach: f32) -> (Valid8, RTCRay8) {
     // What is not traced is a ray without length.
     let none = Ray { origin: [0.0; 3], direction: [1.0; 3], near: 0.0, far: -1.0 };
     let traced = rays.map(|ray| ray.filter(|ray| ray.is_traceable(reach)));
     let ray = |at: usize| traced[at].unwrap_or(none);
-    let record = Ray8Record {
-        origin: [0, 1, 2].map(|axis| std::array::from_fn(|at| ray(at).origin[axis])),
-        near: std::array::from_fn(|at| ray(at).near),
-        direction: [0, 1, 2].map(|axis| std::array::from_fn(|at| ray(at).direction[axis])),
+    let [org_x, org_y, org_z] = [0, 1, 2].map(|axis| std::array::from_fn(|at| ray(at).origin[axis]));
+    let [dir_x, dir_y, dir_z] = [0, 1, 2].map(|axis| std::array::from_fn(|at| ray(at).direction[axis]));
+    let record = RTCRay8 {
+        org_x,
+        org_y,
+        org_z,
+        tnear: std::array::from_fn(|at| ray(at).near),
+        dir_x,
+        dir_y,
+        dir_z,
         time: [0.0; 8],
-        far: std::array::from_fn(|at| ray(at).far),
+        tfar: std::array::from_fn(|at| ray(at).far),
         mask: [u32::MAX; 8],
         id: [0; 8],
         flags: [0; 8],

@@ -64,29 +64,29 @@ impl Subdivision {
     /// The cage refers to what does not exist, or has faces of more than 16 corners.
     pub fn new(device: &Device, cage: &Cage, boundary: Boundary) -> Result<Self> {
         check(cage)?;
-        let table = device.table();
-        let geometry = device.geometry(abi::geometry::SUBDIVISION)?;
-        let scene = device.scene(0, abi::QUALITY_LOW)?;
-        geometry.fill(abi::buffer::VERTEX, abi::format::FLOAT3, &padded(cage.points))?;
-        geometry.fill(abi::buffer::INDEX, abi::format::UINT, cage.corners)?;
-        geometry.fill(abi::buffer::FACE, abi::format::UINT, cage.face_sizes)?;
+        let embree = &device.table().embree;
+        let geometry = device.geometry(abi::RTC_GEOMETRY_TYPE_SUBDIVISION)?;
+        let scene = device.scene(abi::RTC_SCENE_FLAG_NONE, abi::RTC_BUILD_QUALITY_LOW)?;
+        geometry.fill(abi::RTC_BUFFER_TYPE_VERTEX, abi::RTC_FORMAT_FLOAT3, &padded(cage.points))?;
+        geometry.fill(abi::RTC_BUFFER_TYPE_INDEX, abi::RTC_FORMAT_UINT, cage.corners)?;
+        geometry.fill(abi::RTC_BUFFER_TYPE_FACE, abi::RTC_FORMAT_UINT, cage.face_sizes)?;
         let (edges, weights): (Vec<[u32; 2]>, Vec<f32>) = cage.edge_creases.iter().copied().unzip();
-        geometry.fill(abi::buffer::EDGE_CREASE_INDEX, abi::format::UINT2, &edges)?;
-        geometry.fill(abi::buffer::EDGE_CREASE_WEIGHT, abi::format::FLOAT, &weights)?;
+        geometry.fill(abi::RTC_BUFFER_TYPE_EDGE_CREASE_INDEX, abi::RTC_FORMAT_UINT2, &edges)?;
+        geometry.fill(abi::RTC_BUFFER_TYPE_EDGE_CREASE_WEIGHT, abi::RTC_FORMAT_FLOAT, &weights)?;
         let (points, weights): (Vec<u32>, Vec<f32>) = cage.point_creases.iter().copied().unzip();
-        geometry.fill(abi::buffer::VERTEX_CREASE_INDEX, abi::format::UINT, &points)?;
-        geometry.fill(abi::buffer::VERTEX_CREASE_WEIGHT, abi::format::FLOAT, &weights)?;
-        geometry.fill(abi::buffer::HOLE, abi::format::UINT, cage.holes)?;
+        geometry.fill(abi::RTC_BUFFER_TYPE_VERTEX_CREASE_INDEX, abi::RTC_FORMAT_UINT, &points)?;
+        geometry.fill(abi::RTC_BUFFER_TYPE_VERTEX_CREASE_WEIGHT, abi::RTC_FORMAT_FLOAT, &weights)?;
+        geometry.fill(abi::RTC_BUFFER_TYPE_HOLE, abi::RTC_FORMAT_UINT, cage.holes)?;
         let mode = match boundary {
-            Boundary::Edges => 1,
-            Boundary::EdgesAndCorners => 2,
+            Boundary::Edges => abi::RTC_SUBDIVISION_MODE_SMOOTH_BOUNDARY,
+            Boundary::EdgesAndCorners => abi::RTC_SUBDIVISION_MODE_PIN_CORNERS,
         };
         // SAFETY: all handles are alive and every index of the buffers has been checked.
         unsafe {
-            (table.set_subdivision_mode)(geometry.handle, 0, mode);
-            (table.commit_geometry)(geometry.handle);
-            (table.attach)(scene.handle, geometry.handle, 0);
-            (table.commit_scene)(scene.handle);
+            embree.rtcSetGeometrySubdivisionMode(geometry.handle, 0, mode);
+            embree.rtcCommitGeometry(geometry.handle);
+            embree.rtcAttachGeometryByID(scene.handle, geometry.handle, 0);
+            embree.rtcCommitScene(scene.handle);
         }
         device.check()?;
         Ok(Self { geometry, face_sizes: cage.face_sizes.to_vec(), _scene: scene })
@@ -110,23 +110,23 @@ impl Subdivision {
         };
         // Results are written in whole vectors of up to sixteen floats.
         let (mut p, mut du, mut dv) = ([0.0; 16], [0.0; 16], [0.0; 16]);
-        let arguments = abi::InterpolateArguments {
+        let arguments = abi::RTCInterpolateArguments {
             geometry: self.geometry.handle,
-            primitive: face,
+            primID: face,
             u,
             v,
-            buffer: abi::buffer::VERTEX,
-            slot: 0,
-            p: p.as_mut_ptr(),
-            du: du.as_mut_ptr(),
-            dv: dv.as_mut_ptr(),
-            duu: std::ptr::null_mut(),
-            dvv: std::ptr::null_mut(),
-            duv: std::ptr::null_mut(),
-            width: 3,
+            bufferType: abi::RTC_BUFFER_TYPE_VERTEX,
+            bufferSlot: 0,
+            P: p.as_mut_ptr(),
+            dPdu: du.as_mut_ptr(),
+            dPdv: dv.as_mut_ptr(),
+            ddPdudu: std::ptr::null_mut(),
+            ddPdvdv: std::ptr::null_mut(),
+            ddPdudv: std::ptr::null_mut(),
+            valueCount: 3,
         };
         // SAFETY: the geometry is alive and committed, the face and (u, v) exist, the results have room.
-        unsafe { (self.geometry.device.table().interpolate)(&arguments) };
+        unsafe { self.geometry.device.table().embree.rtcInterpolate(&arguments) };
         let first = |values: [f32; 16]| [values[0], values[1], values[2]];
         Ok(Evaluation { p: first(p), du: first(du), dv: first(dv) })
     }

@@ -1,18 +1,17 @@
 //! The table of Embree's functions, one per process.
 //!
 //! Most functions have the same signature in every 3.x and 4.x; what differs between major versions, tracing, is
-//! behind [`Trace`], so that another version is another implementation of it.
+//! behind [`Trace`], so that another version is another implementation of it. The tables are made by bindgen, and filled
+//! from a library that is opened here.
 
-use std::ffi::{c_char, c_int, c_uint, c_void};
 use std::sync::OnceLock;
 
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 use relievo_core::{Error, ErrorKind, Result};
 
-use crate::abi::{
-    self, DeviceHandle, GeometryHandle, IntersectContext, QueryArguments, Ray8Record, RayHit8Record, RayHitRecord,
-    RayRecord, SceneHandle, Valid8,
-};
+use crate::abi::embree3::{self, Embree3, RTCIntersectContext};
+use crate::abi::embree4::{self, Embree4, RTCIntersectArguments, RTCOccludedArguments};
+use crate::abi::{self, Embree, INVALID_ID, RTCRay, RTCRay8, RTCRayHit, RTCRayHit8, RTCScene, Valid8};
 use crate::arena::Arena;
 
 /// The files of which the first that is there is opened, unless `RELIEVO_EMBREE` names another.
@@ -28,228 +27,180 @@ pub trait Trace: Send + Sync {
     ///
     /// # Safety
     /// `scene` is alive and committed, and nobody changes it during the call.
-    unsafe fn intersect(&self, scene: SceneHandle, ray_hit: &mut RayHitRecord);
+    unsafe fn intersect(&self, scene: RTCScene, ray_hit: &mut RTCRayHit);
 
-    /// Any hit: `far` of the ray becomes negative infinity if there is one.
+    /// Any hit: `tfar` of the ray becomes negative infinity if there is one.
     ///
     /// # Safety
     /// As for `intersect`.
-    unsafe fn occluded(&self, scene: SceneHandle, ray: &mut RayRecord);
+    unsafe fn occluded(&self, scene: RTCScene, ray: &mut RTCRay);
 
-    /// Closest hits of eight rays that go much the same way.
+    /// Closest hits of eight rays of much the same origin and direction.
     ///
     /// # Safety
     /// As for `intersect`.
-    unsafe fn intersect8(&self, valid: &Valid8, scene: SceneHandle, ray_hit: &mut RayHit8Record);
+    unsafe fn intersect8(&self, valid: &Valid8, scene: RTCScene, ray_hit: &mut RTCRayHit8);
 
-    /// As `occluded`, for eight rays that go much the same way.
+    /// As `occluded`, for eight rays of much the same origin and direction.
     ///
     /// # Safety
     /// As for `intersect`.
-    unsafe fn occluded8(&self, valid: &Valid8, scene: SceneHandle, ray: &mut Ray8Record);
+    unsafe fn occluded8(&self, valid: &Valid8, scene: RTCScene, ray: &mut RTCRay8);
 }
 
-/// Tracing as 3.x has it, with a context structure.
-struct Trace3 {
-    intersect: unsafe extern "C" fn(SceneHandle, *mut IntersectContext, *mut RayHitRecord),
-    occluded: unsafe extern "C" fn(SceneHandle, *mut IntersectContext, *mut RayRecord),
-    intersect8: unsafe extern "C" fn(*const Valid8, SceneHandle, *mut IntersectContext, *mut RayHit8Record),
-    occluded8: unsafe extern "C" fn(*const Valid8, SceneHandle, *mut IntersectContext, *mut Ray8Record),
+/// The context of a query of 3.x.
+fn context(flags: embree3::RTCIntersectContextFlags) -> RTCIntersectContext {
+    RTCIntersectContext { flags, filter: None, instID: [INVALID_ID] }
 }
 
-impl Trace3 {
-    fn context(flags: c_int) -> IntersectContext {
-        IntersectContext { flags, filter: std::ptr::null(), instance: [abi::INVALID_ID] }
+impl Trace for Embree3 {
+    unsafe fn intersect(&self, scene: RTCScene, ray_hit: &mut RTCRayHit) {
+        let mut context = context(embree3::RTC_INTERSECT_CONTEXT_FLAG_NONE);
+        // SAFETY: the caller vouches for the scene; the record begins as that of 3.x, which `abi` asserts.
+        unsafe { self.rtcIntersect1(scene, &mut context, (&raw mut *ray_hit).cast()) }
+    }
+
+    unsafe fn occluded(&self, scene: RTCScene, ray: &mut RTCRay) {
+        let mut context = context(embree3::RTC_INTERSECT_CONTEXT_FLAG_NONE);
+        // SAFETY: the caller vouches for the scene.
+        unsafe { self.rtcOccluded1(scene, &mut context, ray) }
+    }
+
+    unsafe fn intersect8(&self, valid: &Valid8, scene: RTCScene, ray_hit: &mut RTCRayHit8) {
+        let mut context = context(embree3::RTC_INTERSECT_CONTEXT_FLAG_COHERENT);
+        // SAFETY: as for `intersect`; mask and record are aligned to their 32 bytes.
+        unsafe { self.rtcIntersect8(valid.0.as_ptr(), scene, &mut context, (&raw mut *ray_hit).cast()) }
+    }
+
+    unsafe fn occluded8(&self, valid: &Valid8, scene: RTCScene, ray: &mut RTCRay8) {
+        let mut context = context(embree3::RTC_INTERSECT_CONTEXT_FLAG_COHERENT);
+        // SAFETY: as for `occluded`; mask and record are aligned to their 32 bytes.
+        unsafe { self.rtcOccluded8(valid.0.as_ptr(), scene, &mut context, ray) }
     }
 }
 
-impl Trace for Trace3 {
-    unsafe fn intersect(&self, scene: SceneHandle, ray_hit: &mut RayHitRecord) {
-        // SAFETY: the caller vouches for the scene; the structures are those of the version that was checked.
-        unsafe { (self.intersect)(scene, &mut Self::context(0), ray_hit) }
+/// The arguments of a query of 4.x for the closest hit.
+fn closest(flags: embree4::RTCRayQueryFlags) -> RTCIntersectArguments {
+    RTCIntersectArguments {
+        flags,
+        feature_mask: embree4::RTC_FEATURE_FLAG_ALL,
+        context: std::ptr::null_mut(),
+        filter: None,
+        intersect: None,
+        minWidthDistanceFactor: 0.0,
+    }
+}
+
+/// The arguments of a query of 4.x for any hit.
+fn any(flags: embree4::RTCRayQueryFlags) -> RTCOccludedArguments {
+    RTCOccludedArguments {
+        flags,
+        feature_mask: embree4::RTC_FEATURE_FLAG_ALL,
+        context: std::ptr::null_mut(),
+        filter: None,
+        occluded: None,
+        minWidthDistanceFactor: 0.0,
+    }
+}
+
+impl Trace for Embree4 {
+    unsafe fn intersect(&self, scene: RTCScene, ray_hit: &mut RTCRayHit) {
+        // SAFETY: the caller vouches for the scene; structures are those of the version that was checked, or longer.
+        unsafe { self.rtcIntersect1(scene, ray_hit, &mut closest(embree4::RTC_RAY_QUERY_FLAG_NONE)) }
     }
 
-    unsafe fn occluded(&self, scene: SceneHandle, ray: &mut RayRecord) {
+    unsafe fn occluded(&self, scene: RTCScene, ray: &mut RTCRay) {
         // SAFETY: as above.
-        unsafe { (self.occluded)(scene, &mut Self::context(0), ray) }
+        unsafe { self.rtcOccluded1(scene, ray, &mut any(embree4::RTC_RAY_QUERY_FLAG_NONE)) }
     }
 
-    unsafe fn intersect8(&self, valid: &Valid8, scene: SceneHandle, ray_hit: &mut RayHit8Record) {
-        // SAFETY: as above; the records are aligned to their 32 bytes.
-        unsafe { (self.intersect8)(valid, scene, &mut Self::context(abi::CONTEXT_COHERENT), ray_hit) }
+    unsafe fn intersect8(&self, valid: &Valid8, scene: RTCScene, ray_hit: &mut RTCRayHit8) {
+        let mut arguments = closest(embree4::RTC_RAY_QUERY_FLAG_COHERENT);
+        // SAFETY: as above; mask and record are aligned to their 32 bytes.
+        unsafe { self.rtcIntersect8(valid.0.as_ptr(), scene, ray_hit, &mut arguments) }
     }
 
-    unsafe fn occluded8(&self, valid: &Valid8, scene: SceneHandle, ray: &mut Ray8Record) {
-        // SAFETY: as above.
-        unsafe { (self.occluded8)(valid, scene, &mut Self::context(abi::CONTEXT_COHERENT), ray) }
-    }
-}
-
-/// Tracing as 4.x has it, with arguments that say how.
-struct Trace4 {
-    intersect: unsafe extern "C" fn(SceneHandle, *mut RayHitRecord, *mut QueryArguments),
-    occluded: unsafe extern "C" fn(SceneHandle, *mut RayRecord, *mut QueryArguments),
-    intersect8: unsafe extern "C" fn(*const Valid8, SceneHandle, *mut RayHit8Record, *mut QueryArguments),
-    occluded8: unsafe extern "C" fn(*const Valid8, SceneHandle, *mut Ray8Record, *mut QueryArguments),
-}
-
-impl Trace4 {
-    fn arguments(flags: c_int) -> QueryArguments {
-        let none = std::ptr::null();
-        let features = abi::FEATURES_ALL;
-        QueryArguments { flags, features, context: none, filter: none, callback: none, least_width: 0.0 }
+    unsafe fn occluded8(&self, valid: &Valid8, scene: RTCScene, ray: &mut RTCRay8) {
+        let mut arguments = any(embree4::RTC_RAY_QUERY_FLAG_COHERENT);
+        // SAFETY: as above; mask and record are aligned to their 32 bytes.
+        unsafe { self.rtcOccluded8(valid.0.as_ptr(), scene, ray, &mut arguments) }
     }
 }
 
-impl Trace for Trace4 {
-    unsafe fn intersect(&self, scene: SceneHandle, ray_hit: &mut RayHitRecord) {
-        // SAFETY: the caller vouches for the scene; the structures are those of the version that was checked.
-        unsafe { (self.intersect)(scene, ray_hit, &mut Self::arguments(0)) }
-    }
-
-    unsafe fn occluded(&self, scene: SceneHandle, ray: &mut RayRecord) {
-        // SAFETY: as above.
-        unsafe { (self.occluded)(scene, ray, &mut Self::arguments(0)) }
-    }
-
-    unsafe fn intersect8(&self, valid: &Valid8, scene: SceneHandle, ray_hit: &mut RayHit8Record) {
-        // SAFETY: as above; the records are aligned to their 32 bytes.
-        unsafe { (self.intersect8)(valid, scene, ray_hit, &mut Self::arguments(abi::QUERY_COHERENT)) }
-    }
-
-    unsafe fn occluded8(&self, valid: &Valid8, scene: SceneHandle, ray: &mut Ray8Record) {
-        // SAFETY: as above.
-        unsafe { (self.occluded8)(valid, scene, ray, &mut Self::arguments(abi::QUERY_COHERENT)) }
-    }
-}
-
-/// How the major version `major` of `library` traces.
-///
-/// # Safety
-/// `library` is an Embree of that version.
-unsafe fn trace(library: &Library, major: u32) -> Result<Box<dyn Trace>> {
-    let names = ["rtcIntersect1", "rtcOccluded1", "rtcIntersect8", "rtcOccluded8"];
-    let [intersect, occluded, intersect8, occluded8] = names;
-    // SAFETY: the symbols have these signatures in every 3.x and 4.x.
-    unsafe {
-        Ok(if major == 3 {
-            Box::new(Trace3 {
-                intersect: symbol(library, intersect)?,
-                occluded: symbol(library, occluded)?,
-                intersect8: symbol(library, intersect8)?,
-                occluded8: symbol(library, occluded8)?,
-            })
-        } else {
-            Box::new(Trace4 {
-                intersect: symbol(library, intersect)?,
-                occluded: symbol(library, occluded)?,
-                intersect8: symbol(library, intersect8)?,
-                occluded8: symbol(library, occluded8)?,
-            })
-        })
-    }
-}
-
-/// Declares the functions common to all versions and how they are looked up.
-macro_rules! functions {
-    ($($field:ident = $symbol:literal: fn($($argument:ty),*) $(-> $result:ty)?;)*) => {
-        /// The functions of Embree, and the library that keeps them loaded.
-        pub struct Table {
-            $(pub $field: unsafe extern "C" fn($($argument),*) $(-> $result)?,)*
-            pub trace: Box<dyn Trace>,
-            /// Major, minor and patch number.
-            pub version: [u32; 3],
-            /// The one-thread arena in which devices are made, where Embree schedules with TBB.
-            pub arena: Option<Arena>,
-            /// Kept loaded by this; tests look for more in it.
-            #[cfg_attr(not(test), expect(dead_code))]
-            pub library: Library,
-        }
-
-        impl Table {
-            fn of(library: Library) -> Result<Self> {
-                let (version, arena) = admit(&library)?;
-                // SAFETY: the symbols have these signatures in every version that is admitted.
-                unsafe {
-                    Ok(Self {
-                        $($field: symbol(&library, $symbol)?,)*
-                        trace: trace(&library, version[0])?,
-                        version,
-                        arena,
-                        library,
-                    })
-                }
-            }
-        }
-    };
-}
-
-functions! {
-    new_device = "rtcNewDevice": fn(*const c_char) -> DeviceHandle;
-    release_device = "rtcReleaseDevice": fn(DeviceHandle);
-    device_error = "rtcGetDeviceError": fn(DeviceHandle) -> c_int;
-    set_error_function = "rtcSetDeviceErrorFunction": fn(DeviceHandle, Option<abi::ErrorFunction>, *mut c_void);
-    new_scene = "rtcNewScene": fn(DeviceHandle) -> SceneHandle;
-    release_scene = "rtcReleaseScene": fn(SceneHandle);
-    set_scene_flags = "rtcSetSceneFlags": fn(SceneHandle, c_int);
-    set_scene_quality = "rtcSetSceneBuildQuality": fn(SceneHandle, c_int);
-    commit_scene = "rtcCommitScene": fn(SceneHandle);
-    attach = "rtcAttachGeometryByID": fn(SceneHandle, GeometryHandle, c_uint);
-    detach = "rtcDetachGeometry": fn(SceneHandle, c_uint);
-    new_geometry = "rtcNewGeometry": fn(DeviceHandle, c_int) -> GeometryHandle;
-    release_geometry = "rtcReleaseGeometry": fn(GeometryHandle);
-    commit_geometry = "rtcCommitGeometry": fn(GeometryHandle);
-    set_geometry_quality = "rtcSetGeometryBuildQuality": fn(GeometryHandle, c_int);
-    new_buffer = "rtcSetNewGeometryBuffer": fn(GeometryHandle, c_int, c_uint, c_int, usize, usize) -> *mut c_void;
-    buffer_data = "rtcGetGeometryBufferData": fn(GeometryHandle, c_int, c_uint) -> *mut c_void;
-    update_buffer = "rtcUpdateGeometryBuffer": fn(GeometryHandle, c_int, c_uint);
-    set_instanced = "rtcSetGeometryInstancedScene": fn(GeometryHandle, SceneHandle);
-    set_transform = "rtcSetGeometryTransform": fn(GeometryHandle, c_uint, c_int, *const c_void);
-    set_subdivision_mode = "rtcSetGeometrySubdivisionMode": fn(GeometryHandle, c_uint, c_int);
-    interpolate = "rtcInterpolate": fn(*const abi::InterpolateArguments);
-}
-
-/// The function `name` of `library`.
-///
-/// # Safety
-/// `F` is the function pointer type of that function.
-unsafe fn symbol<F: Copy>(library: &Library, name: &str) -> Result<F> {
-    // SAFETY: the caller vouches for the type.
-    unsafe { library.get::<F>(name.as_bytes()) }
-        .map(|symbol| *symbol)
-        .map_err(|error| Error::unsupported(format!("Embree lacks the function `{name}`: {error}")).advise(ADVICE))
+/// The functions of an Embree that was opened and checked.
+pub struct Table {
+    /// The functions that every version has alike.
+    pub embree: Embree,
+    /// The functions that trace rays.
+    pub trace: Box<dyn Trace>,
+    /// Major, minor and patch number.
+    pub version: [u32; 3],
+    /// The one-thread arena in which devices are made, where Embree schedules with TBB.
+    pub arena: Option<Arena>,
 }
 
 impl Table {
     /// Opens `file` with local symbols and checks what it is.
+    ///
+    /// # Errors
+    /// There is no such library, it is of another version than 3.13 or 4.x, lacks a function, or makes no device.
     pub fn open(file: &str) -> Result<Self> {
-        // SAFETY: opening a library runs its initialisers; which library that is, is the user's choice.
-        let library = unsafe { Library::open(Some(file), RTLD_NOW | RTLD_LOCAL) }.map_err(|error| {
-            let reason = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
-            Error::new(ErrorKind::NotFound, format!("Embree cannot be loaded: {reason}")).at(file).advise(ADVICE)
-        })?;
-        Self::of(library).map_err(|error| error.at(file))
+        Self::look_up(file).map_err(|error| error.at(file))
+    }
+
+    fn look_up(file: &str) -> Result<Self> {
+        // SAFETY: the functions have these signatures in every 3.x and 4.x.
+        let embree = unsafe { Embree::from_library(open(file)?) }.map_err(incomplete)?;
+        let (version, tasking) = identify(&embree)?;
+        // SAFETY: the version says which of the two has the library's signatures.
+        let trace: Box<dyn Trace> = unsafe {
+            match version[0] {
+                3 => Box::new(Embree3::from_library(open(file)?).map_err(incomplete)?),
+                _ => Box::new(Embree4::from_library(open(file)?).map_err(incomplete)?),
+            }
+        };
+        let arena = if tasking == TASKING_TBB { Arena::find(open(file)?) } else { None };
+        Ok(Self { embree, trace, version, arena })
     }
 }
 
-/// The version of `library`, found with a device that is thrown away, and the arena for its devices. Fails if it is
-/// another than [`Trace3`] and [`Trace4`] know.
-fn admit(library: &Library) -> Result<([u32; 3], Option<Arena>)> {
-    // SAFETY: these functions have the same signature in all versions since 3.0; a null configuration is allowed.
+/// What Embree answers for `RTC_DEVICE_PROPERTY_TASKING_SYSTEM` where that is TBB.
+const TASKING_TBB: isize = 1;
+
+/// Opens `file` with local symbols. A file that is open is not loaded again: the loader counts how often it was opened.
+pub fn open(file: &str) -> Result<Library> {
+    // SAFETY: opening a library runs its initialisers; which library that is, is the user's choice.
+    unsafe { Library::open(Some(file), RTLD_NOW | RTLD_LOCAL) }.map_err(|error| {
+        Error::new(ErrorKind::NotFound, format!("Embree cannot be loaded: {}", reason(&error))).advise(ADVICE)
+    })
+}
+
+fn incomplete(error: libloading::Error) -> Error {
+    Error::unsupported(format!("Embree lacks a function: {}", reason(&error))).advise(ADVICE)
+}
+
+/// What the loader says, which is more than what the crate that calls it says.
+fn reason(error: &libloading::Error) -> String {
+    std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string)
+}
+
+/// The version of the library, found with a device that is thrown away, and its tasking system.
+///
+/// # Errors
+/// It makes no device, or is of another version than 3.13 or 4.x.
+fn identify(embree: &Embree) -> Result<([u32; 3], isize)> {
+    // SAFETY: a null configuration is allowed; the device is alive until it is released.
     let (version, tasking) = unsafe {
-        let new_device: unsafe extern "C" fn(*const c_char) -> DeviceHandle = symbol(library, "rtcNewDevice")?;
-        let device_error: unsafe extern "C" fn(DeviceHandle) -> c_int = symbol(library, "rtcGetDeviceError")?;
-        let property: unsafe extern "C" fn(DeviceHandle, c_int) -> isize = symbol(library, "rtcGetDeviceProperty")?;
-        let release: unsafe extern "C" fn(DeviceHandle) = symbol(library, "rtcReleaseDevice")?;
-        let device = new_device(std::ptr::null());
+        let device = embree.rtcNewDevice(std::ptr::null());
         if device.is_null() {
-            let code = device_error(std::ptr::null_mut());
+            let code = embree.rtcGetDeviceError(device);
             return Err(Error::unsupported(format!("Embree makes no device (its error {code})"))
                 .advise("it needs a processor with SSE2 and enough memory"));
         }
-        let found = (property(device, abi::property::VERSION), property(device, abi::property::TASKING_SYSTEM));
-        release(device);
-        found
+        let version = embree.rtcGetDeviceProperty(device, abi::RTC_DEVICE_PROPERTY_VERSION);
+        let tasking = embree.rtcGetDeviceProperty(device, abi::RTC_DEVICE_PROPERTY_TASKING_SYSTEM);
+        embree.rtcReleaseDevice(device);
+        (version, tasking)
     };
     let version = u32::try_from(version).unwrap_or(0);
     let version = [version / 10_000, version / 100 % 100, version % 100];
@@ -257,7 +208,7 @@ fn admit(library: &Library) -> Result<([u32; 3], Option<Arena>)> {
         let [major, minor, patch] = version;
         return Err(Error::unsupported(format!("this is Embree {major}.{minor}.{patch}")).advise(ADVICE));
     }
-    Ok((version, if tasking == abi::TASKING_TBB { Arena::find(library) } else { None }))
+    Ok((version, tasking))
 }
 
 /// Whether there is a table for a version.
