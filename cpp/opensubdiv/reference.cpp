@@ -1,23 +1,22 @@
 // OpenSubdiv's own evaluators, for tests and benches.
-#include <exception>
-#include <memory>
-#include <vector>
-
 #include <opensubdiv/bfr/parameterization.h>
-#include <opensubdiv/bfr/refinerSurfaceFactory.h>
 #include <opensubdiv/bfr/surface.h>
+#include <opensubdiv/far/patchMap.h>
 
-#include "table.h"
+#include "relievo-opensubdiv/src/bridge.rs.h"
 
 using namespace OpenSubdiv;
+
+namespace relievo {
+namespace opensubdiv {
 
 namespace {
 
 // Where in a buffer the next tile's samples go: from the start again when it is full.
 struct Cursor {
     float* buffer;
-    int64_t floats, offset;
-    float* next(int64_t count) {
+    size_t floats, offset;
+    float* next(size_t count) {
         if (offset + count > floats) offset = 0;
         float* out = buffer + offset;
         offset += count;
@@ -25,122 +24,121 @@ struct Cursor {
     }
 };
 
-} // namespace
-
-extern "C" int32_t rlv_osd_evaluate(const rlv_osd_table* table, const double* points, int32_t place_count,
-                                    const int32_t* tiles, const double* uv, double* out) {
-    int32_t found = 0;
-    try {
-        const Far::PatchTable& patches = *table->table;
-        const Far::PatchMap map(patches);
-        for (int32_t place = 0; place < place_count; ++place) {
-            double* result = out + 18 * (size_t)place;
-            for (int k = 0; k < 18; ++k) result[k] = 0.0;
-            const double u = uv[2 * place], v = uv[2 * place + 1];
-            const Far::PatchTable::PatchHandle* handle = map.FindPatch(tiles[place], u, v);
-            if (!handle) continue;
-            double weights[6][20];
-            patches.EvaluateBasis(*handle, u, v, weights[0], weights[1], weights[2], weights[3], weights[4], weights[5]);
-            const Far::ConstIndexArray indices = patches.GetPatchVertices(*handle);
-            for (int i = 0; i < indices.size(); ++i)
-                for (int order = 0; order < 6; ++order)
-                    for (int axis = 0; axis < 3; ++axis)
-                        result[3 * order + axis] += weights[order][i] * points[3 * (size_t)indices[i] + axis];
-            // OpenSubdiv scales derivatives by the level, which on tiles of n-gons is one more than the tile's own.
-            if (patches.GetPatchParam(*handle).NonQuadRoot())
-                for (int k = 3; k < 18; ++k) result[k] *= k < 9 ? 0.5 : 0.25;
-            ++found;
-        }
-    } catch (const std::exception&) {
-        return -1;
-    }
-    return found;
+Bfr::SurfaceFactory::Options bfr_options(uint32_t level) {
+    Bfr::SurfaceFactory::Options options;
+    options.SetApproxLevelSmooth((int)level);
+    options.SetApproxLevelSharp((int)level);
+    return options;
 }
 
-extern "C" int64_t rlv_osd_far_grid(const rlv_osd_table* table, const float* points, int32_t size, float* buffer,
-                                    int64_t buffer_floats) {
-    int64_t samples = 0;
-    Cursor cursor = {buffer, buffer_floats, 0};
-    try {
-        const Far::PatchTable& patches = *table->table;
-        const Far::PatchMap map(patches);
-        float weights[3][20];
-        for (int tile = 0; tile < table->tile_count; ++tile) {
-            float* out = cursor.next(9 * (int64_t)size * size);
-            for (int j = 0; j < size; ++j)
-                for (int i = 0; i < size; ++i, out += 9) {
-                    const float u = (float)i / (float)(size - 1), v = (float)j / (float)(size - 1);
-                    const Far::PatchTable::PatchHandle* handle = map.FindPatch(tile, u, v);
-                    if (!handle) continue;
-                    patches.EvaluateBasis(*handle, u, v, weights[0], weights[1], weights[2]);
-                    const Far::ConstIndexArray indices = patches.GetPatchVertices(*handle);
-                    float sum[9] = {};
-                    for (int k = 0; k < indices.size(); ++k) {
-                        const float* point = points + 3 * (size_t)indices[k];
-                        for (int order = 0; order < 3; ++order)
-                            for (int axis = 0; axis < 3; ++axis) sum[3 * order + axis] += weights[order][k] * point[axis];
-                    }
-                    for (int k = 0; k < 9; ++k) out[k] = sum[k];
+} // namespace
+
+void Table::evaluate(rust::Slice<const double> points, rust::Slice<const int32_t> tiles, rust::Slice<const double> uv,
+                     rust::Slice<double> out) const {
+    const double* const point = points.data();
+    const int32_t* const tile = tiles.data();
+    const double* const place_uv = uv.data();
+    const size_t count = tiles.size();
+    double* result = out.data();
+    const Far::PatchMap map(*patch_table);
+    for (size_t place = 0; place < count; ++place, result += 18) {
+        for (int k = 0; k < 18; ++k) result[k] = 0.0;
+        const double u = place_uv[2 * place], v = place_uv[2 * place + 1];
+        const Far::PatchTable::PatchHandle* handle = map.FindPatch(tile[place], u, v);
+        if (!handle) continue;
+        double basis[6][20];
+        patch_table->EvaluateBasis(*handle, u, v, basis[0], basis[1], basis[2], basis[3], basis[4], basis[5]);
+        const Far::ConstIndexArray corners = patch_table->GetPatchVertices(*handle);
+        for (int i = 0; i < corners.size(); ++i)
+            for (int order = 0; order < 6; ++order)
+                for (int axis = 0; axis < 3; ++axis)
+                    result[3 * order + axis] += basis[order][i] * point[3 * (size_t)corners[i] + axis];
+        // OpenSubdiv scales derivatives by the level, which on tiles of n-gons is one more than the tile's own.
+        if (patch_table->GetPatchParam(*handle).NonQuadRoot())
+            for (int k = 3; k < 18; ++k) result[k] *= k < 9 ? 0.5 : 0.25;
+    }
+}
+
+uint64_t Table::far_grid(rust::Slice<const float> points, uint32_t size, rust::Slice<float> buffer) const {
+    uint64_t samples = 0;
+    const float* const first = points.data();
+    Cursor cursor = {buffer.data(), buffer.size(), 0};
+    const Far::PatchMap map(*patch_table);
+    float basis[3][20];
+    for (int tile = 0; tile < tile_count(); ++tile) {
+        float* out = cursor.next(9 * (size_t)size * size);
+        for (uint32_t j = 0; j < size; ++j)
+            for (uint32_t i = 0; i < size; ++i, out += 9) {
+                const float u = (float)i / (float)(size - 1), v = (float)j / (float)(size - 1);
+                const Far::PatchTable::PatchHandle* handle = map.FindPatch(tile, u, v);
+                if (!handle) continue;
+                patch_table->EvaluateBasis(*handle, u, v, basis[0], basis[1], basis[2]);
+                const Far::ConstIndexArray corners = patch_table->GetPatchVertices(*handle);
+                float sum[9] = {};
+                for (int k = 0; k < corners.size(); ++k) {
+                    const float* point = first + 3 * (size_t)corners[k];
+                    for (int order = 0; order < 3; ++order)
+                        for (int axis = 0; axis < 3; ++axis) sum[3 * order + axis] += basis[order][k] * point[axis];
+                }
+                for (int k = 0; k < 9; ++k) out[k] = sum[k];
+                ++samples;
+            }
+    }
+    return samples;
+}
+
+BfrEvaluator::BfrEvaluator(const Table& table, uint32_t level)
+    : factory(table.refiner(), bfr_options(level)), face_count(table.refiner().GetLevel(0).GetNumFaces()) {}
+
+uint64_t BfrEvaluator::grid(rust::Slice<const float> points, uint32_t size, rust::Slice<float> buffer) {
+    uint64_t samples = 0;
+    Cursor cursor = {buffer.data(), buffer.size(), 0};
+    std::vector<float> patch_points;
+    Bfr::Surface<float> surface;
+    for (int face = 0; face < face_count; ++face) {
+        if (!factory.InitVertexSurface(face, &surface)) continue;
+        patch_points.resize((size_t)surface.GetNumPatchPoints() * 3);
+        surface.PreparePatchPoints(points.data(), 3, patch_points.data(), 3);
+        const Bfr::Parameterization parameterization = surface.GetParameterization();
+        const int tiles = parameterization.HasSubFaces() ? parameterization.GetFaceSize() : 1;
+        for (int tile = 0; tile < tiles; ++tile) {
+            float* out = cursor.next(9 * (size_t)size * size);
+            for (uint32_t j = 0; j < size; ++j)
+                for (uint32_t i = 0; i < size; ++i, out += 9) {
+                    const float sub[2] = {(float)i / (float)(size - 1), (float)j / (float)(size - 1)};
+                    float uv[2] = {sub[0], sub[1]};
+                    if (tiles > 1) parameterization.ConvertNormalizedSubFaceToCoord(tile, sub, uv);
+                    surface.Evaluate(uv, patch_points.data(), 3, out, out + 3, out + 6);
                     ++samples;
                 }
         }
-    } catch (const std::exception&) {
-        return -1;
     }
     return samples;
 }
 
-struct rlv_osd_bfr {
-    typedef Bfr::RefinerSurfaceFactory<> Factory;
-    std::unique_ptr<Factory> factory;
-    int face_count = 0;
-};
-
-extern "C" rlv_osd_bfr* rlv_osd_bfr_create(const rlv_osd_table* table, int32_t approximation_level, char* error,
-                                           size_t error_size) {
-    try {
-        Bfr::SurfaceFactory::Options options;
-        options.SetApproxLevelSmooth(approximation_level);
-        options.SetApproxLevelSharp(approximation_level);
-        std::unique_ptr<rlv_osd_bfr> bfr(new rlv_osd_bfr);
-        bfr->factory.reset(new rlv_osd_bfr::Factory(*table->refiner, options));
-        bfr->face_count = table->refiner->GetLevel(0).GetNumFaces();
-        return bfr.release();
-    } catch (const std::exception& exception) {
-        rlv_osd_report(error, error_size, exception.what());
-    }
-    return nullptr;
+std::unique_ptr<BfrEvaluator> make_bfr(const Table& table, uint32_t level) {
+    return std::make_unique<BfrEvaluator>(table, level);
 }
 
-extern "C" int64_t rlv_osd_bfr_grid(rlv_osd_bfr* bfr, const float* points, int32_t size, float* buffer,
-                                    int64_t buffer_floats) {
-    int64_t samples = 0;
-    Cursor cursor = {buffer, buffer_floats, 0};
-    try {
-        std::vector<float> patch_points;
-        Bfr::Surface<float> surface;
-        for (int face = 0; face < bfr->face_count; ++face) {
-            if (!bfr->factory->InitVertexSurface(face, &surface)) continue;
-            patch_points.resize((size_t)surface.GetNumPatchPoints() * 3);
-            surface.PreparePatchPoints(points, 3, patch_points.data(), 3);
-            const Bfr::Parameterization parameterization = surface.GetParameterization();
-            const int tiles = parameterization.HasSubFaces() ? parameterization.GetFaceSize() : 1;
-            for (int tile = 0; tile < tiles; ++tile) {
-                float* out = cursor.next(9 * (int64_t)size * size);
-                for (int j = 0; j < size; ++j)
-                    for (int i = 0; i < size; ++i, out += 9) {
-                        const float sub[2] = {(float)i / (float)(size - 1), (float)j / (float)(size - 1)};
-                        float uv[2] = {sub[0], sub[1]};
-                        if (tiles > 1) parameterization.ConvertNormalizedSubFaceToCoord(tile, sub, uv);
-                        surface.Evaluate(uv, patch_points.data(), 3, out, out + 3, out + 6);
-                        ++samples;
-                    }
-            }
-        }
-    } catch (const std::exception&) {
-        return -1;
+void refine_and_evaluate(const Cage& cage, rust::Slice<const double> cage_points, rust::Slice<const int32_t> tiles,
+                         rust::Slice<const double> uv, rust::Slice<double> out) {
+    double expected = 0.0;
+    expected_patches(cage, cage.isolation, {&expected, 1});
+    const Table table(cage);
+    const rust::Slice<const int32_t> sizes = table.stencil_sizes();
+    const int32_t* source = table.stencil_indices().data();
+    const double* weight = table.stencil_weights().data();
+    const double* const first = cage_points.data();
+    std::vector<double> points(first, first + cage_points.size());
+    points.reserve(points.size() + 3 * sizes.size());
+    for (const int32_t size : sizes) {
+        double sum[3] = {};
+        for (int32_t k = 0; k < size; ++k, ++source, ++weight)
+            for (int axis = 0; axis < 3; ++axis) sum[axis] += *weight * first[3 * (size_t)*source + axis];
+        points.insert(points.end(), sum, sum + 3);
     }
-    return samples;
+    table.evaluate({points.data(), points.size()}, tiles, uv, out);
 }
 
-extern "C" void rlv_osd_bfr_free(rlv_osd_bfr* bfr) { delete bfr; }
+} // namespace opensubdiv
+} // namespace relievo

@@ -1,49 +1,49 @@
-#include "refine.h"
-
+// Refinement of a cage, and copies of OpenSubdiv's tables.
 #include <algorithm>
-#include <cstdio>
-#include <exception>
 #include <stdexcept>
 
-#include "table.h"
+#include <opensubdiv/far/patchTableFactory.h>
+#include <opensubdiv/far/stencilTableFactory.h>
+#include <opensubdiv/far/topologyDescriptor.h>
+
+#include "relievo-opensubdiv/src/bridge.rs.h"
 
 using namespace OpenSubdiv;
 
+namespace relievo {
+namespace opensubdiv {
+
 namespace {
 
-Sdc::Options subdivision_options(const rlv_osd_cage& cage) {
-    Sdc::Options options;
-    options.SetVtxBoundaryInterpolation(cage.boundary_rule == 0 ? Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER
-                                                                : Sdc::Options::VTX_BOUNDARY_EDGE_ONLY);
-    options.SetCreasingMethod(Sdc::Options::CREASE_UNIFORM);
-    return options;
-}
-
-std::unique_ptr<Far::TopologyRefiner> make_refiner(const rlv_osd_cage& cage) {
+std::unique_ptr<Far::TopologyRefiner> make_refiner(const Cage& cage) {
     Far::TopologyDescriptor topology;
-    topology.numVertices = cage.point_count;
-    topology.numFaces = cage.face_count;
-    topology.numVertsPerFace = cage.face_sizes;
-    topology.vertIndicesPerFace = cage.corners;
-    topology.numCreases = cage.crease_count;
-    topology.creaseVertexIndexPairs = cage.crease_points;
-    topology.creaseWeights = cage.crease_sharpness;
-    topology.numCorners = cage.sharp_point_count;
-    topology.cornerVertexIndices = cage.sharp_points;
-    topology.cornerWeights = cage.sharp_point_sharpness;
-    topology.numHoles = cage.hole_count;
-    topology.holeIndices = cage.holes;
+    topology.numVertices = (int)cage.point_count;
+    topology.numFaces = (int)cage.face_sizes.size();
+    topology.numVertsPerFace = cage.face_sizes.data();
+    topology.vertIndicesPerFace = cage.corners.data();
+    topology.numCreases = (int)cage.crease_sharpness.size();
+    topology.creaseVertexIndexPairs = cage.crease_points.data();
+    topology.creaseWeights = cage.crease_sharpness.data();
+    topology.numCorners = (int)cage.sharp_points.size();
+    topology.cornerVertexIndices = cage.sharp_points.data();
+    topology.cornerWeights = cage.sharp_point_sharpness.data();
+    topology.numHoles = (int)cage.holes.size();
+    topology.holeIndices = cage.holes.data();
+    Sdc::Options scheme;
+    scheme.SetVtxBoundaryInterpolation(cage.round_corners ? Sdc::Options::VTX_BOUNDARY_EDGE_ONLY
+                                                          : Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER);
+    scheme.SetCreasingMethod(Sdc::Options::CREASE_UNIFORM);
     typedef Far::TopologyRefinerFactory<Far::TopologyDescriptor> Factory;
-    Factory::Options options(Sdc::SCHEME_CATMARK, subdivision_options(cage));
-    std::unique_ptr<Far::TopologyRefiner> refiner(Factory::Create(topology, options));
+    std::unique_ptr<Far::TopologyRefiner> refiner(
+        Factory::Create(topology, Factory::Options(Sdc::SCHEME_CATMARK, scheme)));
     if (!refiner) throw std::runtime_error("OpenSubdiv cannot refine this topology");
     return refiner;
 }
 
-Far::PatchTableFactory::Options table_options(const rlv_osd_cage& cage, int isolation) {
+Far::PatchTableFactory::Options table_options(const Cage& cage, uint32_t isolation) {
     Far::PatchTableFactory::Options options(isolation);
     options.useInfSharpPatch = true;
-    options.useSingleCreasePatch = cage.single_crease != 0;
+    options.useSingleCreasePatch = cage.single_crease;
     options.generateVaryingTables = false;
     options.generateVaryingLocalPoints = false;
     options.generateFVarLegacyLinearPatches = false;
@@ -53,39 +53,56 @@ Far::PatchTableFactory::Options table_options(const rlv_osd_cage& cage, int isol
     return options;
 }
 
-int faces_at(const rlv_osd_cage& cage, int isolation) {
-    std::unique_ptr<Far::TopologyRefiner> refiner = make_refiner(cage);
+int faces_at(const Cage& cage, uint32_t isolation) {
+    const std::unique_ptr<Far::TopologyRefiner> refiner = make_refiner(cage);
     refiner->RefineAdaptive(table_options(cage, isolation).GetRefineAdaptiveOptions());
     return refiner->GetNumFacesTotal();
 }
 
-// Faces of all levels, which are more than the patches: counted up to level 3. Beyond, point features add a fixed number
-// a level, creases at most twice as many as the level before, so doubling what level 3 adds over level 2 is an upper
-// estimate.
-void expected_patches(const rlv_osd_cage& cage, int first, int last, double* counts) {
+} // namespace
+
+// Counts the faces of all levels, which are more than the patches, up to level 3. Beyond, point features add a fixed
+// number a level, creases at most twice as many as the level before, so doubling what level 3 adds over level 2 is an
+// upper estimate.
+void expected_patches(const Cage& cage, uint32_t first, rust::Slice<double> counts) {
+    const uint32_t last = first + (uint32_t)counts.size() - 1;
     double faces[4] = {};
-    for (int level = last <= 3 ? first : std::min(first, 2); level <= std::min(last, 3); ++level)
+    for (uint32_t level = last <= 3 ? first : std::min(first, 2u); level <= std::min(last, 3u); ++level)
         faces[level] = faces_at(cage, level);
     double added = faces[3] - faces[2], total = faces[3];
-    for (int level = 1; level <= last; ++level) {
+    for (uint32_t level = 1; level <= last; ++level) {
         if (level > 3) total += (added *= 2.0);
         if (level >= first) counts[level - first] = level <= 3 ? faces[level] : total;
     }
 }
 
-void copy_patches(rlv_osd_table& out, const Far::PatchTable& table, bool single_crease) {
-    for (int array = 0; array < table.GetNumPatchArrays(); ++array) {
-        const bool regular = table.GetPatchArrayDescriptor(array).GetType() == Far::PatchDescriptor::REGULAR;
-        for (int patch = 0; patch < table.GetNumPatches(array); ++patch) {
-            const Far::PatchParam param = table.GetPatchParam(array, patch);
-            rlv_osd_patch record = {};
-            record.tile = param.GetFaceId();
+std::unique_ptr<Table> refine(const Cage& cage) { return std::make_unique<Table>(cage); }
+
+Table::Table(const Cage& cage) : topology(make_refiner(cage)) {
+    const Far::PatchTableFactory::Options options = table_options(cage, cage.isolation);
+    topology->RefineAdaptive(options.GetRefineAdaptiveOptions());
+    patch_table.reset(Far::PatchTableFactory::Create(*topology, options));
+    if (!patch_table) throw std::runtime_error("OpenSubdiv cannot build a patch table");
+    copy_patches(cage.single_crease);
+    copy_stencils();
+}
+
+Table::~Table() = default;
+
+void Table::copy_patches(bool single_crease) {
+    for (int array = 0; array < patch_table->GetNumPatchArrays(); ++array) {
+        const bool regular = patch_table->GetPatchArrayDescriptor(array).GetType() == Far::PatchDescriptor::REGULAR;
+        for (int patch = 0; patch < patch_table->GetNumPatches(array); ++patch) {
+            const Far::PatchParam param = patch_table->GetPatchParam(array, patch);
+            Patch record = {};
+            record.tile = (uint32_t)param.GetFaceId();
             record.u = param.GetU();
             record.v = param.GetV();
             record.depth = (uint8_t)(param.GetDepth() - (param.NonQuadRoot() ? 1 : 0));
             record.boundary = (uint8_t)(param.GetBoundary() & 0xf);
-            record.kind = regular ? 0 : 1;
-            const float sharpness = regular && single_crease ? table.GetSingleCreasePatchSharpnessValue(array, patch) : 0.0f;
+            record.is_gregory = !regular;
+            const float sharpness =
+                regular && single_crease ? patch_table->GetSingleCreasePatchSharpnessValue(array, patch) : 0.0f;
             if (sharpness > 0.0f) {
                 // The boundary bit of a single-crease patch names its creased edge.
                 for (int edge = 0; edge < 4; ++edge)
@@ -93,81 +110,36 @@ void copy_patches(rlv_osd_table& out, const Far::PatchTable& table, bool single_
                 record.boundary = 0;
                 record.sharpness = sharpness;
             }
-            record.first = (uint32_t)out.indices.size();
-            const Far::ConstIndexArray points = table.GetPatchVertices(array, patch);
-            out.indices.insert(out.indices.end(), points.begin(), points.end());
-            out.patches.push_back(record);
+            record.first = (uint32_t)point_indices.size();
+            const Far::ConstIndexArray points = patch_table->GetPatchVertices(array, patch);
+            point_indices.insert(point_indices.end(), points.begin(), points.end());
+            records.push_back(record);
         }
     }
 }
 
-void copy_stencils(rlv_osd_table& out, const Far::TopologyRefiner& refiner, const Far::PatchTable& table) {
+void Table::copy_stencils() {
     typedef Far::StencilTableReal<double> Stencils;
     typedef Far::StencilTableFactoryReal<double> Factory;
     Factory::Options options;
     options.generateOffsets = true;
     options.generateIntermediateLevels = true;
-    std::unique_ptr<const Stencils> refined(Factory::Create(refiner, options));
+    std::unique_ptr<const Stencils> refined(Factory::Create(*topology, options));
     if (!refined) throw std::runtime_error("OpenSubdiv cannot build stencils");
-    if (const Stencils* local = table.GetLocalPointStencilTable<double>()) {
-        std::unique_ptr<const Stencils> all(Factory::AppendLocalPointStencilTable(refiner, refined.get(), local));
+    if (const Stencils* local = patch_table->GetLocalPointStencilTable<double>()) {
+        std::unique_ptr<const Stencils> all(Factory::AppendLocalPointStencilTable(*topology, refined.get(), local));
         if (all) refined = std::move(all);
     }
-    out.stencil_sizes = refined->GetSizes();
-    out.stencil_indices = refined->GetControlIndices();
-    out.stencil_weights = refined->GetWeights();
+    sizes = refined->GetSizes();
+    sources = refined->GetControlIndices();
+    weights = refined->GetWeights();
 }
 
-} // namespace
+rust::Slice<const Patch> Table::patches() const { return {records.data(), records.size()}; }
+rust::Slice<const int32_t> Table::indices() const { return {point_indices.data(), point_indices.size()}; }
+rust::Slice<const int32_t> Table::stencil_sizes() const { return {sizes.data(), sizes.size()}; }
+rust::Slice<const int32_t> Table::stencil_indices() const { return {sources.data(), sources.size()}; }
+rust::Slice<const double> Table::stencil_weights() const { return {weights.data(), weights.size()}; }
 
-void rlv_osd_report(char* error, size_t size, const char* text) {
-    if (error && size) std::snprintf(error, size, "%s", text);
-}
-
-extern "C" int32_t rlv_osd_expected_patches(const rlv_osd_cage* cage, int32_t first, int32_t last, double* counts,
-                                            char* error, size_t error_size) {
-    try {
-        expected_patches(*cage, first, last, counts);
-        return 0;
-    } catch (const std::exception& exception) {
-        rlv_osd_report(error, error_size, exception.what());
-    } catch (...) {
-        rlv_osd_report(error, error_size, "unknown C++ exception");
-    }
-    return -1;
-}
-
-extern "C" rlv_osd_table* rlv_osd_refine(const rlv_osd_cage* cage, char* error, size_t error_size) {
-    try {
-        std::unique_ptr<rlv_osd_table> out(new rlv_osd_table);
-        out->refiner = make_refiner(*cage);
-        const Far::PatchTableFactory::Options options = table_options(*cage, cage->isolation);
-        out->refiner->RefineAdaptive(options.GetRefineAdaptiveOptions());
-        out->table.reset(Far::PatchTableFactory::Create(*out->refiner, options));
-        if (!out->table) throw std::runtime_error("OpenSubdiv cannot build a patch table");
-        out->tile_count = out->table->GetNumPtexFaces();
-        copy_patches(*out, *out->table, cage->single_crease != 0);
-        copy_stencils(*out, *out->refiner, *out->table);
-        return out.release();
-    } catch (const std::exception& exception) {
-        rlv_osd_report(error, error_size, exception.what());
-    } catch (...) {
-        rlv_osd_report(error, error_size, "unknown C++ exception");
-    }
-    return nullptr;
-}
-
-extern "C" void rlv_osd_arrays_of(const rlv_osd_table* table, rlv_osd_arrays* arrays) {
-    arrays->tile_count = table->tile_count;
-    arrays->patch_count = (int32_t)table->patches.size();
-    arrays->patches = table->patches.data();
-    arrays->index_count = (int32_t)table->indices.size();
-    arrays->indices = table->indices.data();
-    arrays->stencil_count = (int32_t)table->stencil_sizes.size();
-    arrays->stencil_sizes = table->stencil_sizes.data();
-    arrays->weight_count = (int64_t)table->stencil_weights.size();
-    arrays->stencil_indices = table->stencil_indices.data();
-    arrays->stencil_weights = table->stencil_weights.data();
-}
-
-extern "C" void rlv_osd_free(rlv_osd_table* table) { delete table; }
+} // namespace opensubdiv
+} // namespace relievo

@@ -1,5 +1,6 @@
-//! Gives the shared library its SONAME, one per minor version until 1.0, and keeps it loaded once a host opened it:
-//! thread-local destructors of an unloaded library would crash the host at exit.
+//! Gives the shared library its SONAME, one per minor version until 1.0, exports nothing of the libraries linked into it,
+//! and keeps it loaded once a host opened it: thread-local destructors of an unloaded library would crash the host at
+//! exit.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
@@ -8,5 +9,7 @@ fn main() {
         let soname = format!("librelievo.so.{}.{}", version("MAJOR"), version("MINOR"));
         println!("cargo::rustc-cdylib-link-arg=-Wl,-soname,{soname}");
         println!("cargo::rustc-cdylib-link-arg=-Wl,-z,nodelete");
+        // The runtime of cxx exports its own symbols; another library of the host with another cxx would take ours.
+        println!("cargo::rustc-cdylib-link-arg=-Wl,--exclude-libs,ALL");
     }
 }

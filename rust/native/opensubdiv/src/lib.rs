@@ -1,8 +1,9 @@
 //! Binding to OpenSubdiv: adaptive refinement, patch tables and stencils, and its own evaluators for comparison.
 //!
 //! The C++ side (`cpp/opensubdiv`) has no algorithms: it fills in OpenSubdiv's descriptors and copies its tables out.
+//! `bridge.rs` declares what crosses the boundary; cxx generates both sides of it and compares them when it compiles.
 
-mod ffi;
+mod bridge;
 pub mod reference;
 mod table;
 

@@ -1,11 +1,10 @@
 //! OpenSubdiv's own evaluators, which tests and benches compare with.
 
-use std::ffi::CStr;
+use cxx::UniquePtr;
+use relievo_core::{Error, Mesh, Result};
 
-use relievo_core::{Error, Result};
-
-use crate::ffi;
-use crate::table::Table;
+use crate::bridge::ffi;
+use crate::table::{Cage, Options, Table};
 
 /// P, du, dv, duu, duv, dvv by `Far::PatchTable::EvaluateBasis` in f64 at `(tile, u, v)`.
 ///
@@ -15,88 +14,80 @@ pub fn evaluate(table: &Table, points: &[[f64; 3]], places: &[(u32, f64, f64)]) 
     if points.len() != table.point_count() {
         return Err(Error::invalid("as many points as the table has are needed"));
     }
+    let (tiles, uv) = split(places, table.tile_count())?;
+    let mut out = vec![[[0.0; 3]; 6]; places.len()];
+    let numbers = out.as_flattened_mut().as_flattened_mut();
+    table.inner().evaluate(points.as_flattened(), &tiles, uv.as_flattened(), numbers).map_err(failed)?;
+    Ok(out)
+}
+
+/// Returns the tiles and parameters of `places`. Fails if one is outside its tile.
+fn split(places: &[(u32, f64, f64)], tile_count: usize) -> Result<(Vec<i32>, Vec<[f64; 2]>)> {
     let in_range = |(tile, u, v): &(u32, f64, f64)| {
-        (*tile as usize) < table.tile_count() && (0.0..=1.0).contains(u) && (0.0..=1.0).contains(v)
+        (*tile as usize) < tile_count && (0.0..=1.0).contains(u) && (0.0..=1.0).contains(v)
     };
     if !places.iter().all(in_range) {
         return Err(Error::invalid("a place is outside its tile"));
     }
-    let tiles: Vec<i32> = places.iter().map(|place| place.0 as i32).collect();
-    let uv: Vec<[f64; 2]> = places.iter().map(|place| [place.1, place.2]).collect();
-    let mut out = vec![[[0.0; 3]; 6]; places.len()];
-    // SAFETY: every array is as long as `places`, with 2 and 18 numbers a place; points cover the table's indices.
-    let found = unsafe {
-        ffi::rlv_osd_evaluate(
-            table.handle(),
-            points.as_ptr().cast(),
-            places.len() as i32,
-            tiles.as_ptr(),
-            uv.as_ptr().cast(),
-            out.as_mut_ptr().cast(),
-        )
-    };
-    if found < 0 { Err(Error::internal("OpenSubdiv failed to evaluate")) } else { Ok(out) }
+    Ok(places.iter().map(|(tile, u, v)| (*tile as i32, [*u, *v])).unzip())
+}
+
+/// A cage and places on it as C++ takes them, so that [`Self::run`] is a single call.
+pub struct Evaluation<'m> {
+    cage: Cage<'m>,
+    options: Options,
+    cage_points: Vec<[f64; 3]>,
+    tiles: Vec<i32>,
+    uv: Vec<[f64; 2]>,
+}
+
+impl<'m> Evaluation<'m> {
+    /// Prepares `mesh`, which must have passed [`Mesh::check`], and `(tile, u, v)` on its tiles.
+    pub fn new(mesh: &'m Mesh, options: &Options, places: &[(u32, f64, f64)]) -> Result<Self> {
+        let tile_count = mesh.face_sizes.iter().map(|size| if *size == 4 { 1 } else { *size as usize }).sum();
+        let (tiles, uv) = split(places, tile_count)?;
+        let cage_points = mesh.points.iter().map(|point| point.map(f64::from)).collect();
+        Ok(Self { cage: Cage::new(mesh)?, options: *options, cage_points, tiles, uv })
+    }
+
+    /// Refines the cage and evaluates it, as [`Table::new`] and [`evaluate`] do together, within C++ alone.
+    pub fn run(&self) -> Result<Vec<[[f64; 3]; 6]>> {
+        let mut out = vec![[[0.0; 3]; 6]; self.tiles.len()];
+        let numbers = out.as_flattened_mut().as_flattened_mut();
+        let (cage, points) = (self.cage.described(&self.options), self.cage_points.as_flattened());
+        ffi::refine_and_evaluate(&cage, points, &self.tiles, self.uv.as_flattened(), numbers).map_err(failed)?;
+        Ok(out)
+    }
 }
 
 /// P, du, dv by `EvaluateBasis` in f32 on a `size`² lattice of every tile, nine floats a sample, into `buffer`, from
 /// its start again when it is full. Returns the number of samples.
 pub fn far_grid(table: &Table, points: &[[f32; 3]], size: usize, buffer: &mut [f32]) -> Result<u64> {
     check_grid(points.len() == table.point_count(), size, buffer)?;
-    // SAFETY: points cover the table's indices; the shim stays within the buffer, which holds at least one tile.
-    let samples = unsafe {
-        ffi::rlv_osd_far_grid(
-            table.handle(),
-            points.as_ptr().cast(),
-            size as i32,
-            buffer.as_mut_ptr(),
-            buffer.len() as i64,
-        )
-    };
-    u64::try_from(samples).map_err(|_| Error::internal("OpenSubdiv failed to evaluate"))
+    table.inner().far_grid(points.as_flattened(), size as u32, buffer).map_err(failed)
 }
 
 /// The Bfr evaluator of a table's refiner.
 pub struct Bfr<'a> {
-    handle: *mut ffi::Bfr,
+    inner: UniquePtr<ffi::BfrEvaluator<'a>>,
     table: &'a Table,
 }
 
 impl<'a> Bfr<'a> {
     /// With `level` as the approximation level of smooth and sharp features.
     pub fn new(table: &'a Table, level: u32) -> Result<Self> {
-        let mut text = [0 as std::ffi::c_char; 256];
-        // SAFETY: the table is alive for 'a; the text is written within its size.
-        let handle = unsafe { ffi::rlv_osd_bfr_create(table.handle(), level as i32, text.as_mut_ptr(), text.len()) };
-        if handle.is_null() {
-            // SAFETY: ended with a zero by the shim.
-            let what = unsafe { CStr::from_ptr(text.as_ptr()) }.to_string_lossy().into_owned();
-            return Err(Error::internal(what));
-        }
-        Ok(Self { handle, table })
+        Ok(Self { inner: ffi::make_bfr(table.inner(), level).map_err(failed)?, table })
     }
 
     /// As [`far_grid`], from the cage's points.
     pub fn grid(&mut self, points: &[[f32; 3]], size: usize, buffer: &mut [f32]) -> Result<u64> {
         check_grid(points.len() == self.table.cage_point_count(), size, buffer)?;
-        // SAFETY: points are the cage's; the shim stays within the buffer, which holds at least one tile.
-        let samples = unsafe {
-            ffi::rlv_osd_bfr_grid(
-                self.handle,
-                points.as_ptr().cast(),
-                size as i32,
-                buffer.as_mut_ptr(),
-                buffer.len() as i64,
-            )
-        };
-        u64::try_from(samples).map_err(|_| Error::internal("OpenSubdiv failed to evaluate"))
+        self.inner.pin_mut().grid(points.as_flattened(), size as u32, buffer).map_err(failed)
     }
 }
 
-impl Drop for Bfr<'_> {
-    fn drop(&mut self) {
-        // SAFETY: made by `rlv_osd_bfr_create`, freed once.
-        unsafe { ffi::rlv_osd_bfr_free(self.handle) };
-    }
+fn failed(exception: cxx::Exception) -> Error {
+    Error::internal(format!("OpenSubdiv failed to evaluate: {exception}"))
 }
 
 fn check_grid(points_fit: bool, size: usize, buffer: &[f32]) -> Result<()> {

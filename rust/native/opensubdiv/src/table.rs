@@ -3,12 +3,12 @@
 //! that make their points from the cage's.
 
 use std::collections::HashSet;
-use std::ffi::{CStr, c_char};
 use std::ops::RangeInclusive;
 
+use cxx::UniquePtr;
 use relievo_core::{Crease, Error, Mesh, Result};
 
-use crate::ffi;
+use crate::bridge::ffi;
 
 /// How the surface behaves at a boundary of the cage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -108,16 +108,10 @@ impl PatchRecord {
 
 /// A refined cage. Points of patches are numbered: first the cage's, then one per stencil.
 pub struct Table {
-    handle: *mut ffi::Table,
-    arrays: ffi::Arrays,
+    inner: UniquePtr<ffi::Table>,
     patches: Vec<PatchRecord>,
     cage_points: usize,
 }
-
-// SAFETY: after construction the C++ object is only read, and OpenSubdiv's tables have no interior mutability.
-unsafe impl Send for Table {}
-// SAFETY: as above.
-unsafe impl Sync for Table {}
 
 /// Largest number of corners of a face and of faces at a point in OpenSubdiv's tables.
 const VALENCE_LIMIT: usize = 65_535;
@@ -134,7 +128,7 @@ fn creases_on_edges(mesh: &Mesh) -> Vec<Crease> {
 }
 
 /// A mesh as OpenSubdiv takes it.
-struct Cage<'m> {
+pub(crate) struct Cage<'m> {
     mesh: &'m Mesh,
     face_sizes: Vec<i32>,
     corners: Vec<i32>,
@@ -147,7 +141,7 @@ struct Cage<'m> {
 
 impl<'m> Cage<'m> {
     /// Fails if OpenSubdiv cannot refine `mesh`, which must have passed [`Mesh::check`].
-    fn new(mesh: &'m Mesh) -> Result<Self> {
+    pub(crate) fn new(mesh: &'m Mesh) -> Result<Self> {
         check_valence(mesh)?;
         if mesh.corners.len() > i32::MAX as usize / 2 {
             return Err(Error::unsupported("the cage has more than 2^30 corners").advise("split it"));
@@ -166,50 +160,33 @@ impl<'m> Cage<'m> {
         })
     }
 
-    /// The description, which points into this cage.
-    fn described(&self, options: &Options) -> ffi::Cage {
+    /// Returns the description for C++, which borrows this cage.
+    pub(crate) fn described(&self, options: &Options) -> ffi::Cage<'_> {
         ffi::Cage {
-            point_count: self.mesh.points.len() as i32,
-            face_count: self.face_sizes.len() as i32,
-            face_sizes: self.face_sizes.as_ptr(),
-            corners: self.corners.as_ptr(),
-            crease_count: self.crease_sharpness.len() as i32,
-            crease_points: self.crease_points.as_ptr(),
-            crease_sharpness: self.crease_sharpness.as_ptr(),
-            sharp_point_count: self.sharp_points.len() as i32,
-            sharp_points: self.sharp_points.as_ptr(),
-            sharp_point_sharpness: self.sharp_point_sharpness.as_ptr(),
-            hole_count: self.holes.len() as i32,
-            holes: self.holes.as_ptr(),
-            boundary_rule: i32::from(options.boundary == BoundaryRule::Edges),
-            isolation: options.isolation as i32,
-            single_crease: i32::from(options.single_crease),
+            point_count: self.mesh.points.len() as u32,
+            face_sizes: &self.face_sizes,
+            corners: &self.corners,
+            crease_points: &self.crease_points,
+            crease_sharpness: &self.crease_sharpness,
+            sharp_points: &self.sharp_points,
+            sharp_point_sharpness: &self.sharp_point_sharpness,
+            holes: &self.holes,
+            round_corners: options.boundary == BoundaryRule::Edges,
+            isolation: options.isolation,
+            single_crease: options.single_crease,
         }
     }
 
     /// Patches expected at each isolation of `levels`, within 1 to 10. An upper estimate.
     fn expected_patches(&self, options: &Options, levels: RangeInclusive<u32>) -> Result<Vec<f64>> {
-        let cage = self.described(options);
         let mut counts = vec![0.0; levels.clone().count()];
-        let (first, last) = (*levels.start() as i32, *levels.end() as i32);
-        failing(|text, size| {
-            // SAFETY: the cage's arrays live until the call returns and hold as many values as their counts say; the
-            // mesh was checked, so every index exists. There is a count for every level.
-            let done = unsafe { ffi::rlv_osd_expected_patches(&cage, first, last, counts.as_mut_ptr(), text, size) };
-            (done == 0).then_some(())
-        })?;
+        ffi::expected_patches(&self.described(options), *levels.start(), &mut counts).map_err(refused)?;
         Ok(counts)
     }
 }
 
-/// The result of `call`, or the error whose text it left.
-fn failing<T>(call: impl FnOnce(*mut c_char, usize) -> Option<T>) -> Result<T> {
-    let mut text = [0 as c_char; 256];
-    call(text.as_mut_ptr(), text.len()).ok_or_else(|| {
-        // SAFETY: the shim ends the text with a zero within its size.
-        let what = unsafe { CStr::from_ptr(text.as_ptr()) }.to_string_lossy().into_owned();
-        Error::unsupported(what).at("subdivision").advise("use a coarser or a simpler cage")
-    })
+fn refused(exception: cxx::Exception) -> Error {
+    Error::unsupported(exception.what()).at("subdivision").advise("use a coarser or a simpler cage")
 }
 
 fn check_isolation(isolation: u32) -> Result<()> {
@@ -239,29 +216,14 @@ impl Table {
         for expected in expected {
             options.check(expected).map_err(|error| error.at("subdivision"))?;
         }
-        let described = cage.described(options);
-        let handle = failing(|text, size| {
-            // SAFETY: the cage's arrays live until the call returns and hold as many values as their counts say; the
-            // mesh was checked, so every index exists.
-            let handle = unsafe { ffi::rlv_osd_refine(&described, text, size) };
-            (!handle.is_null()).then_some(handle)
-        })?;
-        let mut arrays = std::mem::MaybeUninit::uninit();
-        // SAFETY: the handle is alive and the call fills in every field.
-        let arrays: ffi::Arrays = unsafe {
-            ffi::rlv_osd_arrays_of(handle, arrays.as_mut_ptr());
-            arrays.assume_init()
-        };
-        let mut table = Self { handle, arrays, patches: Vec::new(), cage_points: mesh.points.len() };
-        // SAFETY: the arrays belong to the handle and are as long as their counts say.
-        let records = unsafe { slice(table.arrays.patches, table.arrays.patch_count as usize) };
-        table.patches = records.iter().map(record).collect();
-        Ok(table)
+        let inner = ffi::refine(&cage.described(options)).map_err(refused)?;
+        let patches = inner.patches().iter().map(record).collect();
+        Ok(Self { inner, patches, cage_points: mesh.points.len() })
     }
 
     /// Number of tiles, in the order of OpenSubdiv's `Far::PtexIndices`.
     pub fn tile_count(&self) -> usize {
-        self.arrays.tile_count as usize
+        self.inner.tile_count() as usize
     }
 
     /// The patches, in no particular order.
@@ -271,13 +233,12 @@ impl Table {
 
     /// Point indices of the patches.
     pub fn indices(&self) -> &[i32] {
-        // SAFETY: as long as the count says, alive with the handle.
-        unsafe { slice(self.arrays.indices, self.arrays.index_count as usize) }
+        self.inner.indices()
     }
 
     /// Number of points: the cage's and one per stencil.
     pub fn point_count(&self) -> usize {
-        self.cage_points + self.arrays.stencil_count as usize
+        self.cage_points + self.inner.stencil_sizes().len()
     }
 
     /// Number of points of the cage.
@@ -287,46 +248,26 @@ impl Table {
 
     /// Size of every stencil.
     pub fn stencil_sizes(&self) -> &[i32] {
-        // SAFETY: as long as the count says, alive with the handle.
-        unsafe { slice(self.arrays.stencil_sizes, self.arrays.stencil_count as usize) }
+        self.inner.stencil_sizes()
     }
 
     /// Cage points and weights of all stencils, one after the other.
     pub fn stencil_weights(&self) -> (&[i32], &[f64]) {
-        let count = self.arrays.weight_count as usize;
-        // SAFETY: both are as long as the count says, alive with the handle.
-        unsafe { (slice(self.arrays.stencil_indices, count), slice(self.arrays.stencil_weights, count)) }
+        (self.inner.stencil_indices(), self.inner.stencil_weights())
     }
 
-    pub(crate) fn handle(&self) -> *const ffi::Table {
-        self.handle
+    pub(crate) fn inner(&self) -> &ffi::Table {
+        &self.inner
     }
-}
-
-impl Drop for Table {
-    fn drop(&mut self) {
-        // SAFETY: made by `rlv_osd_refine`, freed once.
-        unsafe { ffi::rlv_osd_free(self.handle) };
-    }
-}
-
-/// # Safety
-/// `data` points to `count` values, or `count` is 0.
-unsafe fn slice<'a, T>(data: *const T, count: usize) -> &'a [T] {
-    if count == 0 {
-        return &[];
-    }
-    // SAFETY: the caller's promise.
-    unsafe { std::slice::from_raw_parts(data, count) }
 }
 
 fn record(patch: &ffi::Patch) -> PatchRecord {
-    let kind = match (patch.kind, patch.crease) {
-        (0, 0) => PatchKind::Regular { boundary: patch.boundary },
-        (0, crease) => PatchKind::SingleCrease { edge: crease - 1, sharpness: patch.sharpness },
-        _ => PatchKind::Gregory,
+    let kind = match (patch.is_gregory, patch.crease) {
+        (true, _) => PatchKind::Gregory,
+        (false, 0) => PatchKind::Regular { boundary: patch.boundary },
+        (false, crease) => PatchKind::SingleCrease { edge: crease - 1, sharpness: patch.sharpness },
     };
-    PatchRecord { tile: patch.tile as u32, u: patch.u, v: patch.v, depth: patch.depth, kind, first: patch.first }
+    PatchRecord { tile: patch.tile, u: patch.u, v: patch.v, depth: patch.depth, kind, first: patch.first }
 }
 
 fn check_valence(mesh: &Mesh) -> Result<()> {

@@ -1,0 +1,199 @@
+//! Tables of a cage with creases, boundaries, a hole and faces of three to five corners, held against OpenSubdiv's own
+//! evaluators.
+
+use relievo_core::{Crease, Mesh};
+use relievo_opensubdiv::reference::{Bfr, evaluate, far_grid};
+use relievo_opensubdiv::{BoundaryRule, Options, PatchKind, Table};
+
+const OPTIONS: Options = Options {
+    boundary: BoundaryRule::EdgesAndCorners,
+    isolation: 6,
+    single_crease: false,
+    patch_limit: 1e6,
+    memory_limit: u64::MAX,
+};
+
+/// Faces along each edge of the cage.
+const SIZE: u32 = 6;
+
+/// The face that is a hole.
+const HOLE: u32 = 18;
+
+/// The tile of that face, after those of 16 quads, two triangles, a triangle and a pentagon.
+const HOLE_TILE: u32 = 28;
+
+/// A sheet of quads over the square of 0 to [`SIZE`], of which one is two triangles and two are a pentagon and a
+/// triangle.
+fn sheet() -> Mesh {
+    let place = |x: u32, y: u32| y * (SIZE + 1) + x;
+    let height = |x: f32, y: f32| (1.3 * x).sin() + (0.7 * y).cos();
+    let mut points = Vec::new();
+    for y in 0..=SIZE {
+        points.extend((0..=SIZE).map(|x| [x as f32, y as f32, height(x as f32, y as f32)]));
+    }
+    let middle = points.len() as u32;
+    points.push([3.5, 1.25, height(3.5, 1.25)]);
+    let (mut sizes, mut corners) = (Vec::new(), Vec::new());
+    for y in 0..SIZE {
+        for x in 0..SIZE {
+            let [a, b, c, d] = [place(x, y), place(x + 1, y), place(x + 1, y + 1), place(x, y + 1)];
+            let faces: &[&[u32]] = match (x, y) {
+                (1, 1) => &[&[a, b, c], &[a, c, d]],
+                (3, 1) => &[&[a, b, middle], &[a, middle, b, c, d]],
+                _ => &[&[a, b, c, d]],
+            };
+            for face in faces {
+                sizes.push(face.len() as u32);
+                corners.extend_from_slice(face);
+            }
+        }
+    }
+    let mut mesh = Mesh::new(points, sizes, corners);
+    mesh.creases = (1..5).map(|x| Crease { points: [place(x, 4), place(x + 1, 4)], sharpness: 1.5 }).collect();
+    mesh.sharp_points = vec![(place(2, 2), 2.5)];
+    mesh.holes = vec![HOLE];
+    mesh.check().unwrap();
+    mesh
+}
+
+/// Returns the cage's points and those of the stencils.
+fn points(table: &Table, mesh: &Mesh) -> Vec<[f64; 3]> {
+    let mut all: Vec<[f64; 3]> = mesh.points.iter().map(|point| point.map(f64::from)).collect();
+    let (sources, weights) = table.stencil_weights();
+    let mut terms = sources.iter().zip(weights);
+    for size in table.stencil_sizes() {
+        let mut sum = [0.0; 3];
+        for (source, weight) in terms.by_ref().take(*size as usize) {
+            for axis in 0..3 {
+                sum[axis] += weight * f64::from(mesh.points[*source as usize][axis]);
+            }
+        }
+        all.push(sum);
+    }
+    assert_eq!(terms.next(), None, "every weight belongs to a stencil");
+    all
+}
+
+/// Returns the four uniform cubic B-splines at `t` and their derivatives.
+fn splines(t: f64) -> [[f64; 4]; 2] {
+    let s = 1.0 - t;
+    let values = [s * s * s, 3.0 * t * t * t - 6.0 * t * t + 4.0, 3.0 * s * s * s - 6.0 * s * s + 4.0, t * t * t];
+    let slopes = [-s * s, 3.0 * t * t - 4.0 * t, -3.0 * s * s + 4.0 * s, t * t];
+    [values.map(|value| value / 6.0), slopes.map(|slope| slope / 2.0)]
+}
+
+#[test]
+fn patches_cover_every_tile_once_and_holes_not_at_all() {
+    let mesh = sheet();
+    for single_crease in [false, true] {
+        let table = Table::new(&mesh, &Options { single_crease, ..OPTIONS }).unwrap();
+        let mut areas = vec![0.0; table.tile_count()];
+        for patch in table.patches() {
+            areas[patch.tile as usize] += 0.25_f64.powi(i32::from(patch.depth));
+            let indices = &table.indices()[patch.first as usize..][..patch.point_count()];
+            assert!(indices.iter().all(|index| (*index as usize) < table.point_count()));
+        }
+        let mut tile = 0;
+        for (face, size) in mesh.face_sizes.iter().enumerate() {
+            let expected = if face == HOLE as usize { 0.0 } else { 1.0 };
+            for _ in 0..if *size == 4 { 1 } else { *size } {
+                assert_eq!(areas[tile], expected, "face {face}, tile {tile}");
+                tile += 1;
+            }
+        }
+        assert_eq!(tile, table.tile_count());
+        let creased = table.patches().iter().any(|patch| matches!(patch.kind, PatchKind::SingleCrease { .. }));
+        assert_eq!(creased, single_crease);
+    }
+}
+
+#[test]
+fn regular_patches_evaluate_as_far_does() {
+    let mesh = sheet();
+    let table = Table::new(&mesh, &OPTIONS).unwrap();
+    let points = points(&table, &mesh);
+    let inner = table.patches().iter().filter(|patch| patch.kind == PatchKind::Regular { boundary: 0 });
+    let (mut places, mut expected) = (Vec::new(), Vec::new());
+    for patch in inner {
+        let size = 0.5_f64.powi(i32::from(patch.depth));
+        for (s, t) in [(0.5, 0.5), (0.125, 0.75), (0.875, 0.25)] {
+            places.push((patch.tile, (f64::from(patch.u) + s) * size, (f64::from(patch.v) + t) * size));
+            let ([u, du], [v, dv]) = (splines(s), splines(t));
+            let mut sums = [[0.0; 3]; 3];
+            for k in 0..16 {
+                let point = points[table.indices()[patch.first as usize + k] as usize];
+                let weights = [u[k % 4] * v[k / 4], du[k % 4] * v[k / 4] / size, u[k % 4] * dv[k / 4] / size];
+                for (sum, weight) in sums.iter_mut().zip(weights) {
+                    for axis in 0..3 {
+                        sum[axis] += weight * point[axis];
+                    }
+                }
+            }
+            expected.push(sums);
+        }
+    }
+    assert!(places.len() > 300, "only {} places", places.len());
+    let found = evaluate(&table, &points, &places).unwrap();
+    for ((found, expected), place) in found.iter().zip(&expected).zip(&places) {
+        for (found, expected) in found.iter().zip(expected) {
+            let distance = (0..3).map(|axis| (found[axis] - expected[axis]).abs()).fold(0.0, f64::max);
+            assert!(distance < 1e-11, "{place:?}: {distance:e}");
+        }
+    }
+}
+
+#[test]
+fn far_in_float_and_bfr_agree_with_far_in_double() {
+    let mesh = sheet();
+    let table = Table::new(&mesh, &OPTIONS).unwrap();
+    let points = points(&table, &mesh);
+    let rounded: Vec<[f32; 3]> = points.iter().map(|point| point.map(|value| value as f32)).collect();
+    const LATTICE: usize = 4;
+    let mut places = Vec::new();
+    for tile in 0..table.tile_count() as u32 {
+        for sample in 0..LATTICE * LATTICE {
+            let at = |index: usize| f64::from(index as f32 / (LATTICE - 1) as f32);
+            places.push((tile, at(sample % LATTICE), at(sample / LATTICE)));
+        }
+    }
+    let expected = evaluate(&table, &points, &places).unwrap();
+    let mut far = vec![0.0; 9 * places.len()];
+    let surface_samples = (places.len() - LATTICE * LATTICE) as u64;
+    assert_eq!(far_grid(&table, &rounded, LATTICE, &mut far).unwrap(), surface_samples);
+    let mut bfr = vec![0.0; 9 * places.len()];
+    assert_eq!(Bfr::new(&table, 6).unwrap().grid(&mesh.points, LATTICE, &mut bfr).unwrap(), surface_samples);
+    let distance = |found: &[f32], expected: &[f64; 3]| {
+        (0..3).map(|axis| (f64::from(found[axis]) - expected[axis]).abs()).fold(0.0, f64::max)
+    };
+    // Bfr passes over holes.
+    let of_surface =
+        places.iter().zip(&expected).zip(far.chunks_exact(9)).filter(|((place, _), _)| place.0 != HOLE_TILE);
+    for (((place, expected), far), bfr) in of_surface.zip(bfr.chunks_exact(9)) {
+        assert!(distance(far, &expected[0]) < 1e-5, "Far at {place:?}: {far:?}, {expected:?}");
+        assert!(distance(bfr, &expected[0]) < 1e-3, "Bfr at {place:?}: {bfr:?}, {expected:?}");
+    }
+}
+
+#[test]
+fn what_cannot_be_refined_or_evaluated_is_an_error() {
+    let mesh = sheet();
+    for isolation in [0, 11] {
+        assert!(Table::new(&mesh, &Options { isolation, ..OPTIONS }).is_err());
+    }
+    let error = Table::new(&mesh, &Options { patch_limit: 10.0, ..OPTIONS }).err().unwrap();
+    assert!(error.to_string().contains("more than the limit of 10"), "{error}");
+    let error = Table::new(&mesh, &Options { memory_limit: 1000, ..OPTIONS }).err().unwrap();
+    assert!(error.to_string().contains("memory limit"), "{error}");
+
+    let table = Table::new(&mesh, &OPTIONS).unwrap();
+    let points = points(&table, &mesh);
+    for place in [(table.tile_count() as u32, 0.5, 0.5), (0, 1.5, 0.5), (0, 0.5, -0.1), (0, f64::NAN, 0.5)] {
+        assert!(evaluate(&table, &points, &[place]).is_err(), "{place:?}");
+    }
+    assert!(evaluate(&table, &points[1..], &[(0, 0.5, 0.5)]).is_err());
+    assert!(far_grid(&table, &[], 4, &mut [0.0; 144]).is_err());
+    let mut bfr = Bfr::new(&table, 3).unwrap();
+    for (size, floats) in [(4, 143), (1, 144), (5000, 144)] {
+        assert!(bfr.grid(&mesh.points, size, &mut vec![0.0; floats]).is_err());
+    }
+}
