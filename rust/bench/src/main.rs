@@ -12,6 +12,7 @@ mod imprint;
 mod imprint_device;
 mod lod;
 mod measure;
+mod native;
 mod paint;
 mod peers;
 mod progressive;
@@ -34,8 +35,8 @@ use report::Report;
 #[derive(Parser)]
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
-    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, or `pictures`, a part of that; or `peak` and
-    /// `meshing`, which they run
+    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `native`, or `pictures`, a part of `fluid`; or
+    /// `peak` and `meshing`, which they run
     name: String,
     /// One JSON object per line instead of a table
     #[arg(long)]
@@ -63,12 +64,13 @@ fn run(arguments: &Arguments) -> Result<()> {
             fluid::run(&mut report, arguments.peers.as_deref())?;
             fluid_render::run(&mut report)?;
         }
+        "native" => native::run(&mut report)?,
         "pictures" => fluid_render::run(&mut report)?,
         "meshing" => return fluid::mesh_file(arguments.particles.as_deref().unwrap_or(Path::new(""))),
         "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),
         name => {
             return Err(Error::invalid(format!("there is no bench `{name}`"))
-                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid` or `pictures`"));
+                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `native` or `pictures`"));
         }
     }
     report.finish();

@@ -97,7 +97,8 @@ enum Task {
     },
     /// Measures, beside a peer in the same run, and holds the figures against their goals
     Bench {
-        /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `pictures` (a part of that) or `hosts`
+        /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `pictures` (a part of that), `native` or
+        /// `hosts`
         name: String,
         /// One JSON object per line instead of a table
         #[arg(long)]
