@@ -127,7 +127,7 @@ pub struct Objects<const N: usize> {
 }
 
 /// Those of `buffers`; `None` where the device is reached by another interface.
-#[cfg(not(target_vendor = "apple"))]
+#[cfg(all(feature = "wgpu", not(target_vendor = "apple")))]
 pub fn objects<const N: usize>(device: &Device, buffers: [&wgpu::Buffer; N]) -> Option<Objects<N>> {
     use ash::vk::Handle;
     use relievo_gpu::wgpu::hal::api::Vulkan;
@@ -152,7 +152,7 @@ pub fn objects<const N: usize>(device: &Device, buffers: [&wgpu::Buffer; N]) -> 
     }
 }
 
-#[cfg(target_vendor = "apple")]
+#[cfg(not(all(feature = "wgpu", not(target_vendor = "apple"))))]
 pub fn objects<const N: usize>(_: &Device, _: [&wgpu::Buffer; N]) -> Option<Objects<N>> {
     None
 }

@@ -9,58 +9,19 @@
 //! keeps from step to step beside that, such as contacts, is no part of a state then, and a run that goes on from states
 //! is to the bit what it would have been.
 
-use glam::{DVec3, Quat, Vec3};
+use glam::{Quat, Vec3};
 use rapier3d::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle, SharedShape, Vector};
 use relievo_core::{Context, Error, Result};
 
+use crate::body_state::{BodyOptions, BodyState};
 use crate::obstacle::{Obstacle, placed, vector};
 use crate::pace::within;
-use crate::{ColliderOptions, Contact, Fluid, Solid, StepStatistics};
+use crate::{ColliderOptions, Fluid, Solid, StepStatistics};
 
 /// The share of what is due that a body gets before a step.
 const SHARE: f64 = 0.3;
 /// What is left of a time by rounding, as a share of a step.
 const ROUNDING: f32 = 1e-5;
-
-/// What a body is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BodyOptions {
-    /// kg/m³; positive.
-    pub density: f32,
-    /// m/s
-    pub velocity: Vec3,
-    /// An axis as long as the speed of the turn, in rad/s.
-    pub spin: Vec3,
-    /// What becomes of particles that meet it.
-    pub contact: Contact,
-}
-
-impl Default for BodyOptions {
-    fn default() -> Self {
-        Self { density: 500.0, velocity: Vec3::ZERO, spin: Vec3::ZERO, contact: Contact::Slip }
-    }
-}
-
-/// Where a body is, and how it moves.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BodyState {
-    /// How it is turned about the origin from where it began, and by how many metres it has moved then.
-    pub pose: (Quat, Vec3),
-    /// Of its centre, in m/s.
-    pub velocity: Vec3,
-    /// In rad/s.
-    pub spin: Vec3,
-    /// Momentum, and that about its centre, which it is yet to get, in kg m/s and kg m²/s.
-    pub due: [DVec3; 2],
-}
-
-impl BodyState {
-    fn is_sound(&self) -> bool {
-        let (turn, moved) = self.pose;
-        let is_finite = moved.is_finite() && self.velocity.is_finite() && self.spin.is_finite();
-        is_finite && turn.is_normalized() && self.due.iter().all(|due| due.is_finite())
-    }
-}
 
 struct Body {
     shape: SharedShape,

@@ -5,6 +5,9 @@ mod blind;
 mod block;
 #[cfg(feature = "rapier3d")]
 mod body;
+#[cfg(not(feature = "rapier3d"))]
+mod body_absent;
+mod body_state;
 mod cells;
 mod checkpoint;
 mod chords;
@@ -52,7 +55,10 @@ mod wall;
 
 pub use blind::{Classes, Visibility, classify};
 #[cfg(feature = "rapier3d")]
-pub use body::{Bodies, BodyOptions, BodyState};
+pub use body::Bodies;
+#[cfg(not(feature = "rapier3d"))]
+pub use body_absent::Bodies;
+pub use body_state::{BodyOptions, BodyState};
 pub use checkpoint::{Checkpoint, Totals};
 pub use collider::{ColliderOptions, Contact};
 pub use device::{DeviceFluid, classify_on};

@@ -8,12 +8,8 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 
-use crate::buffer::Buffer;
-use crate::device::Device;
-use crate::frame::Pass;
-use crate::groups;
-use crate::kernel::{Access, Bindings, Kernel, KernelSpec};
 use crate::scan::{BLOCK, capacity_of};
+use crate::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, groups};
 
 /// Classes at most.
 pub const MAX_CLASSES: usize = 4;

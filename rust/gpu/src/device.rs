@@ -17,20 +17,11 @@ use std::time::Duration;
 use relievo_core::{Error, ErrorKind, Result};
 use wgpu::{ErrorFilter, Features, PollType};
 
-use crate::adapter::{AdapterChoice, AdapterSummary, NEEDED, choose};
-use crate::kernel::{Access, Kernel};
+use crate::adapter::{AdapterSummary, DeviceOptions};
+use crate::choice::{NEEDED, choose};
+use crate::kernel::Kernel;
+use crate::kernel_spec::Access;
 use crate::timing::TimingSet;
-
-/// How a device is opened.
-#[derive(Clone, Debug, Default)]
-pub struct DeviceOptions {
-    /// Which adapter.
-    pub adapter: AdapterChoice,
-    /// Whether passes are timed by the device's own clock.
-    pub timing: bool,
-    /// Bytes that buffers may occupy together; 0 for what the device has.
-    pub memory_limit: u64,
-}
 
 /// A graphics device. Cloning it is cheap and shares it; it may be used from several threads.
 #[derive(Clone)]

@@ -10,8 +10,9 @@ use relievo_core::{Error, Result};
 use crate::buffer::Buffer;
 use crate::device::Device;
 use crate::kernel::{Bindings, Kernel};
+use crate::pass_time::PassTime;
 use crate::readback::{self, Readback, read};
-use crate::timing::{BYTES, MOST, PassTime, TimingSet, give, take, times};
+use crate::timing::{BYTES, MOST, TimingSet, give, take, times};
 
 /// Commands that are being recorded.
 pub struct Frame {

@@ -2,31 +2,58 @@
 //! submitted once and timed per pass, and the parallel primitives that the systems share: prefix sums ([`Scan`]),
 //! multi-compaction ([`Compaction`]) and a radix sort ([`Sort`]).
 //!
+//! Without the feature `wgpu` the same types have no values: [`Device::open`] fails and says so, and whoever holds a
+//! device compiles to nothing. Callers are the same in both builds.
+//!
 //! Nothing here knows a surface. What goes wrong on a device (no memory, a lost device, a faulty command) comes back as
 //! an error of the call that meets it; wgpu's own panics stay inside.
 
 mod adapter;
-mod buffer;
 mod compaction;
-mod device;
-mod frame;
-mod kernel;
+mod kernel_spec;
 pub mod module;
-mod readback;
+mod pass_time;
 mod scan;
 mod sort;
+
+#[cfg(not(feature = "wgpu"))]
+mod absent;
+#[cfg(feature = "wgpu")]
+mod buffer;
+#[cfg(feature = "wgpu")]
+mod choice;
+#[cfg(feature = "wgpu")]
+mod device;
+#[cfg(feature = "wgpu")]
+mod frame;
+#[cfg(feature = "wgpu")]
+mod kernel;
+#[cfg(feature = "wgpu")]
+mod readback;
+#[cfg(feature = "wgpu")]
 mod timing;
 
-pub use adapter::{AdapterChoice, AdapterKind, AdapterSummary, adapters};
+#[cfg(not(feature = "wgpu"))]
+pub use absent::{Bindings, Buffer, Charge, Device, Frame, Kernel, Pass, Readback, Submission, adapters, wgpu};
+pub use adapter::{AdapterChoice, AdapterKind, AdapterSummary, DeviceOptions};
+#[cfg(feature = "wgpu")]
 pub use buffer::Buffer;
+#[cfg(feature = "wgpu")]
+pub use choice::adapters;
 pub use compaction::{Compaction, MAX_CLASSES};
-pub use device::{Charge, Device, DeviceOptions};
+#[cfg(feature = "wgpu")]
+pub use device::{Charge, Device};
+#[cfg(feature = "wgpu")]
 pub use frame::{Frame, Pass, Submission};
-pub use kernel::{Access, Bindings, Kernel, KernelSpec};
+#[cfg(feature = "wgpu")]
+pub use kernel::{Bindings, Kernel};
+pub use kernel_spec::{Access, KernelSpec};
+pub use pass_time::PassTime;
+#[cfg(feature = "wgpu")]
 pub use readback::Readback;
 pub use scan::Scan;
 pub use sort::Sort;
-pub use timing::PassTime;
+#[cfg(feature = "wgpu")]
 pub use wgpu;
 
 /// Invocations of a workgroup of the shared kernels.

@@ -5,11 +5,7 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 
-use crate::buffer::Buffer;
-use crate::device::Device;
-use crate::frame::Pass;
-use crate::groups;
-use crate::kernel::{Access, Bindings, Kernel, KernelSpec};
+use crate::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, groups};
 
 /// Items of a block, as in the kernels.
 pub(crate) const BLOCK: u32 = 8 * crate::GROUP;

@@ -5,12 +5,8 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 
-use crate::buffer::Buffer;
-use crate::device::Device;
-use crate::frame::Pass;
-use crate::groups;
-use crate::kernel::{Access, Bindings, Kernel, KernelSpec};
 use crate::scan::{BLOCK, Scan, capacity_of};
+use crate::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, groups, wgpu};
 
 /// Bits of a pass over the keys.
 const BITS: u32 = 4;

@@ -5,15 +5,7 @@ use std::time::Duration;
 use relievo_core::Result;
 
 use crate::device::{Device, lock};
-
-/// How long a pass took on the device.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PassTime {
-    /// The pass's name.
-    pub name: &'static str,
-    /// From the beginning of its first command to the end of its last.
-    pub length: Duration,
-}
+use crate::pass_time::PassTime;
 
 /// Passes of a frame that are timed; those beyond are not.
 pub(crate) const MOST: u32 = 256;

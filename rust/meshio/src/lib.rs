@@ -2,6 +2,8 @@
 //!
 //! Files are hostile until read: every size is checked against the file's length and the memory limit before anything
 //! is allocated, every index before it is used. Errors name the file and the line or element.
+//!
+//! USD needs the feature `openusd`. Without it the same functions fail and say so.
 
 mod color;
 mod corners;
@@ -19,11 +21,16 @@ mod ply_header;
 mod ply_writer;
 mod pose;
 mod root;
+mod stage_options;
 mod stl;
 mod summary;
 mod text;
 mod transform;
+#[cfg(feature = "openusd")]
 mod usd;
+#[cfg(not(feature = "openusd"))]
+mod usd_absent;
+#[cfg(feature = "openusd")]
 mod usd_writer;
 
 use std::io::Read;
@@ -42,11 +49,19 @@ pub use ply::read_ply;
 pub use ply_writer::{write_ply, write_points_ply};
 pub use pose::{Pose, Shape};
 pub use root::Root;
+pub use stage_options::StageOptions;
 pub use stl::read_stl;
 pub use summary::Summary;
 pub use transform::{Kind, Operation};
+#[cfg(feature = "openusd")]
 pub use usd::read_usd;
-pub use usd_writer::{StageOptions, StageWriter, write_usd};
+#[cfg(not(feature = "openusd"))]
+pub use usd_absent::{StageWriter, read_usd, write_usd};
+#[cfg(feature = "openusd")]
+pub use usd_writer::{StageWriter, write_usd};
+
+/// The first bytes of a binary layer of USD.
+const USD_MAGIC: &[u8] = b"PXR-USDC";
 
 /// Formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,7 +84,7 @@ impl Format {
         if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
             return Ok(Self::Ply);
         }
-        if bytes.starts_with(usd::MAGIC) || bytes.starts_with(b"#usda ") {
+        if bytes.starts_with(USD_MAGIC) || bytes.starts_with(b"#usda ") {
             return Ok(Self::Usd);
         }
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());

@@ -28,7 +28,6 @@ use polygons::Slots;
 use stage::{Prim, Stage, word};
 use value::number;
 
-pub(crate) use binary::MAGIC;
 pub(crate) use layer::fenced;
 
 /// The name of the animation of a stage on which something moves.

@@ -23,6 +23,7 @@ mod sheet;
 mod sky;
 mod texture_file;
 mod tracing;
+#[cfg_attr(not(feature = "wgpu"), allow(dead_code, reason = "only the rasteriser reads some of it"))]
 pub mod virtual_vertex;
 
 pub use camera::Camera;

@@ -51,6 +51,7 @@ impl ClearSky {
     }
 
     /// The table: by the cosine of the inclination, in equal steps from −1 to 1.
+    #[cfg(feature = "wgpu")]
     pub fn means(&self) -> &[Vec3] {
         &self.means
     }

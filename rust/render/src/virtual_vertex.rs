@@ -9,23 +9,35 @@ mod coat;
 mod heap;
 mod indices;
 mod patches;
-mod pipelines;
 mod placed;
-mod rasterizer;
 mod rates;
 mod stage;
 mod surface;
-mod targets;
 mod thinning;
 mod tiles;
 mod triangle_values;
 mod triangles;
 mod tuner;
+
+#[cfg(not(feature = "wgpu"))]
+mod absent;
+#[cfg(feature = "wgpu")]
+mod pipelines;
+#[cfg(feature = "wgpu")]
+mod rasterizer;
+#[cfg(feature = "wgpu")]
+mod records;
+#[cfg(feature = "wgpu")]
+mod targets;
+#[cfg(feature = "wgpu")]
 mod view;
 
+#[cfg(not(feature = "wgpu"))]
+pub use absent::Rasterizer;
 pub use coat::{Coat, DeviceCoat, Tint, TriangleCoat, TriangleColors};
 pub use patches::{DrawCall, Storage, UNIFORM_PATCHES, VirtualVertices};
 pub use placed::{DeviceMesh, IndirectMesh, MeshVertex, NO_TAG, PassedVertex, PassedVertices, Placed, Shape};
+#[cfg(feature = "wgpu")]
 pub use rasterizer::Rasterizer;
 pub use rates::{MOST_POWER, TileRates};
 pub use stage::Stage;
@@ -33,3 +45,8 @@ pub use surface::DrawnSurface;
 pub use tiles::{TileDraw, TilePart, VirtualTiles};
 pub use triangles::{TriangleDraw, TrianglePart, TriangleRates, VirtualTriangles};
 pub use tuner::{Measured, Tuned, Tuning};
+
+#[cfg(not(feature = "wgpu"))]
+use absent::Records;
+#[cfg(feature = "wgpu")]
+use records::Records;

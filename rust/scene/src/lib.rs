@@ -18,6 +18,7 @@ mod layers;
 pub mod manual;
 pub mod output;
 pub mod paths;
+#[cfg_attr(not(feature = "rapier3d"), path = "physics_absent.rs")]
 pub mod physics;
 pub mod picture;
 pub mod povray;

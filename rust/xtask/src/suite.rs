@@ -23,6 +23,7 @@ pub fn run(yes: bool) -> Outcome {
     if ready {
         stages.run("licences", 1, licences::check);
         stages.run("bindings", 1, || bindings::run(true));
+        stages.run("features", 1, features);
         stages.run("pages", 1, docs::run);
         stages.run("Rust tests", 1, || call(tests().arg("--workspace")));
         stages.run("lower levels", 1, lower_levels);
@@ -38,6 +39,13 @@ pub fn run(yes: bool) -> Outcome {
         stages.run("fuzz", 5, || fuzz::build().and_then(|()| fuzz::run(&[], FUZZ_SECONDS, Some(SEED))));
     }
     stages.finish()
+}
+
+/// Checks that the library and the command compile without their features. Checks make no library, so that the one that
+/// was built stays.
+fn features() -> Outcome {
+    let packages = ["--package", "relievo-capi", "--package", "relievo-cli"];
+    call(cargo().args(["check", "--release", "--no-default-features", "--lib", "--bins"]).args(packages))
 }
 
 fn tests() -> Command {

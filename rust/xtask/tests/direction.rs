@@ -64,11 +64,12 @@ fn dependencies_point_down_the_layers() {
 
 #[test]
 fn the_abi_that_is_fuzzed_has_the_dependencies_of_the_abi() {
-    let used = |manifest: &str, package: &str| -> BTreeSet<String> {
+    let used = |manifest: &str, package: &str| -> (BTreeSet<String>, Value) {
         let metadata = metadata(manifest);
         let found = list(&metadata["packages"]).iter().find(|it| text(&it["name"]) == package).expect("the package");
         let used = list(&found["dependencies"]).iter().filter(|used| used["kind"].is_null());
-        used.map(|used| text(&used["name"]).to_owned()).collect()
+        let used = used.map(|used| format!("{}, optional: {}", text(&used["name"]), used["optional"]));
+        (used.collect(), found["features"].clone())
     };
     assert_eq!(used("tests/fuzz/abi/Cargo.toml", "relievo-fuzz-abi"), used("Cargo.toml", "relievo-capi"));
 }

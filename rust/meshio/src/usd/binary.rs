@@ -15,10 +15,8 @@ use openusd::usdc::CrateFile;
 use relievo_core::{Error, Result};
 
 use super::layer::fenced;
+use crate::USD_MAGIC;
 use crate::budget::Budget;
-
-/// The first bytes of a binary layer.
-pub(crate) const MAGIC: &[u8] = b"PXR-USDC";
 
 /// Most names of prims on a path.
 const DEPTH: u32 = 128;
@@ -207,7 +205,7 @@ impl Packed<'_> {
 /// Checks everything that the parser reads when it opens a file. Returns the version of the format.
 fn structure(bytes: &[u8], budget: &mut Budget) -> Result<u32> {
     let mut header = Reader::new(bytes, 0)?;
-    if header.take(8)? != MAGIC {
+    if header.take(8)? != USD_MAGIC {
         return Err(damaged("it does not begin as one"));
     }
     let [major, minor, patch, ..] = header.word::<8>()?;

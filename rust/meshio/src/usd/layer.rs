@@ -7,8 +7,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use openusd::sdf::{Data, Path, Value};
 use relievo_core::{Error, Result};
 
-use super::binary::{Binary, MAGIC};
+use super::binary::Binary;
 use super::text;
+use crate::USD_MAGIC;
 use crate::budget::Budget;
 
 /// What a file says.
@@ -20,7 +21,7 @@ pub(crate) enum Layer {
 impl Layer {
     /// Reads a file. Fails if it is neither text nor binary, is damaged, or needs more than the budget has.
     pub fn open(bytes: Vec<u8>, budget: &mut Budget) -> Result<Self> {
-        if bytes.starts_with(MAGIC) {
+        if bytes.starts_with(USD_MAGIC) {
             return Ok(Self::Binary(Box::new(Binary::open(bytes, budget)?)));
         }
         if bytes.starts_with(b"PK") {

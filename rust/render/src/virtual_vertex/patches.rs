@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use relievo_core::{Error, Result};
-use relievo_gpu::{Access, Buffer, Charge, Device, KernelSpec, groups, wgpu};
+use relievo_gpu::{Access, Buffer, Charge, Device, KernelSpec, groups};
 use relievo_surface::bezier::{BezierSurface, CONTROLS, Levels, ParametricMap, VirtualVertex};
+
+use super::Records;
 
 /// Where control points are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -45,11 +47,7 @@ impl Storage {
 pub const UNIFORM_PATCHES: u32 = 16;
 
 /// Vectors of a record: control points, then the edges and the patch's number.
-const RECORD: usize = CONTROLS + 1;
-/// Bytes of a record.
-const RECORD_BYTES: u64 = RECORD as u64 * 16;
-/// Patches of a row of the texture.
-const TEXTURE_ROW: u32 = 120;
+pub(super) const RECORD: usize = CONTROLS + 1;
 /// Whole numbers below this are themselves in f32.
 const MOST_PATCHES: usize = 1 << 24;
 
@@ -75,14 +73,6 @@ impl DrawCall {
         let vertices = ParametricMap::new(self.level)?.strip_vertices() * u64::from(self.count);
         u32::try_from(vertices).map_err(|_| Error::unsupported("a draw has more vertices than 32 bits count"))
     }
-}
-
-/// What holds the records.
-#[derive(Debug)]
-pub(super) enum Records {
-    Uniform(wgpu::Buffer),
-    Texture(wgpu::Texture),
-    Buffer(Buffer<[f32; 4]>),
 }
 
 /// Patches, maps and draws on a device.
@@ -168,17 +158,7 @@ impl VirtualVertices {
         }
         let stitches = if stitches.is_empty() { None } else { Some(Buffer::of(device, "stitches", &stitches)?) };
         let records = packed(surface, &order);
-        let (records, charge) = match storage {
-            Storage::Uniform => {
-                let (buffer, charge) = uniform_blocks(device, &records, &draws, per_draw)?;
-                (Records::Uniform(buffer), Some(charge))
-            }
-            Storage::Texture => {
-                let (texture, charge) = texture(device, records)?;
-                (Records::Texture(texture), Some(charge))
-            }
-            Storage::Buffer => (Records::Buffer(Buffer::of(device, "patches", &records)?), None),
-        };
+        let (records, charge) = Records::new(device, storage, records, &draws, per_draw)?;
         let rational = surface.is_rational();
         let (low, high) = surface.total_bounds();
         let bounds = [low, high].map(|corner| DVec3::from(corner.map(f64::from))).into();
@@ -209,9 +189,9 @@ impl VirtualVertices {
         self.rational
     }
 
-    /// Bytes from one uniform block to the next.
-    pub(super) fn block_stride(&self) -> u64 {
-        block_stride(self.per_draw)
+    /// Patches that a draw takes at most.
+    pub(super) fn per_draw(&self) -> u32 {
+        self.per_draw
     }
 
     /// Points and normals of all vertices of `draw`'s strip, then of its triangles beside finer edges, computed by a kernel
@@ -273,69 +253,4 @@ fn packed(surface: &BezierSurface, order: &[u32]) -> Vec<[f32; 4]> {
         records.push([edges as f32, *patch as f32, 0.0, 0.0]);
     }
     records
-}
-
-fn block_stride(per_draw: u32) -> u64 {
-    // What dynamic offsets are aligned to on every device.
-    (u64::from(per_draw) * RECORD_BYTES).next_multiple_of(256)
-}
-
-fn uniform_blocks(
-    device: &Device,
-    records: &[[f32; 4]],
-    draws: &[DrawCall],
-    per_draw: u32,
-) -> Result<(wgpu::Buffer, Charge)> {
-    let stride = block_stride(per_draw);
-    // A binding is as long as the block in the shader, also at the last draw.
-    let size = stride * draws.len().saturating_sub(1) as u64 + u64::from(UNIFORM_PATCHES) * RECORD_BYTES;
-    let charge = device.charge(size)?;
-    let mut bytes = vec![0u8; size as usize];
-    for draw in draws {
-        let from = draw.first as usize * RECORD..(draw.first + draw.count) as usize * RECORD;
-        let source: &[u8] = bytemuck::cast_slice(&records[from]);
-        let start = (stride * u64::from(draw.block)) as usize;
-        bytes[start..start + source.len()].copy_from_slice(source);
-    }
-    let buffer = device.guard(|| {
-        let buffer = device.wgpu().create_buffer(&wgpu::BufferDescriptor {
-            label: Some("patches"),
-            size,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        device.queue().write_buffer(&buffer, 0, &bytes);
-        buffer
-    })?;
-    Ok((buffer, charge))
-}
-
-fn texture(device: &Device, mut records: Vec<[f32; 4]>) -> Result<(wgpu::Texture, Charge)> {
-    let width = TEXTURE_ROW * RECORD as u32;
-    let rows = (records.len() as u32).div_ceil(width);
-    let most = device.limits().max_texture_dimension_2d;
-    if width > most || rows > most {
-        return Err(Error::unsupported(format!("a texture of {width}×{rows} texels is too large for the device"))
-            .advise("use the storage `buffer`"));
-    }
-    records.resize(rows as usize * width as usize, [0.0; 4]);
-    let charge = device.charge(records.len() as u64 * 16)?;
-    let size = wgpu::Extent3d { width, height: rows, depth_or_array_layers: 1 };
-    let texture = device.guard(|| {
-        let texture = device.wgpu().create_texture(&wgpu::TextureDescriptor {
-            label: Some("patches"),
-            size,
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Rgba32Float,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
-        let layout =
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(16 * width), rows_per_image: Some(rows) };
-        device.queue().write_texture(texture.as_image_copy(), bytemuck::cast_slice(&records), layout, size);
-        texture
-    })?;
-    Ok((texture, charge))
 }

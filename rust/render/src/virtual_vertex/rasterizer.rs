@@ -12,9 +12,10 @@ use relievo_core::{Error, Result};
 use relievo_gpu::{Buffer, Charge, Device, wgpu};
 
 use super::coat::{DeviceCoat, Tint};
-use super::patches::{DrawCall, Records, Storage, UNIFORM_PATCHES, VirtualVertices};
+use super::patches::{DrawCall, Storage, UNIFORM_PATCHES, VirtualVertices};
 use super::pipelines::{Draw, Pipelines, TilesCall, TrianglesCall};
 use super::placed::{Placed, Shape};
+use super::records::{Records, block_stride};
 use super::targets::{PIXEL_BYTES, SHADOW_SIDE, ShadowMaps, Target, Targets};
 use super::view::{Extent, OBJECT_BYTES, ObjectBlock, SUNS, ViewBlock, projection, shadow};
 use crate::caster::{Frame, NO_OBJECT};
@@ -466,7 +467,7 @@ fn set_patches(
     groups: &Groups,
 ) -> Result<()> {
     if patches.storage() == Storage::Uniform {
-        let offset = u32::try_from(patches.block_stride() * u64::from(draw.block))
+        let offset = u32::try_from(block_stride(patches.per_draw()) * u64::from(draw.block))
             .map_err(|_| Error::unsupported("the uniform blocks are beyond 4 GiB"))?;
         pass.set_bind_group(1, &groups.own[0], &[offset]);
     }

@@ -8,9 +8,9 @@ use relievo_gpu::Device;
 use relievo_tiles::Displaced;
 use relievo_tiles::triangle::{TriangleDisplaced, TriangleNormals};
 
+use super::Rasterizer;
 use super::coat::{Coat, TriangleCoat};
 use super::placed::{DeviceMesh, Placed, Shape};
-use super::rasterizer::Rasterizer;
 use super::rates::TileRates;
 use super::surface::DrawnSurface;
 use super::triangles::VirtualTriangles;
