@@ -133,6 +133,8 @@ void Table::copy_stencils() {
     sizes = refined->GetSizes();
     sources = refined->GetControlIndices();
     weights = refined->GetWeights();
+    // They differ where a face has a point twice.
+    if (sources.size() != weights.size()) throw std::runtime_error("OpenSubdiv's stencils lack sources or weights");
 }
 
 rust::Slice<const Patch> Table::patches() const { return {records.data(), records.size()}; }
