@@ -48,7 +48,7 @@ typedef struct RlvLayerInfo {
     uint32_t blend;      /* RlvBlend */
     uint32_t is_visible; /* 0 or 1 */
     uint32_t is_active;  /* 0 or 1: whether edits of its kind go to it */
-    float opacity;
+    float opacity; /* 0 to 1 */
     uint32_t reserved;
     size_t tile_count; /* tiles that are allocated */
     char name[RLV_LAYER_NAME_SIZE];

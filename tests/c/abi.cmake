@@ -1,5 +1,5 @@
 # Compares the binary interface that the headers declare (functions, structs, values) with the one that was agreed on,
-# BASELINE, by libabigail. That the library has it is what symbols.cmake and rust/capi/tests/parity.rs say. After a change
+# BASELINE, by libabigail. That the library has it is what symbols.cmake and rust/capi/tests/header say. After a change
 # that is meant: cmake -DRENEW=ON -DHEADERS=include -DBASELINE=tests/c/abi.xml.gz -DWORK=target/abi -P tests/c/abi.cmake
 if(NOT COMPILER)
   set(COMPILER cc)

@@ -1,11 +1,11 @@
 """The C ABI of Relievo as ctypes sees it: constants, enumerations, structs and functions, named as in the headers.
 
-Written by declare.py from include/relievo; do not edit. `INIT` holds what the RLV_..._INIT of a struct hold.
+Made by `cargo xtask bindings` from include/relievo; do not edit. `INIT` holds what the RLV_..._INIT of a struct hold.
 """
 
 import ctypes
 from ctypes import POINTER, Structure, c_char, c_char_p, c_void_p
-from ctypes import c_double, c_float, c_int32, c_size_t, c_uint8, c_uint32, c_uint64
+from ctypes import c_double, c_float, c_int32, c_int64, c_size_t, c_uint16, c_uint32, c_uint64, c_uint8
 from enum import IntEnum
 
 RLV_VERSION_MAJOR = 0
@@ -273,6 +273,10 @@ class c_uint8_p(c_void_p):
     target = c_uint8
 
 
+class c_uint16_p(c_void_p):
+    target = c_uint16
+
+
 class c_uint32_p(c_void_p):
     target = c_uint32
 
@@ -283,6 +287,10 @@ class c_uint64_p(c_void_p):
 
 class c_int32_p(c_void_p):
     target = c_int32
+
+
+class c_int64_p(c_void_p):
+    target = c_int64
 
 
 class c_size_t_p(c_void_p):
@@ -328,18 +336,18 @@ class RlvContextInfo(Structure):
         ("threads", c_uint32),
         ("reserved", c_uint32),
         ("memory_limit", c_uint64),
-        ("simd", c_char * RLV_NAME_SIZE),
+        ("simd", c_char * 48),
         ("device_memory_limit", c_uint64),
         ("device_memory", c_uint64),
-        ("adapter", c_char * RLV_TEXT_SIZE),
-        ("fallback", c_char * RLV_TEXT_SIZE),
+        ("adapter", c_char * 256),
+        ("fallback", c_char * 256),
     ]
 
 
 class RlvContextStat(Structure):
     _fields_ = [
-        ("stage", c_char * RLV_NAME_SIZE),
-        ("quantity", c_char * RLV_NAME_SIZE),
+        ("stage", c_char * 48),
+        ("quantity", c_char * 48),
         ("total", c_double),
         ("samples", c_uint64),
     ]
@@ -356,9 +364,9 @@ class RlvAdapterInfo(Structure):
         ("is_usable", c_uint32),
         ("buffer_limit", c_uint64),
         ("binding_limit", c_uint64),
-        ("backend", c_char * RLV_NAME_SIZE),
-        ("name", c_char * RLV_TEXT_SIZE),
-        ("driver", c_char * RLV_TEXT_SIZE),
+        ("backend", c_char * 48),
+        ("name", c_char * 256),
+        ("driver", c_char * 256),
     ]
 
 
@@ -437,7 +445,7 @@ class RlvAttributeInfo(Structure):
         ("width", c_uint32),
         ("value_count", c_size_t),
         ("index_count", c_size_t),
-        ("name", c_char * RLV_NAME_SIZE),
+        ("name", c_char * 48),
     ]
 
 
@@ -1692,7 +1700,7 @@ class RlvJobInfo(Structure):
         ("state", c_uint32),
         ("result", RlvResult),
         ("fraction", c_float),
-        ("stage", c_char * RLV_NAME_SIZE),
+        ("stage", c_char * 48),
     ]
 
 
@@ -1718,7 +1726,7 @@ class RlvLayerInfo(Structure):
         ("opacity", c_float),
         ("reserved", c_uint32),
         ("tile_count", c_size_t),
-        ("name", c_char * RLV_LAYER_NAME_SIZE),
+        ("name", c_char * 256),
     ]
 
 
@@ -1759,7 +1767,7 @@ class RlvPictureImage(Structure):
         ("is_visible", c_uint32),
         ("opacity", c_float),
         ("reserved", c_uint32),
-        ("name", c_char * RLV_PICTURE_NAME_SIZE),
+        ("name", c_char * 264),
     ]
 
 

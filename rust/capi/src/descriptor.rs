@@ -1,20 +1,9 @@
 //! Descriptors: structs that begin with their size, so that a program built with another version of the headers is
-//! understood. Their C layout is kept as a table for the test that compares it with the headers.
+//! understood.
 
 use std::mem::size_of;
 
 use relievo_core::{Error, ErrorKind, Result};
-
-/// The layout of a struct.
-#[derive(Clone, Debug)]
-pub struct Layout {
-    /// Name in C.
-    pub name: &'static str,
-    /// Bytes.
-    pub size: usize,
-    /// Name, offset and size in bytes of every field.
-    pub fields: Vec<(&'static str, usize, usize)>,
-}
 
 /// A plain C struct that begins with its size.
 ///
@@ -27,7 +16,7 @@ pub unsafe trait Descriptor: Copy {
     const FIRST_SIZE: usize;
 }
 
-/// Defines plain C structs with their layout table; one whose first field is `struct_size` is a [`Descriptor`].
+/// Defines plain C structs; one whose first field is `struct_size` is a [`Descriptor`].
 macro_rules! descriptor {
     (pub struct $name:ident { struct_size: u32, $($field:ident: $type:ty,)* }) => {
         descriptor!(@plain $name { struct_size: u32, $($field: $type,)* });
@@ -46,19 +35,6 @@ macro_rules! descriptor {
         pub struct $name {
             $(pub $field: $type,)*
         }
-
-        impl $name {
-            /// The layout, for comparison with the header.
-            pub fn layout() -> $crate::descriptor::Layout {
-                $crate::descriptor::Layout {
-                    name: stringify!($name),
-                    size: std::mem::size_of::<$name>(),
-                    fields: vec![
-                        $((stringify!($field), std::mem::offset_of!($name, $field), std::mem::size_of::<$type>()),)*
-                    ],
-                }
-            }
-        }
     };
 }
 
@@ -66,7 +42,7 @@ macro_rules! descriptor {
 macro_rules! constants {
     ($type:ty: $($name:ident = $value:expr,)*) => {
         $(pub const $name: $type = $value;)*
-        /// Name and value of every constant, for comparison with the header.
+        /// Name and value of every constant, for comparison with the names in scene files.
         pub const CONSTANTS: &[(&str, i64)] = &[$((stringify!($name), $name as i64),)*];
     };
 }
@@ -234,7 +210,5 @@ mod tests {
         // SAFETY: `out` has the 8 bytes it declares.
         unsafe { write_descriptor((&raw mut out).cast::<Small>(), value) }.unwrap();
         assert_eq!((out.struct_size, out.a, out.b), (8, 4, 9));
-        assert_eq!(Small::layout().size, 8);
-        assert_eq!(Wide::layout().fields[2], ("b", 8, 4));
     }
 }

@@ -7,8 +7,6 @@ use std::sync::OnceLock;
 use relievo_core::Parameter;
 use relievo_core::parameter::ParameterKind;
 
-use crate::descriptor::Layout;
-
 constants! {
     u32:
     RLV_PARAMETER_F32 = 0,
@@ -45,12 +43,15 @@ macro_rules! settings {
             const FIRST_SIZE: usize = std::mem::size_of::<$name>();
         }
 
-        impl $name {
-            /// The layout, for comparison with the header.
-            pub fn layout() -> $crate::descriptor::Layout {
-                $crate::parameter::layout(stringify!($name), std::mem::size_of::<$name>(), <$settings>::PARAMETERS)
+        // C has the settings as fields of the struct itself.
+        impl std::ops::Deref for $name {
+            type Target = $settings;
+            fn deref(&self) -> &$settings {
+                &self.settings
             }
+        }
 
+        impl $name {
             /// The settings that C gives, or the defaults for NULL, checked.
             ///
             /// # Safety
@@ -69,12 +70,6 @@ pub(crate) use settings;
 
 /// Bytes of the size field that settings are behind.
 const START: usize = size_of::<u32>();
-
-/// The layout of the C struct with these parameters.
-pub fn layout(name: &'static str, size: usize, parameters: &[Parameter]) -> Layout {
-    let fields = parameters.iter().map(|parameter| (parameter.name, START + parameter.offset, START));
-    Layout { name, size, fields: [("struct_size", 0, START)].into_iter().chain(fields).collect() }
-}
 
 /// A table that C reads, and the texts it points to. It lives as long as the process.
 pub struct Table {

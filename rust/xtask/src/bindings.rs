@@ -1,4 +1,4 @@
-//! `cargo xtask bindings`: what is made from C headers, by the tool in `rust/bindings`.
+//! `cargo xtask bindings` and `cargo xtask docs`: what is made from C headers, by the tool in `rust/bindings`.
 
 use std::process::Command;
 
@@ -8,6 +8,11 @@ use crate::stage::{Outcome, call, cargo, root, target};
 /// Writes the declarations anew, or compares them with the headers if `check` is set.
 pub fn run(check: bool) -> Outcome {
     tool(if check { &["--check"] } else { &[] })
+}
+
+/// Writes the pages of the C ABI to `target/docs`, and fails where a comment leaves something undocumented.
+pub fn pages() -> Outcome {
+    tool(&["--pages", &target().join("docs").to_string_lossy()])
 }
 
 /// Builds the tool and runs it. It is no dependency of this one, because bindgen takes most of a minute to build.

@@ -6,7 +6,6 @@ mod blender;
 mod comparison;
 mod demo;
 mod dist;
-mod docs;
 mod files;
 mod fuzz;
 mod licences;
@@ -82,7 +81,7 @@ enum Task {
         #[arg(long)]
         check: bool,
     },
-    /// Writes a page for each noun of the C ABI, and fails where something is left unsaid
+    /// Writes a page for each header of the C ABI, and fails where something is undocumented
     Docs,
     /// Makes the archives and the Debian packages, and the zip files for Blender
     Dist {
@@ -116,7 +115,7 @@ fn main() -> ExitCode {
         Task::Comparison { sheet } => comparison::run(sheet.as_deref()),
         Task::Usd => usd::run(),
         Task::Bindings { check } => bindings::run(check),
-        Task::Docs => docs::run(),
+        Task::Docs => bindings::pages(),
         Task::Dist { test } => dist::run(test),
         Task::Notices { file } => licences::write(&file),
         Task::Blender { test } => blender::run(test),

@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::stage::{Outcome, Stages, call, cargo, output, root, target};
-use crate::{bindings, blender, comparison, dist, docs, fuzz, licences, packages, usd, wheel};
+use crate::{bindings, blender, comparison, dist, fuzz, licences, packages, usd, wheel};
 
 /// Seconds each fuzz target runs; `cargo xtask fuzz` runs them for longer.
 const FUZZ_SECONDS: u32 = 8;
@@ -24,7 +24,7 @@ pub fn run(yes: bool) -> Outcome {
         stages.run("licences", 1, licences::check);
         stages.run("bindings", 1, || bindings::run(true));
         stages.run("features", 1, features);
-        stages.run("pages", 1, docs::run);
+        stages.run("pages", 1, bindings::pages);
         stages.run("Rust tests", 1, || call(tests().arg("--workspace")));
         stages.run("lower levels", 1, lower_levels);
         stages.run("Embree 4", 1, embree_4);
