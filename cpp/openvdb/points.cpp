@@ -1,7 +1,8 @@
-// Grids of points, read and written by OpenVDB.
+// Entries for tests: grids of points, and grids that share a tree.
 
 #include "guard.h"
 
+#include <openvdb/io/File.h>
 #include <openvdb/points/AttributeArray.h>
 #include <openvdb/points/PointConversion.h>
 #include <openvdb/points/PointCount.h>
@@ -15,9 +16,9 @@ namespace {
 using openvdb::Vec3f;
 using openvdb::points::AttributeHandle;
 using openvdb::points::PointDataGrid;
-using relievo::guarded, relievo::store, relievo::tell;
+using relievo::guarded;
 
-// Adds the values of an attribute of a leaf's points; those of P in the world.
+// Calls `add` for each point of all leaves with the handle of an attribute.
 template <typename Value, typename Add>
 void collect(const PointDataGrid& grid, const std::string& name, const Add& add) {
     for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
@@ -41,23 +42,26 @@ PointDataGrid::Ptr made(const std::vector<Vec3f>& points, const std::vector<Vec3
     return grid;
 }
 
+void store(const char* path, const openvdb::GridCPtrVec& grids, std::uint32_t packing) {
+    openvdb::io::File file(path);
+    file.setCompression(packing);
+    file.write(grids);
+    file.close();
+}
+
 }  // namespace
 
 extern "C" {
 
-// Reads an attribute of the points of the only grid of a file: vectors, or floats of a stride. Those of P are places in the world. Writes at most `capacity`
-// numbers, and how many there are. Returns 0, or 1 and a message.
-int relievo_points_read(const char* path, const char* name, float* values, std::size_t capacity, std::size_t* count,
-                        char* message, std::size_t message_size) {
-    return guarded(1, message, message_size, [&] {
-        openvdb::initialize();
+std::int32_t rlvdb_test_points_read(const char* path, const char* name, float* values, std::size_t capacity,
+                                    std::size_t* count, RlvdbError* error) {
+    return guarded(error, [&] {
         openvdb::io::File file(path);
         file.open();
         const auto grids = file.getGrids();
         const auto grid = grids->size() == 1 ? openvdb::gridPtrCast<PointDataGrid>(grids->front()) : nullptr;
         if (!grid) {
-            tell(message, message_size, "the file has not one grid of points");
-            return 1;
+            relievo::refuse("the file has not one grid of points");
         }
         std::size_t next = 0;
         const auto put = [&](float value) {
@@ -91,16 +95,12 @@ int relievo_points_read(const char* path, const char* name, float* values, std::
             });
         }
         *count = next;
-        return 0;
     });
 }
 
-// Writes points with velocities of half floats and a radius of 0.25 as a grid, packed as OpenVDB is told to: its places in 16
-// bits or not. Returns 0, or 1 and a message.
-int relievo_points_write(const char* path, const float* points, const float* velocities, std::size_t count, double voxel, int is_fixed,
-                         std::uint32_t packing, char* message, std::size_t message_size) {
-    return guarded(1, message, message_size, [&] {
-        openvdb::initialize();
+std::int32_t rlvdb_test_points_write(const char* path, const float* points, const float* velocities, std::size_t count,
+                                     double voxel, std::int32_t is_fixed, std::uint32_t packing, RlvdbError* error) {
+    return guarded(error, [&] {
         std::vector<Vec3f> places, moves;
         for (std::size_t index = 0; index < count; ++index) {
             places.emplace_back(points + 3 * index);
@@ -109,8 +109,18 @@ int relievo_points_write(const char* path, const float* points, const float* vel
         const auto transform = openvdb::math::Transform::createLinearTransform(voxel);
         const auto grid = is_fixed ? made<openvdb::points::FixedPointCodec<false>>(places, moves, *transform)
                                    : made<openvdb::points::NullCodec>(places, moves, *transform);
-        store(path, grid, packing);
-        return 0;
+        store(path, {grid}, packing);
+    });
+}
+
+std::int32_t rlvdb_test_instances_write(const char* path, const RlvdbGrid* handle, RlvdbError* error) {
+    return guarded(error, [&] {
+        const auto first = handle->grid->copyGrid();
+        const auto second = handle->grid->copyGrid();
+        first->setName("first");
+        second->setName("second");
+        second->transform().postTranslate(openvdb::Vec3d(100.0, 0.0, 0.0));
+        store(path, {first, second}, openvdb::io::COMPRESS_ZIP);
     });
 }
 

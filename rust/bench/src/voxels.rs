@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DVec3, EulerRot};
 use relievo_core::{Context, Mesh, Result};
 use relievo_detail::{Grid, Obb, Side, Solid, Voxels};
-use relievo_openvdb::LevelSet;
+use relievo_openvdb::peer::LevelSet;
 
 use crate::measure::{compare, seconds};
 use crate::report::{Goal, Report};

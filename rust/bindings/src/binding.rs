@@ -40,7 +40,6 @@ pub struct Header {
 /// Where headers are.
 pub enum Place {
     /// In this repository.
-    #[cfg_attr(not(test), allow(dead_code))]
     Repository,
     /// In `/usr/include`, where this Debian package puts them.
     Package(&'static str),

@@ -71,6 +71,17 @@ pub const BINDINGS: &[Binding] = &[
         imported: IN_COMMON,
         table: Some("Embree4"),
     },
+    Binding {
+        output: "rust/native/openvdb/src/abi.rs",
+        head: "// Made by `cargo xtask bindings` from cpp/openvdb/module.h; do not edit.",
+        headers: &[Header { include: "\"cpp/openvdb/module.h\"", place: Place::Repository }],
+        source: "",
+        functions: &["rlvdb_.*"],
+        types: &[],
+        constants: &["RLVDB_.*"],
+        imported: &[],
+        table: Some("Rlvdb"),
+    },
 ];
 
 /// Embree 3.13 as Debian 12 has it.

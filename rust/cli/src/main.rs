@@ -12,6 +12,7 @@ mod draw;
 mod edits;
 mod export;
 mod fluid;
+mod grid;
 mod import;
 mod info;
 mod manual;
@@ -64,6 +65,8 @@ enum Command {
     Progressive(progressive::Arguments),
     /// Simulates fluids of particles, and makes meshes of their surfaces.
     Fluid(fluid::Arguments),
+    /// Lists, converts, meshes and combines OpenVDB's sparse grids: level sets, fog, masks, labels.
+    Grid(grid::Arguments),
     /// Plots how a simulation of a fluid went, from its statistics.
     Plot(plot::Arguments),
     /// Draws a picture of Bézier patches, a mesh or a document, on a graphics device or by rays.
@@ -96,6 +99,7 @@ fn main() -> ExitCode {
         Command::Simplify(arguments) => simplify::run(&arguments),
         Command::Progressive(arguments) => progressive::run(&arguments),
         Command::Fluid(arguments) => fluid::run(&arguments),
+        Command::Grid(arguments) => grid::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Draw(arguments) => draw::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),

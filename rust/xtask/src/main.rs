@@ -9,6 +9,7 @@ mod dist;
 mod files;
 mod fuzz;
 mod licences;
+mod module;
 mod packages;
 mod peers;
 mod stage;
@@ -59,6 +60,8 @@ enum Task {
         #[arg(long, default_value_t = 60)]
         seconds: u32,
     },
+    /// Builds the module over OpenVDB, which programs and tests open on demand
+    Module,
     /// Builds the Python package as a wheel that carries the library and all that it needs
     Wheel,
     /// Makes the Blender extension and the add-on for Blender 3.4, with the library
@@ -111,6 +114,7 @@ fn main() -> ExitCode {
         Task::Demo { yes, device } => demo::run(yes, &device),
         Task::Test { yes } => suite::run(yes),
         Task::Fuzz { names, seconds } => fuzz::build().and_then(|()| fuzz::run(&names, seconds, None)),
+        Task::Module => module::run(),
         Task::Wheel => wheel::run(),
         Task::Comparison { sheet } => comparison::run(sheet.as_deref()),
         Task::Usd => usd::run(),

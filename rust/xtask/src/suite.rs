@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use crate::stage::{Outcome, Stages, call, cargo, output, root, target};
-use crate::{bindings, blender, comparison, dist, fuzz, licences, packages, usd, wheel};
+use crate::{bindings, blender, comparison, dist, fuzz, licences, module, packages, usd, wheel};
 
 /// Seconds each fuzz target runs; `cargo xtask fuzz` runs them for longer.
 const FUZZ_SECONDS: u32 = 8;
@@ -19,6 +19,7 @@ const SEED: u32 = 1;
 pub fn run(yes: bool) -> Outcome {
     let mut stages = Stages::default();
     let ready = stages.run("set-up", 4, || packages::install(packages::ALL, yes))
+        && stages.run("OpenVDB module", 2, module::run)
         && stages.run("build", 16, || call(cargo().args(["build", "--release", "--workspace", "--all-targets"])));
     if ready {
         stages.run("licences", 1, licences::check);
@@ -59,6 +60,7 @@ fn surroundings(test: &mut Command) {
     test.env("PROPTEST_RNG_SEED", SEED.to_string());
     // Without the second, Mesa looks for a screen at every start and says that there is none.
     test.env("RELIEVO_GPU_TESTS", "required").env("NODEVICE_SELECT", "1");
+    test.env("RELIEVO_OPENVDB_TESTS", "required").env("RELIEVO_OPENVDB", module::path());
 }
 
 /// Folders of crates with kernels that are compiled for several instruction levels.

@@ -1,0 +1,143 @@
+//! `relievo grid`
+
+mod combine;
+mod convert;
+mod info;
+mod mesh;
+mod source;
+
+use std::io::IsTerminal;
+
+use clap::Subcommand;
+use indicatif::{ProgressBar, ProgressStyle};
+use relievo_core::{Context, ContextOptions, Mesh, Progress, Result};
+use relievo_openvdb::{Grid, Kind, Packing, Polygons, Writing};
+
+use crate::Outcome;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Lists the grids of an OpenVDB file: kinds, transforms, active voxels, memory and metadata.
+    Info(info::Arguments),
+    /// Converts grids, a mesh or particles to an OpenVDB file: other voxels, kinds of values, filters, fog, level sets.
+    Convert(convert::Arguments),
+    /// Meshes the surface of a grid: a level set, fog at a density, or a label.
+    Mesh(mesh::Arguments),
+    /// Combines grids or meshes: union, intersection, difference, or labels of them.
+    Combine(combine::Arguments),
+}
+
+#[derive(clap::Args)]
+struct Limits {
+    /// Threads; 0 for one per core. Results do not depend on it.
+    #[arg(long, default_value_t = 0)]
+    threads: usize,
+    /// Bytes that files and grids may occupy, with K, M or G; 0 for no limit.
+    #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
+    memory_limit: u64,
+}
+
+impl Limits {
+    fn context(&self) -> Result<Context> {
+        Context::new(&ContextOptions { threads: self.threads, memory_limit: self.memory_limit })
+    }
+}
+
+/// How values of a file are packed.
+#[derive(Clone, Copy, Debug, Default, clap::ValueEnum)]
+enum Pack {
+    /// By Blosc, quick to read.
+    #[default]
+    Blosc,
+    /// By zlib, smaller.
+    Zip,
+    /// Not at all.
+    None,
+}
+
+#[derive(clap::Args)]
+struct Output {
+    /// How values are packed.
+    #[arg(long, value_enum, default_value_t)]
+    pack: Pack,
+    /// Write numbers with 16 bits.
+    #[arg(long)]
+    half: bool,
+    /// Leave out places of grids, as programs do that write to a pipe.
+    #[arg(long)]
+    stream: bool,
+}
+
+impl Output {
+    fn writing(&self) -> Writing {
+        let (zip, blosc) = (matches!(self.pack, Pack::Zip), matches!(self.pack, Pack::Blosc));
+        let packing = Packing { zip, blosc, active: true };
+        Writing { packing, is_stream: self.stream, metadata: Vec::new() }
+    }
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    match &arguments.task {
+        Task::Info(arguments) => info::run(arguments),
+        Task::Convert(arguments) => convert::run(arguments),
+        Task::Mesh(arguments) => mesh::run(arguments),
+        Task::Combine(arguments) => combine::run(arguments),
+    }
+}
+
+/// Progress on a terminal; elsewhere nothing is shown.
+struct Bar(ProgressBar);
+
+impl Bar {
+    fn new() -> Self {
+        if !std::io::stderr().is_terminal() {
+            return Self(ProgressBar::hidden());
+        }
+        let bar = ProgressBar::new(1000);
+        let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {elapsed}");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        Self(bar)
+    }
+}
+
+impl Progress for Bar {
+    fn report(&mut self, fraction: f32, stage: &str) -> bool {
+        self.0.set_position((fraction * 1000.0) as u64);
+        self.0.set_message(stage.to_owned());
+        true
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
+
+/// Parses the name of a kind of grids.
+fn kind(text: &str) -> std::result::Result<Kind, String> {
+    Kind::by_name(text).map_err(|error| error.to_string())
+}
+
+/// Makes a mesh of polygons.
+fn mesh_of(polygons: Polygons) -> Mesh {
+    let sizes = polygons.triangles.iter().map(|_| 3).chain(polygons.quads.iter().map(|_| 4)).collect();
+    let mut corners = polygons.triangles.into_flattened();
+    corners.extend(polygons.quads.into_flattened());
+    Mesh::new(polygons.points, sizes, corners)
+}
+
+/// Returns a line about a grid that was written.
+fn line(grid: &Grid) -> Result<String> {
+    let info = grid.info()?;
+    let kind = info.kind.map_or("", Kind::name);
+    let [x, ..] = info.transform.voxel_size;
+    let name = if info.name.is_empty() { "(no name)" } else { &info.name };
+    Ok(format!("{name}: {kind}, {}, {} active voxels of {x}\n", info.class.name(), info.active_voxels))
+}
