@@ -133,10 +133,22 @@ std::int32_t rlvdb_grid_info(const RlvdbGrid* handle, RlvdbInfo* out, RlvdbError
         }
         info.is_half = base.saveFloatAsHalf();
         info.is_linear = base.transform().isLinear();
-        const auto& map = *base.transform().baseMap();
-        const auto rows = info.is_linear ? map.getAffineMap()->getMat4()
-                                         : base.transform().constMap<math::NonlinearFrustumMap>()->secondMap().getMat4();
-        std::copy_n(rows.asPointer(), 16, info.matrix);
+        if (info.is_linear) {
+            // What the map does to the axes: an AffineMap of very small voxels cannot be made.
+            const Vec3d origin = base.transform().indexToWorld(Vec3d(0.0));
+            for (int row = 0; row < 4; ++row) {
+                Vec3d axis(0.0);
+                if (row < 3) {
+                    axis[row] = 1.0;
+                }
+                const Vec3d place = row < 3 ? base.transform().indexToWorld(axis) - origin : origin;
+                std::copy_n(place.asPointer(), 3, info.matrix + 4 * row);
+            }
+            info.matrix[15] = 1.0;
+        } else {
+            const auto frustum = base.transform().constMap<math::NonlinearFrustumMap>();
+            std::copy_n(frustum->secondMap().getMat4().asPointer(), 16, info.matrix);
+        }
         const Vec3d size = base.voxelSize();
         const CoordBBox box = base.evalActiveVoxelBoundingBox();
         for (int axis = 0; axis < 3; ++axis) {

@@ -85,7 +85,7 @@ std::int32_t rlvdb_to_mesh(const RlvdbGrid* handle, double value, double adaptiv
         });
         // OpenVDB turns polygons clockwise, seen from outside; a mirrored transform turns them once more.
         const auto& transform = handle->grid->transform();
-        const bool is_mirrored = transform.isLinear() && transform.baseMap()->getAffineMap()->determinant() < 0.0;
+        const bool is_mirrored = transform.isLinear() && transform.baseMap()->determinant() < 0.0;
         if (!is_mirrored) {
             for (auto& triangle : mesh->triangles) {
                 std::swap(triangle[0], triangle[2]);

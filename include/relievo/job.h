@@ -14,6 +14,7 @@
 #include "relievo/bake.h"
 #include "relievo/document.h"
 #include "relievo/fluid.h"
+#include "relievo/grid.h"
 #include "relievo/imprint.h"
 #include "relievo/progressive.h"
 #include "relievo/ptex.h"
@@ -84,6 +85,20 @@ RLV_API RlvResult rlv_job_simplify(RlvMesh mesh, const RlvSimplifyOptions *optio
 /* Starts rlv_isosurface_mesh; rlv_job_mesh has the mesh it makes. Fails as rlv_isosurface_mesh does, as a job or at once. */
 RLV_API RlvResult rlv_job_isosurface(RlvIsosurface isosurface, const RlvIsosurfaceMeshOptions *options, RlvJob *out);
 
+/* Starts rlv_grid_read; rlv_job_grid has the grid. Fails as rlv_grid_read does, as a job or at once. */
+RLV_API RlvResult rlv_job_grid_read(RlvContext context, const char *path, const char *name, const double *bounds,
+                                    RlvJob *out);
+
+/* Starts rlv_grid_from_mesh; rlv_job_grid has the level set it makes. Fails as rlv_grid_from_mesh does, as a job or at
+ * once. */
+RLV_API RlvResult rlv_job_grid_from_mesh(RlvMesh mesh, const RlvGridSettings *settings, RlvJob *out);
+
+/* Starts rlv_grid_change; rlv_job_grid has the grid it makes. Fails as rlv_grid_change does, as a job or at once. */
+RLV_API RlvResult rlv_job_grid_change(RlvGrid grid, uint32_t change, const RlvGridSettings *settings, RlvJob *out);
+
+/* Starts rlv_grid_mesh; rlv_job_mesh has the mesh it makes. Fails as rlv_grid_mesh does, as a job or at once. */
+RLV_API RlvResult rlv_job_grid_mesh(RlvGrid grid, const RlvGridSettings *settings, RlvJob *out);
+
 /* Mutates the fluid: starts rlv_fluid_advance; rlv_job_fluid_report has what the steps did. Cancelled or failed it leaves
  * the fluid as the last whole step left it. Fails as rlv_fluid_advance does, as a job or at once, with RLV_ERROR_BUSY if
  * another call is at work on the fluid. */
@@ -108,7 +123,7 @@ RLV_API RlvResult rlv_job_cancel(RlvJob job);
  * RLV_ERROR_BUSY while it runs. */
 RLV_API RlvResult rlv_job_result(RlvJob job);
 
-/* The mesh that rlv_job_tessellate, rlv_job_simplify or rlv_job_isosurface made, the same one every time. Fails as
+/* The mesh that rlv_job_tessellate, rlv_job_simplify, rlv_job_isosurface or rlv_job_grid_mesh made, the same one every time. Fails as
  * rlv_job_result does, and if the job makes no mesh. */
 RLV_API RlvResult rlv_job_mesh(RlvJob job, RlvMesh *out);
 
@@ -118,6 +133,10 @@ RLV_API RlvResult rlv_job_simplify_error(RlvJob job, float *out);
 /* The progressive mesh that rlv_job_progressive built, the same one every time. Fails as rlv_job_result does, and if the
  * job was another. */
 RLV_API RlvResult rlv_job_progressive_mesh(RlvJob job, RlvProgressive *out);
+
+/* The grid that rlv_job_grid_read, rlv_job_grid_from_mesh or rlv_job_grid_change made, the same one every time. Fails as
+ * rlv_job_result does, and if the job was another. */
+RLV_API RlvResult rlv_job_grid(RlvJob job, RlvGrid *out);
 
 /* What rlv_job_sweep or rlv_job_sweep_points did. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_imprint_report(RlvJob job, RlvImprintReport *out);

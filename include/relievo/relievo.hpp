@@ -1921,6 +1921,112 @@ public:
     }
 };
 
+/// See relievo/grid.h.
+class Grid : public Reference<RlvGrid, rlv_grid_retain, rlv_grid_release> {
+public:
+    using Reference::Reference;
+
+    static Grid create(const Context &context, RlvGridKind kind, const std::array<double, 3> &background, double voxel) {
+        Grid made;
+        check(rlv_grid_create(context.get(), kind, background.data(), voxel, made.out()));
+        return made;
+    }
+
+    /// Reads the grid called `name`, or the first one if that is empty.
+    static Grid read(const Context &context, const std::string &path, const std::string &name = "",
+                     const Progress &progress = nullptr) {
+        Watch watch(progress);
+        Grid made;
+        const char *const wanted = name.empty() ? nullptr : name.c_str();
+        watch.check(rlv_grid_read(context.get(), path.c_str(), wanted, nullptr, watch.callback(), &watch, made.out()));
+        return made;
+    }
+
+    static Grid from_mesh(const Mesh &mesh, const RlvGridSettings &settings = RLV_GRID_SETTINGS_INIT,
+                          const Progress &progress = nullptr) {
+        Watch watch(progress);
+        Grid made;
+        watch.check(rlv_grid_from_mesh(mesh.get(), &settings, watch.callback(), &watch, made.out()));
+        return made;
+    }
+
+    static Grid from_particles(const Particles &particles, const RlvGridSettings &settings = RLV_GRID_SETTINGS_INIT,
+                               const Progress &progress = nullptr) {
+        Watch watch(progress);
+        Grid made;
+        watch.check(rlv_grid_from_particles(particles.get(), &settings, watch.callback(), &watch, made.out()));
+        return made;
+    }
+
+    /// Describes the grids of a file.
+    static std::vector<RlvGridInfo> list(const Context &context, const std::string &path) {
+        std::size_t count = 0;
+        check(rlv_grid_file_count(context.get(), path.c_str(), &count));
+        std::vector<RlvGridInfo> found(count, RlvGridInfo(RLV_GRID_INFO_INIT));
+        for (std::size_t index = 0; index < count; ++index) {
+            check(rlv_grid_file_info(context.get(), path.c_str(), index, &found[index]));
+        }
+        return found;
+    }
+
+    void write(const std::string &path, std::uint32_t writing = RLV_GRID_PACK_BLOSC) const {
+        const RlvGrid grid = get();
+        check(rlv_grid_write(&grid, 1, path.c_str(), writing));
+    }
+
+    RlvGridInfo info() const {
+        RlvGridInfo info = RLV_GRID_INFO_INIT;
+        check(rlv_grid_info(get(), &info));
+        return info;
+    }
+
+    void set_name(const std::string &name) const { check(rlv_grid_set_name(get(), name.c_str())); }
+
+    /// Returns one number a point, three of vectors.
+    std::vector<double> sample(const std::vector<std::array<double, 3>> &points, bool is_linear = true) const {
+        const std::uint32_t kind = info().kind;
+        const bool is_vector = kind >= RLV_GRID_VEC3S && kind <= RLV_GRID_VEC3I;
+        std::vector<double> values(points.size() * (is_vector ? 3 : 1));
+        const double *const places = points.empty() ? nullptr : points.front().data();
+        check(rlv_grid_sample(get(), places, points.size(), 0, is_linear, values.data(), values.size()));
+        return values;
+    }
+
+    Mesh mesh(const RlvGridSettings &settings = RLV_GRID_SETTINGS_INIT, const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        RlvMesh made = RLV_NULL;
+        watch.check(rlv_grid_mesh(get(), &settings, watch.callback(), &watch, &made));
+        return Mesh(made);
+    }
+
+    Grid change(RlvGridChange change, const RlvGridSettings &settings = RLV_GRID_SETTINGS_INIT,
+                const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        Grid made;
+        watch.check(rlv_grid_change(get(), change, &settings, watch.callback(), &watch, made.out()));
+        return made;
+    }
+
+    Grid convert(RlvGridKind kind) const {
+        Grid made;
+        check(rlv_grid_convert(get(), kind, made.out()));
+        return made;
+    }
+
+    Grid combine(const Grid &other, RlvGridOperation operation, const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        Grid made;
+        watch.check(rlv_grid_combine(get(), other.get(), operation, watch.callback(), &watch, made.out()));
+        return made;
+    }
+
+    Grid label_mask(std::int64_t label) const {
+        Grid made;
+        check(rlv_grid_label_mask(get(), label, made.out()));
+        return made;
+    }
+};
+
 /// See relievo/job.h. One that is let go of while it runs is cancelled.
 class Job : public Reference<RlvJob, rlv_job_retain, rlv_job_release> {
 public:
@@ -1931,6 +2037,39 @@ public:
         Job made;
         check(rlv_job_tessellate(detail.get(), &options, made.out()));
         return made;
+    }
+
+    static Job grid_from_mesh(const Mesh &mesh, const RlvGridSettings &settings = RLV_GRID_SETTINGS_INIT) {
+        Job made;
+        check(rlv_job_grid_from_mesh(mesh.get(), &settings, made.out()));
+        return made;
+    }
+
+    static Job grid_read(const Context &context, const std::string &path, const std::string &name = "") {
+        Job made;
+        const char *const wanted = name.empty() ? nullptr : name.c_str();
+        check(rlv_job_grid_read(context.get(), path.c_str(), wanted, nullptr, made.out()));
+        return made;
+    }
+
+    static Job grid_change(const Grid &grid, RlvGridChange change,
+                           const RlvGridSettings &settings = RLV_GRID_SETTINGS_INIT) {
+        Job made;
+        check(rlv_job_grid_change(grid.get(), change, &settings, made.out()));
+        return made;
+    }
+
+    static Job grid_mesh(const Grid &grid, const RlvGridSettings &settings = RLV_GRID_SETTINGS_INIT) {
+        Job made;
+        check(rlv_job_grid_mesh(grid.get(), &settings, made.out()));
+        return made;
+    }
+
+    /// Returns the grid that the job made.
+    Grid grid() const {
+        RlvGrid made = RLV_NULL;
+        check(rlv_job_grid(get(), &made));
+        return Grid(made);
     }
 
     static Job sweep(const Detail &detail, const Collider &collider, const Matrix &from, const Matrix &to,

@@ -515,5 +515,18 @@ int main() {
     CHECK(!context.stats().empty());
     context.reset_stats();
     CHECK(context.stats().empty());
+
+    // Grids: a level set of a box and its mesh.
+    const std::vector<Float3> box_points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}};
+    const auto solid = relievo::Mesh::create(context, box_points, {4, 4, 4, 4, 4, 4},
+                                           {0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 1, 3, 7, 5, 3, 2, 6, 7, 2, 0, 4, 6});
+    const auto level_set = relievo::Grid::from_mesh(solid);
+    CHECK(level_set.info().grid_class == RLV_GRID_LEVEL_SET);
+    CHECK(std::abs(level_set.sample({{0.5, 0.5, 1.1}})[0] - 0.1) < 1e-5);
+    CHECK(level_set.change(RLV_GRID_TO_FOG).sample({{0.5, 0.5, 0.5}})[0] == 1.0);
+    CHECK(level_set.combine(level_set, RLV_GRID_UNION).mesh().triangles().size() > 100);
+    const auto gridding = relievo::Job::grid_from_mesh(solid);
+    gridding.wait();
+    CHECK(gridding.grid().info().active_voxels == level_set.info().active_voxels);
     return 0;
 }

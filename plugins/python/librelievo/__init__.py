@@ -9,7 +9,7 @@ try:
 except ImportError:
     raise ImportError("librelievo needs NumPy; install it with `python -m pip install numpy`") from None
 
-from . import abi, bake, brush, caster, collider, document, imprint, job, ptex, stroke, tessellation
+from . import abi, bake, brush, caster, collider, document, grid, imprint, job, ptex, stroke, tessellation
 from .abi import RlvAdapterKind as AdapterKind
 from .abi import RlvBrushAction as BrushAction
 from .abi import RlvChannel as Channel
@@ -42,6 +42,7 @@ from .error import (
     Unsupported,
 )
 from .fluid import Fluid
+from .grid import Grid
 from .isosurface import Isosurface
 from .job import Job
 from .level import DeviceLevel, Grip, GripKey, GripTrack, Level, Region

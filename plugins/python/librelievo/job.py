@@ -8,7 +8,9 @@ from .array import address, matrix
 from .bake import options_of
 from .detail import number_of
 from .document import transfer_arguments
-from .handle import Handle, path_bytes
+from .grid import Grid
+from .grid import settings_of as grid_settings
+from .handle import Handle, path_bytes, text_bytes
 from .imprint import Deforming, moment_of, settings_of
 from .isosurface import mesh_options
 from .mesh import Mesh, simplify_options
@@ -143,3 +145,29 @@ def transfer(context, path, to, to_path, source=None, reach=0.0):
     fetch = _report("rlv_job_transfer_report", abi.RlvTransferReport)
     arguments = transfer_arguments(path, to, to_path, source, reach)
     return _started(fetch, "rlv_job_transfer", context.handle, *arguments)
+
+
+def _grid(job):
+    return Grid.of("rlv_job_grid", job.handle)
+
+
+def read_grid(context, path, name=None):
+    """Starts `Grid.read`; the result is the grid."""
+    return _started(_grid, "rlv_job_grid_read", context.handle, path_bytes(path), text_bytes(name), None)
+
+
+def grid_from_mesh(mesh, **settings):
+    """Starts `Grid.from_mesh`; the result is the grid."""
+    return _started(_grid, "rlv_job_grid_from_mesh", mesh.handle, grid_settings(settings))
+
+
+def change_grid(grid, change, **settings):
+    """Starts `Grid.change`; the result is the grid."""
+    number = record.named(abi.RlvGridChange, change, "change")
+    return _started(_grid, "rlv_job_grid_change", grid.handle, number, grid_settings(settings))
+
+
+def mesh_grid(grid, **settings):
+    """Starts `Grid.mesh`; the result is the mesh."""
+    fetch = lambda job: Mesh.of("rlv_job_mesh", job.handle)
+    return _started(fetch, "rlv_job_grid_mesh", grid.handle, grid_settings(settings))

@@ -18,6 +18,8 @@ unsafe impl Plain for u16 {}
 // SAFETY: as above.
 unsafe impl Plain for u32 {}
 // SAFETY: as above.
+unsafe impl Plain for i32 {}
+// SAFETY: as above.
 unsafe impl Plain for f32 {}
 // SAFETY: as above.
 unsafe impl Plain for f64 {}
@@ -31,6 +33,8 @@ unsafe impl Plain for [f32; 4] {}
 unsafe impl Plain for [f32; 6] {}
 // SAFETY: as above.
 unsafe impl Plain for [f64; 2] {}
+// SAFETY: as above.
+unsafe impl Plain for [f64; 3] {}
 // SAFETY: as above.
 unsafe impl Plain for [u32; 2] {}
 // SAFETY: as above.

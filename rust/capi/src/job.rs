@@ -23,6 +23,7 @@ use crate::detail::{RlvDetail, transform};
 use crate::document::{RlvTransferOptions, RlvTransferReport, Transfer};
 use crate::error::{RLV_OK, RlvResult, result_of};
 use crate::fluid::{RlvFluid, RlvFluidReport};
+use crate::grid::{self, RlvGrid, RlvGridSettings};
 use crate::imprint::{self, RlvImprintMoment, RlvImprintReport, RlvImprintSettings};
 use crate::isosurface::{Meshing, RlvIsosurface, RlvIsosurfaceMeshOptions};
 use crate::mesh::RlvMesh;
@@ -60,6 +61,8 @@ pub enum Product {
     Simplified(RlvMesh, f32),
     /// The same of a progressive mesh.
     Progressive(RlvProgressive),
+    /// The same of a grid.
+    Grid(RlvGrid),
     Imprint(Report),
     Bake(RlvBakeReport),
     /// A file without more to say about it.
@@ -75,6 +78,7 @@ impl Drop for Product {
         let _ = match self {
             Self::Mesh(mesh) | Self::Simplified(mesh, _) => registry::release(*mesh),
             Self::Progressive(mesh) => registry::release(*mesh),
+            Self::Grid(grid) => registry::release(*grid),
             _ => Ok(()),
         };
     }
@@ -231,6 +235,11 @@ fn start(
     }
     drop(state);
     registry::insert(JobObject { context: Arc::clone(context), shared, thread: Mutex::new(Some(thread)) })
+}
+
+/// Starts what makes a grid.
+fn start_grid(work: grid::Work) -> Result<RlvJob> {
+    start(&work.context().clone(), move |progress| work.run(progress).map(Product::Grid))
 }
 
 entry! {
@@ -395,6 +404,50 @@ entry! {
         Ok(())
     }
 
+    fn rlv_job_grid_read(
+        context: RlvContext,
+        path: *const c_char,
+        name: *const c_char,
+        bounds: *const f64,
+        out: *mut RlvJob,
+    ) {
+        present("out", out)?;
+        // SAFETY: the caller gives NULL or NUL-terminated texts, and NULL or six numbers.
+        let work = unsafe { grid::Work::reading(context, path, name, bounds) }?;
+        let job = start_grid(work)?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
+    fn rlv_job_grid_from_mesh(mesh: RlvMesh, settings: *const RlvGridSettings, out: *mut RlvJob) {
+        present("out", out)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let job = start_grid(unsafe { grid::from_mesh(mesh, settings) }?)?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
+    fn rlv_job_grid_change(grid: RlvGrid, change: u32, settings: *const RlvGridSettings, out: *mut RlvJob) {
+        present("out", out)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let job = start_grid(unsafe { grid::changing(grid, change, settings) }?)?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
+    fn rlv_job_grid_mesh(grid: RlvGrid, settings: *const RlvGridSettings, out: *mut RlvJob) {
+        present("out", out)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let meshing = unsafe { grid::Meshing::read(grid, settings) }?;
+        let job = start(&meshing.context().clone(), move |progress| meshing.run(progress).map(Product::Mesh))?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
     fn rlv_job_fluid(fluid: RlvFluid, seconds: f64, out: *mut RlvJob) {
         present("out", out)?;
         let fluid = registry::get(fluid)?;
@@ -473,6 +526,18 @@ entry! {
         registry::retain(mesh)?;
         // SAFETY: checked above.
         unsafe { put(out, mesh) };
+        Ok(())
+    }
+
+    fn rlv_job_grid(job: RlvJob, out: *mut RlvGrid) {
+        present("out", out)?;
+        let grid = registry::get(job)?.product("a grid", |product| match product {
+            Product::Grid(grid) => Some(*grid),
+            _ => None,
+        })?;
+        registry::retain(grid)?;
+        // SAFETY: checked above.
+        unsafe { put(out, grid) };
         Ok(())
     }
 

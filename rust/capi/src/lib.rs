@@ -30,6 +30,7 @@ pub mod document;
 pub mod error;
 pub mod evaluate;
 pub mod fluid;
+pub mod grid;
 pub mod imprint;
 pub mod isosurface;
 pub mod job;

@@ -66,6 +66,14 @@ pub fn register(context: Arc<ContextObject>, particles: Particles) -> Result<Rlv
 }
 
 impl ParticlesObject {
+    pub fn context(&self) -> &Arc<ContextObject> {
+        &self.context
+    }
+
+    pub fn particles(&self) -> &Particles {
+        &self.particles
+    }
+
     /// Those that may be added to a fluid: places, velocities and what they carry beside those.
     pub fn carried(&self) -> Carried {
         let Particles { points, channels, .. } = &self.particles;

@@ -19,7 +19,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-pub const NOUNS: [&str; 24] = [
+pub const NOUNS: [&str; 25] = [
     "nothing",
     "context",
     "mesh",
@@ -44,6 +44,7 @@ pub const NOUNS: [&str; 24] = [
     "isosurface",
     "fluid",
     "particles",
+    "grid",
 ];
 
 /// Defines the handle type of a noun.

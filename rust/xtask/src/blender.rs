@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::files::{copy, copy_files, remove};
+use crate::module;
 use crate::stage::{Outcome, call, cargo, root, target};
 use crate::wheel::{self, environment};
 
@@ -55,8 +56,9 @@ pub fn zips() -> Result<[PathBuf; 2], String> {
 pub fn test() -> Outcome {
     let made = make()?;
     let python = python()?;
-    for name in ["test_abi.py", "test_nouns.py", "test_wheel.py"] {
+    for name in ["test_abi.py", "test_nouns.py", "test_grid.py", "test_wheel.py"] {
         let mut command = clean(&python);
+        command.env("RELIEVO_OPENVDB", module::path()).env("RELIEVO_COMMAND", target().join("release/relievo"));
         call(command.arg(root().join("tests/python").join(name)).env("PYTHONPATH", &made.site))?;
     }
     let scripts = made.folder.parent().and_then(Path::parent).unwrap_or(&made.folder);

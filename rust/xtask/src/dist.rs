@@ -1,6 +1,6 @@
 //! `cargo xtask dist`: what is handed out. An archive and a Debian package of the library, its headers and package files,
-//! the command with its manual pages, and the licences of what is linked; the same of the plugin for OpenImageIO; the zip
-//! files for Blender. CPack makes the first two by the install rules of `CMakeLists.txt` and of the plugin's.
+//! the command with its manual pages, and the licences of what is linked; the same of the plugin for OpenImageIO and of the
+//! module over OpenVDB; the zip files for Blender. CPack makes the first two by the install rules of `CMakeLists.txt` and of the plugin's.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use std::process::Command;
 
 use crate::files::{copy, only_file, remove, strip};
 use crate::stage::{Outcome, call, cargo, output, root, target};
-use crate::{blender, licences, packages};
+use crate::{blender, licences, module, packages};
 
 /// An archive and a Debian package of the same.
 struct Pair {
@@ -20,19 +20,21 @@ struct Pair {
 struct Packages {
     library: Pair,
     openimageio: Pair,
+    openvdb: Pair,
 }
 
 /// Builds the library and the command, and makes the packages and the zip files for Blender; uses the packages too for a
 /// `test`.
 pub fn run(test: bool) -> Outcome {
     call(cargo().args(["build", "--release", "--package", "relievo-capi", "--package", "relievo-cli"]))?;
+    module::run()?;
     let made = make()?;
     let zips = blender::zips()?;
-    let Packages { library, openimageio } = &made;
-    let packages = [&library.archive, &library.debian, &openimageio.archive, &openimageio.debian];
+    let Packages { library, openimageio, openvdb } = &made;
+    let packages = [library, openimageio, openvdb].map(|pair| [&pair.archive, &pair.debian]);
     let folder = target().join("dist/packages");
     remove(&folder)?;
-    for file in packages.into_iter().chain(&zips) {
+    for file in packages.into_iter().flatten().chain(&zips) {
         let to = folder.join(file.file_name().unwrap_or_default());
         copy(file, &to)?;
         println!("{}", to.display());
@@ -54,13 +56,19 @@ fn make() -> Result<Packages, String> {
         &folder,
         "library",
         &root(),
-        &[define("RELIEVO_LIBRARY_DIR", &built), define("RELIEVO_EXTRAS_DIR", &built)],
+        &[
+            define("RELIEVO_LIBRARY_DIR", &built),
+            define("RELIEVO_EXTRAS_DIR", &built),
+            // It has a package of its own.
+            "-DRELIEVO_OPENVDB=OFF".into(),
+        ],
     )?;
     // The plugin is built with what the archive has, as anybody else's is.
     unpack(&library.archive, &prefix())?;
     let found = [define("CMAKE_PREFIX_PATH", &prefix()), "-DCMAKE_BUILD_TYPE=Release".into()];
     let openimageio = pair(&folder, "openimageio", &root().join("plugins/oiio"), &found)?;
-    Ok(Packages { library, openimageio })
+    let openvdb = pair(&folder, "openvdb", &root().join("cpp/openvdb"), &["-DCMAKE_BUILD_TYPE=Release".into()])?;
+    Ok(Packages { library, openimageio, openvdb })
 }
 
 /// Has CPack make both packages of a CMake project.
@@ -138,6 +146,20 @@ fn test_archives(made: &Packages) -> Outcome {
     remove(&out)?;
     let mut run = Command::new(folder.join("bin/relievo"));
     call(run.arg("run").arg(root().join(SCENE)).args(["--frames", "0..1", "--out"]).arg(out))?;
+    // The command finds the module of an unpacked archive, and says what to install without it.
+    let out = target().join("dist/run/box.vdb");
+    let convert = || {
+        let mut convert = Command::new(folder.join("bin/relievo"));
+        convert.env_remove("RELIEVO_OPENVDB").args(["grid", "convert"]).arg(root().join(CAGE));
+        convert.arg("-o").arg(&out).args(["--voxel", "0.05"]);
+        convert
+    };
+    let refused = convert().output().map_err(|error| error.to_string())?;
+    if refused.status.success() || !String::from_utf8_lossy(&refused.stderr).contains("relievo-openvdb") {
+        return Err("without the module the command does not name its package".into());
+    }
+    unpack_beside(&made.openvdb.archive, &folder)?;
+    call(&mut convert())?;
     unpack_beside(&made.openimageio.archive, &folder)?;
     let mut info = Command::new("oiiotool");
     info.env("OIIO_LIBRARY_PATH", folder.join("lib/relievo")).args(["--info", "-v"]).arg(root().join(DOCUMENT));
@@ -147,6 +169,9 @@ fn test_archives(made: &Packages) -> Outcome {
 
 /// What the packages are tried with: it makes pictures, so that Embree is found too.
 const SCENE: &str = "examples/scenes/press.toml";
+
+/// What the module is tried with.
+const CAGE: &str = "tests/hosts/comparison/cage.obj";
 
 /// What the plugin is tried with, and what is printed of it.
 const DOCUMENT: &str = "tests/golden/document-3.relievo";
@@ -161,14 +186,18 @@ fn test_debian(made: &Packages) -> Outcome {
     let hook = |line: &str| OsString::from(format!("--customize-hook={line}"));
     let into = |file: &Path| hook(&format!("copy-in '{}' /tmp", file.display()));
     let name = |file: &Path| format!("/tmp/{}", file.file_name().unwrap_or_default().to_string_lossy());
-    let (library, plugin) = (&made.library.debian, &made.openimageio.debian);
+    let (library, plugin, grids) = (&made.library.debian, &made.openimageio.debian, &made.openvdb.debian);
     let mut bare = Command::new("mmdebstrap");
     bare.args(["--quiet", "--variant=apt"]).arg(into(library)).arg(into(plugin));
+    bare.arg(into(grids)).arg(into(&root().join(CAGE)));
     bare.arg(into(&root().join(SCENE))).arg(into(&root().join(DOCUMENT)));
     let install =
         |file: &Path, more: &str| hook(&format!("chroot \"$1\" apt-get install --yes {more} --quiet=2 {}", name(file)));
     bare.arg(install(library, "--install-recommends"));
     bare.arg(hook("chroot \"$1\" sh -c 'cd /tmp && relievo run press.toml --frames 0..1 --out out && ls out/*.png'"));
+    bare.arg(install(grids, "--no-install-recommends"));
+    let convert = format!("relievo grid convert {} -o box.vdb --voxel 0.05", name(Path::new(CAGE)));
+    bare.arg(hook(&format!("chroot \"$1\" sh -c 'cd /tmp && {convert} && relievo grid info box.vdb'")));
     // Not all that the tools recommend.
     bare.arg(install(plugin, "--no-install-recommends openimageio-tools"));
     let look = format!("OIIO_LIBRARY_PATH=$(echo /usr/lib/*/relievo) oiiotool --info -v {}", name(Path::new(DOCUMENT)));

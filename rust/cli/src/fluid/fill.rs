@@ -3,8 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
-use relievo_core::{Context, Error, Result, file};
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Error, ErrorKind, Result, file};
 use relievo_fluid::{Solid, fill_where};
+use relievo_openvdb::{Kind, Survey, Writing};
 use relievo_particleio::{Grid, read_grid};
 use serde::Deserialize;
 
@@ -49,10 +51,35 @@ impl Fill {
         }
         let path = folder.join(grid);
         let named = |error: Error| error.at(path.display().to_string());
-        let bytes = file::load(&path, context.memory_limit())?;
-        let left = context.memory_limit() - bytes.len() as u64;
-        let grid = read_grid(&bytes, self.grid_name.as_deref(), left).map_err(named)?;
+        let grid = self.load(context, &path).map_err(named)?;
         self.within(context, &grid, spacing).map_err(named)
+    }
+
+    /// Reads its grid. What our reader refuses, such as doubles, masks and streams, OpenVDB reads and makes floats.
+    fn load(&self, context: &Context, path: &Path) -> Result<Grid> {
+        let read = |path: &Path| {
+            let bytes = file::load(path, context.memory_limit())?;
+            let left = context.memory_limit() - bytes.len() as u64;
+            read_grid(&bytes, self.grid_name.as_deref(), left)
+        };
+        let refused = match read(path) {
+            Ok(grid) => return Ok(grid),
+            Err(error) if matches!(error.kind, ErrorKind::NotFound | ErrorKind::Io | ErrorKind::Memory) => {
+                return Err(error);
+            }
+            Err(error) => error,
+        };
+        let name = self.grid_name.as_deref();
+        let listed = Survey::of_file(path, context.memory_limit()).is_ok_and(|survey| survey.find(name).is_ok());
+        if !listed {
+            return Err(refused);
+        }
+        let grid = relievo_openvdb::read(context, path, name, None, &mut Silent)?;
+        let floats = grid.converted(context, Kind::Float, &mut Silent)?;
+        let folder = tempfile::tempdir().map_err(|error| Error::io(&std::env::temp_dir(), &error))?;
+        let plain = folder.path().join("grid.vdb");
+        relievo_openvdb::write(context, &plain, &[&floats], &Writing::default(), &mut Silent)?;
+        read(&plain)
     }
 
     /// Places where distances are negative, or fog is denser than the threshold.

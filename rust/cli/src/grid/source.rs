@@ -72,9 +72,10 @@ fn level_set(context: &Context, path: &Path, making: &Making) -> Result<Grid> {
     let named = |error: Error| error.at(path.display().to_string());
     let mut grid = if is_particles(path) {
         let particles = relievo_particleio::read(context, path)?.particles;
-        let radius = making.particle_radius.or(particles.spacing).ok_or_else(|| {
-            named(Error::invalid("the particles state no spacing").advise("give --particle-radius"))
-        })?;
+        let radius = making
+            .particle_radius
+            .or(particles.spacing)
+            .ok_or_else(|| named(Error::invalid("the particles state no spacing").advise("give --particle-radius")))?;
         let voxel = making.voxel.unwrap_or(f64::from(radius) / 3.0);
         let radii = vec![radius; particles.points.len()];
         Grid::of_spheres(context, &particles.points, &radii, voxel, making.band, &mut Bar::new()).map_err(named)?

@@ -187,6 +187,13 @@ fn grids_of_openvdb_are_filled_and_points_of_it_are_frames() {
     let all = count("grid = \"fog.vdb\"\ngrid_name = \"cloud\"\nthreshold = 0.0001\n");
     let half = count("grid = \"fog.vdb\"\n");
     assert!(all == 360 && half < all && half > 100, "{all} {half}");
+    // What our reader refuses: doubles, a stream, a mask.
+    for (name, more) in [("double", &["--kind", "double"][..]), ("stream", &["--stream"])] {
+        let to = format!("{name}.vdb");
+        let done = relievo(folder.path(), &[&["grid", "convert", "box.vdb", "-o", &to], more].concat());
+        assert!(done.status.success(), "{done:?}");
+        assert_eq!(count(&format!("grid = \"{to}\"\n")), 360, "{name}");
+    }
     let info = |path: &str| {
         let done = relievo(folder.path(), &["fluid", "info", path]);
         assert!(done.status.success(), "{done:?}");

@@ -164,13 +164,7 @@ impl Grid {
     /// `band` is half its width in voxels.
     ///
     /// Fails if the grid has integers or vectors, or the value or the band is out of its range.
-    pub fn level_set(
-        &self,
-        context: &Context,
-        value: f64,
-        band: f32,
-        progress: &mut dyn Progress,
-    ) -> Result<Self> {
+    pub fn level_set(&self, context: &Context, value: f64, band: f32, progress: &mut dyn Progress) -> Result<Self> {
         if !value.is_finite() || !(1.0..=100.0).contains(&band) {
             let error = Error::invalid(format!("a level set at {value} with a band of {band} voxels cannot be"));
             return Err(error.at("band").advise("use a finite value, and a band of 1 to 100"));
@@ -195,12 +189,7 @@ impl Grid {
 /// Makes a grid of 32-bit labels: voxels inside a level set have its label, later ones win, and 0 is outside of all.
 ///
 /// Fails if there are not as many labels as level sets, one is no level set of floats, or their transforms differ.
-pub fn labels(
-    context: &Context,
-    level_sets: &[&Grid],
-    labels: &[i32],
-    progress: &mut dyn Progress,
-) -> Result<Grid> {
+pub fn labels(context: &Context, level_sets: &[&Grid], labels: &[i32], progress: &mut dyn Progress) -> Result<Grid> {
     if level_sets.len() != labels.len() || labels.is_empty() {
         let what = format!("there are {} labels for {} level sets", labels.len(), level_sets.len());
         return Err(Error::invalid(what).at("labels").advise("give one for each, and at least one"));

@@ -1,6 +1,7 @@
 //! A grid in memory, its facts, transform and metadata.
 
 use std::ffi::CString;
+use std::sync::OnceLock;
 
 use relievo_core::{Error, Result};
 
@@ -14,6 +15,8 @@ use crate::transform::Transform;
 #[derive(Debug)]
 pub struct Grid {
     pointer: *mut abi::RlvdbGrid,
+    /// Kept, since all facts together take a walk through the tree.
+    kind: OnceLock<Kind>,
 }
 
 // SAFETY: a grid is owned by its handle alone and has no tie to the thread that made it.
@@ -52,7 +55,9 @@ impl Grid {
     /// Fails if the module cannot be opened, the kind is points, or the size is not positive and finite.
     pub fn new(kind: Kind, background: [f64; 3], voxel: f64) -> Result<Self> {
         if kind == Kind::Points {
-            return Err(Error::unsupported("a grid of points is not made here").advise("write particles to a .vdb file"));
+            return Err(
+                Error::unsupported("a grid of points is not made here").advise("write particles to a .vdb file")
+            );
         }
         let module = Module::open()?;
         Self::made(|out, error| {
@@ -69,7 +74,11 @@ impl Grid {
     }
 
     pub(crate) fn of_pointer(pointer: *mut abi::RlvdbGrid) -> Result<Self> {
-        if pointer.is_null() { Err(Error::internal("the module returned no grid")) } else { Ok(Self { pointer }) }
+        if pointer.is_null() {
+            Err(Error::internal("the module returned no grid"))
+        } else {
+            Ok(Self { pointer, kind: OnceLock::new() })
+        }
     }
 
     pub(crate) fn pointer(&self) -> *const abi::RlvdbGrid {
@@ -105,7 +114,11 @@ impl Grid {
 
     /// Returns the kind of its values.
     pub fn kind(&self) -> Result<Kind> {
-        Kind::of_number(self.facts()?.kind)
+        if let Some(kind) = self.kind.get() {
+            return Ok(*kind);
+        }
+        let kind = Kind::of_number(self.facts()?.kind)?;
+        Ok(*self.kind.get_or_init(|| kind))
     }
 
     /// Returns the value outside of all leaves; of scalars the first number counts.
@@ -146,7 +159,9 @@ impl Grid {
         let Frustum { voxels: [low, high], taper, depth } = *frustum;
         let is_box = (0..3).all(|axis| low[axis].is_finite() && high[axis].is_finite() && low[axis] < high[axis]);
         if !is_box || !(taper > 0.0 && taper.is_finite() && depth > 0.0 && depth.is_finite()) {
-            return Err(Error::invalid("the frustum has no volume").at("frustum").advise("use a box, a taper and a depth above 0"));
+            return Err(Error::invalid("the frustum has no volume")
+                .at("frustum")
+                .advise("use a box, a taper and a depth above 0"));
         }
         let module = Module::open()?;
         let (ends, numbers) = ([low, high], after.numbers());
@@ -182,6 +197,18 @@ impl Grid {
     ///
     /// Fails if the value is not one of its kind.
     pub fn set_metadata(&mut self, entry: &Entry) -> Result<()> {
+        let is_sound = match entry.kind.as_str() {
+            "string" => true,
+            "bool" => matches!(entry.value.as_str(), "true" | "false"),
+            "int32" => entry.value.parse::<i32>().is_ok(),
+            "int64" => entry.value.parse::<i64>().is_ok(),
+            "float" | "double" => entry.value.parse::<f64>().is_ok_and(f64::is_finite),
+            _ => false,
+        };
+        if !is_sound {
+            let error = Error::invalid(format!("{:?} is not of the type {:?}", entry.value, entry.kind));
+            return Err(error.at(&entry.name).advise("use string, bool, int32, int64, float or double"));
+        }
         let module = Module::open()?;
         let name = zero_ended("name", &entry.name)?;
         let (kind, value) = (zero_ended("kind", &entry.kind)?, zero_ended("value", &entry.value)?);

@@ -19,6 +19,7 @@ mod info;
 mod module;
 #[doc(hidden)]
 pub mod peer;
+mod settings;
 mod surface;
 mod survey;
 mod topology;
@@ -30,6 +31,7 @@ pub use file::{Box3, Packing, Writing, read, write};
 pub use grid::{Frustum, Grid};
 pub use info::{Class, Entry, GridInfo, Kind};
 pub use module::{ADVICE, Module, VARIABLE};
+pub use settings::{Change, GridSettings};
 pub use surface::Polygons;
 pub use survey::Survey;
 pub use transform::Transform;

@@ -12,7 +12,8 @@ use crate::call;
 /// The environment variable that names the file of the module.
 pub const VARIABLE: &str = "RELIEVO_OPENVDB";
 /// What to do where there is no module.
-pub const ADVICE: &str = "install the package relievo-openvdb, or set RELIEVO_OPENVDB to the file librelievo_openvdb.so";
+pub const ADVICE: &str =
+    "install the package relievo-openvdb, or set RELIEVO_OPENVDB to the file librelievo_openvdb.so";
 /// The file of the module.
 const FILE: &str = "librelievo_openvdb.so";
 
@@ -94,7 +95,9 @@ impl Module {
         let version = unsafe { table.rlvdb_version() };
         if version != abi::RLVDB_VERSION {
             let what = format!("the OpenVDB module has version {version}, and {} is needed", abi::RLVDB_VERSION);
-            return Err(named(Error::unsupported(what).advise("install relievo-openvdb of the same version as Relievo")));
+            return Err(named(
+                Error::unsupported(what).advise("install relievo-openvdb of the same version as Relievo"),
+            ));
         }
         let mut error = call::record();
         // log4cplus starts threads when it is loaded; nobody else uses it if it was not there before.

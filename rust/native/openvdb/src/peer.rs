@@ -134,8 +134,7 @@ pub fn write_instances(path: &Path, grid: &Grid) -> Result<()> {
     let module = Module::open()?;
     let (file, mut error) = (path_text(path)?, call::record());
     // SAFETY: the path ends with a zero, the grid is alive, and the record lives through the call.
-    let result =
-        unsafe { module.table().rlvdb_test_instances_write(file.as_ptr(), grid.pointer(), &mut error) };
+    let result = unsafe { module.table().rlvdb_test_instances_write(file.as_ptr(), grid.pointer(), &mut error) };
     call::check(result, &error)
 }
 

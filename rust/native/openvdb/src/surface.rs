@@ -65,7 +65,8 @@ impl Grid {
         let voxel = transform.voxel_volume().cbrt();
         let is_near = |point: &[f32; 3]| point.iter().all(|at| (f64::from(*at) / voxel).abs() < FARTHEST);
         if let Some(index) = points.iter().position(|point| !is_near(point)) {
-            let error = Error::invalid("the point is not finite or too many voxels from 0").at(format!("point {index}"));
+            let error =
+                Error::invalid("the point is not finite or too many voxels from 0").at(format!("point {index}"));
             return Err(error.advise("take larger voxels, or repair the mesh"));
         }
         let area: f64 = triangles.iter().map(|triangle| area(triangle.map(|point| points[point as usize]))).sum();
@@ -79,9 +80,7 @@ impl Grid {
             // SAFETY: the arrays are as long as stated, every index was checked, sixteen numbers of the matrix are read,
             // and all live through the call.
             unsafe {
-                table.rlvdb_from_mesh(
-                    places, place_count, corners, count, matrix, exterior, interior, how, out, error,
-                )
+                table.rlvdb_from_mesh(places, place_count, corners, count, matrix, exterior, interior, how, out, error)
             }
         })
     }

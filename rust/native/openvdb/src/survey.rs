@@ -72,7 +72,9 @@ impl Survey {
     fn list(file: &mut Cursor, memory_limit: u64) -> Result<Self> {
         let mut budget = Budget::new(memory_limit);
         if u64::from_le_bytes(file.array()?) != SIGNATURE {
-            return Err(Error::invalid("the file does not begin as OpenVDB's do").advise("check that it is a .vdb file"));
+            return Err(
+                Error::invalid("the file does not begin as OpenVDB's do").advise("check that it is a .vdb file")
+            );
         }
         let [version, major, minor] = [file.u32()?, file.u32()?, file.u32()?];
         if !VERSIONS.contains(&version) {
@@ -335,9 +337,7 @@ fn value_text(kind: &str, bytes: &[u8]) -> Result<String> {
 fn transform(file: &mut Cursor, depth: u32) -> Result<Transform> {
     let kind = file.text()?;
     let mut vector = || -> Result<[f64; 3]> { Ok([file.f64()?, file.f64()?, file.f64()?]) };
-    let scaled = |[x, y, z]: [f64; 3], origin| {
-        Transform::affine([[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z], origin])
-    };
+    let scaled = |[x, y, z]: [f64; 3], origin| Transform::affine([[x, 0.0, 0.0], [0.0, y, 0.0], [0.0, 0.0, z], origin]);
     let found = match kind.as_str() {
         "UniformScaleMap" | "ScaleMap" => {
             let scale = vector()?;
@@ -370,6 +370,8 @@ fn transform(file: &mut Cursor, depth: u32) -> Result<Transform> {
         }
         _ => return Err(Error::unsupported(format!("a grid has a transform of type {kind:?}"))),
     };
-    found.check().map_err(|_| damaged("a transform is not finite or has no inverse"))?;
+    if !found.is_regular() {
+        return Err(damaged("a transform is not finite or has no inverse"));
+    }
     Ok(found)
 }

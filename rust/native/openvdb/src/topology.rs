@@ -146,12 +146,7 @@ impl Storage {
     }
 
     /// Reads the lowest voxel of a tile or node of the root.
-    fn root_entry(
-        &self,
-        file: &mut Cursor,
-        origins: &mut HashSet<[i32; 3]>,
-        budget: &mut Budget,
-    ) -> Result<[i32; 3]> {
+    fn root_entry(&self, file: &mut Cursor, origins: &mut HashSet<[i32; 3]>, budget: &mut Budget) -> Result<[i32; 3]> {
         let mut number = || file.array().map(i32::from_le_bytes);
         let origin = [number()?, number()?, number()?];
         let is_lowest = origin.iter().all(|at| at.trailing_zeros() >= UPPER.edge && at.unsigned_abs() < FARTHEST);

@@ -2,6 +2,9 @@
 
 use relievo_core::{Error, Result};
 
+/// The least volume of a voxel.
+const SMALLEST: f64 = 4e-15;
+
 /// From voxels to world units. Voxel (0, 0, 0) has its middle at the origin of an identity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transform {
@@ -55,13 +58,19 @@ impl Transform {
         self.is_linear.then(|| [along(0), along(1), along(2)])
     }
 
+    /// Whether the map is finite and has an inverse, of whatever size voxels are.
+    pub(crate) fn is_regular(&self) -> bool {
+        self.rows.iter().flatten().all(|number| number.is_finite()) && self.determinant().is_normal()
+    }
+
     /// Fails unless the map is finite and has an inverse.
     pub(crate) fn check(&self) -> Result<()> {
         let determinant = self.determinant();
-        if self.rows.iter().flatten().all(|number| number.is_finite()) && determinant.is_normal() {
+        // OpenVDB takes an affine map with a smaller one as singular.
+        if self.rows.iter().flatten().all(|number| number.is_finite()) && determinant.abs() > SMALLEST {
             return Ok(());
         }
-        let error = Error::invalid("the transform is not finite, or voxels have no volume").at("transform");
+        let error = Error::invalid("the transform is not finite, or voxels have a volume below 4e-15").at("transform");
         Err(error.advise("give voxels three independent, finite edges"))
     }
 }

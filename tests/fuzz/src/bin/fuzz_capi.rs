@@ -19,6 +19,7 @@ use relievo_abi::document::*;
 use relievo_abi::error::{RLV_ERROR_INTERNAL, RLV_OK, RlvResult};
 use relievo_abi::evaluate::*;
 use relievo_abi::fluid::*;
+use relievo_abi::grid::*;
 use relievo_abi::imprint::*;
 use relievo_abi::isosurface::*;
 use relievo_abi::job::*;
@@ -59,10 +60,11 @@ struct Handles {
     fluids: Vec<u64>,
     isosurfaces: Vec<u64>,
     particles: Vec<u64>,
+    grids: Vec<u64>,
 }
 
 impl Handles {
-    fn lists(&self) -> [&[u64]; 18] {
+    fn lists(&self) -> [&[u64]; 19] {
         let Self {
             contexts,
             meshes,
@@ -82,6 +84,7 @@ impl Handles {
             fluids,
             isosurfaces,
             particles,
+            grids,
         } = self;
         [
             contexts,
@@ -102,6 +105,7 @@ impl Handles {
             fluids,
             isosurfaces,
             particles,
+            grids,
         ]
     }
 
@@ -110,7 +114,7 @@ impl Handles {
         let list = match bytes.int_in_range(0..=31_u8)? {
             0 => return Ok(0),
             1 => return bytes.arbitrary(),
-            2 => self.lists()[bytes.int_in_range(0..=17)?],
+            2 => self.lists()[bytes.int_in_range(0..=18)?],
             _ => self.lists()[noun],
         };
         if list.is_empty() { Ok(0) } else { bytes.choose(list).copied() }
@@ -1307,10 +1311,58 @@ fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
             (15, false) => rlv_fluid_release(RlvFluid { id }),
             (16, true) => rlv_isosurface_retain(RlvIsosurface { id }),
             (16, false) => rlv_isosurface_release(RlvIsosurface { id }),
-            (_, true) => rlv_particles_retain(RlvParticles { id }),
-            (_, false) => rlv_particles_release(RlvParticles { id }),
+            (17, true) => rlv_particles_retain(RlvParticles { id }),
+            (17, false) => rlv_particles_release(RlvParticles { id }),
+            (_, true) => rlv_grid_retain(RlvGrid { id }),
+            (_, false) => rlv_grid_release(RlvGrid { id }),
         }
     }
+}
+
+/// Grids with blocks of values, changed, combined and meshed. Without the module of OpenVDB every call is refused.
+fn grids(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let mut out = RlvGrid { id: UNTOUCHED };
+    let context = RlvContext { id: handles.pick(bytes, 0)? };
+    let kind = bytes.int_in_range(0..=11)?;
+    let background: [f64; 3] = if bytes.ratio(1, 8)? { bytes.arbitrary()? } else { [0.0; 3] };
+    let voxel = if bytes.ratio(1, 8)? { bytes.arbitrary()? } else { 0.5 };
+    // SAFETY: three numbers are read.
+    let result = unsafe { rlv_grid_create(context, kind, background.as_ptr(), voxel, &mut out) };
+    made(result, out.id, &mut handles.grids);
+    let grid = RlvGrid { id: handles.pick(bytes, 18)? };
+    let low: [i32; 3] = if bytes.ratio(1, 8)? { bytes.arbitrary()? } else { [-1, 0, 7] };
+    let size: [u32; 3] = if bytes.ratio(1, 8)? { bytes.arbitrary()? } else { [3, 2, 4] };
+    let mut values = [0u8; 24 * 24];
+    bytes.fill_buffer(&mut values)?;
+    let length = *bytes.choose(&[24, 96, 192, 288, 576, 100])?;
+    let tolerance = if bytes.ratio(1, 8)? { bytes.arbitrary()? } else { 0.0 };
+    let place: [f64; 3] = bytes.arbitrary()?;
+    let (mut numbers, mut info) = ([0.0; 3], sized::<RlvGridInfo>(bytes)?);
+    // SAFETY: three numbers each are read, the block has room for `length` bytes, and the descriptor is sized.
+    unsafe {
+        called(rlv_grid_set_block(grid, low.as_ptr(), size.as_ptr(), values.as_ptr().cast(), length, tolerance));
+        called(rlv_grid_get_block(grid, low.as_ptr(), size.as_ptr(), values.as_mut_ptr().cast(), length));
+        called(rlv_grid_sample(grid, place.as_ptr(), 1, 0, u32::from(bytes.ratio(1, 2)?), numbers.as_mut_ptr(), 3));
+        called(rlv_grid_info(grid, &mut info));
+        called(rlv_grid_set_class(grid, bytes.int_in_range(0..=4)?));
+        called(rlv_grid_set_name(grid, c"grid".as_ptr()));
+    }
+    let other = RlvGrid { id: handles.pick(bytes, 18)? };
+    let mut settings: RlvGridSettings = sized(bytes)?;
+    settings.settings = Default::default();
+    settings.settings.value = number(bytes)?;
+    let (mut made_grid, mut mesh) = (RlvGrid { id: UNTOUCHED }, RlvMesh { id: UNTOUCHED });
+    // SAFETY: the descriptor is sized.
+    unsafe {
+        let result = rlv_grid_combine(grid, other, bytes.int_in_range(0..=3)?, None, null_mut(), &mut made_grid);
+        made(result, made_grid.id, &mut handles.grids);
+        made_grid.id = UNTOUCHED;
+        let result = rlv_grid_convert(grid, bytes.int_in_range(0..=10)?, &mut made_grid);
+        made(result, made_grid.id, &mut handles.grids);
+        let result = rlv_grid_mesh(grid, &settings, None, null_mut(), &mut mesh);
+        made(result, mesh.id, &mut handles.meshes);
+    }
+    Ok(())
 }
 
 fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
@@ -1322,7 +1374,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let result = unsafe { rlv_context_create(&options, &mut out) };
     made(result, out.id, &mut handles.contexts);
     while !bytes.is_empty() {
-        match bytes.int_in_range(0..=29_u8)? {
+        match bytes.int_in_range(0..=30_u8)? {
             0..=2 => create_mesh(bytes, handles)?,
             3 => read_mesh(bytes, handles)?,
             4..=5 => use_surface(bytes, handles)?,
@@ -1343,8 +1395,9 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             26 => isosurfaces(bytes, handles)?,
             27 => states(bytes, handles)?,
             28 => pictures_of_particles(bytes, handles)?,
+            29 => grids(bytes, handles)?,
             _ => {
-                let noun = bytes.int_in_range(0..=17)?;
+                let noun = bytes.int_in_range(0..=18)?;
                 let id = handles.pick(bytes, noun)?;
                 called(count_reference(noun, id, bytes.ratio(1, 3)?));
             }

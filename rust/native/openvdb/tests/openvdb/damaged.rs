@@ -22,7 +22,7 @@ fn try_all(context: &Context, path: &Path) {
     let Ok(survey) = Survey::of_file(path, LIMIT) else { return };
     for grid in &survey.grids {
         if let Ok(found) = read(context, path, Some(&grid.name), None, &mut Silent) {
-            assert!(found.info().unwrap().memory_bytes < 2 * LIMIT);
+            assert!(found.info().is_ok_and(|info| info.memory_bytes < 2 * LIMIT));
         }
     }
 }
@@ -77,7 +77,8 @@ fn truncations_bit_flips_and_large_sizes_stay_within_the_limit() {
         for round in 0..80 {
             let mut bytes = whole.clone();
             let at = if round < 60 { 8 + 13 * round } else { random(whole.len() - 8) };
-            let large: [u8; 8] = if round % 2 == 0 { [0xff, 0xff, 0xff, 0x7f, 0, 0, 0, 0] } else { [0, 0, 0, 0, 0x40, 0, 0, 0] };
+            let large: [u8; 8] =
+                if round % 2 == 0 { [0xff, 0xff, 0xff, 0x7f, 0, 0, 0, 0] } else { [0, 0, 0, 0, 0x40, 0, 0, 0] };
             bytes[at..at + 8].copy_from_slice(&large);
             check(&bytes);
         }

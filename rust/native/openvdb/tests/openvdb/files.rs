@@ -65,7 +65,8 @@ fn halves_metadata_frustums_and_instances_are_read() {
     let path = folder.path().join("a.vdb");
     let mut grid = level_set([-1.0, 0.0, 0.0], [1.0, 2.0, 0.5], 0.05);
     grid.set_half(true).unwrap();
-    let entry = |name: &str, kind: &str, value: &str| Entry { name: name.into(), kind: kind.into(), value: value.into() };
+    let entry =
+        |name: &str, kind: &str, value: &str| Entry { name: name.into(), kind: kind.into(), value: value.into() };
     let own = [entry("artist", "string", "nobody"), entry("frame", "int32", "12"), entry("scale", "double", "0.5")];
     own.iter().for_each(|entry| grid.set_metadata(entry).unwrap());
     assert!(grid.set_metadata(&entry("frame", "int32", "many")).is_err());

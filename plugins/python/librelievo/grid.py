@@ -1,0 +1,231 @@
+"""Sparse grids of OpenVDB: level sets, fog, masks, labels and vectors.
+
+OpenVDB is opened on demand, through the module of the package relievo-openvdb; without it calls raise NotFound.
+"""
+
+import ctypes
+
+import numpy
+
+from . import abi, library, parameter, record
+from .array import Reading
+from .error import Invalid
+from .handle import Handle, path_bytes, text_bytes
+from .mesh import Mesh
+from .progress import watched
+
+# The NumPy type of a value, and how many numbers it has.
+TYPES = {
+    abi.RlvGridKind.FLOAT: (numpy.float32, 1),
+    abi.RlvGridKind.DOUBLE: (numpy.float64, 1),
+    abi.RlvGridKind.BOOL: (numpy.bool_, 1),
+    abi.RlvGridKind.MASK: (numpy.bool_, 1),
+    abi.RlvGridKind.INT32: (numpy.int32, 1),
+    abi.RlvGridKind.INT64: (numpy.int64, 1),
+    abi.RlvGridKind.VEC3S: (numpy.float32, 3),
+    abi.RlvGridKind.VEC3D: (numpy.float64, 3),
+    abi.RlvGridKind.VEC3I: (numpy.int32, 3),
+}
+
+PACKINGS = {"blosc": abi.RlvGridWriting.PACK_BLOSC, "zip": abi.RlvGridWriting.PACK_ZIP, None: abi.RlvGridWriting.PACK_NONE}
+
+
+def params():
+    """Describes the fields of RlvGridSettings."""
+    return parameter.table("rlv_grid_params")
+
+
+def is_available():
+    """Opens the module of OpenVDB; raises NotFound, with what to install, where there is none."""
+    library.call("rlv_grid_available")
+    return True
+
+
+def info(context, path):
+    """Describes the grids of a file, one RlvGridInfo each. Needs no module."""
+    count = ctypes.c_size_t()
+    library.call("rlv_grid_file_count", context.handle, path_bytes(path), parameter.address_of(count))
+    found = []
+    for index in range(count.value):
+        out = record.empty(abi.RlvGridInfo)
+        library.call("rlv_grid_file_info", context.handle, path_bytes(path), index, ctypes.byref(out))
+        found.append(record.read(out))
+    return found
+
+
+def settings_of(settings):
+    """RlvGridSettings from keywords."""
+    return ctypes.byref(record.fill(abi.RlvGridSettings, settings))
+
+
+def write(path, grids, pack="blosc", half=False, stream=False):
+    """Writes grids to a file: packed by "blosc", "zip" or None, with 16 bits a number if `half`."""
+    if pack not in PACKINGS:
+        raise Invalid(f"pack: {pack!r} is unknown; there are 'blosc', 'zip' and None")
+    bits = int(PACKINGS[pack]) | (abi.RlvGridWriting.HALF if half else 0) | (abi.RlvGridWriting.STREAM if stream else 0)
+    handles = (abi.RlvGrid * len(grids))(*(grid.handle for grid in grids))
+    library.call("rlv_grid_write", handles, len(grids), path_bytes(path), int(bits))
+
+
+def labels(level_sets, numbers):
+    """Makes a grid of int32 labels of level sets: inside of each its number, 0 outside of all."""
+    numbers = numpy.ascontiguousarray(numbers, numpy.int32)
+    if numbers.shape != (len(level_sets),):
+        raise Invalid(f"numbers: there are {numbers.size} for {len(level_sets)} level sets")
+    handles = (abi.RlvGrid * len(level_sets))(*(grid.handle for grid in level_sets))
+    return Grid.of("rlv_grid_labels", handles, numbers.ctypes.data, len(level_sets))
+
+
+def _triple(values, kind, name):
+    array = numpy.ascontiguousarray(values, kind)
+    if array.shape != (3,):
+        raise Invalid(f"{name}: three numbers are needed")
+    return array
+
+
+class Grid(Handle):
+    """Values at the voxels of a lattice of any extent."""
+
+    noun, kind = "grid", abi.RlvGrid
+
+    def __init__(self, context, kind="float", background=0.0, voxel=1.0):
+        """Makes an empty grid of a kind: "float", "double", "bool", "mask", "int32", "int64", "vec3s", "vec3d", "vec3i"."""
+        number = record.named(abi.RlvGridKind, kind, "kind") if isinstance(kind, str) else int(kind)
+        background = numpy.ascontiguousarray(numpy.broadcast_to(background, (3,)), numpy.float64)
+        super().__init__("rlv_grid_create", context.handle, number, background.ctypes.data, voxel)
+
+    @classmethod
+    def read(cls, context, path, name=None, bounds=None, progress=None):
+        """Reads a grid of a file: the first, or the one called `name`; of `bounds` (2, 3) only what is in that box."""
+        box = None if bounds is None else numpy.ascontiguousarray(bounds, numpy.float64)
+        if box is not None and box.shape != (2, 3):
+            raise Invalid("bounds: the lowest and the highest corner are needed")
+        place = None if box is None else box.ctypes.data
+        with watched(progress) as callback:
+            return cls.of(
+                "rlv_grid_read", context.handle, path_bytes(path), text_bytes(name), place, callback, None
+            )
+
+    @classmethod
+    def from_mesh(cls, mesh, progress=None, **settings):
+        """Makes a level set of a closed mesh; settings are `voxel` and `band`."""
+        with watched(progress) as callback:
+            return cls.of("rlv_grid_from_mesh", mesh.handle, settings_of(settings), callback, None)
+
+    @classmethod
+    def from_particles(cls, particles, progress=None, **settings):
+        """Makes a level set of balls at particles; settings are `voxel`, `band` and `radius`."""
+        with watched(progress) as callback:
+            return cls.of("rlv_grid_from_particles", particles.handle, settings_of(settings), callback, None)
+
+    def write(self, path, pack="blosc", half=False, stream=False):
+        """Writes it as the only grid of a file."""
+        write(path, [self], pack, half, stream)
+
+    @property
+    def info(self):
+        """Its kind, class, transform, bounds, counts and name."""
+        out = record.empty(abi.RlvGridInfo)
+        library.call("rlv_grid_info", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def set_name(self, name):
+        """Names it."""
+        library.call("rlv_grid_set_name", self.handle, text_bytes(name))
+
+    def set_class(self, meaning):
+        """Says what its values mean: "unknown", "level_set", "fog" or "staggered"."""
+        number = record.named(abi.RlvGridClass, meaning, "class") if isinstance(meaning, str) else int(meaning)
+        library.call("rlv_grid_set_class", self.handle, number)
+
+    def set_matrix(self, matrix):
+        """Sets its transform: what the axes of voxels go to and the origin, (4, 3)."""
+        matrix = numpy.ascontiguousarray(matrix, numpy.float64)
+        if matrix.shape != (4, 3):
+            raise Invalid("matrix: four rows of three numbers are needed")
+        library.call("rlv_grid_set_matrix", self.handle, matrix.ctypes.data)
+
+    def metadata(self, name):
+        """Returns an entry of its metadata as text."""
+        value = ctypes.create_string_buffer(1 << 16)
+        library.call("rlv_grid_metadata", self.handle, text_bytes(name), value, len(value))
+        return value.value.decode("utf-8", "replace")
+
+    def set_metadata(self, name, value):
+        """Sets an entry of its metadata to a text, a bool, an int or a float."""
+        kinds = {str: "string", bool: "bool", int: "int64", float: "double"}
+        if type(value) not in kinds:
+            raise Invalid(f"{name}: a {type(value).__name__} cannot be metadata")
+        text = str(value).lower() if isinstance(value, bool) else str(value)
+        library.call("rlv_grid_set_metadata", self.handle, text_bytes(name), text_bytes(kinds[type(value)]), text_bytes(text))
+
+    def sample(self, points, linear=True):
+        """Returns the values at points (n, 3) of the world, (n) or (n, 3), as doubles."""
+        width = TYPES[self.info.kind][1]
+        points = Reading(numpy.asarray(points, numpy.float64), numpy.float64, 3, "points")
+        out = numpy.empty((points.count, width), numpy.float64)
+        library.call(
+            "rlv_grid_sample", self.handle, points.address, points.count, points.stride, int(linear), out.ctypes.data, out.size
+        )
+        return out[:, 0] if width == 1 else out
+
+    def block(self, low=None, size=None):
+        """Returns a block of voxels as an array (x, y, z) or (x, y, z, 3); of all active voxels if it is not stated."""
+        about = self.info
+        kind, width = TYPES[about.kind]
+        low = _triple(about.low if low is None else low, numpy.int32, "low")
+        if size is None:
+            size = numpy.subtract(about.high, low, dtype=numpy.int64) + 1
+        size = _triple(size, numpy.int64, "size")
+        if (size < 1).any() or (size > 1 << 30).any():
+            raise Invalid("size: one voxel at least is needed along each axis")
+        shape = tuple(int(edge) for edge in size)
+        out = numpy.empty(shape if width == 1 else (*shape, width), kind)
+        counts = numpy.array(shape, numpy.uint32)
+        library.call("rlv_grid_get_block", self.handle, low.ctypes.data, counts.ctypes.data, out.ctypes.data, out.nbytes)
+        return out
+
+    def set_block(self, low, values, tolerance=0.0):
+        """Sets a block of voxels from `low` on to an array (x, y, z) or (x, y, z, 3); values within `tolerance` of the
+        background become it and are not active."""
+        kind, width = TYPES[self.info.kind]
+        values = numpy.ascontiguousarray(values, kind)
+        if values.ndim != (3 if width == 1 else 4) or (width == 3 and values.shape[3] != 3):
+            raise Invalid("values: three axes are needed, and three numbers each of vectors")
+        low, counts = _triple(low, numpy.int32, "low"), numpy.array(values.shape[:3], numpy.uint32)
+        library.call(
+            "rlv_grid_set_block",
+            self.handle,
+            low.ctypes.data,
+            counts.ctypes.data,
+            values.ctypes.data,
+            values.nbytes,
+            tolerance,
+        )
+
+    def mesh(self, progress=None, **settings):
+        """Meshes the surface where it has a value; settings are `value` and `adaptivity`."""
+        with watched(progress) as callback:
+            return Mesh.of("rlv_grid_mesh", self.handle, settings_of(settings), callback, None)
+
+    def change(self, change, progress=None, **settings):
+        """Makes a grid of it: "offset", "mean", "gaussian", "median", "laplacian", "mean_curvature", "resample", "to_fog" or
+        "to_level_set"."""
+        number = record.named(abi.RlvGridChange, change, "change") if isinstance(change, str) else int(change)
+        with watched(progress) as callback:
+            return Grid.of("rlv_grid_change", self.handle, number, settings_of(settings), callback, None)
+
+    def convert(self, kind):
+        """Makes a grid of another kind."""
+        number = record.named(abi.RlvGridKind, kind, "kind") if isinstance(kind, str) else int(kind)
+        return Grid.of("rlv_grid_convert", self.handle, number)
+
+    def combine(self, other, operation="union", progress=None):
+        """Combines it with another grid: "union", "intersection" or "difference"."""
+        number = record.named(abi.RlvGridOperation, operation, "operation")
+        with watched(progress) as callback:
+            return Grid.of("rlv_grid_combine", self.handle, other.handle, number, callback, None)
+
+    def label_mask(self, label):
+        """Makes a mask of the voxels with a label."""
+        return Grid.of("rlv_grid_label_mask", self.handle, label)
