@@ -82,9 +82,10 @@ typedef enum RlvLogLevel { RLV_LOG_INFO = 0, RLV_LOG_WARNING = 1 } RlvLogLevel;
 typedef void (*RlvLog)(void *user, uint32_t level, const char *text);
 
 /* Makes a context. options may be NULL for the defaults. Fails with RLV_ERROR_NOT_FOUND if RLV_DEVICE_GPU is asked for
- * and there is no graphics device, or none of that name, and with RLV_ERROR_UNSUPPORTED if it lacks something; with
- * RLV_DEVICE_AUTO the processor works then, and rlv_context_info says why. Fails too if the threads cannot be started,
- * or if the environment variable RELIEVO_SIMD names an instruction level this processor lacks.
+ * and there is no graphics device, or none of that name, and with RLV_ERROR_UNSUPPORTED if it lacks something or the
+ * library was built without graphics devices; with RLV_DEVICE_AUTO the processor works then, and rlv_context_info says
+ * why. Fails too if the threads cannot be started, or if the environment variable RELIEVO_SIMD names an instruction level
+ * that this processor lacks.
  *
  * On a graphics device details are sculpted, painted and pressed into, and fade: no call takes another argument for it.
  * What a device does not do, the processor does. Heights differ from the processor's by units in the last place of a half
