@@ -10,13 +10,14 @@ use std::time::{Duration, SystemTime};
 use crate::stage::{Outcome, call};
 
 /// What the library and the `relievo` command need.
-pub const BUILD: &[&str] = &["g++", "libosd-dev", "libembree3-3"];
+pub const BUILD: &[&str] = &["g++", "libosd-dev", "libembree3-3", "libopenmesh-dev"];
 
 /// What tests and benches need besides: the peers, and the tools that build and check C and C++ hosts.
 pub const ALL: &[&str] = &[
     "g++",
     "libosd-dev",
     "libembree3-3",
+    "libopenmesh-dev",
     "libopenvdb-dev",
     "libboost-dev",
     "cmake",
