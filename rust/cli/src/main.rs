@@ -1,7 +1,7 @@
 //! The `relievo` command: runs scenes, checks them, writes a first one, and looks into files.
 //!
 //! Results go to standard output, everything else to standard error. Exit codes: 0 done, 1 failed, 2 wrong usage,
-//! 3 files that were compared differ by more than allowed.
+//! 3 files that were compared differ by more than allowed, or a mesh that was checked has defects.
 
 mod check;
 mod compare;
@@ -16,6 +16,7 @@ mod grid;
 mod import;
 mod info;
 mod manual;
+mod mesh;
 mod new;
 mod plot;
 mod povray;
@@ -61,6 +62,8 @@ enum Command {
     Tessellate(tessellate::Arguments),
     /// Makes a mesh of fewer triangles for nearly the same surface.
     Simplify(simplify::Arguments),
+    /// Checks and repairs meshes: holes, doubled, twisted and non-manifold faces.
+    Mesh(mesh::Arguments),
     /// Builds progressive meshes, and takes meshes of any level from them.
     Progressive(progressive::Arguments),
     /// Simulates fluids of particles, and makes meshes of their surfaces.
@@ -97,6 +100,7 @@ fn main() -> ExitCode {
         Command::Info(arguments) => info::run(&arguments),
         Command::Tessellate(arguments) => tessellate::run(&arguments),
         Command::Simplify(arguments) => simplify::run(&arguments),
+        Command::Mesh(arguments) => mesh::run(&arguments),
         Command::Progressive(arguments) => progressive::run(&arguments),
         Command::Fluid(arguments) => fluid::run(&arguments),
         Command::Grid(arguments) => grid::run(&arguments),

@@ -199,12 +199,17 @@ fn build(arguments: &Build) -> Outcome {
     let options = BuildOptions { faces: arguments.faces, ..BuildOptions::default() };
     let attributes = arguments.attributes.options();
     let (built, left_out) = Progressive::build_mesh(&context, &mesh, &options, &attributes, &mut Silent)
-        .map_err(|error| error.at(arguments.mesh.display().to_string()))?;
+        .map_err(|error| {
+            crate::mesh::offered(error, &mesh, &arguments.mesh).at(arguments.mesh.display().to_string())
+        })?;
     left_out.iter().for_each(|name| eprintln!("note: {name} is left out"));
     built.save(&context, &arguments.output)?;
     let base = built.base_faces().len();
-    if base > options.faces.max(1) && !built.attributes().is_empty() {
-        eprintln!("note: {SEAMS}");
+    if base > options.faces.max(1) {
+        if !built.attributes().is_empty() {
+            eprintln!("note: {SEAMS}");
+        }
+        crate::mesh::note_non_manifold(&mesh, &arguments.mesh);
     }
     crate::print(&format!("{} triangles, {base} in the base\n", built.triangle_count()))?;
     Ok(ExitCode::SUCCESS)

@@ -68,13 +68,18 @@ pub fn run(arguments: &Arguments) -> Outcome {
         ..SimplifyOptions::default()
     };
     let attributes = arguments.attributes.options();
-    let SimplifiedMesh { mesh, error, left_out } = simplify_mesh(&context, &mesh, &options, &attributes, &mut Silent)
-        .map_err(|error| error.at(arguments.file.display().to_string()))?;
+    let SimplifiedMesh { mesh: made, error, left_out } =
+        simplify_mesh(&context, &mesh, &options, &attributes, &mut Silent).map_err(|error| {
+            crate::mesh::offered(error, &mesh, &arguments.file).at(arguments.file.display().to_string())
+        })?;
     left_out.iter().for_each(|name| eprintln!("note: {name} is left out"));
-    relievo_meshio::write(&arguments.output, &mesh)?;
-    let left = mesh.face_count();
-    if left > options.faces.max(1) && arguments.error.is_none() && !mesh.attributes.is_empty() {
-        eprintln!("note: {SEAMS}");
+    relievo_meshio::write(&arguments.output, &made)?;
+    let left = made.face_count();
+    if left > options.faces.max(1) && arguments.error.is_none() {
+        if !made.attributes.is_empty() {
+            eprintln!("note: {SEAMS}");
+        }
+        crate::mesh::note_non_manifold(&mesh, &arguments.file);
     }
     crate::print(&format!("{before} triangles, {left} left, deviation {error}\n"))?;
     Ok(ExitCode::SUCCESS)

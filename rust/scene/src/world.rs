@@ -179,7 +179,8 @@ impl World {
                 None => slot.insert(Collider::of_mesh(context, &item.mesh, item.transform).map_err(fault)?),
             };
             if entry.tool.is_some() && !collider.is_closed() {
-                let error = Error::invalid("the tool has open edges and so no volume").advise("use a closed mesh");
+                let error = Error::invalid("the tool has open edges and so no volume")
+                    .advise("use a closed mesh; `relievo mesh repair FILE -o FILE` closes holes");
                 return Err(fault(error).into());
             }
         }

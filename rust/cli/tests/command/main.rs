@@ -2,6 +2,7 @@
 
 mod documents;
 mod levels;
+mod repair;
 mod simplification;
 
 use std::path::Path;

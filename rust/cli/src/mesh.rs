@@ -1,0 +1,223 @@
+//! `relievo mesh`
+
+mod check;
+mod repair;
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use clap::{Subcommand, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use relievo_core::parameter::Switch;
+use relievo_core::{Context, ContextOptions, Error, Mesh, Progress, Result};
+use relievo_repair::{Element, Finding, RepairSettings, Report, Topology};
+use serde_json::{Value, json};
+
+use crate::Outcome;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Reports holes, non-manifold, misoriented, degenerate and doubled elements of a mesh.
+    Check(check::Arguments),
+    /// Welds, orients and closes a mesh, and writes it as an oriented manifold.
+    Repair(repair::Arguments),
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    match &arguments.task {
+        Task::Check(arguments) => check::run(arguments),
+        Task::Repair(arguments) => repair::run(arguments),
+    }
+}
+
+/// Adds to an error about a mesh that cannot be used how to repair it.
+pub fn offered(error: Error, mesh: &Mesh, file: &Path) -> Error {
+    if mesh.check().is_ok() {
+        return error;
+    }
+    let repair = format!("`relievo mesh repair {} -o FILE` mends it", file.display());
+    let remedy = if error.remedy.is_empty() { repair } else { format!("{}; {repair}", error.remedy) };
+    error.advise(remedy)
+}
+
+/// Notes on standard error that a mesh has edges at which triangles cannot be taken away, and how to repair it.
+pub fn note_non_manifold(mesh: &Mesh, file: &Path) {
+    let edges = relievo_meshio::Summary::of_mesh(mesh).non_manifold_edges;
+    if edges > 0 {
+        eprintln!(
+            "note: {edges} edges have more than two faces and may keep triangles; \
+             `relievo mesh repair {} -o FILE` splits them",
+            file.display()
+        );
+    }
+}
+
+/// The mesh, the steps, and how the report is printed.
+#[derive(clap::Args)]
+struct Common {
+    /// The mesh: OBJ, PLY, GLB, glTF, USD, STL or OFF.
+    file: PathBuf,
+    /// Weld points within this distance, in units of the mesh; 0 welds equal coordinates only.
+    #[arg(long, value_name = "DISTANCE", default_value_t = 0.0)]
+    tolerance: f32,
+    /// Leave a step out. May be repeated.
+    #[arg(long, value_name = "STEP", value_enum)]
+    skip: Vec<Step>,
+    /// Elements of each kind that the report names.
+    #[arg(long, value_name = "N", default_value_t = 8)]
+    listed: u32,
+    /// Print JSON for programs.
+    #[arg(long)]
+    json: bool,
+    /// Threads; 0 for one per core. Results do not depend on it.
+    #[arg(long, default_value_t = 0)]
+    threads: usize,
+    /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
+    #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
+    memory_limit: u64,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Step {
+    /// Joining points at the same place.
+    Weld,
+    /// Dropping faces with fewer than three different points.
+    Degenerate,
+    /// Dropping faces that occur twice.
+    Duplicates,
+    /// Turning faces over until they agree and face outwards.
+    Orient,
+    /// Splitting non-manifold edges and points.
+    Split,
+    /// Filling holes.
+    Fill,
+    /// Adding points to fillings.
+    Refine,
+    /// Smoothing fillings.
+    Fair,
+    /// Dropping points that no face uses.
+    Unused,
+}
+
+impl Common {
+    fn settings(&self) -> RepairSettings {
+        let switch = |step: Step| if self.skip.contains(&step) { Switch::OFF } else { Switch::ON };
+        RepairSettings {
+            weld: switch(Step::Weld),
+            tolerance: self.tolerance,
+            degenerate: switch(Step::Degenerate),
+            duplicates: switch(Step::Duplicates),
+            orient: switch(Step::Orient),
+            split: switch(Step::Split),
+            fill: switch(Step::Fill),
+            refine: switch(Step::Refine),
+            fair: switch(Step::Fair),
+            unused: switch(Step::Unused),
+            listed: self.listed,
+            ..RepairSettings::default()
+        }
+    }
+
+    fn read(&self) -> Result<(Context, Mesh)> {
+        let context = Context::new(&ContextOptions { threads: self.threads, memory_limit: self.memory_limit })?;
+        let mesh = relievo_meshio::read(&context, &self.file)?;
+        Ok((context, mesh))
+    }
+
+    fn place(&self) -> String {
+        self.file.display().to_string()
+    }
+}
+
+/// A bar on a terminal for what takes over a second.
+struct Bar {
+    start: Instant,
+    bar: Option<ProgressBar>,
+}
+
+impl Bar {
+    fn new() -> Self {
+        Self { start: Instant::now(), bar: None }
+    }
+}
+
+impl Progress for Bar {
+    fn report(&mut self, fraction: f32, stage: &str) -> bool {
+        if self.bar.is_none() && self.start.elapsed() > Duration::from_secs(1) && std::io::stderr().is_terminal() {
+            let style = ProgressStyle::with_template("{bar:30} {percent}%, {eta} left, {msg}");
+            self.bar =
+                style.ok().map(|style| ProgressBar::new(1000).with_style(style).with_elapsed(self.start.elapsed()));
+        }
+        if let Some(bar) = &self.bar {
+            bar.set_message(stage.to_owned());
+            bar.set_position((1000.0 * fraction) as u64);
+        }
+        true
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// The defects that were found, one a line.
+fn defects(report: &Report) -> String {
+    let found = report.defects().into_iter().filter(|(_, finding)| finding.count > 0);
+    found.map(|(name, finding)| format!("{:<22}{finding}\n", name.replace('_', " "))).collect()
+}
+
+/// A line about a mesh.
+fn described(topology: &Topology) -> String {
+    let Topology { points, faces, edges, components, closed_components, boundary_loops, .. } = topology;
+    let Topology { euler, area, volume, .. } = topology;
+    format!(
+        "{points} points, {edges} edges, {faces} faces, {components} components ({closed_components} closed), \
+         {boundary_loops} boundary loops, Euler number {euler}, area {area:.6}, volume {volume:.6}"
+    )
+}
+
+fn machine_readable(file: &Path, report: &Report) -> Value {
+    let defects: serde_json::Map<String, Value> =
+        report.defects().into_iter().map(|(name, finding)| (name.to_owned(), finding_value(finding))).collect();
+    json!({
+        "file": file.display().to_string(),
+        "solid": report.is_solid(),
+        "defects": defects,
+        "mesh": topology_value(&report.before),
+    })
+}
+
+fn finding_value(finding: &Finding) -> Value {
+    let element = |element: &Element| match element {
+        Element::Point(number) | Element::Face(number) => json!(number),
+        Element::Edge(points) => json!(points),
+    };
+    json!({ "count": finding.count, "first": finding.first.iter().map(element).collect::<Vec<_>>() })
+}
+
+fn topology_value(topology: &Topology) -> Value {
+    json!({
+        "points": topology.points,
+        "edges": topology.edges,
+        "faces": topology.faces,
+        "boundary_edges": topology.boundary_edges,
+        "boundary_loops": topology.boundary_loops,
+        "non_manifold_edges": topology.non_manifold_edges,
+        "components": topology.components,
+        "closed_components": topology.closed_components,
+        "euler": topology.euler,
+        "area": topology.area,
+        "volume": topology.volume,
+    })
+}
