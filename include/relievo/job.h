@@ -18,6 +18,7 @@
 #include "relievo/imprint.h"
 #include "relievo/progressive.h"
 #include "relievo/ptex.h"
+#include "relievo/repair.h"
 #include "relievo/simplify.h"
 #include "relievo/tessellate.h"
 
@@ -82,6 +83,10 @@ RLV_API RlvResult rlv_job_progressive(RlvMesh mesh, const RlvProgressiveOptions 
  * rlv_simplify_mesh does, as a job or at once. */
 RLV_API RlvResult rlv_job_simplify(RlvMesh mesh, const RlvSimplifyOptions *options, RlvJob *out);
 
+/* Starts rlv_repair_mesh; rlv_job_mesh has the mesh it makes, rlv_job_repair_report what was found and changed. Fails as
+ * rlv_repair_mesh does, as a job or at once. */
+RLV_API RlvResult rlv_job_repair(RlvMesh mesh, const RlvRepairSettings *settings, RlvJob *out);
+
 /* Starts rlv_isosurface_mesh; rlv_job_mesh has the mesh it makes. Fails as rlv_isosurface_mesh does, as a job or at once. */
 RLV_API RlvResult rlv_job_isosurface(RlvIsosurface isosurface, const RlvIsosurfaceMeshOptions *options, RlvJob *out);
 
@@ -123,12 +128,15 @@ RLV_API RlvResult rlv_job_cancel(RlvJob job);
  * RLV_ERROR_BUSY while it runs. */
 RLV_API RlvResult rlv_job_result(RlvJob job);
 
-/* The mesh that rlv_job_tessellate, rlv_job_simplify, rlv_job_isosurface or rlv_job_grid_mesh made, the same one every time. Fails as
+/* The mesh that rlv_job_tessellate, rlv_job_simplify, rlv_job_repair, rlv_job_isosurface or rlv_job_grid_mesh made, the same one every time. Fails as
  * rlv_job_result does, and if the job makes no mesh. */
 RLV_API RlvResult rlv_job_mesh(RlvJob job, RlvMesh *out);
 
 /* The largest deviation of the mesh that rlv_job_simplify made. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_simplify_error(RlvJob job, float *out);
+
+/* What rlv_job_repair found and changed. Fails as rlv_job_result does, and if the job was another. */
+RLV_API RlvResult rlv_job_repair_report(RlvJob job, RlvRepairReport *out);
 
 /* The progressive mesh that rlv_job_progressive built, the same one every time. Fails as rlv_job_result does, and if the
  * job was another. */

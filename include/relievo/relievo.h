@@ -32,6 +32,7 @@
 #include "relievo/procedural.h"
 #include "relievo/progressive.h"
 #include "relievo/ptex.h"
+#include "relievo/repair.h"
 #include "relievo/simplify.h"
 #include "relievo/stroke.h"
 #include "relievo/surface.h"

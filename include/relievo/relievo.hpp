@@ -1143,6 +1143,42 @@ public:
     }
 };
 
+/// A mesh that was repaired, and what was found and changed.
+struct Repaired {
+    Mesh mesh;
+    RlvRepairReport report;
+};
+
+/// Checks a mesh; see relievo/repair.h.
+inline RlvRepairReport check(const Mesh &mesh, const RlvRepairSettings &settings = RLV_REPAIR_SETTINGS_INIT,
+                             const Progress &progress = nullptr) {
+    Watch watch(progress);
+    RlvRepairReport report = RLV_REPAIR_REPORT_INIT;
+    watch.check(rlv_repair_check(mesh.get(), &settings, watch.callback(), &watch, &report));
+    return report;
+}
+
+/// Makes a repaired mesh of a mesh.
+inline Repaired repair(const Mesh &mesh, const RlvRepairSettings &settings = RLV_REPAIR_SETTINGS_INIT,
+                       const Progress &progress = nullptr) {
+    Watch watch(progress);
+    RlvRepairReport report = RLV_REPAIR_REPORT_INIT;
+    RlvMesh made{0};
+    watch.check(rlv_repair_mesh(mesh.get(), &settings, watch.callback(), &watch, &report, &made));
+    return {Mesh(made), report};
+}
+
+/// Makes a repaired mesh of a file that Mesh::read may refuse.
+inline Repaired repair(const Context &context, const char *path,
+                       const RlvRepairSettings &settings = RLV_REPAIR_SETTINGS_INIT,
+                       const Progress &progress = nullptr) {
+    Watch watch(progress);
+    RlvRepairReport report = RLV_REPAIR_REPORT_INIT;
+    RlvMesh made{0};
+    watch.check(rlv_repair_read(context.get(), path, &settings, watch.callback(), &watch, &report, &made));
+    return {Mesh(made), report};
+}
+
 /// What a mesh is simplified to; see relievo/simplify.h.
 struct Simplify {
     /// Without its arrays, which are those below.
@@ -2151,6 +2187,12 @@ public:
         return made;
     }
 
+    static Job repair(const Mesh &mesh, const RlvRepairSettings &settings = RLV_REPAIR_SETTINGS_INIT) {
+        Job made;
+        check(rlv_job_repair(mesh.get(), &settings, made.out()));
+        return made;
+    }
+
     RlvJobInfo poll() const {
         RlvJobInfo info = RLV_JOB_INFO_INIT;
         check(rlv_job_poll(get(), &info));
@@ -2172,6 +2214,12 @@ public:
         RlvMesh made{0};
         check(rlv_job_mesh(get(), &made));
         return Mesh(made);
+    }
+
+    RlvRepairReport repair_report() const {
+        RlvRepairReport report = RLV_REPAIR_REPORT_INIT;
+        check(rlv_job_repair_report(get(), &report));
+        return report;
     }
 
     /// How far the mesh that was simplified deviates.

@@ -311,6 +311,20 @@ int main() {
         CHECK(error.reason() == "the mesh has no attribute `nothing`");
     }
 
+    // A mesh with one boundary is checked; its boundary is no hole to be filled.
+    CHECK(relievo::check(patch.mesh()).holes.count == 1);
+    const auto repaired = relievo::repair(patch.mesh());
+    CHECK(repaired.report.filled_holes == 0 && repaired.mesh.info().triangle_count == 2 * 31 * 31);
+    const auto repairing = relievo::Job::repair(patch.mesh());
+    repairing.wait();
+    CHECK(repairing.mesh().points() == repaired.mesh.points() && repairing.repair_report().open_holes.count == 1);
+    try {
+        relievo::repair(context, "no-such-file.obj");
+        CHECK(false);
+    } catch (const relievo::Error &error) {
+        CHECK(error.result() == RLV_ERROR_NOT_FOUND);
+    }
+
     CHECK(relievo::Progressive::create(patch.mesh(), RLV_PROGRESSIVE_OPTIONS_INIT, [&](float, const char *) {
         return told = true;
     }).info().triangle_count == whole.info().triangle_count && told);

@@ -15,7 +15,7 @@ sys.path += [str(ROOT / "plugins" / "python"), str(Path(__file__).resolve().pare
 
 import librelievo as rl
 import shapes
-from librelievo import bake, document, imprint, job, ptex, stroke
+from librelievo import bake, document, imprint, job, ptex, repair, stroke
 
 PACKAGE = str(Path(rl.__file__).parents[1])
 
@@ -206,6 +206,44 @@ class Levels(unittest.TestCase):
             self.mesh.simplify(triangles=300, weights={"uv": 1.0})
         with self.assertRaises(rl.Cancelled):
             self.mesh.simplify(triangles=300, progress=lambda fraction, stage: False)
+
+    def test_meshes_are_checked_and_repaired(self):
+        points, corners = self.mesh.points(), self.mesh.faces()[1].reshape(-1, 3)
+        self.assertEqual(repair.check(self.mesh).is_solid, 1)
+        turned = corners[3:].copy()
+        turned[::5] = turned[::5, ::-1]
+        soup = points[turned].reshape(-1, 3)
+        heights = ("height", soup[:, 2:], "point")
+        made, report = repair.arrays(self.context, soup, numpy.arange(len(soup)), 3, [heights], refine=False)
+        self.assertEqual(made.info.face_count, len(corners))
+        self.assertEqual((report.holes.count, report.filled_holes, report.after.euler), (1, 1, 2))
+        self.assertEqual(len(report.holes.first[0]), 2)
+        self.assertEqual(len(report.misoriented_edges.first), 8)
+        numpy.testing.assert_array_equal(made.attribute("height").values.reshape(-1), made.points()[:, 2])
+        open_mesh, report = repair.arrays(self.context, soup, numpy.arange(len(soup)), 3, fill=0)
+        self.assertEqual(report.open_holes.count, 1)
+        started = job.repair(open_mesh, refine=0)
+        started.wait()
+        in_background, same = started.result()
+        self.assertEqual((same.filled_holes, in_background.info.face_count), (1, len(corners)))
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "open.obj"
+            path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2 2\n")
+            with self.assertRaisesRegex(rl.Invalid, "rlv_repair_read"):
+                rl.Mesh.read(self.context, path)
+            _, report = repair.read(self.context, path)
+            self.assertEqual((report.degenerate_faces, report.after.faces), ((1, [1]), 1))
+        with self.assertRaises(rl.Cancelled):
+            repair.mesh(open_mesh, progress=lambda fraction, stage: False)
+        with self.assertRaisesRegex(rl.Invalid, "tolerance"):
+            repair.mesh(open_mesh, tolerance=-1.0)
+        self.assertIn("hole_area", [row.name for row in repair.params()])
+
+    def test_the_example_repairs_a_ball(self):
+        with tempfile.TemporaryDirectory() as folder:
+            example = [sys.executable, str(ROOT / "examples" / "python" / "repair.py"), str(Path(folder) / "ball.ply")]
+            done = subprocess.run(example, env={**os.environ, "PYTHONPATH": PACKAGE}, capture_output=True, text=True)
+            self.assertRegex(done.stdout, "1 hole filled with [1-9][0-9]* points\nvolume 4.1", done.stderr)
 
     def test_files_and_jobs_have_the_same_mesh(self):
         info = self.whole.info

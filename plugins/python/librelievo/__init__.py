@@ -9,7 +9,7 @@ try:
 except ImportError:
     raise ImportError("librelievo needs NumPy; install it with `python -m pip install numpy`") from None
 
-from . import abi, bake, brush, caster, collider, document, grid, imprint, job, ptex, stroke, tessellation
+from . import abi, bake, brush, caster, collider, document, grid, imprint, job, ptex, repair, stroke, tessellation
 from .abi import RlvAdapterKind as AdapterKind
 from .abi import RlvBrushAction as BrushAction
 from .abi import RlvChannel as Channel

@@ -1688,6 +1688,77 @@ class RlvPtexReport(Structure):
     ]
 
 
+class RlvRepairSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("weld", c_uint32),
+        ("tolerance", c_float),
+        ("degenerate", c_uint32),
+        ("duplicates", c_uint32),
+        ("orient", c_uint32),
+        ("split", c_uint32),
+        ("fill", c_uint32),
+        ("hole_edges", c_uint32),
+        ("hole_area", c_float),
+        ("refine", c_uint32),
+        ("fair", c_uint32),
+        ("unused", c_uint32),
+        ("listed", c_uint32),
+    ]
+
+
+class RlvRepairFinding(Structure):
+    _fields_ = [
+        ("count", c_size_t),
+        ("first", c_uint32 * 16),
+    ]
+
+
+class RlvRepairTopology(Structure):
+    _fields_ = [
+        ("points", c_size_t),
+        ("faces", c_size_t),
+        ("edges", c_size_t),
+        ("boundary_edges", c_size_t),
+        ("boundary_loops", c_size_t),
+        ("non_manifold_edges", c_size_t),
+        ("components", c_size_t),
+        ("closed_components", c_size_t),
+        ("euler", c_int32),
+        ("reserved", c_uint32),
+        ("area", c_double),
+        ("volume", c_double),
+    ]
+
+
+class RlvRepairReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_solid", c_uint32),
+        ("invalid_faces", RlvRepairFinding),
+        ("coincident_points", RlvRepairFinding),
+        ("unused_points", RlvRepairFinding),
+        ("degenerate_faces", RlvRepairFinding),
+        ("flat_faces", RlvRepairFinding),
+        ("duplicate_faces", RlvRepairFinding),
+        ("non_manifold_edges", RlvRepairFinding),
+        ("non_manifold_points", RlvRepairFinding),
+        ("misoriented_edges", RlvRepairFinding),
+        ("one_sided_edges", RlvRepairFinding),
+        ("inverted_components", RlvRepairFinding),
+        ("holes", RlvRepairFinding),
+        ("open_holes", RlvRepairFinding),
+        ("before", RlvRepairTopology),
+        ("after", RlvRepairTopology),
+        ("turned_faces", c_size_t),
+        ("split_points", c_size_t),
+        ("filled_holes", c_size_t),
+        ("filling_points", c_size_t),
+        ("filling_faces", c_size_t),
+        ("seam_attributes", c_size_t),
+    ]
+
+
 class RlvJob(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1931,6 +2002,8 @@ INIT = {
     RlvImprintReport: (ctypes.sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvPtexOptions: (ctypes.sizeof(RlvPtexOptions), 0, 0,),
     RlvPtexReport: (ctypes.sizeof(RlvPtexReport), 0, 0, 0, 0, 0, 0, 0, 0.0, 0,),
+    RlvRepairSettings: (ctypes.sizeof(RlvRepairSettings), 1, 0.0, 1, 1, 1, 1, 1, 0, 0.75, 1, 1, 1, 8,),
+    RlvRepairReport: (ctypes.sizeof(RlvRepairReport), 0, (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0.0,), (0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0.0,), 0, 0, 0, 0, 0, 0,),
     RlvJobInfo: (ctypes.sizeof(RlvJobInfo), 0, 0, 0.0, (0,),),
     RlvLayerOptions: (ctypes.sizeof(RlvLayerOptions), 0, 1, 1, 1.0, 0,),
     RlvLayerInfo: (ctypes.sizeof(RlvLayerInfo), 0, 0, 0, 0, 0, 0.0, 0, 0, (0,),),
@@ -2200,6 +2273,11 @@ FUNCTIONS = {
     "rlv_imprint_collide": (RlvResult, [("first", RlvDetail), ("second", RlvDetail), ("first_settings", POINTER(RlvImprintSettings)), ("second_settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("first_report", POINTER(RlvImprintReport)), ("second_report", POINTER(RlvImprintReport))]),
     "rlv_ptex_write": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("path", c_char_p), ("progress", RlvProgress), ("user", c_void_p)]),
     "rlv_ptex_read": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("options", POINTER(RlvPtexOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvPtexReport))]),
+    "rlv_repair_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
+    "rlv_repair_check": (RlvResult, [("mesh", RlvMesh), ("settings", POINTER(RlvRepairSettings)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvRepairReport))]),
+    "rlv_repair_mesh": (RlvResult, [("mesh", RlvMesh), ("settings", POINTER(RlvRepairSettings)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvRepairReport)), ("out", POINTER(RlvMesh))]),
+    "rlv_repair_arrays": (RlvResult, [("context", RlvContext), ("arrays", POINTER(RlvMeshArrays)), ("attributes", POINTER(RlvAttributeArrays)), ("attribute_count", c_size_t), ("settings", POINTER(RlvRepairSettings)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvRepairReport)), ("out", POINTER(RlvMesh))]),
+    "rlv_repair_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("settings", POINTER(RlvRepairSettings)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvRepairReport)), ("out", POINTER(RlvMesh))]),
     "rlv_job_tessellate": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_sweep": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("out", POINTER(RlvJob))]),
     "rlv_job_sweep_points": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("from_points", c_float_p), ("to_points", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("out", POINTER(RlvJob))]),
@@ -2209,6 +2287,7 @@ FUNCTIONS = {
     "rlv_job_transfer": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("to", RlvMesh), ("to_path", c_char_p), ("options", POINTER(RlvTransferOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_progressive": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvProgressiveOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_simplify": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvSimplifyOptions)), ("out", POINTER(RlvJob))]),
+    "rlv_job_repair": (RlvResult, [("mesh", RlvMesh), ("settings", POINTER(RlvRepairSettings)), ("out", POINTER(RlvJob))]),
     "rlv_job_isosurface": (RlvResult, [("isosurface", RlvIsosurface), ("options", POINTER(RlvIsosurfaceMeshOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_fluid": (RlvResult, [("fluid", RlvFluid), ("seconds", c_double), ("out", POINTER(RlvJob))]),
     "rlv_job_retain": (RlvResult, [("job", RlvJob)]),
@@ -2219,6 +2298,7 @@ FUNCTIONS = {
     "rlv_job_result": (RlvResult, [("job", RlvJob)]),
     "rlv_job_mesh": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvMesh))]),
     "rlv_job_simplify_error": (RlvResult, [("job", RlvJob), ("out", c_float_p)]),
+    "rlv_job_repair_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvRepairReport))]),
     "rlv_job_progressive_mesh": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvProgressive))]),
     "rlv_job_imprint_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvImprintReport))]),
     "rlv_job_bake_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvBakeReport))]),

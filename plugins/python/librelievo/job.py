@@ -18,6 +18,7 @@ from .parameter import address_of
 from .progressive import Progressive
 from .progressive import options_of as progressive_options
 from .ptex import options_of as ptex_options
+from .repair import report_of, settings_of as repair_settings
 from .surface import tessellate_options
 
 
@@ -123,6 +124,17 @@ def simplify(mesh, **options):
     made = _started(fetch, "rlv_job_simplify", mesh.handle, ctypes.byref(options))
     del kept
     return made
+
+
+def repair(mesh, **settings):
+    """Starts `repair.mesh`; the result is the repaired mesh and the report."""
+
+    def fetch(job):
+        report = record.empty(abi.RlvRepairReport)
+        library.call("rlv_job_repair_report", job.handle, ctypes.byref(report))
+        return Mesh.of("rlv_job_mesh", job.handle), report_of(report)
+
+    return _started(fetch, "rlv_job_repair", mesh.handle, repair_settings(settings))
 
 
 def advance(fluid, seconds):

@@ -15,6 +15,8 @@ from . import abi, error
 
 SONAME = f"librelievo.so.{abi.RLV_VERSION_MAJOR}.{abi.RLV_VERSION_MINOR}"
 HERE = Path(__file__).resolve().parent
+# Libraries that ours opens at run time: the variable that names the file, and the file of a wheel.
+OPENED = {"RELIEVO_EMBREE": "libembree3-relievo.so", "RELIEVO_OPENMESH": "libOpenMeshCore-relievo.so"}
 
 _lock = threading.Lock()
 _loaded = None
@@ -95,16 +97,17 @@ def open_library():
             have, need = ".".join(map(str, found)), ".".join(map(str, wanted))
             raise missing(f"the library is version {have}, this package is for {need}", f"install version {need}", name)
         declare(library)
-        use_own_embree(Path(name).resolve().parent)
+        use_own_libraries(Path(name).resolve().parent)
         return library
     raise missing("there is no library to load", "install the wheel for this system")
 
 
-def use_own_embree(folder):
-    """Names the Embree that a wheel brings, so that it is found before one of the system."""
-    own = folder / "libembree3-relievo.so"
-    if own.exists() and not os.environ.get("RELIEVO_EMBREE"):
-        os.environ["RELIEVO_EMBREE"] = str(own)
+def use_own_libraries(folder):
+    """Names the Embree and the OpenMesh that a wheel brings, so that they are found before those of the system."""
+    for variable, file in OPENED.items():
+        own = folder / file
+        if own.exists() and not os.environ.get(variable):
+            os.environ[variable] = str(own)
 
 
 def version():

@@ -41,6 +41,53 @@ def simplify_options(triangles=0, error=None, weights=None, left_out=(), locked=
     return options, (entries, locked, factors)
 
 
+def arrays_of(points, corners, face_sizes, creases=None, sharp_points=None, holes=None):
+    """RlvMeshArrays as `Mesh` takes them, and the arrays that it points to."""
+    arrays = record.empty(abi.RlvMeshArrays)
+    corners = Reading(corners, numpy.uint32, 0, "corners")
+    points = Reading(points, numpy.float32, 3, "points")
+    if isinstance(face_sizes, (int, numpy.integer)):
+        sizes = Reading(None, numpy.uint32, 0, "face_sizes")
+        arrays.face_size = int(face_sizes)
+        arrays.face_count = corners.count // max(int(face_sizes), 1)
+    else:
+        sizes = Reading(face_sizes, numpy.uint32, 0, "face_sizes")
+        set_array(arrays, sizes, "face_sizes", "face_count", "face_stride")
+    set_array(arrays, points, "points", "point_count", "point_stride")
+    set_array(arrays, corners, "corners", "corner_count", "corner_stride")
+    edges, edge_sharpness = creases if creases is not None else (None, None)
+    edges = Reading(edges, numpy.uint32, 2, "creases")
+    edge_sharpness = Reading(edge_sharpness, numpy.float32, 0, "crease sharpness")
+    set_array(arrays, edges, "creases", "crease_count", "crease_stride")
+    arrays.crease_sharpness, arrays.crease_sharpness_stride = edge_sharpness.address, edge_sharpness.stride
+    tips, tip_sharpness = sharp_points if sharp_points is not None else (None, None)
+    tips = Reading(tips, numpy.uint32, 0, "sharp_points")
+    tip_sharpness = Reading(tip_sharpness, numpy.float32, 0, "sharp point sharpness")
+    set_array(arrays, tips, "sharp_points", "sharp_point_count", "sharp_point_stride")
+    arrays.sharp_point_sharpness, arrays.sharp_point_sharpness_stride = tip_sharpness.address, tip_sharpness.stride
+    if edges.count != edge_sharpness.count or tips.count != tip_sharpness.count:
+        raise record.Invalid("creases, sharp_points: each needs its sharpness")
+    holes = Reading(holes, numpy.uint32, 0, "holes")
+    set_array(arrays, holes, "holes", "hole_count", "hole_stride")
+    return arrays, (corners, points, sizes, edges, edge_sharpness, tips, tip_sharpness, holes)
+
+
+def attribute_arrays(name, values, domain, indices=None):
+    """RlvAttributeArrays as `Mesh.add_attribute` takes them, and the arrays that it points to."""
+    values = numpy.asarray(values)
+    kind = abi.RlvType.U32 if numpy.issubdtype(values.dtype, numpy.integer) else abi.RlvType.F32
+    if values.ndim == 1:
+        values = values.reshape(-1, 1)
+    width = values.shape[1] if values.ndim == 2 else 0
+    reading = Reading(values, TYPES[kind], max(width, 1), name)
+    choice = Reading(indices, numpy.uint32, 0, f"indices of {name}")
+    options = {"domain": domain, "type": int(kind), "width": width, "name": text_bytes(name)}
+    arrays = record.fill(abi.RlvAttributeArrays, options, domain=abi.RlvDomain)
+    set_array(arrays, reading, "values", "value_count", "value_stride")
+    set_array(arrays, choice, "indices", "index_count", "index_stride")
+    return arrays, (reading, choice)
+
+
 class Mesh(Handle):
     """A polygon mesh. Front faces are counter-clockwise; lengths are in object units."""
 
@@ -51,32 +98,7 @@ class Mesh(Handle):
 
         `creases` is a pair of edges (n, 2) and their sharpness, `sharp_points` one of points and their sharpness: 0 to
         10. `holes` are faces that shape their neighbours but have no surface."""
-        arrays = record.empty(abi.RlvMeshArrays)
-        corners = Reading(corners, numpy.uint32, 0, "corners")
-        points = Reading(points, numpy.float32, 3, "points")
-        if isinstance(face_sizes, (int, numpy.integer)):
-            sizes = Reading(None, numpy.uint32, 0, "face_sizes")
-            arrays.face_size = int(face_sizes)
-            arrays.face_count = corners.count // max(int(face_sizes), 1)
-        else:
-            sizes = Reading(face_sizes, numpy.uint32, 0, "face_sizes")
-            set_array(arrays, sizes, "face_sizes", "face_count", "face_stride")
-        set_array(arrays, points, "points", "point_count", "point_stride")
-        set_array(arrays, corners, "corners", "corner_count", "corner_stride")
-        edges, edge_sharpness = creases if creases is not None else (None, None)
-        edges = Reading(edges, numpy.uint32, 2, "creases")
-        edge_sharpness = Reading(edge_sharpness, numpy.float32, 0, "crease sharpness")
-        set_array(arrays, edges, "creases", "crease_count", "crease_stride")
-        arrays.crease_sharpness, arrays.crease_sharpness_stride = edge_sharpness.address, edge_sharpness.stride
-        tips, tip_sharpness = sharp_points if sharp_points is not None else (None, None)
-        tips = Reading(tips, numpy.uint32, 0, "sharp_points")
-        tip_sharpness = Reading(tip_sharpness, numpy.float32, 0, "sharp point sharpness")
-        set_array(arrays, tips, "sharp_points", "sharp_point_count", "sharp_point_stride")
-        arrays.sharp_point_sharpness, arrays.sharp_point_sharpness_stride = tip_sharpness.address, tip_sharpness.stride
-        if edges.count != edge_sharpness.count or tips.count != tip_sharpness.count:
-            raise record.Invalid("creases, sharp_points: each needs its sharpness")
-        holes = Reading(holes, numpy.uint32, 0, "holes")
-        set_array(arrays, holes, "holes", "hole_count", "hole_stride")
+        arrays, _kept = arrays_of(points, corners, face_sizes, creases, sharp_points, holes)
         super().__init__("rlv_mesh_create", context.handle, ctypes.byref(arrays))
 
     @classmethod
@@ -139,17 +161,7 @@ class Mesh(Handle):
 
     def add_attribute(self, name, values, domain, indices=None):
         """Adds an attribute of 1 to 4 floats or integers on "point", "corner" or "face"."""
-        values = numpy.asarray(values)
-        kind = abi.RlvType.U32 if numpy.issubdtype(values.dtype, numpy.integer) else abi.RlvType.F32
-        if values.ndim == 1:
-            values = values.reshape(-1, 1)
-        width = values.shape[1] if values.ndim == 2 else 0
-        reading = Reading(values, TYPES[kind], max(width, 1), name)
-        choice = Reading(indices, numpy.uint32, 0, f"indices of {name}")
-        options = {"domain": domain, "type": int(kind), "width": width, "name": text_bytes(name)}
-        arrays = record.fill(abi.RlvAttributeArrays, options, domain=abi.RlvDomain)
-        set_array(arrays, reading, "values", "value_count", "value_stride")
-        set_array(arrays, choice, "indices", "index_count", "index_stride")
+        arrays, _kept = attribute_arrays(name, values, domain, indices)
         library.call("rlv_mesh_add_attribute", self.handle, ctypes.byref(arrays))
 
     def attribute_info(self, index):

@@ -63,7 +63,7 @@ def empty(struct):
 
 
 def read(struct):
-    """A struct as a named tuple of numbers, texts and tuples, without its size."""
+    """A struct as a named tuple of numbers, texts, tuples and structs of its own, without its size."""
     kind = type(struct)
     names = [name for name, _ in kind._fields_ if name not in _HIDDEN]
     if kind not in _tuples:
@@ -73,6 +73,8 @@ def read(struct):
         value = getattr(struct, name)
         if isinstance(value, bytes):
             value = value.decode("utf-8", "replace")
+        elif isinstance(value, ctypes.Structure):
+            value = read(value)
         elif isinstance(value, ctypes.Array):
             value = tuple(value)
         values.append(value)

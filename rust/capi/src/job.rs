@@ -30,6 +30,7 @@ use crate::mesh::RlvMesh;
 use crate::progressive::{Build, RlvProgressive, RlvProgressiveOptions};
 use crate::ptex::{Export, Import, RlvPtexOptions, RlvPtexReport};
 use crate::registry::{self, busy, handle};
+use crate::repair::{RepairJob, RlvRepairReport, RlvRepairSettings};
 use crate::simplify::{RlvSimplifyOptions, Simplification};
 use crate::tessellate::{self, RlvTessellateOptions};
 
@@ -63,6 +64,8 @@ pub enum Product {
     Progressive(RlvProgressive),
     /// The same of a grid.
     Grid(RlvGrid),
+    /// A mesh as above, and the report on its repair.
+    Repaired(RlvMesh, Box<RlvRepairReport>),
     Imprint(Report),
     Bake(RlvBakeReport),
     /// A file without more to say about it.
@@ -76,7 +79,7 @@ impl Drop for Product {
     fn drop(&mut self) {
         // Nothing can be done about a host that released it too often.
         let _ = match self {
-            Self::Mesh(mesh) | Self::Simplified(mesh, _) => registry::release(*mesh),
+            Self::Mesh(mesh) | Self::Simplified(mesh, _) | Self::Repaired(mesh, _) => registry::release(*mesh),
             Self::Progressive(mesh) => registry::release(*mesh),
             Self::Grid(grid) => registry::release(*grid),
             _ => Ok(()),
@@ -394,6 +397,18 @@ entry! {
         Ok(())
     }
 
+    fn rlv_job_repair(mesh: RlvMesh, settings: *const RlvRepairSettings, out: *mut RlvJob) {
+        present("out", out)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let repair = unsafe { RepairJob::read(mesh, settings) }?;
+        let job = start(&repair.context().clone(), move |progress| {
+            repair.run(progress).map(|(mesh, report)| Product::Repaired(mesh, Box::new(report)))
+        })?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
     fn rlv_job_isosurface(isosurface: RlvIsosurface, options: *const RlvIsosurfaceMeshOptions, out: *mut RlvJob) {
         present("out", out)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size, with channels of their counts.
@@ -497,7 +512,7 @@ entry! {
     fn rlv_job_mesh(job: RlvJob, out: *mut RlvMesh) {
         present("out", out)?;
         let mesh = registry::get(job)?.product("triangles", |product| match product {
-            Product::Mesh(mesh) | Product::Simplified(mesh, _) => Some(*mesh),
+            Product::Mesh(mesh) | Product::Simplified(mesh, _) | Product::Repaired(mesh, _) => Some(*mesh),
             _ => None,
         })?;
         registry::retain(mesh)?;
@@ -515,6 +530,15 @@ entry! {
         // SAFETY: checked above.
         unsafe { put(out, error) };
         Ok(())
+    }
+
+    fn rlv_job_repair_report(job: RlvJob, out: *mut RlvRepairReport) {
+        let report = registry::get(job)?.product("a repair", |product| match product {
+            Product::Repaired(_, report) => Some(**report),
+            _ => None,
+        })?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, report) }
     }
 
     fn rlv_job_progressive_mesh(job: RlvJob, out: *mut RlvProgressive) {

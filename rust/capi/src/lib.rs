@@ -44,6 +44,7 @@ pub mod procedural;
 pub mod progressive;
 pub mod ptex;
 pub mod registry;
+pub mod repair;
 pub mod shape;
 pub mod simplify;
 pub mod stroke;

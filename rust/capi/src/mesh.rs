@@ -124,6 +124,13 @@ impl RlvAttributeInfo {
     }
 }
 
+/// Adds to an error about a mesh the call that may mend it.
+fn offer_repair(error: Error, call: &str) -> Error {
+    let repair = format!("{call} may mend it");
+    let remedy = if error.remedy.is_empty() { repair } else { format!("{}; {repair}", error.remedy) };
+    error.advise(remedy)
+}
+
 /// Registers a checked mesh.
 pub fn register(context: Arc<ContextObject>, mesh: Mesh) -> Result<RlvMesh> {
     registry::insert(MeshObject { context, mesh: RwLock::new(mesh) })
@@ -186,6 +193,17 @@ unsafe fn copy(arrays: &RlvMeshArrays, limit: u64) -> Result<Mesh> {
     mesh.sharp_points.extend(sharp_points.iter().zip(sharp_sharpness.iter()));
     mesh.holes = holes.to_vec("holes", limit)?;
     Ok(mesh)
+}
+
+/// Copies the arrays of a descriptor, without a check of the mesh that they make.
+///
+/// # Safety
+/// `arrays` is NULL or a descriptor that starts with its size, and its arrays are as `mesh.h` demands.
+pub unsafe fn read_arrays(arrays: *const RlvMeshArrays, limit: u64) -> Result<Mesh> {
+    // SAFETY: a descriptor of nothing but numbers and NULL pointers.
+    let default: RlvMeshArrays = unsafe { std::mem::zeroed() };
+    // SAFETY: promised by the caller.
+    unsafe { copy(&read_descriptor(arrays, default)?, limit) }
 }
 
 /// Copies an attribute.
@@ -273,13 +291,9 @@ entry! {
     fn rlv_mesh_create(context: RlvContext, arrays: *const RlvMeshArrays, out: *mut RlvMesh) {
         present("out", out)?;
         let context = registry::get(context)?;
-        // SAFETY: a descriptor of nothing but numbers and NULL pointers.
-        let default: RlvMeshArrays = unsafe { std::mem::zeroed() };
-        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        let arrays = unsafe { read_descriptor(arrays, default) }?;
-        // SAFETY: the caller's arrays are as the header demands.
-        let mesh = unsafe { copy(&arrays, context.context.memory_limit()) }?;
-        mesh.check()?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size, with arrays as the header demands.
+        let mesh = unsafe { read_arrays(arrays, context.context.memory_limit()) }?;
+        mesh.check().map_err(|error| offer_repair(error, "rlv_repair_arrays"))?;
         let handle = register(context, mesh)?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
@@ -292,7 +306,7 @@ entry! {
         // SAFETY: the caller promises NULL or a NUL-terminated string.
         let path = unsafe { text("path", path) }?;
         let mesh = relievo_meshio::read(&context.context, Path::new(path))?;
-        mesh.check().map_err(|error| error.at(path))?;
+        mesh.check().map_err(|error| offer_repair(error, "rlv_repair_read").at(path))?;
         let handle = register(context, mesh)?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };

@@ -1,0 +1,78 @@
+"""Checks and repairs of meshes as users import them."""
+
+import ctypes
+from collections import namedtuple
+
+from . import abi, library, parameter, record
+from .handle import path_bytes
+from .mesh import Mesh, arrays_of, attribute_arrays
+from .progress import watched
+
+Finding = namedtuple("Finding", ["count", "first"])
+_NONE = 0xFFFFFFFF
+
+
+def params():
+    """The fields of RlvRepairSettings."""
+    return parameter.table("rlv_repair_params")
+
+
+def settings_of(settings):
+    """RlvRepairSettings from a dictionary, or None."""
+    return ctypes.byref(record.fill(abi.RlvRepairSettings, settings))
+
+
+def report_of(report):
+    """RlvRepairReport as a named tuple whose findings have a count and the first elements: numbers of points or faces,
+    or pairs of the points of edges."""
+    made = record.read(report)
+    fields = {name: _finding(value) for name, value in made._asdict().items() if hasattr(value, "first")}
+    return made._replace(**fields)
+
+
+def _finding(value):
+    pairs = zip(value.first[::2], value.first[1::2])
+    return Finding(value.count, [a if b == _NONE else (a, b) for a, b in pairs if a != _NONE])
+
+
+def check(mesh, progress=None, **settings):
+    """Reports holes, non-manifold, misoriented, degenerate and doubled elements; see RlvRepairReport."""
+    report = record.empty(abi.RlvRepairReport)
+    with watched(progress) as callback:
+        library.call("rlv_repair_check", mesh.handle, settings_of(settings), callback, None, ctypes.byref(report))
+    return report_of(report)
+
+
+def mesh(mesh, progress=None, **settings):
+    """Makes a repaired mesh of a mesh. Returns it and the report."""
+    return _made("rlv_repair_mesh", progress, settings, mesh.handle)
+
+
+def read(context, path, progress=None, **settings):
+    """Makes a repaired mesh of a file, also of one that `Mesh.read` refuses. Returns it and the report."""
+    return _made("rlv_repair_read", progress, settings, context.handle, path_bytes(path))
+
+
+def arrays(context, points, corners, face_sizes, attributes=(), progress=None, **settings):
+    """Makes a repaired mesh of arrays as `Mesh` takes them, also of those that it refuses. Returns it and the report.
+
+    `attributes` are tuples as `Mesh.add_attribute` takes them: name, values, domain, and indices or nothing."""
+    given, kept = arrays_of(points, corners, face_sizes)
+    structs, values = _attributes(attributes)
+    told = (context.handle, ctypes.byref(given), structs, len(structs))
+    made = _made("rlv_repair_arrays", progress, settings, *told)
+    del kept, values
+    return made
+
+
+def _made(function, progress, settings, *arguments):
+    report = record.empty(abi.RlvRepairReport)
+    with watched(progress) as callback:
+        made = Mesh.of(function, *arguments, settings_of(settings), callback, None, ctypes.byref(report))
+    return made, report_of(report)
+
+
+def _attributes(attributes):
+    """An array of RlvAttributeArrays, and the arrays that they point to."""
+    made = [attribute_arrays(*attribute) for attribute in attributes]
+    return (abi.RlvAttributeArrays * len(made))(*(arrays for arrays, _ in made)), made
