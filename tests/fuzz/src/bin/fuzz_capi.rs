@@ -29,11 +29,13 @@ use relievo_abi::mesh::*;
 use relievo_abi::particles::*;
 use relievo_abi::procedural::*;
 use relievo_abi::progressive::*;
+use relievo_abi::repair::*;
 use relievo_abi::simplify::*;
 use relievo_abi::stroke::*;
 use relievo_abi::surface::*;
 use relievo_abi::tessellate::*;
 use relievo_core::Context;
+use relievo_core::parameter::Switch;
 use relievo_particleio::{Channel, Particles, encode_frame};
 
 /// What an output holds that no call may leave a part of.
@@ -223,6 +225,58 @@ fn create_mesh(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     // SAFETY: arrays hold at least what their counts say, or are NULL.
     let result = unsafe { rlv_mesh_create(context, &arrays, &mut out) };
     made(result, out.id, &mut handles.meshes);
+    if bytes.ratio(1, 4)? {
+        let settings = repair_settings(bytes)?;
+        let mut report: RlvRepairReport = sized(bytes)?;
+        let mut out = RlvMesh { id: UNTOUCHED };
+        let (none, user) = (null(), null_mut());
+        // SAFETY: as above; descriptors are sized.
+        let result =
+            unsafe { rlv_repair_arrays(context, &arrays, none, 0, &settings, None, user, &mut report, &mut out) };
+        made(result, out.id, &mut handles.meshes);
+    }
+    Ok(())
+}
+
+/// Settings of repairs, some of them out of range.
+fn repair_settings(bytes: &mut Unstructured) -> Result<RlvRepairSettings> {
+    let mut made: RlvRepairSettings = sized(bytes)?;
+    let it = &mut made.settings;
+    for step in [
+        &mut it.weld,
+        &mut it.degenerate,
+        &mut it.duplicates,
+        &mut it.orient,
+        &mut it.split,
+        &mut it.fill,
+        &mut it.refine,
+        &mut it.fair,
+        &mut it.unused,
+    ] {
+        *step = Switch(u32::from(bytes.arbitrary::<u8>()? % 8 != 0));
+    }
+    (it.tolerance, it.hole_area) = (number(bytes)?, number(bytes)?);
+    (it.hole_edges, it.listed) = (bytes.int_in_range(0..=9)?, bytes.int_in_range(0..=9)?);
+    Ok(made)
+}
+
+/// Checks and repairs of a mesh, at once and as a job.
+fn repairs(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let mesh = RlvMesh { id: handles.pick(bytes, 1)? };
+    let settings = repair_settings(bytes)?;
+    let mut report: RlvRepairReport = sized(bytes)?;
+    let mut out = RlvMesh { id: UNTOUCHED };
+    let mut job = RlvJob { id: UNTOUCHED };
+    // SAFETY: descriptors are sized.
+    unsafe {
+        called(rlv_repair_check(mesh, &settings, None, null_mut(), &mut report));
+        let result = rlv_repair_mesh(mesh, &settings, None, null_mut(), &mut report, &mut out);
+        made(result, out.id, &mut handles.meshes);
+        let result = rlv_job_repair(mesh, &settings, &mut job);
+        made(result, job.id, &mut handles.jobs);
+        let started = RlvJob { id: handles.pick(bytes, 12)? };
+        called(rlv_job_repair_report(started, &mut report));
+    }
     Ok(())
 }
 
@@ -1390,7 +1444,8 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             20 => primitives(bytes, handles)?,
             21 => patches(bytes, handles)?,
             22 => background(bytes, handles)?,
-            23..=24 => levels(bytes, handles)?,
+            23 => levels(bytes, handles)?,
+            24 => repairs(bytes, handles)?,
             25 => fluids(bytes, handles)?,
             26 => isosurfaces(bytes, handles)?,
             27 => states(bytes, handles)?,
