@@ -67,4 +67,5 @@ def main():
     print(f"\n{seconds:.9f}")
 
 
-main()
+if __name__ == "__main__":
+    main()
