@@ -39,7 +39,7 @@ pub struct Header {
 
 /// Where headers are.
 pub enum Place {
-    /// In this repository.
+    /// In this repository, as `"cpp/library/header.h"`.
     Repository,
     /// In `/usr/include`, where this Debian package puts them.
     Package(&'static str),

@@ -43,7 +43,7 @@ impl Outputs {
         if self.different.is_empty() {
             return Ok(());
         }
-        Err(format!("{} not what the headers give; run `cargo xtask bindings`", self.different.join(", ")))
+        Err(format!("these files differ from their headers: {}; run `cargo xtask bindings`", self.different.join(", ")))
     }
 }
 
@@ -63,7 +63,7 @@ mod tests {
         compared.put("a.rs", "two\n").unwrap();
         compared.put("missing.rs", "").unwrap();
         let error = compared.finish().unwrap_err();
-        assert_eq!(error, "a.rs, missing.rs not what the headers give; run `cargo xtask bindings`");
+        assert_eq!(error, "these files differ from their headers: a.rs, missing.rs; run `cargo xtask bindings`");
         assert_eq!(std::fs::read_to_string(folder.join("a.rs")).unwrap(), "one\n");
         std::fs::remove_dir_all(&folder).unwrap();
     }

@@ -54,10 +54,12 @@ fn page(noun: &Noun, title: &str, handles: &BTreeSet<&str>) -> String {
     for item in &noun.items {
         let Item { name, doc, .. } = item;
         let said = if doc.is_empty() { String::new() } else { format!("\n{doc}\n") };
+        // A line without a comment belongs to the one before.
+        let begun = if doc.is_empty() { String::new() } else { format!("\n## {name}\n{said}") };
         let _ = match &item.kind {
-            Kind::Constant(value) => write!(out, "{said}\n    #define {name} {value}\n"),
-            Kind::Macro(text) => write!(out, "{said}\n    {}\n", format!("#define {name} {text}").trim_end()),
-            Kind::Alias(kind) => write!(out, "{said}\n    typedef {};\n", kind.c(name)),
+            Kind::Constant(value) => write!(out, "{begun}\n    #define {name} {value}\n"),
+            Kind::Macro(text) => write!(out, "{begun}\n    {}\n", format!("#define {name} {text}").trim_end()),
+            Kind::Alias(kind) => write!(out, "{begun}\n    typedef {};\n", kind.c(name)),
             Kind::Callback(signature) => {
                 write!(out, "\n## {name}\n\n    typedef {};\n{said}", signature.c(&format!("(*{name})")))
             }
@@ -240,7 +242,12 @@ mod tests {
         );
         let [(name, page), (_, index)] = pages.as_slice() else { panic!() };
         assert!(name == "ball.md" && index.contains("- [ball](ball.md): balls.\n"), "{index}");
-        assert!(page.starts_with("# ball\n\nballs.\nMore.\n\nThe floor.\n\n    #define RLV_BALL_GROUND 0\n"), "{page}");
+        assert!(
+            page.starts_with(
+                "# ball\n\nballs.\nMore.\n\n## RLV_BALL_GROUND\n\nThe floor.\n\n    #define RLV_BALL_GROUND 0\n"
+            ),
+            "{page}"
+        );
         assert!(page.contains("| `float low` |  | metres \\| feet |"), "{page}");
         assert!(page.contains("gives one reference to RlvBall") && page.contains("needs it alone"), "{page}");
     }
