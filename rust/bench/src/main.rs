@@ -41,7 +41,7 @@ struct Arguments {
     /// One JSON object per line instead of a table
     #[arg(long)]
     json: bool,
-    /// Programs of peers that `lod` and `fluid` measure beside ours, in a folder
+    /// Programs of peers that `lod`, `fluid` and `native` measure beside ours, in a folder
     #[arg(long)]
     peers: Option<PathBuf>,
     /// Segments along and around the knot whose progressive mesh is built for `peak`
@@ -64,7 +64,7 @@ fn run(arguments: &Arguments) -> Result<()> {
             fluid::run(&mut report, arguments.peers.as_deref())?;
             fluid_render::run(&mut report)?;
         }
-        "native" => native::run(&mut report)?,
+        "native" => native::run(&mut report, arguments.peers.as_deref())?,
         "pictures" => fluid_render::run(&mut report)?,
         "meshing" => return fluid::mesh_file(arguments.particles.as_deref().unwrap_or(Path::new(""))),
         "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),

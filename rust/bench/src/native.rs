@@ -2,14 +2,20 @@
 
 mod opensubdiv;
 mod openvdb;
+mod repair;
+
+use std::path::Path;
 
 use relievo_core::Result;
 
+use crate::peers::Peer;
 use crate::report::Report;
 
-/// Measures every case into `report`.
-pub fn run(report: &mut Report) -> Result<()> {
+/// Measures every case into `report`, beside the programs in a folder.
+pub fn run(report: &mut Report, peers: Option<&Path>) -> Result<()> {
+    let peers = peers.map_or(Ok(Vec::new()), Peer::of_folder)?;
     // Opening the module is measured once, at its first call.
     openvdb::run(report)?;
-    opensubdiv::run(report)
+    opensubdiv::run(report)?;
+    repair::run(report, &peers)
 }

@@ -29,12 +29,16 @@ impl Peer {
 
     /// The mesh that the peer makes, and its seconds.
     pub fn simplify(&self, mesh: &Triangles, faces: usize) -> Result<(Triangles, f64)> {
+        self.run(mesh, &[&faces.to_string()])
+    }
+
+    /// The mesh that the peer makes, called with more arguments after the files, and its seconds.
+    pub fn run(&self, mesh: &Triangles, more: &[&str]) -> Result<(Triangles, f64)> {
         let fault = |error: std::io::Error| Error::io(&self.program, &error);
         let folder = tempfile::tempdir().map_err(fault)?;
         let [given, made] = ["given", "made"].map(|name| folder.path().join(name));
         std::fs::write(&given, bytes(mesh)).map_err(fault)?;
-        let output =
-            Command::new(&self.program).arg(&given).arg(&made).arg(faces.to_string()).output().map_err(fault)?;
+        let output = Command::new(&self.program).arg(&given).arg(&made).args(more).output().map_err(fault)?;
         if !output.status.success() {
             let said = String::from_utf8_lossy(&output.stderr);
             let said = said.lines().last().unwrap_or("nothing was said");

@@ -25,7 +25,7 @@ const BATCH: usize = 64;
 pub fn fill(
     context: &Context,
     corners: &mut Corners,
-    edges: &Edges,
+    (edges, components): (&Edges, &Components),
     settings: &RepairSettings,
     report: &mut Report,
     progress: &mut dyn Progress,
@@ -33,7 +33,6 @@ pub fn fill(
 ) -> Result<()> {
     let (loops, tangled) = Loop::all(corners, edges);
     corners.first_filling = corners.face_count() as u32;
-    let components = Components::of(context, corners, edges);
     let listed = settings.listed;
     report.open_holes = Finding::of(tangled.iter().map(|half| corners.edge(*half)), listed);
     for (batch, part) in loops.chunks(BATCH).enumerate() {

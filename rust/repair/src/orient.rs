@@ -142,16 +142,16 @@ impl Components {
 }
 
 /// Turns closed components so that they face outwards. One within others keeps its sense if its faces agreed from the
-/// start, and else faces outwards or inwards in turn, as the shells of a hollow body do. Returns the components at fault
-/// and which faces were turned.
+/// start, and else faces outwards or inwards in turn, as the shells of a hollow body do. Returns which faces were turned,
+/// the components at fault, and all components as they are now.
 pub fn outward(
     context: &Context,
     corners: &mut Corners,
     edges: &mut Edges,
     was_turned: &[bool],
     listed: u32,
-) -> (Vec<bool>, Finding) {
-    let components = Components::of(context, corners, edges);
+) -> (Vec<bool>, Finding, Components) {
+    let mut components = Components::of(context, corners, edges);
     let mut had_agreed = vec![true; components.count()];
     let mut seen: Vec<Option<bool>> = vec![None; components.count()];
     for (component, turned) in components.of.iter().zip(was_turned) {
@@ -174,8 +174,9 @@ pub fn outward(
         .collect();
     for component in (0..components.count()).filter(|component| turn[*component]) {
         inverted.add(corners.named(components.first[component]), listed);
+        components.volumes[component] = -components.volumes[component];
     }
     let faces: Vec<bool> = components.of.iter().map(|component| turn[*component as usize]).collect();
     turn_over(corners, edges, &faces);
-    (faces, inverted)
+    (faces, inverted, components)
 }

@@ -5,6 +5,7 @@ use relievo_core::{Attribute, Context, Domain, Error, Mesh, Progress, Result};
 use crate::attributes::{self, Assembled};
 use crate::corners::Corners;
 use crate::edges::Edges;
+use crate::orient::Components;
 use crate::report::{Finding, Report};
 use crate::settings::RepairSettings;
 use crate::topology::{self, Topology};
@@ -54,10 +55,11 @@ pub fn repair(
     progress: &mut dyn Progress,
 ) -> Result<Repaired> {
     let mut work = Work::new(context, mesh, settings, progress)?;
-    work.orient(context, settings, progress)?;
+    let components = work.orient(context, settings, progress)?;
     let Work { mut corners, mut edges, mut turned, joined, mut report } = work;
     if settings.fill.is_on() {
-        holes::fill(context, &mut corners, &edges, settings, &mut report, progress, [0.5, 0.8])?;
+        let parts = (&edges, &components);
+        holes::fill(context, &mut corners, parts, settings, &mut report, progress, [0.5, 0.8])?;
     } else {
         report.open_holes = report.holes.clone();
     }
@@ -66,13 +68,15 @@ pub fn repair(
             .advise("check that its faces have three different points with finite coordinates"));
     }
     progress.step(0.8, "measuring")?;
+    // Anew, and not from what the steps kept: the report then says what the mesh is.
     edges = Edges::of(context, &corners);
-    if settings.orient.is_on() && report.filled_holes > 0 {
+    let components = match settings.orient.is_on() {
         // What fillings have closed has an outside now.
-        outward(context, &mut corners, &mut edges, &mut turned, &mut report, settings.listed);
-    }
-    report.after = Topology::of(context, &corners, &edges);
-    drop(edges);
+        true => outward(context, &mut corners, &mut edges, &mut turned, &mut report, settings.listed),
+        false => Components::of(context, &corners, &edges),
+    };
+    report.after = Topology::of(&corners, &edges, &components);
+    drop((edges, components));
     progress.step(0.9, "carrying attributes over")?;
     report.seam_attributes = attributes::seams(mesh, &joined);
     let drop_unused = settings.unused.is_on();
@@ -118,7 +122,7 @@ impl Work {
         report.unused_points = sift::unused(&corners, &joined, listed);
         progress.step(0.25, "finding edges")?;
         let edges = Edges::of(context, &corners);
-        report.before = Topology::of(context, &corners, &edges);
+        report.before = Topology::of(&corners, &edges, &Components::of(context, &corners, &edges));
         let mut work = Self { turned: vec![false; corners.face_count()], corners, edges, joined, report };
         work.find(context, listed);
         Ok(work)
@@ -143,8 +147,13 @@ impl Work {
         report.holes = Finding::of(firsts.iter().map(|half| corners.edge(*half)), listed);
     }
 
-    /// Orients faces, splits edges and vertices, and turns closed components outwards.
-    fn orient(&mut self, context: &Context, settings: &RepairSettings, progress: &mut dyn Progress) -> Result<()> {
+    /// Orients faces, splits edges and vertices, and turns closed components outwards. Returns the components.
+    fn orient(
+        &mut self,
+        context: &Context,
+        settings: &RepairSettings,
+        progress: &mut dyn Progress,
+    ) -> Result<Components> {
         let Self { corners, edges, turned, report, .. } = self;
         let listed = settings.listed;
         progress.step(0.35, "orienting faces")?;
@@ -171,15 +180,15 @@ impl Work {
                 *edges = fresh;
             }
         }
-        if settings.orient.is_on() {
-            progress.step(0.45, "facing outwards")?;
-            outward(context, corners, edges, turned, report, listed);
-        }
-        Ok(())
+        progress.step(0.45, "facing outwards")?;
+        Ok(match settings.orient.is_on() {
+            true => outward(context, corners, edges, turned, report, listed),
+            false => Components::of(context, corners, edges),
+        })
     }
 }
 
-/// Turns closed components outwards, and counts the faces of the input that are turned over in all.
+/// Turns closed components outwards, and counts the faces of the input that are turned over in all. Returns the components.
 fn outward(
     context: &Context,
     corners: &mut Corners,
@@ -187,13 +196,14 @@ fn outward(
     turned: &mut [bool],
     report: &mut Report,
     listed: u32,
-) {
-    let (outward, inverted) = orient::outward(context, corners, edges, turned, listed);
+) -> Components {
+    let (outward, inverted, components) = orient::outward(context, corners, edges, turned, listed);
     report.inverted_components.count += inverted.count;
     report.inverted_components.first.extend(inverted.first);
     report.inverted_components.first.truncate(listed as usize);
     turned.iter_mut().zip(outward).for_each(|(turned, again)| *turned ^= again);
     report.turned_faces = turned.iter().filter(|turned| **turned).count();
+    components
 }
 
 /// Splits the points of more than one fan. Returns the number of points that this adds.

@@ -1,7 +1,5 @@
 //! Numbers about the connectivity of a mesh.
 
-use relievo_core::Context;
-
 use crate::corners::Corners;
 use crate::edges::{BOUNDARY, Edges};
 use crate::orient::Components;
@@ -36,11 +34,10 @@ pub struct Topology {
 
 impl Topology {
     /// Counts and measures.
-    pub(crate) fn of(context: &Context, corners: &Corners, edges: &Edges) -> Self {
+    pub(crate) fn of(corners: &Corners, edges: &Edges, components: &Components) -> Self {
         let mut is_used = vec![false; corners.places.len()];
         corners.points.iter().for_each(|point| is_used[*point as usize] = true);
         let points = is_used.iter().filter(|used| **used).count();
-        let components = Components::of(context, corners, edges);
         let boundary = |half: &u32| edges.mates[*half as usize] == BOUNDARY && corners.from(*half) != corners.to(*half);
         let boundary: Vec<u32> = (0..edges.mates.len() as u32).filter(boundary).collect();
         let closed = || (0..components.count()).filter(|component| components.is_closed[*component]);

@@ -39,8 +39,13 @@ pub fn apply(context: &Context, corners: &mut Corners, joined: &[u32]) {
 
 /// Returns which points lie on edges of one face or of more than two.
 fn open_points(context: &Context, corners: &Corners) -> Vec<bool> {
-    let edges = Edges::of(context, corners);
     let mut is_open = vec![false; corners.places.len()];
+    // In a soup no corner shares its point, and all points are open.
+    if !corners.points.iter().any(|point| std::mem::replace(&mut is_open[*point as usize], true)) {
+        return is_open;
+    }
+    is_open.fill(false);
+    let edges = Edges::of(context, corners);
     for (half, mate) in (0..).zip(&edges.mates) {
         if *mate >= BRANCHING {
             is_open[corners.from(half) as usize] = true;

@@ -23,6 +23,7 @@ pub fn run(name: &str, json: bool) -> Outcome {
     match name {
         "lod" => drop(bench.arg("--peers").arg(peers::make(json)?)),
         "fluid" => drop(bench.arg("--peers").arg(peers::fluids(json)?)),
+        "native" => drop(bench.arg("--peers").arg(peers::repairs()?)),
         _ => {}
     }
     measure(bench.arg(name), json)

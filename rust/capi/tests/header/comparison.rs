@@ -31,6 +31,7 @@ use relievo::particles::*;
 use relievo::fluid::*;
 use relievo::imprint::*;
 use relievo::ptex::*;
+use relievo::repair::*;
 use relievo::job::*;
 use relievo::layer::*;
 use relievo::picture::*;
@@ -526,6 +527,15 @@ layout!(RlvPtexOptions: 16, 8);
 layout!(RlvPtexReport: 64, 8);
 function!(rlv_ptex_write: unsafe extern "C" fn(RlvDetail, u32, *const c_char, RlvProgress, *mut c_void) -> RlvResult);
 function!(rlv_ptex_read: unsafe extern "C" fn(RlvDetail, *const c_char, *const RlvPtexOptions, RlvProgress, *mut c_void, *mut RlvPtexReport) -> RlvResult);
+layout!(RlvRepairSettings: 56, 4);
+layout!(RlvRepairFinding: 72, 8);
+layout!(RlvRepairTopology: 88, 8);
+layout!(RlvRepairReport: 1168, 8);
+function!(rlv_repair_params: unsafe extern "C" fn(*mut *const RlvParameter, *mut usize) -> RlvResult);
+function!(rlv_repair_check: unsafe extern "C" fn(RlvMesh, *const RlvRepairSettings, RlvProgress, *mut c_void, *mut RlvRepairReport) -> RlvResult);
+function!(rlv_repair_mesh: unsafe extern "C" fn(RlvMesh, *const RlvRepairSettings, RlvProgress, *mut c_void, *mut RlvRepairReport, *mut RlvMesh) -> RlvResult);
+function!(rlv_repair_arrays: unsafe extern "C" fn(RlvContext, *const RlvMeshArrays, *const RlvAttributeArrays, usize, *const RlvRepairSettings, RlvProgress, *mut c_void, *mut RlvRepairReport, *mut RlvMesh) -> RlvResult);
+function!(rlv_repair_read: unsafe extern "C" fn(RlvContext, *const c_char, *const RlvRepairSettings, RlvProgress, *mut c_void, *mut RlvRepairReport, *mut RlvMesh) -> RlvResult);
 layout!(RlvJob: 8, 8);
 constant!(RLV_JOB_RUNNING = 0);
 constant!(RLV_JOB_DONE = 1);
@@ -541,6 +551,7 @@ function!(rlv_job_ptex_read: unsafe extern "C" fn(RlvDetail, *const c_char, *con
 function!(rlv_job_transfer: unsafe extern "C" fn(RlvContext, *const c_char, RlvMesh, *const c_char, *const RlvTransferOptions, *mut RlvJob) -> RlvResult);
 function!(rlv_job_progressive: unsafe extern "C" fn(RlvMesh, *const RlvProgressiveOptions, *mut RlvJob) -> RlvResult);
 function!(rlv_job_simplify: unsafe extern "C" fn(RlvMesh, *const RlvSimplifyOptions, *mut RlvJob) -> RlvResult);
+function!(rlv_job_repair: unsafe extern "C" fn(RlvMesh, *const RlvRepairSettings, *mut RlvJob) -> RlvResult);
 function!(rlv_job_isosurface: unsafe extern "C" fn(RlvIsosurface, *const RlvIsosurfaceMeshOptions, *mut RlvJob) -> RlvResult);
 function!(rlv_job_fluid: unsafe extern "C" fn(RlvFluid, f64, *mut RlvJob) -> RlvResult);
 function!(rlv_job_retain: unsafe extern "C" fn(RlvJob) -> RlvResult);
@@ -551,6 +562,7 @@ function!(rlv_job_cancel: unsafe extern "C" fn(RlvJob) -> RlvResult);
 function!(rlv_job_result: unsafe extern "C" fn(RlvJob) -> RlvResult);
 function!(rlv_job_mesh: unsafe extern "C" fn(RlvJob, *mut RlvMesh) -> RlvResult);
 function!(rlv_job_simplify_error: unsafe extern "C" fn(RlvJob, *mut f32) -> RlvResult);
+function!(rlv_job_repair_report: unsafe extern "C" fn(RlvJob, *mut RlvRepairReport) -> RlvResult);
 function!(rlv_job_progressive_mesh: unsafe extern "C" fn(RlvJob, *mut RlvProgressive) -> RlvResult);
 function!(rlv_job_imprint_report: unsafe extern "C" fn(RlvJob, *mut RlvImprintReport) -> RlvResult);
 function!(rlv_job_bake_report: unsafe extern "C" fn(RlvJob, *mut RlvBakeReport) -> RlvResult);
@@ -1662,6 +1674,65 @@ pub fn offsets(list: &mut Offsets) {
         deviation: f32 = 56,
         reserved: u32 = 60,
     });
+    fields!(list, RlvRepairSettings {
+        struct_size: u32 = 0,
+        weld: u32 = 4,
+        tolerance: f32 = 8,
+        degenerate: u32 = 12,
+        duplicates: u32 = 16,
+        orient: u32 = 20,
+        split: u32 = 24,
+        fill: u32 = 28,
+        hole_edges: u32 = 32,
+        hole_area: f32 = 36,
+        refine: u32 = 40,
+        fair: u32 = 44,
+        unused: u32 = 48,
+        listed: u32 = 52,
+    });
+    fields!(list, RlvRepairFinding {
+        count: usize = 0,
+        first: [u32; 16] = 8,
+    });
+    fields!(list, RlvRepairTopology {
+        points: usize = 0,
+        faces: usize = 8,
+        edges: usize = 16,
+        boundary_edges: usize = 24,
+        boundary_loops: usize = 32,
+        non_manifold_edges: usize = 40,
+        components: usize = 48,
+        closed_components: usize = 56,
+        euler: i32 = 64,
+        reserved: u32 = 68,
+        area: f64 = 72,
+        volume: f64 = 80,
+    });
+    fields!(list, RlvRepairReport {
+        struct_size: u32 = 0,
+        is_solid: u32 = 4,
+        invalid_faces: RlvRepairFinding = 8,
+        coincident_points: RlvRepairFinding = 80,
+        unused_points: RlvRepairFinding = 152,
+        degenerate_faces: RlvRepairFinding = 224,
+        flat_faces: RlvRepairFinding = 296,
+        duplicate_faces: RlvRepairFinding = 368,
+        non_manifold_edges: RlvRepairFinding = 440,
+        non_manifold_points: RlvRepairFinding = 512,
+        misoriented_edges: RlvRepairFinding = 584,
+        one_sided_edges: RlvRepairFinding = 656,
+        inverted_components: RlvRepairFinding = 728,
+        holes: RlvRepairFinding = 800,
+        open_holes: RlvRepairFinding = 872,
+        before: RlvRepairTopology = 944,
+        after: RlvRepairTopology = 1032,
+        turned_faces: usize = 1120,
+        split_points: usize = 1128,
+        filled_holes: usize = 1136,
+        filling_points: usize = 1144,
+        filling_faces: usize = 1152,
+        seam_attributes: usize = 1160,
+    });
     fields!(list, RlvJob {
         id: u64 = 0,
     });
@@ -2101,6 +2172,21 @@ pub const INITIAL: &[Initial] = &[
         ("float deviation", 0.0),
         ("uint32_t reserved", 0.0),
     ] },
+    Initial { header: "repair.h", name: "RlvRepairSettings", initializer: "RLV_REPAIR_SETTINGS_INIT", fields: &[
+        ("uint32_t weld", 1.0),
+        ("float tolerance", 0.0),
+        ("uint32_t degenerate", 1.0),
+        ("uint32_t duplicates", 1.0),
+        ("uint32_t orient", 1.0),
+        ("uint32_t split", 1.0),
+        ("uint32_t fill", 1.0),
+        ("uint32_t hole_edges", 0.0),
+        ("float hole_area", 0.75),
+        ("uint32_t refine", 1.0),
+        ("uint32_t fair", 1.0),
+        ("uint32_t unused", 1.0),
+        ("uint32_t listed", 8.0),
+    ] },
     Initial { header: "layer.h", name: "RlvLayerOptions", initializer: "RLV_LAYER_OPTIONS_INIT", fields: &[
         ("uint32_t kind", 0.0),
         ("uint32_t blend", 1.0),
@@ -2329,6 +2415,8 @@ pub const NAMES: &[&str] = &[
     "RLV_PTEX_STATED",
     "RLV_PTEX_VECTORS",
     "RLV_RAY_ARRAYS_INIT",
+    "RLV_REPAIR_REPORT_INIT",
+    "RLV_REPAIR_SETTINGS_INIT",
     "RLV_SCULPT_CLAY",
     "RLV_SCULPT_DRAW",
     "RLV_SCULPT_ERASE",
