@@ -141,7 +141,7 @@ std::int32_t rlvdb_grid_info(const RlvdbGrid* handle, RlvdbInfo* out, RlvdbError
                 if (row < 3) {
                     axis[row] = 1.0;
                 }
-                const Vec3d place = row < 3 ? base.transform().indexToWorld(axis) - origin : origin;
+                const Vec3d place = row < 3 ? base.transform().baseMap()->applyJacobian(axis) : origin;
                 std::copy_n(place.asPointer(), 3, info.matrix + 4 * row);
             }
             info.matrix[15] = 1.0;
