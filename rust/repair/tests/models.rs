@@ -74,6 +74,11 @@ fn models_of_all_kinds_become_oriented_manifolds() {
             let made = repaired(&mesh, &RepairSettings::default(), &name);
             let boundary = assert_manifold(&made.mesh, &name);
             assert_eq!(made.report.after.boundary_edges, boundary, "{name}");
+            let before = &made.report.before;
+            let is_sound = before.boundary_edges + before.non_manifold_edges + made.report.turned_faces == 0;
+            if is_sound && before.volume != 0.0 {
+                assert!((volume(&made.mesh) / before.volume - 1.0).abs() < 1e-4, "{name}: volume of {before:?}");
+            }
             let again =
                 check(&Context::serial(), &made.mesh, &RepairSettings::default(), &mut Silent).expect("checked");
             assert_eq!(again.invalid_faces.count + again.degenerate_faces.count, 0, "{name}");
