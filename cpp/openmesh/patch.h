@@ -3,26 +3,11 @@
 #pragma once
 
 #include <cstdint>
-#include <exception>
 #include <memory>
 
-#include "rust/cxx.h"
+#include <rust/cxx.h>
 
-namespace rust::behavior {
-
-// Turns every exception into an error of the call, also one that is not a std::exception: cxx ends the process there.
-template <typename Try, typename Fail>
-static void trycatch(Try &&call, Fail &&fail) noexcept {
-    try {
-        call();
-    } catch (const std::exception &error) {
-        fail(error.what());
-    } catch (...) {
-        fail("an exception of unknown type");
-    }
-}
-
-} // namespace rust::behavior
+#include "../exceptions.h"
 
 namespace relievo::openmesh {
 

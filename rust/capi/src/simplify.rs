@@ -74,7 +74,9 @@ impl Simplification {
         let mesh = try_read(&self.object.mesh, "mesh")?;
         let made = simplify_mesh(&self.context().context, &mesh, &self.options, &self.attributes, progress)?;
         if made.mesh.face_count() == 0 {
-            return Err(Error::invalid("no triangle is left of it").at("mesh").advise("give it triangles with area; rlv_repair_check lists those without"));
+            return Err(Error::invalid("no triangle is left of it")
+                .at("mesh")
+                .advise("give it triangles with area; rlv_repair_check lists those without"));
         }
         Ok((mesh::register(self.context().clone(), made.mesh)?, made.error))
     }

@@ -198,8 +198,8 @@ fn build(arguments: &Build) -> Outcome {
     let mesh = relievo_meshio::read(&context, &arguments.mesh)?;
     let options = BuildOptions { faces: arguments.faces, ..BuildOptions::default() };
     let attributes = arguments.attributes.options();
-    let (built, left_out) = Progressive::build_mesh(&context, &mesh, &options, &attributes, &mut Silent)
-        .map_err(|error| {
+    let (built, left_out) =
+        Progressive::build_mesh(&context, &mesh, &options, &attributes, &mut Silent).map_err(|error| {
             crate::mesh::offered(error, &mesh, &arguments.mesh).at(arguments.mesh.display().to_string())
         })?;
     left_out.iter().for_each(|name| eprintln!("note: {name} is left out"));

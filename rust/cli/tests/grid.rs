@@ -47,7 +47,8 @@ fn meshes_become_grids_and_meshes_again() {
     let coarse = done(folder, &["grid", "mesh", "box.vdb", "-o", "coarse.obj", "--adaptivity", "0.5"]);
     assert!(!coarse.contains(" 0 triangles"), "{coarse}");
 
-    let convert = ["grid", "convert", "box.vdb", "-o", "fog.vdb", "--to", "fog", "--offset", "0.1", "--smooth", "mean", "--half"];
+    let convert =
+        ["grid", "convert", "box.vdb", "-o", "fog.vdb", "--to", "fog", "--offset", "0.1", "--smooth", "mean", "--half"];
     done(folder, &convert);
     let fog = &grids(folder, "fog.vdb")[0];
     assert_eq!((fog["class"].as_str(), fog["half"].as_bool()), (Some("fog volume"), Some(true)));
@@ -86,8 +87,12 @@ fn without_the_module_files_are_listed_and_the_package_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     std::fs::write(folder.join("box.obj"), BOX).unwrap();
-    std::fs::write(folder.join("dam.toml"), "frames = 1\nfps = 50\n[fluid]\nspacing = 0.1\n[basin]\nlow = [0, 0, 0]\n\
-        high = [1, 1, 1]\n[[block]]\nlow = [0, 0, 0]\nhigh = [0.5, 0.5, 0.5]\n").unwrap();
+    std::fs::write(
+        folder.join("dam.toml"),
+        "frames = 1\nfps = 50\n[fluid]\nspacing = 0.1\n[basin]\nlow = [0, 0, 0]\n\
+        high = [1, 1, 1]\n[[block]]\nlow = [0, 0, 0]\nhigh = [0.5, 0.5, 0.5]\n",
+    )
+    .unwrap();
     done(folder, &["fluid", "sim", "dam.toml", "-o", "frames", "--format", "vdb"]);
     let without = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_relievo"));

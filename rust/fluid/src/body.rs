@@ -92,7 +92,10 @@ impl Bodies {
         let volume = Solid::new(points, triangles).map_err(named)?.volume();
         let hull: Vec<Vector> = points.iter().map(|point| vector(*point)).collect();
         let (Some(volume), Some(hull)) = (volume, ColliderBuilder::convex_hull(&hull)) else {
-            return Err(named(Error::invalid("it has no volume").advise("close the holes of its mesh: `relievo mesh repair FILE -o FILE`, or rlv_repair_mesh")));
+            return Err(named(
+                Error::invalid("it has no volume")
+                    .advise("close the holes of its mesh: `relievo mesh repair FILE -o FILE`, or rlv_repair_mesh"),
+            ));
         };
         let collider = fluid
             .add_collider(context, points, triangles, ColliderOptions { contact, is_container: false })

@@ -89,7 +89,8 @@ impl Collider {
         };
         let triangles: Vec<[u32; 3]> = triangles.iter().filter(has_area).copied().collect();
         if triangles.is_empty() {
-            return Err(Error::invalid("no triangle of a collider has an area").advise("give it a surface; `relievo mesh check FILE` lists the faces without area"));
+            return Err(Error::invalid("no triangle of a collider has an area")
+                .advise("give it a surface; `relievo mesh check FILE` lists the faces without area"));
         }
         let depth = match (volume(points, &triangles, &joined), options.is_container) {
             (None, _) => 0.0,

@@ -2,7 +2,10 @@
 
 fn main() {
     let cpp = std::path::Path::new("../../../cpp");
-    println!("cargo:rerun-if-changed=../../../cpp/openmesh");
+    for source in ["exceptions.h", "openmesh"] {
+        println!("cargo:rerun-if-changed={}", cpp.join(source).display());
+    }
+    println!("cargo:rerun-if-changed=src/bridge.rs");
     cxx_build::bridge("src/bridge.rs")
         .file(cpp.join("openmesh/patch.cpp"))
         .file(cpp.join("openmesh/library.cpp"))

