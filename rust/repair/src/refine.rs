@@ -19,7 +19,9 @@ pub struct Filling {
 /// The most points that one filling may add.
 const MOST_POINTS: usize = 100_000;
 /// The most rounds of flips after each round of splits.
-const MOST_FLIPS: usize = 100;
+const MOST_FLIPS: usize = 32;
+/// The smallest scale, as a share of the mean of those above zero: where points coincide, splits would not end.
+const SMALLEST: f64 = 0.125;
 
 /// Adds points to a filling. `scales` are the mean lengths of the edges of the mesh at the vertices of the loop, and
 /// `is_taken` says which of these are joined by an edge of the mesh.
@@ -33,7 +35,12 @@ pub fn refine(filling: &mut Filling, scales: &[f64], is_taken: &dyn Fn(u32, u32)
     let origin = filling.places[0];
     let points: Vec<[f32; 3]> = filling.places.iter().map(|place| narrow(&(*place - origin))).collect();
     let mut patch = Patch::new(&points, &filling.triangles)?;
-    let mut scales = scales.to_vec();
+    let count = scales.iter().filter(|scale| **scale > 0.0).count();
+    if count == 0 {
+        return Ok(());
+    }
+    let mean = scales.iter().sum::<f64>() / count as f64;
+    let mut scales: Vec<f64> = scales.iter().map(|scale| scale.max(SMALLEST * mean)).collect();
     loop {
         let mut faces = Vec::new();
         let mut added = Vec::new();

@@ -284,6 +284,20 @@ fn points_within_the_tolerance_are_welded_and_no_chain_collapses() {
     assert_eq!((report.after.points, report.after.faces, report.degenerate_faces.count), (12, 5, 5));
 }
 
+/// Edges without length at a loop set no scale, with which the filling would never be fine enough.
+#[test]
+fn loops_of_coincident_points_get_few_points() {
+    let places = [[1.0, 1.0, 4.5], [0.0; 3], [0.0, 0.0, 4.5]];
+    let first = [0, 0, 0, 1, 1];
+    let second = [1, 0, 2, 2, 2, 2, 2, 2, 2, 2, 2, 0, 0, 0, 0, 0];
+    let points = first.iter().chain(&second).map(|place| places[*place]).collect();
+    // The two faces share the edge at the end of the first and the start of the second.
+    let corners = (0..5).chain([4, 3]).chain(7..21).collect();
+    let settings = RepairSettings { weld: Switch::OFF, hole_area: 1e9, ..RepairSettings::default() };
+    let made = repair(&Context::serial(), &Mesh::new(points, vec![5, 16], corners), &settings, &mut Silent).unwrap();
+    assert!(made.report.filling_points < 5000, "{:?}", made.report);
+}
+
 #[test]
 fn refusals_name_what_is_wrong() {
     let body = cuboid([0.0; 3], [1.0; 3]);
