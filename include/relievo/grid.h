@@ -72,14 +72,14 @@ typedef enum RlvGridChange {
 /* The numbers that conversions and changes take. rlv_grid_params has ranges, units and defaults of every field. */
 typedef struct RlvGridSettings {
     uint32_t struct_size;
-    float voxel;
-    float band;
-    float radius;
-    float value;
-    float adaptivity;
-    float distance;
-    uint32_t width;
-    uint32_t iterations;
+    float voxel;         /* edge of voxels that are made or resampled to, world units, above 0 */
+    float band;          /* half the width of a level set's band, voxels, 1 to 100 */
+    float radius;        /* of particles, world units; 0 for their spacing */
+    float value;         /* at the surface, in the unit of the grid's values: 0 of level sets, a density of fog */
+    float adaptivity;    /* how much polygons grow where the surface is flat, 0 to 1 */
+    float distance;      /* that a surface is moved outwards, world units; inwards below 0 */
+    uint32_t width;      /* half the width of a filter, voxels, 1 to 100 */
+    uint32_t iterations; /* of a filter, 1 to 1000 */
 } RlvGridSettings;
 
 #define RLV_GRID_SETTINGS_INIT {sizeof(RlvGridSettings), 0.1f, 3.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1, 1}
@@ -92,7 +92,7 @@ typedef struct RlvGridInfo {
     uint32_t is_linear;  /* 0: the transform is a camera's frustum, and matrix is the map that follows it */
     uint32_t is_empty;   /* 1: no voxel is active, and low and high are 0 */
     double matrix[12];   /* what the axes of voxels go to and the origin, three numbers each, in world units */
-    double voxel_size[3];
+    double voxel_size[3]; /* edges of a voxel, world units; of a frustum those in its middle */
     int32_t low[3];      /* the lowest and the highest active voxel */
     int32_t high[3];
     uint64_t active_voxels;

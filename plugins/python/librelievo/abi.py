@@ -208,6 +208,53 @@ class RlvFluidEmitterShape(IntEnum):
     SURFACE = 2
 
 
+class RlvGridKind(IntEnum):
+    FLOAT = 0
+    DOUBLE = 1
+    BOOL = 2
+    MASK = 3
+    INT32 = 4
+    INT64 = 5
+    VEC3S = 6
+    VEC3D = 7
+    VEC3I = 8
+    POINTS = 9
+    OTHER = 10
+
+
+class RlvGridClass(IntEnum):
+    UNKNOWN = 0
+    LEVEL_SET = 1
+    FOG = 2
+    STAGGERED = 3
+
+
+class RlvGridWriting(IntEnum):
+    PACK_BLOSC = 0
+    PACK_ZIP = 1
+    PACK_NONE = 2
+    HALF = 4
+    STREAM = 8
+
+
+class RlvGridOperation(IntEnum):
+    UNION = 0
+    INTERSECTION = 1
+    DIFFERENCE = 2
+
+
+class RlvGridChange(IntEnum):
+    OFFSET = 0
+    MEAN = 1
+    GAUSSIAN = 2
+    MEDIAN = 3
+    LAPLACIAN = 4
+    MEAN_CURVATURE = 5
+    RESAMPLE = 6
+    TO_FOG = 7
+    TO_LEVEL_SET = 8
+
+
 class RlvPtexKind(IntEnum):
     STATED = 0
     DISPLACEMENT = 1
@@ -1614,6 +1661,45 @@ class RlvFluidReport(Structure):
     ]
 
 
+class RlvGrid(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvGridSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("voxel", c_float),
+        ("band", c_float),
+        ("radius", c_float),
+        ("value", c_float),
+        ("adaptivity", c_float),
+        ("distance", c_float),
+        ("width", c_uint32),
+        ("iterations", c_uint32),
+    ]
+
+
+class RlvGridInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("kind", c_uint32),
+        ("grid_class", c_uint32),
+        ("is_half", c_uint32),
+        ("is_linear", c_uint32),
+        ("is_empty", c_uint32),
+        ("matrix", c_double * 12),
+        ("voxel_size", c_double * 3),
+        ("low", c_int32 * 3),
+        ("high", c_int32 * 3),
+        ("active_voxels", c_uint64),
+        ("leaf_count", c_uint64),
+        ("memory_bytes", c_uint64),
+        ("name", c_char * 256),
+    ]
+
+
 class RlvImprintSettings(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1997,6 +2083,8 @@ INIT = {
     RlvFluidColliderOptions: (ctypes.sizeof(RlvFluidColliderOptions), 0, 0.0, 0,),
     RlvFluidEmitterOptions: (ctypes.sizeof(RlvFluidEmitterOptions), 0, (0.0, 0.0, 0.0,), (0.0, 0.0, 1.0,), (0.0, 0.0, 0.0,), 0.1, 1.0, 0.0, 0.0, 0.0, None, 0, 0,),
     RlvFluidReport: (ctypes.sizeof(RlvFluidReport), 0, 0.0, 0, 0, 0.0, 0.0, (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), 0, 0, 0,),
+    RlvGridSettings: (ctypes.sizeof(RlvGridSettings), 0.1, 3.0, 0.0, 0.0, 0.0, 0.0, 1, 1,),
+    RlvGridInfo: (ctypes.sizeof(RlvGridInfo), 0, 0, 0, 0, 0, (0,), (0,), (0,), (0,), 0, 0, 0, (0,),),
     RlvImprintSettings: (ctypes.sizeof(RlvImprintSettings), 16777216, 0.09817477, 0, 1.0, 1.0, 60000.0, 0.0, 1, 256, 1, 1, 0.0, 0.1, 0.6,),
     RlvImprintMoment: (ctypes.sizeof(RlvImprintMoment), 0, 0, 0, 0,),
     RlvImprintReport: (ctypes.sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
@@ -2266,6 +2354,32 @@ FUNCTIONS = {
     "rlv_fluid_particles": (RlvResult, [("fluid", RlvFluid), ("out", POINTER(RlvParticles))]),
     "rlv_fluid_add_particles": (RlvResult, [("fluid", RlvFluid), ("particles", RlvParticles)]),
     "rlv_fluid_isosurface": (RlvResult, [("fluid", RlvFluid), ("options", POINTER(RlvIsosurfaceOptions)), ("out", POINTER(RlvIsosurface))]),
+    "rlv_grid_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
+    "rlv_grid_available": (RlvResult, []),
+    "rlv_grid_file_count": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", c_size_t_p)]),
+    "rlv_grid_file_info": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("index", c_size_t), ("out", POINTER(RlvGridInfo))]),
+    "rlv_grid_create": (RlvResult, [("context", RlvContext), ("kind", c_uint32), ("background", c_double_p), ("voxel", c_double), ("out", POINTER(RlvGrid))]),
+    "rlv_grid_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("name", c_char_p), ("bounds", c_double_p), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvGrid))]),
+    "rlv_grid_write": (RlvResult, [("grids", POINTER(RlvGrid)), ("count", c_size_t), ("path", c_char_p), ("writing", c_uint32)]),
+    "rlv_grid_retain": (RlvResult, [("grid", RlvGrid)]),
+    "rlv_grid_release": (RlvResult, [("grid", RlvGrid)]),
+    "rlv_grid_info": (RlvResult, [("grid", RlvGrid), ("out", POINTER(RlvGridInfo))]),
+    "rlv_grid_set_name": (RlvResult, [("grid", RlvGrid), ("name", c_char_p)]),
+    "rlv_grid_set_class": (RlvResult, [("grid", RlvGrid), ("grid_class", c_uint32)]),
+    "rlv_grid_set_matrix": (RlvResult, [("grid", RlvGrid), ("matrix", c_double_p)]),
+    "rlv_grid_metadata": (RlvResult, [("grid", RlvGrid), ("name", c_char_p), ("value", c_char_p), ("size", c_size_t)]),
+    "rlv_grid_set_metadata": (RlvResult, [("grid", RlvGrid), ("name", c_char_p), ("type", c_char_p), ("value", c_char_p)]),
+    "rlv_grid_sample": (RlvResult, [("grid", RlvGrid), ("points", c_double_p), ("count", c_size_t), ("stride", c_size_t), ("is_linear", c_uint32), ("values", c_double_p), ("capacity", c_size_t)]),
+    "rlv_grid_get_block": (RlvResult, [("grid", RlvGrid), ("low", c_int32_p), ("size", c_uint32_p), ("values", c_void_p), ("bytes", c_size_t)]),
+    "rlv_grid_set_block": (RlvResult, [("grid", RlvGrid), ("low", c_int32_p), ("size", c_uint32_p), ("values", c_void_p), ("bytes", c_size_t), ("tolerance", c_double)]),
+    "rlv_grid_from_mesh": (RlvResult, [("mesh", RlvMesh), ("settings", POINTER(RlvGridSettings)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvGrid))]),
+    "rlv_grid_from_particles": (RlvResult, [("particles", RlvParticles), ("settings", POINTER(RlvGridSettings)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvGrid))]),
+    "rlv_grid_mesh": (RlvResult, [("grid", RlvGrid), ("settings", POINTER(RlvGridSettings)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvMesh))]),
+    "rlv_grid_change": (RlvResult, [("grid", RlvGrid), ("change", c_uint32), ("settings", POINTER(RlvGridSettings)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvGrid))]),
+    "rlv_grid_convert": (RlvResult, [("grid", RlvGrid), ("kind", c_uint32), ("out", POINTER(RlvGrid))]),
+    "rlv_grid_combine": (RlvResult, [("a", RlvGrid), ("b", RlvGrid), ("operation", c_uint32), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvGrid))]),
+    "rlv_grid_labels": (RlvResult, [("level_sets", POINTER(RlvGrid)), ("labels", c_int32_p), ("count", c_size_t), ("out", POINTER(RlvGrid))]),
+    "rlv_grid_label_mask": (RlvResult, [("grid", RlvGrid), ("label", c_int64), ("out", POINTER(RlvGrid))]),
     "rlv_imprint_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
     "rlv_imprint_run": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("report", POINTER(RlvImprintReport))]),
     "rlv_imprint_sweep": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvImprintReport))]),
@@ -2289,6 +2403,10 @@ FUNCTIONS = {
     "rlv_job_simplify": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvSimplifyOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_repair": (RlvResult, [("mesh", RlvMesh), ("settings", POINTER(RlvRepairSettings)), ("out", POINTER(RlvJob))]),
     "rlv_job_isosurface": (RlvResult, [("isosurface", RlvIsosurface), ("options", POINTER(RlvIsosurfaceMeshOptions)), ("out", POINTER(RlvJob))]),
+    "rlv_job_grid_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("name", c_char_p), ("bounds", c_double_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_grid_from_mesh": (RlvResult, [("mesh", RlvMesh), ("settings", POINTER(RlvGridSettings)), ("out", POINTER(RlvJob))]),
+    "rlv_job_grid_change": (RlvResult, [("grid", RlvGrid), ("change", c_uint32), ("settings", POINTER(RlvGridSettings)), ("out", POINTER(RlvJob))]),
+    "rlv_job_grid_mesh": (RlvResult, [("grid", RlvGrid), ("settings", POINTER(RlvGridSettings)), ("out", POINTER(RlvJob))]),
     "rlv_job_fluid": (RlvResult, [("fluid", RlvFluid), ("seconds", c_double), ("out", POINTER(RlvJob))]),
     "rlv_job_retain": (RlvResult, [("job", RlvJob)]),
     "rlv_job_release": (RlvResult, [("job", RlvJob)]),
@@ -2300,6 +2418,7 @@ FUNCTIONS = {
     "rlv_job_simplify_error": (RlvResult, [("job", RlvJob), ("out", c_float_p)]),
     "rlv_job_repair_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvRepairReport))]),
     "rlv_job_progressive_mesh": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvProgressive))]),
+    "rlv_job_grid": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvGrid))]),
     "rlv_job_imprint_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvImprintReport))]),
     "rlv_job_bake_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvBakeReport))]),
     "rlv_job_fluid_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvFluidReport))]),

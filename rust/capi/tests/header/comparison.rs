@@ -29,6 +29,7 @@ use relievo::document::*;
 use relievo::isosurface::*;
 use relievo::particles::*;
 use relievo::fluid::*;
+use relievo::grid::*;
 use relievo::imprint::*;
 use relievo::ptex::*;
 use relievo::repair::*;
@@ -511,6 +512,67 @@ function!(rlv_fluid_restore_bytes: unsafe extern "C" fn(RlvFluid, *const u8, usi
 function!(rlv_fluid_particles: unsafe extern "C" fn(RlvFluid, *mut RlvParticles) -> RlvResult);
 function!(rlv_fluid_add_particles: unsafe extern "C" fn(RlvFluid, RlvParticles) -> RlvResult);
 function!(rlv_fluid_isosurface: unsafe extern "C" fn(RlvFluid, *const RlvIsosurfaceOptions, *mut RlvIsosurface) -> RlvResult);
+layout!(RlvGrid: 8, 8);
+constant!(RLV_GRID_FLOAT = 0);
+constant!(RLV_GRID_DOUBLE = 1);
+constant!(RLV_GRID_BOOL = 2);
+constant!(RLV_GRID_MASK = 3);
+constant!(RLV_GRID_INT32 = 4);
+constant!(RLV_GRID_INT64 = 5);
+constant!(RLV_GRID_VEC3S = 6);
+constant!(RLV_GRID_VEC3D = 7);
+constant!(RLV_GRID_VEC3I = 8);
+constant!(RLV_GRID_POINTS = 9);
+constant!(RLV_GRID_OTHER = 10);
+constant!(RLV_GRID_UNKNOWN = 0);
+constant!(RLV_GRID_LEVEL_SET = 1);
+constant!(RLV_GRID_FOG = 2);
+constant!(RLV_GRID_STAGGERED = 3);
+constant!(RLV_GRID_PACK_BLOSC = 0);
+constant!(RLV_GRID_PACK_ZIP = 1);
+constant!(RLV_GRID_PACK_NONE = 2);
+constant!(RLV_GRID_HALF = 4);
+constant!(RLV_GRID_STREAM = 8);
+constant!(RLV_GRID_UNION = 0);
+constant!(RLV_GRID_INTERSECTION = 1);
+constant!(RLV_GRID_DIFFERENCE = 2);
+constant!(RLV_GRID_OFFSET = 0);
+constant!(RLV_GRID_MEAN = 1);
+constant!(RLV_GRID_GAUSSIAN = 2);
+constant!(RLV_GRID_MEDIAN = 3);
+constant!(RLV_GRID_LAPLACIAN = 4);
+constant!(RLV_GRID_MEAN_CURVATURE = 5);
+constant!(RLV_GRID_RESAMPLE = 6);
+constant!(RLV_GRID_TO_FOG = 7);
+constant!(RLV_GRID_TO_LEVEL_SET = 8);
+layout!(RlvGridSettings: 36, 4);
+layout!(RlvGridInfo: 448, 8);
+function!(rlv_grid_params: unsafe extern "C" fn(*mut *const RlvParameter, *mut usize) -> RlvResult);
+function!(rlv_grid_available: unsafe extern "C" fn() -> RlvResult);
+function!(rlv_grid_file_count: unsafe extern "C" fn(RlvContext, *const c_char, *mut usize) -> RlvResult);
+function!(rlv_grid_file_info: unsafe extern "C" fn(RlvContext, *const c_char, usize, *mut RlvGridInfo) -> RlvResult);
+function!(rlv_grid_create: unsafe extern "C" fn(RlvContext, u32, *const f64, f64, *mut RlvGrid) -> RlvResult);
+function!(rlv_grid_read: unsafe extern "C" fn(RlvContext, *const c_char, *const c_char, *const f64, RlvProgress, *mut c_void, *mut RlvGrid) -> RlvResult);
+function!(rlv_grid_write: unsafe extern "C" fn(*const RlvGrid, usize, *const c_char, u32) -> RlvResult);
+function!(rlv_grid_retain: unsafe extern "C" fn(RlvGrid) -> RlvResult);
+function!(rlv_grid_release: unsafe extern "C" fn(RlvGrid) -> RlvResult);
+function!(rlv_grid_info: unsafe extern "C" fn(RlvGrid, *mut RlvGridInfo) -> RlvResult);
+function!(rlv_grid_set_name: unsafe extern "C" fn(RlvGrid, *const c_char) -> RlvResult);
+function!(rlv_grid_set_class: unsafe extern "C" fn(RlvGrid, u32) -> RlvResult);
+function!(rlv_grid_set_matrix: unsafe extern "C" fn(RlvGrid, *const f64) -> RlvResult);
+function!(rlv_grid_metadata: unsafe extern "C" fn(RlvGrid, *const c_char, *mut c_char, usize) -> RlvResult);
+function!(rlv_grid_set_metadata: unsafe extern "C" fn(RlvGrid, *const c_char, *const c_char, *const c_char) -> RlvResult);
+function!(rlv_grid_sample: unsafe extern "C" fn(RlvGrid, *const f64, usize, usize, u32, *mut f64, usize) -> RlvResult);
+function!(rlv_grid_get_block: unsafe extern "C" fn(RlvGrid, *const i32, *const u32, *mut c_void, usize) -> RlvResult);
+function!(rlv_grid_set_block: unsafe extern "C" fn(RlvGrid, *const i32, *const u32, *const c_void, usize, f64) -> RlvResult);
+function!(rlv_grid_from_mesh: unsafe extern "C" fn(RlvMesh, *const RlvGridSettings, RlvProgress, *mut c_void, *mut RlvGrid) -> RlvResult);
+function!(rlv_grid_from_particles: unsafe extern "C" fn(RlvParticles, *const RlvGridSettings, RlvProgress, *mut c_void, *mut RlvGrid) -> RlvResult);
+function!(rlv_grid_mesh: unsafe extern "C" fn(RlvGrid, *const RlvGridSettings, RlvProgress, *mut c_void, *mut RlvMesh) -> RlvResult);
+function!(rlv_grid_change: unsafe extern "C" fn(RlvGrid, u32, *const RlvGridSettings, RlvProgress, *mut c_void, *mut RlvGrid) -> RlvResult);
+function!(rlv_grid_convert: unsafe extern "C" fn(RlvGrid, u32, *mut RlvGrid) -> RlvResult);
+function!(rlv_grid_combine: unsafe extern "C" fn(RlvGrid, RlvGrid, u32, RlvProgress, *mut c_void, *mut RlvGrid) -> RlvResult);
+function!(rlv_grid_labels: unsafe extern "C" fn(*const RlvGrid, *const i32, usize, *mut RlvGrid) -> RlvResult);
+function!(rlv_grid_label_mask: unsafe extern "C" fn(RlvGrid, i64, *mut RlvGrid) -> RlvResult);
 layout!(RlvImprintSettings: 60, 4);
 layout!(RlvImprintMoment: 24, 8);
 layout!(RlvImprintReport: 120, 8);
@@ -553,6 +615,10 @@ function!(rlv_job_progressive: unsafe extern "C" fn(RlvMesh, *const RlvProgressi
 function!(rlv_job_simplify: unsafe extern "C" fn(RlvMesh, *const RlvSimplifyOptions, *mut RlvJob) -> RlvResult);
 function!(rlv_job_repair: unsafe extern "C" fn(RlvMesh, *const RlvRepairSettings, *mut RlvJob) -> RlvResult);
 function!(rlv_job_isosurface: unsafe extern "C" fn(RlvIsosurface, *const RlvIsosurfaceMeshOptions, *mut RlvJob) -> RlvResult);
+function!(rlv_job_grid_read: unsafe extern "C" fn(RlvContext, *const c_char, *const c_char, *const f64, *mut RlvJob) -> RlvResult);
+function!(rlv_job_grid_from_mesh: unsafe extern "C" fn(RlvMesh, *const RlvGridSettings, *mut RlvJob) -> RlvResult);
+function!(rlv_job_grid_change: unsafe extern "C" fn(RlvGrid, u32, *const RlvGridSettings, *mut RlvJob) -> RlvResult);
+function!(rlv_job_grid_mesh: unsafe extern "C" fn(RlvGrid, *const RlvGridSettings, *mut RlvJob) -> RlvResult);
 function!(rlv_job_fluid: unsafe extern "C" fn(RlvFluid, f64, *mut RlvJob) -> RlvResult);
 function!(rlv_job_retain: unsafe extern "C" fn(RlvJob) -> RlvResult);
 function!(rlv_job_release: unsafe extern "C" fn(RlvJob) -> RlvResult);
@@ -564,6 +630,7 @@ function!(rlv_job_mesh: unsafe extern "C" fn(RlvJob, *mut RlvMesh) -> RlvResult)
 function!(rlv_job_simplify_error: unsafe extern "C" fn(RlvJob, *mut f32) -> RlvResult);
 function!(rlv_job_repair_report: unsafe extern "C" fn(RlvJob, *mut RlvRepairReport) -> RlvResult);
 function!(rlv_job_progressive_mesh: unsafe extern "C" fn(RlvJob, *mut RlvProgressive) -> RlvResult);
+function!(rlv_job_grid: unsafe extern "C" fn(RlvJob, *mut RlvGrid) -> RlvResult);
 function!(rlv_job_imprint_report: unsafe extern "C" fn(RlvJob, *mut RlvImprintReport) -> RlvResult);
 function!(rlv_job_bake_report: unsafe extern "C" fn(RlvJob, *mut RlvBakeReport) -> RlvResult);
 function!(rlv_job_fluid_report: unsafe extern "C" fn(RlvJob, *mut RlvFluidReport) -> RlvResult);
@@ -1615,6 +1682,36 @@ pub fn offsets(list: &mut Offsets) {
         removed: u64 = 144,
         divergence_corrections: u64 = 152,
     });
+    fields!(list, RlvGrid {
+        id: u64 = 0,
+    });
+    fields!(list, RlvGridSettings {
+        struct_size: u32 = 0,
+        voxel: f32 = 4,
+        band: f32 = 8,
+        radius: f32 = 12,
+        value: f32 = 16,
+        adaptivity: f32 = 20,
+        distance: f32 = 24,
+        width: u32 = 28,
+        iterations: u32 = 32,
+    });
+    fields!(list, RlvGridInfo {
+        struct_size: u32 = 0,
+        kind: u32 = 4,
+        grid_class: u32 = 8,
+        is_half: u32 = 12,
+        is_linear: u32 = 16,
+        is_empty: u32 = 20,
+        matrix: [f64; 12] = 24,
+        voxel_size: [f64; 3] = 120,
+        low: [i32; 3] = 144,
+        high: [i32; 3] = 156,
+        active_voxels: u64 = 168,
+        leaf_count: u64 = 176,
+        memory_bytes: u64 = 184,
+        name: [u8; 256] = 192,
+    });
     fields!(list, RlvImprintSettings {
         struct_size: u32 = 0,
         voxels: u32 = 4,
@@ -2118,6 +2215,16 @@ pub const INITIAL: &[Initial] = &[
         ("float friction", 0.0),
         ("uint32_t is_container", 0.0),
     ] },
+    Initial { header: "grid.h", name: "RlvGridSettings", initializer: "RLV_GRID_SETTINGS_INIT", fields: &[
+        ("float voxel", 0.1),
+        ("float band", 3.0),
+        ("float radius", 0.0),
+        ("float value", 0.0),
+        ("float adaptivity", 0.0),
+        ("float distance", 0.0),
+        ("uint32_t width", 1.0),
+        ("uint32_t iterations", 1.0),
+    ] },
     Initial { header: "imprint.h", name: "RlvImprintSettings", initializer: "RLV_IMPRINT_SETTINGS_INIT", fields: &[
         ("uint32_t voxels", 16777216.0),
         ("float jitter", 0.09817477),
@@ -2327,6 +2434,40 @@ pub const NAMES: &[&str] = &[
     "RLV_FLUID_WALLS",
     "RLV_FLUID_WENDLAND",
     "RLV_FLUID_WIND",
+    "RLV_GRID_BOOL",
+    "RLV_GRID_DIFFERENCE",
+    "RLV_GRID_DOUBLE",
+    "RLV_GRID_FLOAT",
+    "RLV_GRID_FOG",
+    "RLV_GRID_GAUSSIAN",
+    "RLV_GRID_HALF",
+    "RLV_GRID_INFO_INIT",
+    "RLV_GRID_INT32",
+    "RLV_GRID_INT64",
+    "RLV_GRID_INTERSECTION",
+    "RLV_GRID_LAPLACIAN",
+    "RLV_GRID_LEVEL_SET",
+    "RLV_GRID_MASK",
+    "RLV_GRID_MEAN",
+    "RLV_GRID_MEAN_CURVATURE",
+    "RLV_GRID_MEDIAN",
+    "RLV_GRID_OFFSET",
+    "RLV_GRID_OTHER",
+    "RLV_GRID_PACK_BLOSC",
+    "RLV_GRID_PACK_NONE",
+    "RLV_GRID_PACK_ZIP",
+    "RLV_GRID_POINTS",
+    "RLV_GRID_RESAMPLE",
+    "RLV_GRID_SETTINGS_INIT",
+    "RLV_GRID_STAGGERED",
+    "RLV_GRID_STREAM",
+    "RLV_GRID_TO_FOG",
+    "RLV_GRID_TO_LEVEL_SET",
+    "RLV_GRID_UNION",
+    "RLV_GRID_UNKNOWN",
+    "RLV_GRID_VEC3D",
+    "RLV_GRID_VEC3I",
+    "RLV_GRID_VEC3S",
     "RLV_IMPRINT_MOMENT_INIT",
     "RLV_IMPRINT_REPORT_INIT",
     "RLV_IMPRINT_SETTINGS_INIT",
