@@ -18,7 +18,7 @@ __attribute__((weak)) void deinitialize();
 namespace {
 
 using namespace openvdb;
-using relievo::guarded, relievo::refuse;
+using relievo::alone, relievo::guarded, relievo::refuse;
 
 
 GridClass class_of(std::int32_t number) {
@@ -108,16 +108,16 @@ std::int32_t rlvdb_grid_new(std::int32_t kind, const double* background, double 
 }
 
 std::int32_t rlvdb_grid_copy(const RlvdbGrid* grid, RlvdbGrid** out, RlvdbError* error) {
-    return guarded(error, [&] { relievo::give(out, grid->grid->deepCopyGrid()); });
+    return alone(error, [&] { relievo::give(out, grid->grid->deepCopyGrid()); });
 }
 
 void rlvdb_grid_free(RlvdbGrid* grid) {
     RlvdbError ignored;
-    guarded(&ignored, [&] { delete grid; });
+    alone(&ignored, [&] { delete grid; });
 }
 
 std::int32_t rlvdb_grid_info(const RlvdbGrid* handle, RlvdbInfo* out, RlvdbError* error) {
-    return guarded(error, [&] {
+    return alone(error, [&] {
         const GridBase& base = *handle->grid;
         RlvdbInfo info{};
         relievo::dispatch<relievo::Kinds>(base, "described", [&](const auto& grid) {

@@ -60,6 +60,13 @@ std::int32_t guarded(RlvdbError* error, const Call& call) noexcept {
     }
 }
 
+// The same on this thread alone. OpenVDB also counts voxels, copies and frees trees in parallel, for which TBB would start
+// its threads.
+template <typename Call>
+std::int32_t alone(RlvdbError* error, const Call& call) noexcept {
+    return guarded(error, [&] { tbb::task_arena(1).execute(call); });
+}
+
 // Passes progress to the caller, on its own thread alone, and keeps its wish to stop.
 class Interrupter final : public openvdb::util::NullInterrupter {
   public:

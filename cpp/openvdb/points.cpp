@@ -16,7 +16,7 @@ namespace {
 using openvdb::Vec3f;
 using openvdb::points::AttributeHandle;
 using openvdb::points::PointDataGrid;
-using relievo::guarded;
+using relievo::alone;
 
 // Calls `add` for each point of all leaves with the handle of an attribute.
 template <typename Value, typename Add>
@@ -55,7 +55,7 @@ extern "C" {
 
 std::int32_t rlvdb_test_points_read(const char* path, const char* name, float* values, std::size_t capacity,
                                     std::size_t* count, RlvdbError* error) {
-    return guarded(error, [&] {
+    return alone(error, [&] {
         openvdb::io::File file(path);
         file.open();
         const auto grids = file.getGrids();
@@ -100,7 +100,7 @@ std::int32_t rlvdb_test_points_read(const char* path, const char* name, float* v
 
 std::int32_t rlvdb_test_points_write(const char* path, const float* points, const float* velocities, std::size_t count,
                                      double voxel, std::int32_t is_fixed, std::uint32_t packing, RlvdbError* error) {
-    return guarded(error, [&] {
+    return alone(error, [&] {
         std::vector<Vec3f> places, moves;
         for (std::size_t index = 0; index < count; ++index) {
             places.emplace_back(points + 3 * index);
@@ -114,7 +114,7 @@ std::int32_t rlvdb_test_points_write(const char* path, const float* points, cons
 }
 
 std::int32_t rlvdb_test_instances_write(const char* path, const RlvdbGrid* handle, RlvdbError* error) {
-    return guarded(error, [&] {
+    return alone(error, [&] {
         const auto first = handle->grid->copyGrid();
         const auto second = handle->grid->copyGrid();
         first->setName("first");

@@ -56,5 +56,8 @@ fn child_counts_threads() {
     let grid = crate::shapes::level_set([0.0; 3], [1.0; 3], 0.05);
     assert!(Module::is_open() && Module::open().unwrap().library_version()[0] >= 10);
     assert!(crate::shapes::inside(&grid, 0.0) > 0.9);
+    // Counting voxels, copying and freeing are parallel in OpenVDB.
+    assert!(grid.copy().unwrap().info().unwrap().active_voxels > 1000);
+    drop(grid);
     assert_eq!(threads(), before);
 }
