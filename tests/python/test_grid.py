@@ -120,8 +120,14 @@ class Grids(unittest.TestCase):
                 os.environ["RELIEVO_OPENVDB"] = kept
 
 
-WRITE = r"""
-import sys, bpy, numpy, openvdb
+# The OpenVDB of bpy lies beside Blender's own Python.
+PROLOGUE = r"""
+import glob, os, sys, bpy, numpy
+sys.path += glob.glob(os.path.join(bpy.utils.resource_path("LOCAL"), "python/lib/python3*/site-packages"))
+import openvdb
+"""
+
+WRITE = PROLOGUE + r"""
 for kind, name, values, low, path in numpy.load(sys.argv[1], allow_pickle=True):
     grid = getattr(openvdb, name)()
     grid.name = "values"
@@ -130,8 +136,7 @@ for kind, name, values, low, path in numpy.load(sys.argv[1], allow_pickle=True):
     openvdb.write(path, grids=[grid], metadata={"by": "bpy"})
 """
 
-READ = r"""
-import sys, bpy, numpy, openvdb
+READ = PROLOGUE + r"""
 for kind, name, values, low, path in numpy.load(sys.argv[1], allow_pickle=True):
     grid = openvdb.read(path, "values")
     found = numpy.zeros_like(values)
@@ -175,8 +180,7 @@ assert len(set(found)) == 1, found
 print(found[0])
 """
 
-BLENDER = r"""
-import sys, bpy, numpy, openvdb
+BLENDER = PROLOGUE + r"""
 bpy.ops.wm.read_factory_settings(use_empty=True)
 grid = openvdb.read(sys.argv[1], "density")
 assert isinstance(grid, openvdb.FloatGrid) and grid.gridClass == openvdb.GridClass.FOG_VOLUME, grid.gridClass
@@ -193,8 +197,7 @@ size = numpy.ptp(numpy.array([vertex.co for vertex in made.vertices]), axis=0)
 print(len(made.polygons), *size)
 """
 
-FOG = r"""
-import sys, bpy, openvdb
+FOG = PROLOGUE + r"""
 bpy.ops.wm.read_factory_settings(use_empty=True)
 bpy.ops.mesh.primitive_uv_sphere_add(radius=1)
 ball = bpy.context.object
