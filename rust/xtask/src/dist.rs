@@ -67,7 +67,10 @@ fn make() -> Result<Packages, String> {
     unpack(&library.archive, &prefix())?;
     let found = [define("CMAKE_PREFIX_PATH", &prefix()), "-DCMAKE_BUILD_TYPE=Release".into()];
     let openimageio = pair(&folder, "openimageio", &root().join("plugins/oiio"), &found)?;
-    let openvdb = pair(&folder, "openvdb", &root().join("cpp/openvdb"), &["-DCMAKE_BUILD_TYPE=Release".into()])?;
+    let module = built.join(module::FILE);
+    strip(&module::path(), &module)?;
+    let options = [define("RELIEVO_OPENVDB_MODULE", &module)];
+    let openvdb = pair(&folder, "openvdb", &root().join("cpp/openvdb"), &options)?;
     Ok(Packages { library, openimageio, openvdb })
 }
 
