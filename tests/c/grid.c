@@ -53,6 +53,7 @@ int main(void) {
     const RlvParameter *rows = NULL;
     size_t count = 0;
     serial.threads = 1;
+    serial.memory_limit = 1 << 28;
     CHECK_OK(rlv_context_create(&serial, &context));
     CHECK_OK(rlv_grid_params(&rows, &count));
     CHECK(count == 8 && strcmp(rows[0].name, "voxel") == 0 && rows[0].offset == offsetof(RlvGridSettings, voxel));
@@ -190,7 +191,7 @@ int main(void) {
     double value;
     settings.voxel = -1.0f;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_grid_from_mesh(box, &settings, NULL, NULL, &untouched), "voxel");
-    settings.voxel = 1e-6f;
+    settings.voxel = 1e-4f;
     CHECK_FAILS(RLV_ERROR_MEMORY, rlv_grid_from_mesh(box, &settings, NULL, NULL, &untouched), "memory");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_grid_sample(grid, nowhere, 1, 0, 1, &value, 1), "finite");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_grid_change(grid, 9, NULL, NULL, NULL, &untouched), "change");

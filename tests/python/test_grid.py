@@ -54,7 +54,7 @@ def alone(code, *arguments):
 
 class Grids(unittest.TestCase):
     def setUp(self):
-        self.context = rl.Context(threads=1)
+        self.context = rl.Context(threads=1, memory_limit=1 << 28)
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
         self.path = Path(self.folder.name) / "grid.vdb"
@@ -103,7 +103,7 @@ class Grids(unittest.TestCase):
             (lambda: grid.change("melt"), rl.Invalid),
             (lambda: grid.mesh(), rl.Invalid),
             (lambda: rl.Grid.read(self.context, "none.vdb"), rl.NotFound),
-            (lambda: rl.Grid.from_mesh(box(self.context), voxel=1e-6), rl.MemoryLimit),
+            (lambda: rl.Grid.from_mesh(box(self.context), voxel=1e-4), rl.MemoryLimit),
         ):
             with self.assertRaises(kind):
                 call()

@@ -70,7 +70,7 @@ fn meshes_become_grids_and_meshes_again() {
     for (arguments, why) in [
         (&["grid", "mesh", "both.vdb", "-o", "none.ply", "--label", "7"][..], "no surface"),
         (&["grid", "mesh", "box.vdb", "-o", "none.ply", "--grid", "smoke"], "box (Tree_float_5_4_3)"),
-        (&["grid", "convert", "box.obj", "-o", "none.vdb", "--voxel", "0.00001"], "memory limit"),
+        (&["grid", "convert", "box.obj", "-o", "none.vdb", "--voxel", "0.0001"], "memory limit"),
         (&["grid", "combine", "box.vdb", "fog.vdb", "-o", "none.vdb"], "kind and class"),
         (&["grid", "info", "box.obj"], "not begin as OpenVDB"),
     ] {
