@@ -62,6 +62,10 @@ impl Grid {
         progress: &mut dyn Progress,
     ) -> Result<Self> {
         let (own, second) = (self.info()?, other.info()?);
+        if (own.kind, own.class) != (second.kind, second.class) {
+            let error = Error::invalid("the grids are not of one kind and class").at("grids");
+            return Err(error.advise("convert one of them first"));
+        }
         if own.transform != second.transform {
             check_resampled(&second, &own.transform, context)?;
         }
