@@ -1,4 +1,4 @@
-/* Makes a level set of a mesh, rounds and thickens it, writes it as an OpenVDB file, reads it back and meshes it.
+/* Makes a level set of a closed mesh, rounds and thickens it, writes it as an OpenVDB file, reads it back and meshes it.
  *
  *     grid MESH FILE.vdb RESULT.obj VOXEL
  */

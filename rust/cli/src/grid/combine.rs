@@ -12,10 +12,10 @@ use crate::Outcome;
 
 /// Combines grids of OpenVDB files, meshes and particles, from left to right. All become as the first one: its voxels and
 /// its kind of values.
-///
-/// Example: relievo grid combine block.obj hole.obj -o part.vdb --operation difference --voxel 0.01
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(
+    after_help = "Example: relievo grid combine block.obj hole.obj -o part.vdb --operation difference --voxel 0.01"
+)]
 pub struct Arguments {
     /// The OpenVDB files, meshes or particles; two at least.
     #[arg(value_name = "FILE", required = true, num_args = 2..)]

@@ -12,10 +12,10 @@ use crate::Outcome;
 
 /// Converts the grids of an OpenVDB file, a mesh, or particles to an OpenVDB file. Steps are done in this order: a label,
 /// a level set or fog, an offset, smoothing, resampling, the kind of values.
-///
-/// Example: relievo grid convert bunny.obj -o bunny.vdb --voxel 0.001 --offset 0.002 --smooth mean --to fog
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(
+    after_help = "Example: relievo grid convert bunny.obj -o bunny.vdb --voxel 0.001 --offset 0.002 --smooth mean --to fog"
+)]
 pub struct Arguments {
     /// The OpenVDB file, the mesh, or the particles.
     #[arg(value_name = "FILE")]

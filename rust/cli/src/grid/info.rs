@@ -10,10 +10,8 @@ use serde_json::{Value, json};
 use crate::Outcome;
 
 /// Lists the grids of an OpenVDB file without reading the values of their leaves. The OpenVDB module is not needed.
-///
-/// Example: relievo grid info smoke.vdb --json
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(after_help = "Example: relievo grid info smoke.vdb --json")]
 pub struct Arguments {
     /// The file.
     #[arg(value_name = "FILE.vdb")]

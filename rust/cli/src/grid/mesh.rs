@@ -10,10 +10,8 @@ use super::{Bar, Limits, mesh_of};
 use crate::Outcome;
 
 /// Meshes the surface of a grid: where a level set is 0, fog has a density, or a mask, a bool or a label ends.
-///
-/// Example: relievo grid mesh bunny.vdb -o bunny.ply --adaptivity 0.1
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(after_help = "Example: relievo grid mesh bunny.vdb -o bunny.ply --adaptivity 0.1")]
 pub struct Arguments {
     /// The OpenVDB file.
     #[arg(value_name = "FILE.vdb")]
@@ -61,7 +59,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let (triangles, quads) = (polygons.triangles.len(), polygons.quads.len());
     if triangles + quads == 0 {
         let error = Error::invalid(format!("the grid has no surface at {value}"));
-        return Err(named(error.advise("take another --value or --label")).into());
+        return Err(named(
+            error.advise("take another --value or --label; a mesh with holes has no inside: repair it first"),
+        )
+        .into());
     }
     relievo_meshio::write(&arguments.output, &mesh_of(polygons))?;
     crate::print(&format!("{quads} quads, {triangles} triangles\n"))?;

@@ -174,10 +174,15 @@ impl Grid {
             return Err(error.at("band").advise("use a finite value, and a band of 1 to 100"));
         }
         let module = Module::open()?;
-        Self::long(context, "level set", progress, |out, how, error| {
+        let mut made = Self::long(context, "level set", progress, |out, how, error| {
             // SAFETY: the grid is alive, and the outputs live through the call.
             unsafe { module.table().rlvdb_to_level_set(self.pointer(), value, band, how, out, error) }
-        })
+        })?;
+        // A level set that is rebuilt has no metadata.
+        if let Some(name) = self.metadata()?.iter().find(|entry| entry.name == "name") {
+            made.set_name(&name.value)?;
+        }
+        Ok(made)
     }
 
     /// Makes a mask of the voxels that have a label. Fails if the grid has no integers.

@@ -84,7 +84,8 @@ impl Module {
         // SAFETY: the module has no constructors of its own; those of OpenVDB and log4cplus have run in other programs'
         // plugins for years. RTLD_LOCAL keeps its names from all others, and it is never closed.
         let library = unsafe { Library::open(Some(&path), RTLD_NOW | RTLD_LOCAL) }.map_err(|error| {
-            named(Error::new(ErrorKind::NotFound, format!("there is no OpenVDB module: {error}")).advise(ADVICE))
+            let cause = std::error::Error::source(&error).map_or(error.to_string(), ToString::to_string);
+            named(Error::new(ErrorKind::NotFound, format!("there is no OpenVDB module: {cause}")).advise(ADVICE))
         })?;
         // SAFETY: the symbols of the module have the types of its header; which header that was is checked next, before
         // anything else is called.

@@ -119,6 +119,9 @@ fn fog_masks_and_labels_become_level_sets() {
     let (a, b) = (level_set([0.0; 3], [2.0, 1.0, 1.0], VOXEL), level_set([1.0, 0.0, 0.0], [3.0, 1.0, 1.0], VOXEL));
     let again = a.fog(&context, &mut Silent).unwrap().level_set(&context, 0.5, 3.0, &mut Silent).unwrap();
     assert_eq!(again.info().unwrap().class, Class::LevelSet);
+    let mut named = a.fog(&context, &mut Silent).unwrap();
+    named.set_name("cloud").unwrap();
+    assert_eq!(named.level_set(&context, 0.5, 3.0, &mut Silent).unwrap().info().unwrap().name, "cloud");
     // Fog is 0.5 in the middle of its ramp, one and a half voxels inside.
     near(inside(&again, 0.0), (2.0 - 3.0 * VOXEL) * (1.0 - 3.0 * VOXEL).powi(2), 0.03);
     let made = labels(&context, &[&a, &b], &[5, 9], &mut Silent).unwrap();
