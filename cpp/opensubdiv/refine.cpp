@@ -133,8 +133,14 @@ void Table::copy_stencils() {
     sizes = refined->GetSizes();
     sources = refined->GetControlIndices();
     weights = refined->GetWeights();
-    // They differ where a face has a point twice.
-    if (sources.size() != weights.size()) throw std::runtime_error("OpenSubdiv's stencils lack sources or weights");
+    // OpenSubdiv leaves one weight more for each point of the cage behind the last stencil where there are no local
+    // points.
+    size_t count = 0;
+    for (const int size : sizes) count += (size_t)size;
+    if (sources.size() < count || weights.size() < count)
+        throw std::runtime_error("OpenSubdiv's stencils lack sources or weights");
+    sources.resize(count);
+    weights.resize(count);
 }
 
 rust::Slice<const Patch> Table::patches() const { return {records.data(), records.size()}; }

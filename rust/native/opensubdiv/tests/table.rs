@@ -197,3 +197,26 @@ fn what_cannot_be_refined_or_evaluated_is_an_error() {
         assert!(bfr.grid(&mesh.points, size, &mut vec![0.0; floats]).is_err());
     }
 }
+
+/// A crease on a regular sheet has stencils and no Gregory patch.
+#[test]
+fn stencils_of_regular_creases_have_a_source_for_each_weight() {
+    let place = |x: u32, y: u32| y * (SIZE + 1) + x;
+    let points = (0..=SIZE).flat_map(|y| (0..=SIZE).map(move |x| [x as f32, y as f32, 0.25 * (x * y) as f32])).collect();
+    let quad = |x, y| [place(x, y), place(x + 1, y), place(x + 1, y + 1), place(x, y + 1)];
+    let corners = (0..SIZE).flat_map(|y| (0..SIZE).flat_map(move |x| quad(x, y))).collect();
+    let mut mesh = Mesh::new(points, vec![4; (SIZE * SIZE) as usize], corners);
+    mesh.creases = (0..SIZE).map(|x| Crease { points: [place(x, 3), place(x + 1, 3)], sharpness: 2.5 }).collect();
+    for single_crease in [false, true] {
+        let table = Table::new(&mesh, &Options { single_crease, ..OPTIONS }).unwrap();
+        let (sources, weights) = table.stencil_weights();
+        assert!(!weights.is_empty() && sources.len() == weights.len(), "{} and {}", sources.len(), weights.len());
+        let mut first = 0;
+        for size in table.stencil_sizes() {
+            let sum: f64 = weights[first..first + *size as usize].iter().sum();
+            first += *size as usize;
+            assert!((sum - 1.0).abs() < 1e-12, "a stencil's weights sum up to {sum}");
+        }
+        assert_eq!(first, weights.len());
+    }
+}
