@@ -170,7 +170,9 @@ unsafe fn numbers<T: Copy, const N: usize>(name: &str, pointer: *const T) -> Res
 fn mesh_of(polygons: Polygons) -> Result<Mesh> {
     let sizes: Vec<u32> = polygons.triangles.iter().map(|_| 3).chain(polygons.quads.iter().map(|_| 4)).collect();
     if sizes.is_empty() {
-        return Err(Error::invalid("the grid has no surface at the value").at("value").advise("take another value; a level set of a mesh with holes has no inside"));
+        return Err(Error::invalid("the grid has no surface at the value")
+            .at("value")
+            .advise("take another value; a level set of a mesh with holes has no inside"));
     }
     let mut corners = polygons.triangles.into_flattened();
     corners.extend(polygons.quads.into_flattened());

@@ -20,12 +20,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 use indicatif::{ProgressBar, ProgressStyle};
-use relievo_core::{Context, ContextOptions, Error, Result};
+use relievo_core::{Context, Error, Result};
 use relievo_particleio::Particles;
 
 pub use self::info::tell;
 pub use self::statistics::{COLUMNS, NAME as STATISTICS};
 use crate::Outcome;
+use crate::limits::Limits;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -45,22 +46,6 @@ enum Task {
     Info(info::Arguments),
     /// Writes particles in another format.
     Convert(convert::Arguments),
-}
-
-#[derive(clap::Args)]
-struct Limits {
-    /// Threads; 0 for one per core. Results do not depend on it.
-    #[arg(long, default_value_t = 0)]
-    threads: usize,
-    /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
-    #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
-    memory_limit: u64,
-}
-
-impl Limits {
-    fn context(&self) -> Result<Context> {
-        Context::new(&ContextOptions { threads: self.threads, memory_limit: self.memory_limit })
-    }
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {

@@ -6,14 +6,13 @@ mod info;
 mod mesh;
 mod source;
 
-use std::io::IsTerminal;
-
 use clap::Subcommand;
-use indicatif::{ProgressBar, ProgressStyle};
-use relievo_core::{Context, ContextOptions, Mesh, Progress, Result};
+use relievo_core::{Mesh, Result};
 use relievo_openvdb::{Grid, Kind, Packing, Polygons, Writing};
 
 use crate::Outcome;
+use crate::bar::Bar;
+use crate::limits::Limits;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -31,22 +30,6 @@ enum Task {
     Mesh(mesh::Arguments),
     /// Combines grids or meshes: union, intersection, difference, or labels of them.
     Combine(combine::Arguments),
-}
-
-#[derive(clap::Args)]
-struct Limits {
-    /// Threads; 0 for one per core. Results do not depend on it.
-    #[arg(long, default_value_t = 0)]
-    threads: usize,
-    /// Bytes that files and grids may occupy, with K, M or G; 0 for no limit.
-    #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
-    memory_limit: u64,
-}
-
-impl Limits {
-    fn context(&self) -> Result<Context> {
-        Context::new(&ContextOptions { threads: self.threads, memory_limit: self.memory_limit })
-    }
 }
 
 /// How values of a file are packed.
@@ -88,35 +71,6 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Task::Convert(arguments) => convert::run(arguments),
         Task::Mesh(arguments) => mesh::run(arguments),
         Task::Combine(arguments) => combine::run(arguments),
-    }
-}
-
-/// Progress on a terminal; elsewhere nothing is shown.
-struct Bar(ProgressBar);
-
-impl Bar {
-    fn new() -> Self {
-        if !std::io::stderr().is_terminal() {
-            return Self(ProgressBar::hidden());
-        }
-        let bar = ProgressBar::new(1000);
-        let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {elapsed}");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-        Self(bar)
-    }
-}
-
-impl Progress for Bar {
-    fn report(&mut self, fraction: f32, stage: &str) -> bool {
-        self.0.set_position((fraction * 1000.0) as u64);
-        self.0.set_message(stage.to_owned());
-        true
-    }
-}
-
-impl Drop for Bar {
-    fn drop(&mut self) {
-        self.0.finish_and_clear();
     }
 }
 

@@ -3,6 +3,7 @@
 //! Results go to standard output, everything else to standard error. Exit codes: 0 done, 1 failed, 2 wrong usage,
 //! 3 files that were compared differ by more than allowed, or a mesh that was checked has defects.
 
+mod bar;
 mod check;
 mod compare;
 mod devices;
@@ -15,6 +16,7 @@ mod fluid;
 mod grid;
 mod import;
 mod info;
+mod limits;
 mod manual;
 mod mesh;
 mod new;

@@ -3,18 +3,17 @@
 mod check;
 mod repair;
 
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 use clap::{Subcommand, ValueEnum};
-use indicatif::{ProgressBar, ProgressStyle};
 use relievo_core::parameter::Switch;
-use relievo_core::{Context, ContextOptions, Error, Mesh, Progress, Result};
+use relievo_core::{Context, Error, Mesh, Result};
 use relievo_repair::{Element, Finding, RepairSettings, Report, Topology};
 use serde_json::{Value, json};
 
 use crate::Outcome;
+use crate::bar::Bar;
+use crate::limits::Limits;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -76,12 +75,8 @@ struct Common {
     /// Print JSON for programs.
     #[arg(long)]
     json: bool,
-    /// Threads; 0 for one per core. Results do not depend on it.
-    #[arg(long, default_value_t = 0)]
-    threads: usize,
-    /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
-    #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
-    memory_limit: u64,
+    #[command(flatten)]
+    limits: Limits,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -126,48 +121,13 @@ impl Common {
     }
 
     fn read(&self) -> Result<(Context, Mesh)> {
-        let context = Context::new(&ContextOptions { threads: self.threads, memory_limit: self.memory_limit })?;
+        let context = self.limits.context()?;
         let mesh = relievo_meshio::read(&context, &self.file)?;
         Ok((context, mesh))
     }
 
     fn place(&self) -> String {
         self.file.display().to_string()
-    }
-}
-
-/// A bar on a terminal for what takes over a second.
-struct Bar {
-    start: Instant,
-    bar: Option<ProgressBar>,
-}
-
-impl Bar {
-    fn new() -> Self {
-        Self { start: Instant::now(), bar: None }
-    }
-}
-
-impl Progress for Bar {
-    fn report(&mut self, fraction: f32, stage: &str) -> bool {
-        if self.bar.is_none() && self.start.elapsed() > Duration::from_secs(1) && std::io::stderr().is_terminal() {
-            let style = ProgressStyle::with_template("{bar:30} {percent}%, {eta} left, {msg}");
-            self.bar =
-                style.ok().map(|style| ProgressBar::new(1000).with_style(style).with_elapsed(self.start.elapsed()));
-        }
-        if let Some(bar) = &self.bar {
-            bar.set_message(stage.to_owned());
-            bar.set_position((1000.0 * fraction) as u64);
-        }
-        true
-    }
-}
-
-impl Drop for Bar {
-    fn drop(&mut self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
     }
 }
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use clap::Subcommand;
 use relievo_core::progress::Silent;
-use relievo_core::{Context, ContextOptions, Error, Result};
+use relievo_core::{Context, Error, Result};
 use relievo_gpu::Device;
 use relievo_lod::Progressive;
 use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit as MeshEdit, EditJournal, Front, Input};
@@ -18,6 +18,7 @@ use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit as MeshEdit, 
 use self::picture::{Drawing, Panel};
 use crate::Outcome;
 use crate::edits::Change;
+use crate::limits::Limits;
 use crate::run::Device as Kind;
 use crate::simplify::{Attributes, SEAMS, faces};
 
@@ -152,22 +153,6 @@ pub struct Level {
     /// The finest level of at most this share of the triangles, from 0 to 1.
     #[arg(long, value_name = "R")]
     pub ratio: Option<f64>,
-}
-
-#[derive(clap::Args)]
-struct Limits {
-    /// Threads; 0 for one per core. Results do not depend on it.
-    #[arg(long, default_value_t = 0)]
-    threads: usize,
-    /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
-    #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
-    memory_limit: u64,
-}
-
-impl Limits {
-    fn context(&self) -> Result<Context> {
-        Context::new(&ContextOptions { threads: self.threads, memory_limit: self.memory_limit })
-    }
 }
 
 impl Level {

@@ -202,7 +202,8 @@ fn what_cannot_be_refined_or_evaluated_is_an_error() {
 #[test]
 fn stencils_of_regular_creases_have_a_source_for_each_weight() {
     let place = |x: u32, y: u32| y * (SIZE + 1) + x;
-    let points = (0..=SIZE).flat_map(|y| (0..=SIZE).map(move |x| [x as f32, y as f32, 0.25 * (x * y) as f32])).collect();
+    let points =
+        (0..=SIZE).flat_map(|y| (0..=SIZE).map(move |x| [x as f32, y as f32, 0.25 * (x * y) as f32])).collect();
     let quad = |x, y| [place(x, y), place(x + 1, y), place(x + 1, y + 1), place(x, y + 1)];
     let corners = (0..SIZE).flat_map(|y| (0..SIZE).flat_map(move |x| quad(x, y))).collect();
     let mut mesh = Mesh::new(points, vec![4; (SIZE * SIZE) as usize], corners);

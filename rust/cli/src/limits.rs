@@ -1,0 +1,20 @@
+//! Options that bound the threads and the memory of a command.
+
+use relievo_core::{Context, ContextOptions, Result};
+
+#[derive(clap::Args)]
+pub struct Limits {
+    /// Threads; 0 for one per core. Results do not depend on it.
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+    /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
+    #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
+    pub memory_limit: u64,
+}
+
+impl Limits {
+    /// Makes a context with these limits.
+    pub fn context(&self) -> Result<Context> {
+        Context::new(&ContextOptions { threads: self.threads, memory_limit: self.memory_limit })
+    }
+}
