@@ -14,6 +14,7 @@ mod edits;
 mod export;
 mod fluid;
 mod grid;
+mod groups;
 mod import;
 mod info;
 mod limits;
@@ -34,11 +35,11 @@ mod triangles;
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use relievo_core::{Context, ContextOptions, Result};
 use relievo_scene::diagnostic::Failure;
 
-/// Surfaces that are dented where objects collide with them.
+/// Surfaces and effects: displacement, painting, imprints, levels of detail, repair, fluids and grids.
 #[derive(Parser)]
 #[command(name = "relievo", version, propagate_version = true, max_term_width = 100)]
 struct Arguments {
@@ -93,7 +94,9 @@ enum Command {
 type Outcome = std::result::Result<ExitCode, Failure>;
 
 fn main() -> ExitCode {
-    let outcome = match Arguments::parse().command {
+    let matches = groups::grouped(Arguments::command()).get_matches();
+    let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    let outcome = match arguments.command {
         Command::Run(arguments) => run::run(&arguments),
         Command::New(arguments) => new::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
@@ -160,7 +163,6 @@ mod tests {
 
     #[test]
     fn arguments_are_consistent() {
-        use clap::CommandFactory;
         Arguments::command().debug_assert();
     }
 
