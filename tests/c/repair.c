@@ -26,7 +26,7 @@ static void soup(float *points, uint32_t *corners, float *uvs) {
 
 static uint32_t cancel(void *user, float fraction, const char *stage) {
     (void)user, (void)fraction, (void)stage;
-    return 0;
+    return RLV_PROGRESS_CANCEL;
 }
 
 int main(void) {
