@@ -53,6 +53,11 @@ std::int32_t guarded(RlvdbError* error, const Call& call) noexcept {
         return failed(RLVDB_MEMORY, "an allocation failed");
     } catch (const std::length_error&) {
         return failed(RLVDB_MEMORY, "an array would be longer than memory is");
+    } catch (const openvdb::IoError& exception) {
+        return failed(RLVDB_FAILED, exception.what());
+    } catch (const openvdb::Exception& exception) {
+        // OpenVDB throws these for numbers and grids that an operation cannot take.
+        return failed(RLVDB_INVALID, exception.what());
     } catch (const std::exception& exception) {
         return failed(RLVDB_FAILED, exception.what());
     } catch (...) {

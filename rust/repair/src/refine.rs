@@ -16,8 +16,12 @@ pub struct Filling {
     pub parents: Vec<[u32; 3]>,
 }
 
-/// The most points that one filling may add.
+/// The most points that one filling may add. A round hole of n edges of one length gets n²/13.
 const MOST_POINTS: usize = 100_000;
+/// The most points that a filling adds to a loop of n points, as a multiple of n².
+const POINTS_OF_LOOP: usize = 8;
+/// The most rounds of splits, each of which may triple the triangles.
+const MOST_SPLITS: usize = 64;
 /// The most rounds of flips after each round of splits.
 const MOST_FLIPS: usize = 32;
 /// The smallest scale, as a share of the mean of those above zero: where points coincide, splits would not end.
@@ -41,7 +45,8 @@ pub fn refine(filling: &mut Filling, scales: &[f64], is_taken: &dyn Fn(u32, u32)
     }
     let mean = scales.iter().sum::<f64>() / count as f64;
     let mut scales: Vec<f64> = scales.iter().map(|scale| scale.max(SMALLEST * mean)).collect();
-    loop {
+    let most = MOST_POINTS.min(POINTS_OF_LOOP * border * border);
+    for _ in 0..MOST_SPLITS {
         let mut faces = Vec::new();
         let mut added = Vec::new();
         for (face, triangle) in (0..).zip(&filling.triangles) {
@@ -66,10 +71,11 @@ pub fn refine(filling: &mut Filling, scales: &[f64], is_taken: &dyn Fn(u32, u32)
         patch.split_faces(&faces, &added)?;
         relax(&mut patch, filling, border, is_taken)?;
         filling.triangles = patch.read()?.triangles;
-        if filling.places.len() - border > MOST_POINTS {
-            return Ok(());
+        if filling.places.len() - border > most {
+            break;
         }
     }
+    Ok(())
 }
 
 /// Flips edges until the angles opposite to each add up to no more than half a turn.
