@@ -12,6 +12,7 @@ import numpy
 from bpy_extras import view3d_utils
 
 from . import job, settings, state, stroke, view
+from .error import Refused
 
 
 def brush_of(scene, action):
@@ -67,7 +68,7 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         name="Points", description="JSON list of points: x, y, z in the world, pressure, seconds", options={"SKIP_SAVE"}
     )
 
-    failures = (state.Refused, rl.RelievoError, OSError)
+    failures = (Refused, rl.RelievoError, OSError)
     # Whether the pointer draws it.
     is_drawn = False
 
@@ -95,7 +96,7 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         try:
             points = rl.stroke.points_of(json.loads(self.points))
         except (ValueError, rl.RelievoError) as failure:
-            raise state.Refused(f"The points are not a list of x, y, z, pressure and time: {failure}") from None
+            raise Refused(f"The points are not a list of x, y, z, pressure and time: {failure}") from None
         target = state.source_of(context.active_object)
         made = yield from opening(context, target, self.action)
         self.warn(made.take_notes())
@@ -256,7 +257,7 @@ class RELIEVO_OT_replay(job.Steps, bpy.types.Operator):
     bl_label = "Make strokes again"
     bl_options = {"REGISTER"}
 
-    failures = (state.Refused, rl.RelievoError, OSError)
+    failures = (Refused, rl.RelievoError, OSError)
 
     @classmethod
     def poll(cls, context):

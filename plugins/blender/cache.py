@@ -10,7 +10,7 @@ import bpy
 import numpy
 
 from . import preferences
-from .state import Refused
+from .error import Refused
 
 # name, version, points, first frame, frames per sample, samples
 HEADER = struct.Struct("<12siiffi")

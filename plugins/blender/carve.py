@@ -9,7 +9,8 @@ import bpy
 import librelievo as rl
 import numpy
 
-from . import brush, job, pointer, pose, progressive, state, stroke
+from . import brush, job, pointer, pose, progressive, stroke
+from .error import Refused
 
 HINT = "Draw on the level; release to keep it, Esc: cancel"
 
@@ -44,7 +45,7 @@ class RELIEVO_OT_levels_sculpt(pointer.Edit, bpy.types.Operator):
         try:
             points = rl.stroke.points_of(json.loads(self.points))
         except (ValueError, rl.RelievoError) as failure:
-            raise state.Refused(f"The points are not a list of x, y, z, pressure and time: {failure}") from None
+            raise Refused(f"The points are not a list of x, y, z, pressure and time: {failure}") from None
         points[:, :3] = points[:, :3] @ inverse[:3, :3].T + inverse[:3, 3]
         return points.tolist()
 

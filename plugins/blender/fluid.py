@@ -8,7 +8,7 @@ import numpy
 from mathutils.kdtree import KDTree
 
 from . import frames, job, mesh, native
-from .state import Refused
+from .error import Refused
 
 # Types of objects that have a mesh when they are evaluated.
 TYPES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}

@@ -11,7 +11,7 @@ import librelievo as rl
 import numpy
 from bpy.app.handlers import persistent
 
-from . import cache, mesh, native, playback, state
+from . import cache, mesh, native, playback, settings, state
 
 # What files of frames begin with, by what they have, and their extensions.
 PARTICLES, SURFACE = "particles", "surface"
@@ -168,9 +168,18 @@ def frame_changed(scene, *_):
             print(f"Relievo: {trouble}")
 
 
+def settings_changed(options, context):
+    """Shows the present frame of a domain as its settings are now."""
+    trouble = show(options.id_data, context.scene.frame_current) if options.role == "DOMAIN" else ""
+    if trouble:
+        print(f"Relievo: {trouble}")
+
+
 def register():
     bpy.app.handlers.frame_change_post.append(frame_changed)
+    settings.listeners["fluid"].append(settings_changed)
 
 
 def unregister():
+    settings.listeners["fluid"].remove(settings_changed)
     bpy.app.handlers.frame_change_post.remove(frame_changed)

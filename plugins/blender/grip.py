@@ -11,7 +11,8 @@ import mathutils
 import numpy
 from bpy_extras import view3d_utils
 
-from . import job, overlay, pointer, progressive, settings, state
+from . import job, overlay, pointer, progressive, settings
+from .error import Refused
 
 # What a notch of the wheel multiplies the radius by.
 NOTCH = 1.1
@@ -26,7 +27,7 @@ def anchors_of(text):
         if any(len(row) != 4 for row in rows):
             raise ValueError("each has four numbers")
     except (ValueError, *progressive.STRANGE) as failure:
-        raise state.Refused(f"The anchors are not a list of x, y, z and radius: {failure}") from None
+        raise Refused(f"The anchors are not a list of x, y, z and radius: {failure}") from None
     return [{"center": row[:3], "radius": row[3]} for row in rows]
 
 
@@ -57,7 +58,7 @@ class RELIEVO_OT_levels_edit(pointer.Edit, bpy.types.Operator):
         """The edit as the object keeps it."""
         length = math.sqrt(sum(value * value for value in self.axis))
         if self.angle and not length:
-            raise state.Refused("The axis has no direction")
+            raise Refused("The axis has no direction")
         handle = {
             "center": list(self.point),
             "radius": self.radius,

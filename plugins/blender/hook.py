@@ -13,7 +13,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import job, levels, playback, pose, progressive
-from .state import Refused
+from .error import Refused
 
 
 def _hooked(scene):

@@ -10,6 +10,7 @@ import numpy
 from librelievo import bake, imprint
 
 from . import cache, job, material, mesh, native, playback, settings, state, view
+from .error import Refused
 
 
 class Presser:
@@ -26,7 +27,7 @@ class Presser:
         posed = evaluated.to_mesh()
         try:
             if posed is None or not len(posed.polygons):
-                raise state.Refused(f"{self.target.name} has no faces to press with")
+                raise Refused(f"{self.target.name} has no faces to press with")
             points, topology = mesh.get_points(posed), state.topology_of(posed)
             if topology != self.topology:
                 # Another mesh, say of a modifier: it presses where it is, since nothing tells where its points were.
@@ -80,7 +81,7 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
 
     image_size: bpy.props.IntProperty(name="Image size", default=1024, min=16, max=16384)
 
-    failures = (state.Refused, rl.RelievoError, OSError)
+    failures = (Refused, rl.RelievoError, OSError)
 
     @classmethod
     def poll(cls, context):
@@ -90,7 +91,7 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
         scene, target = context.scene, state.source_of(context.active_object)
         pressers = pressers_of(context, target)
         if not pressers:
-            raise state.Refused("Select the objects that press, then the one that they dent as the last")
+            raise Refused("Select the objects that press, then the one that they dent as the last")
         first = scene.frame_start if self.frame_start < 0 else self.frame_start
         last = scene.frame_end if self.frame_end < 0 else self.frame_end
         if context.screen is not None and context.screen.is_animation_playing:

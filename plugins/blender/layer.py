@@ -8,6 +8,7 @@ import librelievo as rl
 from librelievo import abi
 
 from . import job, settings, state, view
+from .error import Refused
 
 ACTIONS = [
     ("ACTIVATE", "Make active", "Strokes and imprints go to this layer"),
@@ -22,7 +23,7 @@ class LayerOperator(job.Steps):
     """An operator that edits layers; `change` needs nothing of Blender."""
 
     bl_options = {"REGISTER", "UNDO"}
-    failures = (state.Refused, rl.RelievoError, OSError)
+    failures = (Refused, rl.RelievoError, OSError)
 
     @classmethod
     def poll(cls, context):

@@ -8,7 +8,7 @@ import bpy
 import librelievo as rl
 
 from . import attribute, job, mesh, native, progressive
-from .state import Refused
+from .error import Refused
 
 
 class OnLevels:

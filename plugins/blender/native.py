@@ -5,6 +5,14 @@ import importlib
 import sys
 
 _context = None
+# Returns the device and the number of threads of a context.
+_options = None
+
+
+def configure(options):
+    """Has contexts made with the device and threads that a function returns."""
+    global _options
+    _options = options
 
 
 def _package():
@@ -40,9 +48,7 @@ def context():
     """The context of this session, with the device and threads of the preferences."""
     global _context
     if _context is None:
-        from . import preferences
-
-        options = preferences.get()
+        options = _options()
         # "" is a device that was chosen once and is not there any more.
         device = options.device or "AUTO"
         named = {} if device in ("CPU", "AUTO") else {"adapter": device}

@@ -13,7 +13,7 @@ import bpy
 import numpy
 from bpy.app.handlers import persistent
 
-from . import cache, mesh, state
+from . import cache, mesh, settings, state
 
 _open = {}
 _is_rendering = False
@@ -126,3 +126,16 @@ def resume(target, kept):
     if kept:
         target.relievo.cache = kept
         changed(target)
+
+
+def settings_changed(options, _context):
+    """Goes over to the playback that an object asks for."""
+    changed(options.id_data)
+
+
+def register():
+    settings.listeners["playback"].append(settings_changed)
+
+
+def unregister():
+    settings.listeners["playback"].remove(settings_changed)

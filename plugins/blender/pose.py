@@ -6,7 +6,7 @@ import math
 import mathutils
 import numpy
 
-from .state import Refused
+from .error import Refused
 
 
 def inverse_of(target):

@@ -70,6 +70,7 @@ def get():
 
 
 def register():
+    native.configure(get)
     bpy.utils.register_class(RelievoPreferences)
 
 

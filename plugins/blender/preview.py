@@ -11,6 +11,7 @@ import librelievo as rl
 from bpy.app.handlers import persistent
 
 from . import imprint, job, mesh, settings, state, view
+from .error import Refused
 
 # How often the main thread looks after the preview, seconds.
 PERIOD = 0.02
@@ -33,7 +34,7 @@ class Preview:
         target = bpy.data.objects.get(self.target)
         pressers = [bpy.data.objects[name] for name in self.pressers if name in bpy.data.objects]
         if not state.is_used(target) or not pressers:
-            raise state.Refused("What the preview is of was deleted")
+            raise Refused("What the preview is of was deleted")
         made = yield from state.opening(target)
         if self.clone is None or self.revision != made.revision:
             box = []
@@ -85,7 +86,7 @@ class Preview:
                 self.worker = job.Worker(self.steps(context))
             if self.worker.advance(patience):
                 self.worker = None
-        except (state.Refused, rl.RelievoError, OSError) as failure:
+        except (Refused, rl.RelievoError, OSError) as failure:
             cancelled, self.worker = self.worker.is_cancelled, None
             if not cancelled:
                 self.message = str(failure)
@@ -218,7 +219,7 @@ class RELIEVO_OT_preview(job.Steps, bpy.types.Operator):
     bl_label = "Live preview"
     bl_options = {"REGISTER", "UNDO"}
 
-    failures = (state.Refused, rl.RelievoError, OSError)
+    failures = (Refused, rl.RelievoError, OSError)
 
     @classmethod
     def poll(cls, context):
@@ -232,7 +233,7 @@ class RELIEVO_OT_preview(job.Steps, bpy.types.Operator):
         target = state.source_of(context.active_object)
         pressers = imprint.pressers_of(context, target)
         if not pressers:
-            raise state.Refused("Select the objects that press, then the one that they dent as the last")
+            raise Refused("Select the objects that press, then the one that they dent as the last")
         made = yield from state.opening(target)
         self.warn(made.take_notes())
         yield from state.placing(made, target, context.evaluated_depsgraph_get())
@@ -245,9 +246,11 @@ class RELIEVO_OT_preview(job.Steps, bpy.types.Operator):
 def register():
     bpy.utils.register_class(RELIEVO_OT_preview)
     job.interrupts.append(interrupt)
+    settings.listeners["imprint"].append(settings_changed)
 
 
 def unregister():
     end()
+    settings.listeners["imprint"].remove(settings_changed)
     job.interrupts.remove(interrupt)
     bpy.utils.unregister_class(RELIEVO_OT_preview)

@@ -15,8 +15,8 @@ import bpy
 import librelievo as rl
 import numpy
 
-from . import attribute, job, mesh, native, pose, stroke
-from .state import Refused
+from . import attribute, job, mesh, native, pose, settings, stroke
+from .error import Refused
 
 # Version of what objects keep; a file with a newer one is refused with a message. Edits of the first are handles alone,
 # and only the third has hooks.
@@ -445,3 +445,16 @@ def forget_all():
     while _wholes:
         _wholes.popitem()[1].release()
     _troubles.clear()
+
+
+def settings_changed(options, _context):
+    """Shows the level that the settings of an object ask for."""
+    changed(options.id_data)
+
+
+def register():
+    settings.listeners["level"].append(settings_changed)
+
+
+def unregister():
+    settings.listeners["level"].remove(settings_changed)

@@ -11,6 +11,7 @@ import numpy
 from librelievo import abi, bake, ptex
 
 from . import cache, job, material, mesh, playback, state, view
+from .error import Refused
 
 
 def corner_places(corners, sizes, is_triangles):
@@ -39,7 +40,7 @@ class ResultOperator(job.Steps):
     """An operator on the state of the active object, in the pose of this frame."""
 
     bl_options = {"REGISTER", "UNDO"}
-    failures = (state.Refused, rl.RelievoError, OSError)
+    failures = (Refused, rl.RelievoError, OSError)
 
     @classmethod
     def poll(cls, context):
@@ -80,7 +81,7 @@ class RELIEVO_OT_result_image(ResultOperator, bpy.types.Operator):
 
     def make(self, context, target, made):
         if mesh.get_uvs(target.data) is None:
-            raise state.Refused(f"{target.name} has no texture coordinates; unwrap it first")
+            raise Refused(f"{target.name} has no texture coordinates; unwrap it first")
         path = cache.path_of(target, f"_{self.quantity.lower()}.exr")
         size = context.scene.relievo.image_size
         options = {"quantity": self.quantity.lower(), "width": size, "height": size}

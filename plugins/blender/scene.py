@@ -13,6 +13,7 @@ import mathutils
 import numpy
 
 from . import imprint, job, mesh, settings, state, stroke
+from .error import Refused
 
 
 def name_of(target):
@@ -42,7 +43,7 @@ def placement(matrix, near=None):
     turn, stretch = turn * signs, stretch * signs[:, None]
     scale = numpy.diag(stretch)
     if not numpy.all(scale):
-        raise state.Refused("An object has no size along one of its axes")
+        raise Refused("An object has no size along one of its axes")
     shear = stretch / scale
     rotation = mathutils.Matrix(turn.tolist())
     angles = rotation.to_euler("XYZ", near) if near is not None else rotation.to_euler("XYZ")
@@ -76,7 +77,7 @@ class Moving:
         posed = evaluated.to_mesh()
         try:
             if posed is None or not len(posed.polygons):
-                raise state.Refused(f"{self.target.name} has no faces to press with")
+                raise Refused(f"{self.target.name} has no faces to press with")
             self._add(posed, mesh.get_points(posed))
         finally:
             evaluated.to_mesh_clear()
@@ -84,7 +85,7 @@ class Moving:
     def _add(self, source, points):
         topology = state.topology_of(source)
         if self.topology not in (None, topology):
-            raise state.Refused(f"{self.target.name} gets other faces on the way, which scene files cannot have")
+            raise Refused(f"{self.target.name} gets other faces on the way, which scene files cannot have")
         self.topology = topology
         if self.meshes and numpy.array_equal(points, self.meshes[-1][1]):
             self.meshes.append(self.meshes[-1])
@@ -203,7 +204,7 @@ class RELIEVO_OT_export_scene(job.FileSteps, bpy.types.Operator):
     bl_options = {"REGISTER"}
     filename_ext = ".toml"
 
-    failures = (state.Refused, rl.RelievoError, OSError)
+    failures = (Refused, rl.RelievoError, OSError)
 
     start: bpy.props.EnumProperty(
         name="Start from",
@@ -227,7 +228,7 @@ class RELIEVO_OT_export_scene(job.FileSteps, bpy.types.Operator):
         moving = [Moving(target, True), *(Moving(other, False) for other in pressers)]
         names = [name_of(entry.target) for entry in moving]
         if len(set(names)) < len(names):
-            raise state.Refused("Two objects have the same name but for punctuation; rename one")
+            raise Refused("Two objects have the same name but for punctuation; rename one")
         first, last = scene.frame_start, scene.frame_end if pressers else scene.frame_start
         fps, now = scene.render.fps / scene.render.fps_base, scene.frame_current
         try:

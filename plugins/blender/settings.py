@@ -82,27 +82,24 @@ def automatic_cells(tiles, most):
     return cells
 
 
-def _imprint_changed(group, context):
-    from . import preview
+# Functions of a group of settings and a context, called when settings of a kind change. Modules that follow settings
+# add theirs when they are registered, so that this module imports none of them.
+listeners = {"imprint": [], "playback": [], "level": [], "fluid": []}
 
-    preview.settings_changed(group, context)
+
+def _changed(kind):
+    """The update callback of a property whose listeners are those of a kind."""
+
+    def tell(group, context):
+        for function in listeners[kind]:
+            function(group, context)
+
+    return tell
 
 
 RelievoBrushSettings = group_of("RelievoBrushSettings", brush.params())
 RelievoStampSettings = group_of("RelievoStampSettings", brush.stamp_params())
-RelievoImprintSettings = group_of("RelievoImprintSettings", imprint.params(), update=_imprint_changed)
-
-
-def _playback_changed(options, _context):
-    from . import playback
-
-    playback.changed(options.id_data)
-
-
-def _level_changed(options, _context):
-    from . import progressive
-
-    progressive.changed(options.id_data)
+RelievoImprintSettings = group_of("RelievoImprintSettings", imprint.params(), update=_changed("imprint"))
 
 
 class RelievoBrush(bpy.types.PropertyGroup):
@@ -165,7 +162,7 @@ class RelievoProgressive(bpy.types.PropertyGroup):
             ("TRIANGLES", "Triangles", "The number of triangles"),
             ("ERROR", "Error", "How far the level may be from the finest"),
         ],
-        update=_level_changed,
+        update=_changed("level"),
     )
     ratio: bpy.props.FloatProperty(
         name="Ratio",
@@ -175,10 +172,10 @@ class RelievoProgressive(bpy.types.PropertyGroup):
         default=1,
         precision=4,
         subtype="FACTOR",
-        update=_level_changed,
+        update=_changed("level"),
     )
     triangles: bpy.props.IntProperty(
-        name="Triangles", description="Triangles at most; the coarsest level may have more", min=1, update=_level_changed
+        name="Triangles", description="Triangles at most; the coarsest level may have more", min=1, update=_changed("level")
     )
     error: bpy.props.FloatProperty(
         name="Error",
@@ -186,7 +183,7 @@ class RelievoProgressive(bpy.types.PropertyGroup):
         min=0,
         precision=5,
         step=0.1,
-        update=_level_changed,
+        update=_changed("level"),
     )
 
 
@@ -202,14 +199,6 @@ class RelievoHandle(bpy.types.PropertyGroup):
         items=choices(abi.RlvFalloff),
         default="SMOOTH",
     )
-
-
-def _fluid_shown(self, _context):
-    from . import frames
-
-    trouble = frames.show(self.id_data, bpy.context.scene.frame_current) if self.role == "DOMAIN" else ""
-    if trouble:
-        print(f"Relievo: {trouble}")
 
 
 class RelievoFluid(bpy.types.PropertyGroup):
@@ -257,20 +246,20 @@ class RelievoFluid(bpy.types.PropertyGroup):
             ("PARTICLES", "Particles", "The points of the particles"),
             ("SURFACE", "Surface", "The mesh of the surface, from the cache or made when it is shown"),
         ],
-        update=_fluid_shown,
+        update=_changed("fluid"),
     )
     function: bpy.props.EnumProperty(
         name="Function",
         description="What the surface is of",
         items=choices(abi.RlvIsosurfaceFunction),
         default="ZHU_BRIDSON",
-        update=_fluid_shown,
+        update=_changed("fluid"),
     )
     cell: bpy.props.FloatProperty(
-        name="Cell", description="Size of the mesh's cells in halves of the spacing", min=0.1, max=4, default=1, update=_fluid_shown
+        name="Cell", description="Size of the mesh's cells in halves of the spacing", min=0.1, max=4, default=1, update=_changed("fluid")
     )
     smoothing: bpy.props.IntProperty(
-        name="Smoothing", description="Steps that smooth the mesh", min=0, max=1000, default=4, update=_fluid_shown
+        name="Smoothing", description="Steps that smooth the mesh", min=0, max=1000, default=4, update=_changed("fluid")
     )
     result: bpy.props.PointerProperty(name="Result", description="What shows the fluid", type=bpy.types.Object)
     cache: bpy.props.StringProperty(name="Cache", description="The folder of the frames")
@@ -298,7 +287,7 @@ class RelievoObject(bpy.types.PropertyGroup):
             ("MODIFIER", "Mesh Cache", "Blender's own modifier, also where the add-on is not installed"),
             ("HANDLER", "Add-on", "The add-on, which also shows what is between frames"),
         ],
-        update=_playback_changed,
+        update=_changed("playback"),
     )
     cache: bpy.props.StringProperty(name="Cache", description="The baked frames")
     is_preview: bpy.props.BoolProperty(description="Whether the result shows what is not there")

@@ -18,6 +18,7 @@ import librelievo as rl
 import numpy
 
 from . import job, mesh, native, settings, stroke
+from .error import Refused
 
 # Version of what objects keep; a file with a newer one is refused with a message. 2 has with every stroke where the
 # object was, pressure curves and its revision, and the layers.
@@ -27,10 +28,6 @@ DOCUMENT, HISTORY = "relievo_document", "relievo_history"
 PICK_CELLS = 2**19
 
 _states = {}
-
-
-class Refused(Exception):
-    """What the user asked for cannot be done; the message says why."""
 
 
 class State:

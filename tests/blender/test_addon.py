@@ -1,5 +1,6 @@
 """The add-on in Blender, without a window: what operators make, what undo brings back, what files keep."""
 
+import ast
 import json
 import os
 import random
@@ -21,6 +22,24 @@ import host
 class Case(unittest.TestCase):
     def setUp(self):
         self.relievo = host.empty()
+
+
+class Modules(Case):
+    def test_modules_import_each_other_in_no_circle(self):
+        """Imports inside functions count: they are how circles hide."""
+        folder = Path(self.relievo.__file__).parent
+        names = {path.stem for path in folder.glob("*.py")}
+        imports = {}
+        for name in names:
+            found = set()
+            for node in ast.walk(ast.parse((folder / f"{name}.py").read_text())):
+                if isinstance(node, ast.ImportFrom) and node.level == 1:
+                    found |= {node.module.split(".")[0]} if node.module else {alias.name for alias in node.names}
+            imports[name] = (found & names) - {name}
+        # Modules without imports of the rest are taken away until none is left.
+        while done := {name for name, found in imports.items() if not found}:
+            imports = {name: found - done for name, found in imports.items() if name not in done}
+        self.assertEqual(imports, {})
 
 
 class Strokes(Case):

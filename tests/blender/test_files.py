@@ -127,11 +127,11 @@ class Owners(Case):
             linked = wanted.objects[0]
             bpy.context.scene.collection.objects.link(linked)
             self.save(os.path.join(folder, "linking.blend"))
-            with self.assertRaisesRegex(self.relievo.state.Refused, "Make Local"):
+            with self.assertRaisesRegex(self.relievo.error.Refused, "Make Local"):
                 self.relievo.state.of(linked)
             over = linked.override_create()
             bpy.context.scene.collection.objects.link(over)
-            with self.assertRaisesRegex(self.relievo.state.Refused, "Make Local"):
+            with self.assertRaisesRegex(self.relievo.error.Refused, "Make Local"):
                 self.relievo.state.of(over)
             self.save(os.path.join(folder, "linking.blend"))
             local = linked.copy()

@@ -2,7 +2,6 @@
 in Cycles whether the add-on is there or not."""
 
 import os
-import subprocess
 import sys
 import unittest
 from pathlib import Path
