@@ -249,13 +249,13 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         return (self.world @ [*hit["position"].astype(float), 1.0])[:3].tolist()
 
 
-class RELIEVO_OT_replay(job.Steps, bpy.types.Operator):
-    """Make the strokes that the object keeps again, on a new document. Imprints are not kept as strokes. This cannot be
-    undone"""
+class RELIEVO_OT_replay(job.ConfirmedSteps, bpy.types.Operator):
+    """Make the strokes that the object keeps again, on a new document. Imprints are not kept as strokes and go"""
 
     bl_idname = "relievo.replay"
     bl_label = "Make strokes again"
-    bl_options = {"REGISTER"}
+    bl_options = {"REGISTER", "UNDO"}
+    question = "What is shown now gives way to the strokes alone, without imprints. Undo brings it back."
 
     failures = (Refused, rl.RelievoError, OSError)
 
@@ -266,9 +266,7 @@ class RELIEVO_OT_replay(job.Steps, bpy.types.Operator):
 
     def steps(self, context):
         target = state.source_of(context.active_object)
-        state.check(target)
-        state.forget(target)
-        made = yield from state.opening(target)
+        made = yield from state.replaying(target)
         made.record(target)
         yield from state.placing(made, target, context.evaluated_depsgraph_get())
         yield from view.ensuring(target, made)

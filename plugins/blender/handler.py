@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Handlers: documents follow Blender's undo and are put into the file when it is saved; baked frames and previews follow
-the frame."""
+"""Handlers: documents follow Blender's undo; baked frames and previews follow the frame."""
 
 import bpy
 from bpy.app.handlers import persistent
@@ -18,7 +17,6 @@ def after_undo(*_):
 @persistent
 def before_save(*_):
     preview.pause()
-    state.pack_all()
 
 
 @persistent

@@ -186,8 +186,15 @@ class Steps:
         return answer
 
 
+def ask(operator, context, event, text):
+    """Asks whether an operator is to go on, and executes it then. Returns what its `invoke` returns."""
+    # Blender 3.4 shows the label alone.
+    shown = {} if bpy.app.version < (4, 1) else {"title": operator.bl_label, "message": text, "icon": "WARNING"}
+    return context.window_manager.invoke_confirm(operator, event, **shown)
+
+
 class Asking(Steps):
-    """The same for operators that ask for a file first, by the `dialog` that a class mixes in."""
+    """The same for operators that ask first, for a file or whether to go on, by the `dialog` of a class."""
 
     is_confirmed: bpy.props.BoolProperty(options={"HIDDEN", "SKIP_SAVE"})
 
@@ -210,6 +217,19 @@ class FileSteps(Asking, ExportHelper):
     """The same for operators that ask for a file to write."""
 
     dialog = ExportHelper
+
+
+class Question:
+    """The dialog of operators that ask whether to go on; a class has the `question`."""
+
+    def invoke(self, context, event):
+        return ask(self, context, event, self.question)
+
+
+class ConfirmedSteps(Asking):
+    """The same for operators that ask whether to go on."""
+
+    dialog = Question
 
 
 class ReadSteps(Asking, ImportHelper):

@@ -40,7 +40,7 @@ class Preview:
             box = []
             yield 0.0, 0.1, lambda _progress: box.append(made.data())
             self.release()
-            clone = state.State(target, f"preview-{uuid.uuid4().hex}", *box[0])
+            clone = state.State(target, f"preview-{uuid.uuid4().hex}", box[0])
             try:
                 yield 0.1, 0.5, clone.build
             except BaseException:

@@ -162,15 +162,19 @@ class RELIEVO_OT_result_document(FileOperator, bpy.types.Operator):
 
 
 class RELIEVO_OT_clear(bpy.types.Operator):
-    """Forget the detail of the active object: displacement, colours, layers and strokes. This cannot be undone"""
+    """Remove the detail of the active object: displacement, colours, layers and strokes"""
 
     bl_idname = "relievo.clear"
     bl_label = "Clear detail"
-    bl_options = {"REGISTER"}
+    bl_options = {"REGISTER", "UNDO"}
+    question = "Displacement, colours, layers and strokes of the active object are removed. Undo brings them back."
 
     @classmethod
     def poll(cls, context):
         return state.is_editable(context)
+
+    def invoke(self, context, event):
+        return job.ask(self, context, event, self.question)
 
     def execute(self, context):
         job.interrupt()

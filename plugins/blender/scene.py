@@ -271,9 +271,8 @@ class RELIEVO_OT_export_scene(job.FileSteps, bpy.types.Operator):
                 if layers:
                     lines.append(f"layers = [{', '.join(table(layer) for layer in layers)}]")
                 if self.start == "DOCUMENT":
-                    packed, _history = made.data()
                     with open(os.path.join(base, f"{stem}.relievo"), "wb") as file:
-                        file.write(packed)
+                        file.write(made.data().data)
                     lines.append(f"document = {text(f'{stem}.relievo')}")
         for entry in moving:
             if any({**key, "time": 0} != {**entry.keys[0], "time": 0} for key in entry.keys):

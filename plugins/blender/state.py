@@ -3,27 +3,24 @@
 
 The object's `revision` names a state of the document. Blender's undo brings old numbers back, and `follow` then undoes
 or makes again in the document until it is at that revision. A document works on a file in the session's temporary
-folder; saving the .blend puts its bytes into the object, loading takes them from there. An object that has the uid of
-another, since it was duplicated or appended, gets a document of its own before anything is done to it.
+folder; every edit puts what it appended there into the object (see `document`). An object that has the uid of another,
+since it was duplicated or appended, gets a document of its own, made of its own bytes, before anything is done to it.
 """
 
 import contextlib
 import json
-import os
-import tempfile
 import uuid
 
 import bpy
 import librelievo as rl
 import numpy
 
-from . import job, mesh, native, settings, stroke
+from . import document, job, mesh, native, settings, stroke
 from .error import Refused
 
 # Version of what objects keep; a file with a newer one is refused with a message. 2 has with every stroke where the
-# object was, pressure curves and its revision, and the layers.
-FORMAT = 2
-DOCUMENT, HISTORY = "relievo_document", "relievo_history"
+# object was, pressure curves and its revision, and the layers; 3 has the document in pieces.
+FORMAT = 3
 # Triangles of the picture of a surface that the pointer meets.
 PICK_CELLS = 2**19
 
@@ -34,7 +31,7 @@ class State:
     """A detail with its document, and the revisions that the document can go to. It is made in two parts: what Blender
     has of it on the main thread, and the native objects by `build` on any."""
 
-    def __init__(self, target, uid, packed=None, history=None):
+    def __init__(self, target, uid, found=None):
         options, cage = target.relievo, target.data
         self.uid, self.owner = uid, target.name
         self.settings = settings_key(target)
@@ -44,14 +41,14 @@ class State:
         triangles = options.kind == "TRIANGLES"
         self.tile_size = int(options.segments if triangles else options.tile_size)
         self.with_traces = bpy.context.scene.relievo.traces
-        self.path = os.path.join(bpy.app.tempdir or tempfile.gettempdir(), f"{uid}.relievo")
-        self.packed, self.history, self.replayed = packed, history, None
-        if packed is None:
+        self.path = document.path_of(uid)
+        # The document that is opened, if there is one, and the marks of its file (see `document.write`).
+        self.found, self.marks, self.replayed = found, {}, None
+        if found is None:
             self.revisions, self.position = [options.revision], 0
         else:
-            self.revisions, self.position = history["revisions"], history["position"]
+            self.revisions, self.position = list(found.revisions), found.position
         self.counter = max(self.revisions)
-        self.packed_revision = options.revision if packed is not None else None
         self.notes = []
         self.surface = self.detail = self.document = None
         self.tessellation = self.cells = self.positions = self.colors = self.filling = None
@@ -59,7 +56,7 @@ class State:
         self.seen = self.caster = None
 
     def replay(self, target):
-        """Has the strokes that the object keeps made again by `build`, since its document is gone."""
+        """Has the strokes that the object keeps made again by `build`."""
         self.replayed = *stroke.read_all(target), kept_layers(target), target.relievo.revision
         self.revisions = [0]
 
@@ -76,22 +73,24 @@ class State:
         self.detail.add_paint(color=(0.8, 0.8, 0.8, 1.0), **size)
         if self.with_traces:
             self.detail.add_traces()
-        if self.packed is None:
+        if self.found is None:
             self.document = rl.Document(self.detail, self.path)
         else:
             with open(self.path, "wb") as file:
-                file.write(self.packed)
+                file.write(self.found.data)
             self.document = rl.Document.open(self.detail, self.path)
+            self.marks = document.marks_of(self.path, self.found.data)
             if self.document.info.undo_count != self.position:
                 raise Refused(
                     f"The document of {self.owner} was cut; take an older copy of the file, make its strokes again, or "
                     "clear the detail"
                 )
         self.detail.commit()
-        self.packed = self.history = None
+        self.found = None
         if self.replayed is not None:
             self._make_again(*self.replayed)
             self.replayed = None
+        document.note(self.path, self.revisions, self.position)
 
     def _make_again(self, strokes, lost, layers, revision):
         """Strokes that were kept, each an edit again, on layers of their names."""
@@ -120,8 +119,7 @@ class State:
         self.counter = max(self.counter, revision)
         gone = f"; {lost} cannot be (see the console)" if lost else ""
         self.notes.append(
-            f"The document of {self.owner} is gone: {made} strokes were made again{gone}. Imprints are not kept as strokes; "
-            "make them again"
+            f"{made} strokes of {self.owner} were made again{gone}. Imprints are not kept as strokes; make them again"
         )
 
     def _arrange(self, wanted):
@@ -181,6 +179,7 @@ class State:
             self.counter += 1
             self.revisions[self.position + 1 :] = [self.counter]
             self.position += 1
+            document.note(self.path, self.revisions, self.position)
 
     def abandon(self):
         """Takes an edit that was begun back."""
@@ -188,8 +187,10 @@ class State:
         self.detail.commit()
 
     def record(self, target):
-        """Puts into the object what names the state that it is in."""
+        """Puts into the object the state that it is in: the document, its revision and the layers."""
         options = target.relievo
+        if self.revisions != [0]:
+            document.write(target, self.path, self.marks, self.revisions, self.position)
         if options.revision != self.revision:
             options.revision = self.revision
         if options.format < FORMAT:
@@ -228,13 +229,14 @@ class State:
                 return False
             self.position += -1 if back else 1
         self.detail.commit()
+        document.note(self.path, self.revisions, self.position)
         return True
 
     def data(self):
-        """The bytes of the document, and its revisions."""
+        """Returns the document as it is."""
         self.document.sync()
         with open(self.path, "rb") as file:
-            return file.read(), {"revisions": list(self.revisions), "position": self.position}
+            return document.Document(file.read(), list(self.revisions), self.position)
 
     def pick(self):
         """A caster of the surface as it is: of the triangles that are seen, where they are fine enough."""
@@ -266,7 +268,7 @@ class State:
             if part is not None:
                 part.release()
         with contextlib.suppress(OSError):
-            os.remove(self.path)
+            document.remove(self.path)
 
 
 def _is_same(before, now):
@@ -355,32 +357,69 @@ def opening(target):
     options = target.relievo
     native.context()
     if options.uid:
-        yield from _separating(target)
-    state = existing(target)
-    if state is None:
-        packed, history = kept(target)
-        if not options.uid:
-            options.uid, options.format = uuid.uuid4().hex, FORMAT
-        state = State(target, options.uid, packed, history)
-        if packed is None and (options.revision or len(options.strokes)):
-            state.replay(target)
-        yield from _building(state)
-    if state.topology != topology_of(target.data):
-        raise Refused(f"The mesh of {target.name} has other faces than its detail; undo that, or clear the detail")
-    state.owner, wanted = target.name, options.revision
-    came = []
-    yield 0.9, 1.0, lambda _progress: came.append(state.follow(wanted))
-    if not came[0]:
-        # A step whose history is gone, say from before the file was loaded: what was saved is what there is.
-        packed, history = kept(target)
-        if packed is None or wanted not in history["revisions"]:
-            raise Refused(f"The history of {target.name} does not reach back to this step; undo or redo further")
+        _separate(target)
+    state, wanted, came = existing(target), options.revision, []
+    if state is not None:
+        if state.topology != topology_of(target.data):
+            raise Refused(f"The mesh of {target.name} has other faces than its detail; undo that, or clear the detail")
+        state.owner = target.name
+        yield 0.9, 1.0, lambda _progress: came.append(state.follow(wanted))
+        if came[0]:
+            return state
+    # There is none, or its history is gone, say from before the file was loaded: what the object has is what there is.
+    found = _found(target)
+    if state is not None:
         state.release()
         del _states[state.uid]
-        state = State(target, state.uid, packed, history)
-        yield from _building(state)
-        yield 0.9, 1.0, lambda _progress: came.append(state.follow(wanted))
+    if not options.uid:
+        options.uid, options.format = uuid.uuid4().hex, FORMAT
+    state = State(target, options.uid, found)
+    yield from _building(state)
+    yield 0.9, 1.0, lambda _progress: came.append(state.follow(wanted))
+    if not came[-1]:
+        raise Refused(f"The document of {target.name} cannot go to this step; undo or redo further, or clear the detail")
     return state
+
+
+def _found(target):
+    """Returns the document of an object, or None for an object that nothing was done to. Raises Refused where it is lost:
+    what the object shows is not replaced by less unasked."""
+    options, damage = target.relievo, None
+    try:
+        found = document.read(target)
+    except Refused as failure:
+        found, damage = None, failure
+    if found is not None and options.revision in found.revisions:
+        return found
+    left = document.left_behind(options.uid, options.revision) if options.uid else None
+    if left is not None:
+        return left
+    if damage is not None:
+        raise damage
+    if found is not None:
+        raise Refused(
+            f"The history of {target.name} does not reach to this step; undo or redo further, make its strokes again, or "
+            "clear the detail"
+        )
+    if options.revision or len(options.strokes):
+        raise Refused(
+            f"The document of {target.name} is gone; take an older copy of the file, make its strokes again, which leaves "
+            "imprints out, or clear the detail"
+        )
+    return None
+
+
+def replaying(target):
+    """Steps that make a new document of an object from its strokes and put it in the place of the old one; they return
+    the state. The uid is another one, so that undo finds the old document."""
+    check(target)
+    native.context()
+    made = State(target, uuid.uuid4().hex)
+    made.replay(target)
+    yield from _building(made)
+    forget(target)
+    target.relievo.uid = made.uid
+    return made
 
 
 def _building(state):
@@ -391,23 +430,6 @@ def _building(state):
         state.release()
         raise
     _states[state.uid] = state
-
-
-def kept(target):
-    """The document that the file keeps for an object and its revisions, or None twice."""
-    packed, history = target.get(DOCUMENT), target.get(HISTORY)
-    if packed is None or history is None:
-        return None, None
-    try:
-        history = json.loads(history)
-        revisions, position = [int(revision) for revision in history["revisions"]], int(history["position"])
-        if not 0 <= position < len(revisions) or not isinstance(packed, bytes):
-            raise ValueError("a position that does not exist")
-    except (ValueError, KeyError, TypeError) as failure:
-        raise Refused(
-            f"What the file keeps of {target.name} is damaged: {failure}; make its strokes again, or clear the detail"
-        ) from None
-    return packed, {"revisions": revisions, "position": position}
 
 
 def _owner(target):
@@ -426,22 +448,14 @@ def _owner(target):
     return owner
 
 
-def _separating(target):
-    """Gives an object a document of its own if another one has the same uid."""
+def _separate(target):
+    """Gives an object a uid of its own if another one has the same."""
     options = target.relievo
     if _owner(target) == target.name:
         return
-    state = _states.get(options.uid)
     options.uid = uuid.uuid4().hex
     if options.result is not None and options.result.relievo.source != target:
         options.result = None
-    if state is None or options.revision not in state.revisions:
-        packed, history = kept(target)
-        if packed is None:
-            return
-    else:
-        packed, history = state.data()
-    yield from _building(State(target, options.uid, packed, history))
 
 
 def existing(target):
@@ -466,36 +480,12 @@ def follow_all():
                 print(f"Relievo: {target.name}: {failure}")
 
 
-def pack_all():
-    """Before saving: puts documents into their objects."""
-    for target in bpy.data.objects:
-        if not target.relievo.uid or target.library is not None:
-            continue
-        try:
-            job.run(_separating(target))
-            state = existing(target)
-            if state is None or state.packed_revision == state.revision:
-                continue
-            packed, history = state.data()
-        except (Refused, rl.RelievoError, OSError) as failure:
-            print(f"Relievo: {target.name}: {failure}")
-            continue
-        for name, value in ((DOCUMENT, packed), (HISTORY, json.dumps(history))):
-            # Blender 5.0 cuts bytes that are put over others at the first zero.
-            if name in target:
-                del target[name]
-            target[name] = value
-        state.packed_revision = state.revision
-
-
 def forget(target):
-    """Lets the document of an object go, what it keeps in the file too; its strokes stay."""
+    """Releases the document of an object and removes it from the object; its strokes stay."""
     state = _states.pop(target.relievo.uid, None)
     if state is not None:
         state.release()
-    for name in (DOCUMENT, HISTORY):
-        if name in target:
-            del target[name]
+    document.clear(target)
 
 
 def clear(target):

@@ -16,6 +16,7 @@ const PACKAGES: &[&str] = &["bpy==5.0.1", "numpy==1.26.4"];
 const TESTS: &[&str] = &[
     "test_addon.py",
     "test_files.py",
+    "test_storage.py",
     "test_levels.py",
     "test_fluid.py",
     "test_motion.py",
