@@ -1,10 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Baked caches: positions of every frame as PC2, which Blender's Mesh Cache modifier plays without the add-on, and
-numbered images in a material. Paths are kept relative to the .blend file."""
+numbered images in a material. Paths are relative to the .blend file.
+
+A bake is named FILE.OBJECT.ID.NUMBER: the .blend file, the object, an id that no other object of the file has, and a
+number that no earlier bake has. So a bake never writes over another one, and undo finds the frames of the earlier one.
+A bake belongs to an object if file and id are its own and no other object plays it; only then its files are removed.
+"""
 
 import os
 import re
 import struct
+import uuid
+import zlib
 
 import bpy
 import numpy
@@ -14,6 +21,12 @@ from .error import Refused
 
 # name, version, points, first frame, frames per sample, samples
 HEADER = struct.Struct("<12siiffi")
+# The modifier that has the path of a cache.
+MODIFIER = "Relievo cache"
+# Bytes of the names of file and object in the name of a bake.
+LONGEST = 80
+# What follows FILE.OBJECT.ID. in the name of a bake.
+NUMBER = re.compile(r"(\d+)(?!\d)")
 
 
 def folder():
@@ -29,9 +42,61 @@ def folder():
     return full
 
 
-def path_of(target, extension):
-    """A file of the cache for an object."""
-    return os.path.join(folder(), re.sub(r"[^\w.-]", "_", target.name) + extension)
+def clean(name):
+    """Returns a name with nothing that a path or the name of a bake gives a meaning to."""
+    return re.sub(r"[^\w-]", "_", name).encode()[:LONGEST].decode(errors="ignore")
+
+
+def file_name():
+    """Returns what the bakes of this .blend file begin with. Files of the same name may share an absolute folder."""
+    path = bpy.data.filepath
+    if not path:
+        return "untitled"
+    name = clean(os.path.splitext(os.path.basename(path))[0])
+    is_beside = preferences.get().cache_folder.startswith("//")
+    return name if is_beside else f"{name}-{zlib.crc32(os.path.dirname(os.path.abspath(path)).encode()):08x}"
+
+
+def new(target):
+    """Returns the path of a new bake of an object, to which an ending is added. An object whose id another one has too,
+    since one is a copy, gets an id of its own."""
+    options, there = target.relievo, folder()
+    ids = [other.relievo.cache_id for other in bpy.data.objects if other != target]
+    if not options.cache_id or options.cache_id in ids:
+        options.cache_id = uuid.uuid4().hex[:8]
+    numbers = [int(found[2]) for found in map(parts, os.listdir(there)) if found and found[1] == options.cache_id]
+    name = f"{file_name()}.{clean(target.name)}.{options.cache_id}.{max(numbers, default=0) + 1:03d}"
+    return os.path.join(there, name)
+
+
+def parts(name):
+    """Returns file, id and number of the name of a bake, or None for other names."""
+    found = name.split(".", 3)
+    number = NUMBER.match(found[3]) if len(found) == 4 else None
+    return (found[0], found[2], number[1]) if number and re.fullmatch(r"[0-9a-f]{8}", found[2]) else None
+
+
+def bake_of(name):
+    """Returns what the names of all files of a bake have in common, or None for other names: images are a file a frame."""
+    return re.sub(r"_-?\d+\.exr$", ".exr", name) if parts(name) else None
+
+
+def is_own(target, path):
+    """Returns whether the bake at a path belongs to an object, so that its files may be changed and removed."""
+    path = os.path.normpath(bpy.path.abspath(path))
+    found, there = parts(os.path.basename(path)), os.path.normpath(bpy.path.abspath(preferences.get().cache_folder))
+    if found is None or found[:2] != (file_name(), target.relievo.cache_id) or os.path.dirname(path) != there:
+        return False
+    return not any(path == other for holder, other in played() if holder != target)
+
+
+def played():
+    """Yields the objects that play caches, with the normal absolute paths of these."""
+    for target in bpy.data.objects:
+        options = target.relievo
+        for path, result in ((options.cache, options.result), (options.fluid.cache, options.fluid.result)):
+            if path:
+                yield target, os.path.normpath(bpy.path.abspath(attached(result) or path))
 
 
 def relative(path):
@@ -67,11 +132,35 @@ class PointCache:
             os.remove(self.part)
 
 
-def play(result, path, first):
-    """Plays a PC2 file on a result object."""
-    modifier = result.modifiers.get("Relievo cache") or result.modifiers.new("Relievo cache", "MESH_CACHE")
+def attach(result, path):
+    """Gives a result the path of its cache, in a Mesh Cache modifier that is switched off. Blender brings the paths of
+    modifiers along when the file is saved elsewhere or the object is appended, but not those of add-ons' properties."""
+    modifier = result.modifiers.get(MODIFIER) or result.modifiers.new(MODIFIER, "MESH_CACHE")
+    modifier.show_viewport = modifier.show_render = False
     modifier.cache_format = "PC2"
     modifier.filepath = relative(path)
+    return modifier
+
+
+def attached(result):
+    """Returns the path that a result has of its cache, "" if it has none."""
+    modifier = result.modifiers.get(MODIFIER) if result else None
+    return modifier.filepath if modifier is not None else ""
+
+
+def attach_all():
+    """Attaches the paths of caches that an earlier version of the add-on has baked."""
+    for target in bpy.data.objects:
+        options = target.relievo
+        for path, result in ((options.cache, options.result), (options.fluid.cache, options.fluid.result)):
+            if path and result is not None and result.library is None and not attached(result):
+                attach(result, bpy.path.abspath(path))
+
+
+def play(result, path, first):
+    """Plays a PC2 file on a result object."""
+    modifier = attach(result, path)
+    modifier.show_viewport = modifier.show_render = True
     modifier.interpolation = "NONE"
     # The modifier counts samples and does not look at the file's first frame.
     modifier.frame_start = first
@@ -81,6 +170,6 @@ def play(result, path, first):
 
 def stop(result):
     """Shows the detail itself again, and no cache."""
-    modifier = result.modifiers.get("Relievo cache") if result else None
+    modifier = result.modifiers.get(MODIFIER) if result else None
     if modifier is not None:
         result.modifiers.remove(modifier)

@@ -2,12 +2,14 @@
 """Fluids: the box of a domain is a basin, meshes fill it, pour into it and stand or move in it; it is simulated over the
 frames of the scene into a cache. Lengths are metres of the world."""
 
+import os
+
 import bpy
 import librelievo as rl
 import numpy
 from mathutils.kdtree import KDTree
 
-from . import frames, job, mesh, native
+from . import cache, frames, job, mesh, native
 from .error import Refused
 
 # Types of objects that have a mesh when they are evaluated.
@@ -205,17 +207,15 @@ class RELIEVO_OT_fluid_simulate(OnDomain, job.Steps, bpy.types.Operator):
         first, last = scene.frame_start, scene.frame_end
         if context.screen is not None and context.screen.is_animation_playing:
             bpy.ops.screen.animation_cancel(restore_frame=False)
-        folder = frames.folder_of(domain)
         scene.frame_set(first)
         simulation = Simulation(scene, domain, context.evaluated_depsgraph_get())
-        result = frames.result_of(domain)
-        kept, options.cache, options.first, options.last = frames.cache.relative(folder), "", first, first
-        frames.clear(folder)
-        span = last - first + 1
+        folder, span = frames.new_folder(domain), last - first + 1
         try:
             yield 0.0, 1.0 / span, simulation.begin
             yield 1.0 / span, 1.0 / span, lambda _progress: simulation.store(folder, first)
-            options.cache = kept
+            result = frames.result_of(domain)
+            frames.begin(domain, folder)
+            options.first = options.last = first
             for frame in range(first + 1, last + 1):
                 scene.frame_set(frame)
                 simulation.read(context.evaluated_depsgraph_get())
@@ -228,6 +228,8 @@ class RELIEVO_OT_fluid_simulate(OnDomain, job.Steps, bpy.types.Operator):
                 options.last = frame
         finally:
             scene.frame_set(now)
+            if not os.listdir(folder):
+                os.rmdir(folder)
         trouble = frames.show(domain, now)
         if trouble:
             raise Refused(trouble)
@@ -243,40 +245,56 @@ class RELIEVO_OT_fluid_mesh(OnDomain, job.Steps, bpy.types.Operator):
     def steps(self, context):
         domain = context.active_object
         options = domain.relievo.fluid
-        if not options.cache:
+        folder = source = frames.folder_of(domain)
+        if not folder:
             raise Refused(f"{domain.name} has no frames; simulate it first")
         how, span = frames.options_of(domain), options.last - options.first + 1
-        folder = options.cache
+        # Others play what is there, or undo may bring it back.
+        if not cache.is_own(domain, source) or frames.has_surfaces(source):
+            folder = frames.new_folder(domain)
         native.context()
         for number, frame in enumerate(range(options.first, options.last + 1)):
-            paths = [frames.path_of(folder, kind, frame) for kind in (frames.PARTICLES, frames.SURFACE)]
+            before, path = (frames.path_of(place, frames.PARTICLES, frame) for place in (source, folder))
+            meshed = frames.path_of(folder, frames.SURFACE, frame)
 
-            def work(progress, paths=paths):
-                points, triangles, velocities = frames.meshed(*frames.particles(paths[0]), *how, progress)
-                frames.write(paths[1], points=points, triangles=triangles, velocities=velocities)
+            def work(progress, before=before, path=path, meshed=meshed):
+                points, triangles, velocities = frames.meshed(*frames.particles(before), *how, progress)
+                if before != path:
+                    frames.share(before, path)
+                frames.write(meshed, points=points, triangles=triangles, velocities=velocities)
 
             yield number / span, (number + 1) / span, work
+        frames.result_of(domain)
+        frames.begin(domain, folder)
         options.show = "SURFACE"
         frames.show(domain, context.scene.frame_current)
 
 
 class RELIEVO_OT_fluid_clear(OnDomain, bpy.types.Operator):
-    """Forget the frames of the active domain and remove their files"""
+    """Let the frames of the active domain go, and remove their files if no other object or file has them"""
 
     bl_idname = "relievo.fluid_clear"
     bl_label = "Clear frames"
+    question = "The frames of the active domain and their files are removed. Undo does not bring files back."
+
+    def invoke(self, context, event):
+        return job.ask(self, context, event, self.question)
 
     def execute(self, context):
-        options = context.active_object.relievo.fluid
+        domain = context.active_object
+        folder, is_shown = frames.folder_of(domain), frames.shows(domain)
         try:
-            if options.cache:
-                frames.clear(bpy.path.abspath(options.cache))
+            if folder and cache.is_own(domain, folder):
+                frames.clear(folder)
+            elif folder:
+                self.report({"INFO"}, f"{folder} stays: another object or .blend file has it too")
         except OSError as failure:
             self.report({"ERROR"}, str(failure))
             return {"CANCELLED"}
-        options.cache = ""
-        if options.result is not None:
-            options.result.data.clear_geometry()
+        domain.relievo.fluid.cache = ""
+        if is_shown:
+            cache.stop(domain.relievo.fluid.result)
+            domain.relievo.fluid.result.data.clear_geometry()
         return {"FINISHED"}
 
 

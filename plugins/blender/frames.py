@@ -5,6 +5,7 @@ that what was simulated before a cancel plays."""
 
 import os
 import re
+import shutil
 
 import bpy
 import librelievo as rl
@@ -20,11 +21,24 @@ EXTENSIONS = {PARTICLES: "rlvfluid", SURFACE: "npz"}
 FORMAT = 1
 
 
-def folder_of(domain):
-    """The folder of a domain's frames, made if it is not there."""
-    path = os.path.join(cache.folder(), re.sub(r"[^\w.-]", "_", domain.name) + "_fluid")
-    os.makedirs(path, exist_ok=True)
+def new_folder(domain):
+    """Makes a folder for new frames of a domain. Returns its path."""
+    path = f"{cache.new(domain)}_fluid"
+    os.makedirs(path)
     return path
+
+
+def folder_of(domain):
+    """Returns the absolute path of the folder of a domain's frames, "" if it has none."""
+    options = domain.relievo.fluid
+    return options.cache and bpy.path.abspath(cache.attached(options.result) or options.cache)
+
+
+def begin(domain, folder):
+    """Shows the frames of a folder from now on."""
+    options = domain.relievo.fluid
+    options.cache = cache.relative(folder)
+    cache.attach(options.result, folder)
 
 
 def path_of(folder, kind, frame):
@@ -32,10 +46,25 @@ def path_of(folder, kind, frame):
 
 
 def clear(folder):
-    """Removes all frames that are there."""
+    """Removes all frames that are there, and the folder if nothing else is in it."""
     for name in os.listdir(folder):
         if re.fullmatch(rf"({PARTICLES}|{SURFACE})_-?\d+\.(npz|rlvfluid)", name):
             os.remove(os.path.join(folder, name))
+    if not os.listdir(folder):
+        os.rmdir(folder)
+
+
+def has_surfaces(folder):
+    """Returns whether a folder has meshes of surfaces."""
+    return any(name.startswith(f"{SURFACE}_") for name in os.listdir(folder))
+
+
+def share(path, other):
+    """Gives a frame a second name in another folder; without Blender's data. Frames are replaced, never changed."""
+    try:
+        os.link(path, other)
+    except OSError:
+        shutil.copyfile(path, other)
 
 
 def write(path, **arrays):
@@ -122,28 +151,36 @@ def put(result, points, triangles, velocities):
 def result_of(domain):
     """The object that shows a domain's fluid, made if it is not there. What is in it is in the world's space."""
     options = domain.relievo.fluid
-    if not state.is_used(options.result):
+    if not shows(domain):
         name = f"{domain.name} fluid"
         options.result = bpy.data.objects.new(name, bpy.data.meshes.new(name))
         for collection in domain.users_collection or [bpy.context.scene.collection]:
             collection.objects.link(options.result)
         domain.display_type = "WIRE"
         domain.hide_render = True
+    options.result.relievo.fluid.domain = domain
     return options.result
+
+
+def shows(domain):
+    """Returns whether a domain has a result. That of a copy may still be the one of the original."""
+    result = domain.relievo.fluid.result
+    return state.is_used(result) and result.relievo.fluid.domain in (None, domain)
 
 
 def show(domain, frame):
     """Shows a frame of a domain, the first or last one before and after all. Says what is wrong, "" if nothing is."""
     options = domain.relievo.fluid
-    if not options.cache or not state.is_used(options.result):
+    folder = folder_of(domain)
+    if not folder or not shows(domain):
         return ""
     frame = min(max(frame, options.first), options.last)
     try:
-        meshes = path_of(options.cache, SURFACE, frame)
+        meshes = path_of(folder, SURFACE, frame)
         if options.show == "SURFACE" and os.path.exists(meshes):
             put(options.result, *surface(meshes))
             return ""
-        points, velocities = particles(path_of(options.cache, PARTICLES, frame))
+        points, velocities = particles(path_of(folder, PARTICLES, frame))
         if options.show == "SURFACE":
             put(options.result, *meshed(points, velocities, *options_of(domain)))
         else:

@@ -4,7 +4,7 @@
 import bpy
 from bpy.app.handlers import persistent
 
-from . import job, playback, preview, progressive, state
+from . import cache, job, playback, preview, progressive, state
 
 
 @persistent
@@ -17,6 +17,7 @@ def after_undo(*_):
 @persistent
 def before_save(*_):
     preview.pause()
+    cache.attach_all()
 
 
 @persistent

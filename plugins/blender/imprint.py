@@ -100,8 +100,9 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
         self.warn(made.take_notes())
         options, now = settings.values(scene.relievo.imprint), scene.frame_current
         result = yield from view.ensuring(target, made)
-        points = cache.PointCache(cache.path_of(target, ".pc2"), first) if self.cache else None
-        pictures = cache.path_of(target, "_####.exr") if self.images else None
+        bake_path = cache.new(target) if self.cache or self.images else ""
+        points = cache.PointCache(f"{bake_path}.pc2", first) if self.cache else None
+        pictures = f"{bake_path}_####.exr" if self.images else None
         self.size = self.image_size
         fps = scene.render.fps / scene.render.fps_base
         kept = playback.pause(target)

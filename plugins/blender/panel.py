@@ -171,6 +171,7 @@ class RELIEVO_PT_imprint(Panel, bpy.types.Panel):
             bake.cache, bake.images, bake.image_size = cached, pictured, context.scene.relievo.image_size
         options = state.source_of(context.active_object).relievo
         column.prop(options, "playback")
+        column.operator("relievo.cache_clean")
         if options.playback == "HANDLER" and not context.scene.render.use_lock_interface:
             column.label(text="Renders need Render > Lock Interface", icon="INFO")
 
@@ -222,6 +223,7 @@ class RELIEVO_PT_fluid(Panel, bpy.types.Panel):
                 column.prop(options, name)
         column.operator("relievo.fluid_mesh")
         column.operator("relievo.fluid_clear")
+        column.operator("relievo.cache_clean")
 
 
 CLASSES = [

@@ -48,6 +48,11 @@ def points_at(path, frame):
     return ((1.0 - share) * frames[before] + share * frames[before + 1]).astype(numpy.float32)
 
 
+def path_of(target):
+    """Returns the path of an object's cache as it is now, "" if it has none."""
+    return target.relievo.cache and (cache.attached(target.relievo.result) or target.relievo.cache)
+
+
 def show(target, frame):
     """Shows a frame of the cache of an object, if the add-on is to do so."""
     options = target.relievo
@@ -55,7 +60,7 @@ def show(target, frame):
     if options.playback != "HANDLER" or not options.cache or not state.is_used(result):
         return
     try:
-        points = points_at(options.cache, frame)
+        points = points_at(path_of(target), frame)
     except (OSError, ValueError) as failure:
         print(f"Relievo: the cache of {target.name} cannot be played: {failure}")
         return
@@ -93,30 +98,31 @@ def render_ends(*_):
 
 def begin(target, path):
     """Plays a cache from now on, by what the object asks for."""
+    cache.stop(target.relievo.result)
     target.relievo.cache = cache.relative(path)
     changed(target)
 
 
 def changed(target):
     """Goes over to what the object asks for."""
-    options = target.relievo
-    if not options.cache or not state.is_used(options.result):
+    options, path = target.relievo, path_of(target)
+    if not path or not state.is_used(options.result):
         return
     if options.playback == "HANDLER":
-        cache.stop(options.result)
+        cache.attach(options.result, bpy.path.abspath(path))
         show(target, bpy.context.scene.frame_current_final)
     else:
         try:
-            first, _ = frames_of(options.cache)
+            first, _ = frames_of(path)
         except (OSError, ValueError) as failure:
             print(f"Relievo: the cache of {target.name} cannot be played: {failure}")
             return
-        cache.play(options.result, bpy.path.abspath(options.cache), first)
+        cache.play(options.result, bpy.path.abspath(path), first)
 
 
 def pause(target):
     """Shows the detail itself, and no cache. Returns what `resume` needs."""
-    kept, target.relievo.cache = target.relievo.cache, ""
+    kept, target.relievo.cache = path_of(target), ""
     cache.stop(target.relievo.result)
     return kept
 

@@ -82,7 +82,7 @@ class RELIEVO_OT_result_image(ResultOperator, bpy.types.Operator):
     def make(self, context, target, made):
         if mesh.get_uvs(target.data) is None:
             raise Refused(f"{target.name} has no texture coordinates; unwrap it first")
-        path = cache.path_of(target, f"_{self.quantity.lower()}.exr")
+        path = f"{cache.new(target)}_{self.quantity.lower()}.exr"
         size = context.scene.relievo.image_size
         options = {"quantity": self.quantity.lower(), "width": size, "height": size}
         yield 0.0, 1.0, lambda progress: bake.write(made.detail, path, progress, **options)

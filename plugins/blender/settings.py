@@ -262,7 +262,12 @@ class RelievoFluid(bpy.types.PropertyGroup):
         name="Smoothing", description="Steps that smooth the mesh", min=0, max=1000, default=4, update=_changed("fluid")
     )
     result: bpy.props.PointerProperty(name="Result", description="What shows the fluid", type=bpy.types.Object)
-    cache: bpy.props.StringProperty(name="Cache", description="The folder of the frames")
+    domain: bpy.props.PointerProperty(
+        name="Domain", description="The domain whose result this object is", type=bpy.types.Object
+    )
+    cache: bpy.props.StringProperty(
+        name="Cache", description="The folder of the frames; the path that the result has of it comes first"
+    )
     first: bpy.props.IntProperty(description="The first frame of the cache")
     last: bpy.props.IntProperty(description="The last frame of the cache")
 
@@ -289,7 +294,10 @@ class RelievoObject(bpy.types.PropertyGroup):
         ],
         update=_changed("playback"),
     )
-    cache: bpy.props.StringProperty(name="Cache", description="The baked frames")
+    cache: bpy.props.StringProperty(
+        name="Cache", description="The baked frames; the path that the result has of them comes first"
+    )
+    cache_id: bpy.props.StringProperty(description="What names of this object's bakes have in common")
     is_preview: bpy.props.BoolProperty(description="Whether the result shows what is not there")
     kind: bpy.props.EnumProperty(
         name="Surface",

@@ -303,7 +303,7 @@ class Imprints(Case):
             image = bpy.data.objects["field"].active_material.node_tree.nodes["Relievo displacement"].image
             self.assertEqual(image.source, "SEQUENCE")
             self.assertTrue(image.filepath.startswith("//relievo_cache"))
-            self.assertEqual(len(list(Path(moved, "relievo_cache").glob("field_000?.exr"))), 5)
+            self.assertEqual(len(list(Path(moved, "relievo_cache").glob("baked.field.*_000?.exr"))), 5)
 
     def test_nothing_that_presses(self):
         field = host.field()

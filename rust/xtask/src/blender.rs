@@ -17,6 +17,7 @@ const TESTS: &[&str] = &[
     "test_addon.py",
     "test_files.py",
     "test_storage.py",
+    "test_cache.py",
     "test_levels.py",
     "test_fluid.py",
     "test_motion.py",
