@@ -91,13 +91,27 @@ def read(target):
     return Document(data, revisions, position)
 
 
+def is_of(target, path, marks):
+    """Returns whether the document in an object is a beginning of a file, or the object has none with a checksum. Objects
+    of two files, one saved as the other, have one uid and may have one revision, but not one document."""
+    stored = _stored(target)
+    if stored is None:
+        return True
+    length, checksum, _revision = stored
+    if length not in marks:
+        with open(path, "rb") as file:
+            data = file.read(length)
+        marks[length] = zlib.crc32(data) if len(data) == length else None
+    return marks[length] == checksum
+
+
 def write(target, path, marks, revisions, position):
     """Brings the document in an object to its file: appends what the file has and the object has not.
 
     `marks` has the checksums of the file's beginnings by their lengths; an object whose pieces are none of these gets
     the whole file. Raises OSError where the file cannot be read."""
     length, checksum, revision = _stored(target) or (0, 0, None)
-    is_beginning = length > 0 and marks.get(length) == checksum
+    is_beginning = length > 0 and is_of(target, path, marks)
     if is_beginning and revision == revisions[position]:
         return
     if not is_beginning:

@@ -287,7 +287,7 @@ class RELIEVO_OT_fluid_clear(OnDomain, bpy.types.Operator):
             if folder and cache.is_own(domain, folder):
                 frames.clear(folder)
             elif folder:
-                self.report({"INFO"}, f"{folder} stays: another object or .blend file has it too")
+                self.report({"INFO"}, f"{folder} stays: it is not this object's alone")
         except OSError as failure:
             self.report({"ERROR"}, str(failure))
             return {"CANCELLED"}

@@ -363,7 +363,8 @@ def opening(target):
         if state.topology != topology_of(target.data):
             raise Refused(f"The mesh of {target.name} has other faces than its detail; undo that, or clear the detail")
         state.owner = target.name
-        yield 0.9, 1.0, lambda _progress: came.append(state.follow(wanted))
+        is_same = document.is_of(target, state.path, state.marks)
+        yield 0.9, 1.0, lambda _progress: came.append(is_same and state.follow(wanted))
         if came[0]:
             return state
     # There is none, or its history is gone, say from before the file was loaded: what the object has is what there is.

@@ -246,6 +246,25 @@ class Documents(Case):
         bpy.ops.ed.redo()
         self.assertEqual(self.digest(bpy.data.objects["field"]), again)
 
+    def test_two_files_that_went_on_apart_meet(self):
+        """Both objects have one uid and one revision."""
+        field = self.dented()
+        self.save("one.blend")
+        self.imprint(field, 0.2)
+        deep = self.digest(field)
+        self.save("two.blend")
+        field = self.open("one.blend")
+        self.imprint(field, 0.15)
+        revision, uid = field.relievo.revision, field.relievo.uid
+        bpy.data.objects.remove(field)
+        with bpy.data.libraries.load(self.path("two.blend")) as (_there, wanted):
+            wanted.objects = ["field"]
+        field = wanted.objects[0]
+        bpy.context.scene.collection.objects.link(field)
+        self.assertEqual((field.name, field.relievo.revision, field.relievo.uid), ("field", revision, uid))
+        self.assertEqual(self.digest(field), deep)
+        self.check_dent(field, 0.2)
+
     def test_a_uid_is_no_path(self):
         field = self.dented()
         self.relievo.state.forget_all()
