@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Texture coordinates, colours, normals and materials between meshes of Blender and levels.
+"""Texture coordinates, colours, normals and materials between meshes of Blender and those of the library.
 
 The library knows layers by names: that of the active one is "uv" or "color", others have their own names after that.
 """
+
+import math
 
 import librelievo as rl
 import numpy
@@ -39,7 +41,36 @@ def of_triangles(data):
     loops, faces = numpy.empty(3 * count, numpy.int32), numpy.empty(count, numpy.int32)
     data.loop_triangles.foreach_get("loops", loops)
     data.loop_triangles.foreach_get("polygon_index", faces)
-    found, missing, room = [], [], NUMBERS
+    found, missing, room = _of_corners(data, loops, NUMBERS)
+    if data.has_custom_normals:
+        if room < 3:
+            missing.append("custom normals")
+        else:
+            found.append(("normal", meshes.get_normals(data)[loops], "corner"))
+    materials = meshes.get_materials(data)
+    if materials is not None and len(materials) and (materials != materials[0]).any():
+        found.append(("material", materials[faces].astype(numpy.uint32), "face"))
+    return found, missing
+
+
+def of_faces(data):
+    """What a mesh has on its faces as they are, as `of_triangles` has it of triangles, with their shading. Custom normals
+    are left out, since faces may be turned over."""
+    found, missing, _room = _of_corners(data, slice(None), math.inf)
+    if data.has_custom_normals:
+        missing.append("custom normals")
+    materials, smooth = meshes.get_materials(data), numpy.empty(len(data.polygons), bool)
+    if materials is not None and len(materials):
+        found.append(("material", materials.astype(numpy.uint32), "face"))
+    data.polygons.foreach_get("use_smooth", smooth)
+    found.append(("smooth", smooth.astype(numpy.uint32), "face"))
+    return found, missing
+
+
+def _of_corners(data, loops, room):
+    """The layers of texture coordinates and colours at some corners of a mesh, the names of those that have no room, and
+    the room that is left, in numbers."""
+    found, missing = [], []
     for kind, name, layer in _layers(data):
         width = 2 if kind == "uv" else 4
         if width > room or len(name.encode()) > NAME:
@@ -53,15 +84,26 @@ def of_triangles(data):
         layer.data.foreach_get("color", colors.reshape(-1))
         is_point = layer.domain == "POINT"
         found.append((name, colors if is_point else colors[loops], "point" if is_point else "corner"))
-    if data.has_custom_normals:
-        if room < 3:
-            missing.append("custom normals")
-        else:
-            found.append(("normal", meshes.get_normals(data)[loops], "corner"))
-    materials = meshes.get_materials(data)
-    if materials is not None and len(materials) and (materials != materials[0]).any():
-        found.append(("material", materials[faces].astype(numpy.uint32), "face"))
-    return found, missing
+    return found, missing, room
+
+
+def put_faces(data, corners, attributes, names):
+    """Gives a mesh, whose faces have these points at their corners, attributes that `of_faces` has found. `names` are
+    those of active layers."""
+    for found in attributes:
+        values = found.values if found.indices is None else found.values[found.indices]
+        kind, _, name = found.name.partition(" ")
+        name = name or names.get(kind)
+        if kind == "uv":
+            at_corners = values[corners] if found.domain == rl.abi.RlvDomain.POINT else values
+            meshes.set_uvs(data, data.uv_layers.new(name=name), numpy.ascontiguousarray(at_corners))
+        elif kind == "color":
+            domain = "POINT" if found.domain == rl.abi.RlvDomain.POINT else "CORNER"
+            data.color_attributes.new(name, "FLOAT_COLOR", domain).data.foreach_set("color", values.reshape(-1))
+        elif kind == "material":
+            meshes.set_materials(data, values.reshape(-1))
+        elif kind == "smooth":
+            data.polygons.foreach_set("use_smooth", values.reshape(-1).astype(bool))
 
 
 def put(data, level, attributes, names):

@@ -208,10 +208,12 @@ def _welded(corners, uvs):
 
 
 class Filling:
-    """Triangles as arrays that need only be written, with texture coordinates of their corners or None."""
+    """Faces as arrays that need only be written, with texture coordinates of their corners or None: triangles, or faces
+    of the sizes that are given."""
 
-    def __init__(self, corners, count, uvs=None):
+    def __init__(self, corners, count, uvs=None, sizes=None):
         self.corners, self.count, self.uvs = corners, count, uvs
+        self.sizes = numpy.full(len(corners) // 3, 3, numpy.int32) if sizes is None else sizes.astype(numpy.int32)
 
     @classmethod
     def of(cls, made):
@@ -224,14 +226,14 @@ class Filling:
         return cls(made.triangles().reshape(-1).astype(numpy.int32), made.info.point_count, uvs)
 
     def fill(self, mesh, is_smooth=True):
-        """Puts the triangles into an empty mesh of Blender; its points are still to be set."""
-        count = len(self.corners) // 3
+        """Puts the faces into an empty mesh of Blender; its points are still to be set."""
+        count = len(self.sizes)
         mesh.vertices.add(self.count)
         mesh.loops.add(len(self.corners))
         mesh.polygons.add(count)
-        mesh.polygons.foreach_set("loop_start", numpy.arange(0, 3 * count, 3, dtype=numpy.int32))
+        mesh.polygons.foreach_set("loop_start", numpy.cumsum(self.sizes, dtype=numpy.int32) - self.sizes)
         if bpy.app.version < (4, 0):
-            mesh.polygons.foreach_set("loop_total", numpy.full(count, 3, numpy.int32))
+            mesh.polygons.foreach_set("loop_total", self.sizes)
         corners = mesh.attributes.get(".corner_vert")
         if corners is not None:
             corners.data.foreach_set("value", self.corners)

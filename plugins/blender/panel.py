@@ -226,9 +226,26 @@ class RELIEVO_PT_fluid(Panel, bpy.types.Panel):
         column.operator("relievo.cache_clean")
 
 
+class RELIEVO_PT_repair(Panel, bpy.types.Panel):
+    bl_label = "Repair"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return context.active_object is not None and context.active_object.type == "MESH"
+
+    def draw(self, context):
+        column = self.column()
+        draw_table(column, context.scene.relievo.repair)
+        column.operator("relievo.repair")
+        for line in context.active_object.relievo.repair_report.splitlines():
+            column.label(text=line)
+
+
 CLASSES = [
     RELIEVO_PT_levels,
     RELIEVO_PT_fluid,
+    RELIEVO_PT_repair,
     RELIEVO_PT_surface,
     RELIEVO_PT_brush,
     RELIEVO_PT_pressure,

@@ -4,7 +4,7 @@ they never lag behind it."""
 
 import bpy
 import librelievo as rl
-from librelievo import abi, brush, imprint
+from librelievo import abi, brush, imprint, repair
 
 SIZES = [(str(2**n), str(2**n), f"{2**n} numbers along an edge of a face") for n in range(3, 9)]
 CELLS = [(str(2**n), str(2**n), f"{2**n} cells along an edge of a face") for n in range(0, 9)]
@@ -99,6 +99,7 @@ def _changed(kind):
 
 RelievoBrushSettings = group_of("RelievoBrushSettings", brush.params())
 RelievoStampSettings = group_of("RelievoStampSettings", brush.stamp_params())
+RelievoRepairSettings = group_of("RelievoRepairSettings", [one for one in repair.params() if one.name != "listed"])
 RelievoImprintSettings = group_of("RelievoImprintSettings", imprint.params(), update=_changed("imprint"))
 
 
@@ -297,6 +298,7 @@ class RelievoObject(bpy.types.PropertyGroup):
     cache: bpy.props.StringProperty(
         name="Cache", description="The baked frames; the path that the result has of them comes first"
     )
+    repair_report: bpy.props.StringProperty(description="What the last repair found and changed, in lines")
     cache_id: bpy.props.StringProperty(description="What names of this object's bakes have in common")
     is_preview: bpy.props.BoolProperty(description="Whether the result shows what is not there")
     kind: bpy.props.EnumProperty(
@@ -325,6 +327,7 @@ class RelievoScene(bpy.types.PropertyGroup):
 
     brush: bpy.props.PointerProperty(type=RelievoBrush)
     imprint: bpy.props.PointerProperty(type=RelievoImprintSettings)
+    repair: bpy.props.PointerProperty(type=RelievoRepairSettings)
     image_size: bpy.props.IntProperty(name="Image size", description="Pixels", min=16, max=16384, default=1024)
     traces: bpy.props.BoolProperty(
         name="Traces", description="Keep where and how deep contact was, for bakes", default=False
@@ -336,6 +339,7 @@ CLASSES = [
     RelievoBrushSettings,
     RelievoStampSettings,
     RelievoImprintSettings,
+    RelievoRepairSettings,
     RelievoBrush,
     RelievoStroke,
     RelievoEdit,

@@ -316,11 +316,11 @@ class Threads(Case):
     def test_what_takes_long_is_done_on_a_thread(self):
         """Operators that run in a window as steps call of the library on the main thread only what is short."""
         import librelievo as rl
-        from relievo import brush, imprint, job, layer, preview, result, scene
+        from relievo import brush, imprint, job, layer, preview, repair, result, scene
 
         slow = ("surface_create", "detail_create", "document_", "tessellation_create", "tessellation_update", "imprint_run")
         slow += ("imprint_sweep", "stroke_", "caster_create", "bake_", "ptex_", "layer_add", "layer_set", "evaluate", "surface_set")
-        slow += ("mesh_create", "collider_create", "detail_set_points", "layer_merge", "mesh_write", "layer_remove")
+        slow += ("mesh_create", "collider_create", "detail_set_points", "layer_merge", "mesh_write", "layer_remove", "repair_", "mesh_get")
         allowed = {"rlv_document_begin", "rlv_document_info", "rlv_document_release", "rlv_imprint_params", "rlv_stroke_release"}
         main, called = threading.main_thread(), []
         original = rl.library.call
@@ -342,6 +342,10 @@ class Threads(Case):
                 bpy.context.scene.relievo.brush.sculpt_mode = "PINCH"
                 return host.operator(brush.RELIEVO_OT_stroke, action="SCULPT", points=points)
 
+            def mend():
+                host.select(ball)
+                return host.operator(repair.RELIEVO_OT_repair)
+
             work = [
                 lambda: brush.preparing(bpy.context, field, "PAINT"),
                 lambda: host.operator(brush.RELIEVO_OT_stroke, action="PAINT", points=points),
@@ -355,6 +359,7 @@ class Threads(Case):
                 lambda: preview.Preview(field, [ball]).steps(bpy.context),
                 lambda: host.operator(brush.RELIEVO_OT_replay),
                 lambda: host.operator(scene.RELIEVO_OT_export_scene, filepath=path, start="STROKES"),
+                mend,
             ]
             rl.library.call = call
             try:

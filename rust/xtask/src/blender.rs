@@ -18,6 +18,7 @@ const TESTS: &[&str] = &[
     "test_files.py",
     "test_storage.py",
     "test_cache.py",
+    "test_repair.py",
     "test_levels.py",
     "test_fluid.py",
     "test_motion.py",
