@@ -54,8 +54,8 @@ def of_triangles(data):
 
 
 def of_faces(data):
-    """What a mesh has on its faces as they are, as `of_triangles` has it of triangles, with their shading. Custom normals
-    are left out, since faces may be turned over."""
+    """Returns the attributes of a mesh on its own faces, shading included, and the names of what is left out. Custom
+    normals are, since faces may be turned over."""
     found, missing, _room = _of_corners(data, slice(None), math.inf)
     if data.has_custom_normals:
         missing.append("custom normals")
@@ -68,8 +68,8 @@ def of_faces(data):
 
 
 def _of_corners(data, loops, room):
-    """The layers of texture coordinates and colours at some corners of a mesh, the names of those that have no room, and
-    the room that is left, in numbers."""
+    """Returns the layers of texture coordinates and colours at some corners of a mesh, the names of layers that have no
+    room, and the room that is left, in numbers."""
     found, missing = [], []
     for kind, name, layer in _layers(data):
         width = 2 if kind == "uv" else 4

@@ -37,7 +37,7 @@ def folder():
 
 
 def path_of(uid):
-    """Returns the path of the file that a document works on. Raises Refused where the uid is none of ours."""
+    """Returns the path of the file that a document works on. Raises Refused where the uid is not the name of a file."""
     if not re.fullmatch(r"[\w-]{1,64}", uid):
         raise Refused("The name of the document in this file is damaged; clear the detail")
     return os.path.join(folder(), f"{uid}.relievo")
@@ -106,10 +106,10 @@ def is_of(target, path, marks):
 
 
 def write(target, path, marks, revisions, position):
-    """Brings the document in an object to its file: appends what the file has and the object has not.
+    """Appends to the document in an object what its file has more.
 
-    `marks` has the checksums of the file's beginnings by their lengths; an object whose pieces are none of these gets
-    the whole file. Raises OSError where the file cannot be read."""
+    `marks` has the checksums of the file's beginnings by their lengths; an object with other pieces gets the whole
+    file. Raises OSError where the file cannot be read."""
     length, checksum, revision = _stored(target) or (0, 0, None)
     is_beginning = length > 0 and is_of(target, path, marks)
     if is_beginning and revision == revisions[position]:
@@ -159,7 +159,7 @@ def note(path, revisions, position):
 
 
 def remove(path):
-    """Removes a document's file and what is beside it."""
+    """Removes a document's file, its revisions and what a failed write has left."""
     for name in (path, f"{path}.json", f"{path}.part"):
         if os.path.exists(name):
             os.remove(name)

@@ -249,7 +249,7 @@ class RELIEVO_OT_fluid_mesh(OnDomain, job.Steps, bpy.types.Operator):
         if not folder:
             raise Refused(f"{domain.name} has no frames; simulate it first")
         how, span = frames.options_of(domain), options.last - options.first + 1
-        # Others play what is there, or undo may bring it back.
+        # Other objects play these frames, or undo may bring them back.
         if not cache.is_own(domain, source) or frames.has_surfaces(source):
             folder = frames.new_folder(domain)
         native.context()

@@ -109,6 +109,8 @@ class Steps:
 
     _timer = None
     failures = ()
+    # Whether it may end before its `invoke` does.
+    is_quick = True
 
     def warn(self, notes):
         """Tells what should be known."""
@@ -134,7 +136,7 @@ class Steps:
         self.work = Worker(self.steps(context))
         try:
             # What is quick needs no timer.
-            if self.work.advance(FRAME):
+            if self.is_quick and self.work.advance(FRAME):
                 return {"FINISHED"}
         except self.failures as failure:
             self.report({"ERROR"}, str(failure))
@@ -196,6 +198,8 @@ def ask(operator, context, event, text):
 class Asking(Steps):
     """The same for operators that ask first, for a file or whether to go on, by the `dialog` of a class."""
 
+    # The dialog ends, and makes a step of undo, when the work has begun: it must have changed nothing until then.
+    is_quick = False
     is_confirmed: bpy.props.BoolProperty(options={"HIDDEN", "SKIP_SAVE"})
 
     def invoke(self, context, event):

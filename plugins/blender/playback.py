@@ -49,7 +49,7 @@ def points_at(path, frame):
 
 
 def path_of(target):
-    """Returns the path of an object's cache as it is now, "" if it has none."""
+    """Returns the path of an object's cache, "" if it has none."""
     return target.relievo.cache and (cache.attached(target.relievo.result) or target.relievo.cache)
 
 

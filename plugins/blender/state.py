@@ -233,7 +233,7 @@ class State:
         return True
 
     def data(self):
-        """Returns the document as it is."""
+        """Returns the bytes and revisions of the document."""
         self.document.sync()
         with open(self.path, "rb") as file:
             return document.Document(file.read(), list(self.revisions), self.position)

@@ -231,7 +231,36 @@ def play():
         yield
     dented = screenshot("imprint.png")
     assert (numpy.abs(view(dented) - view(painted)).max(2) > 0.02).sum() > 500, "the track is not seen"
+    yield from asked(relievo)
     yield from levels(relievo)
+
+
+def asked(relievo):
+    """What removes an imprint asks before it does so, and the keyboard answers; undo brings the imprint back."""
+    dented, uid = heights(), bpy.data.objects["field"].relievo.uid
+    for operator in (bpy.ops.relievo.clear, bpy.ops.relievo.replay):
+        with override():
+            bpy.ops.ed.undo_push(message="dented")
+        for key in ("ESC", "RET"):
+            event("MOUSEMOVE")
+            yield from wait()
+            host.select(bpy.data.objects["field"])
+            with override():
+                operator("INVOKE_DEFAULT")
+            yield from wait(10)
+            numpy.testing.assert_array_equal(heights(), dented)
+            yield from press(key, 0.5, 0.5)
+            yield from wait(10)
+            while relievo.job.is_busy():
+                yield
+        result = bpy.data.objects["field"].relievo.result
+        assert result is None or heights().min() > -0.02, operator
+        while bpy.data.objects["field"].relievo.result is None or heights().min() > -0.02:
+            for value in ("PRESS", "RELEASE"):
+                event("Z", value, ctrl=True)
+            yield from wait(10)
+        numpy.testing.assert_array_equal(heights(), dented)
+        assert bpy.data.objects["field"].relievo.uid == uid, "the document is not the one of before"
 
 
 def purples(pixels):
