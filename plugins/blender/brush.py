@@ -201,7 +201,14 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
             self.state.end()
         except rl.RelievoError as failure:
             return self.cancelled(failure)
-        self.keep(self.state)
+        try:
+            self.keep(self.state)
+        except OSError as failure:
+            # The object has not got the stroke, and the detail follows the object.
+            self.state.follow(self.target.relievo.revision)
+            view.refresh(self.target, self.state)
+            self.report({"ERROR"}, str(failure))
+            return {"CANCELLED"}
         view.refresh(self.target, self.state)
         # The next press meets the surface as it is now.
         threading.Thread(target=self.state.try_pick, daemon=True).start()

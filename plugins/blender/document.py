@@ -9,6 +9,7 @@ Beside the file, which lies in the session's temporary folder, a small JSON file
 lost its document, `left_behind` looks for the file that a session that crashed has left there.
 """
 
+import contextlib
 import json
 import os
 import re
@@ -151,11 +152,12 @@ def marks_of(path, data):
 
 
 def note(path, revisions, position):
-    """Writes the revisions beside a document's file."""
+    """Writes the revisions beside a document's file, if that can be done: only a crash makes them needed."""
     part = f"{path}.part"
-    with open(part, "w") as file:
-        json.dump({"revisions": revisions, "position": position}, file)
-    os.replace(part, f"{path}.json")
+    with contextlib.suppress(OSError):
+        with open(part, "w") as file:
+            json.dump({"revisions": revisions, "position": position}, file)
+        os.replace(part, f"{path}.json")
 
 
 def remove(path):

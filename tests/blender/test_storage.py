@@ -246,6 +246,34 @@ class Documents(Case):
         bpy.ops.ed.redo()
         self.assertEqual(self.digest(bpy.data.objects["field"]), again)
 
+    def test_an_edit_that_cannot_be_stored_is_taken_back(self):
+        from relievo import brush
+
+        field = self.dented()
+        before, shown = self.digest(field), host.positions(field.relievo.result)
+        full = mock.patch.object(self.relievo.document, "write", side_effect=OSError("no space is left"))
+        with full:
+            with self.assertRaisesRegex(RuntimeError, "no space is left"):
+                host.draw(field, [[0, -0.5, 0], [0.2, -0.5, 0]])
+            # The same where the pointer draws.
+            made, said = self.relievo.state.of(field), []
+            stroke = types.SimpleNamespace(
+                drawn=[[0, -0.5, 0, 1, 0]],
+                stroke=mock.Mock(),
+                state=made,
+                target=field,
+                keep=lambda made: made.record(field),
+                report=lambda _kinds, text: said.append(text),
+            )
+            with made.edit("stroke"):
+                made.detail.layers.add("More", kind="displacement")
+            made.document.begin("stroke")
+            self.assertEqual(brush.RELIEVO_OT_stroke.release(stroke), {"CANCELLED"})
+            self.assertEqual(said, ["no space is left"])
+        self.assertEqual((self.digest(field), len(field.relievo.strokes)), (before, 1))
+        numpy.testing.assert_array_equal(host.positions(field.relievo.result), shown)
+        self.check_dent(field)
+
     def test_two_files_that_went_on_apart_meet(self):
         """Both objects have one uid and one revision."""
         field = self.dented()
