@@ -32,9 +32,9 @@ typedef struct RlvRayArrays {
     uint32_t struct_size;
     uint32_t reserved; /* 0 */
     size_t count;
-    const float *origins; /* three floats each, finite */
+    const float *origins; /* three floats each */
     size_t origin_stride;
-    const float *directions; /* three floats each, finite, of any length but zero */
+    const float *directions; /* three floats each, of any length */
     size_t direction_stride;
     RlvHit *hits; /* the closest hit of every ray */
     size_t hit_stride;
@@ -57,8 +57,8 @@ RLV_API RlvResult rlv_caster_create_detail(RlvDetail detail, const RlvTessellate
 RLV_API RlvResult rlv_caster_retain(RlvCaster caster);
 RLV_API RlvResult rlv_caster_release(RlvCaster caster);
 
-/* Casts rays. A ray that is not finite, has no direction or is too long for Embree hits nothing. Fails if min_distance
- * is negative or above max_distance. */
+/* Casts rays. A ray hits nothing if a number of it is not finite or beyond 1e12, which is as far as Embree goes, or if
+ * its direction is zero; the others of the call are cast. Fails if min_distance is negative or above max_distance. */
 RLV_API RlvResult rlv_caster_cast(RlvCaster caster, const RlvRayArrays *arrays);
 
 #endif

@@ -41,12 +41,26 @@ int main(void) {
     rays.min_distance = 0.0f;
     rays.max_distance = 0.0f;
 
-    /* Rays that are none. */
-    static const float zero[3] = {0, 0, 0}, odd[3] = {0, NAN, 1};
-    rays.directions = zero;
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_caster_cast(caster, &rays), "ray 0");
-    rays.directions = odd;
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_caster_cast(caster, &rays), "ray 0");
+    /* Rays without a direction, not finite or too far away hit nothing, and those between them what they hit alone. */
+    static const float some_origins[7][3] = {{3.25f, 2.5f, 2},    {3.25f, 2.5f, 2}, {3.25f, 2.5f, 2},   {3.25f, NAN, 2},
+                                             {3.25f, 2.5f, 1e30f}, {3.25f, 2.5f, 2}, {3.25f, 2.5f, 2}};
+    static const float some_directions[7][3] = {{0, 0, -1}, {0, 0, 0},         {0, NAN, -1}, {0, 0, -1},
+                                                {0, 0, -1}, {0, 0, -INFINITY}, {0, 0, -2}};
+    RlvHit some[7];
+    memset(some, 7, sizeof(some));
+    rays.count = 7;
+    rays.origins = some_origins[0];
+    rays.origin_stride = 0;
+    rays.directions = some_directions[0];
+    rays.hits = some;
+    CHECK_OK(rlv_caster_cast(caster, &rays));
+    for (int ray = 1; ray < 6; ++ray) {
+        CHECK(isinf(some[ray].distance) && some[ray].face == RLV_NO_ELEMENT && some[ray].normal[2] == 0.0f);
+    }
+    CHECK(some[0].face == 19 && some[6].face == 19);
+    CHECK_NEAR(some[0].distance, 2, 1e-5);
+    CHECK_NEAR(some[6].distance, 1, 1e-5);
+    rays.origins = origins[0];
     rays.directions = directions[0];
     rays.hits = NULL;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_caster_cast(caster, &rays), "hits");

@@ -164,13 +164,14 @@ fn build(context: &ContextObject, points: &[[f32; 3]], triangles: &[[u32; 3]]) -
 /// Rays of one batch, and what they hit.
 #[derive(Default)]
 struct Batch {
-    rays: Vec<Ray>,
+    /// None for a ray that hits nothing whatever there is.
+    rays: Vec<Option<Ray>>,
     hits: Vec<RlvHit>,
     places: Vec<Place>,
     looked: Looked,
 }
 
-/// The caller's rays, checked.
+/// The caller's rays.
 struct Rays {
     origins: Input<[f32; 3]>,
     directions: Input<[f32; 3]>,
@@ -206,22 +207,16 @@ impl Rays {
             .at("min_distance")
             .advise("use 0 <= min_distance <= max_distance; a max_distance of 0 is no limit"));
         }
-        for index in 0..count {
-            let (origin, direction) = (Vec3::from(rays.origins.get(index)), Vec3::from(rays.directions.get(index)));
-            let usable = |value: Vec3| value.abs().max_element() <= Ray::LARGEST && value.is_finite();
-            if !usable(origin) || !usable(direction) || direction == Vec3::ZERO {
-                return Err(Error::invalid(
-                    "the origin or direction is not finite or beyond 1e12, or the direction is zero",
-                )
-                .at(format!("ray {index}")));
-            }
-        }
         Ok(rays)
     }
 
-    fn get(&self, index: usize) -> Ray {
+    /// Returns a ray, or `None` if it is not finite, has no direction or reaches farther than Embree allows.
+    fn get(&self, index: usize) -> Option<Ray> {
         let (origin, direction) = (self.origins.get(index), self.directions.get(index));
-        Ray { origin, direction, near: self.min_distance, far: self.max_distance }
+        // No comparison holds for a number that is not one.
+        let usable = |vector: [f32; 3]| vector.iter().all(|value| value.abs() <= Ray::LARGEST);
+        let is_ray = usable(origin) && usable(direction) && direction != [0.0; 3];
+        is_ray.then_some(Ray { origin, direction, near: self.min_distance, far: self.max_distance })
     }
 }
 
@@ -271,7 +266,9 @@ entry! {
             hits.clear();
             hits.resize(batch.len(), RlvHit::default());
             context.for_each_part((batch.as_slice(), hits.as_mut_slice()), CHUNK, |_, (rays, hits)| {
-                hits.iter_mut().zip(rays).for_each(|(hit, ray)| *hit = object.cast(ray, &tracer));
+                hits.iter_mut().zip(rays).for_each(|(hit, ray)| {
+                    *hit = ray.as_ref().map_or_else(RlvHit::default, |ray| object.cast(ray, &tracer));
+                });
                 Ok(())
             })?;
             object.smooth(hits, places, looked)?;
