@@ -269,6 +269,90 @@ static void follow_coat(RlvContext context) {
     CHECK_OK(rlv_mesh_release(plane));
 }
 
+/* A stroke from one point of the cube's surface to another. */
+static void stroke(RlvContext context, RlvDetail detail, RlvBrushOptions options, const RlvStrokePoint ends[2]) {
+    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
+    RlvStrokeReport report = RLV_STROKE_REPORT_INIT;
+    RlvBrush brush = RLV_NULL;
+    settings.radius = 0.25f;
+    CHECK_OK(rlv_brush_create(context, &options, &settings, &brush));
+    CHECK_OK(rlv_stroke_run(detail, brush, ends, 2, 0, &report));
+    CHECK(report.changed_tiles > 0);
+    CHECK_OK(rlv_brush_release(brush));
+}
+
+/* Rays, on a square that looks down on the cube from each side. */
+enum { SIDE = 24, RAYS = 6 * SIDE * SIDE };
+
+static void cast(RlvCaster caster, RlvHit *hits) {
+    static float origins[RAYS][3], directions[RAYS][3];
+    RlvRayArrays rays = RLV_RAY_ARRAYS_INIT;
+    for (int ray = 0; ray < RAYS; ++ray) {
+        const int side = ray / (SIDE * SIDE), axis = side / 2;
+        const float out = side % 2 == 0 ? 1.0f : -1.0f;
+        origins[ray][axis] = 3.0f * out;
+        directions[ray][axis] = -out;
+        origins[ray][(axis + 1) % 3] = -1.0f + 2.0f * ((float)(ray % SIDE) + 0.4f) / SIDE;
+        origins[ray][(axis + 2) % 3] = -1.0f + 2.0f * ((float)(ray / SIDE % SIDE) + 0.4f) / SIDE;
+        directions[ray][(axis + 1) % 3] = directions[ray][(axis + 2) % 3] = 0.0f;
+    }
+    rays.count = RAYS;
+    rays.origins = origins[0];
+    rays.directions = directions[0];
+    rays.hits = hits;
+    CHECK_OK(rlv_caster_cast(caster, &rays));
+    CHECK_OK(rlv_caster_release(caster));
+}
+
+/* Casters and colliders of a detail have the triangles of its tessellation, whatever is on its tiles. */
+static void same_triangles(RlvContext context, RlvSurface surface) {
+    static RlvHit hits[2][RAYS];
+    static const RlvStrokePoint ends[3][2] = {{{{0.2, 0.2, 0.6}, 1.0, -1.0}, {{-0.2, 0.1, 0.6}, 1.0, -1.0}},
+                                              {{{0.1, -0.6, 0.2}, 1.0, -1.0}, {{-0.1, -0.6, -0.2}, 1.0, -1.0}},
+                                              {{{-0.6, 0.1, 0.1}, 1.0, -1.0}, {{-0.6, -0.2, 0.1}, 1.0, -1.0}}};
+    RlvBrushOptions paint = RLV_BRUSH_OPTIONS_INIT, pinch = RLV_BRUSH_OPTIONS_INIT, draw = RLV_BRUSH_OPTIONS_INIT;
+    RlvDetail detail = RLV_NULL;
+    RlvCaster caster = RLV_NULL;
+    RlvCollider collider = RLV_NULL;
+    RlvColliderInfo about = RLV_COLLIDER_INFO_INIT;
+    RlvMesh mesh = RLV_NULL;
+    RlvMeshInfo info = RLV_MESH_INFO_INIT;
+    paint.color[1] = 0.2f;
+    pinch.action = draw.action = RLV_BRUSH_SCULPT;
+    pinch.mode = RLV_SCULPT_PINCH;
+    draw.mode = RLV_SCULPT_DRAW;
+    CHECK_OK(rlv_detail_create(surface, NULL, NULL, &detail));
+    CHECK_OK(rlv_detail_add_paint(detail, NULL));
+    CHECK_OK(rlv_detail_add_vectors(detail, NULL));
+    for (int step = 0; step < 4; ++step) {
+        if (step > 0) {
+            stroke(context, detail, step == 1 ? paint : step == 2 ? pinch : draw, ends[step - 1]);
+        }
+        CHECK_OK(rlv_detail_commit(detail, NULL));
+        const size_t before = info.triangle_count;
+        CHECK_OK(rlv_tessellate_detail(detail, NULL, &mesh));
+        CHECK_OK(rlv_mesh_info(mesh, &info));
+        CHECK(info.triangle_count > before);
+        CHECK_OK(rlv_caster_create_mesh(context, mesh, &caster));
+        cast(caster, hits[0]);
+        CHECK_OK(rlv_caster_create_detail(detail, NULL, &caster));
+        cast(caster, hits[1]);
+        size_t met = 0;
+        for (int ray = 0; ray < RAYS; ++ray) {
+            met += !isinf(hits[0][ray].distance);
+            CHECK(memcmp(&hits[0][ray].distance, &hits[1][ray].distance, sizeof(float)) == 0);
+            CHECK(memcmp(hits[0][ray].position, hits[1][ray].position, 3 * sizeof(float)) == 0);
+        }
+        CHECK(met > RAYS / 4);
+        CHECK_OK(rlv_collider_create_detail(detail, NULL, &collider));
+        CHECK_OK(rlv_collider_info(collider, &about));
+        CHECK(about.triangle_count == info.triangle_count && about.point_count == info.point_count);
+        CHECK_OK(rlv_collider_release(collider));
+        CHECK_OK(rlv_mesh_release(mesh));
+    }
+    CHECK_OK(rlv_detail_release(detail));
+}
+
 int main(void) {
     RlvContext context = RLV_NULL;
     RlvSurface surface = RLV_NULL;
@@ -277,6 +361,7 @@ int main(void) {
     RlvMesh cage = cube(context);
     CHECK_OK(rlv_surface_create(context, cage, NULL, &surface));
     CHECK_OK(rlv_mesh_release(cage));
+    same_triangles(context, surface);
 
     RlvTessellateOptions options = RLV_TESSELLATE_OPTIONS_INIT;
     options.coarse = 4;

@@ -96,6 +96,11 @@ impl Cells {
         if topology.is_sub(tile) { (cells / 2).max(1) } else { cells }
     }
 
+    /// Returns the cells of every tile of a detail: as many as the finest of its channels has texels there.
+    fn of_view(self, view: &TileView) -> Vec<u32> {
+        self.rates(view.surface.topology(), |tile| view.density(tile))
+    }
+
     /// Those of every tile.
     fn rates(self, topology: &TileTopology, density: impl Fn(u32) -> u32) -> Vec<u32> {
         (0..topology.tile_count() as u32).map(|tile| self.rate(topology, tile, density(tile))).collect()
@@ -157,15 +162,11 @@ fn triangle_count(rates: &FaceRates) -> u64 {
     3 * inside * inside / 2 + rates.sides.iter().map(|side| u64::from(*side)).sum::<u64>()
 }
 
-/// What was committed, without colours and traces, and without attributes of the cage.
+/// Returns the triangles that [`tessellate_view`] makes, without colours, traces and attributes of the cage.
 pub fn tessellate_bare_view(context: &Context, view: &View, cells: Cells) -> Result<Tessellation> {
     let cage = Mesh { attributes: Vec::new(), ..(*view.cage).clone() };
     match &view.layers {
-        Layers::Tiles(it) => {
-            let displaced = it.displaced()?;
-            let rates = cells.rates(it.surface.topology(), |tile| displaced.field().density(tile));
-            tessellate(context, &displaced, &cage, &rates)
-        }
+        Layers::Tiles(it) => tessellate(context, &it.displaced()?, &cage, &cells.of_view(it)),
         Layers::Triangles(it) => Ok(plain(triangles_of(context, it, &cage)?.1)),
     }
 }
@@ -312,7 +313,7 @@ impl Follower {
         let cage = &view.cage;
         match &view.layers {
             Layers::Tiles(it) => {
-                let rates = cells.rates(it.surface.topology(), |tile| it.density(tile));
+                let rates = cells.of_view(it);
                 check_memory(context, &rates)?;
                 context.stats().time("tessellate", || {
                     let tessellator = Tessellator::new(it.surface.topology(), cage, rates.clone())?;
