@@ -1,7 +1,13 @@
 /* Relievo: colliders, triangle meshes that imprint themselves on details.
  *
  * A collider whose every edge is met by the same edge in the opposite direction is closed and solid inside, also where
- * shells overlap. An open one is solid behind its front, the side from which its corners are counter-clockwise. */
+ * shells overlap. Points that coincide when it is made, within 4e-6 of the largest coordinate, are one as long as they
+ * move together, so a mesh whose vertices are split along seams is closed.
+ *
+ * The other edges are open. They bound holes, each of which is covered by triangles from its edges to its middle, and the
+ * collider is solid inside: never outside of its own box. A sheet, an open collider whose faces point one way by more
+ * than half of their area, has no inside: it is solid behind its front, the side from which its corners are
+ * counter-clockwise, as far as max_displacement of the imprint reaches. */
 #ifndef RELIEVO_COLLIDER_H
 #define RELIEVO_COLLIDER_H
 
@@ -17,10 +23,11 @@ typedef struct RlvColliderInfo {
     uint32_t is_closed; /* 1 if the mesh has no open edge, else 0 */
     size_t point_count;
     size_t triangle_count;
-    double matrix[12]; /* from object space to the world, in columns, the translation last */
+    double matrix[12];      /* from object space to the world, in columns, the translation last */
+    size_t open_edge_count; /* edges that no edge in the opposite direction meets */
 } RlvColliderInfo;
 
-#define RLV_COLLIDER_INFO_INIT {sizeof(RlvColliderInfo), 0, 0, 0, {0}}
+#define RLV_COLLIDER_INFO_INIT {sizeof(RlvColliderInfo), 0, 0, 0, {0}, 0}
 
 /* How a tool yields to a force. rlv_collider_press_params has ranges, units and defaults. */
 typedef struct RlvToolSettings {

@@ -21,8 +21,8 @@ typedef struct RlvImprintSettings {
     float smoothing;        /* strength of the smoothing of what changed, 0 for none, to 1 */
     uint32_t smoothing_passes;
     uint32_t sub_steps;  /* most sub-steps of a movement */
-    uint32_t culling;    /* 1, or 0 to look at the whole surface, for comparison */
-    uint32_t compaction; /* 1, or 0 to update all tiles, for comparison */
+    uint32_t culling;    /* 1, or 0 to look at the whole surface, for comparison; triangle meshes are always culled */
+    uint32_t compaction; /* 1, or 0 to update all tiles, for comparison; triangle meshes update changed triangles only */
     float rim;           /* share of the pushed volume that rises around the contact, 0 for no rim, to 1 */
     float rim_width;     /* distance from the contact at which a rim ends, object units */
     float repose;        /* steepest slope of a rim, rad; what would make it steeper is lost */
@@ -60,9 +60,10 @@ typedef struct RlvImprintReport {
     double voxel_diagonal;    /* world units; 0 if the boxes do not meet */
     double pushed_volume;     /* that was pushed away, object units cubed; 0 unless a rim is asked for */
     double raised_volume;     /* that rose as a rim */
+    uint64_t open_edges;      /* of the collider; how it is solid nevertheless is in collider.h */
 } RlvImprintReport;
 
-#define RLV_IMPRINT_REPORT_INIT {sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+#define RLV_IMPRINT_REPORT_INIT {sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 
 /* The fields of RlvImprintSettings in order: a table that lives as long as the process, and its length. No failure of
  * its own. */
@@ -70,17 +71,18 @@ RLV_API RlvResult rlv_imprint_params(const RlvParameter **params, size_t *count)
 
 /* Edits the detail: presses the collider into it where both are. settings and moment may be NULL for the defaults,
  * report may be NULL. The result is visible after rlv_detail_commit. Fails, and changes nothing, if a setting is out of
- * range, with RLV_ERROR_BUSY if another edit of the detail or a change of the collider is at work, and with
- * RLV_ERROR_UNSUPPORTED if the collider is too large for its overlap. */
+ * range, if the active layer of the displacement is hidden, with RLV_ERROR_BUSY if another edit of the detail or a
+ * change of the collider is at work, and with RLV_ERROR_UNSUPPORTED if the collider is too large for its overlap. */
 RLV_API RlvResult rlv_imprint_run(RlvDetail detail, RlvCollider collider, const RlvImprintSettings *settings,
                                   const RlvImprintMoment *moment, RlvImprintReport *report);
 
 /* Edits the detail, and mutates the collider: moves it from one place to another and presses it in at sub-steps, so
  * many that no point of it travels further than a quarter of the smallest edge of its box between two of them, but no
  * more than the settings allow. So a fast wheel leaves a track and not dots. from and to are matrices as for
- * rlv_collider_create_mesh; the collider is at to afterwards. progress may be NULL; it is asked before every sub-step,
- * and while it runs the detail and the collider are busy. If it cancels, both are as before the call. Fails, and
- * changes nothing, as rlv_imprint_run does, if a matrix is singular, and if progress asks to stop. */
+ * rlv_collider_create_mesh; the collider is at to afterwards. progress may be NULL; it is asked before every sub-step
+ * and once at the end, with 1; while it runs the detail and the collider are busy. If it cancels, at the end too, both
+ * are as before the call. Fails, and changes nothing, as rlv_imprint_run does, if a matrix is singular, and if progress
+ * asks to stop. */
 RLV_API RlvResult rlv_imprint_sweep(RlvDetail detail, RlvCollider collider, const double *from, const double *to,
                                     const RlvImprintSettings *settings, const RlvImprintMoment *moment,
                                     RlvProgress progress, void *user, RlvImprintReport *report);

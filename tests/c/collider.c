@@ -11,7 +11,8 @@ int main(void) {
     const double place[12] = CHECK_MOVED(1, 2, 3);
     CHECK_OK(rlv_collider_create_mesh(context, ball, place, &collider));
     CHECK_OK(rlv_collider_info(collider, &info));
-    CHECK(info.is_closed == 1 && info.triangle_count == 2u * (BALL_ROWS - 1) * BALL_COLUMNS);
+    CHECK(info.is_closed == 1 && info.open_edge_count == 0);
+    CHECK(info.triangle_count == 2u * (BALL_ROWS - 1) * BALL_COLUMNS);
     CHECK(memcmp(info.matrix, place, sizeof(place)) == 0);
     const double other[12] = {2, 0, 0, 0, 2, 0, 0, 0, 2, 0, 0, 0};
     CHECK_OK(rlv_collider_set_transform(collider, other));
@@ -50,7 +51,7 @@ int main(void) {
 
     CHECK_OK(rlv_collider_create_mesh(context, plane, NULL, &collider));
     CHECK_OK(rlv_collider_info(collider, &info));
-    CHECK(info.is_closed == 0 && info.triangle_count == 8 && info.matrix[0] == 1.0 && info.matrix[11] == 0.0);
+    CHECK(info.is_closed == 0 && info.open_edge_count == 8 && info.triangle_count == 8 && info.matrix[0] == 1.0 && info.matrix[11] == 0.0);
     CHECK_OK(rlv_collider_release(collider));
 
     /* Of surfaces and details. */

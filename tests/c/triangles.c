@@ -550,12 +550,21 @@ int main(void) {
     CHECK(report.changed_coefficients > 100 && report.refused_tiles == 0 && report.triangles > 0);
     CHECK_OK(rlv_detail_commit(detail, NULL));
     CHECK_NEAR(radius(detail, 1, 0, 0, &hit), 0.8, 0.03);
-    CHECK_FAILS(RLV_ERROR_CANCELLED,
-                rlv_imprint_sweep(detail, collider, place, away, NULL, NULL, check_patience, &patience, NULL), "cancel");
-    CHECK_OK(rlv_detail_commit(detail, NULL));
-    CHECK_NEAR(radius(detail, 0, 1, 0, &hit), 1.0, 0.01);
-    CHECK_OK(rlv_imprint_sweep(detail, collider, place, away, NULL, NULL, NULL, NULL, &report));
-    CHECK(report.steps > 3);
+    /* It is asked before every sub-step and at the end. */
+    int steps = 1000;
+    CHECK_OK(rlv_imprint_sweep(detail, collider, place, place, NULL, NULL, check_patience, &steps, &report));
+    CHECK(report.steps == 1 && steps == 998);
+    for (patience = 0; patience < 4; ++patience) {
+        int left = patience;
+        CHECK_FAILS(RLV_ERROR_CANCELLED,
+                    rlv_imprint_sweep(detail, collider, place, away, NULL, NULL, check_patience, &left, NULL), "cancel");
+        CHECK(left == -1);
+        CHECK_OK(rlv_detail_commit(detail, NULL));
+        CHECK_NEAR(radius(detail, 0, 1, 0, &hit), 1.0, 0.01);
+    }
+    steps = 1000;
+    CHECK_OK(rlv_imprint_sweep(detail, collider, place, away, NULL, NULL, check_patience, &steps, &report));
+    CHECK(report.steps > 4 && steps == 1000 - (int)report.steps - 1);
     CHECK_OK(rlv_detail_commit(detail, NULL));
     /* The lowest point over the way, where x = 0.4 / sqrt(2). */
     CHECK_NEAR(radius(detail, 0, 1, 0, &hit), 1.2 - 0.8 / sqrt(2.0), 0.02);
@@ -598,6 +607,12 @@ int main(void) {
     stroke(context, copy, RLV_BRUSH_SCULPT, 0.03f);
     half.is_visible = 0;
     CHECK_OK(rlv_layer_set(copy, id, &half));
+    /* Into a hidden layer nothing is pressed, and nothing is noted of it. */
+    CHECK_OK(rlv_detail_add_traces(copy, 0));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_imprint_run(copy, collider, NULL, NULL, NULL), "cannot be seen");
+    CHECK_OK(rlv_detail_commit(copy, NULL));
+    CHECK_OK(rlv_detail_channel_info(copy, RLV_CHANNEL_TRACES, &channel));
+    CHECK(channel.is_there == 1 && channel.allocated_count == 0);
     CHECK_OK(rlv_layer_remove(copy, id));
 
     /* Another mesh, and cages, are refused; so are files of theirs. */

@@ -1067,6 +1067,7 @@ class RlvColliderInfo(Structure):
         ("point_count", c_size_t),
         ("triangle_count", c_size_t),
         ("matrix", c_double * 12),
+        ("open_edge_count", c_size_t),
     ]
 
 
@@ -1748,6 +1749,7 @@ class RlvImprintReport(Structure):
         ("voxel_diagonal", c_double),
         ("pushed_volume", c_double),
         ("raised_volume", c_double),
+        ("open_edges", c_uint64),
     ]
 
 
@@ -2050,7 +2052,7 @@ INIT = {
     RlvBufferInfo: (ctypes.sizeof(RlvBufferInfo), 0, 0, 0, 0, 0,),
     RlvBufferVulkan: (ctypes.sizeof(RlvBufferVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvRayArrays: (ctypes.sizeof(RlvRayArrays), 0, 0, None, 0, None, 0, None, 0, 0, 0,),
-    RlvColliderInfo: (ctypes.sizeof(RlvColliderInfo), 0, 0, 0, (0,),),
+    RlvColliderInfo: (ctypes.sizeof(RlvColliderInfo), 0, 0, 0, (0,), 0,),
     RlvToolSettings: (ctypes.sizeof(RlvToolSettings), 1.0, 1.0,),
     RlvColorBufferInfo: (ctypes.sizeof(RlvColorBufferInfo), 0, 0, 0, 0, 0, 0, 0, (0,),),
     RlvColorBufferVulkan: (ctypes.sizeof(RlvColorBufferVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
@@ -2087,7 +2089,7 @@ INIT = {
     RlvGridInfo: (ctypes.sizeof(RlvGridInfo), 0, 0, 0, 0, 0, (0,), (0,), (0,), (0,), 0, 0, 0, (0,),),
     RlvImprintSettings: (ctypes.sizeof(RlvImprintSettings), 16777216, 0.09817477, 0, 1.0, 1.0, 60000.0, 0.0, 1, 256, 1, 1, 0.0, 0.1, 0.6,),
     RlvImprintMoment: (ctypes.sizeof(RlvImprintMoment), 0, 0, 0, 0,),
-    RlvImprintReport: (ctypes.sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvImprintReport: (ctypes.sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvPtexOptions: (ctypes.sizeof(RlvPtexOptions), 0, 0,),
     RlvPtexReport: (ctypes.sizeof(RlvPtexReport), 0, 0, 0, 0, 0, 0, 0, 0.0, 0,),
     RlvRepairSettings: (ctypes.sizeof(RlvRepairSettings), 1, 0.0, 1, 1, 1, 1, 1, 0, 0.75, 1, 1, 1, 8,),

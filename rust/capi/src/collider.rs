@@ -28,6 +28,7 @@ descriptor! {
         point_count: usize,
         triangle_count: usize,
         matrix: [f64; 12],
+        open_edge_count: usize,
     }
 }
 
@@ -96,6 +97,7 @@ entry! {
             point_count: collider.points().len(),
             triangle_count: collider.triangles().len(),
             matrix: collider.transform().to_cols_array(),
+            open_edge_count: collider.open_edges(),
         };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe { write_descriptor(out, info) }

@@ -47,6 +47,7 @@ descriptor! {
         voxel_diagonal: f64,
         pushed_volume: f64,
         raised_volume: f64,
+        open_edges: u64,
     }
 }
 
@@ -90,6 +91,7 @@ pub fn report_of(report: &Report) -> RlvImprintReport {
         voxel_diagonal: report.voxel_diagonal,
         pushed_volume: report.volumes.pushed,
         raised_volume: report.volumes.raised,
+        open_edges: report.open_edges,
     }
 }
 
@@ -166,8 +168,8 @@ unsafe fn sweep_now(
     unsafe { write_optional(report, report_of(&done)) }
 }
 
-/// Moves a collider from one pose to another and presses it in on the way. After a failure both are as before. The first
-/// progress is reported once it has both for itself.
+/// Moves a collider from one pose to another and presses it in on the way. After a failure both are as before. Reports
+/// progress only while it has both for itself; the last report, of the whole, can still cancel.
 pub fn sweep(
     detail: &DetailObject,
     collider: &ColliderObject,
@@ -188,11 +190,12 @@ pub fn sweep(
         Object::Tiles(object) => {
             imprinter.sweep_watched(context, object, &mut collider, &motion, settings, moment, progress)
         }
-        Object::Triangles(object) => progress
-            .step(0.0, "imprint")
-            .and_then(|()| imprinter.sweep_triangles(context, object, &mut collider, &motion, settings, moment)),
+        Object::Triangles(object) => {
+            imprinter.sweep_triangles_watched(context, object, &mut collider, &motion, settings, moment, progress)
+        }
     };
-    let done = match done.and_then(|done| Ok((each!(&mut *object, object => object.settle(context))?, done))) {
+    let settled = done.and_then(|done| Ok((each!(&mut *object, object => object.settle(context))?, done)));
+    let done = match settled.and_then(|settled| progress.step(1.0, "imprint").map(|()| settled)) {
         Ok((refused, mut done)) => {
             done.refused.extend(refused);
             done
@@ -206,7 +209,6 @@ pub fn sweep(
     let budget = editor.budget();
     drop(collider);
     detail.leave(editor);
-    progress.report(1.0, "imprint");
     log_refusal(detail, &done.refused, budget);
     Ok(done)
 }

@@ -9,6 +9,7 @@ use relievo_core::{Context, Error, List, Mesh, Result};
 use relievo_surface::{PatchForm, PatchView};
 use relievo_tiles::tessellate::MAX_RATE;
 
+use crate::closure::Closure;
 use crate::grid::Grid;
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::lattice::Lattice;
@@ -19,11 +20,12 @@ use crate::voxel::{Side, Solid, Voxels};
 /// A triangle mesh in the world.
 #[derive(Clone, Debug)]
 pub struct Collider {
+    /// The points of the mesh, and those of its closure.
     points: Vec<[f32; 3]>,
     triangles: Arc<[[u32; 3]]>,
     hierarchy: Hierarchy,
     obb: Obb,
-    closed: bool,
+    closure: Closure,
     transform: DAffine3,
     /// Numbers of the mesh and of its points as they are, by which what a device keeps of them is found.
     pub(crate) identity: [u64; 2],
@@ -53,13 +55,14 @@ impl Collider {
 
     /// A collider of triangles, counter-clockwise seen from outside.
     ///
-    /// A mesh whose every edge is met by the same edge in the opposite direction is closed and solid inside, even
-    /// where shells overlap or are turned inside out. An open mesh is solid behind its front, as far as the box
-    /// reaches. Fails if there is no triangle, a point does not exist or a coordinate is not finite.
+    /// A mesh whose every edge is met by the same edge in the opposite direction is closed and solid inside, even where
+    /// shells overlap or are turned inside out; points at the same place are one. The holes of an open mesh are covered,
+    /// and it is solid inside. A sheet, an open mesh whose faces mostly point one way, is solid behind its front. Fails if
+    /// there is no triangle, a point does not exist, a coordinate is not finite or there are 2³¹ points.
     pub fn new(
         context: &Context,
-        points: Vec<[f32; 3]>,
-        triangles: Vec<[u32; 3]>,
+        mut points: Vec<[f32; 3]>,
+        mut triangles: Vec<[u32; 3]>,
         transform: DAffine3,
     ) -> Result<Self> {
         check_transform(&transform)?;
@@ -70,13 +73,18 @@ impl Collider {
         if let Some(index) = triangles.iter().position(|corners| corners.iter().any(|p| *p as usize >= points.len())) {
             return Err(Error::invalid("a point does not exist").at(format!("triangle {index}")));
         }
-        let closed = is_closed(&points, &triangles);
+        if points.len() > i32::MAX as usize {
+            return Err(
+                Error::unsupported(format!("the collider has {} points", points.len())).advise("use a coarser mesh")
+            );
+        }
+        let closure = context.stats().time("collider.closure", || Closure::new(&mut points, &mut triangles));
         let obb = Obb::of_points(&points)?;
         let hierarchy = context.stats().time("collider.hierarchy", || {
             Hierarchy::build(context, triangles.len(), |index| bounds(&points, &triangles[index as usize]))
         })?;
         let identity = [fresh(), fresh()];
-        Ok(Self { points, triangles: triangles.into(), hierarchy, obb, closed, transform, identity })
+        Ok(Self { points, triangles: triangles.into(), hierarchy, obb, closure, transform, identity })
     }
 
     /// A collider of a displaced surface, as it is now.
@@ -108,19 +116,34 @@ impl Collider {
         Self::new(context, points, triangles, *object.transform())
     }
 
-    /// Positions in object space.
+    /// Returns the mesh's points in object space.
     pub fn points(&self) -> &[[f32; 3]] {
-        &self.points
+        &self.points[..self.closure.given()[0]]
     }
 
-    /// Point indices of the triangles.
+    /// Returns the point indices of the mesh's triangles.
     pub fn triangles(&self) -> &[[u32; 3]] {
-        &self.triangles
+        &self.triangles[..self.closure.given()[1]]
     }
 
-    /// Whether the mesh has no open edge.
+    /// Returns the points and triangles that are voxelised: those of the mesh, and the covers of its holes.
+    pub(crate) fn boundary(&self) -> (&[[f32; 3]], &[[u32; 3]]) {
+        (&self.points, &self.triangles)
+    }
+
+    /// Returns whether the mesh has no open edge.
     pub fn is_closed(&self) -> bool {
-        self.closed
+        self.closure.open_edges() == 0
+    }
+
+    /// Returns the number of edges that no edge in the opposite direction meets.
+    pub fn open_edges(&self) -> usize {
+        self.closure.open_edges()
+    }
+
+    /// Returns whether the mesh is open and its faces mostly point one way, so that it is solid behind its front.
+    pub fn is_sheet(&self) -> bool {
+        self.closure.is_sheet()
     }
 
     /// From object space to the world.
@@ -135,25 +158,29 @@ impl Collider {
         Ok(())
     }
 
-    /// Deforms the collider: as many points as before. Refits the hierarchy.
+    /// Deforms the collider: as many points as before. Refits the hierarchy, or builds it anew where points that coincided
+    /// come apart.
     pub fn set_points(&mut self, context: &Context, points: &[[f32; 3]]) -> Result<()> {
-        if points.len() != self.points.len() {
-            return Err(Error::invalid(format!(
-                "the pose has {} points, the collider {}",
-                points.len(),
-                self.points.len()
-            )));
+        let count = self.points().len();
+        if points.len() != count {
+            return Err(Error::invalid(format!("the pose has {} points, the collider {count}", points.len())));
         }
         check_points(points)?;
-        self.points.copy_from_slice(points);
+        self.points[..count].copy_from_slice(points);
+        let is_other = self.closure.follow(&mut self.points, &mut self.triangles);
         self.identity[1] = fresh();
-        self.obb = Obb::of_points(points)?;
-        let (points, triangles) = (&self.points, &self.triangles);
-        let hierarchy = &mut self.hierarchy;
+        self.obb = Obb::of_points(&self.points)?;
+        let (points, triangles, hierarchy) = (&self.points, &self.triangles, &mut self.hierarchy);
+        let bounds = |index: u32| bounds(points, &triangles[index as usize]);
         context.stats().time("collider.refit", || {
-            hierarchy.refit(context, |index| bounds(points, &triangles[index as usize]));
-        });
-        Ok(())
+            if is_other {
+                self.identity[0] = fresh();
+                *hierarchy = Hierarchy::build(context, triangles.len(), bounds)?;
+            } else {
+                hierarchy.refit(context, bounds);
+            }
+            Ok(())
+        })
     }
 
     /// The box in object space.
@@ -166,15 +193,29 @@ impl Collider {
         self.obb.transformed(&self.transform)
     }
 
+    /// Returns a box in the world that holds what is solid: the collider's, for sheets extended by `behind` world units
+    /// behind the front.
+    pub(crate) fn solid_obb(&self, behind: f64) -> Obb {
+        let obb = self.obb();
+        if !self.is_sheet() {
+            return obb;
+        }
+        let front = (self.transform.matrix3.inverse().transpose() * self.closure.facing()).normalize_or_zero();
+        let back = obb.axes.transpose() * front * -behind;
+        let (low, high) = (back.min(DVec3::ZERO) - obb.half, back.max(DVec3::ZERO) + obb.half);
+        let local = Obb::from_interval(DMat3::IDENTITY, low, high);
+        Obb { center: obb.center + obb.axes * local.center, axes: obb.axes, half: local.half }
+    }
+
     /// The part of `obb`, along its axes, that holds everything of the collider in it; `None` if nothing is in it.
     ///
     /// It is spanned by the surface in the box. Where no surface is, the box is inside or outside as a whole: a voxel
-    /// of each slab that the surface leaves tells which. Boxes around open meshes are left as they are.
+    /// of each slab that the surface leaves tells which. Boxes around sheets are left as they are.
     pub fn occupied(&self, context: &Context, obb: &Obb) -> Result<Option<Obb>> {
         let to_box = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
         let mut found = context.scratch().list();
         self.hierarchy.query(context, &Region::new(to_box, -obb.half, obb.half), &mut found);
-        if !self.closed {
+        if self.is_sheet() {
             return Ok((!found.is_empty()).then_some(*obb));
         }
         let mut bounds = context.scratch().list();
@@ -224,9 +265,9 @@ impl Collider {
     /// much as `facing` says, 0 to 1.
     ///
     /// Columns run along the axis that most rays follow if it is clear enough, or else along the longest edge. Those of
-    /// an open mesh run across its sheets, which a column beside them would not tell apart.
+    /// a sheet run across it.
     pub fn grid(&self, context: &Context, obb: &Obb, budget: u64, facing: DVec3) -> Grid {
-        if self.closed {
+        if !self.is_sheet() {
             let along = (0..3).max_by(|a, b| facing[*a].total_cmp(&facing[*b])).filter(|axis| facing[*axis] > 0.45);
             // In very flat boxes columns would be too many for their length.
             let deep = |axis: &usize| obb.half[*axis] > 0.05 * obb.half.max_element();
@@ -255,7 +296,7 @@ impl Collider {
             points: &self.points,
             triangles: &self.triangles,
             transform: self.transform,
-            closed: self.closed,
+            closed: !self.is_sheet(),
             lattice: self.lattice(grid),
         };
         voxels.fill(context, grid, &solid, Some(&selection), side)?;
@@ -362,36 +403,6 @@ fn check_points(points: &[[f32; 3]]) -> Result<()> {
     }
 }
 
-/// Whether every edge is met as often in one direction as in the other. Points at the same place count as one, so
-/// that meshes split along seams are closed.
-fn is_closed(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> bool {
-    let key = |point: u32| points[point as usize].map(|value| (value + 0.0).to_bits());
-    let mut order: Vec<u32> = (0..points.len() as u32).collect();
-    order.sort_unstable_by_key(|point| key(*point));
-    let mut same = vec![0; points.len()];
-    let mut first = 0;
-    for (index, point) in order.iter().enumerate() {
-        if key(order[first]) != key(*point) {
-            first = index;
-        }
-        same[*point as usize] = order[first];
-    }
-    let mut edges: Vec<(u32, u32, bool)> = Vec::with_capacity(3 * triangles.len());
-    for corners in triangles {
-        for k in 0..3 {
-            let (a, b) = (same[corners[k] as usize], same[corners[(k + 1) % 3] as usize]);
-            if a != b {
-                edges.push((a.min(b), a.max(b), a < b));
-            }
-        }
-    }
-    edges.sort_unstable();
-    edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).all(|uses| {
-        let up = uses.iter().filter(|edge| edge.2).count();
-        2 * up == uses.len()
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -405,12 +416,11 @@ mod tests {
         assert!(make(shapes::sphere(1.0, 12, 8, 0.1)).is_closed());
         assert!(make(shapes::inverted(shapes::torus(1.0, 0.3, 9, 7))).is_closed());
         let (points, mut triangles) = shapes::cube(1.0);
-        // Every triangle with points of its own.
-        let split: Vec<[f32; 3]> = triangles.iter().flatten().map(|point| points[*point as usize]).collect();
-        let split_triangles = (0..triangles.len() as u32).map(|index| [0, 1, 2].map(|k| 3 * index + k)).collect();
-        assert!(make((split, split_triangles)).is_closed());
         triangles.pop();
-        assert!(!make((points, triangles)).is_closed());
+        let open = make((points, triangles));
+        assert!(!open.is_closed() && open.open_edges() == 3 && !open.is_sheet());
+        // The cover of the hole is for voxels alone.
+        assert_eq!([open.points().len(), open.triangles().len()], [8, 11]);
     }
 
     #[test]

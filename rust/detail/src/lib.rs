@@ -6,6 +6,7 @@
 mod bend;
 pub mod brush;
 pub mod canvas;
+mod closure;
 pub mod collider;
 pub mod contact;
 pub mod cull;
@@ -70,7 +71,8 @@ pub use fading::{Fading, FadingObject, LayerDecay};
 pub use grid::Grid;
 pub use hierarchy::{Bounds, Hierarchy, Region};
 pub use history::{BlockState, Changed, History, LayerState, LayerStates, Recorded};
-pub use imprint::{ImprintSettings, Imprinter, Moment, Report};
+pub use imprint::Imprinter;
+pub use imprint::settings::{ImprintSettings, Moment, Report};
 #[doc(hidden)]
 pub use instances::instances;
 pub use lattice::Lattice;

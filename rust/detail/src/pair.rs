@@ -9,7 +9,8 @@ use relievo_core::{Context, Mesh, Result};
 
 use crate::collider::Collider;
 use crate::grid::Grid;
-use crate::imprint::{ImprintSettings, Imprinter, Moment, Report};
+use crate::imprint::Imprinter;
+use crate::imprint::settings::{ImprintSettings, Moment, Report};
 use crate::object::DisplacedObject;
 use crate::overlap::overlap;
 

@@ -18,7 +18,7 @@ use half::f16;
 use relievo_core::simd::{Arithmetic, Level};
 use relievo_core::{Context, Error, Result, dispatch_simd};
 
-use crate::imprint::ImprintSettings;
+use crate::imprint::settings::ImprintSettings;
 use crate::knots::BLOCK_KNOTS;
 
 mod tiles;

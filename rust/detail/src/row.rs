@@ -6,7 +6,8 @@ use relievo_core::{Context, Error, Progress, Result};
 
 use crate::collider::Collider;
 use crate::device::{Batch, Imprinted, MOST_LINKS};
-use crate::imprint::{ImprintSettings, Imprinter, Moment, Report};
+use crate::imprint::Imprinter;
+use crate::imprint::settings::{ImprintSettings, Moment, Report};
 use crate::motion::Motion;
 use crate::object::DisplacedObject;
 use crate::triangle::TriangleObject;

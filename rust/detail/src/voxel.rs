@@ -6,8 +6,8 @@
 //! columns to one side, are needed: forward from −z, backward from +z. What lies before the box counts in the winding
 //! number with which its columns are entered.
 //!
-//! A mesh that is not closed has no winding number. Columns then count as outside on the front of the first sheet they
-//! meet, so that an open sheet is solid behind its front and closed shells stay what they are.
+//! A sheet ([`crate::closure`]) has no winding number. Columns then count as outside on the front of the first sheet they
+//! meet, so that a sheet is solid behind its front and closed shells stay what they are.
 //!
 //! Nearly all columns are solid in one piece or none. Of those only the ends are kept, four bytes instead of a bit per
 //! voxel, which is also what rays ask for; columns of more pieces keep their bits.
@@ -32,7 +32,7 @@ pub struct Solid<'a> {
     pub triangles: &'a [[u32; 3]],
     /// From object space to the world.
     pub transform: DAffine3,
-    /// Whether the mesh has no open edge.
+    /// Whether every edge is met as often in one direction as in the other; if not, the mesh is solid behind its front.
     pub closed: bool,
     /// The lattice of the grid for it, if its points are to be where graphics devices put them.
     pub lattice: Option<Lattice>,

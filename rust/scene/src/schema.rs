@@ -798,7 +798,8 @@ pub static COLLIDER: Section = Section {
             Kind::Name("objects"),
             "",
             "",
-            "The object that presses; left out, the object of the collider's name",
+            "The object that presses; left out, the object of the collider's name. Holes of its mesh are covered, so that \
+             it is solid inside; a sheet is solid behind its front",
         ),
         key(
             "into",

@@ -325,10 +325,18 @@ impl World {
             let collider = self.colliders.get(entry.object)?.as_ref()?;
             let name = &entry.name.text;
             (!collider.is_closed()).then(|| {
-                format!(
-                    "collider `{name}`: its mesh has open edges, so it is solid behind the front of its faces; turn \
-                     them over if it leaves no imprint"
-                )
+                let count = collider.open_edges();
+                if collider.is_sheet() {
+                    format!(
+                        "collider `{name}`: its mesh is a sheet with {count} open edges, so it is solid behind the front of \
+                         its faces; turn them over if it leaves no imprint"
+                    )
+                } else {
+                    format!(
+                        "collider `{name}`: its mesh has {count} open edges; their holes are covered to make it solid, and \
+                         `relievo mesh repair FILE -o FILE` closes them in the file"
+                    )
+                }
             })
         });
         let documents = self.documents.iter().zip(&self.scene.objects).flat_map(|(document, object)| {

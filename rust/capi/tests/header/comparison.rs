@@ -303,7 +303,7 @@ function!(rlv_caster_retain: unsafe extern "C" fn(RlvCaster) -> RlvResult);
 function!(rlv_caster_release: unsafe extern "C" fn(RlvCaster) -> RlvResult);
 function!(rlv_caster_cast: unsafe extern "C" fn(RlvCaster, *const RlvRayArrays) -> RlvResult);
 layout!(RlvCollider: 8, 8);
-layout!(RlvColliderInfo: 120, 8);
+layout!(RlvColliderInfo: 128, 8);
 layout!(RlvToolSettings: 12, 4);
 function!(rlv_collider_create_mesh: unsafe extern "C" fn(RlvContext, RlvMesh, *const f64, *mut RlvCollider) -> RlvResult);
 function!(rlv_collider_create_surface: unsafe extern "C" fn(RlvSurface, *const RlvTessellateOptions, *const f64, *mut RlvCollider) -> RlvResult);
@@ -575,7 +575,7 @@ function!(rlv_grid_labels: unsafe extern "C" fn(*const RlvGrid, *const i32, usiz
 function!(rlv_grid_label_mask: unsafe extern "C" fn(RlvGrid, i64, *mut RlvGrid) -> RlvResult);
 layout!(RlvImprintSettings: 60, 4);
 layout!(RlvImprintMoment: 24, 8);
-layout!(RlvImprintReport: 120, 8);
+layout!(RlvImprintReport: 128, 8);
 function!(rlv_imprint_params: unsafe extern "C" fn(*mut *const RlvParameter, *mut usize) -> RlvResult);
 function!(rlv_imprint_run: unsafe extern "C" fn(RlvDetail, RlvCollider, *const RlvImprintSettings, *const RlvImprintMoment, *mut RlvImprintReport) -> RlvResult);
 function!(rlv_imprint_sweep: unsafe extern "C" fn(RlvDetail, RlvCollider, *const f64, *const f64, *const RlvImprintSettings, *const RlvImprintMoment, RlvProgress, *mut c_void, *mut RlvImprintReport) -> RlvResult);
@@ -1240,6 +1240,7 @@ pub fn offsets(list: &mut Offsets) {
         point_count: usize = 8,
         triangle_count: usize = 16,
         matrix: [f64; 12] = 24,
+        open_edge_count: usize = 120,
     });
     fields!(list, RlvToolSettings {
         struct_size: u32 = 0,
@@ -1753,6 +1754,7 @@ pub fn offsets(list: &mut Offsets) {
         voxel_diagonal: f64 = 96,
         pushed_volume: f64 = 104,
         raised_volume: f64 = 112,
+        open_edges: u64 = 120,
     });
     fields!(list, RlvPtexOptions {
         struct_size: u32 = 0,
@@ -2263,6 +2265,7 @@ pub const INITIAL: &[Initial] = &[
         ("double voxel_diagonal", 0.0),
         ("double pushed_volume", 0.0),
         ("double raised_volume", 0.0),
+        ("uint64_t open_edges", 0.0),
     ] },
     Initial { header: "ptex.h", name: "RlvPtexOptions", initializer: "RLV_PTEX_OPTIONS_INIT", fields: &[
         ("uint32_t kind", 0.0),

@@ -186,7 +186,8 @@ pub(super) mod tests {
     use crate::device::meshes::DeviceMeshes;
     use crate::device::stages::Target;
     use crate::grid::Grid;
-    use crate::imprint::{ImprintSettings, Imprinter};
+    use crate::imprint::Imprinter;
+    use crate::imprint::settings::ImprintSettings;
     use crate::obb::Obb;
     use crate::raycast::{TileDents, key};
     use crate::shapes;

@@ -170,7 +170,8 @@ pub(crate) mod tests {
     use crate::device::shared::{Shared, parse};
     use crate::device::voxel::{DeviceVoxels, VoxelRoom};
     use crate::grid::Grid;
-    use crate::imprint::{ImprintSettings, compact};
+    use crate::imprint::compact;
+    use crate::imprint::settings::ImprintSettings;
     use crate::lattice::Lattice;
     use crate::obb::Obb;
     use crate::shapes;

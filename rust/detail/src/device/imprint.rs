@@ -17,7 +17,8 @@ use super::state::DeviceObject;
 use super::triangle_imprint::TriangleChain;
 use crate::collider::Collider;
 use crate::grid::Grid;
-use crate::imprint::{Cast, ImprintSettings, Imprinter, Moment, Pressed, Report, grid_over};
+use crate::imprint::settings::{ImprintSettings, Moment, Report};
+use crate::imprint::{Cast, Imprinter, Pressed, grid_over};
 use crate::knots::block_edge;
 use crate::layered::LayeredObject;
 use crate::object::DisplacedObject;
@@ -115,6 +116,8 @@ struct Ready {
     settings: ImprintSettings,
     /// `None` where the two do not meet.
     grid: Option<Grid>,
+    /// Open edges of the collider.
+    open_edges: u64,
     /// How far outwards the boxes reach that it was found by.
     most: f32,
 }
@@ -150,7 +153,8 @@ impl Batch {
             self.links.push(link.smoothed(settings).raising(settings).worked(self.worked));
         }
         let most = outwards(object.reach()[1], settings);
-        self.all.push(Ready { target, settings: *settings, grid, most });
+        let open_edges = collider.open_edges() as u64;
+        self.all.push(Ready { target, settings: *settings, grid, open_edges, most });
         Ok(true)
     }
 
@@ -256,7 +260,8 @@ impl Imprinter {
             if outwards(object.reach()[1], &ready.settings) != ready.most {
                 return Ok(false);
             }
-            let mut report = Report { bytes: object.bytes(), sub_steps: 1, ..Report::default() };
+            let mut report =
+                Report { bytes: object.bytes(), open_edges: ready.open_edges, sub_steps: 1, ..Report::default() };
             let mut stays = true;
             if let Some(grid) = &ready.grid {
                 let cast = casts.next().ok_or_else(|| Error::internal("an imprint was not made"))?;
@@ -335,7 +340,7 @@ impl Imprinted for DisplacedObject {
 
     fn prepare(&mut self, _: &Context) -> Result<()> {
         self.measure();
-        Ok(())
+        self.layers.displacement.check_editable()
     }
 
     fn is_for_row(&self, settings: &ImprintSettings) -> bool {

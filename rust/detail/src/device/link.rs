@@ -12,7 +12,7 @@ use super::voxel::MOST_NARROW;
 use crate::collider::Collider;
 use crate::cull::VoxelFrame;
 use crate::grid::Grid;
-use crate::imprint::ImprintSettings;
+use crate::imprint::settings::ImprintSettings;
 use crate::lattice::Lattice;
 use crate::raycast::{Limits, deepest};
 use crate::voxel::Side;
@@ -48,8 +48,8 @@ impl Link {
         let corners = collider.obb().corners();
         let near = corners.into_iter().all(|it| grid.map.transform_point3(it).abs().max_element() < FAR);
         let lattice = collider.lattice(grid).filter(|_| near)?;
-        // Of a closed mesh either side will do.
-        let side = if collider.is_closed() { Side::Forward } else { collider.side(context, grid).0 };
+        // Of what is solid inside either side will do.
+        let side = if collider.is_sheet() { collider.side(context, grid).0 } else { Side::Forward };
         Some(Self::of(target, collider, grid, limits, side, lattice))
     }
 
@@ -64,7 +64,7 @@ impl Link {
         Self {
             target,
             mesh: collider.identity[0],
-            triangles: collider.triangles().len() as u64,
+            triangles: collider.boundary().1.len() as u64,
             transform: *collider.transform(),
             side,
             grid: *grid,

@@ -20,7 +20,7 @@ const KEPT: usize = 16;
 pub(super) struct Place {
     pub points: Range<u32>,
     pub triangles: Range<u32>,
-    /// Whether it has no open edge.
+    /// Whether it is solid inside, and not behind its front.
     pub closed: bool,
     /// Which points it has.
     pub identity: u64,
@@ -81,7 +81,7 @@ impl DeviceMeshes {
         }
         let sum = |there: &dyn Fn(&u64) -> bool| {
             let counted = wanted.iter().filter(|(mesh, _)| !there(mesh));
-            let size = |it: &Collider| [it.points().len(), it.triangles().len()];
+            let size = |it: &Collider| [it.boundary().0.len(), it.boundary().1.len()];
             counted.map(|(_, it)| size(it)).fold([0; 2], |[a, b], [c, d]| [a + c, b + d])
         };
         let missing = sum(&|mesh| self.places.contains_key(mesh));
@@ -102,22 +102,23 @@ impl DeviceMeshes {
     /// Writes what the device lacks of a mesh, for which there is room.
     fn write(&mut self, device: &Device, mesh: u64, collider: &Collider) -> Result<()> {
         let identity = collider.identity[1];
+        let (points, triangles) = collider.boundary();
         if let Some(place) = self.places.get_mut(&mesh) {
             if place.identity != identity {
-                self.points.write(device, place.points.start as usize, collider.points())?;
+                self.points.write(device, place.points.start as usize, points)?;
                 place.identity = identity;
             }
             return Ok(());
         }
         let [first, second] = self.used;
-        self.points.write(device, first, collider.points())?;
-        self.triangles.write(device, second, collider.triangles())?;
-        self.used = [first + collider.points().len(), second + collider.triangles().len()];
+        self.points.write(device, first, points)?;
+        self.triangles.write(device, second, triangles)?;
+        self.used = [first + points.len(), second + triangles.len()];
         let range = |from: usize, to: usize| from as u32..to as u32;
         let place = Place {
             points: range(first, self.used[0]),
             triangles: range(second, self.used[1]),
-            closed: collider.is_closed(),
+            closed: !collider.is_sheet(),
             identity,
         };
         self.places.insert(mesh, place);
@@ -127,7 +128,8 @@ impl DeviceMeshes {
 
 /// Fails for a collider that is too large for kernels.
 fn check(collider: &Collider) -> Result<()> {
-    let (points, triangles) = (collider.points().len(), collider.triangles().len());
+    let (points, triangles) = collider.boundary();
+    let (points, triangles) = (points.len(), triangles.len());
     if triangles > MOST_TRIANGLES || points > 3 * MOST_TRIANGLES {
         return Err(Error::unsupported(format!(
             "a collider of {triangles} triangles and {points} points is too large for a graphics device"

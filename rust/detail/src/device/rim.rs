@@ -23,7 +23,7 @@ use super::moved::{MOVED_GROUP, Moved, STRAIGHT_AND_BENT};
 use super::shared::{Shared, parse, step};
 use super::voxel::DeviceVoxels;
 use crate::grid::Grid;
-use crate::imprint::ImprintSettings;
+use crate::imprint::settings::ImprintSettings;
 use crate::rim::{Volumes, check_bytes, highest, surroundings};
 
 /// What an imprint raises.

@@ -199,7 +199,7 @@ mod tests {
     use crate::device::meshes::Place;
     use crate::device::shared::{Told, parse};
     use crate::grid::Grid;
-    use crate::imprint::ImprintSettings;
+    use crate::imprint::settings::ImprintSettings;
     use crate::obb::Obb;
     use crate::shapes::{self, Soup};
     use crate::voxel::{Side, Solid, Voxels};

@@ -10,7 +10,7 @@ use crate::cull::{self, CulledTile, VoxelFrame};
 use crate::edit::Window;
 use crate::frame::{Frames, STILL};
 use crate::grid::Grid;
-use crate::imprint::ImprintSettings;
+use crate::imprint::settings::ImprintSettings;
 use crate::knots::{BLOCK_KNOTS, KnotBlock, block_edge};
 use crate::obb::Obb;
 use crate::object::DisplacedObject;

@@ -17,7 +17,8 @@ use crate::device::{
     DeviceMeshes, Imprinted, Link, PressedValues, Standing, TriangleCast, TriangleChain, TriangleTarget,
 };
 use crate::grid::Grid;
-use crate::imprint::{ImprintSettings, Imprinter, Moment, Report};
+use crate::imprint::Imprinter;
+use crate::imprint::settings::{ImprintSettings, Moment, Report};
 use crate::raycast::key;
 
 impl Imprinter {
@@ -76,6 +77,7 @@ impl Imprinted for TriangleObject {
         // An undo may have put vectors back.
         self.renew_vectors(context);
         self.measure();
+        self.layers.displacement.check_editable()?;
         self.traces.as_ref().map_or(Ok(()), |traces| traces::check(self.displacement.field(), traces.field()))
     }
 

@@ -8,7 +8,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 use half::f16;
 use relievo_core::progress::Silent;
-use relievo_core::{Context, Error, Result};
+use relievo_core::{Context, Error, Progress, Result};
 use relievo_tiles::triangle::TriangleField;
 
 use super::dab::{is_kept, write};
@@ -22,7 +22,8 @@ use crate::device::{Imprinted, TriangleCast};
 use crate::frame::STILL;
 use crate::grid::Grid;
 use crate::hierarchy::Region;
-use crate::imprint::{ImprintSettings, Imprinter, Moment, Pressed, Report, grid_over};
+use crate::imprint::settings::{ImprintSettings, Moment, Report};
+use crate::imprint::{Imprinter, Pressed, grid_over};
 use crate::knots::{BLOCK_KNOTS, KnotBlock};
 use crate::motion::Motion;
 use crate::obb::Obb;
@@ -57,9 +58,24 @@ impl Imprinter {
         settings: &ImprintSettings,
         moment: Moment,
     ) -> Result<Report> {
+        self.sweep_triangles_watched(context, object, collider, motion, settings, moment, &mut Silent)
+    }
+
+    /// Sweeps a collider over a triangle mesh as [`Imprinter::sweep_watched`] does over a Catmull-Clark surface.
+    #[allow(clippy::too_many_arguments)]
+    pub fn sweep_triangles_watched(
+        &mut self,
+        context: &Context,
+        object: &mut TriangleObject,
+        collider: &mut Collider,
+        motion: &Motion,
+        settings: &ImprintSettings,
+        moment: Moment,
+        progress: &mut dyn Progress,
+    ) -> Result<Report> {
         settings.check()?;
         let sweep = Sweep { into: 0, by: 0, motion, settings, moment };
-        let reports = self.sweep_watching(context, &mut [object], &mut [collider], &[sweep], &mut Silent)?;
+        let reports = self.sweep_watching(context, &mut [object], &mut [collider], &[sweep], progress)?;
         reports.into_iter().next().ok_or_else(|| Error::internal("a motion without a report"))
     }
 
@@ -73,7 +89,12 @@ impl Imprinter {
         start: Option<&TriangleField>,
     ) -> Result<Report> {
         let stats = context.stats();
-        let mut report = Report { bytes: object.displacement().bytes(), sub_steps: 1, ..Report::default() };
+        let mut report = Report {
+            bytes: object.displacement().bytes(),
+            open_edges: collider.open_edges() as u64,
+            sub_steps: 1,
+            ..Report::default()
+        };
         let Some(grid) = stats.time("imprint.obb", || grid_over(context, object, collider, settings, moment))? else {
             return Ok(report);
         };

@@ -16,7 +16,7 @@ use super::object::{TriangleGround, TriangleObject};
 use super::site::{Element, ElementEdit, Run, around, values};
 use crate::cull::VoxelFrame;
 use crate::frame::STILL;
-use crate::imprint::ImprintSettings;
+use crate::imprint::settings::ImprintSettings;
 use crate::knots::{BLOCK_KNOTS, KnotBlock};
 use crate::rim::{Piece, Volumes, check_bytes, rise};
 use crate::voxel::Voxels;

@@ -9,7 +9,7 @@ use relievo_tiles::Texel;
 use relievo_tiles::triangle::{TriangleChange, TriangleChannel, TriangleField, TriangleValues};
 
 use super::site::{Element, around, values};
-use crate::imprint::ImprintSettings;
+use crate::imprint::settings::ImprintSettings;
 
 /// Rings around a changed value that are smoothed as well.
 const REACH: u32 = 2;

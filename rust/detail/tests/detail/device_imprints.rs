@@ -192,14 +192,17 @@ fn animated_surfaces_deforming_colliders_and_open_ones_too() {
         let mut imprinter = Imprinter::new();
         let mut collider = ball(&context, 0.7);
         let rest = collider.points().to_vec();
-        let open: Vec<_> = collider.triangles()[100..].to_vec();
-        let mut sheet = Collider::new(&context, rest.clone(), open, DAffine3::IDENTITY).unwrap();
+        // With a hole at the bottom, which is covered, and the bottom alone, which is a sheet.
+        let [open, bottom] = [100..2208, 0..900].map(|range| collider.triangles()[range].to_vec());
+        let mut holed = Collider::new(&context, rest.clone(), open, DAffine3::IDENTITY).unwrap();
+        let mut sheet = Collider::new(&context, rest.clone(), bottom, DAffine3::IDENTITY).unwrap();
+        assert!(!holed.is_closed() && !holed.is_sheet() && sheet.is_sheet());
         for frame in 0..3 {
             let lift = 0.05 * frame as f32;
             let posed: Vec<_> = cage.iter().map(|p| [p[0], p[1] * (1.0 + lift), p[2] + lift * p[0]]).collect();
             object.pose(&context, &posed).unwrap();
             let stretched: Vec<_> = rest.iter().map(|p| [p[0], p[1] * (1.0 + lift), p[2]]).collect();
-            for collider in [&mut collider, &mut sheet] {
+            for collider in [&mut collider, &mut holed, &mut sheet] {
                 collider.set_points(&context, &stretched).unwrap();
                 collider.set_transform(place(object, frame)).unwrap();
                 let moment = Moment { frame: u64::from(frame), ..Moment::default() };

@@ -19,6 +19,7 @@ mod history;
 mod imprint;
 mod layers;
 mod levels;
+mod open_colliders;
 mod openvdb;
 mod paging;
 mod paint;
