@@ -1,0 +1,256 @@
+//! Decals: stickers laid on a surface.
+
+use relievo_core::{Attribute, Domain, Error, ErrorKind, Mesh, Progress, Result, Values};
+
+use crate::energy::Vec2;
+use crate::graph::Graph;
+use crate::grow::{Growth, Limits};
+use crate::outline::Outline;
+use crate::pins::{Pin, insert, name};
+use crate::quality::{Quality, measure};
+use crate::relax::Stop;
+use crate::seed::{Seed, at_pin, between_pins, single};
+use crate::surface::{Surface, Vec3, cross, dot, length, minus};
+
+/// The part of an image that is laid on a surface.
+#[derive(Clone, Debug)]
+pub struct Sticker {
+    size: [f64; 2],
+    outline: Outline,
+}
+
+/// Size and direction of a sticker with one pin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// The width of the whole image on the surface, in units of the mesh.
+    pub width: f64,
+    /// The direction in space that the image's upward direction follows at the pin.
+    pub up: [f64; 3],
+}
+
+/// How a decal is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DecalSettings {
+    /// Newton steps of the last relaxation, 1 to 1000.
+    pub steps: u32,
+    /// The expected decrease of the distortion, as a share of it, that is not worth another step.
+    pub decrease: f64,
+    /// The most triangles of the patch.
+    pub triangles: u32,
+    /// Whether the sticker may lie on a part of the surface more than once, as around a finger.
+    pub overlap: bool,
+}
+
+impl Default for DecalSettings {
+    fn default() -> Self {
+        Self { steps: 30, decrease: 1e-4, triangles: 4_000_000, overlap: false }
+    }
+}
+
+/// A sticker on a surface: triangles with their places in the image.
+#[derive(Clone, Debug)]
+pub struct Decal {
+    /// Positions in space.
+    pub points: Vec<Vec3>,
+    /// Unit normals of the surface.
+    pub normals: Vec<Vec3>,
+    /// Places in the image: 0 to 1 from left to right and from bottom to top.
+    pub uv: Vec<Vec2>,
+    /// Triangles of these.
+    pub triangles: Vec<[u32; 3]>,
+    /// The face of the mesh that each triangle lies on.
+    pub faces: Vec<u32>,
+    /// The vertex of each pin.
+    pub pins: Vec<u32>,
+    /// The distortion.
+    pub quality: Quality,
+}
+
+impl Sticker {
+    /// Makes a sticker of an image of `size` pixels and an outline in pixels from its lower left corner.
+    ///
+    /// # Errors
+    /// The image has no pixels or more than 32,768 in a direction, or the outline is unusable ([`Outline::new`]).
+    pub fn new(size: [u32; 2], outline: Vec<Vec2>) -> Result<Self> {
+        if size.iter().any(|side| !(1..=32_768).contains(side)) {
+            return Err(Error::invalid(format!("it has {} x {} pixels", size[0], size[1]))
+                .at("image")
+                .advise("use an image of 1 to 32,768 pixels in each direction"));
+        }
+        let width = f64::from(size[0]);
+        let outline = outline.into_iter().map(|corner| corner.map(|value| value / width)).collect();
+        Ok(Self { size: size.map(f64::from), outline: Outline::new(outline)? })
+    }
+
+    /// Makes a sticker of a whole image.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn whole(size: [u32; 2]) -> Result<Self> {
+        let [width, height] = size.map(f64::from);
+        Self::new(size, vec![[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
+    }
+
+    fn place(&self, image: Vec2) -> Vec2 {
+        image.map(|value| value / self.size[0])
+    }
+}
+
+/// Lays a sticker on a triangle mesh so that each pin's point of the image lies exactly on its place.
+///
+/// A single pin needs a pose; with more pins it is not used.
+///
+/// # Errors
+/// The mesh, a pin or the pose is unusable; pins lie on different components; paths between pins cross; the sticker folds
+/// at a pin; the patch grows beyond its limit; or the caller cancels. The error names the pins and says what to do.
+pub fn lay(
+    mesh: &Mesh,
+    sticker: &Sticker,
+    pins: &[Pin],
+    pose: Option<Pose>,
+    settings: &DecalSettings,
+    progress: &mut dyn Progress,
+) -> Result<Decal> {
+    check(pins, settings)?;
+    progress.step(0.0, "reading the surface")?;
+    let surface = Surface::new(mesh)?;
+    let places: Vec<_> = pins.iter().map(|pin| pin.place).collect();
+    let (surface, vertices) = insert(&surface, &places)?;
+    let places: Vec<Vec2> = pins.iter().map(|pin| sticker.place(pin.image)).collect();
+    let graph = Graph::new(&places, &sticker.outline)?;
+    progress.step(0.0, "joining the pins")?;
+    let limits = Limits { faces: settings.triangles as usize, can_overlap: settings.overlap };
+    let stop = Stop { steps: settings.steps as usize, decrease: settings.decrease, enough: 0.0 };
+    let outline = &sticker.outline;
+    let mut grow = |mut seed: Seed, heading: Option<(u32, Vec2)>, is_free: bool| -> Result<Seed> {
+        let (vertices, places) = (&vertices, &places);
+        Growth { seed: &mut seed, vertices, places, outline, heading, is_free, limits }.run(stop, progress)?;
+        Ok(seed)
+    };
+    let seed = if pins.len() == 1 {
+        let pose = pose.ok_or_else(|| {
+            Error::invalid("one pin gives no size and direction").at("decal").advise("give a pose, or a second pin")
+        })?;
+        let (seed, heading) = posed(surface, vertices[0], places[0], pose)?;
+        grow(seed, heading, false)?
+    } else {
+        let free = grow(at_pin(&surface, &vertices, &places, &graph)?, None, true);
+        match free {
+            // Paths between the pins say better than a free map where the sticker runs, but cost more.
+            Err(error) if error.kind == ErrorKind::Invalid && !graph.triangles.is_empty() => {
+                grow(between_pins(&surface, &vertices, &places, &graph)?, None, false)?
+            }
+            free => free?,
+        }
+    };
+    Ok(Decal::new(seed, sticker, pins.len()))
+}
+
+fn check(pins: &[Pin], settings: &DecalSettings) -> Result<()> {
+    if pins.is_empty() {
+        return Err(Error::invalid("there are no pins").at("decal").advise("give at least one"));
+    }
+    for (index, pin) in pins.iter().enumerate() {
+        if !pin.image.iter().all(|value| value.is_finite()) {
+            return Err(Error::invalid("its point of the image is not finite")
+                .at(name(index))
+                .advise("give two numbers"));
+        }
+    }
+    let is_usable = (1..=1000).contains(&settings.steps) && settings.decrease >= 0.0 && settings.triangles > 0;
+    if !is_usable {
+        return Err(Error::invalid("a setting is out of range")
+            .at("decal")
+            .advise("use 1 to 1000 steps, a decrease of 0 or more, and at least one triangle"));
+    }
+    Ok(())
+}
+
+/// The seed of a single pin: one face, turned to the pose. Also returns the heading of an edge of that face.
+fn posed(surface: Surface, vertex: u32, place: Vec2, pose: Pose) -> Result<(Seed, Option<(u32, Vec2)>)> {
+    let refuse = |what: &str, remedy: &str| Err(Error::invalid(what).at("pose").advise(remedy));
+    if !(pose.width > 0.0 && pose.width.is_finite()) {
+        return refuse("the width is not a positive number", "give the width in units of the mesh");
+    }
+    let normal = normal(&surface, vertex);
+    let flat = |vector: Vec3| -> Vec3 {
+        let height = dot(vector, normal);
+        std::array::from_fn(|axis| vector[axis] - height * normal[axis])
+    };
+    let up = flat(pose.up);
+    let norm = length(up);
+    if !(norm.is_finite() && norm > 1e-9 * length(pose.up)) {
+        return refuse("the upward direction is not finite or points along the normal", "give another direction");
+    }
+    let up: Vec3 = up.map(|value| value / norm);
+    let right = cross(up, normal);
+    let Some(half) = surface.fan(vertex).next() else {
+        return Err(Error::invalid("no face holds its place").at(name(0)).advise("move it onto a face"));
+    };
+    let target = surface.points[surface.target(half) as usize];
+    let way = flat(minus(target, surface.points[vertex as usize]));
+    let heading = [dot(way, right), dot(way, up)];
+    let scale = 1.0 / pose.width;
+    let patch = single(&surface, half / 3, vertex, place, target, heading, scale)?;
+    let at = patch.vertices.iter().position(|other| *other == vertex).unwrap_or_default();
+    Ok((Seed { surface, patch, pins: vec![(0, at as u32)], scale }, Some((half, heading))))
+}
+
+/// The mean of the normals around a vertex, weighted by area.
+fn normal(surface: &Surface, vertex: u32) -> Vec3 {
+    let mut sum = [0.0; 3];
+    for half in surface.fan(vertex) {
+        let [a, b, c] = surface.corners(half / 3);
+        let normal = cross(minus(b, a), minus(c, a));
+        for axis in 0..3 {
+            sum[axis] += normal[axis];
+        }
+    }
+    let norm = length(sum);
+    if norm > 0.0 { sum.map(|value| value / norm) } else { [0.0, 0.0, 1.0] }
+}
+
+impl Decal {
+    fn new(seed: Seed, sticker: &Sticker, count: usize) -> Self {
+        let Seed { surface, patch, pins, .. } = seed;
+        let quality = measure(&surface, &patch.faces, &patch.triangles, &patch.positions);
+        let mut pin_vertices = vec![0; count];
+        for (pin, vertex) in pins {
+            pin_vertices[pin] = vertex;
+        }
+        let ratio = sticker.size[0] / sticker.size[1];
+        Self {
+            points: patch.vertices.iter().map(|vertex| surface.points[*vertex as usize]).collect(),
+            normals: patch.vertices.iter().map(|vertex| normal(&surface, *vertex)).collect(),
+            uv: patch.positions.iter().map(|[x, y]| [*x, y * ratio]).collect(),
+            faces: patch.triangles.iter().map(|triangle| surface.sources[*triangle as usize]).collect(),
+            triangles: patch.faces,
+            pins: pin_vertices,
+            quality,
+        }
+    }
+
+    /// Returns the decal as a mesh with attributes `uv` and `normal`, lifted off the surface by `offset`.
+    pub fn mesh(&self, offset: f64) -> Mesh {
+        let lifted = self.points.iter().zip(&self.normals);
+        let lifted =
+            lifted.map(|(point, normal)| std::array::from_fn(|axis| (point[axis] + offset * normal[axis]) as f32));
+        let mut mesh = Mesh::from_triangles(lifted.collect(), &self.triangles);
+        let mut add = |name: &str, width: u32, values: Vec<f32>| {
+            let values = Values::F32(values);
+            mesh.attributes.push(Attribute { name: name.into(), domain: Domain::Point, width, values, indices: None });
+        };
+        add("uv", 2, self.uv.iter().flatten().map(|value| *value as f32).collect());
+        add("normal", 3, self.normals.iter().flatten().map(|value| *value as f32).collect());
+        mesh
+    }
+
+    /// Returns whether the triangles form a topological disk, by OpenMesh.
+    ///
+    /// # Errors
+    /// The triangles are no oriented manifold, or OpenMesh is not installed.
+    pub fn is_disk(&self) -> Result<bool> {
+        let points: Vec<[f32; 3]> = self.points.iter().map(|point| point.map(|value| value as f32)).collect();
+        relievo_openmesh::Patch::new(&points, &self.triangles)?.is_disk()
+    }
+}

@@ -1,0 +1,250 @@
+//! The symmetric Dirichlet energy of a triangle, its gradient and its Hessian, projected to positive semidefinite.
+//!
+//! The energy is `|J|² (1 + 1/D²)` with the Jacobian `J` of the map from the flat rest triangle to the plane and its
+//! determinant `D` (Smith and Schaefer 2015). It is infinite at flips. To turn flipped triangles back it is replaced by
+//! `(|J|² + D² + 1) / χ` with `χ = (D + √(ε² + D²)) / 2`, which is finite everywhere and drives them to turn
+//! back (Garanzha, Kaporin, Kudryavtseva, Protais, Ray and Sokolov 2021). The eigenvalues of the Hessian in the frame of
+//! the singular values have a closed form (Smith, de Goes and Kim 2019).
+
+/// A vector of the plane.
+pub type Vec2 = [f64; 2];
+
+/// The smallest ratio of height to longest edge that a rest triangle keeps.
+const THINNEST: f64 = 1e-5;
+
+/// The rest shape of a triangle: its area, and the gradients of the hat functions of its second and third vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Rest {
+    /// Area in square units of the plane.
+    pub area: f64,
+    gradients: [Vec2; 2],
+}
+
+/// The energy of a triangle with its derivatives by the positions of its three vertices.
+#[derive(Clone, Copy, Debug)]
+pub struct Derivatives {
+    /// The energy, weighted by the area.
+    pub energy: f64,
+    /// The derivatives by x and y of each vertex.
+    pub gradient: [f64; 6],
+    /// The projected second derivatives.
+    pub hessian: [[f64; 6]; 6],
+}
+
+impl Rest {
+    /// Lays a triangle of space flat, scaled. A triangle that is almost a line gets the least height that keeps the
+    /// derivatives finite, so that degenerate faces of a mesh do not spoil their neighbours.
+    pub fn new(corners: [[f64; 3]; 3], scale: f64) -> Self {
+        let edge = |from: usize, to: usize| -> [f64; 3] {
+            std::array::from_fn(|axis| (corners[to][axis] - corners[from][axis]) * scale)
+        };
+        let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let (first, second, third) = (edge(0, 1), edge(0, 2), edge(1, 2));
+        let longest = dot(first, first).max(dot(second, second)).max(dot(third, third)).sqrt();
+        let longest = if longest > 0.0 { longest } else { f64::MIN_POSITIVE.sqrt() };
+        let base = dot(first, first).sqrt().max(THINNEST * longest);
+        let along = dot(first, second) / base;
+        let height = (dot(second, second) - along * along).max(0.0).sqrt().max(THINNEST * longest);
+        Self { area: 0.5 * base * height, gradients: [[1.0 / base, -along / (base * height)], [0.0, 1.0 / height]] }
+    }
+
+    /// Returns the Jacobian of the map that takes the rest triangle to these positions, row by row.
+    pub fn jacobian(&self, positions: [Vec2; 3]) -> [Vec2; 2] {
+        let [g, h] = self.gradients;
+        std::array::from_fn(|row| {
+            let (a, b) = (positions[1][row] - positions[0][row], positions[2][row] - positions[0][row]);
+            [a * g[0] + b * h[0], a * g[1] + b * h[1]]
+        })
+    }
+
+    /// Returns the determinant of the Jacobian: the signed ratio of the areas.
+    pub fn determinant(&self, positions: [Vec2; 3]) -> f64 {
+        let [[a, b], [c, d]] = self.jacobian(positions);
+        a * d - b * c
+    }
+
+    /// Returns the energy weighted by the area; infinite for a flipped triangle if `epsilon` is 0.
+    pub fn energy(&self, positions: [Vec2; 3], epsilon: f64) -> f64 {
+        let [[a, b], [c, d]] = self.jacobian(positions);
+        let (square, determinant) = (a * a + b * b + c * c + d * d, a * d - b * c);
+        if epsilon == 0.0 && determinant <= 0.0 {
+            return f64::INFINITY;
+        }
+        let Terms { h, k } = Terms::new(determinant, epsilon);
+        self.area * (square * h[0] + k[0])
+    }
+
+    /// Returns the matrix of the energy `|J - R|²`, weighted by the area, for one coordinate.
+    pub fn stiffness(&self) -> [[f64; 3]; 3] {
+        let hats = self.hats();
+        let product = |a: Vec2, b: Vec2| 2.0 * self.area * (a[0] * b[0] + a[1] * b[1]);
+        std::array::from_fn(|row| std::array::from_fn(|column| product(hats[row], hats[column])))
+    }
+
+    /// Returns the forces that turn a triangle towards the rotation nearest to its map, for its three vertices
+    /// (Liu, Zhang, Xu, Gotsman and Gortler 2008).
+    pub fn rotation_forces(&self, positions: [Vec2; 3]) -> [Vec2; 3] {
+        let [[a, b], [c, d]] = self.jacobian(positions);
+        let (cos, sin) = (a + d, c - b);
+        let norm = cos.hypot(sin);
+        let (cos, sin) = if norm > 0.0 { (cos / norm, sin / norm) } else { (1.0, 0.0) };
+        let weight = 2.0 * self.area;
+        self.hats().map(|hat| [weight * (cos * hat[0] - sin * hat[1]), weight * (sin * hat[0] + cos * hat[1])])
+    }
+
+    /// The gradients of the hat functions.
+    fn hats(&self) -> [Vec2; 3] {
+        let [g, h] = self.gradients;
+        [[-g[0] - h[0], -g[1] - h[1]], g, h]
+    }
+
+    /// Returns the energy with its derivatives.
+    pub fn derivatives(&self, positions: [Vec2; 3], epsilon: f64) -> Derivatives {
+        let [[a, b], [c, d]] = self.jacobian(positions);
+        // Singular values with their rotations; the smaller one has the sign of the determinant.
+        let (e, f, g, h) = (0.5 * (a + d), 0.5 * (a - d), 0.5 * (c + b), 0.5 * (c - b));
+        let (q, r) = (e.hypot(h), f.hypot(g));
+        let (larger, smaller) = (q + r, q - r);
+        let (sum, difference) = (h.atan2(e), g.atan2(f));
+        let (left_sin, left_cos) = (0.5 * (sum + difference)).sin_cos();
+        let (right_sin, right_cos) = (0.5 * (sum - difference)).sin_cos();
+
+        let (square, determinant) = (larger * larger + smaller * smaller, larger * smaller);
+        let Terms { h: [h0, h1, h2], k: [k0, k1, k2] } = Terms::new(determinant, epsilon);
+        let (first, second) = (square * h1 + k1, square * h2 + k2);
+        let slope = [2.0 * larger * h0 + first * smaller, 2.0 * smaller * h0 + first * larger];
+        let p = 2.0 * h0 + 4.0 * determinant * h1 + second * smaller * smaller;
+        let s = 2.0 * h0 + 4.0 * determinant * h1 + second * larger * larger;
+        let o = 2.0 * square * h1 + first + second * determinant;
+        // Eigenvectors of the block of the scalings.
+        let (mean, half) = (0.5 * (p + s), 0.5 * (p - s));
+        let radius = half.hypot(o);
+        let angle = 0.5 * o.atan2(half);
+        let (sin, cos) = angle.sin_cos();
+        let twist = (2.0 * h0 + first).max(0.0);
+        let flip = (2.0 * h0 - first).max(0.0);
+        let scalings = [(mean + radius).max(0.0), (mean - radius).max(0.0)];
+
+        let hats = self.hats();
+        let mut gradient = [0.0; 6];
+        let mut modes = [[0.0; 6]; 4];
+        for (vertex, hat) in hats.iter().enumerate() {
+            let w = [right_cos * hat[0] - right_sin * hat[1], right_sin * hat[0] + right_cos * hat[1]];
+            let mut put = |mode: Option<usize>, x: f64, y: f64| {
+                let turned = [left_cos * x - left_sin * y, left_sin * x + left_cos * y];
+                let target = mode.map_or(&mut gradient, |mode| &mut modes[mode]);
+                target[2 * vertex..2 * vertex + 2].copy_from_slice(&turned);
+            };
+            put(None, self.area * slope[0] * w[0], self.area * slope[1] * w[1]);
+            put(Some(0), cos * w[0], sin * w[1]);
+            put(Some(1), -sin * w[0], cos * w[1]);
+            put(Some(2), -w[1], w[0]);
+            put(Some(3), w[1], w[0]);
+        }
+        let weights = [scalings[0], scalings[1], 0.5 * twist, 0.5 * flip].map(|weight| weight * self.area);
+        let mut hessian = [[0.0; 6]; 6];
+        for (mode, weight) in modes.iter().zip(weights) {
+            for row in 0..6 {
+                let scaled = weight * mode[row];
+                for column in 0..6 {
+                    hessian[row][column] += scaled * mode[column];
+                }
+            }
+        }
+        Derivatives { energy: self.area * (square * h0 + k0), gradient, hessian }
+    }
+}
+
+/// The parts of the energy that depend on the determinant alone, with two derivatives: `|J|² h + k`.
+struct Terms {
+    h: [f64; 3],
+    k: [f64; 3],
+}
+
+impl Terms {
+    fn new(determinant: f64, epsilon: f64) -> Self {
+        if epsilon == 0.0 {
+            let inverse = 1.0 / determinant;
+            let square = inverse * inverse;
+            return Self { h: [1.0 + square, -2.0 * square * inverse, 6.0 * square * square], k: [0.0; 3] };
+        }
+        let root = determinant.hypot(epsilon);
+        // For negative determinants the sum cancels; its conjugate does not.
+        let value = if determinant >= 0.0 {
+            0.5 * (determinant + root)
+        } else {
+            0.5 * epsilon * epsilon / (root - determinant)
+        };
+        let (first, second) = (value / root, 0.5 * epsilon * epsilon / root.powi(3));
+        let inverse = 1.0 / value;
+        let h1 = -first * inverse * inverse;
+        let h2 = 2.0 * first * first * inverse.powi(3) - second * inverse * inverse;
+        let size = determinant * determinant + 1.0;
+        let k1 = 2.0 * determinant * inverse + size * h1;
+        let k2 = 2.0 * inverse + 4.0 * determinant * h1 + size * h2;
+        Self { h: [inverse, h1, h2], k: [size * inverse, k1, k2] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CORNERS: [[f64; 3]; 3] = [[0.0, 0.0, 1.0], [2.0, 0.5, 1.0], [0.3, 1.5, 0.2]];
+
+    #[test]
+    fn an_isometry_has_the_least_energy_and_no_gradient() {
+        let rest = Rest::new(CORNERS, 1.0);
+        let (along, height) =
+            (rest.gradients[0][1] / -rest.gradients[0][0] / rest.gradients[1][1], 1.0 / rest.gradients[1][1]);
+        let flat = [[0.0, 0.0], [1.0 / rest.gradients[0][0], 0.0], [along, height]];
+        let derivatives = rest.derivatives(flat, 0.0);
+        assert!((derivatives.energy - 4.0 * rest.area).abs() < 1e-12);
+        assert!(derivatives.gradient.iter().all(|value| value.abs() < 1e-12), "{:?}", derivatives.gradient);
+    }
+
+    #[test]
+    fn derivatives_agree_with_differences() {
+        let rest = Rest::new(CORNERS, 0.7);
+        let places = [
+            ([[0.1, 0.2], [1.3, 0.0], [0.4, 0.8]], 0.0),
+            ([[0.1, 0.2], [1.3, 0.0], [0.4, -0.3]], 0.2),
+            ([[0.1, 0.2], [0.3, 0.9], [-0.4, 0.3]], 0.0),
+            ([[0.1, 0.2], [1.3, 0.1], [0.4, 0.8]], 0.4),
+        ];
+        for (positions, epsilon) in places {
+            let derivatives = rest.derivatives(positions, epsilon);
+            assert!((derivatives.energy - rest.energy(positions, epsilon)).abs() < 1e-9 * derivatives.energy);
+            for unknown in 0..6 {
+                let moved = |by: f64| {
+                    let mut moved = positions;
+                    moved[unknown / 2][unknown % 2] += by;
+                    rest.energy(moved, epsilon)
+                };
+                let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+                let expected = derivatives.gradient[unknown];
+                assert!((slope - expected).abs() < 1e-5 * (1.0 + expected.abs()), "{unknown}: {slope} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_hessian_is_exact_where_it_is_convex() {
+        // A stretched triangle, far from the directions that the projection removes.
+        let rest = Rest::new([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], 1.0);
+        let positions = [[0.0, 0.0], [1.3, 0.1], [-0.05, 1.25]];
+        let derivatives = rest.derivatives(positions, 0.0);
+        for unknown in 0..6 {
+            let gradient = |by: f64| {
+                let mut moved = positions;
+                moved[unknown / 2][unknown % 2] += by;
+                rest.derivatives(moved, 0.0).gradient
+            };
+            let (above, below) = (gradient(1e-5), gradient(-1e-5));
+            for row in 0..6 {
+                let expected = (above[row] - below[row]) / 2e-5;
+                assert!((derivatives.hessian[row][unknown] - expected).abs() < 1e-4, "{row} {unknown}");
+            }
+        }
+    }
+}

@@ -1,0 +1,354 @@
+//! Growth of the patch until it covers the sticker (the paper's Section 5).
+//!
+//! The paper maps the patch conformally and warps the image region onto it. Here the patch is mapped into the image with
+//! its pins exact, so that the region stays what it is and cannot overlap itself: no warp and no groups of influence are
+//! needed. Rounds of growth and relaxation alternate until no boundary edge with a face beyond touches the region.
+
+use std::collections::{HashMap, HashSet, VecDeque};
+
+use relievo_core::{Error, Progress, Result};
+
+use crate::energy::{Rest, Vec2};
+use crate::extend::extend;
+use crate::factor::System;
+use crate::outline::Outline;
+use crate::patch::{Joint, Patch};
+use crate::pins::name;
+use crate::relax::{Map, Relaxed, Stop};
+use crate::seed::Seed;
+use crate::surface::{Surface, dot, minus, previous};
+
+/// Rounds after which growth gives up: the map does not settle.
+const ROUNDS: usize = 60;
+/// Rings of faces that a round adds at most.
+const RINGS: u32 = 12;
+/// The share of its faces that a patch grows by in a round, beside the first rings.
+const GROWTH: usize = 2;
+/// Copies of a vertex of the surface that a sticker which overlaps itself may have.
+const LAYERS: usize = 4;
+/// Copies of a vertex within this many lengths of an edge are the same place of the sticker.
+const REACH: f64 = 4.0;
+
+/// Bounds of the growth.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// The most faces of a patch.
+    pub faces: usize,
+    /// Whether the patch may lie on a part of the surface more than once.
+    pub can_overlap: bool,
+}
+
+/// A patch on its way to cover a sticker.
+pub struct Growth<'a> {
+    /// The surface, the patch and its pins.
+    pub seed: &'a mut Seed,
+    /// Vertices of the surface of all pins.
+    pub vertices: &'a [u32],
+    /// Points of all pins in the plane.
+    pub places: &'a [Vec2],
+    /// The region.
+    pub outline: &'a Outline,
+    /// The direction in the plane of a half-edge that leaves the only pin, where there is one pin.
+    pub heading: Option<(u32, Vec2)>,
+    /// Whether the patch grows with the pins of the seed alone at first, and is pulled to the others at the end.
+    pub is_free: bool,
+    /// Bounds.
+    pub limits: Limits,
+}
+
+impl Growth<'_> {
+    /// Grows the patch over the region, removes what lies outside, and lowers the distortion.
+    ///
+    /// # Errors
+    /// A pin cannot be reached or makes triangles flip, the patch grows beyond its limit, or the caller cancels.
+    pub fn run(&mut self, stop: Stop, progress: &mut dyn Progress) -> Result<()> {
+        let rough = Stop { steps: 8, decrease: 0.02, enough: 4.05 };
+        if self.is_free {
+            self.cover(rough, progress)?;
+            self.align();
+            self.is_free = false;
+        } else {
+            self.relax(rough, progress)?;
+        }
+        self.cover(rough, progress)?;
+        self.attach();
+        self.relax(rough, progress)?;
+        if let Some(missing) = (0..self.places.len()).find(|pin| self.seed.pins.iter().all(|other| other.0 != *pin)) {
+            return Err(Error::invalid("the patch does not reach its place on the surface")
+                .at(name(missing))
+                .advise("move the pin nearer to the others, or add pins on the way to it"));
+        }
+        for _ in 0..3 {
+            self.peel();
+            self.relax(stop, progress)?;
+            if self.is_covered() {
+                break;
+            }
+            let before = self.seed.patch.faces.len();
+            self.grow()?;
+            self.extend(before)?;
+        }
+        self.peel();
+        Ok(())
+    }
+
+    /// Adds faces until no boundary edge with a face beyond touches the region.
+    fn cover(&mut self, stop: Stop, progress: &mut dyn Progress) -> Result<()> {
+        for round in 0..ROUNDS {
+            progress.step((round as f32 / ROUNDS as f32).sqrt(), "growing the patch")?;
+            let before = self.seed.patch.faces.len();
+            self.grow()?;
+            if self.seed.patch.faces.len() == before {
+                break;
+            }
+            self.extend(before)?;
+            if !self.is_free {
+                self.attach();
+            }
+            self.relax(stop, progress)?;
+        }
+        Ok(())
+    }
+
+    /// Moves and turns the patch so that the pins come near to their places (Umeyama 1991, without a change of scale).
+    fn align(&mut self) {
+        let held = self.seed.pins.clone();
+        self.attach();
+        let patch = &mut self.seed.patch;
+        let pairs: Vec<(Vec2, Vec2)> =
+            self.seed.pins.iter().map(|(pin, vertex)| (patch.positions[*vertex as usize], self.places[*pin])).collect();
+        self.seed.pins = held;
+        let count = pairs.len() as f64;
+        let mean = |pick: fn(&(Vec2, Vec2)) -> Vec2| -> Vec2 {
+            std::array::from_fn(|axis| pairs.iter().map(|pair| pick(pair)[axis]).sum::<f64>() / count)
+        };
+        let (from, to) = (mean(|pair| pair.0), mean(|pair| pair.1));
+        let (mut cos, mut sin) = (0.0, 0.0);
+        for (a, b) in &pairs {
+            let (a, b) = ([a[0] - from[0], a[1] - from[1]], [b[0] - to[0], b[1] - to[1]]);
+            cos += a[0] * b[0] + a[1] * b[1];
+            sin += a[0] * b[1] - a[1] * b[0];
+        }
+        let norm = cos.hypot(sin);
+        let (cos, sin) = if norm > 0.0 { (cos / norm, sin / norm) } else { (1.0, 0.0) };
+        for position in &mut patch.positions {
+            let [x, y] = [position[0] - from[0], position[1] - from[1]];
+            *position = [to[0] + cos * x - sin * y, to[1] + sin * x + cos * y];
+        }
+    }
+
+    fn is_covered(&self) -> bool {
+        let patch = &self.seed.patch;
+        patch.boundary().iter().all(|from| {
+            let ends = [*from, patch.after(*from)].map(|vertex| patch.positions[vertex as usize]);
+            patch.beyond(&self.seed.surface, *from).is_none() || !self.outline.touches(ends[0], ends[1])
+        })
+    }
+
+    /// Adds rings of faces within the region.
+    fn grow(&mut self) -> Result<()> {
+        let Seed { surface, patch, scale, .. } = &mut *self.seed;
+        let mut counts: HashMap<u32, f64> = HashMap::new();
+        let most = patch.faces.len() * (1 + GROWTH) + 64;
+        let mut queue: VecDeque<(u32, u32)> = patch.boundary().into_iter().map(|vertex| (vertex, 0)).collect();
+        while let Some((from, ring)) = queue.pop_front() {
+            if !patch.is_boundary(from) || ring >= RINGS || patch.faces.len() >= most {
+                continue;
+            }
+            let to = patch.after(from);
+            let ends = [from, to].map(|vertex| patch.positions[vertex as usize]);
+            let Some(half) = patch.beyond(surface, from) else {
+                continue;
+            };
+            if !self.outline.touches(ends[0], ends[1]) {
+                continue;
+            }
+            if patch.faces.len() >= self.limits.faces {
+                return Err(Error::memory(format!("the patch grows beyond {} triangles", self.limits.faces))
+                    .at("decal")
+                    .advise("make the sticker smaller, simplify the surface, or raise the limit"));
+            }
+            let joint = patch.joint(surface, from, half);
+            match joint {
+                Joint::Blocked => continue,
+                Joint::New => {
+                    let position = unfold(surface, half, ends, *scale);
+                    let place = surface.origin(previous(half));
+                    let copies = patch.copies(place);
+                    let reach = REACH * distance(ends[0], position).max(distance(ends[1], position));
+                    let is_near = |copy: &u32| distance(patch.positions[*copy as usize], position) < reach;
+                    // A copy nearby is the same place of the sticker: it is reached along the boundary later.
+                    let layers = if self.limits.can_overlap { LAYERS } else { 1 };
+                    if copies.len() >= layers || copies.iter().any(is_near) {
+                        continue;
+                    }
+                    if let Some(vertex) = patch.add(surface, from, half, joint, position) {
+                        counts.insert(vertex, 1.0);
+                        queue.push_back((from, ring + 1));
+                        queue.push_back((vertex, ring + 1));
+                    }
+                }
+                Joint::Start(third) | Joint::End(third) => {
+                    // A vertex of this round moves to the mean of what the edges around it say.
+                    if let Some(count) = counts.get_mut(&third) {
+                        let guess = unfold(surface, half, ends, *scale);
+                        *count += 1.0;
+                        let position = &mut patch.positions[third as usize];
+                        *position =
+                            std::array::from_fn(|axis| position[axis] + (guess[axis] - position[axis]) / *count);
+                    }
+                    patch.add(surface, from, half, joint, [0.0; 2]);
+                    // The edges beside the closed gap may close now as well.
+                    let start = if matches!(joint, Joint::Start(_)) { third } else { from };
+                    queue.push_front((start, ring));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Places the vertices of the faces from `first` on that no older face has.
+    fn extend(&mut self, first: usize) -> Result<()> {
+        let Seed { surface, patch, scale, .. } = &mut *self.seed;
+        let mut number = HashMap::new();
+        let (mut is_fixed, mut positions) = (Vec::new(), Vec::new());
+        let mut is_old = vec![false; patch.vertices.len()];
+        for vertex in patch.faces[..first].as_flattened() {
+            is_old[*vertex as usize] = true;
+        }
+        let mut local = |vertex: u32| {
+            *number.entry(vertex).or_insert_with(|| {
+                is_fixed.push(is_old[vertex as usize]);
+                positions.push(patch.positions[vertex as usize]);
+                is_fixed.len() as u32 - 1
+            })
+        };
+        let faces: Vec<[u32; 3]> = patch.faces[first..].iter().map(|face| face.map(&mut local)).collect();
+        let rest: Vec<Rest> =
+            patch.triangles[first..].iter().map(|triangle| Rest::new(surface.corners(*triangle), *scale)).collect();
+        extend(&faces, &rest, &is_fixed, &mut positions)?;
+        for (vertex, local) in number {
+            patch.positions[vertex as usize] = positions[local as usize];
+        }
+        Ok(())
+    }
+
+    /// Pins whose vertices the patch has reached are pins of it from now on.
+    fn attach(&mut self) {
+        for pin in 0..self.places.len() {
+            if self.seed.pins.iter().any(|(other, _)| *other == pin) {
+                continue;
+            }
+            let patch = &self.seed.patch;
+            let far = |copy: &&u32| distance(patch.positions[**copy as usize], self.places[pin]);
+            let nearest = patch.copies(self.vertices[pin]).iter().min_by(|a, b| far(a).total_cmp(&far(b)));
+            if let Some(copy) = nearest {
+                let copy = *copy;
+                self.seed.pins.push((pin, copy));
+            }
+        }
+    }
+
+    /// Lowers the distortion with the pins at their targets.
+    fn relax(&mut self, stop: Stop, progress: &mut dyn Progress) -> Result<()> {
+        let Seed { surface, patch, pins, scale } = &mut *self.seed;
+        let rest: Vec<Rest> =
+            patch.triangles.iter().map(|triangle| Rest::new(surface.corners(*triangle), *scale)).collect();
+        let mut is_pinned = vec![false; patch.vertices.len()];
+        let targets: Vec<(u32, Vec2)> = pins.iter().map(|(pin, vertex)| (*vertex, self.places[*pin])).collect();
+        for (vertex, _) in &targets {
+            is_pinned[*vertex as usize] = true;
+        }
+        if patch.vertices.len() == targets.len() {
+            return Ok(());
+        }
+        let mut map = Map { faces: &patch.faces, rest: &rest, positions: &mut patch.positions, pins: &targets };
+        if map.is_good(stop.enough) {
+            self.turn();
+            return Ok(());
+        }
+        let mut system = System::new(is_pinned.len(), map.faces, &is_pinned)?;
+        if let Relaxed::Flipped(face) = map.relax(&mut system, stop, progress)? {
+            let place = patch.positions[patch.faces[face][0] as usize];
+            let nearest = pins
+                .iter()
+                .min_by(|a, b| distance(self.places[a.0], place).total_cmp(&distance(self.places[b.0], place)));
+            let pin = nearest.map_or(0, |nearest| nearest.0);
+            return Err(Error::invalid("no map without folds was found: the surface folds near it")
+                .at(name(pin))
+                .advise("move the pin towards the place where the sticker lies without it, or remove it"));
+        }
+        self.turn();
+        Ok(())
+    }
+
+    /// With one pin: turns the patch about it until it has its heading again.
+    fn turn(&mut self) {
+        let Some((half, heading)) = self.heading else {
+            return;
+        };
+        let Seed { surface, patch, pins, .. } = &mut *self.seed;
+        let Some((_, center)) = pins.first() else {
+            return;
+        };
+        let center = patch.positions[*center as usize];
+        let target = surface.target(half);
+        let Some(other) = patch.copies(target).first() else {
+            return;
+        };
+        let other = patch.positions[*other as usize];
+        let way = [other[0] - center[0], other[1] - center[1]];
+        let norm = way[0].hypot(way[1]) * heading[0].hypot(heading[1]);
+        if norm <= 0.0 {
+            return;
+        }
+        let cos = (way[0] * heading[0] + way[1] * heading[1]) / norm;
+        let sin = (way[0] * heading[1] - way[1] * heading[0]) / norm;
+        for position in &mut patch.positions {
+            let [x, y] = [position[0] - center[0], position[1] - center[1]];
+            *position = [center[0] + cos * x - sin * y, center[1] + sin * x + cos * y];
+        }
+    }
+
+    /// Removes faces outside of the region.
+    fn peel(&mut self) {
+        let outline = self.outline;
+        let inner = outline.corners()[0];
+        let pinned: HashSet<u32> = self.seed.pins.iter().map(|(_, vertex)| *vertex).collect();
+        let is_wanted = |patch: &Patch, face: usize| {
+            let vertices = patch.faces[face];
+            let corners = vertices.map(|vertex| patch.positions[vertex as usize]);
+            let side = |a: Vec2, b: Vec2| (b[0] - a[0]) * (inner[1] - a[1]) - (b[1] - a[1]) * (inner[0] - a[0]);
+            vertices.iter().any(|vertex| pinned.contains(vertex))
+                || (0..3).any(|corner| outline.touches(corners[corner], corners[(corner + 1) % 3]))
+                || (0..3).all(|corner| side(corners[corner], corners[(corner + 1) % 3]) >= 0.0)
+        };
+        let old = self.seed.patch.peel(&self.seed.surface, &is_wanted);
+        for (_, vertex) in &mut self.seed.pins {
+            if let Some(number) = old.iter().position(|old| old == vertex) {
+                *vertex = number as u32;
+            }
+        }
+    }
+}
+
+fn distance(a: Vec2, b: Vec2) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+/// The place of the third corner of the face beyond an edge. The face keeps its shape and the scale of the patch, so that
+/// a stretched edge does not stretch all that follows.
+fn unfold(surface: &Surface, half: u32, ends: [Vec2; 2], scale: f64) -> Vec2 {
+    // `half` runs from the second end to the first.
+    let (from, to, apex) = (surface.origin(half), surface.target(half), surface.origin(previous(half)));
+    let [from, to, apex] = [from, to, apex].map(|vertex| surface.points[vertex as usize]);
+    let (edge, way) = (minus(to, from), minus(apex, from));
+    let length = dot(edge, edge).sqrt().max(f64::MIN_POSITIVE.sqrt());
+    let along = dot(way, edge) / length;
+    let height = (dot(way, way) - along * along).max(0.0).sqrt();
+    let axis = [ends[0][0] - ends[1][0], ends[0][1] - ends[1][1]];
+    let base = axis[0].hypot(axis[1]).max(f64::MIN_POSITIVE.sqrt());
+    let (along, across) = (scale * (along - 0.5 * length) / base, scale * height / base);
+    let middle = [0.5 * (ends[0][0] + ends[1][0]), 0.5 * (ends[0][1] + ends[1][1])];
+    [middle[0] + along * axis[0] - across * axis[1], middle[1] + along * axis[1] + across * axis[0]]
+}

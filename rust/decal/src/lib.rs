@@ -1,0 +1,37 @@
+//! Decals: stickers cut out of an image that lie on a surface exactly at given points, without folds, with little stretch.
+//!
+//! [`lay`] takes a triangle mesh, a [`Sticker`] and [`Pin`]s, and returns a [`Decal`]: triangles with their places in the
+//! image, and their [`Quality`]. The method is that of multiple-constrained decaling (Journal of WSCG 21, 2013):
+//!
+//! 1. Pins become vertices of the surface. Their Delaunay triangulation within the outline is the feature graph
+//!    (Section 4.1).
+//! 2. Geodesics for the edges of the graph enclose the seed; mean-value coordinates map it into the image (Sections 4.2
+//!    and 4.3).
+//! 3. The patch grows until it covers the sticker, and faces outside are removed. It stays a topological disk (Section 5).
+//! 4. Projected Newton steps lower the symmetric Dirichlet energy. Pins are no unknowns, and no step flips a triangle.
+//!
+//! Step 4 replaces the paper's conformal map and its warp of the image region, so that the pins stay exact and the region
+//! keeps its shape. Lengths are units of the mesh; places in the image are pixels from its lower left corner. Results do
+//! not depend on the number of threads.
+
+mod cut;
+mod decal;
+mod embed;
+mod energy;
+mod extend;
+mod factor;
+mod geodesic;
+mod graph;
+mod grow;
+mod outline;
+mod patch;
+mod pins;
+mod quality;
+mod relax;
+mod seed;
+mod surface;
+
+pub use decal::{Decal, DecalSettings, Pose, Sticker, lay};
+pub use outline::Outline;
+pub use pins::{Pin, Place};
+pub use quality::Quality;

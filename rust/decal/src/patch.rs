@@ -1,0 +1,285 @@
+//! The patch: the part of the surface under a sticker, as a disk of its own with positions in the plane of the image.
+//!
+//! A vertex of the surface may occur several times, so that a sticker can overlap itself. Additions and removals keep the
+//! patch a topological disk: a face is added along one, two or three consecutive boundary edges, and removed where its
+//! edges on the boundary are connected.
+
+use std::collections::HashMap;
+
+use relievo_core::{Error, Result};
+
+use crate::energy::Vec2;
+use crate::surface::{NONE, Surface, next, previous};
+
+/// A disk of faces.
+#[derive(Clone, Debug, Default)]
+pub struct Patch {
+    /// The vertex of the surface that each vertex lies at.
+    pub vertices: Vec<u32>,
+    /// Positions in the plane.
+    pub positions: Vec<Vec2>,
+    /// Vertices of the faces, in the order of the corners of the surface's triangles.
+    pub faces: Vec<[u32; 3]>,
+    /// The triangle of the surface that each face lies at.
+    pub triangles: Vec<u32>,
+    /// The boundary, counter-clockwise: by vertex, the next and the previous vertex, or [`NONE`] inside.
+    next: Vec<u32>,
+    previous: Vec<u32>,
+    /// The half-edge of the surface from each boundary vertex to the next one, within the patch.
+    halves: Vec<u32>,
+    copies: HashMap<u32, Vec<u32>>,
+}
+
+/// How a face beyond a boundary edge can be added.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Joint {
+    /// It brings a new vertex.
+    New,
+    /// It closes the gap at the start of the edge, with the vertex before.
+    Start(u32),
+    /// It closes the gap at the end of the edge, with the vertex after.
+    End(u32),
+    /// It would make a surface without boundary, or join two copies of a vertex.
+    Blocked,
+}
+
+impl Patch {
+    /// Makes a patch of faces that form a disk.
+    ///
+    /// # Errors
+    /// They do not.
+    pub fn new(vertices: Vec<u32>, positions: Vec<Vec2>, faces: Vec<[u32; 3]>, triangles: Vec<u32>) -> Result<Self> {
+        let count = vertices.len();
+        let mut patch = Self {
+            next: vec![NONE; count],
+            previous: vec![NONE; count],
+            halves: vec![NONE; count],
+            vertices,
+            positions,
+            faces,
+            triangles,
+            copies: HashMap::new(),
+        };
+        let refuse = || Error::invalid("the faces under the pins do not form a disk").at("seed of the decal");
+        let edges = patch.edges();
+        let mut boundary = 0;
+        for (index, (from, to, half)) in edges.iter().enumerate() {
+            let is_doubled = index > 0 && (edges[index - 1].0, edges[index - 1].1) == (*from, *to);
+            if is_doubled {
+                return Err(refuse());
+            }
+            if edges.binary_search_by_key(&(*to, *from), |edge| (edge.0, edge.1)).is_ok() {
+                continue;
+            }
+            if patch.next[*from as usize] != NONE || patch.previous[*to as usize] != NONE {
+                return Err(refuse());
+            }
+            boundary += 1;
+            patch.next[*from as usize] = *to;
+            patch.previous[*to as usize] = *from;
+            patch.halves[*from as usize] = 3 * patch.triangles[*half as usize / 3] + half % 3;
+        }
+        let euler = count as i64 - (edges.len() as i64 + boundary) / 2 + patch.faces.len() as i64;
+        if euler != 1 || patch.boundary().len() as i64 != boundary {
+            return Err(refuse());
+        }
+        for (vertex, place) in patch.vertices.iter().enumerate() {
+            patch.copies.entry(*place).or_default().push(vertex as u32);
+        }
+        Ok(patch)
+    }
+
+    /// Directed edges, sorted, with the half-edge of the patch: three times the face plus the corner.
+    fn edges(&self) -> Vec<(u32, u32, u32)> {
+        let mut edges = Vec::with_capacity(3 * self.faces.len());
+        for (face, vertices) in self.faces.iter().enumerate() {
+            edges.extend(
+                (0..3).map(|corner| (vertices[corner], vertices[(corner + 1) % 3], (3 * face + corner) as u32)),
+            );
+        }
+        edges.sort_unstable();
+        edges
+    }
+
+    /// Returns the boundary vertices in order; those of the first loop where there are several.
+    pub fn boundary(&self) -> Vec<u32> {
+        let Some(first) = self.next.iter().position(|next| *next != NONE) else {
+            return Vec::new();
+        };
+        let mut boundary = vec![first as u32];
+        let mut vertex = self.next[first];
+        while vertex != NONE && vertex != first as u32 && boundary.len() <= self.next.len() {
+            boundary.push(vertex);
+            vertex = self.next[vertex as usize];
+        }
+        boundary
+    }
+
+    /// Returns whether a vertex lies on the boundary.
+    pub fn is_boundary(&self, vertex: u32) -> bool {
+        self.next[vertex as usize] != NONE
+    }
+
+    /// Returns the vertex after a boundary vertex.
+    pub fn after(&self, vertex: u32) -> u32 {
+        self.next[vertex as usize]
+    }
+
+    /// Returns the copies of a vertex of the surface.
+    pub fn copies(&self, vertex: u32) -> &[u32] {
+        self.copies.get(&vertex).map_or(&[], Vec::as_slice)
+    }
+
+    /// Returns the half-edge of the surface beyond the boundary edge that starts at a vertex, if there is a face.
+    pub fn beyond(&self, surface: &Surface, from: u32) -> Option<u32> {
+        let half = self.halves[from as usize];
+        (half != NONE).then(|| surface.mate(half)).flatten()
+    }
+
+    /// Returns how the face beyond the edge that starts at a boundary vertex can be added. `half` is its half-edge.
+    pub fn joint(&self, surface: &Surface, from: u32, half: u32) -> Joint {
+        let to = self.next[from as usize];
+        let before = self.previous[from as usize];
+        let closes_start = surface.mates[self.halves[before as usize] as usize] == next(half);
+        let closes_end = surface.mates[self.halves[to as usize] as usize] == previous(half);
+        match (closes_start, closes_end) {
+            (false, false) => Joint::New,
+            (true, false) if before != self.next[to as usize] => Joint::Start(before),
+            (false, true) if before != self.next[to as usize] => Joint::End(self.next[to as usize]),
+            _ => Joint::Blocked,
+        }
+    }
+
+    /// Adds the face beyond the edge that starts at a boundary vertex; returns the new vertex of [`Joint::New`].
+    pub fn add(&mut self, surface: &Surface, from: u32, half: u32, joint: Joint, position: Vec2) -> Option<u32> {
+        let to = self.next[from as usize];
+        let place = surface.origin(previous(half));
+        let mut made = None;
+        let third = match joint {
+            Joint::Blocked => return None,
+            Joint::New => {
+                let vertex = self.vertices.len() as u32;
+                self.vertices.push(place);
+                self.positions.push(position);
+                self.next.push(to);
+                self.previous.push(from);
+                self.halves.push(previous(half));
+                self.copies.entry(place).or_default().push(vertex);
+                self.link(from, vertex, next(half));
+                self.previous[to as usize] = vertex;
+                made = Some(vertex);
+                vertex
+            }
+            Joint::End(after) => {
+                self.release(to);
+                self.link(from, after, next(half));
+                after
+            }
+            Joint::Start(before) => {
+                self.release(from);
+                self.link(before, to, previous(half));
+                before
+            }
+        };
+        // The half-edge beyond runs from the end of the boundary edge to its start.
+        let mut face = [0; 3];
+        for (corner, vertex) in [(half, to), (next(half), from), (previous(half), third)] {
+            face[corner as usize % 3] = vertex;
+        }
+        self.faces.push(face);
+        self.triangles.push(half / 3);
+        made
+    }
+
+    fn link(&mut self, from: u32, to: u32, half: u32) {
+        self.next[from as usize] = to;
+        self.previous[to as usize] = from;
+        self.halves[from as usize] = half;
+    }
+
+    fn release(&mut self, vertex: u32) {
+        self.next[vertex as usize] = NONE;
+        self.previous[vertex as usize] = NONE;
+        self.halves[vertex as usize] = NONE;
+    }
+
+    /// Removes faces from the boundary inwards as long as they are not wanted and the patch stays a disk. Renumbers
+    /// vertices and faces; returns the old number of each vertex.
+    pub fn peel(&mut self, surface: &Surface, is_wanted: &dyn Fn(&Self, usize) -> bool) -> Vec<u32> {
+        let edges = self.edges();
+        let find = |from: u32, to: u32| {
+            let found = edges.binary_search_by_key(&(from, to), |edge| (edge.0, edge.1));
+            found.ok().map(|index| edges[index].2)
+        };
+        let mut is_removed = vec![false; self.faces.len()];
+        let mut queue: Vec<u32> = self.boundary();
+        queue.reverse();
+        while let Some(from) = queue.pop() {
+            let to = self.next[from as usize];
+            if to == NONE {
+                continue;
+            }
+            let Some(half) = find(from, to).filter(|half| !is_removed[*half as usize / 3]) else {
+                continue;
+            };
+            let face = half as usize / 3;
+            if is_wanted(self, face) {
+                continue;
+            }
+            let third = self.faces[face][previous(half) as usize % 3];
+            let triangle = 3 * self.triangles[face];
+            let (second, last) = (triangle + next(half) % 3, triangle + previous(half) % 3);
+            let mate = |half: u32| surface.mates[half as usize];
+            if self.next[to as usize] == third && self.next[third as usize] == from {
+                // The last face stays.
+                continue;
+            } else if self.next[to as usize] == third {
+                self.release(to);
+                self.link(from, third, mate(last));
+                queue.push(from);
+            } else if self.next[third as usize] == from {
+                self.release(from);
+                self.link(third, to, mate(second));
+                queue.push(third);
+            } else if self.next[third as usize] == NONE {
+                self.link(from, third, mate(last));
+                self.link(third, to, mate(second));
+                queue.extend([third, from]);
+            } else {
+                continue;
+            }
+            is_removed[face] = true;
+        }
+        self.compact(&is_removed)
+    }
+
+    fn compact(&mut self, is_removed: &[bool]) -> Vec<u32> {
+        let mut number = vec![NONE; self.vertices.len()];
+        let mut old = Vec::new();
+        let mut kept = Self::default();
+        for (face, vertices) in self.faces.iter().enumerate().filter(|(face, _)| !is_removed[*face]) {
+            let vertices = vertices.map(|vertex| {
+                let number = &mut number[vertex as usize];
+                if *number == NONE {
+                    *number = old.len() as u32;
+                    old.push(vertex);
+                }
+                *number
+            });
+            kept.faces.push(vertices);
+            kept.triangles.push(self.triangles[face]);
+        }
+        let renumbered = |vertex: u32| if vertex == NONE { NONE } else { number[vertex as usize] };
+        for (vertex, before) in old.iter().enumerate() {
+            let before = *before as usize;
+            kept.vertices.push(self.vertices[before]);
+            kept.positions.push(self.positions[before]);
+            kept.next.push(renumbered(self.next[before]));
+            kept.previous.push(renumbered(self.previous[before]));
+            kept.halves.push(self.halves[before]);
+            kept.copies.entry(self.vertices[before]).or_default().push(vertex as u32);
+        }
+        *self = kept;
+        old
+    }
+}

@@ -1,0 +1,167 @@
+//! Pins: points of the image with the places of the surface they belong to, inserted into the surface as vertices.
+
+use std::collections::HashMap;
+
+use relievo_core::{Error, Result};
+
+use crate::energy::Vec2;
+use crate::surface::{NONE, Surface, Vec3, cross, dot, minus};
+
+/// Barycentric coordinates below this are zero: the pin lies on an edge or a vertex.
+const SNAPPED: f64 = 1e-7;
+
+/// A place on a triangle of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The face.
+    pub face: u32,
+    /// Barycentric coordinates: the weights of its three corners. They are scaled to a sum of 1.
+    pub barycentric: [f64; 3],
+}
+
+/// A point of the image and the place of the surface it belongs to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pin {
+    /// The point in pixels, from the lower left corner of the image.
+    pub image: Vec2,
+    /// The place on the mesh.
+    pub place: Place,
+}
+
+/// Names a pin in an error.
+pub fn name(pin: usize) -> String {
+    format!("pin {pin}")
+}
+
+/// Returns the surface with a vertex at each place, and those vertices.
+///
+/// # Errors
+/// A place does not exist, or two are the same. The error names the pins.
+pub fn insert(surface: &Surface, places: &[Place]) -> Result<(Surface, Vec<u32>)> {
+    let mut cells = Cells {
+        surface,
+        points: surface.points.clone(),
+        triangles: surface.triangles.clone(),
+        sources: surface.sources.clone(),
+        parts: HashMap::new(),
+    };
+    let mut vertices: Vec<u32> = Vec::with_capacity(places.len());
+    for (pin, place) in places.iter().enumerate() {
+        let vertex = cells.insert(*place).map_err(|error| error.at(name(pin)))?;
+        if let Some(other) = vertices.iter().position(|other| *other == vertex) {
+            return Err(Error::invalid(format!("it is at the same place as pin {other}"))
+                .at(name(pin))
+                .advise("move or remove one of them"));
+        }
+        vertices.push(vertex);
+    }
+    if cells.points.len() == surface.points.len() {
+        return Ok((surface.clone(), vertices));
+    }
+    let Cells { points, triangles, sources, .. } = cells;
+    Ok((Surface::from_triangles(points, triangles, sources, &[]), vertices))
+}
+
+/// Triangles that are split at pins, with the parts of each triangle of the surface that was.
+struct Cells<'a> {
+    surface: &'a Surface,
+    points: Vec<Vec3>,
+    triangles: Vec<[u32; 3]>,
+    sources: Vec<u32>,
+    parts: HashMap<u32, Vec<u32>>,
+}
+
+impl Cells<'_> {
+    fn insert(&mut self, place: Place) -> Result<u32> {
+        let Place { face, barycentric } = place;
+        if face as usize >= self.surface.triangles.len() {
+            return Err(Error::invalid(format!("face {face} does not exist"))
+                .advise(format!("use faces from 0 to {}", self.surface.triangles.len().saturating_sub(1))));
+        }
+        let sum: f64 = barycentric.iter().sum();
+        let is_usable = barycentric.iter().all(|weight| weight.is_finite() && *weight >= -1e-6) && sum > 1e-6;
+        if !is_usable {
+            return Err(Error::invalid(format!("the weights {barycentric:?} are no place on face {face}"))
+                .advise("give three weights that are not negative and do not vanish together"));
+        }
+        let weights = barycentric.map(|weight| weight.max(0.0) / sum);
+        let corners = self.surface.triangles[face as usize];
+        let on_edge: Vec<usize> = (0..3).filter(|corner| weights[*corner] > SNAPPED).collect();
+        if let [corner] = on_edge[..] {
+            return Ok(corners[corner]);
+        }
+        let positions = self.surface.corners(face);
+        let point: Vec3 =
+            std::array::from_fn(|axis| (0..3).map(|corner| weights[corner] * positions[corner][axis]).sum());
+
+        let parts = self.parts.get(&face).cloned().unwrap_or_else(|| vec![face]);
+        let best = parts.iter().map(|part| (*part, self.weights(*part, point)));
+        let least = |weights: &[f64; 3]| weights.iter().fold(f64::INFINITY, |least, weight| least.min(*weight));
+        let best = best.max_by(|a, b| least(&a.1).total_cmp(&least(&b.1)));
+        let Some((part, weights)) = best else {
+            return Err(Error::internal("a face has no parts"));
+        };
+        let vertices = self.triangles[part as usize];
+        let away: Vec<usize> = (0..3).filter(|corner| weights[*corner] > SNAPPED).collect();
+        match away[..] {
+            [corner] => Ok(vertices[corner]),
+            [first, second] => {
+                let (a, b) = (vertices[first], vertices[second]);
+                Ok(self.split_edge(face, a, b, point))
+            }
+            _ => Ok(self.split_part(face, part, point)),
+        }
+    }
+
+    /// Barycentric coordinates of a point in the plane of a triangle.
+    fn weights(&self, part: u32, point: Vec3) -> [f64; 3] {
+        let [a, b, c] = self.triangles[part as usize].map(|vertex| self.points[vertex as usize]);
+        let normal = cross(minus(b, a), minus(c, a));
+        let whole = dot(normal, normal);
+        if whole <= 0.0 {
+            return [f64::NEG_INFINITY; 3];
+        }
+        let share = |from: Vec3, to: Vec3| dot(normal, cross(minus(to, from), minus(point, from))) / whole;
+        [share(b, c), share(c, a), share(a, b)]
+    }
+
+    fn part(&mut self, face: u32, triangle: [u32; 3]) {
+        self.triangles.push(triangle);
+        self.sources.push(self.surface.sources[face as usize]);
+        let part = self.triangles.len() as u32 - 1;
+        self.parts.entry(face).or_insert_with(|| vec![face]).push(part);
+    }
+
+    fn split_part(&mut self, face: u32, part: u32, point: Vec3) -> u32 {
+        let vertex = self.points.len() as u32;
+        self.points.push(point);
+        let [a, b, c] = self.triangles[part as usize];
+        self.triangles[part as usize] = [a, b, vertex];
+        self.part(face, [b, c, vertex]);
+        self.part(face, [c, a, vertex]);
+        vertex
+    }
+
+    /// Splits the edge in the parts of a face and of its neighbours.
+    fn split_edge(&mut self, face: u32, a: u32, b: u32, point: Vec3) -> u32 {
+        let vertex = self.points.len() as u32;
+        self.points.push(point);
+        let mates = (3 * face..3 * face + 3).map(|half| self.surface.mates[half as usize]);
+        let faces: Vec<u32> = mates.filter(|mate| *mate != NONE).map(|mate| mate / 3).chain([face]).collect();
+        for face in faces {
+            for part in self.parts.get(&face).cloned().unwrap_or_else(|| vec![face]) {
+                let triangle = self.triangles[part as usize];
+                let edge = (0..3).find(|corner| {
+                    let (from, to) = (triangle[*corner], triangle[(corner + 1) % 3]);
+                    (from, to) == (a, b) || (from, to) == (b, a)
+                });
+                if let Some(edge) = edge {
+                    let (from, to, apex) = (triangle[edge], triangle[(edge + 1) % 3], triangle[(edge + 2) % 3]);
+                    self.triangles[part as usize] = [from, vertex, apex];
+                    self.part(face, [vertex, to, apex]);
+                }
+            }
+        }
+        vertex
+    }
+}

@@ -1,0 +1,279 @@
+//! Lowers the distortion of a map with exact pins by projected Newton steps that never flip a triangle.
+//!
+//! The positions of pins are no unknowns: a pin that is not at its target yet moves along with each Newton step, as far as
+//! the step can go without a flip. When no step gets further, the pins jump to their targets, and the flipped triangles are
+//! turned back with the regularised energy of Garanzha et al. 2021.
+
+use relievo_core::{Progress, Result};
+
+use crate::energy::{Rest, Vec2};
+use crate::factor::{PINNED, System};
+
+/// The share of the way to the first flip that a step may go.
+const SAFE: f64 = 0.9;
+/// The shortest step that counts as progress of the pins.
+const STALLED: f64 = 0.02;
+/// Steps that untangling may take.
+const UNTANGLING_STEPS: usize = 200;
+/// Steps that pins may take to their targets.
+const PULLING_STEPS: usize = 40;
+
+/// When to stop.
+#[derive(Clone, Copy, Debug)]
+pub struct Stop {
+    /// Newton steps after the pins have arrived.
+    pub steps: usize,
+    /// The expected decrease, as a share of the energy, that is not worth another step.
+    pub decrease: f64,
+    /// The energy for each unit of area, 4 at an isometric map, that needs no step at all.
+    pub enough: f64,
+}
+
+/// The outcome of a relaxation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Relaxed {
+    /// No triangle is flipped, and every pin is at its target.
+    Valid,
+    /// This face is still flipped.
+    Flipped(usize),
+}
+
+/// A map of triangles into the plane with its pins.
+pub struct Map<'a> {
+    /// Vertices of the triangles.
+    pub faces: &'a [[u32; 3]],
+    /// Flat shapes of the triangles.
+    pub rest: &'a [Rest],
+    /// Positions in the plane.
+    pub positions: &'a mut [Vec2],
+    /// Vertices that are no unknowns, with their targets.
+    pub pins: &'a [(u32, Vec2)],
+}
+
+impl Map<'_> {
+    fn corners(&self, face: usize) -> [Vec2; 3] {
+        self.faces[face].map(|vertex| self.positions[vertex as usize])
+    }
+
+    /// Returns whether the pins are at their targets, no triangle is flipped and the mean energy is at most `enough`.
+    pub fn is_good(&self, enough: f64) -> bool {
+        let area: f64 = self.rest.iter().map(|rest| rest.area).sum();
+        self.is_arrived() && self.energy(0.0) <= enough * area
+    }
+
+    fn energy(&self, epsilon: f64) -> f64 {
+        let mut sum = 0.0;
+        for (face, rest) in self.rest.iter().enumerate() {
+            sum += rest.energy(self.corners(face), epsilon);
+            if sum == f64::INFINITY {
+                break;
+            }
+        }
+        sum
+    }
+
+    /// The face of the smallest determinant, and that.
+    fn worst(&self) -> (usize, f64) {
+        let determinants =
+            self.rest.iter().enumerate().map(|(face, rest)| (face, rest.determinant(self.corners(face))));
+        determinants.fold((0, f64::INFINITY), |worst, other| if other.1 < worst.1 { other } else { worst })
+    }
+
+    fn step(&mut self, direction: &[Vec2], length: f64) {
+        for (position, step) in self.positions.iter_mut().zip(direction) {
+            position[0] += length * step[0];
+            position[1] += length * step[1];
+        }
+    }
+
+    /// The step at which the first triangle loses its area.
+    fn first_flip(&self, direction: &[Vec2]) -> f64 {
+        let mut first = f64::INFINITY;
+        for face in self.faces {
+            let [a, b, c] = face.map(|vertex| self.positions[vertex as usize]);
+            let [u, v, w] = face.map(|vertex| direction[vertex as usize]);
+            let (p, q) = (minus(b, a), minus(c, a));
+            let (r, s) = (minus(v, u), minus(w, u));
+            // Twice the area after a step of length t: constant + linear t + square t².
+            let (constant, square) = (cross(p, q), cross(r, s));
+            let linear = cross(p, s) + cross(r, q);
+            first = first.min(smallest_root(square, linear, constant));
+        }
+        first
+    }
+
+    /// Computes the Newton direction at the current positions and returns energy and slope along it.
+    fn direction(&self, system: &mut System, epsilon: f64, direction: &mut [Vec2]) -> Result<(f64, f64)> {
+        for step in direction.iter_mut() {
+            *step = [0.0; 2];
+        }
+        for (vertex, target) in self.pins {
+            direction[*vertex as usize] = minus(*target, self.positions[*vertex as usize]);
+        }
+        let mut side = vec![0.0; system.unknowns()];
+        let mut gradient = vec![0.0; system.unknowns()];
+        let mut energy = 0.0;
+        let area = self.rest.iter().map(|rest| rest.area).sum::<f64>();
+        // Rotations of an isometric map cost nothing to second order; the shift keeps the matrix definite.
+        system.clear(1e-7 * area / self.rest.len().max(1) as f64 + 1e-9);
+        for (face, rest) in self.rest.iter().enumerate() {
+            let found = rest.derivatives(self.corners(face), epsilon);
+            energy += found.energy;
+            system.add(face, &found.hessian);
+            let vertices = self.faces[face];
+            let moves = vertices.map(|vertex| direction[vertex as usize]);
+            let rows = vertices.map(|vertex| system.row(vertex as usize));
+            let moved = (0..3).filter(|corner| rows[*corner] == PINNED && moves[*corner] != [0.0; 2]);
+            let moved: u32 = moved.map(|corner| 1 << corner).sum();
+            for corner in 0..3 {
+                if rows[corner] == PINNED {
+                    continue;
+                }
+                for part in 0..2 {
+                    let row = 2 * rows[corner] as usize + part;
+                    gradient[row] += found.gradient[2 * corner + part];
+                    for other in (0..3).filter(|other| moved & 1 << other != 0) {
+                        let entries = &found.hessian[2 * corner + part][2 * other..];
+                        side[row] -= entries[0] * moves[other][0] + entries[1] * moves[other][1];
+                    }
+                }
+            }
+        }
+        for (side, gradient) in side.iter_mut().zip(&gradient) {
+            *side -= gradient;
+        }
+        system.factorise()?;
+        system.solve(&mut side);
+        let slope = side.iter().zip(&gradient).map(|(step, gradient)| step * gradient).sum();
+        for (vertex, step) in direction.iter_mut().enumerate() {
+            let row = system.row(vertex);
+            if row != PINNED {
+                *step = [side[2 * row as usize], side[2 * row as usize + 1]];
+            }
+        }
+        Ok((energy, slope))
+    }
+
+    fn is_arrived(&self) -> bool {
+        self.pins.iter().all(|(vertex, target)| self.positions[*vertex as usize] == *target)
+    }
+
+    fn arrive(&mut self) {
+        for (vertex, target) in self.pins {
+            self.positions[*vertex as usize] = *target;
+        }
+    }
+
+    /// Moves pins to their targets and lowers the distortion.
+    ///
+    /// # Errors
+    /// The caller cancels, or memory does not suffice.
+    pub fn relax(&mut self, system: &mut System, stop: Stop, progress: &mut dyn Progress) -> Result<Relaxed> {
+        let mut direction = vec![[0.0; 2]; self.positions.len()];
+        let mut is_valid = self.worst().1 > 0.0;
+        let mut pulls = 0;
+        while is_valid && !self.is_arrived() {
+            progress.step(0.0, "pulling pins")?;
+            self.direction(system, 0.0, &mut direction)?;
+            let length = (SAFE * self.first_flip(&direction)).min(1.0);
+            self.step(&direction, length);
+            if length == 1.0 {
+                self.arrive();
+            }
+            pulls += 1;
+            is_valid = self.worst().1 > 0.0;
+            if length < STALLED || pulls == PULLING_STEPS {
+                break;
+            }
+        }
+        if !is_valid || !self.is_arrived() {
+            self.arrive();
+            if let Relaxed::Flipped(face) = self.untangle(system, &mut direction, progress)? {
+                return Ok(Relaxed::Flipped(face));
+            }
+        }
+        for step in 0..stop.steps {
+            progress.step(step as f32 / stop.steps as f32, "lowering the distortion")?;
+            let (energy, slope) = self.direction(system, 0.0, &mut direction)?;
+            if -slope <= stop.decrease * energy {
+                break;
+            }
+            let longest = (SAFE * self.first_flip(&direction)).min(1.0);
+            if !self.search(&direction, longest, energy, slope, 0.0) {
+                break;
+            }
+        }
+        Ok(Relaxed::Valid)
+    }
+
+    /// Turns flipped triangles back.
+    fn untangle(
+        &mut self,
+        system: &mut System,
+        direction: &mut [Vec2],
+        progress: &mut dyn Progress,
+    ) -> Result<Relaxed> {
+        let (_, smallest) = self.worst();
+        if smallest > 0.0 {
+            return Ok(Relaxed::Valid);
+        }
+        let mut epsilon = (1e-6 + 0.04 * smallest * smallest).sqrt();
+        for step in 0..UNTANGLING_STEPS {
+            progress.step(step as f32 / UNTANGLING_STEPS as f32, "turning flipped triangles back")?;
+            let (energy, slope) = self.direction(system, epsilon, direction)?;
+            let is_lower = self.search(direction, 1.0, energy, slope, epsilon);
+            let (_, smallest) = self.worst();
+            if smallest > 0.0 {
+                return Ok(Relaxed::Valid);
+            }
+            // The barrier grows steeper once the energy has settled.
+            let decrease = if is_lower { 1.0 - self.energy(epsilon) / energy } else { 0.0 };
+            if decrease < 0.05 {
+                let root = smallest.hypot(epsilon);
+                epsilon *= 1.0 - decrease.max(0.5) * root / (smallest.abs() + root);
+            }
+            if epsilon < 1e-7 {
+                break;
+            }
+        }
+        Ok(Relaxed::Flipped(self.worst().0))
+    }
+
+    /// Steps along a direction of descent until the energy decreases enough (Armijo 1966). Returns whether it did.
+    fn search(&mut self, direction: &[Vec2], longest: f64, energy: f64, slope: f64, epsilon: f64) -> bool {
+        let mut length = longest;
+        self.step(direction, length);
+        for _ in 0..40 {
+            if self.energy(epsilon) <= energy + 1e-4 * length * slope {
+                return true;
+            }
+            self.step(direction, -0.5 * length);
+            length *= 0.5;
+        }
+        self.step(direction, -length);
+        false
+    }
+}
+
+fn minus(a: Vec2, b: Vec2) -> Vec2 {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn cross(a: Vec2, b: Vec2) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+/// The smallest positive root of `square t² + linear t + constant`, or infinity.
+fn smallest_root(square: f64, linear: f64, constant: f64) -> f64 {
+    if constant <= 0.0 {
+        return if linear < 0.0 || (linear == 0.0 && square <= 0.0) { 0.0 } else { f64::INFINITY };
+    }
+    let discriminant = linear * linear - 4.0 * square * constant;
+    if discriminant < 0.0 || (linear >= 0.0 && square >= 0.0) {
+        return f64::INFINITY;
+    }
+    // The form without cancellation: both roots from the sum of equal signs.
+    let sum = -0.5 * (linear + discriminant.sqrt().copysign(linear));
+    let roots = [sum / square, constant / sum];
+    roots.into_iter().filter(|root| *root > 0.0).fold(f64::INFINITY, f64::min)
+}
