@@ -35,6 +35,15 @@ class Case(unittest.TestCase):
     def open(self, *name):
         bpy.ops.wm.open_mainfile(filepath=os.path.join(self.folder, *name))
 
+    def append(self, *name):
+        """Appends the objects of a file to an empty one in another folder."""
+        self.relievo = host.empty()
+        self.save("b", "c", "appended.blend")
+        with bpy.data.libraries.load(os.path.join(self.folder, *name)) as (there, wanted):
+            wanted.objects = there.objects
+        for appended in wanted.objects:
+            bpy.context.scene.collection.objects.link(appended)
+
     def files(self, ending):
         return sorted(path.name for path in Path(self.folder).rglob(f"*{ending}"))
 
@@ -143,6 +152,19 @@ class Imprints(Case):
             self.bake(field, 0.2)
             self.open("a", "field.blend")
             numpy.testing.assert_array_equal(self.played(bpy.data.objects["field"]), baked)
+
+    def test_appended_objects_play_their_bakes(self):
+        for playback in ("MODIFIER", "HANDLER"):
+            self.setUp()
+            self.save("a", "field.blend")
+            field = host.field()
+            field.relievo.playback = playback
+            baked = self.bake(field)
+            self.save("a", "field.blend")
+            self.append("a", "field.blend")
+            field = bpy.data.objects["field"]
+            self.assertFalse(numpy.array_equal(self.played(field, 1), baked))
+            numpy.testing.assert_array_equal(self.played(field), baked)
 
     def test_bakes_that_nothing_plays_are_removed(self):
         self.save("clean.blend")
@@ -284,6 +306,19 @@ class Fluids(Case):
         tank = bpy.data.objects["tank"]
         self.assertFalse(numpy.array_equal(self.at(tank, 1), baked))
         numpy.testing.assert_array_equal(self.at(tank), baked)
+
+    def test_appended_domains_play_their_frames(self):
+        self.save("a", "tank.blend")
+        baked = self.simulate(self.tank())
+        self.save("a", "tank.blend")
+        self.append("a", "tank.blend")
+        tank = bpy.data.objects["tank"]
+        self.assertFalse(numpy.array_equal(self.at(tank, 1), baked))
+        numpy.testing.assert_array_equal(self.at(tank), baked)
+        # They are the other file's, and stay.
+        host.select(tank)
+        self.assertEqual(bpy.ops.relievo.fluid_clear(), {"FINISHED"})
+        self.assertEqual(len(self.files(".rlvfluid")), 3)
 
     def test_a_failure_before_the_first_frame_leaves_nothing(self):
         self.save("failed.blend")
