@@ -6,6 +6,7 @@
 mod bar;
 mod check;
 mod compare;
+mod decal;
 mod devices;
 mod displaced;
 mod doc;
@@ -67,6 +68,8 @@ enum Command {
     Simplify(simplify::Arguments),
     /// Checks and repairs meshes: holes, doubled, twisted and non-manifold faces.
     Mesh(mesh::Arguments),
+    /// Lays stickers on meshes, exactly on feature points.
+    Decal(decal::Arguments),
     /// Builds progressive meshes, and takes meshes of any level from them.
     Progressive(progressive::Arguments),
     /// Simulates fluids of particles, and makes meshes of their surfaces.
@@ -106,6 +109,7 @@ fn main() -> ExitCode {
         Command::Tessellate(arguments) => tessellate::run(&arguments),
         Command::Simplify(arguments) => simplify::run(&arguments),
         Command::Mesh(arguments) => mesh::run(&arguments),
+        Command::Decal(arguments) => decal::run(&arguments),
         Command::Progressive(arguments) => progressive::run(&arguments),
         Command::Fluid(arguments) => fluid::run(&arguments),
         Command::Grid(arguments) => grid::run(&arguments),

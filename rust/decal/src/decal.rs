@@ -15,8 +15,8 @@ use crate::surface::{Surface, Vec3, cross, dot, length, minus};
 /// The part of an image that is laid on a surface.
 #[derive(Clone, Debug)]
 pub struct Sticker {
-    size: [f64; 2],
-    outline: Outline,
+    pub(crate) size: [f64; 2],
+    pub(crate) outline: Outline,
 }
 
 /// Size and direction of a sticker with one pin.
@@ -62,6 +62,8 @@ pub struct Decal {
     pub faces: Vec<u32>,
     /// The vertex of each pin.
     pub pins: Vec<u32>,
+    /// Widths of the image for a unit of the mesh, on the whole.
+    pub scale: f64,
     /// The distortion.
     pub quality: Quality,
 }
@@ -91,7 +93,20 @@ impl Sticker {
         Self::new(size, vec![[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
     }
 
-    fn place(&self, image: Vec2) -> Vec2 {
+    /// Fails unless a point of the image is finite and within the outline.
+    pub(crate) fn check(&self, image: &Vec2) -> Result<()> {
+        if !image.iter().all(|value| value.is_finite()) {
+            return Err(Error::invalid("its point of the image is not finite").advise("give two numbers"));
+        }
+        if !self.outline.contains(self.place(*image)) {
+            return Err(Error::invalid("its point of the image lies outside of the outline")
+                .advise("move the point into the outline"));
+        }
+        Ok(())
+    }
+
+    /// Returns the place of a point of the image in the plane, where the image is one unit wide.
+    pub(crate) fn place(&self, image: Vec2) -> Vec2 {
         image.map(|value| value / self.size[0])
     }
 }
@@ -166,66 +181,106 @@ fn check(pins: &[Pin], settings: &DecalSettings) -> Result<()> {
     Ok(())
 }
 
+/// Directions at a vertex: the normal, and the image's upward and right directions in the tangent plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    pub normal: Vec3,
+    pub up: Vec3,
+    pub right: Vec3,
+}
+
+impl Frame {
+    /// Returns the frame of a pose at a vertex.
+    pub fn new(surface: &Surface, vertex: u32, pose: Pose) -> Result<Self> {
+        let refuse = |what: &str, remedy: &str| Err(Error::invalid(what).at("pose").advise(remedy));
+        if !(pose.width > 0.0 && pose.width.is_finite()) {
+            return refuse("the width is not a positive number", "give the width in units of the mesh");
+        }
+        let normal = Self::normal(surface, vertex);
+        let height = dot(pose.up, normal);
+        let up: Vec3 = std::array::from_fn(|axis| pose.up[axis] - height * normal[axis]);
+        let norm = length(up);
+        if !(norm.is_finite() && norm > 1e-9 * length(pose.up)) {
+            return refuse("the upward direction is not finite or points along the normal", "give another direction");
+        }
+        let up: Vec3 = up.map(|value| value / norm);
+        Ok(Self { normal, up, right: cross(up, normal) })
+    }
+
+    /// Returns the mean of the normals around a vertex, weighted by area.
+    pub fn normal(surface: &Surface, vertex: u32) -> Vec3 {
+        let mut sum = [0.0; 3];
+        for half in surface.fan(vertex) {
+            let [a, b, c] = surface.corners(half / 3);
+            let normal = cross(minus(b, a), minus(c, a));
+            for axis in 0..3 {
+                sum[axis] += normal[axis];
+            }
+        }
+        let norm = length(sum);
+        if norm > 0.0 { sum.map(|value| value / norm) } else { [0.0, 0.0, 1.0] }
+    }
+}
+
 /// The seed of a single pin: one face, turned to the pose. Also returns the heading of an edge of that face.
 fn posed(surface: Surface, vertex: u32, place: Vec2, pose: Pose) -> Result<(Seed, Option<(u32, Vec2)>)> {
-    let refuse = |what: &str, remedy: &str| Err(Error::invalid(what).at("pose").advise(remedy));
-    if !(pose.width > 0.0 && pose.width.is_finite()) {
-        return refuse("the width is not a positive number", "give the width in units of the mesh");
-    }
-    let normal = normal(&surface, vertex);
-    let flat = |vector: Vec3| -> Vec3 {
-        let height = dot(vector, normal);
-        std::array::from_fn(|axis| vector[axis] - height * normal[axis])
-    };
-    let up = flat(pose.up);
-    let norm = length(up);
-    if !(norm.is_finite() && norm > 1e-9 * length(pose.up)) {
-        return refuse("the upward direction is not finite or points along the normal", "give another direction");
-    }
-    let up: Vec3 = up.map(|value| value / norm);
-    let right = cross(up, normal);
+    let frame = Frame::new(&surface, vertex, pose)?;
     let Some(half) = surface.fan(vertex).next() else {
         return Err(Error::invalid("no face holds its place").at(name(0)).advise("move it onto a face"));
     };
     let target = surface.points[surface.target(half) as usize];
-    let way = flat(minus(target, surface.points[vertex as usize]));
-    let heading = [dot(way, right), dot(way, up)];
+    let way = minus(target, surface.points[vertex as usize]);
+    let heading = [dot(way, frame.right), dot(way, frame.up)];
     let scale = 1.0 / pose.width;
     let patch = single(&surface, half / 3, vertex, place, target, heading, scale)?;
     let at = patch.vertices.iter().position(|other| *other == vertex).unwrap_or_default();
     Ok((Seed { surface, patch, pins: vec![(0, at as u32)], scale }, Some((half, heading))))
 }
 
-/// The mean of the normals around a vertex, weighted by area.
-fn normal(surface: &Surface, vertex: u32) -> Vec3 {
-    let mut sum = [0.0; 3];
-    for half in surface.fan(vertex) {
-        let [a, b, c] = surface.corners(half / 3);
-        let normal = cross(minus(b, a), minus(c, a));
-        for axis in 0..3 {
-            sum[axis] += normal[axis];
-        }
-    }
-    let norm = length(sum);
-    if norm > 0.0 { sum.map(|value| value / norm) } else { [0.0, 0.0, 1.0] }
-}
-
 impl Decal {
     fn new(seed: Seed, sticker: &Sticker, count: usize) -> Self {
         let Seed { surface, patch, pins, .. } = seed;
-        let quality = measure(&surface, &patch.faces, &patch.triangles, &patch.positions);
         let mut pin_vertices = vec![0; count];
         for (pin, vertex) in pins {
             pin_vertices[pin] = vertex;
         }
+        Self::assemble(
+            &surface,
+            &patch.vertices,
+            &patch.positions,
+            patch.faces,
+            &patch.triangles,
+            pin_vertices,
+            sticker,
+        )
+    }
+
+    /// Makes a decal of faces with positions in the plane; `vertices` and `triangles` are those of the surface.
+    pub(crate) fn assemble(
+        surface: &Surface,
+        vertices: &[u32],
+        positions: &[Vec2],
+        faces: Vec<[u32; 3]>,
+        triangles: &[u32],
+        pins: Vec<u32>,
+        sticker: &Sticker,
+    ) -> Self {
+        let quality = measure(surface, &faces, triangles, positions);
+        let area: f64 = triangles.iter().map(|triangle| surface.area(*triangle)).sum();
+        let flat = faces.iter().map(|face| {
+            let [a, b, c] = face.map(|vertex| positions[vertex as usize]);
+            0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+        });
+        let scale = (flat.sum::<f64>().max(0.0) / area.max(f64::MIN_POSITIVE)).sqrt();
         let ratio = sticker.size[0] / sticker.size[1];
         Self {
-            points: patch.vertices.iter().map(|vertex| surface.points[*vertex as usize]).collect(),
-            normals: patch.vertices.iter().map(|vertex| normal(&surface, *vertex)).collect(),
-            uv: patch.positions.iter().map(|[x, y]| [*x, y * ratio]).collect(),
-            faces: patch.triangles.iter().map(|triangle| surface.sources[*triangle as usize]).collect(),
-            triangles: patch.faces,
-            pins: pin_vertices,
+            points: vertices.iter().map(|vertex| surface.points[*vertex as usize]).collect(),
+            normals: vertices.iter().map(|vertex| Frame::normal(surface, *vertex)).collect(),
+            uv: positions.iter().map(|[x, y]| [*x, y * ratio]).collect(),
+            faces: triangles.iter().map(|triangle| surface.sources[*triangle as usize]).collect(),
+            triangles: faces,
+            pins,
+            scale,
             quality,
         }
     }

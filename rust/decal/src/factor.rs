@@ -13,6 +13,9 @@ use relievo_core::{Error, Result};
 /// Stands for a vertex that is no unknown.
 pub const PINNED: u32 = u32::MAX;
 
+/// Attempts to factorise a matrix, with more on the diagonal each time.
+const ATTEMPTS: i32 = 5;
+
 /// The upper half of a symmetric matrix of 2x2 blocks, one block row for each free vertex, and its factor.
 pub struct System {
     /// The block row of each vertex, or [`PINNED`]. Rows are in an order of little fill-in.
@@ -128,6 +131,14 @@ impl System {
         }
     }
 
+    /// Adds a number to the diagonal.
+    fn shift(&mut self, by: f64) {
+        for column in 0..self.matrix.ncols() {
+            let end = self.matrix.col_ptr()[column + 1] as usize;
+            self.values[end - 1] += by;
+        }
+    }
+
     /// Adds the matrix of a face, two rows and columns for each of its corners.
     pub fn add(&mut self, face: usize, matrix: &[[f64; 6]; 6]) {
         let FaceSlots { pairs, diagonals } = self.slots[face];
@@ -152,14 +163,16 @@ impl System {
         }
     }
 
-    /// Factorises the matrix.
+    /// Factorises the matrix. Where rounding made it indefinite, the diagonal grows until it is not.
     ///
     /// # Errors
-    /// The matrix is not positive definite.
+    /// An entry is not finite, or the entries differ too much in size.
     pub fn factorise(&mut self) -> Result<()> {
-        let matrix = SparseColMatRef::new(self.matrix.as_ref(), &self.values);
-        self.symbolic
-            .factorize_numeric_llt(
+        let ends = self.matrix.col_ptr()[1..].iter().map(|end| self.values[*end as usize - 1]);
+        let largest = ends.fold(0.0, f64::max);
+        for attempt in 0..ATTEMPTS {
+            let matrix = SparseColMatRef::new(self.matrix.as_ref(), &self.values);
+            let factor = self.symbolic.factorize_numeric_llt(
                 &mut self.factor,
                 matrix,
                 Side::Upper,
@@ -167,9 +180,15 @@ impl System {
                 Par::Seq,
                 MemStack::new(&mut self.memory),
                 Default::default(),
-            )
-            .map_err(|_| failed("it is not positive definite"))?;
-        Ok(())
+            );
+            if factor.is_ok() {
+                return Ok(());
+            }
+            self.shift(1e-12 * 100.0_f64.powi(attempt) * largest);
+        }
+        Err(Error::invalid("the map of the decal degenerates")
+            .at("decal")
+            .advise("move the pins towards the places where the sticker lies without them, or remove some"))
     }
 
     /// Replaces the right side, two numbers for each block row, by the solution.

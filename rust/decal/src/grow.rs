@@ -20,6 +20,8 @@ use crate::surface::{Surface, dot, minus, previous};
 
 /// Rounds after which growth gives up: the map does not settle.
 const ROUNDS: usize = 60;
+/// Passes of removal, relaxation and growth at the end.
+const PASSES: usize = 4;
 /// Rings of faces that a round adds at most.
 const RINGS: u32 = 12;
 /// The share of its faces that a patch grows by in a round, beside the first rings.
@@ -78,10 +80,10 @@ impl Growth<'_> {
                 .at(name(missing))
                 .advise("move the pin nearer to the others, or add pins on the way to it"));
         }
-        for _ in 0..3 {
+        for pass in 0..PASSES {
             self.peel();
             self.relax(stop, progress)?;
-            if self.is_covered() {
+            if self.is_covered() || pass + 1 == PASSES {
                 break;
             }
             let before = self.seed.patch.faces.len();

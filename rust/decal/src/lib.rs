@@ -10,6 +10,9 @@
 //! 3. The patch grows until it covers the sticker, and faces outside are removed. It stays a topological disk (Section 5).
 //! 4. Projected Newton steps lower the symmetric Dirichlet energy. Pins are no unknowns, and no step flips a triangle.
 //!
+//! [`exponential`] lays a sticker around one point in a fraction of the time, and [`project`] projects one; both give the
+//! same kind of decal without the promises of exact pins and of no flips.
+//!
 //! Step 4 replaces the paper's conformal map and its warp of the image region, so that the pins stay exact and the region
 //! keeps its shape. Lengths are units of the mesh; places in the image are pixels from its lower left corner. Results do
 //! not depend on the number of threads.
@@ -18,20 +21,26 @@ mod cut;
 mod decal;
 mod embed;
 mod energy;
+mod exponential;
 mod extend;
 mod factor;
 mod geodesic;
 mod graph;
 mod grow;
+mod nearest;
 mod outline;
 mod patch;
 mod pins;
+mod projected;
 mod quality;
 mod relax;
 mod seed;
 mod surface;
 
 pub use decal::{Decal, DecalSettings, Pose, Sticker, lay};
+pub use exponential::exponential;
+pub use nearest::nearest;
 pub use outline::Outline;
 pub use pins::{Pin, Place};
-pub use quality::Quality;
+pub use projected::{Projection, project};
+pub use quality::{Quality, stretch};

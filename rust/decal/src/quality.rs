@@ -22,7 +22,8 @@ pub struct Quality {
     pub triangles: usize,
 }
 
-/// The largest and smallest stretch of a triangle of the plane onto a triangle of space, and its signed area.
+/// Returns the largest and smallest stretch of a triangle of the plane onto a triangle of space, and the signed area in the
+/// plane.
 pub fn stretch(plane: [Vec2; 3], space: [[f64; 3]; 3]) -> (f64, f64, f64) {
     let [a, b, c] = plane;
     let area = 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]));

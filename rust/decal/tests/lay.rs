@@ -1,39 +1,11 @@
 //! Decals on surfaces whose answer is known.
 
+mod sheets;
+
 use relievo_core::Mesh;
 use relievo_core::progress::Silent;
-use relievo_decal::{Decal, DecalSettings, Pin, Place, Pose, Sticker, lay};
-
-/// A grid of `count` by `count` quads of two triangles over the unit square, moved by `shape`.
-fn sheet(count: u32, shape: impl Fn(f64, f64) -> [f64; 3]) -> Mesh {
-    let mut points = Vec::new();
-    let mut triangles = Vec::new();
-    for row in 0..=count {
-        for column in 0..=count {
-            let (u, v) = (f64::from(column) / f64::from(count), f64::from(row) / f64::from(count));
-            points.push(shape(u, v).map(|value| value as f32));
-            if row < count && column < count {
-                let first = row * (count + 1) + column;
-                let above = first + count + 1;
-                triangles.extend([[first, first + 1, above + 1], [first, above + 1, above]]);
-            }
-        }
-    }
-    Mesh::from_triangles(points, &triangles)
-}
-
-/// The place of parameters (u, v) on such a grid.
-fn on_sheet(count: u32, u: f64, v: f64) -> Place {
-    let (x, y) = (u * f64::from(count), v * f64::from(count));
-    let cell = [x, y].map(|value| (value as u32).min(count - 1));
-    let (s, t) = (x - f64::from(cell[0]), y - f64::from(cell[1]));
-    let face = 2 * (cell[1] * count + cell[0]);
-    if s >= t {
-        Place { face, barycentric: [1.0 - s, s - t, t] }
-    } else {
-        Place { face: face + 1, barycentric: [1.0 - t, s, t - s] }
-    }
-}
+use relievo_decal::{Decal, DecalSettings, Pin, Pose, Projection, Sticker, exponential, lay, project};
+use sheets::{on_sheet, sheet};
 
 fn laid(mesh: &Mesh, sticker: &Sticker, pins: &[Pin]) -> Decal {
     let pose = Pose { width: 0.5, up: [0.0, 1.0, 0.0] };
@@ -109,4 +81,114 @@ fn a_cylinder_and_a_cone_develop_without_stretch() {
             assert!((decal.quality.l2 - 1.0).abs() < 1e-3, "{name}: {:?}", decal.quality);
         }
     }
+}
+
+/// A cap with bumps.
+fn cap(u: f64, v: f64) -> [f64; 3] {
+    let (x, y) = (2.0 * u - 1.0, 2.0 * v - 1.0);
+    [x, y, 0.6 * (1.0 - 0.5 * (x * x + y * y)) + 0.03 * (9.0 * x).sin() * (8.0 * y).cos()]
+}
+
+/// A grid of `side` by `side` pins, moved on the surface by a quarter of their spacing in directions that differ.
+fn moved(count: u32, side: u32) -> Vec<Pin> {
+    let pin = |index: u32| {
+        let place = [index % side, index / side].map(|at| (f64::from(at) + 0.5) / f64::from(side));
+        let turn = 2.4 * f64::from(index);
+        let step = 0.25 / f64::from(side);
+        let (u, v) = (place[0] + step * turn.cos(), place[1] + step * turn.sin());
+        Pin { image: place.map(|value| 100.0 * value), place: on_sheet(count, 0.05 + 0.9 * u, 0.05 + 0.9 * v) }
+    };
+    (0..side * side).map(pin).collect()
+}
+
+#[test]
+fn pins_moved_by_a_quarter_of_their_spacing_are_exact_and_nothing_flips() {
+    let mesh = sheet(60, cap);
+    let sticker = Sticker::whole([100, 100]).expect("a sticker");
+    for side in 2..=4 {
+        let decal = laid(&mesh, &sticker, &moved(60, side));
+        assert!(decal.quality.l2 <= 1.1, "{side}: {:?}", decal.quality);
+        assert_eq!(decal.quality.overlaps, 0);
+    }
+}
+
+#[test]
+fn moving_turning_and_scaling_the_surface_changes_nothing() {
+    let sticker = Sticker::whole([100, 100]).expect("a sticker");
+    let (sin, cos) = 0.7_f64.sin_cos();
+    // Scaled by a power of two, so that coordinates are rounded alike.
+    let mesh = sheet(30, cap);
+    let mut other = mesh.clone();
+    for point in &mut other.points {
+        let [x, y, z] = point.map(f64::from);
+        let turned = [cos * x - sin * z, y, sin * x + cos * z].map(|value| 4.0 * value);
+        *point = [turned[0] + 3.0, turned[1] - 1.0, turned[2] + 0.5].map(|value| value as f32);
+    }
+    let pins = moved(30, 3);
+    let (first, second) = (laid(&mesh, &sticker, &pins), laid(&other, &sticker, &pins));
+    assert_eq!(first.triangles, second.triangles);
+    for (a, b) in first.uv.iter().zip(&second.uv) {
+        assert!((a[0] - b[0]).abs() < 1e-5 && (a[1] - b[1]).abs() < 1e-5, "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn a_sticker_that_is_larger_than_the_surface_ends_at_its_border() {
+    let mesh = sheet(12, |u, v| [u, v, 0.0]);
+    let sticker = Sticker::whole([100, 100]).expect("a sticker");
+    let pins: Vec<Pin> = [[45.0, 45.0], [55.0, 45.0], [50.0, 55.0]]
+        .map(|image: [f64; 2]| Pin {
+            image,
+            place: on_sheet(12, 0.5 + 0.05 * (image[0] - 50.0), 0.5 + 0.05 * (image[1] - 50.0)),
+        })
+        .to_vec();
+    let decal = laid(&mesh, &sticker, &pins);
+    let area: f64 = decal
+        .triangles
+        .iter()
+        .map(|triangle| {
+            let [a, b, c] = triangle.map(|vertex| decal.points[vertex as usize]);
+            0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+        })
+        .sum();
+    assert!((area - 1.0).abs() < 1e-6, "{area}");
+}
+
+#[test]
+fn the_exponential_map_is_exact_on_a_plane_and_close_on_a_cap() {
+    let sticker = Sticker::whole([100, 100]).expect("a sticker");
+    let pose = Pose { width: 0.5, up: [0.0, 1.0, 0.0] };
+    let plane = sheet(24, |u, v| [u, v, 0.0]);
+    let pin = Pin { image: [50.0, 50.0], place: on_sheet(24, 0.513, 0.494) };
+    let decal = exponential(&plane, &sticker, &pin, pose).expect("a decal");
+    for (point, uv) in decal.points.iter().zip(&decal.uv) {
+        let expected = [0.5 + (point[0] - 0.513) / 0.5, 0.5 + (point[1] - 0.494) / 0.5];
+        assert!((uv[0] - expected[0]).abs() < 1e-5 && (uv[1] - expected[1]).abs() < 1e-5, "{point:?} is at {uv:?}");
+    }
+    let curved =
+        exponential(&sheet(60, cap), &sticker, &moved(60, 1)[0], Pose { width: 1.0, ..pose }).expect("a decal");
+    assert!(curved.quality.l2 < 1.2, "{:?}", curved.quality);
+}
+
+#[test]
+fn a_projection_keeps_to_its_limits() {
+    let sticker = Sticker::whole([100, 50]).expect("a sticker");
+    // Half a cylinder around the y axis.
+    let mesh = sheet(40, |u, v| [-(3.1 * u).cos(), v, (3.1 * u).sin()]);
+    let projection = Projection {
+        center: [0.0, 0.5, 1.0],
+        towards: [0.0, 0.0, 2.0],
+        up: [0.0, 1.0, 0.3],
+        width: 4.0,
+        angle: 0.5,
+        depth: 1.0,
+    };
+    let decal = project(&mesh, &sticker, &projection).expect("a decal");
+    assert_eq!(decal.quality.flips, 0);
+    for (point, uv) in decal.points.iter().zip(&decal.uv) {
+        assert!((uv[0] - (0.5 + point[0] / 4.0)).abs() < 1e-6 && (uv[1] - (0.5 + (point[1] - 0.5) / 2.0)).abs() < 1e-6);
+        assert!(point[0].abs() < (0.5_f64 + 0.08).sin(), "{point:?}");
+    }
+    assert!(project(&mesh, &sticker, &Projection { depth: 0.01, angle: 0.0, ..projection }).is_err());
+    assert!(project(&mesh, &sticker, &Projection { up: [0.0, 0.0, 1.0], ..projection }).is_err());
 }

@@ -1,0 +1,194 @@
+//! `relievo decal`
+
+mod info;
+mod mesh;
+mod picture;
+
+use std::path::PathBuf;
+
+use clap::Subcommand;
+use relievo_core::{Context, Error, Mesh, Result};
+use relievo_decal::{Decal, DecalSettings, Pin, Pose, Quality, Sticker, lay, nearest};
+use relievo_render::{Image, read_png};
+use serde_json::{Value, json};
+
+use crate::Outcome;
+use crate::bar::Bar;
+use crate::limits::Limits;
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    task: Task,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Lays a sticker on a mesh and writes it as a mesh of its own with texture coordinates.
+    Mesh(mesh::Arguments),
+    /// Lays a sticker on a mesh and reports its distortion.
+    Info(info::Arguments),
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    match &arguments.task {
+        Task::Mesh(arguments) => mesh::run(arguments),
+        Task::Info(arguments) => info::run(arguments),
+    }
+}
+
+/// The mesh, the sticker and its pins.
+#[derive(clap::Args)]
+struct Common {
+    /// The mesh: OBJ, PLY, GLB, glTF, USD, STL or OFF.
+    file: PathBuf,
+    /// The image, a PNG file; transparent parts belong to the sticker as well.
+    #[arg(long, value_name = "FILE", required_unless_present = "size")]
+    image: Option<PathBuf>,
+    /// The size of the image in pixels, WIDTHxHEIGHT, where there is no file.
+    #[arg(long, value_name = "PIXELS", value_parser = crate::export::size, conflicts_with = "image")]
+    size: Option<[u32; 2]>,
+    /// A pin: a point of the image in pixels from its upper left corner, and the point of space whose nearest place on the
+    /// mesh it belongs to. May be repeated.
+    #[arg(long = "pin", value_name = "X,Y@X,Y,Z", value_parser = pin, required = true, allow_hyphen_values = true)]
+    pins: Vec<Pair>,
+    /// The outline of the sticker in pixels from the upper left corner, corner after corner; left out, the whole image.
+    #[arg(long, value_name = "X,Y X,Y ...", value_parser = outline, allow_hyphen_values = true)]
+    outline: Option<Corners>,
+    /// With one pin: the width of the whole image on the mesh.
+    #[arg(long, value_name = "LENGTH")]
+    width: Option<f64>,
+    /// With one pin: the direction in space that is up in the image.
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<3>, default_value = "0,1,0", allow_hyphen_values = true)]
+    up: [f64; 3],
+    /// Let the sticker lie on itself, as around a finger.
+    #[arg(long)]
+    overlap: bool,
+    /// A picture of the decal on the mesh: .png.
+    #[arg(long, value_name = "FILE")]
+    picture: Option<PathBuf>,
+    /// What the picture shows of the decal.
+    #[arg(long, value_enum, default_value = "checker")]
+    show: picture::Show,
+    /// Print JSON for programs.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    limits: Limits,
+}
+
+/// A point of the image and a point of space.
+#[derive(Clone, Copy, Debug)]
+struct Pair {
+    image: [f64; 2],
+    space: [f64; 3],
+}
+
+#[derive(Clone, Debug)]
+struct Corners(Vec<[f64; 2]>);
+
+fn numbers<const COUNT: usize>(text: &str) -> std::result::Result<[f64; COUNT], String> {
+    let parsed: std::result::Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
+    let parsed = parsed.map_err(|_| format!("{text:?} is not {COUNT} numbers with commas between them"))?;
+    <[f64; COUNT]>::try_from(parsed).map_err(|_| format!("{text:?} is not {COUNT} numbers"))
+}
+
+fn pin(text: &str) -> std::result::Result<Pair, String> {
+    let (image, space) = text.split_once('@').ok_or_else(|| format!("{text:?} has no @ between image and mesh"))?;
+    Ok(Pair { image: numbers(image)?, space: numbers(space)? })
+}
+
+fn outline(text: &str) -> std::result::Result<Corners, String> {
+    Ok(Corners(text.split_whitespace().map(numbers::<2>).collect::<std::result::Result<_, _>>()?))
+}
+
+/// A decal with what it lies on.
+struct Laid {
+    context: Context,
+    mesh: Mesh,
+    image: Option<Image>,
+    size: [u32; 2],
+    decal: Decal,
+}
+
+impl Laid {
+    /// The height of the image for each unit of its width.
+    fn ratio(&self) -> f64 {
+        f64::from(self.size[1]) / f64::from(self.size[0])
+    }
+}
+
+impl Common {
+    fn place(&self) -> String {
+        self.file.display().to_string()
+    }
+
+    fn lay(&self) -> Result<Laid> {
+        let context = self.limits.context()?;
+        let mesh = triangulated(relievo_meshio::read(&context, &self.file)?);
+        let image = self.image.as_deref().map(|file| read_png(file, self.limits.memory_limit)).transpose()?;
+        let size = match (&image, self.size) {
+            (Some(image), _) => [image.width(), image.height()],
+            (None, Some(size)) => size,
+            (None, None) => {
+                return Err(Error::invalid("the size of the image is missing").advise("give --image or --size"));
+            }
+        };
+        let height = f64::from(size[1]);
+        let upward = |[x, y]: [f64; 2]| [x, height - y];
+        let sticker = match &self.outline {
+            Some(Corners(corners)) => Sticker::new(size, corners.iter().copied().map(upward).collect())?,
+            None => Sticker::whole(size)?,
+        };
+        let mut pins = Vec::with_capacity(self.pins.len());
+        for (index, pair) in self.pins.iter().enumerate() {
+            let found =
+                nearest(&mesh, pair.space).map_err(|error| error.at(format!("pin {index}")).at(self.place()))?;
+            pins.push(Pin { image: upward(pair.image), place: found.0 });
+        }
+        let pose = self.width.map(|width| Pose { width, up: self.up });
+        let settings = DecalSettings { overlap: self.overlap, ..DecalSettings::default() };
+        let decal =
+            lay(&mesh, &sticker, &pins, pose, &settings, &mut Bar::new()).map_err(|error| error.at(self.place()))?;
+        Ok(Laid { context, mesh, image, size, decal })
+    }
+
+    /// Writes the picture, if one is wanted.
+    fn draw(&self, laid: &Laid) -> Result<()> {
+        match &self.picture {
+            Some(file) => picture::draw(laid, self.show, file),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The triangles of a mesh; only the shape is needed.
+fn triangulated(mesh: Mesh) -> Mesh {
+    let triangles = mesh.triangles();
+    Mesh::from_triangles(mesh.points, &triangles)
+}
+
+/// The distortion, one number a line.
+fn described(quality: &Quality) -> String {
+    let Quality { l2, l_infinity, worst_angle, area_ratio, flips, overlaps, triangles } = quality;
+    format!(
+        "triangles              {triangles}\nL2 stretch             {l2:.6}\nL-infinity stretch     {l_infinity:.4}\n\
+         worst angle            {:.2} degrees\narea ratio             {area_ratio:.4}\nflipped triangles      {flips}\n\
+         overlapped faces       {overlaps}\n",
+        worst_angle.to_degrees()
+    )
+}
+
+fn machine_readable(common: &Common, quality: &Quality) -> Value {
+    json!({
+        "file": common.place(),
+        "pins": common.pins.len(),
+        "triangles": quality.triangles,
+        "l2": quality.l2,
+        "l_infinity": quality.l_infinity,
+        "worst_angle": quality.worst_angle,
+        "area_ratio": quality.area_ratio,
+        "flips": quality.flips,
+        "overlaps": quality.overlaps,
+    })
+}
