@@ -20,7 +20,7 @@ typedef struct RlvSimplifyWeight {
 /* When it ends, at the first of these, and what it keeps. Strides are in bytes, 0 for packed. */
 typedef struct RlvSimplifyOptions {
     uint32_t struct_size;
-    float error;      /* largest deviation, that of attributes with their weights too; below 0 for any */
+    float error;      /* largest estimated deviation, with weighted attributes; below 0 for any */
     size_t triangles; /* triangles to be left; more where no edge can go, one less where two go at once */
     const RlvSimplifyWeight *weights; /* others: "normal", "tangent" 0.0005, "color" 0.002, "uv" 0.02, else 0 */
     size_t weight_count;
@@ -37,7 +37,8 @@ typedef struct RlvSimplifyOptions {
 
 /* Makes a mesh of fewer triangles of a mesh's triangles, fanned as rlv_mesh_get_triangles does. Attributes are on what
  * they were on, those of corners with indices; creases, integers on points and corners, and skins are left out. error,
- * which may be NULL, is the largest deviation there is. options may be NULL for the defaults, progress too. Fails if a
+ * which may be NULL, gets the largest estimated deviation: an estimate, which the distance between the surfaces may exceed
+ * several times. options may be NULL for the defaults, progress too. Fails if a
  * number is out of its range, an attribute or a point does not exist, or no triangle is left; with RLV_ERROR_MEMORY if
  * it would take more than the context's memory limit, and with RLV_ERROR_CANCELLED. */
 RLV_API RlvResult rlv_simplify_mesh(RlvMesh mesh, const RlvSimplifyOptions *options, RlvProgress progress, void *user,

@@ -69,7 +69,7 @@ impl Simplification {
         &self.object.context
     }
 
-    /// Makes the mesh. Returns it, and how far it deviates.
+    /// Makes the mesh. Returns it, and its largest estimated deviation.
     pub fn run(&self, progress: &mut dyn Progress) -> Result<(RlvMesh, f32)> {
         let mesh = try_read(&self.object.mesh, "mesh")?;
         let made = simplify_mesh(&self.context().context, &mesh, &self.options, &self.attributes, progress)?;
@@ -124,6 +124,7 @@ unsafe fn read(options: *const RlvSimplifyOptions, limit: u64) -> Result<(Simpli
         error: if given.error < 0.0 { f32::INFINITY } else { given.error },
         locked: locked.to_vec("locked", limit)?,
         factors: factors.to_vec("factors", limit)?,
+        ..SimplifyOptions::default()
     };
     Ok((options, attributes))
 }

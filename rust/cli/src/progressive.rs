@@ -82,8 +82,23 @@ struct Export {
     /// The mesh to write: .ply, .glb, .obj or .usda.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    #[command(flatten)]
-    level: Level,
+    /// A coarse level whose surface is nowhere farther from that of the finest, nor that from it, in units of the mesh. The
+    /// distances of some levels are measured.
+    #[arg(long, value_name = "E", conflicts_with_all = ["error_relative", "error_estimate", "faces", "ratio"])]
+    error: Option<f32>,
+    /// As --error, as a share of the diagonal of the mesh's box.
+    #[arg(long, value_name = "R", conflicts_with_all = ["error_estimate", "faces", "ratio"])]
+    error_relative: Option<f32>,
+    /// The coarsest level whose estimated deviation is no more, in units of the mesh. Its distance may be several times as
+    /// much.
+    #[arg(long, value_name = "E", conflicts_with_all = ["faces", "ratio"])]
+    error_estimate: Option<f32>,
+    /// The finest level of at most so many triangles.
+    #[arg(long, value_name = "N", conflicts_with = "ratio")]
+    faces: Option<usize>,
+    /// The finest level of at most this share of the triangles, from 0 to 1.
+    #[arg(long, value_name = "R")]
+    ratio: Option<f64>,
     /// A list of edits, as of `relievo progressive edit`, that are made before.
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
@@ -144,7 +159,8 @@ struct Check {
 #[derive(clap::Args)]
 #[group(multiple = false)]
 pub struct Level {
-    /// The coarsest level that deviates by no more, in units of the mesh.
+    /// The coarsest level whose estimated deviation is no more, in units of the mesh. Its distance from the finest may be
+    /// several times as much.
     #[arg(long, value_name = "E")]
     pub error: Option<f32>,
     /// The finest level of at most so many triangles.
@@ -213,7 +229,7 @@ fn show(arguments: &Show) -> Outcome {
     let attributes = if names.is_empty() { String::new() } else { format!("  attributes: {}\n", names.join(", ")) };
     crate::print(&format!(
         "{}\n{attributes}  finest: {} vertices, {} triangles\n  base: {} vertices, {} triangles\n  \
-         this level: {} vertices, {} triangles, deviation {error}\n",
+         this level: {} vertices, {} triangles, estimated deviation {error}\n",
         arguments.file.display(),
         mesh.vertex_count(),
         mesh.triangle_count(),
@@ -336,18 +352,31 @@ fn other_edits() -> Error {
 fn export(arguments: &Export) -> Outcome {
     let context = arguments.limits.context()?;
     // Edits reach what is finer too.
-    let faces = arguments.level.faces.filter(|_| arguments.script.is_none());
+    let faces = arguments.faces.filter(|_| arguments.script.is_none());
     let mesh = Arc::new(Progressive::open(&context, &arguments.file, faces.unwrap_or(usize::MAX))?);
     let mut active = ActiveMesh::new(&mesh);
     if let Some(script) = &arguments.script {
         let list = (&**script, crate::edits::read(&context, script, arguments.moment.time)?);
         edit_by(&context, (&mut active, None), &mesh, list, |_, _, _| Ok(()))?;
     }
-    active.adapt(&context, arguments.level.cut(&mesh)?);
+    let bound = if arguments.error.or(arguments.error_relative).is_some() {
+        active.adapt(&context, Cut::FINEST);
+        crate::simplify::bound(arguments.error, arguments.error_relative, &active.to_mesh().0.points)?
+    } else {
+        None
+    };
+    let distance = match bound {
+        Some(bound) => format!(", distance at most {}", active.adapt_within(&context, bound, &mut Silent)?),
+        None => {
+            let Export { error_estimate: error, faces, ratio, .. } = *arguments;
+            active.adapt(&context, Level { error, faces, ratio }.cut(&mesh)?);
+            String::new()
+        }
+    };
     let (made, _) = active.to_mesh();
     let (vertices, triangles) = (active.vertex_count(), active.triangle_count());
     relievo_meshio::write(&arguments.output, &made)?;
-    crate::print(&format!("{triangles} triangles, {vertices} vertices\n"))?;
+    crate::print(&format!("{triangles} triangles, {vertices} vertices{distance}\n"))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -5,7 +5,8 @@ use relievo_core::{Context, Error, Progress, Result};
 
 use crate::connectivity::NONE;
 use crate::decimation::Decimation;
-use crate::simplify::{SimplifyOptions, check, check_memory, reduce, unit};
+use crate::error_bound::{Limits, Triangles};
+use crate::simplify::{Bounded, SimplifyOptions, border, check, check_memory, reduce, simplified_within, unit};
 use crate::watched::watched;
 use crate::wedges::{Range, Wedges};
 use crate::weld::weld;
@@ -85,8 +86,19 @@ pub struct SimplifiedWith {
     pub places: Vec<u32>,
     /// The triangle of the input that every triangle was.
     pub origins: Vec<u32>,
-    /// The largest deviation of a vertex, as [`SimplifyOptions::error`] counts it.
+    /// The largest distance between both surfaces, never less than the true one, if there is a
+    /// [`SimplifyOptions::bound`]; else the largest estimated deviation of a vertex.
     pub error: f32,
+}
+
+impl Bounded for SimplifiedWith {
+    fn shape(&self) -> Triangles<'_> {
+        (&self.points, &self.triangles)
+    }
+
+    fn set_error(&mut self, error: f32) {
+        self.error = error;
+    }
 }
 
 /// Simplifies a mesh as [`crate::simplify`] does, with the attributes of its vertices: their differences, with their
@@ -127,13 +139,20 @@ fn run<const Q: usize>(
         let wedges: Vec<[u32; 3]> = triangles.iter().map(|triangle| triangle.each_ref().map(number)).collect();
         let values: Vec<[Vec4; Q]> = (0..points.len()).map(|vertex| quads(attributes, vertex)).collect();
         let range = range(points, &values, attributes, scale);
-        let wedges = Wedges::<Q>::new(context, welded.points.len(), &wedges, values, range);
-        let mut work = Decimation::with(context, &welded.points, &welded.triangles, 1.0 / scale, wedges)?;
-        let locked: Vec<u32> = options.locked.iter().map(|vertex| welded.numbers[*vertex as usize]).collect();
-        work.lock(&locked);
-        work.weigh(&options.factors, |point| welded.numbers[point] as usize);
-        reduce(context, &mut work, triangles.len(), options.faces, options.error / scale, progress)?;
-        Ok(finish(&work, (points, triangles), &sides, attributes.weights.len(), scale))
+        let mut fixed: Vec<u32> = options.locked.iter().map(|vertex| welded.numbers[*vertex as usize]).collect();
+        if options.is_border_locked {
+            fixed.extend(border(&welded.triangles));
+        }
+        let run = |limits: &Limits, progress: &mut dyn Progress| {
+            let wedges = Wedges::<Q>::new(context, welded.points.len(), &wedges, values.clone(), range.clone());
+            let mut work = Decimation::with(context, &welded.points, &welded.triangles, 1.0 / scale, wedges)?;
+            work.spend(|vertex| limits.spent(vertex) / scale);
+            work.lock(&fixed);
+            work.weigh(&options.factors, |point| welded.numbers[point] as usize);
+            reduce(context, &mut work, triangles.len(), options.faces, limits.error() / scale, progress)?;
+            Ok(finish(&work, (points, triangles), &sides, attributes.weights.len(), scale))
+        };
+        simplified_within(context, (&welded.points, &welded.triangles), options, progress, run)
     })
 }
 

@@ -189,6 +189,11 @@ impl<const Q: usize> Decimation<Q> {
         })
     }
 
+    /// Takes vertices to deviate already, by what `spent` returns for each.
+    pub fn spend(&mut self, spent: impl Fn(usize) -> f32) {
+        self.points.iter_mut().enumerate().for_each(|(vertex, point)| point.w = spent(vertex));
+    }
+
     /// Keeps vertices where they are.
     pub fn lock(&mut self, vertices: &[u32]) {
         for vertex in vertices {

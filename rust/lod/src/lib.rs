@@ -3,9 +3,13 @@
 mod attributes;
 mod connectivity;
 mod decimation;
+mod distance;
+mod error_bound;
 mod mates;
 mod mesh;
 mod numbers;
+mod offset;
+mod open_fans;
 mod order;
 mod patch;
 mod patches;
@@ -19,6 +23,7 @@ mod wedges;
 mod weld;
 
 pub use attributes::{Attributes, SimplifiedWith, simplify_with};
+pub use distance::{Distance, distance};
 pub use mesh::{AttributeOptions, SimplifiedMesh, default_weight, simplify_mesh};
 pub use progressive::Progressive;
 pub use simplify::{Simplified, SimplifyOptions, simplify};

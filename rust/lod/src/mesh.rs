@@ -23,7 +23,8 @@ pub struct AttributeOptions {
 pub struct SimplifiedMesh {
     /// Triangles, with the attributes that were kept on what they were on.
     pub mesh: Mesh,
-    /// The largest deviation of a vertex, as [`SimplifyOptions::error`] counts it.
+    /// The largest distance between both surfaces, never less than the true one, if there is a
+    /// [`SimplifyOptions::bound`]; else the largest estimated deviation of a vertex.
     pub error: f32,
     /// Names of attributes that are not there any more, and of tags.
     pub left_out: Vec<String>,

@@ -36,6 +36,10 @@ impl Care {
     }
 }
 
+/// The share of the distance that a collapse moves the surface by, which counts as one from all of its planes.
+const OFFSET: f32 = 0.7;
+/// Magnitudes by which a cost may have risen for that distance.
+const RISE: usize = 1;
 /// Turns ahead of which a half-edge is looked for.
 const AHEAD: usize = 8;
 
@@ -208,7 +212,12 @@ impl Patch {
             let mut is_over = false;
             for lane in 0..self.taken.len() {
                 let edge = self.taken[lane];
-                if self.work.known_cost(edge.corner).to_bits() != edge.cost.to_bits() {
+                let known = self.work.known_cost(edge.corner);
+                if known.to_bits() != edge.cost.to_bits() {
+                    // A collapse of the batch made it dearer: it waits again.
+                    if known.is_sign_positive() && known < f32::INFINITY {
+                        self.queue.push(edge.corner, known);
+                    }
                     continue;
                 }
                 let going = 1 + usize::from(self.work.mesh.mate(edge.corner) != NONE);
@@ -249,6 +258,13 @@ impl Patch {
         normals.clear();
         if !work.keeps_surface(edge.corner, fans) || !work.keeps_sides(edge.corner, fans, point, normals) {
             work.refuse(edge);
+            return false;
+        }
+        let offset = OFFSET * work.offset(edge, fans, point);
+        let cost = cost.max(batch.factor[lane] * batch.trace[lane] * offset * offset);
+        if magnitude(cost) > magnitude(edge.cost) + RISE {
+            work.set_cost(edge.corner, cost);
+            queue.push(edge.corner, cost);
             return false;
         }
         self.collapse(edge, point, cost);

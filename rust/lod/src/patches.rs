@@ -9,11 +9,11 @@ use std::sync::atomic::AtomicU64;
 use glam::{Vec3, Vec4, Vec4Swizzles};
 use relievo_core::{Context, Progress, Result};
 
+use crate::error_bound::Limits;
 use crate::numbers::Claims;
 use crate::order::{along_curve, by_number};
 use crate::patch::{Care, Patch, Pieces};
 use crate::queue::MAGNITUDES;
-use crate::simplify::SimplifyOptions;
 
 /// Triangles of a patch at most, and where there are fewer than a few such patches.
 const PATCH: [usize; 2] = [8192, 4096];
@@ -132,15 +132,23 @@ fn bounds(points: &[Vec4]) -> (Vec3, Vec3) {
 }
 
 impl<'a> Pieces<'a> {
-    /// Of a mesh whose indices are in range, with coordinates multiplied by `scale`.
-    pub fn new(points: &[[f32; 3]], input: &'a [[u32; 3]], scale: f32, options: &SimplifyOptions) -> Self {
+    /// Of a mesh whose indices are in range, with coordinates and limits multiplied by `scale`, the factors of its points
+    /// or none, and its fixed vertices.
+    pub fn new(
+        (points, input): (&[[f32; 3]], &'a [[u32; 3]]),
+        scale: f32,
+        (factors, fixed): (&[f32], &[u32]),
+        limits: &Limits,
+    ) -> Self {
         let mut is_locked = vec![false; points.len()];
-        options.locked.iter().for_each(|vertex| is_locked[*vertex as usize] = true);
+        fixed.iter().for_each(|vertex| is_locked[*vertex as usize] = true);
+        let place =
+            |(index, point): (usize, &[f32; 3])| (Vec3::from(*point) * scale).extend(limits.spent(index) * scale);
         Self {
             input,
             left: None,
-            points: points.iter().map(|point| (Vec3::from(*point) * scale).extend(0.0)).collect(),
-            factors: options.factors.clone(),
+            points: points.iter().enumerate().map(place).collect(),
+            factors: factors.to_vec(),
             is_locked,
             valences: vec![0; points.len()],
         }

@@ -31,6 +31,8 @@ pub struct Batch {
     pub cost: [f32; BATCH],
     /// How far the vertex deviates.
     pub deviation: [f32; BATCH],
+    /// The trace of the quadric: what the cost is by the square of a distance, before it is multiplied.
+    pub trace: [f32; BATCH],
     /// What is added by attributes: a quadric of places from the middle of the edge, xx, yy, zz, xy, xz, yz, then b and
     /// c, and what its trace was.
     pub added: [[f32; BATCH]; 11],
@@ -50,6 +52,7 @@ impl Default for Batch {
             before: zero,
             cost: zero,
             deviation: zero,
+            trace: zero,
             added: [zero; 11],
         }
     }
@@ -160,6 +163,7 @@ fn body<A: Arithmetic, const WITH: bool>(batch: &mut Batch) {
         let cost = cost.max(0.0);
         batch.cost[i] = if pin.abs() <= 1.0 { batch.factor[i] * fma(LENGTH * trace, ee, cost) } else { f32::INFINITY };
         batch.deviation[i] = batch.before[i] + (cost * flat).sqrt();
+        batch.trace[i] = trace;
         for k in 0..3 {
             batch.place[k][i] = x[k];
         }

@@ -12,6 +12,7 @@
 //!   coarser ones do: `coarser`, with `stars`; how that is taken back: `history`; and how it becomes a mesh of its own:
 //!   `settle`.
 //! - What handles do over time: [`keyed`], at coarser levels than the mesh is of: `beneath`.
+//! - Which level is within a measured distance of the finest: `within`.
 //! - Where its order no longer fits what it has become: [`order`].
 //! - What it has beside places and normals: `wedges`, built of meshes as files have them in `attributed`; how
 //!   normals and tangents among that turn with edits: `directions`.
@@ -52,6 +53,7 @@ mod stars;
 pub mod view;
 mod wedge_columns;
 mod wedges;
+mod within;
 
 pub use active::{ActiveMesh, Extract};
 pub use arrival::Arrival;

@@ -11,6 +11,8 @@ use relievo_core::{Context, Error, Progress, Result};
 
 use crate::connectivity::NONE;
 use crate::decimation::Decimation;
+use crate::error_bound::{self, Limits, Triangles};
+use crate::open_fans::OpenFans;
 use crate::patch::Pieces;
 use crate::patches;
 use crate::progressive::Recording;
@@ -21,11 +23,17 @@ use crate::watched::watched;
 pub struct SimplifyOptions {
     /// Triangles to be left. There may be one less, where two go at once.
     pub faces: usize,
-    /// The largest deviation from the mesh as it was, in its units, infinite for any. A vertex deviates by what its
-    /// collapse moves the planes of its triangles, in root mean square over their area, and by what its ends did before.
+    /// The largest estimated deviation from the mesh as it was, in its units, infinite for any. A vertex deviates by what
+    /// its collapse moves the planes of its triangles, in root mean square over their area, and by what its ends did
+    /// before. The distance between the surfaces may be several times as much.
     pub error: f32,
+    /// The largest distance between both surfaces, either way, in units of the mesh, infinite for any. It is measured,
+    /// and the mesh simplified several times. Less than 10⁻⁷ of the largest coordinate, its rounding, counts as that.
+    pub bound: f32,
     /// Vertices that stay where they are.
     pub locked: Vec<u32>,
+    /// Whether vertices of edges with one triangle stay where they are.
+    pub is_border_locked: bool,
     /// What the costs of collapses at every vertex are multiplied by, 10⁻⁶ to 10⁶; none for 1 everywhere. With greater factors
     /// more triangles are left there. Deviations are not multiplied.
     pub factors: Vec<f32>,
@@ -33,7 +41,14 @@ pub struct SimplifyOptions {
 
 impl Default for SimplifyOptions {
     fn default() -> Self {
-        Self { faces: 0, error: f32::INFINITY, locked: Vec::new(), factors: Vec::new() }
+        Self {
+            faces: 0,
+            error: f32::INFINITY,
+            bound: f32::INFINITY,
+            locked: Vec::new(),
+            is_border_locked: false,
+            factors: Vec::new(),
+        }
     }
 }
 
@@ -53,12 +68,23 @@ impl SimplifyOptions {
                 .at("factors")
                 .advise("use 1e-6 to 1e6"));
         }
-        if self.error.is_nan() || self.error < 0.0 {
-            return Err(Error::invalid(format!("an error of {} means nothing", self.error))
-                .at("error")
-                .advise("give a length, or infinity"));
+        for (name, length) in [("error", self.error), ("bound", self.bound)] {
+            if length.is_nan() || length < 0.0 {
+                return Err(Error::invalid(format!("the {name} is {length}, not a length"))
+                    .at(name)
+                    .advise("give 0 or more, or infinity"));
+            }
         }
         Ok(())
+    }
+
+    /// Returns the points that stay where they are.
+    pub(crate) fn fixed(&self, triangles: &[[u32; 3]]) -> Vec<u32> {
+        let mut fixed = self.locked.clone();
+        if self.is_border_locked {
+            fixed.extend(border(triangles));
+        }
+        fixed
     }
 }
 
@@ -69,7 +95,8 @@ pub struct Simplified {
     pub points: Vec<[f32; 3]>,
     /// Points of every triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// The largest deviation of a vertex, as [`SimplifyOptions::error`] counts it.
+    /// The largest distance between both surfaces, never less than the true one, if there is a
+    /// [`SimplifyOptions::bound`]; else the largest estimated deviation of a vertex.
     pub error: f32,
 }
 
@@ -98,10 +125,65 @@ pub fn simplify(
     check(context, points, triangles, options)?;
     let scale = unit(points);
     watched(context, progress, |progress| {
-        let pieces = Pieces::new(points, triangles, 1.0 / scale, options);
-        let left = patches::reduce(context, pieces, options.faces, options.error / scale, progress)?;
-        Ok(finish(context, left, points, triangles, scale))
+        let parted = OpenFans::part(points, triangles);
+        let fixed = [options.fixed(triangles), parted.shared.clone()].concat();
+        let factors = parted.factors(&options.factors);
+        let run = |limits: &Limits, progress: &mut dyn Progress| {
+            let mesh = (&*parted.points, &*parted.triangles);
+            let pieces = Pieces::new(mesh, 1.0 / scale, (&factors, &fixed), limits);
+            let error = limits.error() / scale;
+            let (mut left, moved) = patches::reduce(context, pieces, options.faces, error, progress)?;
+            parted.join(&mut left);
+            Ok(finish(context, (left, moved), points, triangles, scale))
+        };
+        simplified_within(context, (points, triangles), options, progress, run)
     })
+}
+
+/// A result of simplification with an error of its own.
+pub trait Bounded {
+    /// Returns the points and triangles.
+    fn shape(&self) -> Triangles<'_>;
+
+    /// Sets the largest deviation.
+    fn set_error(&mut self, error: f32);
+}
+
+impl Bounded for Simplified {
+    fn shape(&self) -> Triangles<'_> {
+        (&self.points, &self.triangles)
+    }
+
+    fn set_error(&mut self, error: f32) {
+        self.error = error;
+    }
+}
+
+/// Calls `run` once, or as often as it takes to hold the bound of the distance if there is one.
+pub fn simplified_within<T: Bounded>(
+    context: &Context,
+    input: Triangles,
+    options: &SimplifyOptions,
+    progress: &mut dyn Progress,
+    mut run: impl FnMut(&Limits, &mut dyn Progress) -> Result<T>,
+) -> Result<T> {
+    if options.bound == f32::INFINITY {
+        return run(&Limits::of(options.error), progress);
+    }
+    let limit = [options.bound, options.error];
+    let (mut made, error) = error_bound::within(context, input, limit, progress, run, T::shape)?;
+    made.set_error(error);
+    Ok(made)
+}
+
+/// Returns the vertices of edges that have one triangle, some of them twice.
+pub fn border(triangles: &[[u32; 3]]) -> Vec<u32> {
+    let mut edges = Vec::with_capacity(3 * triangles.len());
+    for [a, b, c] in triangles {
+        edges.extend([[a, b], [b, c], [c, a]].map(|[from, to]| [*from.min(to), *from.max(to)]));
+    }
+    edges.sort_unstable();
+    edges.chunk_by(|one, other| one == other).filter(|edge| edge.len() == 1).flat_map(|edge| edge[0]).collect()
 }
 
 /// The power of two that coordinates are divided by: squares of areas then stay in the range of f32, and no digit changes.

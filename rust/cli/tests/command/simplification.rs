@@ -39,6 +39,54 @@ fn a_mesh_is_simplified_to_a_share_a_number_or_a_deviation() {
     assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("use 0 to 1"), "{refused:?}");
 }
 
+#[test]
+fn a_deviation_is_a_bound_or_called_an_estimate() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("bowl.obj"), bowl()).unwrap();
+    let mesh = |name: &str| {
+        let mesh = relievo_meshio::read(&relievo_core::Context::serial(), &folder.path().join(name)).unwrap();
+        let triangles = mesh.triangles();
+        (mesh.points, triangles)
+    };
+    let simplify = |goal: &[&str]| {
+        let done = relievo(folder.path(), &[&["simplify", "bowl.obj", "-o", "less.ply"][..], goal].concat());
+        assert!(done.status.success(), "{done:?}");
+        let said = text(&done.stdout).trim().to_owned();
+        let (rest, number) = said.rsplit_once(' ').unwrap();
+        let (before, less) = (mesh("bowl.obj"), mesh("less.ply"));
+        let both = [&before, &less].map(|(points, triangles)| (&points[..], &triangles[..]));
+        let context = relievo_core::Context::serial();
+        let apart = relievo_lod::distance(&context, both, &mut relievo_core::progress::Silent).unwrap();
+        (rest.to_owned(), number.parse::<f32>().unwrap(), apart, less.1.len())
+    };
+    let (said, number, apart, faces) = simplify(&["--error", "0.02"]);
+    assert!(said.ends_with("distance at most") && number <= 0.02 && apart.at_least <= number, "{said} {number}");
+    // The diagonal of the bowl is √8.36.
+    let (_, same, _, relative) = simplify(&["--error-relative", "0.0069171"]);
+    assert!(relative == faces && same == number, "{relative} {faces}");
+    let (said, number, ..) = simplify(&["--error-estimate", "0.02"]);
+    assert!(said.ends_with("estimated deviation") && number <= 0.02, "{said} {number}");
+    let (.., locked) = simplify(&["--error", "0.02", "--lock-border"]);
+    assert!(locked > faces, "{locked} {faces}");
+    let refused = relievo(folder.path(), &["simplify", "bowl.obj", "-o", "less.ply", "--error-relative=-1"]);
+    assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("--error-relative"), "{refused:?}");
+}
+
+#[test]
+fn an_exported_level_is_within_the_bound() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("bowl.obj"), bowl()).unwrap();
+    let run = |arguments: &[&str]| relievo(folder.path(), &[&["progressive"], arguments].concat());
+    assert!(run(&["build", "bowl.obj", "-o", "bowl.rlvpm", "--faces", "20"]).status.success());
+    let number = |said: &str, after: &str| said.split(after).nth(1).and_then(|it| it.trim().parse::<f32>().ok());
+    let done = run(&["export", "bowl.rlvpm", "-o", "level.ply", "--error", "0.02"]);
+    assert!(done.status.success(), "{done:?}");
+    assert!(number(text(&done.stdout), "distance at most ").is_some_and(|it| it <= 0.02), "{done:?}");
+    assert!(run(&["export", "bowl.rlvpm", "-o", "level.ply", "--error-estimate", "0.02"]).status.success());
+    let both = run(&["export", "bowl.rlvpm", "-o", "level.ply", "--error", "0.02", "--faces", "3"]);
+    assert_eq!(both.status.code(), Some(2));
+}
+
 /// The bowl with texture coordinates: columns 0 to 10 are on the left half of the texture, 10 to 20 on the right half, and
 /// both have column 10.
 pub fn map() -> String {

@@ -2,6 +2,7 @@
 
 mod arrival;
 mod attributes;
+mod bounds;
 mod buffers;
 mod device;
 mod device_directions;

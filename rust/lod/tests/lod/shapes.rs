@@ -54,3 +54,53 @@ pub fn two_tori() -> Triangles {
     triangles.extend([[more, more + 1, more + 2], [more, more + 1, more + 2], [more, more, more + 1]]);
     (points, triangles)
 }
+
+/// A block from -1 to 1 with a round bore from top to bottom, as CAD programs write it: every face has triangles of its own,
+/// and the bore has other points on its rims than top and bottom have. `around` points on a rim of the bore, in `rows`,
+/// meet `outline` points on that of the top. Coincident points are one.
+pub fn bored_block(around: u32, outline: u32, rows: u32) -> Triangles {
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    let rim = |step: u32, count: u32| {
+        let angle = std::f32::consts::TAU * step as f32 / count as f32;
+        [0.6 * angle.cos(), 0.6 * angle.sin()]
+    };
+    for row in 0..=rows {
+        let z = 1.0 - 2.0 * row as f32 / rows as f32;
+        points.extend((0..around).map(|step| rim(step, around)).map(|[x, y]| [x, y, z]));
+    }
+    for (row, step) in (0..rows).flat_map(|row| (0..around).map(move |step| (row, step))) {
+        let [a, b] = [step, (step + 1) % around].map(|step| row * around + step);
+        triangles.extend([[a, b, a + around], [b, b + around, a + around]]);
+    }
+    // Top and bottom: from each point of the outline to the square around it.
+    for (z, turned) in [(1.0, false), (-1.0, true)] {
+        let first = points.len() as u32;
+        let square = |[x, y]: [f32; 2]| [x, y].map(|value| value / x.abs().max(y.abs()));
+        let inner = (0..outline).map(|step| rim(step, outline));
+        points.extend(inner.clone().map(|[x, y]| [x, y, z]));
+        points.extend(inner.map(square).map(|[x, y]| [x, y, z]));
+        for step in 0..outline {
+            let [a, b] = [step, (step + 1) % outline].map(|step| first + step);
+            let sides = [[a, a + outline, b], [b, a + outline, b + outline]];
+            triangles.extend(sides.map(|[a, b, c]| if turned { [a, c, b] } else { [a, b, c] }));
+        }
+    }
+    // The sides, of points of their own.
+    for (axis, sign) in [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)] {
+        let first = points.len() as u32;
+        let corner = |along: f32, z: f32| if axis == 0 { [sign, along, z] } else { [-along, sign, z] };
+        points.extend([corner(-sign, -1.0), corner(sign, -1.0), corner(sign, 1.0), corner(-sign, 1.0)]);
+        triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
+    let mut numbers = HashMap::new();
+    let mut kept = Vec::new();
+    let number = |point: &[f32; 3]| {
+        *numbers.entry(point.map(|value| (value + 0.0).to_bits())).or_insert_with(|| {
+            kept.push(*point);
+            kept.len() as u32 - 1
+        })
+    };
+    let numbers: Vec<u32> = points.iter().map(number).collect();
+    let triangles = triangles.into_iter().map(|triangle| triangle.map(|vertex| numbers[vertex as usize])).collect();
+    (kept, triangles)
+}

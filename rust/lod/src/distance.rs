@@ -1,0 +1,476 @@
+//! The largest distance between the surfaces of two triangle meshes, both ways (the Hausdorff distance), with a bound
+//! that the true distance never exceeds.
+//!
+//! The distance to one triangle is a convex function, so over a piece of the other surface it is largest at a corner of
+//! the piece. A piece near one triangle is bounded by that triangle alone; any other piece is cut along the sides of the
+//! triangle nearest to its middle, and its parts are looked at in turn (after Guthe, Borodin, Klein 2005). Pieces whose
+//! bound is below a distance that was already found are dropped.
+
+use glam::{DAffine3, DVec3};
+use relievo_core::{Context, Error, Progress, Result};
+use relievo_detail::hierarchy::Target;
+use relievo_detail::{Bounds, Hierarchy};
+use relievo_surface::triangle::closest;
+
+use crate::connectivity::NONE;
+
+/// The relative difference between the bounds at which a triangle is done.
+const TOLERANCE: f64 = 0.01;
+/// The rounding of coordinates, as a share of the largest: smaller distances are not told apart.
+const ROUNDING: f64 = 1e-7;
+/// Pieces of a triangle at most; the bound of the last ones is then taken.
+const PIECES: usize = 1 << 14;
+/// A cut that leaves less of a piece beyond it, as a share of the piece's longest edge, is not made.
+const SLIVER: f64 = 1e-3;
+/// Points or triangles of one task.
+const PART: usize = 256;
+/// Bytes of the structures for a triangle.
+const BYTES: u64 = 64;
+
+/// Bounds of the largest distance between two surfaces, in the units of their points.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Distance {
+    /// The distance that some point has.
+    pub at_least: f32,
+    /// The distance that no point exceeds, at most 1 % or 10⁻⁷ of the largest coordinate above the true one.
+    pub at_most: f32,
+}
+
+/// Measures the largest distance between the surfaces of two meshes, both ways. Triangles without area do not count.
+/// Results do not depend on the number of threads.
+///
+/// Fails if a coordinate is not finite, an index is too large, only one of the meshes has area, memory does not suffice,
+/// or `progress` asks to stop.
+pub fn distance(
+    context: &Context,
+    [first, second]: [(&[[f32; 3]], &[[u32; 3]]); 2],
+    progress: &mut dyn Progress,
+) -> Result<Distance> {
+    let [first, second] = [Surface::new(context, first)?, Surface::new(context, second)?];
+    first.distance(context, &second, progress)
+}
+
+/// A mesh that distances are measured from and to.
+pub struct Surface<'a> {
+    points: &'a [[f32; 3]],
+    triangles: &'a [[u32; 3]],
+    /// Triangles that have area.
+    solid: Vec<u32>,
+    /// Boxes of these.
+    hierarchy: Hierarchy,
+    /// The largest coordinate.
+    extent: f64,
+}
+
+/// A triangle that is near a point, by its place in [`Surface::solid`], and its distance.
+#[derive(Clone, Copy)]
+struct Near {
+    triangle: u32,
+    distance: f64,
+}
+
+/// A part of a triangle, and a triangle of the other surface near it.
+#[derive(Clone, Copy)]
+struct Piece {
+    corners: [DVec3; 3],
+    near: u32,
+}
+
+/// Bounds of the largest distance of a triangle, and the triangle nearest to its farthest known point.
+#[derive(Clone, Copy)]
+struct Farthest {
+    at_least: f64,
+    at_most: f64,
+    near: u32,
+}
+
+/// A triangle that is too far from the other surface, and the other surface's triangle nearest to a point of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beyond {
+    pub triangle: u32,
+    pub nearest: u32,
+}
+
+impl<'a> Surface<'a> {
+    /// Prepares a mesh. Fails if a coordinate is not finite, an index is too large, or memory does not suffice.
+    pub fn new(context: &Context, (points, triangles): (&'a [[f32; 3]], &'a [[u32; 3]])) -> Result<Self> {
+        let bytes = BYTES * triangles.len() as u64;
+        if bytes > context.memory_limit() {
+            return Err(Error::memory(format!("measuring distances needs {bytes} bytes, more than the memory limit"))
+                .advise("raise the memory limit, or use the estimate"));
+        }
+        if let Some(index) = points.iter().position(|point| point.iter().any(|value| !value.is_finite())) {
+            return Err(Error::invalid(format!("point {index} is not finite")).at("points"));
+        }
+        if let Some(index) = triangles.iter().position(|it| it.iter().any(|vertex| *vertex as usize >= points.len())) {
+            return Err(Error::invalid(format!("triangle {index} has a point that is not there")).at("triangles"));
+        }
+        let corners = |triangle: u32| triangles[triangle as usize].map(|vertex| points[vertex as usize]);
+        let solid: Vec<u32> = (0..triangles.len() as u32).filter(|it| has_area(corners(*it).map(exact))).collect();
+        let bounds = |index: u32| Bounds::of_points(&corners(solid[index as usize]));
+        let hierarchy = Hierarchy::build(context, solid.len(), bounds)?;
+        let extent = points.iter().flatten().fold(0.0f32, |most, value| most.max(value.abs()));
+        Ok(Self { points, triangles, solid, hierarchy, extent: f64::from(extent) })
+    }
+
+    /// Returns the rounding of coordinates, in their unit.
+    pub fn rounding(&self) -> f64 {
+        ROUNDING * self.extent
+    }
+
+    /// Measures the largest distance to and from another surface, as [`distance`] does.
+    pub fn distance(&self, context: &Context, other: &Surface, progress: &mut dyn Progress) -> Result<Distance> {
+        if self.solid.is_empty() && other.solid.is_empty() {
+            return Ok(Distance::default());
+        }
+        self.check(other)?;
+        let rounding = self.rounding().max(other.rounding());
+        let own = self.vertices_near(context, other, progress, [0.0, 0.25])?;
+        let back = other.vertices_near(context, self, progress, [0.25, 0.5])?;
+        let known = own.iter().chain(&back).fold(0.0, |most: f64, near| most.max(near.distance));
+        let floor = known * (1.0 + TOLERANCE) + rounding;
+        let there = self.sweep(context, (other, &own), [floor, f64::INFINITY], progress, [0.5, 0.75])?;
+        let here = other.sweep(context, (self, &back), [floor, f64::INFINITY], progress, [0.75, 1.0])?;
+        let all = || there.iter().chain(&here);
+        let at_least = all().fold(known, |most, found| most.max(found.at_least));
+        // Corners of pieces are rounded too.
+        let at_most = all().fold(known, |most, found| most.max(found.at_most)) * (1.0 + 1e-9) + 1e-6 * rounding;
+        progress.step(1.0, "measure")?;
+        Ok(Distance { at_least: at_least as f32, at_most: (at_most as f32).next_up() })
+    }
+
+    /// Finds the triangles of this surface that are somewhere farther than `most` from another, and also those of which
+    /// that cannot be ruled out. Numbers are those of the two meshes.
+    pub fn beyond(
+        &self,
+        context: &Context,
+        other: &Surface,
+        most: f64,
+        (progress, [start, end]): (&mut dyn Progress, [f32; 2]),
+    ) -> Result<Vec<Beyond>> {
+        if self.solid.is_empty() && other.solid.is_empty() {
+            return Ok(Vec::new());
+        }
+        self.check(other)?;
+        let middle = 0.5 * (start + end);
+        let near = self.vertices_near(context, other, progress, [start, middle])?;
+        let found = self.sweep(context, (other, &near), [most, most], progress, [middle, end])?;
+        let is_beyond = |(_, found): &(&u32, &Farthest)| found.at_most > most;
+        let beyond = |(triangle, found): (&u32, &Farthest)| Beyond {
+            triangle: *triangle,
+            nearest: other.solid[found.near as usize],
+        };
+        Ok(self.solid.iter().zip(&found).filter(is_beyond).map(beyond).collect())
+    }
+
+    /// Finds the triangle nearest to each of some points.
+    pub fn nearest_triangles(&self, context: &Context, points: &[[f32; 3]]) -> Vec<u32> {
+        if self.solid.is_empty() {
+            return vec![NONE; points.len()];
+        }
+        let parts = context.map(points.len().div_ceil(PART), |part| {
+            let mut hint = NONE;
+            let points = &points[part * PART..points.len().min((part + 1) * PART)];
+            let nearest = points.iter().map(|point| {
+                hint = self.nearest(exact(*point), hint).triangle;
+                self.solid[hint as usize]
+            });
+            nearest.collect::<Vec<_>>()
+        });
+        parts.concat()
+    }
+
+    /// Fails if only one of two surfaces has area.
+    fn check(&self, other: &Surface) -> Result<()> {
+        if self.solid.is_empty() != other.solid.is_empty() {
+            return Err(Error::invalid("one of the meshes has no triangle with area, and no distance from the other"));
+        }
+        Ok(())
+    }
+
+    fn corners(&self, index: u32) -> [DVec3; 3] {
+        self.triangles[self.solid[index as usize] as usize].map(|vertex| exact(self.points[vertex as usize]))
+    }
+
+    /// Returns the distance of a point from one triangle.
+    fn distance_to(&self, index: u32, point: DVec3) -> f64 {
+        let [a, b, c] = self.corners(index);
+        let [s, t, u] = closest(point, [a, b, c]);
+        (a * s + b * t + c * u).distance(point)
+    }
+
+    /// Finds the triangle nearest to a point; `hint` is one that may be near, or [`NONE`].
+    fn nearest(&self, point: DVec3, hint: u32) -> Near {
+        let distance = if hint == NONE { f64::INFINITY } else { self.distance_to(hint, point) };
+        let mut near = Near { triangle: hint, distance };
+        let Some(target) = Target::new(&DAffine3::IDENTITY, point, 0.0) else { return near };
+        let within = if hint == NONE { f64::MAX.sqrt() } else { distance };
+        let found = self.hierarchy.approach(&target, within, |triangle| {
+            let distance = self.distance_to(triangle, point);
+            if distance < near.distance {
+                near = Near { triangle, distance };
+            }
+            Ok(near.distance)
+        });
+        debug_assert!(found.is_ok(), "no visit fails");
+        near
+    }
+
+    /// Finds for every point of this mesh the nearest triangle of another; points of no triangle have the distance 0.
+    fn vertices_near(
+        &self,
+        context: &Context,
+        other: &Surface,
+        progress: &mut dyn Progress,
+        span: [f32; 2],
+    ) -> Result<Vec<Near>> {
+        let mut is_used = vec![false; self.points.len()];
+        self.solid.iter().flat_map(|it| self.triangles[*it as usize]).for_each(|it| is_used[it as usize] = true);
+        let parts = self.points.len().div_ceil(PART);
+        let found = context.map_watched(parts, progress, ("measure", span), |part| {
+            let mut hint = NONE;
+            let range = part * PART..self.points.len().min((part + 1) * PART);
+            let near = range.map(|index| {
+                if !is_used[index] {
+                    return Near { triangle: NONE, distance: 0.0 };
+                }
+                let near = other.nearest(exact(self.points[index]), hint);
+                hint = near.triangle;
+                near
+            });
+            near.collect::<Vec<_>>()
+        })?;
+        Ok(found.concat())
+    }
+
+    /// Bounds the distance of every triangle from another surface, whose triangles near the vertices are given. Bounds
+    /// below `floor` are not improved, and a triangle found to be farther than `stop` is not looked at any longer.
+    fn sweep(
+        &self,
+        context: &Context,
+        (other, near): (&Surface, &[Near]),
+        limits: [f64; 2],
+        progress: &mut dyn Progress,
+        span: [f32; 2],
+    ) -> Result<Vec<Farthest>> {
+        let parts = self.solid.len().div_ceil(PART);
+        let found = context.map_watched(parts, progress, ("measure", span), |part| {
+            let mut waiting = Vec::new();
+            let range = part * PART..self.solid.len().min((part + 1) * PART);
+            let found = range.map(|index| {
+                let corners = self.corners(index as u32);
+                let near = self.triangles[self.solid[index] as usize].map(|vertex| near[vertex as usize]);
+                other.farthest(corners, near, limits, &mut waiting)
+            });
+            found.collect::<Vec<_>>()
+        })?;
+        Ok(found.concat())
+    }
+
+    /// Bounds the distance of a triangle, whose corners have triangles of this surface near them, as [`Self::sweep`].
+    fn farthest(
+        &self,
+        corners: [DVec3; 3],
+        near: [Near; 3],
+        [floor, stop]: [f64; 2],
+        waiting: &mut Vec<Piece>,
+    ) -> Farthest {
+        let [a, b, c] = near;
+        let most = [b, c].into_iter().fold(a, |most, near| if near.distance > most.distance { near } else { most });
+        let mut found = Farthest { at_least: most.distance, at_most: most.distance, near: most.triangle };
+        if found.at_least > stop {
+            return Farthest { at_most: f64::INFINITY, ..found };
+        }
+        let bounds = near.map(|near| self.bound(near.triangle, corners));
+        let best = if bounds[0] <= bounds[1].min(bounds[2]) { 0 } else { 1 + usize::from(bounds[2] < bounds[1]) };
+        waiting.clear();
+        waiting.push(Piece { corners, near: near[best].triangle });
+        let mut pieces = 0;
+        while let Some(Piece { corners, near }) = waiting.pop() {
+            let known = self.bound(near, corners);
+            if known <= floor.max(found.at_least * (1.0 + TOLERANCE)) {
+                found.at_most = found.at_most.max(known);
+                continue;
+            }
+            let middle = corners.into_iter().sum::<DVec3>() / 3.0;
+            let there = self.nearest(middle, near);
+            if there.distance > found.at_least {
+                (found.at_least, found.near) = (there.distance, there.triangle);
+                if there.distance > stop {
+                    return Farthest { at_most: f64::INFINITY, ..found };
+                }
+            }
+            let radius = corners.into_iter().fold(0.0, |most: f64, corner| most.max(corner.distance(middle)));
+            let bound = known.min(self.bound(there.triangle, corners)).min(there.distance + radius);
+            pieces += 1;
+            if bound <= floor.max(found.at_least * (1.0 + TOLERANCE)) || pieces > PIECES {
+                found.at_most = found.at_most.max(bound);
+            } else {
+                self.cut(corners, there.triangle, waiting);
+            }
+        }
+        found.at_most = found.at_most.max(found.at_least);
+        found
+    }
+
+    /// Returns what the distance of a piece from this surface is at most: that of its corners from one triangle.
+    fn bound(&self, near: u32, corners: [DVec3; 3]) -> f64 {
+        corners.into_iter().fold(0.0, |most, corner| most.max(self.distance_to(near, corner)))
+    }
+
+    /// Cuts a piece along the side of a triangle that parts it most evenly, or halves its longest edge if none does.
+    fn cut(&self, corners: [DVec3; 3], near: u32, waiting: &mut Vec<Piece>) {
+        let [a, b, c] = self.corners(near);
+        let normal = (b - a).cross(c - a);
+        let edges = [0, 1, 2].map(|side| corners[side].distance(corners[(side + 1) % 3]));
+        let longest = if edges[0] >= edges[1].max(edges[2]) { 0 } else { 1 + usize::from(edges[2] > edges[1]) };
+        let (mut most, mut heights) = (SLIVER * edges[longest], None);
+        for [from, to] in [[a, b], [b, c], [c, a]] {
+            let Some(inward) = normal.cross(to - from).try_normalize() else { continue };
+            let signed = corners.map(|corner| inward.dot(corner - from));
+            let [x, y, z] = signed;
+            let evenness = x.max(y).max(z).min(-x.min(y).min(z));
+            if evenness > most {
+                (most, heights) = (evenness, Some(signed));
+            }
+        }
+        let mut add = |corners: [DVec3; 3]| {
+            if has_area(corners) {
+                waiting.push(Piece { corners, near });
+            }
+        };
+        let Some(heights) = heights else {
+            let [start, end, opposite] = [0, 1, 2].map(|step| corners[(longest + step) % 3]);
+            let middle = 0.5 * (start + end);
+            add([start, middle, opposite]);
+            return add([middle, end, opposite]);
+        };
+        // The corner that is alone on its side.
+        let above = heights.map(|height| height > 0.0);
+        let alone = (0..3).find(|at| above[(at + 1) % 3] == above[(at + 2) % 3]).unwrap_or(0);
+        let [tip, left, right] = [0, 1, 2].map(|step| (alone + step) % 3);
+        let cross = |end: usize| {
+            let share = (heights[tip] / (heights[tip] - heights[end])).clamp(0.0, 1.0);
+            corners[tip] + share * (corners[end] - corners[tip])
+        };
+        let [from, to] = [cross(left), cross(right)];
+        add([corners[tip], from, to]);
+        add([from, corners[left], corners[right]]);
+        add([from, corners[right], to]);
+    }
+}
+
+fn exact(point: [f32; 3]) -> DVec3 {
+    DVec3::from(point.map(f64::from))
+}
+
+fn has_area([a, b, c]: [DVec3; 3]) -> bool {
+    (b - a).cross(c - a) != DVec3::ZERO
+}
+
+#[cfg(test)]
+mod tests {
+    use relievo_core::ContextOptions;
+    use relievo_core::progress::Silent;
+    use relievo_testing::Random;
+
+    use super::*;
+
+    type Triangles = (Vec<[f32; 3]>, Vec<[u32; 3]>);
+
+    /// A grid of n × n squares over a square of a side, lifted by a function.
+    fn lifted(n: u32, side: f32, height: impl Fn(f32, f32) -> f32) -> Triangles {
+        let at = |step: u32| side * step as f32 / n as f32;
+        let points = (0..=n).flat_map(|y| (0..=n).map(move |x| [at(x), at(y)]));
+        let points = points.map(|[x, y]| [x, y, height(x, y)]).collect();
+        let squares = (0..n).flat_map(|y| (0..n).map(move |x| y * (n + 1) + x));
+        (points, squares.flat_map(|a| [[a, a + 1, a + n + 2], [a, a + n + 2, a + n + 1]]).collect())
+    }
+
+    fn measured(context: &Context, first: &Triangles, second: &Triangles) -> Distance {
+        distance(context, [first, second].map(|(points, triangles)| (&points[..], &triangles[..])), &mut Silent)
+            .unwrap()
+    }
+
+    fn near(found: Distance, expected: f32) {
+        let Distance { at_least, at_most } = found;
+        assert!(at_least <= expected * 1.000_001 && at_most >= expected, "{found:?}, not {expected}");
+        assert!(at_most <= expected * 1.0101 + 1e-6, "{found:?}, not {expected}");
+    }
+
+    #[test]
+    fn distances_between_planes_are_exact_whatever_their_triangles() {
+        let context = Context::serial();
+        let plane = |n, side, height| lifted(n, side, |_, _| height);
+        near(measured(&context, &plane(1, 1.0, 0.0), &plane(37, 1.0, 0.0)), 0.0);
+        near(measured(&context, &plane(5, 1.0, 0.0), &plane(7, 1.0, 0.125)), 0.125);
+        // The corner of the larger square is as far as two sides: one way only there is something far.
+        near(measured(&context, &plane(3, 2.0, 0.0), &plane(2, 1.0, 0.0)), 2.0f32.sqrt());
+        near(measured(&context, &plane(2, 1.0, 0.0), &plane(3, 2.0, 0.0)), 2.0f32.sqrt());
+    }
+
+    #[test]
+    fn the_middle_of_a_hole_is_the_farthest() {
+        let whole = lifted(1, 3.0, |_, _| 0.0);
+        let mut holed = lifted(3, 3.0, |_, _| 0.0);
+        holed.1.drain(8..10);
+        near(measured(&Context::serial(), &whole, &holed), 0.5);
+    }
+
+    #[test]
+    fn no_sample_is_farther_than_the_bound() {
+        let context = Context::serial();
+        let mut random = Random(7);
+        let waves = |n: u32, steep: f32| lifted(n, 1.0, move |x, y| steep * (9.0 * x).sin() * (7.0 * y).cos());
+        for (first, second) in [(waves(40, 0.1), waves(7, 0.1)), (waves(23, 0.05), waves(31, 0.06))] {
+            let found = measured(&context, &first, &second);
+            let mut farthest = 0.0f64;
+            for (from, to) in [(&first, &second), (&second, &first)] {
+                let to = Surface::new(&context, (&to.0, &to.1)).unwrap();
+                for sample in 0..20_000 {
+                    let triangle = from.1[(random.unit() * from.1.len() as f32) as usize % from.1.len()];
+                    let [a, b, c] = triangle.map(|vertex| exact(from.0[vertex as usize]));
+                    let (root, across) = (f64::from(random.unit().sqrt()), f64::from(random.unit()));
+                    let point = a * (1.0 - root) + b * root * (1.0 - across) + c * root * across;
+                    let near = to.nearest(point, NONE).distance;
+                    if sample < 100 {
+                        let all = (0..to.solid.len() as u32).map(|it| to.distance_to(it, point));
+                        assert_eq!(near, all.fold(f64::MAX, f64::min));
+                    }
+                    farthest = farthest.max(near);
+                }
+            }
+            assert!(farthest <= f64::from(found.at_most) && farthest >= 0.9 * f64::from(found.at_least), "{found:?}");
+            assert!(found.at_most <= 1.0102 * found.at_least, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn triangles_beyond_a_distance_are_those_that_reach_it() {
+        let context = Context::serial();
+        let flat = lifted(8, 1.0, |_, _| 0.0);
+        let peak = lifted(8, 1.0, |x, y| if x == 0.5 && y == 0.5 { 0.25 } else { 0.0 });
+        let [flat, peak] = [&flat, &peak].map(|mesh| Surface::new(&context, (&mesh.0, &mesh.1)).unwrap());
+        let found = peak.beyond(&context, &flat, 0.2, (&mut Silent, [0.0, 1.0])).unwrap();
+        assert_eq!(found.len(), 6, "the triangles around the peak");
+        assert!(peak.beyond(&context, &flat, 0.25, (&mut Silent, [0.0, 1.0])).unwrap().is_empty());
+    }
+
+    #[test]
+    fn results_do_not_depend_on_threads_and_bad_meshes_are_refused() {
+        let [first, second] = [60, 13].map(|n| lifted(n, 1.0, |x, y| 0.2 * (5.0 * x * y).sin()));
+        let expected = measured(&Context::serial(), &first, &second);
+        let context = Context::new(&ContextOptions { threads: 3, memory_limit: 0 }).unwrap();
+        assert_eq!(measured(&context, &first, &second), expected);
+        assert_eq!(measured(&context, &second, &first), expected);
+        let fails = |first: &Triangles, second: &Triangles| {
+            let both = [first, second].map(|(points, triangles)| (&points[..], &triangles[..]));
+            distance(&context, both, &mut Silent).unwrap_err().to_string()
+        };
+        let none = (first.0.clone(), vec![[0, 0, 1]]);
+        assert!(fails(&first, &none).contains("no triangle with area"));
+        assert!(fails(&(vec![[f32::NAN; 3]], vec![]), &first).contains("point 0"));
+        assert!(fails(&(vec![[0.0; 3]], vec![[0, 0, 1]]), &first).contains("triangle 0"));
+        assert_eq!(measured(&context, &none, &none), Distance::default());
+    }
+}

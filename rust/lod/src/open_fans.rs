@@ -1,0 +1,196 @@
+//! Vertices that several open fans of triangles share, as where the points of one side of a seam are among those of the
+//! other. Each fan gets a vertex of its own, so that the edges of one are no obstacle to the collapses of the other, and
+//! gives it back at the end. The vertices stay where they are.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+/// A mesh whose open fans have vertices of their own.
+pub struct OpenFans<'a> {
+    pub points: Cow<'a, [[f32; 3]]>,
+    pub triangles: Cow<'a, [[u32; 3]]>,
+    /// How many points there were.
+    before: usize,
+    /// The vertex that every added one was.
+    origins: Vec<u32>,
+    /// Vertices that were shared, the added ones too.
+    pub shared: Vec<u32>,
+}
+
+/// Triangles of an edge at most.
+const MOST: u32 = 2;
+
+impl<'a> OpenFans<'a> {
+    /// Parts the open fans of a mesh whose indices are in range. Vertices at edges of more than two triangles, or of two
+    /// in the same direction, are left alone.
+    pub fn part(points: &'a [[f32; 3]], triangles: &'a [[u32; 3]]) -> Self {
+        let mut made = Self {
+            points: Cow::Borrowed(points),
+            triangles: Cow::Borrowed(triangles),
+            before: points.len(),
+            origins: Vec::new(),
+            shared: Vec::new(),
+        };
+        let mut corners = open_corners(points.len(), triangles);
+        corners.sort_unstable();
+        for corners in corners.chunk_by(|[one, _], [other, _]| one == other) {
+            let vertex = corners[0][0];
+            let fans = fans(vertex, corners, triangles);
+            if fans.len() < 2 {
+                continue;
+            }
+            made.shared.push(vertex);
+            for fan in &fans[1..] {
+                let added = made.points.len() as u32;
+                made.points.to_mut().push(points[vertex as usize]);
+                made.origins.push(vertex);
+                made.shared.push(added);
+                for triangle in fan {
+                    let triangle = &mut made.triangles.to_mut()[*triangle as usize];
+                    triangle.iter_mut().filter(|it| **it == vertex).for_each(|it| *it = added);
+                }
+            }
+        }
+        made
+    }
+
+    /// Returns the vertex that one was.
+    fn origin(&self, vertex: u32) -> u32 {
+        (vertex as usize).checked_sub(self.before).map_or(vertex, |added| self.origins[added])
+    }
+
+    /// Returns factors of the points with those that were added, if there are any.
+    pub fn factors(&self, factors: &[f32]) -> Vec<f32> {
+        if factors.is_empty() {
+            return Vec::new();
+        }
+        let added = self.origins.iter().map(|origin| factors[*origin as usize]);
+        factors.iter().copied().chain(added).collect()
+    }
+
+    /// Gives the vertices of triangles that are left back to what they were, but for those of edges that would then have
+    /// more triangles than two.
+    pub fn join(&self, triangles: &mut [[u32; 3]]) {
+        if self.origins.is_empty() {
+            return;
+        }
+        let mut is_shared = vec![false; self.points.len()];
+        self.shared.iter().for_each(|vertex| is_shared[*vertex as usize] = true);
+        let edges = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]];
+        let mut counts = HashMap::new();
+        for [from, to] in triangles.iter().flat_map(|it| edges(*it)) {
+            if is_shared[from as usize] && is_shared[to as usize] {
+                let [from, to] = [self.origin(from), self.origin(to)];
+                *counts.entry([from.min(to), from.max(to)]).or_insert(0u32) += 1;
+            }
+        }
+        counts.retain(|_, count| *count > MOST);
+        for vertex in counts.into_keys().flatten() {
+            is_shared[vertex as usize] = false;
+        }
+        for vertex in triangles.as_flattened_mut() {
+            let joined = self.origin(*vertex);
+            if is_shared[joined as usize] {
+                *vertex = joined;
+            }
+        }
+    }
+}
+
+/// Returns the vertices whose triangles are no closed fans, with each of their triangles.
+fn open_corners(vertices: usize, triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
+    // Around a closed fan every other vertex comes once after it and once before it, so that this sum vanishes.
+    let number = |vertex: u32| vertex.wrapping_add(1).wrapping_mul(0x9e37_79b1);
+    let mut sums = vec![0u32; vertices];
+    for [a, b, c] in triangles {
+        for [vertex, after, before] in [[a, b, c], [b, c, a], [c, a, b]] {
+            let sum = &mut sums[*vertex as usize];
+            *sum = sum.wrapping_add(number(*after)).wrapping_sub(number(*before));
+        }
+    }
+    let corners = (0..).zip(triangles).flat_map(|(number, triangle)| triangle.map(|vertex| [vertex, number]));
+    corners.filter(|[vertex, _]| sums[*vertex as usize] != 0).collect()
+}
+
+/// Returns the fans of triangles at a vertex, if all are open and none has an edge that is not manifold; else none.
+fn fans(vertex: u32, corners: &[[u32; 2]], triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
+    // What comes after the vertex and before it, in each triangle.
+    let mut ends = Vec::with_capacity(corners.len());
+    for [_, triangle] in corners {
+        let at = triangles[*triangle as usize];
+        match at.iter().filter(|it| **it == vertex).count() {
+            1 => {
+                let place = (0..3).find(|place| at[*place] == vertex).unwrap_or(0);
+                ends.push((at[(place + 1) % 3], at[(place + 2) % 3], *triangle));
+            }
+            _ => return Vec::new(),
+        }
+    }
+    let mut after: Vec<_> = ends.iter().map(|(after, ..)| *after).collect();
+    let mut before: Vec<_> = ends.iter().map(|(_, before, _)| *before).collect();
+    after.sort_unstable();
+    before.sort_unstable();
+    if [&after, &before].iter().any(|list| list.windows(2).any(|pair| pair[0] == pair[1])) {
+        return Vec::new();
+    }
+    let by_after: HashMap<u32, (u32, u32)> = ends.iter().map(|(after, before, it)| (*after, (*before, *it))).collect();
+    let starts = after.iter().filter(|after| before.binary_search(after).is_err());
+    let mut count = 0;
+    let fans: Vec<Vec<u32>> = starts
+        .map(|start| {
+            let (mut fan, mut at) = (Vec::new(), *start);
+            while let Some((before, triangle)) = by_after.get(&at) {
+                fan.push(*triangle);
+                at = *before;
+            }
+            count += fan.len();
+            fan
+        })
+        .collect();
+    if count == corners.len() { fans } else { Vec::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fans_that_share_a_vertex_are_parted_and_joined() {
+        let points = [[0.0; 3]; 7];
+        // A fan of two triangles, one of one, and a triangle elsewhere.
+        let triangles = [[0, 1, 2], [0, 2, 3], [4, 5, 0], [1, 6, 2]];
+        let parted = OpenFans::part(&points, &triangles);
+        assert_eq!(parted.shared, [0, 7]);
+        assert_eq!(parted.triangles.iter().filter(|it| it.contains(&7)).count(), 1);
+        let mut back = parted.triangles.to_vec();
+        parted.join(&mut back);
+        assert_eq!(back, triangles);
+    }
+
+    #[test]
+    fn closed_fans_and_edges_that_are_not_manifold_stay() {
+        let points = [[0.0; 3]; 7];
+        let tetrahedron = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
+        assert!(OpenFans::part(&points, &tetrahedron).shared.is_empty());
+        let book = [[0, 1, 2], [0, 1, 3], [1, 0, 4], [0, 5, 6]];
+        assert!(!OpenFans::part(&points, &book).shared.contains(&0));
+    }
+
+    #[test]
+    fn no_edge_gets_more_than_two_triangles() {
+        let points = [[0.0; 3]; 8];
+        let triangles = [[0, 1, 2], [0, 3, 4], [1, 5, 6], [0, 5, 7]];
+        let parted = OpenFans::part(&points, &triangles);
+        let [zeros, ones] = [0, 1].map(|vertex| {
+            let mut all: Vec<u32> = parted.triangles.iter().flatten().copied().collect();
+            all.retain(|it| *it == vertex || parted.shared.contains(it) && *it as usize >= points.len());
+            all
+        });
+        assert!(zeros.len() > 2 && ones.len() > 1);
+        let added = parted.points.len() as u32 - 1;
+        let mut left = [[0, 1, 2], [8, 1, 3], [added, 0, 4]];
+        parted.join(&mut left);
+        let edge = |triangle: &&[u32; 3]| triangle.contains(&0) && triangle.contains(&1);
+        assert!(left.iter().filter(edge).count() <= 2);
+    }
+}
