@@ -7,9 +7,9 @@ use std::process::Command;
 use glam::Vec3;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Result};
-use relievo_lod::{SimplifyOptions, simplify};
+use relievo_lod::{Simplified, SimplifyOptions, simplify};
 
-use crate::deviation::Deviation;
+use crate::deviation::{Deviation, box_of};
 use crate::measure::{Sample, compare, sample, seconds};
 use crate::peers::Peer;
 use crate::report::{Goal, Report};
@@ -17,6 +17,8 @@ use crate::{progressive, shapes, textured};
 
 /// The share of triangles that is left.
 const LEFT: f64 = 0.1;
+/// The largest deviation that is asked for, as a share of the diagonal.
+const BOUND: f32 = 0.001;
 /// The peer whose simplification knows no meshes before either, and deviates least of all.
 const BEST: &str = "CGAL Lindstrom-Turk";
 /// Runs of each side.
@@ -111,24 +113,30 @@ fn case(report: &mut Report, context: &Context, peers: &[Peer], name: &str, mesh
     let (mine, peer) =
         compare(RUNS, || millions / seconds(|| ours(context, mesh)), || millions / seconds(|| theirs(mesh)));
     report.add(name, &mine, Some(("meshoptimizer", &peer)), "Mtri/s", Goal::RatioAtLeast(1.0));
+    let serial = Context::serial();
+    let (alone, peer) =
+        compare(RUNS, || millions / seconds(|| ours(&serial, mesh)), || millions / seconds(|| theirs(mesh)));
+    let one_thread = format!("{name}: one thread against one");
+    report.add(&one_thread, &alone, Some(("meshoptimizer", &peer)), "Mtri/s", Goal::None);
+    bounded(report, context, name, mesh)?;
     let left = Deviation::between(context, mesh, &ours(context, mesh)?)?;
-    let beside = |report: &mut Report, peer: &str, made: &Triangles, goal: Goal| -> Result<()> {
+    let beside = |report: &mut Report, peer: &str, made: &Triangles, [goal, largest]: [Goal; 2]| -> Result<()> {
         let theirs = Deviation::between(context, mesh, made)?;
         for (what, ours, theirs, goal) in [
             ("root mean square deviation", left.mean, theirs.mean, goal),
-            ("largest deviation", left.largest, theirs.largest, Goal::None),
+            ("largest deviation", left.largest, theirs.largest, largest),
         ] {
             let [ours, theirs] = [ours, theirs].map(|value| Sample::new(vec![value]));
             report.add(&format!("{name}: {what}"), &ours, Some((peer, &theirs)), "% of diagonal", goal);
         }
         Ok(())
     };
-    beside(report, "meshoptimizer", &theirs(mesh), Goal::RatioAtMost(0.85))?;
+    beside(report, "meshoptimizer", &theirs(mesh), [0.85, 1.0].map(Goal::RatioAtMost))?;
     for peer in peers {
         let goal = if peer.name == BEST { Goal::RatioAtMost(1.05) } else { Goal::None };
         match peer.simplify(mesh, self::left(&mesh.1)) {
             Ok((made, time)) => {
-                beside(report, &peer.name, &made, goal)?;
+                beside(report, &peer.name, &made, [goal, Goal::None])?;
                 let rate = Sample::new(vec![millions / time]);
                 report.add(name, &mine, Some((&peer.name, &rate)), "Mtri/s", Goal::None);
             }
@@ -136,6 +144,31 @@ fn case(report: &mut Report, context: &Context, peers: &[Peer], name: &str, mesh
         }
     }
     Ok(mine.median())
+}
+
+/// Measures how far meshes deviate that were simplified to a bound, and to an estimate of the same length, beside what was
+/// reported.
+fn bounded(report: &mut Report, context: &Context, name: &str, mesh: &Triangles) -> Result<()> {
+    let (low, high) = box_of(&mesh.0);
+    let diagonal = low.distance(high);
+    let length = BOUND * diagonal;
+    let cases = [
+        ("bound", SimplifyOptions { bound: length, ..SimplifyOptions::default() }, Goal::RatioAtMost(1.0)),
+        ("estimate", SimplifyOptions { error: length, ..SimplifyOptions::default() }, Goal::None),
+    ];
+    for (what, options, goal) in cases {
+        let mut result = Ok(Default::default());
+        let time = seconds(|| result = simplify(context, &mesh.0, &mesh.1, &options, &mut Silent));
+        let made: Simplified = result?;
+        let reported = Sample::new(vec![100.0 * f64::from(made.error / diagonal)]);
+        let made = (made.points, made.triangles);
+        let measured = Sample::new(vec![Deviation::between(context, mesh, &made)?.largest]);
+        let case = format!("{name}: largest deviation, {} triangles by a {what} of 0.1 %", made.1.len());
+        report.add(&case, &measured, Some(("reported", &reported)), "% of diagonal", goal);
+        let rate = Sample::new(vec![mesh.1.len() as f64 / 1e6 / time]);
+        report.add(&format!("{name}: by a {what} of 0.1 %"), &rate, None, "Mtri/s", Goal::None);
+    }
+    Ok(())
 }
 
 /// How many triangles of these are to be left.

@@ -38,8 +38,6 @@ impl Care {
 
 /// The share of the distance that a collapse moves the surface by, which counts as one from all of its planes.
 const OFFSET: f32 = 0.7;
-/// Magnitudes by which a cost may have risen for that distance.
-const RISE: usize = 1;
 /// Turns ahead of which a half-edge is looked for.
 const AHEAD: usize = 8;
 
@@ -262,7 +260,7 @@ impl Patch {
         }
         let offset = OFFSET * work.offset(edge, fans, point);
         let cost = cost.max(batch.factor[lane] * batch.trace[lane] * offset * offset);
-        if magnitude(cost) > magnitude(edge.cost) + RISE {
+        if magnitude(cost) > magnitude(edge.cost) {
             work.set_cost(edge.corner, cost);
             queue.push(edge.corner, cost);
             return false;

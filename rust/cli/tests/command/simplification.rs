@@ -81,7 +81,7 @@ fn an_exported_level_is_within_the_bound() {
     let number = |said: &str, after: &str| said.split(after).nth(1).and_then(|it| it.trim().parse::<f32>().ok());
     let done = run(&["export", "bowl.rlvpm", "-o", "level.ply", "--error", "0.02"]);
     assert!(done.status.success(), "{done:?}");
-    assert!(number(text(&done.stdout), "distance at most ").is_some_and(|it| it <= 0.02), "{done:?}");
+    assert!(number(&text(&done.stdout), "distance at most ").is_some_and(|it| it <= 0.02), "{done:?}");
     assert!(run(&["export", "bowl.rlvpm", "-o", "level.ply", "--error-estimate", "0.02"]).status.success());
     let both = run(&["export", "bowl.rlvpm", "-o", "level.ply", "--error", "0.02", "--faces", "3"]);
     assert_eq!(both.status.code(), Some(2));
