@@ -38,6 +38,8 @@ impl Care {
 
 /// The share of the distance that a collapse moves the surface by, which counts as one from all of its planes.
 const OFFSET: f32 = 0.7;
+/// Magnitudes by which a cost may have risen with that distance for its edge to collapse all the same.
+const RISE: usize = 1;
 /// Turns ahead of which a half-edge is looked for.
 const AHEAD: usize = 8;
 
@@ -258,12 +260,15 @@ impl Patch {
             work.refuse(edge);
             return false;
         }
-        let offset = OFFSET * work.offset(edge, fans, point);
-        let cost = cost.max(batch.factor[lane] * batch.trace[lane] * offset * offset);
-        if magnitude(cost) > magnitude(edge.cost) {
-            work.set_cost(edge.corner, cost);
-            queue.push(edge.corner, cost);
-            return false;
+        let mut cost = cost;
+        if let Care::Much = care {
+            let offset = OFFSET * work.offset(edge, fans, point);
+            cost = cost.max(batch.factor[lane] * batch.trace[lane] * offset * offset);
+            if magnitude(cost) > magnitude(edge.cost) + RISE {
+                work.set_cost(edge.corner, cost);
+                queue.push(edge.corner, cost);
+                return false;
+            }
         }
         self.collapse(edge, point, cost);
         true
