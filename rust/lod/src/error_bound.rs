@@ -62,18 +62,22 @@ pub fn within<T>(
 ) -> Result<(T, f32)> {
     let original = Surface::new(context, input)?;
     let most = f64::from(bound).max(original.rounding());
-    let mut limits = Limits { error: bound.min(error), lowered: vec![0; input.0.len()] };
+    let mut limits = Limits { error: (most as f32).min(error), lowered: vec![0; input.0.len()] };
     let mut round = 0;
     loop {
         // How many rounds there will be is not known: each takes half of what is left.
         let start = 1.0 - 0.5f32.powi(round);
-        let mut part = |fraction: f32, stage: &str| progress.report(start + 0.5 * (1.0 - start) * fraction, stage);
-        let made = simplify(&limits, &mut part)?;
+        let width = 0.5 * (1.0 - start);
+        let mut made = |fraction: f32, stage: &str| progress.report(start + 0.5 * width * fraction, stage);
+        let made = simplify(&limits, &mut made)?;
         let surface = Surface::new(context, shape(&made))?;
-        let there = surface.beyond(context, &original, most, (&mut part, [0.0, 0.5]))?;
-        let back = original.beyond(context, &surface, most, (&mut part, [0.5, 1.0]))?;
+        let mut part = |fraction: f32, stage: &str| progress.report(start + width * fraction, stage);
+        let there = surface.beyond(context, &original, most, (&mut part, [0.5, 0.75]))?;
+        let back = original.beyond(context, &surface, most, (&mut part, [0.75, 1.0]))?;
         if round == ROUNDS || there.is_empty() && back.is_empty() {
-            let distance = original.distance(context, &surface, &mut part)?;
+            let end = start + width;
+            let mut rest = |fraction: f32, stage: &str| progress.report(end + (1.0 - end) * fraction, stage);
+            let distance = original.distance(context, &surface, &mut rest)?;
             return Ok((made, distance.at_most.min(most as f32)));
         }
         round += 1;
