@@ -14,7 +14,7 @@ const SAFE: f64 = 0.9;
 /// The shortest step that counts as progress of the pins.
 const STALLED: f64 = 0.02;
 /// Steps that untangling may take.
-const UNTANGLING_STEPS: usize = 200;
+const UNTANGLING_STEPS: usize = 60;
 /// Steps that pins may take to their targets.
 const PULLING_STEPS: usize = 40;
 
