@@ -3,10 +3,9 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use relievo_comparison::{Comparison, compare};
 use relievo_core::{Error, Result};
-use relievo_render::{
-    Comparison, GeometryDifference, Picture, Row, compare, compare_geometry, contact_sheet, write_png,
-};
+use relievo_render::{GeometryDifference, Picture, Row, compare_geometry, contact_sheet, write_png};
 use serde_json::{Map, Value};
 
 use crate::Outcome;

@@ -6,7 +6,7 @@
 
 use relievo_core::Result;
 
-use crate::comparison::{Picture, angle, check_sizes};
+use crate::picture::{Picture, angle, check_sizes};
 
 /// A change of depth from a pixel to the next, as a share of the extent, from which there is a silhouette between them.
 const JUMP: f64 = 0.01;

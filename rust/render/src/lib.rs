@@ -1,10 +1,9 @@
-//! Reference ray caster, rasteriser of virtual vertices, images and image comparison.
+//! Reference ray caster, rasteriser of virtual vertices, images, and the geometry behind two pictures compared.
 
 mod camera;
 mod caster;
 mod chromaticities;
 pub mod color;
-mod comparison;
 mod dielectric;
 mod exr_file;
 mod facet;
@@ -15,6 +14,7 @@ mod implicit;
 mod legend;
 mod light;
 mod output;
+mod picture;
 mod png_file;
 mod sampling;
 mod scene;
@@ -29,7 +29,6 @@ pub mod virtual_vertex;
 pub use camera::Camera;
 pub use caster::{Frame, NO_OBJECT};
 pub use chromaticities::{Chromaticities, REC_709};
-pub use comparison::{Comparison, PIXELS_PER_DEGREE, Picture, Spread, compare};
 pub use dielectric::Dielectric;
 pub use exr_file::{Channel, Content, Layer, Samples, Value, decode_exr, read_exr, write_exr};
 pub use geometry::{GeometryDifference, Quantiles, compare_geometry};
@@ -37,6 +36,7 @@ pub use image::Image;
 pub use implicit::{Implicit, ImplicitHit, ImplicitRay, ImplicitTracer};
 pub use legend::{draw_legend, draw_text};
 pub use light::{Lights, Sky, Sun};
+pub use picture::{Picture, angle, check_sizes};
 pub use png_file::{decode_png, read_png, write_png};
 pub use scene::{Material, Mesh, ObjectId, Scene};
 pub use settings::{FalseColor, Settings, View};

@@ -3,9 +3,9 @@
 use relievo_core::{Error, Result};
 
 use crate::color::{Color, encode_srgb};
-use crate::comparison::{Picture, check_sizes};
 use crate::image::Image;
 use crate::legend::{INK, draw_text};
+use crate::picture::{Picture, check_sizes};
 
 /// Pixels between pictures, and around all.
 const GAP: u32 = 8;

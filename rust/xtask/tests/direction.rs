@@ -23,7 +23,7 @@ const LAYERS: &[&[&str]] = &[
     &["relievo-surface", "relievo-particleio", "relievo-repair", "relievo-decal"],
     &["relievo-tiles"],
     &["relievo-render", "relievo-procedural"],
-    &["relievo-detail"],
+    &["relievo-detail", "relievo-comparison"],
     &["relievo-bake", "relievo-lod", "relievo-fluid"],
     &["relievo-scene"],
     &["relievo-capi", "relievo-cli"],

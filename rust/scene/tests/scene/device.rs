@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use half::f16;
+use relievo_comparison::{PIXELS_PER_DEGREE, compare};
 use relievo_core::Context;
 use relievo_core::progress::Silent;
 use relievo_gpu::Device;
-use relievo_render::{PIXELS_PER_DEGREE, Picture, compare, compare_geometry};
+use relievo_render::{Picture, compare_geometry};
 use relievo_scene::bake::{Baker, Changes};
 use relievo_scene::file::parse;
 use relievo_scene::stepper::{RunOptions, run, run_baked};

@@ -1,32 +1,16 @@
-//! How far two pictures are apart: FLIP for what a viewer sees, and errors of depth and normals for what is there.
+//! Compares two pictures: FLIP and structural similarity for what a viewer sees, and errors of depth and normals.
 //!
 //! FLIP (Andersson et al. 2020, "FLIP: A Difference Evaluator for Alternating Images") compares display colours at a
 //! viewing distance; it is computed by its authors' own code. 0 is no visible difference, 1 the largest.
-
-use std::path::Path;
+//!
+//! That code brings stb_image, miniz and TinyEXR. It is in a crate of its own so that the C library does not link them.
 
 use relievo_core::{Error, Result};
-
-use crate::color::srgb_byte;
-use crate::exr_file::{COLOR, DEPTH, Layer, NORMAL, read_exr};
-use crate::image::Image;
-use crate::png_file::read_png;
+use relievo_render::color::{decode_srgb, srgb_byte};
+use relievo_render::{Image, Picture, angle, check_sizes};
 
 /// Pixels per degree of sight for a 4K monitor 0.7 m wide seen from 0.7 m.
 pub const PIXELS_PER_DEGREE: f32 = nv_flip::DEFAULT_PIXELS_PER_DEGREE;
-
-/// What two pictures are compared by.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
-    /// Scene-linear Rec.709 colour, three channels.
-    pub color: Image,
-    /// Opacity, if the file has it.
-    pub alpha: Option<Image>,
-    /// Depth, infinite where nothing is, if the file has it.
-    pub depth: Option<Image>,
-    /// Normals, zero where nothing is, if the file has them.
-    pub normal: Option<Image>,
-}
 
 /// Errors over pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -54,116 +38,6 @@ pub struct Comparison {
     pub normal: Option<Spread>,
     /// Pixels where only one of the pictures has a surface, if depths could be compared.
     pub uncovered: Option<u64>,
-}
-
-impl Picture {
-    /// Reads a PNG, or an EXR with `R G B` and perhaps `A`, `Z` and `normal.X normal.Y normal.Z`, told apart by their
-    /// first bytes. The names that Blender gives to its passes of colour, depth and normals will do too.
-    ///
-    /// # Errors
-    /// The file is missing, damaged, neither of both, has no colour, or would take more than `memory_limit` bytes.
-    pub fn read(path: &Path, memory_limit: u64) -> Result<Self> {
-        let place = |error: Error| error.at(path.display().to_string());
-        let mut start = [0; 4];
-        {
-            use std::io::Read;
-            let mut opened = std::fs::File::open(path).map_err(|error| Error::io(path, &error))?;
-            opened.read_exact(&mut start).map_err(|error| Error::io(path, &error))?;
-        }
-        match start {
-            [0x89, b'P', b'N', b'G'] => {
-                let image = read_png(path, memory_limit)?;
-                Ok(Self { color: opaque(&image)?, alpha: alpha(&image)?, depth: None, normal: None })
-            }
-            [0x76, 0x2F, 0x31, 0x01] => {
-                let layers = read_exr(path, memory_limit)?;
-                Self::of_layers(&layers).map_err(place)
-            }
-            _ => Err(place(Error::unsupported("the file is neither a PNG nor an EXR"))),
-        }
-    }
-
-    /// The picture that layers of an EXR file have together.
-    fn of_layers(layers: &[Layer]) -> Result<Self> {
-        let first = layers.first().ok_or_else(|| Error::invalid("the EXR has no layer"))?;
-        let find = |names: &[&str], pass: &str, parts: &[&str]| {
-            first.image(names).or_else(|| layers.iter().find_map(|layer| pass_image(layer, pass, parts)))
-        };
-        let color = find(&COLOR, "Combined", &["R", "G", "B"]).or_else(|| first.image(&["Y", "Y", "Y"]));
-        let color = color
-            .ok_or_else(|| Error::invalid("the EXR has no colour").advise("give it the channels R, G and B, or Y"))?;
-        let alpha = find(&["A"], "Combined", &["A"]);
-        let mut depth = find(&DEPTH, "Depth", &["Z"]).or_else(|| find(&DEPTH, "Depth", &["V"]));
-        let normal = find(&NORMAL, "Normal", &["X", "Y", "Z"]);
-        let size = |image: &Image| (image.width(), image.height());
-        if [&alpha, &depth, &normal].into_iter().flatten().any(|image| size(image) != size(&color)) {
-            return Err(Error::unsupported("the layers of the EXR differ in size"));
-        }
-        if let Some(depth) = &mut depth {
-            // Some renderers have a large number where nothing is, or any.
-            let opacities = alpha.iter().flat_map(|alpha| alpha.data().iter().copied()).chain(std::iter::repeat(1.0));
-            for (depth, opacity) in depth.data_mut().iter_mut().zip(opacities) {
-                if *depth >= FARTHEST || opacity <= 0.5 {
-                    *depth = f32::INFINITY;
-                }
-            }
-        }
-        Ok(Self { color, alpha, depth, normal })
-    }
-
-    /// Which pixels show a surface: those that have a depth, or else are opaque for more than half; `None` if the picture
-    /// does not say.
-    pub fn covered(&self) -> Option<Vec<bool>> {
-        let by_depth = self.depth.as_ref().map(|depth| depth.data().iter().map(|depth| depth.is_finite()).collect());
-        let opaque = |alpha: &Image| alpha.data().iter().map(|alpha| *alpha > 0.5).collect();
-        by_depth.or_else(|| self.alpha.as_ref().map(opaque))
-    }
-}
-
-/// The depth from which on nothing is seen: what Blender writes there.
-const FARTHEST: f32 = 1e10;
-
-/// The picture of channels that are called `View.Pass.Part`, of whatever view.
-fn pass_image(layer: &Layer, pass: &str, parts: &[&str]) -> Option<Image> {
-    let end = format!("{pass}.{}", parts.first()?);
-    let fits = |name: &str| name.strip_suffix(end.as_str()).is_some_and(|view| view.is_empty() || view.ends_with('.'));
-    let found = &layer.channels.iter().find(|channel| fits(&channel.name))?.name;
-    let start = found.strip_suffix(parts.first()?)?;
-    let names: Vec<String> = parts.iter().map(|part| format!("{start}{part}")).collect();
-    layer.image(&names.iter().map(String::as_str).collect::<Vec<_>>())
-}
-
-/// A picture as three channels: grey is repeated, and what is transparent is seen over black.
-fn opaque(image: &Image) -> Result<Image> {
-    let channels = image.channels() as usize;
-    let data = image.data().chunks_exact(channels).flat_map(|pixel| match *pixel {
-        [r, g, b] => [r, g, b],
-        [r, g, b, a] => [r * a, g * a, b * a],
-        [grey, a] => [grey * a; 3],
-        _ => [pixel.first().copied().unwrap_or(0.0); 3],
-    });
-    Image::from_data(image.width(), image.height(), 3, data.collect())
-}
-
-/// The opacity of a picture, if it has one.
-fn alpha(image: &Image) -> Result<Option<Image>> {
-    let channels = image.channels() as usize;
-    if !channels.is_multiple_of(2) {
-        return Ok(None);
-    }
-    let data = image.data().iter().skip(channels - 1).step_by(channels).copied().collect();
-    Image::from_data(image.width(), image.height(), 1, data).map(Some)
-}
-
-/// Fails unless both pictures have the same size, which is returned.
-pub(crate) fn check_sizes(reference: &Picture, test: &Picture) -> Result<[u32; 2]> {
-    let size = |picture: &Picture| [picture.color.width(), picture.color.height()];
-    let ([width, height], [other_width, other_height]) = (size(reference), size(test));
-    if size(reference) == size(test) {
-        return Ok([width, height]);
-    }
-    Err(Error::invalid(format!("{width}×{height} against {other_width}×{other_height} pixels"))
-        .advise("compare pictures of the same size"))
 }
 
 /// Compares a picture with a reference of the same size, seen with so many pixels per degree.
@@ -217,7 +91,7 @@ impl Comparison {
         let (width, height) = (self.flip_map.width(), self.flip_map.height());
         let errors = nv_flip::FlipImageFloat::with_data(width, height, self.flip_map.data());
         let bytes = errors.apply_color_lut(&nv_flip::magma_lut()).to_vec();
-        let data = bytes.iter().map(|byte| crate::color::decode_srgb(f32::from(*byte) / 255.0)).collect();
+        let data = bytes.iter().map(|byte| decode_srgb(f32::from(*byte) / 255.0)).collect();
         Image::from_data(width, height, 3, data)
     }
 }
@@ -242,14 +116,6 @@ fn spread(values: impl Iterator<Item = f64>) -> Spread {
         count += 1;
     }
     Spread { mean: sum / count.max(1) as f64, max }
-}
-
-/// The angle between two vectors, from the lengths of their difference and sum, which is exact for small angles too;
-/// `None` if either is zero.
-pub(crate) fn angle(a: &[f32], b: &[f32]) -> Option<f64> {
-    let wide = |v: &[f32]| glam::DVec3::from_slice(&[f64::from(v[0]), f64::from(v[1]), f64::from(v[2])]);
-    let (a, b) = (wide(a).try_normalize()?, wide(b).try_normalize()?);
-    Some(2.0 * (a - b).length().atan2((a + b).length()))
 }
 
 /// Mean structural similarity of luma in windows of eleven pixels with a Gaussian weight of deviation 1.5, which are
@@ -356,61 +222,6 @@ mod tests {
             (found.flip.mean, 1.0 - found.ssim)
         });
         assert!(errors.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 < pair[1].1), "{errors:?}");
-    }
-
-    #[test]
-    fn pictures_are_read_from_png_and_exr_and_other_files_refused() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = |name: &str| folder.path().join(name);
-        let picture = picture(|_, _| 0.0);
-        crate::write_png(&path("a.png"), &picture.color).unwrap();
-        let mut layer =
-            crate::Layer { name: None, width: 48, height: 32, channels: Vec::new(), attributes: Vec::new() };
-        layer.add(&COLOR, &picture.color);
-        layer.add(&DEPTH, picture.depth.as_ref().unwrap());
-        layer.add(&NORMAL, picture.normal.as_ref().unwrap());
-        crate::write_exr(&path("a.exr"), &[layer], crate::Content::Color).unwrap();
-        assert_eq!(Picture::read(&path("a.exr"), u64::MAX).unwrap(), picture);
-        let png = Picture::read(&path("a.png"), u64::MAX).unwrap();
-        let found = compare(&picture, &png, PIXELS_PER_DEGREE).unwrap();
-        assert_eq!((found.flip.max, found.depth), (0.0, None));
-        std::fs::write(path("a.txt"), "not a picture").unwrap();
-        std::fs::write(path("empty.png"), "").unwrap();
-        for name in ["a.txt", "empty.png", "none.exr"] {
-            assert!(Picture::read(&path(name), u64::MAX).unwrap_err().to_string().contains(name));
-        }
-    }
-
-    #[test]
-    fn names_of_passes_and_opacity_say_what_is_covered() {
-        let picture = picture(|_, _| 0.0);
-        let mut depth = picture.depth.clone().unwrap();
-        depth.data_mut()[..2].copy_from_slice(&[1e10, 3.0]);
-        let mut alpha = Image::from_data(48, 32, 1, vec![1.0; 48 * 32]).unwrap();
-        alpha.data_mut()[1] = 0.0;
-        let layer = |name: &str, parts: &[&str], images: &[&Image]| {
-            let mut layer =
-                Layer { name: Some(name.into()), width: 48, height: 32, channels: Vec::new(), attributes: Vec::new() };
-            let mut parts = parts.iter();
-            for image in images {
-                let names: Vec<String> =
-                    parts.by_ref().take(image.channels() as usize).map(|part| format!("{name}.{part}")).collect();
-                layer.add(&names.iter().map(String::as_str).collect::<Vec<_>>(), image);
-            }
-            layer
-        };
-        let layers = [
-            layer("View.Combined", &["R", "G", "B", "A"], &[&picture.color, &alpha]),
-            layer("View.Depth", &["Z"], &[&depth]),
-            layer("View.Normal", &["X", "Y", "Z"], &[picture.normal.as_ref().unwrap()]),
-        ];
-        let read = Picture::of_layers(&layers).unwrap();
-        assert_eq!((&read.color, &read.normal), (&picture.color, &picture.normal));
-        let covered = read.covered().unwrap();
-        assert!(!covered[0] && !covered[1] && covered[2..].iter().all(|covered| *covered));
-        assert_eq!(Picture { depth: None, ..read }.covered().unwrap()[..2], [true, false]);
-        let odd = [layers[0].clone(), Layer { width: 32, height: 48, ..layers[1].clone() }];
-        assert!(Picture::of_layers(&odd).is_err());
     }
 
     #[test]
