@@ -1,5 +1,6 @@
 """Every noun of the package, against closed forms and against one another; failures, cancelling and threads."""
 
+import multiprocessing
 import os
 import subprocess
 import sys
@@ -971,6 +972,31 @@ class Failures(unittest.TestCase):
         self.assertIn("radius", str(caught.exception))
         with self.assertRaisesRegex(rl.Invalid, "`scrub` is unknown; there are draw"):
             rl.Brush(context, action="sculpt", mode="scrub")
+
+    def test_a_forked_process_refuses_objects_of_its_parent(self):
+        context = rl.Context(threads=2)
+        detail = flat_detail(context, 12)
+        detail.tessellate()
+        processes = multiprocessing.get_context("fork")
+        answers = processes.Queue()
+
+        def work():
+            try:
+                detail.tessellate()
+                answers.put("not refused")
+            except rl.Unsupported as error:
+                answers.put(str(error))
+            answers.put(len(flat_detail(rl.Context(threads=2), 12).tessellate().points()))
+
+        process = processes.Process(target=work)
+        process.start()
+        try:
+            self.assertIn("forked", answers.get(timeout=60))
+            self.assertEqual(answers.get(timeout=60), len(detail.tessellate().points()))
+            process.join(60)
+            self.assertEqual(process.exitcode, 0)
+        finally:
+            process.kill()
 
     def test_parameters_describe_the_settings(self):
         for table, struct in (

@@ -9,8 +9,11 @@ use relievo_gpu::{AdapterChoice, Device, DeviceOptions};
 
 use crate::array::{Output, fixed, present, put, text};
 use crate::descriptor::{check_descriptor, read_optional};
-use crate::job;
+use crate::fork;
+use crate::log::{self, HostLog};
 use crate::registry::{self, handle};
+
+pub use crate::log::RlvLog;
 
 handle!(RlvContext, 1, ContextObject);
 
@@ -66,9 +69,6 @@ descriptor! {
 /// `RlvProgress`: NULL, or a function that gets its user pointer, a fraction and a stage.
 pub type RlvProgress = Option<unsafe extern "C" fn(*mut c_void, f32, *const c_char) -> u32>;
 
-/// `RlvLog`: NULL, or a function that gets its user pointer, a level and a text.
-pub type RlvLog = Option<unsafe extern "C" fn(*mut c_void, u32, *const c_char)>;
-
 /// Sum and number of samples by stage and quantity.
 type Totals = BTreeMap<(&'static str, &'static str), (f64, u64)>;
 
@@ -78,19 +78,9 @@ pub struct ContextObject {
     /// The graphics device it was given, or why it has none though one was asked for.
     device: std::result::Result<Device, Option<Error>>,
     device_memory_limit: u64,
-    log: Mutex<Log>,
+    log: Mutex<HostLog>,
     totals: Mutex<Totals>,
 }
-
-#[derive(Clone, Copy)]
-struct Log {
-    callback: RlvLog,
-    user: *mut c_void,
-}
-
-// SAFETY: the pointer is not dereferenced here, only handed back to its owner's callback; the header says that the
-// callback runs on whichever thread calls into the library.
-unsafe impl Send for Log {}
 
 impl ContextObject {
     /// The graphics device that edits details, as long as nothing is wrong with it.
@@ -114,17 +104,14 @@ impl ContextObject {
         }
     }
 
-    /// Tells the host, on the calling thread; from a job's, when the host asks for the job.
+    /// Sends a message to the host on the calling thread; a job's waits until the host asks for the job.
     pub fn log(&self, level: u32, text: &str) {
-        if job::keep_log(level, text) {
+        if log::enqueue(level, text) {
             return;
         }
         // Copied out, so that a callback which calls back finds the lock free.
         let log = *self.log.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(callback) = log.callback else { return };
-        let text = CString::new(text.replace('\0', " ")).unwrap_or_default();
-        // SAFETY: the host gave this function for this pointer, and the text lives through the call.
-        unsafe { callback(log.user, level, text.as_ptr()) };
+        log.send(level, text);
     }
 
     /// Adds the events since the last call to the totals, so that the list of events stays short.
@@ -187,6 +174,7 @@ unsafe fn open(options: &RlvContextOptions, unnamed: AdapterChoice) -> Result<De
 entry! {
     fn rlv_context_create(options: *const RlvContextOptions, out: *mut RlvContext) {
         present("out", out)?;
+        fork::watch();
         let default = RlvContextOptions {
             struct_size: 0,
             device: RLV_DEVICE_CPU,
@@ -214,7 +202,7 @@ entry! {
             context,
             device,
             device_memory_limit: given.device_memory_limit,
-            log: Mutex::new(Log { callback: None, user: std::ptr::null_mut() }),
+            log: Mutex::new(HostLog { callback: None, user: std::ptr::null_mut() }),
             totals: Mutex::default(),
         };
         let handle = registry::insert(object)?;
@@ -261,7 +249,7 @@ entry! {
 
     fn rlv_context_set_log(context: RlvContext, callback: RlvLog, user: *mut c_void) {
         let object = registry::get(context)?;
-        *object.log.lock().unwrap_or_else(PoisonError::into_inner) = Log { callback, user };
+        *object.log.lock().unwrap_or_else(PoisonError::into_inner) = HostLog { callback, user };
         Ok(())
     }
 

@@ -3,7 +3,6 @@
 //! A call that runs as a job tells its progress as any other. The first word of it says that it has all that it needs for
 //! itself, and is what the function that starts it waits for: so what can be refused is refused there.
 
-use std::cell::RefCell;
 use std::ffi::c_char;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -26,6 +25,7 @@ use crate::fluid::{RlvFluid, RlvFluidReport};
 use crate::grid::{self, RlvGrid, RlvGridSettings};
 use crate::imprint::{self, RlvImprintMoment, RlvImprintReport, RlvImprintSettings};
 use crate::isosurface::{Meshing, RlvIsosurface, RlvIsosurfaceMeshOptions};
+use crate::log::{self, Queue};
 use crate::mesh::RlvMesh;
 use crate::progressive::{Build, RlvProgressive, RlvProgressiveOptions};
 use crate::ptex::{Export, Import, RlvPtexOptions, RlvPtexReport};
@@ -94,8 +94,6 @@ struct State {
     begun: bool,
     fraction: f32,
     stage: String,
-    /// Level and text of what it logged.
-    log: Vec<(u32, String)>,
     ended: Option<Result<Product>>,
 }
 
@@ -105,6 +103,8 @@ struct Shared {
     state: Mutex<State>,
     changed: Condvar,
     cancelled: AtomicBool,
+    /// Messages that wait until the host asks for the job.
+    messages: Arc<Queue>,
 }
 
 impl Shared {
@@ -116,20 +116,6 @@ impl Shared {
     fn wait<'a>(&self, state: MutexGuard<'a, State>, until: impl Fn(&State) -> bool) -> MutexGuard<'a, State> {
         self.changed.wait_while(state, |state| !until(state)).unwrap_or_else(PoisonError::into_inner)
     }
-}
-
-thread_local! {
-    /// The job whose thread this is.
-    static JOB: RefCell<Option<Arc<Shared>>> = const { RefCell::new(None) };
-}
-
-/// Keeps a text for the log if this is the thread of a job.
-pub fn keep_log(level: u32, text: &str) -> bool {
-    let job = JOB.try_with(|job| job.borrow().clone()).ok().flatten();
-    if let Some(job) = &job {
-        job.state().log.push((level, text.to_owned()));
-    }
-    job.is_some()
 }
 
 /// The progress of a job.
@@ -165,7 +151,7 @@ impl JobObject {
     /// Waits, no longer than `time` if there is one, and says how far the job is.
     fn wait(&self, time: Option<Duration>) -> RlvJobInfo {
         let state = self.shared.state();
-        let mut state = match time {
+        let state = match time {
             None => self.shared.wait(state, |state| state.ended.is_some()),
             Some(time) => {
                 let waited = self.shared.changed.wait_timeout_while(state, time, |state| state.ended.is_none());
@@ -179,15 +165,15 @@ impl JobObject {
             Some(Err(error)) => (RLV_JOB_FAILED, result_of(error.kind)),
         };
         let (fraction, stage) = (state.fraction, fixed(&state.stage));
-        let log = std::mem::take(&mut state.log);
+        let messages = self.shared.messages.take();
         drop(state);
         if number != RLV_JOB_RUNNING {
             let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
             // It has nothing left to do; a panic of it was caught.
             thread.map(JoinHandle::join);
         }
-        // The log may call back.
-        log.iter().for_each(|(level, text)| self.context.log(*level, text));
+        // The host's callback may ask for the job again.
+        messages.iter().for_each(|(level, text)| self.context.log(*level, text));
         RlvJobInfo { struct_size: 0, state: number, result, fraction, stage }
     }
 
@@ -216,9 +202,7 @@ fn start(
     let shared = Arc::new(Shared::default());
     let inside = Arc::clone(&shared);
     let run = move || {
-        JOB.set(Some(Arc::clone(&inside)));
-        let ended = caught(|| work(&mut JobProgress(Arc::clone(&inside))));
-        JOB.set(None);
+        let ended = log::collect(&inside.messages, || caught(|| work(&mut JobProgress(Arc::clone(&inside)))));
         inside.state().ended = Some(ended);
         inside.changed.notify_all();
     };

@@ -2,6 +2,7 @@
 //! used before, 32 bits are the slot. An id that was never given out, was released, or is another noun's is an error.
 
 use std::any::Any;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard, TryLockError};
 
 use relievo_core::{Error, ErrorKind, Result};
@@ -80,6 +81,8 @@ struct Slot {
     id: u64,
     /// References that C holds; 0 if the slot is free.
     references: u32,
+    /// Forks before the object was made.
+    forks: u32,
     object: Option<Arc<dyn Any + Send + Sync>>,
 }
 
@@ -97,6 +100,26 @@ fn reading() -> RwLockReadGuard<'static, Registry> {
 
 fn writing() -> RwLockWriteGuard<'static, Registry> {
     REGISTRY.write().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Forks between the process that loaded the library and this one.
+static FORKS: AtomicU32 = AtomicU32::new(0);
+
+fn forks() -> u32 {
+    FORKS.load(Ordering::Relaxed)
+}
+
+/// Marks every object made so far as one of a parent process.
+pub fn forked() {
+    FORKS.fetch_add(1, Ordering::Relaxed);
+}
+
+/// The registry, locked: no other thread reads or changes it.
+pub struct Locked(#[expect(dead_code, reason = "held until it is dropped")] RwLockWriteGuard<'static, Registry>);
+
+/// Locks the registry.
+pub fn lock() -> Locked {
+    Locked(writing())
 }
 
 fn noun(tag: u8) -> &'static str {
@@ -139,12 +162,12 @@ pub fn insert<H: Handle>(object: H::Object) -> Result<H> {
         None => {
             let index = u32::try_from(registry.slots.len())
                 .map_err(|_| Error::memory("too many objects are alive").advise("release some"))?;
-            registry.slots.push(Slot { id: 0, references: 0, object: None });
+            registry.slots.push(Slot { id: 0, references: 0, forks: 0, object: None });
             (index, 1)
         }
     };
     let id = u64::from(H::TAG) << 56 | generation << 32 | u64::from(index);
-    registry.slots[index as usize] = Slot { id, references: 1, object: Some(object) };
+    registry.slots[index as usize] = Slot { id, references: 1, forks: forks(), object: Some(object) };
     Ok(H::of(id))
 }
 
@@ -152,7 +175,15 @@ pub fn insert<H: Handle>(object: H::Object) -> Result<H> {
 pub fn get<H: Handle>(handle: H) -> Result<Arc<H::Object>> {
     let registry = reading();
     let index = registry.slot(handle)?;
-    let object = registry.slots[index].object.clone();
+    let slot = &registry.slots[index];
+    if slot.forks != forks() {
+        return Err(Error::unsupported(
+            "the process was forked after this object was made, and its threads stayed behind",
+        )
+        .at(noun(H::TAG))
+        .advise("make a context and its objects in the child; in Python start processes by \"spawn\""));
+    }
+    let object = slot.object.clone();
     object.and_then(|object| object.downcast().ok()).ok_or_else(|| refuse::<H>(handle.id()))
 }
 
@@ -175,12 +206,16 @@ pub fn release<H: Handle>(handle: H) -> Result<()> {
     slot.references -= 1;
     if slot.references == 0 {
         let object = slot.object.take();
+        let inherited = slot.forks != forks();
         if (slot.id >> 32 & (GENERATIONS - 1)) + 1 < GENERATIONS {
             registry.free.push(index as u32);
         }
         // What the object owns may be large; it goes after the lock.
         drop(registry);
-        drop(object);
+        if inherited {
+            // To drop it would wait for threads that a forked child does not have.
+            std::mem::forget(object);
+        }
     }
     Ok(())
 }
