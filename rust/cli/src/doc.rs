@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Subcommand;
-use relievo_document::{compact, examine, repair};
+use relievo_document::{Damage, compact, examine, repair};
 
 use crate::{Outcome, export, import, transfer};
 
@@ -82,15 +82,13 @@ fn check(arguments: &Named) -> Outcome {
 fn mend(arguments: &Named) -> Outcome {
     let context = crate::context(arguments.memory_limit)?;
     let done = repair(&context, &arguments.file)?;
-    let lost = done.damage.iter().map(|damage| format!("lost: {damage}"));
+    let lost = |damage: &Damage| if damage.lost { "lost" } else { "restored" };
+    let count = done.damage.iter().filter(|damage| damage.lost).count();
+    let lost = done.damage.iter().map(|damage| format!("{}: {damage}", lost(damage)));
     let sum = match &done.kept {
         None => "nothing is damaged".to_string(),
         Some(kept) => {
-            format!(
-                "repaired, {} parts are lost and no edit can be undone; as it was: {}",
-                done.damage.len(),
-                kept.display()
-            )
+            format!("repaired, {count} parts are lost and no edit can be undone; as it was: {}", kept.display())
         }
     };
     crate::print(&lines(&arguments.file, lost.chain(done.note.clone()).chain([sum])))?;

@@ -1,4 +1,4 @@
-//! The file of a document, `.relievo`, version 3, little-endian:
+//! The file of a document, `.relievo`, version 4, little-endian:
 //!
 //! - header, 44 bytes: `RLVDOC\r\n`, version (u32), CRC-32 of the packed index (u32), bytes of the index packed and
 //!   unpacked (u64 each), bytes of all blocks (u64), CRC-32 of the header up to here (u32);
@@ -10,6 +10,7 @@
 //!   faces were given before edits at other levels, as powers of two; 2: the texel that is seen behind all layers of
 //!   the kind), and of every block tile, bytes and CRC-32;
 //! - blocks (zstd each), in the order of the index, without gaps;
+//! - the index and the header once more, see [`crate::copies`];
 //! - the journal: any number of [records](crate::record), which are folded into what is before them on opening.
 //!
 //! A layer that fades has a layer of kind 5 beside it, [`Kind::Stamps`](crate::Kind::Stamps), whose head says after its
@@ -18,13 +19,13 @@
 //! included, which mean nothing; so the fade goes on as if it had not been interrupted, whatever is left of it in the
 //! blocks of the layer itself. On triangles they are blocks of faces, edges and vertices, as the layer has them.
 //!
-//! Version 2 has no times, no stamps, nothing in heads after the sizes, and does not say what blocks belong to: always
+//! Version 3 has no second copies. Version 2 has no times, no stamps, nothing in heads after the sizes, and does not say what blocks belong to: always
 //! tiles. Version 1 has no points, no numbers and settings of layers, and no journal. The same document always makes
 //! the same bytes. Readers believe nothing: lengths are compared with the file and the memory limit before anything is
 //! allocated.
 
 use std::fmt;
-use std::io::{Cursor, Read, Seek, Write};
+use std::io::{Cursor, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use relievo_core::budget::Budget;
@@ -36,12 +37,12 @@ use crate::layer::{Block, Layer, MAX_PACKED, Place};
 use crate::pages::Source;
 use crate::record::failed;
 use crate::replay::{self, Log};
-use crate::{Document, MAX_LAYERS, Topology};
+use crate::{Document, MAX_LAYERS, Topology, copies};
 
-const MAGIC: [u8; 8] = *b"RLVDOC\r\n";
+pub(crate) const MAGIC: [u8; 8] = *b"RLVDOC\r\n";
 /// The version that is written, and the newest that is read.
-pub const VERSION: u32 = 3;
-const HEADER: usize = 44;
+pub const VERSION: u32 = 4;
+pub(crate) const HEADER: usize = 44;
 /// The level of zstd for the index.
 const COMPRESSION: i32 = 3;
 /// Bytes of a block in the index.
@@ -56,6 +57,8 @@ pub struct Damage {
     pub place: String,
     /// What is wrong with it.
     pub what: String,
+    /// Whether it is lost; false where a copy of it is whole.
+    pub lost: bool,
 }
 
 impl fmt::Display for Damage {
@@ -81,15 +84,19 @@ impl Document {
             out.write_all(&head)?;
             out.write_all(&index)?;
             self.layers.iter().flat_map(|layer| &layer.blocks).try_for_each(|block| out.write_all(&block.packed))?;
+            out.write_all(&index)?;
+            out.write_all(&head)?;
             rest(out)
         })
     }
 
     /// The bytes of its file.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
-        let (mut bytes, index) = self.head()?;
-        bytes.extend_from_slice(&index);
+        let (head, index) = self.head()?;
+        let mut bytes = [&head[..], &index].concat();
         self.layers.iter().flat_map(|layer| &layer.blocks).for_each(|block| bytes.extend_from_slice(&block.packed));
+        bytes.extend_from_slice(&index);
+        bytes.extend_from_slice(&head);
         Ok(bytes)
     }
 
@@ -188,12 +195,17 @@ pub(crate) struct Found {
     /// With all edits of its journal; damaged blocks of the base are empty.
     pub document: Document,
     pub damage: Vec<Damage>,
+    /// Why the document is refused where its header or its index was read from the copy.
+    pub refusal: Option<Error>,
     pub log: Log,
 }
 
 impl Found {
     /// The document and its journal, if nothing of it is damaged.
     pub fn sound(mut self) -> Result<(Document, Log)> {
+        if let Some(refusal) = self.refusal {
+            return Err(refusal);
+        }
         let Some(first) = self.damage.first() else {
             self.document.notes.extend(self.log.note());
             return Ok((self.document, self.log));
@@ -208,7 +220,7 @@ impl Found {
 
 /// Reads what can be read of the document at `path`, verifies every block, and says what is damaged.
 ///
-/// Fails if the file or its index cannot be read: then nothing of it can.
+/// Fails if the file cannot be read, or neither its header nor its index in either copy.
 pub fn examine(context: &Context, path: &Path) -> Result<(Document, Vec<Damage>)> {
     let mut file = file::open(path)?;
     let (mut found, damage) = examined(context, &mut file).map_err(|error| error.at(path.display().to_string()))?;
@@ -230,7 +242,7 @@ pub(crate) fn examined(context: &Context, source: &mut (impl Read + Seek)) -> Re
 /// What is wrong with a block; damage that says nothing if it was told when the file was read.
 fn verify(topology: &Topology, layer: &Layer, at: usize) -> Option<Damage> {
     let tile = layer.blocks[at].tile;
-    let told = |what: String| Some(Damage { place: place(topology, layer.name(), tile), what });
+    let told = |what: String| Some(Damage { lost: true, place: place(topology, layer.name(), tile), what });
     if layer.blocks[at].packed.is_empty() {
         return told(String::new());
     }
@@ -260,39 +272,67 @@ pub(crate) fn read(source: &mut (impl Read + Seek), limit: u64) -> Result<Found>
     let mut budget = Budget::new(limit);
     let mut bytes = Vec::new();
     source.take(HEADER as u64).read_to_end(&mut bytes).map_err(failed)?;
-    let header = Header::parse(&bytes)?;
-    let base = (HEADER as u64).saturating_add(header.index_length).saturating_add(header.blocks_length);
+    let (mut damage, mut refusal) = (Vec::new(), None);
+    let header = match Header::parse(&bytes) {
+        Ok(header) => header,
+        Err(error) => {
+            let Some((copy, header)) = copies::find_header(source)? else { return Err(error) };
+            damage.push(Damage { place: "header".into(), what: error.what.clone(), lost: false });
+            refusal = Some(error);
+            bytes = copy;
+            source.seek(SeekFrom::Start(HEADER as u64)).map_err(failed)?;
+            header
+        }
+    };
+    let base = header.base();
     let rest = base.min(length) - HEADER as u64;
     budget.reserve(&mut bytes, usize::try_from(rest).unwrap_or(usize::MAX))?;
     source.take(rest).read_to_end(&mut bytes).map_err(failed)?;
+    let (head, body) = bytes.split_at(HEADER);
     let index = usize::try_from(header.index_length).unwrap_or(usize::MAX);
-    let (packed, blocks) = bytes[HEADER..].split_at_checked(index).ok_or_else(|| damaged("it ends in its index"))?;
-    if crc32fast::hash(packed) != header.index_crc {
-        return Err(damaged("the checksum of its index is wrong"));
+    let (first, after) = body.split_at_checked(index).ok_or_else(|| damaged("it ends in its index"))?;
+    let claimed = usize::try_from(header.blocks_length).unwrap_or(usize::MAX);
+    let (blocks, copies) = after.split_at_checked(claimed).unwrap_or((after, &[]));
+    let copy = copies.get(..index).unwrap_or_default();
+    let packed = match crc32fast::hash(first) == header.index_crc {
+        true => first,
+        false => {
+            let error = damaged("the checksum of its index is wrong");
+            if header.copy_at().is_none() || crc32fast::hash(copy) != header.index_crc {
+                return Err(error);
+            }
+            damage.push(Damage { place: "index".into(), what: "its checksum is wrong".into(), lost: false });
+            refusal.get_or_insert(error);
+            copy
+        }
+    };
+    if header.copy_at().is_some() && copies != [packed, head].concat() {
+        let what = "they are not as the first ones".into();
+        damage.push(Damage { place: "copies of the header and the index".into(), what, lost: false });
     }
     let mut raw = budget.filled(usize::try_from(header.raw_length).unwrap_or(usize::MAX), 0u8)?;
     let unpacked = zstd::bulk::decompress_to_buffer(packed, raw.as_mut_slice());
     if unpacked.ok() != Some(raw.len()) {
         return Err(damaged("its index does not unpack to its size"));
     }
-    let blocks_start = (HEADER + packed.len()) as u64;
+    let blocks_start = (HEADER + index) as u64;
     let (document, lengths) = read_index(&raw, header.version, &mut budget)?;
-    let (mut document, mut damage) =
-        fill(document, &lengths, (blocks_start, blocks), header.blocks_length, &mut budget)?;
-    document.source = Source::of(&bytes[..HEADER]);
+    let (mut document, lost) = fill(document, &lengths, (blocks_start, blocks), header.blocks_length, &mut budget)?;
+    damage.splice(0..0, lost);
+    document.source = Source::of(head);
     let mut log = Log::default();
     if header.version > 1 {
         log = replay::fold(&mut document, source, base, &mut budget, &mut damage)?;
     } else if length > base {
         let what = format!("{} bytes follow that are none of its", length - base);
-        damage.push(Damage { place: "after the last block".into(), what });
+        damage.push(Damage { lost: true, place: "after the last block".into(), what });
     }
-    Ok(Found { document, damage, log })
+    Ok(Found { document, damage, refusal, log })
 }
 
 /// What the header says.
 #[derive(Clone, Copy, Debug)]
-struct Header {
+pub(crate) struct Header {
     version: u32,
     index_crc: u32,
     index_length: u64,
@@ -301,7 +341,7 @@ struct Header {
 }
 
 impl Header {
-    fn parse(bytes: &[u8]) -> Result<Self> {
+    pub fn parse(bytes: &[u8]) -> Result<Self> {
         if !bytes.starts_with(&MAGIC) {
             return Err(Error::invalid("it does not begin as a document does").advise("name a file that relievo wrote"));
         }
@@ -321,6 +361,21 @@ impl Header {
             return Err(damaged("the checksum of its header is wrong"));
         }
         Ok(Self { version, index_crc, index_length, raw_length, blocks_length })
+    }
+
+    /// Where the blocks end.
+    fn blocks_end(&self) -> u64 {
+        (HEADER as u64).saturating_add(self.index_length).saturating_add(self.blocks_length)
+    }
+
+    /// Where the second copy of the header is, if the version has one.
+    pub fn copy_at(&self) -> Option<u64> {
+        (self.version > 3).then(|| self.blocks_end().saturating_add(self.index_length))
+    }
+
+    /// Where the journal begins.
+    fn base(&self) -> u64 {
+        self.copy_at().map_or(self.blocks_end(), |copy| copy.saturating_add(HEADER as u64))
     }
 }
 
@@ -462,7 +517,7 @@ fn fill(
                 Some(_) => "the checksum of the block is wrong",
                 None => "the file ends before the end of the block",
             };
-            damage.push(Damage { place: place(topology, name, block.tile), what: what.into() });
+            damage.push(Damage { lost: true, place: place(topology, name, block.tile), what: what.into() });
         }
     }
     Ok((document, damage))

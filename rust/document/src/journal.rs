@@ -284,7 +284,7 @@ fn write_with_edits<'a>(
 /// What [`repair`] did.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Repaired {
-    /// What was damaged, and so is lost.
+    /// What was damaged, and whether it is lost.
     pub damage: Vec<Damage>,
     /// What the user should know of how the document was left.
     pub note: Option<String>,
@@ -296,7 +296,7 @@ pub struct Repaired {
 /// damaged. Blocks of which later edits are damaged are as they last were known. If anything was damaged the journal is
 /// folded into the base, and the file as it was is kept beside it, with `.damaged` after its name.
 ///
-/// Fails, and changes nothing, if another program works on the file or its index cannot be read.
+/// Fails, and changes nothing, if another program works on the file, or neither copy of its index can be read.
 pub fn repair(context: &Context, path: &Path) -> Result<Repaired> {
     let mut file = lock(path)?;
     let (found, damage) = format::examined(context, &mut file).map_err(|error| error.at(path.display().to_string()))?;

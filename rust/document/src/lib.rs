@@ -9,6 +9,7 @@
 //! A document knows tiles by their numbers and blocks by their bytes; what they mean is for those who own them.
 
 pub mod code;
+mod copies;
 pub mod edit;
 pub mod format;
 pub mod head;

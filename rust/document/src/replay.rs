@@ -128,7 +128,7 @@ pub(crate) fn walk(
                 let input =
                     pending.take().map_or_else(String::new, |(_, input)| format!(", an edit: {}", shown(&input)));
                 let place = format!("journal: record {next} at byte {offset}");
-                damage.push(Damage { place, what: format!("{what}{input}") });
+                damage.push(Damage { lost: true, place, what: format!("{what}{input}") });
                 continue;
             }
         };
@@ -164,6 +164,7 @@ pub(crate) fn walk(
                         to.push(entry);
                     }
                     None => damage.push(Damage {
+                        lost: true,
                         place: format!("journal: record {sequence}"),
                         what: "it undoes or redoes an edit that is not there".into(),
                     }),
@@ -194,7 +195,7 @@ impl Replay<'_> {
             Ok(edit) => edit,
             Err(error) if error.kind == relievo_core::ErrorKind::Memory => return Err(error),
             Err(error) => {
-                damage.push(Damage { place: place(), what: error.what });
+                damage.push(Damage { lost: true, place: place(), what: error.what });
                 return Ok(());
             }
         };
@@ -203,7 +204,11 @@ impl Replay<'_> {
             let met = if direction == Direction::Forward { before } else { after };
             let there = |head: &Head| self.heads.iter().any(|own| own.id == head.id && own.kind == head.kind);
             if !met.iter().all(there) {
-                damage.push(Damage { place: place(), what: "the layers are not as the edit met them".into() });
+                damage.push(Damage {
+                    lost: true,
+                    place: place(),
+                    what: "the layers are not as the edit met them".into(),
+                });
             }
         }
         let after = heads.as_ref().unwrap_or(&self.heads);
@@ -212,7 +217,7 @@ impl Replay<'_> {
             let head = after.iter().chain(&self.heads).find(|head| head.id == delta.layer);
             let Some(head) = head else {
                 let what = format!("it changes a layer with the number {}, which there is not", delta.layer);
-                damage.push(Damage { place: place(), what });
+                damage.push(Damage { lost: true, place: place(), what });
                 continue;
             };
             let state = match states.entry((delta.layer, delta.block)) {
@@ -247,7 +252,7 @@ impl Replay<'_> {
                         };
                         let place = format::place(&base.topology, &head.name, delta.block);
                         let what = format!("{what}; the edit of record {sequence} and later ones are lost there");
-                        damage.push(Damage { place, what });
+                        damage.push(Damage { lost: true, place, what });
                     }
                 }
             }

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use relievo_core::mesh::Crease;
 use relievo_core::{Context, ErrorKind, Mesh};
 use relievo_document::format::VERSION;
-use relievo_document::{Blend, Document, Head, Kind, Layer, Settings, Stamps, examine};
+use relievo_document::{Blend, Document, Head, Kind, Layer, Settings, Stamps, examine, repair};
 
 const LIMIT: u64 = 64 << 20;
 
@@ -171,28 +171,72 @@ fn every_cut_and_every_flipped_bit_is_an_error() {
     assert!(Document::parse(&longer, LIMIT).unwrap_err().to_string().contains("head is wrong"));
 }
 
+/// Where the blocks of a file begin and end.
+fn blocks_of(bytes: &[u8]) -> [usize; 2] {
+    let number = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize;
+    let start = 44 + number(16);
+    [start, start + number(32)]
+}
+
+#[test]
+fn repair_restores_the_header_and_the_index_and_loses_at_most_the_block_that_is_hit() {
+    let (context, whole) = (Context::serial(), document());
+    let good = whole.to_bytes().unwrap();
+    let [start, end] = blocks_of(&good);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.relievo");
+    for at in (0..start).chain((start..end).step_by(11)).chain(end..good.len()) {
+        let mut bytes = good.clone();
+        bytes[at] ^= 1 << (at % 8);
+        std::fs::write(&path, &bytes).unwrap();
+        let repaired = repair(&context, &path).unwrap_or_else(|error| panic!("byte {at}: {error}"));
+        assert!(!repaired.damage.is_empty(), "byte {at}");
+        let lost = repaired.damage.iter().filter(|damage| damage.lost).count();
+        assert_eq!(lost, usize::from((start..end).contains(&at)), "byte {at}: {:?}", repaired.damage);
+        let kept = Document::open(&path, LIMIT).unwrap();
+        assert_eq!((kept.topology(), kept.points()), (whole.topology(), whole.points()));
+        let blocks =
+            |document: &Document| document.layers().iter().flat_map(Layer::blocks).cloned().collect::<Vec<_>>();
+        let (kept, all) = (blocks(&kept), blocks(&whole));
+        assert_eq!(kept.len(), all.len() - lost);
+        assert!(kept.iter().all(|block| all.contains(block)), "byte {at}");
+    }
+    // A stretch of the index too, and the header with it.
+    let mut bytes = good.clone();
+    bytes[..start].fill(0);
+    std::fs::write(&path, &bytes).unwrap();
+    assert!(repair(&context, &path).unwrap().damage.iter().all(|damage| !damage.lost));
+    assert_eq!(Document::open(&path, LIMIT).unwrap(), whole);
+    // The first version with copies is the fourth: without them the index is lost with everything.
+    let old = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/document-3.relievo"));
+    let mut bytes = std::fs::read(old).unwrap();
+    bytes[50] ^= 1;
+    std::fs::write(&path, &bytes).unwrap();
+    assert!(repair(&context, &path).unwrap_err().to_string().contains("checksum of its index"));
+}
+
 #[test]
 fn examining_tells_which_tiles_are_damaged_and_keeps_the_others() {
     let (good, whole) = (document().to_bytes().unwrap(), document());
     let last = whole.layers()[2].blocks()[1].packed_bytes();
     let mut bytes = good.clone();
-    let first_block =
-        good.len() - whole.layers().iter().flat_map(Layer::blocks).map(|b| b.packed_bytes()).sum::<usize>();
+    let [first_block, end] = blocks_of(&good);
     bytes[first_block] ^= 1;
-    bytes.truncate(good.len() - last / 2);
+    bytes.truncate(end - last / 2);
     let (read, damage) = write_and_examine(&bytes).unwrap();
     let told: Vec<String> = damage.iter().map(ToString::to_string).collect();
     assert_eq!(
         told,
         [
             "layer `displacement`: tile 0 of face 0: the checksum of the block is wrong",
-            "layer `light`: tile 3 of face 1: the file ends before the end of the block"
+            "layer `light`: tile 3 of face 1: the file ends before the end of the block",
+            "copies of the header and the index: they are not as the first ones"
         ]
     );
     assert!(read.layers()[0].unpack(read.topology(), 0).is_err());
     assert_eq!(read.layers()[1], whole.layers()[1]);
     let error = Document::parse(&bytes, LIMIT).unwrap_err().to_string();
-    assert!(error.contains("layer `displacement`: tile 0 of face 0") && error.contains("and 1 more"), "{error}");
+    assert!(error.contains("layer `displacement`: tile 0 of face 0") && error.contains("and 2 more"), "{error}");
 }
 
 #[test]

@@ -104,7 +104,7 @@ fn file(data: &[u8]) -> Vec<u8> {
     let number = |at: usize| u64::from_le_bytes(whole[at..at + 8].try_into().expect("eight bytes")) as usize;
     let (packed, raw) = (number(16), number(24));
     let mut index = zstd::bulk::decompress(&whole[44..44 + packed], raw).expect("an index of ours");
-    let mut blocks = whole[44 + packed..].to_vec();
+    let mut blocks = whole[44 + packed..44 + packed + number(32)].to_vec();
     for _ in 0..byte() & 3 {
         let (high, low, value) = (byte(), byte(), byte());
         let at = usize::from(u16::from_le_bytes([low, high]));
@@ -121,8 +121,12 @@ fn file(data: &[u8]) -> Vec<u8> {
     out.extend(crc32fast::hash(&packed).to_le_bytes());
     out.extend([packed.len(), index.len(), blocks.len()].iter().flat_map(|length| (*length as u64).to_le_bytes()));
     out.extend(crc32fast::hash(&out).to_le_bytes());
-    out.extend(packed);
+    let head = out.clone();
+    out.extend(&packed);
     out.extend(blocks);
+    // The second copies.
+    out.extend(packed);
+    out.extend(head);
     // Records, some of them with bytes that say something else.
     for sequence in 0..u64::from(byte() & 7) {
         let kind = u32::from(byte() % 7);
