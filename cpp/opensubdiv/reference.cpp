@@ -122,8 +122,8 @@ std::unique_ptr<BfrEvaluator> make_bfr(const Table& table, uint32_t level) {
 
 void refine_and_evaluate(const Cage& cage, rust::Slice<const double> cage_points, rust::Slice<const int32_t> tiles,
                          rust::Slice<const double> uv, rust::Slice<double> out) {
-    double expected = 0.0;
-    expected_patches(cage, cage.isolation, {&expected, 1});
+    Sizes expected = {};
+    expected_sizes(cage, cage.isolation, {&expected, 1});
     const Table table(cage);
     const rust::Slice<const int32_t> sizes = table.stencil_sizes();
     const int32_t* source = table.stencil_indices().data();

@@ -16,6 +16,7 @@ namespace opensubdiv {
 
 // Defined by the bridge (rust/native/opensubdiv/src/bridge.rs), which includes this header first.
 struct Cage;
+struct Sizes;
 struct Patch;
 
 class Table {
@@ -65,8 +66,9 @@ private:
     int face_count;
 };
 
-// Estimates from above the patches at the isolations first, first + 1 and so on, one for each of counts.
-void expected_patches(const Cage& cage, uint32_t first, rust::Slice<double> counts);
+// Estimates what a table holds at the isolations first, first + 1 and so on, one for each of sizes. Patches are estimated
+// from above.
+void expected_sizes(const Cage& cage, uint32_t first, rust::Slice<Sizes> sizes);
 std::unique_ptr<Table> refine(const Cage& cage);
 std::unique_ptr<BfrEvaluator> make_bfr(const Table& table, uint32_t level);
 

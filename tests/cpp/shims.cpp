@@ -170,10 +170,13 @@ std::vector<double> points_of(const Control &cage, const Table &table) {
 
 void check(const Control &cage, bool round_corners, uint32_t isolation, bool single_crease) {
     const Cage record = cage.record(round_corners, isolation, single_crease);
-    std::vector<double> expected(isolation);
-    expected_patches(record, 1, room(expected));
-    CHECK(expected[0] > 0);
+    std::vector<Sizes> expected(isolation);
+    expected_sizes(record, 1, room(expected));
+    CHECK(expected[0].patches > 0);
     const std::unique_ptr<Table> table = refine(record);
+    CHECK(expected.back().patches >= (double)table->patches().size());
+    const double weights = (double)table->stencil_weights().size();
+    CHECK(expected.back().weights >= 0.9 * weights && expected.back().weights <= 1.25 * weights + 1000);
     CHECK(std::isfinite(read(*table)));
     const std::vector<double> points = points_of(cage, *table);
     const std::vector<float> rounded(points.begin(), points.end());

@@ -18,6 +18,7 @@ use crate::quantity::Colors;
 pub struct Opened<'a> {
     document: &'a Document,
     surface: Surface,
+    options: SurfaceOptions,
     /// What the user should know.
     pub notes: Vec<String>,
 }
@@ -46,10 +47,21 @@ const VECTORS: &str = "vectors";
 const TRACES: &str = "traces";
 
 impl<'a> Opened<'a> {
-    /// Fails if the document was made on another mesh, or the mesh cannot be subdivided.
-    pub fn new(context: &Context, document: &'a Document, mesh: &Mesh, options: &SurfaceOptions) -> Result<Self> {
-        let notes = document.fit(mesh)?.into_iter().chain(document.notes.iter().cloned()).collect();
-        Ok(Self { document, surface: Surface::new(context, mesh, options)?, notes })
+    /// Makes the surface of `mesh` for a document, with so many levels of isolation; `None` for the default, or fewer
+    /// where that exceeds the memory limit.
+    ///
+    /// # Errors
+    /// The document was made on another mesh, or the mesh cannot be subdivided.
+    pub fn new(context: &Context, document: &'a Document, mesh: &Mesh, isolation: Option<u32>) -> Result<Self> {
+        let mut notes: Vec<String> = document.fit(mesh)?.into_iter().chain(document.notes.iter().cloned()).collect();
+        let (options, lowered) = Surface::choose_isolation(context, mesh, &SurfaceOptions::default(), isolation)?;
+        notes.extend(lowered);
+        Ok(Self { document, surface: Surface::new(context, mesh, &options)?, options, notes })
+    }
+
+    /// Returns how the mesh became the surface.
+    pub fn options(&self) -> &SurfaceOptions {
+        &self.options
     }
 
     /// The surface.

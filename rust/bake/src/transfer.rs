@@ -75,20 +75,29 @@ const COVERAGE: f32 = 0.2;
 /// What is said of a document whose edits fade.
 const FADE_NO_MORE: &str = "edits fade no more: when they were made belongs to the old mesh";
 
-/// Takes the layers of `document` to `mesh`. The old mesh is `from`, or the one whose points the document has; `reach`
-/// is how far a place of the old surface may be from one of the new, 2 % of the new surface's extent if nothing is
-/// said.
+/// How a document is taken to another mesh.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TransferOptions {
+    /// How far a place of the old surface may be from one of the new, in units of the meshes; `None` for 2 % of the new
+    /// surface's extent.
+    pub reach: Option<f64>,
+    /// Levels of isolation of both surfaces; `None` for the default, or fewer where that exceeds the memory limit.
+    pub isolation: Option<u32>,
+}
+
+/// Takes the layers of `document` to `mesh`. The old mesh is `from`, or the one whose points the document has.
 ///
-/// Fails if the document has no points and `from` is none, `from` is not its mesh, a mesh cannot be subdivided, or the
-/// memory limit is too small.
+/// # Errors
+/// The document has no points and `from` is `None`, `from` is not its mesh, a mesh cannot be subdivided, or the memory
+/// limit is too small.
 pub fn transfer(
     context: &Context,
     document: &Document,
     from: Option<&Mesh>,
     mesh: &Mesh,
-    reach: Option<f64>,
+    options: &TransferOptions,
 ) -> Result<(Document, Transferred)> {
-    transfer_watched(context, document, from, mesh, reach, &mut Silent)
+    transfer_watched(context, document, from, mesh, options, &mut Silent)
 }
 
 /// As [`transfer`], telling `progress` of every layer and every few tiles. Fails too where it asks to stop.
@@ -97,12 +106,12 @@ pub fn transfer_watched(
     document: &Document,
     from: Option<&Mesh>,
     mesh: &Mesh,
-    reach: Option<f64>,
+    options: &TransferOptions,
     progress: &mut dyn Progress,
 ) -> Result<(Document, Transferred)> {
     let topology = document.topology();
     if topology.is_of_triangles() {
-        return triangles::transfer(context, document, from, mesh, reach, progress);
+        return triangles::transfer(context, document, from, mesh, options.reach, progress);
     }
     let stored;
     let mut report = Transferred::default();
@@ -123,10 +132,15 @@ pub fn transfer_watched(
             &stored
         }
     };
-    let options = SurfaceOptions::default();
-    let old = Surface::new(context, before, &options).map_err(|error| error.at("the old mesh"))?;
-    let new = Surface::new(context, mesh, &options).map_err(|error| error.at("the new mesh"))?;
-    let reach = checked_reach(reach.unwrap_or(REACH * f64::from(new.extent())))?;
+    let mut surface = |mesh: &Mesh, name: &str| {
+        let (options, lowered) =
+            Surface::choose_isolation(context, mesh, &SurfaceOptions::default(), options.isolation)?;
+        report.notes.extend(lowered.map(|note| format!("{name}: {note}")));
+        Surface::new(context, mesh, &options)
+    };
+    let old = surface(before, "the old mesh").map_err(|error| error.at("the old mesh"))?;
+    let new = surface(mesh, "the new mesh").map_err(|error| error.at("the new mesh"))?;
+    let reach = checked_reach(options.reach.unwrap_or(REACH * f64::from(new.extent())))?;
     report.reach = reach;
     let old = Old { surface: &old, nearby: Nearby::new(context, &old) };
     let areas = |surface: &Surface| -> Vec<f64> {

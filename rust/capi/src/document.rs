@@ -4,7 +4,7 @@ use std::ffi::{c_char, c_void};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
-use relievo_bake::transfer::transfer_watched;
+use relievo_bake::transfer::{TransferOptions, transfer_watched};
 use relievo_core::{Context, Error, ErrorKind, Mesh, Progress, Result};
 use relievo_detail::history::Changed;
 use relievo_detail::{History, LayeredObject, Recorded};
@@ -171,7 +171,8 @@ impl Transfer {
     pub fn run(&self, context: &ContextObject, progress: &mut dyn Progress) -> Result<RlvTransferReport> {
         let (executor, path) = (&context.context, &self.path);
         let document = Document::open(Path::new(path), executor.memory_limit())?;
-        let (made, done) = transfer_watched(executor, &document, self.from.as_ref(), &self.to, self.reach, progress)
+        let options = TransferOptions { reach: self.reach, isolation: None };
+        let (made, done) = transfer_watched(executor, &document, self.from.as_ref(), &self.to, &options, progress)
             .map_err(|error| error.at(path.clone()))?;
         made.write(&self.to_path)?;
         for note in document.notes.iter().chain(&done.notes) {

@@ -5,7 +5,6 @@ use std::path::Path;
 use relievo_bake::opened::Opened;
 use relievo_core::{Context, Error, Mesh, Result};
 use relievo_document::Document;
-use relievo_surface::SurfaceOptions;
 use relievo_tiles::{Displaced, Tessellation, uniform_rates};
 
 use crate::triangles;
@@ -43,7 +42,7 @@ pub fn mesh(
         let object = triangles::shown(context, &document, mesh, layer).map_err(named)?;
         return Ok((triangles::tessellation(context, &object, mesh).map_err(named)?.mesh, document.notes.clone()));
     }
-    let opened = Opened::new(context, &document, mesh, &SurfaceOptions::default()).map_err(named)?;
+    let opened = Opened::new(context, &document, mesh, None).map_err(named)?;
     let made = tessellation(context, &opened, mesh, layer, cells).map_err(named)?;
     Ok((made.mesh, opened.notes))
 }

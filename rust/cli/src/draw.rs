@@ -71,6 +71,8 @@ pub struct Arguments {
     /// Draw the edges of triangles.
     #[arg(long)]
     wireframe: bool,
+    #[command(flatten)]
+    isolation: crate::limits::Isolation,
     /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
     #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
     memory_limit: u64,

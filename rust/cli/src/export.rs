@@ -14,7 +14,7 @@ use relievo_bake::{
 use relievo_core::{Context, Error, Mesh, Result};
 use relievo_document::{Document, Kind};
 use relievo_meshio::write;
-use relievo_surface::{Surface, SurfaceOptions};
+use relievo_surface::Surface;
 use relievo_tiles::{Displaced, Displacement, Field, VectorDisplacement};
 
 use crate::{Outcome, displaced, triangles};
@@ -76,9 +76,8 @@ pub struct Arguments {
     /// Cells along an edge of the mesh in a displaced mesh: a power of two up to 512.
     #[arg(long, value_name = "COUNT", default_value_t = 16)]
     cells: u32,
-    /// Levels of isolation of extraordinary points.
-    #[arg(long, value_name = "LEVELS", default_value_t = 6)]
-    isolation: u32,
+    #[command(flatten)]
+    isolation: crate::limits::Isolation,
     /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
     #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
     memory_limit: u64,
@@ -161,11 +160,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
         crate::print(&text)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let options = SurfaceOptions { isolation: arguments.isolation, ..SurfaceOptions::default() };
     let named = |error: Error| error.at(arguments.mesh.display().to_string());
-    let opened = Opened::new(&context, &document, &cage, &options).map_err(named)?;
+    let opened = Opened::new(&context, &document, &cage, arguments.isolation.isolation).map_err(named)?;
     let notes: String = opened.notes.iter().map(|note| format!("{}: {note}\n", arguments.file.display())).collect();
-    let text = task(arguments, &context, &Work { opened: &opened, cage: &cage, options: &options })?;
+    let text = task(arguments, &context, &Work { opened: &opened, cage: &cage })?;
     crate::print(&format!("{notes}{text}"))?;
     Ok(ExitCode::SUCCESS)
 }
@@ -174,7 +172,6 @@ pub fn run(arguments: &Arguments) -> Outcome {
 struct Work<'a> {
     opened: &'a Opened<'a>,
     cage: &'a Mesh,
-    options: &'a SurfaceOptions,
 }
 
 fn missing(what: &str) -> Error {
@@ -260,10 +257,10 @@ fn write_pictures<T: PictureTexel>(
 }
 
 fn maps(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<String> {
-    let Work { opened, cage, options } = work;
+    let Work { opened, cage } = work;
     let name = arguments.layer.as_deref();
     let kind = opened.kind(name)?;
-    let limit = Surface::face_varying(context, cage, &arguments.uv, options).map_err(|error| {
+    let limit = Surface::face_varying(context, cage, &arguments.uv, opened.options()).map_err(|error| {
         let place = arguments.mesh.display().to_string();
         if error.remedy.is_empty() {
             error.at(place).advise("unwrap the mesh, or name its coordinates with --uv")
@@ -383,11 +380,11 @@ fn write_maps(arguments: &Arguments, context: &Context, limit: &Surface, quantit
 }
 
 fn mesh(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<String> {
-    let Work { opened, cage, options } = work;
+    let Work { opened, cage } = work;
     let name = arguments.layer.as_deref();
     let mut made = displaced::tessellation(context, opened, cage, name, arguments.cells)?;
     if cage.attribute(&arguments.uv).is_some_and(|uv| uv.domain == relievo_core::Domain::Corner) {
-        let limit = Surface::face_varying(context, cage, &arguments.uv, options)?;
+        let limit = Surface::face_varying(context, cage, &arguments.uv, opened.options())?;
         made.smooth_attribute(context, &arguments.uv, &limit)?;
     }
     match opened.colors(context, name)? {

@@ -12,6 +12,14 @@ pub struct Limits {
     pub memory_limit: u64,
 }
 
+/// The option that sets how finely irregular points of a cage are isolated.
+#[derive(clap::Args)]
+pub struct Isolation {
+    /// Levels of isolation of irregular points, 1 to 10; left out, 6, or fewer where these exceed the memory limit.
+    #[arg(long, value_name = "LEVELS", value_parser = clap::value_parser!(u32).range(1..=10))]
+    pub isolation: Option<u32>,
+}
+
 impl Limits {
     /// Makes a context with these limits.
     pub fn context(&self) -> Result<Context> {

@@ -7,6 +7,7 @@ use relievo_core::{Context, ContextOptions};
 use relievo_scene::replay::{Replay, replay};
 
 use crate::Outcome;
+use crate::limits::Isolation;
 use crate::run::Device as Kind;
 
 #[derive(clap::Args)]
@@ -30,6 +31,8 @@ pub struct Arguments {
     /// A part of the name of the graphics device; left out, the best there is.
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
+    #[command(flatten)]
+    isolation: Isolation,
     /// Threads; 0 for one per core. Results do not depend on it.
     #[arg(long, default_value_t = 0)]
     threads: usize,
@@ -46,6 +49,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let wanted = Replay {
         mesh: arguments.mesh.clone(),
         triangles: arguments.triangles,
+        isolation: arguments.isolation.isolation,
         strokes: arguments.strokes.clone(),
         document: arguments.document.clone(),
         outputs: arguments.out.clone(),

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use relievo_bake::transfer::transfer;
+use relievo_bake::transfer::{TransferOptions, transfer};
 use relievo_document::Document;
 
 use crate::Outcome;
+use crate::limits::Isolation;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -24,6 +25,8 @@ pub struct Arguments {
     /// extent if left out.
     #[arg(long, value_name = "DISTANCE")]
     reach: Option<f64>,
+    #[command(flatten)]
+    isolation: Isolation,
     /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
     #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
     memory_limit: u64,
@@ -34,7 +37,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let document = Document::open(&arguments.file, context.memory_limit())?;
     let from = arguments.from.as_ref().map(|path| relievo_meshio::read(&context, path)).transpose()?;
     let mesh = relievo_meshio::read(&context, &arguments.mesh)?;
-    let (made, report) = transfer(&context, &document, from.as_ref(), &mesh, arguments.reach)
+    let options = TransferOptions { reach: arguments.reach, isolation: arguments.isolation.isolation };
+    let (made, report) = transfer(&context, &document, from.as_ref(), &mesh, &options)
         .map_err(|error| error.at(arguments.file.display().to_string()))?;
     made.write(&arguments.output)?;
     let notes: String = document.notes.iter().map(|note| format!("note: {note}\n")).collect();

@@ -30,6 +30,8 @@ pub struct Replay {
     pub mesh: PathBuf,
     /// Whether the surface is that of the mesh's own triangles. That of a document is what it was made on.
     pub triangles: bool,
+    /// Levels of isolation of a control cage; `None` for the default, or fewer where that exceeds the memory limit.
+    pub isolation: Option<u32>,
     /// The list of strokes.
     pub strokes: PathBuf,
     /// The document to start from.
@@ -78,7 +80,11 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
         document = format!("document = {}\n", whole(path)?);
         triangles |= Document::open(path, context.memory_limit())?.topology().is_of_triangles();
     }
-    let kind = if triangles { "kind = \"triangles\"\n" } else { "" };
+    let kind = match (triangles, wanted.isolation) {
+        (true, _) => "kind = \"triangles\"\n".to_owned(),
+        (false, Some(levels)) => format!("isolation = {levels}\n"),
+        (false, None) => String::new(),
+    };
     let object = format!(
         "\n[meshes.replayed]\nfile = {mesh}\n[surfaces.replayed]\nmesh = \"replayed\"\n{kind}\
          [objects.replayed]\nsurface = \"replayed\"\n{document}"
@@ -87,7 +93,8 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
     if scene.objects.len() != 1 {
         return Err(alone(&wanted.strokes).into());
     }
-    let mut world = World::new(context, scene, &allowed)?;
+    let mut world =
+        World::new(context, scene, &allowed).map_err(|failure| about_mesh(failure, text.len(), &wanted.mesh))?;
     world.use_device(wanted.device.as_ref())?;
     let (mut done, mut refusals) = (StrokeReport::default(), Refusals::default());
     strokes::make_due(context, &mut world, |_| true, &mut done, &mut refusals)?;
@@ -129,6 +136,19 @@ pub fn strokes(context: &Context, path: &Path, allowed: &[PathBuf]) -> std::resu
         Stroke { stamp, ..entry.stroke.clone() }
     };
     Ok(scene.strokes.iter().map(stroke).collect())
+}
+
+/// Reports a fault of the object that is added to a list of strokes, beyond `end`, as one of the mesh.
+fn about_mesh(failure: Failure, end: usize, mesh: &Path) -> Failure {
+    match &failure {
+        Failure::Scene(faults) => match faults.list.first() {
+            Some(first) if first.span.start >= end => {
+                Error::invalid(&first.what).at(mesh.display().to_string()).advise(first.remedy.clone()).into()
+            }
+            _ => failure,
+        },
+        Failure::Other(_) => failure,
+    }
 }
 
 fn alone(path: &Path) -> Error {

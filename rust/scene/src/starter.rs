@@ -14,12 +14,8 @@ pub struct Entry<'a> {
     pub mesh: &'a Mesh,
 }
 
-/// Most patches to expect from a cage that keeps all levels of isolation. Estimates of many levels are several times
-/// too high, so that this is still opened in a second or two.
-const ALL_LEVELS: u32 = 2_000_000;
-
-/// Most patches to expect with fewer levels, where they are counted rather than estimated: opened in some ten seconds.
-const FEWER_LEVELS: u32 = 1_000_000;
+/// Most patches to expect from a cage, so that its scene opens within seconds.
+const MOST_PATCHES: u32 = 1_000_000;
 
 /// A number as the scene shows it: four digits are enough to begin with.
 fn short(value: f64) -> String {
@@ -46,12 +42,9 @@ pub fn starter(context: &Context, entries: &[Entry], up: usize) -> Result<String
     let (low, high) = (low.map(f64::from), high.map(f64::from));
     let named = |error: Error| error.at(&target.path);
     let all = SurfaceOptions::default();
-    let affordable = |patch_limit| {
-        let options = SurfaceOptions { patch_limit, ..all };
-        Surface::affordable_isolation(context, target.mesh, &options).map_err(named)
-    };
-    let fine = affordable(ALL_LEVELS)? != Some(all.isolation);
-    let isolation = if fine { affordable(FEWER_LEVELS)?.unwrap_or(1) } else { all.isolation };
+    let within = SurfaceOptions { patch_limit: MOST_PATCHES, ..all };
+    let isolation = Surface::affordable_isolation(context, target.mesh, &within).map_err(named)?.unwrap_or(1);
+    let fine = isolation < all.isolation;
     let options = SurfaceOptions { isolation, ..all };
     let top = top(context, target.mesh, &options, up).map_err(named)?;
     let side: [f64; 3] = std::array::from_fn(|axis| high[axis] - low[axis]);

@@ -34,6 +34,8 @@ pub struct World {
     items: Vec<Item>,
     /// The meshes that press as colliders.
     colliders: Vec<Option<Collider>>,
+    /// Notes on surfaces with less isolation than the default.
+    lowered: Vec<String>,
     /// Per object the checksum and the notes of the document it starts from.
     documents: Vec<Option<(u32, Vec<String>)>>,
     /// Images of brushes.
@@ -71,9 +73,10 @@ pub struct MeshItem {
 
 impl World {
     /// Loads the meshes of `scene`, from below its folder and the folders `allowed`, and makes its surfaces, at time 0.
-    pub fn new(context: &Context, scene: Scene, allowed: &[PathBuf]) -> std::result::Result<Self, Failure> {
+    pub fn new(context: &Context, mut scene: Scene, allowed: &[PathBuf]) -> std::result::Result<Self, Failure> {
         let paths = Paths::new(&scene.path, allowed)?;
         let assets = context.stats().time("load.meshes", || Assets::load(context, &scene, &paths))?;
+        let lowered = choose_isolations(context, &mut scene, &assets)?;
         let refuse = |fault: Diagnostic| Faults {
             name: scene.path.display().to_string(),
             text: scene.text.clone(),
@@ -208,6 +211,7 @@ impl World {
             items,
             colliders,
             documents,
+            lowered,
             transforms,
             start,
             scene,
@@ -343,7 +347,8 @@ impl World {
             let notes = document.iter().flat_map(|(_, notes)| notes);
             notes.map(|note| format!("object `{}`: {note}", object.name.text))
         });
-        meshes.chain(triangles).chain(objects).chain(open).chain(documents).collect()
+        let lowered = self.lowered.iter().cloned();
+        meshes.chain(lowered).chain(triangles).chain(objects).chain(open).chain(documents).collect()
     }
 
     /// The limit of the texture coordinates of an object's surface; `None` if it is a mesh or its cage has none.
@@ -606,6 +611,32 @@ fn check_collider(entry: &ColliderEntry, items: &[Item]) -> Result<()> {
         Some((_, what, remedy)) => Err(Error::unsupported(what).advise(remedy)),
         None => Ok(()),
     }
+}
+
+/// Chooses the isolation of the surfaces that name none. Returns notes about those for which the default is too much.
+fn choose_isolations(
+    context: &Context,
+    scene: &mut Scene,
+    assets: &Assets,
+) -> std::result::Result<Vec<String>, Failure> {
+    let mut notes = Vec::new();
+    for index in 0..scene.surfaces.len() {
+        let entry = &scene.surfaces[index];
+        let used = scene.objects.iter().any(|object| object.geometry == Geometry::Surface(index));
+        if !used || entry.triangles.is_some() || entry.isolation.is_some() {
+            continue;
+        }
+        let (mesh, options) = (assets.mesh(entry.mesh), surface_options(entry));
+        let chosen = Surface::choose_isolation(context, mesh, &options, None);
+        let (options, note) = chosen.map_err(|error| Faults {
+            name: scene.path.display().to_string(),
+            text: scene.text.clone(),
+            list: vec![Diagnostic::from_error(entry.name.span.clone(), &error)],
+        })?;
+        notes.extend(note.map(|note| format!("surface `{}`: {note}", entry.name.text)));
+        scene.surfaces[index].isolation = Some(options.isolation);
+    }
+    Ok(notes)
 }
 
 /// How a cage of the scene becomes a surface.

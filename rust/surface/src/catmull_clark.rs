@@ -127,13 +127,39 @@ impl Surface {
     pub fn affordable_isolation(context: &Context, mesh: &Mesh, options: &SurfaceOptions) -> Result<Option<u32>> {
         mesh.check()?;
         let refinement = refinement(context, mesh, options);
-        let expected = Table::expected_patches(mesh, &refinement)?;
+        let expected = Table::expected(mesh, &refinement)?;
         let least = sharpness_levels(mesh);
         let fits = |levels: &u32| {
             let count = expected.get(*levels.max(&least) as usize - 1);
-            count.is_some_and(|count| refinement.check(*count).is_ok())
+            count.is_some_and(|count| refinement.check(count).is_ok())
         };
         Ok((1..=options.isolation).rev().find(fits))
+    }
+
+    /// Chooses the isolation of `mesh`: `wanted`, or where that is `None` the isolation of `options`, lowered until the
+    /// surface fits the limits. Returns the options to use, and a note where the isolation was lowered.
+    ///
+    /// # Errors
+    /// The mesh does not pass [`Mesh::check`].
+    pub fn choose_isolation(
+        context: &Context,
+        mesh: &Mesh,
+        options: &SurfaceOptions,
+        wanted: Option<u32>,
+    ) -> Result<(SurfaceOptions, Option<String>)> {
+        if let Some(isolation) = wanted {
+            return Ok((SurfaceOptions { isolation, ..*options }, None));
+        }
+        let most = options.isolation;
+        // Where nothing fits, making the surface fails with the sizes.
+        let isolation = Self::affordable_isolation(context, mesh, options)?.unwrap_or(most);
+        let note = (isolation < most).then(|| {
+            format!(
+                "irregular points are isolated by {isolation} levels: {most} would exceed the memory limit or that of \
+                 patches; raise the memory limit, or choose the isolation"
+            )
+        });
+        Ok((SurfaceOptions { isolation, ..*options }, note))
     }
 
     /// The surface of the same cage with other points. Fails unless there are as many, and all are finite.

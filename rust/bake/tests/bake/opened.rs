@@ -6,7 +6,7 @@ use relievo_bake::Opened;
 use relievo_bake::opened::ColorLayer;
 use relievo_core::Context;
 use relievo_document::{Blend, Document, Head, Kind, Settings};
-use relievo_surface::{Place, SurfaceOptions};
+use relievo_surface::Place;
 use relievo_testing::Random;
 use relievo_tiles::{Displacement, Paint, Rgba8};
 
@@ -38,7 +38,7 @@ fn layers_are_taken_alone_or_as_they_are_seen_together() {
     }
     let paint = Paint::<Rgba8>::of_color(topology, Vec4::new(0.0, 1.0, 0.0, 1.0), &options(mesh, false)).unwrap();
     paint.field().store(&context, &mut document, "green").unwrap();
-    let opened = Opened::new(&context, &document, mesh, &SurfaceOptions::default()).unwrap();
+    let opened = Opened::new(&context, &document, mesh, None).unwrap();
     let level = context.level();
     let alone = opened.displacement(&context, Some("bumps")).unwrap().unwrap();
     let together = opened.displacement(&context, None).unwrap().unwrap();

@@ -2,7 +2,7 @@
 
 use glam::{Vec3, Vec4};
 use half::f16;
-use relievo_bake::transfer::transfer;
+use relievo_bake::transfer::{TransferOptions, transfer};
 use relievo_core::{Context, Mesh};
 use relievo_document::Document;
 use relievo_surface::{Grid, Order, Place, Placement, Samples, Surface, SurfaceOptions, TriangleSurface};
@@ -109,7 +109,7 @@ fn layers_go_to_a_mesh_of_other_faces() {
     assert!(largest > 0.15);
     for n in [4, 7, 12] {
         let mesh = sheet(n, size);
-        let (made, report) = transfer(&context, &document, None, &mesh, None).unwrap();
+        let (made, report) = transfer(&context, &document, None, &mesh, &TransferOptions::default()).unwrap();
         assert_eq!(made.layers().iter().map(|layer| layer.name()).collect::<Vec<_>>(), ["displacement", "colour"]);
         assert!((report.area[0] - 4.0).abs() < 1e-3 && report.area[1] < 1e-6, "{report}");
         assert!(report.layers.iter().all(|(_, [all, lost])| *all > 0.5 && *lost < 0.3 * all), "{report}");
@@ -134,10 +134,24 @@ fn what_has_no_place_is_told() {
     let old = sheet(4, [2.0; 2]);
     let document = document(&context, &old);
     // Twice as wide: the right half is bare.
-    let (_, report) = transfer(&context, &document, None, &sheet(8, [4.0, 2.0]), Some(0.01)).unwrap();
+    let (_, report) = transfer(
+        &context,
+        &document,
+        None,
+        &sheet(8, [4.0, 2.0]),
+        &TransferOptions { reach: Some(0.01), ..TransferOptions::default() },
+    )
+    .unwrap();
     assert!((report.area[0] - 8.0).abs() < 1e-2 && (report.area[1] - 4.0).abs() < 0.1, "{report}");
     // Only its lower quarter: most of what was edited is lost.
-    let (made, report) = transfer(&context, &document, None, &sheet(4, [2.0, 0.5]), Some(0.01)).unwrap();
+    let (made, report) = transfer(
+        &context,
+        &document,
+        None,
+        &sheet(4, [2.0, 0.5]),
+        &TransferOptions { reach: Some(0.01), ..TransferOptions::default() },
+    )
+    .unwrap();
     assert!(report.area[1] < 1e-6, "{report}");
     let (_, [all, lost]) = &report.layers[0];
     assert!(*lost > 0.4 * all && lost < all, "{report}");
@@ -147,10 +161,22 @@ fn what_has_no_place_is_told() {
     // A document of another build has no points; the mesh it was made on has.
     let bytes = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/document-1.relievo")).unwrap();
     let older = Document::parse(&bytes, 1 << 24).unwrap();
-    let error = transfer(&context, &older, None, &old, None).unwrap_err().to_string();
+    let error = transfer(&context, &older, None, &old, &TransferOptions::default()).unwrap_err().to_string();
     assert!(error.contains("--from"), "{error}");
-    assert!(transfer(&context, &document, Some(&sheet(5, [2.0; 2])), &old, None).is_err(), "another old mesh");
-    assert!(transfer(&context, &document, None, &old, Some(f64::NAN)).is_err());
+    assert!(
+        transfer(&context, &document, Some(&sheet(5, [2.0; 2])), &old, &TransferOptions::default()).is_err(),
+        "another old mesh"
+    );
+    assert!(
+        transfer(
+            &context,
+            &document,
+            None,
+            &old,
+            &TransferOptions { reach: Some(f64::NAN), ..TransferOptions::default() }
+        )
+        .is_err()
+    );
 }
 
 /// The sheet in triangles, with diagonals that lean to both sides.
@@ -198,7 +224,7 @@ fn layers_of_triangles_go_to_other_triangles() {
     let document = triangle_document(&context, &old);
     for n in [4, 7, 12] {
         let mesh = triangles(n, [2.0; 2]);
-        let (made, report) = transfer(&context, &document, None, &mesh, None).unwrap();
+        let (made, report) = transfer(&context, &document, None, &mesh, &TransferOptions::default()).unwrap();
         assert!((report.area[0] - 4.0).abs() < 1e-3 && report.area[1] == 0.0, "{report}");
         assert!(report.layers.iter().all(|(_, [all, lost])| *all > 0.5 && *lost == 0.0), "{report}");
         let surface = TriangleSurface::new(&context, &mesh).unwrap();
@@ -254,7 +280,7 @@ fn vectors_of_triangles_keep_their_direction_and_what_has_no_place_is_told() {
     let mut document = Document::of_triangles(&old, "baseline").unwrap();
     vectors.field().store(&context, &mut document, "vectors").unwrap();
     let mesh = triangles(9, [2.0, 2.0]);
-    let (made, _) = transfer(&context, &document, None, &mesh, None).unwrap();
+    let (made, _) = transfer(&context, &document, None, &mesh, &TransferOptions::default()).unwrap();
     let new = TriangleSurface::new(&context, &mesh).unwrap();
     let there = channel_of::<Vector>(&context, &mesh, &made, "vectors").field().in_object_space(&context, &new);
     let before = vectors.field().in_object_space(&context, &surface);
@@ -277,12 +303,29 @@ fn vectors_of_triangles_keep_their_direction_and_what_has_no_place_is_told() {
     }
     assert!(compared > 20, "{compared}");
     // Twice as wide: the right half is bare; a quarter of it: most of what was edited is lost.
-    let (_, report) = transfer(&context, &document, None, &triangles(8, [4.0, 2.0]), Some(0.01)).unwrap();
+    let (_, report) = transfer(
+        &context,
+        &document,
+        None,
+        &triangles(8, [4.0, 2.0]),
+        &TransferOptions { reach: Some(0.01), ..TransferOptions::default() },
+    )
+    .unwrap();
     assert!((report.area[0] - 8.0).abs() < 1e-3 && (report.area[1] - 4.0).abs() < 0.3, "{report}");
-    let (_, report) = transfer(&context, &document, None, &triangles(4, [2.0, 1.0]), Some(0.01)).unwrap();
+    let (_, report) = transfer(
+        &context,
+        &document,
+        None,
+        &triangles(4, [2.0, 1.0]),
+        &TransferOptions { reach: Some(0.01), ..TransferOptions::default() },
+    )
+    .unwrap();
     let (_, [all, lost]) = &report.layers[0];
     assert!(report.area[1] == 0.0 && *lost > 0.4 * all && lost < all, "{report}");
     // Another old mesh, and one that is no number.
-    assert!(transfer(&context, &document, Some(&triangles(5, [2.0; 2])), &old, None).is_err());
-    assert!(transfer(&context, &document, None, &old, Some(-1.0)).is_err());
+    assert!(transfer(&context, &document, Some(&triangles(5, [2.0; 2])), &old, &TransferOptions::default()).is_err());
+    assert!(
+        transfer(&context, &document, None, &old, &TransferOptions { reach: Some(-1.0), ..TransferOptions::default() })
+            .is_err()
+    );
 }

@@ -95,7 +95,7 @@ pub fn drawn(context: &Context, arguments: &Arguments, device: Option<&Device>) 
             triangles(context, arguments, document, &cage, device)?
         }
         _ => {
-            let seen = seen(context, document.as_ref(), cage).map_err(named)?;
+            let seen = seen(context, document.as_ref(), cage, arguments.isolation.isolation).map_err(named)?;
             match device {
                 Some(device) => rasterized(context, arguments, &seen, device)?,
                 None => cast(context, arguments, &seen)?,
@@ -109,14 +109,15 @@ pub fn drawn(context: &Context, arguments: &Arguments, device: Option<&Device>) 
     Ok(frame)
 }
 
-fn seen(context: &Context, document: Option<&Document>, cage: Mesh) -> Result<Seen> {
-    let options = SurfaceOptions::default();
+fn seen(context: &Context, document: Option<&Document>, cage: Mesh, isolation: Option<u32>) -> Result<Seen> {
     let Some(document) = document else {
+        let (options, lowered) = Surface::choose_isolation(context, &cage, &SurfaceOptions::default(), isolation)?;
+        lowered.iter().for_each(|note| eprintln!("note: {note}"));
         let surface = Surface::new(context, &cage, &options)?;
         let displacement = Displacement::new(surface.topology().clone(), &Default::default())?;
         return Ok(Seen { cage, surface, displacement, vectors: None, colors: None });
     };
-    let opened = Opened::new(context, document, &cage, &options)?;
+    let opened = Opened::new(context, document, &cage, isolation)?;
     opened.notes.iter().for_each(|note| eprintln!("{note}"));
     Ok(Seen {
         displacement: opened.displacement(context, None)?.map_or_else(|| opened.undisplaced(), Ok)?,

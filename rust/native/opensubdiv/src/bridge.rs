@@ -40,13 +40,21 @@ pub mod ffi {
         first: u32,
     }
 
+    /// What a table is expected to hold.
+    #[derive(Clone, Copy, Debug, Default)]
+    struct Sizes {
+        patches: f64,
+        /// Weights of all stencils.
+        weights: f64,
+    }
+
     // SAFETY: callers check every index and length before a call, as the comments of `table.h` state them; C++ borrows
     // slices for the call alone, and the slices it returns belong to the table.
     unsafe extern "C++" {
         include!("opensubdiv/table.h");
 
         type Table;
-        fn expected_patches(cage: &Cage, first: u32, counts: &mut [f64]) -> Result<()>;
+        fn expected_sizes(cage: &Cage, first: u32, sizes: &mut [Sizes]) -> Result<()>;
         fn refine(cage: &Cage) -> Result<UniquePtr<Table>>;
         fn tile_count(self: &Table) -> i32;
         fn patches(self: &Table) -> &[Patch];

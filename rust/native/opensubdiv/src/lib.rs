@@ -7,4 +7,4 @@ mod bridge;
 pub mod reference;
 mod table;
 
-pub use table::{BoundaryRule, Options, PatchKind, PatchRecord, Table};
+pub use table::{BoundaryRule, Expected, Options, PatchKind, PatchRecord, Table};

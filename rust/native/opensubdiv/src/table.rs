@@ -35,14 +35,26 @@ pub struct Options {
     pub memory_limit: u64,
 }
 
-/// Bytes at the peak of refinement per patch, with its share of points, stencils and OpenSubdiv's tables (measured:
-/// 2,500 to 3,500 over cages of 1,000 to 32,000 faces).
-const PATCH_BYTES: f64 = 3500.0;
+/// Bytes at the peak of refinement for each weight of a stencil, with its share of points, patches and OpenSubdiv's tables
+/// (measured: 54 to 59 over cages of quads and of triangles, with and without creases).
+const WEIGHT_BYTES: f64 = 61.0;
+
+/// What a table is expected to hold.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expected {
+    /// Patches, an upper estimate.
+    pub patches: f64,
+    /// Bytes at the peak of refinement.
+    pub bytes: f64,
+}
 
 impl Options {
-    /// Fails if `expected` patches are more than the limit or more than fit the memory limit, and says which.
-    pub fn check(&self, expected: f64) -> Result<()> {
-        let bytes = expected * PATCH_BYTES;
+    /// Checks what is expected against the limits.
+    ///
+    /// # Errors
+    /// There are more patches than the limit, or they need more bytes than the memory limit.
+    pub fn check(&self, expected: &Expected) -> Result<()> {
+        let Expected { patches: expected, bytes } = *expected;
         if bytes > self.memory_limit as f64 {
             let what = format!(
                 "about {expected:.0} patches are expected, which need {:.0} MB, more than the memory limit of {:.1} MB",
@@ -177,11 +189,12 @@ impl<'m> Cage<'m> {
         }
     }
 
-    /// Patches expected at each isolation of `levels`, within 1 to 10. An upper estimate.
-    fn expected_patches(&self, options: &Options, levels: RangeInclusive<u32>) -> Result<Vec<f64>> {
-        let mut counts = vec![0.0; levels.clone().count()];
-        ffi::expected_patches(&self.described(options), *levels.start(), &mut counts).map_err(refused)?;
-        Ok(counts)
+    /// Estimates the table at each isolation of `levels`, within 1 to 10.
+    fn expected(&self, options: &Options, levels: RangeInclusive<u32>) -> Result<Vec<Expected>> {
+        let mut sizes = vec![ffi::Sizes::default(); levels.clone().count()];
+        ffi::expected_sizes(&self.described(options), *levels.start(), &mut sizes).map_err(refused)?;
+        let of = |size: &ffi::Sizes| Expected { patches: size.patches, bytes: WEIGHT_BYTES * size.weights };
+        Ok(sizes.iter().map(of).collect())
     }
 }
 
@@ -197,13 +210,14 @@ fn check_isolation(isolation: u32) -> Result<()> {
 }
 
 impl Table {
-    /// Patches expected from `mesh`, which must have passed [`Mesh::check`], at each isolation from 1 to that of
-    /// `options`: an upper estimate.
+    /// Estimates the tables of `mesh`, which must have passed [`Mesh::check`], at each isolation from 1 to that of
+    /// `options`.
     ///
-    /// Fails if a face or point has more than 65,535 neighbours.
-    pub fn expected_patches(mesh: &Mesh, options: &Options) -> Result<Vec<f64>> {
+    /// # Errors
+    /// A face or point has more than 65,535 neighbours.
+    pub fn expected(mesh: &Mesh, options: &Options) -> Result<Vec<Expected>> {
         check_isolation(options.isolation)?;
-        Cage::new(mesh)?.expected_patches(options, 1..=options.isolation)
+        Cage::new(mesh)?.expected(options, 1..=options.isolation)
     }
 
     /// Refines `mesh`, which must have passed [`Mesh::check`].
@@ -212,8 +226,8 @@ impl Table {
     pub fn new(mesh: &Mesh, options: &Options) -> Result<Self> {
         check_isolation(options.isolation)?;
         let cage = Cage::new(mesh)?;
-        let expected = cage.expected_patches(options, options.isolation..=options.isolation)?;
-        for expected in expected {
+        let expected = cage.expected(options, options.isolation..=options.isolation)?;
+        for expected in &expected {
             options.check(expected).map_err(|error| error.at("subdivision"))?;
         }
         let inner = ffi::refine(&cage.described(options)).map_err(refused)?;

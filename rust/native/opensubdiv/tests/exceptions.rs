@@ -83,7 +83,7 @@ fn failures<T>(mut call: impl FnMut() -> relievo_core::Result<T>) -> usize {
 #[test]
 fn an_exception_that_is_no_std_exception_is_an_error_wherever_it_is_thrown() {
     let cube = cube();
-    let allocations = failures(|| Table::expected_patches(&cube, &OPTIONS));
+    let allocations = failures(|| Table::expected(&cube, &OPTIONS));
     assert!(allocations > 10, "only {allocations} allocations");
     let allocations = failures(|| Table::new(&cube, &OPTIONS));
     assert!(allocations > 100, "only {allocations} allocations");

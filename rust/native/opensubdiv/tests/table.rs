@@ -174,6 +174,62 @@ fn far_in_float_and_bfr_agree_with_far_in_double() {
     }
 }
 
+/// A torus of `rings` times `rings` quads, each of which is split into two triangles if `split`.
+fn torus(rings: u32, split: bool) -> Mesh {
+    let angle = |at: u32| at as f32 / rings as f32 * std::f32::consts::TAU;
+    let points = (0..rings * rings).map(|at| {
+        let (u, v) = (angle(at / rings), angle(at % rings));
+        let radius = 2.0 + v.cos();
+        [radius * u.cos(), radius * u.sin(), v.sin()]
+    });
+    let place = |u: u32, v: u32| u % rings * rings + v % rings;
+    let (mut sizes, mut corners) = (Vec::new(), Vec::new());
+    for at in 0..rings * rings {
+        let (u, v) = (at / rings, at % rings);
+        let [a, b, c, d] = [place(u, v), place(u + 1, v), place(u + 1, v + 1), place(u, v + 1)];
+        if split {
+            sizes.extend([3, 3]);
+            corners.extend([a, b, c, a, c, d]);
+        } else {
+            sizes.push(4);
+            corners.extend([a, b, c, d]);
+        }
+    }
+    Mesh::new(points.collect(), sizes, corners)
+}
+
+#[test]
+fn memory_is_estimated_close_to_what_tables_hold() {
+    let mut creased = torus(24, false);
+    creased.creases = (0..24 * 3).map(|at| Crease { points: [at, at + 24], sharpness: 3.5 }).collect();
+    // Points of three and of five faces.
+    let mut knobbed = torus(16, false);
+    for face in (0..16 * 16).step_by(7) {
+        let middle = knobbed.points.len() as u32;
+        let corner: [u32; 4] = std::array::from_fn(|at| knobbed.corners[4 * face + at]);
+        knobbed.points.push(knobbed.points[corner[0] as usize]);
+        knobbed.corners.splice(4 * face..4 * face + 4, [corner[0], corner[1], middle, corner[3]]);
+        knobbed.face_sizes.push(4);
+        knobbed.corners.extend([corner[1], corner[2], corner[3], middle]);
+    }
+    for (name, mesh) in [("triangles", torus(24, true)), ("creased", creased), ("knobbed", knobbed)] {
+        for isolation in [3, 6] {
+            let options = Options { isolation, single_crease: true, ..OPTIONS };
+            let expected = *Table::expected(&mesh, &options).unwrap().last().unwrap();
+            let table = Table::new(&mesh, &options).unwrap();
+            // The peak has 54 to 59 bytes a weight, and on early levels down to 46.
+            let held = 59.0 * table.stencil_weights().0.len() as f64;
+            let ratio = expected.bytes / held;
+            println!(
+                "{name} at isolation {isolation}: {:.1} MB estimated, {ratio:.2} of it held",
+                expected.bytes / 1e6
+            );
+            assert!((0.9..1.3).contains(&ratio), "{name}, {isolation}: {ratio}");
+            assert!(expected.patches >= table.patches().len() as f64, "{name}, {isolation}");
+        }
+    }
+}
+
 #[test]
 fn what_cannot_be_refined_or_evaluated_is_an_error() {
     let mesh = sheet();

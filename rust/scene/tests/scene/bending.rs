@@ -136,6 +136,7 @@ points = [{ position = [0, 0, 0] }]
     let context = Context::serial();
     let wanted = |document: Option<&str>, outputs: &[&str]| Replay {
         triangles: false,
+        isolation: None,
         mesh: file("mesh.ply"),
         strokes: file("list.toml"),
         document: document.map(&file),

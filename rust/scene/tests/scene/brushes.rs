@@ -172,6 +172,7 @@ fn a_list_of_strokes_in_two_goes_is_the_list_in_one() {
     let go = |strokes: &str, document: Option<&str>, outputs: &[&str]| {
         let wanted = Replay {
             triangles: false,
+            isolation: None,
             mesh: cage(folder.path()),
             strokes: path(strokes),
             document: document.map(path),
@@ -305,6 +306,7 @@ fn a_list_of_strokes_is_the_same_on_a_graphics_device() {
     let heights = |device: Option<relievo_gpu::Device>, name: &str| {
         let wanted = Replay {
             triangles: false,
+            isolation: None,
             mesh: cage(folder.path()),
             strokes: path("list.toml"),
             document: None,

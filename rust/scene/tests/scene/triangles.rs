@@ -273,6 +273,7 @@ fn a_list_of_strokes_is_replayed_on_triangles_and_on_a_document_of_them() {
         let wanted = Replay {
             mesh: at("mesh.obj"),
             triangles,
+            isolation: None,
             strokes: at("list.toml"),
             document: document.map(at),
             outputs: vec![at(output)],
@@ -313,6 +314,7 @@ fn strokes_on_a_document_that_fades_fade_too() {
         let wanted = Replay {
             mesh: at("mesh.obj"),
             triangles: false,
+            isolation: None,
             strokes: at("list.toml"),
             document: Some(at("begun").join("document-000003-ground.relievo")),
             outputs: vec![at("added.relievo")],
