@@ -39,7 +39,6 @@ pub(crate) struct Closure {
     joined: Vec<u32>,
     open_edges: usize,
     is_sheet: bool,
-    facing: DVec3,
     /// The points on the rims of holes, and where the list ends for each hole.
     rims: Vec<u32>,
     ends: Vec<usize>,
@@ -64,7 +63,7 @@ impl Closure {
         let (facing, area) = facing(points, triangles);
         let is_sheet = !open.is_empty() && facing.length() > SHEET * area;
         let mut closure =
-            Self { given, coincident, joined, open_edges: 0, is_sheet, facing, rims: Vec::new(), ends: Vec::new() };
+            Self { given, coincident, joined, open_edges: 0, is_sheet, rims: Vec::new(), ends: Vec::new() };
         closure.join(points);
         closure.cover(&open, points, triangles);
         closure
@@ -83,11 +82,6 @@ impl Closure {
     /// Returns whether the mesh is solid behind its front rather than inside: open, with faces that mostly point one way.
     pub fn is_sheet(&self) -> bool {
         self.is_sheet
-    }
-
-    /// Returns the direction of the front of a sheet, in object space and of any length.
-    pub fn facing(&self) -> DVec3 {
-        self.facing
     }
 
     /// Follows the mesh's points, which have moved: points that coincide within rounding are moved onto each other, and
@@ -111,9 +105,6 @@ impl Closure {
         } else {
             let middles = self.middles(points);
             points[count..].copy_from_slice(&middles);
-        }
-        if self.is_sheet {
-            self.facing = facing(&points[..count], &triangles[..faces]).0;
         }
         is_other
     }
@@ -406,7 +397,7 @@ mod tests {
         let points = (0..9).map(|i| [(i % 3) as f32, (i / 3) as f32, 0.1 * (i % 2) as f32]).collect();
         let quads = [0u32, 1, 3, 4].map(|a| [[a, a + 1, a + 4], [a, a + 4, a + 3]]);
         let (all, closure) = closed((points, quads.concat()));
-        assert!(closure.is_sheet() && closure.open_edges() == 8 && closure.facing().z > 0.0 && all.1.len() == 8);
+        assert!(closure.is_sheet() && closure.open_edges() == 8 && all.1.len() == 8);
     }
 
     #[test]

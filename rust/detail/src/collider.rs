@@ -193,18 +193,9 @@ impl Collider {
         self.obb.transformed(&self.transform)
     }
 
-    /// Returns a box in the world that holds what is solid: the collider's, for sheets extended by `behind` world units
-    /// behind the front.
+    /// Returns a box in the world that holds what is solid: the collider's, for sheets enlarged by `behind` world units.
     pub(crate) fn solid_obb(&self, behind: f64) -> Obb {
-        let obb = self.obb();
-        if !self.is_sheet() {
-            return obb;
-        }
-        let front = (self.transform.matrix3.inverse().transpose() * self.closure.facing()).normalize_or_zero();
-        let back = obb.axes.transpose() * front * -behind;
-        let (low, high) = (back.min(DVec3::ZERO) - obb.half, back.max(DVec3::ZERO) + obb.half);
-        let local = Obb::from_interval(DMat3::IDENTITY, low, high);
-        Obb { center: obb.center + obb.axes * local.center, axes: obb.axes, half: local.half }
+        if self.is_sheet() { self.obb().enlarged(behind) } else { self.obb() }
     }
 
     /// The part of `obb`, along its axes, that holds everything of the collider in it; `None` if nothing is in it.
