@@ -5,8 +5,7 @@
 
 use std::sync::Arc;
 
-use rayon::prelude::*;
-
+use crate::parallel::{self, Slots};
 use crate::parts::Parts;
 use crate::scratch::Scratch;
 use crate::simd::Level;
@@ -78,7 +77,7 @@ impl Context {
 
     /// How many threads work.
     pub fn threads(&self) -> usize {
-        self.inner.pool.as_ref().map_or(1, rayon::ThreadPool::current_num_threads)
+        self.pool().map_or(1, rayon::ThreadPool::current_num_threads)
     }
 
     /// The instruction level of the SIMD kernels.
@@ -104,47 +103,56 @@ impl Context {
     /// Runs `work` on a thread of this context. What is done in parallel within then starts without waking a thread
     /// first, which counts where stages take less than a millisecond.
     pub fn within<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        match &self.inner.pool {
-            Some(pool) => pool.install(work),
-            None => work(),
-        }
+        let (mut work, mut result) = (Some(work), None);
+        parallel::within(self.pool(), &mut || result = work.take().map(|work| work()));
+        result.expect("work runs once")
     }
 
     /// Calls `work` for every index below `count`, in any order.
     pub fn for_each(&self, count: usize, work: impl Fn(usize) + Sync) {
-        match &self.inner.pool {
-            Some(pool) if count > 1 => pool.install(|| (0..count).into_par_iter().for_each(&work)),
-            _ => (0..count).for_each(work),
-        }
+        parallel::run(self.pool(), count, &|range| range.for_each(&work));
     }
 
     /// Calls `work` for every item and its index, in any order.
     pub fn for_each_mut<T: Send>(&self, items: &mut [T], work: impl Fn(usize, &mut T) + Sync) {
-        match &self.inner.pool {
-            Some(pool) if items.len() > 1 => {
-                pool.install(|| items.par_iter_mut().enumerate().for_each(|(index, item)| work(index, item)));
+        let size = parallel::piece(self.pool(), items.len(), 1);
+        let pieces = Slots::new(items.chunks_mut(size));
+        parallel::run(self.pool(), pieces.len(), &|range| {
+            for piece in range {
+                pieces.with(piece, |items| {
+                    for (index, item) in items.iter_mut().enumerate() {
+                        work(piece * size + index, item);
+                    }
+                });
             }
-            _ => items.iter_mut().enumerate().for_each(|(index, item)| work(index, item)),
-        }
+        });
     }
 
-    /// The results of `work` for every index below `count`, in order.
+    /// Returns the results of `work` for every index below `count`, in order.
     pub fn map<R: Send>(&self, count: usize, work: impl Fn(usize) -> R + Sync) -> Vec<R> {
-        match &self.inner.pool {
-            Some(pool) if count > 1 => pool.install(|| (0..count).into_par_iter().map(&work).collect()),
-            _ => (0..count).map(work).collect(),
-        }
+        let mut out = Vec::new();
+        self.map_into(count, &mut out, work);
+        out
     }
 
-    /// As [`Self::map`], in place of what `out` holds, whose room is used again.
+    /// Replaces the items of `out` with the results of `work` for every index below `count`, in order. Uses the memory
+    /// of `out` again.
     pub fn map_into<R: Send>(&self, count: usize, out: &mut Vec<R>, work: impl Fn(usize) -> R + Sync) {
-        match &self.inner.pool {
-            Some(pool) if count > 1 => pool.install(|| (0..count).into_par_iter().map(&work).collect_into_vec(out)),
-            _ => {
-                out.clear();
-                out.extend((0..count).map(work));
+        let size = parallel::piece(self.pool(), count, 1);
+        out.clear();
+        out.reserve(count);
+        // The first piece grows in place; the others are appended to it.
+        let first = std::iter::once(std::mem::take(out));
+        let pieces = Slots::new(first.chain(std::iter::repeat_with(Vec::new)).take(count.div_ceil(size).max(1)));
+        parallel::run(self.pool(), pieces.len(), &|range| {
+            for piece in range {
+                let indices = piece * size..((piece + 1) * size).min(count);
+                pieces.with(piece, |list| list.extend(indices.map(&work)));
             }
-        }
+        });
+        let mut pieces = pieces.into_values();
+        *out = pieces.next().unwrap_or_default();
+        pieces.for_each(|mut piece| out.append(&mut piece));
     }
 
     /// Calls `work` with `size` items of `parts` each time, the last time maybe with fewer, and the index of the first of
@@ -156,10 +164,24 @@ impl Context {
         work: impl Fn(usize, P) -> Result<()> + Sync,
     ) -> Result<()> {
         let size = size.max(1);
-        match &self.inner.pool {
-            Some(pool) if parts.len() > size => pool.install(|| halve(parts, 0, size, &work, true)),
-            _ => halve(parts, 0, size, &work, false),
-        }
+        let piece = parallel::piece(self.pool(), parts.len(), size);
+        let pieces = parts.len().div_ceil(piece);
+        let mut rest = Some(parts);
+        let pieces = Slots::new((0..pieces).map(|_| {
+            let (first, others) = rest.take()?.split_at(piece);
+            rest = Some(others);
+            Some(Ok(first))
+        }));
+        parallel::run(self.pool(), pieces.len(), &|range| {
+            for index in range {
+                pieces.with(index, |slot| {
+                    if let Some(Ok(parts)) = slot.take() {
+                        *slot = each_part(index * piece, parts, size, &work).err().map(Err);
+                    }
+                });
+            }
+        });
+        pieces.into_values().flatten().try_for_each(|result| result.map(drop))
     }
 
     /// As [`Self::map`], in pieces between which `progress` hears of `stage`, from the first to the second fraction of
@@ -183,30 +205,32 @@ impl Context {
 
     /// Runs `a` and `b`, at the same time if there are threads for it.
     pub fn join<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
-        match &self.inner.pool {
-            Some(pool) => pool.join(a, b),
-            None => (a(), b()),
-        }
+        let (mut a, mut b) = (Some(a), Some(b));
+        let (mut first, mut second) = (None, None);
+        parallel::join(self.pool(), &mut || first = a.take().map(|a| a()), &mut || second = b.take().map(|b| b()));
+        (first.expect("work runs once"), second.expect("work runs once"))
+    }
+
+    fn pool(&self) -> Option<&rayon::ThreadPool> {
+        self.inner.pool.as_ref()
     }
 }
 
-/// Halves `parts`, whose first item has the index `first`, until at most `size` items are left, for `work`.
-fn halve<P: Parts>(
-    parts: P,
-    first: usize,
+/// Calls `work` with `size` items of `parts` each time, in order, the first of which has the index `first`. Returns the
+/// first error after all of them.
+fn each_part<P: Parts>(
+    mut first: usize,
+    mut parts: P,
     size: usize,
-    work: &(impl Fn(usize, P) -> Result<()> + Sync),
-    parallel: bool,
+    work: &impl Fn(usize, P) -> Result<()>,
 ) -> Result<()> {
-    if parts.len() <= size {
-        return if parts.is_empty() { Ok(()) } else { work(first, parts) };
+    let mut result = Ok(());
+    while !parts.is_empty() {
+        let (part, rest) = parts.split_at(size);
+        result = result.and(work(first, part));
+        (first, parts) = (first + size, rest);
     }
-    let half = parts.len().div_ceil(size) / 2 * size;
-    let (low, high) = parts.split_at(half);
-    let low = || halve(low, first, size, work, parallel);
-    let high = || halve(high, first + half, size, work, parallel);
-    let (low, high) = if parallel { rayon::join(low, high) } else { (low(), high()) };
-    low.and(high)
+    result
 }
 
 #[cfg(test)]
