@@ -359,10 +359,7 @@ mod tests {
 
     /// Follows the table from every start until it says 0, and counts the steps.
     #[inline(always)]
-    fn chase_body<A: Lanes>(table: &[u32], steps: &mut [f32; 16]) {
-        // SAFETY: defined by `dispatch_simd!`.
-        #[allow(unsafe_code)]
-        let v = unsafe { A::assume() };
+    fn chase_body<A: Lanes>(v: A, table: &[u32], steps: &mut [f32; 16]) {
         let places: [f32; 16] = std::array::from_fn(|i| i as f32 + 0.75);
         for (from, to) in places.chunks(A::WIDTH).zip(steps.chunks_mut(A::WIDTH)) {
             let mut place = v.trunc(v.load(from));
@@ -381,10 +378,7 @@ mod tests {
     dispatch_simd! { fn chase = chase_body(table: &[u32], steps: &mut [f32; 16]) }
 
     #[inline(always)]
-    fn compare_body<A: Lanes>(a: &[f32; 16], b: &[f32; 16], out: &mut [[f32; 16]; 4]) {
-        // SAFETY: defined by `dispatch_simd!`.
-        #[allow(unsafe_code)]
-        let v = unsafe { A::assume() };
+    fn compare_body<A: Lanes>(v: A, a: &[f32; 16], b: &[f32; 16], out: &mut [[f32; 16]; 4]) {
         for at in (0..16).step_by(A::WIDTH) {
             let (x, y) = (v.load(&a[at..]), v.load(&b[at..]));
             v.store(v.min(x, y), &mut out[0][at..]);
@@ -408,10 +402,7 @@ mod tests {
     }
 
     #[inline(always)]
-    fn rows_body<A: Lanes>(table: &[[f32; 4]], indices: &[u32; 16], out: &mut [[f32; 16]; 5]) {
-        // SAFETY: defined by `dispatch_simd!`.
-        #[allow(unsafe_code)]
-        let v = unsafe { A::assume() };
+    fn rows_body<A: Lanes>(v: A, table: &[[f32; 4]], indices: &[u32; 16], out: &mut [[f32; 16]; 5]) {
         for at in (0..16).step_by(A::WIDTH) {
             let rows = v.gather_rows(table, &indices[at..]);
             (0..4).for_each(|k| v.store(rows[k], &mut out[k][at..]));
@@ -453,10 +444,7 @@ mod tests {
     }
 
     #[inline(always)]
-    fn halves_body<A: Lanes>(numbers: &[f32], halves: &mut [f16], back: &mut [f32]) {
-        // SAFETY: defined by `dispatch_simd!`.
-        #[allow(unsafe_code)]
-        let v = unsafe { A::assume() };
+    fn halves_body<A: Lanes>(v: A, numbers: &[f32], halves: &mut [f16], back: &mut [f32]) {
         v.narrow_all(numbers, halves);
         v.widen_all(halves, back);
     }

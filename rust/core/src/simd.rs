@@ -23,6 +23,39 @@ pub fn prefetch<T>(values: &[T], index: usize) {
     let _ = (values, index);
 }
 
+/// Numbers that [`stream`] stores at a time.
+pub const STREAMED: usize = 16;
+
+/// Writes `values` to `out` past the caches where `out` has as many numbers and starts at a multiple of 16 bytes, and
+/// as usual elsewhere. [`finish_streams`] makes the numbers visible to other threads. Panics if the lengths differ
+/// otherwise.
+#[inline(always)]
+pub fn stream(out: &mut [f32], values: &[f32; STREAMED]) {
+    #[cfg(target_arch = "x86_64")]
+    if out.len() == STREAMED && out.as_ptr().addr().is_multiple_of(16) {
+        use std::arch::x86_64::{_mm_loadu_ps, _mm_stream_ps};
+        for quarter in (0..STREAMED).step_by(4) {
+            // SAFETY: SSE is part of x86-64; `out` has STREAMED numbers and starts at a multiple of 16 bytes.
+            #[allow(unsafe_code)]
+            unsafe {
+                _mm_stream_ps(out.as_mut_ptr().add(quarter), _mm_loadu_ps(values.as_ptr().add(quarter)));
+            }
+        }
+        return;
+    }
+    out.copy_from_slice(values);
+}
+
+/// Makes the numbers that [`stream`] stored visible to other threads.
+pub fn finish_streams() {
+    #[cfg(target_arch = "x86_64")]
+    // SAFETY: SSE is part of x86-64.
+    #[allow(unsafe_code)]
+    unsafe {
+        std::arch::x86_64::_mm_sfence();
+    }
+}
+
 /// An instruction level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Level {
@@ -99,6 +132,11 @@ pub struct Avx2(pub(crate) ());
 #[derive(Clone, Copy, Debug)]
 pub struct Avx512(pub(crate) ());
 
+impl Baseline {
+    /// The vectors that every processor has.
+    pub const VECTORS: Self = Self(());
+}
+
 impl Arithmetic for Baseline {
     #[inline(always)]
     fn fma(a: f32, b: f32, c: f32) -> f32 {
@@ -120,13 +158,15 @@ impl Arithmetic for Avx512 {
     }
 }
 
-/// Defines `fn name(level, arguments…)` that calls `#[inline(always)] fn body<A: Arithmetic>(arguments…)` compiled for
-/// the given level.
+/// Defines `fn name(level, arguments…)` that calls `#[inline(always)] fn body<A: Lanes>(vectors: A, arguments…)`
+/// compiled for the given level. The macro alone makes `vectors`, so a kernel that has it runs where the processor has
+/// the level.
 ///
 /// ```
-/// use relievo_core::simd::{Arithmetic, Level};
+/// use relievo_core::lanes::Lanes;
+/// use relievo_core::simd::Level;
 /// #[inline(always)]
-/// fn axpy_body<A: Arithmetic>(a: f32, x: &[f32], y: &mut [f32]) {
+/// fn axpy_body<A: Lanes>(_: A, a: f32, x: &[f32], y: &mut [f32]) {
 ///     for (y, x) in y.iter_mut().zip(x) {
 ///         *y = A::fma(a, *x, *y);
 ///     }
@@ -147,12 +187,18 @@ macro_rules! dispatch_simd {
                 #[target_feature(enable = "avx2,fma,f16c")]
                 #[allow(clippy::too_many_arguments)]
                 fn avx2($($arg: $ty),*) $(-> $ret)? {
-                    $body::<$crate::simd::Avx2>($($arg),*)
+                    // SAFETY: this function is compiled for, and called at, this level alone.
+                    #[allow(unsafe_code)]
+                    let vectors = unsafe { <$crate::simd::Avx2 as $crate::lanes::Lanes>::assume() };
+                    $body(vectors, $($arg),*)
                 }
                 #[target_feature(enable = "avx2,fma,f16c,avx512f,avx512dq,avx512bw,avx512vl")]
                 #[allow(clippy::too_many_arguments)]
                 fn avx512($($arg: $ty),*) $(-> $ret)? {
-                    $body::<$crate::simd::Avx512>($($arg),*)
+                    // SAFETY: this function is compiled for, and called at, this level alone.
+                    #[allow(unsafe_code)]
+                    let vectors = unsafe { <$crate::simd::Avx512 as $crate::lanes::Lanes>::assume() };
+                    $body(vectors, $($arg),*)
                 }
                 // A level can be forced but never above what the processor has.
                 #[allow(unsafe_code)]
@@ -165,7 +211,7 @@ macro_rules! dispatch_simd {
                 }
             }
             let _ = level;
-            $body::<$crate::simd::Baseline>($($arg),*)
+            $body($crate::simd::Baseline::VECTORS, $($arg),*)
         }
     };
 }

@@ -392,7 +392,11 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn piece_bounds_body<A: Arithmetic>(strip: &[f32; 16], weights: &[[[f32; MOST]; 4]; 4]) -> ([f32; MOST], [f32; MOST]) {
+fn piece_bounds_body<A: Arithmetic>(
+    _: A,
+    strip: &[f32; 16],
+    weights: &[[[f32; MOST]; 4]; 4],
+) -> ([f32; MOST], [f32; MOST]) {
     let (mut low, mut high) = ([f32::INFINITY; MOST], [f32::NEG_INFINITY; MOST]);
     for weights in weights {
         for i in 0..4 {

@@ -55,7 +55,7 @@ fn across(t: &Vectors, n: &Vectors, k: usize) -> [f32; 3] {
 }
 
 #[inline(always)]
-fn outwards_body<A: Arithmetic>(t: &Vectors, n: &Vectors, vectors: &mut Vectors) {
+fn outwards_body<A: Arithmetic>(_: A, t: &Vectors, n: &Vectors, vectors: &mut Vectors) {
     for k in 0..BLOCK_KNOTS {
         let (v, b) = ([vectors[0][k], vectors[1][k], vectors[2][k]], across(t, n, k));
         for axis in 0..3 {
@@ -65,7 +65,7 @@ fn outwards_body<A: Arithmetic>(t: &Vectors, n: &Vectors, vectors: &mut Vectors)
 }
 
 #[inline(always)]
-fn inwards_body<A: Arithmetic>(t: &Vectors, n: &Vectors, vectors: &mut Vectors) {
+fn inwards_body<A: Arithmetic>(_: A, t: &Vectors, n: &Vectors, vectors: &mut Vectors) {
     for k in 0..BLOCK_KNOTS {
         let (v, b) = ([vectors[0][k], vectors[1][k], vectors[2][k]], across(t, n, k));
         vectors[0][k] = A::fma(v[0], t[0][k], A::fma(v[1], t[1][k], v[2] * t[2][k]));

@@ -373,7 +373,7 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn walk_body<A: Arithmetic>(levels: &[Vec<Group>], order: &[u32], slabs: &Slabs, found: &mut Vec<u32>) {
+fn walk_body<A: Arithmetic>(_: A, levels: &[Vec<Group>], order: &[u32], slabs: &Slabs, found: &mut Vec<u32>) {
     // Groups of 2³² boxes have eleven levels, each of which leaves at most seven groups waiting.
     let mut stack = [(0usize, 0usize); 11 * WIDTH];
     stack[0].0 = levels.len() - 1;

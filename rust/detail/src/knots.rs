@@ -101,7 +101,7 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn tangents_body<A: Arithmetic>(du: &mut Vectors, n: &Vectors) {
+fn tangents_body<A: Arithmetic>(_: A, du: &mut Vectors, n: &Vectors) {
     for i in 0..BLOCK_KNOTS {
         let a = [du[0][i], du[1][i], du[2][i]];
         let square = A::fma(a[0], a[0], A::fma(a[1], a[1], a[2] * a[2]));
@@ -119,7 +119,7 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn normals_body<A: Arithmetic>(du: &mut [[f32; BLOCK_KNOTS]; 3], dv: &[[f32; BLOCK_KNOTS]; 3]) {
+fn normals_body<A: Arithmetic>(_: A, du: &mut [[f32; BLOCK_KNOTS]; 3], dv: &[[f32; BLOCK_KNOTS]; 3]) {
     for i in 0..BLOCK_KNOTS {
         let (a, b) = ([du[0][i], du[1][i], du[2][i]], [dv[0][i], dv[1][i], dv[2][i]]);
         let n = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];

@@ -73,7 +73,7 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn paint_body<A: Arithmetic>(mode: PaintMode, input: &PaintInput<'_>, colors: &mut Colors) {
+fn paint_body<A: Arithmetic>(_: A, mode: PaintMode, input: &PaintInput<'_>, colors: &mut Colors) {
     let PaintInput { share, brush, blank, mean } = *input;
     for (channel, now) in colors.iter_mut().enumerate() {
         let (alpha, brush) = (channel == 3, &brush[channel]);
@@ -221,7 +221,7 @@ const MOST: f32 = 65504.0;
 const LEAST_FACING: f32 = 0.25;
 
 #[inline(always)]
-fn sculpt_body<A: Arithmetic>(mode: SculptMode, input: &SculptInput<'_>, displacements: &mut PerKnot) {
+fn sculpt_body<A: Arithmetic>(_: A, mode: SculptMode, input: &SculptInput<'_>, displacements: &mut PerKnot) {
     let SculptInput { weights, height, risen, mean, facing } = *input;
     let Weights { share, level, rise, unit, .. } = weights;
     // How far a place is under the plane `height` over the middle, along its normal; 0 where that does not rise.
@@ -264,7 +264,7 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn bend_body<A: Arithmetic>(mode: SculptMode, input: &VectorInput<'_>, vectors: &mut [PerKnot; 3]) {
+fn bend_body<A: Arithmetic>(_: A, mode: SculptMode, input: &VectorInput<'_>, vectors: &mut [PerKnot; 3]) {
     let VectorInput { share, change: added, mean } = *input;
     for (axis, now) in vectors.iter_mut().enumerate() {
         match mode {

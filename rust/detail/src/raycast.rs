@@ -166,6 +166,7 @@ dispatch_simd! {
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 fn cast_block_body<A: Lanes>(
+    v: A,
     frame: &VoxelFrame,
     knots: &KnotBlock,
     values: &[f16],
@@ -175,9 +176,6 @@ fn cast_block_body<A: Lanes>(
     scratch: &mut Scratch,
     dents: &mut TileDents,
 ) -> u32 {
-    // SAFETY: called by `dispatch_simd!` only.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
     let count = values.len();
     let Scratch { heights, starts, distance, nearest, new } = scratch;
     values.convert_to_f32_slice(&mut heights[..count]);

@@ -348,6 +348,7 @@ dispatch_simd! {
 
 #[inline(always)]
 fn find_nearest_body<A: Arithmetic>(
+    _: A,
     p: &[[f32; BLOCK_KNOTS]; 3],
     border: &[Border],
     nearest: &mut [f32; BLOCK_KNOTS],

@@ -255,14 +255,11 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn fill_body<A: Lanes>(facets: &[Facet], list: &[u32], shape: Shape, first: u32, slab: &mut Slab<'_>) {
+fn fill_body<A: Lanes>(v: A, facets: &[Facet], list: &[u32], shape: Shape, first: u32, slab: &mut Slab<'_>) {
     if list.is_empty() {
         slab.spans.fill(0);
         return;
     }
-    // SAFETY: called by `dispatch_simd!` only.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
     slab.records.fill(0);
     let nx = shape.nx as usize;
     let rows = slab.spans.len() / nx;

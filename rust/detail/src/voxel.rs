@@ -309,6 +309,7 @@ dispatch_simd! {
 
 #[inline(always)]
 fn set_up_body<A: Arithmetic>(
+    _: A,
     grid: &Grid,
     solid: &Solid<'_>,
     selection: Option<&[u32]>,

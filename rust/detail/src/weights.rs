@@ -108,6 +108,7 @@ dispatch_simd! {
 
 #[inline(always)]
 fn weigh_body<A: Arithmetic>(
+    _: A,
     brush: &BrushParameters,
     places: &KnotBlock,
     heights: Option<&PerKnot>,

@@ -240,13 +240,13 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn splat_body<A: Lanes>(surface: &Surface, ranges: &[Range<usize>], block: &mut Block, inverse: f32) {
+fn splat_body<A: Lanes>(v: A, surface: &Surface, ranges: &[Range<usize>], block: &mut Block, inverse: f32) {
     with_weight!(surface.profile, weight => match surface.combination {
-        Combination::Mean { .. } => splat_of::<A, _, true, false>(surface, weight, ranges, block, inverse),
+        Combination::Mean { .. } => splat_of::<A, _, true, false>(v, surface, weight, ranges, block, inverse),
         Combination::Sum { .. } if surface.shapes.is_none() => {
-            splat_of::<A, _, false, false>(surface, weight, ranges, block, inverse);
+            splat_of::<A, _, false, false>(v, surface, weight, ranges, block, inverse);
         }
-        Combination::Sum { .. } => splat_of::<A, _, false, true>(surface, weight, ranges, block, inverse),
+        Combination::Sum { .. } => splat_of::<A, _, false, true>(v, surface, weight, ranges, block, inverse),
     });
 }
 
@@ -254,15 +254,13 @@ fn splat_body<A: Lanes>(surface: &Surface, ranges: &[Range<usize>], block: &mut 
 /// leaves it: with dx the step along x from its centre, s = xx dx² + b dx + c.
 #[inline(always)]
 fn splat_of<A: Lanes, W: Weight, const MEAN: bool, const SHAPES: bool>(
+    v: A,
     surface: &Surface,
     weight: W,
     ranges: &[Range<usize>],
     block: &mut Block,
     inverse: f32,
 ) {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
     let (zero, one) = (v.splat(0.0), v.splat(1.0));
     let Block { axes: [xs, ys, zs], weights, moments: [mxs, mys, mzs], .. } = block;
     let rows = |centre: f32, half: f32, low: f32| {

@@ -165,15 +165,13 @@ dispatch_simd! {
 
 #[inline(always)]
 fn admit_body<A: Lanes>(
+    v: A,
     surface: &Surface,
     velocities: &[Vec<f32>; 3],
     piece: &Piece,
     range: Range<usize>,
     chords: &mut Chords,
 ) {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
     let numbers: [f32; WIDEST] = std::array::from_fn(|lane| lane as f32);
     let (numbers, one) = (v.load(&numbers), v.splat(1.0));
     let [anchor, offset, along] =
@@ -223,10 +221,7 @@ fn admit_body<A: Lanes>(
 dispatch_simd! { fn next = next_body(chords: &Chords, from: f32) -> f32 }
 
 #[inline(always)]
-fn next_body<A: Lanes>(chords: &Chords, from: f32) -> f32 {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
+fn next_body<A: Lanes>(v: A, chords: &Chords, from: f32) -> f32 {
     let (here, never) = (v.splat(from), v.splat(f32::INFINITY));
     let mut next = never;
     let count = chords.particles.len();
@@ -251,19 +246,16 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn sum_body<A: Lanes>(surface: &Surface, chords: &Chords, at: f32, sums: &mut [f32; 5]) {
+fn sum_body<A: Lanes>(v: A, surface: &Surface, chords: &Chords, at: f32, sums: &mut [f32; 5]) {
     with_weight!(surface.profile, weight => match surface.combination {
-        Combination::Mean { .. } => sum_of::<A, _, true>(weight, chords, at, sums),
-        Combination::Sum { .. } => sum_of::<A, _, false>(weight, chords, at, sums),
+        Combination::Mean { .. } => sum_of::<A, _, true>(v, weight, chords, at, sums),
+        Combination::Sum { .. } => sum_of::<A, _, false>(v, weight, chords, at, sums),
     });
 }
 
 /// Σ w, and of means Σ w (middle − t) and Σ w aside.
 #[inline(always)]
-fn sum_of<A: Lanes, W: Weight, const MEAN: bool>(weight: W, chords: &Chords, at: f32, sums: &mut [f32; 5]) {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
+fn sum_of<A: Lanes, W: Weight, const MEAN: bool>(v: A, weight: W, chords: &Chords, at: f32, sums: &mut [f32; 5]) {
     let count = chords.particles.len();
     // Of one length, so that one look at the end of a vector does for all.
     let [quadratic, middle, least, amplitude, x, y, z, _, _] = &chords.columns;

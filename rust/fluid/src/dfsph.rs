@@ -26,15 +26,13 @@ pub fn slow(
 
 #[inline(always)]
 fn slow_body<A: Lanes>(
+    v: A,
     correction: &Correction,
     places: Rows,
     velocities: Rows,
     part: usize,
     pressed: &mut [Vec4],
 ) -> [Excess; 1] {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
     let Constants { mass, density, diagonal, .. } = correction.constants;
     let [near, walls] = [&correction.near.parts()[part], &correction.walls.parts()[part]];
     let stiffness = stiffness(correction);

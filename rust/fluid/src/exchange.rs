@@ -95,10 +95,7 @@ pub fn exchange(context: &Context, given: &Exchange) -> Vec<Impulse> {
 /// What the particles of a part give to all walls together. Each gives it where it is itself: pressure acts along the line
 /// to the wall's particle, so that makes no difference to it.
 #[inline(always)]
-fn all_body<A: Lanes>(given: &Exchange, part: usize) -> Impulse {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
+fn all_body<A: Lanes>(v: A, given: &Exchange, part: usize) -> Impulse {
     let lists = &given.near.parts()[part];
     let Constants { kernels, mass, density, friction, .. } = given.constants;
     let [push, rub] = [mass / (density * density), mass * kernels.spiky / density * friction];

@@ -183,10 +183,7 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn overlap_body<A: Lanes>(nodes: &[Node], bounds: &Bounds, found: &mut Vec<u32>) {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
+fn overlap_body<A: Lanes>(v: A, nodes: &[Node], bounds: &Bounds, found: &mut Vec<u32>) {
     let look = |node: &Node, _: &mut Ends| {
         let mut wanted = 0;
         for first in (0..WIDTH).step_by(A::WIDTH) {
@@ -209,10 +206,13 @@ dispatch_simd! {
 
 /// A ray is its origin and the inverse of its direction.
 #[inline(always)]
-fn meet_body<A: Lanes>(nodes: &[Node], [origin, inverse]: [Vec3; 2], [near, far]: [f32; 2], met: &mut Vec<Entry>) {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
+fn meet_body<A: Lanes>(
+    v: A,
+    nodes: &[Node],
+    [origin, inverse]: [Vec3; 2],
+    [near, far]: [f32; 2],
+    met: &mut Vec<Entry>,
+) {
     let look = |node: &Node, ends: &mut Ends| {
         let mut wanted = 0;
         for first in (0..WIDTH).step_by(A::WIDTH) {

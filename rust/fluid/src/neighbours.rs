@@ -128,10 +128,7 @@ impl Candidates {
 }
 
 #[inline(always)]
-fn find_body<A: Lanes>(search: &Search, part: &mut Part) {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
+fn find_body<A: Lanes>(v: A, search: &Search, part: &mut Part) {
     let mut candidates = Candidates::default();
     let mut last = IVec3::MAX;
     let square = v.splat(search.square);

@@ -106,10 +106,7 @@ impl Excess {
 }
 
 #[inline(always)]
-fn push_body<A: Lanes>(correction: &Correction, places: Rows, part: usize, pushed: &mut [Vec4]) {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
+fn push_body<A: Lanes>(v: A, correction: &Correction, places: Rows, part: usize, pushed: &mut [Vec4]) {
     let Constants { mass, density, .. } = correction.constants;
     let [near, walls] = [&correction.near.parts()[part], &correction.walls.parts()[part]];
     for (particle, pushed) in pushed.iter_mut().enumerate() {
@@ -133,10 +130,13 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn correct_body<A: Lanes>(correction: &Correction, predicted: Rows, part: usize, places: &mut [Vec4]) -> [Excess; 2] {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
+fn correct_body<A: Lanes>(
+    v: A,
+    correction: &Correction,
+    predicted: Rows,
+    part: usize,
+    places: &mut [Vec4],
+) -> [Excess; 2] {
     let Constants { mass, density, kernels, wall, diagonal, .. } = correction.constants;
     let smoothing = KernelLanes::new(v, &correction.constants);
     let stiffness = stiffness(correction);

@@ -45,15 +45,13 @@ pub fn prepare(
 
 #[inline(always)]
 fn prepare_body<A: Lanes>(
+    v: A,
     begin: &Begin,
     first: usize,
     [near, walls]: [&mut Part; 2],
     found: &mut [Found],
     accelerations: &mut [Vec4],
 ) {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
     let Constants { kernels, mass, density, wall, viscosity, friction, cohesion, .. } = begin.constants;
     let smoothing = KernelLanes::new(v, &begin.constants);
     let zero = v.splat(0.0);

@@ -146,6 +146,7 @@ dispatch_simd! {
 
 #[inline(always)]
 fn sum_body<A: Lanes>(
+    v: A,
     surface: &Surface,
     at: [f32; 3],
     ranges: &[Range<usize>],
@@ -153,11 +154,11 @@ fn sum_body<A: Lanes>(
     sums: &mut Sums,
 ) {
     with_weight!(surface.profile, weight => match surface.combination {
-        Combination::Mean { .. } => sum_of::<A, _, true, false>(surface, weight, at, ranges, weights, sums),
+        Combination::Mean { .. } => sum_of::<A, _, true, false>(v, surface, weight, at, ranges, weights, sums),
         Combination::Sum { .. } if surface.shapes.is_none() => {
-            sum_of::<A, _, false, false>(surface, weight, at, ranges, weights, sums);
+            sum_of::<A, _, false, false>(v, surface, weight, at, ranges, weights, sums);
         }
-        Combination::Sum { .. } => sum_of::<A, _, false, true>(surface, weight, at, ranges, weights, sums),
+        Combination::Sum { .. } => sum_of::<A, _, false, true>(v, surface, weight, at, ranges, weights, sums),
     });
 }
 
@@ -166,16 +167,13 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn total_body<A: Lanes>(surface: &Surface, at: [f32; 3], ranges: &[Range<usize>]) -> f32 {
-    with_weight!(surface.profile, weight => total_of::<A, _>(surface, weight, at, ranges))
+fn total_body<A: Lanes>(v: A, surface: &Surface, at: [f32; 3], ranges: &[Range<usize>]) -> f32 {
+    with_weight!(surface.profile, weight => total_of::<A, _>(v, surface, weight, at, ranges))
 }
 
 /// The sum of the weights of the particles of ranges, of spheres of amplitude 1.
 #[inline(always)]
-fn total_of<A: Lanes, W: Weight>(surface: &Surface, weight: W, at: [f32; 3], ranges: &[Range<usize>]) -> f32 {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
+fn total_of<A: Lanes, W: Weight>(v: A, surface: &Surface, weight: W, at: [f32; 3], ranges: &[Range<usize>]) -> f32 {
     let lanes: [f32; WIDEST] = std::array::from_fn(|lane| lane as f32);
     let lanes = v.load(&lanes);
     let (zero, one, sphere) = (v.splat(0.0), v.splat(1.0), v.splat(surface.sphere));
@@ -200,6 +198,7 @@ fn total_of<A: Lanes, W: Weight>(surface: &Surface, weight: W, at: [f32; 3], ran
 /// the weights; those of a range begin at a multiple of [`WIDEST`].
 #[inline(always)]
 fn sum_of<A: Lanes, W: Weight, const MEAN: bool, const SHAPES: bool>(
+    v: A,
     surface: &Surface,
     weight: W,
     at: [f32; 3],
@@ -207,9 +206,6 @@ fn sum_of<A: Lanes, W: Weight, const MEAN: bool, const SHAPES: bool>(
     weights: &mut Vec<f32>,
     sums: &mut Sums,
 ) {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
     let lanes: [f32; WIDEST] = std::array::from_fn(|lane| lane as f32);
     let lanes = v.load(&lanes);
     let (zero, one, sphere) = (v.splat(0.0), v.splat(1.0), v.splat(surface.sphere));

@@ -62,10 +62,7 @@ dispatch_simd! { fn both = both_body(profile: Profile, s: f32) -> [f32; 2] }
 
 /// The weight and its slope.
 #[inline(always)]
-fn both_body<A: Lanes>(profile: Profile, s: f32) -> [f32; 2] {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
+fn both_body<A: Lanes>(v: A, profile: Profile, s: f32) -> [f32; 2] {
     let s = v.splat(s);
     let both = with_weight!(profile, weight => [weight.weight(v, s), weight.slope(v, s)]);
     both.map(|value| first(v, value))

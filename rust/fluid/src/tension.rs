@@ -38,10 +38,7 @@ pub fn pull(context: &Context, tension: &Tension, normals: &mut Vec<Vec4>, accel
 }
 
 #[inline(always)]
-fn normals_body<A: Lanes>(tension: &Tension, part: usize, normals: &mut [Vec4]) {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
+fn normals_body<A: Lanes>(v: A, tension: &Tension, part: usize, normals: &mut [Vec4]) {
     let Constants { kernels, mass, density, .. } = tension.constants;
     let scale = kernels.support * mass / density;
     let near = &tension.near.parts()[part];
@@ -60,10 +57,7 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn pull_body<A: Lanes>(tension: &Tension, normals: &[Vec4], part: usize, accelerations: &mut [Vec4]) {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
+fn pull_body<A: Lanes>(v: A, tension: &Tension, normals: &[Vec4], part: usize, accelerations: &mut [Vec4]) {
     let smoothing = KernelLanes::new(v, &tension.constants);
     let near = &tension.near.parts()[part];
     let [cohesion, area] = tension.constants.tension.map(|factor| v.splat(factor));

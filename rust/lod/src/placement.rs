@@ -171,12 +171,12 @@ fn body<A: Arithmetic, const WITH: bool>(batch: &mut Batch) {
 }
 
 #[inline(always)]
-fn place_body<A: Arithmetic>(batch: &mut Batch) {
+fn place_body<A: Arithmetic>(_: A, batch: &mut Batch) {
     body::<A, false>(batch);
 }
 
 #[inline(always)]
-fn place_with_body<A: Arithmetic>(batch: &mut Batch) {
+fn place_with_body<A: Arithmetic>(_: A, batch: &mut Batch) {
     body::<A, true>(batch);
 }
 

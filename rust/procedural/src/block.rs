@@ -373,7 +373,13 @@ fn inside<const IS_SEAM: bool>(x: &[f32; LANES], y: &[f32; LANES]) -> (u32, u32)
 }
 
 #[inline(always)]
-fn intersect_body<A: Arithmetic>(view: &View<'_>, ray: &BlockRay, origin: [f32; 3], any: bool) -> Option<BlockHit> {
+fn intersect_body<A: Arithmetic>(
+    _: A,
+    view: &View<'_>,
+    ray: &BlockRay,
+    origin: [f32; 3],
+    any: bool,
+) -> Option<BlockHit> {
     let ray = Sheared::new(ray, origin, view.end.is_some());
     let keys = enter::<A>(view, &ray, ray.far);
     // Distances that equal the limit count.

@@ -196,7 +196,14 @@ relievo_core::dispatch_simd! {
 }
 
 #[inline(always)]
-fn evaluate_body<A: Arithmetic>(patch: &Patch, data: &[f32], uv: [f32; 2], quantities: usize, out: &mut [[f32; 3]; 6]) {
+fn evaluate_body<A: Arithmetic>(
+    _: A,
+    patch: &Patch,
+    data: &[f32],
+    uv: [f32; 2],
+    quantities: usize,
+    out: &mut [[f32; 3]; 6],
+) {
     let scale = [1.0 / patch.size[0], 1.0 / patch.size[1]];
     let [s, t] = [(uv[0] - patch.low[0]) * scale[0], (uv[1] - patch.low[1]) * scale[1]];
     let (b_s, b_t) = (cubic(s), cubic(t));

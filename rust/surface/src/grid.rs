@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use relievo_core::lanes::Lanes;
-use relievo_core::simd::Level;
+use relievo_core::simd::{self, Level};
 
 use crate::Surface;
 use crate::evaluate::{Order, SampleSlices, Samples, evaluate};
@@ -110,7 +110,7 @@ impl Surface {
             }
         }
         if destination == Destination::Memory {
-            finish_streams();
+            simd::finish_streams();
         }
     }
 }
@@ -264,6 +264,7 @@ impl<const BAND: usize> Curves<BAND> {
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 fn bezier_grid_body<A: Lanes>(
+    v: A,
     patch: &Patch,
     data: &[f32],
     grid: &Grid,
@@ -277,9 +278,9 @@ fn bezier_grid_body<A: Lanes>(
     let destination = if columns.len() < 4 * LANES { Destination::Cache } else { destination };
     // Small rectangles do not pay for clearing the tables of large ones.
     if columns.len() <= SMALL_BLOCKS * LANES && rows.len() <= SMALL_BAND {
-        tabulated::<A, SMALL_BLOCKS, SMALL_BAND>(patch, data, grid, columns, rows, order, destination, out);
+        tabulated::<A, SMALL_BLOCKS, SMALL_BAND>(v, patch, data, grid, columns, rows, order, destination, out);
     } else {
-        tabulated::<A, BLOCKS, BAND>(patch, data, grid, columns, rows, order, destination, out);
+        tabulated::<A, BLOCKS, BAND>(v, patch, data, grid, columns, rows, order, destination, out);
     }
 }
 
@@ -287,6 +288,7 @@ fn bezier_grid_body<A: Lanes>(
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 fn tabulated<A: Lanes, const BLOCKS: usize, const BAND: usize>(
+    v: A,
     patch: &Patch,
     data: &[f32],
     grid: &Grid,
@@ -296,9 +298,6 @@ fn tabulated<A: Lanes, const BLOCKS: usize, const BAND: usize>(
     destination: Destination,
     out: &mut SampleSlices<'_>,
 ) {
-    // SAFETY: called by `dispatch_simd!` only.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
     let scale = patch.size.map(|size| 1.0 / size);
     let step = 1.0 / f64::from(grid.size);
     let local = |index: u32, axis: usize| {
@@ -435,7 +434,7 @@ fn fill<A: Lanes, const N: usize, const BAND: usize>(
                 Destination::Memory => {
                     let mut values = [0.0; LANES];
                     combine(v, basis, &weights, offset, &mut values);
-                    stream(out, &values);
+                    simd::stream(out, &values);
                 }
             }
         }
@@ -445,34 +444,6 @@ fn fill<A: Lanes, const N: usize, const BAND: usize>(
             combine(v, &basis[area.count / LANES], &weights, offset, &mut values);
             rest.copy_from_slice(&values[..rest.len()]);
         }
-    }
-}
-
-/// Stores a block past the caches.
-#[inline(always)]
-fn stream(out: &mut [f32], values: &Column) {
-    #[cfg(target_arch = "x86_64")]
-    if out.len() == LANES && out.as_ptr().addr().is_multiple_of(16) {
-        use std::arch::x86_64::{_mm_loadu_ps, _mm_stream_ps};
-        for quarter in (0..LANES).step_by(4) {
-            // SAFETY: SSE is part of x86-64; `out` has LANES numbers and starts at a multiple of 16 bytes.
-            #[allow(unsafe_code)]
-            unsafe {
-                _mm_stream_ps(out.as_mut_ptr().add(quarter), _mm_loadu_ps(values.as_ptr().add(quarter)));
-            }
-        }
-        return;
-    }
-    out.copy_from_slice(values);
-}
-
-/// Makes streamed stores visible to other threads.
-fn finish_streams() {
-    #[cfg(target_arch = "x86_64")]
-    // SAFETY: SSE is part of x86-64.
-    #[allow(unsafe_code)]
-    unsafe {
-        std::arch::x86_64::_mm_sfence();
     }
 }
 

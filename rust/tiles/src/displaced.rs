@@ -419,12 +419,13 @@ const LANES: usize = 16;
 type Lanes = [f32; LANES];
 
 #[inline(always)]
-fn displace_body<A: Arithmetic>(samples: &Samples, jets: &Jets, p: &mut [[f32; 3]], normal: &mut [[f32; 3]]) {
+fn displace_body<A: Arithmetic>(_: A, samples: &Samples, jets: &Jets, p: &mut [[f32; 3]], normal: &mut [[f32; 3]]) {
     displace_of::<A, 1>(samples, [jets], p, normal);
 }
 
 #[inline(always)]
 fn displace_by_vector_body<A: Arithmetic>(
+    _: A,
     samples: &Samples,
     jets: &JetLists,
     p: &mut [[f32; 3]],

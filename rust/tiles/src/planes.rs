@@ -50,10 +50,7 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn part_body<A: Lanes>(halves: &[f16], colors: &mut Planes) {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
+fn part_body<A: Lanes>(v: A, halves: &[f16], colors: &mut Planes) {
     let mut numbers = [0.0; 4 * PLANE];
     v.widen_all(halves, &mut numbers[..halves.len()]);
     for k in 0..PLANE {
@@ -69,10 +66,7 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn join_body<A: Lanes>(colors: &Planes, halves: &mut [f16]) {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
+fn join_body<A: Lanes>(v: A, colors: &Planes, halves: &mut [f16]) {
     let mut numbers = [0.0; 4 * PLANE];
     for k in 0..PLANE {
         for channel in 0..4 {
@@ -118,10 +112,7 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn unpack_body<A: Lanes>(linear: &[u32], packed: &[u32; PLANE], colors: &mut Planes) {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
+fn unpack_body<A: Lanes>(v: A, linear: &[u32], packed: &[u32; PLANE], colors: &mut Planes) {
     let (byte, shift) = (v.isplat(255), v.isplat(256));
     let [red, green, blue, alpha] = colors;
     let scale = v.splat(255.0);
@@ -143,10 +134,7 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn pack_body<A: Lanes>(steps: &[u32], colors: &Planes, packed: &mut [u32; PLANE]) {
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
+fn pack_body<A: Lanes>(v: A, steps: &[u32], colors: &Planes, packed: &mut [u32; PLANE]) {
     let (none, one, half, scale) = (v.splat(0.0), v.splat(1.0), v.splat(0.5), v.splat(255.0));
     let (darkest, lower, shift) = (v.isplat(DARKEST as i32), v.isplat(0xffff), v.isplat(256));
     for at in (0..PLANE).step_by(A::WIDTH) {

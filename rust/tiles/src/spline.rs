@@ -117,12 +117,12 @@ fn combine<A: Arithmetic>(weights: [f32; 3], c: [f32; 3]) -> f32 {
 }
 
 #[inline(always)]
-fn point_body<A: Arithmetic>(block: &[f16], size: u32, u: f32, v: f32) -> Jet {
+fn point_body<A: Arithmetic>(_: A, block: &[f16], size: u32, u: f32, v: f32) -> Jet {
     point_of::<A>(block, 1, size, u, v)
 }
 
 #[inline(always)]
-fn vector_point_body<A: Arithmetic>(block: &[Vector], size: u32, u: f32, v: f32) -> [Jet; 3] {
+fn vector_point_body<A: Arithmetic>(_: A, block: &[Vector], size: u32, u: f32, v: f32) -> [Jet; 3] {
     let halves: &[f16] = bytemuck::cast_slice(block);
     [0, 1, 2].map(|axis| point_of::<A>(&halves[axis..], 3, size, u, v))
 }
@@ -169,12 +169,13 @@ fn sweep<A: Arithmetic>(weights: [f32; 3], row: &[f32], out: &mut [f32]) {
 }
 
 #[inline(always)]
-fn grid_body<A: Arithmetic>(block: &[f16], size: u32, us: &[f32], vs: &[f32], order: Order, out: &mut Jets) {
+fn grid_body<A: Arithmetic>(_: A, block: &[f16], size: u32, us: &[f32], vs: &[f32], order: Order, out: &mut Jets) {
     grid_of::<A>(block, 1, size, us, vs, order, out);
 }
 
 #[inline(always)]
 fn vector_grid_body<A: Arithmetic>(
+    _: A,
     block: &[Vector],
     size: u32,
     us: &[f32],
@@ -299,12 +300,16 @@ dispatch_simd! {
 const SQUARE: usize = 16;
 
 #[inline(always)]
-fn coefficient_places_body<A: Lanes>(block: &[f16], size: u32, [column, row]: [u32; 2], edge: usize, out: &mut [f32]) {
+fn coefficient_places_body<A: Lanes>(
+    v: A,
+    block: &[f16],
+    size: u32,
+    [column, row]: [u32; 2],
+    edge: usize,
+    out: &mut [f32],
+) {
     /// [`weights`] half way between two knots.
     const WEIGHTS: [f32; 3] = [0.125, 0.75, 0.125];
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
     let stride = size as usize + 2;
     let mut rows = [[0.0; SQUARE + 2]; SQUARE + 2];
     for (j, numbers) in rows[..edge + 2].iter_mut().enumerate() {

@@ -462,12 +462,9 @@ dispatch_simd! {
 }
 
 #[inline(always)]
-fn shrink_halves_body<A: Lanes>(above: &[f16], below: &[f16], out: &mut [f16]) {
+fn shrink_halves_body<A: Lanes>(v: A, above: &[f16], below: &[f16], out: &mut [f16]) {
     /// Numbers of a row at a time.
     const RUN: usize = 128;
-    // SAFETY: defined by `dispatch_simd!`.
-    #[allow(unsafe_code)]
-    let v = unsafe { A::assume() };
     let (mut a, mut b, mut means) = ([0f32; RUN], [0f32; RUN], [0f32; RUN / 2]);
     for ((out, above), below) in out.chunks_mut(RUN / 2).zip(above.chunks(RUN)).zip(below.chunks(RUN)) {
         v.widen_all(above, &mut a[..above.len()]);

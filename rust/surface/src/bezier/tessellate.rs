@@ -260,6 +260,7 @@ const LANES: usize = 16;
 /// the columns. Normals without a length become zero.
 #[inline(always)]
 fn grid_body<A: Arithmetic>(
+    _: A,
     controls: &[[f32; 4]; 16],
     rational: bool,
     table: &Table,
