@@ -1,4 +1,4 @@
-//! Multi-compaction: the indices of the items of several classes, one list each (`shaders/compaction.wgsl`).
+//! Multi-compaction: the indices of the items of several classes, one list each (`shaders/scan/compaction.wgsl`).
 //!
 //! Schäfer et al. 2014 (*Local Painting and Deformation of Meshes on the GPU*), Section 4: faces to allocate, to modify
 //! and to free come out of one pass over all faces.

@@ -8,7 +8,7 @@ use wgpu::{BindGroupLayoutEntry, BindingType, BufferBindingType, ShaderStages};
 
 use crate::device::{Device, lock, ready};
 use crate::kernel_spec::{Access, KernelSpec};
-use crate::module::{Composed, compose};
+use crate::module::{self, Composed, compose};
 
 /// A compiled kernel.
 pub struct Kernel {
@@ -65,7 +65,7 @@ impl Device {
                     cache: None,
                 })
             })
-            .map_err(|error| error.at(format!("shaders/{}.wgsl, {}", spec.module, spec.entry)))?;
+            .map_err(|error| error.at(format!("{}, {}", module::path(spec.module), spec.entry)))?;
         let kernel = Arc::new(Kernel {
             pipeline,
             immediates: spec.immediates,
@@ -91,7 +91,7 @@ impl Device {
             (module, told)
         });
         // A faulty module is refused by its scope; the message says where.
-        let (module, told) = made.map_err(|error| error.at(format!("shaders/{name}.wgsl")))?;
+        let (module, told) = made.map_err(|error| error.at(module::path(name)))?;
         match told.iter().find(|message| message.message_type == wgpu::CompilationMessageType::Error) {
             None => Ok(module),
             Some(message) => {

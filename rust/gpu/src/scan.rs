@@ -1,4 +1,4 @@
-//! Exclusive prefix sums of u32, modulo 2³², in place: reduce, scan, distribute (`shaders/scan.wgsl`).
+//! Exclusive prefix sums of u32, modulo 2³², in place: reduce, scan, distribute (`shaders/scan/scan.wgsl`).
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! A stable radix sort of u32 keys with u32 values (`shaders/sort.wgsl`).
+//! A stable radix sort of u32 keys with u32 values (`shaders/scan/sort.wgsl`).
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
 //! A surface on a graphics device: its control data from the points of a cage, and its evaluation by place
-//! (`shaders/surface*.wgsl`).
+//! (`shaders/surface`).
 //!
 //! The data of a pose stays on the device. Points of patches are exact sums of integers, see `surface_pose.wgsl`, so
 //! that they are the same on every device; they differ from [`Surface::posed`], which has f64, by less than f32 resolves.

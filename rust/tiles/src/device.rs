@@ -1,4 +1,4 @@
-//! Scalar displacement and colours on a graphics device, and the surface displaced by the one (`shaders/tiles*.wgsl`).
+//! Scalar displacement and colours on a graphics device, and the surface displaced by the one (`shaders/tiles`).
 //!
 //! The blocks of a field are copied to one heap on the device, by what changed since the last time. As on the processor a
 //! block keeps its room until its tile is freed or has another size, and freed room is taken again, last in, first out

@@ -1,4 +1,4 @@
-//! The mips of colours on a graphics device, made there from the tiles that it has (`shaders/ring.wgsl`).
+//! The mips of colours on a graphics device, made there from the tiles that it has (`shaders/tiles/ring.wgsl`).
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, *Local Painting and Deformation of Meshes on the GPU*, Section 5, with the
 //! rules of [`crate::mip`]: levels of half, a quarter, … of a tile's texels a side, down to two, each with its own ring.

@@ -1,4 +1,4 @@
-//! The ring update on a graphics device (`shaders/ring*.wgsl`).
+//! The ring update on a graphics device (`shaders/tiles`).
 //!
 //! Schäfer, Keinert, Nießner, Buchenau, Guthe and Stamminger 2014, *Real-Time Deformation of Subdivision Surfaces from
 //! Object Collisions*, Section 6, with the rules of [`crate::ring`], for displacement and for colours. What is copied is the

@@ -1,4 +1,4 @@
-//! What is left of edits that fade, evaluated on a graphics device (`shaders/fade.wgsl`).
+//! What is left of edits that fade, evaluated on a graphics device (`shaders/brush/fade.wgsl`).
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, *Local Painting and Deformation of Meshes on the GPU*, Section 7.2. The
 //! device keeps the edited texels and their stamps for as long as they fade, so that a step takes one dispatch and the way

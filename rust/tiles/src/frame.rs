@@ -11,7 +11,7 @@
 //! changes the angle between two tangents, the surface just beside the edge is off by that change, and points on the
 //! edge, which are evaluated in one tile, still agree to the bit. Units: none; vectors are in object units.
 //!
-//! `shaders/ring_turns.wgsl` does the same on a device with the sums and products of this, one by one, from
+//! `shaders/tiles/ring_turns.wgsl` does the same on a device with the sums and products of this, one by one, from
 //! [`Frames::packed`]: so turns are the same to the bit.
 
 use std::sync::OnceLock;

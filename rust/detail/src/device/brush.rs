@@ -1,5 +1,5 @@
 //! Dabs on a graphics device: intersecting, sets, memory and edit of all dabs of an event are one submission
-//! (`shaders/brush_*.wgsl`).
+//! (`shaders/brush`).
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, *Local Painting and Deformation of Meshes on the GPU*, Sections 3 to 5.
 //! The device works on blocks of its own; when an event ends, those that changed come back at once, and budget, rings,

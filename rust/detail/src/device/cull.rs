@@ -1,8 +1,8 @@
-//! Culling and compaction on a graphics device (`shaders/imprint_patches.wgsl`, `shaders/imprint_cull.wgsl`), as
+//! Culling and compaction on a graphics device (`shaders/imprint/cull/imprint_patches.wgsl`, `shaders/imprint/cull/imprint_cull.wgsl`), as
 //! [`crate::cull`] and [`crate::imprint::compact`] do them: the list of blocks that may have points in the grids of
 //! imprints. All patches are looked at, without a hierarchy: a device has the threads for it, and a hierarchy of an
 //! animated surface would have to be refitted first. The range of a tile's displacement is found there too
-//! (`shaders/imprint_range.wgsl`).
+//! (`shaders/imprint/cull/imprint_range.wgsl`).
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
 //! Events of a stroke on a graphics device, whatever the surface: the dabs of one are one submission with one readback
-//! (`shaders/brush_edit.wgsl`).
+//! (`shaders/brush/brush_edit.wgsl`).
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, *Local Painting and Deformation of Meshes on the GPU*, Sections 3 to 5.
 

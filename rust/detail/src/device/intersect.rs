@@ -1,4 +1,4 @@
-//! Which tiles the box of a brush may reach, found on a graphics device (`shaders/brush_bounds.wgsl`,
+//! Which tiles the box of a brush may reach, found on a graphics device (`shaders/brush/brush_bounds.wgsl`,
 //! `brush_intersect.wgsl`).
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, *Local Painting and Deformation of Meshes on the GPU*, Section 3. All

@@ -1,4 +1,4 @@
-//! An imprint of a submission, as kernels are told of it (`shaders/imprint_link.wgsl`). All imprints of a submission are
+//! An imprint of a submission, as kernels are told of it (`shaders/imprint/imprint_link.wgsl`). All imprints of a submission are
 //! told of at once, so that a dispatch needs no more than the number of its imprint.
 
 use bytemuck::{Pod, Zeroable};

@@ -1,4 +1,4 @@
-//! Memory of the tiles that an event of a stroke works on, managed on a graphics device (`shaders/brush_manage.wgsl`).
+//! Memory of the tiles that an event of a stroke works on, managed on a graphics device (`shaders/brush/brush_manage.wgsl`).
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, *Local Painting and Deformation of Meshes on the GPU*, Section 4: every
 //! tile is classified, a multi-compaction makes the lists of tiles to modify, to allocate and to deallocate, and each list

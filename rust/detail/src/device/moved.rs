@@ -1,4 +1,4 @@
-//! The displacement of an object as kernels have it that ask where vectors bring places (`shaders/imprint_vectors.wgsl`).
+//! The displacement of an object as kernels have it that ask where vectors bring places (`shaders/imprint/imprint_vectors.wgsl`).
 
 use relievo_core::Result;
 use relievo_gpu::{Access, Bindings, Device};

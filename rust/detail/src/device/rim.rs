@@ -1,4 +1,4 @@
-//! Rims on a graphics device (`shaders/imprint_rim*.wgsl`), as [`crate::rim`] makes them, within the submission
+//! Rims on a graphics device (`shaders/imprint/rim`), as [`crate::rim`] makes them, within the submission
 //! of the imprints: the blocks of values around a contact are listed and gathered before the imprint, and raised
 //! after it; here of tiles, in [`super::triangle_rim`] of triangles. What rises is left like what was pushed, for the imprints that follow and for the host.
 //!

@@ -1,4 +1,4 @@
-//! What smearing brushes carry on a graphics device (`shaders/brush_smear.wgsl`, `brush_spread.wgsl`): the pictures that dabs
+//! What smearing brushes carry on a graphics device (`shaders/brush/brush_smear.wgsl`, `brush_spread.wgsl`): the pictures that dabs
 //! leave, one of the brush and one of each of its mirror images, and the sums of what a dab picks up. Between the dabs of an
 //! event the device makes the one of the other; those of a single dab come back, since other objects may add to them. Colours
 //! are linear with alpha.

@@ -1,4 +1,4 @@
-//! Smoothing of what imprints changed on a graphics device (`shaders/imprint_touch.wgsl`, `imprint_smooth.wgsl`), where
+//! Smoothing of what imprints changed on a graphics device (`shaders/imprint/smooth/imprint_touch.wgsl`, `imprint_smooth.wgsl`), where
 //! others of the same submission start from it, as [`crate::smoothing`] does.
 //!
 //! Tiles that an imprint changes, and those around them, have blocks of their own for the rest of the submission, with

@@ -1,4 +1,4 @@
-//! What dabs that look at neighbours read on a graphics device (`shaders/brush_still.wgsl`): the blocks of an event as they
+//! What dabs that look at neighbours read on a graphics device (`shaders/brush/brush_still.wgsl`): the blocks of an event as they
 //! are before a dab, with the rings that the dabs before it left.
 
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Dabs on triangle meshes on a graphics device (`shaders/triangle_*.wgsl`): triangles in the box, sets, memory and edit of
+//! Dabs on triangle meshes on a graphics device (`shaders/triangles`): triangles in the box, sets, memory and edit of
 //! all dabs of an event are one submission.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, *Local Painting and Deformation of Meshes on the GPU*, Section 6. The

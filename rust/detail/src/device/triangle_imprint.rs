@@ -1,4 +1,4 @@
-//! Imprints on triangle meshes on a graphics device (`shaders/triangle_imprint*.wgsl`): culling of triangles, voxels,
+//! Imprints on triangle meshes on a graphics device (`shaders/imprint`): culling of triangles, voxels,
 //! rays of their values, rims and smoothing are one submission of one or more imprints, each of which starts from what
 //! those before it left.
 //! Nothing is read back before the end; what comes back becomes the edits that the processor would have made.

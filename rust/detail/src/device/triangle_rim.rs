@@ -1,4 +1,4 @@
-//! Rims on triangle meshes on a graphics device (`shaders/triangle_imprint_rim*.wgsl`), as `triangle::rim` makes them: by the
+//! Rims on triangle meshes on a graphics device (`shaders/imprint/rim`), as `triangle::rim` makes them: by the
 //! stages of [`super::rim`], of pieces that are 256 values of a triangle's block.
 
 use std::sync::Arc;

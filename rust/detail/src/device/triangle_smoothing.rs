@@ -1,4 +1,4 @@
-//! Smoothing of what imprints changed on triangle meshes on a graphics device (`shaders/triangle_imprint_touch.wgsl` and
+//! Smoothing of what imprints changed on triangle meshes on a graphics device (`shaders/imprint/smooth/triangle_imprint_touch.wgsl` and
 //! `triangle_imprint_smooth.wgsl`), where others of the same submission start from it, as `triangle::smoothing` does.
 //!
 //! The values of the triangles around what changed are worked on, all together, and left as records like those of rays.

@@ -1,4 +1,4 @@
-//! Solid voxels on a graphics device (`shaders/imprint_*.wgsl`), bit by bit those of [`crate::voxel`]: points of colliders
+//! Solid voxels on a graphics device (`shaders/imprint/voxel`), bit by bit those of [`crate::voxel`]: points of colliders
 //! are put on the lattices of grids, every triangle changes the winding number of the columns it meets at the first voxel
 //! whose centre is not below it, and a voxel is solid where the number is not zero. Meanwhile
 //! 16 bits are held for every voxel, 32 MiB for 2²⁴, or 32 where a collider has more than [`MOST_NARROW`] triangles.

@@ -1,5 +1,5 @@
 //! Which particles the surface of a fluid needs, as [`crate::classify`], found on a graphics device
-//! (`shaders/fluid_surface*.wgsl`).
+//! (`shaders/fluid/surface`).
 //!
 //! Space is divided into bricks of 4³ corners of cells, as wide as the support radius. Corners of bricks that particles reach
 //! gather their values, edges between inside and outside have vertices, and particles look for those near them. How many bricks

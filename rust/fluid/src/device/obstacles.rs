@@ -1,4 +1,4 @@
-//! Colliders of a fluid on a device: their triangles by the cells in which a particle may meet them (`shaders/fluid_hold.wgsl`).
+//! Colliders of a fluid on a device: their triangles by the cells in which a particle may meet them (`shaders/fluid/step/fluid_hold.wgsl`).
 
 use glam::{IVec3, Vec3, Vec4};
 use relievo_core::{Error, Result};

@@ -1,5 +1,5 @@
 //! Bézier patches on a device: records of their control points in one of three kinds of memory, maps for as many as a
-//! draw takes, and the draws (Concheiro et al. 2013, Sections 3 and 4; `shaders/bezier_draw.wgsl`).
+//! draw takes, and the draws (Concheiro et al. 2013, Sections 3 and 4; `shaders/draw/bezier_draw.wgsl`).
 
 use std::collections::BTreeMap;
 

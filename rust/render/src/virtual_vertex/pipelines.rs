@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
-use relievo_gpu::module::compose;
+use relievo_gpu::module::{self, compose};
 use relievo_gpu::{Device, wgpu};
 use relievo_surface::bezier::VirtualVertex;
 
@@ -301,7 +301,7 @@ impl Pipelines {
                     cache: None,
                 })
             })
-            .map_err(|error| error.at(format!("shaders/{name}.wgsl")))?;
+            .map_err(|error| error.at(module::path(name)))?;
         self.made.insert((draw, shadow), pipeline);
         Ok(())
     }

@@ -210,7 +210,7 @@ impl DeviceMesh {
 #[derive(Clone, Copy, Debug)]
 pub struct IndirectMesh<'a> {
     /// The bits of the three coordinates of each point, and the normal on an octahedron that is unfolded to a square, in two
-    /// numbers of 16 bits (`shaders/octahedron.wgsl`), or 0 for that of the triangle.
+    /// numbers of 16 bits (`shaders/common/octahedron.wgsl`), or 0 for that of the triangle.
     pub vertices: &'a Buffer<[u32; 4]>,
     /// Numbers of vertices, three a triangle, counter-clockwise from its front.
     pub indices: &'a Buffer<u32>,

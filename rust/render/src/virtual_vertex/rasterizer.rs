@@ -1,5 +1,5 @@
 //! The offscreen rasteriser of virtual vertices: colours shaded as by the ray caster, and depth, normal, reflectance and
-//! number of what is at the middle of every pixel (`shaders/shade.wgsl` and what imports it).
+//! number of what is at the middle of every pixel (`shaders/draw/shade.wgsl` and what imports it).
 //!
 //! Suns throw shadows by a map each, drawn of the same vertices; their angular size is left out. The sky's light is the
 //! mean over the hemisphere, without occlusion, as the ray caster has it without rays to the sky.

@@ -1,5 +1,5 @@
 //! A displaced Catmull-Clark surface drawn from virtual vertices: which tiles a draw has, how they and their edges are
-//! divided, and where places on edges are evaluated (`shaders/tiles_draw.wgsl`).
+//! divided, and where places on edges are evaluated (`shaders/draw/tiles_draw.wgsl`).
 //!
 //! The vertices of a grid have no data: the vertex stage finds the cell from their number. An index buffer goes through
 //! the grid in bands of few columns, so that devices evaluate a vertex about once and not at each of its six triangles.

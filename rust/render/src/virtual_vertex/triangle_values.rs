@@ -1,5 +1,5 @@
 //! What a device has of the values of a displaced triangle mesh, by face, edge and vertex (`held_values` of
-//! `shaders/triangles_draw.wgsl`), and what coarser patterns leave out of them.
+//! `shaders/draw/triangles_draw.wgsl`), and what coarser patterns leave out of them.
 //!
 //! A value is 4 words: displacement, normal, colour; then 3 of a vector in object space and 2 of a trace, where there are
 //! some.

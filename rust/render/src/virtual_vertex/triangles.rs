@@ -1,5 +1,5 @@
 //! A displaced triangle mesh drawn from virtual vertices in the pattern of its values: which parts of which triangles a
-//! draw has (`shaders/triangles_draw.wgsl`).
+//! draw has (`shaders/draw/triangles_draw.wgsl`).
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, *Local Painting and Deformation of Meshes on the GPU*, Section 6. A face
 //! is drawn as the rings inside its pattern and three strips between the outermost ring and its sides, or as a fan; the

@@ -1,4 +1,4 @@
-//! The camera, the lights and the objects of a picture, as the shaders have them (`shaders/shade.wgsl`).
+//! The camera, the lights and the objects of a picture, as the shaders have them (`shaders/draw/shade.wgsl`).
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4, Mat4, Vec3};

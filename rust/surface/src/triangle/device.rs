@@ -1,4 +1,4 @@
-//! A triangle mesh on a graphics device (`shaders/triangles.wgsl`): how its triangles meet, and its points with their
+//! A triangle mesh on a graphics device (`shaders/triangles/triangles.wgsl`): how its triangles meet, and its points with their
 //! normals, which the processor makes of a pose.
 
 use relievo_core::{Error, Result};

@@ -1,4 +1,4 @@
-//! Values of a triangle mesh on a graphics device, in one pattern (`shaders/triangles.wgsl`).
+//! Values of a triangle mesh on a graphics device, in one pattern (`shaders/triangles/triangles.wgsl`).
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, *Local Painting and Deformation of Meshes on the GPU*, Section 6. A
 //! triangle that is not blank has a block with all that is read in the pattern: inside, along its sides and at its
