@@ -80,6 +80,6 @@ mod tests {
             assert_eq!(filled[pixel], set.iter().any(near));
         }
         assert!(Gutter::new(&covered, width, 0).copies.is_empty());
-        assert!(Gutter::new(&vec![true; 12], 4, 5).copies.is_empty() && Gutter::new(&[], 0, 5).copies.is_empty());
+        assert!(Gutter::new(&[true; 12], 4, 5).copies.is_empty() && Gutter::new(&[], 0, 5).copies.is_empty());
     }
 }

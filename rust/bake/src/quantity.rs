@@ -246,7 +246,7 @@ pub fn largest_part(vectors: &Field<Vector>) -> f32 {
     texels(vectors).flat_map(|vector| vector.0).fold(0.0, |most, value| most.max(value.to_f32().abs()))
 }
 
-fn texels<'a, T: Texel>(field: &'a Field<T>) -> impl Iterator<Item = &'a T> {
+fn texels<T: Texel>(field: &Field<T>) -> impl Iterator<Item = &T> {
     field.allocated().filter_map(|tile| field.block(tile)).flatten()
 }
 

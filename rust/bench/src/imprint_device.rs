@@ -118,7 +118,7 @@ fn scene(
     for (size, paper) in columns {
         let mut found = sums(context, device, runs, contact, tiles, *size)?;
         let mut add = |row: &str, stage: &str, paper: Option<f64>, goal: Goal| {
-            let Some(times) = found.remove(stage) else { return None };
+            let times = found.remove(stage)?;
             let paper = paper.map(|figure| Sample::new(vec![figure]));
             let ours = Sample::new(times);
             let case = format!("Table 1 on the device, {name}, {size}²: {row}");

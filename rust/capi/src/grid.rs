@@ -23,12 +23,6 @@ handle!(RlvGrid, 24, GridObject);
 
 settings!(RlvGridSettings, GridSettings);
 
-impl Default for RlvGrid {
-    fn default() -> Self {
-        Self { id: 0 }
-    }
-}
-
 // SAFETY: a handle is one integer.
 unsafe impl Plain for RlvGrid {}
 

@@ -54,7 +54,7 @@ macro_rules! handle {
         const _: () = assert!($tag < $crate::registry::NOUNS.len(), "a noun needs a name");
 
         #[repr(C)]
-        #[derive(Clone, Copy, Debug)]
+        #[derive(Clone, Copy, Debug, Default)]
         pub struct $name {
             pub id: u64,
         }

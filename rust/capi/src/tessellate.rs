@@ -148,7 +148,7 @@ fn tessellate(context: &Context, displaced: &Displaced<'_>, cage: &Mesh, rates: 
 fn triangles_of(context: &Context, view: &TriangleView, cage: &Mesh) -> Result<(Vec<FaceRates>, TriangleTessellation)> {
     let faces = view.surface.topology().face_count();
     let rates = context.map(faces, |face| view.rates(face as u32));
-    let triangles: u64 = rates.iter().map(|rates| triangle_count(rates)).sum();
+    let triangles: u64 = rates.iter().map(triangle_count).sum();
     check_triangles(context, triangles)?;
     let made = context.stats().time("tessellate", || {
         TriangleTessellation::new(context, &view.displaced()?, &view.normals, cage, |face| rates[face as usize])

@@ -63,7 +63,11 @@ fn killed(path: &Path, bytes: Option<u64>, micros: u64) -> Option<u32> {
     let mut confirmed = None;
     if bytes.is_none() {
         while confirmed.is_none() {
-            confirmed = number(lines.next()?.unwrap());
+            let Some(line) = lines.next() else {
+                child.wait().unwrap();
+                return None;
+            };
+            confirmed = number(line.unwrap());
         }
         std::thread::sleep(std::time::Duration::from_micros(micros));
         child.kill().unwrap();

@@ -329,7 +329,7 @@ mod tests {
     /// A disc or, of four corners, a square, in a plane that is turned, of triangles about its middle.
     fn polygon(corners: u32, radius: f32) -> (Vec<Vec3>, Vec<[u32; 3]>) {
         let turn = glam::Quat::from_scaled_axis(Vec3::new(0.3, -0.8, 0.5));
-        let at = |corner: u32| Vec3::from(glam::Vec2::from_angle(TAU * corner as f32 / corners as f32).extend(0.0));
+        let at = |corner: u32| glam::Vec2::from_angle(TAU * corner as f32 / corners as f32).extend(0.0);
         let rim = (0..corners).map(|corner| Vec3::splat(0.7) + turn * (radius * at(corner)));
         let points = std::iter::once(Vec3::splat(0.7)).chain(rim).collect();
         (points, (0..corners).map(|corner| [0, 1 + corner, 1 + (corner + 1) % corners]).collect())

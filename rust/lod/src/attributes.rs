@@ -117,7 +117,7 @@ pub fn simplify_with(
     attributes.check(points.len())?;
     match attributes.weights.len() {
         ..=4 => run::<1>(context, points, triangles, attributes, options, progress),
-        ..=8 => run::<2>(context, points, triangles, attributes, options, progress),
+        5..=8 => run::<2>(context, points, triangles, attributes, options, progress),
         _ => run::<4>(context, points, triangles, attributes, options, progress),
     }
 }

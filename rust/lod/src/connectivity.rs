@@ -175,7 +175,7 @@ impl Connectivity {
 
     /// The part of every vertex.
     pub fn parts(&self, context: &Context) -> Vec<Part> {
-        let part = |vertex| self.around(vertex as u32).next().map_or(Part(Part::NUMBER), |corner| Part::of(corner));
+        let part = |vertex| self.around(vertex as u32).next().map_or(Part(Part::NUMBER), Part::of);
         let own = context.map(self.spans.len(), part);
         context.map(own.len(), |vertex| {
             let end = |corner| own[self.vertex(next(corner)) as usize].0 ^ own[vertex].0;

@@ -167,7 +167,7 @@ pub fn outward(
                 return false;
             }
             let depth = depths[component];
-            let outside = depth == 0 || (!had_agreed[component] && depth % 2 == 0);
+            let outside = depth == 0 || (!had_agreed[component] && depth.is_multiple_of(2));
             let inside = depth > 0 && !had_agreed[component] && depth % 2 == 1;
             (outside && volume < 0.0) || (inside && volume > 0.0)
         })

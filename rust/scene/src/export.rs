@@ -191,7 +191,7 @@ pub(crate) fn point_colors(entry: &ObjectEntry, base: [f32; 3], mesh: &Mesh, pai
 pub(crate) fn floats<'a>(mesh: &'a Mesh, name: &str, domain: Domain, width: u32) -> Option<&'a [f32]> {
     match mesh.attribute(name) {
         Some(Attribute { domain: own, width: found, values: Values::F32(values), .. })
-            if *own == domain && *found as u32 == width =>
+            if *own == domain && *found == width =>
         {
             Some(values)
         }

@@ -133,7 +133,7 @@ fn is_in(pattern: &str, x: f32, y: f32) -> bool {
     match pattern {
         "checker" => (x < 0.0) == (y < 0.0),
         "stripes" => (4.0 * y).rem_euclid(2.0) < 1.0,
-        "rings" => r < 1.0 && (4.0 * r) as u32 % 2 == 0,
+        "rings" => r < 1.0 && ((4.0 * r) as u32).is_multiple_of(2),
         "star" => {
             // Five points: between a point and the notch beside it the edge is straight.
             let turn = std::f32::consts::TAU / 5.0;

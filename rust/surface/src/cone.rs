@@ -51,7 +51,7 @@ pub(crate) fn of_patch(form: PatchForm, points: &[f32]) -> Cone {
             [of_directions(&in_u), of_directions(&in_v)]
         }
         PatchForm::Gregory => {
-            let bezier = |i: usize| GREGORY[i].map(|i| point(i));
+            let bezier = |i: usize| GREGORY[i].map(&point);
             // What is left out stays zero, and does not count.
             let (mut in_u, mut in_v) = ([DVec3::ZERO; 4 * EDGES], [DVec3::ZERO; 4 * EDGES]);
             for row in 0..4 {

@@ -70,7 +70,7 @@ fn cosine_and_sine(angle: f32) -> (f32, f32) {
     let square = r * r;
     let series = |terms: [f32; 5]| terms.into_iter().reduce(|sum, term| term + sum * square).unwrap_or_default();
     let sine = r + r * square * series([-2.505_210_8e-8, 2.755_731_9e-6, -1.984_127e-4, 8.333_334e-3, -1.666_666_7e-1]);
-    let cosine = 1.0 + square * series([-2.755_731_9e-7, 2.480_158_7e-5, -1.388_888_9e-3, 4.166_666_8e-2, -0.5]);
+    let cosine = 1.0 + square * series([-2.755_732e-7, 2.480_158_7e-5, -1.388_888_9e-3, 4.166_666_8e-2, -0.5]);
     match quarters as i32 & 3 {
         0 => (cosine, sine),
         1 => (-sine, cosine),

@@ -23,6 +23,7 @@ pub fn run(yes: bool) -> Outcome {
         && stages.run("build", 16, || call(cargo().args(["build", "--release", "--workspace", "--all-targets"])));
     if ready {
         stages.run("licences", 1, licences::check);
+        stages.run("lints", 2, lints);
         stages.run("bindings", 1, || bindings::run(true));
         stages.run("features", 1, features);
         stages.run("pages", 1, bindings::pages);
@@ -40,6 +41,31 @@ pub fn run(yes: bool) -> Outcome {
         stages.run("fuzz", 5, || fuzz::build().and_then(|()| fuzz::run(&[], FUZZ_SECONDS, Some(SEED))));
     }
     stages.finish()
+}
+
+/// Lints of Clippy that ask for worse code here, each with the reason.
+const REFUSED_LINTS: [&str; 8] = [
+    // Kernels walk several lists by one index, which is what the lint calls needless.
+    "needless_range_loop",
+    // A comparison that fails for what is not a number is written with a negation on purpose.
+    "neg_cmp_op_on_partial_ord",
+    "nonminimal_bool",
+    // `clamp` panics where a bound is not a number.
+    "manual_clamp",
+    // Pairs and lists of one use need no name.
+    "type_complexity",
+    // Values of these kinds are few.
+    "large_enum_variant",
+    // `from` and `new` are words of the field in some names.
+    "wrong_self_convention",
+    "new_ret_no_self",
+];
+
+/// Checks all code with Clippy.
+fn lints() -> Outcome {
+    let refused = REFUSED_LINTS.iter().flat_map(|lint| ["--allow".to_owned(), format!("clippy::{lint}")]);
+    let mut clippy = cargo();
+    call(clippy.args(["clippy", "--release", "--workspace", "--all-targets", "--", "--deny", "warnings"]).args(refused))
 }
 
 /// Checks that the library and the command compile without their features. Checks make no library, so that the one that

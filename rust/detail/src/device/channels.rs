@@ -229,7 +229,7 @@ pub(crate) fn edits_of(transform: &DAffine3, dabs: &[Dab], blank: Vec4) -> Vec<(
         edit.blank = blank.to_array();
         match dab.action {
             Action::Sculpt { mode, height } => (edit.mode, edit.height) = (mode as u32, height),
-            Action::Paint { mode, color } => (edit.mode, edit.color) = (mode as u32, color.into()),
+            Action::Paint { mode, color } => (edit.mode, edit.color) = (mode as u32, color),
         }
         (brush, edit)
     };

@@ -138,7 +138,7 @@ impl<T: Texel> DeviceIntersection<T> {
             return Ok(self.known.iter().map(|tile| tile.size).max());
         };
         let bent = vectors.zip(bent_before.as_ref()).map(|(vectors, before)| vectors.touched(before));
-        for tile in heights.touched(&before).into_iter().chain(bent.into_iter().flatten()) {
+        for tile in heights.touched(&before).chain(bent.into_iter().flatten()) {
             let new = of(tile);
             if std::mem::replace(&mut self.known[tile as usize], new) != new {
                 self.tiles.write(device, tile as usize, &[new])?;

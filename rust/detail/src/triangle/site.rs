@@ -281,6 +281,7 @@ impl<T> Site<'_, T> {
 /// The second pass: the brush at every vertex of the elements. `ground` sets the displacement of vertices and, if it
 /// returns true, the vectors there; `change` makes new values of old ones. All is in `pattern`, whatever elements have.
 /// Only those that change are returned.
+#[allow(clippy::too_many_arguments)]
 pub(super) fn evaluate<T: Texel>(
     context: &Context,
     surface: &TriangleSurface,

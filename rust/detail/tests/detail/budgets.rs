@@ -41,7 +41,7 @@ fn strokes(action: Action) -> [Stroke; 2] {
     let settings = StrokeSettings { radius: 0.3, ..StrokeSettings::default() };
     [vec![MIDDLE], vec![DVec3::new(0.5, 0.5, 0.0), DVec3::new(3.5, 0.5, 0.0)]].map(|points| {
         let points = points.into_iter().map(|point| StrokePoint::new(point, 1.0)).collect();
-        Stroke::new(points, settings.clone(), Falloff::Smooth, action)
+        Stroke::new(points, settings, Falloff::Smooth, action)
     })
 }
 

@@ -308,9 +308,9 @@ fn a_stroke_that_is_drawn_bit_by_bit_is_the_whole_stroke() {
         ..Default::default()
     };
     let cases = [
-        base.clone(),
-        StrokeSettings { rate: 30.0, ..base.clone() },
-        StrokeSettings { string: 0.4, ..base.clone() },
+        base,
+        StrokeSettings { rate: 30.0, ..base },
+        StrokeSettings { string: 0.4, ..base },
         StrokeSettings { string: 0.4, rate: 30.0, ..base },
     ];
     for (case, settings) in cases.into_iter().enumerate() {
@@ -319,7 +319,7 @@ fn a_stroke_that_is_drawn_bit_by_bit_is_the_whole_stroke() {
             Action::Sculpt { mode: SculptMode::Draw, height: 0.1 },
             Action::Sculpt { mode: SculptMode::Smooth, height: 0.0 },
         ] {
-            let stroke = Stroke::new(points.clone(), settings.clone(), Falloff::Smooth, action);
+            let stroke = Stroke::new(points.clone(), settings, Falloff::Smooth, action);
             let mut whole = object(&context, &mesh, 32, DAffine3::IDENTITY);
             let report = stroke.apply(&context, &mut whole).unwrap();
             let mut drawn = object(&context, &mesh, 32, DAffine3::IDENTITY);

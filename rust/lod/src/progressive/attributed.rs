@@ -85,7 +85,7 @@ fn build(
 ) -> Result<Progressive> {
     match chosen.numbers().0.len() {
         ..=4 => build_fours::<1>(context, places, chosen, wedged, options, progress),
-        ..=8 => build_fours::<2>(context, places, chosen, wedged, options, progress),
+        5..=8 => build_fours::<2>(context, places, chosen, wedged, options, progress),
         _ => build_fours::<4>(context, places, chosen, wedged, options, progress),
     }
 }

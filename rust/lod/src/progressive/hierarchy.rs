@@ -318,7 +318,7 @@ impl Progressive {
     pub(super) fn node_place(&self, node: u32) -> Place {
         let split = node / 2;
         // The one leaf of a first vertex is before those of the second; a base vertex has no second.
-        let is_first = node % 2 == 0 && self.splits[split as usize].parent != NONE;
+        let is_first = node.is_multiple_of(2) && self.splits[split as usize].parent != NONE;
         self.place(self.child(node), if is_first { split.wrapping_sub(1) } else { split })
     }
 

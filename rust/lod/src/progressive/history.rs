@@ -157,7 +157,7 @@ impl ActiveMesh {
 
     /// The first of the leaves of a node, whose split is made or which is a base vertex: its number as a vertex.
     pub(super) fn first_leaf(&self, node: u32) -> u32 {
-        let target = if node % 2 == 0 { self.target(node / 2) } else { NONE };
+        let target = if node.is_multiple_of(2) { self.target(node / 2) } else { NONE };
         if target == NONE { node / 2 } else { target }
     }
 }

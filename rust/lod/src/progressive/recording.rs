@@ -46,7 +46,7 @@ impl Key {
     /// The next key above those of `around`, of a collapse that deviates by `error`.
     fn above(around: Key, error: f32) -> Self {
         let own = (error.to_bits() + 0xffff) >> 16;
-        Self(own.max(around.0 >> 16) << 16 | (around.0 & 0xffff) + 1)
+        Self((own.max(around.0 >> 16) << 16) | ((around.0 & 0xffff) + 1))
     }
 
     /// The larger of each part.

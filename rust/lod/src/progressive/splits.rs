@@ -52,7 +52,7 @@ fn corner_after(corner: u32) -> u32 {
 }
 
 fn corner_before(corner: u32) -> u32 {
-    if corner % 3 == 0 { corner + 2 } else { corner - 1 }
+    if corner.is_multiple_of(3) { corner + 2 } else { corner - 1 }
 }
 
 impl ActiveMesh {

@@ -101,7 +101,8 @@ rate = 4
     let folder = tempfile::tempdir().unwrap();
     written(folder.path(), scene, 1, "one");
     written(folder.path(), scene, 3, "three");
-    for name in ["mesh-000000-000003.usda"] {
+    {
+        let name = "mesh-000000-000003.usda";
         let read = |out: &str| std::fs::read(folder.path().join(out).join(name)).unwrap();
         assert!(read("one") == read("three"), "{name}");
         let model = model(&folder.path().join("one").join(name));

@@ -118,8 +118,7 @@ pub fn split(context: &Context, mesh: &Mesh, longest: f64) -> Result<(Mesh, Spli
         parts = next;
     }
     report.triangles = parts.len() as u64;
-    let mut pieces = Pieces::default();
-    pieces.points = vec![None; points.len()];
+    let mut pieces = Pieces { points: vec![None; points.len()], ..Pieces::default() };
     for part in &parts {
         for (point, at) in part.points.iter().zip(part.at) {
             if *point as usize >= mesh.points.len() {

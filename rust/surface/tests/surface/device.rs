@@ -7,7 +7,7 @@ use relievo_testing::{Random, cage, device, grid};
 
 fn places(random: &mut Random, tiles: usize, count: usize) -> Vec<Place> {
     let ends = [0.0, 1.0, 0.5, 0.25];
-    let mut parameter = |k: usize| if k % 5 == 0 { ends[k / 5 % 4] } else { random.unit() };
+    let mut parameter = |k: usize| if k.is_multiple_of(5) { ends[k / 5 % 4] } else { random.unit() };
     (0..count).map(|k| Place::new((k % tiles) as u32, parameter(k), parameter(k / 3))).collect()
 }
 

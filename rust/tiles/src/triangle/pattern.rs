@@ -85,7 +85,7 @@ impl Pattern {
 
     /// The pattern of `segments` a side. Fails unless that is even and from 2 to 64.
     pub fn new(segments: u32) -> Result<Self> {
-        if segments % 2 == 0 && (2..=64).contains(&segments) {
+        if segments.is_multiple_of(2) && (2..=64).contains(&segments) {
             return Ok(Self(segments));
         }
         Err(Error::invalid(format!("a triangle cannot have {segments} segments a side")).advise("use 8, 16, 32 or 64"))
@@ -150,13 +150,13 @@ impl Pattern {
     pub fn at_weights(self, weights: [u32; 3]) -> Option<Node> {
         let least = weights[0].min(weights[1]).min(weights[2]);
         let sum = weights.iter().try_fold(0u32, |sum, weight| sum.checked_add(*weight))?;
-        if sum != 3 * self.0 || least % 2 != 0 {
+        if sum != 3 * self.0 || !least.is_multiple_of(2) {
             return None;
         }
         // The side whose opposite weight is the least; at a corner of the ring the one that starts there.
         let side = (0..3).find(|side| weights[(side + 2) % 3] == least && weights[*side] != least).unwrap_or(0);
         let along = weights[(side + 1) % 3] - least;
-        (along % 3 == 0).then(|| self.node(least / 2, side as u32, along / 3))
+        along.is_multiple_of(3).then(|| self.node(least / 2, side as u32, along / 3))
     }
 
     /// Where the value of a vertex is kept.
@@ -184,7 +184,7 @@ impl Pattern {
             Slot::Inside(index) => {
                 assert!((index as usize) < self.face_values(), "value {index} does not exist");
                 // The largest half with 3 · half · (half − 1) ≤ index − 1.
-                let half = (1 + (1 + 4 * ((index - 1) / 3)).isqrt()) / 2;
+                let half = (1 + 4 * ((index - 1) / 3)).isqrt().div_ceil(2);
                 let rest = index - 1 - 3 * half * (half - 1);
                 self.node(self.center() - half, rest / (2 * half), rest % (2 * half))
             }

@@ -27,7 +27,7 @@ fn dent(displacement: &mut Displacement, tiles: &[u32], depth: f32) {
 fn places(tiles: usize, count: usize) -> Vec<Place> {
     let mut random = Random(3);
     let ends = [0.0, 1.0, 0.5, 0.125];
-    let mut parameter = |k: usize| if k % 7 == 0 { ends[k / 7 % 4] } else { random.unit() };
+    let mut parameter = |k: usize| if k.is_multiple_of(7) { ends[k / 7 % 4] } else { random.unit() };
     (0..count).map(|k| Place::new((k % tiles) as u32, parameter(k), parameter(k / 5))).collect()
 }
 

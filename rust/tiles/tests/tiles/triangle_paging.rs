@@ -163,7 +163,7 @@ fn run<T: StoredTexel + Debug>(
                 pair.both(|channel| drop(channel.commit()));
             }
             1 => {
-                let gone = pair.model.field().allocated().filter(|face| (u64::from(*face) ^ state) % 5 == 0);
+                let gone = pair.model.field().allocated().filter(|face| (u64::from(*face) ^ state).is_multiple_of(5));
                 let sets = TriangleSets { deallocate: gone.collect(), ..Default::default() };
                 pair.both(|channel| {
                     channel.apply(&context, channel.field().pattern(), &sets).unwrap();

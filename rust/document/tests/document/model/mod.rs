@@ -78,7 +78,7 @@ impl Model {
         }
         if number % 7 == 4 {
             next.heads.push(head(100 + number, &format!("layer {number}")));
-            next.heads[0].settings = Settings { opacity: 0.5, blend: Blend::Max, visible: number % 2 == 0 };
+            next.heads[0].settings = Settings { opacity: 0.5, blend: Blend::Max, visible: number.is_multiple_of(2) };
         }
         if number % 11 == 8 && next.heads.len() > 1 {
             let gone = next.heads.pop().unwrap();

@@ -40,7 +40,7 @@ pub fn inside(grid: &Grid, value: f64) -> f64 {
 /// A block of varied values of a kind, with some of the background, 0.
 pub fn block(kind: Kind, low: [i32; 3], size: [u32; 3]) -> Block {
     let count = size.iter().product::<u32>();
-    let number = |at: u32| if at % 7 == 0 { 0 } else { (at.wrapping_mul(2_654_435_761) >> 20) as i32 - 2000 };
+    let number = |at: u32| if at.is_multiple_of(7) { 0 } else { (at.wrapping_mul(2_654_435_761) >> 20) as i32 - 2000 };
     let each = |at: u32| -> Vec<u8> {
         let value = number(at);
         match kind {
