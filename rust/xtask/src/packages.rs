@@ -75,9 +75,10 @@ pub fn install(packages: &[&'static str], yes: bool) -> Outcome {
     };
     let advise = |error| format!("{error}; install the packages yourself with `sudo {line}`, then come again");
     if stale()
-        && let Err(error) = call(&mut apt(prefix, ["update"])) {
-            eprintln!("warning: {error}; going on with the package lists that are there");
-        }
+        && let Err(error) = call(&mut apt(prefix, ["update"]))
+    {
+        eprintln!("warning: {error}; going on with the package lists that are there");
+    }
     let arguments = ["install", "--yes", "--no-install-recommends"].into_iter().chain(missing.iter().copied());
     call(&mut apt(prefix, arguments)).map_err(advise)?;
     match missing.iter().find(|name| !installed(name)) {

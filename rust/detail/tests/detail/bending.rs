@@ -175,10 +175,8 @@ fn a_stamp_of_vectors_leaves_its_field() {
             }
             let [right, up, out] = field(sign * x, y);
             let right = sign * right;
-            let expected = axes
-                * DVec3::from(
-                    [cosine * right - sine * up, sine * right + cosine * up, out].map(f64::from),
-                );
+            let expected =
+                axes * DVec3::from([cosine * right - sine * up, sine * right + cosine * up, out].map(f64::from));
             // Bilinear between pixels errs by less than half floats do.
             assert!((way - expected).length() < 6e-4, "{angle} {place}: {way} {expected}");
             seen += 1;

@@ -69,9 +69,10 @@ pub fn read(
     let index = survey.find(name).map_err(named)?;
     let unique = survey.check(path, index, limit).map_err(named)?;
     if let Some([low, high]) = bounds
-        && !(0..3).all(|axis| low[axis] <= high[axis] && low[axis].is_finite() && high[axis].is_finite()) {
-            return Err(Error::invalid("the box is empty or not finite").at("bounds"));
-        }
+        && !(0..3).all(|axis| low[axis] <= high[axis] && low[axis].is_finite() && high[axis].is_finite())
+    {
+        return Err(Error::invalid("the box is empty or not finite").at("bounds"));
+    }
     let module = Module::open()?;
     let (file, unique) = (path_text(path)?, zero_ended("name", unique)?);
     let ends = bounds.map(|bounds| bounds.as_flattened().to_vec());

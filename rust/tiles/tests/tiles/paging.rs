@@ -126,8 +126,12 @@ fn run<T: StoredTexel + Debug>(
                 pair.model.commit();
             }
             1 => {
-                let tiles: Vec<u32> =
-                    pair.model.field().allocated().filter(|tile| (u64::from(*tile) ^ state).is_multiple_of(5)).collect();
+                let tiles: Vec<u32> = pair
+                    .model
+                    .field()
+                    .allocated()
+                    .filter(|tile| (u64::from(*tile) ^ state).is_multiple_of(5))
+                    .collect();
                 pair.both(|channel| {
                     let applied = channel.apply(&Sets { deallocate: tiles.clone(), ..Sets::default() }).unwrap();
                     channel.update_rings(&context, &applied.changes).unwrap();
