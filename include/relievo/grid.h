@@ -119,6 +119,10 @@ RLV_API RlvResult rlv_grid_file_count(RlvContext context, const char *path, size
  * rlv_grid_file_count does. */
 RLV_API RlvResult rlv_grid_file_info(RlvContext context, const char *path, size_t index, RlvGridInfo *out);
 
+/* Writes an entry of the metadata of a file as text to value, of size bytes with the final zero; longer ones are cut. Fails with
+ * RLV_ERROR_NOT_FOUND if there is none of the name, and as rlv_grid_file_count does. */
+RLV_API RlvResult rlv_grid_file_metadata(RlvContext context, const char *path, const char *name, char *value, size_t size);
+
 /* Makes an empty grid with cubic voxels. background is the value outside of what is set, three numbers, the first of which
  * counts for scalars. Fails if the kind cannot be made, or voxel is not positive and finite. */
 RLV_API RlvResult rlv_grid_create(RlvContext context, uint32_t kind, const double *background, double voxel, RlvGrid *out);
@@ -150,6 +154,20 @@ RLV_API RlvResult rlv_grid_set_class(RlvGrid grid, uint32_t grid_class);
 /* Sets the transform: what the three axes of voxels go to and the origin, twelve numbers. Fails if it is not finite or has no
  * inverse, and with RLV_ERROR_BUSY if another call uses the grid. */
 RLV_API RlvResult rlv_grid_set_matrix(RlvGrid grid, const double *matrix);
+
+/* Makes the transform a camera's frustum: a box in voxels, its lowest and its highest corner in six numbers, becomes a pyramid
+ * whose near plane is taper times as wide as its far plane and whose depth is depth times the width of the near plane; matrix,
+ * twelve numbers as of rlv_grid_set_matrix, follows it. Fails if the box is empty, taper or depth is not positive and finite,
+ * or the matrix is not finite or has no inverse, and with RLV_ERROR_BUSY if another call uses the grid. */
+RLV_API RlvResult rlv_grid_set_frustum(RlvGrid grid, const double *voxels, double taper, double depth, const double *matrix);
+
+/* Counts the entries of metadata. */
+RLV_API RlvResult rlv_grid_metadata_count(RlvGrid grid, size_t *out);
+
+/* Writes the name and the type of entry index, counted from 0, with their final zeros to name and type, of so many bytes; longer
+ * ones are cut. Fails if there is no such entry. */
+RLV_API RlvResult rlv_grid_metadata_entry(RlvGrid grid, size_t index, char *name, size_t name_size, char *type,
+                                          size_t type_size);
 
 /* Writes an entry of metadata as text to value, of size bytes with the final zero; longer ones are cut. Fails with
  * RLV_ERROR_NOT_FOUND if there is none of the name. */

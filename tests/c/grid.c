@@ -127,6 +127,26 @@ int main(void) {
     CHECK_OK(rlv_grid_metadata(made, "frame", text, sizeof text));
     CHECK(strcmp(text, "12") == 0);
     CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_grid_metadata(made, "shot", text, sizeof text), "shot");
+    CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_grid_file_metadata(context, FILE_NAME, "shot", text, sizeof text), "shot");
+    CHECK_OK(rlv_grid_metadata_count(made, &count));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_grid_metadata_entry(made, count, text, sizeof text, text, sizeof text), "index");
+    int has_frame = 0;
+    for (size_t index = 0; index < count; index++) {
+        char kind[16];
+        CHECK_OK(rlv_grid_metadata_entry(made, index, text, sizeof text, kind, sizeof kind));
+        has_frame += strcmp(text, "frame") == 0 && strcmp(kind, "int32") == 0;
+    }
+    CHECK(has_frame == 1);
+    CHECK_OK(rlv_grid_metadata_entry(made, 0, text, 2, text + 8, 2));
+    CHECK(strlen(text) == 1 && strlen(text + 8) == 1);
+    const double frustum[6] = {0, 0, 0, 10, 10, 10};
+    const double still[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_grid_set_frustum(made, frustum, 0.0, 2.0, still), "frustum");
+    CHECK_OK(rlv_grid_set_frustum(made, frustum, 0.5, 2.0, still));
+    CHECK_OK(rlv_grid_info(made, &info));
+    CHECK(info.is_linear == 0);
+    CHECK_OK(rlv_grid_release(made));
+    CHECK_OK(rlv_grid_read(context, FILE_NAME, "first", NULL, NULL, NULL, &made));
     CHECK(value_at(made, 0.03, 1.0, 0.5) == value_at(grid, 0.03, 1.0, 0.5));
     CHECK_OK(rlv_grid_release(made));
     const double corner[6] = {-0.3, -0.3, -0.3, 0.1, 0.1, 0.1};

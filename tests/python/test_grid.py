@@ -73,8 +73,20 @@ class Grids(unittest.TestCase):
                 read = rl.Grid.read(self.context, self.path, "values")
                 numpy.testing.assert_array_equal(read.block(low, values.shape[:3]), values)
                 self.assertEqual(read.metadata("frame"), "7")
+                self.assertEqual(read.metadata_types["frame"], "int64")
             found = read.sample([(-1.0, 1.5, 51.0)], linear=False)
             numpy.testing.assert_array_equal(found[0], values[1, 1, 2])
+
+    def test_a_frustum_survives_a_file(self):
+        grid = rl.Grid(self.context, "float", voxel=1.0)
+        grid.set_block((0, 0, 0), numpy.ones((8, 8, 8), numpy.float32))
+        grid.set_frustum([(0, 0, 0), (7, 7, 7)], 0.5, 2.0)
+        grid.write(self.path)
+        read = rl.Grid.read(self.context, self.path)
+        self.assertEqual((read.info.is_linear, grid.info.is_linear), (0, 0))
+        self.assertEqual(list(read.info.voxel_size), list(grid.info.voxel_size))
+        with self.assertRaises(rl.Invalid):
+            grid.set_frustum([(0, 0, 0), (0, 7, 7)], 0.5, 2.0)
 
     def test_a_mesh_becomes_a_level_set_and_a_mesh(self):
         reports = []
@@ -236,6 +248,7 @@ class Blender(unittest.TestCase):
         for kind, _, values, low, path in rows:
             grid = rl.Grid.read(context, path, "values")
             self.assertEqual(rl.abi.RlvGridKind(grid.info.kind).name.lower(), kind)
+            self.assertEqual(rl.grid.file_metadata(context, path, "by"), "bpy")
             self.assertAlmostEqual(grid.info.voxel_size[0], 0.25)
             numpy.testing.assert_array_equal(grid.block(low, values.shape[:3]), values)
         rows, file = self.cases("ours")

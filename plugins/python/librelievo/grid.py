@@ -53,6 +53,13 @@ def info(context, path):
     return found
 
 
+def file_metadata(context, path, name):
+    """Returns an entry of the metadata of a file as text. Needs no module."""
+    value = ctypes.create_string_buffer(1 << 16)
+    library.call("rlv_grid_file_metadata", context.handle, path_bytes(path), text_bytes(name), value, len(value))
+    return value.value.decode("utf-8", "replace")
+
+
 def settings_of(settings):
     """RlvGridSettings from keywords."""
     return ctypes.byref(record.fill(abi.RlvGridSettings, settings))
@@ -144,6 +151,28 @@ class Grid(Handle):
         if matrix.shape != (4, 3):
             raise Invalid("matrix: four rows of three numbers are needed")
         library.call("rlv_grid_set_matrix", self.handle, matrix.ctypes.data)
+
+    def set_frustum(self, voxels, taper, depth, matrix=numpy.vstack([numpy.eye(3), numpy.zeros(3)])):
+        """Makes its transform a camera's frustum: `voxels`, the lowest and highest corner of a box (2, 3), becomes a pyramid
+        whose near plane is `taper` times as wide as its far plane and whose depth is `depth` times the width of the near
+        plane; `matrix` (4, 3) follows it."""
+        voxels = numpy.ascontiguousarray(voxels, numpy.float64)
+        matrix = numpy.ascontiguousarray(matrix, numpy.float64)
+        if voxels.shape != (2, 3) or matrix.shape != (4, 3):
+            raise Invalid("voxels: two corners are needed, and matrix: four rows of three numbers")
+        library.call("rlv_grid_set_frustum", self.handle, voxels.ctypes.data, float(taper), float(depth), matrix.ctypes.data)
+
+    @property
+    def metadata_types(self):
+        """The names of its entries of metadata and their types."""
+        count = ctypes.c_size_t()
+        library.call("rlv_grid_metadata_count", self.handle, parameter.address_of(count))
+        name, kind = (ctypes.create_string_buffer(1024) for _ in range(2))
+        types = {}
+        for index in range(count.value):
+            library.call("rlv_grid_metadata_entry", self.handle, index, name, len(name), kind, len(kind))
+            types[name.value.decode("utf-8", "replace")] = kind.value.decode("utf-8", "replace")
+        return types
 
     def metadata(self, name):
         """Returns an entry of its metadata as text."""

@@ -7,8 +7,8 @@ use std::sync::{Arc, OnceLock, RwLock};
 use relievo_core::progress::Silent;
 use relievo_core::{Error, ErrorKind, Mesh, Progress, Result};
 use relievo_openvdb::{
-    Block, Box3, Change, Class, Entry, Filter, Grid, GridInfo, GridSettings, Kind, Module, Operation, Order, Packing,
-    Polygons, Survey, Transform, Writing,
+    Block, Box3, Change, Class, Entry, Filter, Frustum, Grid, GridInfo, GridSettings, Kind, Module, Operation, Order,
+    Packing, Polygons, Survey, Transform, Writing,
 };
 
 use crate::array::{Input, Output, Plain, fixed, present, put, text};
@@ -158,6 +158,36 @@ unsafe fn numbers<T: Copy, const N: usize>(name: &str, pointer: *const T) -> Res
     }
     // SAFETY: promised by the caller.
     Ok(unsafe { pointer.cast::<[T; N]>().read_unaligned() })
+}
+
+/// Returns the entry of metadata called `name`. Fails if `owner` has none.
+fn entry_of<'a>(entries: &'a [Entry], owner: &str, name: &str) -> Result<&'a Entry> {
+    entries
+        .iter()
+        .find(|entry| entry.name == name)
+        .ok_or_else(|| Error::new(ErrorKind::NotFound, format!("{owner} has no metadata called `{name}`")).at("name"))
+}
+
+/// Writes `text` with a final zero to `size` bytes at `to`, the parameter `name`; a longer one is cut between characters.
+/// Fails if `to` is NULL or there is no room for the zero.
+///
+/// # Safety
+/// `to` is NULL or has `size` bytes.
+unsafe fn write_text(name: &str, text: &str, to: *mut c_char, size: usize) -> Result<()> {
+    present(name, to)?;
+    if size == 0 {
+        return Err(Error::invalid("there is no room for the text").at(name).advise("give one byte at least"));
+    }
+    let mut length = text.len().min(size - 1);
+    while !text.is_char_boundary(length) {
+        length -= 1;
+    }
+    // SAFETY: `length` and the zero are at most `size`, which the caller promises.
+    unsafe {
+        std::ptr::copy_nonoverlapping(text.as_ptr(), to.cast(), length);
+        to.add(length).write(0);
+    }
+    Ok(())
 }
 
 /// Makes a mesh of polygons. Fails if there is none.
@@ -370,6 +400,20 @@ entry! {
         unsafe { write_descriptor(out, described(info)) }
     }
 
+    fn rlv_grid_file_metadata(
+        context: RlvContext,
+        path: *const c_char,
+        name: *const c_char,
+        value: *mut c_char,
+        size: usize,
+    ) {
+        // SAFETY: the caller gives NULL or NUL-terminated texts.
+        let (survey, name) = unsafe { (survey(context, path)?, text("name", name)?) };
+        let entry = entry_of(&survey.metadata, "the file", name)?;
+        // SAFETY: the caller promises `size` bytes.
+        unsafe { write_text("value", &entry.value, value, size) }
+    }
+
     fn rlv_grid_create(context: RlvContext, kind: u32, background: *const f64, voxel: f64, out: *mut RlvGrid) {
         present("out", out)?;
         let context = registry::get(context)?;
@@ -459,28 +503,53 @@ entry! {
         try_write(&object.grid, "grid")?.set_transform(&Transform::affine(numbers))
     }
 
+    fn rlv_grid_set_frustum(grid: RlvGrid, voxels: *const f64, taper: f64, depth: f64, matrix: *const f64) {
+        let object = registry::get(grid)?;
+        // SAFETY: the caller gives NULL, or six and twelve numbers.
+        let (voxels, after): ([[f64; 3]; 2], [[f64; 3]; 4]) =
+            unsafe { (numbers("voxels", voxels.cast::<[f64; 3]>())?, numbers("matrix", matrix.cast::<[f64; 3]>())?) };
+        let frustum = Frustum { voxels, taper, depth };
+        try_write(&object.grid, "grid")?.set_frustum(&frustum, &Transform::affine(after))
+    }
+
+    fn rlv_grid_metadata_count(grid: RlvGrid, out: *mut usize) {
+        present("out", out)?;
+        let object = registry::get(grid)?;
+        let entries = try_read(&object.grid, "grid")?.metadata()?;
+        // SAFETY: checked above.
+        unsafe { put(out, entries.len()) };
+        Ok(())
+    }
+
+    fn rlv_grid_metadata_entry(
+        grid: RlvGrid,
+        index: usize,
+        name: *mut c_char,
+        name_size: usize,
+        kind: *mut c_char,
+        kind_size: usize,
+    ) {
+        let object = registry::get(grid)?;
+        let entries = try_read(&object.grid, "grid")?.metadata()?;
+        let entry = entries.get(index).ok_or_else(|| {
+            let advice = format!("the grid has {}", entries.len());
+            Error::invalid(format!("entry {index} does not exist")).at("index").advise(advice)
+        })?;
+        // SAFETY: the caller promises so many bytes of each.
+        unsafe {
+            write_text("name", &entry.name, name, name_size)?;
+            write_text("type", &entry.kind, kind, kind_size)
+        }
+    }
+
     fn rlv_grid_metadata(grid: RlvGrid, name: *const c_char, value: *mut c_char, size: usize) {
-        present("value", value)?;
         let object = registry::get(grid)?;
         // SAFETY: the caller gives NULL or a NUL-terminated text.
         let name = unsafe { text("name", name) }?;
         let entries = try_read(&object.grid, "grid")?.metadata()?;
-        let entry = entries.iter().find(|entry| entry.name == name).ok_or_else(|| {
-            Error::new(ErrorKind::NotFound, format!("the grid has no metadata called `{name}`")).at("name")
-        })?;
-        if size == 0 {
-            return Err(Error::invalid("there is no room for the value").at("size").advise("give one byte at least"));
-        }
-        let mut length = entry.value.len().min(size - 1);
-        while !entry.value.is_char_boundary(length) {
-            length -= 1;
-        }
-        // SAFETY: the caller promises `size` bytes, of which `length` and the zero are written.
-        unsafe {
-            std::ptr::copy_nonoverlapping(entry.value.as_ptr(), value.cast(), length);
-            value.add(length).write(0);
-        }
-        Ok(())
+        let entry = entry_of(&entries, "the grid", name)?;
+        // SAFETY: the caller promises `size` bytes.
+        unsafe { write_text("value", &entry.value, value, size) }
     }
 
     fn rlv_grid_set_metadata(grid: RlvGrid, name: *const c_char, kind: *const c_char, value: *const c_char) {

@@ -23,7 +23,9 @@ pub fn run(yes: bool, device: &str) -> Outcome {
     println!("\nThe pictures, the mesh, the tiles and the table are in {}.", root().join(out).display());
     println!("The scene is {scene}: change it and type `target/release/relievo run {scene} --out {out}`.");
     if !whole {
-        println!("This command has no USD and no graphics devices: `cargo build --release --package relievo-cli` adds them.");
+        println!(
+            "This command has no USD and no graphics devices: `cargo build --release --package relievo-cli` adds them."
+        );
     }
     Ok(())
 }

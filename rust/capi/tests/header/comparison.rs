@@ -551,6 +551,7 @@ function!(rlv_grid_params: unsafe extern "C" fn(*mut *const RlvParameter, *mut u
 function!(rlv_grid_available: unsafe extern "C" fn() -> RlvResult);
 function!(rlv_grid_file_count: unsafe extern "C" fn(RlvContext, *const c_char, *mut usize) -> RlvResult);
 function!(rlv_grid_file_info: unsafe extern "C" fn(RlvContext, *const c_char, usize, *mut RlvGridInfo) -> RlvResult);
+function!(rlv_grid_file_metadata: unsafe extern "C" fn(RlvContext, *const c_char, *const c_char, *mut c_char, usize) -> RlvResult);
 function!(rlv_grid_create: unsafe extern "C" fn(RlvContext, u32, *const f64, f64, *mut RlvGrid) -> RlvResult);
 function!(rlv_grid_read: unsafe extern "C" fn(RlvContext, *const c_char, *const c_char, *const f64, RlvProgress, *mut c_void, *mut RlvGrid) -> RlvResult);
 function!(rlv_grid_write: unsafe extern "C" fn(*const RlvGrid, usize, *const c_char, u32) -> RlvResult);
@@ -560,6 +561,9 @@ function!(rlv_grid_info: unsafe extern "C" fn(RlvGrid, *mut RlvGridInfo) -> RlvR
 function!(rlv_grid_set_name: unsafe extern "C" fn(RlvGrid, *const c_char) -> RlvResult);
 function!(rlv_grid_set_class: unsafe extern "C" fn(RlvGrid, u32) -> RlvResult);
 function!(rlv_grid_set_matrix: unsafe extern "C" fn(RlvGrid, *const f64) -> RlvResult);
+function!(rlv_grid_set_frustum: unsafe extern "C" fn(RlvGrid, *const f64, f64, f64, *const f64) -> RlvResult);
+function!(rlv_grid_metadata_count: unsafe extern "C" fn(RlvGrid, *mut usize) -> RlvResult);
+function!(rlv_grid_metadata_entry: unsafe extern "C" fn(RlvGrid, usize, *mut c_char, usize, *mut c_char, usize) -> RlvResult);
 function!(rlv_grid_metadata: unsafe extern "C" fn(RlvGrid, *const c_char, *mut c_char, usize) -> RlvResult);
 function!(rlv_grid_set_metadata: unsafe extern "C" fn(RlvGrid, *const c_char, *const c_char, *const c_char) -> RlvResult);
 function!(rlv_grid_sample: unsafe extern "C" fn(RlvGrid, *const f64, usize, usize, u32, *mut f64, usize) -> RlvResult);
