@@ -186,7 +186,7 @@ fn detour(surface: &Surface, path: &Path, at: usize) -> Option<Vec<u32>> {
         behind = total - ahead;
     }
     let count = fan.len();
-    let can_go = |angle: f64| angle >= 0.0 && angle < std::f64::consts::PI - STRAIGHT;
+    let can_go = |angle: f64| (0.0..std::f64::consts::PI - STRAIGHT).contains(&angle);
     // The neighbours strictly between the two directions.
     if can_go(ahead) && (behind < 0.0 || ahead <= behind) {
         let end = if to.angle < from.angle { to.place + 2 * count } else { to.place };

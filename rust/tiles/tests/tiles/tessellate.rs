@@ -270,7 +270,7 @@ fn an_update_of_the_changed_tiles_is_a_whole_tessellation() {
         let view = Displaced::new(&surface, snapshot.field()).unwrap();
         assert!(snapshot.changed().len() < surface.tile_count());
         let before = made.clone();
-        let mut moved = Vec::from([0..7]);
+        let mut moved: Vec<_> = std::iter::once(0..7).collect();
         tessellator.update(&context, &view, snapshot.changed(), &mut made, &mut moved).unwrap();
         assert_eq!(made, displaced(&snapshot));
         assert!(moved.windows(2).all(|pair| pair[0].end < pair[1].start));
