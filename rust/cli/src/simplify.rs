@@ -24,7 +24,7 @@ pub struct Arguments {
     #[arg(long, value_name = "R", group = "goal")]
     ratio: Option<f64>,
     /// The largest distance between the surfaces before and after, either way, in units of the mesh. It is measured and
-    /// never exceeded, which takes about ten times as long as the estimate.
+    /// never exceeded, which takes longer than the estimate of --error-estimate.
     #[arg(long, value_name = "E", group = "goal")]
     error: Option<f32>,
     /// As --error, as a share of the diagonal of the mesh's box.
