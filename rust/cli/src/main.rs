@@ -6,6 +6,7 @@
 mod bar;
 mod check;
 mod compare;
+#[cfg(feature = "decal")]
 mod decal;
 mod devices;
 mod displaced;
@@ -69,6 +70,7 @@ enum Command {
     /// Checks and repairs meshes: holes, doubled, twisted and non-manifold faces.
     Mesh(mesh::Arguments),
     /// Lays stickers on meshes, exactly on feature points.
+    #[cfg(feature = "decal")]
     Decal(decal::Arguments),
     /// Builds progressive meshes, and takes meshes of any level from them.
     Progressive(progressive::Arguments),
@@ -109,6 +111,7 @@ fn main() -> ExitCode {
         Command::Tessellate(arguments) => tessellate::run(&arguments),
         Command::Simplify(arguments) => simplify::run(&arguments),
         Command::Mesh(arguments) => mesh::run(&arguments),
+        #[cfg(feature = "decal")]
         Command::Decal(arguments) => decal::run(&arguments),
         Command::Progressive(arguments) => progressive::run(&arguments),
         Command::Fluid(arguments) => fluid::run(&arguments),

@@ -6,7 +6,7 @@ use crate::packages;
 use crate::stage::{Outcome, call, cargo, root, target};
 
 /// Sets up, builds the `relievo` command and runs the scene on `device`. On the processor, the command is built without
-/// USD and graphics devices, which are half of the build; the last lines say how to add them.
+/// USD, decals and graphics devices, which are half of the build; the last lines say how to add them.
 pub fn run(yes: bool, device: &str) -> Outcome {
     packages::install(packages::BUILD, yes)?;
     let whole = device != "cpu";
@@ -24,7 +24,7 @@ pub fn run(yes: bool, device: &str) -> Outcome {
     println!("The scene is {scene}: change it and type `target/release/relievo run {scene} --out {out}`.");
     if !whole {
         println!(
-            "This command has no USD and no graphics devices: `cargo build --release --package relievo-cli` adds them."
+            "This command has no USD, decals and graphics devices: `cargo build --release --package relievo-cli` adds them."
         );
     }
     Ok(())
