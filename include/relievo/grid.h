@@ -161,7 +161,7 @@ RLV_API RlvResult rlv_grid_set_matrix(RlvGrid grid, const double *matrix);
  * or the matrix is not finite or has no inverse, and with RLV_ERROR_BUSY if another call uses the grid. */
 RLV_API RlvResult rlv_grid_set_frustum(RlvGrid grid, const double *voxels, double taper, double depth, const double *matrix);
 
-/* Counts the entries of metadata. */
+/* Counts the entries of metadata. No failure of its own. */
 RLV_API RlvResult rlv_grid_metadata_count(RlvGrid grid, size_t *out);
 
 /* Writes the name and the type of entry index, counted from 0, with their final zeros to name and type, of so many bytes; longer
