@@ -102,7 +102,7 @@ fn foam_floats_and_dissolves_and_bubbles_rise() {
     let positions = block(Vec3::ZERO, [16, 8, 16]);
     let velocities = vec![Vec3::new(0.5, 0.0, 0.0); positions.len()];
     let frame = FluidFrame { positions: &positions, velocities: &velocities };
-    let at = [Vec3::new(0.15, 0.165, 0.15), Vec3::new(0.15, 0.08, 0.15), Vec3::new(0.15, 0.5, 0.15)];
+    let at = [Vec3::new(0.15, 0.15, 0.15), Vec3::new(0.15, 0.08, 0.15), Vec3::new(0.15, 0.5, 0.15)];
     let started = DiffuseParticles {
         positions: at.to_vec(),
         velocities: vec![Vec3::ZERO; 3],
