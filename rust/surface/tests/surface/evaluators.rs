@@ -372,6 +372,6 @@ fn bad_places_and_exploding_cages_are_errors() {
     let error = Surface::new(&Context::new(&little).unwrap(), &mesh, &SurfaceOptions::default()).unwrap_err();
     assert_eq!(error.kind, relievo_core::ErrorKind::Memory);
     assert!(error.what.contains("memory limit of 0.1 MB") && !error.remedy.contains("patch limit"), "{error}");
-    let limited = Context::new(&ContextOptions { threads: 1, memory_limit: 20 << 20 }).unwrap();
+    let limited = Context::new(&ContextOptions { threads: 1, memory_limit: 8 << 20 }).unwrap();
     assert!(Surface::new(&limited, &mesh, &SurfaceOptions::default()).is_err());
 }
