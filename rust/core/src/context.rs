@@ -5,6 +5,8 @@
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 use crate::parallel::{self, Slots};
 use crate::parts::Parts;
 use crate::scratch::Scratch;
@@ -115,35 +117,18 @@ impl Context {
 
     /// Calls `work` for every item and its index, in any order.
     pub fn for_each_mut<T: Send>(&self, items: &mut [T], work: impl Fn(usize, &mut T) + Sync) {
-        let size = parallel::piece(self.pool(), items.len(), 1);
-        let pieces = Slots::new(items.chunks_mut(size));
-        parallel::run(self.pool(), pieces.len(), &|range| {
-            for piece in range {
-                pieces.with(piece, |items| {
-                    for (index, item) in items.iter_mut().enumerate() {
-                        work(piece * size + index, item);
-                    }
-                });
+        match self.pool() {
+            Some(pool) if items.len() > 1 => {
+                pool.install(|| items.par_iter_mut().enumerate().for_each(|(index, item)| work(index, item)));
             }
-        });
+            _ => items.iter_mut().enumerate().for_each(|(index, item)| work(index, item)),
+        }
     }
 
     /// Returns the results of `work` for every index below `count`, in order.
     pub fn map<R: Send>(&self, count: usize, work: impl Fn(usize) -> R + Sync) -> Vec<R> {
-        let mut out = Vec::new();
-        self.map_into(count, &mut out, work);
-        out
-    }
-
-    /// Replaces the items of `out` with the results of `work` for every index below `count`, in order. Uses the memory
-    /// of `out` again.
-    pub fn map_into<R: Send>(&self, count: usize, out: &mut Vec<R>, work: impl Fn(usize) -> R + Sync) {
-        let size = parallel::piece(self.pool(), count, 1);
-        out.clear();
-        out.reserve(count);
-        // The first piece grows in place; the others are appended to it.
-        let first = std::iter::once(std::mem::take(out));
-        let pieces = Slots::new(first.chain(std::iter::repeat_with(Vec::new)).take(count.div_ceil(size).max(1)));
+        let size = parallel::piece(self.pool(), count);
+        let pieces = Slots::new((0..count.div_ceil(size)).map(|_| Vec::new()));
         parallel::run(self.pool(), pieces.len(), &|range| {
             for piece in range {
                 let indices = piece * size..((piece + 1) * size).min(count);
@@ -151,8 +136,21 @@ impl Context {
             }
         });
         let mut pieces = pieces.into_values();
-        *out = pieces.next().unwrap_or_default();
-        pieces.for_each(|mut piece| out.append(&mut piece));
+        let mut results = pieces.next().unwrap_or_default();
+        results.reserve_exact(count - results.len());
+        pieces.for_each(|mut piece| results.append(&mut piece));
+        results
+    }
+
+    /// As [`Self::map`], in place of what `out` holds, whose memory is used again: warm calls ask for none.
+    pub fn map_into<R: Send>(&self, count: usize, out: &mut Vec<R>, work: impl Fn(usize) -> R + Sync) {
+        match self.pool() {
+            Some(pool) if count > 1 => pool.install(|| (0..count).into_par_iter().map(&work).collect_into_vec(out)),
+            _ => {
+                out.clear();
+                out.extend((0..count).map(work));
+            }
+        }
     }
 
     /// Calls `work` with `size` items of `parts` each time, the last time maybe with fewer, and the index of the first of
@@ -164,24 +162,10 @@ impl Context {
         work: impl Fn(usize, P) -> Result<()> + Sync,
     ) -> Result<()> {
         let size = size.max(1);
-        let piece = parallel::piece(self.pool(), parts.len(), size);
-        let pieces = parts.len().div_ceil(piece);
-        let mut rest = Some(parts);
-        let pieces = Slots::new((0..pieces).map(|_| {
-            let (first, others) = rest.take()?.split_at(piece);
-            rest = Some(others);
-            Some(Ok(first))
-        }));
-        parallel::run(self.pool(), pieces.len(), &|range| {
-            for index in range {
-                pieces.with(index, |slot| {
-                    if let Some(Ok(parts)) = slot.take() {
-                        *slot = each_part(index * piece, parts, size, &work).err().map(Err);
-                    }
-                });
-            }
-        });
-        pieces.into_values().flatten().try_for_each(|result| result.map(drop))
+        match self.pool() {
+            Some(pool) if parts.len() > size => pool.install(|| halve(parts, 0, size, &work, true)),
+            _ => halve(parts, 0, size, &work, false),
+        }
     }
 
     /// As [`Self::map`], in pieces between which `progress` hears of `stage`, from the first to the second fraction of
@@ -216,21 +200,23 @@ impl Context {
     }
 }
 
-/// Calls `work` with `size` items of `parts` each time, in order, the first of which has the index `first`. Returns the
-/// first error after all of them.
-fn each_part<P: Parts>(
-    mut first: usize,
-    mut parts: P,
+/// Halves `parts`, whose first item has the index `first`, until at most `size` items are left, for `work`.
+fn halve<P: Parts>(
+    parts: P,
+    first: usize,
     size: usize,
-    work: &impl Fn(usize, P) -> Result<()>,
+    work: &(impl Fn(usize, P) -> Result<()> + Sync),
+    parallel: bool,
 ) -> Result<()> {
-    let mut result = Ok(());
-    while !parts.is_empty() {
-        let (part, rest) = parts.split_at(size);
-        result = result.and(work(first, part));
-        (first, parts) = (first + size, rest);
+    if parts.len() <= size {
+        return if parts.is_empty() { Ok(()) } else { work(first, parts) };
     }
-    result
+    let half = parts.len().div_ceil(size) / 2 * size;
+    let (low, high) = parts.split_at(half);
+    let low = || halve(low, first, size, work, parallel);
+    let high = || halve(high, first + half, size, work, parallel);
+    let (low, high) = if parallel { rayon::join(low, high) } else { (low(), high()) };
+    low.and(high)
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! Parallel loops over index ranges, compiled once for the whole workspace.
 //!
 //! Rayon's iterators are generic in what they call, and each call site compiles a dozen functions of them. Here the
-//! loop is a trait object over ranges: a call site compiles its own body, and pays one indirect call a range.
+//! loop is a trait object over ranges: a call site compiles its own body, and pays one indirect call a range. Loops that
+//! must not ask for memory stay with Rayon's iterators (`Context::map_into`, `for_each_mut`, `for_each_part`).
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -43,11 +44,10 @@ pub(crate) fn join(pool: Option<&ThreadPool>, a: &mut (dyn FnMut() + Send), b: &
     }
 }
 
-/// Items of each piece, a multiple of `unit`, when `count` items are cut for the threads of `pool`. At least 1.
-pub(crate) fn piece(pool: Option<&ThreadPool>, count: usize, unit: usize) -> usize {
-    let units = count.div_ceil(unit);
+/// Returns the items of each piece when `count` items are cut for the threads of `pool`. At least 1.
+pub(crate) fn piece(pool: Option<&ThreadPool>, count: usize) -> usize {
     let pieces = pool.map_or(1, |pool| PIECES_A_THREAD * pool.current_num_threads());
-    (units.div_ceil(pieces) * unit).max(1)
+    count.div_ceil(pieces).max(1)
 }
 
 /// One value a piece, which the thread that works on the piece takes or changes.
