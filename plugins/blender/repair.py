@@ -30,7 +30,7 @@ CHANGES = {
 
 
 def lines_of(report):
-    """Returns the lines of a report: what was found, what was changed, and what the mesh is now."""
+    """Returns a report as lines: the defects, the changes, and the size of the repaired mesh."""
     found = [f"{label}: {getattr(report, name).count:,}" for name, label in FINDINGS.items() if getattr(report, name).count]
     changed = [f"{label}: {getattr(report, name):,}" for name, label in CHANGES.items() if getattr(report, name)]
     if report.open_holes.count:

@@ -132,7 +132,7 @@ impl Closure {
         joined
     }
 
-    /// Moves points onto those that they coincide with.
+    /// Moves each point to the place of the first point that it coincides with.
     fn join(&self, points: &mut [[f32; 3]]) {
         for ([point, _], other) in self.coincident.iter().zip(&self.joined) {
             points[*point as usize] = points[*other as usize];

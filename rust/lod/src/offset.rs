@@ -2,7 +2,7 @@
 //!
 //! Costs measure distances from planes, which reach beyond their triangles: a vertex near all of them may be far outside of
 //! the surface, and a thin limb may vanish at little cost. So a collapse that is about to be made is measured once more,
-//! from triangles: the new vertex from those that were there, and both old vertices from those that will be.
+//! from triangles: the new vertex from the triangles before the collapse, both old vertices from the triangles after it.
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
@@ -11,7 +11,7 @@ use crate::decimation::{Decimation, Edge};
 
 impl<const Q: usize> Decimation<Q> {
     /// Returns the largest distance of the vertices of a collapse, which puts the vertex of an edge at `point`: of the new
-    /// one from the triangles in the fans, and of the old ones from those that they become.
+    /// one from the triangles of the fans, and of the old ones from the triangles after the collapse.
     pub fn offset(&self, edge: &Edge, fans: &[Fan; 2], point: Vec4) -> f32 {
         let place = |vertex: u32| self.points[vertex as usize].xyz();
         let (point, ends) = (point.xyz(), edge.ends.map(place));

@@ -59,7 +59,7 @@ impl<'a> OpenFans<'a> {
         (vertex as usize).checked_sub(self.before).map_or(vertex, |added| self.origins[added])
     }
 
-    /// Returns factors of the points with those that were added, if there are any.
+    /// Returns the factors of all points, added ones included. Empty if `factors` is.
     pub fn factors(&self, factors: &[f32]) -> Vec<f32> {
         if factors.is_empty() {
             return Vec::new();

@@ -1,5 +1,5 @@
-//! Blocks of coefficients between culling and the host on a graphics device: the list of those that culling leaves, and
-//! those that rays change (`shaders/imprint/cast/imprint_cast.wgsl`), as [`crate::raycast`] does.
+//! Blocks of coefficients between culling and the host on a graphics device: the list of blocks that culling leaves, and
+//! the blocks that rays change (`shaders/imprint/cast/imprint_cast.wgsl`), as [`crate::raycast`] does.
 //!
 //! There is room for so many blocks; the numbers that come back say whether it was enough.
 

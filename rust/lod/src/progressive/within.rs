@@ -61,7 +61,7 @@ impl ActiveMesh {
         Ok(best.1)
     }
 
-    /// Returns the points and triangles of the mesh as it is now.
+    /// Returns the points and triangles of the mesh at its present level.
     fn surface(&self) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         let mesh = self.extract();
         (mesh.points, mesh.triangles)
