@@ -19,6 +19,9 @@ use relievo_core::{Context, Error, Progress, Result};
 pub use options::DiffuseOptions;
 use surroundings::Surroundings;
 
+/// Particles of a task.
+const PART: usize = 1024;
+
 /// The kind of a diffuse particle, by the fluid around it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
@@ -154,7 +157,7 @@ impl Diffuse {
         (self.frames, self.births)
     }
 
-    /// Moves the particles by `seconds` to the end of a frame, and adds those that are born in it.
+    /// Moves the particles by `seconds` to the end of a frame, and adds the new particles of the frame.
     ///
     /// Within the frame the fluid moves by its velocities, in as many steps as the settings have. Fails, and changes
     /// nothing, if the lists of the frame have different lengths, a number is not finite, the particles are too far from

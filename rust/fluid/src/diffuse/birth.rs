@@ -6,9 +6,9 @@ use glam::Vec3;
 use relievo_core::Context;
 
 use super::options::DiffuseOptions;
-use super::potential::{PART, Potentials, potentials};
+use super::potential::{Potentials, potentials};
 use super::surroundings::Surroundings;
-use super::{DiffuseKind, DiffuseParticles, random};
+use super::{DiffuseKind, DiffuseParticles, PART, random};
 
 /// A diffuse particle when it is born.
 #[derive(Clone, Copy, Debug)]

@@ -5,10 +5,7 @@ use relievo_core::Context;
 
 use super::options::DiffuseOptions;
 use super::surroundings::Surroundings;
-use super::{DiffuseKind, DiffuseParticles};
-
-/// Particles of a task.
-const PART: usize = 1024;
+use super::{DiffuseKind, DiffuseParticles, PART};
 
 /// Moves particles by a step of so many seconds and gives them their kinds. Foam loses as much of its lifetime.
 pub fn advance(

@@ -6,8 +6,6 @@ use relievo_core::Context;
 use super::options::DiffuseOptions;
 use super::surroundings::Surroundings;
 
-/// Particles of a task.
-pub const PART: usize = 1024;
 /// The share of the support radius that the mean of the neighbours is away from a particle at the surface.
 const SURFACE: f32 = 0.1;
 /// The cosine between velocity and normal from which a crest breaks.
@@ -26,16 +24,9 @@ pub struct Potentials {
 
 /// Returns the potentials of all particles of a fluid, in the order of cells.
 pub fn potentials(context: &Context, options: &DiffuseOptions, fluid: &Surroundings) -> Vec<Potentials> {
-    let normals = parts(context, fluid, |number| normal(fluid, options, number));
-    parts(context, fluid, |number| potential(fluid, options, &normals, number))
-}
-
-/// Returns a value of each particle.
-fn parts<T: Send>(context: &Context, fluid: &Surroundings, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let count = fluid.places.len();
-    let parts = context
-        .map(count.div_ceil(PART), |part| (part * PART..count.min((part + 1) * PART)).map(&value).collect::<Vec<_>>());
-    parts.into_iter().flatten().collect()
+    let normals = context.map(count, |number| normal(fluid, options, number));
+    context.map(count, |number| potential(fluid, options, &normals, number))
 }
 
 /// Returns the outward normal of a particle at the surface, or zero of another.
