@@ -61,8 +61,11 @@ const REFUSED_LINTS: [&str; 8] = [
     "new_ret_no_self",
 ];
 
-/// Checks all code with Clippy.
+/// Checks all code with Clippy, which a toolchain of Rust's minimal profile lacks.
 fn lints() -> Outcome {
+    if output(cargo().args(["clippy", "--version"])).is_err() {
+        call(Command::new("rustup").args(["component", "add", "clippy"]))?;
+    }
     let refused = REFUSED_LINTS.iter().flat_map(|lint| ["--allow".to_owned(), format!("clippy::{lint}")]);
     let mut clippy = cargo();
     call(clippy.args(["clippy", "--release", "--workspace", "--all-targets", "--", "--deny", "warnings"]).args(refused))
