@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use indicatif::{ProgressBar, ProgressStyle};
 use relievo_core::{Context, ContextOptions};
 use relievo_gpu::{AdapterChoice, Device as GraphicsDevice, DeviceOptions};
-use relievo_scene::stepper::{RunOptions, Summary};
+use relievo_scene::stepper::RunOptions;
 
 use crate::Outcome;
 
@@ -118,7 +118,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     for note in &summary.notes {
         eprintln!("note: {note}");
     }
-    crate::print(&report(&summary, &out))?;
+    crate::print(&summary.report(&out))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -131,22 +131,6 @@ fn bar() -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {elapsed} of about {duration}");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar
-}
-
-fn report(summary: &Summary, out: &std::path::Path) -> String {
-    let mut text = summary.trace.table();
-    let [tiles, all_tiles] = summary.tiles;
-    let [bytes, all_bytes] = summary.tile_bytes.map(|bytes| bytes as f64 / f64::from(1 << 20));
-    text.push_str(&format!(
-        "\nframes: {} computed, {} opened from the cache\n\
-         tiles: {tiles} of {all_tiles} allocated, {bytes:.1} of {all_bytes:.1} MiB\n\
-         files: {} in {}\n",
-        summary.baked,
-        summary.opened,
-        summary.files.len(),
-        out.display()
-    ));
-    text
 }
 
 #[cfg(test)]

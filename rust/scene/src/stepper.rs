@@ -59,6 +59,25 @@ pub struct Summary {
     pub tiles: [u64; 2],
 }
 
+impl Summary {
+    /// Returns the table of stages and the counts of frames, tiles and files as text; `out` is the folder that is named.
+    pub fn report(&self, out: &Path) -> String {
+        let mut text = self.trace.table();
+        let [tiles, all_tiles] = self.tiles;
+        let [bytes, all_bytes] = self.tile_bytes.map(|bytes| bytes as f64 / f64::from(1 << 20));
+        text.push_str(&format!(
+            "\nframes: {} computed, {} opened from the cache\n\
+             tiles: {tiles} of {all_tiles} allocated, {bytes:.1} of {all_bytes:.1} MiB\n\
+             files: {} in {}\n",
+            self.baked,
+            self.opened,
+            self.files.len(),
+            out.display()
+        ));
+        text
+    }
+}
+
 /// The name of the cache's folder in the output folder.
 pub const CACHE_FOLDER: &str = "cache";
 

@@ -87,6 +87,11 @@ pub fn install(packages: &[&'static str], yes: bool) -> Outcome {
     }
 }
 
+/// Whether all of `packages` are installed.
+pub fn are_installed(packages: &[&str]) -> bool {
+    packages.iter().all(|name| installed(name))
+}
+
 /// Whether this runs as root.
 pub fn is_root() -> bool {
     std::fs::metadata("/proc/self").is_ok_and(|process| process.uid() == 0)

@@ -71,11 +71,12 @@ fn lints() -> Outcome {
     call(clippy.args(["clippy", "--release", "--workspace", "--all-targets", "--", "--deny", "warnings"]).args(refused))
 }
 
-/// Checks that the library and the command compile without their features. Checks make no library, so that the one that
-/// was built stays.
+/// Checks that the library, the command and the demo's program compile without features. Checks make no library, so that
+/// the one that was built stays.
 fn features() -> Outcome {
-    let packages = ["--package", "relievo-capi", "--package", "relievo-cli"];
-    call(cargo().args(["check", "--release", "--no-default-features", "--lib", "--bins"]).args(packages))
+    let packages = ["--package", "relievo-capi", "--package", "relievo-cli", "--package", "relievo-scene"];
+    let features = ["--no-default-features", "--features", "relievo-scene/program"];
+    call(cargo().args(["check", "--release", "--lib", "--bins"]).args(features).args(packages))
 }
 
 fn tests() -> Command {
