@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions};
+use relievo_scene::diagnostic::Failure;
 use relievo_scene::stepper::{self, RunOptions};
 
 fn main() -> ExitCode {
@@ -20,13 +21,13 @@ fn main() -> ExitCode {
             ExitCode::SUCCESS
         }
         Err(error) => {
-            eprintln!("error: {error}");
+            eprint!("{error}");
             ExitCode::FAILURE
         }
     }
 }
 
-fn run(scene: &Path, out: &Path) -> Result<String, Box<dyn std::error::Error>> {
+fn run(scene: &Path, out: &Path) -> Result<String, Failure> {
     let context = Context::new(&ContextOptions::default())?;
     let description = relievo_scene::file::read_file(scene)?;
     let options = RunOptions { out: out.to_owned(), frames: None, allowed: Vec::new(), rebake: false, device: None };
