@@ -20,11 +20,12 @@ pub fn run(yes: bool, device: &str) -> Outcome {
         println!("\nThe pictures, the mesh, the tiles and the table are in {}.", root().join(OUT).display());
         return Ok(());
     }
-    with_packages(yes)?;
+    scene_packages(yes)?;
     call(&mut build("relievo-scene"))?;
     call(Command::new(target().join("release/relievo-scene")).current_dir(root()).args([SCENE, OUT]))?;
     println!("\nThe pictures, the mesh, the tiles and the table are in {}.", root().join(OUT).display());
     println!("The command `relievo` is compiled next.\n");
+    packages::install(packages::BUILD, yes)?;
     call(&mut build("relievo"))?;
     println!("\nThe scene is {SCENE}: change it and type `target/release/relievo run {SCENE} --out {OUT}`.");
     println!(
@@ -33,17 +34,17 @@ pub fn run(yes: bool, device: &str) -> Outcome {
     Ok(())
 }
 
-/// Installs the Debian packages that are missing. Meanwhile Cargo compiles what needs none of them; crates that do need
-/// them fail in that build, whose messages are dropped, and are compiled by the next.
-fn with_packages(yes: bool) -> Outcome {
-    if packages::are_installed(packages::BUILD) {
+/// Installs the Debian packages that scenes need. Meanwhile Cargo compiles what needs none of them; crates that do need them
+/// fail in that build, whose messages are dropped, and are compiled by the next.
+fn scene_packages(yes: bool) -> Outcome {
+    if packages::are_installed(packages::SCENE) {
         return Ok(());
     }
     let mut early = build("relievo-scene");
     early.args(["--keep-going", "--quiet"]).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     let early = early.spawn();
     println!("What needs no package is compiled while packages are installed.");
-    let installed = packages::install(packages::BUILD, yes);
+    let installed = packages::install(packages::SCENE, yes);
     if let Ok(mut early) = early {
         // Its exit status says that crates wait for packages, which is known.
         early.wait().map_err(|error| error.to_string())?;

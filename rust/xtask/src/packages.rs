@@ -9,6 +9,9 @@ use std::time::{Duration, SystemTime};
 
 use crate::stage::{Outcome, call};
 
+/// What scenes need.
+pub const SCENE: &[&str] = &["g++", "libosd-dev", "libembree3-3"];
+
 /// What the library and the `relievo` command need.
 pub const BUILD: &[&str] = &["g++", "libosd-dev", "libembree3-3", "libopenmesh-dev"];
 
