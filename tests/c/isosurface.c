@@ -5,7 +5,7 @@
 #include <pthread.h>
 
 /* A block of SIDE³ particles 0.02 apart, from (0.01, 0.01, 0.01) on. */
-enum { SIDE = 16, COUNT = SIDE * SIDE * SIDE };
+enum { SIDE = 12, COUNT = SIDE * SIDE * SIDE };
 
 static float points[COUNT][4], velocities[COUNT][3];
 
