@@ -1,0 +1,108 @@
+//! A shader that was read: its annotations, its outline and its module.
+
+use crate::annotation::{Annotation, annotations};
+use crate::dialect::{Dialect, modernize};
+use crate::edit::{Edit, apply};
+use crate::fault::{Checked, Fault, Faults, Span};
+use crate::front::{Parsed, entries, parse, wgsl};
+use crate::lexer::{Kind, Token, tokens};
+use crate::outline::{Outline, outline};
+use crate::source::{Language, Source, Stage};
+use crate::variable::{Variable, variables, with_vector};
+
+/// What begins the names that the augmentation adds to a shader.
+pub(crate) const PREFIX: &str = "pel_";
+
+/// A shader that a front end has accepted.
+#[derive(Debug)]
+pub struct Shader {
+    pub(crate) source: Source,
+    pub(crate) tokens: Vec<Token>,
+    pub(crate) annotations: Vec<Annotation>,
+    pub(crate) outline: Outline,
+    pub(crate) dialect: Dialect,
+    pub(crate) parsed: Parsed,
+    pub(crate) text: String,
+}
+
+/// An entry point of a shader.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// Its name.
+    pub name: String,
+    /// Its stage.
+    pub stage: Stage,
+}
+
+impl Shader {
+    /// Reads a shader.
+    ///
+    /// Fails with the faults of its annotations, or else with those that the front end of its language finds.
+    pub fn new(source: Source) -> Result<Self, Faults> {
+        let faults = Faults::of(&source);
+        Self::read(source).map_err(faults)
+    }
+
+    fn read(source: Source) -> Checked<Self> {
+        let text = &*source.text;
+        let tokens = tokens(text, source.language)?;
+        let is_ours = |token: &&Token| token.kind == Kind::Word && token.text(text).starts_with(PREFIX);
+        if let Some(token) = tokens.iter().find(is_ours) {
+            let what = format!("names that begin with `{PREFIX}` belong to the augmentation");
+            return Err(vec![
+                Fault::new(token.span.clone(), what).advise("use another name, or the shader before it was augmented"),
+            ]);
+        }
+        let annotations = annotations(text, source.language, &tokens)?;
+        let outline = outline(text, source.language, &tokens);
+        let dialect = modernize(&source, &tokens, &outline)?;
+        let mut edits = dialect.edits.clone();
+        edits.extend(dialect.wrapper.as_ref().map(|wrapper| Edit::insert(text.len(), wrapper.concat())));
+        let (plain, map) = apply(text, edits);
+        let parsed = parse(&plain, source.language, source.stage, &map)?;
+        Ok(Self { tokens, annotations, outline, dialect, parsed, text: plain, source })
+    }
+
+    /// Returns the source that it was read from.
+    pub fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// Returns its text in the current version of its language: the user's own, unless that is an old dialect of GLSL.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Returns its entry points.
+    pub fn entries(&self) -> Vec<Entry> {
+        entries(&self.parsed.module).map(|(_, stage, entry)| Entry { name: entry.name.clone(), stage }).collect()
+    }
+
+    /// Returns its float variables in the order of the text.
+    pub fn variables(&self) -> Vec<Variable> {
+        variables(self)
+    }
+
+    /// Returns its text with a vector of variables, taken behind the last of them.
+    ///
+    /// `chosen` has indices into [`Shader::variables`], `weight` is an expression. Fails if there is none, if one cannot be
+    /// seen from where the last is declared, or if no statement can stand there.
+    pub fn with_vector(&self, chosen: &[usize], weight: &str) -> Result<String, Faults> {
+        with_vector(&self.source, &self.outline, &self.variables(), chosen, weight)
+    }
+
+    /// Returns its text in WGSL, for devices.
+    ///
+    /// Fails if the shader uses what WGSL lacks.
+    pub fn wgsl(&self) -> Result<String, Faults> {
+        match self.source.language {
+            Language::Wgsl => Ok(self.text.clone()),
+            Language::Glsl => wgsl(&self.parsed).map_err(Faults::of(&self.source)),
+        }
+    }
+
+    /// Returns the text of a span.
+    pub(crate) fn slice(&self, span: &Span) -> &str {
+        &self.source.text[span.clone()]
+    }
+}

@@ -1,0 +1,93 @@
+//! Texts that are no shaders: none makes the library panic, hang or write outside of its bindings.
+
+use proptest::prelude::*;
+use relievo_shaderlab::{Language, Shader, Source, Stage};
+
+const GOOD: &str = "@group(0) @binding(0) var<uniform> u: vec4<f32>;\n\
+    fn weigh(distance: f32) -> f32 { let w = 1.0 / (1.0 + distance); /*. vector w; u.x; distance */ return w; }\n\
+    @fragment fn fs(@location(0) uv: vec2<f32>) -> @location(0) vec4<f32> {\n    for (var i = 0.0; i < 2.0; i += 1.0) {\n        \
+    let a = weigh(i) + uv.x;\n        //. vector a; uv.y; 1.0\n    }\n    //. accumulation max\n    \
+    return vec4<f32>(1.0 /*. * confidence */);\n}\n";
+
+const OLD: &str = "#version 120\nuniform sampler2D t; // a\nuniform float k, l;\nvarying vec2 uv;\n#define A(x) texture2D(t, x)\n\
+    void main() {\n    float a = A(uv).r * k;\n    //. vector a; l; 1.0\n    gl_FragColor = vec4(a /*. * confidence */);\n}\n";
+
+/// Reads and augments a text and looks at all of its variables. Faults are fine, and can be printed.
+fn look(text: &str, language: Language) {
+    match Shader::new(Source::new("test", text, language, Stage::Fragment)) {
+        Err(faults) => assert!(!faults.to_string().is_empty()),
+        Ok(shader) => {
+            for (index, variable) in shader.variables().iter().enumerate() {
+                assert_eq!(&text[variable.place.clone()], variable.name);
+                let _ = shader.with_vector(&[index], "1.0");
+            }
+            match shader.augment() {
+                Err(faults) => assert!(!faults.to_string().is_empty()),
+                Ok(augmented) => assert!(augmented.text.contains("pel_take")),
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(150))]
+
+    #[test]
+    fn changed_shaders_are_read_or_refused(at in 0_usize..400, length in 0_usize..12, junk in "[ -~\n.;{}()/*éß]{0,6}", is_old: bool) {
+        let (text, language) = if is_old { (OLD, Language::Glsl) } else { (GOOD, Language::Wgsl) };
+        let start = at.min(text.len());
+        let end = (start + length).min(text.len());
+        look(&format!("{}{junk}{}", &text[..start], &text[end..]), language);
+    }
+
+    #[test]
+    fn any_text_is_read_or_refused(text in "\\PC{0,80}", is_old: bool) {
+        look(&text, if is_old { Language::Glsl } else { Language::Wgsl });
+    }
+
+    #[test]
+    fn any_annotation_is_read_or_refused(note in "[a-z.;(){}*/= \n]{0,40}") {
+        look(&GOOD.replace("vector a; uv.y; 1.0", &note), Language::Wgsl);
+        look(&OLD.replace("vector a; l; 1.0", &note), Language::Glsl);
+    }
+
+    #[test]
+    fn words_in_any_order_are_read_or_refused(words in prop::collection::vec(prop::sample::select(vec![
+        "fn", "f", "(", ")", "{", "}", ";", "var", "let", "=", "float", "for", "struct", "uniform", "sampler2D", "a", "1.0", ",",
+        "//. vector a; 1.0\n", "/*. confidence */", "#define", "\n", "\\\n", "in", "out", "mainImage", "void", "main", "[", "]", ":",
+        "/*", "*/", "@", "layout", "if", "else", "vec2",
+    ]), 0..60), is_old: bool) {
+        look(&words.join(" "), if is_old { Language::Glsl } else { Language::Wgsl });
+    }
+}
+
+#[test]
+fn every_truncation_is_read_or_refused() {
+    for (text, language) in [(GOOD, Language::Wgsl), (OLD, Language::Glsl)] {
+        for end in (0..text.len()).filter(|end| text.is_char_boundary(*end)) {
+            look(&text[..end], language);
+        }
+    }
+}
+
+#[test]
+fn deep_and_long_texts_are_refused_or_read() {
+    let nested = |open: &str, close: &str, count: usize| {
+        format!("#version 450\nvoid main() {{ float a = {}1.0{}; }}", open.repeat(count), close.repeat(count))
+    };
+    for count in [100, 150, 100_000] {
+        look(&nested("(", ")", count), Language::Glsl);
+        look(&nested("-", "", count), Language::Glsl);
+        look(
+            &nested("-", "", count).replace("#version 450\nvoid main()", "fn f()").replace("float", "let"),
+            Language::Wgsl,
+        );
+        look(&nested("1.0+", "", count), Language::Glsl);
+        look(&nested("true?", ":1.0", count), Language::Glsl);
+        look(&format!("fn f() {{ {} }}", "if true { } else ".repeat(count)), Language::Wgsl);
+        look(&"/*".repeat(count), Language::Wgsl);
+        look(&"{".repeat(count), Language::Glsl);
+        look(&"float a(".repeat(count), Language::Glsl);
+        look(&"uniform float a; #define b\n".repeat(count), Language::Glsl);
+    }
+}
