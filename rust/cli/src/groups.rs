@@ -6,7 +6,7 @@ use clap::Command;
 const GROUPS: [(&str, &[&str]); 6] = [
     ("Scenes", &["run", "new", "check", "schema", "export"]),
     ("Surfaces and their details", &["stroke", "doc", "tessellate"]),
-    ("Meshes", &["mesh", "simplify", "progressive", "decal"]),
+    ("Meshes", &["mesh", "simplify", "progressive", "decal", "crowd"]),
     ("Fluids and grids", &["fluid", "plot", "grid"]),
     ("Pictures", &["draw", "compare"]),
     ("Files and devices", &["info", "devices"]),

@@ -6,6 +6,7 @@
 mod bar;
 mod check;
 mod compare;
+mod crowd;
 #[cfg(feature = "decal")]
 mod decal;
 mod devices;
@@ -72,6 +73,8 @@ enum Command {
     /// Lays stickers on meshes, exactly on feature points.
     #[cfg(feature = "decal")]
     Decal(decal::Arguments),
+    /// Builds, draws and reports crowds of articulated models at the detail that their pixels deserve.
+    Crowd(crowd::Arguments),
     /// Builds progressive meshes, and takes meshes of any level from them.
     Progressive(progressive::Arguments),
     /// Simulates fluids of particles, and makes meshes of their surfaces.
@@ -113,6 +116,7 @@ fn main() -> ExitCode {
         Command::Mesh(arguments) => mesh::run(&arguments),
         #[cfg(feature = "decal")]
         Command::Decal(arguments) => decal::run(&arguments),
+        Command::Crowd(arguments) => crowd::run(&arguments),
         Command::Progressive(arguments) => progressive::run(&arguments),
         Command::Fluid(arguments) => fluid::run(&arguments),
         Command::Grid(arguments) => grid::run(&arguments),

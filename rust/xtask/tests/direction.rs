@@ -25,6 +25,7 @@ const LAYERS: &[&[&str]] = &[
     &["relievo-render", "relievo-procedural"],
     &["relievo-detail", "relievo-comparison"],
     &["relievo-bake", "relievo-lod", "relievo-fluid"],
+    &["relievo-crowd"],
     &["relievo-scene"],
     &["relievo-capi", "relievo-cli"],
     &["relievo-bench"],

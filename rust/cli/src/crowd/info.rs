@@ -1,0 +1,89 @@
+//! `relievo crowd info`
+
+use std::fmt::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use relievo_crowd::{CrowdModel, Reader};
+use serde_json::{Value, json};
+
+use crate::Outcome;
+use crate::limits::Limits;
+
+const EXAMPLE: &str = "Example: relievo crowd info robot.rcrowd";
+
+/// Errors whose cuts are listed, as shares of the model's diagonal.
+const SHARES: [f32; 5] = [0.0001, 0.001, 0.003, 0.01, 0.03];
+
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLE)]
+pub struct Arguments {
+    /// The crowd model.
+    file: PathBuf,
+    /// Print JSON for programs.
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    limits: Limits,
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    let context = arguments.limits.context()?;
+    let reader = Reader::open(&context, &arguments.file)?;
+    let model = reader.model();
+    let text = if arguments.json { format!("{:#}\n", machine_readable(model)) } else { described(model) };
+    crate::print(&text)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Returns what is in a model, one number a line.
+pub fn described(model: &CrowdModel) -> String {
+    let report = &model.report;
+    let depth = model.groups.iter().map(|group| group.depth).max().unwrap_or_default();
+    let exceeded = 100.0 * report.exceeded as f64 / report.measured.max(1) as f64;
+    let mut text = format!(
+        "triangles              {}\nvertices               {}\nbones                  {}\nclips                  {}\n\
+         poses                  {}, of which {} are representative\nclusters               {}\ngroups                 {}\n\
+         levels                 {}\nerrors beyond          {exceeded:.1} % of {} distances, widened to hold\n",
+        model.input_triangles,
+        model.character.points.len(),
+        model.character.bones.len(),
+        model.clips.iter().map(|clip| clip.name.as_str()).collect::<Vec<_>>().join(", "),
+        report.poses,
+        report.representatives,
+        model.clusters.len(),
+        model.groups.len(),
+        depth + 1,
+        report.measured,
+    );
+    for share in SHARES {
+        let triangles = model.triangle_count(&model.cut(share * model.size()));
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "at {:5.2} % error        {triangles} triangles", 100.0 * share);
+    }
+    text
+}
+
+/// Returns what is in a model for programs.
+pub fn machine_readable(model: &CrowdModel) -> Value {
+    let cut = |share: &f32| {
+        let error = share * model.size();
+        json!({ "error": error, "triangles": model.triangle_count(&model.cut(error)) })
+    };
+    let clip = |clip: &relievo_crowd::Clip| json!({ "name": clip.name, "rate": clip.rate, "poses": clip.poses.len() });
+    json!({
+        "triangles": model.input_triangles,
+        "vertices": model.character.points.len(),
+        "bones": model.character.bones.len(),
+        "clips": model.clips.iter().map(clip).collect::<Vec<_>>(),
+        "poses": model.report.poses,
+        "representatives": model.report.representatives,
+        "clusters": model.clusters.len(),
+        "groups": model.groups.len(),
+        "distances": model.report.measured,
+        "exceeded": model.report.exceeded,
+        "low": model.low,
+        "high": model.high,
+        "cuts": SHARES.iter().map(cut).collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,93 @@
+//! Lists of agents as text: one agent a line.
+//!
+//! A line has the place x y z, the heading in degrees about the y axis, the scale, the name or number of the clip, the
+//! phase in seconds and, if there are several, the number of the model. What follows a `#` is a remark.
+
+use std::fmt::Write;
+
+use glam::{DAffine3, DQuat, DVec3};
+use relievo_core::{Error, Result};
+
+use crate::crowd::{Agent, MOST_AGENTS};
+use crate::hierarchy::CrowdModel;
+
+/// Reads a list of agents for some models.
+///
+/// # Errors
+/// Names the line that has a wrong number of columns, a number that is none, or a clip or model that does not exist.
+pub fn parse_agents(text: &str, models: &[&CrowdModel]) -> Result<Vec<Agent>> {
+    let mut agents = Vec::new();
+    for (number, line) in text.lines().enumerate() {
+        let line = line.split('#').next().unwrap_or_default();
+        let columns: Vec<&str> = line.split_whitespace().collect();
+        if columns.is_empty() {
+            continue;
+        }
+        if agents.len() >= MOST_AGENTS {
+            return Err(Error::unsupported(format!("a crowd has at most {MOST_AGENTS} agents")));
+        }
+        agents.push(agent(&columns, models).map_err(|error| error.at(format!("line {}", number + 1)))?);
+    }
+    Ok(agents)
+}
+
+fn agent(columns: &[&str], models: &[&CrowdModel]) -> Result<Agent> {
+    if !(7..=8).contains(&columns.len()) {
+        return Err(Error::invalid(format!("an agent has 7 or 8 columns, not {}", columns.len()))
+            .advise("write x y z heading scale clip phase [model]"));
+    }
+    let number = |at: usize| {
+        let value = columns[at].parse::<f64>().ok().filter(|value| value.is_finite());
+        value.ok_or_else(|| Error::invalid(format!("`{}` is not a number", columns[at])))
+    };
+    let model = match columns.get(7) {
+        None => 0,
+        Some(text) => text.parse().map_err(|_| Error::invalid(format!("`{text}` is not the number of a model")))?,
+    };
+    let found: &CrowdModel = models
+        .get(model as usize)
+        .ok_or_else(|| Error::invalid(format!("there is no model {model}")).advise("models count from 0"))?;
+    let clip = clip_index(found, columns[5])?;
+    let place = DVec3::new(number(0)?, number(1)?, number(2)?);
+    let turn = DQuat::from_rotation_y(number(3)?.to_radians());
+    let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(number(4)?), turn, place);
+    Ok(Agent { model, clip, phase: number(6)?, transform })
+}
+
+/// Returns the clip of a model with a name, or with a number counted from 0.
+///
+/// # Errors
+/// There is no such clip; names the nearest.
+pub fn clip_index(model: &CrowdModel, name: &str) -> Result<u32> {
+    let named = model.clips.iter().position(|clip| clip.name == name);
+    let numbered = || name.parse().ok().filter(|index| *index < model.clips.len());
+    named.or_else(numbered).map(|index| index as u32).ok_or_else(|| {
+        let error = Error::invalid(format!("there is no clip `{name}`"));
+        match relievo_core::error::nearest(name, model.clips.iter().map(|clip| clip.name.as_str())) {
+            Some(near) => error.advise(format!("did you mean `{near}`?")),
+            None => error.advise("`relievo crowd info` lists the clips"),
+        }
+    })
+}
+
+/// Returns a list of agents as text: `count` of them on a square of the ground, `spacing` apart, each with its own
+/// heading and phase, in the clips of a model in turn.
+pub fn square(model: &CrowdModel, count: usize, spacing: f64) -> String {
+    let side = (count as f64).sqrt().ceil().max(1.0) as usize;
+    let mut text = String::from("# x y z heading scale clip phase\n");
+    // A sequence that is spread evenly, by the golden ratio.
+    let spread = |index: usize, factor: f64| (index as f64 * factor).fract();
+    for index in 0..count {
+        let place = |at: usize| (at as f64 - 0.5 * (side - 1) as f64) * spacing;
+        let jitter = |factor: f64| 0.5 * spacing * (spread(index, factor) - 0.5);
+        let (x, z) = (place(index % side) + jitter(0.754_877_666), place(index / side) + jitter(0.569_840_291));
+        let heading = 360.0 * spread(index, 0.618_033_989);
+        let scale = 0.9 + 0.2 * spread(index, 0.324_717_957);
+        let clip = index % model.clips.len().max(1);
+        let seconds = model.clips.get(clip).map_or(0.0, |clip| clip.poses.len() as f64 / f64::from(clip.rate));
+        let phase = seconds * spread(index, 0.819_172_513);
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "{x:.3} 0 {z:.3} {heading:.1} {scale:.3} {clip} {phase:.3}");
+    }
+    text
+}

@@ -1,0 +1,348 @@
+//! Building a cluster hierarchy, level upon level.
+
+use glam::DVec3;
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Error, ErrorKind, Progress, Result};
+use relievo_lod::distance;
+use relievo_meshio::Model;
+
+use crate::character::Character;
+use crate::clip::{self, Clip, Skeleton};
+use crate::collapse::{self, Face};
+use crate::deformation;
+use crate::grouping;
+use crate::hierarchy::{BuildSettings, Cluster, CrowdModel, Group, NONE, Report};
+use crate::partition;
+use crate::places::Places;
+use crate::representative::representatives;
+
+/// Share of the triangles that a simplification may leave to count as one.
+const LEFT: f64 = 0.85;
+/// Levels at most. Each leaves about half of the triangles.
+const MOST_LEVELS: u32 = 64;
+/// Relative difference of the lengths of a bone's axes between poses up to which it is rigid.
+const RIGID: f64 = 1e-5;
+/// Share of the model's size that boxes are widened by, for the rounding of skinned vertices.
+const ROUNDING: f32 = 1e-5;
+/// A place that belongs to several groups, or to none.
+const SHARED: u32 = u32::MAX;
+
+/// What is known of the character before the first level.
+struct Builder<'a> {
+    character: &'a Character,
+    places: Places,
+    skeletons: Vec<&'a Skeleton>,
+    /// Which skeletons are representative.
+    is_representative: Vec<bool>,
+    /// Positions of all vertices in the representative poses.
+    posed: Vec<Vec<[f32; 3]>>,
+    /// Boxes of the paths of all vertices.
+    paths: Vec<[[f32; 3]; 2]>,
+    levels: Vec<f32>,
+    /// Whether each bone keeps all lengths alike in all poses.
+    is_rigid: Vec<bool>,
+    size: f32,
+}
+
+/// The result of simplifying a group.
+struct Simplified {
+    /// Faces of each new cluster.
+    pieces: Vec<Vec<Face>>,
+    /// The largest distance that the simplification adds, over all poses.
+    added: f32,
+    measured: u64,
+    exceeded: u64,
+}
+
+pub(crate) fn build(
+    context: &Context,
+    model: &Model,
+    animations: &[usize],
+    settings: &BuildSettings,
+    progress: &mut dyn Progress,
+) -> Result<CrowdModel> {
+    progress.step(0.0, "read poses")?;
+    let character = Character::from_model(context, model)?;
+    let clips = clip::sample(context, model, &character, animations, settings.pose_rate)?;
+    let skeletons: Vec<&Skeleton> = clips.iter().flat_map(|clip| &clip.skeletons).collect();
+    check_memory(context, &character, skeletons.len())?;
+    let paths = paths(context, &character, &skeletons)?;
+    let (low, high) = paths.iter().fold(([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]), |(low, high), path| {
+        (lower(low, path[0]), upper(high, path[1]))
+    });
+    let size = glam::Vec3::from(high).distance(low.into());
+    // Lengths between poses are compared with the model at rest, which does not walk away.
+    let still = rest_size(&character, skeletons[0]);
+    let chosen = representatives(&character, &skeletons, f64::from(settings.pose_distance) * still);
+    let mut is_representative = vec![false; skeletons.len()];
+    chosen.iter().for_each(|pose| is_representative[*pose] = true);
+    let posed = chosen.iter().map(|pose| placed(context, &character, skeletons[*pose])).collect();
+    let levels = deformation::levels(context, &character, &skeletons);
+    let is_rigid = rigid_bones(&skeletons);
+    let places = Places::of(&character);
+    let builder =
+        Builder { character: &character, places, skeletons, is_representative, posed, paths, levels, is_rigid, size };
+    let report =
+        Report { poses: builder.skeletons.len() as u32, representatives: chosen.len() as u32, ..Report::default() };
+    let mut made = builder.run(context, settings, report, progress)?;
+    let margin = ROUNDING * size;
+    (made.low, made.high) = (low.map(|value| value - margin), high.map(|value| value + margin));
+    for group in &mut made.groups {
+        (group.low, group.high) = (group.low.map(|value| value - margin), group.high.map(|value| value + margin));
+    }
+    let poses = |clip: &clip::Sampled| clip.skeletons.iter().map(Skeleton::pose).collect();
+    made.clips =
+        clips.iter().map(|clip| Clip { name: clip.name.clone(), rate: clip.rate, poses: poses(clip) }).collect();
+    Ok(made)
+}
+
+impl Builder<'_> {
+    fn run(
+        self,
+        context: &Context,
+        settings: &BuildSettings,
+        report: Report,
+        progress: &mut dyn Progress,
+    ) -> Result<CrowdModel> {
+        let most = settings.cluster_triangles as usize;
+        let pieces = partition::leaves(self.character, &self.places, &self.levels, self.size, most);
+        let mut made = CrowdModel {
+            input_triangles: self.character.triangles.len() as u32,
+            report,
+            character: Character { triangles: Vec::new(), materials: Vec::new(), ..self.character.clone() },
+            ..CrowdModel::default()
+        };
+        let face = |triangle: &u32| {
+            let triangle = *triangle as usize;
+            (self.character.triangles[triangle], self.character.materials[triangle])
+        };
+        for piece in &pieces {
+            self.add(&mut made, piece.iter().map(face).collect(), NONE, 0);
+        }
+        let mut front: Vec<u32> = (0..made.clusters.len() as u32).collect();
+        for level in 1..=MOST_LEVELS {
+            // Each level has about half of the triangles of the one before.
+            let start = 1.0 - 0.5f32.powi(level as i32 - 1);
+            let span = [start, 0.5 * (1.0 + start)];
+            let groups = grouping::grouped(&made, &self.places, &front, settings.group_clusters as usize, self.size);
+            let owners = self.owners(&made, &groups);
+            let results = context.map_watched(groups.len(), progress, ("simplify", span), |group| {
+                self.simplify(&made, &groups[group], (group as u32, &owners), most)
+            })?;
+            let mut next = Vec::new();
+            let mut is_done = true;
+            for (clusters, result) in groups.iter().zip(results) {
+                match result? {
+                    Some(result) => {
+                        next.extend(self.replace(&mut made, clusters, result));
+                        is_done = false;
+                    }
+                    None => next.extend(clusters),
+                }
+            }
+            if is_done {
+                break;
+            }
+            front = next;
+        }
+        progress.step(1.0, "simplify")?;
+        Ok(made)
+    }
+
+    /// Adds a cluster and returns its index.
+    fn add(&self, made: &mut CrowdModel, faces: Vec<Face>, made_by: u32, depth: u32) -> u32 {
+        let first = made.character.triangles.len() as u32;
+        let level = |vertex: &u32| self.levels[*vertex as usize];
+        let deformation = faces.iter().flat_map(|(triangle, _)| triangle).map(level).fold(0.0, f32::max);
+        made.clusters.push(Cluster { first, count: faces.len() as u32, made_by, used_by: NONE, deformation, depth });
+        made.character.triangles.extend(faces.iter().map(|face| face.0));
+        made.character.materials.extend(faces.iter().map(|face| face.1));
+        made.clusters.len() as u32 - 1
+    }
+
+    /// Makes a group of clusters with what they were simplified to. Returns the new clusters.
+    fn replace(&self, made: &mut CrowdModel, clusters: &[u32], result: Simplified) -> Vec<u32> {
+        let number = made.groups.len() as u32;
+        let mut group = Group { error: 0.0, low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3], depth: 1 };
+        for cluster in clusters {
+            for vertex in made.triangles(*cluster).iter().flatten() {
+                let [low, high] = self.paths[*vertex as usize];
+                (group.low, group.high) = (lower(group.low, low), upper(group.high, high));
+            }
+            let cluster = &mut made.clusters[*cluster as usize];
+            cluster.used_by = number;
+            if let Some(below) = made.groups.get(cluster.made_by as usize) {
+                group.error = group.error.max(below.error);
+                group.depth = group.depth.max(below.depth + 1);
+                (group.low, group.high) = (lower(group.low, below.low), upper(group.high, below.high));
+            }
+        }
+        // Rounding must not bring the sum below what it bounds.
+        group.error = if result.added > 0.0 { (group.error + result.added).next_up() } else { group.error };
+        made.report.measured += result.measured;
+        made.report.exceeded += result.exceeded;
+        made.groups.push(group);
+        result.pieces.into_iter().map(|faces| self.add(made, faces, number, group.depth)).collect()
+    }
+
+    /// Returns the group of every place; [`SHARED`] for those that several groups have, or none.
+    fn owners(&self, made: &CrowdModel, groups: &[Vec<u32>]) -> Vec<u32> {
+        const FREE: u32 = u32::MAX - 1;
+        let mut owners = vec![FREE; self.places.len()];
+        for (number, clusters) in groups.iter().enumerate() {
+            for vertex in clusters.iter().flat_map(|cluster| made.triangles(*cluster)).flatten() {
+                let owner = &mut owners[self.places.of[*vertex as usize] as usize];
+                *owner = if *owner == FREE || *owner == number as u32 { number as u32 } else { SHARED };
+            }
+        }
+        owners
+    }
+
+    /// Simplifies the clusters of a group to half. Returns nothing where too little could be removed.
+    fn simplify(
+        &self,
+        made: &CrowdModel,
+        clusters: &[u32],
+        (number, owners): (u32, &[u32]),
+        most: usize,
+    ) -> Result<Option<Simplified>> {
+        let faces: Vec<Face> = clusters
+            .iter()
+            .flat_map(|cluster| {
+                let Cluster { first, count, .. } = made.clusters[*cluster as usize];
+                let range = first as usize..(first + count) as usize;
+                let materials = made.character.materials[range.clone()].iter();
+                made.character.triangles[range].iter().copied().zip(materials.copied())
+            })
+            .collect();
+        let is_locked = |place: u32| owners[place as usize] != number;
+        let input = collapse::Input {
+            character: self.character,
+            places: &self.places,
+            posed: &self.posed,
+            is_locked: &is_locked,
+        };
+        let left = collapse::simplify(&input, &faces, faces.len() / 2);
+        if left.is_empty() || left.len() as f64 > LEFT * faces.len() as f64 {
+            return Ok(None);
+        }
+        let (added, measured, exceeded) = self.measure(&faces, &left)?;
+        let center = |face: u32| partition::center(self.character, left[face as usize].0);
+        let pieces = partition::cut((0..left.len() as u32).collect(), most, &center);
+        let pieces = pieces.iter().map(|piece| piece.iter().map(|face| left[*face as usize]).collect()).collect();
+        Ok(Some(Simplified { pieces, added, measured, exceeded }))
+    }
+
+    /// Measures the largest distance between a group before and after its simplification over all poses. Returns it with
+    /// the number of poses, and of those that exceed the representative ones.
+    fn measure(&self, before: &[Face], after: &[Face]) -> Result<(f32, u64, u64)> {
+        let mut vertices: Vec<u32> = before.iter().chain(after).flat_map(|face| face.0).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let local = |vertex: u32| vertices.binary_search(&vertex).unwrap_or_default() as u32;
+        let local = |faces: &[Face]| faces.iter().map(|face| face.0.map(local)).collect::<Vec<_>>();
+        let (before, after) = (local(before), local(after));
+        let context = Context::serial();
+        let measured = |skeleton: &Skeleton| -> Result<f32> {
+            let place = |vertex: &u32| skeleton.place(self.character, *vertex as usize).as_vec3().to_array();
+            let points: Vec<[f32; 3]> = vertices.iter().map(place).collect();
+            match distance(&context, [(&points, &before), (&points, &after)], &mut Silent) {
+                Ok(found) => Ok(found.at_most),
+                // One of both has no area in this pose: the box holds both.
+                Err(error) if error.kind == ErrorKind::Invalid => Ok(diagonal(&points)),
+                Err(error) => Err(error),
+            }
+        };
+        if self.is_rigid(&vertices) {
+            // The distance is the same in all poses, up to rounding.
+            let distance = measured(self.skeletons[0])?;
+            return Ok((distance * (1.0 + 2.0 * RIGID as f32), self.skeletons.len() as u64, 0));
+        }
+        let distances = self.skeletons.iter().map(|skeleton| measured(skeleton)).collect::<Result<Vec<f32>>>()?;
+        let seen = distances.iter().zip(&self.is_representative).filter(|(_, is_seen)| **is_seen);
+        let seen = seen.map(|(distance, _)| *distance).fold(0.0, f32::max);
+        let exceeded = distances.iter().filter(|distance| **distance > seen).count() as u64;
+        Ok((distances.iter().copied().fold(0.0, f32::max), distances.len() as u64, exceeded))
+    }
+
+    /// Whether all vertices follow one bone that keeps all lengths.
+    fn is_rigid(&self, vertices: &[u32]) -> bool {
+        let bone = |vertex: &u32| {
+            let influence = &self.character.influences[*vertex as usize];
+            let mut used = influence.bones.iter().zip(influence.weights).filter(|(_, weight)| *weight > 0.0);
+            used.next().map(|(bone, _)| *bone).filter(|_| used.next().is_none())
+        };
+        let Some(Some(first)) = vertices.first().map(bone) else { return false };
+        self.is_rigid[usize::from(first)] && vertices.iter().all(|vertex| bone(vertex) == Some(first))
+    }
+}
+
+fn lower(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    std::array::from_fn(|axis| a[axis].min(b[axis]))
+}
+
+fn upper(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
+    std::array::from_fn(|axis| a[axis].max(b[axis]))
+}
+
+/// Returns the diagonal of the box of some points.
+fn diagonal(points: &[[f32; 3]]) -> f32 {
+    let (low, high) = points.iter().fold(([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]), |(low, high), point| {
+        (lower(low, *point), upper(high, *point))
+    });
+    glam::Vec3::from(high).distance(low.into())
+}
+
+/// Returns the diagonal of the box of a character in a pose.
+fn rest_size(character: &Character, skeleton: &Skeleton) -> f64 {
+    let points = (0..character.points.len()).map(|vertex| skeleton.place(character, vertex));
+    let (low, high) =
+        points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)));
+    (high - low).length()
+}
+
+/// Returns the positions of all vertices in a pose.
+fn placed(context: &Context, character: &Character, skeleton: &Skeleton) -> Vec<[f32; 3]> {
+    context.map(character.points.len(), |vertex| skeleton.place(character, vertex).as_vec3().to_array())
+}
+
+/// Returns the boxes of the paths of all vertices.
+fn paths(context: &Context, character: &Character, skeletons: &[&Skeleton]) -> Result<Vec<[[f32; 3]; 2]>> {
+    let paths = context.map(character.points.len(), |vertex| {
+        let places = skeletons.iter().map(|skeleton| skeleton.place(character, vertex));
+        let (low, high) =
+            places.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), place| (low.min(place), high.max(place)));
+        [low.as_vec3().to_array(), high.as_vec3().to_array()]
+    });
+    match paths.iter().position(|path| path.as_flattened().iter().any(|value| !value.is_finite())) {
+        None => Ok(paths),
+        Some(vertex) => Err(Error::invalid(format!("vertex {vertex} is not finite in some pose"))
+            .advise("repair the animation and export it again")),
+    }
+}
+
+/// Returns which bones turn and move only: the lengths and angles of their axes are those of the first pose.
+fn rigid_bones(skeletons: &[&Skeleton]) -> Vec<bool> {
+    let gram = |skeleton: &Skeleton, bone: usize| {
+        let linear = skeleton.bones[bone].matrix3;
+        linear.transpose() * linear
+    };
+    let count = skeletons.first().map_or(0, |skeleton| skeleton.bones.len());
+    let is_rigid = |bone: usize| {
+        let first = gram(skeletons[0], bone);
+        let scale = first.to_cols_array().iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        skeletons.iter().all(|skeleton| gram(skeleton, bone).abs_diff_eq(first, RIGID * scale))
+    };
+    (0..count).map(is_rigid).collect()
+}
+
+/// Fails if what a build keeps for every vertex does not fit.
+fn check_memory(context: &Context, character: &Character, poses: usize) -> Result<()> {
+    let bones = (poses * (character.bones.len() + character.parents.len())) as u64;
+    let bytes = 160 * (character.points.len() + 2 * character.triangles.len()) as u64 + 200 * bones;
+    if bytes > context.memory_limit() {
+        return Err(Error::memory(format!("the hierarchy needs {bytes} bytes, more than the memory limit"))
+            .advise("raise the memory limit, or split the model"));
+    }
+    Ok(())
+}

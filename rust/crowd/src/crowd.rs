@@ -1,0 +1,292 @@
+//! Agents, and what a view draws of them (Section 5.1).
+//!
+//! An agent that is far away against its size has nearly the same distance everywhere: its clusters are those of one step
+//! of its model's [`Ladder`], for its nearest point. Only agents that are near are cut group by group. Both are free of
+//! cracks and hold the error. An agent whose step of the last frame still fits is not searched for again.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3, Vec3};
+use relievo_core::{Context, Error, Result};
+
+use crate::hierarchy::{CrowdModel, Group};
+use crate::ladder::Ladder;
+use crate::view::CrowdView;
+
+/// Agents of a crowd at most.
+pub const MOST_AGENTS: usize = 1 << 24;
+/// Depth of an agent against its distance up to which it is cut as a whole.
+const DEEP: f32 = 0.25;
+/// Agents of one task.
+const PART: usize = 256;
+/// State of an agent that is not seen.
+const OUTSIDE: u32 = u32::MAX;
+/// State of an agent whose groups are looked at one by one.
+const NEAR: u32 = u32::MAX - 1;
+/// State of an agent that no frame has looked at.
+const NEW: u32 = u32::MAX - 2;
+
+/// A model placed in the world, with what it does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Agent {
+    /// The model, as an index into the models of the crowd.
+    pub model: u32,
+    /// The clip, as an index into the clips of the model.
+    pub clip: u32,
+    /// Seconds that the agent is ahead in its clip.
+    pub phase: f64,
+    /// Where it is. Any map with an inverse, mirrors too.
+    pub transform: DAffine3,
+}
+
+/// A sphere that an agent does not leave, and its scale.
+#[derive(Clone, Copy, Debug, Default)]
+struct Reach {
+    center: Vec3,
+    radius: f32,
+    /// The largest and smallest factor of lengths.
+    scale: [f32; 2],
+}
+
+/// Models and agents.
+#[derive(Debug)]
+pub struct Crowd {
+    models: Vec<Arc<CrowdModel>>,
+    ladders: Vec<Ladder>,
+    agents: Vec<Agent>,
+    reaches: Vec<Reach>,
+    /// What each agent was in the last frame: a step or one of the states.
+    states: Vec<u32>,
+}
+
+/// What is drawn of an agent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drawn {
+    /// A step of the ladder of its model.
+    Step(u32),
+    /// A part of [`Frame::mixed`].
+    Mixed {
+        /// The first cluster.
+        first: u32,
+        /// How many clusters there are.
+        count: u32,
+    },
+}
+
+/// What a view draws.
+#[derive(Clone, Debug, Default)]
+pub struct Frame {
+    /// Agents in view, in order, with their clusters.
+    pub drawn: Vec<(u32, Drawn)>,
+    /// Clusters of agents with errors that differ from place to place.
+    pub mixed: Vec<u32>,
+    /// Agents that are drawn by other clusters than in the last frame, or may be.
+    pub changed: u32,
+    /// Clusters that are drawn.
+    pub clusters: u64,
+    /// Triangles that are drawn.
+    pub triangles: u64,
+}
+
+impl Crowd {
+    /// Makes a crowd without agents.
+    pub fn new(models: Vec<Arc<CrowdModel>>) -> Self {
+        let ladders = models.iter().map(|model| Ladder::new(model)).collect();
+        Self { models, ladders, agents: Vec::new(), reaches: Vec::new(), states: Vec::new() }
+    }
+
+    /// Returns the models.
+    pub fn models(&self) -> &[Arc<CrowdModel>] {
+        &self.models
+    }
+
+    /// Returns the ladder of a model.
+    pub fn ladder(&self, model: u32) -> Option<&Ladder> {
+        self.ladders.get(model as usize)
+    }
+
+    /// Returns the agents.
+    pub fn agents(&self) -> &[Agent] {
+        &self.agents
+    }
+
+    /// Adds an agent and returns its index.
+    ///
+    /// # Errors
+    /// Its model or clip does not exist, its transform has no inverse, or there are too many agents.
+    pub fn add(&mut self, agent: Agent) -> Result<u32> {
+        if self.agents.len() >= MOST_AGENTS {
+            return Err(Error::unsupported(format!("a crowd has at most {MOST_AGENTS} agents")));
+        }
+        let reach = self.reach(&agent)?;
+        self.agents.push(agent);
+        self.reaches.push(reach);
+        self.states.push(NEW);
+        Ok(self.agents.len() as u32 - 1)
+    }
+
+    /// Moves an agent, or gives it another clip.
+    ///
+    /// # Errors
+    /// As [`Self::add`], or the agent does not exist.
+    pub fn set(&mut self, index: u32, agent: Agent) -> Result<()> {
+        let at = index as usize;
+        if at >= self.agents.len() {
+            return Err(Error::invalid(format!("agent {index} does not exist")));
+        }
+        let reach = self.reach(&agent)?;
+        if self.agents[at].model != agent.model {
+            self.states[at] = NEW;
+        }
+        (self.agents[at], self.reaches[at]) = (agent, reach);
+        Ok(())
+    }
+
+    /// Returns the pose that an agent has at `time` seconds, as an index into the poses of its clip.
+    pub fn pose(&self, agent: &Agent, time: f64) -> usize {
+        self.models[agent.model as usize].clips[agent.clip as usize].pose_at(time + agent.phase)
+    }
+
+    /// Returns the clusters of an agent in a frame.
+    pub fn clusters<'a>(&'a self, frame: &'a Frame, (agent, drawn): (u32, Drawn)) -> &'a [u32] {
+        match drawn {
+            Drawn::Step(step) => self.ladders[self.agents[agent as usize].model as usize].clusters(step),
+            Drawn::Mixed { first, count } => &frame.mixed[first as usize..(first + count) as usize],
+        }
+    }
+
+    /// Finds what a view draws of every agent, and writes it over `frame`.
+    ///
+    /// # Errors
+    /// The view is not finite.
+    pub fn cut(&mut self, context: &Context, view: &CrowdView, frame: &mut Frame) -> Result<()> {
+        view.check()?;
+        let (agents, reaches, ladders) = (&self.agents, &self.reaches, &self.ladders);
+        let eye = Vec3::from(view.eye);
+        let factor = view.tolerance / view.pixels;
+        let mut before = context.scratch().list::<u32>();
+        before.extend_from_slice(&self.states);
+        context.for_each_part(self.states.as_mut_slice(), PART, |first, states| {
+            for (state, index) in states.iter_mut().zip(first..) {
+                let Reach { center, radius, scale } = reaches[index];
+                let is_out = |plane: &[f32; 4]| {
+                    let [x, y, z, d] = *plane;
+                    x * center.x + y * center.y + z * center.z + d < -radius
+                };
+                if view.planes.iter().any(is_out) {
+                    *state = OUTSIDE;
+                    continue;
+                }
+                let near = center.distance(eye) - radius;
+                *state = if 2.0 * radius > DEEP * near {
+                    NEAR
+                } else {
+                    ladders[agents[index].model as usize].step(factor * near / scale[0], *state)
+                };
+            }
+            Ok(())
+        })?;
+        frame.drawn.clear();
+        frame.mixed.clear();
+        (frame.changed, frame.clusters, frame.triangles) = (0, 0, 0);
+        let near: Vec<u32> = self.states.iter().zip(0..).filter(|(state, _)| **state == NEAR).map(|it| it.1).collect();
+        let cuts = context.map(near.len(), |index| self.near_cut(near[index], view));
+        let mut cuts = cuts.into_iter();
+        for (index, (state, before)) in self.states.iter().zip(before.iter()).enumerate() {
+            frame.changed += u32::from(state != before || *state == NEAR);
+            let model = self.agents[index].model as usize;
+            match *state {
+                OUTSIDE => {}
+                NEAR => {
+                    let cut = cuts.next().unwrap_or_default();
+                    let first = frame.mixed.len() as u32;
+                    frame.clusters += cut.len() as u64;
+                    frame.triangles += self.models[model].triangle_count(&cut);
+                    frame.mixed.extend(&cut);
+                    frame.drawn.push((index as u32, Drawn::Mixed { first, count: cut.len() as u32 }));
+                }
+                step => {
+                    frame.clusters += self.ladders[model].clusters(step).len() as u64;
+                    frame.triangles += self.ladders[model].triangles(step);
+                    frame.drawn.push((index as u32, Drawn::Step(step)));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the clusters of an agent by the distance of each group, without those out of view.
+    fn near_cut(&self, index: u32, view: &CrowdView) -> Vec<u32> {
+        let agent = &self.agents[index as usize];
+        let model = &self.models[agent.model as usize];
+        let scale = self.reaches[index as usize].scale;
+        let eye = agent.transform.inverse().transform_point3(DVec3::from(view.eye.map(f64::from))).as_vec3();
+        // Distances in the model are longer in the world at least by the smallest scale, errors at most by the largest.
+        let factor = view.tolerance * scale[1] / (view.pixels * scale[0]);
+        let is_coarse: Vec<bool> =
+            model.groups.iter().map(|group| group.error <= factor * distance(eye, group)).collect();
+        let planes: Vec<[f32; 4]> = view.planes.iter().map(|plane| plane_in_model(plane, &agent.transform)).collect();
+        let mut drawn = model.drawn(&is_coarse);
+        if !planes.is_empty() {
+            drawn.retain(|cluster| {
+                let group = model.clusters[*cluster as usize].used_by as usize;
+                model.groups.get(group).is_none_or(|group| planes.iter().all(|plane| reaches(plane, group)))
+            });
+        }
+        drawn
+    }
+
+    fn reach(&self, agent: &Agent) -> Result<Reach> {
+        let model = self.models.get(agent.model as usize).ok_or_else(|| {
+            Error::invalid(format!("model {} does not exist", agent.model))
+                .advise(format!("the crowd has {} models counted from 0", self.models.len()))
+        })?;
+        if agent.clip as usize >= model.clips.len() {
+            return Err(Error::invalid(format!("clip {} does not exist", agent.clip))
+                .advise(format!("the model has {} clips counted from 0", model.clips.len())));
+        }
+        let linear = agent.transform.matrix3;
+        // Singular values lie between these bounds, which are equal for turns, mirrors and scales alike on all axes.
+        let inverse = linear.inverse();
+        let (largest, smallest) = (norm(&linear), 1.0 / norm(&inverse));
+        let is_regular = agent.transform.is_finite() && linear.determinant() != 0.0 && inverse.is_finite();
+        if !(is_regular && agent.phase.is_finite() && smallest > 0.0 && largest.is_finite()) {
+            return Err(Error::invalid("the transform of an agent is not finite or has no inverse")
+                .advise("give it a scale that is not zero on every axis"));
+        }
+        let (low, high) = (Vec3::from(model.low).as_dvec3(), Vec3::from(model.high).as_dvec3());
+        let center = agent.transform.transform_point3(0.5 * (low + high)).as_vec3();
+        let radius = (0.5 * (high - low).length() * largest) as f32 * (1.0 + 1e-6);
+        Ok(Reach { center, radius, scale: [largest as f32, smallest as f32] })
+    }
+}
+
+/// Returns an upper bound of how much a matrix lengthens vectors, exact where its columns are orthogonal and equally long.
+fn norm(matrix: &glam::DMat3) -> f64 {
+    let gram = matrix.transpose() * *matrix;
+    let rows = [gram.row(0), gram.row(1), gram.row(2)];
+    rows.iter().map(|row| row.abs().element_sum()).fold(0.0, f64::max).sqrt()
+}
+
+/// Returns the distance of a point from the box of a group.
+fn distance(point: Vec3, group: &Group) -> f32 {
+    let beyond = (Vec3::from(group.low) - point).max(point - Vec3::from(group.high)).max(Vec3::ZERO);
+    beyond.length()
+}
+
+/// Returns a plane of the world in the space of a model that `transform` places.
+fn plane_in_model([x, y, z, d]: &[f32; 4], transform: &DAffine3) -> [f32; 4] {
+    let normal = DVec3::new(f64::from(*x), f64::from(*y), f64::from(*z));
+    let turned = transform.matrix3.transpose() * normal;
+    let offset = f64::from(*d) + normal.dot(transform.translation);
+    [turned.x as f32, turned.y as f32, turned.z as f32, offset as f32]
+}
+
+/// Whether the box of a group reaches to the inner side of a plane.
+fn reaches([x, y, z, d]: &[f32; 4], group: &Group) -> bool {
+    let far = |normal: f32, low: f32, high: f32| normal * if normal > 0.0 { high } else { low };
+    let sum = far(*x, group.low[0], group.high[0])
+        + far(*y, group.low[1], group.high[1])
+        + far(*z, group.low[2], group.high[2]);
+    sum + d >= 0.0
+}

@@ -1,0 +1,41 @@
+//! Crowds of articulated models, each drawn with as many triangles as its pixels deserve in the pose it has now.
+//!
+//! [`CrowdModel::build`] takes a model with a skeleton and animations and makes a hierarchy of clusters of triangles;
+//! [`Crowd::cut`] finds the clusters of every agent that a view draws within an error in pixels. The method is that of
+//! view-dependent representations of articulated models (Journal of WSCG 21, 2013):
+//!
+//! 1. Clips are sampled as poses, and some poses chosen that stand for all (Section 4.1): `representative`.
+//! 2. Triangles become clusters whose vertices deform alike (Section 4.2): `deformation`, `partition`.
+//! 3. Neighbouring clusters are simplified together over the chosen poses, level upon level (Section 4.3): `grouping`,
+//!    `collapse`, `build`. Their errors are measured in all poses.
+//! 4. A view draws the coarsest clusters whose errors are no larger than it allows (Section 5.1): `ladder`, `crowd`.
+//!
+//! Lengths are units of the model, angles radians, times seconds. Results do not depend on the number of threads.
+
+mod agents;
+mod build;
+mod character;
+mod clip;
+mod collapse;
+mod crowd;
+mod deformation;
+mod eigen;
+mod file;
+mod grouping;
+mod hierarchy;
+mod ladder;
+mod partition;
+mod places;
+mod representative;
+mod skinning;
+mod view;
+
+pub use agents::{clip_index, parse_agents, square};
+pub use character::{Bone, Character, Influence, MOST_BONES, MOST_TRIANGLES};
+pub use clip::{BoneMatrix, Clip, MOST_POSES, Pose};
+pub use crowd::{Agent, Crowd, Drawn, Frame, MOST_AGENTS};
+pub use file::Reader;
+pub use hierarchy::{BuildSettings, Cluster, CrowdModel, Group, NONE, Report};
+pub use ladder::Ladder;
+pub use skinning::{Blend, skin, skin_normals};
+pub use view::CrowdView;

@@ -1,0 +1,93 @@
+//! Places: vertices that are at one point and follow the same bones, whatever their attributes are.
+//!
+//! Edges, borders and collapses are those of places. A place with a seam has several charts: groups of vertices that
+//! agree in everything but their normal.
+
+use std::collections::HashMap;
+
+use crate::character::Character;
+
+/// The places of a character.
+pub(crate) struct Places {
+    /// The place of every vertex.
+    pub of: Vec<u32>,
+    /// A vertex of every place.
+    pub vertices: Vec<u32>,
+    /// The chart of every vertex. Vertices of one chart are at one place.
+    pub charts: Vec<u32>,
+    /// Vertices sorted by charts, and where each chart begins.
+    pub by_chart: Vec<u32>,
+    pub starts: Vec<u32>,
+}
+
+impl Places {
+    pub fn of(character: &Character) -> Self {
+        let mut places = HashMap::with_capacity(character.points.len());
+        let mut vertices = Vec::new();
+        let of: Vec<u32> = character
+            .points
+            .iter()
+            .zip(&character.influences)
+            .zip(0..)
+            .map(|((point, influence), vertex)| {
+                // 0 and -0 are one place.
+                let key = (
+                    point.map(|value| (value + 0.0).to_bits()),
+                    influence.bones,
+                    influence.weights.map(|weight| (weight + 0.0).to_bits()),
+                );
+                *places.entry(key).or_insert_with(|| {
+                    vertices.push(vertex);
+                    vertices.len() as u32 - 1
+                })
+            })
+            .collect();
+        let columns: Vec<(usize, &[f32])> = character
+            .attributes
+            .iter()
+            .filter(|attribute| !is_direction(&attribute.name))
+            .filter_map(|attribute| Some((attribute.width as usize, character.values(&attribute.name)?)))
+            .collect();
+        let mut known = HashMap::with_capacity(of.len());
+        let mut key = Vec::new();
+        let mut charts = Vec::with_capacity(of.len());
+        for (vertex, place) in of.iter().enumerate() {
+            key.clear();
+            key.push(*place);
+            for (width, values) in &columns {
+                key.extend(values[vertex * width..][..*width].iter().map(|value| (value + 0.0).to_bits()));
+            }
+            let next = known.len() as u32;
+            charts.push(match known.get(&key) {
+                Some(chart) => *chart,
+                None => {
+                    known.insert(key.clone(), next);
+                    next
+                }
+            });
+        }
+        let mut starts = vec![0u32; known.len() + 1];
+        charts.iter().for_each(|chart| starts[*chart as usize + 1] += 1);
+        for chart in 1..starts.len() {
+            starts[chart] += starts[chart - 1];
+        }
+        let mut by_chart: Vec<u32> = (0..of.len() as u32).collect();
+        by_chart.sort_by_key(|vertex| charts[*vertex as usize]);
+        Self { of, vertices, charts, by_chart, starts }
+    }
+
+    /// Returns the number of places.
+    pub fn len(&self) -> usize {
+        self.vertices.len()
+    }
+
+    /// Returns the vertices of a chart.
+    pub fn of_chart(&self, chart: u32) -> &[u32] {
+        &self.by_chart[self.starts[chart as usize] as usize..self.starts[chart as usize + 1] as usize]
+    }
+}
+
+/// Whether values of an attribute are directions, which differ at creases that are no seams.
+fn is_direction(name: &str) -> bool {
+    name == "normal" || name == "tangent"
+}

@@ -1,0 +1,115 @@
+//! A bending arm: a closed tube of three bones with bumps and a seam of texture coordinates, and models of the folder.
+
+use glam::{DAffine3, DQuat, DVec3};
+use relievo_core::progress::Silent;
+use relievo_core::{Attribute, Context, Domain, Mesh, Values};
+use relievo_crowd::{BuildSettings, CrowdModel};
+use relievo_meshio::{Animation, Channel, Interpolation, Model, Node, Part, Placement, Property, Skin};
+
+/// Makes an arm of `rings` rings of `sides` sides each along y, from 0 to 3. Its joints at 1 and 2 bend within a second.
+pub fn arm(rings: usize, sides: usize) -> Model {
+    let mut mesh = Mesh::default();
+    let (mut uv, mut joints, mut weights) = (Vec::new(), Vec::new(), Vec::new());
+    // The first column of each ring is there twice, for the seam.
+    let columns = sides + 1;
+    let mut add = |mesh: &mut Mesh, point: [f64; 3], place: [f32; 2]| {
+        mesh.points.push(point.map(|value| value as f32));
+        uv.extend(place);
+        let along = (point[1] - 0.5).clamp(0.0, 2.0);
+        let bone = (along.floor() as u32).min(1);
+        let share = ((along - f64::from(bone) - 0.3) / 0.4).clamp(0.0, 1.0) as f32;
+        joints.extend([bone, bone + 1, 0, 0]);
+        weights.extend([1.0 - share, share, 0.0, 0.0]);
+    };
+    for ring in 0..rings {
+        let height = 3.0 * ring as f64 / (rings - 1) as f64;
+        for column in 0..columns {
+            let angle = std::f64::consts::TAU * (column % sides) as f64 / sides as f64;
+            let radius = 0.3 + 0.02 * (5.0 * angle).sin() * (7.0 * height).cos();
+            let place = [column as f32 / sides as f32, height as f32 / 3.0];
+            add(&mut mesh, [radius * angle.cos(), height, radius * angle.sin()], place);
+        }
+    }
+    let ends = [mesh.points.len() as u32, mesh.points.len() as u32 + 1];
+    add(&mut mesh, [0.0, -0.1, 0.0], [0.5, 0.0]);
+    add(&mut mesh, [0.0, 3.1, 0.0], [0.5, 1.0]);
+    let at = |ring: usize, column: usize| (ring * columns + column) as u32;
+    let mut triangles = Vec::new();
+    for column in 0..sides {
+        for ring in 1..rings {
+            let [a, b, c, d] = [at(ring - 1, column), at(ring - 1, column + 1), at(ring, column + 1), at(ring, column)];
+            triangles.extend([[a, d, c], [a, c, b]]);
+        }
+        // The caps have their own texture coordinates at the rim only where columns meet.
+        triangles.push([ends[0], at(0, column), at(0, column + 1)]);
+        triangles.push([ends[1], at(rings - 1, column + 1), at(rings - 1, column)]);
+    }
+    mesh.face_sizes = vec![3; triangles.len()];
+    mesh.corners = triangles.as_flattened().to_vec();
+    let attribute = |name: &str, width: u32, values: Values| Attribute {
+        name: name.into(),
+        domain: Domain::Point,
+        width,
+        values,
+        indices: None,
+    };
+    mesh.attributes = vec![
+        attribute("uv", 2, Values::F32(uv)),
+        attribute("joints", 4, Values::U32(joints)),
+        attribute("weights", 4, Values::F32(weights)),
+    ];
+    let node = |name: &str, parent: Option<usize>, height: f64| Node {
+        name: name.into(),
+        parent,
+        local: Placement::Parts { translation: DVec3::Y * height, rotation: DQuat::IDENTITY, scale: DVec3::ONE },
+        mesh: None,
+        skin: None,
+        weights: None,
+    };
+    let shown = Node { mesh: Some(0), skin: Some(0), ..node("mesh", None, 0.0) };
+    let bend = |node: usize, degrees: f64| {
+        let turns = [0.0, 1.0, 0.0].map(|share: f64| DQuat::from_rotation_z(share * degrees.to_radians()));
+        Channel {
+            node,
+            property: Property::Rotation,
+            interpolation: Interpolation::Linear,
+            times: vec![0.0, 0.5, 1.0],
+            values: turns.iter().flat_map(|turn| turn.to_array().map(|value| value as f32)).collect(),
+        }
+    };
+    let channels = vec![bend(2, 100.0), bend(3, -70.0)];
+    let inverse = |height: f64| DAffine3::from_translation(-DVec3::Y * height);
+    Model {
+        meshes: vec![Part { mesh, ..Part::default() }],
+        nodes: vec![shown, node("upper", None, 0.0), node("middle", Some(1), 1.0), node("lower", Some(2), 1.0)],
+        skins: vec![Skin {
+            name: String::new(),
+            joints: vec![1, 2, 3],
+            inverse_bind: vec![inverse(0.0), inverse(1.0), inverse(2.0)],
+        }],
+        animations: vec![Animation { name: "bend".into(), channels, ..Animation::default() }],
+        ..Model::default()
+    }
+}
+
+/// Builds the hierarchy of an arm of about `2 * rings * sides` triangles.
+pub fn built(rings: usize, sides: usize) -> CrowdModel {
+    let settings = BuildSettings { cluster_triangles: 40, pose_rate: 12.0, ..BuildSettings::default() };
+    CrowdModel::build(&Context::serial(), &arm(rings, sides), &[0], &settings, &mut Silent).unwrap()
+}
+
+/// Reads a character of the folder of models, or nothing where it is absent.
+pub fn character(name: &str) -> Option<Model> {
+    let path = relievo_testing::file(&format!("characters/{name}.glb"))?;
+    Some(relievo_meshio::read_model(&Context::serial(), &path).unwrap())
+}
+
+/// Builds the hierarchy of a character for one of its clips, or nothing where it is absent.
+pub fn walking(name: &str, clip: &str) -> Option<(Model, CrowdModel)> {
+    let model = character(name)?;
+    let clip = model.animation(clip).unwrap();
+    let context = Context::new(&Default::default()).unwrap();
+    let settings = BuildSettings { pose_rate: 12.0, ..BuildSettings::default() };
+    let built = CrowdModel::build(&context, &model, &[clip], &settings, &mut Silent).unwrap();
+    Some((model, built))
+}

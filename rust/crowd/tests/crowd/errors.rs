@@ -1,0 +1,94 @@
+//! Errors hold in every pose of the clips; poses are chosen as the paper does; results do not depend on threads.
+
+use relievo_core::progress::Silent;
+use relievo_core::{Context, ContextOptions};
+use relievo_crowd::{Blend, BuildSettings, CrowdModel, skin};
+use relievo_lod::distance;
+
+use crate::arm::{arm, built, walking};
+
+/// Checks that the surface of some cuts is within their error of the input's in every pose.
+fn check(model: &CrowdModel, shares: [f32; 3]) {
+    let context = Context::serial();
+    let triangles = |clusters: &[u32]| -> Vec<[u32; 3]> {
+        clusters.iter().flat_map(|cluster| model.triangles(*cluster)).copied().collect()
+    };
+    let input = triangles(&model.input_clusters());
+    let mut coarsest = 0.0f32;
+    for share in shares {
+        let allowed = share * model.size();
+        let cut = model.cut(allowed);
+        let coarse = triangles(&cut);
+        assert!(coarse.len() < input.len());
+        for (frame, pose) in model.clips[0].poses.iter().enumerate() {
+            let points = skin(&context, &model.character, pose, Blend::Linear).unwrap();
+            let found = distance(&context, [(&points, &input), (&points, &coarse)], &mut Silent).unwrap();
+            assert!(
+                found.at_least <= allowed * (1.0 + 1e-4) + 1e-5 * model.size(),
+                "pose {frame}: {found:?}, {allowed}"
+            );
+            coarsest = coarsest.max(found.at_least / allowed);
+            let inside = points.iter().flatten().enumerate().all(|(at, value)| {
+                let axis = at % 3;
+                model.low[axis] <= *value && *value <= model.high[axis]
+            });
+            assert!(inside, "pose {frame} leaves the box");
+        }
+    }
+    // The bound is of use: some cut comes near it.
+    assert!(coarsest > 0.2, "{coarsest}");
+}
+
+#[test]
+fn cuts_are_within_their_error_in_every_pose() {
+    let model = built(40, 20);
+    check(&model, [0.02, 0.05, 0.1]);
+    assert_eq!(model.report.measured, (model.groups.len() * model.clips[0].poses.len()) as u64);
+    assert!(model.report.exceeded < model.report.measured / 2, "{:?}", model.report);
+    if let Some((_, model)) = walking("girl", "RunTrack") {
+        check(&model, [0.06, 0.12, 0.2]);
+    }
+}
+
+#[test]
+fn errors_boxes_and_depths_grow_upwards() {
+    let model = built(40, 20);
+    model.check().unwrap();
+    assert!(model.groups.iter().any(|group| group.depth >= 4));
+    let roots: Vec<_> = model.clusters.iter().filter(|cluster| cluster.used_by == relievo_crowd::NONE).collect();
+    assert_eq!(roots.len(), 1, "{roots:?}");
+    assert!(model.clusters.iter().all(|cluster| cluster.count <= 40));
+}
+
+#[test]
+fn a_walk_of_35_poses_has_about_eight_representative_ones() {
+    let Some(path) = relievo_testing::file("characters/robot.glb") else { return };
+    let context = Context::new(&ContextOptions::default()).unwrap();
+    let source = relievo_meshio::read_model(&context, &path).unwrap();
+    let walk = source.animation("Robot_Walking").unwrap();
+    let (start, end) = source.animations[walk].range();
+    let rate = (35.0 / (end - start)) as f32;
+    let report = |pose_distance: f32| {
+        let settings = BuildSettings { pose_rate: rate, pose_distance, ..BuildSettings::default() };
+        CrowdModel::build(&context, &source, &[walk], &settings, &mut Silent).unwrap().report
+    };
+    let usual = report(BuildSettings::default().pose_distance);
+    assert_eq!(usual.poses, 35);
+    assert!((5..=13).contains(&usual.representatives), "{usual:?}");
+    assert_eq!(report(10.0).representatives, 1);
+}
+
+#[test]
+fn builds_do_not_depend_on_threads() {
+    let bytes = |threads: usize| {
+        let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
+        let settings = BuildSettings { cluster_triangles: 30, pose_rate: 6.0, ..BuildSettings::default() };
+        let mut out = Vec::new();
+        let model = CrowdModel::build(&context, &arm(30, 16), &[0], &settings, &mut Silent).unwrap();
+        model.write(&mut out).unwrap();
+        out
+    };
+    let one = bytes(1);
+    assert_eq!(one, bytes(2));
+    assert_eq!(one, bytes(5));
+}

@@ -1,0 +1,89 @@
+//! Files give back what was written, and refuse everything else.
+
+use relievo_core::{Context, ErrorKind};
+use relievo_crowd::{CrowdModel, Reader};
+use relievo_testing::Random;
+
+use crate::arm::built;
+
+fn written(model: &CrowdModel) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    model.write(&mut bytes).unwrap();
+    bytes
+}
+
+#[test]
+fn a_file_gives_back_the_model() {
+    let model = built(30, 16);
+    let bytes = written(&model);
+    let again = CrowdModel::from_bytes(&bytes, u64::MAX).unwrap();
+    assert_eq!(again, model);
+    assert_eq!(written(&again), bytes);
+    let per_triangle = bytes.len() as f64 / f64::from(model.input_triangles);
+    assert!(per_triangle < 48.0, "{per_triangle} bytes a triangle");
+}
+
+#[test]
+fn clusters_are_read_one_by_one() {
+    let model = built(30, 16);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("arm.rcrowd");
+    model.save(&path).unwrap();
+    let mut reader = Reader::open(&Context::serial(), &path).unwrap();
+    assert_eq!(reader.model().groups, model.groups);
+    for cluster in [0, 5, model.clusters.len() as u32 - 1] {
+        let (triangles, materials) = reader.cluster(cluster).unwrap();
+        assert_eq!(triangles, model.triangles(cluster));
+        assert_eq!(materials.len(), triangles.len());
+    }
+    assert!(reader.cluster(model.clusters.len() as u32).is_err());
+    assert_eq!(CrowdModel::load(&Context::serial(), &path).unwrap(), model);
+}
+
+#[test]
+fn every_truncation_and_every_wrong_bit_is_an_error_or_harmless() {
+    let model = built(8, 8);
+    let bytes = written(&model);
+    for length in 0..bytes.len() {
+        assert!(CrowdModel::from_bytes(&bytes[..length], 1 << 30).is_err(), "cut at {length}");
+    }
+    let mut random = Random(5);
+    for _ in 0..4000 {
+        let mut wrong = bytes.clone();
+        let bit = random.below(8 * bytes.len());
+        wrong[bit / 8] ^= 1 << (bit % 8);
+        if let Ok(read) = CrowdModel::from_bytes(&wrong, 1 << 30) {
+            assert_eq!(read, model, "bit {bit}");
+        }
+    }
+    let mut long = bytes.clone();
+    long.push(0);
+    assert!(CrowdModel::from_bytes(&long, 1 << 30).is_err());
+}
+
+#[test]
+fn counts_beyond_the_file_are_refused_before_memory_is_taken() {
+    let model = built(8, 8);
+    let bytes = written(&model);
+    for count in 0..9 {
+        let mut wrong = bytes.clone();
+        let at = 12 + 4 * count;
+        wrong[at..at + 4].copy_from_slice(&0x7fff_ffffu32.to_le_bytes());
+        let sum = crc32(&wrong[..48]);
+        wrong[48..52].copy_from_slice(&sum.to_le_bytes());
+        assert!(CrowdModel::from_bytes(&wrong, u64::MAX).is_err(), "count {count}");
+    }
+    let error = CrowdModel::from_bytes(&bytes, 1000).unwrap_err();
+    assert!(matches!(error.kind, ErrorKind::Memory | ErrorKind::Invalid), "{error}");
+    let mut later = bytes;
+    later[8] = 9;
+    assert_eq!(CrowdModel::from_bytes(&later, u64::MAX).unwrap_err().kind, ErrorKind::Unsupported);
+}
+
+/// Returns the sum of the head, bit by bit.
+fn crc32(bytes: &[u8]) -> u32 {
+    let step = |sum: u32, byte: &u8| {
+        (0..8).fold(sum ^ u32::from(*byte), |sum, _| if sum & 1 == 1 { sum >> 1 ^ 0xedb8_8320 } else { sum >> 1 })
+    };
+    !bytes.iter().fold(u32::MAX, step)
+}

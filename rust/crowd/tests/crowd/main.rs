@@ -1,0 +1,10 @@
+//! Crowds, by closed forms, invariants, an evaluator of their own and hostile files.
+
+mod agents;
+mod arm;
+mod cuts;
+mod errors;
+mod files;
+mod hostile;
+mod skinning;
+mod views;
