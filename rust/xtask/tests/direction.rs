@@ -20,7 +20,7 @@ const LAYERS: &[&[&str]] = &[
         "relievo-gpu",
     ],
     &["relievo-testing"],
-    &["relievo-surface", "relievo-particleio", "relievo-repair", "relievo-decal"],
+    &["relievo-surface", "relievo-particleio", "relievo-repair", "relievo-decal", "relievo-tissue"],
     &["relievo-tiles"],
     &["relievo-render", "relievo-procedural"],
     &["relievo-detail", "relievo-comparison"],

@@ -1,0 +1,123 @@
+//! Bodies that nodes do not enter, with Coulomb friction.
+//!
+//! A node that is found inside is put on the surface along the normal. Its velocity loses what goes into the body, and of
+//! what goes along it at most the friction times that loss, so contact takes energy and gives none beside what the body's
+//! own motion does.
+
+use glam::{DAffine3, DQuat, DVec3, Vec3};
+use relievo_core::{Context, Error, Result};
+
+use crate::block::Row;
+use crate::curve::Curve;
+use crate::distance::DistanceField;
+use crate::simulation::State;
+
+/// A rigid body that nodes do not enter.
+#[derive(Clone, Debug)]
+pub struct Collider {
+    body: Body,
+    friction: f32,
+    /// Translation in metres over seconds.
+    motion: Curve<3>,
+    /// Rotation vector in radians over seconds, about the body's origin.
+    rotation: Curve<3>,
+}
+
+/// The shape of a collider in its own space.
+#[derive(Clone, Debug)]
+pub enum Body {
+    /// All that is below z = 0.
+    Floor,
+    /// A ball about the origin, by its radius in metres.
+    Ball(f32),
+    /// A closed mesh, counter-clockwise seen from outside.
+    Mesh(DistanceField),
+}
+
+impl Collider {
+    /// Makes a collider with a coefficient of friction, a translation and a rotation vector over time.
+    ///
+    /// Fails if the friction is negative or the radius not positive.
+    pub fn new(body: Body, friction: f32, motion: Curve<3>, rotation: Curve<3>) -> Result<Self> {
+        if !(friction >= 0.0 && friction.is_finite()) {
+            return Err(Error::invalid(format!("a friction of {friction} cannot be")).advise("use 0 or more"));
+        }
+        if let Body::Ball(radius) = body
+            && !(radius > 0.0 && radius.is_finite())
+        {
+            return Err(Error::invalid(format!("a ball of radius {radius} m cannot be")).advise("use more than 0"));
+        }
+        Ok(Self { body, friction, motion, rotation })
+    }
+
+    /// Returns where the body is at `time`.
+    pub fn pose(&self, time: f64) -> DAffine3 {
+        let turn = Vec3::from(self.rotation.at(time)).as_dvec3();
+        DAffine3::from_rotation_translation(DQuat::from_scaled_axis(turn), Vec3::from(self.motion.at(time)).as_dvec3())
+    }
+
+    /// Returns the signed distance of a place in the body's space and the normal there, if it is inside.
+    fn inside(&self, place: Vec3) -> Option<(f32, Vec3)> {
+        match &self.body {
+            Body::Floor => (place.z < 0.0).then_some((place.z, Vec3::Z)),
+            Body::Ball(radius) => {
+                let length = place.length();
+                (length < *radius).then(|| (length - radius, place.try_normalize().unwrap_or(Vec3::Z)))
+            }
+            Body::Mesh(field) => {
+                let [low, high] = field.bounds();
+                if place.cmplt(low).any() || place.cmpgt(high).any() {
+                    return None;
+                }
+                let closest = field.closest(place, None);
+                let normal = (closest.point - place).try_normalize().unwrap_or(closest.normal);
+                (closest.distance < 0.0).then_some((closest.distance, normal))
+            }
+        }
+    }
+
+    /// Puts nodes that are inside on the surface. The body moved for `dt` seconds before the present time, or stands still
+    /// if that is `None`.
+    pub(crate) fn push(
+        &self,
+        context: &Context,
+        nodes: &[[f32; 3]],
+        masses: &[Row],
+        state: &mut State,
+        dt: Option<f32>,
+    ) -> Result<()> {
+        let time = state.seconds;
+        let pose = self.pose(time);
+        let moved = dt.map(|dt| (self.pose(time - f64::from(dt)), f64::from(dt)));
+        let back = pose.inverse();
+        let parts = (state.displacements.as_mut_slice(), state.velocities.as_mut_slice());
+        context.for_each_part(parts, 4096, |first, (displacements, velocities)| {
+            for (at, (u, v)) in displacements.iter_mut().zip(velocities).enumerate() {
+                let node = first + at;
+                let mass = &masses[node];
+                if mass[0] == 0.0 && mass[1] == 0.0 && mass[2] == 0.0 {
+                    continue;
+                }
+                let place = (Vec3::from(nodes[node]) + Vec3::from_slice(u)).as_dvec3();
+                let own = back.transform_point3(place);
+                let Some((distance, normal)) = self.inside(own.as_vec3()) else { continue };
+                let normal: DVec3 = pose.transform_vector3(normal.as_dvec3());
+                let surface = own - back.transform_vector3(normal) * f64::from(distance);
+                let to = pose.transform_point3(surface);
+                let pace = moved.map_or(DVec3::ZERO, |(before, dt)| (to - before.transform_point3(surface)) / dt);
+                let relative = Vec3::from_slice(v).as_dvec3() - pace;
+                let into = relative.dot(normal).min(0.0);
+                let along = relative - normal * relative.dot(normal);
+                let rubbed = f64::from(self.friction) * -into;
+                let left = along * (1.0 - (rubbed / along.length().max(1e-30)).min(1.0));
+                let after = pace + left + normal * relative.dot(normal).max(0.0);
+                for axis in (0..3).filter(|axis| mass[*axis] > 0.0) {
+                    u[axis] += (to - place)[axis] as f32;
+                    v[axis] = after[axis] as f32;
+                }
+            }
+            Ok(())
+        })
+    }
+}
+

@@ -1,0 +1,48 @@
+//! Finite-element models of soft tissue and their simulation.
+//!
+//! Surfaces such as skin, bone and muscles become a model of hexahedra, whose motion is simulated (Mark Warburton and Steve
+//! Maddock, *Creating Finite Element Models of Facial Soft Tissue*, Journal of WSCG 21, 2013).
+//!
+//! - [`Description`] makes a [`Model`] from surfaces (Section 4).
+//! - [`Model`] holds nodes, elements, materials, muscles and how nodes are held.
+//! - [`Simulation`] moves a model by total Lagrangian explicit dynamics (Miller et al. 2007) and finds its rest.
+//! - [`SavedState`] is a state on disk; models are written and read by [`Model::write`] and [`Model::read`].
+//! - [`Collider`] is a body that nodes do not enter; [`Binding`] a surface that follows the elements.
+
+mod archive;
+mod binding;
+mod block;
+mod build;
+mod collider;
+mod curve;
+mod distance;
+mod element;
+mod hexahedron;
+mod inp;
+mod inp_reader;
+mod material;
+mod model;
+mod nurbs;
+mod options;
+mod simulation;
+mod slide;
+mod stable;
+mod stress;
+mod volume;
+mod voxel;
+mod vtu;
+
+pub use archive::SavedState;
+pub use binding::{Anchor, Binding};
+pub use build::BuildReport;
+pub use collider::{Body, Collider};
+pub use curve::Curve;
+pub use distance::{Closest, DistanceField};
+pub use inp_reader::InpModel;
+pub use material::{Material, Muscle};
+pub use model::{Fibre, Held, Lists, Model, NodeSet, Portion, Shape, Sliding};
+pub use nurbs::NurbsMuscle;
+pub use options::{Drive, SimulationOptions};
+pub use simulation::{ElementState, Energies, Relaxation, Simulation, State};
+pub use stable::Steps;
+pub use volume::{Description, FibreField, Layer, Restraint, Skin, Volume};

@@ -1,0 +1,508 @@
+//! Total Lagrangian explicit dynamics (Miller, Joldes, Lance, Wittek 2007).
+//!
+//! Masses are lumped at the nodes, and time goes on by central differences in the form of Verlet's leapfrog: velocities
+//! are those half a step before the present time.
+
+use glam::{DMat3, DVec3, Vec3};
+use relievo_core::{Context, Error, Progress, Result};
+
+use crate::block::{Row, Sums};
+use crate::collider::Collider;
+use crate::curve::Curve;
+use crate::element::Elements;
+use crate::model::Model;
+use crate::options::{Drive, SimulationOptions};
+use crate::slide::Slides;
+use crate::stable::Steps;
+
+/// Nodes that are moved at a time.
+const PART: usize = 4096;
+
+/// A model in motion.
+#[derive(Debug)]
+pub struct Simulation {
+    model: Model,
+    options: SimulationOptions,
+    elements: Elements,
+    steps: Steps,
+    /// Inverse masses by axis, 0 where the node is held or driven, and the mass.
+    masses: Vec<Row>,
+    state: State,
+    /// What elements exert on nodes, by rows of blocks.
+    rows: Vec<Row>,
+    /// Forces on nodes from outside in N; empty if there are none.
+    loads: Vec<Row>,
+    activations: Vec<Curve<1>>,
+    drives: Vec<Drive>,
+    slides: Slides,
+    colliders: Vec<Collider>,
+}
+
+/// Where a simulation is. The same state gives the same bits from there on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct State {
+    /// Steps so far.
+    pub steps: u64,
+    /// Seconds so far.
+    pub seconds: f64,
+    /// Displacements of the nodes in metres, and 0.
+    pub displacements: Vec<[f32; 4]>,
+    /// Velocities of the nodes half a step earlier, in m/s, and 0.
+    pub velocities: Vec<[f32; 4]>,
+}
+
+/// Energies in J.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energies {
+    /// Of motion.
+    pub kinetic: f64,
+    /// Of deformation, hourglass modes included.
+    pub elastic: f64,
+    /// Of gravity, 0 at rest.
+    pub potential: f64,
+}
+
+/// What an element is under.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ElementState {
+    /// Cauchy stress in Pa: xx, yy, zz, yz, zx, xy.
+    pub stress: [f32; 6],
+    /// Von Mises stress in Pa.
+    pub von_mises: f32,
+    /// Volume as a share of that at rest.
+    pub volume: f32,
+    /// Stretch of the first family of fibres; 1 where there is none.
+    pub fibre_stretch: f32,
+}
+
+/// How dynamic relaxation ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Relaxation {
+    /// Steps.
+    pub steps: u64,
+    /// Largest unbalanced force in N, and the largest force of elements on a node.
+    pub unbalanced: [f32; 2],
+    /// Whether the unbalanced force is as small as asked.
+    pub is_at_rest: bool,
+}
+
+impl Simulation {
+    /// Prepares a model at rest.
+    ///
+    /// # Errors
+    /// The model or an option cannot be used, or `step` is longer than the stable step.
+    pub fn new(model: Model, options: &SimulationOptions) -> Result<Self> {
+        model.check()?;
+        options.check()?;
+        let elements = Elements::new(&model, options.hourglass)?;
+        let steps = Steps::new(&model, options)?;
+        let count = model.nodes.len();
+        let mut sums = vec![0f64; count];
+        for (element, corners) in model.elements.iter().enumerate() {
+            corners.iter().for_each(|node| sums[*node as usize] += 0.125 * f64::from(steps.masses[element]));
+        }
+        // A node of no element has no mass and stays.
+        let inverse = |mass: f64| if mass > 0.0 { (1.0 / mass) as f32 } else { 0.0 };
+        let mut masses: Vec<Row> =
+            sums.iter().map(|mass| [inverse(*mass), inverse(*mass), inverse(*mass), *mass as f32]).collect();
+        for held in &model.held {
+            (0..3).filter(|axis| held.axes >> axis & 1 != 0).for_each(|axis| masses[held.node as usize][axis] = 0.0);
+        }
+        let rows = vec![[0.0; 4]; elements.blocks.nodes.len()];
+        let state = State { displacements: vec![[0.0; 4]; count], velocities: vec![[0.0; 4]; count], ..State::default() };
+        let slides = Slides::new(&model)?;
+        let activations = vec![Curve::constant([0.0]); model.muscles.len()];
+        let mut simulation = Self {
+            options: options.clone(),
+            elements,
+            steps,
+            masses,
+            state,
+            rows,
+            loads: Vec::new(),
+            activations,
+            drives: Vec::new(),
+            slides,
+            colliders: Vec::new(),
+            model,
+        };
+        simulation.slides.keep_free(&simulation.masses);
+        Ok(simulation)
+    }
+
+    /// Returns the model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Returns the seconds of a step, the stable step and the mass that was added for it.
+    pub fn steps(&self) -> &Steps {
+        &self.steps
+    }
+
+    /// Returns where the simulation is.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Goes on from a state. Fails if it is not of this model, or a number is not finite.
+    pub fn set_state(&mut self, state: State) -> Result<()> {
+        let count = self.model.nodes.len();
+        if state.displacements.len() != count || state.velocities.len() != count {
+            return Err(Error::invalid(format!("{} nodes of a state do not fit {count}", state.displacements.len()))
+                .advise("take a state of the same model"));
+        }
+        let is_finite = |rows: &[Row]| rows.iter().flatten().all(|number| number.is_finite());
+        if !(is_finite(&state.displacements) && is_finite(&state.velocities) && state.seconds.is_finite()) {
+            return Err(Error::invalid("a number of the state is not finite").advise("take an earlier state"));
+        }
+        self.state = state;
+        Ok(())
+    }
+
+    /// Sets the activation over time of muscle `muscle`, 0 to 1. Fails if the muscle does not exist or a value is out of
+    /// range.
+    pub fn activate(&mut self, muscle: usize, activation: Curve<1>) -> Result<()> {
+        if let Some((time, value)) = activation.keys().iter().find(|(_, value)| !(0.0..=1.0).contains(&value[0])) {
+            return Err(Error::invalid(format!("an activation of {} at {time} s cannot be", value[0])).advise("use 0 to 1"));
+        }
+        match self.activations.get_mut(muscle) {
+            Some(place) => *place = activation,
+            None => return Err(Error::invalid(format!("muscle {muscle} does not exist"))),
+        }
+        Ok(())
+    }
+
+    /// Moves nodes along axes. Fails if a node does not exist.
+    pub fn drive(&mut self, drive: Drive) -> Result<()> {
+        if let Some(node) = drive.nodes.iter().find(|node| **node as usize >= self.masses.len()) {
+            return Err(Error::invalid(format!("node {node} does not exist")).at("nodes that are moved"));
+        }
+        for node in &drive.nodes {
+            let masses = &mut self.masses[*node as usize];
+            (0..3).filter(|axis| drive.axes >> axis & 1 != 0).for_each(|axis| masses[axis] = 0.0);
+        }
+        self.drives.push(drive);
+        self.slides.keep_free(&self.masses);
+        Ok(())
+    }
+
+    /// Sets the forces on all nodes from outside, in N; none if the list is empty. Fails if there are not as many as nodes.
+    pub fn load(&mut self, forces: &[[f32; 3]]) -> Result<()> {
+        if !(forces.is_empty() || forces.len() == self.masses.len()) || !forces.as_flattened().iter().all(|f| f.is_finite()) {
+            return Err(Error::invalid(format!("{} forces for {} nodes, or one is not finite", forces.len(), self.masses.len())));
+        }
+        self.loads = forces.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
+        Ok(())
+    }
+
+    /// Adds a body that nodes do not enter.
+    pub fn add_collider(&mut self, collider: Collider) {
+        self.colliders.push(collider);
+    }
+
+    /// Takes `count` steps. Stops at the end of a step before which an element turned inside out; the state is then
+    /// that before the step.
+    pub fn advance(&mut self, context: &Context, count: u64, progress: &mut dyn Progress) -> Result<()> {
+        for done in 0..count {
+            if done % 64 == 0 {
+                progress.step(done as f32 / count as f32, "steps")?;
+            }
+            self.step(context)?;
+        }
+        Ok(())
+    }
+
+    /// Takes one step.
+    pub fn step(&mut self, context: &Context) -> Result<()> {
+        let begin = self.state.seconds;
+        self.forces(context, begin)?;
+        let dt = self.steps.step;
+        self.state.steps += 1;
+        self.state.seconds = begin + f64::from(dt);
+        self.integrate(context, dt, self.options.damping, self.options.gravity)?;
+        self.bind(context, dt, true)
+    }
+
+    /// Computes what elements exert on nodes. Fails if an element is inside out.
+    fn forces(&mut self, context: &Context, seconds: f64) -> Result<()> {
+        let mut activations: Vec<Row> = self.activations.iter().map(|curve| [curve.at(seconds)[0], 0.0, 0.0, 0.0]).collect();
+        // Slots without fibres name muscle 0.
+        activations.push([0.0; 4]);
+        let elements = &self.elements;
+        let blocks = &elements.blocks;
+        let displacements = &self.state.displacements;
+        let mut broken = vec![false; blocks.len()];
+        let sums = Sums { starts: &blocks.rows, rows: &mut self.rows, broken: &mut broken };
+        let scratch = context.scratch();
+        context.for_each_part(sums, 1, |block, sums| {
+            let mut local = scratch.list::<Row>();
+            local.extend(blocks.nodes(block).iter().map(|node| displacements[*node as usize]));
+            sums.rows.fill([0.0; 4]);
+            sums.broken[0] = elements.forces(context.level(), block, &local, &activations, sums.rows);
+            Ok(())
+        })?;
+        if broken.contains(&true) { Err(self.broken_element()) } else { Ok(()) }
+    }
+
+    /// Says which element turned inside out.
+    fn broken_element(&self) -> Error {
+        let volume = |element: usize| self.gradient(element).map(|f| f.determinant());
+        let found = (0..self.model.elements.len()).find_map(|element| match volume(element) {
+            Ok(volume) if volume > 0.0 && volume.is_finite() => None,
+            Ok(volume) => Some((element, volume)),
+            Err(_) => Some((element, f64::NAN)),
+        });
+        let (element, volume) = found.unwrap_or((0, f64::NAN));
+        Error::invalid(format!("the element has {volume:.3} times its volume after {:.6} s", self.state.seconds))
+            .at(format!("element {element}"))
+            .advise("take a shorter step, slower motion, less activation or stiffer material")
+    }
+
+    /// Goes on by a step of `dt` seconds.
+    fn integrate(&mut self, context: &Context, dt: f32, damping: f32, gravity: [f32; 3]) -> Result<()> {
+        let half = 0.5 * damping * dt;
+        let (kept, gained) = ((1.0 - half) / (1.0 + half), dt / (1.0 + half));
+        let (blocks, rows, masses, loads) = (&self.elements.blocks, &self.rows, &self.masses, &self.loads);
+        let State { displacements, velocities, .. } = &mut self.state;
+        let parts = (displacements.as_mut_slice(), velocities.as_mut_slice());
+        context.for_each_part(parts, PART, |first, (displacements, velocities)| {
+            for (at, (u, v)) in displacements.iter_mut().zip(velocities).enumerate() {
+                let node = first + at;
+                let mass = &masses[node];
+                let mut force = loads.get(node).copied().unwrap_or_default();
+                for row in blocks.copies(node) {
+                    let row = &rows[*row as usize];
+                    (0..3).for_each(|axis| force[axis] -= row[axis]);
+                }
+                for axis in 0..3 {
+                    let is_free = if mass[axis] > 0.0 { 1.0 } else { 0.0 };
+                    let acceleration = force[axis] * mass[axis] + gravity[axis] * is_free;
+                    v[axis] = (v[axis] * kept + acceleration * gained) * is_free;
+                    u[axis] += dt * v[axis];
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// Moves driven nodes to where they belong, and keeps others on their surfaces and out of colliders, which move or
+    /// stand still.
+    fn bind(&mut self, context: &Context, dt: f32, moves: bool) -> Result<()> {
+        let time = self.state.seconds;
+        for drive in &self.drives {
+            let to = drive.displacement.at(time);
+            for node in &drive.nodes {
+                let node = *node as usize;
+                for axis in (0..3).filter(|axis| drive.axes >> axis & 1 != 0) {
+                    let from = self.state.displacements[node][axis];
+                    self.state.velocities[node][axis] = (to[axis] - from) / dt;
+                    self.state.displacements[node][axis] = to[axis];
+                }
+            }
+        }
+        for collider in &self.colliders {
+            collider.push(context, &self.model.nodes, &self.masses, &mut self.state, moves.then_some(dt))?;
+        }
+        self.slides.keep(context, &self.model.nodes, &mut self.state, dt);
+        Ok(())
+    }
+
+    /// Goes to rest by steps whose motion is stopped where kinetic energy has a peak (Cundall 1982), with gravity, drives and
+    /// activations as they are at the present time. All elements get the mass that allows the same step, which does not
+    /// change where they rest.
+    ///
+    /// It ends when no node has an unbalanced force above `tolerance` times the largest force on a node, or after `most`
+    /// steps. The time does not go on.
+    pub fn relax(
+        &mut self,
+        context: &Context,
+        tolerance: f32,
+        most: u64,
+        progress: &mut dyn Progress,
+    ) -> Result<Relaxation> {
+        let (time, steps) = (self.state.seconds, self.state.steps);
+        let (own, dt) = (self.masses.clone(), 1.0);
+        let scaled = self.steps.unit_masses(&self.model, self.options.safety);
+        for (masses, scaled) in self.masses.iter_mut().zip(&scaled) {
+            (0..3).filter(|axis| masses[*axis] > 0.0).for_each(|axis| masses[axis] = 1.0 / scaled);
+        }
+        // Weight stays that of the true masses.
+        let loads = self.loads.clone();
+        self.loads.resize(self.masses.len(), [0.0; 4]);
+        for (load, own) in self.loads.iter_mut().zip(&own) {
+            (0..3).for_each(|axis| load[axis] += own[3] * self.options.gravity[axis]);
+        }
+        let outcome = self.relax_scaled(context, (tolerance, most, dt), progress);
+        self.masses = own;
+        self.loads = loads;
+        self.state.velocities.fill([0.0; 4]);
+        (self.state.seconds, self.state.steps) = (time, steps);
+        outcome
+    }
+
+    fn relax_scaled(
+        &mut self,
+        context: &Context,
+        (tolerance, most, dt): (f32, u64, f32),
+        progress: &mut dyn Progress,
+    ) -> Result<Relaxation> {
+        self.state.velocities.fill([0.0; 4]);
+        self.bind(context, dt, false)?;
+        self.state.velocities.fill([0.0; 4]);
+        let mut last = 0.0;
+        let mut relaxation = Relaxation { steps: 0, unbalanced: [f32::INFINITY, 0.0], is_at_rest: false };
+        for step in 0..most {
+            relaxation.steps = step;
+            self.forces(context, self.state.seconds)?;
+            if step % 32 == 0 {
+                progress.step(step as f32 / most as f32, "relaxation")?;
+                relaxation.unbalanced = self.unbalanced();
+                relaxation.is_at_rest = relaxation.unbalanced[0] <= tolerance * relaxation.unbalanced[1];
+                if relaxation.is_at_rest && step > 0 {
+                    break;
+                }
+            }
+            self.integrate(context, dt, 0.0, [0.0; 3])?;
+            self.bind(context, dt, false)?;
+            let kinetic = self.kinetic_pseudo(context);
+            if kinetic < last {
+                self.state.velocities.fill([0.0; 4]);
+                last = 0.0;
+            } else {
+                last = kinetic;
+            }
+        }
+        Ok(relaxation)
+    }
+
+    /// Returns twice the kinetic energy of the inverse masses in use, summed in a fixed order.
+    fn kinetic_pseudo(&self, context: &Context) -> f64 {
+        let count = self.masses.len();
+        let parts = context.map(count.div_ceil(PART), |part| {
+            let nodes = part * PART..((part + 1) * PART).min(count);
+            let energy = |node: usize| {
+                let (masses, v) = (&self.masses[node], &self.state.velocities[node]);
+                (0..3).filter(|axis| masses[*axis] > 0.0).map(|axis| f64::from(v[axis] * v[axis] / masses[axis])).sum::<f64>()
+            };
+            nodes.map(energy).sum::<f64>()
+        });
+        parts.into_iter().sum()
+    }
+
+    /// Returns the largest unbalanced force on a node that may move, and the largest force of elements or loads on a node.
+    fn unbalanced(&self) -> [f32; 2] {
+        let mut most = [0f32; 2];
+        for (node, masses) in self.masses.iter().enumerate() {
+            let [inner, load] = [self.inner(node), self.loads.get(node).copied().unwrap_or_default()];
+            let sum = Vec3::from_slice(&load) - inner;
+            let free = Vec3::from_slice(masses).map(|inverse| if inverse > 0.0 { 1.0 } else { 0.0 });
+            let held = self.slides.free_part(node, &self.model.nodes, &self.state, sum * free);
+            most = [most[0].max(held.length()), most[1].max(inner.length())];
+        }
+        most
+    }
+
+    /// Returns what elements exert on a node against its displacement, in N.
+    fn inner(&self, node: usize) -> Vec3 {
+        let rows = self.elements.blocks.copies(node).iter().map(|row| Vec3::from_slice(&self.rows[*row as usize]));
+        rows.sum()
+    }
+
+    /// Returns the forces with which nodes resist their displacements in the present state, added up, in N.
+    pub fn reaction(&mut self, context: &Context, nodes: &[u32]) -> Result<[f64; 3]> {
+        self.forces(context, self.state.seconds)?;
+        let known = nodes.iter().filter(|node| (**node as usize) < self.masses.len());
+        let sum: DVec3 = known.map(|node| self.inner(*node as usize).as_dvec3()).sum();
+        Ok(sum.to_array())
+    }
+
+    /// Returns the force of elements on every node in the present state, in N.
+    pub fn inner_forces(&mut self, context: &Context) -> Result<Vec<[f32; 3]>> {
+        self.forces(context, self.state.seconds)?;
+        Ok((0..self.masses.len()).map(|node| self.inner(node).to_array()).collect())
+    }
+
+    /// Returns where the nodes are, in metres.
+    pub fn positions(&self) -> Vec<[f32; 3]> {
+        let moved = |(node, u): (&[f32; 3], &Row)| std::array::from_fn(|axis| node[axis] + u[axis]);
+        self.model.nodes.iter().zip(&self.state.displacements).map(moved).collect()
+    }
+
+    /// Returns the energies in the present state. Velocities are those at the time of the displacements.
+    pub fn energies(&mut self, context: &Context) -> Result<Energies> {
+        self.forces(context, self.state.seconds)?;
+        let mut energies = Energies::default();
+        let gravity = Vec3::from(self.options.gravity);
+        for (node, masses) in self.masses.iter().enumerate() {
+            let (u, v) = (&self.state.displacements[node], &self.state.velocities[node]);
+            let force = Vec3::from_slice(&self.loads.get(node).copied().unwrap_or_default()) - self.inner(node);
+            let free = Vec3::from_slice(masses);
+            let acceleration = force * free + gravity * free.map(|inverse| if inverse > 0.0 { 1.0 } else { 0.0 });
+            let v = Vec3::from_slice(v) + 0.5 * self.steps.step * acceleration;
+            energies.kinetic += 0.5 * f64::from(masses[3]) * f64::from(v.length_squared());
+            energies.potential -= f64::from(masses[3]) * f64::from(gravity.dot(Vec3::from_slice(u)));
+        }
+        for element in 0..self.model.elements.len() {
+            let shape = self.model.hexahedron(element)?;
+            let [shear, bulk, _] = self.model.moduli(element).map(f64::from);
+            let fibres: Vec<_> = self.families(element);
+            let (_, density) = crate::stress::cauchy(self.gradient(element)?, shear, bulk, &fibres);
+            energies.elastic += density * shape.volume;
+            let young = 9.0 * bulk * shear / (3.0 * bulk + shear);
+            let stiffness = f64::from(self.options.hourglass) * young * shape.volume * shape.squares * 8.0 / 9.0;
+            let corners = self.model.elements[element].map(|node| self.state.displacements[node as usize]);
+            for pattern in shape.patterns {
+                let mode: DVec3 =
+                    pattern.iter().zip(&corners).map(|(sign, u)| Vec3::from_slice(u).as_dvec3() * *sign).sum();
+                energies.elastic += 0.5 * stiffness * mode.length_squared() / 64.0;
+            }
+        }
+        Ok(energies)
+    }
+
+    /// Returns the stress and the stretch of every element in the present state.
+    pub fn element_states(&self, context: &Context) -> Result<Vec<ElementState>> {
+        context.map(self.model.elements.len(), |element| self.element_state(element)).into_iter().collect()
+    }
+
+    fn element_state(&self, element: usize) -> Result<ElementState> {
+        let [shear, bulk, _] = self.model.moduli(element).map(f64::from);
+        let (f, fibres) = (self.gradient(element)?, self.families(element));
+        let (stress, _) = crate::stress::cauchy(f, shear, bulk, &fibres);
+        let mean = (stress.x_axis.x + stress.y_axis.y + stress.z_axis.z) / 3.0;
+        let deviator = stress - DMat3::from_diagonal(DVec3::splat(mean));
+        let squares: f64 = deviator.to_cols_array().iter().map(|part| part * part).sum();
+        Ok(ElementState {
+            stress: [stress.x_axis.x, stress.y_axis.y, stress.z_axis.z, stress.y_axis.z, stress.z_axis.x, stress.x_axis.y]
+                .map(|part| part as f32),
+            von_mises: (1.5 * squares).sqrt() as f32,
+            volume: f.determinant() as f32,
+            fibre_stretch: fibres.first().map_or(1.0, |fibre| (f * fibre.direction).length() as f32),
+        })
+    }
+
+    fn families(&self, element: usize) -> Vec<crate::stress::Family> {
+        let family = |fibre: &crate::model::Fibre| {
+            let muscle = &self.model.muscles[fibre.muscle as usize];
+            let activation = self.activations[fibre.muscle as usize].at(self.state.seconds)[0];
+            crate::stress::Family {
+                direction: Vec3::from(fibre.direction).as_dvec3(),
+                stiffness: f64::from(fibre.share * muscle.stiffness),
+                active: f64::from(fibre.share * muscle.strength * activation),
+            }
+        };
+        self.model.fibres.get(element).iter().map(family).collect()
+    }
+
+    /// Returns the mean deformation gradient of an element.
+    fn gradient(&self, element: usize) -> Result<DMat3> {
+        let shape = self.model.hexahedron(element)?;
+        let nodes = self.model.elements[element].iter().zip(shape.gradients);
+        let parts = nodes.map(|(node, gradient)| {
+            let u = Vec3::from_slice(&self.state.displacements[*node as usize]).as_dvec3();
+            crate::stress::outer(u, gradient)
+        });
+        Ok(parts.fold(DMat3::IDENTITY, |sum, part| sum + part))
+    }
+}

@@ -1,0 +1,91 @@
+//! VTK's XML format of unstructured grids, `.vtu`: the moved nodes, and numbers of the elements, for ParaView and others.
+//!
+//! Numbers are appended as raw little-endian bytes (VTK File Formats, "XML File Formats").
+
+use std::io::Write;
+use std::path::Path;
+
+use relievo_core::{Result, file};
+
+use crate::model::Model;
+use crate::simulation::{ElementState, Simulation};
+
+/// VTK's number of a hexahedron.
+const HEXAHEDRON: u8 = 12;
+
+impl Simulation {
+    /// Writes the present state as a `.vtu` file: displacements and velocities of nodes; stress, von Mises stress, volume,
+    /// fibre stretch and main material of elements.
+    pub fn write_vtu(&self, path: &Path, elements: &[ElementState]) -> Result<()> {
+        let mut data = Appended::default();
+        let state = self.state();
+        let rows = |rows: &[[f32; 4]]| rows.iter().flat_map(|row| [row[0], row[1], row[2]]).collect::<Vec<f32>>();
+        let mut points = String::new();
+        points += &data.floats("displacement", 3, &rows(&state.displacements));
+        points += &data.floats("velocity", 3, &rows(&state.velocities));
+        let mut cells = String::new();
+        if elements.len() == self.model().elements.len() {
+            let numbers = |of: fn(&ElementState) -> f32| elements.iter().map(of).collect::<Vec<f32>>();
+            let stress: Vec<f32> = elements.iter().flat_map(|element| element.stress).collect();
+            cells += &data.floats("stress", 6, &stress);
+            cells += &data.floats("von_mises", 1, &numbers(|element| element.von_mises));
+            cells += &data.floats("volume", 1, &numbers(|element| element.volume));
+            cells += &data.floats("fibre_stretch", 1, &numbers(|element| element.fibre_stretch));
+        }
+        cells += &data.numbers("material", &main_materials(self.model()));
+        let positions = data.floats("positions", 3, self.positions().as_flattened());
+        let corners = data.numbers("connectivity", self.model().elements.as_flattened());
+        let count = self.model().elements.len();
+        let ends: Vec<u32> = (1..=count as u32).map(|element| 8 * element).collect();
+        let offsets = data.numbers("offsets", &ends);
+        let types = data.add("types", "UInt8", 1, &vec![HEXAHEDRON; count]);
+        let head = format!(
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
+             header_type=\"UInt64\">\n<UnstructuredGrid>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{count}\">\n\
+             <PointData>\n{points}</PointData>\n<CellData>\n{cells}</CellData>\n<Points>\n{positions}</Points>\n\
+             <Cells>\n{corners}{offsets}{types}</Cells>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_",
+            self.model().nodes.len()
+        );
+        file::store(path, |out| {
+            out.write_all(head.as_bytes())?;
+            out.write_all(&data.bytes)?;
+            out.write_all(b"\n</AppendedData>\n</VTKFile>\n")
+        })
+    }
+}
+
+/// The material of each element that has the largest share.
+pub(crate) fn main_materials(model: &Model) -> Vec<u32> {
+    let main = |element: usize| {
+        let portions = model.mixtures.get(element).iter();
+        portions.max_by(|a, b| a.share.total_cmp(&b.share)).map_or(0, |portion| portion.material)
+    };
+    (0..model.elements.len()).map(main).collect()
+}
+
+/// Bytes at the end of the file, each array with its length first.
+#[derive(Default)]
+struct Appended {
+    bytes: Vec<u8>,
+}
+
+impl Appended {
+    fn add(&mut self, name: &str, kind: &str, width: u32, bytes: &[u8]) -> String {
+        let offset = self.bytes.len();
+        self.bytes.extend((bytes.len() as u64).to_le_bytes());
+        self.bytes.extend(bytes);
+        format!(
+            "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{width}\" format=\"appended\" offset=\"{offset}\"/>\n"
+        )
+    }
+
+    fn floats(&mut self, name: &str, width: u32, numbers: &[f32]) -> String {
+        let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+        self.add(name, "Float32", width, &bytes)
+    }
+
+    fn numbers(&mut self, name: &str, numbers: &[u32]) -> String {
+        let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
+        self.add(name, "UInt32", 1, &bytes)
+    }
+}

@@ -1,0 +1,8 @@
+//! Tests of models of soft tissue and their simulation through what the crate shows.
+
+mod bodies;
+mod contact;
+mod creation;
+mod dynamics;
+mod files;
+mod statics;
