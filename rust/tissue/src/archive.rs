@@ -118,9 +118,7 @@ impl Model {
             sliding: input.list(12, |input| {
                 Ok(Sliding { node: input.number()?, surface: input.number()?, distance: input.float()? })
             })?,
-            sets: input.list(16, |input| {
-                Ok(NodeSet { name: input.text()?, nodes: input.list(4, Reader::number)? })
-            })?,
+            sets: input.list(16, |input| Ok(NodeSet { name: input.text()?, nodes: input.list(4, Reader::number)? }))?,
             bindings: input.list(24, |input| {
                 let name = input.text()?;
                 let triangles = input.list(12, Reader::numbers)?;
@@ -212,7 +210,8 @@ fn sealed(name: &[u8; 8], bytes: &[u8]) -> Vec<u8> {
 fn opened<'a>(name: &[u8; 8], bytes: &'a [u8], what: &str) -> Result<Reader<'a>> {
     let mut header = Reader(bytes);
     if header.take(8).ok() != Some(name.as_slice()) {
-        return Err(Error::invalid(format!("it is not a {what} of soft tissue")).advise("name a file that `relievo tissue` wrote"));
+        return Err(Error::invalid(format!("it is not a {what} of soft tissue"))
+            .advise("name a file that `relievo tissue` wrote"));
     }
     let version = header.number()?;
     if version != VERSION {

@@ -67,18 +67,19 @@ impl Binding {
     /// Returns where the points are for displacements of the nodes. Panics if they are not those of the model.
     pub fn points(&self, context: &Context, model: &Model, displacements: &[[f32; 4]]) -> Vec<[f32; 3]> {
         let mut points = vec![[0.0; 3]; self.anchors.len()];
-        let done = context.for_each_part((self.anchors.as_slice(), points.as_mut_slice()), PART, |_, (anchors, points)| {
-            for (anchor, point) in anchors.iter().zip(points) {
-                let shares = trilinear(anchor.weights);
-                let mut sum = Vec3::ZERO;
-                for (node, share) in model.elements[anchor.element as usize].iter().zip(shares) {
-                    let node = *node as usize;
-                    sum += share * (Vec3::from(model.nodes[node]) + Vec3::from_slice(&displacements[node]));
+        let done =
+            context.for_each_part((self.anchors.as_slice(), points.as_mut_slice()), PART, |_, (anchors, points)| {
+                for (anchor, point) in anchors.iter().zip(points) {
+                    let shares = trilinear(anchor.weights);
+                    let mut sum = Vec3::ZERO;
+                    for (node, share) in model.elements[anchor.element as usize].iter().zip(shares) {
+                        let node = *node as usize;
+                        sum += share * (Vec3::from(model.nodes[node]) + Vec3::from_slice(&displacements[node]));
+                    }
+                    *point = sum.to_array();
                 }
-                *point = sum.to_array();
-            }
-            Ok(())
-        });
+                Ok(())
+            });
         debug_assert!(done.is_ok());
         points
     }
@@ -112,9 +113,8 @@ struct Centres {
 
 impl Centres {
     fn new(model: &Model) -> Self {
-        let centre = |corners: &[u32; 8]| {
-            corners.iter().map(|node| Vec3::from(model.nodes[*node as usize])).sum::<Vec3>() / 8.0
-        };
+        let centre =
+            |corners: &[u32; 8]| corners.iter().map(|node| Vec3::from(model.nodes[*node as usize])).sum::<Vec3>() / 8.0;
         let centres: Vec<Vec3> = model.elements.iter().map(centre).collect();
         let low = centres.iter().copied().reduce(Vec3::min).unwrap_or_default();
         let high = centres.iter().copied().reduce(Vec3::max).unwrap_or_default();
@@ -168,4 +168,3 @@ impl Centres {
 fn cell_of(place: Vec3, low: Vec3, size: Vec3) -> [i32; 3] {
     ((place - low) / size + 0.5).floor().to_array().map(|at| at as i32)
 }
-

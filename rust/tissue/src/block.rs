@@ -105,9 +105,8 @@ pub(crate) fn place(slot: usize, width: usize, which: usize) -> usize {
 
 /// Returns the elements in the order of the Morton codes of their centres.
 fn sorted(model: &Model) -> Vec<u32> {
-    let centre = |corners: &[u32; 8]| {
-        corners.iter().map(|node| Vec3::from(model.nodes[*node as usize])).sum::<Vec3>() / 8.0
-    };
+    let centre =
+        |corners: &[u32; 8]| corners.iter().map(|node| Vec3::from(model.nodes[*node as usize])).sum::<Vec3>() / 8.0;
     let centres: Vec<Vec3> = model.elements.iter().map(centre).collect();
     let low = centres.iter().copied().reduce(Vec3::min).unwrap_or_default();
     let high = centres.iter().copied().reduce(Vec3::max).unwrap_or_default();

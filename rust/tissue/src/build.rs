@@ -75,8 +75,8 @@ impl Description {
             })
             .collect();
         let corners = grid.counts.map(|count| count + 1);
-        let mut nodes = vec![NONE; corners.iter().product()];
-        let mut at = vec![NONE; grid.counts.iter().product()];
+        let mut nodes = numbers(corners)?;
+        let mut at = numbers(grid.counts)?;
         for voxel in voxels.iter().filter(|voxel| voxel.share > self.share) {
             let place = voxel.at.map(|index| index as usize);
             at[Grid::index(place, grid.counts)] = model.elements.len() as u32;
@@ -91,7 +91,9 @@ impl Description {
                 *node
             });
             model.elements.push(element);
-            model.mixtures.push(voxel.materials.iter().map(|(material, share)| Portion { material: *material, share: *share }));
+            model
+                .mixtures
+                .push(voxel.materials.iter().map(|(material, share)| Portion { material: *material, share: *share }));
             let fibres = voxel.muscles.iter().filter_map(|(volume, share, direction)| {
                 let muscle = muscles[*volume as usize]?;
                 Some(Fibre { muscle, share: *share, direction: direction.to_array() })
@@ -105,6 +107,19 @@ impl Description {
         }
         Ok((model, at))
     }
+}
+
+/// Returns a list of no number for each place of a grid. Fails if there is no memory for it.
+fn numbers(counts: [usize; 3]) -> Result<Vec<u32>> {
+    let count = counts.iter().product();
+    let mut list = Vec::new();
+    list.try_reserve_exact(count).map_err(|_| {
+        Error::memory(format!("a grid of {count} voxels does not fit into memory"))
+            .at("voxel")
+            .advise("take larger voxels")
+    })?;
+    list.resize(count, NONE);
+    Ok(list)
 }
 
 /// Gives the elements at the skin a share of the epidermis (Section 4.2, Figure 6): those that the skin crosses, and those
@@ -128,10 +143,10 @@ fn add_epidermis(
         (0..6).any(|side| {
             let step = Vec3::AXES[side / 2] * if side % 2 == 0 { -1.0 } else { 1.0 };
             let beside = place + step;
-            let is_within = beside.cmpge(Vec3::ZERO).all()
-                && (0..3).all(|axis| (beside[axis] as usize) < grid.counts[axis]);
-            let is_element = is_within
-                && at[Grid::index(beside.to_array().map(|index| index as usize), grid.counts)] != NONE;
+            let is_within =
+                beside.cmpge(Vec3::ZERO).all() && (0..3).all(|axis| (beside[axis] as usize) < grid.counts[axis]);
+            let is_element =
+                is_within && at[Grid::index(beside.to_array().map(|index| index as usize), grid.counts)] != NONE;
             !is_element && depth.crosses(middle + step * grid.cell, grid.cell)
         })
     });
@@ -196,7 +211,9 @@ fn restrain(context: &Context, model: &mut Model, restraint: &Restraint) -> Resu
         external(context, model, &field, cell, restraint.angle)
     };
     if nodes.is_empty() {
-        return Err(Error::invalid("no node is near it").advise("place it within a voxel of the model, normals outwards"));
+        return Err(
+            Error::invalid("no node is near it").advise("place it within a voxel of the model, normals outwards")
+        );
     }
     if restraint.is_sliding {
         let surface = model.surfaces.len() as u32;

@@ -78,7 +78,7 @@ impl DistanceField {
     /// Returns the closest point. A triangle that is near, such as that of a neighbouring place, makes it faster.
     pub fn closest(&self, place: Vec3, near: Option<u32>) -> Closest {
         let mut best = (f32::INFINITY, 0u32, Vec3::ZERO, 0usize);
-        let mut test = |best: &mut (f32, u32, Vec3, usize), triangle: u32| {
+        let test = |best: &mut (f32, u32, Vec3, usize), triangle: u32| {
             let (point, feature) = closest_on(&self.triangles[triangle as usize], place);
             let square = point.distance_squared(place);
             // The lowest number among equals, so that the way through the tree does not matter.
@@ -113,7 +113,12 @@ impl DistanceField {
         let (square, triangle, point, feature) = best;
         let normal = self.normals[triangle as usize][feature];
         let distance = square.sqrt();
-        Closest { triangle, point, normal, distance: if normal.dot(place - point) < 0.0 { -distance } else { distance } }
+        Closest {
+            triangle,
+            point,
+            normal,
+            distance: if normal.dot(place - point) < 0.0 { -distance } else { distance },
+        }
     }
 }
 

@@ -244,7 +244,7 @@ fn block_forces_body<A: Lanes>(
             let shear = v.load(&elements.moduli[at(3, 0)..]);
             let bulk = v.load(&elements.moduli[at(3, 1)..]);
             let hourglass = v.load(&elements.moduli[at(3, 2)..]);
-            let (mut p, f, volume) = neo_hookean(v, &h, shear, bulk);
+            let (mut p, volume) = neo_hookean(v, &h, shear, bulk);
             let is_whole = v.both(v.lt(zero, volume), v.lt(volume, v.splat(f32::MAX)));
             broken = v.select(is_whole, broken, v.splat(1.0));
             for layer in layers {
@@ -256,7 +256,7 @@ fn block_forces_body<A: Lanes>(
                 let strength = v.load(&layer.stresses[local(2, 1)..]);
                 let muscles = &layer.muscles[group * GROUP + lane..];
                 let active = v.mul(strength, v.gather_rows(activations, muscles)[0]);
-                fibre(v, &f, &direction, stiffness, active, &mut p);
+                fibre(v, &h, &direction, stiffness, active, &mut p);
             }
             match &elements.shape {
                 Form::Box(scale) => {

@@ -58,8 +58,9 @@ impl Hexahedron {
             }
         }
         if !(least > 0.0 && volume.is_finite()) {
-            return Err(Error::invalid("the element is inside out or has no volume")
-                .advise("number its corners as VTK does: the lower face counter-clockwise seen from above, then the upper"));
+            return Err(Error::invalid("the element is inside out or has no volume").advise(
+                "number its corners as VTK does: the lower face counter-clockwise seen from above, then the upper",
+            ));
         }
         gradients.iter_mut().for_each(|gradient| *gradient /= volume);
         let patterns = [[0, 1], [1, 2], [2, 0], [0, 3]].map(|[a, b]| {

@@ -139,7 +139,8 @@ impl Reader {
             .collect();
         let option = |key: &str| options.iter().find(|(name, _)| *name == key).map(|(_, value)| (*value).to_owned());
         let needed = |key: &str| {
-            option(key).ok_or_else(|| Error::invalid(format!("*{name} has no {key}")).advise("name it after the keyword"))
+            option(key)
+                .ok_or_else(|| Error::invalid(format!("*{name} has no {key}")).advise("name it after the keyword"))
         };
         let generate = option("GENERATE").is_some();
         self.block = match name {
@@ -211,8 +212,11 @@ impl Reader {
             let (first, last) = (id(words.first())?, id(words.get(1))?);
             let step = words.get(2).map_or(Ok(1), |word| id(Some(word)))?.max(1);
             // Only what exists is kept, so that a range that lies takes no memory.
-            let mut found: Vec<(u64, u32)> =
-                ids.iter().filter(|(id, _)| (first..=last).contains(id) && (**id - first) % step == 0).map(|(a, b)| (*a, *b)).collect();
+            let mut found: Vec<(u64, u32)> = ids
+                .iter()
+                .filter(|(id, _)| (first..=last).contains(id) && (**id - first) % step == 0)
+                .map(|(a, b)| (*a, *b))
+                .collect();
             found.sort_unstable();
             return Ok(found.into_iter().map(|(_, number)| number).collect());
         }
@@ -269,7 +273,8 @@ impl Reader {
         }
         let mut of = vec![u32::MAX; self.elements.len()];
         for (set, material) in &self.sections {
-            let elements = self.element_sets.get(set).ok_or_else(|| Error::invalid(format!("there is no set {set}")))?;
+            let elements =
+                self.element_sets.get(set).ok_or_else(|| Error::invalid(format!("there is no set {set}")))?;
             let named = self.materials.iter().position(|it| it.name == *material);
             let number = named.ok_or_else(|| Error::invalid(format!("there is no material {material}")))?;
             elements.iter().for_each(|element| of[*element as usize] = number as u32);

@@ -68,7 +68,8 @@ impl Material {
             Some((name, young, poisson)) => Self::of_young(name, *young, *poisson, DENSITY),
             None => {
                 let names = TISSUES.map(|tissue| tissue.0).join(", ");
-                Err(Error::invalid(format!("the library has no material `{name}`")).advise(format!("use one of {names}")))
+                Err(Error::invalid(format!("the library has no material `{name}`"))
+                    .advise(format!("use one of {names}")))
             }
         }
     }

@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use relievo_core::{Error, Result};
 
 use crate::binding::Binding;
-use crate::hexahedron::Hexahedron;
+use crate::hexahedron::{Hexahedron, SIGNS};
 use crate::material::{Material, Muscle};
 
 /// A finite-element model of hexahedra, in metres.
@@ -220,6 +220,17 @@ impl Model {
         Hexahedron::new(&self.corners(element)).map_err(|error| error.at(format!("element {element}")))
     }
 
+    /// Returns whether an element is a box of a size along the axes, but for rounding.
+    fn is_box(&self, element: usize, cell: [f32; 3]) -> bool {
+        let corners = self.elements[element].map(|node| self.nodes[node as usize]);
+        corners.iter().zip(SIGNS).all(|(corner, signs)| {
+            (0..3).all(|axis| {
+                let expected = corners[0][axis] + if signs[axis] > 0.0 { cell[axis] } else { 0.0 };
+                (corner[axis] - expected).abs() <= 1e-3 * cell[axis] + 1e-6 * expected.abs()
+            })
+        })
+    }
+
     /// Returns the shear modulus, the bulk modulus and the density of an element.
     pub(crate) fn moduli(&self, element: usize) -> [f32; 3] {
         let mut sums = [0.0; 3];
@@ -252,6 +263,13 @@ impl Model {
         {
             return Err(Error::invalid(format!("elements of {cell:?} m cannot be")));
         }
+        if let Some(cell) = self.cell
+            && let Some(element) = (0..elements).find(|element| !self.is_box(*element, cell))
+        {
+            return Err(Error::invalid(format!("the element is not a box of {cell:?} m"))
+                .at(format!("element {element}"))
+                .advise("number its corners as VTK does, or leave out the size of the elements"));
+        }
         self.materials.iter().try_for_each(Material::check)?;
         self.muscles.iter().try_for_each(Muscle::check)?;
         self.mixtures.check(elements, "materials")?;
@@ -281,7 +299,9 @@ impl Model {
         let sets = self.sets.iter().flat_map(|set| set.nodes.iter().copied());
         let named = held.chain(self.sliding.iter().map(|sliding| sliding.node)).chain(sets);
         if let Some(node) = named.into_iter().find(|node| *node >= count) {
-            return Err(Error::invalid(format!("node {node} does not exist")).at("nodes that are held, slide or have a name"));
+            return Err(
+                Error::invalid(format!("node {node} does not exist")).at("nodes that are held, slide or have a name")
+            );
         }
         if let Some(held) = self.held.iter().find(|held| held.axes > 7) {
             return Err(Error::invalid(format!("axes {} of node {} cannot be held", held.axes, held.node)));

@@ -37,8 +37,10 @@ impl NurbsMuscle {
         let around = rings.first().map_or(0, Vec::len);
         let along = rings.len();
         if along < 2 || around < 4 || rings.iter().any(|ring| ring.len() != around) {
-            return Err(Error::invalid(format!("{along} rings of control points, the first of {around}, make no muscle"))
-                .advise("give at least two rings of the same number of points, four or more"));
+            return Err(Error::invalid(format!(
+                "{along} rings of control points, the first of {around}, make no muscle"
+            ))
+            .advise("give at least two rings of the same number of points, four or more"));
         }
         let is_sound = |point: &[f64; 4]| point.iter().all(|part| part.is_finite()) && point[3] > 0.0;
         if let Some(ring) = rings.iter().position(|ring| !ring.iter().all(is_sound)) {
@@ -79,7 +81,8 @@ impl NurbsMuscle {
         {
             return at;
         }
-        let start = self.starts.iter().min_by(|a, b| a.1.distance_squared(place).total_cmp(&b.1.distance_squared(place)));
+        let start =
+            self.starts.iter().min_by(|a, b| a.1.distance_squared(place).total_cmp(&b.1.distance_squared(place)));
         start.map_or(DVec3::ZERO, |start| self.newton(place, start.0).0)
     }
 
@@ -166,8 +169,7 @@ impl NurbsMuscle {
             }
             let ring = span - degree + at;
             let before = if at > 0 { ratio(lower[at - 1], knots[ring + degree] - knots[ring]) } else { 0.0 };
-            let after =
-                if at < degree { ratio(lower[at], knots[ring + degree + 1] - knots[ring + 1]) } else { 0.0 };
+            let after = if at < degree { ratio(lower[at], knots[ring + degree + 1] - knots[ring + 1]) } else { 0.0 };
             (ring, values[at], degree as f64 * (before - after))
         })
     }
@@ -195,7 +197,8 @@ impl NurbsMuscle {
                 triangles.push([id(u, v), id(u + 1, v + 1), id(u, v + 1)]);
             }
         }
-        let corner = |triangle: &[u32; 3]| triangle.map(|point| DVec3::from_array(points[point as usize].map(f64::from)));
+        let corner =
+            |triangle: &[u32; 3]| triangle.map(|point| DVec3::from_array(points[point as usize].map(f64::from)));
         let volume: f64 = triangles.iter().map(corner).map(|[a, b, c]| a.dot(b.cross(c))).sum();
         if volume < 0.0 {
             triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
@@ -210,7 +213,12 @@ fn uniform(u: f64, count: usize) -> [(usize, f64, f64); 4] {
     let whole = at.floor();
     let (t, n) = (at - whole, count as f64 / 6.0);
     let first = whole as usize + count - 1;
-    let values = [(1.0 - t).powi(3), 3.0 * t.powi(3) - 6.0 * t * t + 4.0, -3.0 * t.powi(3) + 3.0 * t * t + 3.0 * t + 1.0, t.powi(3)];
+    let values = [
+        (1.0 - t).powi(3),
+        3.0 * t.powi(3) - 6.0 * t * t + 4.0,
+        -3.0 * t.powi(3) + 3.0 * t * t + 3.0 * t + 1.0,
+        t.powi(3),
+    ];
     let slopes = [-3.0 * (1.0 - t).powi(2), 9.0 * t * t - 12.0 * t, -9.0 * t * t + 6.0 * t + 3.0, 3.0 * t * t];
     std::array::from_fn(|k| ((first + k) % count, values[k] / 6.0, slopes[k] * n))
 }

@@ -13,7 +13,8 @@ pub struct SimulationOptions {
     pub damping: f32,
     /// Seconds of a step; `None` for the stable step times `safety`.
     pub step: Option<f32>,
-    /// Share of the stable step that a step takes; above 0, at most 1.
+    /// Share of the stable step at rest that a step takes; above 0, at most 1. Elements whose faces grow to f times their
+    /// area need 1/f or less.
     pub safety: f32,
     /// Resistance to hourglass modes; 1 gives a beam of boxes its bending stiffness.
     pub hourglass: f32,
@@ -23,14 +24,7 @@ pub struct SimulationOptions {
 
 impl Default for SimulationOptions {
     fn default() -> Self {
-        Self {
-            gravity: [0.0, 0.0, -9.81],
-            damping: 0.0,
-            step: None,
-            safety: 0.9,
-            hourglass: 1.0,
-            mass_scaling: None,
-        }
+        Self { gravity: [0.0, 0.0, -9.81], damping: 0.0, step: None, safety: 0.7, hourglass: 1.0, mass_scaling: None }
     }
 }
 
@@ -40,7 +34,11 @@ impl SimulationOptions {
         let is_step = |step: Option<f32>| step.is_none_or(|step| step > 0.0 && step.is_finite());
         let refuse = |what: String, name: &str, range: &str| Err(Error::invalid(what).at(name).advise(range));
         if !self.gravity.iter().all(|part| part.is_finite()) {
-            return refuse(format!("a gravity of {:?} cannot be", self.gravity), "gravity", "use finite numbers in m/s²");
+            return refuse(
+                format!("a gravity of {:?} cannot be", self.gravity),
+                "gravity",
+                "use finite numbers in m/s²",
+            );
         }
         if !(self.damping >= 0.0 && self.damping.is_finite()) {
             return refuse(format!("a damping of {} cannot be", self.damping), "damping", "use 0 or more, in 1/s");
@@ -49,10 +47,18 @@ impl SimulationOptions {
             return refuse("a step is not positive".into(), "step", "use seconds above 0");
         }
         if !(self.safety > 0.0 && self.safety <= 1.0) {
-            return refuse(format!("a share of {} of the stable step cannot be", self.safety), "safety", "use above 0 to 1");
+            return refuse(
+                format!("a share of {} of the stable step cannot be", self.safety),
+                "safety",
+                "use above 0 to 1",
+            );
         }
         if !(0.0..=10.0).contains(&self.hourglass) {
-            return refuse(format!("a resistance of {} cannot be", self.hourglass), "hourglass", "use 0 to 10; 1 is common");
+            return refuse(
+                format!("a resistance of {} cannot be", self.hourglass),
+                "hourglass",
+                "use 0 to 10; 1 is common",
+            );
         }
         Ok(())
     }

@@ -18,8 +18,13 @@ use crate::stable::Steps;
 /// Nodes that are moved at a time.
 const PART: usize = 4096;
 
+/// The share of the stable step that relaxation takes at most: it begins where elements may be far from their rest.
+const CAUTION: f32 = 0.6;
+
+/// Steps of relaxation between two looks at the forces.
+const WINDOW: u64 = 32;
+
 /// A model in motion.
-#[derive(Debug)]
 pub struct Simulation {
     model: Model,
     options: SimulationOptions,
@@ -36,6 +41,13 @@ pub struct Simulation {
     drives: Vec<Drive>,
     slides: Slides,
     colliders: Vec<Collider>,
+}
+
+impl std::fmt::Debug for Simulation {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (nodes, elements) = (self.model.nodes.len(), self.model.elements.len());
+        out.debug_struct("Simulation").field("nodes", &nodes).field("elements", &elements).finish_non_exhaustive()
+    }
 }
 
 /// Where a simulation is. The same state gives the same bits from there on.
@@ -109,7 +121,8 @@ impl Simulation {
             (0..3).filter(|axis| held.axes >> axis & 1 != 0).for_each(|axis| masses[held.node as usize][axis] = 0.0);
         }
         let rows = vec![[0.0; 4]; elements.blocks.nodes.len()];
-        let state = State { displacements: vec![[0.0; 4]; count], velocities: vec![[0.0; 4]; count], ..State::default() };
+        let state =
+            State { displacements: vec![[0.0; 4]; count], velocities: vec![[0.0; 4]; count], ..State::default() };
         let slides = Slides::new(&model)?;
         let activations = vec![Curve::constant([0.0]); model.muscles.len()];
         let mut simulation = Self {
@@ -164,7 +177,9 @@ impl Simulation {
     /// range.
     pub fn activate(&mut self, muscle: usize, activation: Curve<1>) -> Result<()> {
         if let Some((time, value)) = activation.keys().iter().find(|(_, value)| !(0.0..=1.0).contains(&value[0])) {
-            return Err(Error::invalid(format!("an activation of {} at {time} s cannot be", value[0])).advise("use 0 to 1"));
+            return Err(
+                Error::invalid(format!("an activation of {} at {time} s cannot be", value[0])).advise("use 0 to 1")
+            );
         }
         match self.activations.get_mut(muscle) {
             Some(place) => *place = activation,
@@ -189,8 +204,14 @@ impl Simulation {
 
     /// Sets the forces on all nodes from outside, in N; none if the list is empty. Fails if there are not as many as nodes.
     pub fn load(&mut self, forces: &[[f32; 3]]) -> Result<()> {
-        if !(forces.is_empty() || forces.len() == self.masses.len()) || !forces.as_flattened().iter().all(|f| f.is_finite()) {
-            return Err(Error::invalid(format!("{} forces for {} nodes, or one is not finite", forces.len(), self.masses.len())));
+        if !(forces.is_empty() || forces.len() == self.masses.len())
+            || !forces.as_flattened().iter().all(|f| f.is_finite())
+        {
+            return Err(Error::invalid(format!(
+                "{} forces for {} nodes, or one is not finite",
+                forces.len(),
+                self.masses.len()
+            )));
         }
         self.loads = forces.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
         Ok(())
@@ -201,8 +222,7 @@ impl Simulation {
         self.colliders.push(collider);
     }
 
-    /// Takes `count` steps. Stops at the end of a step before which an element turned inside out; the state is then
-    /// that before the step.
+    /// Takes `count` steps. Fails when an element is inside out; the state is then the one in which it is.
     pub fn advance(&mut self, context: &Context, count: u64, progress: &mut dyn Progress) -> Result<()> {
         for done in 0..count {
             if done % 64 == 0 {
@@ -220,13 +240,14 @@ impl Simulation {
         let dt = self.steps.step;
         self.state.steps += 1;
         self.state.seconds = begin + f64::from(dt);
-        self.integrate(context, dt, self.options.damping, self.options.gravity)?;
+        self.integrate(context, [dt, dt], self.options.damping, self.options.gravity)?;
         self.bind(context, dt, true)
     }
 
     /// Computes what elements exert on nodes. Fails if an element is inside out.
     fn forces(&mut self, context: &Context, seconds: f64) -> Result<()> {
-        let mut activations: Vec<Row> = self.activations.iter().map(|curve| [curve.at(seconds)[0], 0.0, 0.0, 0.0]).collect();
+        let mut activations: Vec<Row> =
+            self.activations.iter().map(|curve| [curve.at(seconds)[0], 0.0, 0.0, 0.0]).collect();
         // Slots without fibres name muscle 0.
         activations.push([0.0; 4]);
         let elements = &self.elements;
@@ -259,10 +280,10 @@ impl Simulation {
             .advise("take a shorter step, slower motion, less activation or stiffer material")
     }
 
-    /// Goes on by a step of `dt` seconds.
-    fn integrate(&mut self, context: &Context, dt: f32, damping: f32, gravity: [f32; 3]) -> Result<()> {
+    /// Goes on by a step of `dt` seconds, with velocities that change for `kick` seconds.
+    fn integrate(&mut self, context: &Context, [dt, kick]: [f32; 2], damping: f32, gravity: [f32; 3]) -> Result<()> {
         let half = 0.5 * damping * dt;
-        let (kept, gained) = ((1.0 - half) / (1.0 + half), dt / (1.0 + half));
+        let (kept, gained) = ((1.0 - half) / (1.0 + half), kick / (1.0 + half));
         let (blocks, rows, masses, loads) = (&self.elements.blocks, &self.rows, &self.masses, &self.loads);
         let State { displacements, velocities, .. } = &mut self.state;
         let parts = (displacements.as_mut_slice(), velocities.as_mut_slice());
@@ -308,9 +329,9 @@ impl Simulation {
         Ok(())
     }
 
-    /// Goes to rest by steps whose motion is stopped where kinetic energy has a peak (Cundall 1982), with gravity, drives and
-    /// activations as they are at the present time. All elements get the mass that allows the same step, which does not
-    /// change where they rest.
+    /// Goes to rest by steps whose damping follows the lowest frequency in the motion (Underwood 1983), with gravity, drives
+    /// and activations as they are at the present time. All elements get the mass that allows the same step, which does
+    /// not change where they rest.
     ///
     /// It ends when no node has an unbalanced force above `tolerance` times the largest force on a node, or after `most`
     /// steps. The time does not go on.
@@ -323,9 +344,9 @@ impl Simulation {
     ) -> Result<Relaxation> {
         let (time, steps) = (self.state.seconds, self.state.steps);
         let (own, dt) = (self.masses.clone(), 1.0);
-        let scaled = self.steps.unit_masses(&self.model, self.options.safety);
+        let scaled = self.steps.unit_masses(&self.model, self.options.safety.min(CAUTION));
         for (masses, scaled) in self.masses.iter_mut().zip(&scaled) {
-            (0..3).filter(|axis| masses[*axis] > 0.0).for_each(|axis| masses[axis] = 1.0 / scaled);
+            masses[..3].iter_mut().filter(|inverse| **inverse > 0.0).for_each(|inverse| *inverse = 1.0 / scaled);
         }
         // Weight stays that of the true masses.
         let loads = self.loads.clone();
@@ -350,51 +371,60 @@ impl Simulation {
         self.state.velocities.fill([0.0; 4]);
         self.bind(context, dt, false)?;
         self.state.velocities.fill([0.0; 4]);
-        let mut last = 0.0;
+        let mut before = None;
+        let mut damping = 0.2;
         let mut relaxation = Relaxation { steps: 0, unbalanced: [f32::INFINITY, 0.0], is_at_rest: false };
         for step in 0..most {
             relaxation.steps = step;
             self.forces(context, self.state.seconds)?;
-            if step % 32 == 0 {
+            if step % WINDOW == 0 {
                 progress.step(step as f32 / most as f32, "relaxation")?;
                 relaxation.unbalanced = self.unbalanced();
                 relaxation.is_at_rest = relaxation.unbalanced[0] <= tolerance * relaxation.unbalanced[1];
                 if relaxation.is_at_rest && step > 0 {
                     break;
                 }
+                if let Some(frequency) = self.frequency(context, &mut before) {
+                    damping = 2.0 * frequency;
+                }
             }
-            self.integrate(context, dt, 0.0, [0.0; 3])?;
+            // From a stand, velocities half a step later follow from half a step.
+            let kick = if step > 0 { dt } else { 0.5 * dt };
+            self.integrate(context, [dt, kick], damping, [0.0; 3])?;
             self.bind(context, dt, false)?;
-            let kinetic = self.kinetic_pseudo(context);
-            if kinetic < last {
-                self.state.velocities.fill([0.0; 4]);
-                last = 0.0;
-            } else {
-                last = kinetic;
-            }
         }
         Ok(relaxation)
     }
 
-    /// Returns twice the kinetic energy of the inverse masses in use, summed in a fixed order.
-    fn kinetic_pseudo(&self, context: &Context) -> f64 {
+    /// Returns the frequency of the motion since `before` by Rayleigh's quotient for steps of 1 s, and puts the present
+    /// displacements and forces there; `None` the first time. Over many steps fast modes, which rounding excites for ever,
+    /// cancel out. Sums have a fixed order.
+    fn frequency(&self, context: &Context, before: &mut Option<[Vec<Row>; 2]>) -> Option<f32> {
         let count = self.masses.len();
+        let forces = context.map(count, |node| self.inner(node).extend(0.0).to_array());
+        let last = before.replace([self.state.displacements.clone(), forces])?;
+        let now = before.as_ref()?;
         let parts = context.map(count.div_ceil(PART), |part| {
-            let nodes = part * PART..((part + 1) * PART).min(count);
-            let energy = |node: usize| {
-                let (masses, v) = (&self.masses[node], &self.state.velocities[node]);
-                (0..3).filter(|axis| masses[*axis] > 0.0).map(|axis| f64::from(v[axis] * v[axis] / masses[axis])).sum::<f64>()
-            };
-            nodes.map(energy).sum::<f64>()
+            let (mut work, mut motion) = (0f64, 0f64);
+            for node in part * PART..((part + 1) * PART).min(count) {
+                for axis in (0..3).filter(|axis| self.masses[node][*axis] > 0.0) {
+                    let [moved, force] = [0, 1].map(|list| f64::from(now[list][node][axis] - last[list][node][axis]));
+                    work += moved * force;
+                    motion += moved * moved / f64::from(self.masses[node][axis]);
+                }
+            }
+            [work, motion]
         });
-        parts.into_iter().sum()
+        let [work, motion] = parts.into_iter().fold([0.0; 2], |sum, part| [sum[0] + part[0], sum[1] + part[1]]);
+        let square = if motion > 0.0 { work / motion } else { 0.0 };
+        Some(square.clamp(1e-9, 0.25).sqrt() as f32)
     }
 
     /// Returns the largest unbalanced force on a node that may move, and the largest force of elements or loads on a node.
     fn unbalanced(&self) -> [f32; 2] {
         let mut most = [0f32; 2];
         for (node, masses) in self.masses.iter().enumerate() {
-            let [inner, load] = [self.inner(node), self.loads.get(node).copied().unwrap_or_default()];
+            let (inner, load) = (self.inner(node), self.loads.get(node).copied().unwrap_or_default());
             let sum = Vec3::from_slice(&load) - inner;
             let free = Vec3::from_slice(masses).map(|inverse| if inverse > 0.0 { 1.0 } else { 0.0 });
             let held = self.slides.free_part(node, &self.model.nodes, &self.state, sum * free);
@@ -474,8 +504,15 @@ impl Simulation {
         let deviator = stress - DMat3::from_diagonal(DVec3::splat(mean));
         let squares: f64 = deviator.to_cols_array().iter().map(|part| part * part).sum();
         Ok(ElementState {
-            stress: [stress.x_axis.x, stress.y_axis.y, stress.z_axis.z, stress.y_axis.z, stress.z_axis.x, stress.x_axis.y]
-                .map(|part| part as f32),
+            stress: [
+                stress.x_axis.x,
+                stress.y_axis.y,
+                stress.z_axis.z,
+                stress.y_axis.z,
+                stress.z_axis.x,
+                stress.x_axis.y,
+            ]
+            .map(|part| part as f32),
             von_mises: (1.5 * squares).sqrt() as f32,
             volume: f.determinant() as f32,
             fibre_stretch: fibres.first().map_or(1.0, |fibre| (f * fibre.direction).length() as f32),

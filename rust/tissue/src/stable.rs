@@ -62,7 +62,9 @@ impl Steps {
         if step > stable * 1.0001 {
             return Err(Error::invalid(format!("a step of {step} s is longer than the stable one of {stable:.4e} s"))
                 .at(format!("element {element}"))
-                .advise("take a shorter step, larger elements or softer material there, or mass scaling to this step"));
+                .advise(
+                    "take a shorter step, larger elements or softer material there, or mass scaling to this step",
+                ));
         }
         Ok(Self { step, stable, element, added_mass, masses, own, true_masses })
     }

@@ -14,46 +14,41 @@ const ROOT: [f32; 5] = [8.395_719, -19.265_586, 19.052_128, -8.700_67, 1.499_665
 /// The range of J in which the stress is that of the material; beyond, its isochoric part is that of the bound.
 const VOLUMES: [f32; 2] = [0.04, 12.0];
 
-/// Returns the first Piola–Kirchhoff stress, the deformation gradient and its determinant for the gradient `h` of the
+/// Returns the first Piola–Kirchhoff stress and the determinant of the deformation gradient for the gradient `h` of the
 /// displacement. Moduli times volume give stress times volume.
+///
+/// All that vanishes at rest is computed from `h` itself, for sums that begin with 1 would lose the digits of small strains.
 #[inline(always)]
-pub(crate) fn neo_hookean<A: Lanes>(
-    v: A,
-    h: &Tensor<A>,
-    shear: A::F,
-    bulk: A::F,
-) -> (Tensor<A>, Tensor<A>, A::F) {
+pub(crate) fn neo_hookean<A: Lanes>(v: A, h: &Tensor<A>, shear: A::F, bulk: A::F) -> (Tensor<A>, A::F) {
     let (zero, one) = (v.splat(0.0), v.splat(1.0));
-    let mut f = *h;
-    for axis in 0..3 {
-        f[axis][axis] = v.add(f[axis][axis], one);
-    }
+    let (mut trace, mut minors, mut determinant, mut squares) = (zero, zero, zero, zero);
+    // The cofactors of F = I + H without those of I.
     let mut cofactor: Tensor<A> = [[zero; 3]; 3];
-    let mut squares = zero;
-    for a in 0..3 {
-        let (b, c) = ((a + 1) % 3, (a + 2) % 3);
-        for i in 0..3 {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            cofactor[a][i] = v.sub(v.mul(f[b][j], f[c][k]), v.mul(f[b][k], f[c][j]));
-            squares = v.fused(f[a][i], f[a][i], squares);
-        }
-    }
-    // J − 1 = tr H + the sum of principal minors + det H: J itself would leave little of it after rounding.
-    let (mut trace, mut minors, mut determinant) = (zero, zero, zero);
     for a in 0..3 {
         let (b, c) = ((a + 1) % 3, (a + 2) % 3);
         trace = v.add(trace, h[a][a]);
-        minors = v.add(minors, v.sub(v.mul(h[a][a], h[b][b]), v.mul(h[a][b], h[b][a])));
-        let cross = v.sub(v.mul(h[1][b], h[2][c]), v.mul(h[1][c], h[2][b]));
-        determinant = v.fused(h[0][a], cross, determinant);
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let minor = v.sub(v.mul(h[b][j], h[c][k]), v.mul(h[b][k], h[c][j]));
+            squares = v.fused(h[a][i], h[a][i], squares);
+            if a == 0 {
+                determinant = v.fused(h[0][i], minor, determinant);
+            }
+            cofactor[a][i] = if i == a {
+                minors = v.add(minors, minor);
+                v.add(v.add(h[b][b], h[c][c]), minor)
+            } else {
+                v.sub(minor, h[i][a])
+            };
+        }
     }
     let grown = v.add(trace, v.add(minors, determinant));
     let volume = v.add(one, grown);
     let bounded = v.min(v.max(volume, v.splat(VOLUMES[0])), v.splat(VOLUMES[1]));
     let quarter = v.sqrt(v.sqrt(bounded));
     let mut root = v.splat(ROOT[4]);
-    for power in [3, 2, 1, 0] {
-        root = v.fused(root, quarter, v.splat(ROOT[power]));
+    for power in 0..4 {
+        root = v.fused(root, quarter, v.splat(ROOT[3 - power]));
     }
     for _ in 0..3 {
         let cube = v.mul(v.mul(root, root), root);
@@ -62,40 +57,46 @@ pub(crate) fn neo_hookean<A: Lanes>(
     }
     let square = v.mul(root, root);
     let isochoric = v.mul(shear, square);
-    // −G J^(−5/3) I₁/3 + K (J − 1)
-    let spherical = v.mul(v.mul(v.mul(square, root), squares), v.splat(-1.0 / 3.0));
-    let spherical = v.fused(bulk, grown, v.mul(isochoric, spherical));
+    // I₁/(3 J) − 1
+    let excess = v.fused(v.fused(v.splat(2.0), trace, squares), v.splat(1.0 / 3.0), v.sub(zero, grown));
+    let excess = v.mul(v.mul(square, root), excess);
+    let spherical = v.sub(v.mul(bulk, grown), v.mul(isochoric, excess));
     let mut p: Tensor<A> = [[zero; 3]; 3];
     for a in 0..3 {
         for i in 0..3 {
-            p[a][i] = v.fused(spherical, cofactor[a][i], v.mul(isochoric, f[a][i]));
+            let deviator = v.mul(isochoric, v.sub(h[a][i], cofactor[a][i]));
+            p[a][i] = v.fused(spherical, cofactor[a][i], deviator);
         }
+        p[a][a] = v.add(p[a][a], spherical);
     }
-    (p, f, volume)
+    (p, volume)
 }
 
-/// Adds the stress of fibres along the unit vector `direction` at rest, or 0, to the first Piola–Kirchhoff stress `p`.
+/// Adds the stress of fibres along the unit vector `direction` at rest, or 0, to the first Piola–Kirchhoff stress `p`, for
+/// the gradient `h` of the displacement.
 #[inline(always)]
 pub(crate) fn fibre<A: Lanes>(
     v: A,
-    f: &Tensor<A>,
+    h: &Tensor<A>,
     direction: &[A::F; 3],
     stiffness: A::F,
     active: A::F,
     p: &mut Tensor<A>,
 ) {
     let (zero, one) = (v.splat(0.0), v.splat(1.0));
-    let mut along = [zero; 3];
-    let mut square = v.splat(1e-12);
+    let mut along = *direction;
+    // I₄ − 1
+    let mut over = zero;
     for axis in 0..3 {
-        let sum = v.fused(f[axis][1], direction[1], v.mul(f[axis][0], direction[0]));
-        along[axis] = v.fused(f[axis][2], direction[2], sum);
-        square = v.fused(along[axis], along[axis], square);
+        let sum = v.fused(h[axis][1], direction[1], v.mul(h[axis][0], direction[0]));
+        let moved = v.fused(h[axis][2], direction[2], sum);
+        over = v.fused(moved, v.fused(v.splat(2.0), direction[axis], moved), over);
+        along[axis] = v.add(direction[axis], moved);
     }
-    let stretch = v.sqrt(square);
+    let stretch = v.sqrt(v.max(v.add(one, over), v.splat(1e-6)));
     let off = v.mul(v.sub(stretch, one), v.splat(1.0 / REACH));
     let share = v.max(v.sub(one, v.mul(off, off)), zero);
-    let passive = v.mul(v.mul(stiffness, v.splat(2.0)), v.max(v.sub(square, one), zero));
+    let passive = v.mul(v.mul(stiffness, v.splat(2.0)), v.max(over, zero));
     let tension = v.add(v.div(v.mul(active, share), stretch), passive);
     for a in 0..3 {
         let pull = v.mul(tension, along[a]);

@@ -4,8 +4,8 @@ use glam::{DVec3, Vec3};
 use relievo_core::{Error, Result};
 
 use crate::distance::DistanceField;
-use crate::model::{Model, Shape};
 use crate::material::{Material, Muscle};
+use crate::model::{Model, Shape};
 use crate::nurbs::NurbsMuscle;
 
 /// Volumes at most: the bits of a mask.
@@ -95,20 +95,29 @@ impl Description {
     /// Fails if a number is out of its range, an index does not exist or the surface of a volume is not closed.
     pub fn check(&self) -> Result<()> {
         if !self.cell.iter().all(|size| *size > 1e-7 && *size < 1e6) {
-            return Err(Error::invalid(format!("voxels of {:?} m cannot be", self.cell)).at("voxel").advise("use 1e-7 to 1e6"));
+            return Err(Error::invalid(format!("voxels of {:?} m cannot be", self.cell))
+                .at("voxel")
+                .advise("use 1e-7 to 1e6"));
         }
         if !(1..=32).contains(&self.samples) {
-            return Err(Error::invalid(format!("{} samples along an axis cannot be", self.samples)).at("samples").advise("use 1 to 32"));
+            return Err(Error::invalid(format!("{} samples along an axis cannot be", self.samples))
+                .at("samples")
+                .advise("use 1 to 32"));
         }
         if !(0.0..1.0).contains(&self.share) {
-            return Err(Error::invalid(format!("a share of {} cannot be", self.share)).at("share").advise("use 0 to below 1"));
+            return Err(Error::invalid(format!("a share of {} cannot be", self.share))
+                .at("share")
+                .advise("use 0 to below 1"));
         }
         self.materials.iter().try_for_each(Material::check)?;
         if self.volumes.is_empty() || self.volumes.len() > MOST {
-            return Err(Error::invalid(format!("{} volumes make no model", self.volumes.len())).advise(format!("give 1 to {MOST}")));
+            return Err(Error::invalid(format!("{} volumes make no model", self.volumes.len()))
+                .advise(format!("give 1 to {MOST}")));
         }
         if !self.volumes.iter().any(|volume| volume.level == 0) {
-            return Err(Error::invalid("no volume is on level 0").advise("put the volume that contains the others on level 0"));
+            return Err(
+                Error::invalid("no volume is on level 0").advise("put the volume that contains the others on level 0")
+            );
         }
         let is_known = |material: u32| (material as usize) < self.materials.len();
         for volume in &self.volumes {
@@ -117,21 +126,26 @@ impl Description {
                 return Err(named(Error::invalid(format!("material {} does not exist", volume.material))));
             }
             if volume.has_layers && self.skin.is_none() {
-                return Err(named(Error::invalid("it has layers, but there is no skin").advise("give the skin a surface and layers")));
+                return Err(named(
+                    Error::invalid("it has layers, but there is no skin").advise("give the skin a surface and layers"),
+                ));
             }
             if let Some((muscle, field)) = &volume.muscle {
                 muscle.check().map_err(named)?;
                 if let FibreField::Uniform(direction) = field
                     && !(direction.length() > 1e-12 && direction.is_finite())
                 {
-                    return Err(named(Error::invalid("the fibres have no direction").advise("use a vector that is not zero")));
+                    return Err(named(
+                        Error::invalid("the fibres have no direction").advise("use a vector that is not zero"),
+                    ));
                 }
             }
             check_closed(&volume.shape).map_err(named)?;
         }
         if let Some(skin) = &self.skin {
             let is_sound = |layer: &Layer| is_known(layer.material) && layer.start.is_finite() && layer.thickness > 0.0;
-            let is_thin = |(material, thickness): &(u32, f32)| is_known(*material) && *thickness > 0.0 && thickness.is_finite();
+            let is_thin =
+                |(material, thickness): &(u32, f32)| is_known(*material) && *thickness > 0.0 && thickness.is_finite();
             if !skin.layers.iter().all(is_sound) || !skin.epidermis.iter().all(is_thin) {
                 return Err(Error::invalid("a layer has no material, or no positive thickness").at("skin"));
             }

@@ -46,10 +46,14 @@ impl Grid {
         // A border of rounding keeps faces that lie on the grid from adding a layer of voxels.
         let counts = ((high - low) / cell - 1e-4).ceil().max(Vec3::ONE);
         let all = counts.as_dvec3().element_product();
-        if all * 64.0 > limit as f64 || counts.max_element() > 65_535.0 {
-            return Err(Error::memory(format!("a grid of {} × {} × {} voxels is too large", counts.x, counts.y, counts.z))
-                .at("voxel")
-                .advise("take larger voxels, or raise the memory limit"));
+        // Numbers of nodes have 32 bits.
+        if all * 64.0 > limit as f64 || all > f64::from(u32::MAX / 4) || counts.max_element() > 65_535.0 {
+            return Err(Error::memory(format!(
+                "a grid of {} × {} × {} voxels is too large",
+                counts.x, counts.y, counts.z
+            ))
+            .at("voxel")
+            .advise("take larger voxels, or raise the memory limit"));
         }
         let size = counts * cell;
         Ok(Self { low: 0.5 * (low + high) - 0.5 * size, cell, counts: counts.to_array().map(|count| count as usize) })
@@ -226,7 +230,13 @@ impl Sampler<'_> {
     }
 
     /// The stretches of rays along z in which they are inside of a volume.
-    fn spans(&self, tracer: &Tracer<'_>, places: &[[f32; 2]], spacing: Vec3, bit: usize) -> Result<[Vec<[f32; 2]>; PACKET]> {
+    fn spans(
+        &self,
+        tracer: &Tracer<'_>,
+        places: &[[f32; 2]],
+        spacing: Vec3,
+        bit: usize,
+    ) -> Result<[Vec<[f32; 2]>; PACKET]> {
         let height = self.grid.cell.z * self.grid.counts[2] as f32;
         let mut spans: [Vec<[f32; 2]>; PACKET] = Default::default();
         let mut open = [false; PACKET];
@@ -234,7 +244,10 @@ impl Sampler<'_> {
         for shift in 0..TRIES {
             let shift = spacing * 1e-3 * shift as f32;
             let crossings = crossings(tracer, places, open, [shift.x, 0.618 * shift.y], height);
-            for ray in (0..places.len()).filter(|ray| open[*ray]) {
+            for ray in 0..places.len() {
+                if !open[ray] {
+                    continue;
+                }
                 open[ray] = crossings[ray].iter().map(|crossing| crossing.1).sum::<i32>() != 0;
                 if !open[ray] {
                     spans[ray] = inside(&crossings[ray]);
@@ -247,7 +260,12 @@ impl Sampler<'_> {
         let ray = open.iter().position(|open| *open).unwrap_or(0);
         let [x, y] = places[ray];
         Err(Error::invalid("a ray along z leaves the surface other than it enters it")
-            .at(format!("volume `{}`, x = {}, y = {}", self.description.volumes[bit].shape.name, self.grid.low.x + x, self.grid.low.y + y))
+            .at(format!(
+                "volume `{}`, x = {}, y = {}",
+                self.description.volumes[bit].shape.name,
+                self.grid.low.x + x,
+                self.grid.low.y + y
+            ))
             .advise("repair the surface: `relievo mesh check FILE` lists its defects"))
     }
 }
@@ -310,8 +328,6 @@ fn finish(sums: Sums, at: [usize; 3], samples: usize) -> Voxel {
         at: at.map(|index| index as u32),
         share: inside / samples.pow(3) as f32,
         materials: materials.map(|(material, weight)| (material, weight / inside)).collect(),
-        muscles: muscles
-            .map(|(muscle, (weight, sum))| (muscle, weight / inside, sum.normalize_or(Vec3::X)))
-            .collect(),
+        muscles: muscles.map(|(muscle, (weight, sum))| (muscle, weight / inside, sum.normalize_or(Vec3::X))).collect(),
     }
 }

@@ -2,9 +2,16 @@
 
 use relievo_core::Context;
 use relievo_core::progress::Silent;
-use relievo_tissue::{Body, Collider, Curve, DistanceField, Held, Model, Shape, Simulation, SimulationOptions, Sliding};
+use relievo_tissue::{
+    Body, Collider, Curve, DistanceField, Held, Material, Model, Shape, Simulation, SimulationOptions, Sliding,
+};
 
 use crate::bodies::{block, gel};
+
+/// A gel that survives a fall.
+fn firm() -> Material {
+    Material { shear: 2e4, bulk: 2e5, ..gel() }
+}
 
 /// A ball of triangles about the origin.
 pub fn ball(radius: f32, rings: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
@@ -14,7 +21,11 @@ pub fn ball(radius: f32, rings: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         let polar = std::f32::consts::PI * ring as f32 / rings as f32;
         for at in 0..around {
             let angle = std::f32::consts::TAU * at as f32 / around as f32;
-            points.push([radius * polar.sin() * angle.cos(), radius * polar.sin() * angle.sin(), -radius * polar.cos()]);
+            points.push([
+                radius * polar.sin() * angle.cos(),
+                radius * polar.sin() * angle.sin(),
+                -radius * polar.cos(),
+            ]);
         }
     }
     let id = |ring: u32, at: u32| 2 + (ring - 1) * around + at % around;
@@ -47,7 +58,7 @@ fn distances_to_a_ball_of_triangles_are_those_of_the_ball() {
 
 fn fallen(friction: f32, body: Body, slope: f32) -> Vec<(f64, f64, f32)> {
     let context = Context::serial();
-    let model = block([0.1; 3], [4; 3], gel());
+    let model = block([0.1; 3], [4; 3], firm());
     let options = SimulationOptions { gravity: [slope, 0.0, -9.81], ..SimulationOptions::default() };
     let mut simulation = Simulation::new(model, &options).unwrap();
     let below = Curve::constant([0.05, 0.05, if matches!(body, Body::Floor) { -0.02 } else { -0.12 }]);
@@ -100,14 +111,17 @@ fn friction_holds_a_block_on_a_slope() {
 fn sliding_nodes_keep_their_distance_from_a_sphere() {
     let context = Context::serial();
     let (points, triangles) = ball(0.3, 40);
-    let mut model: Model = block([0.2, 0.2, 0.05], [6, 6, 2], gel());
+    let mut model: Model = block([0.2, 0.2, 0.05], [6, 6, 2], firm());
     for node in &mut model.nodes {
         *node = [node[0] - 0.1, node[1] - 0.1, node[2] + 0.31];
     }
     let field = DistanceField::new(&points, &triangles).unwrap();
     let lowest = model.nodes_within([-1.0, -1.0, 0.3], [1.0, 1.0, 0.311]);
     let distance = |place: [f32; 3]| field.closest(glam::Vec3::from(place), None).distance;
-    model.sliding = lowest.iter().map(|node| Sliding { node: *node, surface: 0, distance: distance(model.nodes[*node as usize]) }).collect();
+    model.sliding = lowest
+        .iter()
+        .map(|node| Sliding { node: *node, surface: 0, distance: distance(model.nodes[*node as usize]) })
+        .collect();
     model.surfaces.push(Shape { name: "skull".into(), points, triangles });
     let corner = model.nodes_within([-1.0, -1.0, 0.359], [-0.0999, -0.0999, 1.0]);
     model.held = corner.into_iter().map(|node| Held { node, axes: 7 }).collect();

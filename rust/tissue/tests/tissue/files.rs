@@ -2,7 +2,9 @@
 
 use relievo_core::Context;
 use relievo_core::progress::Silent;
-use relievo_tissue::{Binding, Fibre, Held, Model, Muscle, NodeSet, SavedState, Shape, Simulation, SimulationOptions, Sliding};
+use relievo_tissue::{
+    Binding, Fibre, Held, Model, Muscle, NodeSet, SavedState, Shape, Simulation, SimulationOptions, Sliding,
+};
 
 use crate::bodies::{block, gel};
 
@@ -13,8 +15,12 @@ fn model() -> Model {
     model.fibres.push([Fibre { muscle: 0, share: 0.5, direction: [0.0, 1.0, 0.0] }]);
     model.fibres.push([]);
     model.held.push(Held { node: 3, axes: 5 });
-    model.surfaces.push(Shape { name: "bone".into(), points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], triangles: vec![[0, 1, 2]] });
-    model.sliding.push(Sliding { node: 1, surface: 0, distance: 0.25 });
+    model.surfaces.push(Shape {
+        name: "bone".into(),
+        points: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        triangles: vec![[0, 1, 2]],
+    });
+    model.sliding.push(Sliding { node: 1, surface: 0, distance: 0.0 });
     model.sets.push(NodeSet { name: "end".into(), nodes: vec![0, 3] });
     let points = [[0.0, 0.05, 0.1], [0.1, 0.05, 0.1], [0.15, 0.0, 0.2]];
     model.bindings.push(Binding::new(&Context::serial(), &model, "skin", &points, &[[0, 1, 2]]).unwrap());
@@ -52,10 +58,12 @@ fn a_state_file_resumes_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
     let (model_path, path) = (folder.path().join("a.rtissue"), folder.path().join("a.rtstate"));
     model().write(&model_path).unwrap();
-    let begin = || Simulation::new(Model::read(&context, &model_path).unwrap(), &SimulationOptions::default()).unwrap();
+    let options = SimulationOptions { gravity: [0.0, 0.0, -0.5], ..SimulationOptions::default() };
+    let begin = || Simulation::new(Model::read(&context, &model_path).unwrap(), &options).unwrap();
     let mut whole = begin();
     whole.advance(&context, 40, &mut Silent).unwrap();
-    let saved = SavedState { identity: model().checksum(), level: context.level().name().into(), state: whole.state().clone() };
+    let saved =
+        SavedState { identity: model().checksum(), level: context.level().name().into(), state: whole.state().clone() };
     saved.write(&path).unwrap();
     whole.advance(&context, 40, &mut Silent).unwrap();
     let read = SavedState::read(&context, &path).unwrap();
@@ -124,7 +132,7 @@ fn a_grid_for_vtk_has_what_it_announces() {
     let begin = bytes.windows(16).position(|it| it == b"encoding=\"raw\">\n").unwrap() + 17;
     let mut at = begin;
     let mut lengths = Vec::new();
-    while bytes[at..].len() > 40 {
+    for _ in 0..11 {
         let length = u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
         lengths.push(length);
         at += 8 + length as usize;
