@@ -50,6 +50,21 @@ struct Told {
 pub fn run(report: &mut Report, peers: Option<&Path>) -> Result<()> {
     let program = peers.map(|folder| folder.join("fluid"));
     let context = Context::new(&ContextOptions::default())?;
+    dams(report, peers)?;
+    for (side, frames, paper) in TABLE {
+        crate::fluid_device::case(report, &dam(&context, options(PressureSolver::Pcisph, None), side)?)?;
+        let fluid = table(report, &context, side, frames, paper)?;
+        if side > DAMS[0].0 {
+            meshing(report, program.as_deref(), &fluid)?;
+        }
+    }
+    Ok(())
+}
+
+/// Measures dams by both solvers into `report`, beside the program `fluid` in a folder of peers.
+pub fn dams(report: &mut Report, peers: Option<&Path>) -> Result<()> {
+    let program = peers.map(|folder| folder.join("fluid"));
+    let context = Context::new(&ContextOptions::default())?;
     for (side, seconds) in DAMS {
         let mut costs = Vec::new();
         for method in METHODS {
@@ -58,13 +73,6 @@ pub fn run(report: &mut Report, peers: Option<&Path>) -> Result<()> {
         let [first, second] = [0, 1].map(|method| Sample::new(vec![costs[method]]));
         let name = format!("{} particles: time of a second by DFSPH", side.pow(3));
         report.add(&name, &second, Some(("by PCISPH", &first)), "core-seconds", Goal::RatioAtMost(1.0));
-    }
-    for (side, frames, paper) in TABLE {
-        crate::fluid_device::case(report, &dam(&context, options(PressureSolver::Pcisph, None), side)?)?;
-        let fluid = table(report, &context, side, frames, paper)?;
-        if side > DAMS[0].0 {
-            meshing(report, program.as_deref(), &fluid)?;
-        }
     }
     Ok(())
 }

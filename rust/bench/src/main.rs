@@ -35,7 +35,7 @@ use report::Report;
 #[derive(Parser)]
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
-    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `native`, or `pictures`, a part of `fluid`; or
+    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `native`, or `dams` and `pictures`, parts of `fluid`; or
     /// `peak` and `meshing`, which they run
     name: String,
     /// One JSON object per line instead of a table
@@ -65,12 +65,13 @@ fn run(arguments: &Arguments) -> Result<()> {
             fluid_render::run(&mut report)?;
         }
         "native" => native::run(&mut report, arguments.peers.as_deref())?,
+        "dams" => fluid::dams(&mut report, arguments.peers.as_deref())?,
         "pictures" => fluid_render::run(&mut report)?,
         "meshing" => return fluid::mesh_file(arguments.particles.as_deref().unwrap_or(Path::new(""))),
         "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),
         name => {
             return Err(Error::invalid(format!("there is no bench `{name}`"))
-                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `native` or `pictures`"));
+                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `native`, `dams` or `pictures`"));
         }
     }
     report.finish();

@@ -22,7 +22,7 @@ pub fn run(name: &str, json: bool) -> Outcome {
     let mut bench = Command::new(target().join("release/relievo-bench"));
     match name {
         "lod" => drop(bench.arg("--peers").arg(peers::make(json)?)),
-        "fluid" => drop(bench.arg("--peers").arg(peers::fluids(json)?)),
+        "fluid" | "dams" => drop(bench.arg("--peers").arg(peers::fluids(json)?)),
         "native" => drop(bench.arg("--peers").arg(peers::repairs()?)),
         _ => {}
     }
