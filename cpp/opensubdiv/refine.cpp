@@ -82,13 +82,18 @@ void expected_sizes(const Cage& cage, uint32_t first, rust::Slice<Sizes> sizes) 
     }
     // Where a sample would take long, it is guessed: cages of quads and triangles have 9 to 11 weights a stencil.
     const double sample_vertices = vertices[1] + vertices[2];
-    Sizes sample = {faces[0] + faces[1] + faces[2], 11.0 * 1.6 * sample_vertices};
+    Sizes sample = {faces[0] + faces[1] + faces[2], 11.0 * 1.6 * sample_vertices, 0.0};
+    sample.pieces = (cage.crease_sharpness.empty() ? 1.0 : 3.0) * sample.patches;
     double stencils = 1.6 * sample_vertices;
     if (sample_vertices < 300000.0) {
         Cage coarse = cage;
         coarse.isolation = (uint32_t)sampled;
         const Table table(coarse);
-        sample = {(double)table.patches().size(), (double)table.stencil_weights().size()};
+        const rust::Slice<const Patch> patches = table.patches();
+        const auto creased = std::count_if(patches.begin(), patches.end(), [](const Patch& it) { return it.crease != 0; });
+        sample.patches = (double)patches.size();
+        sample.pieces = (double)patches.size() + 2.0 * (double)creased;
+        sample.weights = (double)table.stencil_weights().size();
         stencils = (double)table.stencil_sizes().size();
     }
     const double weights = stencils > 0.0 ? sample.weights / stencils : 0.0;
@@ -97,6 +102,7 @@ void expected_sizes(const Cage& cage, uint32_t first, rust::Slice<Sizes> sizes) 
         expected = sample;
         for (int further = sampled + 1; further <= level; ++further) {
             expected.patches += 0.5 * faces[further];
+            expected.pieces += 0.5 * faces[further];
             expected.weights += 1.25 * weights * vertices[further];
         }
         if (level < sampled) expected.weights -= weights * vertices[sampled];

@@ -120,6 +120,16 @@ impl Surface {
         Self::pose(context, Arc::new(layout), &mesh.points)
     }
 
+    /// Estimates how many bytes making the surface of `mesh` takes at its peak, within 30 % above what is used.
+    ///
+    /// # Errors
+    /// The mesh does not pass [`Mesh::check`].
+    pub fn expected_bytes(context: &Context, mesh: &Mesh, options: &SurfaceOptions) -> Result<f64> {
+        mesh.check()?;
+        let expected = Table::expected(mesh, &refinement(context, mesh, options))?;
+        Ok(expected.last().map_or(0.0, |expected| expected.bytes))
+    }
+
     /// The most levels of isolation, up to those of `options`, at which `mesh` is expected to make no more patches than
     /// the limit and than fit the context's memory limit. `None` if one level is too many.
     ///

@@ -46,6 +46,8 @@ pub mod ffi {
         patches: f64,
         /// Weights of all stencils.
         weights: f64,
+        /// Patches, where those with a crease are counted three times: a surface cuts them into as many pieces.
+        pieces: f64,
     }
 
     // SAFETY: callers check every index and length before a call, as the comments of `table.h` state them; C++ borrows

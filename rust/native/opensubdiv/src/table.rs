@@ -35,16 +35,23 @@ pub struct Options {
     pub memory_limit: u64,
 }
 
-/// Bytes at the peak of refinement for each weight of a stencil, with its share of points, patches and OpenSubdiv's tables
-/// (measured: 54 to 59 over cages of quads and of triangles, with and without creases).
-const WEIGHT_BYTES: f64 = 61.0;
+/// Bytes while a cage is refined, for each weight of a stencil and for each corner of the cage. These and the numbers below
+/// were fitted to the peaks of processes that made surfaces of cages of quads and of triangles, with and without creases:
+/// estimates are 1.03 to 1.26 times what they used.
+const REFINING: [f64; 2] = [55.5, 200.0];
+/// Bytes while a surface is made of the table, for each weight and for each piece of a patch.
+const POSING: [f64; 2] = [34.0, 870.0];
+/// What the allocator does not give back at once, as a share of the rest, and up to so many bytes.
+const SPARE: [f64; 2] = [0.176, 25.5e6];
+/// Bytes beside these.
+const FIXED: f64 = 1.2e6;
 
 /// What a table is expected to hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expected {
     /// Patches, an upper estimate.
     pub patches: f64,
-    /// Bytes at the peak of refinement.
+    /// Bytes at the peak while a surface is made of a cage: its refinement, or the making of its patches.
     pub bytes: f64,
 }
 
@@ -193,8 +200,15 @@ impl<'m> Cage<'m> {
     fn expected(&self, options: &Options, levels: RangeInclusive<u32>) -> Result<Vec<Expected>> {
         let mut sizes = vec![ffi::Sizes::default(); levels.clone().count()];
         ffi::expected_sizes(&self.described(options), *levels.start(), &mut sizes).map_err(refused)?;
-        let of = |size: &ffi::Sizes| Expected { patches: size.patches, bytes: WEIGHT_BYTES * size.weights };
-        Ok(sizes.iter().map(of).collect())
+        Ok(sizes.iter().map(|size| Expected { patches: size.patches, bytes: self.bytes(size) }).collect())
+    }
+
+    /// Estimates the bytes at the peak while a surface of these sizes is made.
+    fn bytes(&self, size: &ffi::Sizes) -> f64 {
+        let refining = REFINING[0] * size.weights + REFINING[1] * self.corners.len() as f64;
+        let posing = POSING[0] * size.weights + POSING[1] * size.pieces;
+        let most = refining.max(posing);
+        most + (SPARE[0] * most).min(SPARE[1]) + FIXED
     }
 }
 

@@ -4,3 +4,4 @@ mod bezier;
 mod device;
 mod embree;
 mod evaluators;
+mod memory;
