@@ -18,6 +18,7 @@ mod peers;
 mod progressive;
 mod progressive_device;
 mod report;
+mod server;
 mod shapes;
 mod surface;
 mod table1;
@@ -35,8 +36,8 @@ use report::Report;
 #[derive(Parser)]
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
-    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `native`, or `dams` and `pictures`, parts of `fluid`; or
-    /// `peak` and `meshing`, which they run
+    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `native`, `server`, or `dams` and `pictures`, parts
+    /// of `fluid`; or `peak` and `meshing`, which they run
     name: String,
     /// One JSON object per line instead of a table
     #[arg(long)]
@@ -66,12 +67,13 @@ fn run(arguments: &Arguments) -> Result<()> {
         }
         "native" => native::run(&mut report, arguments.peers.as_deref())?,
         "dams" => fluid::dams(&mut report, arguments.peers.as_deref())?,
+        "server" => server::run(&mut report)?,
         "pictures" => fluid_render::run(&mut report)?,
         "meshing" => return fluid::mesh_file(arguments.particles.as_deref().unwrap_or(Path::new(""))),
         "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),
         name => {
             return Err(Error::invalid(format!("there is no bench `{name}`"))
-                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `native`, `dams` or `pictures`"));
+                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `native`, `server`, `dams` or `pictures`"));
         }
     }
     report.finish();

@@ -1,16 +1,10 @@
 //! `relievo fluid`
 
-mod bodies;
 mod convert;
-mod description;
-mod entries;
-mod fill;
+mod files;
 mod info;
 mod mesh;
-mod mover;
-mod play;
 mod render;
-mod shape;
 mod sim;
 mod statistics;
 mod surface;
@@ -23,6 +17,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use relievo_core::{Context, Error, Result};
 use relievo_particleio::Particles;
 
+#[cfg(feature = "server")]
+pub use self::files::beside;
 pub use self::info::tell;
 pub use self::statistics::{COLUMNS, NAME as STATISTICS};
 use crate::Outcome;
@@ -79,7 +75,7 @@ fn frames(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
 }
 
 /// A bar of so many frames on a terminal; elsewhere nothing is shown.
-fn bar(frames: u64) -> Result<ProgressBar> {
+pub fn bar(frames: u64) -> Result<ProgressBar> {
     if !std::io::stderr().is_terminal() {
         return Ok(ProgressBar::hidden());
     }

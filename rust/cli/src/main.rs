@@ -29,6 +29,8 @@ mod povray;
 mod progressive;
 mod run;
 mod schema;
+#[cfg(feature = "server")]
+mod server;
 mod simplify;
 mod stroke;
 mod tessellate;
@@ -81,6 +83,30 @@ enum Command {
     Fluid(fluid::Arguments),
     /// Lists, converts, meshes and combines OpenVDB's sparse grids: level sets, fog, masks, labels.
     Grid(grid::Arguments),
+    /// Simulates for other programs and machines, until it is asked to stop.
+    #[cfg(feature = "server")]
+    Serve(server::serve::Arguments),
+    /// Sends a fluid to a server, which simulates it in the background.
+    #[cfg(feature = "server")]
+    Submit(server::submit::Arguments),
+    /// Says what the scenes on a server are doing.
+    #[cfg(feature = "server")]
+    Status(server::status::Arguments),
+    /// Shows the progress of a scene on a server until it is done.
+    #[cfg(feature = "server")]
+    Watch(server::watch::Arguments),
+    /// Fetches frames from a server, also while later ones are computed.
+    #[cfg(feature = "server")]
+    Fetch(server::fetch::Arguments),
+    /// Changes a scene on a server from a frame on.
+    #[cfg(feature = "server")]
+    Steer(server::steer::Arguments),
+    /// Pauses, resumes, cancels or removes a scene on a server.
+    #[cfg(feature = "server")]
+    Control(server::control::Arguments),
+    /// Lists, checks, shrinks and exports the cache of a server.
+    #[cfg(feature = "server")]
+    Cache(server::cache::Arguments),
     /// Plots how a simulation of a fluid went, from its statistics.
     Plot(plot::Arguments),
     /// Draws a picture of Bézier patches, a mesh or a document, on a graphics device or by rays.
@@ -120,6 +146,22 @@ fn main() -> ExitCode {
         Command::Progressive(arguments) => progressive::run(&arguments),
         Command::Fluid(arguments) => fluid::run(&arguments),
         Command::Grid(arguments) => grid::run(&arguments),
+        #[cfg(feature = "server")]
+        Command::Serve(arguments) => server::serve::run(&arguments),
+        #[cfg(feature = "server")]
+        Command::Submit(arguments) => server::submit::run(&arguments),
+        #[cfg(feature = "server")]
+        Command::Status(arguments) => server::status::run(&arguments),
+        #[cfg(feature = "server")]
+        Command::Watch(arguments) => server::watch::run(&arguments),
+        #[cfg(feature = "server")]
+        Command::Fetch(arguments) => server::fetch::run(&arguments),
+        #[cfg(feature = "server")]
+        Command::Steer(arguments) => server::steer::run(&arguments),
+        #[cfg(feature = "server")]
+        Command::Control(arguments) => server::control::run(&arguments),
+        #[cfg(feature = "server")]
+        Command::Cache(arguments) => server::cache::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Draw(arguments) => draw::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),

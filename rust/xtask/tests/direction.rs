@@ -18,6 +18,7 @@ const LAYERS: &[&[&str]] = &[
         "relievo-ptex",
         "relievo-document",
         "relievo-gpu",
+        "relievo-client",
     ],
     &["relievo-testing"],
     &["relievo-surface", "relievo-particleio", "relievo-repair", "relievo-decal", "relievo-tissue"],
@@ -27,6 +28,8 @@ const LAYERS: &[&[&str]] = &[
     &["relievo-bake", "relievo-lod", "relievo-fluid"],
     &["relievo-crowd"],
     &["relievo-scene"],
+    &["relievo-simulation"],
+    &["relievo-server"],
     &["relievo-capi", "relievo-cli"],
     &["relievo-bench"],
 ];

@@ -6,10 +6,11 @@ use std::process::ExitCode;
 use relievo_core::{Context, Error, Result, file};
 use relievo_fluid::{Checkpoint, Emitter};
 use relievo_particleio::{Format, Particles, read_frame};
+use relievo_simulation::Description;
 use serde_json::{Value, json};
 
 use super::Limits;
-use super::description::Description;
+use super::files::beside;
 use crate::Outcome;
 
 #[derive(clap::Args)]
@@ -72,8 +73,9 @@ fn one(context: &Context, path: &Path) -> Result<Value> {
 fn begun(context: &Context, path: &Path) -> Result<Value> {
     let named = |error: Error| error.at(path.display().to_string());
     let description = Description::read(path)?;
-    let mut play = description.play(context).map_err(named)?;
-    let fluid = description.begin(context, &mut play).map_err(named)?;
+    let files = beside(path);
+    let mut play = description.play(context, &files).map_err(named)?;
+    let fluid = description.begin(context, &files, &mut play).map_err(named)?;
     let mut value = described(&fluid.state().particles(description.spacing()), "description");
     value["frames"] = json!(description.frames);
     value["fps"] = json!(description.fps);

@@ -6,13 +6,13 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use relievo_core::{Context, Error, Result, file};
-use relievo_fluid::{Checkpoint, Fluid, StepStatistics, Totals};
+use relievo_fluid::{Checkpoint, StepStatistics, Totals};
 use relievo_particleio::{Format, FrameNumber, frames, path, read_frame, write, write_frame};
+use relievo_simulation::{Description, Making, Simulation};
 
-use super::description::Description;
-use super::play::Play;
+use super::Limits;
+use super::files::beside;
 use super::statistics::{NAME, Row, Statistics};
-use super::{Limits, bodies};
 use crate::Outcome;
 use crate::run::{Device, device};
 
@@ -99,9 +99,8 @@ impl Folder<'_> {
     }
 
     /// Writes a frame, and what a run goes on from.
-    fn store(&self, context: &Context, (fluid, play): (&Fluid, &Play), step: u64, totals: Totals) -> Result<()> {
-        let (identity, rest) = (self.identity.clone(), bodies::encode(&play.bodies.states()));
-        let checkpoint = Checkpoint { identity, step, totals, state: fluid.state(), rest };
+    fn store(&self, context: &Context, simulation: &Simulation) -> Result<()> {
+        let (checkpoint, step) = (simulation.checkpoint(), simulation.step());
         let mut particles = checkpoint.state.particles(self.spacing);
         let state = checkpoint.encode();
         if self.format == Format::Cache {
@@ -179,84 +178,70 @@ impl Folder<'_> {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let context = arguments.limits.context()?;
-    let description = Description::read(&arguments.description)?;
     let named = |error: Error| error.at(arguments.description.display().to_string());
-    let mut play = description.play(&context).map_err(named)?;
-    let mut fluid = description.begin(&context, &mut play).map_err(named)?;
-    if fluid.is_empty() && play.sources.emitters.is_empty() {
+    let description = Description::read(&arguments.description)?;
+    let (frames, spacing) = (description.frames, description.spacing());
+    let format = arguments.format.format();
+    let making = Making {
+        format: format.extension().to_owned(),
+        parts: arguments.sub_frames,
+        device: device(arguments.device, arguments.adapter.as_deref(), arguments.limits.memory_limit)?,
+    };
+    let files = beside(&arguments.description);
+    let mut simulation = Simulation::begin(&context, description, &files, making).map_err(named)?;
+    if simulation.fluid().is_empty() && simulation.emitters() == 0 {
         let path = arguments.description.display();
         eprintln!("note: {path}: there is no fluid; give it a block, a fill or an emitter");
     }
-    let format = arguments.format.format();
-    let device = device(arguments.device, arguments.adapter.as_deref(), arguments.limits.memory_limit)?;
-    // The bits of frames are a device's own.
-    let made_by = device.as_ref().map_or_else(String::new, |device| format!(" by {}", device.summary().name));
     let folder = Folder {
         path: &arguments.output,
         format,
         parts: arguments.sub_frames,
-        identity: format!(
-            "{}, {} sub-frames{made_by} of {}",
-            format.extension(),
-            arguments.sub_frames,
-            description.identity(&context).map_err(named)?
-        ),
-        spacing: description.spacing(),
+        identity: simulation.identity().to_owned(),
+        spacing,
     };
     std::fs::create_dir_all(folder.path).map_err(|error| Error::io(folder.path, &error))?;
     if arguments.restart {
         folder.clear()?;
     }
-    let (mut first, mut totals) = (0, Totals::default());
     let last = folder.last(&context)?;
     let mut statistics = Statistics::open(folder.path, last.as_ref().map_or(0, |last| last.step as usize + 1))?;
     match last {
         Some(last) => {
-            (first, totals) = (last.step, last.totals);
-            fluid.set_state(last.state)?;
-            play.bodies.set_states(&bodies::decode(&last.rest)?)?;
-            eprintln!("note: goes on from {}", folder.file(first).display());
+            simulation.restore(last)?;
+            eprintln!("note: goes on from {}", folder.file(simulation.step()).display());
         }
         None => {
+            let fluid = simulation.fluid();
             let row = Row { particles: fluid.len(), energy: fluid.kinetic_energy(), ..Row::default() };
             statistics.add("0", &row)?;
-            folder.store(&context, (&fluid, &play), 0, totals)?;
+            folder.store(&context, &simulation)?;
         }
     }
-    let parts = u64::from(folder.parts);
-    let all = u64::from(description.frames) * parts;
-    let bar = super::bar(all)?.with_position(first);
+    let bar = super::bar(simulation.last())?.with_position(simulation.step());
     bar.reset_eta();
-    for step in first + 1..=all {
+    while simulation.step() < simulation.last() {
         let begin = Instant::now();
         let mut row = Row::default();
-        let seconds = (1.0 / (description.fps * parts as f64)) as f32;
-        let time = (step - 1) as f64 / (description.fps * parts as f64);
-        let mut watch = |done: &StepStatistics| {
+        let before = simulation.totals().steps;
+        simulation.advance(&context, |done: &StepStatistics| {
             row.add(done);
-            bar.set_message(format!("after {} steps", totals.steps + row.steps));
+            bar.set_message(format!("after {} steps", before + row.steps));
             Ok(())
-        };
-        match &device {
-            None => play.advance(&context, &mut fluid, time, seconds, |_, done| watch(done))?,
-            Some(device) => play.advance_on((&context, device), &mut fluid, time, seconds, watch)?,
-        }
-        totals.steps += row.steps;
-        totals.corrections += row.corrections;
-        totals.most = totals.most.max(row.excess[0]);
+        })?;
+        let fluid = simulation.fluid();
         (row.seconds, row.particles, row.energy) = (fluid.seconds(), fluid.len(), fluid.kinetic_energy());
         row.duration = begin.elapsed().as_secs_f64();
         // The row comes first: where a frame is there its row is, and later ones are dropped.
-        statistics.add(&folder.number(step), &row)?;
-        folder.store(&context, (&fluid, &play), step, totals)?;
+        statistics.add(&folder.number(simulation.step()), &row)?;
+        folder.store(&context, &simulation)?;
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let Totals { steps, corrections, most } = totals;
-    let (count, frames) = (fluid.len(), description.frames);
+    let Totals { steps, corrections, most } = simulation.totals();
+    let count = simulation.fluid().len();
     crate::print(&format!(
-        "{count} particles {} m apart, {frames} frames in {steps} steps with {corrections} corrections, at most {:.2} % too dense\n",
-        description.spacing(),
+        "{count} particles {spacing} m apart, {frames} frames in {steps} steps with {corrections} corrections, at most {:.2} % too dense\n",
         100.0 * most
     ))?;
     Ok(ExitCode::SUCCESS)

@@ -10,7 +10,8 @@ use relievo_openvdb::{Kind, Survey, Writing};
 use relievo_particleio::{Grid, read_grid};
 use serde::Deserialize;
 
-use super::shape::{Ball, Corners, MeshFile, Shape};
+use crate::files::Source;
+use crate::shape::{Ball, Corners, MeshFile, Shape};
 
 /// How dense fog is where it is taken for fluid.
 const THRESHOLD: f32 = 0.5;
@@ -34,14 +35,14 @@ pub struct Fill {
 }
 
 impl Fill {
-    /// The places of its particles; files are named from a folder.
-    pub fn places(&self, context: &Context, folder: &Path, spacing: f32) -> Result<Vec<Vec3>> {
+    /// The places of its particles; `files` finds what it names.
+    pub fn places(&self, context: &Context, files: &Source, spacing: f32) -> Result<Vec<Vec3>> {
         let shape = Shape { mesh: self.mesh.as_ref(), corners: self.corners.as_ref(), sphere: self.sphere.as_ref() };
         let Some(grid) = &self.grid else {
             if self.grid_name.is_some() || self.threshold.is_some() {
                 return Err(Error::invalid("it has no grid").advise("leave grid_name and threshold out"));
             }
-            let (points, triangles) = shape.triangles(context, folder)?;
+            let (points, triangles) = shape.triangles(context, files)?;
             return Solid::new(&points, &triangles)?.fill(context, spacing);
         };
         if shape.mesh.is_some() || shape.corners.is_some() || shape.sphere.is_some() {
@@ -49,7 +50,7 @@ impl Fill {
                 Error::invalid("it has more than one shape").advise("give it one of mesh, box, sphere and grid")
             );
         }
-        let path = folder.join(grid);
+        let path = files.path(grid)?;
         let named = |error: Error| error.at(path.display().to_string());
         let grid = self.load(context, &path).map_err(named)?;
         self.within(context, &grid, spacing).map_err(named)
@@ -107,6 +108,12 @@ impl Fill {
             if grid.is_level_set { value < limit } else { value > limit }
         };
         fill_where(context, ends, spacing, &is_inside)
+    }
+
+    /// Returns the volume of its box or sphere in cubic metres; 0 for a mesh or a grid.
+    pub fn volume(&self) -> f64 {
+        let boxes = self.corners.iter().map(|it| [0, 1, 2].map(|at| f64::from(it.high[at] - it.low[at]).max(0.0)));
+        boxes.map(|sides| sides.iter().product()).chain(self.sphere.iter().map(Ball::volume)).sum()
     }
 
     /// The mesh that it is read from.

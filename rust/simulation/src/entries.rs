@@ -1,14 +1,14 @@
 //! What of a description has a shape or acts on particles: bodies, emitters, sinks and forces.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use glam::Vec3;
 use relievo_core::{Context, Error, Result};
 use relievo_fluid::{BodyOptions, Contact, Emitter, Force, Overflow, Sink, Solid, Sources};
 use serde::Deserialize;
 
-use super::shape::{Ball, Corners, MeshFile, Shape, Triangles};
+use crate::files::Source;
+use crate::shape::{Ball, Corners, MeshFile, Shape, Triangles};
 
 /// What becomes of particles, of the names of a description.
 pub fn contact(contact: Option<&str>, friction: Option<f32>) -> Result<Contact> {
@@ -46,7 +46,7 @@ impl Floating {
     }
 
     /// Its triangles and what it is.
-    pub fn body(&self, context: &Context, folder: &Path) -> Result<(Triangles, BodyOptions)> {
+    pub fn body(&self, context: &Context, files: &Source) -> Result<(Triangles, BodyOptions)> {
         let shape = Shape { mesh: self.mesh.as_ref(), corners: self.corners.as_ref(), sphere: self.sphere.as_ref() };
         let options = BodyOptions {
             density: self.density,
@@ -54,7 +54,7 @@ impl Floating {
             spin: self.spin.into(),
             contact: contact(self.contact.as_deref(), self.friction)?,
         };
-        Ok((shape.triangles(context, folder)?, options))
+        Ok((shape.triangles(context, files)?, options))
     }
 }
 
@@ -98,7 +98,7 @@ impl Outlet {
         self.mesh.as_ref()
     }
 
-    fn emitter(&self, context: &Context, folder: &Path, spacing: f32) -> Result<Emitter> {
+    fn emitter(&self, context: &Context, files: &Source, spacing: f32) -> Result<Emitter> {
         let mut emitter = match (&self.disc, &self.rectangle, &self.mesh) {
             (Some(Disc { middle, normal, radius }), None, None) => {
                 Emitter::disc(Vec3::from(*middle), Vec3::from(*normal), *radius, self.speed, spacing)?
@@ -107,7 +107,7 @@ impl Outlet {
                 Emitter::rectangle(Vec3::from(*middle), sides.map(Vec3::from), self.speed, spacing)?
             }
             (None, None, Some(mesh)) => {
-                let (points, triangles) = mesh.triangles(context, folder)?;
+                let (points, triangles) = mesh.triangles(context, files)?;
                 Emitter::mesh(&points, &triangles, self.speed, spacing)?
             }
             _ => {
@@ -140,14 +140,14 @@ impl Drain {
         self.mesh.as_ref()
     }
 
-    fn sink(&self, context: &Context, folder: &Path) -> Result<Sink> {
+    fn sink(&self, context: &Context, files: &Source) -> Result<Sink> {
         let ends = |corners: &Corners| [Vec3::from(corners.low), Vec3::from(corners.high)];
         match (&self.outside, &self.mesh, &self.corners, &self.sphere) {
             (Some(corners), None, None, None) => Ok(Sink::Outside(ends(corners))),
             (None, None, Some(corners), None) => Ok(Sink::Inside(ends(corners))),
             (None, mesh, corners, ball) => {
                 let shape = Shape { mesh: mesh.as_ref(), corners: corners.as_ref(), sphere: ball.as_ref() };
-                let (points, triangles) = shape.triangles(context, folder)?;
+                let (points, triangles) = shape.triangles(context, files)?;
                 Ok(Sink::Mesh(Solid::new(&points, &triangles)?))
             }
             _ => {
@@ -169,7 +169,7 @@ pub struct Budget {
 /// What particles come from and where they go, of the entries of a description.
 pub fn sources(
     context: &Context,
-    folder: &Path,
+    files: &Source,
     spacing: f32,
     (outlets, drains, budget): (&[Outlet], &[Drain], Option<&Budget>),
 ) -> Result<Sources> {
@@ -177,9 +177,9 @@ pub fn sources(
     let emitters = outlets
         .iter()
         .enumerate()
-        .map(|(number, outlet)| outlet.emitter(context, folder, spacing).map_err(named("emitter", number)));
+        .map(|(number, outlet)| outlet.emitter(context, files, spacing).map_err(named("emitter", number)));
     let sinks =
-        drains.iter().enumerate().map(|(number, drain)| drain.sink(context, folder).map_err(named("sink", number)));
+        drains.iter().enumerate().map(|(number, drain)| drain.sink(context, files).map_err(named("sink", number)));
     Ok(Sources {
         emitters: emitters.collect::<Result<_>>()?,
         sinks: sinks.collect::<Result<_>>()?,

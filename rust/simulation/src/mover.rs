@@ -1,6 +1,6 @@
 //! Colliders of a description: at rest, on their way from key to key, or in the shapes of numbered files.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::{Quat, Vec3};
 use relievo_core::{Context, Error, Result};
@@ -8,8 +8,9 @@ use relievo_fluid::ColliderOptions;
 use relievo_scene::sequence::Pattern;
 use serde::Deserialize;
 
-use super::entries::contact;
-use super::shape::{Ball, Corners, MeshFile, Shape};
+use crate::entries::contact;
+use crate::files::Source;
+use crate::shape::{Ball, Corners, MeshFile, Shape};
 
 /// A mesh that fluid does not pass.
 #[derive(Debug, Deserialize)]
@@ -62,8 +63,8 @@ pub struct Mover {
     pivot: Vec3,
     keys: Vec<Key>,
     /// The files of its frames, if it changes its shape, and how many there are in a second.
-    files: Vec<MeshFile>,
-    folder: PathBuf,
+    shapes: Vec<MeshFile>,
+    files: Source,
     fps: f64,
 }
 
@@ -73,17 +74,17 @@ const MOST: u64 = 1 << 20;
 const NEAR: f64 = 1e-6;
 
 impl Collider {
-    /// It on its way; files are named from a folder, and there are so many frames in a second.
-    pub fn mover(&self, context: &Context, folder: &Path, fps: f64) -> Result<Mover> {
-        let files = self.numbered()?;
+    /// It on its way; `files` finds what it names, and there are so many frames in a second.
+    pub fn mover(&self, context: &Context, files: &Source, fps: f64) -> Result<Mover> {
+        let shapes = self.numbered()?;
         let shape = Shape { mesh: self.mesh.as_ref(), corners: self.corners.as_ref(), sphere: self.sphere.as_ref() };
-        let (points, triangles) = match files.first() {
+        let (points, triangles) = match shapes.first() {
             Some(_) if shape.mesh.is_some() || shape.corners.is_some() || shape.sphere.is_some() => {
                 return Err(Error::invalid("it has more than one shape")
                     .advise("give it one of mesh, box, sphere and sequence"));
             }
-            Some(first) => first.triangles(context, folder)?,
-            None => shape.triangles(context, folder)?,
+            Some(first) => first.triangles(context, files)?,
+            None => shape.triangles(context, files)?,
         };
         let contact = contact(self.contact.as_deref(), self.friction)?;
         let is_sound = |key: &Key| key.time.is_finite() && key.moved.iter().chain(&key.turn).all(|at| at.is_finite());
@@ -92,10 +93,15 @@ impl Collider {
         }
         let options = ColliderOptions { contact, is_container: self.container };
         let (pivot, keys) = (self.pivot.into(), self.keys.clone());
-        let mover = Mover { points, triangles, options, pivot, keys, files, folder: folder.to_owned(), fps };
+        let mover = Mover { points, triangles, options, pivot, keys, shapes, files: files.clone(), fps };
         // A file that does not fit is told of before anything is simulated.
-        (1..mover.files.len()).try_for_each(|frame| mover.shape(context, frame).map(drop))?;
+        (1..mover.shapes.len()).try_for_each(|frame| mover.shape(context, frame).map(drop))?;
         Ok(mover)
+    }
+
+    /// Returns how many files its sequence has.
+    pub fn count(&self) -> u64 {
+        self.count.unwrap_or(0)
     }
 
     /// The meshes that it is read from.
@@ -132,13 +138,13 @@ impl Mover {
 
     /// Whether it has another shape at another time.
     pub fn is_changing(&self) -> bool {
-        self.files.len() > 1
+        self.shapes.len() > 1
     }
 
     /// Its points in a frame of the sequence. Fails where the file has others, or other triangles.
     fn shape(&self, context: &Context, frame: usize) -> Result<Vec<Vec3>> {
-        let file = &self.files[frame];
-        let (points, triangles) = file.triangles(context, &self.folder)?;
+        let file = &self.shapes[frame];
+        let (points, triangles) = file.triangles(context, &self.files)?;
         if points.len() != self.points.len() || triangles != self.triangles {
             let what = format!(
                 "it has {} points and {} triangles, and the first file {} and {}, or they are joined in another way",
@@ -148,7 +154,7 @@ impl Mover {
                 self.triangles.len()
             );
             return Err(Error::invalid(what)
-                .at(self.folder.join(&file.file).display().to_string())
+                .at(self.files.path(Path::new(&file.file))?.display().to_string())
                 .advise("export all frames of one mesh, whose points move and nothing else"));
         }
         Ok(points)
@@ -178,7 +184,7 @@ impl Mover {
         if !self.is_changing() {
             return Ok(placed(&self.points));
         }
-        let frame = (time * self.fps).clamp(0.0, (self.files.len() - 1) as f64);
+        let frame = (time * self.fps).clamp(0.0, (self.shapes.len() - 1) as f64);
         let (before, share) = ((frame + NEAR).floor(), frame - (frame + NEAR).floor());
         let mut points = self.shape(context, before as usize)?;
         if share > NEAR {

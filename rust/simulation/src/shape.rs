@@ -10,7 +10,7 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, MapAccess, Visitor};
 
-use crate::displaced;
+use crate::files::Source;
 
 /// Cells along an edge of the cage of a displaced surface, where they are not said: as `relievo doc export` has them.
 const CELLS: u32 = 16;
@@ -28,6 +28,13 @@ pub struct Corners {
 pub struct Ball {
     middle: [f32; 3],
     radius: f32,
+}
+
+impl Ball {
+    /// Returns its volume in cubic metres.
+    pub fn volume(&self) -> f64 {
+        4.0 / 3.0 * std::f64::consts::PI * f64::from(self.radius).powi(3)
+    }
 }
 
 /// Points in metres and triangles of them.
@@ -86,32 +93,35 @@ impl<'de> Deserialize<'de> for MeshFile {
 }
 
 impl MeshFile {
+    /// Lists the files that it is read from.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let document = self.displaced.iter().map(|displaced| displaced.document.clone());
+        std::iter::once(PathBuf::from(&self.file)).chain(document).collect()
+    }
+
     /// The same of another mesh file.
     pub fn with(&self, file: String) -> Self {
         Self { file, displaced: self.displaced.clone() }
     }
 
-    /// Its triangles; files are named from a folder.
-    pub fn triangles(&self, context: &Context, folder: &Path) -> Result<Triangles> {
-        let mut mesh = relievo_meshio::read(context, &folder.join(&self.file))?;
+    /// Its triangles; `files` finds what it names.
+    pub fn triangles(&self, context: &Context, files: &Source) -> Result<Triangles> {
+        let mut mesh = relievo_meshio::read(context, &files.path(Path::new(&self.file))?)?;
         if let Some(Displaced { document, layer, cells }) = &self.displaced {
-            let path = folder.join(document);
-            let (made, notes) = displaced::mesh(context, &path, &mesh, layer.as_deref(), *cells)?;
-            notes.iter().for_each(|note| eprintln!("note: {}: {note}", path.display()));
-            mesh = made;
+            mesh = files.displaced(context, document, &mesh, (layer.as_deref(), *cells))?;
         }
         Ok((mesh.points.iter().map(|point| Vec3::from(*point)).collect(), mesh.triangles()))
     }
 
     /// What decides its shape: of the mesh a checksum of points and triangles, whichever files they come from and
     /// whatever else these have, and of the document that of its bytes.
-    pub fn checksums(&self, context: &Context, folder: &Path) -> Result<Vec<String>> {
-        let (points, triangles) = self.with_mesh_alone().triangles(context, folder)?;
+    pub fn checksums(&self, context: &Context, files: &Source) -> Result<Vec<String>> {
+        let (points, triangles) = self.with_mesh_alone().triangles(context, files)?;
         let places = points.iter().flat_map(|point| point.to_array()).flat_map(f32::to_le_bytes);
         let bytes: Vec<u8> = places.chain(triangles.into_flattened().into_iter().flat_map(u32::to_le_bytes)).collect();
         let mut lines = vec![line(&bytes, Path::new(&self.file))];
         if let Some(Displaced { document, .. }) = &self.displaced {
-            lines.push(checksum(context, folder, document)?);
+            lines.push(checksum(context, files, document)?);
         }
         Ok(lines)
     }
@@ -122,8 +132,8 @@ impl MeshFile {
 }
 
 /// The checksum of a file.
-pub fn checksum(context: &Context, folder: &Path, name: &Path) -> Result<String> {
-    Ok(line(&file::load(&folder.join(name), context.memory_limit())?, name))
+pub fn checksum(context: &Context, files: &Source, name: &Path) -> Result<String> {
+    Ok(line(&file::load(&files.path(name)?, context.memory_limit())?, name))
 }
 
 fn line(bytes: &[u8], name: &Path) -> String {
@@ -138,10 +148,10 @@ pub struct Shape<'a> {
 }
 
 impl Shape<'_> {
-    /// Its triangles; files are named from a folder.
-    pub fn triangles(&self, context: &Context, folder: &Path) -> Result<Triangles> {
+    /// Its triangles; `files` finds what it names.
+    pub fn triangles(&self, context: &Context, files: &Source) -> Result<Triangles> {
         match (self.mesh, self.corners, self.sphere) {
-            (Some(mesh), None, None) => mesh.triangles(context, folder),
+            (Some(mesh), None, None) => mesh.triangles(context, files),
             (None, Some(Corners { low, high }), None) => Ok(cuboid(Vec3::from(*low), Vec3::from(*high))),
             (None, None, Some(Ball { middle, radius })) => Ok(sphere(Vec3::from(*middle), *radius)),
             _ => Err(Error::invalid("it has no shape, or more than one").advise("give it one of mesh, box and sphere")),

@@ -4,13 +4,15 @@ use relievo_core::{Context, Error, Result};
 use relievo_fluid::{Bodies, DeviceFluid, Fluid, Sources, StepStatistics};
 use relievo_gpu::Device;
 
-use super::mover::Mover;
+use crate::mover::Mover;
 
 /// The moving parts of a description.
 pub struct Play {
     /// Colliders of the fluid by their numbers; those of bodies come after them.
     pub movers: Vec<Mover>,
+    /// What particles come from and where they go.
     pub sources: Sources,
+    /// Rigid bodies.
     pub bodies: Bodies,
 }
 

@@ -1,4 +1,4 @@
-//! What `relievo fluid sim` simulates.
+//! Descriptions of fluids: what `relievo fluid sim` and the server simulate.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -11,14 +11,20 @@ use relievo_fluid::{
 };
 use serde::Deserialize;
 
-use super::entries::{Budget, Drain, Floating, Outlet, Push, sources};
-use super::fill::Fill;
-use super::mover::Collider;
-use super::play::Play;
-use super::shape::{Corners, checksum};
+use crate::entries::{Budget, Drain, Floating, Outlet, Push, sources};
+use crate::files::Source;
+use crate::fill::Fill;
+use crate::mover::Collider;
+use crate::play::Play;
+use crate::shape::{Corners, MeshFile, checksum};
 
 /// Bytes of a description at most.
 const LONGEST: u64 = 1 << 20;
+
+/// Layers of particles that walls have, about.
+const WALL_LAYERS: f64 = 3.0;
+/// Files of all sequences of a description at most.
+const MOST_FILES: u64 = 1 << 20;
 
 /// A fluid, what it begins as, and how many frames of it there are.
 #[derive(Debug, Deserialize)]
@@ -26,6 +32,7 @@ const LONGEST: u64 = 1 << 20;
 pub struct Description {
     /// Frames after the first, which is what the fluid begins as.
     pub frames: u32,
+    /// Frames a second.
     #[serde(default = "fps")]
     pub fps: f64,
     #[serde(default)]
@@ -46,9 +53,6 @@ pub struct Description {
     #[serde(default)]
     force: Vec<Push>,
     budget: Option<Budget>,
-    /// That of the description, from which files are named.
-    #[serde(skip)]
-    folder: PathBuf,
 }
 
 #[derive(Debug, Deserialize)]
@@ -121,30 +125,71 @@ fn unfit(error: &toml::de::Error) -> Error {
 }
 
 impl Description {
+    /// Parses the text of a description. Fails if it is longer than 1 MiB, has unknown keys, or no frames that could be
+    /// simulated.
+    pub fn parse(text: &str) -> Result<Self> {
+        if text.len() as u64 > LONGEST {
+            return Err(Error::invalid("the description is longer than 1 MiB").advise("put meshes into files"));
+        }
+        let read: Self = toml::from_str(text).map_err(|error| unfit(&error))?;
+        if !(read.fps > 1e-3 && read.fps < 1e6) {
+            let error = Error::invalid(format!("{} frames a second cannot be", read.fps)).at("fps");
+            return Err(error.advise("use more than 0.001 and less than 1000000"));
+        }
+        let files = read.collider.iter().map(Collider::count).fold(0u64, u64::saturating_add);
+        if files > MOST_FILES {
+            return Err(Error::invalid(format!("its sequences have {files} files")).advise(format!("use at most {MOST_FILES}")));
+        }
+        Ok(read)
+    }
+
+    /// Estimates the particles that the fluid begins with, from the volumes of blocks, boxes and spheres and the areas of the
+    /// basin. Meshes and grids that are filled are not counted.
+    pub fn estimate(&self) -> f64 {
+        let spacing = f64::from(self.fluid.spacing);
+        let sides = |low: [f32; 3], high: [f32; 3]| [0, 1, 2].map(|axis| f64::from(high[axis] - low[axis]).max(0.0) / spacing);
+        let blocks = self.block.iter().map(|block| sides(block.low, block.high).iter().product::<f64>());
+        let fills = self.fill.iter().map(|fill| fill.volume() / spacing.powi(3));
+        let walls = self.basin.iter().map(|basin| {
+            let [x, y, z] = sides(basin.low, basin.high);
+            2.0 * WALL_LAYERS * (x * y + y * z + z * x)
+        });
+        blocks.chain(fills).chain(walls).sum()
+    }
+
+    /// Lists the files that the description names, each once, as it writes them.
+    pub fn files(&self) -> Result<BTreeSet<PathBuf>> {
+        let mut names = BTreeSet::new();
+        let meshes = self.fill.iter().filter_map(Fill::mesh).chain(self.body.iter().filter_map(Floating::mesh));
+        let meshes = meshes.chain(self.emitter.iter().filter_map(Outlet::mesh));
+        for mesh in meshes.chain(self.sink.iter().filter_map(Drain::mesh)) {
+            names.extend(mesh.files());
+        }
+        for collider in &self.collider {
+            names.extend(collider.meshes()?.iter().flat_map(MeshFile::files));
+        }
+        names.extend(self.fill.iter().filter_map(Fill::grid).map(Path::to_owned));
+        Ok(names)
+    }
+
     /// Reads a description. Fails if it cannot be read, has unknown keys, or no frames that could be simulated.
     pub fn read(path: &Path) -> Result<Self> {
         let named = |error: Error| error.at(path.display().to_string());
         let bytes = file::load(path, LONGEST)?;
         let text = std::str::from_utf8(&bytes).map_err(|_| named(Error::invalid("it is not UTF-8 text")))?;
-        let mut read: Self = toml::from_str(text).map_err(|error| named(unfit(&error)))?;
-        if !(read.fps > 1e-3 && read.fps < 1e6) {
-            let error = Error::invalid(format!("{} frames a second cannot be", read.fps)).at("fps");
-            return Err(named(error.advise("use more than 0.001 and less than 1000000")));
-        }
-        read.folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        Ok(read)
+        Self::parse(text).map_err(named)
     }
 
-    /// What moves, comes and goes on the way.
-    pub fn play(&self, context: &Context) -> Result<Play> {
+    /// Opens what moves, comes and goes on the way.
+    pub fn play(&self, context: &Context, files: &Source) -> Result<Play> {
         let numbered = self.collider.iter().enumerate();
         let movers = numbered.map(|(number, collider)| {
-            collider.mover(context, &self.folder, self.fps).map_err(|error| error.at(format!("collider {number}")))
+            collider.mover(context, files, self.fps).map_err(|error| error.at(format!("collider {number}")))
         });
         let entries = (self.emitter.as_slice(), self.sink.as_slice(), self.budget.as_ref());
         Ok(Play {
             movers: movers.collect::<Result<_>>()?,
-            sources: sources(context, &self.folder, self.spacing(), entries)?,
+            sources: sources(context, files, self.spacing(), entries)?,
             bodies: Bodies::new(
                 self.fluid.gravity.into(),
                 self.basin.map(|basin| [basin.low, basin.high].map(Vec3::from)),
@@ -154,21 +199,20 @@ impl Description {
 
     /// All that decides what the frames are, but not how many there are: the description, and a line for each file that it
     /// names, with a checksum of what is in it.
-    pub fn identity(&self, context: &Context) -> Result<String> {
+    pub fn identity(&self, context: &Context, files: &Source) -> Result<String> {
         let text = format!("{self:?}").replacen(&format!("frames: {}, ", self.frames), "", 1);
-        let text = text.replace(&format!(", folder: {:?}", self.folder), "");
         // Each once.
         let mut lines = BTreeSet::new();
         let meshes = self.fill.iter().filter_map(Fill::mesh).chain(self.body.iter().filter_map(Floating::mesh));
         let meshes = meshes.chain(self.emitter.iter().filter_map(Outlet::mesh));
         for mesh in meshes.chain(self.sink.iter().filter_map(Drain::mesh)) {
-            lines.extend(mesh.checksums(context, &self.folder)?);
+            lines.extend(mesh.checksums(context, files)?);
         }
         for mesh in self.collider.iter().map(Collider::meshes).collect::<Result<Vec<_>>>()?.iter().flatten() {
-            lines.extend(mesh.checksums(context, &self.folder)?);
+            lines.extend(mesh.checksums(context, files)?);
         }
         for grid in self.fill.iter().filter_map(Fill::grid) {
-            lines.insert(checksum(context, &self.folder, grid)?);
+            lines.insert(checksum(context, files, grid)?);
         }
         Ok(lines.iter().fold(text, |text, line| text + "\n" + line))
     }
@@ -179,7 +223,7 @@ impl Description {
     }
 
     /// The fluid as it begins, with its bodies.
-    pub fn begin(&self, context: &Context, play: &mut Play) -> Result<Fluid> {
+    pub fn begin(&self, context: &Context, files: &Source, play: &mut Play) -> Result<Fluid> {
         let options = &self.fluid;
         let kernels = match options.kernels.as_str() {
             "wendland" => KernelSet::Wendland,
@@ -233,18 +277,24 @@ impl Description {
         let mut floating = Vec::new();
         for (number, body) in self.body.iter().enumerate() {
             let named = |error: Error| error.at(format!("body {number}"));
-            let ((points, triangles), options) = body.body(context, &self.folder).map_err(named)?;
+            let ((points, triangles), options) = body.body(context, files).map_err(named)?;
             play.bodies.add(context, &mut fluid, (&points, &triangles), &options)?;
             floating.push(Solid::new(&points, &triangles).map_err(named)?);
         }
         let forces: Vec<_> = self.force.iter().map(Push::force).collect();
         fluid.set_forces(&forces)?;
-        self.fill(context, play, floating, &mut fluid)?;
+        self.fill(context, files, (play, floating), &mut fluid)?;
         Ok(fluid)
     }
 
     /// Fills shapes, but not where walls, colliders and bodies are.
-    fn fill(&self, context: &Context, play: &Play, bodies: Vec<Solid>, fluid: &mut Fluid) -> Result<()> {
+    fn fill(
+        &self,
+        context: &Context,
+        files: &Source,
+        (play, bodies): (&Play, Vec<Solid>),
+        fluid: &mut Fluid,
+    ) -> Result<()> {
         let movers = play.movers.iter().filter(|mover| !mover.options.is_container);
         let mut obstacles = bodies;
         for mover in movers {
@@ -252,7 +302,7 @@ impl Description {
         }
         for (number, fill) in self.fill.iter().enumerate() {
             let named = |error: Error| error.at(format!("fill {number}"));
-            let places = fill.places(context, &self.folder, self.spacing()).map_err(named)?;
+            let places = fill.places(context, files, self.spacing()).map_err(named)?;
             let mut places = fluid.beside_walls(context, &places).map_err(named)?;
             places.retain(|place| !obstacles.iter().any(|solid| solid.is_inside(*place)));
             let channels: Vec<Channel> =

@@ -1,0 +1,56 @@
+//! `relievo fetch`
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use relievo_core::progress::Silent;
+use relievo_core::{Error, file};
+use relievo_particleio::Format;
+
+use super::Connection;
+use crate::Outcome;
+
+const EXAMPLE: &str = "Example: relievo fetch dam -o frames --frames 0..24";
+
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLE)]
+pub struct Arguments {
+    /// The name of the scene.
+    scene: String,
+    /// The folder for the frames: files as `relievo fluid sim` writes them, `0000.rlvfluid` the first.
+    #[arg(short, long, value_name = "FOLDER")]
+    output: PathBuf,
+    /// First and last frame, both included; left out, all. Those that are not computed yet are waited for.
+    #[arg(long, value_name = "A..B", value_parser = crate::run::range)]
+    frames: Option<(u32, u32)>,
+    #[command(flatten)]
+    connection: Connection,
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    let Arguments { scene, output, frames, connection } = arguments;
+    let mut client = connection.client()?;
+    let last = client.status(scene)?.frames - 1;
+    let (first, last) = frames.map_or((0, last), |(first, last)| (first.into(), last.into()));
+    std::fs::create_dir_all(output).map_err(|error| Error::io(output, &error))?;
+    let bar = crate::fluid::bar(last + 1 - first)?;
+    let mut bytes = 0;
+    for frame in first..=last {
+        client.wait(scene, frame, &mut Silent)?;
+        let path = relievo_particleio::path(output, frame, 1, Format::Cache);
+        let mut failure = None;
+        file::store(&path, |out| {
+            let fetched = client.file(scene, frame, |part| std::io::Write::write_all(out, part));
+            fetched.map(|count| bytes += count).map_err(|error| {
+                let text = error.to_string();
+                failure = Some(error);
+                std::io::Error::other(text)
+            })
+        })
+        .map_err(|error| failure.unwrap_or(error))?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    crate::print(&format!("{} frames, {:.1} MB\n", last + 1 - first, bytes as f64 / 1e6))?;
+    Ok(ExitCode::SUCCESS)
+}
