@@ -9,7 +9,7 @@ import librelievo as rl
 import numpy
 from mathutils.kdtree import KDTree
 
-from . import cache, frames, job, mesh, native
+from . import cache, frames, job, mesh, native, remote
 from .error import Refused
 
 # Types of objects that have a mesh when they are evaluated.
@@ -210,6 +210,19 @@ class RELIEVO_OT_fluid_simulate(OnDomain, job.Steps, bpy.types.Operator):
         scene.frame_set(first)
         simulation = Simulation(scene, domain, context.evaluated_depsgraph_get())
         folder, span = frames.new_folder(domain), last - first + 1
+        if options.place == "SERVER":
+            result = frames.result_of(domain)
+            try:
+                yield from remote.steps(scene, domain, simulation, folder, first, last)
+            finally:
+                scene.frame_set(now)
+                if not os.listdir(folder):
+                    os.rmdir(folder)
+            trouble = frames.show(domain, now)
+            if trouble:
+                raise Refused(trouble)
+            self.report({"INFO"}, f"{result.name}: {span} frames of the server")
+            return
         try:
             yield 0.0, 1.0 / span, simulation.begin
             yield 1.0 / span, 1.0 / span, lambda _progress: simulation.store(folder, first)

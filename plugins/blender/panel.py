@@ -213,6 +213,7 @@ class RELIEVO_PT_fluid(Panel, bpy.types.Panel):
             return
         for name in ("spacing", "viscosity", "friction", "cohesion", "tension"):
             column.prop(options, name)
+        column.prop(options, "place")
         column.operator("relievo.fluid_simulate")
         if not options.cache:
             return

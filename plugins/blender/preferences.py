@@ -48,12 +48,18 @@ class RelievoPreferences(bpy.types.AddonPreferences):
         subtype="DIR_PATH",
         default="//relievo_cache",
     )
+    server: bpy.props.StringProperty(
+        name="Server", description="Where `relievo serve` listens: host:port or unix:/path", default="127.0.0.1:7350"
+    )
+    token_file: bpy.props.StringProperty(
+        name="Token file", description="A file with your token, where the server wants one", subtype="FILE_PATH"
+    )
 
     def draw(self, _context):
         problem = native.problem()
         if problem:
             self.layout.label(text=problem, icon="ERROR")
-        for name in ("device", "threads", "cache_folder"):
+        for name in ("device", "threads", "cache_folder", "server", "token_file"):
             self.layout.prop(self, name)
         fallback = native.fallback()
         if fallback:

@@ -234,6 +234,14 @@ class RelievoFluid(bpy.types.PropertyGroup):
     velocity: bpy.props.FloatVectorProperty(
         name="Velocity", description="Of what fills or pours, in the world", size=3, subtype="VELOCITY", unit="VELOCITY"
     )
+    place: bpy.props.EnumProperty(
+        name="Simulate on",
+        description="Which machine simulates",
+        items=[
+            ("HERE", "This machine", "Blender's own process"),
+            ("SERVER", "Server", "The server that the add-on's preferences name"),
+        ],
+    )
     contact: bpy.props.EnumProperty(
         name="Contact", description="What becomes of particles that meet it", items=choices(abi.RlvFluidContact), default="SLIP"
     )

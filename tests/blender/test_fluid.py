@@ -2,6 +2,7 @@
 frame, and what is refused."""
 
 import os
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -55,6 +56,50 @@ class Case(unittest.TestCase):
         with self.assertRaisesRegex(RuntimeError, text) as caught:
             operator()
         self.assertNotIn("Traceback", str(caught.exception))
+
+
+class OnServer(Case):
+    """What a server simulates; RELIEVO_COMMAND names the command that serves."""
+
+    def setUp(self):
+        super().setUp()
+        command = [os.environ["RELIEVO_COMMAND"], "serve", "--listen", "127.0.0.1:0", "--threads", "1"]
+        command += ["--cache", os.path.join(self.folder.name, "server")]
+        server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        self.addCleanup(server.stdout.close)
+        self.addCleanup(server.wait)
+        self.addCleanup(server.kill)
+        preferences = bpy.context.preferences.addons["relievo"].preferences
+        preferences.server = server.stdout.readline().split()[-1]
+        self.domain.relievo.fluid.place = "SERVER"
+
+    def test_frames_come_from_the_server_and_are_those_of_this_machine(self):
+        self.part("FILL", "block", (0, 0, 0), (0.3, 0.4, 0.4))
+        wall = self.part("COLLIDER", "wall", (0.6, 0.1, 0), (0.7, 0.3, 0.5))
+        wall.keyframe_insert("location", frame=1)
+        wall.location.x = -0.1
+        wall.keyframe_insert("location", frame=6)
+        self.simulate()
+        there = [self.at(frame) for frame in (1, 6)]
+        self.assertEqual(self.domain.relievo.fluid.last, 6)
+        self.domain.relievo.fluid.place = "HERE"
+        self.simulate()
+        here = [self.at(frame) for frame in (1, 6)]
+        for ours, theirs, within in zip(here, there, (1e-5, 0.05)):
+            self.assertEqual(len(ours), len(theirs))
+            # Particles may be in another order.
+            ends = [numpy.sort(points, axis=0) for points in (ours, theirs)]
+            self.assertLess(numpy.abs(ends[0] - ends[1]).max(), within)
+
+    def test_what_a_server_does_not_do_is_refused(self):
+        block = self.part("FILL", "block", (0, 0, 0), (0.3, 0.5, 0.4))
+        self.refused(bpy.ops.relievo.fluid_simulate, "reaches out of the domain")
+        block.scale.y = 0.5
+        self.part("FILL", "other", (0.2, 0, 0), (0.4, 0.2, 0.4))
+        self.refused(bpy.ops.relievo.fluid_simulate, "may overlap")
+        bpy.context.preferences.addons["relievo"].preferences.server = "nowhere"
+        bpy.data.objects.remove(bpy.data.objects["other"])
+        self.refused(bpy.ops.relievo.fluid_simulate, "host:port")
 
 
 class Simulating(Case):

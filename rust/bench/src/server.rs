@@ -84,11 +84,9 @@ fn local(description: &str) -> Result<(f64, Vec<Vec<u8>>)> {
 fn beside_local(report: &mut Report) -> Result<()> {
     let description = dam(50, FRAMES);
     let (mut here, mut there) = (Vec::new(), Vec::new());
-    let mut frames = Vec::new();
     for _ in 0..RUNS {
-        let (seconds, made) = local(&description)?;
+        let (seconds, frames) = local(&description)?;
         here.push(seconds);
-        frames = made;
         let folder = folder()?;
         let server = start(folder.path())?;
         let mut client = connect(&server)?;

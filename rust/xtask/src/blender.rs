@@ -59,7 +59,7 @@ pub fn zips() -> Result<[PathBuf; 2], String> {
 pub fn test() -> Outcome {
     let made = make()?;
     let python = python()?;
-    for name in ["test_abi.py", "test_nouns.py", "test_grid.py", "test_wheel.py"] {
+    for name in ["test_abi.py", "test_nouns.py", "test_grid.py", "test_client.py", "test_wheel.py"] {
         let mut command = clean(&python);
         command.env("RELIEVO_OPENVDB", module::path()).env("RELIEVO_COMMAND", target().join("release/relievo"));
         call(command.arg(root().join("tests/python").join(name)).env("PYTHONPATH", &made.site))?;

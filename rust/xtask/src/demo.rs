@@ -9,8 +9,9 @@ const SCENE: &str = "examples/scenes/snow.toml";
 const OUT: &str = "out/demo";
 
 /// Sets up, makes the pictures of the scene, and builds the `relievo` command. On the processor, a small program makes the
-/// pictures, and the command, which is compiled after it, lacks USD, decals and graphics devices, which are half of its
-/// build; the last lines say how to add them. On another `device` the whole command is built and makes the pictures.
+/// pictures, and the command, which is compiled after it, lacks USD, decals, the server and graphics devices, which are
+/// half of its build; the last lines say how to add them. On another `device` the whole command is built and makes the
+/// pictures.
 pub fn run(yes: bool, device: &str) -> Outcome {
     if device != "cpu" {
         packages::install(packages::BUILD, yes)?;
@@ -29,7 +30,7 @@ pub fn run(yes: bool, device: &str) -> Outcome {
     call(&mut build("relievo"))?;
     println!("\nThe scene is {SCENE}: change it and type `target/release/relievo run {SCENE} --out {OUT}`.");
     println!(
-        "This command has no USD, decals and graphics devices: `cargo build --release --package relievo-cli` adds them."
+        "This command has no USD, decals, server and graphics devices: `cargo build --release --package relievo-cli` adds them."
     );
     Ok(())
 }

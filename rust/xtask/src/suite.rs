@@ -27,7 +27,7 @@ pub fn run(yes: bool) -> Outcome {
         stages.run("bindings", 1, || bindings::run(true));
         stages.run("features", 1, features);
         stages.run("pages", 1, bindings::pages);
-        stages.run("Rust tests", 1, || call(tests().arg("--workspace")));
+        stages.run("Rust tests", 1, rust_tests);
         stages.run("lower levels", 1, lower_levels);
         stages.run("Embree 4", 1, embree_4);
         if stages.run("hosts: build", 1, build_hosts) {
@@ -83,6 +83,15 @@ fn tests() -> Command {
     let mut test = cargo();
     surroundings(test.args(["test", "--release", "--no-fail-fast"]));
     test
+}
+
+/// MessagePack as PyPI has it.
+const MSGPACK: &str = "msgpack==1.1.1";
+
+/// Runs all tests in Rust. Those of the simulation server have a client in Python.
+fn rust_tests() -> Outcome {
+    let python = wheel::environment(&target().join("msgpack"), &[MSGPACK])?;
+    call(tests().arg("--workspace").env("RELIEVO_MSGPACK_PYTHON", python))
 }
 
 /// Sets what tests ask their surroundings for.

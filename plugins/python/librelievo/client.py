@@ -1,0 +1,188 @@
+"""A client of the simulation server, `relievo serve`. docs/protocol.md describes the protocol and every method.
+
+    with client.Client("127.0.0.1:7350") as server:
+        server.submit("dam", open("dam.toml").read())
+        server.wait("dam", 10)
+        server.fetch("dam", 10, "0010.rlvfluid")
+
+Every method may be repeated, so a call whose connection breaks is made again on a new one."""
+
+import hashlib
+import os
+import socket
+import time
+
+from . import error, messagepack
+
+# Version of the protocol, and bytes of a part of a file.
+VERSION, PART = [1, 0], 4 << 20
+# The kinds of errors of the protocol.
+KINDS = {
+    "invalid": error.Invalid,
+    "unsupported": error.Unsupported,
+    "not_found": error.NotFound,
+    "io": error.FileFailure,
+    "limit": error.MemoryLimit,
+    "busy": error.Busy,
+    "cancelled": error.Cancelled,
+    "device": error.DeviceFailure,
+    "internal": error.Internal,
+}
+
+
+def failure(parts):
+    """The exception of an error of the protocol."""
+    what, place, remedy = (parts.get(name, "") for name in ("what", "place", "remedy"))
+    message = (f"{place}: " if place else "") + what + (f"; {remedy}" if remedy else "")
+    return KINDS.get(parts.get("kind"), error.RelievoError)(message, what, place, remedy)
+
+
+def address_of(text):
+    """The family and the address of `host:port`, `[host]:port` or `unix:/path`."""
+    if text.startswith("unix:"):
+        return socket.AF_UNIX, text[5:]
+    host, colon, port = text.rpartition(":")
+    if not colon or not port.isdigit():
+        raise error.Invalid(f"{text!r} is no address; use host:port or unix:/path")
+    return None, (host.strip("[]"), int(port))
+
+
+class Client:
+    """A connection to a server that is made again when it breaks, for up to `patience` seconds."""
+
+    def __init__(self, address="127.0.0.1:7350", token="", patience=10.0, timeout=60.0):
+        self.address, self.token, self.patience, self.timeout = address_of(address), token, patience, timeout
+        self.link, self.count, self.welcome = None, 0, None
+        self._retry(lambda: None)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_exception):
+        self.close()
+
+    def close(self):
+        """Closes the connection."""
+        if self.link is not None:
+            self.link.close()
+            self.link = None
+
+    def _retry(self, task):
+        until, pause = time.monotonic() + self.patience, 0.02
+        while True:
+            try:
+                if self.link is None:
+                    self._greet()
+                return task()
+            except error.RelievoError:
+                raise
+            except (OSError, ValueError) as broken:
+                self.close()
+                if time.monotonic() + pause > until:
+                    advice = "check that the server runs and the address is right"
+                    raise error.FileFailure(f"the server does not answer: {broken}; {advice}") from None
+            time.sleep(pause)
+            pause = min(1.0, 2 * pause)
+
+    def _greet(self):
+        family, address = self.address
+        if family is None:
+            self.link = socket.create_connection(address, self.timeout)
+            self.link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        else:
+            self.link = socket.socket(family)
+            self.link.settimeout(self.timeout)
+            self.link.connect(address)
+        try:
+            self.welcome = self._exchange("hello", {"version": VERSION, "client": "librelievo", "token": self.token})
+        except error.RelievoError:
+            self.close()
+            raise
+
+    def _take(self, count):
+        """The next bytes from the server."""
+        taken = bytearray()
+        while len(taken) < count:
+            part = self.link.recv(min(count - len(taken), 1 << 20))
+            if not part:
+                raise OSError("the connection was closed")
+            taken += part
+        return bytes(taken)
+
+    def _exchange(self, method, parameters):
+        self.count += 1
+        self.link.sendall(messagepack.packed([0, self.count, method, [parameters]]))
+        while True:
+            kind, number, problem, result = messagepack.read(self._take)
+            if kind == 1 and number in (self.count, 0):
+                if problem is not None:
+                    raise failure(problem)
+                return result
+
+    def call(self, method, **parameters):
+        """Calls a method and returns its result."""
+        return self._retry(lambda: self._exchange(method, parameters))
+
+    def send_files(self, files):
+        """Sends those of the files, paths by their names in a description, that the server lacks. Returns their hashes."""
+        hashes = {}
+        for name, path in files.items():
+            with open(path, "rb") as file:
+                hashes[name] = hashlib.file_digest(file, "sha256").hexdigest()
+        missing = self.call("file.missing", files=hashes)["files"] if hashes else {}
+        for name in hashes.keys() & missing.keys():
+            size, received = os.path.getsize(files[name]), 0
+            with open(files[name], "rb") as file:
+                while True:
+                    file.seek(received)
+                    part = {"offset": received, "data": file.read(PART)}
+                    received = self.call("file.put", name=name, hash=hashes[name], size=size, **part)["received"]
+                    if received >= size:
+                        break
+        return hashes
+
+    def submit(self, scene, description, files=None, kind="fluid"):
+        """Has the server simulate a description, with the files, paths by their names, that it names. Returns the status."""
+        hashes = self.send_files(files or {})
+        return self.call("scene.submit", scene=scene, kind=kind, description=description, files=hashes)
+
+    def status(self, scene):
+        """What a scene is doing."""
+        return self.call("scene.status", scene=scene)
+
+    def wait(self, scene, frame, progress=None):
+        """Waits until a frame is stored and returns the status. Fails where the scene stops before."""
+        while True:
+            status = self.call("scene.wait", scene=scene, frame=frame, seconds=0.2)
+            if status["ready"] > frame:
+                return status
+            if status["error"] is not None:
+                raise failure(status["error"])
+            if status["state"] not in ("running", "forces"):
+                raise error.Cancelled(f"{scene} is {status['state']} at frame {status['ready']}")
+            part = (status["ready"] + status["fraction"]) / (frame + 1)
+            if progress is not None and not progress(min(1.0, part), "simulate"):
+                raise error.Cancelled("the caller cancelled the operation")
+
+    def fetch(self, scene, frame, path):
+        """Writes a frame to a file, which has its name when it is whole."""
+        unfinished, size = f"{path}.unfinished", 0
+        with open(unfinished, "wb") as file:
+            while True:
+                part = self.call("frame.file", scene=scene, frame=frame, offset=size, length=PART)
+                size += file.write(part["data"])
+                if size >= part["size"]:
+                    break
+        os.replace(unfinished, path)
+
+    def steer(self, scene, frame, changes):
+        """Changes keys of a description after a frame."""
+        return self.call("scene.steer", scene=scene, frame=frame, changes=changes)
+
+    def cancel(self, scene):
+        """Stops a scene. Its frames stay."""
+        return self.call("scene.cancel", scene=scene)
+
+    def remove(self, scene):
+        """Has the server forget a scene."""
+        self.call("scene.remove", scene=scene)

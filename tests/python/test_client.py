@@ -1,0 +1,120 @@
+"""The client of the simulation server in Python: whole scenes, restarts of the server, and messages.
+
+RELIEVO_COMMAND names the command, which serves."""
+
+import os
+import random
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+import librelievo as rl
+from librelievo import client, messagepack
+
+DAM = """
+frames = 4
+[fluid]
+spacing = 0.05
+[basin]
+low = [0, 0, 0]
+high = [0.8, 0.4, 0.4]
+[[fill]]
+mesh = "block.obj"
+"""
+LONG = DAM.replace('mesh = "block.obj"', "box = { low = [0, 0, 0], high = [0.4, 0.2, 0.4] }").replace("= 4", "= 4000")
+BLOCK = "".join(f"v {x} {y} {z}\n" for z in (0, 0.4) for y in (0, 0.2) for x in (0, 0.4))
+BLOCK += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 2 4 8 6\nf 4 3 7 8\nf 3 1 5 7\n"
+
+
+class Messages(unittest.TestCase):
+    def test_values_come_back(self):
+        draw = random.Random(1)
+        plain = [None, True, False, 0, 127, 128, -1, -33, 1 << 40, -(1 << 40), 0.5, "", "a" * 40, "ä" * 300, b"", b"x" * 70000]
+        values = [plain, {"a": plain, "b": {"c": []}}, list(range(20)), {str(number): number for number in range(40)}]
+        for value in values:
+            rest = memoryview(messagepack.packed(value))
+            at = [0]
+
+            def take(count):
+                at[0] += count
+                if at[0] > len(rest):
+                    raise ValueError("too short")
+                return bytes(rest[at[0] - count : at[0]])
+
+            self.assertEqual(messagepack.read(take), value)
+            self.assertEqual(at[0], len(rest))
+            for _ in range(20):
+                cut = draw.randrange(len(rest))
+                at[0], whole, rest = 0, rest, rest[:cut]
+                with self.assertRaises(ValueError):
+                    messagepack.read(take)
+                rest = whole
+
+    def test_what_is_too_deep_or_too_long_is_refused(self):
+        for wrong in (b"\x91" * 1000, b"\xdb\xff\xff\xff\xff", b"\xdd\xff\xff\xff\xff", b"\xc1"):
+            rest = iter(wrong)
+            with self.assertRaises(ValueError):
+                messagepack.read(lambda count: bytes(next(rest) for _ in range(count)))
+
+
+class Serving(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        self.begin("127.0.0.1:0")
+
+    def begin(self, listen):
+        command = [os.environ["RELIEVO_COMMAND"], "serve", "--listen", listen, "--cache", self.folder / "cache", "--threads", "1"]
+        self.server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        self.addCleanup(self.server.stdout.close)
+        self.addCleanup(self.server.wait)
+        self.addCleanup(self.server.kill)
+        self.address = self.server.stdout.readline().split()[-1]
+
+    def test_frames_are_those_of_the_command_also_after_a_kill(self):
+        (self.folder / "block.obj").write_text(BLOCK)
+        description = self.folder / "dam.toml"
+        description.write_text(DAM)
+        local = self.folder / "local"
+        run = [os.environ["RELIEVO_COMMAND"], "fluid", "sim", description, "-o", local]
+        subprocess.run(run, check=True, capture_output=True)
+        with client.Client(self.address) as server:
+            self.assertEqual(server.welcome["user"], "local")
+            server.submit("dam", DAM, {"block.obj": self.folder / "block.obj"})
+            shares = []
+            server.wait("dam", 1, lambda share, _stage: shares.append(share) or True)
+            self.server.kill()
+            self.server.wait()
+            self.begin(self.address)
+            self.assertEqual(server.wait("dam", 4)["state"], "done")
+            for frame in range(5):
+                path = self.folder / f"{frame:04}.rlvfluid"
+                server.fetch("dam", frame, path)
+                self.assertEqual(path.read_bytes(), (local / path.name).read_bytes())
+            with rl.Particles.read(rl.Context(), str(path)) as particles:
+                self.assertEqual(particles.info.count, server.status("dam")["particles"])
+            self.assertEqual(server.steer("dam", 2, "fluid.viscosity = 0.1")["ready"], 3)
+            server.cancel("dam")
+            server.remove("dam")
+
+    def test_failures_are_exceptions(self):
+        with client.Client(self.address) as server:
+            with self.assertRaises(rl.NotFound):
+                server.status("none")
+            with self.assertRaises(rl.Unsupported):
+                server.call("no.method")
+            with self.assertRaises(rl.Invalid):
+                server.submit("wrong", "frames = 1\n[fluid]\nspacing = -1")
+            with self.assertRaises(rl.Busy):
+                server.submit("long", LONG)
+                server.fetch("long", 3999, self.folder / "late")
+        with self.assertRaises(rl.Invalid):
+            client.Client("nowhere")
+        with self.assertRaises(rl.FileFailure):
+            client.Client(f"unix:{self.folder}/none", patience=0.1)
+
+
+if __name__ == "__main__":
+    unittest.main()
