@@ -23,6 +23,7 @@ mod shapes;
 mod surface;
 mod table1;
 mod textured;
+mod tissue;
 mod triangles;
 mod voxels;
 
@@ -36,8 +37,8 @@ use report::Report;
 #[derive(Parser)]
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
-    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `native`, `server`, or `dams` and `pictures`, parts
-    /// of `fluid`; or `peak` and `meshing`, which they run
+    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `tissue`, `native`, `server`, or `dams` and
+    /// `pictures`, parts of `fluid`; or `peak` and `meshing`, which they run
     name: String,
     /// One JSON object per line instead of a table
     #[arg(long)]
@@ -65,6 +66,7 @@ fn run(arguments: &Arguments) -> Result<()> {
             fluid::run(&mut report, arguments.peers.as_deref())?;
             fluid_render::run(&mut report)?;
         }
+        "tissue" => tissue::run(&mut report)?,
         "native" => native::run(&mut report, arguments.peers.as_deref())?,
         "dams" => fluid::dams(&mut report, arguments.peers.as_deref())?,
         "server" => server::run(&mut report)?,
@@ -73,7 +75,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),
         name => {
             return Err(Error::invalid(format!("there is no bench `{name}`"))
-                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `native`, `server`, `dams` or `pictures`"));
+                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `tissue`, `native`, `server`, `dams` or `pictures`"));
         }
     }
     report.finish();

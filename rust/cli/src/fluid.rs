@@ -20,6 +20,7 @@ use relievo_particleio::Particles;
 #[cfg(feature = "server")]
 pub use self::files::beside;
 pub use self::info::tell;
+pub use self::render::vector;
 pub use self::statistics::{COLUMNS, NAME as STATISTICS};
 use crate::Outcome;
 use crate::limits::Limits;

@@ -7,7 +7,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ("Scenes", &["run", "new", "check", "schema", "export"]),
     ("Surfaces and their details", &["stroke", "doc", "tessellate"]),
     ("Meshes", &["mesh", "simplify", "progressive", "decal", "crowd"]),
-    ("Fluids and grids", &["fluid", "plot", "grid"]),
+    ("Fluids, soft tissue and grids", &["fluid", "plot", "tissue", "grid"]),
     ("Simulation server", &["serve", "submit", "status", "watch", "fetch", "steer", "control", "cache"]),
     ("Pictures", &["draw", "compare"]),
     ("Files and devices", &["info", "devices"]),

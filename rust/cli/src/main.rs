@@ -34,6 +34,7 @@ mod server;
 mod simplify;
 mod stroke;
 mod tessellate;
+mod tissue;
 mod transfer;
 mod triangles;
 
@@ -81,6 +82,8 @@ enum Command {
     Progressive(progressive::Arguments),
     /// Simulates fluids of particles, and makes meshes of their surfaces.
     Fluid(fluid::Arguments),
+    /// Makes finite-element models of soft tissue from surfaces, and simulates them.
+    Tissue(tissue::Arguments),
     /// Lists, converts, meshes and combines OpenVDB's sparse grids: level sets, fog, masks, labels.
     Grid(grid::Arguments),
     /// Simulates for other programs and machines, until it is asked to stop.
@@ -145,6 +148,7 @@ fn main() -> ExitCode {
         Command::Crowd(arguments) => crowd::run(&arguments),
         Command::Progressive(arguments) => progressive::run(&arguments),
         Command::Fluid(arguments) => fluid::run(&arguments),
+        Command::Tissue(arguments) => tissue::run(&arguments),
         Command::Grid(arguments) => grid::run(&arguments),
         #[cfg(feature = "server")]
         Command::Serve(arguments) => server::serve::run(&arguments),

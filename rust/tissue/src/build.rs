@@ -42,12 +42,21 @@ impl Description {
             volume: cell_volume * voxels.iter().map(|voxel| f64::from(voxel.share)).sum::<f64>(),
         };
         progress.step(0.8, "elements")?;
-        let (mut model, at) = self.elements(&grid, &voxels)?;
+        let mut base = Model { cell: Some(self.cell), materials: self.materials.clone(), ..Model::default() };
+        let muscles: Vec<Option<u32>> = self
+            .volumes
+            .iter()
+            .map(|volume| {
+                let (muscle, _) = volume.muscle.as_ref()?;
+                base.muscles.push(muscle.clone());
+                Some(base.muscles.len() as u32 - 1)
+            })
+            .collect();
+        let (mut model, at) = elements(base, &grid, &voxels, self.share, &muscles)?;
         if let (Some(skin), Some(depth)) = (&self.skin, &depth) {
             add_epidermis(context, &mut model, skin, depth, (&grid, &at))?;
         }
         progress.step(0.85, "restraints")?;
-        add_borders(&mut model, &grid);
         for restraint in &self.restraints {
             restrain(context, &mut model, restraint)
                 .map_err(|error| error.at(format!("surface `{}`", restraint.shape.name)))?;
@@ -60,53 +69,50 @@ impl Description {
         model.check()?;
         Ok((model, report))
     }
+}
 
-    /// Makes elements of voxels. Returns the element of each voxel beside the model.
-    fn elements(&self, grid: &Grid, voxels: &[Voxel]) -> Result<(Model, Vec<u32>)> {
-        let mut model = Model { cell: Some(self.cell), materials: self.materials.clone(), ..Model::default() };
-        let muscles: Vec<Option<u32>> = self
-            .volumes
-            .iter()
-            .map(|volume| {
-                volume.muscle.as_ref().map(|(muscle, _)| {
-                    model.muscles.push(muscle.clone());
-                    model.muscles.len() as u32 - 1
-                })
-            })
-            .collect();
-        let corners = grid.counts.map(|count| count + 1);
-        let mut nodes = numbers(corners)?;
-        let mut at = numbers(grid.counts)?;
-        for voxel in voxels.iter().filter(|voxel| voxel.share > self.share) {
-            let place = voxel.at.map(|index| index as usize);
-            at[Grid::index(place, grid.counts)] = model.elements.len() as u32;
-            let element = crate::hexahedron::SIGNS.map(|signs| {
-                let corner: [usize; 3] = std::array::from_fn(|axis| place[axis] + usize::from(signs[axis] > 0.0));
-                let node = &mut nodes[Grid::index(corner, corners)];
-                if *node == NONE {
-                    *node = model.nodes.len() as u32;
-                    let position = grid.low + Vec3::from(corner.map(|index| index as f32)) * grid.cell;
-                    model.nodes.push(position.to_array());
-                }
-                *node
-            });
-            model.elements.push(element);
-            model
-                .mixtures
-                .push(voxel.materials.iter().map(|(material, share)| Portion { material: *material, share: *share }));
-            let fibres = voxel.muscles.iter().filter_map(|(volume, share, direction)| {
-                let muscle = muscles[*volume as usize]?;
-                Some(Fibre { muscle, share: *share, direction: direction.to_array() })
-            });
-            model.fibres.push(fibres);
-        }
-        if model.elements.is_empty() {
-            return Err(Error::invalid("no voxel has enough samples inside")
-                .at("share")
-                .advise("take smaller voxels, or a smaller share above which a voxel is an element"));
-        }
-        Ok((model, at))
+/// Makes elements of the voxels of which more than `share` is inside, and the sets of the grid's borders. `base` has the
+/// materials and muscles, and `muscles` the muscle of each volume. Returns the element of each voxel beside the model.
+pub(crate) fn elements(
+    base: Model,
+    grid: &Grid,
+    voxels: &[Voxel],
+    share: f32,
+    muscles: &[Option<u32>],
+) -> Result<(Model, Vec<u32>)> {
+    let mut model = base;
+    let corners = grid.counts.map(|count| count + 1);
+    let mut nodes = numbers(corners)?;
+    let mut at = numbers(grid.counts)?;
+    for voxel in voxels.iter().filter(|voxel| voxel.share > share) {
+        let place = voxel.at.map(|index| index as usize);
+        at[Grid::index(place, grid.counts)] = model.elements.len() as u32;
+        let element = crate::hexahedron::SIGNS.map(|signs| {
+            let corner: [usize; 3] = std::array::from_fn(|axis| place[axis] + usize::from(signs[axis] > 0.0));
+            let node = &mut nodes[Grid::index(corner, corners)];
+            if *node == NONE {
+                *node = model.nodes.len() as u32;
+                let position = grid.low + Vec3::from(corner.map(|index| index as f32)) * grid.cell;
+                model.nodes.push(position.to_array());
+            }
+            *node
+        });
+        model.elements.push(element);
+        let portions = voxel.materials.iter();
+        model.mixtures.push(portions.map(|(material, share)| Portion { material: *material, share: *share }));
+        let fibres = voxel.muscles.iter().filter_map(|(volume, share, direction)| {
+            let muscle = (*muscles.get(*volume as usize)?)?;
+            Some(Fibre { muscle, share: *share, direction: direction.to_array() })
+        });
+        model.fibres.push(fibres);
     }
+    if model.elements.is_empty() {
+        return Err(Error::invalid("no voxel has enough samples inside")
+            .at("share")
+            .advise("take smaller voxels, or a smaller share above which a voxel is an element"));
+    }
+    add_borders(&mut model, grid);
+    Ok((model, at))
 }
 
 /// Returns a list of no number for each place of a grid. Fails if there is no memory for it.

@@ -4,6 +4,7 @@
 //! Maddock, *Creating Finite Element Models of Facial Soft Tissue*, Journal of WSCG 21, 2013).
 //!
 //! - [`Description`] makes a [`Model`] from surfaces (Section 4).
+//! - [`Labels`] makes one from a labelled [`Scan`].
 //! - [`Model`] holds nodes, elements, materials, muscles and how nodes are held.
 //! - [`Simulation`] moves a model by total Lagrangian explicit dynamics (Miller et al. 2007) and finds its rest.
 //! - [`SavedState`] is a state on disk; models are written and read by [`Model::write`] and [`Model::read`].
@@ -20,10 +21,12 @@ mod element;
 mod hexahedron;
 mod inp;
 mod inp_reader;
+mod labels;
 mod material;
 mod model;
 mod nurbs;
 mod options;
+mod scan;
 mod simulation;
 mod slide;
 mod stable;
@@ -39,10 +42,12 @@ pub use collider::{Body, Collider};
 pub use curve::Curve;
 pub use distance::{Closest, DistanceField};
 pub use inp_reader::InpModel;
+pub use labels::{Labels, Range};
 pub use material::{Material, Muscle};
 pub use model::{Fibre, Held, Lists, Model, NodeSet, Portion, Shape, Sliding};
 pub use nurbs::NurbsMuscle;
 pub use options::{Drive, SimulationOptions};
+pub use scan::Scan;
 pub use simulation::{ElementState, Energies, Relaxation, Simulation, State};
 pub use stable::Steps;
 pub use volume::{Description, FibreField, Layer, Restraint, Skin, Volume};

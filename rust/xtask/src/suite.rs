@@ -103,7 +103,7 @@ fn surroundings(test: &mut Command) {
 }
 
 /// Folders of crates with kernels that are compiled for several instruction levels.
-const KERNELS: [&str; 6] = ["core", "surface", "tiles", "detail", "lod", "fluid"];
+const KERNELS: [&str; 7] = ["core", "surface", "tiles", "detail", "lod", "fluid", "tissue"];
 /// Those of them that are tested at levels in between, where only the number of lanes differs.
 const LANES: [&str; 4] = ["core", "surface", "tiles", "fluid"];
 

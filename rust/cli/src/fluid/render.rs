@@ -80,7 +80,7 @@ enum Look {
 }
 
 /// Three numbers with commas between them.
-fn vector(text: &str) -> std::result::Result<DVec3, String> {
+pub fn vector(text: &str) -> std::result::Result<DVec3, String> {
     let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
     let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
     match numbers.as_deref() {

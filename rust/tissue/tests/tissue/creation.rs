@@ -3,7 +3,8 @@
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions};
 use relievo_tissue::{
-    Description, FibreField, Layer, Material, Model, Muscle, NurbsMuscle, Restraint, Shape, Skin, Volume,
+    Description, FibreField, Labels, Layer, Material, Model, Muscle, NurbsMuscle, Range, Restraint, Scan, Shape, Skin,
+    Volume,
 };
 
 use crate::contact::ball;
@@ -227,4 +228,57 @@ fn surfaces_that_make_no_model_are_refused() {
         },
         "far",
     );
+}
+
+/// A scan of NIfTI-1 of bytes, in millimetres.
+fn nifti(counts: [i16; 3], values: &[u8]) -> Vec<u8> {
+    let mut bytes = vec![0; 352];
+    bytes[..4].copy_from_slice(&348i32.to_le_bytes());
+    for (at, count) in [3, counts[0], counts[1], counts[2]].into_iter().enumerate() {
+        bytes[40 + 2 * at..42 + 2 * at].copy_from_slice(&count.to_le_bytes());
+    }
+    bytes[70..72].copy_from_slice(&2i16.to_le_bytes());
+    for (at, size) in [1.0f32, 2.0, 2.0, 3.0].into_iter().enumerate() {
+        bytes[76 + 4 * at..80 + 4 * at].copy_from_slice(&size.to_le_bytes());
+    }
+    bytes[108..112].copy_from_slice(&352f32.to_le_bytes());
+    bytes[123] = 2;
+    bytes[344..348].copy_from_slice(b"n+1\0");
+    bytes.extend(values);
+    bytes
+}
+
+#[test]
+fn a_labelled_scan_becomes_a_model() {
+    let context = Context::serial();
+    // Two layers of bone below two of fat, and air around.
+    let label = |at: usize| {
+        let (x, y, z) = (at % 6, at / 6 % 6, at / 36);
+        if !(1..5).contains(&x) || !(1..5).contains(&y) {
+            0
+        } else if z < 2 {
+            200
+        } else {
+            90
+        }
+    };
+    let values: Vec<u8> = (0..6 * 6 * 4).map(label).collect();
+    let bytes = nifti([6, 6, 4], &values);
+    let scan = Scan::decode(bytes.as_slice(), u64::MAX).unwrap();
+    assert_eq!((scan.counts, scan.cell), ([6, 6, 4], [2e-3, 2e-3, 3e-3]));
+    let ranges = vec![Range { material: 0, low: 150.0, high: 255.0 }, Range { material: 1, low: 50.0, high: 255.0 }];
+    let labels = Labels { block: 2, share: 0.2, materials: materials(), ranges };
+    let (model, report) = labels.build(&context, &scan).unwrap();
+    // Of three by three columns the corners are a quarter full, the sides a half.
+    assert_eq!((model.elements.len(), report.voxels), (18, [3, 3, 2]));
+    assert!((report.volume / (16.0 * 4.0 * 12e-9) - 1.0).abs() < 1e-6);
+    for element in 0..18 {
+        let z = model.nodes[model.elements[element][0] as usize][2];
+        assert_eq!(model.mixtures.get(element)[0].material, u32::from(z > 1e-3));
+    }
+    assert!((0..bytes.len()).all(|length| Scan::decode(&bytes[..length], u64::MAX).is_err()));
+    assert!(Scan::decode(nifti([i16::MAX; 3], &[]).as_slice(), 1 << 20).unwrap_err().to_string().contains("memory"));
+    assert!(Scan::decode(nifti([6, -1, 4], &values).as_slice(), u64::MAX).is_err());
+    assert!(Labels { block: 0, ..labels.clone() }.build(&context, &scan).is_err());
+    assert!(Labels { ranges: Vec::new(), ..labels }.build(&context, &scan).is_err());
 }

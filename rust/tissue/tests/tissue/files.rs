@@ -1,5 +1,7 @@
 //! Files of models and states.
 
+use std::path::Path;
+
 use relievo_core::Context;
 use relievo_core::progress::Silent;
 use relievo_tissue::{
@@ -138,4 +140,18 @@ fn a_grid_for_vtk_has_what_it_announces() {
         at += 8 + length as usize;
     }
     assert_eq!(lengths, [144, 144, 48, 8, 8, 8, 8, 144, 64, 8, 2]);
+}
+
+#[test]
+fn models_of_earlier_versions_are_read() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden/model-1.rtissue");
+    if std::env::var_os("RELIEVO_WRITE_GOLDEN").is_some() {
+        model().write(&path).unwrap();
+    }
+    let golden = Model::read(&Context::serial(), &path).unwrap();
+    assert_eq!((&golden.elements, &golden.fibres, &golden.held), (&model().elements, &model().fibres, &model().held));
+    assert_eq!((&golden.surfaces, &golden.sets, &golden.sliding), (&model().surfaces, &model().sets, &model().sliding));
+    let moved =
+        golden.nodes.iter().zip(&model().nodes).any(|(a, b)| (0..3).any(|axis| (a[axis] - b[axis]).abs() > 1e-6));
+    assert!(!moved && golden.bindings[0].anchors.len() == 3);
 }

@@ -1,0 +1,189 @@
+//! `relievo tissue sim`
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::ValueEnum;
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Error, Mesh, Result};
+use relievo_tissue::{SavedState, Simulation};
+
+use super::Limits;
+use super::motion::Motion;
+use crate::Outcome;
+use crate::bar::Bar;
+
+const EXAMPLE: &str = "Example: relievo tissue sim examples/tissue/press.toml -o frames\n\n\
+    A run that was interrupted goes on from the last frame in the folder.";
+
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLE)]
+pub struct Arguments {
+    /// What is simulated, in TOML: a model, what moves it, and frames (see `docs/tissue.md`).
+    description: PathBuf,
+    /// The folder for the frames: `0000.rtstate` is how it begins.
+    #[arg(short, long, value_name = "FOLDER")]
+    output: PathBuf,
+    /// Writes the bound surfaces of each frame too, as `NAME.0000.ply` or another format of meshes.
+    #[arg(long, value_enum, value_name = "FORMAT")]
+    surfaces: Option<MeshFormat>,
+    /// Writes each frame for VTK too, as `0000.vtu`.
+    #[arg(long)]
+    vtu: bool,
+    /// Begins anew, in place of the frames that are there.
+    #[arg(long)]
+    restart: bool,
+    #[command(flatten)]
+    limits: Limits,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum MeshFormat {
+    /// Polygon file format.
+    Ply,
+    /// Wavefront.
+    Obj,
+    /// Binary glTF.
+    Glb,
+}
+
+impl MeshFormat {
+    fn extension(self) -> &'static str {
+        match self {
+            Self::Ply => "ply",
+            Self::Obj => "obj",
+            Self::Glb => "glb",
+        }
+    }
+}
+
+/// Returns the file of a frame.
+fn frame_path(folder: &Path, frame: u32) -> PathBuf {
+    folder.join(format!("{frame:04}.rtstate"))
+}
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    let context = arguments.limits.context()?;
+    let motion = Motion::read(&arguments.description)?;
+    let named = |error: Error| error.at(arguments.description.display().to_string());
+    let mut simulation = motion.begin(&context).map_err(named)?;
+    let identity = motion.identity(&context).map_err(named)?;
+    let folder = &arguments.output;
+    std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error))?;
+    let steps = simulation.steps().clone();
+    let added = if steps.added_mass > 0.0 {
+        format!(", {:.2} % of mass added", 100.0 * steps.added_mass)
+    } else {
+        String::new()
+    };
+    crate::print(&format!(
+        "{} elements, steps of {:.4e} s (stable to {:.4e} s by element {}){added}\n",
+        simulation.model().elements.len(),
+        steps.step,
+        steps.stable,
+        steps.element
+    ))?;
+    let mut first = 0;
+    match last(&context, arguments, identity)? {
+        Some((frame, saved)) => {
+            first = frame;
+            simulation.set_state(saved.state)?;
+            eprintln!("note: goes on from {}", frame_path(folder, frame).display());
+        }
+        None => {
+            if motion.relax {
+                let relaxation = simulation.relax(&context, 1e-3, 20_000, &mut Bar::new())?;
+                let [unbalanced, most] = relaxation.unbalanced;
+                let how = if relaxation.is_at_rest { "at rest" } else { "not yet at rest" };
+                let steps = relaxation.steps;
+                crate::print(&format!("{how} after {steps} steps, {unbalanced:.2e} N of {most:.2e} N unbalanced\n"))?;
+            }
+            store(&context, arguments, identity, &simulation, 0)?;
+        }
+    }
+    let bar = crate::fluid::bar(u64::from(motion.frames))?.with_position(u64::from(first));
+    bar.reset_eta();
+    for frame in first + 1..=motion.frames {
+        let end = f64::from(frame) / motion.fps;
+        // A whole number of steps that ends at or just after the frame.
+        let left = (end - simulation.state().seconds) / f64::from(steps.step);
+        let outcome = simulation.advance(&context, (left - 1e-6).ceil().max(0.0) as u64, &mut Silent);
+        outcome.map_err(|error| error.at(format!("frame {frame}")))?;
+        store(&context, arguments, identity, &simulation, frame)?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let energies = simulation.energies(&context)?;
+    crate::print(&format!(
+        "{} frames in {} steps; {:.3e} J of motion, {:.3e} J of deformation\n",
+        motion.frames,
+        simulation.state().steps,
+        energies.kinetic,
+        energies.elastic
+    ))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes a frame and what was asked for beside it.
+fn store(context: &Context, arguments: &Arguments, identity: u32, simulation: &Simulation, frame: u32) -> Result<()> {
+    let folder = &arguments.output;
+    if let Some(format) = arguments.surfaces {
+        for binding in &simulation.model().bindings {
+            let points = binding.points(context, simulation.model(), &simulation.state().displacements);
+            let name: String =
+                binding.name.chars().map(|letter| if letter.is_alphanumeric() { letter } else { '_' }).collect();
+            let path = folder.join(format!("{name}.{frame:04}.{}", format.extension()));
+            relievo_meshio::write(&path, &Mesh::from_triangles(points, &binding.triangles))?;
+        }
+    }
+    if arguments.vtu {
+        let states = simulation.element_states(context)?;
+        simulation.write_vtu(&folder.join(format!("{frame:04}.vtu")), &states)?;
+    }
+    let level = context.level().name().to_owned();
+    // The frame comes last: where it is, what belongs to it is there too.
+    SavedState { identity, level, state: simulation.state().clone() }.write(&frame_path(folder, frame))
+}
+
+/// Returns the last whole frame in the folder. Fails if it is of another simulation.
+fn last(context: &Context, arguments: &Arguments, identity: u32) -> Result<Option<(u32, SavedState)>> {
+    let folder = &arguments.output;
+    let entries = std::fs::read_dir(folder).map_err(|error| Error::io(folder, &error))?;
+    let number = |path: PathBuf| path.file_stem()?.to_str()?.parse::<u32>().ok();
+    let frames = entries.filter_map(|entry| entry.ok().map(|entry| entry.path()));
+    let mut frames: Vec<u32> = frames.filter(|path| super::is_named(path, "rtstate")).filter_map(number).collect();
+    frames.sort_unstable();
+    if arguments.restart {
+        for path in frames.iter().map(|frame| frame_path(folder, *frame)) {
+            std::fs::remove_file(&path).map_err(|error| Error::io(&path, &error))?;
+        }
+        return Ok(None);
+    }
+    for frame in frames.into_iter().rev() {
+        let path = frame_path(folder, frame);
+        let saved = match SavedState::read(context, &path) {
+            Ok(saved) => saved,
+            Err(error) if error.kind == relievo_core::ErrorKind::Invalid => {
+                eprintln!("note: {error}");
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
+        let refuse = |what: &str, advice: String| {
+            Err(Error::invalid(what)
+                .at(path.display().to_string())
+                .advise(format!("{advice}, or begin anew by --restart")))
+        };
+        if saved.identity != identity {
+            return refuse("frames of another simulation are there", "name another folder".into());
+        }
+        if saved.level != context.level().name() {
+            return refuse(
+                "frames of another instruction level are there",
+                format!("set RELIEVO_SIMD={}", saved.level),
+            );
+        }
+        return Ok(Some((frame, saved)));
+    }
+    Ok(None)
+}
