@@ -1,6 +1,6 @@
 //! What pictures of a model show: its outer elements, cut open or not, and the surfaces bound to it, in colours.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use relievo_core::{Context, Result};
 use relievo_render as render;
 use relievo_render::color::Color;
@@ -90,7 +90,8 @@ fn measured(states: &[ElementState], most: Option<f32>, unit: &str, of: impl Fn(
     let mut sorted = values.clone();
     sorted.sort_unstable_by(f32::total_cmp);
     // A few elements at edges have far more than all others.
-    let most = most.unwrap_or_else(|| sorted[(sorted.len() - 1) * 98 / 100]).max(f32::MIN_POSITIVE);
+    let most = most.unwrap_or_else(|| sorted[(sorted.len() - 1) * 98 / 100]);
+    let most = if most > 0.0 { most } else { 1.0 };
     let legend = (0..=4).rev().map(|step| {
         let share = step as f32 / 4.0;
         (viridis(share), format!("{:.3e} {unit}", share * most))
@@ -98,13 +99,13 @@ fn measured(states: &[ElementState], most: Option<f32>, unit: &str, of: impl Fn(
     Coloring { colors: values.iter().map(|value| viridis(value / most)).collect(), legend: legend.collect() }
 }
 
-/// Returns the outer faces of the elements that a cut leaves, each with the colour of its element.
-pub fn faces(simulation: &Simulation, cut: Option<Cut>, colors: &[Color]) -> render::Mesh {
+/// Returns the outer faces of the elements that a cut leaves as seen from `eye`, each with the colour of its element.
+pub fn faces(simulation: &Simulation, cut: Option<Cut>, eye: DVec3, colors: &[Color]) -> render::Mesh {
     let model = simulation.model();
     let is_left = |corners: &[u32; 8]| {
         cut.is_none_or(|cut| {
             let sum: f32 = corners.iter().map(|node| model.nodes[*node as usize][cut.axis]).sum();
-            sum / 8.0 <= cut.at
+            (sum / 8.0 <= cut.at) == (eye[cut.axis] > f64::from(cut.at))
         })
     };
     let kept: Vec<usize> = (0..model.elements.len()).filter(|element| is_left(&model.elements[*element])).collect();

@@ -37,7 +37,7 @@ pub struct Arguments {
     /// What the brightest colour stands for; left out, nearly the largest value of each frame.
     #[arg(long, value_name = "VALUE")]
     most: Option<f32>,
-    /// Leaves out the elements beyond a plane at rest, such as `y=0.01`.
+    /// Leaves out the elements on the camera's side of a plane at rest, such as `y=0.01`.
     #[arg(long, value_name = "AXIS=METRES", value_parser = cut)]
     cut: Option<Cut>,
     /// Shows the bound surfaces in place of the elements.
@@ -88,7 +88,7 @@ pub enum Show {
 pub struct Cut {
     /// The axis, x first.
     pub axis: usize,
-    /// Metres along it, up to which elements are left.
+    /// Metres along it.
     pub at: f32,
 }
 
@@ -169,7 +169,7 @@ impl Arguments {
                 scene.set_mesh(object, number, mesh)?;
             }
         } else {
-            scene.set_mesh(object, 0, faces(simulation, self.cut, &coloring.colors))?;
+            scene.set_mesh(object, 0, faces(simulation, self.cut, view.camera.eye, &coloring.colors))?;
         }
         if let Some(motion) = motion {
             let steel = Material { base_color: STEEL, specular: 0.3, roughness: 0.3 };
