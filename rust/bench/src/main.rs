@@ -2,6 +2,7 @@
 //! `cargo xtask bench` builds and runs it.
 
 mod contact;
+mod crowd;
 mod deviation;
 mod device_paint;
 mod fluid;
@@ -37,7 +38,7 @@ use report::Report;
 #[derive(Parser)]
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
-    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `tissue`, `native`, `server`, or `dams` and
+    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `tissue`, `native`, `server`, or `dams` and
     /// `pictures`, parts of `fluid`; or `peak` and `meshing`, which they run
     name: String,
     /// One JSON object per line instead of a table
@@ -70,12 +71,13 @@ fn run(arguments: &Arguments) -> Result<()> {
         "native" => native::run(&mut report, arguments.peers.as_deref())?,
         "dams" => fluid::dams(&mut report, arguments.peers.as_deref())?,
         "server" => server::run(&mut report)?,
+        "crowd" => crowd::run(&mut report)?,
         "pictures" => fluid_render::run(&mut report)?,
         "meshing" => return fluid::mesh_file(arguments.particles.as_deref().unwrap_or(Path::new(""))),
         "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),
         name => {
             return Err(Error::invalid(format!("there is no bench `{name}`"))
-                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `fluid`, `tissue`, `native`, `server`, `dams` or `pictures`"));
+                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `tissue`, `native`, `server`, `dams` or `pictures`"));
         }
     }
     report.finish();

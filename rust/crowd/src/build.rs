@@ -18,6 +18,10 @@ use crate::representative::representatives;
 
 /// Share of the triangles that a simplification may leave to count as one.
 const LEFT: f64 = 0.85;
+/// Groups that small models have at the first level.
+const GROUPS: usize = 8;
+/// Clusters of a group in small models.
+const FEWEST: usize = 4;
 /// Levels at most. Each leaves about half of the triangles.
 const MOST_LEVELS: u32 = 64;
 /// Relative difference of the lengths of a bone's axes between poses up to which it is rigid.
@@ -120,11 +124,13 @@ impl Builder<'_> {
             self.add(&mut made, piece.iter().map(face).collect(), NONE, 0);
         }
         let mut front: Vec<u32> = (0..made.clusters.len() as u32).collect();
+        // Larger groups have fewer places on borders, smaller ones leave more choice to cuts.
+        let group = (front.len() / GROUPS).clamp(FEWEST, settings.group_clusters as usize);
         for level in 1..=MOST_LEVELS {
             // Each level has about half of the triangles of the one before.
             let start = 1.0 - 0.5f32.powi(level as i32 - 1);
             let span = [start, 0.5 * (1.0 + start)];
-            let groups = grouping::grouped(&made, &self.places, &front, settings.group_clusters as usize, self.size);
+            let groups = grouping::grouped(&made, &self.places, &front, group, self.size);
             let owners = self.owners(&made, &groups);
             let results = context.map_watched(groups.len(), progress, ("simplify", span), |group| {
                 self.simplify(&made, &groups[group], (group as u32, &owners), most)

@@ -1,7 +1,7 @@
 //! The cluster hierarchy of a character (Sections 4.2 and 4.3), and what is drawn at an allowed error.
 //!
 //! The paper joins two clusters and simplifies both together, so that the border between two branches stays as fine as
-//! the input up to the root. Here groups of about four clusters are simplified together and divided into clusters anew,
+//! the input up to the root. Here groups of 4 to 16 clusters are simplified together and divided into clusters anew,
 //! so that borders differ from level to level. Places on the border of a group stay while it is simplified. The clusters
 //! of a group are either all drawn coarse or all fine, and a group is coarse only if all below it are, because errors and
 //! boxes grow upwards. That makes every cut free of cracks.
@@ -22,8 +22,8 @@ relievo_core::parameters! {
         pose_distance: f32 = 0.15, 0.001..=10, "";
         /// Triangles of a cluster at most.
         cluster_triangles: u32 = 100, 8..=4096, "";
-        /// Clusters that are simplified together.
-        group_clusters: u32 = 4, 2..=16, "";
+        /// Clusters that are simplified together at most; an eighth of the input's clusters if that is less, but four.
+        group_clusters: u32 = 16, 4..=64, "";
         /// Poses that are sampled for each second of a clip.
         pose_rate: f32 = 30.0, 0.1..=1000, "1/s";
     }

@@ -5,7 +5,7 @@
 
 use std::collections::HashMap;
 
-use crate::character::Character;
+use crate::character::{Character, Influence};
 
 /// The places of a character.
 pub(crate) struct Places {
@@ -31,11 +31,7 @@ impl Places {
             .zip(0..)
             .map(|((point, influence), vertex)| {
                 // 0 and -0 are one place.
-                let key = (
-                    point.map(|value| (value + 0.0).to_bits()),
-                    influence.bones,
-                    influence.weights.map(|weight| (weight + 0.0).to_bits()),
-                );
+                let key = (point.map(|value| (value + 0.0).to_bits()), ordered(influence));
                 *places.entry(key).or_insert_with(|| {
                     vertices.push(vertex);
                     vertices.len() as u32 - 1
@@ -85,6 +81,18 @@ impl Places {
     pub fn of_chart(&self, chart: u32) -> &[u32] {
         &self.by_chart[self.starts[chart as usize] as usize..self.starts[chart as usize + 1] as usize]
     }
+}
+
+/// Returns the bones of a vertex with their weights in an order that does not depend on that of the file.
+fn ordered(influence: &Influence) -> [(u16, u32); 4] {
+    let mut pairs = [(0, 0); 4];
+    for (pair, (bone, weight)) in pairs.iter_mut().zip(influence.bones.iter().zip(influence.weights)) {
+        if weight > 0.0 {
+            *pair = (*bone, weight.to_bits());
+        }
+    }
+    pairs.sort_unstable();
+    pairs
 }
 
 /// Whether values of an attribute are directions, which differ at creases that are no seams.

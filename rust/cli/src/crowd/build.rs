@@ -32,7 +32,7 @@ pub struct Arguments {
     /// Triangles of a cluster at most.
     #[arg(long, value_name = "N", default_value_t = BuildSettings::default().cluster_triangles)]
     cluster_triangles: u32,
-    /// Clusters that are simplified together.
+    /// Clusters that are simplified together at most, from 4 up.
     #[arg(long, value_name = "N", default_value_t = BuildSettings::default().group_clusters)]
     group_clusters: u32,
     /// Print JSON for programs.
