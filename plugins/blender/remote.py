@@ -36,9 +36,8 @@ def numbers(values):
 class Remote:
     """A simulation as a server takes it."""
 
-    def __init__(self, simulation, count):
-        self.simulation, self.count = simulation, count
-        self.folder = tempfile.TemporaryDirectory()
+    def __init__(self, simulation, count, folder):
+        self.simulation, self.count, self.folder = simulation, count, folder
         self.files, self.moving = {}, set()
         low, high = simulation.low, simulation.high
         fills = [shape for shape, _velocity in simulation.fills]
@@ -54,7 +53,7 @@ class Remote:
 
     def add(self, name, made):
         """Adds a mesh to the files."""
-        path = os.path.join(self.folder.name, name)
+        path = os.path.join(self.folder, name)
         made.write(path)
         self.files[name] = path
 
@@ -105,35 +104,39 @@ def steps(scene, domain, simulation, folder, first, last):
     Blender's data; after each frame, the domain's last frame is that one."""
     native.context()
     count = last - first + 1
-    remote = Remote(simulation, count)
-    for number in range(count):
-        scene.frame_set(first + number)
-        simulation.read(bpy.context.evaluated_depsgraph_get())
-        remote.read(number)
-    text, name = remote.description(), f"{domain.name} {uuid.uuid4().hex[:8]}"
-    server = connect()
-    is_done = False
-    try:
-        yield 0.0, 0.0, lambda _progress: server.submit(name, text, remote.files)
+    with tempfile.TemporaryDirectory() as meshes:
+        remote = Remote(simulation, count, meshes)
         for number in range(count):
+            scene.frame_set(first + number)
+            simulation.read(bpy.context.evaluated_depsgraph_get())
+            remote.read(number)
+        text, name = remote.description(), f"{domain.name} {uuid.uuid4().hex[:8]}"
+        with connect() as server:
+            is_done = False
+            try:
+                yield 0.0, 0.0, lambda _progress: server.submit(name, text, remote.files)
+                for number in range(count):
 
-            def work(progress, number=number):
-                server.wait(name, number, progress)
-                server.fetch(name, number, frames.path_of(folder, frames.PARTICLES, first + number))
+                    def work(progress, number=number):
+                        server.wait(name, number, progress)
+                        server.fetch(name, number, frames.path_of(folder, frames.PARTICLES, first + number))
 
-            yield number / count, (number + 1) / count, work
-            if number == 0:
-                frames.begin(domain, folder)
-                domain.relievo.fluid.first = first
-            domain.relievo.fluid.last = first + number
-        is_done = True
-    finally:
-        try:
-            if not is_done:
-                server.cancel(name)
-            server.remove(name)
-        except rl.RelievoError:
-            # A server that is gone takes the scene up again: it computes frames that nobody fetches, and no more.
-            pass
-        server.close()
-        remote.folder.cleanup()
+                    yield number / count, (number + 1) / count, work
+                    if number == 0:
+                        frames.begin(domain, folder)
+                        domain.relievo.fluid.first = first
+                    domain.relievo.fluid.last = first + number
+                is_done = True
+            finally:
+                release(server, name, is_done)
+
+
+def release(server, name, is_done):
+    """Has the server forget a scene, which it stops first if it is not done."""
+    try:
+        if not is_done:
+            server.cancel(name)
+        server.remove(name)
+    except rl.RelievoError:
+        # A server that is gone computes frames that nobody fetches when it is back, and no more.
+        pass

@@ -67,7 +67,8 @@ fn local(description: &str) -> Result<(f64, Vec<Vec<u8>>)> {
     let context = Context::new(&ContextOptions::default())?;
     let begin = Instant::now();
     let making = Making { format: EXTENSION.into(), parts: 1, device: None };
-    let mut simulation = Simulation::begin(&context, Description::parse(description)?, &in_folder(folder.path()), making)?;
+    let mut simulation =
+        Simulation::begin(&context, Description::parse(description)?, &in_folder(folder.path()), making)?;
     let mut frames = Vec::new();
     loop {
         let frame = simulation.encode(&context)?;
@@ -109,7 +110,13 @@ fn beside_local(report: &mut Report) -> Result<()> {
         }
     }
     let (here, there) = (Sample::new(here), Sample::new(there));
-    report.add("dam of 125,000: frames through the server", &there, Some(("local run", &here)), "s", Goal::RatioAtMost(1.02));
+    report.add(
+        "dam of 125,000: frames through the server",
+        &there,
+        Some(("local run", &here)),
+        "s",
+        Goal::RatioAtMost(1.02),
+    );
     Ok(())
 }
 
@@ -182,7 +189,8 @@ fn polling(report: &mut Report) -> Result<()> {
     let times = std::thread::scope(|scope| {
         let askers: Vec<_> = (0..CLIENTS).map(|number| scope.spawn(move || ask(number))).collect();
         let join = askers.into_iter().map(|asker| asker.join());
-        join.map(|times| times.unwrap_or_else(|_| Err(Error::internal("a client panicked")))).collect::<Result<Vec<_>>>()
+        join.map(|times| times.unwrap_or_else(|_| Err(Error::internal("a client panicked"))))
+            .collect::<Result<Vec<_>>>()
     });
     let mut times = times?.concat();
     times.sort_by(f64::total_cmp);

@@ -100,7 +100,14 @@ const LEVEL: i32 = 1;
 
 impl Column {
     /// Encodes floats, `width` a particle. With `half`, positions become fractions of their box, and others halves.
-    pub fn of_floats(name: &str, width: u32, values: &[f32], half: bool, layout: Layout, packing: Packing) -> Result<Self> {
+    pub fn of_floats(
+        name: &str,
+        width: u32,
+        values: &[f32],
+        half: bool,
+        layout: Layout,
+        packing: Packing,
+    ) -> Result<Self> {
         let size = width as usize;
         let mut column = Self::empty(name, width, Form::F32, layout, packing);
         if !half {
@@ -184,7 +191,8 @@ impl Column {
     /// more is unpacked.
     pub fn values(&self, count: u32) -> Result<Values> {
         let refused = |what: &str| {
-            Err(Error::invalid(format!("the channel {:?} of a chunk {what}", self.name)).advise("fetch the frame again"))
+            Err(Error::invalid(format!("the channel {:?} of a chunk {what}", self.name))
+                .advise("fetch the frame again"))
         };
         let (size, width) = (self.size(), self.width as usize);
         if count > MAX_CHUNK || !(1..=4).contains(&self.width) {
@@ -196,7 +204,9 @@ impl Column {
         let bytes = match self.packing {
             Packing::None => self.data.as_slice(),
             Packing::Zstd => {
-                let Ok(bytes) = zstd::bulk::decompress(&self.data, length) else { return refused("cannot be unpacked") };
+                let Ok(bytes) = zstd::bulk::decompress(&self.data, length) else {
+                    return refused("cannot be unpacked");
+                };
                 unpacked = bytes;
                 &unpacked
             }
@@ -213,7 +223,8 @@ impl Column {
         if bytes.len() != length {
             return refused("is not as long as its particles need");
         }
-        let plane = |at: usize| (0..size).fold(0, |word, plane| word | u32::from(bytes[plane * numbers + at]) << (8 * plane));
+        let plane =
+            |at: usize| (0..size).fold(0, |word, plane| word | u32::from(bytes[plane * numbers + at]) << (8 * plane));
         let words: Vec<u32> = match (self.layout, size) {
             (Layout::Rows, 4) => bytes.as_chunks::<4>().0.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect(),
             (Layout::Rows, _) => {

@@ -177,7 +177,8 @@ impl Client {
             let mut offset = 0;
             loop {
                 let data = bytes[offset..(offset + MAX_PART).min(bytes.len())].to_vec();
-                let put = FilePut { name: name.clone(), hash: *hash, size: bytes.len() as u64, offset: offset as u64, data };
+                let put =
+                    FilePut { name: name.clone(), hash: *hash, size: bytes.len() as u64, offset: offset as u64, data };
                 let FilePutResult { received } = self.call("file.put", &put)?;
                 offset = received.min(bytes.len() as u64) as usize;
                 if offset == bytes.len() {
@@ -302,7 +303,9 @@ impl Link {
     fn exchange<R: DeserializeOwned>(&mut self, message: &[u8], id: u32) -> std::result::Result<R, Fault> {
         let broken = |error: std::io::Error| {
             let what = match error.kind() {
-                std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut => "the server does not answer".to_owned(),
+                std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut => {
+                    "the server does not answer".to_owned()
+                }
                 _ => format!("the connection broke: {error}"),
             };
             Fault::Broken(Error::new(ErrorKind::Io, what))

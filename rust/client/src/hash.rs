@@ -59,7 +59,9 @@ impl FromStr for Hash {
         }
         let digit = |byte: u8| (byte as char).to_digit(16).unwrap_or_default() as u8;
         let mut hash = [0; 32];
-        hash.iter_mut().zip(digits.as_chunks::<2>().0).for_each(|(byte, [high, low])| *byte = digit(*high) << 4 | digit(*low));
+        hash.iter_mut()
+            .zip(digits.as_chunks::<2>().0)
+            .for_each(|(byte, [high, low])| *byte = digit(*high) << 4 | digit(*low));
         Ok(Self(hash))
     }
 }

@@ -68,12 +68,7 @@ const KINDS: [(ErrorKind, &str); 9] = [
 impl From<&Error> for Failure {
     fn from(error: &Error) -> Self {
         let kind = KINDS.iter().find(|(kind, _)| *kind == error.kind).map_or("internal", |(_, name)| name);
-        Self {
-            kind: kind.into(),
-            what: error.what.clone(),
-            place: error.place.clone(),
-            remedy: error.remedy.clone(),
-        }
+        Self { kind: kind.into(), what: error.what.clone(), place: error.place.clone(), remedy: error.remedy.clone() }
     }
 }
 

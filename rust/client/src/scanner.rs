@@ -81,8 +81,10 @@ fn head(bytes: &[u8]) -> Result<Option<Head>> {
         Some(bytes.iter().fold(0, |value, byte| value << 8 | u64::from(*byte)))
     };
     let plain = |body: u64| Some(Head { head: 1, body, items: None });
-    let sized = |size: usize, more: u64| length(size).map(|body| Head { head: 1 + size, body: body + more, items: None });
-    let list = |size: usize, each: u64| length(size).map(|items| Head { head: 1 + size, body: 0, items: Some(each * items) });
+    let sized =
+        |size: usize, more: u64| length(size).map(|body| Head { head: 1 + size, body: body + more, items: None });
+    let list =
+        |size: usize, each: u64| length(size).map(|items| Head { head: 1 + size, body: 0, items: Some(each * items) });
     Ok(match marker {
         0x00..=0x7f | 0xe0..=0xff | 0xc0 | 0xc2 | 0xc3 => plain(0),
         0x80..=0x8f => Some(Head { head: 1, body: 0, items: Some(2 * u64::from(marker & 0xf)) }),

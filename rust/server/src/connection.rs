@@ -4,7 +4,9 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
-use relievo_client::{Failure, Hello, MAX_GREETING, MAX_MESSAGE, Message, Scanner, VERSION, Welcome, failure, parse, response};
+use relievo_client::{
+    Failure, Hello, MAX_GREETING, MAX_MESSAGE, Message, Scanner, VERSION, Welcome, failure, parse, response,
+};
 use relievo_core::{Error, ErrorKind, Result};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::time::{Instant, sleep_until, timeout};
@@ -91,11 +93,7 @@ impl Reader {
     }
 }
 
-async fn send(
-    stream: &mut (impl AsyncWrite + Unpin),
-    message: &[u8],
-    shared: &Shared,
-) -> std::result::Result<(), End> {
+async fn send(stream: &mut (impl AsyncWrite + Unpin), message: &[u8], shared: &Shared) -> std::result::Result<(), End> {
     let written = timeout(shared.limits().message, async {
         stream.write_all(message).await?;
         stream.flush().await

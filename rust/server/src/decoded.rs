@@ -15,7 +15,8 @@ pub struct Decoded {
 
 fn bytes(particles: &Particles) -> u64 {
     let channels = particles.channels.iter().map(|channel| channel.values.len());
-    4 * (3 * particles.points.len() + particles.numbers.iter().map(Vec::len).sum::<usize>() + channels.sum::<usize>()) as u64
+    4 * (3 * particles.points.len() + particles.numbers.iter().map(Vec::len).sum::<usize>() + channels.sum::<usize>())
+        as u64
 }
 
 impl Decoded {

@@ -27,7 +27,10 @@ impl Kind for FluidKind {
         let description = Description::parse(opening.description)?;
         let estimate = description.estimate();
         if !(estimate <= opening.elements as f64) {
-            let what = format!("the fluid would begin with about {estimate:.0} particles, and {} are allowed", opening.elements);
+            let what = format!(
+                "the fluid would begin with about {estimate:.0} particles, and {} are allowed",
+                opening.elements
+            );
             return Err(Error::memory(what).at("fluid.spacing").advise("use a larger spacing or less fluid"));
         }
         let making = Making { format: EXTENSION.into(), parts: 1, device: None };

@@ -97,7 +97,8 @@ impl Library {
             return Err(Error::invalid("a part is too long, or reaches beyond the end of its file").at(name));
         }
         let mut uploads = self.uploads.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_same = |it: &Upload| it.user == user && it.hash == *hash && it.extension == extension && it.size == *size;
+        let is_same =
+            |it: &Upload| it.user == user && it.hash == *hash && it.extension == extension && it.size == *size;
         let mut upload = match uploads.iter().position(is_same) {
             Some(at) => uploads.remove(at),
             None => {
@@ -172,7 +173,8 @@ impl Library {
     /// Returns accelerations by their hash.
     pub fn forces(&self, user: &str, hash: Hash) -> Result<Vec<[f32; 3]>> {
         let bytes = relievo_core::file::load(&self.path(user, hash, FORCES), u64::MAX)?;
-        let vector = |bytes: &[u8; 12]| [0, 4, 8].map(|at| f32::from_le_bytes([0, 1, 2, 3].map(|byte| bytes[at + byte])));
+        let vector =
+            |bytes: &[u8; 12]| [0, 4, 8].map(|at| f32::from_le_bytes([0, 1, 2, 3].map(|byte| bytes[at + byte])));
         Ok(bytes.as_chunks::<12>().0.iter().map(vector).collect())
     }
 

@@ -30,8 +30,7 @@ pub fn write(out: &mut impl Write, key: Hash, content: &[u8]) -> std::io::Result
     header.extend(key.0);
     header.extend((content.len() as u64).to_le_bytes());
     header.extend(crc32fast::hash(&header).to_le_bytes());
-    let mut sums: Vec<u8> =
-        content.chunks(CHUNK).flat_map(|chunk| crc32fast::hash(chunk).to_le_bytes()).collect();
+    let mut sums: Vec<u8> = content.chunks(CHUNK).flat_map(|chunk| crc32fast::hash(chunk).to_le_bytes()).collect();
     sums.extend(crc32fast::hash(&sums).to_le_bytes());
     out.write_all(&header)?;
     out.write_all(&sums)?;

@@ -110,15 +110,19 @@ impl Record {
     pub fn load(path: &Path) -> Result<Self> {
         let named = |error: Error| error.at(path.display().to_string());
         let bytes = file::load(path, LONGEST)?;
-        let damaged = || named(Error::invalid("the record of a scene is damaged").advise("remove it, and submit the scene again"));
+        let damaged = || {
+            named(Error::invalid("the record of a scene is damaged").advise("remove it, and submit the scene again"))
+        };
         let (sum, body) = bytes.split_first_chunk::<4>().ok_or_else(damaged)?;
         if u32::from_le_bytes(*sum) != crc32fast::hash(body) {
             return Err(damaged());
         }
         let record: Self = rmp_serde::from_slice(body).map_err(|_| damaged())?;
         if record.version != VERSION || record.segments.is_empty() {
-            return Err(named(Error::unsupported(format!("the record of a scene is of version {}", record.version))
-                .advise("take the Relievo that wrote it")));
+            return Err(named(
+                Error::unsupported(format!("the record of a scene is of version {}", record.version))
+                    .advise("take the Relievo that wrote it"),
+            ));
         }
         Ok(record)
     }

@@ -125,7 +125,13 @@ impl Scheduler {
     }
 
     /// Opens a simulation.
-    fn open_simulation(&self, user: &str, kind: &str, description: &str, files: &FileMap) -> Result<Box<dyn Simulation>> {
+    fn open_simulation(
+        &self,
+        user: &str,
+        kind: &str,
+        description: &str,
+        files: &FileMap,
+    ) -> Result<Box<dyn Simulation>> {
         let files = Arc::new(self.library.files(user, files)?);
         let opening = Opening { description, files, elements: self.limits.particles };
         let simulation = self.kind(kind)?.open(&self.context, &opening)?;
@@ -167,7 +173,9 @@ impl Scheduler {
         }
         let mut state = self.state();
         if state.is_stopping {
-            return Err(Error::new(ErrorKind::Busy, "the server is about to stop").advise("submit the scene again later"));
+            return Err(
+                Error::new(ErrorKind::Busy, "the server is about to stop").advise("submit the scene again later")
+            );
         }
         if state.scenes.keys().filter(|(owner, _)| owner == user).count() >= self.limits.scenes {
             return Err(Error::memory(format!("a user may have {} scenes", self.limits.scenes)).advise("remove some"));
@@ -234,7 +242,8 @@ impl Scheduler {
     pub fn remove(&self, user: &str, name: &str) -> Result<()> {
         let mut state = self.state();
         let id = (user.to_owned(), name.to_owned());
-        let scene = state.scenes.get(&id).ok_or_else(|| Error::new(ErrorKind::NotFound, "there is no such scene").at(name))?;
+        let scene =
+            state.scenes.get(&id).ok_or_else(|| Error::new(ErrorKind::NotFound, "there is no such scene").at(name))?;
         scene.record.remove(&self.records)?;
         scene.work.iter().for_each(|work| work.stop.store(true, Ordering::Relaxed));
         let Record { mut files, forces, .. } = scene.record.clone();
@@ -291,7 +300,9 @@ impl Scheduler {
         let status = self.with(user, name, |scene| {
             let last = (scene.keys.len() as u64).checked_sub(1);
             if !scene.record.forced {
-                return Err(Error::invalid("the scene takes no accelerations").at(name).advise("submit it with `forced`"));
+                return Err(Error::invalid("the scene takes no accelerations")
+                    .at(name)
+                    .advise("submit it with `forced`"));
             }
             if scene.record.forces.contains_key(&part.frame) {
                 return Ok(scene.status());
@@ -303,7 +314,9 @@ impl Scheduler {
             let (_, mut bytes) = scene.arriving.take().filter(|(at, _)| *at == part.frame).unwrap_or_default();
             if part.first.saturating_mul(12) == bytes.len() as u64 {
                 if bytes.len() + part.accelerations.len() > 12 * count || part.accelerations.len() % 12 != 0 {
-                    return Err(Error::invalid(format!("frame {} has {count} particles of 12 bytes", part.frame)).at(name));
+                    return Err(
+                        Error::invalid(format!("frame {} has {count} particles of 12 bytes", part.frame)).at(name)
+                    );
                 }
                 bytes.extend_from_slice(&part.accelerations);
             }
@@ -333,7 +346,10 @@ impl Scheduler {
             }
             match (scene.activity(), &scene.failure) {
                 (Activity::Failed, Some(failure)) => at(failure.clone().into()),
-                _ => at(Error::new(ErrorKind::Busy, "the frame is not computed yet").advise("wait for it by `scene.wait`")),
+                _ => {
+                    at(Error::new(ErrorKind::Busy, "the frame is not computed yet")
+                        .advise("wait for it by `scene.wait`"))
+                }
             }
         })
     }
@@ -354,12 +370,16 @@ impl Scheduler {
     pub fn gauges(&self) -> BTreeMap<&'static str, f64> {
         let (bytes, files) = self.store.size();
         let state = self.state();
-        let count = |activity: Activity| state.scenes.values().filter(|scene| scene.activity() == activity).count() as f64;
+        let count =
+            |activity: Activity| state.scenes.values().filter(|scene| scene.activity() == activity).count() as f64;
         BTreeMap::from([
             ("relievo_scenes", state.scenes.len() as f64),
             ("relievo_scenes_running", count(Activity::Running)),
             ("relievo_scenes_failed", count(Activity::Failed)),
-            ("relievo_simulations_in_memory", state.scenes.values().filter(|scene| scene.live.is_some()).count() as f64),
+            (
+                "relievo_simulations_in_memory",
+                state.scenes.values().filter(|scene| scene.live.is_some()).count() as f64,
+            ),
             ("relievo_cache_bytes", bytes as f64),
             ("relievo_cache_frames", files as f64),
         ])
@@ -486,7 +506,10 @@ impl Scheduler {
         *state.spent.entry(id.0.clone()).or_default() += seconds;
         let is_stopped = work.stop.load(Ordering::Relaxed);
         // A scene that was removed meanwhile, or removed and submitted anew, is another one.
-        let scene = state.scenes.get_mut(id).filter(|it| it.work.as_ref().is_some_and(|its| Arc::ptr_eq(&its.stop, &work.stop)));
+        let scene = state
+            .scenes
+            .get_mut(id)
+            .filter(|it| it.work.as_ref().is_some_and(|its| Arc::ptr_eq(&its.stop, &work.stop)));
         if let Some(scene) = scene {
             scene.work = None;
             let is_next = !is_stopped && scene.keys.len() as u64 == frame;
@@ -519,7 +542,8 @@ impl State {
     /// Raises what a user has spent to the least that busy users have, if the user was idle.
     fn wake_user(&mut self, user: &str) {
         let is_busy = |scene: &Scene| scene.work.is_some() || scene.is_ready();
-        let mut busy: Vec<&String> = self.scenes.iter().filter(|(_, it)| is_busy(it)).map(|((user, _), _)| user).collect();
+        let mut busy: Vec<&String> =
+            self.scenes.iter().filter(|(_, it)| is_busy(it)).map(|((user, _), _)| user).collect();
         busy.dedup();
         if busy.iter().any(|other| *other == user) {
             return;
@@ -535,7 +559,8 @@ impl State {
     /// Drops the simulations whose turn is longest ago until the others fit into the limit.
     fn bound_memory(&mut self, limit: u64) {
         loop {
-            let live = || self.scenes.iter().filter_map(|(id, scene)| Some((scene.turn, id, scene.live.as_ref()?.memory())));
+            let live =
+                || self.scenes.iter().filter_map(|(id, scene)| Some((scene.turn, id, scene.live.as_ref()?.memory())));
             if live().map(|(_, _, bytes)| bytes).sum::<u64>() <= limit {
                 return;
             }

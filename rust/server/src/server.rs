@@ -81,8 +81,11 @@ impl Shared {
         let new = || Entered { connections: 0, allowance, counted: Instant::now() };
         let entry = entered.entry(user.to_owned()).or_insert_with(new);
         if entry.connections >= self.limits().user_connections {
-            return Err(Error::new(ErrorKind::Busy, format!("a user may have {} connections", self.limits().user_connections))
-                .advise("close some"));
+            return Err(Error::new(
+                ErrorKind::Busy,
+                format!("a user may have {} connections", self.limits().user_connections),
+            )
+            .advise("close some"));
         }
         entry.connections += 1;
         Ok(())
@@ -159,8 +162,7 @@ impl Server {
         let context = Context::new(&ContextOptions { threads: options.threads, memory_limit: 0 })?;
         let scheduler = Arc::new(Scheduler::open(context, options.limits.clone(), kinds, &options.cache)?);
         let service = Service::new(scheduler.clone());
-        let shared =
-            Arc::new(Shared { service, users, entered: Mutex::default(), half_open: Mutex::default() });
+        let shared = Arc::new(Shared { service, users, entered: Mutex::default(), half_open: Mutex::default() });
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(IO_THREADS)
             .max_blocking_threads(METHOD_THREADS)
@@ -174,7 +176,9 @@ impl Server {
             Some(address) => {
                 let (listener, address) = runtime.block_on(listen(address))?;
                 let Listener::Tcp(listener) = listener else {
-                    return Err(Error::unsupported("metrics are served over TCP").at("metrics").advise("name host:port"));
+                    return Err(Error::unsupported("metrics are served over TCP")
+                        .at("metrics")
+                        .advise("name host:port"));
                 };
                 runtime.spawn(serve_metrics(listener, shared.clone()));
                 Some(address)
@@ -184,7 +188,9 @@ impl Server {
         let worker = |number: usize| {
             let scheduler = scheduler.clone();
             let builder = std::thread::Builder::new().name(format!("relievo-simulate-{number}"));
-            builder.spawn(move || scheduler.run()).map_err(|error| Error::internal(format!("cannot start a thread: {error}")))
+            builder
+                .spawn(move || scheduler.run())
+                .map_err(|error| Error::internal(format!("cannot start a thread: {error}")))
         };
         let workers = (0..options.workers.max(1)).map(worker).collect::<Result<_>>()?;
         tracing::info!(%address, cache = %options.cache.display(), "listening");

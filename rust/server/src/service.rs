@@ -40,7 +40,9 @@ pub fn is_quick(method: &str) -> bool {
 /// Fails unless a name of a scene is 1 to [`MAX_NAME`] bytes without control characters. It never becomes a path.
 fn check_name(name: &str) -> Result<()> {
     match name.is_empty() || name.len() > MAX_NAME || name.chars().any(char::is_control) {
-        true => Err(Error::invalid(format!("the name of a scene has 1 to {MAX_NAME} bytes, and no control characters"))),
+        true => {
+            Err(Error::invalid(format!("the name of a scene has 1 to {MAX_NAME} bytes, and no control characters")))
+        }
         false => Ok(()),
     }
 }

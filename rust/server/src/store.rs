@@ -65,7 +65,8 @@ impl Store {
     /// Opens the cache in a folder, which is made if it is not there, and removes what is not complete. Fails if another
     /// server uses it.
     pub fn open(folder: &Path, limit: u64) -> Result<Self> {
-        let failed = |error: std::io::Error| Error::io(folder, &error).advise("check the folder, its rights and its space");
+        let failed =
+            |error: std::io::Error| Error::io(folder, &error).advise("check the folder, its rights and its space");
         std::fs::create_dir_all(folder.join(FRAMES)).map_err(failed)?;
         let unfinished = folder.join(UNFINISHED);
         std::fs::create_dir_all(&unfinished).map_err(failed)?;
@@ -187,7 +188,8 @@ impl Store {
         path: &Path,
         content: impl FnOnce(&mut File) -> std::io::Result<()>,
     ) -> Result<()> {
-        let failed = |error: std::io::Error| Error::io(path, &error).advise("check the folder, its rights and its space");
+        let failed =
+            |error: std::io::Error| Error::io(path, &error).advise("check the folder, its rights and its space");
         let Some(folder) = path.parent() else { return Err(Error::internal("a frame has no folder")) };
         if !folder.is_dir() {
             std::fs::create_dir_all(folder).map_err(failed)?;
@@ -292,7 +294,10 @@ impl Store {
         let mut found = self.scan()?;
         found.sort_by_key(|(_, _, time)| *time);
         let idle = |time: SystemTime| SystemTime::now().duration_since(time).unwrap_or(Duration::ZERO).as_secs();
-        Ok(found.into_iter().map(|(key, bytes, time)| Listed { key: key.to_string(), bytes, idle: idle(time) }).collect())
+        Ok(found
+            .into_iter()
+            .map(|(key, bytes, time)| Listed { key: key.to_string(), bytes, idle: idle(time) })
+            .collect())
     }
 
     /// Checks every chunk of every frame. Returns the damaged ones with what is wrong, and removes them where `remove` says

@@ -25,7 +25,9 @@ impl Users {
         let bytes = file::load(path, LONGEST)?;
         let text = String::from_utf8(bytes).map_err(|_| named(Error::invalid("it is not UTF-8 text")))?;
         let mut users: Vec<(String, Hash)> = Vec::new();
-        for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#')) {
+        for (number, line) in
+            text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'))
+        {
             // The line itself is a secret.
             let refused = |what: &str| Err(named(Error::invalid(what).at(format!("line {}", number + 1))));
             let Some((name, token)) = line.trim().split_once(char::is_whitespace) else {
@@ -42,7 +44,9 @@ impl Users {
             users.push((name.to_owned(), hash));
         }
         match users.is_empty() {
-            true => Err(named(Error::invalid("there is no user").advise("add a line with a name, a space and a token"))),
+            true => {
+                Err(named(Error::invalid("there is no user").advise("add a line with a name, a space and a token")))
+            }
             false => Ok(Self(users)),
         }
     }

@@ -138,7 +138,9 @@ impl Description {
         }
         let files = read.collider.iter().map(Collider::count).fold(0u64, u64::saturating_add);
         if files > MOST_FILES {
-            return Err(Error::invalid(format!("its sequences have {files} files")).advise(format!("use at most {MOST_FILES}")));
+            return Err(
+                Error::invalid(format!("its sequences have {files} files")).advise(format!("use at most {MOST_FILES}"))
+            );
         }
         Ok(read)
     }
@@ -147,7 +149,8 @@ impl Description {
     /// basin. Meshes and grids that are filled are not counted.
     pub fn estimate(&self) -> f64 {
         let spacing = f64::from(self.fluid.spacing);
-        let sides = |low: [f32; 3], high: [f32; 3]| [0, 1, 2].map(|axis| f64::from(high[axis] - low[axis]).max(0.0) / spacing);
+        let sides =
+            |low: [f32; 3], high: [f32; 3]| [0, 1, 2].map(|axis| f64::from(high[axis] - low[axis]).max(0.0) / spacing);
         let blocks = self.block.iter().map(|block| sides(block.low, block.high).iter().product::<f64>());
         let fills = self.fill.iter().map(|fill| fill.volume() / spacing.powi(3));
         let walls = self.basin.iter().map(|basin| {

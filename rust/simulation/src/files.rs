@@ -14,13 +14,7 @@ pub trait Files: Debug + Send + Sync {
     /// Displaces `mesh` by the document called `document` in the description: by the layer of this name alone or, without
     /// one, by all layers together, with so many cells along an edge of the cage. Fails if the document does not fit the
     /// mesh.
-    fn displaced(
-        &self,
-        context: &Context,
-        document: &Path,
-        mesh: &Mesh,
-        shown: (Option<&str>, u32),
-    ) -> Result<Mesh>;
+    fn displaced(&self, context: &Context, document: &Path, mesh: &Mesh, shown: (Option<&str>, u32)) -> Result<Mesh>;
 }
 
 /// Files that several parts of a simulation read.

@@ -97,12 +97,9 @@ impl Simulation {
 
     /// Simulates to the next frame or sub-frame and calls `watch` after each step of the solver, which may stop it by an
     /// error. After an error the fluid is between two frames: restore it before it goes on.
-    pub fn advance(
-        &mut self,
-        context: &Context,
-        mut watch: impl FnMut(&StepStatistics) -> Result<()>,
-    ) -> Result<()> {
-        let (time, seconds) = (self.step as f64 / (self.description.fps * f64::from(self.making.parts)), self.seconds());
+    pub fn advance(&mut self, context: &Context, mut watch: impl FnMut(&StepStatistics) -> Result<()>) -> Result<()> {
+        let (time, seconds) =
+            (self.step as f64 / (self.description.fps * f64::from(self.making.parts)), self.seconds());
         let mut totals = self.totals;
         let counted = |done: &StepStatistics| {
             totals.steps += 1;

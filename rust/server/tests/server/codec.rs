@@ -77,7 +77,9 @@ fn messages_are_split_as_the_specification_says() {
     assert_eq!(parameters, b"\x91\x81\xa5scene\xa1a");
     assert_eq!(parse(b"\x94\x01\x07\xc0\xa1x").unwrap(), Message::Response { id: 7, error: b"\xc0", result: b"\xa1x" });
     assert_eq!(parse(b"\x93\x02\xa1m\x90").unwrap(), Message::Notification { method: "m", parameters: b"\x90" });
-    for wrong in [&b"\x90"[..], b"\x94\x03\x07\xa1m\x90", b"\x93\x00\xa1m\x90", b"\x94\x00\xc0\xa1m\x90", b"\x81\xa1a\xa1b"] {
+    for wrong in
+        [&b"\x90"[..], b"\x94\x03\x07\xa1m\x90", b"\x93\x00\xa1m\x90", b"\x94\x00\xc0\xa1m\x90", b"\x81\xa1a\xa1b"]
+    {
         assert!(parse(wrong).is_err(), "{wrong:x?}");
     }
 }

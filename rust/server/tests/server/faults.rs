@@ -48,9 +48,8 @@ fn tokens_open_the_scenes_of_their_users_and_no_others() {
     let [anna, berta] = ["a-token-of-anna-0001", "a-token-of-berta-0002"];
     std::fs::write(&tokens, format!("# users\nanna {anna}\n\nberta {berta}\n")).unwrap();
     let server = start(ServerOptions { tokens: Some(tokens.clone()), ..options(&folder.path().join("cache")) });
-    let connect = |token: &str| {
-        Client::connect(ClientOptions { token: token.into(), ..client_options(server.address()) })
-    };
+    let connect =
+        |token: &str| Client::connect(ClientOptions { token: token.into(), ..client_options(server.address()) });
     for wrong in ["", "anna", "a-token-of-anna-0002", &anna[1..], &format!("{anna} ")] {
         let error = connect(wrong).err().expect("a wrong token");
         assert!(error.what.contains("token") && !error.to_string().contains(anna), "{error}");
@@ -126,7 +125,9 @@ fn wrong_messages_end_their_connection_and_no_other() {
     gone.write_all(b"\x94\x00\x01\xa4pi").unwrap();
     drop(gone);
     // Calls that are wrong fail alone.
-    for (method, bytes) in [("no.method", &b"\x91\x80"[..]), ("scene.status", b"\x91\x80"), ("scene.status", b"\x91\x81\xa5scene\x01")] {
+    for (method, bytes) in
+        [("no.method", &b"\x91\x80"[..]), ("scene.status", b"\x91\x80"), ("scene.status", b"\x91\x81\xa5scene\x01")]
+    {
         let mut stream = greeted(&server);
         let call = [&b"\x94\x00\x02"[..], &[0xa0 | method.len() as u8], method.as_bytes(), bytes].concat();
         stream.write_all(&[call, request(3, "ping", &relievo_client::Nothing {}).unwrap()].concat()).unwrap();
@@ -158,14 +159,8 @@ fn hundreds_of_half_open_connections_do_not_keep_users_out() {
 #[test]
 fn users_have_limits() {
     let folder = tempfile::tempdir().unwrap();
-    let limits = Limits {
-        scenes: 2,
-        particles: 5000,
-        frames: 100,
-        files: 1000,
-        user_connections: 2,
-        ..Limits::default()
-    };
+    let limits =
+        Limits { scenes: 2, particles: 5000, frames: 100, files: 1000, user_connections: 2, ..Limits::default() };
     let server = limited(folder.path(), limits);
     let mut client = connect(&server);
     let limit = |client: &mut Client, submit: &Submit| {
