@@ -20,6 +20,7 @@ mod progressive;
 mod progressive_device;
 mod report;
 mod server;
+mod shader;
 mod shapes;
 mod surface;
 mod table1;
@@ -38,7 +39,7 @@ use report::Report;
 #[derive(Parser)]
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
-    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `tissue`, `native`, `server`, or `dams` and
+    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `tissue`, `native`, `server`, `shader`, or `dams` and
     /// `pictures`, parts of `fluid`; or `peak` and `meshing`, which they run
     name: String,
     /// One JSON object per line instead of a table
@@ -73,11 +74,12 @@ fn run(arguments: &Arguments) -> Result<()> {
         "server" => server::run(&mut report)?,
         "crowd" => crowd::run(&mut report)?,
         "pictures" => fluid_render::run(&mut report)?,
+        "shader" => shader::run(&mut report)?,
         "meshing" => return fluid::mesh_file(arguments.particles.as_deref().unwrap_or(Path::new(""))),
         "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),
         name => {
             return Err(Error::invalid(format!("there is no bench `{name}`"))
-                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `tissue`, `native`, `server`, `dams` or `pictures`"));
+                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `tissue`, `native`, `server`, `shader`, `dams` or `pictures`"));
         }
     }
     report.finish();

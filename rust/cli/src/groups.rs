@@ -9,7 +9,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ("Meshes", &["mesh", "simplify", "progressive", "decal", "crowd"]),
     ("Fluids, soft tissue and grids", &["fluid", "plot", "tissue", "grid"]),
     ("Simulation server", &["serve", "submit", "status", "watch", "fetch", "steer", "control", "cache"]),
-    ("Pictures", &["draw", "compare"]),
+    ("Pictures", &["draw", "compare", "shader"]),
     ("Files and devices", &["info", "devices"]),
 ];
 

@@ -31,6 +31,8 @@ mod run;
 mod schema;
 #[cfg(feature = "server")]
 mod server;
+#[cfg(feature = "shader")]
+mod shader;
 mod simplify;
 mod stroke;
 mod tessellate;
@@ -114,6 +116,9 @@ enum Command {
     Plot(plot::Arguments),
     /// Draws a picture of Bézier patches, a mesh or a document, on a graphics device or by rays.
     Draw(draw::Arguments),
+    /// Explores shaders: which of their variables tell what is sought in a picture from what is not.
+    #[cfg(feature = "shader")]
+    Shader(shader::Arguments),
     /// Lists the processor and the graphics devices of this machine.
     Devices(devices::Arguments),
     /// Replays a list of strokes on a mesh, or on a document of it.
@@ -168,6 +173,8 @@ fn main() -> ExitCode {
         Command::Cache(arguments) => server::cache::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Draw(arguments) => draw::run(&arguments),
+        #[cfg(feature = "shader")]
+        Command::Shader(arguments) => shader::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Stroke(arguments) => stroke::run(&arguments),
         Command::Doc(arguments) => doc::run(&arguments),

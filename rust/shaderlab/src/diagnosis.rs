@@ -19,9 +19,9 @@ pub struct Correlation {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Diagnosis {
     /// The share of examples that the other examples put into the wrong class, 0 to 1; half an example for a degree of exactly
-    /// 0.5.
-    pub error: f64,
-    /// The same share with each feature left out; empty for one feature.
+    /// 0.5. `None` unless both classes have two examples, since an example left out needs another one of its class.
+    pub error: Option<f64>,
+    /// The same share with each feature left out; empty for one feature, and without an error.
     pub errors_without: Vec<f64>,
     /// Pairs of features whose coefficient is 0.95 or more in size.
     pub correlations: Vec<Correlation>,
@@ -33,9 +33,10 @@ impl Diagnosis {
     /// Diagnoses classes. Correlations are taken over the vectors of the examples and `context`, vectors of other pixels.
     pub fn of(classes: &Classes, context: &[Vec<f32>]) -> Self {
         let count = classes.features.len();
-        let error = leave_one_out(classes);
-        let errors_without: Vec<_> = match count {
-            0 | 1 => Vec::new(),
+        let has_two = |class| classes.examples.iter().filter(|example| example.class == class).count() >= 2;
+        let error = (has_two(Class::Positive) && has_two(Class::Negative)).then(|| leave_one_out(classes));
+        let errors_without: Vec<_> = match (error, count) {
+            (None, _) | (_, 0 | 1) => Vec::new(),
             _ => (0..count).map(|feature| leave_one_out(&without(classes, feature))).collect(),
         };
         let vectors: Vec<&[f32]> = classes
@@ -54,16 +55,14 @@ impl Diagnosis {
             }
         }
         let is_correlated = |feature: usize| correlations.iter().any(|pair| pair.features.contains(&feature));
-        let candidates = (0..errors_without.len()).filter(|feature| errors_without[*feature] <= error);
+        let candidates =
+            (0..errors_without.len()).filter(|feature| error.is_some_and(|error| errors_without[*feature] <= error));
         // Later features are left out first: authors name the important ones first.
         let redundant = candidates.min_by(|a, b| {
             let rank = |feature: usize| (!is_correlated(feature), errors_without[feature]);
             let ((a_apart, a_error), (b_apart, b_error)) = (rank(*a), rank(*b));
             a_apart.cmp(&b_apart).then(a_error.total_cmp(&b_error)).then(b.cmp(a))
         });
-        // With one class alone nothing is separated, and no feature can be judged.
-        let classes_there = |class: Class| classes.examples.iter().any(|example| example.class == class);
-        let redundant = redundant.filter(|_| classes_there(Class::Positive) && classes_there(Class::Negative));
         Self { error, errors_without, correlations, redundant }
     }
 }

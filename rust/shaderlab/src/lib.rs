@@ -1,5 +1,5 @@
 //! Exploration of shaders by feature vectors: which variables of a shader tell what is sought in a picture from what is not
-//! (Visual shader-space exploration).
+//! (Mindek et al. 2013).
 //!
 //! An author marks expressions of a shader in comments, `//. vector density; gradient; alpha`, and the shader stays valid for
 //! its host ([`annotation`]). [`Shader::augment`] turns the marks into code that takes the vectors, logs those of one pixel

@@ -1,6 +1,6 @@
 //! A shader that was read: its annotations, its outline and its module.
 
-use crate::annotation::{Annotation, annotations};
+use crate::annotation::{Annotation, Meaning, annotations};
 use crate::dialect::{Dialect, modernize};
 use crate::edit::{Edit, apply};
 use crate::fault::{Checked, Fault, Faults, Span};
@@ -76,6 +76,11 @@ impl Shader {
     /// Returns its entry points.
     pub fn entries(&self) -> Vec<Entry> {
         entries(&self.parsed.module).map(|(_, stage, entry)| Entry { name: entry.name.clone(), stage }).collect()
+    }
+
+    /// Returns whether an annotation takes a vector, so that the shader can be augmented.
+    pub fn is_marked(&self) -> bool {
+        self.annotations.iter().any(|annotation| matches!(annotation.meaning, Meaning::Vector { .. }))
     }
 
     /// Returns its float variables in the order of the text.

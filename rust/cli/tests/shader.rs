@@ -1,0 +1,108 @@
+//! `relievo shader` as a user sees it.
+#![cfg(feature = "shader")]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+const SHADER: &str = "struct Look { gain: f32, resolution: vec2<f32> }\n@group(0) @binding(0) var<uniform> look: Look;\n\
+    @fragment fn draw(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {\n    \
+    //. name Column\n    let column = at.x / look.resolution.x;\n    let row = at.y / look.resolution.y;\n    \
+    let shade = column * look.gain;\n    return vec4<f32>(shade, row, 0.0, 1.0 /*. * confidence */);\n}\n";
+
+fn relievo(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_relievo")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn done(folder: &Path, arguments: &[&str]) -> String {
+    let done = relievo(folder, arguments);
+    assert!(done.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&done.stderr));
+    String::from_utf8(done.stdout).unwrap()
+}
+
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let done = relievo(folder, arguments);
+    assert_eq!(done.status.code(), Some(1), "{arguments:?}");
+    String::from_utf8(done.stderr).unwrap()
+}
+
+#[test]
+fn shaders_are_checked_marked_and_augmented_without_a_device() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("plain.wgsl"), SHADER).unwrap();
+    let listed = done(folder, &["shader", "check", "plain.wgsl"]);
+    assert!(listed.contains("Column: float, line 5, in draw") && listed.contains("vectors        none"), "{listed}");
+    let mark = ["shader", "mark", "plain.wgsl", "-o", "marked.wgsl", "--variable", "column", "--variable"];
+    let misspelt = refused(folder, &[&mark[..], &["rwo"]].concat());
+    assert!(misspelt.contains("did you mean `row`?"), "{misspelt}");
+    done(folder, &[&mark[..], &["row"]].concat());
+    let listed: Value = serde_json::from_str(&done(folder, &["shader", "check", "marked.wgsl", "--json"])).unwrap();
+    assert_eq!(listed["vectors"]["features"][0]["name"], "Column");
+    assert_eq!(listed["vectors"]["features"][1]["expression"], "row");
+    done(folder, &["shader", "augment", "marked.wgsl", "-o", "augmented.wgsl", "--layout", "layout.json"]);
+    let layout: Value = serde_json::from_str(&std::fs::read_to_string(folder.join("layout.json")).unwrap()).unwrap();
+    assert_eq!(layout["examples"]["group"], 1);
+    let again = refused(folder, &["shader", "check", "augmented.wgsl"]);
+    assert!(again.contains("belong to the augmentation") && again.contains("augmented.wgsl:"), "{again}");
+    std::fs::write(folder.join("wrong.wgsl"), SHADER.replace("let row", "//. vector column; 1.0; columm\n    let row"))
+        .unwrap();
+    let wrong = refused(folder, &["shader", "check", "wrong.wgsl"]);
+    assert!(wrong.contains("wrong.wgsl:6:") && wrong.contains("^^^^^^"), "{wrong}");
+}
+
+#[test]
+fn pixels_are_classified_and_classes_exported() {
+    if relievo_gpu::adapters().is_empty() {
+        assert!(std::env::var_os("RELIEVO_GPU_TESTS").is_none_or(|it| it != "required"), "there is no graphics device");
+        println!("skipped: there is no graphics device");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let marked = SHADER.replace("    let shade", "    //. vector column; row; 1.0\n    let shade");
+    std::fs::write(folder.join("marked.wgsl"), marked).unwrap();
+    std::fs::write(
+        folder.join("project.toml"),
+        "# Ours\nversion = 1\nshader = \"marked.wgsl\"\nsize = [40, 20]\n[set]\ngain = [0.5]\n",
+    )
+    .unwrap();
+    let classify =
+        ["shader", "classify", "project.toml", "--positive", "4,4", "--negative", "35,15", "--negative", "36,5"];
+    let rest = ["-o", "classes.json", "--why", "5,5", "--save", "--json"];
+    let found: Value = serde_json::from_str(&done(folder, &[&classify[..], &rest[..]].concat())).unwrap();
+    assert!((found["pixels"][0]["vector"][0].as_f64().unwrap() - 5.5 / 40.0).abs() < 1e-5);
+    assert!(found["pixels"][0]["membership"].as_f64().unwrap() > 0.9);
+    assert_eq!(found["pixels"][0]["neighbours"][0]["example"], 0);
+    let project = std::fs::read_to_string(folder.join("project.toml")).unwrap();
+    assert!(project.starts_with("# Ours\n") && project.matches("[[example]]").count() == 3, "{project}");
+    done(folder, &["shader", "run", "project.toml", "-o", "one.exr", "--mask", "one.png"]);
+    done(
+        folder,
+        &[
+            "shader",
+            "run",
+            "marked.wgsl",
+            "--size",
+            "40x20",
+            "--set",
+            "gain=0.5",
+            "--classes",
+            "classes.json",
+            "-o",
+            "two.exr",
+            "--mask",
+            "two.png",
+        ],
+    );
+    for ending in ["exr", "png"] {
+        let files = ["one", "two"].map(|name| std::fs::read(folder.join(format!("{name}.{ending}"))).unwrap());
+        assert_eq!(files[0], files[1]);
+    }
+    done(folder, &["shader", "export", "classes.json", "-o", "transfer.png"]);
+    done(folder, &["shader", "export", "classes.json", "-o", "near.wgsl", "--name", "near"]);
+    assert!(std::fs::read_to_string(folder.join("near.wgsl")).unwrap().contains("fn near(f0: f32, f1: f32) -> f32"));
+    let wrong = refused(folder, &["shader", "run", "marked.wgsl", "-o", "x.png", "--set", "gian=1"]);
+    assert!(wrong.contains("did you mean `gain`?"), "{wrong}");
+}
