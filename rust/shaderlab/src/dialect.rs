@@ -1,6 +1,8 @@
 //! Rewriting of GLSL to the version that front ends of Vulkan read: 4.50, with uniforms in blocks, textures apart from
 //! samplers, and a location or binding for each interface. Sources are versions before 4.40, WebGL and Shadertoy.
 
+mod parameters;
+
 use std::collections::BTreeSet;
 
 use crate::edit::{Edit, Part};
@@ -126,7 +128,7 @@ struct Rewriter<'a> {
 
 /// Returns what must change in a shader before its front end reads it.
 ///
-/// Fails where a combined sampler is a parameter of a function.
+/// Fails where a combined sampler is a parameter of a function that is declared without a body.
 pub(crate) fn modernize(source: &Source, tokens: &[Token], outline: &Outline) -> Checked<Dialect> {
     if source.language == Language::Wgsl {
         return Ok(Dialect::default());
@@ -164,9 +166,11 @@ pub(crate) fn modernize(source: &Source, tokens: &[Token], outline: &Outline) ->
         declared: BTreeSet::new(),
     };
     let mut prelude = String::from("\n");
-    let leading = tokens.iter().take_while(|token| token.is_comment() || token.kind == Kind::Directive);
-    let header = leading.filter(|token| directive(token, "version") || directive(token, "extension"));
-    let at = header.map(|token| token.span.end).max().unwrap_or(0);
+    // Old extensions are removed; those that stay come before all declarations, unless they depend on a condition.
+    let leading = tokens.iter().take_while(|token| {
+        token.is_comment() || directive(token, "version") || (number >= 440 && directive(token, "extension"))
+    });
+    let at = leading.filter(|token| !token.is_comment()).map(|token| token.span.end).max().unwrap_or(0);
     if number < 440 {
         match version {
             Some(token) => rewriter.dialect.edits.push(Edit::replace(token.span.clone(), "#version 450")),
@@ -176,6 +180,7 @@ pub(crate) fn modernize(source: &Source, tokens: &[Token], outline: &Outline) ->
         rewriter.dialect.edits.extend(extensions.map(|token| Edit::replace(token.span.clone(), "")));
     }
     rewriter.globals(tokens)?;
+    rewriter.dialect.edits.extend(parameters::split(text, tokens, outline));
     rewriter.parameters(tokens)?;
     rewriter.rename(tokens);
     let uses = |name: &str| tokens.iter().any(|token| token.text(text) == name);
@@ -247,14 +252,22 @@ impl<'a> Rewriter<'a> {
         let is_stated = |name: &str| words[..head].contains(&name);
         let uniform = place("uniform").filter(|at| *at < head);
         let sampler = SAMPLERS.iter().find(|(name, _)| is_stated(name));
+        // Push constants and references have no binding.
+        let is_bound = ["binding", "push_constant", "buffer_reference"].into_iter().any(is_stated);
+        if brace.is_some() && is_stated("gl_PerVertex") {
+            self.flush();
+            // The outputs of a vertex shader are declared by the front end.
+            self.dialect.edits.push(Edit::replace(span(statement), ""));
+            return;
+        }
         match (uniform, sampler, brace) {
             (Some(at), Some((kind, texture)), None) => self.samplers(statement, &words, at, kind, texture),
             (Some(at), None, None) if !is_stated("layout") => self.loose_uniform(statement, &words, at),
-            (Some(at), None, Some(_)) if !is_stated("binding") => {
+            (Some(at), None, Some(_)) if !is_bound => {
                 self.flush();
                 self.bind(statement, &words, at);
             }
-            (None, _, Some(_)) if is_stated("buffer") && !is_stated("binding") && !is_stated("(") => {
+            (None, _, Some(_)) if is_stated("buffer") && !is_bound => {
                 self.flush();
                 self.bind(statement, &words, place("buffer").unwrap_or(0));
             }
@@ -280,8 +293,12 @@ impl<'a> Rewriter<'a> {
 
     /// Splits combined samplers into textures and samplers.
     fn samplers(&mut self, statement: &Statement<'a>, words: &[&'a str], uniform: usize, kind: &str, texture: &str) {
-        let stated = words.windows(3).find(|it| it[0] == "binding" && it[1] == "=");
-        let mut stated = stated.and_then(|it| it[2].parse::<u32>().ok());
+        let number = |name: &str| {
+            let stated = words.windows(3).find(|it| it[0] == name && it[1] == "=");
+            stated.and_then(|it| it[2].parse::<u32>().ok())
+        };
+        let set = number("set").unwrap_or(0);
+        let mut stated = number("binding");
         let names = words[uniform + 1..].iter().zip(&statement.tokens[uniform + 1..]);
         let names = names.filter(|(word, token)| {
             token.kind == Kind::Word && **word != kind && !matches!(**word, "lowp" | "mediump" | "highp")
@@ -293,8 +310,8 @@ impl<'a> Rewriter<'a> {
             let name = self.dialect.word(name).unwrap_or(name);
             self.declared.insert(name);
             out.push_str(&format!(
-                "layout(binding = {first}) uniform {texture} {TEXTURE}{name};\n\
-                 layout(binding = {second}) uniform sampler {SAMPLER}{name};\n\
+                "layout(set = {set}, binding = {first}) uniform {texture} {TEXTURE}{name};\n\
+                 layout(set = {set}, binding = {second}) uniform sampler {SAMPLER}{name};\n\
                  #define {name} {kind}({TEXTURE}{name}, {SAMPLER}{name})\n"
             ));
         }
@@ -384,9 +401,11 @@ impl<'a> Rewriter<'a> {
                     // `sampler2D(texture, sampler)` makes a combined sampler of its two parts.
                     let is_constructor = self.text[token.span.end..].trim_start().starts_with('(');
                     if !is_within(&edited, token.span.start) && !is_constructor {
-                        let fault = Fault::new(token.span.clone(), "a combined sampler is a parameter of a function");
-                        faults
-                            .push(fault.advise("use the uniform itself in the function, or pass texture and sampler"));
+                        let fault = Fault::new(
+                            token.span.clone(),
+                            "a combined sampler is a parameter of a function without a body",
+                        );
+                        faults.push(fault.advise("define the function where it is declared"));
                     }
                 }
                 _ => {}
