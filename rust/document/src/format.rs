@@ -158,8 +158,8 @@ impl Document {
     }
 
     /// Reads the document at `path`, which may occupy `limit` bytes with what is made of it, with all edits of its
-    /// journal. Fails if any part of it is damaged; an edit that was under way when its program was killed is none of
-    /// it, and noted.
+    /// journal. An edit that was under way when its program was killed is left out, and noted; damage to the second copies
+    /// of header and index alone is noted too. Fails if any other part of it is damaged.
     pub fn open(path: &Path, limit: u64) -> Result<Self> {
         let open = || Ok(read(&mut file::open(path)?, limit)?.sound()?.0.with_source(path));
         let place = path.display().to_string();
@@ -201,15 +201,22 @@ pub(crate) struct Found {
 }
 
 impl Found {
-    /// The document and its journal, if nothing of it is damaged.
+    /// Returns the document and its journal. A note of the document says so where only second copies are damaged.
+    ///
+    /// # Errors
+    /// Anything else is damaged.
     pub fn sound(mut self) -> Result<(Document, Log)> {
         if let Some(refusal) = self.refusal {
             return Err(refusal);
         }
-        let Some(first) = self.damage.first() else {
+        if self.damage.iter().all(|damage| !damage.lost) {
+            let note =
+                |damage: &Damage| format!("{damage}; nothing is lost, and `relievo doc repair` writes them anew");
+            self.document.notes.extend(self.damage.iter().map(note));
             self.document.notes.extend(self.log.note());
             return Ok((self.document, self.log));
-        };
+        }
+        let first = &self.damage[0];
         let more = match self.damage.len() {
             1 => String::new(),
             count => format!(", and {} more", count - 1),
@@ -318,6 +325,10 @@ pub(crate) fn read(source: &mut (impl Read + Seek), limit: u64) -> Result<Found>
     let blocks_start = (HEADER + index) as u64;
     let (document, lengths) = read_index(&raw, header.version, &mut budget)?;
     let (mut document, lost) = fill(document, &lengths, (blocks_start, blocks), header.blocks_length, &mut budget)?;
+    if length < base && lost.is_empty() {
+        // A journal that followed the copies is missing too.
+        refusal.get_or_insert_with(|| damaged("it ends in the copies of its header and index"));
+    }
     damage.splice(0..0, lost);
     document.source = Source::of(head);
     let mut log = Log::default();

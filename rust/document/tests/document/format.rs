@@ -152,16 +152,26 @@ fn stamps_and_sizes_and_what_is_behind_are_kept_also_by_earlier_releases() {
 }
 
 #[test]
-fn every_cut_and_every_flipped_bit_is_an_error() {
-    let good = document().to_bytes().unwrap();
+fn every_cut_is_an_error_and_every_flipped_bit_is_one_or_a_warning() {
+    let whole = document();
+    let good = whole.to_bytes().unwrap();
     for length in 0..good.len() {
         let error = Document::parse(&good[..length], LIMIT).unwrap_err();
         assert!(!error.what.is_empty(), "{length}");
     }
+    let [_, copies] = blocks_of(&good);
     for at in 0..good.len() {
         for bit in 0..8 {
             let mut bytes = good.clone();
             bytes[at] ^= 1 << bit;
+            if at >= copies {
+                // The first ones are whole: the same document, with a warning.
+                let read = Document::parse(&bytes, LIMIT).unwrap();
+                assert_eq!((read.layers(), read.points()), (whole.layers(), whole.points()), "{at}");
+                let [note] = &read.notes[..] else { panic!("{at}: {:?}", read.notes) };
+                assert!(note.contains("copies of the header") && note.contains("doc repair"), "{note}");
+                continue;
+            }
             let error = Document::parse(&bytes, LIMIT).unwrap_err();
             assert!(matches!(error.kind, ErrorKind::Invalid | ErrorKind::Unsupported), "{at}: {error}");
         }

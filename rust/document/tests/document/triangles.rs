@@ -82,11 +82,14 @@ fn what_is_no_block_of_a_triangle_mesh_is_refused() {
 
 proptest! {
     #[test]
-    fn bytes_that_differ_are_an_error_and_never_a_panic(at: prop::sample::Index, bit in 0..8u32) {
+    fn bytes_that_differ_are_an_error_or_a_warning_and_never_a_panic(at: prop::sample::Index, bit in 0..8u32) {
         let mut bytes = document().to_bytes().unwrap();
         let at = at.index(bytes.len());
         bytes[at] ^= 1u8 << bit;
-        prop_assert!(Document::parse(&bytes, LIMIT).is_err());
+        // Where second copies alone are hit, the document is as it was.
+        if let Ok(read) = Document::parse(&bytes, LIMIT) {
+            prop_assert!(read.layers() == document().layers() && read.notes.len() == 1);
+        }
     }
 }
 
