@@ -23,7 +23,7 @@ const HEADER: usize = 24;
 /// A state with the model it is of and the instruction level that made it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SavedState {
-    /// [`Model::checksum`] of the model, or of more that decides what follows.
+    /// [`Model::checksum`], or a checksum of all that decides the frames.
     pub identity: u32,
     /// Name of the instruction level; others give other bits.
     pub level: String,

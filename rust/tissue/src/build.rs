@@ -115,7 +115,7 @@ pub(crate) fn elements(
     Ok((model, at))
 }
 
-/// Returns a list of no number for each place of a grid. Fails if there is no memory for it.
+/// Returns a list with `NONE` for each place of a grid. Fails if there is no memory for it.
 fn numbers(counts: [usize; 3]) -> Result<Vec<u32>> {
     let count = counts.iter().product();
     let mut list = Vec::new();
@@ -139,9 +139,9 @@ fn add_epidermis(
 ) -> Result<()> {
     let Some((material, thickness)) = skin.epidermis else { return Ok(()) };
     let share = (3.0 * thickness / grid.cell.element_sum()).min(1.0);
-    let model_ref = &*model;
+    let unchanged = &*model;
     let is_skin = context.map(model.elements.len(), |element| {
-        let middle = middle(model_ref, element);
+        let middle = middle(unchanged, element);
         if depth.crosses(middle, grid.cell) {
             return true;
         }

@@ -433,7 +433,7 @@ impl Simulation {
         most
     }
 
-    /// Returns what elements exert on a node against its displacement, in N.
+    /// Returns the force with which elements resist the displacement of a node, in N.
     fn inner(&self, node: usize) -> Vec3 {
         let rows = self.elements.blocks.copies(node).iter().map(|row| Vec3::from_slice(&self.rows[*row as usize]));
         rows.sum()

@@ -60,12 +60,7 @@ impl Slides {
                 let closest = field.closest(rest + moved, Some(triangle));
                 triangle = closest.triangle;
                 let away = rest + moved - closest.point;
-                let along =
-                    if closest.distance.abs() > 1e-4 * (away.abs().max_element() + 1e-6) && closest.distance != 0.0 {
-                        away / closest.distance
-                    } else {
-                        closest.normal
-                    };
+                let along = if closest.distance.abs() > 1e-9 { away / closest.distance } else { closest.normal };
                 moved += along * (distance - closest.distance);
             }
             (triangle, moved - u, moved)

@@ -160,7 +160,7 @@ impl Sampler<'_> {
         for (bit, tracer) in self.tracers.iter().enumerate() {
             for (packet, places) in rays.chunks(PACKET).enumerate() {
                 let spans = self.spans(tracer, places, spacing, bit)?;
-                for (ray, spans) in spans.iter().enumerate() {
+                for (ray, spans) in spans.iter().take(places.len()).enumerate() {
                     let line = &mut masks[(packet * PACKET + ray) * lines..][..lines];
                     for [from, to] in spans {
                         // Samples are in the middle of their spacing.
