@@ -1,5 +1,6 @@
 //! `relievo decal`
 
+mod apply;
 mod info;
 mod mesh;
 mod picture;
@@ -28,12 +29,15 @@ enum Task {
     Mesh(mesh::Arguments),
     /// Lays a sticker on a mesh and reports its distortion.
     Info(info::Arguments),
+    /// Lays a sticker on the limit surface of a control cage and writes it into a layer of a document.
+    Apply(apply::Arguments),
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
     match &arguments.task {
         Task::Mesh(arguments) => mesh::run(arguments),
         Task::Info(arguments) => info::run(arguments),
+        Task::Apply(arguments) => apply::run(arguments),
     }
 }
 
@@ -108,6 +112,7 @@ struct Laid {
     mesh: Mesh,
     image: Option<Image>,
     size: [u32; 2],
+    sticker: Sticker,
     decal: Decal,
 }
 
@@ -123,10 +128,16 @@ impl Common {
         self.file.display().to_string()
     }
 
+    /// Lays the sticker on the triangles of the mesh.
     fn lay(&self) -> Result<Laid> {
         let context = self.limits.context()?;
         let mesh = triangulated(relievo_meshio::read(&context, &self.file)?);
-        let image = self.image.as_deref().map(|file| read_png(file, self.limits.memory_limit)).transpose()?;
+        self.lay_on(context, mesh)
+    }
+
+    /// Lays the sticker on a mesh of triangles.
+    fn lay_on(&self, context: Context, mesh: Mesh) -> Result<Laid> {
+        let image = self.image.as_deref().map(|file| read_png(file, context.memory_limit())).transpose()?;
         let size = match (&image, self.size) {
             (Some(image), _) => [image.width(), image.height()],
             (None, Some(size)) => size,
@@ -150,7 +161,7 @@ impl Common {
         let settings = DecalSettings { overlap: self.overlap, ..DecalSettings::default() };
         let decal =
             lay(&mesh, &sticker, &pins, pose, &settings, &mut Bar::new()).map_err(|error| error.at(self.place()))?;
-        Ok(Laid { context, mesh, image, size, decal })
+        Ok(Laid { context, mesh, image, size, sticker, decal })
     }
 
     /// Writes the picture, if one is wanted.
@@ -170,11 +181,14 @@ fn triangulated(mesh: Mesh) -> Mesh {
 
 /// The distortion, one number a line.
 fn described(quality: &Quality) -> String {
-    let Quality { l2, l_infinity, worst_angle, area_ratio, flips, overlaps, triangles } = quality;
+    let Quality { l2, l_infinity, worst_angle, area_ratio, flips, overlaps, coverage, doubled, triangles } = quality;
     format!(
-        "triangles              {triangles}\nL2 stretch             {l2:.6}\nL-infinity stretch     {l_infinity:.4}\n\
+        "triangles              {triangles}\ncovered                {:.2} % of the sticker\n\
+         covered twice          {:.2} % of the sticker\nL2 stretch             {l2:.6}\nL-infinity stretch     {l_infinity:.4}\n\
          worst angle            {:.2} degrees\narea ratio             {area_ratio:.4}\nflipped triangles      {flips}\n\
          overlapped faces       {overlaps}\n",
+        100.0 * coverage,
+        100.0 * doubled,
         worst_angle.to_degrees()
     )
 }
@@ -190,5 +204,7 @@ fn machine_readable(common: &Common, quality: &Quality) -> Value {
         "area_ratio": quality.area_ratio,
         "flips": quality.flips,
         "overlaps": quality.overlaps,
+        "coverage": quality.coverage,
+        "doubled": quality.doubled,
     })
 }

@@ -2,11 +2,12 @@
 
 use relievo_core::{Attribute, Domain, Error, ErrorKind, Mesh, Progress, Result, Values};
 
-use crate::energy::Vec2;
+use crate::energy::{Vec2, distance};
 use crate::graph::Graph;
-use crate::grow::{Growth, Limits};
+use crate::grow::{FOLDED, Fault, Grown, Growth, Limits, UNREACHED};
 use crate::outline::Outline;
-use crate::pins::{Pin, insert, name};
+use crate::pins::{Pin, name};
+use crate::placement::Placement;
 use crate::quality::{Quality, measure};
 use crate::relax::Stop;
 use crate::seed::{Seed, at_pin, between_pins, single};
@@ -44,6 +45,16 @@ pub struct DecalSettings {
 impl Default for DecalSettings {
     fn default() -> Self {
         Self { steps: 30, decrease: 1e-4, triangles: 4_000_000, overlap: false }
+    }
+}
+
+impl DecalSettings {
+    pub(crate) fn limits(&self) -> Limits {
+        Limits { faces: self.triangles as usize, can_overlap: self.overlap }
+    }
+
+    pub(crate) fn stop(&self) -> Stop {
+        Stop { steps: self.steps as usize, decrease: self.decrease, enough: 0.0 }
     }
 }
 
@@ -105,6 +116,11 @@ impl Sticker {
         Ok(())
     }
 
+    /// Returns whether a place of the image, 0 to 1 from left to right and from bottom to top, lies within the outline.
+    pub fn covers(&self, [u, v]: Vec2) -> bool {
+        self.outline.contains([u, v * self.size[1] / self.size[0]])
+    }
+
     /// Returns the place of a point of the image in the plane, where the image is one unit wide.
     pub(crate) fn place(&self, image: Vec2) -> Vec2 {
         image.map(|value| value / self.size[0])
@@ -126,42 +142,92 @@ pub fn lay(
     settings: &DecalSettings,
     progress: &mut dyn Progress,
 ) -> Result<Decal> {
-    check(pins, settings)?;
-    progress.step(0.0, "reading the surface")?;
-    let surface = Surface::new(mesh)?;
-    let places: Vec<_> = pins.iter().map(|pin| pin.place).collect();
-    let (surface, vertices) = insert(&surface, &places)?;
-    let places: Vec<Vec2> = pins.iter().map(|pin| sticker.place(pin.image)).collect();
-    let graph = Graph::new(&places, &sticker.outline)?;
-    progress.step(0.0, "joining the pins")?;
-    let limits = Limits { faces: settings.triangles as usize, can_overlap: settings.overlap };
-    let stop = Stop { steps: settings.steps as usize, decrease: settings.decrease, enough: 0.0 };
-    let outline = &sticker.outline;
-    let mut grow = |mut seed: Seed, heading: Option<(u32, Vec2)>, is_free: bool| -> Result<Seed> {
-        let (vertices, places) = (&vertices, &places);
-        Growth { seed: &mut seed, vertices, places, outline, heading, is_free, limits }.run(stop, progress)?;
-        Ok(seed)
-    };
-    let seed = if pins.len() == 1 {
-        let pose = pose.ok_or_else(|| {
-            Error::invalid("one pin gives no size and direction").at("decal").advise("give a pose, or a second pin")
-        })?;
-        let (seed, heading) = posed(surface, vertices[0], places[0], pose)?;
-        grow(seed, heading, false)?
-    } else {
-        let free = grow(at_pin(&surface, &vertices, &places, &graph)?, None, true);
-        match free {
-            // Paths between the pins say better than a free map where the sticker runs, but cost more.
-            Err(error) if error.kind == ErrorKind::Invalid && !graph.triangles.is_empty() => {
-                grow(between_pins(&surface, &vertices, &places, &graph)?, None, false)?
-            }
-            free => free?,
-        }
-    };
-    Ok(Decal::new(seed, sticker, pins.len()))
+    Ok(Placement::new(mesh, sticker, pins, pose, settings, progress)?.decal())
 }
 
-fn check(pins: &[Pin], settings: &DecalSettings) -> Result<()> {
+/// Other sets of pins that are tried where a sticker cannot be laid, to propose a place.
+const PROPOSALS: usize = 3;
+
+/// A sticker to be laid.
+pub(crate) struct Laying<'a> {
+    /// The surface, with a vertex at each pin.
+    pub surface: &'a Surface,
+    pub sticker: &'a Sticker,
+    /// The vertices of the pins.
+    pub vertices: Vec<u32>,
+    /// Their places in the plane.
+    pub places: Vec<Vec2>,
+    pub pose: Option<Pose>,
+    pub settings: &'a DecalSettings,
+}
+
+impl Laying<'_> {
+    /// Makes the patch under the sticker.
+    pub fn attempt(&self, progress: &mut dyn Progress) -> Grown<Seed> {
+        let Self { surface, sticker, vertices, places, pose, settings } = self;
+        let outline = &sticker.outline;
+        let graph = Graph::new(places, outline)?;
+        progress.step(0.0, "joining the pins")?;
+        let (limits, stop) = (settings.limits(), settings.stop());
+        let mut grow = |mut seed: Seed, heading: Option<(u32, Vec2)>, is_free: bool| -> Grown<Seed> {
+            Growth { seed: &mut seed, vertices, places, outline, heading, is_free, limits }.run(stop, progress)?;
+            Ok(seed)
+        };
+        if places.len() == 1 {
+            let pose = pose.ok_or_else(|| {
+                Error::invalid("one pin gives no size and direction").at("decal").advise("give a pose, or a second pin")
+            })?;
+            let (seed, heading) = posed((*surface).clone(), vertices[0], places[0], pose)?;
+            return grow(seed, heading, false);
+        }
+        let pin = match grow(at_pin(surface, vertices, places, &graph)?, None, true) {
+            Err(Fault::Folded(pin) | Fault::Unreached(pin)) if !graph.triangles.is_empty() => pin,
+            free => return free,
+        };
+        // Paths between the pins say better than a free map where the sticker runs, but cost more.
+        match between_pins(surface, vertices, places, &graph) {
+            Ok(seed) => grow(seed, None, false),
+            Err(error) if error.kind == ErrorKind::Invalid => Err(Fault::Crossed(pin, error)),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Turns a fault into an error that says where the pin could lie: on its point of the image where the sticker lies
+    /// without it.
+    pub fn explain(&self, fault: Fault, progress: &mut dyn Progress) -> Error {
+        let (pin, what, crossing) = match fault {
+            Fault::Other(error) => return error,
+            Fault::Folded(pin) => (pin, FOLDED, None),
+            Fault::Crossed(pin, error) => (pin, FOLDED, Some(error)),
+            Fault::Unreached(pin) => (pin, UNREACHED, None),
+        };
+        let refuse = |pin: usize| Error::invalid(what).at(name(pin));
+        let far = |other: &usize| distance(self.places[*other], self.places[pin]);
+        let mut others: Vec<usize> = (0..self.places.len()).collect();
+        others.sort_by(|a, b| far(a).total_cmp(&far(b)));
+        for candidate in others.into_iter().take(PROPOSALS).filter(|_| self.places.len() > 2) {
+            let mut rest = Laying { vertices: self.vertices.clone(), places: self.places.clone(), ..*self };
+            rest.vertices.remove(candidate);
+            let place = rest.places.remove(candidate);
+            match rest.attempt(progress) {
+                Ok(seed) => {
+                    if let Some([x, y, z]) = seed.point_at(place) {
+                        return refuse(candidate).advise(format!(
+                            "move its place to ({x:.6}, {y:.6}, {z:.6}), where the sticker lies without it, or remove it"
+                        ));
+                    }
+                }
+                Err(Fault::Other(error)) if error.kind == ErrorKind::Cancelled => return error,
+                Err(_) => {}
+            }
+        }
+        crossing.unwrap_or_else(|| {
+            refuse(pin).advise("move it towards the other pins as they are arranged in the image, or remove it")
+        })
+    }
+}
+
+pub(crate) fn check(pins: &[Pin], settings: &DecalSettings) -> Result<()> {
     if pins.is_empty() {
         return Err(Error::invalid("there are no pins").at("decal").advise("give at least one"));
     }
@@ -238,21 +304,15 @@ fn posed(surface: Surface, vertex: u32, place: Vec2, pose: Pose) -> Result<(Seed
 }
 
 impl Decal {
-    fn new(seed: Seed, sticker: &Sticker, count: usize) -> Self {
+    /// Makes the decal of a patch.
+    pub(crate) fn of(seed: &Seed, sticker: &Sticker, count: usize) -> Self {
         let Seed { surface, patch, pins, .. } = seed;
-        let mut pin_vertices = vec![0; count];
+        let mut vertices = vec![0; count];
         for (pin, vertex) in pins {
-            pin_vertices[pin] = vertex;
+            vertices[*pin] = *vertex;
         }
-        Self::assemble(
-            &surface,
-            &patch.vertices,
-            &patch.positions,
-            patch.faces,
-            &patch.triangles,
-            pin_vertices,
-            sticker,
-        )
+        let (faces, triangles) = (patch.faces.clone(), &patch.triangles);
+        Self::assemble(surface, &patch.vertices, &patch.positions, faces, triangles, vertices, sticker)
     }
 
     /// Makes a decal of faces with positions in the plane; `vertices` and `triangles` are those of the surface.
@@ -265,7 +325,7 @@ impl Decal {
         pins: Vec<u32>,
         sticker: &Sticker,
     ) -> Self {
-        let quality = measure(surface, &faces, triangles, positions);
+        let quality = measure(surface, &sticker.outline, &faces, triangles, positions);
         let area: f64 = triangles.iter().map(|triangle| surface.area(*triangle)).sum();
         let flat = faces.iter().map(|face| {
             let [a, b, c] = face.map(|vertex| positions[vertex as usize]);
@@ -283,6 +343,18 @@ impl Decal {
             scale,
             quality,
         }
+    }
+
+    /// Returns the depth of a place of the image: the mean of the depths of the pins, weighted by inverse squared
+    /// distances (Shepard 1968). 0 without depths.
+    pub(crate) fn depth(&self, place: Vec2, depths: &[f64]) -> f64 {
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for (pin, depth) in self.pins.iter().zip(depths) {
+            let weight = 1.0 / distance(self.uv[*pin as usize], place).powi(2).max(1e-12);
+            sum += weight * depth;
+            weights += weight;
+        }
+        if weights > 0.0 { sum / weights } else { 0.0 }
     }
 
     /// Returns the decal as a mesh with attributes `uv` and `normal`, lifted off the surface by `offset`.

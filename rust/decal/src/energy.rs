@@ -9,6 +9,11 @@
 /// A vector of the plane.
 pub type Vec2 = [f64; 2];
 
+/// Returns the distance of two points of the plane.
+pub fn distance(a: Vec2, b: Vec2) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
 /// The smallest ratio of height to longest edge that a rest triangle keeps.
 const THINNEST: f64 = 1e-5;
 

@@ -37,6 +37,12 @@ struct FaceSlots {
     diagonals: [Option<(u32, u32)>; 3],
 }
 
+impl std::fmt::Debug for System {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.debug_struct("System").field("unknowns", &self.unknowns()).finish_non_exhaustive()
+    }
+}
+
 /// Turns a failure of faer into an error.
 fn failed(what: &str) -> Error {
     Error::internal(format!("the linear system of the decal cannot be solved: {what}"))

@@ -2,13 +2,18 @@
 //!
 //! The paper maps the patch conformally and warps the image region onto it. Here the patch is mapped into the image with
 //! its pins exact, so that the region stays what it is and cannot overlap itself: no warp and no groups of influence are
-//! needed. Rounds of growth and relaxation alternate until no boundary edge with a face beyond touches the region.
+//! needed. Rounds of growth and relaxation alternate until no boundary edge with a face beyond touches the region. A round
+//! whose faces cannot be mapped without flips is undone and made again with fewer rings, and at last with the faces only
+//! that lie upright from the start. No face is added where another part of the patch lies in the plane already, so that no
+//! part of the image appears twice. Where two parts of the boundary meet on the surface, as behind a handle, the faces
+//! between them are added last, along a seam.
 
 use std::collections::{HashMap, HashSet, VecDeque};
 
 use relievo_core::{Error, Progress, Result};
 
-use crate::energy::{Rest, Vec2};
+use crate::buckets::{Buckets, middle};
+use crate::energy::{Rest, Vec2, distance};
 use crate::extend::extend;
 use crate::factor::System;
 use crate::outline::Outline;
@@ -19,7 +24,7 @@ use crate::seed::Seed;
 use crate::surface::{Surface, dot, minus, previous};
 
 /// Rounds after which growth gives up: the map does not settle.
-const ROUNDS: usize = 60;
+const ROUNDS: usize = 120;
 /// Passes of removal, relaxation and growth at the end.
 const PASSES: usize = 4;
 /// Rings of faces that a round adds at most.
@@ -30,6 +35,69 @@ const GROWTH: usize = 2;
 const LAYERS: usize = 4;
 /// Copies of a vertex within this many lengths of an edge are the same place of the sticker.
 const REACH: f64 = 4.0;
+/// The least area in the plane of a face that is upright, as a share of its area on the surface.
+const UPRIGHT: f64 = 1e-3;
+
+/// Why a patch cannot cover a sticker.
+#[derive(Debug)]
+pub enum Fault {
+    /// Triangles near this pin stay flipped.
+    Folded(usize),
+    /// The patch does not reach this pin.
+    Unreached(usize),
+    /// As [`Fault::Folded`], and the paths between the pins cross: the error says where.
+    Crossed(usize, Error),
+    /// Anything else.
+    Other(Error),
+}
+
+impl From<Error> for Fault {
+    fn from(error: Error) -> Self {
+        Self::Other(error)
+    }
+}
+
+/// The result of growth.
+pub type Grown<T> = std::result::Result<T, Fault>;
+
+/// What is wrong with a pin at which triangles stay flipped.
+pub const FOLDED: &str = "no map without folds was found: the sticker folds near it";
+/// What is wrong with a pin that the patch does not reach.
+pub const UNREACHED: &str = "the patch does not reach its place on the surface";
+
+impl Fault {
+    /// Turns the fault into an error that names the pin.
+    pub fn into_error(self) -> Error {
+        let (pin, what) = match self {
+            Self::Other(error) | Self::Crossed(_, error) => return error,
+            Self::Folded(pin) => (pin, FOLDED),
+            Self::Unreached(pin) => (pin, UNREACHED),
+        };
+        Error::invalid(what).at(name(pin)).advise("move it towards the places of the other pins, or remove it")
+    }
+}
+
+/// The faces that a round of growth adds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Faces {
+    /// This many rings.
+    Rings(u32),
+    /// One ring of the faces that are not flipped where they are placed first.
+    Upright,
+    /// The faces between parts of the boundary that meet on the surface.
+    Seam,
+}
+
+/// What came of a round of growth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Advance {
+    /// There are no faces to add.
+    None,
+    /// The patch has new faces.
+    Made,
+    /// The new faces could not be mapped without flips and were removed again.
+    Undone,
+}
 
 /// Bounds of the growth.
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +131,7 @@ impl Growth<'_> {
     ///
     /// # Errors
     /// A pin cannot be reached or makes triangles flip, the patch grows beyond its limit, or the caller cancels.
-    pub fn run(&mut self, stop: Stop, progress: &mut dyn Progress) -> Result<()> {
+    pub fn run(&mut self, stop: Stop, progress: &mut dyn Progress) -> Grown<()> {
         let rough = Stop { steps: 8, decrease: 0.02, enough: 4.05 };
         if self.is_free {
             self.cover(rough, progress)?;
@@ -76,40 +144,75 @@ impl Growth<'_> {
         self.attach();
         self.relax(rough, progress)?;
         if let Some(missing) = (0..self.places.len()).find(|pin| self.seed.pins.iter().all(|other| other.0 != *pin)) {
-            return Err(Error::invalid("the patch does not reach its place on the surface")
-                .at(name(missing))
-                .advise("move the pin nearer to the others, or add pins on the way to it"));
+            return Err(Fault::Unreached(missing));
         }
-        for pass in 0..PASSES {
-            self.peel();
-            self.relax(stop, progress)?;
-            if self.is_covered() || pass + 1 == PASSES {
+        self.finish(stop, progress)
+    }
+
+    /// Lays a patch that covered the sticker anew after its pins or its surface moved.
+    ///
+    /// # Errors
+    /// As [`Self::run`].
+    pub fn settle(&mut self, stop: Stop, progress: &mut dyn Progress) -> Grown<()> {
+        self.relax(stop, progress)?;
+        self.cover(stop, progress)?;
+        self.finish(stop, progress)
+    }
+
+    /// Removes what lies outside, lowers the distortion, and adds what came into the region meanwhile.
+    fn finish(&mut self, stop: Stop, progress: &mut dyn Progress) -> Grown<()> {
+        self.peel();
+        self.relax(stop, progress)?;
+        for _ in 1..PASSES {
+            if self.is_covered() || self.advance(Faces::Rings(RINGS), stop, progress)? != Advance::Made {
                 break;
             }
-            let before = self.seed.patch.faces.len();
-            self.grow()?;
-            self.extend(before)?;
+            self.peel();
         }
         self.peel();
         Ok(())
     }
 
     /// Adds faces until no boundary edge with a face beyond touches the region.
-    fn cover(&mut self, stop: Stop, progress: &mut dyn Progress) -> Result<()> {
+    fn cover(&mut self, stop: Stop, progress: &mut dyn Progress) -> Grown<()> {
+        let mut faces = Faces::Rings(RINGS);
         for round in 0..ROUNDS {
             progress.step((round as f32 / ROUNDS as f32).sqrt(), "growing the patch")?;
-            let before = self.seed.patch.faces.len();
-            self.grow()?;
-            if self.seed.patch.faces.len() == before {
-                break;
-            }
+            faces = match (faces, self.advance(faces, stop, progress)?) {
+                (Faces::Rings(rings), Advance::Made) => Faces::Rings((2 * rings).min(RINGS)),
+                (Faces::Rings(1), Advance::Undone) => Faces::Upright,
+                (Faces::Rings(rings), Advance::Undone) => Faces::Rings((rings / 4).max(1)),
+                (Faces::Upright, Advance::Made) => Faces::Upright,
+                (Faces::Rings(_) | Faces::Upright, _) => Faces::Seam,
+                (Faces::Seam, Advance::Made) => Faces::Rings(1),
+                (Faces::Seam, _) => break,
+            };
+        }
+        Ok(())
+    }
+
+    /// Adds faces and lowers the distortion, unless that leaves flipped triangles: then the patch stays what it was.
+    fn advance(&mut self, faces: Faces, stop: Stop, progress: &mut dyn Progress) -> Grown<Advance> {
+        let before = self.seed.patch.faces.len();
+        let kept = (self.seed.patch.clone(), self.seed.pins.clone());
+        self.grow(faces)?;
+        if self.seed.patch.faces.len() == before {
+            return Ok(Advance::None);
+        }
+        if faces != Faces::Upright {
             self.extend(before)?;
             if !self.is_free {
                 self.attach();
             }
-            self.relax(stop, progress)?;
         }
-        Ok(())
+        match self.relax(stop, progress) {
+            Ok(()) => Ok(Advance::Made),
+            Err(Fault::Folded(_)) => {
+                (self.seed.patch, self.seed.pins) = kept;
+                Ok(Advance::Undone)
+            }
+            Err(fault) => Err(fault),
+        }
     }
 
     /// Moves and turns the patch so that the pins come near to their places (Umeyama 1991, without a change of scale).
@@ -147,14 +250,21 @@ impl Growth<'_> {
         })
     }
 
-    /// Adds rings of faces within the region.
-    fn grow(&mut self) -> Result<()> {
+    /// Adds faces within the region.
+    fn grow(&mut self, faces: Faces) -> Result<()> {
         let Seed { surface, patch, scale, .. } = &mut *self.seed;
+        let rings = if let Faces::Rings(rings) = faces { rings } else { 1 };
+        let layers = if self.limits.can_overlap { LAYERS } else { 1 };
+        let mut taken: HashMap<u32, usize> = HashMap::with_capacity(patch.triangles.len());
+        for triangle in &patch.triangles {
+            *taken.entry(*triangle).or_default() += 1;
+        }
         let mut counts: HashMap<u32, f64> = HashMap::new();
+        let mut plane = buckets(patch, self.outline);
         let most = patch.faces.len() * (1 + GROWTH) + 64;
         let mut queue: VecDeque<(u32, u32)> = patch.boundary().into_iter().map(|vertex| (vertex, 0)).collect();
         while let Some((from, ring)) = queue.pop_front() {
-            if !patch.is_boundary(from) || ring >= RINGS || patch.faces.len() >= most {
+            if !patch.is_boundary(from) || ring >= rings || patch.faces.len() >= most {
                 continue;
             }
             let to = patch.after(from);
@@ -162,7 +272,8 @@ impl Growth<'_> {
             let Some(half) = patch.beyond(surface, from) else {
                 continue;
             };
-            if !self.outline.touches(ends[0], ends[1]) {
+            let layer = taken.get(&(half / 3)).copied().unwrap_or(0);
+            if layer >= layers || !self.outline.touches(ends[0], ends[1]) {
                 continue;
             }
             if patch.faces.len() >= self.limits.faces {
@@ -175,15 +286,22 @@ impl Growth<'_> {
                 Joint::Blocked => continue,
                 Joint::New => {
                     let position = unfold(surface, half, ends, *scale);
-                    let place = surface.origin(previous(half));
-                    let copies = patch.copies(place);
+                    let copies = patch.copies(surface.origin(previous(half)));
                     let reach = REACH * distance(ends[0], position).max(distance(ends[1], position));
                     let is_near = |copy: &u32| distance(patch.positions[*copy as usize], position) < reach;
-                    // A copy nearby is the same place of the sticker: it is reached along the boundary later.
-                    let layers = if self.limits.can_overlap { LAYERS } else { 1 };
-                    if copies.len() >= layers || copies.iter().any(is_near) {
+                    // A copy of the vertex may be reached along the boundary later: seams wait until it was not.
+                    let waits = if faces == Faces::Seam {
+                        layer > 0
+                    } else {
+                        copies.len() >= layers || copies.iter().any(is_near)
+                    };
+                    // Beside an edge the plane may be taken by faces of a vertex with more than a full turn around it.
+                    let is_beside = |face: u32| patch.faces[face as usize].iter().any(|end| [from, to].contains(end));
+                    let corners = [ends[0], ends[1], position];
+                    if waits || plane.at(middle(corners)).any(|face| !is_beside(face)) {
                         continue;
                     }
+                    plane.insert(patch.faces.len() as u32, corners);
                     if let Some(vertex) = patch.add(surface, from, half, joint, position) {
                         counts.insert(vertex, 1.0);
                         queue.push_back((from, ring + 1));
@@ -191,8 +309,14 @@ impl Growth<'_> {
                     }
                 }
                 Joint::Start(third) | Joint::End(third) => {
-                    // A vertex of this round moves to the mean of what the edges around it say.
-                    if let Some(count) = counts.get_mut(&third) {
+                    let apex = patch.positions[third as usize];
+                    if faces == Faces::Upright {
+                        let area = 0.5 * turn(ends[1], ends[0], apex);
+                        if area <= UPRIGHT * scale.powi(2) * surface.area(half / 3) {
+                            continue;
+                        }
+                    } else if let Some(count) = counts.get_mut(&third) {
+                        // A vertex of this round moves to the mean of the places that the edges around it suggest.
                         let guess = unfold(surface, half, ends, *scale);
                         *count += 1.0;
                         let position = &mut patch.positions[third as usize];
@@ -205,6 +329,7 @@ impl Growth<'_> {
                     queue.push_front((start, ring));
                 }
             }
+            *taken.entry(half / 3).or_default() += 1;
         }
         Ok(())
     }
@@ -252,7 +377,7 @@ impl Growth<'_> {
     }
 
     /// Lowers the distortion with the pins at their targets.
-    fn relax(&mut self, stop: Stop, progress: &mut dyn Progress) -> Result<()> {
+    fn relax(&mut self, stop: Stop, progress: &mut dyn Progress) -> Grown<()> {
         let Seed { surface, patch, pins, scale } = &mut *self.seed;
         let rest: Vec<Rest> =
             patch.triangles.iter().map(|triangle| Rest::new(surface.corners(*triangle), *scale)).collect();
@@ -264,7 +389,7 @@ impl Growth<'_> {
         if patch.vertices.len() == targets.len() {
             return Ok(());
         }
-        let mut map = Map { faces: &patch.faces, rest: &rest, positions: &mut patch.positions, pins: &targets };
+        let mut map = Map { faces: &patch.faces, rest: &rest, positions: &mut patch.positions, pins: &targets, hook: None };
         if map.is_good(stop.enough) {
             self.turn();
             return Ok(());
@@ -275,10 +400,7 @@ impl Growth<'_> {
             let nearest = pins
                 .iter()
                 .min_by(|a, b| distance(self.places[a.0], place).total_cmp(&distance(self.places[b.0], place)));
-            let pin = nearest.map_or(0, |nearest| nearest.0);
-            return Err(Error::invalid("no map without folds was found: the surface folds near it")
-                .at(name(pin))
-                .advise("move the pin towards the place where the sticker lies without it, or remove it"));
+            return Err(Fault::Folded(nearest.map_or(0, |nearest| nearest.0)));
         }
         self.turn();
         Ok(())
@@ -317,13 +439,14 @@ impl Growth<'_> {
         let outline = self.outline;
         let inner = outline.corners()[0];
         let pinned: HashSet<u32> = self.seed.pins.iter().map(|(_, vertex)| *vertex).collect();
+        let is_doubled = doubled(&self.seed.patch, outline);
         let is_wanted = |patch: &Patch, face: usize| {
             let vertices = patch.faces[face];
             let corners = vertices.map(|vertex| patch.positions[vertex as usize]);
             let side = |a: Vec2, b: Vec2| (b[0] - a[0]) * (inner[1] - a[1]) - (b[1] - a[1]) * (inner[0] - a[0]);
-            vertices.iter().any(|vertex| pinned.contains(vertex))
-                || (0..3).any(|corner| outline.touches(corners[corner], corners[(corner + 1) % 3]))
-                || (0..3).all(|corner| side(corners[corner], corners[(corner + 1) % 3]) >= 0.0)
+            let is_within = (0..3).any(|corner| outline.touches(corners[corner], corners[(corner + 1) % 3]))
+                || (0..3).all(|corner| side(corners[corner], corners[(corner + 1) % 3]) >= 0.0);
+            vertices.iter().any(|vertex| pinned.contains(vertex)) || (is_within && !is_doubled[face])
         };
         let old = self.seed.patch.peel(&self.seed.surface, &is_wanted);
         for (_, vertex) in &mut self.seed.pins {
@@ -334,8 +457,29 @@ impl Growth<'_> {
     }
 }
 
-fn distance(a: Vec2, b: Vec2) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
+/// The faces of a patch in the plane.
+fn buckets(patch: &Patch, outline: &Outline) -> Buckets {
+    let mut buckets = Buckets::new(outline.bounds(), patch.faces.len());
+    for (face, vertices) in patch.faces.iter().enumerate() {
+        buckets.insert(face as u32, vertices.map(|vertex| patch.positions[vertex as usize]));
+    }
+    buckets
+}
+
+/// Whether an older face that shares no vertex with it lies at the middle of each face.
+fn doubled(patch: &Patch, outline: &Outline) -> Vec<bool> {
+    let buckets = buckets(patch, outline);
+    let is_doubled = |(face, vertices): (usize, &[u32; 3])| {
+        let older = buckets.at(middle(vertices.map(|vertex| patch.positions[vertex as usize])));
+        let mut older = older.take_while(|other| (*other as usize) < face);
+        older.any(|other| !patch.faces[other as usize].iter().any(|vertex| vertices.contains(vertex)))
+    };
+    patch.faces.iter().enumerate().map(is_doubled).collect()
+}
+
+/// Twice the signed area of a triangle of the plane.
+fn turn(a: Vec2, b: Vec2, c: Vec2) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
 /// The place of the third corner of the face beyond an edge. The face keeps its shape and the scale of the patch, so that

@@ -10,6 +10,11 @@
 //! 3. The patch grows until it covers the sticker, and faces outside are removed. It stays a topological disk (Section 5).
 //! 4. Projected Newton steps lower the symmetric Dirichlet energy. Pins are no unknowns, and no step flips a triangle.
 //!
+//! A [`Placement`] keeps what a decal was made of and follows: pins that are dragged and surfaces that are posed.
+//!
+//! [`paint`] and [`emboss`] write a decal into the colours and the displacement of a surface, through the texels that
+//! [`draw`] finds (Section 6).
+//!
 //! [`exponential`] lays a sticker around one point in a fraction of the time, and [`project`] projects one; both give the
 //! same kind of decal without the promises of exact pins and of no flips.
 //!
@@ -17,6 +22,9 @@
 //! keeps its shape. Lengths are units of the mesh; places in the image are pixels from its lower left corner. Results do
 //! not depend on the number of threads.
 
+mod artwork;
+mod buckets;
+mod coverage;
 mod cut;
 mod decal;
 mod embed;
@@ -31,16 +39,23 @@ mod nearest;
 mod outline;
 mod patch;
 mod pins;
+mod placement;
+mod print;
 mod projected;
 mod quality;
 mod relax;
 mod seed;
 mod surface;
+mod texels;
 
+pub use artwork::Artwork;
 pub use decal::{Decal, DecalSettings, Pose, Sticker, lay};
 pub use exponential::exponential;
 pub use nearest::nearest;
 pub use outline::Outline;
 pub use pins::{Pin, Place};
+pub use placement::Placement;
+pub use print::{Printed, emboss, paint};
 pub use projected::{Projection, project};
 pub use quality::{Quality, stretch};
+pub use texels::{Chart, Window, draw};

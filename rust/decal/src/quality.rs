@@ -1,6 +1,8 @@
 //! The distortion of a decal.
 
+use crate::coverage::{Coverage, coverage};
 use crate::energy::Vec2;
+use crate::outline::Outline;
 use crate::surface::{Surface, cross, dot, length, minus};
 
 /// How much a decal stretches the image.
@@ -18,6 +20,10 @@ pub struct Quality {
     pub flips: usize,
     /// The number of faces of the mesh's surface that lie under more than one layer of the sticker.
     pub overlaps: usize,
+    /// The share of the sticker's area that lies on the surface: below 1 where the surface ends or cannot be reached.
+    pub coverage: f64,
+    /// The share of the sticker's area that lies on more than one place of the surface.
+    pub doubled: f64,
     /// The number of triangles.
     pub triangles: usize,
 }
@@ -42,9 +48,16 @@ pub fn stretch(plane: [Vec2; 3], space: [[f64; 3]; 3]) -> (f64, f64, f64) {
     ((0.5 * (e + g + root)).sqrt(), (0.5 * (e + g - root)).max(0.0).sqrt(), area)
 }
 
-/// Measures a map of triangles of a surface into the plane.
-pub fn measure(surface: &Surface, faces: &[[u32; 3]], triangles: &[u32], positions: &[Vec2]) -> Quality {
-    let mut quality = Quality { triangles: faces.len(), ..Quality::default() };
+/// Measures a map of triangles of a surface into the plane of a sticker.
+pub fn measure(
+    surface: &Surface,
+    outline: &Outline,
+    faces: &[[u32; 3]],
+    triangles: &[u32],
+    positions: &[Vec2],
+) -> Quality {
+    let Coverage { covered, doubled } = coverage(outline, faces, positions);
+    let mut quality = Quality { coverage: covered, doubled, triangles: faces.len(), ..Quality::default() };
     let (mut squares, mut area, mut flat) = (0.0, 0.0, 0.0);
     let mut scales = Vec::with_capacity(faces.len());
     for (face, triangle) in faces.iter().zip(triangles) {

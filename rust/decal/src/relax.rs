@@ -38,6 +38,17 @@ pub enum Relaxed {
     Flipped(usize),
 }
 
+/// A pin within a face, where no vertex is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hook {
+    /// The face of the map.
+    pub face: usize,
+    /// The weights of its three vertices.
+    pub weights: [f64; 3],
+    /// Where the point belongs in the plane.
+    pub target: Vec2,
+}
+
 /// A map of triangles into the plane with its pins.
 pub struct Map<'a> {
     /// Vertices of the triangles.
@@ -48,6 +59,8 @@ pub struct Map<'a> {
     pub positions: &'a mut [Vec2],
     /// Vertices that are no unknowns, with their targets.
     pub pins: &'a [(u32, Vec2)],
+    /// A pin that each Newton step brings to its target, as a linear constraint of the step.
+    pub hook: Option<Hook>,
 }
 
 impl Map<'_> {
@@ -144,6 +157,9 @@ impl Map<'_> {
         }
         system.factorise()?;
         system.solve(&mut side);
+        if let Some(hook) = self.hook {
+            self.hold(hook, system, &mut side);
+        }
         let slope = side.iter().zip(&gradient).map(|(step, gradient)| step * gradient).sum();
         for (vertex, step) in direction.iter_mut().enumerate() {
             let row = system.row(vertex);
@@ -152,6 +168,74 @@ impl Map<'_> {
             }
         }
         Ok((energy, slope))
+    }
+
+    /// Changes a Newton step so that the point of the hook moves to its target: adds the least change, in the metric of the
+    /// matrix, that does so.
+    fn hold(&self, hook: Hook, system: &mut System, side: &mut [f64]) {
+        let rows = self.faces[hook.face].map(|vertex| system.row(vertex as usize));
+        let free = || rows.into_iter().zip(hook.weights).filter(|(row, _)| *row != PINNED);
+        let point = |values: &[f64], axis: usize| -> f64 {
+            free().map(|(row, weight)| weight * values[2 * row as usize + axis]).sum()
+        };
+        let mut columns = [vec![0.0; side.len()], vec![0.0; side.len()]];
+        for (axis, column) in columns.iter_mut().enumerate() {
+            for (row, weight) in free() {
+                column[2 * row as usize + axis] = weight;
+            }
+            system.solve(column);
+        }
+        let way = minus(hook.target, self.hooked(hook));
+        let missing = [way[0] - point(side, 0), way[1] - point(side, 1)];
+        let [[a, b], [c, d]] = [0, 1].map(|row| [0, 1].map(|column| point(&columns[column], row)));
+        let determinant = a * d - b * c;
+        if determinant <= 0.0 {
+            // Every vertex of the face is pinned.
+            return;
+        }
+        let shares =
+            [(d * missing[0] - b * missing[1]) / determinant, (a * missing[1] - c * missing[0]) / determinant];
+        for (column, share) in columns.iter().zip(shares) {
+            for (step, change) in side.iter_mut().zip(column) {
+                *step += share * change;
+            }
+        }
+    }
+
+    /// Where the point of the hook is in the plane.
+    fn hooked(&self, hook: Hook) -> Vec2 {
+        let corners = self.corners(hook.face);
+        std::array::from_fn(|axis| (0..3).map(|corner| hook.weights[corner] * corners[corner][axis]).sum())
+    }
+
+    /// Brings the point of the hook to its target, and then lowers the distortion by some steps. The other pins are at their
+    /// targets. Returns whether the point is within `tolerance` of its target.
+    ///
+    /// # Errors
+    /// The map degenerates, or memory does not suffice.
+    pub fn follow(&mut self, system: &mut System, steps: usize, tolerance: f64) -> Result<bool> {
+        let Some(hook) = self.hook else { return Ok(true) };
+        let mut direction = vec![[0.0; 2]; self.positions.len()];
+        let mut left = steps;
+        for _ in 0..PULLING_STEPS {
+            let is_held = crate::energy::distance(self.hooked(hook), hook.target) <= tolerance;
+            if is_held && left == 0 {
+                return Ok(true);
+            }
+            let (energy, slope) = self.direction(system, 0.0, &mut direction)?;
+            let longest = (SAFE * self.first_flip(&direction)).min(1.0);
+            if is_held {
+                left -= 1;
+                if !self.search(&direction, longest, energy, slope, 0.0) {
+                    return Ok(true);
+                }
+            } else if longest < STALLED {
+                return Ok(false);
+            } else {
+                self.step(&direction, longest);
+            }
+        }
+        Ok(false)
     }
 
     fn is_arrived(&self) -> bool {

@@ -6,7 +6,7 @@ use relievo_core::{Error, Result};
 
 use crate::cut::{Cut, Meeting, cut, half_edges};
 use crate::embed::embed;
-use crate::energy::Vec2;
+use crate::energy::{Vec2, distance};
 use crate::geodesic::{Path, geodesic};
 use crate::graph::Graph;
 use crate::patch::Patch;
@@ -17,6 +17,7 @@ use crate::surface::{Surface, dot, length, minus, previous};
 const TOO_LARGE: f64 = 25.0;
 
 /// A patch between pins on a surface with the paths inserted.
+#[derive(Clone, Debug)]
 pub struct Seed {
     /// The surface. Vertices of pins keep their numbers.
     pub surface: Surface,
@@ -26,6 +27,21 @@ pub struct Seed {
     pub pins: Vec<(usize, u32)>,
     /// Units of the plane for a unit of the surface.
     pub scale: f64,
+}
+
+impl Seed {
+    /// Returns the point in space of a point of the plane, if the patch covers it.
+    pub fn point_at(&self, place: Vec2) -> Option<[f64; 3]> {
+        self.patch.faces.iter().zip(&self.patch.triangles).find_map(|(face, triangle)| {
+            let [a, b, c] = face.map(|vertex| self.patch.positions[vertex as usize]);
+            let side = |p: Vec2, q: Vec2| (q[0] - p[0]) * (place[1] - p[1]) - (q[1] - p[1]) * (place[0] - p[0]);
+            let weights = [side(b, c), side(c, a), side(a, b)];
+            let sum: f64 = weights.iter().sum();
+            let corners = self.surface.corners(*triangle);
+            let point = |axis: usize| (0..3).map(|corner| weights[corner] * corners[corner][axis]).sum::<f64>() / sum;
+            (sum > 0.0 && weights.iter().all(|weight| *weight >= 0.0)).then(|| std::array::from_fn(point))
+        })
+    }
 }
 
 /// Makes the seed of two or more pins. `vertices` are those of the pins, `places` their points in the plane.
@@ -92,10 +108,6 @@ fn undivided(surface: &Surface, parts: &Patch, parents: &[u32], pins: &[u32]) ->
     let held = pins.iter().enumerate().filter_map(|(pin, vertex)| Some((pin, *numbers.get(vertex)?)));
     let held: Vec<(usize, u32)> = held.collect();
     Some((Patch::new(vertices, positions, faces, whole).ok()?, held))
-}
-
-fn distance(a: Vec2, b: Vec2) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
 /// Describes where paths cross, and proposes the pin that keeps them apart.

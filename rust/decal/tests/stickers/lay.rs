@@ -1,11 +1,9 @@
 //! Decals on surfaces whose answer is known.
 
-mod sheets;
-
 use relievo_core::Mesh;
 use relievo_core::progress::Silent;
-use relievo_decal::{Decal, DecalSettings, Pin, Pose, Projection, Sticker, exponential, lay, project};
-use sheets::{on_sheet, sheet};
+use relievo_decal::{Decal, DecalSettings, Pin, Pose, Projection, Sticker, exponential, lay, nearest, project};
+use crate::sheets::{on_sheet, sheet};
 
 fn laid(mesh: &Mesh, sticker: &Sticker, pins: &[Pin]) -> Decal {
     let pose = Pose { width: 0.5, up: [0.0, 1.0, 0.0] };
@@ -152,6 +150,57 @@ fn a_sticker_that_is_larger_than_the_surface_ends_at_its_border() {
         })
         .sum();
     assert!((area - 1.0).abs() < 1e-6, "{area}");
+}
+
+#[test]
+fn a_sticker_longer_than_a_finger_is_round_overlaps_itself_where_that_is_allowed() {
+    // A finger one unit round: the sticker of 1.5 by 0.5 units goes around it one and a half times.
+    let turn = std::f64::consts::TAU;
+    let finger = sheet(48, |u, v| [(turn * u).cos() / turn, v, -(turn * u).sin() / turn]);
+    let mut closed = finger.clone();
+    for corner in &mut closed.corners {
+        if *corner % 49 == 48 {
+            *corner -= 48;
+        }
+    }
+    let sticker = Sticker::whole([300, 100]).expect("a sticker");
+    let pin = Pin { image: [150.0, 50.0], place: on_sheet(48, 0.51, 0.5) };
+    let pose = Pose { width: 1.5, up: [0.0, 1.0, 0.0] };
+    let on = |overlap: bool| {
+        let settings = DecalSettings { overlap, ..DecalSettings::default() };
+        let decal = lay(&closed, &sticker, &[pin], Some(pose), &settings, &mut Silent);
+        let decal = decal.unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(decal.quality.flips, 0);
+        assert!(decal.is_disk().expect("a manifold"));
+        assert!((decal.quality.l2 - 1.0).abs() < 1e-3 && decal.quality.doubled < 0.01, "{:?}", decal.quality);
+        decal.quality
+    };
+    let apart = on(false);
+    assert_eq!(apart.overlaps, 0);
+    assert!((apart.coverage - 2.0 / 3.0).abs() < 0.02, "{apart:?}");
+    let overlapping = on(true);
+    assert!(overlapping.coverage > 0.999, "{overlapping:?}");
+    // Half of the faces under a band of half the height of the finger, and those that its border crosses.
+    let band = 0.5 * 0.5 * 2.0 * 48.0 * 48.0;
+    assert!((0.9..1.3).contains(&(overlapping.overlaps as f64 / band)), "{overlapping:?}");
+}
+
+#[test]
+fn a_refusal_proposes_a_place_where_the_sticker_lies() {
+    let plane = sheet(24, |u, v| [u, v, 0.0]);
+    let sticker = Sticker::whole([100, 100]).expect("a sticker");
+    let mut pins = half(24, &[[20.0, 20.0], [80.0, 20.0], [80.0, 80.0], [20.0, 80.0], [50.0, 50.0]]);
+    // The pin in the middle belongs on the far side of another one.
+    pins[4].place = on_sheet(24, 0.8, 0.8);
+    let settings = DecalSettings::default();
+    let error = lay(&plane, &sticker, &pins, None, &settings, &mut Silent).expect_err("it folds");
+    let text = error.to_string();
+    let start = text.find("move its place to (").unwrap_or_else(|| panic!("{text}")) + 19;
+    let numbers = text[start..].split(')').next().unwrap_or_default();
+    let numbers: Vec<f64> = numbers.split(", ").map(|number| number.parse().expect("a number")).collect();
+    let named = (0..pins.len()).find(|pin| text.contains(&format!("pin {pin}:"))).unwrap_or_else(|| panic!("{text}"));
+    pins[named].place = nearest(&plane, [numbers[0], numbers[1], numbers[2]]).expect("a place").0;
+    assert_eq!(lay(&plane, &sticker, &pins, None, &settings, &mut Silent).expect("it lies").quality.flips, 0);
 }
 
 #[test]

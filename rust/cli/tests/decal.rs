@@ -1,0 +1,125 @@
+//! `relievo decal` as a user sees it.
+
+#![cfg(feature = "decal")]
+
+use std::fmt::Write;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use relievo_document::{Document, Kind};
+use relievo_render::{Image, read_png, write_png};
+use serde_json::Value;
+
+fn relievo(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_relievo")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+fn done(folder: &Path, arguments: &[&str]) -> String {
+    let done = relievo(folder, arguments);
+    assert!(done.status.success(), "{arguments:?}: {}", text(&done.stderr));
+    text(&done.stdout)
+}
+
+/// A plane of 6 by 6 quads from -3 to 3 that faces z, and a red image of 60 by 40 pixels.
+fn files(folder: &Path) {
+    let mut plane = String::new();
+    for index in 0..49 {
+        writeln!(plane, "v {} {} 0", index % 7 - 3, index / 7 - 3).unwrap();
+    }
+    for index in 0..36 {
+        let first = index / 6 * 7 + index % 6 + 1;
+        writeln!(plane, "f {} {} {} {}", first, first + 1, first + 8, first + 7).unwrap();
+    }
+    std::fs::write(folder.join("plane.obj"), plane).unwrap();
+    let mut image = Image::new(60, 40, 3).unwrap();
+    for y in 0..40 {
+        for x in 0..60 {
+            image.set_color(x, y, [1.0, 0.0, 0.0]);
+        }
+    }
+    write_png(&folder.join("red.png"), &image).unwrap();
+}
+
+/// Pins that make the image 3 units wide, its centre at the origin.
+const PINS: [&str; 6] = ["--pin", "10,10@-1,0.5,0", "--pin", "50,10@1,0.5,0", "--pin", "30,30@0,-0.5,0"];
+
+#[test]
+fn a_sticker_becomes_a_mesh_with_texture_coordinates() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    files(folder);
+    let info = |more: &[&str]| -> Value {
+        let arguments = [&["decal", "info", "plane.obj", "--size", "60x40", "--json"][..], &PINS, more].concat();
+        serde_json::from_str(&done(folder, &arguments)).unwrap()
+    };
+    let laid = info(&["--picture", "checker.png"]);
+    assert_eq!((laid["coverage"].as_f64(), laid["flips"].as_u64()), (Some(1.0), Some(0)));
+    assert!((laid["l2"].as_f64().unwrap() - 1.0).abs() < 1e-5, "{laid}");
+    let picture = read_png(&folder.join("checker.png"), u64::MAX).unwrap();
+    let is_blue = |pixel: &&[f32]| pixel[2] > 2.0 * pixel[0] && pixel[2] > 0.02;
+    let is_yellow = |pixel: &&[f32]| pixel[0] > 1.2 * pixel[2] && pixel[0] > 0.1;
+    let pixels = || picture.data().chunks_exact(picture.channels() as usize);
+    assert!(pixels().filter(is_blue).count() > 10_000 && pixels().filter(is_yellow).count() > 10_000);
+    assert_eq!(info(&["--outline", "0,0 60,0 60,20 0,40"])["coverage"].as_f64(), Some(1.0));
+    let text = done(folder, &[&["decal", "info", "plane.obj", "--size", "60x40"][..], &PINS].concat());
+    assert!(text.contains("covered                100.00 %") && text.contains("flipped triangles      0"), "{text}");
+
+    for (file, mark) in [("out.obj", "vt "), ("out.glb", "TEXCOORD_0"), ("out.usda", "primvars:st")] {
+        if file.ends_with("usda") && !cfg!(feature = "openusd") {
+            continue;
+        }
+        let arguments = ["decal", "mesh", "plane.obj", "-o", file, "--image", "red.png", "--offset", "0.01"];
+        done(folder, &[&arguments[..], &PINS].concat());
+        let bytes = std::fs::read(folder.join(file)).unwrap();
+        assert!(bytes.windows(mark.len()).any(|window| window == mark.as_bytes()), "{file} has no {mark}");
+    }
+}
+
+#[test]
+fn a_sticker_is_painted_and_embossed_into_layers_of_a_document() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    files(folder);
+    let apply = |more: &[&str]| {
+        let arguments = ["decal", "apply", "plane.obj", "--image", "red.png", "--cells", "4"];
+        relievo(folder, &[&arguments[..], &PINS, more].concat())
+    };
+    let painted = apply(&["-o", "painted.relievo", "--layer", "logo", "--texels", "32", "--picture", "painted.png", "--json"]);
+    assert!(painted.status.success(), "{}", text(&painted.stderr));
+    let report: Value = serde_json::from_str(&text(&painted.stdout)).unwrap();
+    // The sticker is 3 by 2 units, a face of the cage one by one with 32 by 32 texels.
+    let texels = report["texels"].as_f64().unwrap();
+    assert!((texels / (6.0 * 32.0 * 32.0) - 1.0).abs() < 0.1, "{report}");
+    let document = Document::open(&folder.join("painted.relievo"), u64::MAX).unwrap();
+    let layer = document.layer("logo").expect("a layer");
+    assert!(layer.kind() == Kind::Rgba8 && layer.blocks().len() >= 6);
+    let picture = read_png(&folder.join("painted.png"), u64::MAX).unwrap();
+    let red = picture.data().chunks_exact(picture.channels() as usize);
+    assert!(red.filter(|pixel| pixel[0] > 0.1 && pixel[1] < 0.05).count() > 20_000);
+
+    let raised = apply(&["-o", "raised.relievo", "--document", "painted.relievo", "--layer", "relief", "--height", "0.2"]);
+    assert!(raised.status.success(), "{}", text(&raised.stderr));
+    let document = Document::open(&folder.join("raised.relievo"), u64::MAX).unwrap();
+    assert!(document.layer("logo").is_some());
+    let relief = document.layer("relief").expect("a layer");
+    assert!(relief.kind() == Kind::Scalar && !relief.blocks().is_empty());
+
+    for (more, why) in [
+        (&["--document", "painted.relievo", "--layer", "logo", "--height", "1"][..], "layer `logo`"),
+        (&["--opacity", "2"], "opacity"),
+        (&["--depth", "1"], "1 depths for 3 pins"),
+        (&["--texels", "7"], "7"),
+        (&["--document", "absent.relievo"], "absent.relievo"),
+        (&["--pin", "70,20@0,0,0"], "outside"),
+        (&["--pin", "1,2,3"], "no @"),
+    ] {
+        let refused = apply(&[more, &["-o", "none.relievo"]].concat());
+        let said = text(&refused.stderr);
+        assert!(!refused.status.success() && said.contains(why), "{why}: {said}");
+    }
+    assert!(!folder.join("none.relievo").exists());
+}

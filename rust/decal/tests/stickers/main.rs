@@ -1,0 +1,7 @@
+//! Decals as a user of the crate sees them.
+
+mod hostile;
+mod lay;
+mod models;
+mod placement;
+mod sheets;
