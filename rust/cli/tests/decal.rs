@@ -64,7 +64,7 @@ fn a_sticker_becomes_a_mesh_with_texture_coordinates() {
     let is_yellow = |pixel: &&[f32]| pixel[0] > 1.2 * pixel[2] && pixel[0] > 0.1;
     let pixels = || picture.data().chunks_exact(picture.channels() as usize);
     assert!(pixels().filter(is_blue).count() > 10_000 && pixels().filter(is_yellow).count() > 10_000);
-    assert_eq!(info(&["--outline", "0,0 60,0 60,20 0,40"])["coverage"].as_f64(), Some(1.0));
+    assert_eq!(info(&["--outline", "0,0 60,0 60,32 40,40 0,40"])["coverage"].as_f64(), Some(1.0));
     let text = done(folder, &[&["decal", "info", "plane.obj", "--size", "60x40"][..], &PINS].concat());
     assert!(text.contains("covered                100.00 %") && text.contains("flipped triangles      0"), "{text}");
 
