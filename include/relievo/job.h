@@ -12,6 +12,7 @@
 #define RELIEVO_JOB_H
 
 #include "relievo/bake.h"
+#include "relievo/decal.h"
 #include "relievo/document.h"
 #include "relievo/fluid.h"
 #include "relievo/grid.h"
@@ -104,6 +105,15 @@ RLV_API RlvResult rlv_job_grid_change(RlvGrid grid, uint32_t change, const RlvGr
 /* Starts rlv_grid_mesh; rlv_job_mesh has the mesh it makes. Fails as rlv_grid_mesh does, as a job or at once. */
 RLV_API RlvResult rlv_job_grid_mesh(RlvGrid grid, const RlvGridSettings *settings, RlvJob *out);
 
+/* Starts rlv_decal_on_mesh; rlv_job_decal has the decal it makes. Fails as rlv_decal_on_mesh does, as a job or at once. */
+RLV_API RlvResult rlv_job_decal_on_mesh(RlvMesh mesh, const RlvDecalOptions *options, const RlvDecalPin *pins,
+                                        size_t count, size_t stride, RlvJob *out);
+
+/* Starts rlv_decal_on_detail; rlv_job_decal has the decal it makes. Fails as rlv_decal_on_detail does, as a job or at
+ * once. */
+RLV_API RlvResult rlv_job_decal_on_detail(RlvDetail detail, const RlvDecalOptions *options, const RlvDecalPin *pins,
+                                          size_t count, size_t stride, RlvJob *out);
+
 /* Mutates the fluid: starts rlv_fluid_advance; rlv_job_fluid_report has what the steps did. Cancelled or failed it leaves
  * the fluid as the last whole step left it. Fails as rlv_fluid_advance does, as a job or at once, with RLV_ERROR_BUSY if
  * another call is at work on the fluid. */
@@ -145,6 +155,10 @@ RLV_API RlvResult rlv_job_progressive_mesh(RlvJob job, RlvProgressive *out);
 /* The grid that rlv_job_grid_read, rlv_job_grid_from_mesh or rlv_job_grid_change made, the same one every time. Fails as
  * rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_grid(RlvJob job, RlvGrid *out);
+
+/* The decal that rlv_job_decal_on_mesh or rlv_job_decal_on_detail made, the same one every time. Fails as rlv_job_result
+ * does, and if the job was another. */
+RLV_API RlvResult rlv_job_decal(RlvJob job, RlvDecal *out);
 
 /* What rlv_job_sweep or rlv_job_sweep_points did. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_imprint_report(RlvJob job, RlvImprintReport *out);

@@ -17,6 +17,7 @@ use crate::bake::{self, RlvBakeOptions, RlvBakeReport};
 use crate::border::caught;
 use crate::collider::RlvCollider;
 use crate::context::{ContextObject, RLV_NAME_SIZE, RlvContext};
+use crate::decal::{Laying, RlvDecal, RlvDecalOptions, RlvDecalPin};
 use crate::descriptor::{check_optional, write_descriptor, write_optional};
 use crate::detail::{RlvDetail, transform};
 use crate::document::{RlvTransferOptions, RlvTransferReport, Transfer};
@@ -64,6 +65,8 @@ pub enum Product {
     Progressive(RlvProgressive),
     /// The same of a grid.
     Grid(RlvGrid),
+    /// The same of a decal.
+    Decal(RlvDecal),
     /// A mesh as above, and the report on its repair.
     Repaired(RlvMesh, Box<RlvRepairReport>),
     Imprint(Report),
@@ -82,6 +85,7 @@ impl Drop for Product {
             Self::Mesh(mesh) | Self::Simplified(mesh, _) | Self::Repaired(mesh, _) => registry::release(*mesh),
             Self::Progressive(mesh) => registry::release(*mesh),
             Self::Grid(grid) => registry::release(*grid),
+            Self::Decal(decal) => registry::release(*decal),
             _ => Ok(()),
         };
     }
@@ -227,6 +231,11 @@ fn start(
 /// Starts what makes a grid.
 fn start_grid(work: grid::Work) -> Result<RlvJob> {
     start(&work.context().clone(), move |progress| work.run(progress).map(Product::Grid))
+}
+
+/// Starts what lays a sticker.
+fn start_decal(laying: Laying) -> Result<RlvJob> {
+    start(&laying.context().clone(), move |progress| laying.run(progress).map(Product::Decal))
 }
 
 entry! {
@@ -447,6 +456,38 @@ entry! {
         Ok(())
     }
 
+    fn rlv_job_decal_on_mesh(
+        mesh: RlvMesh,
+        options: *const RlvDecalOptions,
+        pins: *const RlvDecalPin,
+        count: usize,
+        stride: usize,
+        out: *mut RlvJob,
+    ) {
+        present("out", out)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size, and `count` pins.
+        let job = start_decal(unsafe { Laying::on_mesh(mesh, options, pins, count, stride) }?)?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
+    fn rlv_job_decal_on_detail(
+        detail: RlvDetail,
+        options: *const RlvDecalOptions,
+        pins: *const RlvDecalPin,
+        count: usize,
+        stride: usize,
+        out: *mut RlvJob,
+    ) {
+        present("out", out)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size, and `count` pins.
+        let job = start_decal(unsafe { Laying::on_detail(detail, options, pins, count, stride) }?)?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
     fn rlv_job_fluid(fluid: RlvFluid, seconds: f64, out: *mut RlvJob) {
         present("out", out)?;
         let fluid = registry::get(fluid)?;
@@ -546,6 +587,18 @@ entry! {
         registry::retain(grid)?;
         // SAFETY: checked above.
         unsafe { put(out, grid) };
+        Ok(())
+    }
+
+    fn rlv_job_decal(job: RlvJob, out: *mut RlvDecal) {
+        present("out", out)?;
+        let decal = registry::get(job)?.product("a decal", |product| match product {
+            Product::Decal(decal) => Some(*decal),
+            _ => None,
+        })?;
+        registry::retain(decal)?;
+        // SAFETY: checked above.
+        unsafe { put(out, decal) };
         Ok(())
     }
 

@@ -24,6 +24,7 @@ pub mod channel;
 pub mod collider;
 pub mod color_buffer;
 pub mod context;
+pub mod decal;
 pub mod detail;
 pub mod device_level;
 pub mod document;

@@ -20,7 +20,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-pub const NOUNS: [&str; 25] = [
+pub const NOUNS: [&str; 26] = [
     "nothing",
     "context",
     "mesh",
@@ -46,6 +46,7 @@ pub const NOUNS: [&str; 25] = [
     "fluid",
     "particles",
     "grid",
+    "decal",
 ];
 
 /// Defines the handle type of a noun.

@@ -88,7 +88,8 @@ fn a_sticker_is_painted_and_embossed_into_layers_of_a_document() {
         let arguments = ["decal", "apply", "plane.obj", "--image", "red.png", "--cells", "4"];
         relievo(folder, &[&arguments[..], &PINS, more].concat())
     };
-    let painted = apply(&["-o", "painted.relievo", "--layer", "logo", "--texels", "32", "--picture", "painted.png", "--json"]);
+    let painted =
+        apply(&["-o", "painted.relievo", "--layer", "logo", "--texels", "32", "--picture", "painted.png", "--json"]);
     assert!(painted.status.success(), "{}", text(&painted.stderr));
     let report: Value = serde_json::from_str(&text(&painted.stdout)).unwrap();
     // The sticker is 3 by 2 units, a face of the cage one by one with 32 by 32 texels.
@@ -101,7 +102,8 @@ fn a_sticker_is_painted_and_embossed_into_layers_of_a_document() {
     let red = picture.data().chunks_exact(picture.channels() as usize);
     assert!(red.filter(|pixel| pixel[0] > 0.1 && pixel[1] < 0.05).count() > 20_000);
 
-    let raised = apply(&["-o", "raised.relievo", "--document", "painted.relievo", "--layer", "relief", "--height", "0.2"]);
+    let raised =
+        apply(&["-o", "raised.relievo", "--document", "painted.relievo", "--layer", "relief", "--height", "0.2"]);
     assert!(raised.status.success(), "{}", text(&raised.stderr));
     let document = Document::open(&folder.join("raised.relievo"), u64::MAX).unwrap();
     assert!(document.layer("logo").is_some());

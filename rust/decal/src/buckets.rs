@@ -53,7 +53,8 @@ impl Buckets {
         let faces = if is_inside { self.faces.get(bucket).map_or(&[][..], Vec::as_slice) } else { &[] };
         let holds = move |corners: &[Vec2; 3]| {
             let [a, b, c] = *corners;
-            let is_left = |p: Vec2, q: Vec2| (q[0] - p[0]) * (point[1] - p[1]) - (q[1] - p[1]) * (point[0] - p[0]) > 0.0;
+            let is_left =
+                |p: Vec2, q: Vec2| (q[0] - p[0]) * (point[1] - p[1]) - (q[1] - p[1]) * (point[0] - p[0]) > 0.0;
             let sides = [is_left(a, b), is_left(b, c), is_left(c, a)];
             sides == [true; 3] || sides == [false; 3]
         };

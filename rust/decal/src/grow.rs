@@ -389,7 +389,8 @@ impl Growth<'_> {
         if patch.vertices.len() == targets.len() {
             return Ok(());
         }
-        let mut map = Map { faces: &patch.faces, rest: &rest, positions: &mut patch.positions, pins: &targets, hook: None };
+        let mut map =
+            Map { faces: &patch.faces, rest: &rest, positions: &mut patch.positions, pins: &targets, hook: None };
         if map.is_good(stop.enough) {
             self.turn();
             return Ok(());

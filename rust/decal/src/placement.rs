@@ -154,8 +154,12 @@ impl Placement {
     /// There are more or fewer points, one is not finite, or as [`Self::settle`].
     pub fn pose(&mut self, points: &[[f32; 3]], progress: &mut dyn Progress) -> Result<()> {
         if points.len() != self.mesh.points.len() {
-            return Err(Error::invalid(format!("{} points were given, the mesh has {}", points.len(), self.mesh.points.len()))
-                .at("points"));
+            return Err(Error::invalid(format!(
+                "{} points were given, the mesh has {}",
+                points.len(),
+                self.mesh.points.len()
+            ))
+            .at("points"));
         }
         if let Some(point) = points.iter().position(|point| point.iter().any(|value| !value.is_finite())) {
             return Err(Error::invalid("it is not finite").at(format!("point {point}")).advise("give three numbers"));
@@ -241,7 +245,8 @@ impl Placement {
             let Some(weights) = weights(surface.corners(patch.triangles[face]), point) else { continue };
             let outside = weights.into_iter().fold(0.0, |outside: f64, weight| outside.max(-weight));
             let places = patch.faces[face].map(|vertex| patch.positions[vertex as usize]);
-            let at: Vec2 = std::array::from_fn(|axis| (0..3).map(|corner| weights[corner] * places[corner][axis]).sum());
+            let at: Vec2 =
+                std::array::from_fn(|axis| (0..3).map(|corner| weights[corner] * places[corner][axis]).sum());
             // A place outside of a part of the face belongs to another part.
             let far = 1e6 * (outside - 1e-9).max(0.0) + crate::energy::distance(at, target);
             if best.is_none_or(|best| far < best.0) {

@@ -103,11 +103,7 @@ impl Source<'_> {
     }
 
     /// Changes the texels under the decal: `change` makes a new texel of an old one and a colour.
-    fn write<T: Texel>(
-        &self,
-        channel: &mut Channel<T>,
-        change: impl Fn(T, [f32; 4]) -> T + Sync,
-    ) -> Result<Printed> {
+    fn write<T: Texel>(&self, channel: &mut Channel<T>, change: impl Fn(T, [f32; 4]) -> T + Sync) -> Result<Printed> {
         let windows = self.windows(channel)?;
         let mut tiles: Vec<u32> = windows.iter().map(|window| window.target).collect();
         tiles.dedup();
@@ -142,9 +138,9 @@ impl Source<'_> {
         let mut charts = Vec::with_capacity(tiles.len());
         for (tile, corners) in tiles.iter().zip(parameters.as_chunks::<3>().0) {
             if *tile as usize >= field.tile_count() {
-                return Err(Error::invalid("the tessellation is that of another surface").at("decal").advise(
-                    "tessellate the surface of the object, and lay the sticker on that mesh",
-                ));
+                return Err(Error::invalid("the tessellation is that of another surface")
+                    .at("decal")
+                    .advise("tessellate the surface of the object, and lay the sticker on that mesh"));
             }
             let size = f64::from(field.size(*tile));
             charts.push(Chart { target: *tile, corners: corners.map(|uv| uv.map(|value| f64::from(value) * size)) });

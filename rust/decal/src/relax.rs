@@ -193,8 +193,7 @@ impl Map<'_> {
             // Every vertex of the face is pinned.
             return;
         }
-        let shares =
-            [(d * missing[0] - b * missing[1]) / determinant, (a * missing[1] - c * missing[0]) / determinant];
+        let shares = [(d * missing[0] - b * missing[1]) / determinant, (a * missing[1] - c * missing[0]) / determinant];
         for (column, share) in columns.iter().zip(shares) {
             for (step, change) in side.iter_mut().zip(column) {
                 *step += share * change;

@@ -80,8 +80,7 @@ pub fn draw(
     for (triangle, face) in decal.triangles.iter().zip(&decal.faces) {
         let chart = &charts[*face as usize];
         let corners = &mesh.corners[3 * *face as usize..3 * *face as usize + 3];
-        let corners: [Vec3; 3] =
-            std::array::from_fn(|corner| mesh.points[corners[corner] as usize].map(f64::from));
+        let corners: [Vec3; 3] = std::array::from_fn(|corner| mesh.points[corners[corner] as usize].map(f64::from));
         let uv = triangle.map(|vertex| decal.uv[vertex as usize]);
         let Some(places) = places(chart, corners, triangle.map(|vertex| decal.points[vertex as usize])) else {
             continue;

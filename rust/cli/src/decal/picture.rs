@@ -10,9 +10,7 @@ use glam::{DAffine3, DVec3};
 use relievo_core::{Context, Result};
 use relievo_decal::stretch;
 use relievo_render::color::from_hex;
-use relievo_render::{
-    Camera, Image, Lights, Material, Mesh, Scene, Sky, Sun, View, draw_legend, write_png,
-};
+use relievo_render::{Camera, Image, Lights, Material, Mesh, Scene, Sky, Sun, View, draw_legend, write_png};
 use relievo_surface::Place;
 use relievo_tiles::{AnyField, Tessellation};
 

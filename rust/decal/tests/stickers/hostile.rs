@@ -1,10 +1,10 @@
 //! Input that cannot be used: every answer is an error that names the pin or the face, or a decal without flips.
 
+use crate::sheets::{on_sheet, sheet};
 use proptest::prelude::*;
 use relievo_core::progress::Silent;
 use relievo_core::{Mesh, Result};
 use relievo_decal::{Decal, DecalSettings, Pin, Place, Pose, Sticker, lay, nearest};
-use crate::sheets::{on_sheet, sheet};
 
 fn whole() -> Sticker {
     Sticker::whole([100, 100]).expect("a sticker")

@@ -1,9 +1,9 @@
 //! Decals on surfaces whose answer is known.
 
+use crate::sheets::{on_sheet, sheet};
 use relievo_core::Mesh;
 use relievo_core::progress::Silent;
 use relievo_decal::{Decal, DecalSettings, Pin, Pose, Projection, Sticker, exponential, lay, nearest, project};
-use crate::sheets::{on_sheet, sheet};
 
 fn laid(mesh: &Mesh, sticker: &Sticker, pins: &[Pin]) -> Decal {
     let pose = Pose { width: 0.5, up: [0.0, 1.0, 0.0] };

@@ -15,7 +15,8 @@ fn model(name: &str) -> Option<Mesh> {
 /// Lays an image of 300 by 300 pixels; pins are points of the image, from its lower left corner, with points of space.
 fn laid(mesh: &Mesh, pins: &[([f64; 2], [f64; 3])]) -> Decal {
     let sticker = Sticker::whole([300, 300]).expect("a sticker");
-    let pin = |(image, space): &([f64; 2], [f64; 3])| Pin { image: *image, place: nearest(mesh, *space).expect("a place").0 };
+    let pin =
+        |(image, space): &([f64; 2], [f64; 3])| Pin { image: *image, place: nearest(mesh, *space).expect("a place").0 };
     let pins: Vec<Pin> = pins.iter().map(pin).collect();
     let decal = lay(mesh, &sticker, &pins, None, &DecalSettings::default(), &mut Silent);
     let decal = decal.unwrap_or_else(|error| panic!("{error}"));

@@ -68,7 +68,9 @@ fn a_dragged_pin_stays_exact_and_settles_where_it_is_laid_anew() {
 fn a_drag_that_cannot_follow_changes_nothing() {
     let mut placed = placed();
     let before = placed.decal().uv;
-    assert!(placed.drag(4, on_sheet(COUNT, 0.01, 0.01)).expect_err("not under the sticker").to_string().contains("pin 4"));
+    assert!(
+        placed.drag(4, on_sheet(COUNT, 0.01, 0.01)).expect_err("not under the sticker").to_string().contains("pin 4")
+    );
     assert!(placed.drag(9, on_sheet(COUNT, 0.5, 0.5)).is_err());
     let mut nowhere = on_sheet(COUNT, 0.5, 0.5);
     nowhere.barycentric = [f64::NAN; 3];

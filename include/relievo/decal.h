@@ -1,0 +1,132 @@
+/* Relievo: decals, stickers cut out of an image that lie on a surface exactly at given points.
+ *
+ * A sticker is the part of an image within an outline. Each pin is a point of the image with the place of the surface that
+ * it belongs to. The map has its pins exactly there, flips no triangle and stretches as little as it can (multiple-constrained
+ * decaling, Journal of WSCG 21, 2013; symmetric Dirichlet energy, Smith and Schaefer 2015). The decal can be followed while a
+ * pin is dragged, written into the layers of a detail, or made a mesh with texture coordinates.
+ *
+ * Points of the image are in pixels from its lower left corner; lengths are in object units. Results do not depend on the
+ * number of threads. */
+#ifndef RELIEVO_DECAL_H
+#define RELIEVO_DECAL_H
+
+#include "relievo/detail.h"
+
+typedef struct RlvDecal {
+    uint64_t id;
+} RlvDecal;
+
+/* A point of the image and the place of the surface that it belongs to. */
+typedef struct RlvDecalPin {
+    double image[2];    /* pixels, within the outline */
+    double position[3]; /* the pin belongs to the nearest place of the surface, object units */
+    double depth;       /* where the sticker overlaps itself, the part near pins of larger depths lies on top */
+} RlvDecalPin;
+
+/* The sticker, and how it is laid. Strides are in bytes, 0 for packed. */
+typedef struct RlvDecalOptions {
+    uint32_t struct_size;
+    uint32_t width;        /* of the image, 1 to 32768 pixels */
+    uint32_t height;       /* of the image, 1 to 32768 pixels */
+    uint32_t can_overlap;  /* 1: the sticker may lie on a part of the surface more than once, as around a finger */
+    const double *outline; /* x and y of each corner, pixels; NULL for the whole image */
+    size_t outline_count;  /* corners, 3 to 65536 */
+    size_t outline_stride;
+    double pose_width;     /* with one pin: the width of the whole image on the surface, object units */
+    double pose_up[3];     /* with one pin: the direction in space that is up in the image */
+    uint32_t steps;        /* Newton steps of the last relaxation, 1 to 1000 */
+    float decrease;        /* the expected decrease of the distortion, as a share, that is not worth a step; 0 or more */
+    uint32_t triangles;    /* the most triangles of the decal */
+    uint32_t cells;        /* of details: cells along an edge of the cage that the decal lies on, a power of two */
+} RlvDecalOptions;
+
+#define RLV_DECAL_OPTIONS_INIT \
+    {sizeof(RlvDecalOptions), 0, 0, 0, NULL, 0, 0, 0.0, {0.0, 1.0, 0.0}, 30, 1e-4f, 4000000, 8}
+
+/* How a decal lies. */
+typedef struct RlvDecalQuality {
+    uint32_t struct_size;
+    uint32_t pin_count;
+    size_t triangle_count;
+    size_t flip_count;    /* triangles that are turned over: 0 */
+    size_t overlap_count; /* faces of the surface under more than one layer of the sticker */
+    double l2;            /* root mean square stretch (Sander et al. 2001), 1 for an isometric map */
+    double l_infinity;    /* the largest stretch, scaled likewise */
+    double worst_angle;   /* the largest difference of an angle between image and surface, radians */
+    double area_ratio;    /* the largest ratio of the scale of an area to the mean scale, or its inverse */
+    double coverage;      /* the share of the sticker that lies on the surface, 0 to 1 */
+    double doubled;       /* the share of the sticker that lies on more than one place of the surface, 0 to 1 */
+} RlvDecalQuality;
+
+#define RLV_DECAL_QUALITY_INIT {sizeof(RlvDecalQuality), 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}
+
+/* The pixels of the image: linear Rec.709 and alpha that is not premultiplied, row by row from the top. */
+typedef struct RlvDecalImage {
+    uint32_t struct_size;
+    uint32_t channels; /* 1 for grey, 3 for colour, 4 for colour and alpha */
+    const float *pixels;
+    size_t pixel_count; /* width times height of the sticker */
+} RlvDecalImage;
+
+#define RLV_DECAL_IMAGE_INIT {sizeof(RlvDecalImage), 4, NULL, 0}
+
+/* What writing a decal changed. */
+typedef struct RlvDecalReport {
+    uint32_t struct_size;
+    uint32_t reserved;
+    uint64_t changed_tiles;
+    uint64_t texels;        /* under the sticker */
+    uint64_t refused_tiles; /* by the budget: the sticker is missing there */
+} RlvDecalReport;
+
+#define RLV_DECAL_REPORT_INIT {sizeof(RlvDecalReport), 0, 0, 0, 0}
+
+/* Lays a sticker on the triangles of a mesh. progress may be NULL. Fails if a pin or the options are out of range, pins lie
+ * on different components, the sticker would fold at a pin or exceeds the triangles allowed; the message names the pin and
+ * proposes a place for it. */
+RLV_API RlvResult rlv_decal_on_mesh(RlvMesh mesh, const RlvDecalOptions *options, const RlvDecalPin *pins, size_t count,
+                                    size_t stride, RlvProgress progress, void *user, RlvDecal *out);
+
+/* Lays a sticker on the displaced Catmull-Clark surface of a detail as it was committed last, on triangles of
+ * options->cells cells along an edge. Fails as rlv_decal_on_mesh, or if the detail is of a triangle mesh. */
+RLV_API RlvResult rlv_decal_on_detail(RlvDetail detail, const RlvDecalOptions *options, const RlvDecalPin *pins,
+                                      size_t count, size_t stride, RlvProgress progress, void *user, RlvDecal *out);
+
+RLV_API RlvResult rlv_decal_retain(RlvDecal decal);
+RLV_API RlvResult rlv_decal_release(RlvDecal decal);
+
+/* Measures the decal as it lies now. */
+RLV_API RlvResult rlv_decal_quality(RlvDecal decal, RlvDecalQuality *out);
+
+/* Makes a mesh of the decal with the point attributes `uv`, 0 to 1 from left to right and from bottom to top of the image,
+ * and `normal`, lifted off the surface by offset. */
+RLV_API RlvResult rlv_decal_mesh(RlvDecal decal, double offset, RlvMesh *out);
+
+/* Moves a pin to the place of the surface nearest to a position of three numbers. The map follows from its last state; its
+ * triangles stay until rlv_decal_settle. Fails, and changes nothing, if there is no such pin, the place is not under the
+ * sticker, or the sticker cannot follow without folds. */
+RLV_API RlvResult rlv_decal_drag_pin(RlvDecal decal, size_t pin, const double *position);
+
+/* Moves the point of the image that a pin belongs to, two numbers in pixels, and settles the decal. Fails, and changes
+ * nothing, if there is no such pin, the point is not within the outline, or as rlv_decal_settle. */
+RLV_API RlvResult rlv_decal_move_image(RlvDecal decal, size_t pin, const double *image, RlvProgress progress, void *user);
+
+/* Lays a decal on a mesh anew where count points of its mesh moved. Fails, and changes nothing, if there are more or fewer
+ * points, one is not finite, the decal is on a detail, or as rlv_decal_settle. */
+RLV_API RlvResult rlv_decal_pose(RlvDecal decal, const float *points, size_t count, size_t stride, RlvProgress progress,
+                                 void *user);
+
+/* Lowers the distortion after pins were dragged and lets the decal grow and shrink until it covers the sticker. Fails, and
+ * changes nothing, if the sticker would fold; with RLV_ERROR_CANCELLED if progress, which may be NULL, says so. */
+RLV_API RlvResult rlv_decal_settle(RlvDecal decal, RlvProgress progress, void *user);
+
+/* Paints a decal that lies on a detail over the active layer of colour: an edit as strokes are. opacity is 0 to 1; report
+ * may be NULL. Fails, and changes nothing, if the detail has no colours or the active layer cannot be seen, the decal lies on
+ * a mesh, or the image has other pixels than the sticker. */
+RLV_API RlvResult rlv_decal_paint(RlvDecal decal, const RlvDecalImage *image, float opacity, RlvDecalReport *report);
+
+/* Raises the displacement of the detail by height, object units, where the image is white and opaque, not where it is black
+ * or transparent; otherwise as rlv_decal_paint. */
+RLV_API RlvResult rlv_decal_emboss(RlvDecal decal, const RlvDecalImage *image, float height, RlvDecalReport *report);
+
+#endif
