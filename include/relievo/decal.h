@@ -41,7 +41,7 @@ typedef struct RlvDecalOptions {
 } RlvDecalOptions;
 
 #define RLV_DECAL_OPTIONS_INIT \
-    {sizeof(RlvDecalOptions), 0, 0, 0, NULL, 0, 0, 0.0, {0.0, 1.0, 0.0}, 30, 1e-4f, 4000000, 8}
+    {sizeof(RlvDecalOptions), 0, 0, 0, NULL, 0, 0, 0.0, {0.0, 1.0, 0.0}, 30, 0.0001f, 4000000, 8}
 
 /* How a decal lies. */
 typedef struct RlvDecalQuality {

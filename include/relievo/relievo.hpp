@@ -1143,6 +1143,74 @@ public:
     }
 };
 
+/// A sticker on a surface; see relievo/decal.h.
+class Decal : public Reference<RlvDecal, rlv_decal_retain, rlv_decal_release> {
+public:
+    using Reference::Reference;
+
+    static Decal on(const Mesh &mesh, const RlvDecalOptions &options, const std::vector<RlvDecalPin> &pins,
+                    const Progress &progress = nullptr) {
+        Watch watch(progress);
+        Decal made;
+        watch.check(rlv_decal_on_mesh(mesh.get(), &options, pins.data(), pins.size(), 0, watch.callback(), &watch,
+                                      made.out()));
+        return made;
+    }
+
+    static Decal on(const Detail &detail, const RlvDecalOptions &options, const std::vector<RlvDecalPin> &pins,
+                    const Progress &progress = nullptr) {
+        Watch watch(progress);
+        Decal made;
+        watch.check(rlv_decal_on_detail(detail.get(), &options, pins.data(), pins.size(), 0, watch.callback(), &watch,
+                                        made.out()));
+        return made;
+    }
+
+    RlvDecalQuality quality() const {
+        RlvDecalQuality quality = RLV_DECAL_QUALITY_INIT;
+        check(rlv_decal_quality(get(), &quality));
+        return quality;
+    }
+
+    Mesh mesh(double offset = 0.0) const {
+        RlvMesh made = RLV_NULL;
+        check(rlv_decal_mesh(get(), offset, &made));
+        return Mesh(made);
+    }
+
+    void drag_pin(std::size_t pin, const std::array<double, 3> &position) const {
+        check(rlv_decal_drag_pin(get(), pin, position.data()));
+    }
+
+    void move_image(std::size_t pin, const std::array<double, 2> &image, const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        watch.check(rlv_decal_move_image(get(), pin, image.data(), watch.callback(), &watch));
+    }
+
+    void pose(const std::vector<std::array<float, 3>> &points, const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        const float *const first = points.empty() ? nullptr : points.front().data();
+        watch.check(rlv_decal_pose(get(), first, points.size(), 0, watch.callback(), &watch));
+    }
+
+    void settle(const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        watch.check(rlv_decal_settle(get(), watch.callback(), &watch));
+    }
+
+    RlvDecalReport paint(const RlvDecalImage &image, float opacity = 1.0f) const {
+        RlvDecalReport report = RLV_DECAL_REPORT_INIT;
+        check(rlv_decal_paint(get(), &image, opacity, &report));
+        return report;
+    }
+
+    RlvDecalReport emboss(const RlvDecalImage &image, float height) const {
+        RlvDecalReport report = RLV_DECAL_REPORT_INIT;
+        check(rlv_decal_emboss(get(), &image, height, &report));
+        return report;
+    }
+};
+
 /// A mesh that was repaired, and what was found and changed.
 struct Repaired {
     Mesh mesh;
@@ -2193,6 +2261,18 @@ public:
         return made;
     }
 
+    static Job decal(const Mesh &mesh, const RlvDecalOptions &options, const std::vector<RlvDecalPin> &pins) {
+        Job made;
+        check(rlv_job_decal_on_mesh(mesh.get(), &options, pins.data(), pins.size(), 0, made.out()));
+        return made;
+    }
+
+    static Job decal(const Detail &detail, const RlvDecalOptions &options, const std::vector<RlvDecalPin> &pins) {
+        Job made;
+        check(rlv_job_decal_on_detail(detail.get(), &options, pins.data(), pins.size(), 0, made.out()));
+        return made;
+    }
+
     RlvJobInfo poll() const {
         RlvJobInfo info = RLV_JOB_INFO_INIT;
         check(rlv_job_poll(get(), &info));
@@ -2233,6 +2313,12 @@ public:
         RlvProgressive made{0};
         check(rlv_job_progressive_mesh(get(), &made));
         return Progressive(made);
+    }
+
+    Decal decal() const {
+        RlvDecal made = RLV_NULL;
+        check(rlv_job_decal(get(), &made));
+        return Decal(made);
     }
 
     RlvFluidReport fluid_report() const {

@@ -35,6 +35,67 @@ def heights(detail):
     return detail.evaluate(tiles, numpy.full((len(tiles), 2), 0.5), ["displacements"])["displacements"]
 
 
+class Decals(unittest.TestCase):
+    """A plane of 4 by 4 quads of the unit square, and pins that lay an image of 40 by 20 pixels flat on it."""
+
+    def setUp(self):
+        self.context = rl.Context(threads=1)
+        self.detail = flat_detail(self.context, tile_size=16)
+        places = [(4, 4), (36, 4), (36, 16), (4, 16)]
+        self.pins = [(place, (0.3 + 0.01 * place[0], 0.4 + 0.01 * place[1], 0)) for place in places]
+        points, corners, _ = shapes.grid(8)
+        self.mesh = rl.Mesh(self.context, points, corners, 4)
+
+    def test_stickers_lie_flat_and_follow(self):
+        with rl.Decal.on_mesh(self.mesh, self.pins, (40, 20)) as decal:
+            quality = decal.quality
+            self.assertEqual((quality.pin_count, quality.flip_count, quality.coverage), (4, 0, 1.0))
+            self.assertAlmostEqual(quality.l2, 1.0, 5)
+            with decal.mesh(0.1) as mesh:
+                uv, points = mesh.attribute("uv").values, mesh.points()
+                numpy.testing.assert_allclose(uv[:, 0], (points[:, 0] - 0.3) / 0.4, atol=1e-5)
+                numpy.testing.assert_allclose(points[:, 2], 0.1, atol=1e-6)
+            decal.drag_pin(0, (0.35, 0.45, 0))
+            decal.settle()
+            self.assertGreater(decal.quality.l2, 1.0001)
+            decal.move_image(0, (5, 5))
+            self.assertAlmostEqual(decal.quality.l2, 1.0, 2)
+            with self.assertRaisesRegex(rl.Invalid, "outside"):
+                decal.move_image(0, (50, 5))
+            decal.pose(2 * self.mesh.points())
+            self.assertAlmostEqual(decal.quality.l2, 1.0, 2)
+            with self.assertRaisesRegex(rl.Invalid, "points"):
+                decal.pose(self.mesh.points()[1:])
+        with self.assertRaisesRegex(rl.Invalid, "pin 1"):
+            rl.Decal.on_mesh(self.mesh, [self.pins[0], ((1, 2),)], (40, 20))
+        with self.assertRaises(rl.Cancelled):
+            rl.Decal.on_mesh(self.mesh, self.pins, (40, 20), progress=lambda *_: False)
+        outline = [(0, 0), (40, 0), (40, 20)]
+        with rl.Decal.on_mesh(self.mesh, self.pins[1:2], (40, 20), outline, pose_width=0.4) as decal:
+            self.assertEqual(decal.quality.coverage, 1.0)
+
+    def test_stickers_are_written_into_layers(self):
+        image = numpy.ones((20, 40, 3), numpy.float32)
+        image[..., 1:] = 0
+        laid = job.decal_on_detail(self.detail, self.pins, (40, 20), cells=4)
+        laid.wait()
+        with laid.result() as decal:
+            with self.assertRaisesRegex(rl.Invalid, "no colours"):
+                decal.paint(image)
+            self.detail.add_paint(tile_size=16)
+            report = decal.paint(image, 0.5)
+            self.assertGreater(report.texels, 100)
+            self.assertEqual(report.refused_tiles, 0)
+            decal.emboss(numpy.ones((20, 40), numpy.float32), 0.25)
+            with self.assertRaisesRegex(rl.Invalid, "pixels"):
+                decal.paint(image[1:])
+        self.detail.commit()
+        self.assertAlmostEqual(float(heights(self.detail).max()), 0.25, 1)
+        started = job.decal_on_mesh(self.mesh, self.pins, (40, 20))
+        started.wait()
+        self.assertEqual(started.result().quality.flip_count, 0)
+
+
 class Meshes(unittest.TestCase):
     def setUp(self):
         self.context = rl.Context(threads=1)

@@ -26,6 +26,7 @@ from .caster import Caster
 from .collider import Collider
 from .color_buffer import ColorBuffer
 from .context import Context
+from .decal import Decal
 from .detail import Detail
 from .document import Document
 from .error import (

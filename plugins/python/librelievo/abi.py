@@ -1116,6 +1116,73 @@ class RlvColorBufferVulkan(Structure):
     ]
 
 
+class RlvDecal(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvDecalPin(Structure):
+    _fields_ = [
+        ("image", c_double * 2),
+        ("position", c_double * 3),
+        ("depth", c_double),
+    ]
+
+
+class RlvDecalOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("can_overlap", c_uint32),
+        ("outline", c_double_p),
+        ("outline_count", c_size_t),
+        ("outline_stride", c_size_t),
+        ("pose_width", c_double),
+        ("pose_up", c_double * 3),
+        ("steps", c_uint32),
+        ("decrease", c_float),
+        ("triangles", c_uint32),
+        ("cells", c_uint32),
+    ]
+
+
+class RlvDecalQuality(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("pin_count", c_uint32),
+        ("triangle_count", c_size_t),
+        ("flip_count", c_size_t),
+        ("overlap_count", c_size_t),
+        ("l2", c_double),
+        ("l_infinity", c_double),
+        ("worst_angle", c_double),
+        ("area_ratio", c_double),
+        ("coverage", c_double),
+        ("doubled", c_double),
+    ]
+
+
+class RlvDecalImage(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("channels", c_uint32),
+        ("pixels", c_float_p),
+        ("pixel_count", c_size_t),
+    ]
+
+
+class RlvDecalReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("changed_tiles", c_uint64),
+        ("texels", c_uint64),
+        ("refused_tiles", c_uint64),
+    ]
+
+
 class RlvStroke(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -2056,6 +2123,10 @@ INIT = {
     RlvToolSettings: (ctypes.sizeof(RlvToolSettings), 1.0, 1.0,),
     RlvColorBufferInfo: (ctypes.sizeof(RlvColorBufferInfo), 0, 0, 0, 0, 0, 0, 0, (0,),),
     RlvColorBufferVulkan: (ctypes.sizeof(RlvColorBufferVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvDecalOptions: (ctypes.sizeof(RlvDecalOptions), 0, 0, 0, None, 0, 0, 0.0, (0.0, 1.0, 0.0,), 30, 0.0001, 4000000, 8,),
+    RlvDecalQuality: (ctypes.sizeof(RlvDecalQuality), 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,),
+    RlvDecalImage: (ctypes.sizeof(RlvDecalImage), 4, None, 0,),
+    RlvDecalReport: (ctypes.sizeof(RlvDecalReport), 0, 0, 0, 0,),
     RlvStrokeReport: (ctypes.sizeof(RlvStrokeReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvLevelInfo: (ctypes.sizeof(RlvLevelInfo), 0, 0, 0, 0, 0,),
     RlvLevelView: (ctypes.sizeof(RlvLevelView), (0.0,), 1000.0, 1.0, 1.0, 0, None, 0, 0,),
@@ -2241,6 +2312,18 @@ FUNCTIONS = {
     "rlv_color_buffer_info": (RlvResult, [("buffer", RlvColorBuffer), ("out", POINTER(RlvColorBufferInfo))]),
     "rlv_color_buffer_vulkan": (RlvResult, [("buffer", RlvColorBuffer), ("out", POINTER(RlvColorBufferVulkan))]),
     "rlv_color_buffer_read": (RlvResult, [("buffer", RlvColorBuffer), ("tile", c_uint32), ("level", c_uint32), ("bytes", c_void_p), ("capacity", c_size_t), ("size", c_size_t_p)]),
+    "rlv_decal_on_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvDecalOptions)), ("pins", POINTER(RlvDecalPin)), ("count", c_size_t), ("stride", c_size_t), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvDecal))]),
+    "rlv_decal_on_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvDecalOptions)), ("pins", POINTER(RlvDecalPin)), ("count", c_size_t), ("stride", c_size_t), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvDecal))]),
+    "rlv_decal_retain": (RlvResult, [("decal", RlvDecal)]),
+    "rlv_decal_release": (RlvResult, [("decal", RlvDecal)]),
+    "rlv_decal_quality": (RlvResult, [("decal", RlvDecal), ("out", POINTER(RlvDecalQuality))]),
+    "rlv_decal_mesh": (RlvResult, [("decal", RlvDecal), ("offset", c_double), ("out", POINTER(RlvMesh))]),
+    "rlv_decal_drag_pin": (RlvResult, [("decal", RlvDecal), ("pin", c_size_t), ("position", c_double_p)]),
+    "rlv_decal_move_image": (RlvResult, [("decal", RlvDecal), ("pin", c_size_t), ("image", c_double_p), ("progress", RlvProgress), ("user", c_void_p)]),
+    "rlv_decal_pose": (RlvResult, [("decal", RlvDecal), ("points", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("progress", RlvProgress), ("user", c_void_p)]),
+    "rlv_decal_settle": (RlvResult, [("decal", RlvDecal), ("progress", RlvProgress), ("user", c_void_p)]),
+    "rlv_decal_paint": (RlvResult, [("decal", RlvDecal), ("image", POINTER(RlvDecalImage)), ("opacity", c_float), ("report", POINTER(RlvDecalReport))]),
+    "rlv_decal_emboss": (RlvResult, [("decal", RlvDecal), ("image", POINTER(RlvDecalImage)), ("height", c_float), ("report", POINTER(RlvDecalReport))]),
     "rlv_stroke_run": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
     "rlv_stroke_begin": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("out", POINTER(RlvStroke))]),
     "rlv_stroke_retain": (RlvResult, [("stroke", RlvStroke)]),
@@ -2413,6 +2496,8 @@ FUNCTIONS = {
     "rlv_job_grid_from_mesh": (RlvResult, [("mesh", RlvMesh), ("settings", POINTER(RlvGridSettings)), ("out", POINTER(RlvJob))]),
     "rlv_job_grid_change": (RlvResult, [("grid", RlvGrid), ("change", c_uint32), ("settings", POINTER(RlvGridSettings)), ("out", POINTER(RlvJob))]),
     "rlv_job_grid_mesh": (RlvResult, [("grid", RlvGrid), ("settings", POINTER(RlvGridSettings)), ("out", POINTER(RlvJob))]),
+    "rlv_job_decal_on_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvDecalOptions)), ("pins", POINTER(RlvDecalPin)), ("count", c_size_t), ("stride", c_size_t), ("out", POINTER(RlvJob))]),
+    "rlv_job_decal_on_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvDecalOptions)), ("pins", POINTER(RlvDecalPin)), ("count", c_size_t), ("stride", c_size_t), ("out", POINTER(RlvJob))]),
     "rlv_job_fluid": (RlvResult, [("fluid", RlvFluid), ("seconds", c_double), ("out", POINTER(RlvJob))]),
     "rlv_job_retain": (RlvResult, [("job", RlvJob)]),
     "rlv_job_release": (RlvResult, [("job", RlvJob)]),
@@ -2425,6 +2510,7 @@ FUNCTIONS = {
     "rlv_job_repair_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvRepairReport))]),
     "rlv_job_progressive_mesh": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvProgressive))]),
     "rlv_job_grid": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvGrid))]),
+    "rlv_job_decal": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvDecal))]),
     "rlv_job_imprint_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvImprintReport))]),
     "rlv_job_bake_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvBakeReport))]),
     "rlv_job_fluid_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvFluidReport))]),

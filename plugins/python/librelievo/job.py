@@ -6,6 +6,8 @@ import ctypes
 from . import abi, library, record
 from .array import address, matrix
 from .bake import options_of
+from .decal import Decal
+from .decal import arguments as decal_arguments
 from .detail import number_of
 from .document import transfer_arguments
 from .grid import Grid
@@ -84,6 +86,23 @@ def sweep_points(detail, collider, before, after, settings=None, moment=None):
     fetch = _report("rlv_job_imprint_report", abi.RlvImprintReport)
     arguments = (*path.arguments(), settings_of(settings), moment_of(moment))
     return _started(fetch, "rlv_job_sweep_points", detail.handle, collider.handle, *arguments)
+
+
+def decal_on_mesh(mesh, pins, size, outline=None, **options):
+    """Starts `Decal.on_mesh`; the result is the decal."""
+    return _decal("rlv_job_decal_on_mesh", mesh, pins, size, outline, options)
+
+
+def decal_on_detail(detail, pins, size, outline=None, **options):
+    """Starts `Decal.on_detail`; the result is the decal."""
+    return _decal("rlv_job_decal_on_detail", detail, pins, size, outline, options)
+
+
+def _decal(function, ground, pins, size, outline, options):
+    given, kept = decal_arguments(pins, size, outline, **options)
+    made = _started(lambda job: Decal.of("rlv_job_decal", job.handle), function, ground.handle, *given)
+    del kept
+    return made
 
 
 def write(detail, path, **options):

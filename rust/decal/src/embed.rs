@@ -57,7 +57,11 @@ pub fn embed(
             }
         }
     }
-    let failed = || Error::internal("the vertices between the pins cannot be placed").at("seed of the decal");
+    let failed = || {
+        Error::invalid("the vertices between the pins cannot be placed")
+            .at("seed of the decal")
+            .advise("repair the mesh, or move the pins apart")
+    };
     let matrix = SparseColMat::<u32, f64>::try_new_from_triplets(count, count, &entries).map_err(|_| failed())?;
     let factor = matrix.sp_lu().map_err(|_| failed())?;
     factor.solve_in_place(&mut side);

@@ -165,9 +165,13 @@ impl Placement {
             return Err(Error::invalid("it is not finite").at(format!("point {point}")).advise("give three numbers"));
         }
         self.drop_pin()?;
-        let kept = self.seed.surface.points.clone();
+        let kept = (self.seed.surface.points.clone(), self.seed.scale);
+        let before = self.area();
         self.seed.surface.points = self.posed(points);
-        self.settle(progress).inspect_err(|_| self.seed.surface.points = kept)?;
+        // The sticker grows with the surface as a whole.
+        let growth = (before / self.area()).sqrt();
+        self.seed.scale *= if growth.is_finite() && growth > 0.0 { growth } else { 1.0 };
+        self.settle(progress).inspect_err(|_| (self.seed.surface.points, self.seed.scale) = kept)?;
         self.mesh.points.copy_from_slice(points);
         Ok(())
     }
@@ -285,6 +289,11 @@ impl Placement {
             }
         }
         Ok(())
+    }
+
+    /// The area of the surface under the patch.
+    fn area(&self) -> f64 {
+        self.seed.patch.triangles.iter().map(|triangle| self.seed.surface.area(*triangle)).sum()
     }
 
     /// The points of the surface after those of the mesh moved: each keeps its place on its face.

@@ -22,6 +22,7 @@ use relievo::buffer::*;
 use relievo::caster::*;
 use relievo::collider::*;
 use relievo::color_buffer::*;
+use relievo::decal::*;
 use relievo::stroke::*;
 use relievo::level::*;
 use relievo::device_level::*;
@@ -325,6 +326,24 @@ function!(rlv_color_buffer_update: unsafe extern "C" fn(RlvColorBuffer, *mut Rlv
 function!(rlv_color_buffer_info: unsafe extern "C" fn(RlvColorBuffer, *mut RlvColorBufferInfo) -> RlvResult);
 function!(rlv_color_buffer_vulkan: unsafe extern "C" fn(RlvColorBuffer, *mut RlvColorBufferVulkan) -> RlvResult);
 function!(rlv_color_buffer_read: unsafe extern "C" fn(RlvColorBuffer, u32, u32, *mut c_void, usize, *mut usize) -> RlvResult);
+layout!(RlvDecal: 8, 8);
+layout!(RlvDecalPin: 48, 8);
+layout!(RlvDecalOptions: 88, 8);
+layout!(RlvDecalQuality: 80, 8);
+layout!(RlvDecalImage: 24, 8);
+layout!(RlvDecalReport: 32, 8);
+function!(rlv_decal_on_mesh: unsafe extern "C" fn(RlvMesh, *const RlvDecalOptions, *const RlvDecalPin, usize, usize, RlvProgress, *mut c_void, *mut RlvDecal) -> RlvResult);
+function!(rlv_decal_on_detail: unsafe extern "C" fn(RlvDetail, *const RlvDecalOptions, *const RlvDecalPin, usize, usize, RlvProgress, *mut c_void, *mut RlvDecal) -> RlvResult);
+function!(rlv_decal_retain: unsafe extern "C" fn(RlvDecal) -> RlvResult);
+function!(rlv_decal_release: unsafe extern "C" fn(RlvDecal) -> RlvResult);
+function!(rlv_decal_quality: unsafe extern "C" fn(RlvDecal, *mut RlvDecalQuality) -> RlvResult);
+function!(rlv_decal_mesh: unsafe extern "C" fn(RlvDecal, f64, *mut RlvMesh) -> RlvResult);
+function!(rlv_decal_drag_pin: unsafe extern "C" fn(RlvDecal, usize, *const f64) -> RlvResult);
+function!(rlv_decal_move_image: unsafe extern "C" fn(RlvDecal, usize, *const f64, RlvProgress, *mut c_void) -> RlvResult);
+function!(rlv_decal_pose: unsafe extern "C" fn(RlvDecal, *const f32, usize, usize, RlvProgress, *mut c_void) -> RlvResult);
+function!(rlv_decal_settle: unsafe extern "C" fn(RlvDecal, RlvProgress, *mut c_void) -> RlvResult);
+function!(rlv_decal_paint: unsafe extern "C" fn(RlvDecal, *const RlvDecalImage, f32, *mut RlvDecalReport) -> RlvResult);
+function!(rlv_decal_emboss: unsafe extern "C" fn(RlvDecal, *const RlvDecalImage, f32, *mut RlvDecalReport) -> RlvResult);
 layout!(RlvStroke: 8, 8);
 layout!(RlvStrokePoint: 40, 8);
 layout!(RlvStrokeReport: 88, 8);
@@ -623,6 +642,8 @@ function!(rlv_job_grid_read: unsafe extern "C" fn(RlvContext, *const c_char, *co
 function!(rlv_job_grid_from_mesh: unsafe extern "C" fn(RlvMesh, *const RlvGridSettings, *mut RlvJob) -> RlvResult);
 function!(rlv_job_grid_change: unsafe extern "C" fn(RlvGrid, u32, *const RlvGridSettings, *mut RlvJob) -> RlvResult);
 function!(rlv_job_grid_mesh: unsafe extern "C" fn(RlvGrid, *const RlvGridSettings, *mut RlvJob) -> RlvResult);
+function!(rlv_job_decal_on_mesh: unsafe extern "C" fn(RlvMesh, *const RlvDecalOptions, *const RlvDecalPin, usize, usize, *mut RlvJob) -> RlvResult);
+function!(rlv_job_decal_on_detail: unsafe extern "C" fn(RlvDetail, *const RlvDecalOptions, *const RlvDecalPin, usize, usize, *mut RlvJob) -> RlvResult);
 function!(rlv_job_fluid: unsafe extern "C" fn(RlvFluid, f64, *mut RlvJob) -> RlvResult);
 function!(rlv_job_retain: unsafe extern "C" fn(RlvJob) -> RlvResult);
 function!(rlv_job_release: unsafe extern "C" fn(RlvJob) -> RlvResult);
@@ -635,6 +656,7 @@ function!(rlv_job_simplify_error: unsafe extern "C" fn(RlvJob, *mut f32) -> RlvR
 function!(rlv_job_repair_report: unsafe extern "C" fn(RlvJob, *mut RlvRepairReport) -> RlvResult);
 function!(rlv_job_progressive_mesh: unsafe extern "C" fn(RlvJob, *mut RlvProgressive) -> RlvResult);
 function!(rlv_job_grid: unsafe extern "C" fn(RlvJob, *mut RlvGrid) -> RlvResult);
+function!(rlv_job_decal: unsafe extern "C" fn(RlvJob, *mut RlvDecal) -> RlvResult);
 function!(rlv_job_imprint_report: unsafe extern "C" fn(RlvJob, *mut RlvImprintReport) -> RlvResult);
 function!(rlv_job_bake_report: unsafe extern "C" fn(RlvJob, *mut RlvBakeReport) -> RlvResult);
 function!(rlv_job_fluid_report: unsafe extern "C" fn(RlvJob, *mut RlvFluidReport) -> RlvResult);
@@ -1278,6 +1300,55 @@ pub fn offsets(list: &mut Offsets) {
         texels: u64 = 56,
         mip_firsts: u64 = 64,
         mips: u64 = 72,
+    });
+    fields!(list, RlvDecal {
+        id: u64 = 0,
+    });
+    fields!(list, RlvDecalPin {
+        image: [f64; 2] = 0,
+        position: [f64; 3] = 16,
+        depth: f64 = 40,
+    });
+    fields!(list, RlvDecalOptions {
+        struct_size: u32 = 0,
+        width: u32 = 4,
+        height: u32 = 8,
+        can_overlap: u32 = 12,
+        outline: *const f64 = 16,
+        outline_count: usize = 24,
+        outline_stride: usize = 32,
+        pose_width: f64 = 40,
+        pose_up: [f64; 3] = 48,
+        steps: u32 = 72,
+        decrease: f32 = 76,
+        triangles: u32 = 80,
+        cells: u32 = 84,
+    });
+    fields!(list, RlvDecalQuality {
+        struct_size: u32 = 0,
+        pin_count: u32 = 4,
+        triangle_count: usize = 8,
+        flip_count: usize = 16,
+        overlap_count: usize = 24,
+        l2: f64 = 32,
+        l_infinity: f64 = 40,
+        worst_angle: f64 = 48,
+        area_ratio: f64 = 56,
+        coverage: f64 = 64,
+        doubled: f64 = 72,
+    });
+    fields!(list, RlvDecalImage {
+        struct_size: u32 = 0,
+        channels: u32 = 4,
+        pixels: *const f32 = 8,
+        pixel_count: usize = 16,
+    });
+    fields!(list, RlvDecalReport {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        changed_tiles: u64 = 8,
+        texels: u64 = 16,
+        refused_tiles: u64 = 24,
     });
     fields!(list, RlvStroke {
         id: u64 = 0,
@@ -2100,6 +2171,24 @@ pub const INITIAL: &[Initial] = &[
         ("uint64_t mip_firsts", 0.0),
         ("uint64_t mips", 0.0),
     ] },
+    Initial { header: "decal.h", name: "RlvDecalQuality", initializer: "RLV_DECAL_QUALITY_INIT", fields: &[
+        ("uint32_t pin_count", 0.0),
+        ("size_t triangle_count", 0.0),
+        ("size_t flip_count", 0.0),
+        ("size_t overlap_count", 0.0),
+        ("double l2", 0.0),
+        ("double l_infinity", 0.0),
+        ("double worst_angle", 0.0),
+        ("double area_ratio", 0.0),
+        ("double coverage", 0.0),
+        ("double doubled", 0.0),
+    ] },
+    Initial { header: "decal.h", name: "RlvDecalReport", initializer: "RLV_DECAL_REPORT_INIT", fields: &[
+        ("uint32_t reserved", 0.0),
+        ("uint64_t changed_tiles", 0.0),
+        ("uint64_t texels", 0.0),
+        ("uint64_t refused_tiles", 0.0),
+    ] },
     Initial { header: "stroke.h", name: "RlvStrokeReport", initializer: "RLV_STROKE_REPORT_INIT", fields: &[
         ("uint32_t reserved", 0.0),
         ("uint64_t dabs", 0.0),
@@ -2383,6 +2472,10 @@ pub const NAMES: &[&str] = &[
     "RLV_CURVE_ANGLE",
     "RLV_CURVE_SIZE",
     "RLV_CURVE_STRENGTH",
+    "RLV_DECAL_IMAGE_INIT",
+    "RLV_DECAL_OPTIONS_INIT",
+    "RLV_DECAL_QUALITY_INIT",
+    "RLV_DECAL_REPORT_INIT",
     "RLV_DECAY_OPTIONS_INIT",
     "RLV_DETAIL_CHANGES_INIT",
     "RLV_DETAIL_INFO_INIT",

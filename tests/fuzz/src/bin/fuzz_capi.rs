@@ -14,6 +14,7 @@ use relievo_abi::brush::*;
 use relievo_abi::caster::*;
 use relievo_abi::collider::*;
 use relievo_abi::context::*;
+use relievo_abi::decal::*;
 use relievo_abi::detail::*;
 use relievo_abi::document::*;
 use relievo_abi::error::{RLV_ERROR_INTERNAL, RLV_OK, RlvResult};
@@ -63,10 +64,11 @@ struct Handles {
     isosurfaces: Vec<u64>,
     particles: Vec<u64>,
     grids: Vec<u64>,
+    decals: Vec<u64>,
 }
 
 impl Handles {
-    fn lists(&self) -> [&[u64]; 19] {
+    fn lists(&self) -> [&[u64]; 20] {
         let Self {
             contexts,
             meshes,
@@ -87,6 +89,7 @@ impl Handles {
             isosurfaces,
             particles,
             grids,
+            decals,
         } = self;
         [
             contexts,
@@ -108,6 +111,7 @@ impl Handles {
             isosurfaces,
             particles,
             grids,
+            decals,
         ]
     }
 
@@ -116,7 +120,7 @@ impl Handles {
         let list = match bytes.int_in_range(0..=31_u8)? {
             0 => return Ok(0),
             1 => return bytes.arbitrary(),
-            2 => self.lists()[bytes.int_in_range(0..=18)?],
+            2 => self.lists()[bytes.int_in_range(0..=19)?],
             _ => self.lists()[noun],
         };
         if list.is_empty() { Ok(0) } else { bytes.choose(list).copied() }
@@ -1367,8 +1371,10 @@ fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
             (16, false) => rlv_isosurface_release(RlvIsosurface { id }),
             (17, true) => rlv_particles_retain(RlvParticles { id }),
             (17, false) => rlv_particles_release(RlvParticles { id }),
-            (_, true) => rlv_grid_retain(RlvGrid { id }),
-            (_, false) => rlv_grid_release(RlvGrid { id }),
+            (18, true) => rlv_grid_retain(RlvGrid { id }),
+            (18, false) => rlv_grid_release(RlvGrid { id }),
+            (_, true) => rlv_decal_retain(RlvDecal { id }),
+            (_, false) => rlv_decal_release(RlvDecal { id }),
         }
     }
 }
@@ -1419,6 +1425,66 @@ fn grids(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     Ok(())
 }
 
+/// Stickers on meshes and details: laid, dragged, settled, written and made meshes.
+fn decals(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let mut options: RlvDecalOptions = sized(bytes)?;
+    (options.width, options.height) = (bytes.int_in_range(0..=16)?, bytes.int_in_range(0..=16)?);
+    options.can_overlap = bytes.int_in_range(0..=1)?;
+    let mut outline = [[0.0_f64; 2]; 4];
+    for corner in &mut outline {
+        *corner = [f64::from(number(bytes)?), f64::from(number(bytes)?)];
+    }
+    (options.outline, options.outline_count, options.outline_stride) = (std::ptr::null(), 0, 0);
+    if bytes.ratio(1, 3)? {
+        (options.outline, options.outline_count) = (outline.as_ptr().cast(), bytes.int_in_range(0..=4)?);
+    }
+    options.pose_width = f64::from(number(bytes)?);
+    options.pose_up = [0.0, 1.0, f64::from(number(bytes)?)];
+    (options.steps, options.decrease) = (bytes.int_in_range(0..=4)?, number(bytes)?);
+    (options.triangles, options.cells) = (bytes.int_in_range(0..=2000)?, bytes.int_in_range(0..=4)?);
+    let mut pins = [RlvDecalPin::default(); 4];
+    for pin in &mut pins {
+        pin.image = [bytes.int_in_range(0..=16)?, bytes.int_in_range(0..=16)?].map(|value: u32| f64::from(value));
+        pin.position = [f64::from(number(bytes)?), f64::from(number(bytes)?), f64::from(number(bytes)?)];
+        pin.depth = f64::from(number(bytes)?);
+    }
+    let count = bytes.int_in_range(0..=4)?;
+    let mut out = RlvDecal { id: UNTOUCHED };
+    let mesh = RlvMesh { id: handles.pick(bytes, 1)? };
+    let detail = RlvDetail { id: handles.pick(bytes, 3)? };
+    // SAFETY: the descriptor is sized, its outline and the pins are of their counts.
+    let result = unsafe {
+        if bytes.ratio(1, 2)? {
+            rlv_decal_on_mesh(mesh, &options, pins.as_ptr(), count, 0, None, null_mut(), &mut out)
+        } else {
+            rlv_decal_on_detail(detail, &options, pins.as_ptr(), count, 0, None, null_mut(), &mut out)
+        }
+    };
+    made(result, out.id, &mut handles.decals);
+    let decal = RlvDecal { id: handles.pick(bytes, 19)? };
+    let pixels = [0.5_f32; 4 * 256];
+    let mut image: RlvDecalImage = sized(bytes)?;
+    image.channels = bytes.int_in_range(0..=5)?;
+    (image.pixels, image.pixel_count) = (pixels.as_ptr(), bytes.int_in_range(0..=256)?);
+    let (mut quality, mut report) = (sized::<RlvDecalQuality>(bytes)?, sized::<RlvDecalReport>(bytes)?);
+    let place = [f64::from(number(bytes)?), f64::from(number(bytes)?), f64::from(number(bytes)?)];
+    let mut made_mesh = RlvMesh { id: UNTOUCHED };
+    // SAFETY: descriptors are sized, the image has its pixels of up to four channels, and places their numbers.
+    unsafe {
+        called(rlv_decal_drag_pin(decal, bytes.int_in_range(0..=4)?, place.as_ptr()));
+        called(rlv_decal_settle(decal, None, null_mut()));
+        called(rlv_decal_move_image(decal, bytes.int_in_range(0..=4)?, place.as_ptr(), None, null_mut()));
+        called(rlv_decal_quality(decal, &mut quality));
+        if image.channels <= 4 {
+            called(rlv_decal_paint(decal, &image, number(bytes)?, &mut report));
+            called(rlv_decal_emboss(decal, &image, number(bytes)?, &mut report));
+        }
+        let result = rlv_decal_mesh(decal, f64::from(number(bytes)?), &mut made_mesh);
+        made(result, made_mesh.id, &mut handles.meshes);
+    }
+    Ok(())
+}
+
 fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let mut options: RlvContextOptions = sized(bytes)?;
     options.threads = 1;
@@ -1428,7 +1494,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let result = unsafe { rlv_context_create(&options, &mut out) };
     made(result, out.id, &mut handles.contexts);
     while !bytes.is_empty() {
-        match bytes.int_in_range(0..=30_u8)? {
+        match bytes.int_in_range(0..=31_u8)? {
             0..=2 => create_mesh(bytes, handles)?,
             3 => read_mesh(bytes, handles)?,
             4..=5 => use_surface(bytes, handles)?,
@@ -1451,8 +1517,9 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             27 => states(bytes, handles)?,
             28 => pictures_of_particles(bytes, handles)?,
             29 => grids(bytes, handles)?,
+            30 => decals(bytes, handles)?,
             _ => {
-                let noun = bytes.int_in_range(0..=18)?;
+                let noun = bytes.int_in_range(0..=19)?;
                 let id = handles.pick(bytes, noun)?;
                 called(count_reference(noun, id, bytes.ratio(1, 3)?));
             }

@@ -1,0 +1,245 @@
+/* Decals: laid on a mesh and on a detail, measured, dragged, posed, painted and embossed, as a mesh, and as a job. */
+#include "check.h"
+
+enum { WIDTH = 40, HEIGHT = 20 };
+
+static uint32_t cancel(void *user, float fraction, const char *stage) {
+    (void)user;
+    (void)fraction;
+    (void)stage;
+    return RLV_PROGRESS_CANCEL;
+}
+
+/* Pins that make the image 4 units wide, its lower left corner at (3, 4). */
+static void set_pins(RlvDecalPin pins[4]) {
+    const double places[4][2] = {{4, 4}, {36, 4}, {36, 16}, {4, 16}};
+    for (size_t pin = 0; pin < 4; ++pin) {
+        memset(&pins[pin], 0, sizeof pins[pin]);
+        for (size_t axis = 0; axis < 2; ++axis) {
+            pins[pin].image[axis] = places[pin][axis];
+            pins[pin].position[axis] = (axis == 0 ? 3.0 : 4.0) + 0.1 * places[pin][axis];
+        }
+    }
+}
+
+/* The colour and the displacement in the middle of a quad of the cage. */
+static void look(RlvDetail detail, uint32_t tile, float *color, float *height) {
+    const float uv[2] = {0.5f, 0.5f};
+    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    arrays.count = 1;
+    arrays.tiles = &tile;
+    arrays.uvs = uv;
+    arrays.colors = color;
+    arrays.displacements = height;
+    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+}
+
+static void lay_on_mesh(RlvContext context, RlvMesh plane) {
+    RlvDecalPin pins[4];
+    RlvDecalOptions options = RLV_DECAL_OPTIONS_INIT;
+    RlvDecalQuality quality = RLV_DECAL_QUALITY_INIT;
+    RlvMeshInfo info = RLV_MESH_INFO_INIT;
+    RlvDecal decal = RLV_NULL, untouched = {77};
+    RlvMesh mesh = RLV_NULL;
+    set_pins(pins);
+    options.width = WIDTH;
+    options.height = HEIGHT;
+    CHECK_OK(rlv_decal_on_mesh(plane, &options, pins, 4, 0, NULL, NULL, &decal));
+    CHECK_OK(rlv_decal_quality(decal, &quality));
+    CHECK(quality.flip_count == 0 && quality.overlap_count == 0 && quality.pin_count == 4);
+    CHECK(quality.coverage == 1.0 && quality.doubled == 0.0);
+    CHECK_NEAR(quality.l2, 1.0, 1e-5);
+
+    /* Texture coordinates are 0 at (3, 4) and 1 at (7, 6). */
+    uint32_t uv = 77;
+    CHECK_OK(rlv_decal_mesh(decal, 0.25, &mesh));
+    CHECK_OK(rlv_mesh_info(mesh, &info));
+    CHECK(info.triangle_count == quality.triangle_count && info.low[2] == 0.25f && info.high[2] == 0.25f);
+    CHECK_OK(rlv_mesh_find_attribute(mesh, "uv", &uv));
+    float *points = malloc(info.point_count * 12), *uvs = malloc(info.point_count * 8);
+    CHECK(points != NULL && uvs != NULL);
+    CHECK_OK(rlv_mesh_get_points(mesh, points, info.point_count, 0));
+    CHECK_OK(rlv_mesh_get_attribute(mesh, uv, uvs, 2 * info.point_count, NULL, 0));
+    for (size_t point = 0; point < info.point_count; ++point) {
+        CHECK_NEAR(uvs[2 * point], (points[3 * point] - 3.0) / 4.0, 1e-5);
+        CHECK_NEAR(uvs[2 * point + 1], (points[3 * point + 1] - 4.0) / 2.0, 1e-5);
+    }
+    CHECK_OK(rlv_mesh_release(mesh));
+    free(points);
+    free(uvs);
+
+    /* A pin is dragged and stays exact; far from the sticker it cannot be. */
+    const double near_by[3] = {3.5, 4.5, 0.3}, far_away[3] = {0.1, 9.9, 0.0}, nothing[3] = {NAN, 0.0, 0.0};
+    CHECK_OK(rlv_decal_drag_pin(decal, 0, near_by));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_drag_pin(decal, 0, far_away), "not under the sticker");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_drag_pin(decal, 4, near_by), "4 pins");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_drag_pin(decal, 0, nothing), "not finite");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_drag_pin(decal, 0, NULL), "NULL");
+    CHECK_FAILS(RLV_ERROR_CANCELLED, rlv_decal_settle(decal, cancel, NULL), "cancelled");
+    CHECK_OK(rlv_decal_settle(decal, NULL, NULL));
+    CHECK_OK(rlv_decal_quality(decal, &quality));
+    CHECK(quality.flip_count == 0 && quality.l2 > 1.0001 && quality.l2 < 1.1 && quality.coverage > 0.999);
+
+    /* The point of the image follows, and the distortion is gone. */
+    const double image[2] = {5.0, 5.0}, outside[2] = {-1.0, 5.0};
+    CHECK_OK(rlv_decal_move_image(decal, 0, image, NULL, NULL));
+    CHECK_OK(rlv_decal_quality(decal, &quality));
+    CHECK_NEAR(quality.l2, 1.0, 1e-3);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_move_image(decal, 0, outside, NULL, NULL), "outside");
+
+    /* The surface grows to twice its size: the map stays what it is. */
+    RlvMeshInfo whole = RLV_MESH_INFO_INIT;
+    CHECK_OK(rlv_mesh_info(plane, &whole));
+    float *posed = malloc(whole.point_count * 12);
+    CHECK(posed != NULL);
+    CHECK_OK(rlv_mesh_get_points(plane, posed, whole.point_count, 0));
+    for (size_t value = 0; value < 3 * whole.point_count; ++value) {
+        posed[value] *= 2.0f;
+    }
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_pose(decal, posed, whole.point_count - 1, 0, NULL, NULL), "points");
+    CHECK_OK(rlv_decal_pose(decal, posed, whole.point_count, 0, NULL, NULL));
+    CHECK_OK(rlv_decal_quality(decal, &quality));
+    CHECK(quality.flip_count == 0 && quality.coverage > 0.999);
+    CHECK_NEAR(quality.l2, 1.0, 1e-2);
+    free(posed);
+
+    /* As a job it is the same. */
+    RlvJob job = RLV_NULL;
+    RlvDecal again = RLV_NULL;
+    CHECK_OK(rlv_job_decal_on_mesh(plane, &options, pins, 4, 0, &job));
+    CHECK_OK(rlv_job_wait(job, -1.0, NULL));
+    CHECK_OK(rlv_job_decal(job, &again));
+    CHECK_OK(rlv_decal_quality(again, &quality));
+    CHECK_NEAR(quality.l2, 1.0, 1e-5);
+    CHECK_OK(rlv_job_release(job));
+    CHECK_OK(rlv_decal_release(again));
+
+    /* One pin with a pose; outlines; refusals. */
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_on_mesh(plane, &options, pins, 1, 0, NULL, NULL, &untouched), "pose");
+    options.pose_width = 4.0;
+    CHECK_OK(rlv_decal_on_mesh(plane, &options, pins, 1, 0, NULL, NULL, &again));
+    CHECK_OK(rlv_decal_quality(again, &quality));
+    CHECK(quality.coverage == 1.0);
+    CHECK_OK(rlv_decal_release(again));
+    const double triangle[6] = {0.0, 0.0, 40.0, 0.0, 0.0, 20.0}, crossed[8] = {0, 0, 40, 20, 40, 0, 0, 20};
+    options.outline = triangle;
+    options.outline_count = 3;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_on_mesh(plane, &options, pins, 4, 0, NULL, NULL, &untouched), "outline");
+    CHECK_OK(rlv_decal_on_mesh(plane, &options, pins, 1, 0, NULL, NULL, &again));
+    CHECK_OK(rlv_decal_release(again));
+    options.outline = crossed;
+    options.outline_count = 4;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_on_mesh(plane, &options, pins, 1, 0, NULL, NULL, &untouched), "cross");
+    options.outline = NULL;
+    CHECK_FAILS(RLV_ERROR_CANCELLED, rlv_decal_on_mesh(plane, &options, pins, 4, 0, cancel, NULL, &untouched), "cancel");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_on_mesh(plane, &options, pins, 0, 0, NULL, NULL, &untouched), "no pins");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_on_mesh(plane, &options, NULL, 4, 0, NULL, NULL, &untouched), "pins");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_on_mesh(plane, NULL, pins, 4, 0, NULL, NULL, &untouched), "image");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_on_mesh(plane, &options, pins, 4, 0, NULL, NULL, NULL), "out");
+    pins[2].position[0] = NAN;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_on_mesh(plane, &options, pins, 4, 0, NULL, NULL, &untouched), "pin 2");
+    CHECK(untouched.id == 77);
+    const RlvDecalImage pixels = RLV_DECAL_IMAGE_INIT;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_paint(decal, &pixels, 1.0f, NULL), "lies on a mesh");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_mesh(decal, INFINITY, &mesh), "offset");
+    CHECK_OK(rlv_decal_retain(decal));
+    CHECK_OK(rlv_decal_release(decal));
+    CHECK_OK(rlv_decal_release(decal));
+    CHECK(rlv_decal_quality(decal, &quality) != RLV_OK);
+    (void)context;
+}
+
+static void write_into_layers(RlvContext context, RlvMesh plane) {
+    RlvSurface surface = RLV_NULL;
+    RlvDetail detail = RLV_NULL;
+    RlvDetailOptions detail_options = RLV_DETAIL_OPTIONS_INIT;
+    RlvPaintOptions paint = RLV_PAINT_OPTIONS_INIT;
+    RlvDecalPin pins[4];
+    RlvDecalOptions options = RLV_DECAL_OPTIONS_INIT;
+    RlvDecalImage image = RLV_DECAL_IMAGE_INIT;
+    RlvDecalReport report = RLV_DECAL_REPORT_INIT;
+    RlvDocument document = RLV_NULL;
+    RlvDecal decal = RLV_NULL;
+    float color[4], height = 0.0f;
+    CHECK_OK(rlv_surface_create(context, plane, NULL, &surface));
+    detail_options.tile_size = paint.tile_size = 16;
+    CHECK_OK(rlv_detail_create(surface, &detail_options, NULL, &detail));
+    set_pins(pins);
+    options.width = WIDTH;
+    options.height = HEIGHT;
+    options.cells = 4;
+    CHECK_OK(rlv_decal_on_detail(detail, &options, pins, 4, 0, NULL, NULL, &decal));
+
+    /* The left half is red, the right half transparent. */
+    float *pixels = calloc(WIDTH * HEIGHT, 16);
+    CHECK(pixels != NULL);
+    for (size_t pixel = 0; pixel < WIDTH * HEIGHT; ++pixel) {
+        pixels[4 * pixel] = 1.0f;
+        pixels[4 * pixel + 3] = pixel % WIDTH < WIDTH / 2 ? 1.0f : 0.0f;
+    }
+    image.pixels = pixels;
+    image.pixel_count = WIDTH * HEIGHT;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_paint(decal, &image, 1.0f, &report), "no colours");
+    paint.color[0] = paint.color[1] = paint.color[2] = 0.0f;
+    CHECK_OK(rlv_detail_add_paint(detail, &paint));
+    CHECK_OK(rlv_document_create(detail, NULL, 0, &document));
+    CHECK_OK(rlv_document_begin(document, "a sticker"));
+    CHECK_OK(rlv_decal_paint(decal, &image, 0.5f, &report));
+    CHECK_OK(rlv_document_end(document, NULL));
+    /* The left half is 2 by 2 units, of 16 by 16 texels each. */
+    CHECK(report.refused_tiles == 0 && report.changed_tiles >= 4 && report.changed_tiles <= 9);
+    CHECK_NEAR(report.texels, 4 * 256, 150);
+    look(detail, 4 * 10 + 4, color, &height);
+    CHECK_NEAR(color[0], 0.5, 0.02);
+    CHECK_NEAR(color[1], 0.0, 0.001);
+    look(detail, 4 * 10 + 5, color, &height);
+    CHECK_NEAR(color[0], 0.0, 0.001);
+    CHECK_OK(rlv_document_undo(document, NULL));
+    look(detail, 4 * 10 + 4, color, &height);
+    CHECK_NEAR(color[0], 0.0, 0.001);
+
+    /* White raises by the height. */
+    for (size_t pixel = 0; pixel < WIDTH * HEIGHT; ++pixel) {
+        pixels[pixel] = 1.0f;
+    }
+    image.channels = 1;
+    CHECK_OK(rlv_decal_emboss(decal, &image, 0.25f, &report));
+    look(detail, 4 * 10 + 4, color, &height);
+    CHECK_NEAR(height, 0.25, 0.01);
+    look(detail, 1 * 10 + 1, color, &height);
+    CHECK_NEAR(height, 0.0, 1e-6);
+
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_paint(decal, &image, 1.5f, &report), "opacity");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_emboss(decal, &image, NAN, &report), "height");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_emboss(decal, NULL, 1.0f, &report), "NULL");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_pose(decal, pixels, 1, 0, NULL, NULL), "detail");
+    image.pixel_count -= 1;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_paint(decal, &image, 1.0f, &report), "800 pixels");
+    options.cells = 3;
+    RlvDecal untouched = {77};
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_on_detail(detail, &options, pins, 4, 0, NULL, NULL, &untouched), "cells");
+    RlvJob job = RLV_NULL;
+    options.cells = 2;
+    CHECK_OK(rlv_job_decal_on_detail(detail, &options, pins, 4, 0, &job));
+    CHECK_OK(rlv_job_wait(job, -1.0, NULL));
+    CHECK_OK(rlv_job_result(job));
+    CHECK_OK(rlv_job_release(job));
+    CHECK(untouched.id == 77);
+    free(pixels);
+    CHECK_OK(rlv_document_release(document));
+    CHECK_OK(rlv_decal_release(decal));
+    CHECK_OK(rlv_detail_release(detail));
+    CHECK_OK(rlv_surface_release(surface));
+}
+
+int main(void) {
+    RlvContext context = RLV_NULL;
+    CHECK_OK(rlv_context_create(NULL, &context));
+    RlvMesh plane = check_plane(context, 10, 10);
+    lay_on_mesh(context, plane);
+    write_into_layers(context, plane);
+    CHECK_OK(rlv_mesh_release(plane));
+    CHECK_OK(rlv_context_release(context));
+    return 0;
+}
