@@ -122,7 +122,7 @@ static void lay_on_mesh(RlvContext context, RlvMesh plane) {
     CHECK_OK(rlv_decal_quality(again, &quality));
     CHECK(quality.coverage == 1.0);
     CHECK_OK(rlv_decal_release(again));
-    const double triangle[6] = {0.0, 0.0, 40.0, 0.0, 0.0, 20.0}, crossed[8] = {0, 0, 40, 20, 40, 0, 0, 20};
+    const double triangle[6] = {0.0, 0.0, 40.0, 0.0, 0.0, 20.0}, crossed[8] = {0, 0, 40, 20, 40, 0, 0, 12};
     options.outline = triangle;
     options.outline_count = 3;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_on_mesh(plane, &options, pins, 4, 0, NULL, NULL, &untouched), "outline");

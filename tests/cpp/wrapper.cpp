@@ -319,17 +319,17 @@ int main() {
         return std::array<double, 3>{corner[point][0], corner[point][1], corner[point][2]};
     };
     std::vector<RlvDecalPin> pins(2, RlvDecalPin{});
-    const auto first = place(corner.size() / 3), second = place(corner.size() / 2);
+    const auto near_by = place(corner.size() / 3), far_off = place(corner.size() / 2);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        pins[0].position[axis] = first[axis];
-        pins[1].position[axis] = second[axis];
+        pins[0].position[axis] = near_by[axis];
+        pins[1].position[axis] = far_off[axis];
     }
     pins[0].image[0] = pins[0].image[1] = pins[1].image[1] = 4.0;
     pins[1].image[0] = 6.0;
     const auto decal = relievo::Decal::on(patch.mesh(), sticker, pins);
     CHECK(decal.quality().flip_count == 0 && decal.quality().pin_count == 2);
     CHECK(decal.mesh(0.01).info().triangle_count == decal.quality().triangle_count);
-    decal.drag_pin(1, second);
+    decal.drag_pin(1, far_off);
     decal.settle();
     const auto laying = relievo::Job::decal(patch.mesh(), sticker, pins);
     laying.wait();

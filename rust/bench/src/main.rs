@@ -3,6 +3,7 @@
 
 mod contact;
 mod crowd;
+mod decal;
 mod deviation;
 mod device_paint;
 mod fluid;
@@ -39,13 +40,13 @@ use report::Report;
 #[derive(Parser)]
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
-    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `tissue`, `native`, `server`, `shader`, or `dams` and
-    /// `pictures`, parts of `fluid`; or `peak` and `meshing`, which they run
+    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `tissue`, `decal`, `native`, `server`, `shader`, or
+    /// `dams` and `pictures`, parts of `fluid`; or `peak` and `meshing`, which they run
     name: String,
     /// One JSON object per line instead of a table
     #[arg(long)]
     json: bool,
-    /// Programs of peers that `lod`, `fluid` and `native` measure beside ours, in a folder
+    /// Programs of peers that `lod`, `fluid`, `decal` and `native` measure beside ours, in a folder
     #[arg(long)]
     peers: Option<PathBuf>,
     /// Segments along and around the knot whose progressive mesh is built for `peak`
@@ -69,6 +70,7 @@ fn run(arguments: &Arguments) -> Result<()> {
             fluid_render::run(&mut report)?;
         }
         "tissue" => tissue::run(&mut report)?,
+        "decal" => decal::run(&mut report, arguments.peers.as_deref())?,
         "native" => native::run(&mut report, arguments.peers.as_deref())?,
         "dams" => fluid::dams(&mut report, arguments.peers.as_deref())?,
         "server" => server::run(&mut report)?,
@@ -79,7 +81,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),
         name => {
             return Err(Error::invalid(format!("there is no bench `{name}`"))
-                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `tissue`, `native`, `server`, `shader`, `dams` or `pictures`"));
+                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `tissue`, `decal`, `native`, `server`, `shader`, `dams` or `pictures`"));
         }
     }
     report.finish();

@@ -116,6 +116,12 @@ impl Sticker {
         Ok(())
     }
 
+    /// Returns the middle of the outline's bounds, in the plane.
+    pub(crate) fn middle(&self) -> Vec2 {
+        let (low, high) = self.outline.bounds();
+        [0, 1].map(|axis| 0.5 * (low[axis] + high[axis]))
+    }
+
     /// Returns whether a place of the image, 0 to 1 from left to right and from bottom to top, lies within the outline.
     pub fn covers(&self, [u, v]: Vec2) -> bool {
         self.outline.contains([u, v * self.size[1] / self.size[0]])
@@ -271,6 +277,20 @@ impl Frame {
         }
         let up: Vec3 = up.map(|value| value / norm);
         Ok(Self { normal, up, right: cross(up, normal) })
+    }
+
+    /// Returns the frame of a normal whose upward direction follows `up`, turned about the normal by an angle. A normal along
+    /// `up` has the upward direction of another axis.
+    pub fn turned(normal: Vec3, up: Vec3, angle: f64) -> Option<Self> {
+        let across = [up, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].into_iter().find_map(|up| {
+            let right = cross(up, normal);
+            let norm = length(right);
+            (norm > 1e-6 * length(up)).then(|| right.map(|value| value / norm))
+        })?;
+        let above = cross(normal, across);
+        let (sin, cos) = angle.sin_cos();
+        let right: Vec3 = std::array::from_fn(|axis| cos * across[axis] + sin * above[axis]);
+        Some(Self { normal, up: cross(normal, right), right })
     }
 
     /// Returns the mean of the normals around a vertex, weighted by area.

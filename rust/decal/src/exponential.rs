@@ -23,12 +23,23 @@ pub fn exponential(mesh: &Mesh, sticker: &Sticker, pin: &Pin, pose: Pose) -> Res
     sticker.check(&pin.image).map_err(|error| error.at(name(0)))?;
     let surface = Surface::new(mesh)?;
     let (surface, vertices) = insert(&surface, &[pin.place])?;
-    let place = sticker.place(pin.image);
     let frame = Frame::new(&surface, vertices[0], pose)?;
+    Ok(around(&surface, sticker, vertices[0], sticker.place(pin.image), frame, pose.width))
+}
+
+/// Lays a sticker around a vertex, whose place in the plane and frame are given.
+pub(crate) fn around(
+    surface: &Surface,
+    sticker: &Sticker,
+    vertex: u32,
+    place: Vec2,
+    frame: Frame,
+    width: f64,
+) -> Decal {
     // No place of the sticker is farther from the pin than the farthest corner of its bounds.
     let (low, high) = sticker.outline.bounds();
     let reach = (high[0] - place[0]).max(place[0] - low[0]).hypot((high[1] - place[1]).max(place[1] - low[1]));
-    let places = spread(&surface, vertices[0], place, frame, pose.width, 1.5 * reach * pose.width);
+    let places = spread(surface, vertex, place, frame, width, 1.5 * reach * width);
 
     let mut numbers: HashMap<u32, u32> = HashMap::new();
     let (mut old, mut positions) = (Vec::new(), Vec::new());
@@ -41,7 +52,7 @@ pub fn exponential(mesh: &Mesh, sticker: &Sticker, pin: &Pin, pose: Pose) -> Res
         let Some([a, b, c]) = all(corners.map(|vertex| places.get(&vertex).copied())) else {
             continue;
         };
-        let is_pinned = corners.contains(&vertices[0]);
+        let is_pinned = corners.contains(&vertex);
         if !is_pinned && ![(a, b), (b, c), (c, a)].iter().any(|(from, to)| sticker.outline.touches(*from, *to)) {
             continue;
         }
@@ -54,8 +65,8 @@ pub fn exponential(mesh: &Mesh, sticker: &Sticker, pin: &Pin, pose: Pose) -> Res
         }));
         triangles.push(triangle);
     }
-    let pins = vec![numbers.get(&vertices[0]).copied().unwrap_or_default()];
-    Ok(Decal::assemble(&surface, &old, &positions, faces, &triangles, pins, sticker))
+    let pins = vec![numbers.get(&vertex).copied().unwrap_or_default()];
+    Decal::assemble(surface, &old, &positions, faces, &triangles, pins, sticker)
 }
 
 fn all<T: Copy>(values: [Option<T>; 3]) -> Option<[T; 3]> {
@@ -65,7 +76,7 @@ fn all<T: Copy>(values: [Option<T>; 3]) -> Option<[T; 3]> {
     Some([a, b, c])
 }
 
-/// The places in the plane of the vertices within a distance along edges.
+/// The places in the plane of the vertices within a distance along edges, and of their neighbours.
 fn spread(surface: &Surface, from: u32, place: Vec2, frame: Frame, width: f64, reach: f64) -> HashMap<u32, Vec2> {
     let mut reached: HashMap<u32, (f64, Vec2, Frame)> = HashMap::new();
     let mut done: HashMap<u32, Vec2> = HashMap::new();
@@ -75,14 +86,14 @@ fn spread(surface: &Surface, from: u32, place: Vec2, frame: Frame, width: f64, r
     queue.push(Reverse((0.0_f64.to_bits(), from)));
     while let Some(Reverse((bits, vertex))) = queue.pop() {
         let (distance, place, frame) = reached[&vertex];
-        if bits != distance.to_bits() || done.insert(vertex, place).is_some() {
+        if bits != distance.to_bits() || done.insert(vertex, place).is_some() || distance > reach {
             continue;
         }
         let mut visit = |other: u32| {
             let edge = minus(surface.points[other as usize], surface.points[vertex as usize]);
             let size = length(edge);
             let way = distance + size;
-            if way > reach || reached.get(&other).is_some_and(|known| known.0 <= way) {
+            if reached.get(&other).is_some_and(|known| known.0 <= way) {
                 return;
             }
             let flat = [dot(edge, frame.right), dot(edge, frame.up)];

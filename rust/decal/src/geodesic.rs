@@ -79,7 +79,9 @@ pub fn geodesic(surface: &Surface, from: u32, to: u32) -> Result<Option<Path>> {
         };
         steps += 1;
         if steps > limit {
-            return Err(Error::invalid("a shortest path on the mesh does not come to an end").advise("repair the mesh first"));
+            return Err(
+                Error::invalid("a shortest path on the mesh does not come to an end").advise("repair the mesh first")
+            );
         }
         let mut sleeve: Vec<u32> = path.spans[at - 1].iter().map(|crossing| crossing.half).collect();
         for half in fan.into_iter().chain(path.spans[at].iter().map(|crossing| crossing.half)) {

@@ -15,8 +15,8 @@
 //! [`paint`] and [`emboss`] write a decal into the colours and the displacement of a surface, through the texels that
 //! [`draw`] finds (Section 6).
 //!
-//! [`exponential`] lays a sticker around one point in a fraction of the time, and [`project`] projects one; both give the
-//! same kind of decal without the promises of exact pins and of no flips.
+//! [`exponential`] lays a sticker around one point in a fraction of the time, [`scatter`] many of them, and [`project`]
+//! projects one; all give the same kind of decal without the promises of exact pins and of no flips.
 //!
 //! Step 4 replaces the paper's conformal map and its warp of the image region, so that the pins stay exact and the region
 //! keeps its shape. Lengths are units of the mesh; places in the image are pixels from its lower left corner. Results do
@@ -44,6 +44,7 @@ mod print;
 mod projected;
 mod quality;
 mod relax;
+mod scatter;
 mod seed;
 mod surface;
 mod texels;
@@ -58,4 +59,5 @@ pub use placement::Placement;
 pub use print::{Printed, emboss, paint};
 pub use projected::{Projection, project};
 pub use quality::{Quality, stretch};
+pub use scatter::{Scatter, scatter};
 pub use texels::{Chart, Window, draw};

@@ -46,9 +46,10 @@ pub fn insert(surface: &Surface, places: &[Place]) -> Result<(Surface, Vec<u32>)
         parts: HashMap::new(),
     };
     let mut vertices: Vec<u32> = Vec::with_capacity(places.len());
+    let mut pin_of = HashMap::with_capacity(places.len());
     for (pin, place) in places.iter().enumerate() {
         let vertex = cells.insert(*place).map_err(|error| error.at(name(pin)))?;
-        if let Some(other) = vertices.iter().position(|other| *other == vertex) {
+        if let Some(other) = pin_of.insert(vertex, pin) {
             return Err(Error::invalid(format!("it is at the same place as pin {other}"))
                 .at(name(pin))
                 .advise("move or remove one of them"));

@@ -23,6 +23,7 @@ pub fn run(name: &str, json: bool) -> Outcome {
     match name {
         "lod" => drop(bench.arg("--peers").arg(peers::make(json)?)),
         "fluid" | "dams" => drop(bench.arg("--peers").arg(peers::fluids(json)?)),
+        "decal" => drop(bench.arg("--peers").arg(peers::decals()?)),
         "native" => drop(bench.arg("--peers").arg(peers::repairs()?)),
         _ => {}
     }

@@ -1,4 +1,4 @@
-//! Programs of peers that `cargo xtask bench lod`, `fluid` and `native` measure beside ours: compiled of `rust/bench/peers`, or scripts
+//! Programs of peers that `cargo xtask bench lod`, `fluid`, `decal` and `native` measure beside ours: compiled of `rust/bench/peers`, or scripts
 //! that call a Python. They run in the bench only, each in a process of its own; nothing of them is linked or shipped.
 
 use std::fs::{create_dir_all, metadata, remove_file, set_permissions, write};
@@ -21,6 +21,7 @@ const COMPILED: [Compiled; 2] = [
 const PACKAGES: &[&str] = &["numpy==1.26.4", "fast-simplification==0.2.0"];
 const REPAIRS: &[&str] = &["numpy==1.26.4", "meshlib==3.1.4.297", "pymeshlab==2023.12.post3"];
 const FLUIDS: &[&str] = &["numpy==1.26.4", "pysplishsplash==2.19.0", "pysplashsurf==0.14.1.0"];
+const DECALS: &[&str] = &["numpy==1.26.4", "scipy==1.13.1", "libigl==2.5.1", "potpourri3d==1.4.0"];
 /// SPlisHSPlasH crashes where libraries of Debian 12 are not loaded before those it carries, and its threads would take time
 /// while they wait.
 const VARIABLES: &str = "OMP_WAIT_POLICY=passive LD_PRELOAD=libGLdispatch.so.0:libGLX.so.0:libOpenGL.so.0";
@@ -55,6 +56,20 @@ pub fn repairs() -> Result<PathBuf, String> {
     create_dir_all(&folder).map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
     for (name, called) in [("MeshLib", "repair.py meshlib"), ("MeshLab", "repair.py pymeshlab")] {
         let python = environment(&target().join("peers/repair"), REPAIRS);
+        if let Err(error) = python.and_then(|python| script(&folder.join(name), "", &python, called)) {
+            eprintln!("skipped: {name}: {error}");
+            let _ = remove_file(folder.join(name));
+        }
+    }
+    Ok(folder)
+}
+
+/// Makes the programs that map patches into the plane, and returns their folder; says why where they cannot be made.
+pub fn decals() -> Result<PathBuf, String> {
+    let folder = target().join("peers/decals");
+    create_dir_all(&folder).map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+    for (name, called) in [("libigl SLIM", "decal.py slim"), ("potpourri3d log map", "decal.py log_map")] {
+        let python = environment(&target().join("peers/decal"), DECALS);
         if let Err(error) = python.and_then(|python| script(&folder.join(name), "", &python, called)) {
             eprintln!("skipped: {name}: {error}");
             let _ = remove_file(folder.join(name));

@@ -1,9 +1,11 @@
 //! Decals on surfaces whose answer is known.
 
 use crate::sheets::{on_sheet, sheet};
-use relievo_core::Mesh;
 use relievo_core::progress::Silent;
-use relievo_decal::{Decal, DecalSettings, Pin, Pose, Projection, Sticker, exponential, lay, nearest, project};
+use relievo_core::{Context, ContextOptions, Mesh};
+use relievo_decal::{
+    Decal, DecalSettings, Pin, Pose, Projection, Scatter, Sticker, exponential, lay, nearest, project, scatter,
+};
 
 fn laid(mesh: &Mesh, sticker: &Sticker, pins: &[Pin]) -> Decal {
     let pose = Pose { width: 0.5, up: [0.0, 1.0, 0.0] };
@@ -217,6 +219,41 @@ fn the_exponential_map_is_exact_on_a_plane_and_close_on_a_cap() {
     let curved =
         exponential(&sheet(60, cap), &sticker, &moved(60, 1)[0], Pose { width: 1.0, ..pose }).expect("a decal");
     assert!(curved.quality.l2 < 1.2, "{:?}", curved.quality);
+}
+
+#[test]
+fn scattered_stickers_are_as_many_as_their_density_says_for_any_number_of_threads() {
+    let sticker = Sticker::whole([100, 100]).expect("a sticker");
+    let plane = sheet(30, |u, v| [u, v, 0.0]);
+    let settings =
+        Scatter { density: 200.0, width: [0.02, 0.04], up: [0.0, 1.0, 0.0], turn: std::f64::consts::PI, seed: 7 };
+    let on = |threads: usize| {
+        let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).expect("a context");
+        scatter(&context, &plane, &sticker, &settings).expect("decals")
+    };
+    let decals = on(1);
+    assert_eq!(decals.len(), 200);
+    let mut halves = [0, 0];
+    for decal in &decals {
+        assert!(decal.quality.flips == 0 && (decal.quality.l2 - 1.0).abs() < 1e-6, "{:?}", decal.quality);
+        halves[usize::from(decal.points[decal.pins[0] as usize][0] > 0.5)] += 1;
+        let width = decal.scale.recip();
+        assert!((0.0199..0.0401).contains(&width), "{width}");
+    }
+    assert!(halves.iter().all(|count| (70..=130).contains(count)), "{halves:?}");
+    for (a, b) in decals.iter().zip(on(4)) {
+        assert!(a.uv == b.uv && a.triangles == b.triangles);
+    }
+    let context = Context::serial();
+    for wrong in [
+        Scatter { density: f64::NAN, ..settings },
+        Scatter { density: 1e9, ..settings },
+        Scatter { width: [0.0, 1.0], ..settings },
+        Scatter { up: [0.0; 3], ..settings },
+        Scatter { turn: 4.0, ..settings },
+    ] {
+        assert!(scatter(&context, &plane, &sticker, &wrong).is_err());
+    }
 }
 
 #[test]

@@ -1,0 +1,40 @@
+"""Maps of patches by peers in Python, for the bench: PEER MESH RESULT PINS; prints seconds on the last line. PINS has a pin a
+line: the number of a vertex and its point in the plane. The result has the points of the plane, at no height."""
+
+import sys
+import time
+
+import numpy as np
+
+from simplify import read, write
+
+
+def slim(points, triangles, pins):
+    """libigl's SLIM with soft pins: 20 iterations from a Tutte map into a circle."""
+    import igl
+
+    points, triangles = points.astype(np.float64), triangles.astype(np.int64)
+    start = time.perf_counter()
+    border = igl.boundary_loop(triangles)
+    uv = igl.harmonic(points, triangles, border, igl.map_vertices_to_circle(points, border), 1)
+    solver = igl.SLIM(
+        points, triangles, uv, pins[:, :1].astype(np.int64), pins[:, 1:], igl.SLIM_ENERGY_TYPE_SYMMETRIC_DIRICHLET, 1e5
+    )
+    solver.solve(20)
+    return solver.vertices(), time.perf_counter() - start
+
+
+def log_map(points, triangles, pins):
+    """potpourri3d's logarithmic map around the first pin."""
+    import potpourri3d
+
+    start = time.perf_counter()
+    solver = potpourri3d.MeshVectorHeatSolver(points.astype(np.float64), triangles)
+    return solver.compute_log_map(int(pins[0, 0])), time.perf_counter() - start
+
+
+name, given, made, pins = sys.argv[1:5]
+points, triangles = read(given)
+plane, seconds = globals()[name](points, triangles, np.loadtxt(pins, ndmin=2))
+write(made, np.column_stack([plane, np.zeros(len(plane))]), triangles)
+print(seconds)

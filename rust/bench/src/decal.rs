@@ -1,0 +1,215 @@
+//! Bench `decal`: stickers with moved pins beside libigl's SLIM with soft pins, dragging, a large sticker beside
+//! potpourri3d's logarithmic map, the discrete exponential map, and a thousand small stickers. Peers map the same patch.
+
+use std::path::Path;
+
+use relievo_core::progress::Silent;
+use relievo_core::{Context, ContextOptions, Error, Mesh, Result};
+use relievo_decal::{
+    Decal, DecalSettings, Pin, Place, Placement, Pose, Scatter, Sticker, exponential, lay, nearest, scatter, stretch,
+};
+
+use crate::lod::Triangles;
+use crate::measure::{Sample, sample, seconds};
+use crate::peers::Peer;
+use crate::report::{Goal, Report};
+
+/// Runs of each case.
+const RUNS: usize = 3;
+/// Pixels of the image in each direction.
+const PIXELS: f64 = 100.0;
+
+/// Measures all cases into `report`, beside the programs in a folder of peers.
+pub fn run(report: &mut Report, peers: Option<&Path>) -> Result<()> {
+    let peers = peers.map_or(Ok(Vec::new()), Peer::of_folder)?;
+    let of = |name: &str| peers.iter().find(|peer| peer.name.contains(name));
+    let cap = cap(104);
+    for side in [2.9, 4.0] {
+        moved(report, &cap, side, of("SLIM"))?;
+    }
+    drag(report)?;
+    large(report, of("log map"))?;
+    small(report)
+}
+
+/// A bumpy cap of `2 count²` triangles over the square from -1 to 1.
+fn cap(count: u32) -> Mesh {
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    for row in 0..=count {
+        for column in 0..=count {
+            let [x, y] = [column, row].map(|at| 2.0 * f64::from(at) / f64::from(count) - 1.0);
+            let z = 0.6 * (1.0 - 0.5 * (x * x + y * y)) + 0.03 * (9.0 * x).sin() * (8.0 * y).cos();
+            points.push([x, y, z].map(|value| value as f32));
+            if row < count && column < count {
+                let first = row * (count + 1) + column;
+                let above = first + count + 1;
+                triangles.extend([[first, first + 1, above + 1], [first, above + 1, above]]);
+            }
+        }
+    }
+    Mesh::from_triangles(points, &triangles)
+}
+
+/// The place of the cap over a point of the unit square.
+fn over(mesh: &Mesh, [u, v]: [f64; 2]) -> Result<Place> {
+    let [x, y] = [2.0 * u - 1.0, 2.0 * v - 1.0];
+    let z = 0.6 * (1.0 - 0.5 * (x * x + y * y)) + 0.03 * (9.0 * x).sin() * (8.0 * y).cos();
+    Ok(nearest(mesh, [x, y, z])?.0)
+}
+
+/// Pins in a grid over most of the cap, moved by a quarter of their spacing: as many as the square of `side`, at most.
+fn pins(mesh: &Mesh, side: f64) -> Result<Vec<Pin>> {
+    let columns = side.ceil() as usize;
+    let count = (side * side) as usize;
+    let pin = |index: usize| {
+        let place = [index % columns, index / columns].map(|at| (at as f64 + 0.5) / columns as f64);
+        let (turn, step) = (2.4 * index as f64, 0.25 / columns as f64);
+        let moved = [place[0] + step * turn.cos(), place[1] + step * turn.sin()].map(|value| 0.05 + 0.9 * value);
+        Ok(Pin { image: place.map(|value| PIXELS * value), place: over(mesh, moved)? })
+    };
+    (0..count).map(pin).collect()
+}
+
+fn whole() -> Result<Sticker> {
+    Sticker::whole([PIXELS as u32; 2])
+}
+
+/// The farthest that a pin is from its point of the image, in widths of the image.
+fn pin_error(decal: &Decal, pins: &[Pin]) -> f64 {
+    let error = |(pin, vertex): (&Pin, &u32)| {
+        let uv = decal.uv[*vertex as usize];
+        (uv[0] - pin.image[0] / PIXELS).hypot(uv[1] - pin.image[1] / PIXELS)
+    };
+    pins.iter().zip(&decal.pins).map(error).fold(0.0, f64::max)
+}
+
+/// A patch for a peer: the triangles of a decal, and its pins in the plane.
+fn patch(decal: &Decal, pins: &[Pin]) -> (Triangles, String) {
+    let points = decal.points.iter().map(|point| point.map(|value| value as f32)).collect();
+    let line = |(pin, vertex): (&Pin, &u32)| format!("{vertex} {} {}\n", pin.image[0] / PIXELS, pin.image[1] / PIXELS);
+    ((points, decal.triangles.clone()), pins.iter().zip(&decal.pins).map(line).collect())
+}
+
+/// The plane that a peer maps a patch into, with its seconds.
+fn mapped(peer: &Peer, (mesh, pins): &(Triangles, String)) -> Result<(Triangles, f64)> {
+    let folder = tempfile::tempdir().map_err(|error| Error::io(Path::new("pins"), &error))?;
+    let file = folder.path().join("pins");
+    std::fs::write(&file, pins).map_err(|error| Error::io(&file, &error))?;
+    peer.run(mesh, &[&file.to_string_lossy()])
+}
+
+/// The root mean square stretch of a map, scaled to 1 for an isometric one, and the number of flipped triangles.
+fn quality(mesh: &Triangles, plane: &Triangles) -> (f64, usize) {
+    let (mut squares, mut area, mut flat, mut flips) = (0.0, 0.0, 0.0, 0);
+    for triangle in &mesh.1 {
+        let space = triangle.map(|corner| mesh.0[corner as usize].map(f64::from));
+        let at = triangle.map(|corner| plane.0[corner as usize]).map(|[x, y, _]| [f64::from(x), f64::from(y)]);
+        let (larger, smaller, signed) = stretch(at, space);
+        let size = larger * smaller * signed.abs();
+        if size > 0.0 && size.is_finite() {
+            squares += 0.5 * (larger * larger + smaller * smaller) * size;
+            area += size;
+            flat += signed.abs();
+        }
+        flips += usize::from(signed <= 0.0);
+    }
+    ((squares / area).sqrt() * (flat / area).sqrt(), flips)
+}
+
+fn one(value: f64) -> Sample {
+    Sample::new(vec![value])
+}
+
+/// Pins moved by a quarter of their spacing.
+fn moved(report: &mut Report, mesh: &Mesh, side: f64, peer: Option<&Peer>) -> Result<()> {
+    let (sticker, pins) = (whole()?, pins(mesh, side)?);
+    let settings = DecalSettings::default();
+    let decal = lay(mesh, &sticker, &pins, None, &settings, &mut Silent)?;
+    let time = sample(RUNS, || seconds(|| lay(mesh, &sticker, &pins, None, &settings, &mut Silent)));
+    let given = patch(&decal, &pins);
+    let other = peer.and_then(|peer| match mapped(peer, &given) {
+        Ok((plane, seconds)) => Some((peer.name.as_str(), quality(&given.0, &plane), seconds)),
+        Err(error) => {
+            eprintln!("skipped: {}: {error}", peer.name);
+            None
+        }
+    });
+    let name = format!("{} pins on a cap of {} triangles", pins.len(), mesh.face_count());
+    let peer_time = other.map(|(name, _, seconds)| (name, one(seconds)));
+    let peer_stretch = other.map(|(name, (l2, _), _)| (name, one(l2)));
+    report.add(&name, &time, peer_time.as_ref().map(|(name, sample)| (*name, sample)), "s", Goal::AtMost(0.5));
+    let stretch_peer = peer_stretch.as_ref().map(|(name, sample)| (*name, sample));
+    report.add(&format!("{name}: L2 stretch"), &one(decal.quality.l2), stretch_peer, "", Goal::AtMost(1.1));
+    let flips = other.map(|(name, (_, flips), _)| (name, one(flips as f64)));
+    let flips = flips.as_ref().map(|(name, sample)| (*name, sample));
+    report.add(&format!("{name}: flips"), &one(decal.quality.flips as f64), flips, "", Goal::AtMost(0.0));
+    let error = pin_error(&decal, &pins);
+    report.add(&format!("{name}: pins off"), &one(error), None, "widths", Goal::AtMost(1e-6));
+    Ok(())
+}
+
+/// Dragging one of nine pins on a patch of about 10,000 triangles.
+fn drag(report: &mut Report) -> Result<()> {
+    let mesh = cap(71);
+    let pins = pins(&mesh, 3.0)?;
+    let mut placed = Placement::new(&mesh, &whole()?, &pins, None, &DecalSettings::default(), &mut Silent)?;
+    let mut steps = Vec::new();
+    for step in 0..40 {
+        let turn = 0.15 * f64::from(step);
+        let place = over(&mesh, [0.5 + 0.02 * turn.sin(), 0.5 + 0.02 * turn.cos()])?;
+        let mut done = Ok(());
+        steps.push(1000.0 * seconds(|| done = placed.drag(4, place)));
+        done?;
+    }
+    let name = format!("drag one pin, {} triangles", placed.decal().quality.triangles);
+    report.add(&name, &Sample::new(steps), None, "ms", Goal::AtMost(30.0));
+    Ok(())
+}
+
+/// A sticker over half of a cap of 100,000 triangles with 6 pins, and the same with one pin by the exponential map.
+fn large(report: &mut Report, peer: Option<&Peer>) -> Result<()> {
+    let mesh = cap(224);
+    let sticker = whole()?;
+    let place = |x: f64, y: f64| -> Result<Pin> {
+        let place = over(&mesh, [x, y].map(|value| 0.15 + 0.7 * value / PIXELS))?;
+        Ok(Pin { image: [x, y], place })
+    };
+    let pins = [(20.0, 20.0), (80.0, 22.0), (50.0, 48.0), (25.0, 75.0), (78.0, 80.0), (52.0, 85.0)];
+    let pins: Vec<Pin> = pins.into_iter().map(|(x, y)| place(x, y)).collect::<Result<_>>()?;
+    let settings = DecalSettings::default();
+    let decal = lay(&mesh, &sticker, &pins, None, &settings, &mut Silent)?;
+    let time = sample(RUNS, || seconds(|| lay(&mesh, &sticker, &pins, None, &settings, &mut Silent)));
+    let given = patch(&decal, &pins);
+    let other = peer.and_then(|peer| match mapped(peer, &given) {
+        Ok((plane, seconds)) => Some((peer.name.as_str(), one(quality(&given.0, &plane).0), one(seconds))),
+        Err(error) => {
+            eprintln!("skipped: {}: {error}", peer.name);
+            None
+        }
+    });
+    let name = format!("6 pins, patch of {} of {} triangles", decal.quality.triangles, mesh.face_count());
+    let peer_time = other.as_ref().map(|(name, _, seconds)| (*name, seconds));
+    report.add(&name, &time, peer_time, "s", Goal::AtMost(2.0));
+    let peer_stretch = other.as_ref().map(|(name, l2, _)| (*name, l2));
+    report.add(&format!("{name}: L2 stretch"), &one(decal.quality.l2), peer_stretch, "", Goal::AtMost(1.25));
+    let pose = Pose { width: 1.4, up: [0.0, 1.0, 0.0] };
+    let single = exponential(&mesh, &sticker, &pins[2], pose)?;
+    let exponential = one(single.quality.l2);
+    let beside = Some(("discrete exponential map", &exponential));
+    report.add("L2 stretch beside one centre", &one(decal.quality.l2), beside, "", Goal::AtMost(1.25));
+    Ok(())
+}
+
+/// A thousand stickers around one point each on a cap of 100,000 triangles.
+fn small(report: &mut Report) -> Result<()> {
+    let mesh = cap(224);
+    let sticker = whole()?;
+    let context = Context::new(&ContextOptions { threads: 2, memory_limit: 0 })?;
+    let up = [0.0, 1.0, 0.0];
+    let settings = Scatter { density: 170.0, width: [0.04, 0.06], up, turn: 3.0, seed: 1 };
+    let count = scatter(&context, &mesh, &sticker, &settings)?.len();
+    let time = sample(RUNS, || seconds(|| scatter(&context, &mesh, &sticker, &settings)));
+    let thousand = Sample::new(vec![time.median() * 1000.0 / count.max(1) as f64]);
+    report.add(&format!("1,000 one-point decals, of {count} scattered"), &thousand, None, "s", Goal::AtMost(2.0));
+    Ok(())
+}
