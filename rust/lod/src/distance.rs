@@ -163,17 +163,18 @@ impl<'a> Surface<'a> {
         Ok(self.solid.iter().zip(&found).filter(is_beyond).map(beyond).collect())
     }
 
-    /// Finds the triangle nearest to each of some points.
-    pub fn nearest_triangles(&self, context: &Context, points: &[[f32; 3]]) -> Vec<u32> {
+    /// Finds the triangle nearest to each of some points, and its distance.
+    pub fn nearest_triangles(&self, context: &Context, points: &[[f32; 3]]) -> Vec<(u32, f64)> {
         if self.solid.is_empty() {
-            return vec![NONE; points.len()];
+            return vec![(NONE, f64::INFINITY); points.len()];
         }
         let parts = context.map(points.len().div_ceil(PART), |part| {
             let mut hint = NONE;
             let points = &points[part * PART..points.len().min((part + 1) * PART)];
             let nearest = points.iter().map(|point| {
-                hint = self.nearest(exact(*point), hint).triangle;
-                self.solid[hint as usize]
+                let near = self.nearest(exact(*point), hint);
+                hint = near.triangle;
+                (self.solid[hint as usize], near.distance)
             });
             nearest.collect::<Vec<_>>()
         });

@@ -12,6 +12,7 @@ use relievo_core::{Context, Result};
 use crate::connectivity::{FIXED, Fan, NONE, OUTSIDE, next, previous};
 use crate::decimation::{Decimation, Edge};
 use crate::numbers::{Claims, Numbers};
+use crate::offset::Around;
 use crate::placement::{BATCH, Batch};
 use crate::queue::{Queue, magnitude};
 use crate::wedges::Wedges;
@@ -70,6 +71,7 @@ pub struct Patch {
     batch: Batch,
     taken: Vec<Edge>,
     fans: [Fan; 2],
+    around: Around,
     normals: Vec<(u32, Vec3)>,
 }
 
@@ -124,6 +126,7 @@ impl Patch {
             batch: Batch::default(),
             taken: Vec::with_capacity(BATCH),
             fans: Default::default(),
+            around: Around::default(),
             normals: Vec::new(),
         };
         made.find_costs(context);
@@ -225,7 +228,7 @@ impl Patch {
                 if is_more || edge.ends.iter().any(|end| self.work.is_stale(*end)) {
                     is_over |= is_more;
                     self.queue.push(edge.corner, edge.cost);
-                } else if self.decide(&edge, lane) {
+                } else if self.decide(context, &edge, lane) {
                     removed += going;
                 }
             }
@@ -239,8 +242,8 @@ impl Patch {
     }
 
     /// Collapses an edge of the batch, or has it wait. Returns whether it is gone.
-    fn decide(&mut self, edge: &Edge, lane: usize) -> bool {
-        let Self { work, queue, care, batch, fans, normals, .. } = self;
+    fn decide(&mut self, context: &Context, edge: &Edge, lane: usize) -> bool {
+        let Self { work, queue, care, batch, fans, around, normals, .. } = self;
         let cost = batch.cost[lane];
         if !(batch.deviation[lane] <= self.error && cost < f32::INFINITY) {
             work.refuse(edge);
@@ -262,7 +265,7 @@ impl Patch {
         }
         let mut cost = cost;
         if let Care::Much = care {
-            let offset = OFFSET * work.offset(edge, fans, point);
+            let offset = OFFSET * work.offset(context.level(), edge, fans, point, around);
             cost = cost.max(batch.factor[lane] * batch.trace[lane] * offset * offset);
             if magnitude(cost) > magnitude(edge.cost) + RISE {
                 work.set_cost(edge.corner, cost);

@@ -156,6 +156,32 @@ fn a_small_bound_keeps_a_curved_mesh_and_thins_out_a_plane() {
 }
 
 #[test]
+fn flat_parts_are_thinned_out_at_tight_bounds() {
+    let count = |mesh: &Triangles, share: f32| {
+        let bound = share * diagonal(&mesh.0);
+        let options = SimplifyOptions { bound, ..Default::default() };
+        let made = simplify(&Context::serial(), &mesh.0, &mesh.1, &options, &mut Silent).unwrap();
+        assert!(made.error <= bound.max(1e-6), "{} {bound}", made.error);
+        made.triangles.len()
+    };
+    for (side, most) in [(20, 16), (64, 16), (150, 2250)] {
+        for share in [1e-3, 1e-4] {
+            let left = count(&lifted(side, |_, _| 0.0), share);
+            assert!(left <= most, "{side} {share}: {left} triangles");
+        }
+    }
+    // A plate with a hole.
+    let mut holed = lifted(60, |_, _| 0.0);
+    let is_left = |[a, ..]: &[u32; 3]| {
+        let [x, y, _] = holed.0[*a as usize];
+        !((0.4..0.6).contains(&x) && (0.3..0.7).contains(&y))
+    };
+    holed.1.retain(is_left);
+    let left = count(&holed, 1e-4);
+    assert!(left <= 60, "{left} triangles around a hole");
+}
+
+#[test]
 fn locked_borders_stay() {
     let mesh = lifted(24, |x, y| 0.1 * (5.0 * x * y).sin());
     let options = SimplifyOptions { faces: 300, is_border_locked: true, ..Default::default() };
