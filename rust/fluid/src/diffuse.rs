@@ -7,6 +7,8 @@
 //! frames, for any number of threads.
 
 mod birth;
+mod difference;
+mod frame;
 mod motion;
 mod options;
 mod potential;
@@ -16,6 +18,7 @@ mod surroundings;
 use glam::{Vec3, Vec4};
 use relievo_core::{Context, Error, Progress, Result};
 
+pub use difference::differences;
 pub use options::DiffuseOptions;
 use surroundings::Surroundings;
 

@@ -63,7 +63,7 @@ pub use body_state::{BodyOptions, BodyState};
 pub use checkpoint::{Checkpoint, Totals};
 pub use collider::{ColliderOptions, Contact};
 pub use device::{DeviceFluid, classify_on};
-pub use diffuse::{Diffuse, DiffuseKind, DiffuseOptions, DiffuseParticles, DiffuseReport, FluidFrame};
+pub use diffuse::{Diffuse, DiffuseKind, DiffuseOptions, DiffuseParticles, DiffuseReport, FluidFrame, differences};
 pub use exchange::{Given, Impulse};
 pub use field::fill_where;
 pub use force::Force;
