@@ -1,4 +1,5 @@
-//! Reference ray caster, rasteriser of virtual vertices, images, and the geometry behind two pictures compared.
+//! Reference ray caster, rasteriser of virtual vertices, screen-space foam, images, and the geometry behind two pictures
+//! compared.
 
 mod camera;
 mod caster;
@@ -7,6 +8,7 @@ pub mod color;
 mod dielectric;
 mod exr_file;
 mod facet;
+pub mod foam;
 mod geometry;
 mod gloss;
 mod image;

@@ -48,6 +48,14 @@ impl Picture {
         }
     }
 
+    /// Reads the depths of an EXR file, which needs no colour; `None` if it has none.
+    ///
+    /// # Errors
+    /// The file is missing, damaged, or would take more than `memory_limit` bytes.
+    pub fn read_depth(path: &Path, memory_limit: u64) -> Result<Option<Image>> {
+        Ok(depth_of(&read_exr(path, memory_limit)?))
+    }
+
     /// The picture that layers of an EXR file have together.
     fn of_layers(layers: &[Layer]) -> Result<Self> {
         let first = layers.first().ok_or_else(|| Error::invalid("the EXR has no layer"))?;
@@ -58,7 +66,7 @@ impl Picture {
         let color = color
             .ok_or_else(|| Error::invalid("the EXR has no colour").advise("give it the channels R, G and B, or Y"))?;
         let alpha = find(&["A"], "Combined", &["A"]);
-        let mut depth = find(&DEPTH, "Depth", &["Z"]).or_else(|| find(&DEPTH, "Depth", &["V"]));
+        let mut depth = depth_of(layers);
         let normal = find(&NORMAL, "Normal", &["X", "Y", "Z"]);
         let size = |image: &Image| (image.width(), image.height());
         if [&alpha, &depth, &normal].into_iter().flatten().any(|image| size(image) != size(&color)) {
@@ -83,6 +91,13 @@ impl Picture {
         let opaque = |alpha: &Image| alpha.data().iter().map(|alpha| *alpha > 0.5).collect();
         by_depth.or_else(|| self.alpha.as_ref().map(opaque))
     }
+}
+
+/// The depths of layers of an EXR file, as they are there.
+fn depth_of(layers: &[Layer]) -> Option<Image> {
+    let own = layers.first().and_then(|first| first.image(&DEPTH));
+    let pass = |part: &str| layers.iter().find_map(|layer| pass_image(layer, "Depth", &[part]));
+    own.or_else(|| pass("Z")).or_else(|| pass("V"))
 }
 
 /// The depth from which on nothing is seen: what Blender writes there.

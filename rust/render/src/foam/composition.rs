@@ -1,0 +1,81 @@
+//! Pass 7: shadows and irradiance are filtered, and the foam is laid over a picture (Akinci et al. 2013, Section 2.5).
+
+use glam::Vec3;
+use relievo_core::{Context, Error, Result};
+
+use super::layers::FoamLayers;
+use crate::image::Image;
+
+/// The radius of the filter in pixels at most: near particles need none that is wider.
+const WIDEST: f32 = 16.0;
+
+impl FoamLayers {
+    /// Returns a picture, of three channels at least, with the foam over it: C = (1 − ι) C_bg + ι (I − ζ). Further channels
+    /// stay. Fails if the picture has another size than the layers, or fewer channels.
+    pub fn composite(&self, context: &Context, background: &Image) -> Result<Image> {
+        let [width, height] = self.size();
+        if [background.width(), background.height()] != [width, height] || background.channels() < 3 {
+            return Err(Error::invalid(format!(
+                "the picture has {} × {} pixels of {} channels, and the foam {width} × {height}",
+                background.width(),
+                background.height(),
+                background.channels()
+            ))
+            .at("background")
+            .advise("use a picture in colour of the size of the foam"));
+        }
+        let rows =
+            context.map(height as usize, |y| (0..width as usize).map(|x| self.foam_color(x, y)).collect::<Vec<_>>());
+        let mut picture = background.clone();
+        let pixels = picture.data_mut().chunks_exact_mut(background.channels() as usize);
+        for ((pixel, color), intensity) in pixels.zip(rows.into_iter().flatten()).zip(&self.intensity) {
+            for (value, foam) in pixel.iter_mut().zip(color.to_array()) {
+                *value = (1.0 - intensity) * *value + intensity * foam;
+            }
+        }
+        Ok(picture)
+    }
+
+    /// Returns the colour I − ζ of the foam of a pixel.
+    fn foam_color(&self, x: usize, y: usize) -> Vec3 {
+        let at = y * self.view.width as usize + x;
+        if self.intensity[at] == 0.0 {
+            return Vec3::ZERO;
+        }
+        let (shadow, irradiance) = self.filtered(x, y, at);
+        let settings = &self.settings;
+        let color = Vec3::new(settings.shadow_red, settings.shadow_green, settings.shadow_blue);
+        let shadow = (shadow * (Vec3::ONE - color)).clamp(Vec3::ZERO, Vec3::ONE);
+        let light = (settings.irr_scale * irradiance).clamp(Vec3::ZERO, Vec3::ONE);
+        // Where shadows are darker than the light, black remains.
+        (light - shadow).max(Vec3::ZERO)
+    }
+
+    /// Returns shadow and irradiance of a pixel as Gaussian means over the foam around it.
+    fn filtered(&self, x: usize, y: usize, at: usize) -> (f32, Vec3) {
+        let settings = &self.settings;
+        let radius = (settings.filter * settings.ao_init_sr_fac * self.surfaces.search[at]).min(WIDEST);
+        let reach = radius as usize;
+        // The filter ends at two standard deviations.
+        let falloff = -2.0 / (radius * radius).max(1e-6);
+        let (mut shadow, mut irradiance, mut weights) = (0.0, Vec3::ZERO, 0.0);
+        let [width, height] = self.size().map(|size| size as usize);
+        for row in y.saturating_sub(reach)..(y + reach + 1).min(height) {
+            for column in x.saturating_sub(reach)..(x + reach + 1).min(width) {
+                let other = row * width + column;
+                if self.intensity[other] == 0.0 {
+                    continue;
+                }
+                let square = (row.abs_diff(y).pow(2) + column.abs_diff(x).pow(2)) as f32;
+                if square > radius * radius && other != at {
+                    continue;
+                }
+                let weight = (falloff * square).exp();
+                shadow += weight * self.shadow(other);
+                irradiance += weight * Vec3::from(self.irradiance[other]);
+                weights += weight;
+            }
+        }
+        (shadow / weights, irradiance / weights)
+    }
+}
