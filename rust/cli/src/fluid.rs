@@ -20,8 +20,10 @@ use relievo_particleio::Particles;
 #[cfg(feature = "server")]
 pub use self::files::beside;
 pub use self::info::tell;
-pub use self::render::vector;
+pub use self::render::{add_floor, bounds};
+pub use self::sim::FrameFormat;
 pub use self::statistics::{COLUMNS, NAME as STATISTICS};
+pub use self::surface::Options as SurfaceOptions;
 use crate::Outcome;
 use crate::limits::Limits;
 
@@ -56,14 +58,14 @@ pub fn run(arguments: &Arguments) -> Outcome {
 }
 
 /// Reads particles; what was left out is told.
-fn read(context: &Context, path: &Path) -> Result<Particles> {
+pub fn read(context: &Context, path: &Path) -> Result<Particles> {
     let read = relievo_particleio::read(context, path)?;
     read.notes.iter().for_each(|note| eprintln!("note: {}: {note}", path.display()));
     Ok(read.particles)
 }
 
 /// The frames in a folder in order, with the names of their files without the extension. There is one at least.
-fn frames(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
+pub fn frames(folder: &Path) -> Result<Vec<(String, PathBuf)>> {
     let frames = relievo_particleio::frames(folder)?.into_iter();
     let named = |(_, path): (_, PathBuf)| (path.file_stem().unwrap_or_default().to_string_lossy().into_owned(), path);
     let frames: Vec<_> = frames.map(named).collect();

@@ -7,7 +7,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ("Scenes", &["run", "new", "check", "schema", "export"]),
     ("Surfaces and their details", &["stroke", "doc", "tessellate"]),
     ("Meshes", &["mesh", "simplify", "progressive", "decal", "crowd"]),
-    ("Fluids, soft tissue and grids", &["fluid", "plot", "tissue", "grid"]),
+    ("Fluids, soft tissue and grids", &["fluid", "foam", "plot", "tissue", "grid"]),
     ("Simulation server", &["serve", "submit", "status", "watch", "fetch", "steer", "control", "cache"]),
     ("Pictures", &["draw", "compare", "shader"]),
     ("Files and devices", &["info", "devices"]),

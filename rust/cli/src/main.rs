@@ -16,6 +16,7 @@ mod draw;
 mod edits;
 mod export;
 mod fluid;
+mod foam;
 mod grid;
 mod groups;
 mod import;
@@ -39,6 +40,7 @@ mod tessellate;
 mod tissue;
 mod transfer;
 mod triangles;
+mod viewpoint;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -84,6 +86,8 @@ enum Command {
     Progressive(progressive::Arguments),
     /// Simulates fluids of particles, and makes meshes of their surfaces.
     Fluid(fluid::Arguments),
+    /// Makes spray, foam and bubbles of a fluid's frames, and renders them over pictures.
+    Foam(foam::Arguments),
     /// Makes finite-element models of soft tissue from surfaces, and simulates them.
     Tissue(tissue::Arguments),
     /// Lists, converts, meshes and combines OpenVDB's sparse grids: level sets, fog, masks, labels.
@@ -153,6 +157,7 @@ fn main() -> ExitCode {
         Command::Crowd(arguments) => crowd::run(&arguments),
         Command::Progressive(arguments) => progressive::run(&arguments),
         Command::Fluid(arguments) => fluid::run(&arguments),
+        Command::Foam(arguments) => foam::run(&arguments),
         Command::Tissue(arguments) => tissue::run(&arguments),
         Command::Grid(arguments) => grid::run(&arguments),
         #[cfg(feature = "server")]

@@ -12,6 +12,7 @@ pub mod diagnostic;
 mod documents;
 pub mod export;
 pub mod file;
+pub mod foam;
 pub mod isosurface;
 pub mod keyframe;
 mod layers;

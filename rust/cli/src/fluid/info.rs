@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use relievo_core::{Context, Error, Result, file};
-use relievo_fluid::{Checkpoint, Emitter};
+use relievo_fluid::{Checkpoint, Diffuse, Emitter};
 use relievo_particleio::{Format, Particles, read_frame};
 use relievo_simulation::Description;
 use serde_json::{Value, json};
@@ -59,6 +59,10 @@ fn one(context: &Context, path: &Path) -> Result<Value> {
     let frame = read_frame(context, &file::load(path, context.memory_limit())?).map_err(named)?;
     let mut value = described(&frame.particles, &Format::Cache.to_string());
     value["level"] = json!(frame.level);
+    if Diffuse::has_state(&frame) {
+        value["goes_on"] = json!(true);
+        return Ok(value);
+    }
     let checkpoint = Checkpoint::of(frame).map_err(named)?;
     value["goes_on"] = json!(checkpoint.is_some());
     if let Some(Checkpoint { step, totals, .. }) = checkpoint {

@@ -11,14 +11,13 @@ use relievo_core::{Context, Error, Result};
 use relievo_fluid::{March, Motion, RayCaster};
 use relievo_particleio::Particles;
 use relievo_render as render;
-use relievo_render::{Camera, Dielectric, Image, Lights, Material, Scene, View};
-use relievo_scene::description::Up;
+use relievo_render::{Dielectric, Image, Lights, Material, Scene, View};
 use relievo_scene::isosurface::Isosurface;
-use relievo_scene::picture::whole_view;
 
 use super::Limits;
 use super::surface::Selection;
 use crate::Outcome;
+use crate::viewpoint::{Viewpoint, vector};
 
 #[derive(clap::Args)]
 pub struct Rendering {
@@ -43,24 +42,14 @@ pub struct Rendering {
     /// How long the shutter is open: what moves is blurred, where no mesh is made.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
     shutter: f32,
-    /// Pixels of each picture: WIDTHxHEIGHT.
-    #[arg(long, value_name = "PIXELS", value_parser = crate::export::size, default_value = "1280x720")]
-    size: [u32; 2],
+    #[command(flatten)]
+    viewpoint: Viewpoint,
     /// Rays from the camera per pixel.
     #[arg(long, default_value_t = 4)]
     samples: u32,
     /// Pictures in a row.
     #[arg(long, default_value_t = 2)]
     columns: u32,
-    /// Where the camera is, z up; left out, where it has all in view.
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
-    eye: Option<DVec3>,
-    /// Where it looks; left out, at the middle of all particles.
-    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
-    target: Option<DVec3>,
-    /// Its vertical field of view.
-    #[arg(long, value_name = "DEGREES", default_value_t = 35.0)]
-    fov: f64,
     /// Direction to the sun.
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, default_value = "-0.55,-0.45,0.7")]
     sun: DVec3,
@@ -77,16 +66,6 @@ enum Look {
     Water,
     /// A matt blue.
     Opaque,
-}
-
-/// Three numbers with commas between them.
-pub fn vector(text: &str) -> std::result::Result<DVec3, String> {
-    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
-    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
-    match numbers.as_deref() {
-        Some([x, y, z]) => Ok(DVec3::new(*x, *y, *z)),
-        _ => Err("three numbers are needed: X,Y,Z".into()),
-    }
 }
 
 /// The colour of an opaque fluid.
@@ -108,7 +87,7 @@ pub fn run(arguments: &Rendering) -> Outcome {
     let frames: Vec<Particles> = frames.collect::<Result<_>>()?;
     let (low, high) = bounds(&frames)?;
     let view = arguments.view(low, high)?;
-    let [width, height] = arguments.size;
+    let [width, height] = arguments.viewpoint.size;
     let columns = arguments.columns.clamp(1, frames.len() as u32);
     let rows = (frames.len() as u32).div_ceil(columns);
     let mut sheet = Image::new(width.saturating_mul(columns), height.saturating_mul(rows), 3)?;
@@ -129,7 +108,7 @@ pub fn run(arguments: &Rendering) -> Outcome {
 }
 
 /// The box around the points of all frames.
-fn bounds(frames: &[Particles]) -> Result<(DVec3, DVec3)> {
+pub fn bounds(frames: &[Particles]) -> Result<(DVec3, DVec3)> {
     let points = || frames.iter().flat_map(|frame| &frame.points).map(|point| Vec3::from(*point).as_dvec3());
     match (points().reduce(DVec3::min), points().reduce(DVec3::max)) {
         (Some(low), Some(high)) => Ok((low, high)),
@@ -139,18 +118,12 @@ fn bounds(frames: &[Particles]) -> Result<(DVec3, DVec3)> {
 
 impl Rendering {
     fn view(&self, low: DVec3, high: DVec3) -> Result<View> {
-        let [width, height] = self.size;
-        let aspect = f64::from(width) / f64::from(height.max(1));
-        let fov = self.fov.to_radians();
-        let (eye, middle) = whole_view(Some((low, high)), fov, aspect, Up::Z);
-        let target = self.target.unwrap_or(middle);
-        let eye = self.eye.unwrap_or(target + (eye - middle));
-        let mut view = View::new(Camera::look_at(eye, target, DVec3::Z, fov)?);
+        let mut view = View::new(self.viewpoint.camera(low, high)?);
         view.lights = Lights::default();
         view.lights.suns[0].direction = self.sun.as_vec3().to_array();
         // Beyond the floor the haze goes on.
         view.lights.sky.ground = view.lights.sky.horizon;
-        [view.settings.width, view.settings.height] = self.size;
+        [view.settings.width, view.settings.height] = self.viewpoint.size;
         view.settings.samples = self.samples;
         view.shutter = [0.0, self.shutter];
         Ok(view)
@@ -221,7 +194,7 @@ impl Rendering {
 }
 
 /// A floor of squares in two colours, much wider than what lies on it.
-fn add_floor(scene: &mut Scene, (low, high): (DVec3, DVec3), height: f64) -> Result<()> {
+pub fn add_floor(scene: &mut Scene, (low, high): (DVec3, DVec3), height: f64) -> Result<()> {
     let (middle, extent) = (0.5 * (low + high), (high - low).truncate().max_element().max(1e-3));
     let side = 10.0 * extent / f64::from(ALONG);
     let place = DAffine3::from_scale_rotation_translation(

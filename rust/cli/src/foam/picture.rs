@@ -1,0 +1,116 @@
+//! What pictures of foam have in common: settings, the environment, the pass over the particles and the files.
+
+use std::path::{Path, PathBuf};
+
+use relievo_core::{Context, Error, Result};
+use relievo_particleio::Particles;
+use relievo_render as render;
+use relievo_render::Image;
+use relievo_render::foam::{Environment, Foam, FoamLayers, FoamSettings, FoamView, Scenery};
+use relievo_scene::foam::add_frame;
+
+use crate::bar::Bar;
+
+#[derive(clap::Args)]
+pub struct Options {
+    /// The picture: .png, or .exr, which has the layers too.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// A file for the layers alone: intensity, thickness, depth, normals, occlusion and irradiance.
+    #[arg(long, value_name = "FILE.exr")]
+    layers: Option<PathBuf>,
+    /// Changes a setting, of those that `relievo foam info --settings` lists. May be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true)]
+    settings: Vec<(String, f64)>,
+    /// The light around as a picture by latitude and longitude, .exr or .png, z up; left out, the sky and the sun.
+    #[arg(long, value_name = "FILE")]
+    environment: Option<PathBuf>,
+}
+
+fn setting(text: &str) -> std::result::Result<(String, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("a name, = and a number are needed")?;
+    let value = value.trim().parse().map_err(|_| format!("{value:?} is not a number"))?;
+    Ok((name.trim().to_owned(), value))
+}
+
+impl Options {
+    /// Returns the settings for a frame: particles have half of the fluid's spacing as their radius unless it is set.
+    fn settings(&self, particles: &Particles) -> Result<FoamSettings> {
+        let mut settings = FoamSettings::default();
+        if let Some(spacing) = particles.spacing {
+            settings.set("radius", 0.5 * f64::from(spacing))?;
+        }
+        self.settings.iter().try_for_each(|(name, value)| settings.set(name, *value))?;
+        Ok(settings)
+    }
+
+    /// Returns the layers of a frame.
+    pub fn layers(
+        &self,
+        context: &Context,
+        particles: &Particles,
+        view: FoamView,
+        scenery: &Scenery,
+        lights: &render::Lights,
+    ) -> Result<FoamLayers> {
+        let environment = match &self.environment {
+            Some(path) => {
+                let picture = render::Picture::read(path, context.memory_limit())?;
+                Environment::of_image(&picture.color, [0.0, 0.0, 1.0])
+                    .map_err(|error| error.at(path.display().to_string()))?
+            }
+            None => Environment::of_lights(lights)?,
+        };
+        let mut foam = Foam::new(context, self.settings(particles)?, view, scenery)?;
+        add_frame(context, &mut foam, particles)?;
+        foam.finish(context, &environment, &mut Bar::new())
+    }
+
+    /// Checks that the names of the files have extensions that can be written.
+    pub fn check(&self) -> Result<()> {
+        let has = |path: &Path, known: &[&str]| {
+            let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+            known.iter().any(|known| extension.as_deref() == Some(*known))
+        };
+        if !has(&self.output, &["png", "exr"]) {
+            return Err(Error::unsupported("the format to write is not known")
+                .at(self.output.display().to_string())
+                .advise("use the extension .png or .exr"));
+        }
+        match &self.layers {
+            Some(path) if !has(path, &["exr"]) => Err(Error::unsupported("layers cannot be written in that format")
+                .at(path.display().to_string())
+                .advise("use the extension .exr")),
+            _ => Ok(()),
+        }
+    }
+
+    /// Writes a picture with the foam over it, and the layers where they are asked for.
+    pub fn write(&self, context: &Context, background: &Image, layers: &FoamLayers) -> Result<()> {
+        let picture = layers.composite(context, background)?;
+        let is_exr = self.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
+        match is_exr {
+            true => {
+                let mut layer = layers.exr_layer();
+                layer.add(&["R", "G", "B"], &picture);
+                render::write_exr(&self.output, &[layer], render::Content::Color)?;
+            }
+            false => render::write_png(&self.output, &picture)?,
+        }
+        match &self.layers {
+            Some(path) => render::write_exr(path, &[layers.exr_layer()], render::Content::Data),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Returns one line on the particles and the pixels of foam.
+pub fn summary(particles: &Particles, layers: &FoamLayers, seconds: f64) -> String {
+    let covered = layers.intensity().iter().filter(|intensity| **intensity > 0.0).count();
+    let [width, height] = layers.size();
+    let share = 100.0 * covered as f64 / (f64::from(width) * f64::from(height));
+    format!(
+        "{} particles of foam in {share:.1} % of {width} × {height} pixels, {seconds:.2} s\n",
+        particles.points.len()
+    )
+}

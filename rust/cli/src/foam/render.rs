@@ -1,0 +1,155 @@
+//! `relievo foam render`: the fluid and solids by rays, and foam over them.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::{DAffine3, DVec3};
+use relievo_core::parameter::Switch;
+use relievo_core::{Context, Result};
+use relievo_fluid::{March, Motion, RayCaster, Surface};
+use relievo_particleio::Particles;
+use relievo_render as render;
+use relievo_render::foam::{FoamView, Lens, Scenery};
+use relievo_render::{Dielectric, Frame, Image, Lights, Material, Scene, View};
+use relievo_scene::isosurface::Isosurface;
+
+use super::picture::{Options, summary};
+use crate::Outcome;
+use crate::fluid::{add_floor, bounds};
+use crate::limits::Limits;
+use crate::viewpoint::{Viewpoint, vector};
+
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The frame of foam.
+    foam: PathBuf,
+    /// The frame of the fluid that it belongs to.
+    #[arg(long, value_name = "FRAME")]
+    fluid: Option<PathBuf>,
+    #[command(flatten)]
+    surface: crate::fluid::SurfaceOptions,
+    /// A mesh that stands in the fluid. May be repeated.
+    #[arg(long = "solid", value_name = "MESH")]
+    solids: Vec<PathBuf>,
+    #[command(flatten)]
+    picture: Options,
+    #[command(flatten)]
+    viewpoint: Viewpoint,
+    /// Rays from the camera per pixel.
+    #[arg(long, default_value_t = 4)]
+    samples: u32,
+    /// Direction to the sun.
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, default_value = "-0.55,-0.45,0.7")]
+    sun: DVec3,
+    /// How much light of each colour a metre of the fluid takes away: red, green, blue.
+    #[arg(long, value_name = "R,G,B", value_parser = vector, default_value = "0.45,0.09,0.06")]
+    absorption: DVec3,
+    #[command(flatten)]
+    limits: Limits,
+}
+
+/// The reflectance of solids.
+const ROCK: [f32; 3] = [0.22, 0.2, 0.18];
+
+pub fn run(arguments: &Arguments) -> Outcome {
+    arguments.picture.check()?;
+    let context = arguments.limits.context()?;
+    let foam = crate::fluid::read(&context, &arguments.foam)?;
+    let fluid = arguments.fluid.as_ref().map(|path| crate::fluid::read(&context, path)).transpose()?;
+    let seen = fluid.as_ref().filter(|fluid| !fluid.points.is_empty()).unwrap_or(&foam);
+    let (low, high) = bounds(std::slice::from_ref(seen))?;
+    let mut view = View::new(arguments.viewpoint.camera(low, high)?);
+    view.lights = Lights::default();
+    view.lights.suns[0].direction = arguments.sun.as_vec3().to_array();
+    // Beyond the floor the haze goes on.
+    view.lights.sky.ground = view.lights.sky.horizon;
+    [view.settings.width, view.settings.height] = arguments.viewpoint.size;
+    view.settings.samples = arguments.samples;
+    let stage = Stage::new(&context, arguments, fluid, (low, high))?;
+    let picture = stage.render(&context, Parts::All, &view)?.color;
+    let depth = |parts: Parts| -> Result<Image> { Ok(stage.render(&context, parts, &plain(&view))?.depth) };
+    let scenery = Scenery {
+        solids: Some(depth(Parts::Solids)?),
+        fluid: stage.surface.is_some().then(|| depth(Parts::Fluid)).transpose()?,
+    };
+    let [width, height] = arguments.viewpoint.size;
+    let from = FoamView { camera: view.camera, lens: Lens::Perspective, width, height };
+    let start = Instant::now();
+    let layers = arguments.picture.layers(&context, &foam, from, &scenery, &view.lights)?;
+    arguments.picture.write(&context, &picture, &layers)?;
+    crate::print(&summary(&foam, &layers, start.elapsed().as_secs_f64()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Returns a view with no more than depths need.
+fn plain(view: &View) -> View {
+    let mut plain = view.clone();
+    plain.settings.samples = 1;
+    plain.settings.sky_rays = 0;
+    plain.settings.sky_filter = 0;
+    plain.settings.shadows = Switch::OFF;
+    plain
+}
+
+/// Which objects are rendered.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Parts {
+    All,
+    Solids,
+    Fluid,
+}
+
+/// What stands about the foam.
+struct Stage {
+    solids: Vec<render::Mesh>,
+    surface: Option<Arc<Surface>>,
+    dielectric: Dielectric,
+    bounds: (DVec3, DVec3),
+    floor: f64,
+}
+
+impl Stage {
+    fn new(context: &Context, arguments: &Arguments, fluid: Option<Particles>, bounds: (DVec3, DVec3)) -> Result<Self> {
+        let read = |path: &PathBuf| {
+            let mesh = relievo_meshio::read(context, path)?;
+            Ok(render::Mesh { triangles: mesh.triangles(), points: mesh.points, ..render::Mesh::default() })
+        };
+        let mut floor = bounds.0.z;
+        let surface = match &fluid {
+            Some(particles) if !particles.points.is_empty() => {
+                floor -= 0.25 * f64::from(arguments.surface.spacing(particles)?);
+                Some(Arc::new(arguments.surface.surface(context, particles)?))
+            }
+            _ => None,
+        };
+        Ok(Self {
+            solids: arguments.solids.iter().map(read).collect::<Result<_>>()?,
+            surface,
+            dielectric: Dielectric { absorption: arguments.absorption.as_vec3().to_array(), ..Dielectric::WATER },
+            bounds,
+            floor,
+        })
+    }
+
+    fn render(&self, context: &Context, parts: Parts, view: &View) -> Result<Frame> {
+        let mut scene = Scene::new()?;
+        if parts != Parts::Fluid {
+            add_floor(&mut scene, self.bounds, self.floor)?;
+            for solid in &self.solids {
+                let look = Material { base_color: ROCK, specular: 0.03, roughness: 0.5 };
+                let object = scene.add_object(DAffine3::IDENTITY, look)?;
+                scene.set_mesh(object, 0, solid.clone())?;
+            }
+        }
+        if let (Some(surface), true) = (&self.surface, parts != Parts::Solids) {
+            let water = Material { base_color: [1.0; 3], specular: 0.02, roughness: 0.15 };
+            let object = scene.add_object(DAffine3::IDENTITY, water)?;
+            scene.set_dielectric(object, Some(self.dielectric))?;
+            let caster = RayCaster::new(context, surface, Motion::default(), &[], March::default())?;
+            scene.set_implicit(object, Some(Box::new(Isosurface(caster))))?;
+        }
+        scene.render(context, view)
+    }
+}

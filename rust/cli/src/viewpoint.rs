@@ -1,0 +1,46 @@
+//! Options of commands that set a camera.
+
+use glam::DVec3;
+use relievo_core::Result;
+use relievo_render::Camera;
+use relievo_scene::description::Up;
+use relievo_scene::picture::whole_view;
+
+#[derive(clap::Args)]
+pub struct Viewpoint {
+    /// Pixels of each picture: WIDTHxHEIGHT.
+    #[arg(long, value_name = "PIXELS", value_parser = crate::export::size, default_value = "1280x720")]
+    pub size: [u32; 2],
+    /// Where the camera is, z up; left out, where it has all in view.
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    pub eye: Option<DVec3>,
+    /// Where it looks; left out, at the middle of all particles.
+    #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]
+    pub target: Option<DVec3>,
+    /// Its vertical field of view.
+    #[arg(long, value_name = "DEGREES", default_value_t = 35.0)]
+    pub fov: f64,
+}
+
+impl Viewpoint {
+    /// Returns the camera, which has a box in view unless the options say otherwise.
+    pub fn camera(&self, low: DVec3, high: DVec3) -> Result<Camera> {
+        let [width, height] = self.size;
+        let aspect = f64::from(width) / f64::from(height.max(1));
+        let fov = self.fov.to_radians();
+        let (eye, middle) = whole_view(Some((low, high)), fov, aspect, Up::Z);
+        let target = self.target.unwrap_or(middle);
+        let eye = self.eye.unwrap_or(target + (eye - middle));
+        Camera::look_at(eye, target, DVec3::Z, fov)
+    }
+}
+
+/// Parses three numbers with commas between them.
+pub fn vector(text: &str) -> std::result::Result<DVec3, String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
+    match numbers.as_deref() {
+        Some([x, y, z]) => Ok(DVec3::new(*x, *y, *z)),
+        _ => Err("three numbers are needed: X,Y,Z".into()),
+    }
+}
