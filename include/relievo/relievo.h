@@ -20,6 +20,7 @@
 #include "relievo/error.h"
 #include "relievo/evaluate.h"
 #include "relievo/fluid.h"
+#include "relievo/foam.h"
 #include "relievo/grid.h"
 #include "relievo/imprint.h"
 #include "relievo/isosurface.h"

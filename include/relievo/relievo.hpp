@@ -1621,6 +1621,65 @@ struct ParticleChannel {
     }
 };
 
+/// The layers of foam, an element a pixel, row after row from the top.
+struct FoamLayers {
+    std::vector<float> intensity, thickness, depth, occlusion;
+    std::vector<Float3> normal, irradiance;
+};
+
+/// See relievo/foam.h.
+class Foam : public Reference<RlvFoam, rlv_foam_retain, rlv_foam_release> {
+public:
+    using Reference::Reference;
+
+    static Foam create(const Context &context, const RlvFoamView &view,
+                       const RlvFoamSettings &settings = RLV_FOAM_SETTINGS_INIT) {
+        Foam made;
+        check(rlv_foam_create(context.get(), &view, &settings, made.out()));
+        made.pixels_ = static_cast<std::size_t>(view.width) * view.height;
+        return made;
+    }
+
+    void add(const RlvFoamParticles &particles) const { check(rlv_foam_add(get(), &particles)); }
+
+    /// Makes the layers, lit by white light from everywhere unless there is another.
+    void shade(const RlvFoamLight *light = nullptr, const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        watch.check(rlv_foam_shade(get(), light, watch.callback(), &watch));
+    }
+
+    FoamLayers layers() const {
+        FoamLayers found;
+        for (std::vector<float> *values : {&found.intensity, &found.thickness, &found.depth, &found.occlusion}) {
+            values->resize(pixels_);
+        }
+        found.normal.resize(pixels_);
+        found.irradiance.resize(pixels_);
+        RlvFoamLayers layers = RLV_FOAM_LAYERS_INIT;
+        layers.intensity = found.intensity.data();
+        layers.thickness = found.thickness.data();
+        layers.depth = found.depth.data();
+        layers.occlusion = found.occlusion.data();
+        layers.normal = reinterpret_cast<float *>(found.normal.data());
+        layers.irradiance = reinterpret_cast<float *>(found.irradiance.data());
+        check(rlv_foam_get(get(), &layers));
+        return found;
+    }
+
+    /// Returns the picture with the foam over it; it has 3 or 4 channels.
+    std::vector<float> composite(const std::vector<float> &background, std::uint32_t channels) const {
+        if (background.size() != pixels_ * channels) {
+            throw std::invalid_argument("Foam::composite: the picture has as many numbers as pixels have channels");
+        }
+        std::vector<float> picture(background.size());
+        check(rlv_foam_composite(get(), background.data(), channels, picture.data()));
+        return picture;
+    }
+
+private:
+    std::size_t pixels_ = 0;
+};
+
 /// See relievo/isosurface.h.
 class Isosurface : public Reference<RlvIsosurface, rlv_isosurface_retain, rlv_isosurface_release> {
 public:

@@ -640,6 +640,38 @@ class Fluids(unittest.TestCase):
             self.assertEqual(len(list(Path(folder).glob("dam_*.ply"))), 3)
 
 
+class Foams(unittest.TestCase):
+    def test_a_particle_is_drawn_lit_and_composited(self):
+        context = rl.Context(threads=1)
+        make = lambda **more: rl.Foam(context, (33, 25), (0, 0, 5), (0, 0, 0), up=(0, 1, 0), fov=0.8, radius=0.5, **more)
+        foam = make()
+        foam.add([(0, 0, 0)], ids=[0], kinds=[rl.FoamKind.SPRAY], lives=[0.5])
+        stages = []
+        foam.shade(numpy.full((1, 2, 3), 0.5), progress=lambda fraction, stage: stages.append(stage))
+        self.assertIn("occlusion of foam", stages)
+        layers = foam.layers()
+        self.assertEqual(layers["normal"].shape, (25, 33, 3))
+        self.assertAlmostEqual(float(layers["depth"][12, 16]), 4.5, places=5)
+        self.assertAlmostEqual(float(layers["thickness"][12, 16]), 0.75**0.4, places=4)
+        numpy.testing.assert_allclose(layers["irradiance"][12, 16], 0.5, atol=1e-5)
+        background = numpy.full((25, 33, 4), 0.25)
+        picture = foam.composite(background)
+        share = layers["intensity"][12, 16]
+        self.assertAlmostEqual(float(picture[12, 16, 0]), 0.25 + 0.25 * float(share), places=4)
+        self.assertTrue((picture[..., 3] == 0.25).all() and (picture[0, 0] == 0.25).all())
+        hidden = make(solids=numpy.full((25, 33), 1.0))
+        hidden.add([(0, 0, 0)])
+        hidden.shade()
+        self.assertEqual(hidden.layers()["intensity"].max(), 0)
+        self.assertEqual([entry.name for entry in rl.foam.params()][0], "radius")
+        with self.assertRaisesRegex(rl.Invalid, "solids"):
+            make(solids=numpy.zeros((33, 25)))
+        with self.assertRaisesRegex(rl.Invalid, "ids"):
+            make().add([(0, 0, 0)], ids=[1, 2])
+        with self.assertRaises(rl.Cancelled):
+            make().shade(progress=lambda fraction, stage: False)
+
+
 class Devices(unittest.TestCase):
     def test_what_is_listed_can_be_opened_and_let_go(self):
         adapters = rl.adapters()

@@ -9,11 +9,12 @@ try:
 except ImportError:
     raise ImportError("librelievo needs NumPy; install it with `python -m pip install numpy`") from None
 
-from . import abi, bake, brush, caster, collider, document, grid, imprint, job, ptex, repair, stroke, tessellation
+from . import abi, bake, brush, caster, collider, document, foam, grid, imprint, job, ptex, repair, stroke, tessellation
 from .abi import RlvAdapterKind as AdapterKind
 from .abi import RlvBrushAction as BrushAction
 from .abi import RlvChannel as Channel
 from .abi import RlvDevice as Device
+from .abi import RlvFoamKind as FoamKind
 from .abi import RlvIsosurfaceClass as IsosurfaceClass
 from .abi import RlvJobState as JobState
 from .abi import RlvParameterKind as ParameterKind
@@ -43,6 +44,7 @@ from .error import (
     Unsupported,
 )
 from .fluid import Fluid
+from .foam import Foam
 from .grid import Grid
 from .isosurface import Isosurface
 from .job import Job

@@ -208,6 +208,12 @@ class RlvFluidEmitterShape(IntEnum):
     SURFACE = 2
 
 
+class RlvFoamKind(IntEnum):
+    SPRAY = 0
+    FLOAT = 1
+    BUBBLE = 2
+
+
 class RlvGridKind(IntEnum):
     FLOAT = 0
     DOUBLE = 1
@@ -1729,6 +1735,107 @@ class RlvFluidReport(Structure):
     ]
 
 
+class RlvFoam(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvFoamSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("radius", c_float),
+        ("near_depth", c_float),
+        ("spray_n", c_float),
+        ("spray_m", c_float),
+        ("foam_n", c_float),
+        ("foam_m", c_float),
+        ("bubble_n", c_float),
+        ("bubble_m", c_float),
+        ("lifetime_n", c_float),
+        ("lifetime_m", c_float),
+        ("eta_max", c_float),
+        ("eta_n", c_float),
+        ("eta_m", c_float),
+        ("rho_mod", c_float),
+        ("rho_exp", c_float),
+        ("ao_init_sr_fac", c_float),
+        ("ao_sr_inc_fac", c_float),
+        ("ao_passes", c_uint32),
+        ("ao_s_dens", c_float),
+        ("ao_min_samp", c_uint32),
+        ("ao_max_samp", c_uint32),
+        ("ao_max_occl_dist", c_float),
+        ("ao_fluid_opacity", c_float),
+        ("ao_solid_opacity", c_float),
+        ("ao_hemisphere", c_uint32),
+        ("ao_sh_scale", c_float),
+        ("ao_sh_exp", c_float),
+        ("ao_sh_offset", c_float),
+        ("shadow_red", c_float),
+        ("shadow_green", c_float),
+        ("shadow_blue", c_float),
+        ("irradiance_map", c_uint32),
+        ("irr_scale", c_float),
+        ("filter", c_float),
+    ]
+
+
+class RlvFoamView(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("reserved", c_uint32),
+        ("eye", c_double * 3),
+        ("target", c_double * 3),
+        ("up", c_double * 3),
+        ("fov", c_double),
+        ("orthographic", c_double),
+        ("solids", c_float_p),
+        ("fluid", c_float_p),
+    ]
+
+
+class RlvFoamParticles(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("count", c_size_t),
+        ("positions", c_float_p),
+        ("position_stride", c_size_t),
+        ("ids", c_uint32_p),
+        ("id_stride", c_size_t),
+        ("kinds", c_uint32_p),
+        ("kind_stride", c_size_t),
+        ("lives", c_float_p),
+        ("life_stride", c_size_t),
+    ]
+
+
+class RlvFoamLight(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("up", c_float * 3),
+        ("radiance", c_float_p),
+    ]
+
+
+class RlvFoamLayers(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("intensity", c_float_p),
+        ("thickness", c_float_p),
+        ("depth", c_float_p),
+        ("normal", c_float_p),
+        ("occlusion", c_float_p),
+        ("irradiance", c_float_p),
+    ]
+
+
 class RlvGrid(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -2156,6 +2263,11 @@ INIT = {
     RlvFluidColliderOptions: (ctypes.sizeof(RlvFluidColliderOptions), 0, 0.0, 0,),
     RlvFluidEmitterOptions: (ctypes.sizeof(RlvFluidEmitterOptions), 0, (0.0, 0.0, 0.0,), (0.0, 0.0, 1.0,), (0.0, 0.0, 0.0,), 0.1, 1.0, 0.0, 0.0, 0.0, None, 0, 0,),
     RlvFluidReport: (ctypes.sizeof(RlvFluidReport), 0, 0.0, 0, 0, 0.0, 0.0, (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), 0, 0, 0,),
+    RlvFoamSettings: (ctypes.sizeof(RlvFoamSettings), 0.01, 0.05, 1.5, 1.0, 2.25, 1.0, 2.0, 1.0, 2.0, 0.4, 0.5, 1.0, 2.0, 3.0, 1.25, 1.0, 7.0, 3, 0.5, 16, 512, 5.0, 0.5, 1.0, 1, 1.0, 1.5, -0.05, 0.0, 0.0, 0.2, 1, 1.0, 1.5,),
+    RlvFoamView: (ctypes.sizeof(RlvFoamView), 0, 0, 0, (0, 0, 0,), (0, 0, 0,), (0, 0, 1,), 0.6, 0, None, None,),
+    RlvFoamParticles: (ctypes.sizeof(RlvFoamParticles), 0, 0, None, 0, None, 0, None, 0, None, 0,),
+    RlvFoamLight: (ctypes.sizeof(RlvFoamLight), 0, 0, (0, 0, 1,), None,),
+    RlvFoamLayers: (ctypes.sizeof(RlvFoamLayers), 0, None, None, None, None, None, None,),
     RlvGridSettings: (ctypes.sizeof(RlvGridSettings), 0.1, 3.0, 0.0, 0.0, 0.0, 0.0, 1, 1,),
     RlvGridInfo: (ctypes.sizeof(RlvGridInfo), 0, 0, 0, 0, 0, (0,), (0,), (0,), (0,), 0, 0, 0, (0,),),
     RlvImprintSettings: (ctypes.sizeof(RlvImprintSettings), 16777216, 0.09817477, 0, 1.0, 1.0, 60000.0, 0.0, 1, 256, 1, 1, 0.0, 0.1, 0.6,),
@@ -2439,6 +2551,14 @@ FUNCTIONS = {
     "rlv_fluid_particles": (RlvResult, [("fluid", RlvFluid), ("out", POINTER(RlvParticles))]),
     "rlv_fluid_add_particles": (RlvResult, [("fluid", RlvFluid), ("particles", RlvParticles)]),
     "rlv_fluid_isosurface": (RlvResult, [("fluid", RlvFluid), ("options", POINTER(RlvIsosurfaceOptions)), ("out", POINTER(RlvIsosurface))]),
+    "rlv_foam_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
+    "rlv_foam_create": (RlvResult, [("context", RlvContext), ("view", POINTER(RlvFoamView)), ("settings", POINTER(RlvFoamSettings)), ("out", POINTER(RlvFoam))]),
+    "rlv_foam_retain": (RlvResult, [("foam", RlvFoam)]),
+    "rlv_foam_release": (RlvResult, [("foam", RlvFoam)]),
+    "rlv_foam_add": (RlvResult, [("foam", RlvFoam), ("particles", POINTER(RlvFoamParticles))]),
+    "rlv_foam_shade": (RlvResult, [("foam", RlvFoam), ("light", POINTER(RlvFoamLight)), ("progress", RlvProgress), ("user", c_void_p)]),
+    "rlv_foam_get": (RlvResult, [("foam", RlvFoam), ("layers", POINTER(RlvFoamLayers))]),
+    "rlv_foam_composite": (RlvResult, [("foam", RlvFoam), ("background", c_float_p), ("channels", c_uint32), ("picture", c_float_p)]),
     "rlv_grid_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
     "rlv_grid_available": (RlvResult, []),
     "rlv_grid_file_count": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", c_size_t_p)]),

@@ -31,6 +31,7 @@ pub mod document;
 pub mod error;
 pub mod evaluate;
 pub mod fluid;
+pub mod foam;
 pub mod fork;
 pub mod grid;
 pub mod imprint;

@@ -20,7 +20,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-pub const NOUNS: [&str; 26] = [
+pub const NOUNS: [&str; 27] = [
     "nothing",
     "context",
     "mesh",
@@ -47,6 +47,7 @@ pub const NOUNS: [&str; 26] = [
     "particles",
     "grid",
     "decal",
+    "foam",
 ];
 
 /// Defines the handle type of a noun.

@@ -30,6 +30,7 @@ use relievo::document::*;
 use relievo::isosurface::*;
 use relievo::particles::*;
 use relievo::fluid::*;
+use relievo::foam::*;
 use relievo::grid::*;
 use relievo::imprint::*;
 use relievo::ptex::*;
@@ -531,6 +532,23 @@ function!(rlv_fluid_restore_bytes: unsafe extern "C" fn(RlvFluid, *const u8, usi
 function!(rlv_fluid_particles: unsafe extern "C" fn(RlvFluid, *mut RlvParticles) -> RlvResult);
 function!(rlv_fluid_add_particles: unsafe extern "C" fn(RlvFluid, RlvParticles) -> RlvResult);
 function!(rlv_fluid_isosurface: unsafe extern "C" fn(RlvFluid, *const RlvIsosurfaceOptions, *mut RlvIsosurface) -> RlvResult);
+layout!(RlvFoam: 8, 8);
+constant!(RLV_FOAM_SPRAY = 0);
+constant!(RLV_FOAM_FLOAT = 1);
+constant!(RLV_FOAM_BUBBLE = 2);
+layout!(RlvFoamSettings: 140, 4);
+layout!(RlvFoamView: 120, 8);
+layout!(RlvFoamParticles: 80, 8);
+layout!(RlvFoamLight: 32, 8);
+layout!(RlvFoamLayers: 56, 8);
+function!(rlv_foam_params: unsafe extern "C" fn(*mut *const RlvParameter, *mut usize) -> RlvResult);
+function!(rlv_foam_create: unsafe extern "C" fn(RlvContext, *const RlvFoamView, *const RlvFoamSettings, *mut RlvFoam) -> RlvResult);
+function!(rlv_foam_retain: unsafe extern "C" fn(RlvFoam) -> RlvResult);
+function!(rlv_foam_release: unsafe extern "C" fn(RlvFoam) -> RlvResult);
+function!(rlv_foam_add: unsafe extern "C" fn(RlvFoam, *const RlvFoamParticles) -> RlvResult);
+function!(rlv_foam_shade: unsafe extern "C" fn(RlvFoam, *const RlvFoamLight, RlvProgress, *mut c_void) -> RlvResult);
+function!(rlv_foam_get: unsafe extern "C" fn(RlvFoam, *const RlvFoamLayers) -> RlvResult);
+function!(rlv_foam_composite: unsafe extern "C" fn(RlvFoam, *const f32, u32, *mut f32) -> RlvResult);
 layout!(RlvGrid: 8, 8);
 constant!(RLV_GRID_FLOAT = 0);
 constant!(RLV_GRID_DOUBLE = 1);
@@ -1758,6 +1776,89 @@ pub fn offsets(list: &mut Offsets) {
         removed: u64 = 144,
         divergence_corrections: u64 = 152,
     });
+    fields!(list, RlvFoam {
+        id: u64 = 0,
+    });
+    fields!(list, RlvFoamSettings {
+        struct_size: u32 = 0,
+        radius: f32 = 4,
+        near_depth: f32 = 8,
+        spray_n: f32 = 12,
+        spray_m: f32 = 16,
+        foam_n: f32 = 20,
+        foam_m: f32 = 24,
+        bubble_n: f32 = 28,
+        bubble_m: f32 = 32,
+        lifetime_n: f32 = 36,
+        lifetime_m: f32 = 40,
+        eta_max: f32 = 44,
+        eta_n: f32 = 48,
+        eta_m: f32 = 52,
+        rho_mod: f32 = 56,
+        rho_exp: f32 = 60,
+        ao_init_sr_fac: f32 = 64,
+        ao_sr_inc_fac: f32 = 68,
+        ao_passes: u32 = 72,
+        ao_s_dens: f32 = 76,
+        ao_min_samp: u32 = 80,
+        ao_max_samp: u32 = 84,
+        ao_max_occl_dist: f32 = 88,
+        ao_fluid_opacity: f32 = 92,
+        ao_solid_opacity: f32 = 96,
+        ao_hemisphere: u32 = 100,
+        ao_sh_scale: f32 = 104,
+        ao_sh_exp: f32 = 108,
+        ao_sh_offset: f32 = 112,
+        shadow_red: f32 = 116,
+        shadow_green: f32 = 120,
+        shadow_blue: f32 = 124,
+        irradiance_map: u32 = 128,
+        irr_scale: f32 = 132,
+        filter: f32 = 136,
+    });
+    fields!(list, RlvFoamView {
+        struct_size: u32 = 0,
+        width: u32 = 4,
+        height: u32 = 8,
+        reserved: u32 = 12,
+        eye: [f64; 3] = 16,
+        target: [f64; 3] = 40,
+        up: [f64; 3] = 64,
+        fov: f64 = 88,
+        orthographic: f64 = 96,
+        solids: *const f32 = 104,
+        fluid: *const f32 = 112,
+    });
+    fields!(list, RlvFoamParticles {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        count: usize = 8,
+        positions: *const f32 = 16,
+        position_stride: usize = 24,
+        ids: *const u32 = 32,
+        id_stride: usize = 40,
+        kinds: *const u32 = 48,
+        kind_stride: usize = 56,
+        lives: *const f32 = 64,
+        life_stride: usize = 72,
+    });
+    fields!(list, RlvFoamLight {
+        struct_size: u32 = 0,
+        width: u32 = 4,
+        height: u32 = 8,
+        up: [f32; 3] = 12,
+        radiance: *const f32 = 24,
+    });
+    fields!(list, RlvFoamLayers {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        intensity: *mut f32 = 8,
+        thickness: *mut f32 = 16,
+        depth: *mut f32 = 24,
+        normal: *mut f32 = 32,
+        occlusion: *mut f32 = 40,
+        irradiance: *mut f32 = 48,
+    });
     fields!(list, RlvGrid {
         id: u64 = 0,
     });
@@ -2310,6 +2411,42 @@ pub const INITIAL: &[Initial] = &[
         ("float friction", 0.0),
         ("uint32_t is_container", 0.0),
     ] },
+    Initial { header: "foam.h", name: "RlvFoamSettings", initializer: "RLV_FOAM_SETTINGS_INIT", fields: &[
+        ("float radius", 0.01),
+        ("float near_depth", 0.05),
+        ("float spray_n", 1.5),
+        ("float spray_m", 1.0),
+        ("float foam_n", 2.25),
+        ("float foam_m", 1.0),
+        ("float bubble_n", 2.0),
+        ("float bubble_m", 1.0),
+        ("float lifetime_n", 2.0),
+        ("float lifetime_m", 0.4),
+        ("float eta_max", 0.5),
+        ("float eta_n", 1.0),
+        ("float eta_m", 2.0),
+        ("float rho_mod", 3.0),
+        ("float rho_exp", 1.25),
+        ("float ao_init_sr_fac", 1.0),
+        ("float ao_sr_inc_fac", 7.0),
+        ("uint32_t ao_passes", 3.0),
+        ("float ao_s_dens", 0.5),
+        ("uint32_t ao_min_samp", 16.0),
+        ("uint32_t ao_max_samp", 512.0),
+        ("float ao_max_occl_dist", 5.0),
+        ("float ao_fluid_opacity", 0.5),
+        ("float ao_solid_opacity", 1.0),
+        ("uint32_t ao_hemisphere", 1.0),
+        ("float ao_sh_scale", 1.0),
+        ("float ao_sh_exp", 1.5),
+        ("float ao_sh_offset", -0.05),
+        ("float shadow_red", 0.0),
+        ("float shadow_green", 0.0),
+        ("float shadow_blue", 0.2),
+        ("uint32_t irradiance_map", 1.0),
+        ("float irr_scale", 1.0),
+        ("float filter", 1.5),
+    ] },
     Initial { header: "grid.h", name: "RlvGridSettings", initializer: "RLV_GRID_SETTINGS_INIT", fields: &[
         ("float voxel", 0.1),
         ("float band", 3.0),
@@ -2534,6 +2671,14 @@ pub const NAMES: &[&str] = &[
     "RLV_FLUID_WALLS",
     "RLV_FLUID_WENDLAND",
     "RLV_FLUID_WIND",
+    "RLV_FOAM_BUBBLE",
+    "RLV_FOAM_FLOAT",
+    "RLV_FOAM_LAYERS_INIT",
+    "RLV_FOAM_LIGHT_INIT",
+    "RLV_FOAM_PARTICLES_INIT",
+    "RLV_FOAM_SETTINGS_INIT",
+    "RLV_FOAM_SPRAY",
+    "RLV_FOAM_VIEW_INIT",
     "RLV_GRID_BOOL",
     "RLV_GRID_DIFFERENCE",
     "RLV_GRID_DOUBLE",

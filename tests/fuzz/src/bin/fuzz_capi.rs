@@ -20,6 +20,7 @@ use relievo_abi::document::*;
 use relievo_abi::error::{RLV_ERROR_INTERNAL, RLV_OK, RlvResult};
 use relievo_abi::evaluate::*;
 use relievo_abi::fluid::*;
+use relievo_abi::foam::*;
 use relievo_abi::grid::*;
 use relievo_abi::imprint::*;
 use relievo_abi::isosurface::*;
@@ -65,10 +66,11 @@ struct Handles {
     particles: Vec<u64>,
     grids: Vec<u64>,
     decals: Vec<u64>,
+    foams: Vec<u64>,
 }
 
 impl Handles {
-    fn lists(&self) -> [&[u64]; 20] {
+    fn lists(&self) -> [&[u64]; 21] {
         let Self {
             contexts,
             meshes,
@@ -90,6 +92,7 @@ impl Handles {
             particles,
             grids,
             decals,
+            foams,
         } = self;
         [
             contexts,
@@ -112,6 +115,7 @@ impl Handles {
             particles,
             grids,
             decals,
+            foams,
         ]
     }
 
@@ -120,7 +124,7 @@ impl Handles {
         let list = match bytes.int_in_range(0..=31_u8)? {
             0 => return Ok(0),
             1 => return bytes.arbitrary(),
-            2 => self.lists()[bytes.int_in_range(0..=19)?],
+            2 => self.lists()[bytes.int_in_range(0..=20)?],
             _ => self.lists()[noun],
         };
         if list.is_empty() { Ok(0) } else { bytes.choose(list).copied() }
@@ -1373,10 +1377,59 @@ fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
             (17, false) => rlv_particles_release(RlvParticles { id }),
             (18, true) => rlv_grid_retain(RlvGrid { id }),
             (18, false) => rlv_grid_release(RlvGrid { id }),
-            (_, true) => rlv_decal_retain(RlvDecal { id }),
-            (_, false) => rlv_decal_release(RlvDecal { id }),
+            (19, true) => rlv_decal_retain(RlvDecal { id }),
+            (19, false) => rlv_decal_release(RlvDecal { id }),
+            (_, true) => rlv_foam_retain(RlvFoam { id }),
+            (_, false) => rlv_foam_release(RlvFoam { id }),
         }
     }
+}
+
+/// Foam of a few particles in a small picture, shaded, asked for its layers and composited in place.
+fn foam(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let (width, height) = (bytes.int_in_range(0..=9_u32)?, bytes.int_in_range(0..=9_u32)?);
+    let depths = numbers(bytes, 81)?;
+    let mut view: RlvFoamView = sized(bytes)?;
+    (view.width, view.height) = (width, height);
+    (view.eye, view.up) = ([0.0, f64::from(number(bytes)?), 2.0], [0.0, 1.0, 0.0]);
+    (view.fov, view.orthographic) = (f64::from(number(bytes)?.abs()) / 4.0, f64::from(number(bytes)?.max(0.0)));
+    if bytes.arbitrary()? {
+        (view.solids, view.fluid) = (depths.as_ptr(), depths.as_ptr());
+    }
+    let context = RlvContext { id: handles.pick(bytes, 0)? };
+    let mut out = RlvFoam { id: UNTOUCHED };
+    // SAFETY: depths are at least as many as pixels, and the descriptor is sized.
+    let result = unsafe { rlv_foam_create(context, &view, null(), &mut out) };
+    made(result, out.id, &mut handles.foams);
+    let (positions, lives) = (numbers(bytes, 12)?, numbers(bytes, 4)?);
+    let (ids, kinds): ([u32; 4], [u8; 4]) = (bytes.arbitrary()?, bytes.arbitrary()?);
+    let kinds = kinds.map(|kind| u32::from(kind % 4));
+    let mut particles: RlvFoamParticles = sized(bytes)?;
+    particles.count = count(bytes, 4)?;
+    (particles.positions, particles.lives) = (positions.as_ptr(), lives.as_ptr());
+    (particles.ids, particles.kinds) = (ids.as_ptr(), kinds.as_ptr());
+    let foam = RlvFoam { id: handles.pick(bytes, 20)? };
+    let radiance = numbers(bytes, 24)?;
+    let mut light: RlvFoamLight = sized(bytes)?;
+    (light.width, light.height) = (4, bytes.int_in_range(0..=2)?);
+    (light.up, light.radiance) = ([0.0, 0.0, number(bytes)?], radiance.as_ptr());
+    let given = if bytes.arbitrary()? { &raw const light } else { null() };
+    // The picture may be another one's, of 9 × 9 pixels at most.
+    let mut picture = [0.5_f32; 4 * 81];
+    let mut layers: RlvFoamLayers = sized(bytes)?;
+    let (mut intensity, mut normal) = ([0.0_f32; 81], [0.0_f32; 243]);
+    (layers.intensity, layers.normal) = (intensity.as_mut_ptr(), normal.as_mut_ptr());
+    let mut patience = bytes.int_in_range(0..=40_u32)?;
+    let start = picture.as_mut_ptr();
+    // SAFETY: arrays hold four particles, two rows of texels, and 81 pixels; the user pointer is what the callback takes it
+    // for.
+    unsafe {
+        called(rlv_foam_add(foam, &particles));
+        called(rlv_foam_shade(foam, given, Some(wait), (&raw mut patience).cast()));
+        called(rlv_foam_get(foam, &layers));
+        called(rlv_foam_composite(foam, start, bytes.int_in_range(2..=5)?, start));
+    }
+    Ok(())
 }
 
 /// Grids with blocks of values, changed, combined and meshed. Without the module of OpenVDB every call is refused.
@@ -1494,7 +1547,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let result = unsafe { rlv_context_create(&options, &mut out) };
     made(result, out.id, &mut handles.contexts);
     while !bytes.is_empty() {
-        match bytes.int_in_range(0..=31_u8)? {
+        match bytes.int_in_range(0..=32_u8)? {
             0..=2 => create_mesh(bytes, handles)?,
             3 => read_mesh(bytes, handles)?,
             4..=5 => use_surface(bytes, handles)?,
@@ -1518,8 +1571,9 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             28 => pictures_of_particles(bytes, handles)?,
             29 => grids(bytes, handles)?,
             30 => decals(bytes, handles)?,
+            31 => foam(bytes, handles)?,
             _ => {
-                let noun = bytes.int_in_range(0..=19)?;
+                let noun = bytes.int_in_range(0..=20)?;
                 let id = handles.pick(bytes, noun)?;
                 called(count_reference(noun, id, bytes.ratio(1, 3)?));
             }

@@ -1,0 +1,95 @@
+"""Foam of particles over finished pictures, in screen space."""
+
+import ctypes
+
+import numpy
+
+from . import abi, library, record
+from .array import Reading, address
+from .error import Invalid
+from .handle import Handle
+from .parameter import table
+from .progress import watched
+
+LAYERS = {"intensity": 1, "thickness": 1, "depth": 1, "normal": 3, "occlusion": 1, "irradiance": 3}
+
+
+def params():
+    """The fields of RlvFoamSettings with ranges, units and help."""
+    return table("rlv_foam_params")
+
+
+def depths(values, shape, name):
+    """Depths as an array of the picture's shape; None stays None."""
+    if values is None:
+        return None
+    values = numpy.ascontiguousarray(values, numpy.float32)
+    if values.shape != shape:
+        raise Invalid(f"{name}: an array of the shape {shape} is needed, not {values.shape}")
+    return values
+
+
+class Foam(Handle):
+    """A picture of foam: particles are added, then it is shaded and composited."""
+
+    noun, kind = "foam", abi.RlvFoam
+
+    def __init__(self, context, size, eye, target, up=(0, 0, 1), fov=0.6, orthographic=0, solids=None, fluid=None, **settings):
+        """`size` is (width, height); depths are arrays (height, width) in metres; settings are the fields of
+        RlvFoamSettings."""
+        self.size = tuple(size)
+        shape = (self.size[1], self.size[0])
+        given = {"width": shape[1], "height": shape[0], "eye": eye, "target": target, "up": up, "fov": fov}
+        view = record.fill(abi.RlvFoamView, {**given, "orthographic": orthographic})
+        kept = [depths(solids, shape, "solids"), depths(fluid, shape, "fluid")]
+        view.solids, view.fluid = (address(array) for array in kept)
+        settings = record.fill(abi.RlvFoamSettings, settings)
+        super().__init__("rlv_foam_create", context.handle, ctypes.byref(view), ctypes.byref(settings))
+
+    def add(self, positions, ids=None, kinds=None, lives=None):
+        """Adds particles at positions (n, 3) in metres, with ids, values of FoamKind, and shares of their lives that have
+        passed, each (n) if it is given."""
+        readings = {
+            "position": Reading(positions, numpy.float32, 3, "positions"),
+            "id": Reading(ids, numpy.uint32, 0, "ids"),
+            "kind": Reading(kinds, numpy.uint32, 0, "kinds"),
+            "life": Reading(lives, numpy.float32, 0, "lives"),
+        }
+        particles = record.fill(abi.RlvFoamParticles, {"count": readings["position"].count})
+        for name, reading in readings.items():
+            if reading.array is not None and reading.count != particles.count:
+                raise Invalid(f"{name}s: there are {reading.count} for {particles.count} positions")
+            setattr(particles, f"{name}s", reading.address)
+            setattr(particles, f"{name}_stride", reading.stride)
+        library.call("rlv_foam_add", self.handle, ctypes.byref(particles))
+
+    def shade(self, radiance=None, up=(0, 0, 1), progress=None):
+        """Makes the layers, lit by a picture (height, 2 height, 3) by latitude and longitude, or white from everywhere."""
+        light = None
+        if radiance is not None:
+            radiance = numpy.ascontiguousarray(radiance, numpy.float32)
+            if radiance.ndim != 3 or radiance.shape[2] != 3:
+                raise Invalid(f"radiance: an array of the shape (height, width, 3) is needed, not {radiance.shape}")
+            light = record.fill(abi.RlvFoamLight, {"width": radiance.shape[1], "height": radiance.shape[0], "up": up})
+            light.radiance = address(radiance)
+        with watched(progress) as callback:
+            library.call("rlv_foam_shade", self.handle, None if light is None else ctypes.byref(light), callback, None)
+
+    def layers(self):
+        """The layers by their names, arrays (height, width), of normals and irradiance (height, width, 3)."""
+        width, height = self.size
+        found, arrays = {}, record.fill(abi.RlvFoamLayers, {})
+        for name, numbers in LAYERS.items():
+            found[name] = numpy.empty((height, width, 3) if numbers == 3 else (height, width), numpy.float32)
+            setattr(arrays, name, address(found[name]))
+        library.call("rlv_foam_get", self.handle, ctypes.byref(arrays))
+        return found
+
+    def composite(self, background):
+        """The picture (height, width, 3 or 4) with the foam over it."""
+        background = numpy.ascontiguousarray(background, numpy.float32)
+        if background.ndim != 3 or background.shape[:2] != (self.size[1], self.size[0]):
+            raise Invalid(f"background: a picture of the size {self.size} is needed, not {background.shape}")
+        picture = numpy.empty_like(background)
+        library.call("rlv_foam_composite", self.handle, address(background), background.shape[2], address(picture))
+        return picture
