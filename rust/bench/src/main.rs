@@ -9,6 +9,7 @@ mod device_paint;
 mod fluid;
 mod fluid_device;
 mod fluid_render;
+mod foam;
 mod gpu;
 mod imprint;
 mod imprint_device;
@@ -40,7 +41,7 @@ use report::Report;
 #[derive(Parser)]
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
-    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `tissue`, `decal`, `native`, `server`, `shader`, or
+    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `foam`, `tissue`, `decal`, `native`, `server`, `shader`, or
     /// `dams` and `pictures`, parts of `fluid`; or `peak` and `meshing`, which they run
     name: String,
     /// One JSON object per line instead of a table
@@ -71,6 +72,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         }
         "tissue" => tissue::run(&mut report)?,
         "decal" => decal::run(&mut report, arguments.peers.as_deref())?,
+        "foam" => foam::run(&mut report)?,
         "native" => native::run(&mut report, arguments.peers.as_deref())?,
         "dams" => fluid::dams(&mut report, arguments.peers.as_deref())?,
         "server" => server::run(&mut report)?,
@@ -81,7 +83,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),
         name => {
             return Err(Error::invalid(format!("there is no bench `{name}`"))
-                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `tissue`, `decal`, `native`, `server`, `shader`, `dams` or `pictures`"));
+                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `foam`, `tissue`, `decal`, `native`, `server`, `shader`, `dams` or `pictures`"));
         }
     }
     report.finish();

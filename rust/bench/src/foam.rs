@@ -1,0 +1,153 @@
+//! Bench `foam`: Table 1 of Akinci et al. 2013 anew, on the processor: pictures of 0.82 to 29 million particles, the
+//! intensity alone and all passes, beside ray casting through a volume of the same particles; how long the passes behind
+//! the splatting take whatever the number of particles; memory; and the rates at which diffuse particles are made and
+//! moved.
+
+mod ray_caster;
+
+use glam::{DVec3, Vec3};
+use relievo_core::progress::Silent;
+use relievo_core::{Context, ContextOptions, Result};
+use relievo_fluid::{Diffuse, DiffuseOptions, DiffuseParticles, FluidFrame};
+use relievo_render::foam::{Environment, Foam, FoamKind, FoamParticle, FoamSettings, FoamView, Lens, Scenery};
+use relievo_render::{Camera, Image};
+
+use self::ray_caster::{Transport, Volume};
+use crate::measure::{Sample, memory, seconds};
+use crate::report::{Goal, Report};
+
+const PAPER: &str = "Akinci 2013, GTX 480";
+
+/// A scene of Table 1: its name, particles, size, the paper's milliseconds of the intensity alone and of all.
+const SCENES: [(&str, usize, [u32; 2], [f64; 2]); 4] = [
+    ("Wave", 820_000, [800, 600], [8.0, 52.0]),
+    ("Ship", 9_000_000, [800, 600], [16.0, 102.0]),
+    ("Lighthouse", 15_000_000, [800, 600], [21.0, 150.0]),
+    ("Flood", 29_000_000, [1280, 960], [33.0, 235.0]),
+];
+
+/// Particles that are made at a time, as a reader of a frame would.
+const CHUNK: usize = 1 << 18;
+const RADIUS: f32 = 0.01;
+
+/// Measures every case into `report`.
+pub fn run(report: &mut Report) -> Result<()> {
+    let context = &Context::new(&ContextOptions::default())?;
+    for (name, count, size, paper) in SCENES {
+        table(report, context, name, count, size, paper)?;
+    }
+    generation(report)
+}
+
+/// Returns one of `count` particles: a ring of foam on the ground with spray above it, by hashes of its number.
+fn particle(number: usize) -> FoamParticle {
+    let random = |stream: u64| {
+        let mut state =
+            (number as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ stream.wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        state = (state ^ state >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        state = (state ^ state >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((state ^ state >> 31) >> 40) as f32 / (1u64 << 24) as f32
+    };
+    let angle = std::f32::consts::TAU * random(1);
+    let radius = 2.0 + 1.2 * (random(2) + random(3) - 1.0) + 0.2 * (7.0 * angle).sin();
+    let height = random(4).powi(4);
+    let kind = match height {
+        height if height > 0.1 => FoamKind::Spray,
+        height if height < 0.001 => FoamKind::Bubble,
+        _ => FoamKind::Foam,
+    };
+    let position = [radius * angle.cos(), radius * angle.sin(), 0.6 * height];
+    FoamParticle { position, life: 0.9 * random(5), id: number as u32, kind }
+}
+
+fn table(
+    report: &mut Report,
+    context: &Context,
+    name: &str,
+    count: usize,
+    [width, height]: [u32; 2],
+    paper: [f64; 2],
+) -> Result<()> {
+    let camera = Camera::look_at(DVec3::new(0.0, -6.0, 3.5), DVec3::ZERO, DVec3::Z, 0.8)?;
+    let view = FoamView { camera, lens: Lens::Perspective, width, height };
+    let settings = FoamSettings { radius: RADIUS, ..FoamSettings::default() };
+    let light = Environment::uniform([1.0; 3])?;
+    let background = Image::new(width, height, 3)?;
+    let particles = |first: usize| (first..count.min(first + CHUNK)).map(particle).collect::<Vec<_>>();
+    let (mut splatting, mut result) = (0.0, Ok(()));
+    let mut foam = Foam::new(context, settings, view, &Scenery::default())?;
+    for first in (0..count).step_by(CHUNK) {
+        let chunk = particles(first);
+        splatting += seconds(|| result = foam.add(context, &chunk));
+        result?;
+        result = Ok(());
+    }
+    // Depth, thickness and intensity without the passes behind them.
+    let mut picture = None;
+    let shading = seconds(|| {
+        picture =
+            Some(foam.finish(context, &light, &mut Silent).and_then(|layers| layers.composite(context, &background)));
+    });
+    picture.transpose()?;
+    let milliseconds = |seconds: f64| Sample::new(vec![1000.0 * seconds]);
+    let case = |what: &str| format!("{name}, {:.2} M, {width} × {height}: {what}", count as f64 / 1e6);
+    let peer = |paper: f64| Sample::new(vec![paper]);
+    report.add(&case("intensity"), &milliseconds(splatting), Some((PAPER, &peer(paper[0]))), "ms", Goal::None);
+    let goal = if count == 9_000_000 { Goal::AtMost(3000.0) } else { Goal::None };
+    report.add(&case("total"), &milliseconds(splatting + shading), Some((PAPER, &peer(paper[1]))), "ms", goal);
+    report.add(&case("radiance and composition"), &milliseconds(shading), None, "ms", Goal::None);
+    if let Some(bytes) = memory("VmHWM") {
+        report.add(&case("peak memory of the process"), &Sample::new(vec![bytes / 1e6]), None, "MB", Goal::None);
+    }
+    // The peers need all particles at once, and are measured where that is little.
+    if count <= 1_000_000 {
+        let all: Vec<_> = (0..count).map(particle).collect();
+        let mut volume = None;
+        let made = seconds(|| volume = Some(Volume::new(&all, RADIUS)));
+        let Some(volume) = volume else { return Ok(()) };
+        for (what, transport) in
+            [("absorption and emission", Transport::AbsorptionEmission), ("scattering", Transport::Scattering)]
+        {
+            let cast = milliseconds(made + seconds(|| volume.render(context, &view, transport)));
+            let name = format!("ray casting, {what}");
+            report.add(&case("total"), &milliseconds(splatting + shading), Some((&name, &cast)), "ms", Goal::None);
+        }
+    }
+    Ok(())
+}
+
+/// Rates of a core: particles of a fluid whose potentials are found, and diffuse particles that are moved.
+fn generation(report: &mut Report) -> Result<()> {
+    let context = &Context::serial();
+    let spacing = 0.02;
+    let side = 64;
+    let place = |n: usize| spacing * Vec3::new((n % side) as f32, (n / side % side) as f32, (n / side / side) as f32);
+    let positions: Vec<_> = (0..side * side * side).map(place).collect();
+    let velocities: Vec<_> = positions.iter().map(|at| Vec3::new(6.0 * (9.0 * at.y).sin(), 0.0, -4.0)).collect();
+    let fluid = FluidFrame { positions: &positions, velocities: &velocities };
+    let options = DiffuseOptions { steps: 1, air_rate: 0.0, crest_rate: 0.0, ..DiffuseOptions::default() };
+    let count = 1_000_000;
+    let range = spacing * side as f32;
+    let at = |n: usize| Vec3::from([3, 5, 7].map(|base| range * ((n * base * 7919 % 100_003) as f32 / 100_003.0)));
+    let diffuse = |count: usize| DiffuseParticles {
+        positions: (0..count).map(at).collect(),
+        velocities: vec![Vec3::ZERO; count],
+        ages: vec![0.0; count],
+        lifetimes: vec![100.0; count],
+        kinds: vec![Default::default(); count],
+        ids: (0..count as u64).collect(),
+    };
+    let step = |particles: DiffuseParticles| -> Result<f64> {
+        let mut run = Diffuse::restore(options, particles, 0, 0)?;
+        let mut result = Ok(Default::default());
+        let time = seconds(|| result = run.advance(context, fluid, 0.01, &mut Silent));
+        result.map(|_| time)
+    };
+    step(diffuse(1))?;
+    let (without, with) = (step(diffuse(1))?, step(diffuse(count))?);
+    let rate = |count: usize, seconds: f64| Sample::new(vec![count as f64 / seconds.max(1e-9) / 1e6]);
+    let potentials = rate(positions.len(), without);
+    report.add("potentials of a fluid, a core", &potentials, None, "M/s", Goal::AtLeast(3.0));
+    report.add("advection, a core", &rate(count, with - without), None, "M/s", Goal::AtLeast(2.0));
+    Ok(())
+}
