@@ -65,14 +65,14 @@ pub(crate) fn variables(shader: &Shader) -> Vec<Variable> {
         let between = |it: &&Annotation| (previous..declaration.token).contains(&it.token);
         let is_beside = |it: &&Annotation| tokens[it.token..declaration.token].iter().all(|token| token.is_comment());
         let notes = || annotations.iter().filter(between).filter(is_beside);
-        let label =
+        let mut label =
             notes().filter_map(|it| if let Meaning::Name(text) = &it.meaning { Some(text.clone()) } else { None });
-        let description = notes()
+        let mut description = notes()
             .filter_map(|it| if let Meaning::Description(text) = &it.meaning { Some(text.clone()) } else { None });
         found.push(Variable {
             name: declaration.name.clone(),
-            label: label.last(),
-            description: description.last(),
+            label: label.next_back(),
+            description: description.next_back(),
             components,
             declared: declaration.declared,
             function: declaration.function.map(|it| outline.functions[it].name.clone()),

@@ -137,8 +137,11 @@ fn check_edges(size: [u32; 3]) -> Result<()> {
         .advise(format!("use 1 to {MOST_EDGE} along each axis")))
 }
 
-/// Returns the bytes of a number of a NIfTI type, and what decodes it from little-endian bytes.
-fn decoder(code: i16) -> Result<(usize, fn([u8; 8]) -> f32)> {
+/// Decodes a number from little-endian bytes.
+type Decode = fn([u8; 8]) -> f32;
+
+/// Returns the bytes of a number of a NIfTI type, and what decodes it.
+fn decoder(code: i16) -> Result<(usize, Decode)> {
     Ok(match code {
         2 => (1, |it| f32::from(it[0])),
         256 => (1, |it| f32::from(it[0] as i8)),

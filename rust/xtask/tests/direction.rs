@@ -26,7 +26,7 @@ const LAYERS: &[&[&str]] = &[
     &["relievo-render", "relievo-procedural"],
     &["relievo-detail", "relievo-comparison"],
     &["relievo-bake", "relievo-lod", "relievo-fluid", "relievo-decal"],
-    &["relievo-crowd"],
+    &["relievo-crowd", "relievo-shaderlab"],
     &["relievo-scene"],
     &["relievo-simulation"],
     &["relievo-server"],
