@@ -19,9 +19,13 @@ use serde_json::{Value, json};
 /// The server that a command connects to.
 #[derive(clap::Args)]
 pub struct Connection {
-    /// The server: host:port, or unix:/path.
+    /// The server: host:port, tls://host:port or unix:/path.
     #[arg(long, value_name = "ADDRESS", default_value_t = Address::default())]
     server: Address,
+    /// A file with the certificates, in PEM, of the authority that the certificate of a server at tls://host:port is
+    /// checked against.
+    #[arg(long, value_name = "FILE")]
+    tls_authority: Option<PathBuf>,
     /// A file with your token, where the server wants one.
     #[arg(long, value_name = "FILE")]
     token_file: Option<PathBuf>,
@@ -44,7 +48,8 @@ impl Connection {
         let address = self.server.clone();
         // Somebody who types an address wants to hear soon that there is nobody.
         let patience = std::time::Duration::from_secs(5);
-        Client::connect(ClientOptions { address, token, patience, ..ClientOptions::default() })
+        let authorities = self.tls_authority.clone();
+        Client::connect(ClientOptions { address, token, authorities, patience, ..ClientOptions::default() })
     }
 }
 

@@ -15,6 +15,7 @@ use serde::de::DeserializeOwned;
 
 use crate::address::Address;
 use crate::chunk::{Chunk, Values};
+use crate::encryption::encrypt;
 use crate::hash::Hash;
 use crate::message::{Failure, Message, decode, parse, request};
 use crate::protocol::*;
@@ -355,10 +356,18 @@ fn open(options: &ClientOptions) -> std::result::Result<Box<dyn Stream>, Fault> 
         }
         #[cfg(not(unix))]
         Address::Unix(_) => Err(Fault::Refused(Error::unsupported("this system has no Unix sockets"))),
-        Address::Tcp { tls: true, .. } => Err(Fault::Refused(
-            Error::unsupported("this client was built without TLS").advise("build it with the feature `tls`"),
-        )),
-        Address::Tcp { host, port, .. } => {
+        Address::Tcp { host, port, tls } => {
+            let missing = || {
+                Fault::Refused(
+                    Error::invalid("there are no certificates to check the server's against")
+                        .at(&place)
+                        .advise("name a file with those of its authority"),
+                )
+            };
+            let authorities = match tls {
+                true => Some(options.authorities.as_deref().ok_or_else(missing)?),
+                false => None,
+            };
             let mut last = std::io::Error::from(std::io::ErrorKind::NotFound);
             for address in (host.as_str(), *port).to_socket_addrs().map_err(broken)? {
                 match TcpStream::connect_timeout(&address, options.timeout) {
@@ -366,7 +375,10 @@ fn open(options: &ClientOptions) -> std::result::Result<Box<dyn Stream>, Fault> 
                         stream.set_nodelay(true).map_err(broken)?;
                         stream.set_read_timeout(Some(options.timeout)).map_err(broken)?;
                         stream.set_write_timeout(Some(options.timeout)).map_err(broken)?;
-                        return Ok(Box::new(stream));
+                        return match authorities {
+                            None => Ok(Box::new(stream)),
+                            Some(path) => Ok(Box::new(encrypt(stream, host, path).map_err(Fault::Refused)?)),
+                        };
                     }
                     Err(error) => last = error,
                 }

@@ -7,6 +7,11 @@
 mod address;
 mod chunk;
 mod client;
+#[cfg(feature = "tls")]
+mod encryption;
+#[cfg(not(feature = "tls"))]
+#[path = "encryption_absent.rs"]
+mod encryption;
 mod hash;
 mod message;
 mod protocol;

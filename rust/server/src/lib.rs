@@ -11,6 +11,11 @@
 
 mod connection;
 mod decoded;
+#[cfg(feature = "tls")]
+mod encryption;
+#[cfg(not(feature = "tls"))]
+#[path = "encryption_absent.rs"]
+mod encryption;
 mod fluid;
 mod kind;
 mod library;

@@ -69,6 +69,8 @@ pub struct ServerOptions {
     /// A file with the users and their tokens, a line each: the name, a space and the token. Without one, whoever connects
     /// is the user `local`.
     pub tokens: Option<PathBuf>,
+    /// Files with the server's certificates and their key, in PEM. With them, connections over TCP are encrypted by TLS.
+    pub encryption: Option<[PathBuf; 2]>,
     /// Whether the server may listen beyond this machine without tokens or encryption.
     pub insecure: bool,
     /// Threads that simulate; 0 for one per core.
@@ -87,6 +89,7 @@ impl Default for ServerOptions {
             listen: Address::default(),
             cache: PathBuf::from("relievo-cache"),
             tokens: None,
+            encryption: None,
             insecure: false,
             threads: 0,
             workers: 2,

@@ -9,6 +9,8 @@ use relievo_client::{FileMap, Hash, Hasher};
 use relievo_core::{Error, Result, file};
 use serde::{Deserialize, Serialize};
 
+use crate::store::sync_folder;
+
 const VERSION: u32 = 1;
 /// Bytes of a record at most.
 const LONGEST: u64 = 64 << 20;
@@ -97,7 +99,8 @@ impl Record {
             out.write_all(&body)?;
             out.flush()?;
             out.get_ref().sync_all()
-        })
+        })?;
+        sync_folder(folder).map_err(|error| Error::io(folder, &error))
     }
 
     /// Removes the record from its folder.

@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, VecDeque};
 use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -14,6 +15,7 @@ use tokio::runtime::Runtime;
 use tokio::task::AbortHandle;
 
 use crate::connection;
+use crate::encryption::Encryption;
 use crate::kind::Kind;
 use crate::metrics::Metrics;
 use crate::options::{Limits, ServerOptions};
@@ -32,6 +34,7 @@ const METRICS_PATIENCE: Duration = Duration::from_secs(5);
 pub struct Shared {
     service: Service,
     users: Users,
+    encryption: Option<Encryption>,
     entered: Mutex<HashMap<String, Entered>>,
     half_open: Mutex<HalfOpen>,
 }
@@ -159,10 +162,14 @@ impl Server {
     pub fn start(options: ServerOptions, kinds: Vec<Box<dyn Kind>>) -> Result<Self> {
         let users = options.tokens.as_deref().map_or_else(|| Ok(Users::default()), Users::read)?;
         check_reach(&options, &users)?;
-        let context = Context::new(&ContextOptions { threads: options.threads, memory_limit: 0 })?;
+        let context = Context::new(&ContextOptions { threads: options.threads, memory_limit: options.limits.memory })?;
         let scheduler = Arc::new(Scheduler::open(context, options.limits.clone(), kinds, &options.cache)?);
         let service = Service::new(scheduler.clone());
-        let shared = Arc::new(Shared { service, users, entered: Mutex::default(), half_open: Mutex::default() });
+        let open = |[certificates, key]: &[PathBuf; 2]| Encryption::open(certificates, key);
+        let encryption = options.encryption.as_ref().map(open).transpose()?;
+        let is_encrypted = encryption.is_some();
+        let (entered, half_open) = (Mutex::default(), Mutex::default());
+        let shared = Arc::new(Shared { service, users, encryption, entered, half_open });
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(IO_THREADS)
             .max_blocking_threads(METHOD_THREADS)
@@ -170,7 +177,10 @@ impl Server {
             .enable_all()
             .build()
             .map_err(|error| Error::internal(format!("cannot start threads: {error}")))?;
-        let (listener, address) = runtime.block_on(listen(&options.listen))?;
+        let (listener, mut address) = runtime.block_on(listen(&options.listen))?;
+        if let Address::Tcp { tls, .. } = &mut address {
+            *tls = is_encrypted;
+        }
         let metrics = match &options.metrics {
             None => None,
             Some(address) => {
@@ -239,16 +249,20 @@ fn check_reach(options: &ServerOptions, users: &Users) -> Result<()> {
         return Err(Error::invalid("metrics are served to this machine only").at("metrics").advise("name 127.0.0.1"));
     }
     let Address::Tcp { host, port, tls } = &options.listen else { return Ok(()) };
-    if *tls {
-        return Err(Error::unsupported("this server was built without TLS")
+    let is_encrypted = options.encryption.is_some();
+    if *tls && !is_encrypted {
+        return Err(Error::invalid("there is no certificate for encrypted connections")
             .at(options.listen.to_string())
-            .advise("listen at 127.0.0.1 behind a proxy or a tunnel that encrypts"));
+            .advise("name files by --tls-cert and --tls-key"));
     }
     let is_reached = !resolve(host, *port)?.iter().all(|address| is_local(address.ip()));
-    if is_reached && !(options.insecure || users.are_known() && *tls) {
+    if is_reached && !(options.insecure || users.are_known() && is_encrypted) {
         return Err(Error::invalid("other machines could connect without a token and encryption")
             .at(options.listen.to_string())
-            .advise("listen at 127.0.0.1 or a Unix socket, or use --allow-remote-connections-without-encryption"));
+            .advise(
+                "use --token-file, --tls-cert and --tls-key, listen at 127.0.0.1 or a Unix socket, or use \
+                 --allow-remote-connections-without-encryption",
+            ));
     }
     Ok(())
 }
@@ -291,11 +305,11 @@ async fn accept(listener: Listener, shared: Arc<Shared>) {
             Listener::Tcp(listener) => listener.accept().await.map(|(stream, peer)| {
                 // Requests are small, and their answers are waited for.
                 let _ = stream.set_nodelay(true);
-                begin(stream, peer.to_string(), &shared);
+                begin(stream, peer.to_string(), shared.encryption.clone(), &shared);
             }),
             #[cfg(unix)]
             Listener::Unix(listener) => {
-                listener.accept().await.map(|(stream, _)| begin(stream, "a Unix socket".to_owned(), &shared))
+                listener.accept().await.map(|(stream, _)| begin(stream, "a Unix socket".to_owned(), None, &shared))
             }
         };
         if let Err(error) = accepted {
@@ -307,7 +321,7 @@ async fn accept(listener: Listener, shared: Arc<Shared>) {
 }
 
 /// Begins to serve a connection, in place of the oldest one without a user where there are too many.
-fn begin<S>(stream: S, peer: String, shared: &Arc<Shared>)
+fn begin<S>(stream: S, peer: String, encryption: Option<Encryption>, shared: &Arc<Shared>)
 where
     S: tokio::io::AsyncRead + tokio::io::AsyncWrite + Unpin + Send + 'static,
 {
@@ -324,7 +338,20 @@ where
     let open = Open::new(shared);
     let task = tokio::spawn(async move {
         let shared = open.0.clone();
-        connection::serve(stream, (peer, number), shared).await;
+        match encryption {
+            None => connection::serve(stream, (peer, number), shared).await,
+            Some(encryption) => {
+                // Agreeing on keys is part of the time that a connection without a user has.
+                let accepted = tokio::time::timeout(shared.limits().greeting, encryption.accept(stream)).await;
+                match accepted {
+                    Ok(Ok(stream)) => connection::serve(stream, (peer, number), shared).await,
+                    _ => {
+                        shared.metrics().dropped.add(1);
+                        tracing::warn!(peer, "no encryption was agreed on");
+                    }
+                }
+            }
+        }
         drop(open);
     });
     half_open.tasks.push_back((number, task.abort_handle()));

@@ -28,6 +28,12 @@ pub struct Arguments {
     /// A file with a line for each user: the name, a space and a token of 16 bytes or more.
     #[arg(long, value_name = "FILE")]
     token_file: Option<PathBuf>,
+    /// A file with the server's certificates in PEM, its own first. Connections over TCP are then encrypted.
+    #[arg(long, value_name = "FILE", requires = "tls_key")]
+    tls_cert: Option<PathBuf>,
+    /// A file with the key of the certificate in PEM.
+    #[arg(long, value_name = "FILE", requires = "tls_cert")]
+    tls_key: Option<PathBuf>,
     /// Listens for other machines although tokens and frames are not encrypted.
     #[arg(long)]
     allow_remote_connections_without_encryption: bool,
@@ -74,6 +80,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         listen: arguments.listen.clone(),
         cache: arguments.cache.clone().map_or_else(default_cache, Ok)?,
         tokens: arguments.token_file.clone(),
+        encryption: arguments.tls_cert.clone().zip(arguments.tls_key.clone()).map(<[PathBuf; 2]>::from),
         insecure: arguments.allow_remote_connections_without_encryption,
         threads: arguments.threads,
         workers: arguments.scenes_at_once.into(),

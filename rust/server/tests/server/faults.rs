@@ -140,6 +140,24 @@ fn wrong_messages_end_their_connection_and_no_other() {
 }
 
 #[test]
+fn neighbouring_versions_are_understood_and_others_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let server = start(options(folder.path()));
+    // As a client of a later minor version says hello, with a key that this version does not have.
+    let mut stream = raw(&server);
+    stream.write_all(b"\x94\x00\x01\xa5hello\x91\x82\xa7version\x92\x01\x09\xa6future\xc3").unwrap();
+    // As one of version 1.0 asks for all scenes, with no map of parameters.
+    stream.write_all(b"\x94\x00\x02\xaascene.list\x90").unwrap();
+    stream.shutdown(std::net::Shutdown::Write).unwrap();
+    let answer = rest(stream);
+    assert!(answer.ends_with(b"\x94\x01\x02\xc0\x81\xa6scenes\x90"), "{answer:x?}");
+    let mut stream = raw(&server);
+    stream.write_all(b"\x94\x00\x01\xa5hello\x91\x81\xa7version\x92\x02\x00").unwrap();
+    let answer = rest(stream);
+    assert!(contains(&answer, "unsupported") && contains(&answer, "protocol 2.0"), "{answer:x?}");
+}
+
+#[test]
 fn hundreds_of_half_open_connections_do_not_keep_users_out() {
     let folder = tempfile::tempdir().unwrap();
     let limits = Limits { half_open: 32, connections: 64, ..Limits::default() };

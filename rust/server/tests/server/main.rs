@@ -2,6 +2,8 @@
 
 mod cache;
 mod codec;
+#[cfg(feature = "tls")]
+mod encryption;
 mod faults;
 mod killed;
 mod python;
