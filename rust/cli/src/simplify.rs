@@ -1,10 +1,11 @@
 //! `relievo simplify`
 
-use std::path::PathBuf;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use relievo_core::progress::Silent;
-use relievo_core::{Error, Result};
+use relievo_core::{Error, Mesh, Result};
 use relievo_lod::{AttributeOptions, SimplifiedMesh, SimplifyOptions, simplify_mesh};
 
 use crate::Outcome;
@@ -14,26 +15,34 @@ use crate::Outcome;
 pub struct Arguments {
     /// The mesh; its polygons are taken as triangles, and points at the same place as one.
     file: PathBuf,
-    /// The mesh to write: .ply, .glb, .obj or .usda.
+    /// The mesh to write: .ply, .glb, .obj or .usda. Several levels are as many files, numbered from 1 before the
+    /// extension: less-1.glb, less-2.glb.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// Triangles to be left.
-    #[arg(long, value_name = "N", group = "goal", conflicts_with = "ratio")]
-    faces: Option<usize>,
+    /// Triangles to be left. This and the other goals take several values, separated by commas, one for each level; every
+    /// level is made of the mesh that is given, so that its deviation is from that.
+    #[arg(long, value_name = "N", group = "goal", conflicts_with = "ratio", value_delimiter = ',')]
+    faces: Vec<usize>,
     /// The share of triangles to be left, from 0 to 1.
-    #[arg(long, value_name = "R", group = "goal")]
-    ratio: Option<f64>,
+    #[arg(long, value_name = "R", group = "goal", value_delimiter = ',')]
+    ratio: Vec<f64>,
     /// The largest distance between the surfaces before and after, either way, in units of the mesh. It is measured and
     /// never exceeded, which takes longer than the estimate of --error-estimate.
-    #[arg(long, value_name = "E", group = "goal")]
-    error: Option<f32>,
+    #[arg(long, value_name = "E", group = "goal", value_delimiter = ',')]
+    error: Vec<f32>,
     /// As --error, as a share of the diagonal of the mesh's box.
-    #[arg(long, value_name = "R", group = "goal", conflicts_with = "error")]
-    error_relative: Option<f32>,
+    #[arg(long, value_name = "R", group = "goal", conflicts_with = "error", value_delimiter = ',')]
+    error_relative: Vec<f32>,
     /// The largest estimated deviation, in units of the mesh. It is fast to find; the distance may be several times as
     /// much.
-    #[arg(long, value_name = "E", group = "goal", conflicts_with_all = ["error", "error_relative"])]
-    error_estimate: Option<f32>,
+    #[arg(
+        long,
+        value_name = "E",
+        group = "goal",
+        conflicts_with_all = ["error", "error_relative"],
+        value_delimiter = ','
+    )]
+    error_estimate: Vec<f32>,
     /// Keep the vertices of open edges where they are.
     #[arg(long)]
     lock_border: bool,
@@ -68,35 +77,87 @@ impl Attributes {
 /// Why more triangles are left than were asked for.
 pub const SEAMS: &str = "seams may keep triangles; --without NAME leaves an attribute and its seams out";
 
+impl Arguments {
+    /// Returns how many levels are asked for. Fails if lists of goals have different lengths above 1.
+    fn level_count(&self) -> Result<usize> {
+        let lists = [
+            ("--faces", self.faces.len()),
+            ("--ratio", self.ratio.len()),
+            ("--error", self.error.len()),
+            ("--error-relative", self.error_relative.len()),
+            ("--error-estimate", self.error_estimate.len()),
+        ];
+        let count = lists.iter().map(|(_, length)| *length).max().unwrap_or(1);
+        match lists.iter().find(|(_, length)| (2..count).contains(length)) {
+            Some((option, length)) => Err(Error::invalid(format!("it has {length} values for {count} levels"))
+                .at(*option)
+                .advise("give one value for each level, or one for all of them")),
+            None => Ok(count),
+        }
+    }
+
+    /// Returns what a level is simplified to. Fails if a goal is out of its range.
+    fn goal(&self, level: usize, mesh: &Mesh, triangles: usize) -> Result<SimplifyOptions> {
+        let bound = bound(value(&self.error, level), value(&self.error_relative, level), &mesh.points)?;
+        Ok(SimplifyOptions {
+            faces: faces(value(&self.faces, level), value(&self.ratio, level), triangles)?.unwrap_or(0),
+            error: value(&self.error_estimate, level).unwrap_or(f32::INFINITY),
+            bound: bound.unwrap_or(f32::INFINITY),
+            is_border_locked: self.lock_border,
+            ..SimplifyOptions::default()
+        })
+    }
+}
+
+/// Returns the value of a level in a list of one for each level, or of one for all.
+fn value<T: Copy>(list: &[T], level: usize) -> Option<T> {
+    list.get(level).or(list.first()).copied()
+}
+
+/// Returns the file of a level: the path with the level's number, from 1, before the extension.
+fn level_path(path: &Path, level: usize) -> PathBuf {
+    let mut name = OsString::from(path.file_stem().unwrap_or_default());
+    name.push(format!("-{}", level + 1));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
+}
+
 pub fn run(arguments: &Arguments) -> Outcome {
     let options = relievo_core::ContextOptions { threads: arguments.threads, memory_limit: arguments.memory_limit };
     let context = relievo_core::Context::new(&options)?;
     let mesh = relievo_meshio::read(&context, &arguments.file)?;
     let before = mesh.triangles().len();
-    let bound = bound(arguments.error, arguments.error_relative, &mesh.points)?;
-    let options = SimplifyOptions {
-        faces: faces(arguments.faces, arguments.ratio, before)?.unwrap_or(0),
-        error: arguments.error_estimate.unwrap_or(f32::INFINITY),
-        bound: bound.unwrap_or(f32::INFINITY),
-        is_border_locked: arguments.lock_border,
-        ..SimplifyOptions::default()
-    };
     let attributes = arguments.attributes.options();
-    let SimplifiedMesh { mesh: made, error, left_out } =
-        simplify_mesh(&context, &mesh, &options, &attributes, &mut Silent).map_err(|error| {
-            crate::mesh::offered(error, &mesh, &arguments.file).at(arguments.file.display().to_string())
-        })?;
-    left_out.iter().for_each(|name| eprintln!("note: {name} is left out"));
-    relievo_meshio::write(&arguments.output, &made)?;
-    let left = made.face_count();
-    if left > options.faces.max(1) && options.error.min(options.bound) == f32::INFINITY {
-        if !made.attributes.is_empty() {
-            eprintln!("note: {SEAMS}");
+    let count = arguments.level_count()?;
+    let goals = (0..count).map(|level| arguments.goal(level, &mesh, before)).collect::<Result<Vec<_>>>()?;
+    for (level, options) in goals.iter().enumerate() {
+        let SimplifiedMesh { mesh: made, error, left_out } =
+            simplify_mesh(&context, &mesh, options, &attributes, &mut Silent).map_err(|error| {
+                crate::mesh::offered(error, &mesh, &arguments.file).at(arguments.file.display().to_string())
+            })?;
+        let is_first = level == 0;
+        left_out.iter().filter(|_| is_first).for_each(|name| eprintln!("note: {name} is left out"));
+        let (path, label) = if count == 1 {
+            (arguments.output.clone(), String::new())
+        } else {
+            let path = level_path(&arguments.output, level);
+            let label = format!("{}: ", path.display());
+            (path, label)
+        };
+        relievo_meshio::write(&path, &made)?;
+        let left = made.face_count();
+        if is_first && left > options.faces.max(1) && options.error.min(options.bound) == f32::INFINITY {
+            if !made.attributes.is_empty() {
+                eprintln!("note: {SEAMS}");
+            }
+            crate::mesh::note_non_manifold(&mesh, &arguments.file);
         }
-        crate::mesh::note_non_manifold(&mesh, &arguments.file);
+        let deviation = if options.bound < f32::INFINITY { "distance at most" } else { "estimated deviation" };
+        crate::print(&format!("{label}{before} triangles, {left} left, {deviation} {error}\n"))?;
     }
-    let deviation = if bound.is_some() { "distance at most" } else { "estimated deviation" };
-    crate::print(&format!("{before} triangles, {left} left, {deviation} {error}\n"))?;
     Ok(ExitCode::SUCCESS)
 }
 

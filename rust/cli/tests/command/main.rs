@@ -1,6 +1,7 @@
 //! The `relievo` command as a user sees it: standard output, standard error and exit codes.
 
 mod documents;
+mod isolation;
 mod levels;
 mod repair;
 mod simplification;

@@ -73,6 +73,33 @@ fn a_deviation_is_a_bound_or_called_an_estimate() {
 }
 
 #[test]
+fn several_goals_make_as_many_files() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("bowl.obj"), bowl()).unwrap();
+    let simplify =
+        |goal: &[&str]| relievo(folder.path(), &[&["simplify", "bowl.obj", "-o", "less.ply"][..], goal].concat());
+    let faces = |name: &str| {
+        let mesh = relievo_meshio::read(&relievo_core::Context::serial(), &folder.path().join(name)).unwrap();
+        mesh.face_count()
+    };
+    let done = simplify(&["--ratio", "0.5,0.25,0.1"]);
+    assert!(done.status.success() && text(&done.stdout).starts_with("less-1.ply: 800 triangles, "), "{done:?}");
+    assert_eq!(text(&done.stdout).lines().count(), 3);
+    for (name, most) in [("less-1.ply", 400), ("less-2.ply", 200), ("less-3.ply", 80)] {
+        assert!((most - 1..=most).contains(&faces(name)), "{name}: {}", faces(name));
+    }
+    assert!(!folder.path().join("less.ply").exists());
+    // A level is as it would be alone, and one value is for all levels.
+    assert!(simplify(&["--ratio", "0.25"]).status.success());
+    let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(bytes("less.ply"), bytes("less-2.ply"));
+    let done = simplify(&["--error-relative", "0.02,0.001", "--faces", "30"]);
+    assert!(done.status.success() && faces("less-1.ply") < faces("less-2.ply"), "{done:?}");
+    let refused = simplify(&["--error", "0.02,0.01", "--faces", "400,200,100"]);
+    assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("--error"), "{refused:?}");
+}
+
+#[test]
 fn an_exported_level_is_within_the_bound() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("bowl.obj"), bowl()).unwrap();
