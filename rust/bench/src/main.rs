@@ -15,6 +15,7 @@ mod imprint;
 mod imprint_device;
 mod lod;
 mod measure;
+mod memory;
 mod native;
 mod paint;
 mod peers;
@@ -41,8 +42,8 @@ use report::Report;
 #[derive(Parser)]
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
-    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `foam`, `tissue`, `decal`, `native`, `server`, `shader`, or
-    /// `dams` and `pictures`, parts of `fluid`; or `peak` and `meshing`, which they run
+    /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `foam`, `tissue`, `decal`, `native`, `server`, `shader`, `memory` (a
+    /// part of `hosts`), or `dams` and `pictures`, parts of `fluid`; or `peak`, `cage` and `meshing`, which they run
     name: String,
     /// One JSON object per line instead of a table
     #[arg(long)]
@@ -53,6 +54,9 @@ struct Arguments {
     /// Segments along and around the knot whose progressive mesh is built for `peak`
     #[arg(long, num_args = 2, default_values_t = [1050, 415])]
     knot: Vec<u32>,
+    /// The control cage whose surface is made for `cage`
+    #[arg(long, required_if_eq("name", "cage"))]
+    cage: Option<String>,
     /// The particles that `meshing` makes a mesh of, as 32-bit floats
     #[arg(long, required_if_eq("name", "meshing"))]
     particles: Option<PathBuf>,
@@ -77,13 +81,15 @@ fn run(arguments: &Arguments) -> Result<()> {
         "dams" => fluid::dams(&mut report, arguments.peers.as_deref())?,
         "server" => server::run(&mut report)?,
         "crowd" => crowd::run(&mut report)?,
+        "memory" => memory::run(&mut report)?,
+        "cage" => return memory::peak(arguments.cage.as_deref().unwrap_or_default()),
         "pictures" => fluid_render::run(&mut report)?,
         "shader" => shader::run(&mut report)?,
         "meshing" => return fluid::mesh_file(arguments.particles.as_deref().unwrap_or(Path::new(""))),
         "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),
         name => {
             return Err(Error::invalid(format!("there is no bench `{name}`"))
-                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `foam`, `tissue`, `decal`, `native`, `server`, `shader`, `dams` or `pictures`"));
+                .advise("use `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `foam`, `tissue`, `decal`, `native`, `server`, `shader`, `memory`, `dams` or `pictures`"));
         }
     }
     report.finish();

@@ -1,5 +1,6 @@
 //! `cargo xtask bench NAME`: builds and runs `relievo-bench`, a program of its own because peers are native libraries;
-//! `hosts` are programs in C++ and the add-on in Blender's Python, since it measures what hosts see.
+//! `hosts` are programs in C++ and the add-on in Blender's Python, since it measures what hosts see, and the memory of
+//! surfaces as estimated and as used.
 
 use std::process::Command;
 
@@ -16,7 +17,8 @@ pub fn run(name: &str, json: bool) -> Outcome {
         packages::install(packages::ALL, false)?;
     }
     if name == "hosts" {
-        return hosts(json);
+        hosts(json)?;
+        return run("memory", json);
     }
     call(cargo().args(["build", "--release", "--quiet", "--package", "relievo-bench"]))?;
     let mut bench = Command::new(target().join("release/relievo-bench"));
