@@ -147,6 +147,16 @@ int main(void) {
     CHECK_OK(rlv_job_wait(job, -1.0, NULL));
     CHECK_OK(rlv_job_release(job));
 
+    /* Cancelled while it works, which takes a while for so many triangles, it ends as cancelled and has no mesh. */
+    RlvTessellateOptions many = RLV_TESSELLATE_OPTIONS_INIT;
+    many.coarse = many.fine = 64;
+    CHECK_OK(rlv_job_tessellate(one.detail, &many, &job));
+    CHECK_OK(rlv_job_cancel(job));
+    CHECK_OK(rlv_job_wait(job, -1.0, &info));
+    CHECK(info.state == RLV_JOB_CANCELLED && info.result == RLV_ERROR_CANCELLED);
+    CHECK_FAILS(RLV_ERROR_CANCELLED, rlv_job_mesh(job, &mesh), "cancel");
+    CHECK_OK(rlv_job_release(job));
+
     /* Points that stay as they are in their own space: the sweep again. */
     Scene points = make(context, 0);
     RlvMesh ball = check_ball(context, 0.4f);

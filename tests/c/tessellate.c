@@ -1,8 +1,8 @@
 /* Tessellation: closed, with normals, attributes and places that evaluate to its points; and it follows commits. */
 #include "ball.h"
 
-/* A cube of side 2 with a face attribute. */
-static RlvMesh cube(RlvContext context) {
+/* A cube of side 2 with a face attribute, and creases around its top and along an upright edge if they are wanted. */
+static RlvMesh cube(RlvContext context, int is_creased) {
     static const float points[] = {-1, -1, -1, 1, -1, -1, 1, 1, -1, -1, 1, -1, -1, -1, 1, 1, -1, 1, 1, 1, 1, -1, 1, 1};
     static const uint32_t corners[] = {0, 3, 2, 1, 4, 5, 6, 7, 0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 7};
     static const uint32_t material[] = {10, 11, 12, 13, 14, 15};
@@ -13,6 +13,13 @@ static RlvMesh cube(RlvContext context) {
     arrays.face_count = 6;
     arrays.corners = corners;
     arrays.corner_count = 24;
+    static const uint32_t creases[] = {4, 5, 5, 6, 6, 7, 7, 4, 0, 4};
+    static const float sharpness[] = {2.5f, 2.5f, 10.0f, 10.0f, 3.0f};
+    if (is_creased) {
+        arrays.creases = creases;
+        arrays.crease_sharpness = sharpness;
+        arrays.crease_count = 5;
+    }
     RlvMesh mesh = RLV_NULL;
     CHECK_OK(rlv_mesh_create(context, &arrays, &mesh));
     RlvAttributeArrays slots = RLV_ATTRIBUTE_ARRAYS_INIT;
@@ -358,10 +365,15 @@ int main(void) {
     RlvSurface surface = RLV_NULL;
     RlvMesh mesh = RLV_NULL;
     CHECK_OK(rlv_context_create(NULL, &context));
-    RlvMesh cage = cube(context);
-    CHECK_OK(rlv_surface_create(context, cage, NULL, &surface));
-    CHECK_OK(rlv_mesh_release(cage));
-    same_triangles(context, surface);
+    for (int is_creased = 1; is_creased >= 0; --is_creased) {
+        RlvMesh cage = cube(context, is_creased);
+        CHECK_OK(rlv_surface_create(context, cage, NULL, &surface));
+        CHECK_OK(rlv_mesh_release(cage));
+        same_triangles(context, surface);
+        if (is_creased) {
+            CHECK_OK(rlv_surface_release(surface));
+        }
+    }
 
     RlvTessellateOptions options = RLV_TESSELLATE_OPTIONS_INIT;
     options.coarse = 4;
@@ -416,7 +428,7 @@ int main(void) {
     RlvContext small = RLV_NULL;
     limits.memory_limit = 64 << 20;
     CHECK_OK(rlv_context_create(&limits, &small));
-    cage = cube(small);
+    RlvMesh cage = cube(small, 0);
     CHECK_OK(rlv_surface_create(small, cage, NULL, &surface));
     options.coarse = 512;
     CHECK_FAILS(RLV_ERROR_MEMORY, rlv_tessellate_surface(surface, &options, &untouched), "memory limit");

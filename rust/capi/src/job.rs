@@ -246,10 +246,11 @@ entry! {
         let options = unsafe { tessellate::Cells::new(options) }?;
         let (context, view) = (detail.context.clone(), detail.view());
         let job = start(&context.clone(), move |progress| {
-            progress.report(0.0, "tessellate");
-            let made = tessellate::tessellate_committed(&context, &view, options)?;
-            progress.report(1.0, "tessellate");
-            Ok(Product::Mesh(made))
+            progress.step(0.0, "tessellate")?;
+            // A product is released where the job is cancelled.
+            let made = Product::Mesh(tessellate::tessellate_committed(&context, &view, options)?);
+            progress.step(1.0, "tessellate")?;
+            Ok(made)
         })?;
         // SAFETY: checked above.
         unsafe { put(out, job) };
