@@ -109,7 +109,12 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
     for path in &wanted.outputs {
         write(context, &world, path)?;
     }
-    let mut notes = world.notes();
+    // Whoever wrote the list gave the surface no name.
+    let named = |note: String| match note.strip_prefix("surface `replayed`: ") {
+        Some(rest) => format!("{}: {rest}", wanted.mesh.display()),
+        None => note,
+    };
+    let mut notes: Vec<String> = world.notes().into_iter().map(named).collect();
     notes.extend(world.take_device_faults());
     notes.extend(refusals.notes(&world));
     Ok((done, notes))
