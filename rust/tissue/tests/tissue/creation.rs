@@ -3,8 +3,8 @@
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions};
 use relievo_tissue::{
-    Description, FibreField, Labels, Layer, Material, Model, Muscle, NurbsMuscle, Range, Restraint, Scan, Shape, Skin,
-    Volume,
+    Curve, Description, Drive, FibreField, Labels, Layer, Material, Model, Muscle, NurbsMuscle, Range, Restraint, Scan,
+    Shape, Simulation, SimulationOptions, Skin, Volume,
 };
 
 use crate::contact::ball;
@@ -293,4 +293,42 @@ fn a_labelled_scan_becomes_a_model() {
     assert!(Scan::decode(nifti([6, -1, 4], &values).as_slice(), u64::MAX).is_err());
     assert!(Labels { block: 0, ..labels.clone() }.build(&context, &scan).is_err());
     assert!(Labels { ranges: Vec::new(), ..labels }.build(&context, &scan).is_err());
+}
+/// Shortens a block of skin by a fifth between two plates. Returns how uneven its upper side is, in metres.
+fn shortened(has_layers: bool) -> f32 {
+    let context = Context::serial();
+    let mesh = cuboid([0.0; 3], [0.04, 0.002, 0.008]);
+    let top = shape("skin", (mesh.0.clone(), mesh.1[10..].to_vec()));
+    let mut block = volume(shape("block", mesh), 0, 2);
+    block.has_layers = has_layers;
+    let mut description = description(vec![block], 0.001);
+    description.cell = [0.001, 0.002, 0.001];
+    let layers = vec![Layer { material: 0, start: 0.0, thickness: 0.0018 }];
+    description.skin = has_layers.then(|| Skin { shape: top, layers, epidermis: Some((3, 4e-5)) });
+    let (model, _) = description.build(&context, &mut Silent).unwrap();
+    let nodes = |set: &str| model.set(set).unwrap().nodes.clone();
+    let top = nodes("z+");
+    let move_to = |x: f32| Curve::new(vec![(0.0, [0.0; 3]), (0.1, [x, 0.0, 0.0])]).unwrap();
+    let drives = [
+        Drive { nodes: nodes("x-"), axes: 1, displacement: move_to(0.004) },
+        Drive { nodes: nodes("x+"), axes: 1, displacement: move_to(-0.004) },
+        Drive { nodes: [nodes("y-"), nodes("y+")].concat(), axes: 2, displacement: move_to(0.0) },
+        Drive { nodes: nodes("z-"), axes: 4, displacement: move_to(0.0) },
+    ];
+    let options = SimulationOptions { damping: 30.0, safety: 0.5, mass_scaling: Some(1e-5), ..Default::default() };
+    let mut simulation = Simulation::new(model, &options).unwrap();
+    drives.into_iter().for_each(|drive| simulation.drive(drive).unwrap());
+    simulation.advance(&context, 12_000, &mut Silent).unwrap();
+    let places = simulation.positions();
+    // Beside the plates the skin slides up.
+    let heights = top.iter().map(|node| places[*node as usize]).filter(|place| place[0] > 0.01 && place[0] < 0.03);
+    let heights: Vec<f32> = heights.map(|place| place[2]).collect();
+    heights.iter().copied().fold(0.0, f32::max) - heights.iter().copied().fold(1.0, f32::min)
+}
+
+#[test]
+fn skin_in_layers_wrinkles_and_skin_without_does_not() {
+    let (layered, plain) = (shortened(true), shortened(false));
+    println!("uneven by {layered} m with layers, {plain} m without");
+    assert!(layered > 1e-3 && plain < 2e-4, "{layered} {plain}");
 }
