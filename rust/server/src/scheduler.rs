@@ -313,7 +313,7 @@ impl Scheduler {
             let count = scene.particles as usize;
             let (_, mut bytes) = scene.arriving.take().filter(|(at, _)| *at == part.frame).unwrap_or_default();
             if part.first.saturating_mul(12) == bytes.len() as u64 {
-                if bytes.len() + part.accelerations.len() > 12 * count || part.accelerations.len() % 12 != 0 {
+                if bytes.len() + part.accelerations.len() > 12 * count || !part.accelerations.len().is_multiple_of(12) {
                     return Err(
                         Error::invalid(format!("frame {} has {count} particles of 12 bytes", part.frame)).at(name)
                     );

@@ -18,7 +18,7 @@ fn what_is_stored_is_read_whole_and_in_parts() {
     let folder = tempfile::tempdir().unwrap();
     let store = Store::open(folder.path(), 1 << 30).unwrap();
     for length in [0, 1, (1 << 20) - 1, 1 << 20, (1 << 20) + 1, 5 << 19] {
-        let content: Vec<u8> = (0..length).map(|at: usize| (at * at >> 3) as u8).collect();
+        let content: Vec<u8> = (0..length).map(|at: usize| ((at * at) >> 3) as u8).collect();
         let key = Hash::of(&content);
         store.put(key, &content).unwrap();
         assert!(store.get(key).unwrap() == content);

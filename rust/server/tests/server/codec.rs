@@ -63,7 +63,7 @@ fn too_long_and_too_deep_messages_are_refused_by_their_heads() {
     assert!(refused(&[0xc5, 0x03, 0xe8]), "1,000 bytes and a head");
     assert!(!refused(&[0xc5, 0x03, 0xe0]));
     assert!(refused(&[0xc1]));
-    assert!(refused(&vec![0x91; MAX_DEPTH + 1]));
+    assert!(refused(&[0x91; MAX_DEPTH + 1]));
     let deep = [vec![0x91; MAX_DEPTH], vec![0xc0]].concat();
     assert_eq!(Scanner::new(1000).scan(&deep).unwrap(), Some(deep.len()));
 }

@@ -236,7 +236,7 @@ fn damaged_and_removed_frames_are_computed_again() {
     std::fs::write(&fourth, bytes).unwrap();
     std::fs::remove_file(&third).unwrap();
     let part = relievo_client::FilePart { scene: "dam".into(), frame: 4, offset: 0, length: 1 << 22 };
-    let error = client.call::<relievo_client::FilePartResult>("frame.file", &part).err().expect("a damaged frame");
+    let error = client.call::<relievo_client::FilePartResult>("frame.file", &part).expect_err("a damaged frame");
     assert_eq!(error.kind, ErrorKind::Busy, "{error}");
     // To compute frame 4, frame 3 is computed again too, since it is gone.
     client.wait("dam", 6, &mut Silent).unwrap();
