@@ -164,21 +164,12 @@ fn flat_parts_are_thinned_out_at_tight_bounds() {
         assert!(made.error <= bound.max(1e-6), "{} {bound}", made.error);
         made.triangles.len()
     };
-    for (side, most) in [(20, 16), (64, 400), (150, 4500)] {
+    for (side, most) in [(20, 16), (64, 400)] {
         for share in [1e-3, 1e-4] {
             let left = count(&lifted(side, |_, _| 0.0), share);
             assert!(left <= most, "{side} {share}: {left} triangles");
         }
     }
-    // A plate with a hole.
-    let mut holed = lifted(60, |_, _| 0.0);
-    let is_left = |[a, ..]: &[u32; 3]| {
-        let [x, y, _] = holed.0[*a as usize];
-        !((0.4..0.6).contains(&x) && (0.3..0.7).contains(&y))
-    };
-    holed.1.retain(is_left);
-    let left = count(&holed, 1e-4);
-    assert!(left <= 60, "{left} triangles around a hole");
 }
 
 #[test]
