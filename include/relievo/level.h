@@ -184,9 +184,16 @@ RLV_API RlvResult rlv_level_release(RlvLevel level);
 /* How large the mesh is now, and how many edits there are to take back. No failure of its own. */
 RLV_API RlvResult rlv_level_info(RlvLevel level, RlvLevelInfo *out);
 
-/* Mutating. Becomes the coarsest mesh that deviates by at most error from the finest, 0 or more. Fails if error is
- * negative or no number. */
+/* Mutating. Becomes the coarsest mesh whose estimated deviation from the finest is at most error, 0 or more. The distance
+ * between the surfaces may be several times as much. Fails if error is negative or no number. */
 RLV_API RlvResult rlv_level_set_error(RlvLevel level, float error);
+
+/* Mutating. Becomes a coarse mesh whose surface is nowhere farther than bound, 0 or more, from that of the finest mesh with
+ * its edits, nor that from it. Distances of up to 12 meshes are measured. distance, which may be NULL, gets that of the
+ * mesh, never less than the true one; less than 1e-7 of the largest coordinate, its rounding, counts as that. progress may
+ * be NULL. Fails if bound is negative or no number, and with RLV_ERROR_MEMORY or RLV_ERROR_CANCELLED, when the level may
+ * have become another. */
+RLV_API RlvResult rlv_level_set_bound(RlvLevel level, float bound, RlvProgress progress, void *user, float *distance);
 
 /* Mutating. Becomes the finest mesh of at most so many triangles, or the base mesh if that has more; SIZE_MAX for the
  * finest of all. No failure of its own. */

@@ -1419,6 +1419,14 @@ public:
     void take_up(const Progressive &more) const { check(rlv_level_take_up(get(), more.get())); }
 
     void set_error(float error) const { check(rlv_level_set_error(get(), error)); }
+
+    /// Returns the measured distance from the finest mesh, which is at most `bound`.
+    float set_bound(float bound, const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        float distance = 0.0f;
+        watch.check(rlv_level_set_bound(get(), bound, watch.callback(), &watch, &distance));
+        return distance;
+    }
     void set_triangles(std::size_t triangles) const { check(rlv_level_set_triangles(get(), triangles)); }
     void set_view(const RlvLevelView &view) const { check(rlv_level_set_view(get(), &view)); }
 

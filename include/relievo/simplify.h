@@ -31,14 +31,18 @@ typedef struct RlvSimplifyOptions {
     const float *factors; /* of every point, what costs there are multiplied by, 1e-6 to 1e6; NULL for 1 */
     size_t factor_count;  /* 0, or the number of points */
     size_t factor_stride;
+    float bound; /* largest distance between both surfaces, either way, measured and never exceeded; below 0 for any */
+    uint32_t is_border_locked; /* 1: points of edges with one triangle stay where they are */
 } RlvSimplifyOptions;
 
-#define RLV_SIMPLIFY_OPTIONS_INIT {sizeof(RlvSimplifyOptions), -1.0f, 0, NULL, 0, 0, NULL, 0, 0, NULL, 0, 0}
+#define RLV_SIMPLIFY_OPTIONS_INIT {sizeof(RlvSimplifyOptions), -1.0f, 0, NULL, 0, 0, NULL, 0, 0, NULL, 0, 0, -1.0f, 0}
 
 /* Makes a mesh of fewer triangles of a mesh's triangles, fanned as rlv_mesh_get_triangles does. Attributes are on what
  * they were on, those of corners with indices; creases, integers on points and corners, and skins are left out. error,
- * which may be NULL, gets the largest estimated deviation: an estimate, which the distance between the surfaces may exceed
- * several times. options may be NULL for the defaults, progress too. Fails if a
+ * which may be NULL, gets the largest distance between both surfaces, never less than the true one, if there is a bound;
+ * else the largest estimated deviation, which the distance may exceed several times. With a bound the mesh is simplified
+ * several times; a bound below 1e-7 of the largest coordinate, its rounding, counts as that. options may be NULL for the
+ * defaults, progress too. Fails if a
  * number is out of its range, an attribute or a point does not exist, or no triangle is left; with RLV_ERROR_MEMORY if
  * it would take more than the context's memory limit, and with RLV_ERROR_CANCELLED. */
 RLV_API RlvResult rlv_simplify_mesh(RlvMesh mesh, const RlvSimplifyOptions *options, RlvProgress progress, void *user,

@@ -95,6 +95,7 @@ static RlvResult take_up(uint64_t id) { return rlv_level_take_up((RlvLevel){id},
 static RlvResult release_level(uint64_t id) { return rlv_level_release((RlvLevel){id}); }
 static RlvResult level_info(uint64_t id) { RlvLevelInfo out = RLV_LEVEL_INFO_INIT; return rlv_level_info((RlvLevel){id}, &out); }
 static RlvResult level_error(uint64_t id) { return rlv_level_set_error((RlvLevel){id}, 0.0f); }
+static RlvResult level_bound(uint64_t id) { return rlv_level_set_bound((RlvLevel){id}, 0.0f, NULL, NULL, NULL); }
 static RlvResult level_triangles(uint64_t id) { return rlv_level_set_triangles((RlvLevel){id}, 9); }
 static RlvResult level_view(uint64_t id) { RlvLevelView view = RLV_LEVEL_VIEW_INIT; return rlv_level_set_view((RlvLevel){id}, &view); }
 static RlvResult edit_level(uint64_t id) { RlvLevelEdit edit = RLV_LEVEL_EDIT_INIT; return rlv_level_edit((RlvLevel){id}, &edit, NULL); }
@@ -149,6 +150,7 @@ static const struct {
     {job_progressive_mesh, JOB},  {read_progressive, CONTEXT},   {write_progressive, PROGRESSIVE},
     {retain_progressive, PROGRESSIVE}, {release_progressive, PROGRESSIVE}, {progressive_info, PROGRESSIVE},
     {create_level, PROGRESSIVE},  {retain_level, LEVEL},         {release_level, LEVEL},       {level_info, LEVEL},
+    {level_bound, LEVEL},
     {level_error, LEVEL},         {level_triangles, LEVEL},      {level_view, LEVEL},          {edit_level, LEVEL},
     {undo_level, LEVEL},          {redo_level, LEVEL},           {update_level, LEVEL},        {level_mesh, LEVEL},
     {settle_level, LEVEL},        {update_colors, COLORS},       {release_colors, COLORS},      {read_colors, COLORS},

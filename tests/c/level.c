@@ -1,5 +1,5 @@
 /* Levels: finer, coarser and for a view, in the caller's buffers, edited, sculpted, taken back, settled, and refused. */
-#include "ball.h"
+#include "sheet.h"
 
 /* Buffers with more between their numbers, and something behind their ends. */
 typedef struct Kept {
@@ -320,6 +320,20 @@ int main(void) {
     CHECK_OK(rlv_level_set_error(level, 0.01f));
     CHECK_NEAR(check_update(level, &kept), full, 0.05 * full);
     CHECK(kept.update.triangle_count < 2000);
+    /* A bound is measured: a smaller one takes more triangles, and the finest mesh has no distance from itself. */
+    float distance = -1.0f;
+    size_t last = 0;
+    const float bounds[] = {0.1f, 0.02f, 0.0f};
+    for (int k = 0; k < 3; ++k) {
+        CHECK_OK(rlv_level_set_bound(level, bounds[k], NULL, NULL, &distance));
+        CHECK(distance >= 0.0f && distance <= bounds[k] + 1e-6f);
+        check_update(level, &kept);
+        CHECK(kept.update.triangle_count > last);
+        last = kept.update.triangle_count;
+    }
+    CHECK_OK(rlv_level_set_bound(level, 0.1f, NULL, NULL, NULL));
+    int patience = 1;
+    CHECK(rlv_level_set_bound(level, 0.02f, check_patience, &patience, &distance) == RLV_ERROR_CANCELLED);
     CHECK_OK(rlv_level_set_triangles(level, SIZE_MAX));
     check_update(level, &kept);
     CHECK(kept.update.triangle_count == whole.triangle_count);
@@ -434,6 +448,8 @@ int main(void) {
     CHECK_OK(rlv_level_update(level, &kept.buffers, NULL));
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_set_error(level, -1.0f), "error");
     CHECK(rlv_level_set_error(level, NAN) == RLV_ERROR_INVALID);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_set_bound(level, -1.0f, NULL, NULL, NULL), "bound");
+    CHECK(rlv_level_set_bound(level, NAN, NULL, NULL, NULL) == RLV_ERROR_INVALID);
     view.tolerance = 0.0f;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_set_view(level, &view), "view");
     handle.region.falloff = 5;

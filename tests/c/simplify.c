@@ -111,6 +111,41 @@ int main(void) {
     CHECK_OK(rlv_mesh_release(made));
     free(factors), free(points);
 
+    /* A bound is never exceeded: points of the ball stay within it, and error is what was measured. Borders may stay. */
+    RlvSimplifyOptions bounded = RLV_SIMPLIFY_OPTIONS_INIT;
+    CHECK(bounded.bound < 0.0f && bounded.is_border_locked == 0);
+    bounded.bound = 0.02f;
+    CHECK_OK(rlv_simplify_mesh(ball, &bounded, NULL, NULL, &error, &made));
+    CHECK(error > 0.0f && error <= 0.02f);
+    CHECK_OK(rlv_mesh_info(made, &info));
+    CHECK(info.face_count > 8 && 2 * info.face_count < before.triangle_count);
+    points = malloc(info.point_count * 12);
+    CHECK(points != NULL);
+    CHECK_OK(rlv_mesh_get_points(made, points, info.point_count, 0));
+    for (size_t point = 0; point < info.point_count; ++point) {
+        const float *p = points + 3 * point;
+        CHECK(sqrtf(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]) <= 1.02f + 1e-5f);
+    }
+    free(points);
+    CHECK_OK(rlv_mesh_release(made));
+    float measured = -1.0f;
+    CHECK_OK(rlv_job_simplify(ball, &bounded, &job));
+    CHECK_OK(rlv_job_wait(job, -1.0, NULL));
+    CHECK_OK(rlv_job_simplify_error(job, &measured));
+    CHECK(measured == error);
+    CHECK_OK(rlv_job_release(job));
+    bounded.bound = -1.0f;
+    bounded.is_border_locked = 1;
+    CHECK_OK(rlv_simplify_mesh(sheet, &bounded, NULL, NULL, NULL, &made));
+    CHECK_OK(rlv_mesh_info(made, &info));
+    CHECK(info.point_count >= 2 * (24 + 16));
+    CHECK_OK(rlv_mesh_release(made));
+    bounded.is_border_locked = 2;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_simplify_mesh(sheet, &bounded, NULL, NULL, NULL, &untouched), "is_border_locked");
+    bounded.is_border_locked = 0;
+    bounded.bound = NAN;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_simplify_mesh(sheet, &bounded, NULL, NULL, NULL, &untouched), "bound");
+
     /* Refused, and nothing written. */
     int patience = 1;
     CHECK(rlv_simplify_mesh(ball, NULL, check_patience, &patience, &error, &untouched) == RLV_ERROR_CANCELLED);

@@ -303,6 +303,10 @@ int main() {
     const auto lessening = relievo::Job::simplify(patch.mesh(), less);
     lessening.wait();
     CHECK(lessening.mesh().points() == fewer.points() && lessening.deviation() == deviation);
+    less.options.bound = 0.01f;
+    less.options.triangles = 0;
+    less.run(patch.mesh(), &deviation);
+    CHECK(deviation >= 0.0f && deviation <= 0.01f);
     less.weights = {{"nothing", 1.0f}};
     try {
         less.run(patch.mesh());
@@ -375,6 +379,7 @@ int main() {
     const auto carved = level.sculpt(relievo::Brush::create(context, carving, wide), {{{0.5, 0.5, 0}, 1, -1}});
     CHECK(carved.dabs == 1 && carved.missed_dabs == 0 && carved.vertices > 0 && level.info().undo_count == 2);
     level.set_error(0);
+    CHECK(level.set_bound(0.1f) <= 0.1f);
     RlvLevelView looking = RLV_LEVEL_VIEW_INIT;
     looking.eye[2] = 3;
     level.set_view(looking);

@@ -264,6 +264,11 @@ class Levels(unittest.TestCase):
         self.assertEqual(same, deviation)
         bare, _ = self.mesh.simplify(error=0.01, left_out=["height"])
         self.assertEqual(bare.info.attribute_count, 0)
+        bounded, distance = self.mesh.simplify(bound=0.02, left_out=["height"])
+        self.assertTrue(0.0 < distance <= 0.02)
+        self.assertLess(bounded.info.triangle_count, self.mesh.info.triangle_count // 2)
+        radii = numpy.linalg.norm(bounded.points(), axis=1)
+        self.assertLessEqual(radii.max(), 1.02 + 1e-5)
         with self.assertRaisesRegex(rl.Invalid, "no attribute"):
             self.mesh.simplify(triangles=300, weights={"uv": 1.0})
         with self.assertRaises(rl.Cancelled):
@@ -437,8 +442,11 @@ class Levels(unittest.TestCase):
             with self.assertRaises(rl.NotFound):
                 first.close_journal()
             second.close_journal()
+        self.assertLessEqual(level.set_bound(0.05), 0.05)
         with self.assertRaisesRegex(rl.Invalid, "error"):
             level.set_error(-1.0)
+        with self.assertRaisesRegex(rl.Invalid, "bound"):
+            level.set_bound(-1.0)
         with self.assertRaisesRegex(rl.Invalid, "steep"):
             level.edit([rl.Grip(rl.Region((0, 0, 1), 0.8, "steep"))])
 

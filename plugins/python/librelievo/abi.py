@@ -524,6 +524,8 @@ class RlvSimplifyOptions(Structure):
         ("factors", c_float_p),
         ("factor_count", c_size_t),
         ("factor_stride", c_size_t),
+        ("bound", c_float),
+        ("is_border_locked", c_uint32),
     ]
 
 
@@ -2193,7 +2195,7 @@ INIT = {
     RlvMeshInfo: (ctypes.sizeof(RlvMeshInfo), 0, 0, 0, 0, 0, 0, 0, 0, (0,), (0,),),
     RlvAttributeArrays: (ctypes.sizeof(RlvAttributeArrays), 0, 0, 0, None, None, 0, 0, None, 0, 0,),
     RlvAttributeInfo: (ctypes.sizeof(RlvAttributeInfo), 0, 0, 0, 0, 0, (0,),),
-    RlvSimplifyOptions: (ctypes.sizeof(RlvSimplifyOptions), -1.0, 0, None, 0, 0, None, 0, 0, None, 0, 0,),
+    RlvSimplifyOptions: (ctypes.sizeof(RlvSimplifyOptions), -1.0, 0, None, 0, 0, None, 0, 0, None, 0, 0, -1.0, 0,),
     RlvProgressiveOptions: (ctypes.sizeof(RlvProgressiveOptions), 0, 100, None, 0, 0, None, 0, 0,),
     RlvProgressiveInfo: (ctypes.sizeof(RlvProgressiveInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvArrivalInfo: (ctypes.sizeof(RlvArrivalInfo), 0, 0,),
@@ -2448,6 +2450,7 @@ FUNCTIONS = {
     "rlv_level_release": (RlvResult, [("level", RlvLevel)]),
     "rlv_level_info": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvLevelInfo))]),
     "rlv_level_set_error": (RlvResult, [("level", RlvLevel), ("error", c_float)]),
+    "rlv_level_set_bound": (RlvResult, [("level", RlvLevel), ("bound", c_float), ("progress", RlvProgress), ("user", c_void_p), ("distance", c_float_p)]),
     "rlv_level_set_triangles": (RlvResult, [("level", RlvLevel), ("triangles", c_size_t)]),
     "rlv_level_set_view": (RlvResult, [("level", RlvLevel), ("view", POINTER(RlvLevelView))]),
     "rlv_level_edit": (RlvResult, [("level", RlvLevel), ("edit", POINTER(RlvLevelEdit)), ("reached", c_size_t_p)]),

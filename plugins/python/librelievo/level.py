@@ -139,8 +139,15 @@ class Level(_Room, Handle):
         library.call("rlv_level_take_up", self.handle, more.handle)
 
     def set_error(self, error):
-        """Becomes the coarsest mesh that deviates by no more."""
+        """Becomes the coarsest mesh whose estimated deviation is no more."""
         library.call("rlv_level_set_error", self.handle, float(error))
+
+    def set_bound(self, bound, progress=None):
+        """Becomes a coarse mesh whose distance from the finest is measured and at most `bound`. Returns the distance."""
+        distance = ctypes.c_float()
+        with watched(progress) as callback:
+            library.call("rlv_level_set_bound", self.handle, float(bound), callback, None, address_of(distance))
+        return distance.value
 
     def set_triangles(self, triangles=None):
         """Becomes the finest mesh of at most so many triangles, None for the finest of all."""

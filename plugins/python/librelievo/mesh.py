@@ -28,11 +28,14 @@ def weights_of(weights, left_out):
     return (abi.RlvSimplifyWeight * len(pairs))(*((text_bytes(name), *rest) for name, *rest in pairs))
 
 
-def simplify_options(triangles=0, error=None, weights=None, left_out=(), locked=None, factors=None):
+def simplify_options(
+    triangles=0, error=None, weights=None, left_out=(), locked=None, factors=None, bound=None, is_border_locked=False
+):
     """RlvSimplifyOptions, and the arrays that it points to."""
     entries = weights_of(weights, left_out)
     options = record.empty(abi.RlvSimplifyOptions)
     options.triangles, options.error = triangles, -1.0 if error is None else error
+    options.bound, options.is_border_locked = -1.0 if bound is None else bound, int(is_border_locked)
     options.weights, options.weight_count = entries, len(entries)
     locked = Reading(locked, numpy.uint32, 0, "locked")
     factors = Reading(factors, numpy.float32, 0, "factors")
@@ -114,11 +117,23 @@ class Mesh(Handle):
         """A mesh of this one's triangles in which no edge is longer."""
         return Mesh.of("rlv_mesh_split", self.handle, float(longest_edge))
 
-    def simplify(self, triangles=0, error=None, weights=None, left_out=(), locked=None, factors=None, progress=None):
+    def simplify(
+        self,
+        triangles=0,
+        error=None,
+        weights=None,
+        left_out=(),
+        locked=None,
+        factors=None,
+        progress=None,
+        bound=None,
+        is_border_locked=False,
+    ):
         """A mesh of fewer triangles with the attributes of this one, and how far it deviates; see RlvSimplifyOptions.
 
-        `weights` are by names of attributes, `locked` points stay, `factors` (one a point) multiply what is lost there."""
-        options, _kept = simplify_options(triangles, error, weights, left_out, locked, factors)
+        `error` is an estimate, `bound` a distance that is measured and never exceeded. `weights` are by names of
+        attributes, `locked` points stay, `factors` (one a point) multiply what is lost there."""
+        options, _kept = simplify_options(triangles, error, weights, left_out, locked, factors, bound, is_border_locked)
         deviation = ctypes.c_float()
         with watched(progress) as callback:
             told = (ctypes.byref(options), callback, None, address_of(deviation))

@@ -212,6 +212,27 @@ entry! {
         })
     }
 
+    fn rlv_level_set_bound(
+        level: RlvLevel,
+        bound: f32,
+        progress: RlvProgress,
+        user: *mut c_void,
+        distance: *mut f32,
+    ) {
+        let object = registry::get(level)?;
+        if bound.is_nan() || bound < 0.0 {
+            return Err(Error::invalid(format!("{bound} is no length")).at("bound").advise("use 0 or more"));
+        }
+        let mut progress = HostProgress { callback: progress, user };
+        let found =
+            object.change(|mesh| mesh.adapt_within(&object.context().context, bound, &mut progress))?;
+        if !distance.is_null() {
+            // SAFETY: it is not NULL, and the caller promises a place.
+            unsafe { put(distance, found) };
+        }
+        Ok(())
+    }
+
     fn rlv_level_set_triangles(level: RlvLevel, triangles: usize) {
         let object = registry::get(level)?;
         object.change(|mesh| {

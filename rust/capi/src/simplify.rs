@@ -34,6 +34,8 @@ descriptor! {
         factors: *const f32,
         factor_count: usize,
         factor_stride: usize,
+        bound: f32,
+        is_border_locked: u32,
     }
 }
 
@@ -69,7 +71,7 @@ impl Simplification {
         &self.object.context
     }
 
-    /// Makes the mesh. Returns it, and its largest estimated deviation.
+    /// Makes the mesh. Returns it, and its largest distance if there is a bound, else its largest estimated deviation.
     pub fn run(&self, progress: &mut dyn Progress) -> Result<(RlvMesh, f32)> {
         let mesh = try_read(&self.object.mesh, "mesh")?;
         let made = simplify_mesh(&self.context().context, &mesh, &self.options, &self.attributes, progress)?;
@@ -106,7 +108,7 @@ pub unsafe fn attributes_of(weights: &Input<RlvSimplifyWeight>) -> Result<Attrib
 /// `options` is NULL or a descriptor whose arrays are as the header demands.
 unsafe fn read(options: *const RlvSimplifyOptions, limit: u64) -> Result<(SimplifyOptions, AttributeOptions)> {
     // SAFETY: a descriptor of nothing but numbers and NULL pointers.
-    let default = RlvSimplifyOptions { error: -1.0, ..unsafe { std::mem::zeroed() } };
+    let default = RlvSimplifyOptions { error: -1.0, bound: -1.0, ..unsafe { std::mem::zeroed() } };
     // SAFETY: promised by the caller.
     let given = unsafe { read_optional(options, default) }?;
     // SAFETY: promised by the caller.
@@ -119,9 +121,16 @@ unsafe fn read(options: *const RlvSimplifyOptions, limit: u64) -> Result<(Simpli
     };
     // SAFETY: promised by the caller.
     let attributes = unsafe { attributes_of(&weights) }?;
+    if given.is_border_locked > 1 {
+        let number = given.is_border_locked;
+        return Err(Error::invalid(format!("is_border_locked is {number}")).at("options").advise("use 0 or 1"));
+    }
+    let length = |length: f32| if length < 0.0 { f32::INFINITY } else { length };
     let options = SimplifyOptions {
         faces: given.triangles,
-        error: if given.error < 0.0 { f32::INFINITY } else { given.error },
+        error: length(given.error),
+        bound: length(given.bound),
+        is_border_locked: given.is_border_locked == 1,
         locked: locked.to_vec("locked", limit)?,
         factors: factors.to_vec("factors", limit)?,
         ..SimplifyOptions::default()

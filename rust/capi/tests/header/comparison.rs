@@ -115,7 +115,7 @@ function!(rlv_mesh_find_attribute: unsafe extern "C" fn(RlvMesh, *const c_char, 
 function!(rlv_mesh_attribute_info: unsafe extern "C" fn(RlvMesh, u32, *mut RlvAttributeInfo) -> RlvResult);
 function!(rlv_mesh_get_attribute: unsafe extern "C" fn(RlvMesh, u32, *mut c_void, usize, *mut u32, usize) -> RlvResult);
 layout!(RlvSimplifyWeight: 16, 8);
-layout!(RlvSimplifyOptions: 88, 8);
+layout!(RlvSimplifyOptions: 96, 8);
 function!(rlv_simplify_mesh: unsafe extern "C" fn(RlvMesh, *const RlvSimplifyOptions, RlvProgress, *mut c_void, *mut f32, *mut RlvMesh) -> RlvResult);
 layout!(RlvProgressive: 8, 8);
 layout!(RlvProgressiveOptions: 64, 8);
@@ -373,6 +373,7 @@ function!(rlv_level_retain: unsafe extern "C" fn(RlvLevel) -> RlvResult);
 function!(rlv_level_release: unsafe extern "C" fn(RlvLevel) -> RlvResult);
 function!(rlv_level_info: unsafe extern "C" fn(RlvLevel, *mut RlvLevelInfo) -> RlvResult);
 function!(rlv_level_set_error: unsafe extern "C" fn(RlvLevel, f32) -> RlvResult);
+function!(rlv_level_set_bound: unsafe extern "C" fn(RlvLevel, f32, RlvProgress, *mut c_void, *mut f32) -> RlvResult);
 function!(rlv_level_set_triangles: unsafe extern "C" fn(RlvLevel, usize) -> RlvResult);
 function!(rlv_level_set_view: unsafe extern "C" fn(RlvLevel, *const RlvLevelView) -> RlvResult);
 function!(rlv_level_edit: unsafe extern "C" fn(RlvLevel, *const RlvLevelEdit, *mut usize) -> RlvResult);

@@ -934,6 +934,7 @@ fn levels(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     (simple.weights, simple.weight_count) = (&weight, bytes.int_in_range(0..=1)?);
     (simple.locked, simple.locked_count) = (locked.as_ptr(), bytes.int_in_range(0..=2)?);
     (simple.factors, simple.factor_count) = (factors.as_ptr(), if bytes.ratio(1, 4)? { factors.len() } else { 0 });
+    (simple.bound, simple.is_border_locked) = (number(bytes)?, bytes.int_in_range(0..=2)?);
     let mut less = RlvMesh { id: UNTOUCHED };
     // SAFETY: descriptors are sized, and so are their arrays.
     let result = unsafe { rlv_simplify_mesh(mesh, &simple, None, null_mut(), null_mut(), &mut less) };
@@ -974,8 +975,9 @@ fn levels(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     for _ in 0..bytes.int_in_range(0..=4)? {
         // SAFETY: descriptors are sized, and so are their arrays.
         unsafe {
-            called(match bytes.int_in_range(0..=6_u8)? {
+            called(match bytes.int_in_range(0..=7_u8)? {
                 0 => rlv_level_set_error(level, number(bytes)?),
+                7 => rlv_level_set_bound(level, number(bytes)?, None, null_mut(), null_mut()),
                 1 => rlv_level_set_triangles(level, bytes.int_in_range(0..=64)?),
                 2 => rlv_level_set_view(level, &view),
                 3 => rlv_level_edit(level, &edit, null_mut()),
