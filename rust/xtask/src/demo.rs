@@ -1,5 +1,6 @@
 //! `cargo xtask demo`: from nothing to pictures of the shipped scene.
 
+use std::os::unix::process::CommandExt;
 use std::process::{Command, Stdio};
 
 use crate::packages;
@@ -36,18 +37,21 @@ pub fn run(yes: bool, device: &str) -> Outcome {
 }
 
 /// Installs the Debian packages that scenes need. Meanwhile Cargo compiles what needs none of them; crates that do need them
-/// fail in that build, whose messages are dropped, and are compiled by the next.
+/// fail in that build, whose messages are dropped. It is ended with the installation, and the next build goes on from it.
 fn scene_packages(yes: bool) -> Outcome {
     if packages::are_installed(packages::SCENE) {
         return Ok(());
     }
     let mut early = build("relievo-scene");
     early.args(["--keep-going", "--quiet"]).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    let early = early.spawn();
+    // A group of its own, so that compilers end with it.
+    let early = early.process_group(0).spawn();
     println!("What needs no package is compiled while packages are installed.");
     let installed = packages::install(packages::SCENE, yes);
     if let Ok(mut early) = early {
-        // Its exit status says that crates wait for packages, which is known.
+        let group = format!("-{}", early.id());
+        // It fails where the build has ended before.
+        drop(Command::new("kill").args(["-TERM", "--", &group]).stderr(Stdio::null()).status());
         early.wait().map_err(|error| error.to_string())?;
     }
     installed
