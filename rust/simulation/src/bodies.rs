@@ -42,7 +42,7 @@ pub fn decode(bytes: &[u8]) -> Result<Vec<BodyState>> {
 
 #[cfg(test)]
 mod tests {
-    use crate::*;
+    use super::*;
 
     #[test]
     fn what_is_written_is_read_and_what_is_cut_or_longer_is_not() {
