@@ -97,7 +97,7 @@ static void check_order(RlvContext context) {
     uint32_t state = 7;
     for (int at = 0; at < 4 * CLOUD; ++at) {
         state = state * 1664525u + 1013904223u;
-        cloud[0][at] = (float)(state >> 8) / 16777216.0f * (at % 4 == 3 ? 1.0f : 2.0f) - (at % 4 == 3 ? 0.0f : 1.0f);
+        cloud[at / 4][at % 4] = (float)(state >> 8) / 16777216.0f * (at % 4 == 3 ? 1.0f : 2.0f) - (at % 4 == 3 ? 0.0f : 1.0f);
     }
     composite(context, (const float(*)[4])cloud, 0, first);
     composite(context, (const float(*)[4])cloud, 1, second);

@@ -49,7 +49,7 @@ impl Buckets {
     pub fn at(&self, point: Vec2) -> impl Iterator<Item = u32> {
         let [columns, rows] = [0, 1].map(|axis| self.span(axis, point[axis], point[axis]));
         let bucket = rows.start * self.counts[0] + columns.start;
-        let is_inside = !columns.is_empty() && !rows.is_empty();
+        let is_inside = point.iter().all(|place| place.is_finite()) && !columns.is_empty() && !rows.is_empty();
         let faces = if is_inside { self.faces.get(bucket).map_or(&[][..], Vec::as_slice) } else { &[] };
         let holds = move |corners: &[Vec2; 3]| {
             let [a, b, c] = *corners;

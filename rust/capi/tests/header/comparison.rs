@@ -877,6 +877,8 @@ pub fn offsets(list: &mut Offsets) {
         factors: *const f32 = 64,
         factor_count: usize = 72,
         factor_stride: usize = 80,
+        bound: f32 = 88,
+        is_border_locked: u32 = 92,
     });
     fields!(list, RlvProgressive {
         id: u64 = 0,
