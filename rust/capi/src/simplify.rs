@@ -133,7 +133,6 @@ unsafe fn read(options: *const RlvSimplifyOptions, limit: u64) -> Result<(Simpli
         is_border_locked: given.is_border_locked == 1,
         locked: locked.to_vec("locked", limit)?,
         factors: factors.to_vec("factors", limit)?,
-        ..SimplifyOptions::default()
     };
     Ok((options, attributes))
 }

@@ -1,6 +1,7 @@
 //! `relievo crowd render`: what a view draws of a crowd, by rays.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -142,13 +143,15 @@ fn add_agents(scene: &Scene, arguments: &Arguments, picture: &mut relievo_render
         let model = &crowd.models()[agent.model as usize];
         let number = crowd.pose(agent, arguments.scene.time);
         let key = (agent.model, agent.clip, number);
-        if !poses.contains_key(&key) {
-            let pose = &model.clips[agent.clip as usize].poses[number];
-            let points = skin(&scene.context, &model.character, pose, blend)?;
-            let normals = skin_normals(&scene.context, &model.character, pose, blend)?;
-            poses.insert(key, Posed { points, normals });
-        }
-        let posed = &poses[&key];
+        let posed = match poses.entry(key) {
+            Entry::Occupied(posed) => posed.into_mut(),
+            Entry::Vacant(place) => {
+                let pose = &model.clips[agent.clip as usize].poses[number];
+                let points = skin(&scene.context, &model.character, pose, blend)?;
+                let normals = skin_normals(&scene.context, &model.character, pose, blend)?;
+                place.insert(Posed { points, normals })
+            }
+        };
         let mut mesh = Mesh::default();
         let mut numbers = HashMap::new();
         for cluster in crowd.clusters(&scene.frame, *drawn) {

@@ -304,7 +304,7 @@ fn shortened(has_layers: bool) -> f32 {
     let mut description = description(vec![block], 0.001);
     description.cell = [0.001, 0.002, 0.001];
     let layers = vec![Layer { material: 0, start: 0.0, thickness: 0.0018 }];
-    description.skin = has_layers.then(|| Skin { shape: top, layers, epidermis: Some((3, 4e-5)) });
+    description.skin = has_layers.then_some(Skin { shape: top, layers, epidermis: Some((3, 4e-5)) });
     let (model, _) = description.build(&context, &mut Silent).unwrap();
     let nodes = |set: &str| model.set(set).unwrap().nodes.clone();
     let top = nodes("z+");

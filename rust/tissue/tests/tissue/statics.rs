@@ -211,7 +211,7 @@ fn a_cantilever_bends_as_timoshenko_says() {
         let sizes = end.iter().map(|node| {
             let rim = |axis: usize| {
                 let at = model.nodes[*node as usize][axis];
-                if at < 0.01 || at > 0.99 { 0.5 } else { 1.0 }
+                if (0.01..=0.99).contains(&at) { 1.0 } else { 0.5 }
             };
             rim(1) * rim(2)
         });
