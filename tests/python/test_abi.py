@@ -64,14 +64,14 @@ def name_of(kind):
     """The name that the program gives a type."""
     if kind is None:
         return "void"
+    if issubclass(kind, ctypes.Structure):
+        return kind.__name__
     if hasattr(kind, "target"):
         return "*" + name_of(kind.target)
     if kind in (ctypes.c_void_p, ctypes.c_char_p):
         return "*void" if kind is ctypes.c_void_p else "*char"
     if kind is ctypes.c_char:
         return "char"
-    if issubclass(kind, ctypes.Structure):
-        return kind.__name__
     if issubclass(kind, ctypes.Array):
         return f"{name_of(kind._type_)}[{kind._length_}]"
     if issubclass(kind, ctypes._Pointer):

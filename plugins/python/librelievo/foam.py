@@ -50,17 +50,17 @@ class Foam(Handle):
         """Adds particles at positions (n, 3) in metres, with ids, values of FoamKind, and shares of their lives that have
         passed, each (n) if it is given."""
         readings = {
-            "position": Reading(positions, numpy.float32, 3, "positions"),
-            "id": Reading(ids, numpy.uint32, 0, "ids"),
-            "kind": Reading(kinds, numpy.uint32, 0, "kinds"),
-            "life": Reading(lives, numpy.float32, 0, "lives"),
+            "positions": ("position_stride", Reading(positions, numpy.float32, 3, "positions")),
+            "ids": ("id_stride", Reading(ids, numpy.uint32, 0, "ids")),
+            "kinds": ("kind_stride", Reading(kinds, numpy.uint32, 0, "kinds")),
+            "lives": ("life_stride", Reading(lives, numpy.float32, 0, "lives")),
         }
-        particles = record.fill(abi.RlvFoamParticles, {"count": readings["position"].count})
-        for name, reading in readings.items():
+        particles = record.fill(abi.RlvFoamParticles, {"count": readings["positions"][1].count})
+        for name, (stride, reading) in readings.items():
             if reading.array is not None and reading.count != particles.count:
-                raise Invalid(f"{name}s: there are {reading.count} for {particles.count} positions")
-            setattr(particles, f"{name}s", reading.address)
-            setattr(particles, f"{name}_stride", reading.stride)
+                raise Invalid(f"{name}: there are {reading.count} for {particles.count} positions")
+            setattr(particles, name, reading.address)
+            setattr(particles, stride, reading.stride)
         library.call("rlv_foam_add", self.handle, ctypes.byref(particles))
 
     def shade(self, radiance=None, up=(0, 0, 1), progress=None):
