@@ -95,11 +95,11 @@ RLV_API RlvResult rlv_decal_on_detail(RlvDetail detail, const RlvDecalOptions *o
 RLV_API RlvResult rlv_decal_retain(RlvDecal decal);
 RLV_API RlvResult rlv_decal_release(RlvDecal decal);
 
-/* Measures the decal as it lies now. */
+/* Measures the decal as it lies now. No failure of its own. */
 RLV_API RlvResult rlv_decal_quality(RlvDecal decal, RlvDecalQuality *out);
 
 /* Makes a mesh of the decal with the point attributes `uv`, 0 to 1 from left to right and from bottom to top of the image,
- * and `normal`, lifted off the surface by offset. */
+ * and `normal`, lifted off the surface by offset. Fails if offset is not finite. */
 RLV_API RlvResult rlv_decal_mesh(RlvDecal decal, double offset, RlvMesh *out);
 
 /* Moves a pin to the place of the surface nearest to a position of three numbers. The map follows from its last state; its
@@ -126,7 +126,7 @@ RLV_API RlvResult rlv_decal_settle(RlvDecal decal, RlvProgress progress, void *u
 RLV_API RlvResult rlv_decal_paint(RlvDecal decal, const RlvDecalImage *image, float opacity, RlvDecalReport *report);
 
 /* Raises the displacement of the detail by height, object units, where the image is white and opaque, not where it is black
- * or transparent; otherwise as rlv_decal_paint. */
+ * or transparent. Fails as rlv_decal_paint. */
 RLV_API RlvResult rlv_decal_emboss(RlvDecal decal, const RlvDecalImage *image, float height, RlvDecalReport *report);
 
 #endif
