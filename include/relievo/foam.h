@@ -109,8 +109,8 @@ typedef struct RlvFoamLight {
 
 #define RLV_FOAM_LIGHT_INIT {sizeof(RlvFoamLight), 0, 0, {0, 0, 1}, NULL}
 
-/* Where layers go, a packed array each of as many elements as there are pixels, row after row from the top; NULL for
- * those that are not wanted. */
+/* Arrays that rlv_foam_get writes layers to. Each is packed, has an element for each pixel, row after row from the top, and
+ * may be NULL: that layer is left out. */
 typedef struct RlvFoamLayers {
     uint32_t struct_size;
     uint32_t reserved; /* 0 */

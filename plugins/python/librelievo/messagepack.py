@@ -49,7 +49,7 @@ def packed(value):
 
 
 def read(take, depth=0):
-    """Decodes a value of the bytes that `take(count)` returns. Fails with ValueError where they are none."""
+    """Decodes a value of the bytes that `take(count)` returns. Fails with ValueError if the bytes encode no value."""
     if depth > DEPTH:
         raise ValueError("a message is too deep")
     (marker,) = take(1)

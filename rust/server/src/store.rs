@@ -289,7 +289,7 @@ impl Store {
         }
     }
 
-    /// Lists the frames, those that were used longest ago first.
+    /// Lists the frames, least recently used first.
     pub fn list(&self) -> Result<Vec<Listed>> {
         let mut found = self.scan()?;
         found.sort_by_key(|(_, _, time)| *time);

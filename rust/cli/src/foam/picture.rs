@@ -19,7 +19,7 @@ pub struct Options {
     /// A file for the layers alone: intensity, thickness, depth, normals, occlusion and irradiance.
     #[arg(long, value_name = "FILE.exr")]
     layers: Option<PathBuf>,
-    /// Changes a setting, of those that `relievo foam info --settings` lists. May be repeated.
+    /// Changes a setting; `relievo foam info --settings` lists all settings. May be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true)]
     settings: Vec<(String, f64)>,
     /// The light around as a picture by latitude and longitude, .exr or .png, z up; left out, the sky and the sun.

@@ -25,7 +25,7 @@ pub struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Lists the frames, those that were used longest ago first.
+    /// Lists the frames, least recently used first.
     Ls {
         /// Print JSON for programs.
         #[arg(long)]

@@ -60,7 +60,7 @@ struct Move {
     set: String,
     #[serde(default = "all_axes")]
     axes: String,
-    /// Displacements at times; held if there are none.
+    /// Displacements at times; an empty list holds the nodes where they are.
     #[serde(default)]
     keys: Vec<Key>,
 }
@@ -223,7 +223,7 @@ impl Obstacle {
     }
 }
 
-/// Returns the curve of a number of each key; 0 where there are none.
+/// Returns the curve through one number of each key; 0 everywhere for an empty list.
 fn curve(keys: &[Key], of: impl Fn(&Key) -> [f32; 3]) -> Result<Curve<3>> {
     if keys.is_empty() {
         return Ok(Curve::constant([0.0; 3]));
