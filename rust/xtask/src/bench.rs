@@ -20,7 +20,7 @@ pub fn run(name: &str, json: bool) -> Outcome {
         hosts(json)?;
         return run("memory", json);
     }
-    call(cargo().args(["build", "--release", "--quiet", "--package", "relievo-bench"]))?;
+    call(cargo().args(["build", "--release", "--quiet", "--workspace", "--bin", "relievo-bench"]))?;
     let mut bench = Command::new(target().join("release/relievo-bench"));
     match name {
         "lod" => drop(bench.arg("--peers").arg(peers::make(json)?)),
