@@ -79,15 +79,7 @@ impl Store {
         for entry in std::fs::read_dir(&unfinished).map_err(failed)? {
             std::fs::remove_file(entry.map_err(failed)?.path()).map_err(failed)?;
         }
-        let store = Self { folder: folder.to_owned(), limit, index: Mutex::default(), _lock: Some(lock) };
-        let mut found = store.scan()?;
-        found.sort_by_key(|(_, _, time)| *time);
-        let mut index = store.index();
-        for (key, bytes, _) in found {
-            index.add(key, bytes);
-        }
-        drop(index);
-        Ok(store)
+        Self::of_folder(folder, limit, Some(lock))
     }
 
     /// Opens a cache to look at it, also while a server uses it.
@@ -97,7 +89,12 @@ impl Store {
                 .at(folder.display().to_string())
                 .advise("name the folder of a cache by --cache"));
         }
-        let store = Self { folder: folder.to_owned(), limit: u64::MAX, index: Mutex::default(), _lock: None };
+        Self::of_folder(folder, u64::MAX, None)
+    }
+
+    /// Lists the frames of a folder, least recently used first.
+    fn of_folder(folder: &Path, limit: u64, lock: Option<File>) -> Result<Self> {
+        let store = Self { folder: folder.to_owned(), limit, index: Mutex::default(), _lock: lock };
         let mut found = store.scan()?;
         found.sort_by_key(|(_, _, time)| *time);
         let mut index = store.index();
