@@ -16,6 +16,7 @@ use serde_json::{Value, json};
 use crate::Outcome;
 use crate::bar::Bar;
 use crate::limits::Limits;
+use crate::numbers::numbers;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -90,12 +91,6 @@ struct Pair {
 
 #[derive(Clone, Debug)]
 struct Corners(Vec<[f64; 2]>);
-
-fn numbers<const COUNT: usize>(text: &str) -> std::result::Result<[f64; COUNT], String> {
-    let parsed: std::result::Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
-    let parsed = parsed.map_err(|_| format!("{text:?} is not {COUNT} numbers with commas between them"))?;
-    <[f64; COUNT]>::try_from(parsed).map_err(|_| format!("{text:?} is not {COUNT} numbers"))
-}
 
 fn pin(text: &str) -> std::result::Result<Pair, String> {
     let (image, space) = text.split_once('@').ok_or_else(|| format!("{text:?} has no @ between image and mesh"))?;

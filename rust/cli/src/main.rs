@@ -25,6 +25,7 @@ mod limits;
 mod manual;
 mod mesh;
 mod new;
+mod numbers;
 mod plot;
 mod povray;
 mod progressive;

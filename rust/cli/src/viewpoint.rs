@@ -2,9 +2,11 @@
 
 use glam::DVec3;
 use relievo_core::Result;
-use relievo_render::Camera;
+use relievo_render::{Camera, Lights, View};
 use relievo_scene::description::Up;
 use relievo_scene::picture::whole_view;
+
+use crate::numbers::vector;
 
 #[derive(clap::Args)]
 pub struct Viewpoint {
@@ -33,14 +35,16 @@ impl Viewpoint {
         let eye = self.eye.unwrap_or(target + (eye - middle));
         Camera::look_at(eye, target, DVec3::Z, fov)
     }
-}
 
-/// Parses three numbers with commas between them.
-pub fn vector(text: &str) -> std::result::Result<DVec3, String> {
-    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
-    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
-    match numbers.as_deref() {
-        Some([x, y, z]) => Ok(DVec3::new(*x, *y, *z)),
-        _ => Err("three numbers are needed: X,Y,Z".into()),
+    /// Returns the view of the camera with rays for each pixel, lit by a sun in a direction and by the sky.
+    pub fn view(&self, (low, high): (DVec3, DVec3), sun: DVec3, samples: u32) -> Result<View> {
+        let mut view = View::new(self.camera(low, high)?);
+        view.lights = Lights::default();
+        view.lights.suns[0].direction = sun.as_vec3().to_array();
+        // Beyond the floor the haze goes on.
+        view.lights.sky.ground = view.lights.sky.horizon;
+        [view.settings.width, view.settings.height] = self.size;
+        view.settings.samples = samples;
+        Ok(view)
     }
 }

@@ -12,6 +12,7 @@ use serde_json::json;
 
 use crate::Outcome;
 use crate::limits::Limits;
+use crate::numbers::vector;
 
 const EXAMPLE: &str = "Example: relievo crowd view robot.rcrowd --square 1000 --time 1.5";
 
@@ -61,14 +62,6 @@ pub struct SceneArguments {
     pub size: [u32; 2],
     #[command(flatten)]
     pub limits: Limits,
-}
-
-fn vector(text: &str) -> std::result::Result<DVec3, String> {
-    let numbers: std::result::Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
-    match numbers.as_deref() {
-        Ok([x, y, z]) => Ok(DVec3::new(*x, *y, *z)),
-        _ => Err(format!("{text:?} is not three numbers with commas between them")),
-    }
 }
 
 /// A crowd with what a view draws of it.

@@ -11,13 +11,14 @@ use relievo_core::{Context, Error, Result};
 use relievo_fluid::{March, Motion, RayCaster};
 use relievo_particleio::Particles;
 use relievo_render as render;
-use relievo_render::{Dielectric, Image, Lights, Material, Scene, View};
+use relievo_render::{Dielectric, Image, Material, Scene, View};
 use relievo_scene::isosurface::Isosurface;
 
 use super::Limits;
 use super::surface::Selection;
 use crate::Outcome;
-use crate::viewpoint::{Viewpoint, vector};
+use crate::numbers::vector;
+use crate::viewpoint::Viewpoint;
 
 #[derive(clap::Args)]
 pub struct Rendering {
@@ -118,13 +119,7 @@ pub fn bounds(frames: &[Particles]) -> Result<(DVec3, DVec3)> {
 
 impl Rendering {
     fn view(&self, low: DVec3, high: DVec3) -> Result<View> {
-        let mut view = View::new(self.viewpoint.camera(low, high)?);
-        view.lights = Lights::default();
-        view.lights.suns[0].direction = self.sun.as_vec3().to_array();
-        // Beyond the floor the haze goes on.
-        view.lights.sky.ground = view.lights.sky.horizon;
-        [view.settings.width, view.settings.height] = self.viewpoint.size;
-        view.settings.samples = self.samples;
+        let mut view = self.viewpoint.view((low, high), self.sun, self.samples)?;
         view.shutter = [0.0, self.shutter];
         Ok(view)
     }

@@ -13,7 +13,7 @@ use relievo_render::{Camera, Image, Lights, Picture};
 use super::picture::{Options, summary};
 use crate::Outcome;
 use crate::limits::Limits;
-use crate::viewpoint::vector;
+use crate::numbers::vector;
 
 #[derive(clap::Args)]
 pub struct Arguments {

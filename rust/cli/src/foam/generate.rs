@@ -13,7 +13,7 @@ use relievo_particleio::{Format, FrameNumber, Particles, frames, read_frame, wri
 use crate::Outcome;
 use crate::fluid::FrameFormat;
 use crate::limits::Limits;
-use crate::viewpoint::vector;
+use crate::numbers::{numbers, vector};
 
 /// The name of the file that a run goes on from whose frames have no state.
 const CHECKPOINT: &str = "checkpoint";
@@ -100,11 +100,7 @@ struct Options {
 struct Pair([f32; 2]);
 
 fn pair(text: &str) -> std::result::Result<Pair, String> {
-    let numbers: Option<Vec<f32>> = text.split(',').map(|text| text.trim().parse().ok()).collect();
-    match numbers.as_deref() {
-        Some([low, high]) => Ok(Pair([*low, *high])),
-        _ => Err("two numbers are needed: A,B".into()),
-    }
+    numbers(text).map(|pair: [f64; 2]| Pair(pair.map(|number| number as f32)))
 }
 
 impl Options {

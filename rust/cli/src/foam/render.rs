@@ -12,14 +12,15 @@ use relievo_fluid::{March, Motion, RayCaster, Surface};
 use relievo_particleio::Particles;
 use relievo_render as render;
 use relievo_render::foam::{FoamView, Lens, Scenery};
-use relievo_render::{Dielectric, Frame, Image, Lights, Material, Scene, View};
+use relievo_render::{Dielectric, Frame, Image, Material, Scene, View};
 use relievo_scene::isosurface::Isosurface;
 
 use super::picture::{Options, summary};
 use crate::Outcome;
 use crate::fluid::{add_floor, bounds};
 use crate::limits::Limits;
-use crate::viewpoint::{Viewpoint, vector};
+use crate::numbers::vector;
+use crate::viewpoint::Viewpoint;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -60,13 +61,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let fluid = arguments.fluid.as_ref().map(|path| crate::fluid::read(&context, path)).transpose()?;
     let seen = fluid.as_ref().filter(|fluid| !fluid.points.is_empty()).unwrap_or(&foam);
     let (low, high) = bounds(std::slice::from_ref(seen))?;
-    let mut view = View::new(arguments.viewpoint.camera(low, high)?);
-    view.lights = Lights::default();
-    view.lights.suns[0].direction = arguments.sun.as_vec3().to_array();
-    // Beyond the floor the haze goes on.
-    view.lights.sky.ground = view.lights.sky.horizon;
-    [view.settings.width, view.settings.height] = arguments.viewpoint.size;
-    view.settings.samples = arguments.samples;
+    let view = arguments.viewpoint.view((low, high), arguments.sun, arguments.samples)?;
     let stage = Stage::new(&context, arguments, fluid, (low, high))?;
     let picture = stage.render(&context, Parts::All, &view)?.color;
     let depth = |parts: Parts| -> Result<Image> { Ok(stage.render(&context, parts, &plain(&view))?.depth) };
