@@ -2,9 +2,10 @@
 
 use relievo_core::{Attribute, Domain, Error, ErrorKind, Mesh, Progress, Result, Values};
 
+use crate::coverage::coverage;
 use crate::energy::{Vec2, distance};
 use crate::graph::Graph;
-use crate::grow::{FOLDED, Fault, Grown, Growth, Limits, UNREACHED};
+use crate::grow::{FOLDED, Fault, Grown, Growth, Limits, UNREACHED, is_covered};
 use crate::outline::Outline;
 use crate::pins::{Pin, name};
 use crate::placement::Placement;
@@ -151,6 +152,8 @@ pub fn lay(
     Ok(Placement::new(mesh, sticker, pins, pose, settings, progress)?.decal())
 }
 
+/// The share of a sticker to be shown once, below which a patch is made in another way too.
+const ENOUGH: f64 = 0.99;
 /// Other sets of pins that are tried where a sticker cannot be laid, to propose a place.
 const PROPOSALS: usize = 3;
 
@@ -186,15 +189,30 @@ impl Laying<'_> {
             let (seed, heading) = posed((*surface).clone(), vertices[0], places[0], pose)?;
             return grow(seed, heading, false);
         }
-        let pin = match grow(at_pin(surface, vertices, places, &graph)?, None, true) {
-            Err(Fault::Folded(pin) | Fault::Unreached(pin)) if !graph.triangles.is_empty() => pin,
-            free => return free,
+        let seed = || at_pin(surface, vertices, places, &graph);
+        let free = match (grow(seed()?, None, true), graph.triangles.is_empty()) {
+            // Pins on a line enclose nothing: the patch follows them as it grows.
+            (Err(Fault::Folded(_) | Fault::Unreached(_)), true) => return grow(seed()?, None, false),
+            (free, true) => return free,
+            (free, false) => free,
+        };
+        let pin = match &free {
+            Ok(seed) if is_enough(seed, outline) => return free,
+            Ok(_) => None,
+            Err(Fault::Folded(pin) | Fault::Unreached(pin)) => Some(*pin),
+            Err(_) => return free,
         };
         // Paths between the pins say better than a free map where the sticker runs, but cost more.
-        match between_pins(surface, vertices, places, &graph) {
+        let bound = match between_pins(surface, vertices, places, &graph) {
             Ok(seed) => grow(seed, None, false),
-            Err(error) if error.kind == ErrorKind::Invalid => Err(Fault::Crossed(pin, error)),
+            Err(error) if error.kind == ErrorKind::Invalid => Err(Fault::Crossed(pin.unwrap_or_default(), error)),
             Err(error) => Err(error.into()),
+        };
+        match (free, bound) {
+            (Ok(free), Ok(bound)) if once(&bound, outline) > once(&free, outline) => Ok(bound),
+            (Ok(_), Err(Fault::Other(error))) => Err(error.into()),
+            (Ok(free), _) => Ok(free),
+            (Err(_), bound) => bound,
         }
     }
 
@@ -231,6 +249,17 @@ impl Laying<'_> {
             refuse(pin).advise("move it towards the other pins as they are arranged in the image, or remove it")
         })
     }
+}
+
+/// Returns the share of a sticker that a patch shows, and shows once.
+fn once(seed: &Seed, outline: &Outline) -> f64 {
+    let coverage = coverage(outline, &seed.patch.faces, &seed.patch.positions);
+    coverage.covered - coverage.doubled
+}
+
+/// Returns whether a patch covers a sticker as far as the surface goes.
+fn is_enough(seed: &Seed, outline: &Outline) -> bool {
+    is_covered(seed, outline) || once(seed, outline) >= ENOUGH
 }
 
 pub(crate) fn check(pins: &[Pin], settings: &DecalSettings) -> Result<()> {
@@ -377,7 +406,8 @@ impl Decal {
         if weights > 0.0 { sum / weights } else { 0.0 }
     }
 
-    /// Returns the decal as a mesh with attributes `uv` and `normal`, lifted off the surface by `offset`.
+    /// Returns the decal as a mesh with attributes `uv` and `normal` of its points and `decal` of its faces, the face of the
+    /// surface under each, lifted off the surface by `offset`.
     pub fn mesh(&self, offset: f64) -> Mesh {
         let lifted = self.points.iter().zip(&self.normals);
         let lifted =
@@ -389,6 +419,13 @@ impl Decal {
         };
         add("uv", 2, self.uv.iter().flatten().map(|value| *value as f32).collect());
         add("normal", 3, self.normals.iter().flatten().map(|value| *value as f32).collect());
+        mesh.attributes.push(Attribute {
+            name: "decal".into(),
+            domain: Domain::Face,
+            width: 1,
+            values: Values::U32(self.faces.clone()),
+            indices: None,
+        });
         mesh
     }
 

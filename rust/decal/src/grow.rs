@@ -164,10 +164,16 @@ impl Growth<'_> {
         self.peel();
         self.relax(stop, progress)?;
         for _ in 1..PASSES {
-            if self.is_covered() || self.advance(Faces::Rings(RINGS), stop, progress)? != Advance::Made {
+            let before = self.seed.patch.faces.len();
+            if is_covered(self.seed, self.outline) {
+                break;
+            }
+            self.cover(stop, progress)?;
+            if self.seed.patch.faces.len() == before {
                 break;
             }
             self.peel();
+            self.relax(stop, progress)?;
         }
         self.peel();
         Ok(())
@@ -176,13 +182,18 @@ impl Growth<'_> {
     /// Adds faces until no boundary edge with a face beyond touches the region.
     fn cover(&mut self, stop: Stop, progress: &mut dyn Progress) -> Grown<()> {
         let mut faces = Faces::Rings(RINGS);
+        // Faces of an upright ring may let the next whole ring through.
+        let mut is_eased = false;
         for round in 0..ROUNDS {
             progress.step((round as f32 / ROUNDS as f32).sqrt(), "growing the patch")?;
-            faces = match (faces, self.advance(faces, stop, progress)?) {
+            let advance = self.advance(faces, stop, progress)?;
+            let was_eased = std::mem::replace(&mut is_eased, faces == Faces::Upright && advance == Advance::Made);
+            faces = match (faces, advance) {
                 (Faces::Rings(rings), Advance::Made) => Faces::Rings((2 * rings).min(RINGS)),
                 (Faces::Rings(1), Advance::Undone) => Faces::Upright,
                 (Faces::Rings(rings), Advance::Undone) => Faces::Rings((rings / 4).max(1)),
                 (Faces::Upright, Advance::Made) => Faces::Upright,
+                (Faces::Upright, Advance::None) if was_eased => Faces::Rings(1),
                 (Faces::Rings(_) | Faces::Upright, _) => Faces::Seam,
                 (Faces::Seam, Advance::Made) => Faces::Rings(1),
                 (Faces::Seam, _) => break,
@@ -240,14 +251,6 @@ impl Growth<'_> {
             let [x, y] = [position[0] - from[0], position[1] - from[1]];
             *position = [to[0] + cos * x - sin * y, to[1] + sin * x + cos * y];
         }
-    }
-
-    fn is_covered(&self) -> bool {
-        let patch = &self.seed.patch;
-        patch.boundary().iter().all(|from| {
-            let ends = [*from, patch.after(*from)].map(|vertex| patch.positions[vertex as usize]);
-            patch.beyond(&self.seed.surface, *from).is_none() || !self.outline.touches(ends[0], ends[1])
-        })
     }
 
     /// Adds faces within the region.
@@ -456,6 +459,15 @@ impl Growth<'_> {
             }
         }
     }
+}
+
+/// Returns whether no boundary edge of a patch with a face beyond touches the region.
+pub fn is_covered(seed: &Seed, outline: &Outline) -> bool {
+    let patch = &seed.patch;
+    patch.boundary().iter().all(|from| {
+        let ends = [*from, patch.after(*from)].map(|vertex| patch.positions[vertex as usize]);
+        patch.beyond(&seed.surface, *from).is_none() || !outline.touches(ends[0], ends[1])
+    })
 }
 
 /// The faces of a patch in the plane.

@@ -15,6 +15,11 @@
 //! [`paint`] and [`emboss`] write a decal into the colours and the displacement of a surface, through the texels that
 //! [`draw`] finds (Section 6).
 //!
+//! [`paint_texture`] paints it into the texture of a mesh with texture coordinates, for which [`charts`] says where its faces
+//! lie.
+//!
+//! [`Sticker::of_alpha`] cuts a sticker out of an image along its alpha; [`strip`] places one along a curve.
+//!
 //! [`exponential`] lays a sticker around one point in a fraction of the time, [`scatter`] many of them, and [`project`]
 //! projects one; all give the same kind of decal without the promises of exact pins and of no flips.
 //!
@@ -24,6 +29,7 @@
 
 mod artwork;
 mod buckets;
+mod contour;
 mod coverage;
 mod cut;
 mod decal;
@@ -46,10 +52,13 @@ mod quality;
 mod relax;
 mod scatter;
 mod seed;
+mod strip;
 mod surface;
 mod texels;
+mod texture;
 
 pub use artwork::Artwork;
+pub use contour::Contour;
 pub use decal::{Decal, DecalSettings, Pose, Sticker, lay};
 pub use exponential::exponential;
 pub use nearest::nearest;
@@ -60,4 +69,6 @@ pub use print::{Printed, emboss, paint};
 pub use projected::{Projection, project};
 pub use quality::{Quality, stretch};
 pub use scatter::{Scatter, scatter};
+pub use strip::{Strip, strip};
 pub use texels::{Chart, Window, draw};
+pub use texture::{Pixels, charts, paint_texture};

@@ -33,8 +33,8 @@ pub fn nearest(mesh: &Mesh, point: Vec3) -> Result<(Place, f64)> {
     best.ok_or_else(|| Error::invalid("the mesh is empty"))
 }
 
-/// The barycentric coordinates of the point of a triangle nearest to another point.
-fn weights([a, b, c]: [Vec3; 3], point: Vec3) -> [f64; 3] {
+/// Returns the barycentric coordinates of the point of a triangle nearest to another point.
+pub fn weights([a, b, c]: [Vec3; 3], point: Vec3) -> [f64; 3] {
     let (ab, ac) = (minus(b, a), minus(c, a));
     let from = |corner: Vec3| {
         let way = minus(point, corner);

@@ -5,7 +5,7 @@ use relievo_core::{Error, Result};
 use crate::energy::Vec2;
 
 /// The most corners of an outline.
-const MOST: usize = 1 << 16;
+pub const MOST: usize = 1 << 16;
 /// Rows that hold the edges which cross them.
 const ROWS: usize = 256;
 

@@ -78,7 +78,8 @@ pub fn emboss(
     Ok(done)
 }
 
-fn check_opacity(opacity: f32) -> Result<()> {
+/// Fails unless an opacity is in 0 to 1.
+pub fn check_opacity(opacity: f32) -> Result<()> {
     if (0.0..=1.0).contains(&opacity) {
         return Ok(());
     }

@@ -69,8 +69,11 @@ pub fn between_pins(surface: &Surface, vertices: &[u32], places: &[Vec2], graph:
     let parts = Parts { surface: &divided, graph, sides: &sides, paths: &paths, vertices, places, scale };
     let (patch, pins) = parts.join()?;
     match undivided(surface, &patch, &parents, vertices) {
-        Some((patch, pins)) => Ok(Seed { patch, pins, scale, surface: surface.clone() }),
-        None => Ok(Seed { patch, pins, scale, surface: divided }),
+        // Without a pin the patch would not know where that corner of the sticker lies.
+        Some((patch, held)) if held.len() == pins.len() => {
+            Ok(Seed { patch, pins: held, scale, surface: surface.clone() })
+        }
+        _ => Ok(Seed { patch, pins, scale, surface: divided }),
     }
 }
 

@@ -15,7 +15,7 @@ use crate::energy::Vec2;
 use crate::surface::{Vec3, cross, dot, minus};
 
 /// Samples along each side of a texel.
-const SAMPLES: usize = 4;
+pub const SAMPLES: usize = 4;
 /// Texels along each side of the square that is drawn at once.
 const WINDOW: u32 = 64;
 
@@ -186,7 +186,7 @@ fn window(first: [u32; 2], size: [u32; 2], pieces: &[Piece], artwork: &Artwork) 
 
 /// Twice the signed areas of a point with the three edges, if it lies within the triangle. A point on an edge lies within
 /// one of the two triangles there, as both evaluate the edge from its vertex of the smaller number.
-fn weights(vertices: [u32; 3], places: [Vec2; 3], point: Vec2) -> Option<[f64; 3]> {
+pub fn weights(vertices: [u32; 3], places: [Vec2; 3], point: Vec2) -> Option<[f64; 3]> {
     let mut weights = [0.0; 3];
     let mut sides = [false; 3];
     for corner in 0..3 {

@@ -4,7 +4,7 @@ use crate::sheets::{on_sheet, sheet};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Mesh};
 use relievo_decal::{
-    Decal, DecalSettings, Pin, Pose, Projection, Scatter, Sticker, exponential, lay, nearest, project, scatter,
+    Decal, DecalSettings, Pin, Pose, Projection, Quality, Scatter, Sticker, exponential, lay, nearest, project, scatter,
 };
 
 fn laid(mesh: &Mesh, sticker: &Sticker, pins: &[Pin]) -> Decal {
@@ -110,6 +110,25 @@ fn pins_moved_by_a_quarter_of_their_spacing_are_exact_and_nothing_flips() {
         assert!(decal.quality.l2 <= 1.1, "{side}: {:?}", decal.quality);
         assert_eq!(decal.quality.overlaps, 0);
     }
+}
+
+#[test]
+fn a_label_that_a_vase_stretches_differently_above_and_below_is_covered() {
+    let on = |height: f64, turn: f64| {
+        let radius = 0.25 + 0.08 * (std::f64::consts::TAU * height).sin();
+        [radius * turn.sin(), height, radius * turn.cos()]
+    };
+    let vase = sheet(80, |u, v| on(v, 5.0 * (u - 0.5)));
+    let sticker = Sticker::whole([400, 200]).expect("a sticker");
+    let pin = |x: f64, y: f64| Pin {
+        image: [x, y],
+        place: on_sheet(80, 0.5 + 2.4 * (x / 400.0 - 0.5) / 5.0, 0.25 + 0.5 * y / 200.0),
+    };
+    let pins = [pin(40.0, 30.0), pin(40.0, 170.0), pin(360.0, 30.0), pin(360.0, 170.0)];
+    let decal = lay(&vase, &sticker, &pins, None, &DecalSettings::default(), &mut Silent);
+    let decal = decal.unwrap_or_else(|error| panic!("{error}"));
+    let Quality { flips, coverage, doubled, .. } = decal.quality;
+    assert!(flips == 0 && coverage > 0.995 && doubled < 0.005, "{:?}", decal.quality);
 }
 
 #[test]

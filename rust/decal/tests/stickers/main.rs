@@ -5,3 +5,5 @@ mod lay;
 mod models;
 mod placement;
 mod sheets;
+mod strip;
+mod written;
