@@ -24,6 +24,8 @@ const PIECES: usize = 1 << 14;
 const SLIVER: f64 = 1e-3;
 /// Points or triangles of one task.
 const PART: usize = 256;
+/// Barycentric coordinates of the corners of a whole triangle.
+pub(crate) const WHOLE: [DVec3; 3] = [DVec3::X, DVec3::Y, DVec3::Z];
 /// Bytes of the structures for a triangle.
 const BYTES: u64 = 64;
 
@@ -54,8 +56,8 @@ pub fn distance(
 pub struct Surface<'a> {
     points: &'a [[f32; 3]],
     triangles: &'a [[u32; 3]],
-    /// Triangles that have area.
-    solid: Vec<u32>,
+    /// Triangles that have area, in order.
+    pub(crate) solid: Vec<u32>,
     /// Boxes of these.
     hierarchy: Hierarchy,
     /// The largest coordinate.
@@ -64,24 +66,26 @@ pub struct Surface<'a> {
 
 /// A triangle that is near a point, by its place in [`Surface::solid`], and its distance.
 #[derive(Clone, Copy)]
-struct Near {
-    triangle: u32,
-    distance: f64,
+pub(crate) struct Near {
+    pub triangle: u32,
+    pub distance: f64,
 }
 
-/// A part of a triangle, and a triangle of the other surface near it.
+/// A part of a triangle, and a triangle of the other surface near it, by its place in [`Surface::solid`].
 #[derive(Clone, Copy)]
-struct Piece {
-    corners: [DVec3; 3],
-    near: u32,
+pub(crate) struct Piece {
+    pub corners: [DVec3; 3],
+    /// Barycentric coordinates of the corners in the triangle.
+    pub weights: [DVec3; 3],
+    pub near: u32,
 }
 
 /// Bounds of the largest distance of a triangle, and the triangle nearest to its farthest known point.
 #[derive(Clone, Copy)]
-struct Farthest {
-    at_least: f64,
-    at_most: f64,
-    near: u32,
+pub(crate) struct Farthest {
+    pub at_least: f64,
+    pub at_most: f64,
+    pub near: u32,
 }
 
 /// A triangle that is too far from the other surface, and the other surface's triangle nearest to a point of it.
@@ -116,6 +120,11 @@ impl<'a> Surface<'a> {
     /// Returns the rounding of coordinates, in their unit.
     pub fn rounding(&self) -> f64 {
         ROUNDING * self.extent
+    }
+
+    /// Returns the rounding of coordinates of which `extent` is the largest.
+    pub(crate) fn rounding_of(extent: f32) -> f64 {
+        ROUNDING * f64::from(extent)
     }
 
     /// Measures the largest distance to and from another surface, as [`distance`] does.
@@ -182,26 +191,24 @@ impl<'a> Surface<'a> {
     }
 
     /// Fails if only one of two surfaces has area.
-    fn check(&self, other: &Surface) -> Result<()> {
+    pub(crate) fn check(&self, other: &Surface) -> Result<()> {
         if self.solid.is_empty() != other.solid.is_empty() {
             return Err(Error::invalid("one of the meshes has no triangle with area, and no distance from the other"));
         }
         Ok(())
     }
 
-    fn corners(&self, index: u32) -> [DVec3; 3] {
+    pub(crate) fn corners(&self, index: u32) -> [DVec3; 3] {
         self.triangles[self.solid[index as usize] as usize].map(|vertex| exact(self.points[vertex as usize]))
     }
 
     /// Returns the distance of a point from one triangle.
     fn distance_to(&self, index: u32, point: DVec3) -> f64 {
-        let [a, b, c] = self.corners(index);
-        let [s, t, u] = closest(point, [a, b, c]);
-        (a * s + b * t + c * u).distance(point)
+        gap(point, self.corners(index))
     }
 
     /// Finds the triangle nearest to a point; `hint` is one that may be near, or [`NONE`].
-    fn nearest(&self, point: DVec3, hint: u32) -> Near {
+    pub(crate) fn nearest(&self, point: DVec3, hint: u32) -> Near {
         let distance = if hint == NONE { f64::INFINITY } else { self.distance_to(hint, point) };
         let mut near = Near { triangle: hint, distance };
         let Some(target) = Target::new(&DAffine3::IDENTITY, point, 0.0) else { return near };
@@ -218,7 +225,7 @@ impl<'a> Surface<'a> {
     }
 
     /// Finds for every point of this mesh the nearest triangle of another; points of no triangle have the distance 0.
-    fn vertices_near(
+    pub(crate) fn vertices_near(
         &self,
         context: &Context,
         other: &Surface,
@@ -261,7 +268,7 @@ impl<'a> Surface<'a> {
             let found = range.map(|index| {
                 let corners = self.corners(index as u32);
                 let near = self.triangles[self.solid[index] as usize].map(|vertex| near[vertex as usize]);
-                other.farthest(corners, near, limits, &mut waiting)
+                other.farthest(corners, near, limits, &mut waiting, |_| ())
             });
             found.collect::<Vec<_>>()
         })?;
@@ -269,28 +276,43 @@ impl<'a> Surface<'a> {
     }
 
     /// Bounds the distance of a triangle, whose corners have triangles of this surface near them, as [`Self::sweep`].
-    fn farthest(
+    /// `finished` gets the pieces that the triangle was cut into, each with the triangle that bounds it.
+    pub(crate) fn farthest(
         &self,
         corners: [DVec3; 3],
         near: [Near; 3],
         [floor, stop]: [f64; 2],
         waiting: &mut Vec<Piece>,
+        finished: impl FnMut(Piece),
     ) -> Farthest {
         let [a, b, c] = near;
         let most = [b, c].into_iter().fold(a, |most, near| if near.distance > most.distance { near } else { most });
-        let mut found = Farthest { at_least: most.distance, at_most: most.distance, near: most.triangle };
+        let found = Farthest { at_least: most.distance, at_most: most.distance, near: most.triangle };
         if found.at_least > stop {
             return Farthest { at_most: f64::INFINITY, ..found };
         }
         let bounds = near.map(|near| self.bound(near.triangle, corners));
         let best = if bounds[0] <= bounds[1].min(bounds[2]) { 0 } else { 1 + usize::from(bounds[2] < bounds[1]) };
         waiting.clear();
-        waiting.push(Piece { corners, near: near[best].triangle });
+        waiting.push(Piece { corners, weights: WHOLE, near: near[best].triangle });
+        self.refine(found, [floor, stop], waiting, finished)
+    }
+
+    /// Bounds the distance of the pieces that wait, beside what was found already, as [`Self::farthest`].
+    pub(crate) fn refine(
+        &self,
+        mut found: Farthest,
+        [floor, stop]: [f64; 2],
+        waiting: &mut Vec<Piece>,
+        mut finished: impl FnMut(Piece),
+    ) -> Farthest {
         let mut pieces = 0;
-        while let Some(Piece { corners, near }) = waiting.pop() {
+        while let Some(piece) = waiting.pop() {
+            let Piece { corners, near, .. } = piece;
             let known = self.bound(near, corners);
             if known <= floor.max(found.at_least * (1.0 + TOLERANCE)) {
                 found.at_most = found.at_most.max(known);
+                finished(piece);
                 continue;
             }
             let middle = corners.into_iter().sum::<DVec3>() / 3.0;
@@ -306,8 +328,9 @@ impl<'a> Surface<'a> {
             pieces += 1;
             if bound <= floor.max(found.at_least * (1.0 + TOLERANCE)) || pieces > PIECES {
                 found.at_most = found.at_most.max(bound);
+                finished(Piece { near: there.triangle, ..piece });
             } else {
-                self.cut(corners, there.triangle, waiting);
+                self.cut(piece, there.triangle, waiting);
             }
         }
         found.at_most = found.at_most.max(found.at_least);
@@ -320,7 +343,7 @@ impl<'a> Surface<'a> {
     }
 
     /// Cuts a piece along the side of a triangle that parts it most evenly, or halves its longest edge if none does.
-    fn cut(&self, corners: [DVec3; 3], near: u32, waiting: &mut Vec<Piece>) {
+    fn cut(&self, Piece { corners, weights, .. }: Piece, near: u32, waiting: &mut Vec<Piece>) {
         let [a, b, c] = self.corners(near);
         let normal = (b - a).cross(c - a);
         let edges = [0, 1, 2].map(|side| corners[side].distance(corners[(side + 1) % 3]));
@@ -335,33 +358,44 @@ impl<'a> Surface<'a> {
                 (most, heights) = (evenness, Some(signed));
             }
         }
-        let mut add = |corners: [DVec3; 3]| {
+        let corner = |at: usize| (corners[at], weights[at]);
+        let between = |from: usize, to: usize, share: f64| {
+            (
+                corners[from] + share * (corners[to] - corners[from]),
+                weights[from] + share * (weights[to] - weights[from]),
+            )
+        };
+        let mut add = |places: [(DVec3, DVec3); 3]| {
+            let corners = places.map(|place| place.0);
             if has_area(corners) {
-                waiting.push(Piece { corners, near });
+                waiting.push(Piece { corners, weights: places.map(|place| place.1), near });
             }
         };
         let Some(heights) = heights else {
-            let [start, end, opposite] = [0, 1, 2].map(|step| corners[(longest + step) % 3]);
-            let middle = 0.5 * (start + end);
-            add([start, middle, opposite]);
-            return add([middle, end, opposite]);
+            let [start, end, opposite] = [0, 1, 2].map(|step| (longest + step) % 3);
+            let middle = between(start, end, 0.5);
+            add([corner(start), middle, corner(opposite)]);
+            return add([middle, corner(end), corner(opposite)]);
         };
         // The corner that is alone on its side.
         let above = heights.map(|height| height > 0.0);
         let alone = (0..3).find(|at| above[(at + 1) % 3] == above[(at + 2) % 3]).unwrap_or(0);
         let [tip, left, right] = [0, 1, 2].map(|step| (alone + step) % 3);
-        let cross = |end: usize| {
-            let share = (heights[tip] / (heights[tip] - heights[end])).clamp(0.0, 1.0);
-            corners[tip] + share * (corners[end] - corners[tip])
-        };
+        let cross = |end: usize| between(tip, end, (heights[tip] / (heights[tip] - heights[end])).clamp(0.0, 1.0));
         let [from, to] = [cross(left), cross(right)];
-        add([corners[tip], from, to]);
-        add([from, corners[left], corners[right]]);
-        add([from, corners[right], to]);
+        add([corner(tip), from, to]);
+        add([from, corner(left), corner(right)]);
+        add([from, corner(right), to]);
     }
 }
 
-fn exact(point: [f32; 3]) -> DVec3 {
+/// Returns the distance of a point from a triangle.
+pub(crate) fn gap(point: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    let [s, t, u] = closest(point, [a, b, c]);
+    (a * s + b * t + c * u).distance(point)
+}
+
+pub(crate) fn exact(point: [f32; 3]) -> DVec3 {
     DVec3::from(point.map(f64::from))
 }
 

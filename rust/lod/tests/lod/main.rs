@@ -12,6 +12,7 @@ mod editing;
 mod journals;
 mod keyed;
 mod order;
+mod posed_distance;
 mod progressive;
 mod sculpting;
 mod shapes;

@@ -1,0 +1,60 @@
+//! Distances of meshes that share their points, pose after pose, beside single measurements.
+
+use relievo_core::Context;
+use relievo_core::progress::Silent;
+use relievo_lod::{PosedDistance, distance};
+
+/// A strip of squares along x, bent about y by an angle a unit of length, with bumps.
+fn bent(angle: f32) -> Vec<[f32; 3]> {
+    let point = |x: f32, y: f32| {
+        let height = 1.0 / angle.max(1e-3) + 0.005 * (9.0 * x).sin() * (7.0 * y).cos();
+        let turn = angle.max(1e-3) * x;
+        [height * turn.sin(), y, height * turn.cos() - 1.0 / angle.max(1e-3)]
+    };
+    (0..=10).flat_map(|row| (0..=40).map(move |column| point(column as f32 * 0.1, row as f32 * 0.1))).collect()
+}
+
+/// Triangles of every `step`-th point of the strip.
+fn triangles(step: u32) -> Vec<[u32; 3]> {
+    let corners = (0..10 / step).flat_map(|row| (0..40 / step).map(move |column| step * (41 * row + column)));
+    corners.flat_map(|a| [[a, a + step, a + 42 * step], [a, a + 42 * step, a + 41 * step]]).collect()
+}
+
+#[test]
+fn bounds_in_all_poses_are_those_of_single_measurements() {
+    let context = Context::serial();
+    let (fine, coarse) = (triangles(1), triangles(5));
+    let single =
+        |points: &[[f32; 3]]| distance(&context, [(points, &fine), (points, &coarse)], &mut Silent).unwrap().at_most;
+    let first = bent(0.0);
+    let (mut posed, found) = PosedDistance::new(&context, &first, [&fine, &coarse]).unwrap();
+    assert!((found / single(&first) - 1.0).abs() < 0.015, "{found}");
+    let mut most = found;
+    for angle in [0.1, 0.3, 0.6, 0.9, 0.2, 1.2] {
+        let points = bent(angle);
+        let alone = single(&points);
+        let bounded = posed.at_most(&context, &points, 0.0).unwrap();
+        assert!(bounded >= alone / 1.011 && bounded <= alone * 1.011, "{bounded}, {alone} at {angle}");
+        let next = posed.at_most(&context, &points, most).unwrap();
+        assert!(next >= most && next >= alone / 1.011 && next <= most.max(alone) * 1.011, "{next} at {angle}");
+        most = next;
+    }
+    assert!(most > 2.0 * found, "the strip bends beyond its bumps");
+}
+
+#[test]
+fn triangles_that_gain_area_count_and_bad_points_are_refused() {
+    let context = Context::serial();
+    let coarse = [[0, 1, 2]];
+    let fine = [[0, 1, 2], [0, 2, 3]];
+    let flat = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.5, 0.0]];
+    let (mut posed, found) = PosedDistance::new(&context, &flat, [&coarse, &fine]).unwrap();
+    assert!(found < 1e-6, "{found}");
+    let mut raised = flat;
+    raised[3] = [0.0, 0.5, 2.0];
+    let found = posed.at_most(&context, &raised, 0.1).unwrap();
+    assert!((2.0..2.03).contains(&found), "{found}");
+    raised[3][0] = f32::NAN;
+    assert!(posed.at_most(&context, &raised, 0.1).is_err());
+    assert!(PosedDistance::new(&context, &flat, [&coarse, &[[0, 0, 1]]]).is_err());
+}
