@@ -1,9 +1,8 @@
 //! Building a cluster hierarchy, level upon level.
 
 use glam::DVec3;
-use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, ErrorKind, Progress, Result};
-use relievo_lod::distance;
+use relievo_lod::PosedDistance;
 use relievo_meshio::Model;
 
 use crate::character::Character;
@@ -248,27 +247,29 @@ impl Builder<'_> {
         let local = |vertex: u32| vertices.binary_search(&vertex).unwrap_or_default() as u32;
         let local = |faces: &[Face]| faces.iter().map(|face| face.0.map(local)).collect::<Vec<_>>();
         let (before, after) = (local(before), local(after));
-        let context = Context::serial();
-        let measured = |skeleton: &Skeleton| -> Result<f32> {
-            let place = |vertex: &u32| skeleton.place(self.character, *vertex as usize).as_vec3().to_array();
-            let points: Vec<[f32; 3]> = vertices.iter().map(place).collect();
-            match distance(&context, [(&points, &before), (&points, &after)], &mut Silent) {
-                Ok(found) => Ok(found.at_most),
-                // One of both has no area in this pose: the box holds both.
-                Err(error) if error.kind == ErrorKind::Invalid => Ok(diagonal(&points)),
-                Err(error) => Err(error),
-            }
+        let place = |skeleton: &Skeleton, vertex: &u32| skeleton.place(self.character, *vertex as usize);
+        let points = |skeleton: &Skeleton| -> Vec<[f32; 3]> {
+            vertices.iter().map(|vertex| place(skeleton, vertex).as_vec3().to_array()).collect()
         };
+        let mut gauge = Gauge { context: Context::serial(), triangles: [&before, &after], posed: None };
+        let count = self.skeletons.len() as u64;
         if self.is_rigid(&vertices) {
             // The distance is the same in all poses, up to rounding.
-            let distance = measured(self.skeletons[0])?;
-            return Ok((distance * (1.0 + 2.0 * RIGID as f32), self.skeletons.len() as u64, 0));
+            let distance = gauge.at_most(&points(self.skeletons[0]), 0.0)?;
+            return Ok((distance * (1.0 + 2.0 * RIGID as f32), count, 0));
         }
-        let distances = self.skeletons.iter().map(|skeleton| measured(skeleton)).collect::<Result<Vec<f32>>>()?;
-        let seen = distances.iter().zip(&self.is_representative).filter(|(_, is_seen)| **is_seen);
-        let seen = seen.map(|(distance, _)| *distance).fold(0.0, f32::max);
-        let exceeded = distances.iter().filter(|distance| **distance > seen).count() as u64;
-        Ok((distances.iter().copied().fold(0.0, f32::max), distances.len() as u64, exceeded))
+        let of = |is_seen: bool| {
+            let poses = self.skeletons.iter().zip(&self.is_representative);
+            poses.filter(move |(_, is_representative)| **is_representative == is_seen).map(|(skeleton, _)| skeleton)
+        };
+        let seen = of(true).try_fold(0.0, |most, skeleton| gauge.at_most(&points(skeleton), most))?;
+        let (mut most, mut exceeded) = (seen, 0);
+        for skeleton in of(false) {
+            let distance = gauge.at_most(&points(skeleton), seen)?;
+            exceeded += u64::from(distance > seen);
+            most = most.max(distance);
+        }
+        Ok((most, count, exceeded))
     }
 
     /// Whether all vertices follow one bone that keeps all lengths.
@@ -280,6 +281,32 @@ impl Builder<'_> {
         };
         let Some(Some(first)) = vertices.first().map(bone) else { return false };
         self.is_rigid[usize::from(first)] && vertices.iter().all(|vertex| bone(vertex) == Some(first))
+    }
+}
+
+/// Measures distances between two lists of triangles, before and after a simplification, in one pose after the other.
+struct Gauge<'a> {
+    context: Context,
+    triangles: [&'a [[u32; 3]]; 2],
+    /// What was found out in the first pose in which both have area.
+    posed: Option<PosedDistance<'a>>,
+}
+
+impl Gauge<'_> {
+    /// Returns `floor`, or a bound of the distance in a pose if that may be larger.
+    fn at_most(&mut self, points: &[[f32; 3]], floor: f32) -> Result<f32> {
+        let found = match &mut self.posed {
+            Some(posed) => posed.at_most(&self.context, points, floor),
+            None => PosedDistance::new(&self.context, points, self.triangles).map(|(posed, found)| {
+                self.posed = Some(posed);
+                found.max(floor)
+            }),
+        };
+        match found {
+            // One of both has no area in this pose: the box holds both.
+            Err(error) if error.kind == ErrorKind::Invalid => Ok(diagonal(points).max(floor)),
+            found => found,
+        }
     }
 }
 

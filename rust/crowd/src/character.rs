@@ -113,6 +113,7 @@ impl Character {
             let fits = attribute.domain == Domain::Point
                 && attribute.indices.is_none()
                 && (1..=4).contains(&attribute.width)
+                && (attribute.name != "normal" || attribute.width == 3)
                 && attribute.values.len() == points * attribute.width as usize
                 && matches!(&attribute.values, Values::F32(values) if values.iter().all(|value| value.is_finite()));
             if !fits {

@@ -110,6 +110,14 @@ impl Crowd {
         &self.agents
     }
 
+    /// Checks an agent that may be added.
+    ///
+    /// # Errors
+    /// Its model or clip does not exist, or its transform has no inverse.
+    pub fn check(&self, agent: &Agent) -> Result<()> {
+        self.reach(agent).map(drop)
+    }
+
     /// Adds an agent and returns its index.
     ///
     /// # Errors

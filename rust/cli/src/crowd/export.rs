@@ -1,11 +1,10 @@
 //! `relievo crowd export`
 
-use std::collections::HashMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use relievo_core::{Attribute, Domain, Error, Mesh, Result, Values};
-use relievo_crowd::{Blend, CrowdModel, clip_index, skin, skin_normals};
+use relievo_core::Error;
+use relievo_crowd::{CrowdModel, clip_index};
 
 use crate::Outcome;
 use crate::limits::Limits;
@@ -48,48 +47,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let clusters = if error == 0.0 { model.input_clusters() } else { model.cut(error) };
     let clip = &model.clips[clip_index(&model, &arguments.clip)? as usize];
     let pose = &clip.poses[clip.pose_at(arguments.time)];
-    let points = skin(&context, &model.character, pose, Blend::Linear)?;
-    let normals = skin_normals(&context, &model.character, pose, Blend::Linear)?;
-    let mesh = mesh(&model, &clusters, &points, &normals)?;
+    let mesh = model.mesh(&context, &clusters, pose)?;
     let triangles = mesh.face_count();
     relievo_meshio::write(&arguments.output, &mesh)?;
     crate::print(&format!("{}\n{triangles} of {} triangles\n", arguments.output.display(), model.input_triangles))?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// Makes a mesh of clusters with the vertices that they use, their attributes and materials.
-fn mesh(model: &CrowdModel, clusters: &[u32], points: &[[f32; 3]], normals: &[[f32; 3]]) -> Result<Mesh> {
-    let mut numbers = HashMap::new();
-    let mut used: Vec<usize> = Vec::new();
-    let (mut triangles, mut materials) = (Vec::new(), Vec::new());
-    for cluster in clusters {
-        for triangle in model.triangles(*cluster) {
-            triangles.push(triangle.map(|vertex| {
-                *numbers.entry(vertex).or_insert_with(|| {
-                    used.push(vertex as usize);
-                    used.len() as u32 - 1
-                })
-            }));
-        }
-        let found = model.clusters[*cluster as usize];
-        materials.extend(&model.character.materials[found.first as usize..(found.first + found.count) as usize]);
-    }
-    let mut mesh = Mesh::from_triangles(used.iter().map(|vertex| points[*vertex]).collect(), &triangles);
-    for attribute in &model.character.attributes {
-        let width = attribute.width as usize;
-        let values = match model.character.values(&attribute.name) {
-            Some(_) if attribute.name == "normal" => used.iter().flat_map(|vertex| normals[*vertex]).collect(),
-            Some(values) => used.iter().flat_map(|vertex| &values[vertex * width..][..width]).copied().collect(),
-            None => continue,
-        };
-        mesh.attributes.push(Attribute { values: Values::F32(values), ..attribute.clone() });
-    }
-    mesh.attributes.push(Attribute {
-        name: "material".into(),
-        domain: Domain::Face,
-        width: 1,
-        values: Values::U32(materials),
-        indices: None,
-    });
-    Ok(mesh)
 }

@@ -1,5 +1,7 @@
 //! Files give back what was written, and refuse everything else.
 
+use std::path::Path;
+
 use relievo_core::{Context, ErrorKind};
 use relievo_crowd::{CrowdModel, Reader};
 use relievo_testing::Random;
@@ -78,6 +80,29 @@ fn counts_beyond_the_file_are_refused_before_memory_is_taken() {
     let mut later = bytes;
     later[8] = 9;
     assert_eq!(CrowdModel::from_bytes(&later, u64::MAX).unwrap_err().kind, ErrorKind::Unsupported);
+}
+
+#[test]
+fn models_of_every_version_are_read() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden/model-1.rcrowd");
+    let expected = built(8, 8);
+    if std::env::var_os("RELIEVO_WRITE_GOLDEN").is_some() {
+        expected.save(&path).unwrap();
+    }
+    let golden = CrowdModel::load(&Context::serial(), &path).unwrap();
+    assert_eq!(golden.character.bones, expected.character.bones);
+    assert_eq!(
+        (&golden.character.points, &golden.character.attributes),
+        (&expected.character.points, &expected.character.attributes)
+    );
+    assert_eq!((golden.clips[0].name.as_str(), golden.clips[0].poses.len()), ("bend", expected.clips[0].poses.len()));
+    let input = |model: &CrowdModel| {
+        let mut triangles = model.character.triangles[..model.input_triangles as usize].to_vec();
+        triangles.sort_unstable();
+        triangles
+    };
+    assert_eq!(input(&golden), input(&expected));
+    assert!(golden.groups.len() > 2 && golden.triangle_count(&golden.cut(f32::INFINITY)) < 40);
 }
 
 /// Returns the sum of the head, bit by bit.

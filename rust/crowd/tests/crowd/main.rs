@@ -3,6 +3,7 @@
 mod agents;
 mod arm;
 mod cuts;
+mod draws;
 mod errors;
 mod files;
 mod hostile;
