@@ -30,8 +30,8 @@ const ROUNDING: f32 = 1e-5;
 /// A place that belongs to several groups, or to none.
 const SHARED: u32 = u32::MAX;
 
-/// What is known of the character before the first level.
-struct Builder<'a> {
+/// A character in its poses, with what simplification and measurement need of it.
+pub(crate) struct Builder<'a> {
     character: &'a Character,
     places: Places,
     skeletons: Vec<&'a Skeleton>,
@@ -45,6 +45,8 @@ struct Builder<'a> {
     /// Whether each bone keeps all lengths alike in all poses.
     is_rigid: Vec<bool>,
     size: f32,
+    low: [f32; 3],
+    high: [f32; 3],
 }
 
 /// The result of simplifying a group.
@@ -67,51 +69,72 @@ pub(crate) fn build(
     progress.step(0.0, "read poses")?;
     let character = Character::from_model(context, model)?;
     let clips = clip::sample(context, model, &character, animations, settings.pose_rate)?;
-    let skeletons: Vec<&Skeleton> = clips.iter().flat_map(|clip| &clip.skeletons).collect();
-    check_memory(context, &character, skeletons.len())?;
-    let paths = paths(context, &character, &skeletons)?;
-    let (low, high) = paths.iter().fold(([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]), |(low, high), path| {
-        (lower(low, path[0]), upper(high, path[1]))
-    });
-    let size = glam::Vec3::from(high).distance(low.into());
-    // Lengths between poses are compared with the model at rest, which does not walk away.
-    let still = rest_size(&character, skeletons[0]);
-    let chosen = representatives(&character, &skeletons, f64::from(settings.pose_distance) * still);
-    let mut is_representative = vec![false; skeletons.len()];
-    chosen.iter().for_each(|pose| is_representative[*pose] = true);
-    let posed = chosen.iter().map(|pose| placed(context, &character, skeletons[*pose])).collect();
-    let levels = deformation::levels(context, &character, &skeletons);
-    let is_rigid = rigid_bones(&skeletons);
-    let places = Places::of(&character);
-    let builder =
-        Builder { character: &character, places, skeletons, is_representative, posed, paths, levels, is_rigid, size };
-    let report =
-        Report { poses: builder.skeletons.len() as u32, representatives: chosen.len() as u32, ..Report::default() };
-    let mut made = builder.run(context, settings, report, progress)?;
-    let margin = ROUNDING * size;
-    (made.low, made.high) = (low.map(|value| value - margin), high.map(|value| value + margin));
-    for group in &mut made.groups {
-        (group.low, group.high) = (group.low.map(|value| value - margin), group.high.map(|value| value + margin));
-    }
-    let poses = |clip: &clip::Sampled| clip.skeletons.iter().map(Skeleton::pose).collect();
-    made.clips =
-        clips.iter().map(|clip| Clip { name: clip.name.clone(), rate: clip.rate, poses: poses(clip) }).collect();
-    Ok(made)
+    let builder = Builder::new(context, &character, &clips, settings)?;
+    let made = builder.run(context, settings, progress)?;
+    Ok(builder.finished(made, &clips))
 }
 
-impl Builder<'_> {
-    fn run(
-        self,
+impl<'a> Builder<'a> {
+    /// Finds out what simplification and measurement need of a character and the poses of its clips.
+    ///
+    /// # Errors
+    /// A vertex is not finite in some pose, or memory does not suffice.
+    pub fn new(
         context: &Context,
+        character: &'a Character,
+        clips: &'a [clip::Sampled],
         settings: &BuildSettings,
-        report: Report,
-        progress: &mut dyn Progress,
-    ) -> Result<CrowdModel> {
+    ) -> Result<Self> {
+        let skeletons: Vec<&Skeleton> = clips.iter().flat_map(|clip| &clip.skeletons).collect();
+        check_memory(context, character, skeletons.len())?;
+        let paths = paths(context, character, &skeletons)?;
+        let (low, high) = paths.iter().fold(([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]), |(low, high), path| {
+            (lower(low, path[0]), upper(high, path[1]))
+        });
+        // Lengths between poses are compared with the model at rest, which does not walk away.
+        let still = rest_size(character, skeletons[0]);
+        let chosen = representatives(character, &skeletons, f64::from(settings.pose_distance) * still);
+        let mut is_representative = vec![false; skeletons.len()];
+        chosen.iter().for_each(|pose| is_representative[*pose] = true);
+        Ok(Self {
+            posed: chosen.iter().map(|pose| placed(context, character, skeletons[*pose])).collect(),
+            levels: deformation::levels(context, character, &skeletons),
+            is_rigid: rigid_bones(&skeletons),
+            places: Places::of(character),
+            size: glam::Vec3::from(high).distance(low.into()),
+            character,
+            skeletons,
+            is_representative,
+            paths,
+            low,
+            high,
+        })
+    }
+
+    /// Returns the counts of poses, without measurements.
+    pub fn report(&self) -> Report {
+        Report { poses: self.skeletons.len() as u32, representatives: self.posed.len() as u32, ..Report::default() }
+    }
+
+    /// Returns a model with its bounds and clips.
+    pub fn finished(&self, mut made: CrowdModel, clips: &[clip::Sampled]) -> CrowdModel {
+        let margin = ROUNDING * self.size;
+        (made.low, made.high) = (self.low.map(|value| value - margin), self.high.map(|value| value + margin));
+        for group in &mut made.groups {
+            (group.low, group.high) = (group.low.map(|value| value - margin), group.high.map(|value| value + margin));
+        }
+        let poses = |clip: &clip::Sampled| clip.skeletons.iter().map(Skeleton::pose).collect();
+        made.clips =
+            clips.iter().map(|clip| Clip { name: clip.name.clone(), rate: clip.rate, poses: poses(clip) }).collect();
+        made
+    }
+
+    fn run(&self, context: &Context, settings: &BuildSettings, progress: &mut dyn Progress) -> Result<CrowdModel> {
         let most = settings.cluster_triangles as usize;
         let pieces = partition::leaves(self.character, &self.places, &self.levels, self.size, most);
         let mut made = CrowdModel {
             input_triangles: self.character.triangles.len() as u32,
-            report,
+            report: self.report(),
             character: Character { triangles: Vec::new(), materials: Vec::new(), ..self.character.clone() },
             ..CrowdModel::default()
         };
@@ -154,11 +177,34 @@ impl Builder<'_> {
         Ok(made)
     }
 
+    /// Returns the largest deformation level of some vertices.
+    pub fn deformation<'v>(&self, vertices: impl Iterator<Item = &'v u32>) -> f32 {
+        vertices.map(|vertex| self.levels[*vertex as usize]).fold(0.0, f32::max)
+    }
+
+    /// Returns a group of clusters with the error of its simplification, above the groups below it.
+    pub fn group(&self, made: &CrowdModel, clusters: &[u32], added: f32) -> Group {
+        let mut group = Group { error: 0.0, low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3], depth: 1 };
+        for cluster in clusters {
+            for vertex in made.triangles(*cluster).iter().flatten() {
+                let [low, high] = self.paths[*vertex as usize];
+                (group.low, group.high) = (lower(group.low, low), upper(group.high, high));
+            }
+            if let Some(below) = made.groups.get(made.clusters[*cluster as usize].made_by as usize) {
+                group.error = group.error.max(below.error);
+                group.depth = group.depth.max(below.depth + 1);
+                (group.low, group.high) = (lower(group.low, below.low), upper(group.high, below.high));
+            }
+        }
+        // Rounding must not bring the sum below what it bounds.
+        group.error = if added > 0.0 { (group.error + added).next_up() } else { group.error };
+        group
+    }
+
     /// Adds a cluster and returns its index.
     fn add(&self, made: &mut CrowdModel, faces: Vec<Face>, made_by: u32, depth: u32) -> u32 {
         let first = made.character.triangles.len() as u32;
-        let level = |vertex: &u32| self.levels[*vertex as usize];
-        let deformation = faces.iter().flat_map(|(triangle, _)| triangle).map(level).fold(0.0, f32::max);
+        let deformation = self.deformation(faces.iter().flat_map(|(triangle, _)| triangle));
         made.clusters.push(Cluster { first, count: faces.len() as u32, made_by, used_by: NONE, deformation, depth });
         made.character.triangles.extend(faces.iter().map(|face| face.0));
         made.character.materials.extend(faces.iter().map(|face| face.1));
@@ -168,22 +214,8 @@ impl Builder<'_> {
     /// Makes a group of clusters with what they were simplified to. Returns the new clusters.
     fn replace(&self, made: &mut CrowdModel, clusters: &[u32], result: Simplified) -> Vec<u32> {
         let number = made.groups.len() as u32;
-        let mut group = Group { error: 0.0, low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3], depth: 1 };
-        for cluster in clusters {
-            for vertex in made.triangles(*cluster).iter().flatten() {
-                let [low, high] = self.paths[*vertex as usize];
-                (group.low, group.high) = (lower(group.low, low), upper(group.high, high));
-            }
-            let cluster = &mut made.clusters[*cluster as usize];
-            cluster.used_by = number;
-            if let Some(below) = made.groups.get(cluster.made_by as usize) {
-                group.error = group.error.max(below.error);
-                group.depth = group.depth.max(below.depth + 1);
-                (group.low, group.high) = (lower(group.low, below.low), upper(group.high, below.high));
-            }
-        }
-        // Rounding must not bring the sum below what it bounds.
-        group.error = if result.added > 0.0 { (group.error + result.added).next_up() } else { group.error };
+        let group = self.group(made, clusters, result.added);
+        clusters.iter().for_each(|cluster| made.clusters[*cluster as usize].used_by = number);
         made.report.measured += result.measured;
         made.report.exceeded += result.exceeded;
         made.groups.push(group);
@@ -240,7 +272,7 @@ impl Builder<'_> {
 
     /// Measures the largest distance between a group before and after its simplification over all poses. Returns it with
     /// the number of poses, and of those that exceed the representative ones.
-    fn measure(&self, before: &[Face], after: &[Face]) -> Result<(f32, u64, u64)> {
+    pub fn measure(&self, before: &[Face], after: &[Face]) -> Result<(f32, u64, u64)> {
         let mut vertices: Vec<u32> = before.iter().chain(after).flat_map(|face| face.0).collect();
         vertices.sort_unstable();
         vertices.dedup();
