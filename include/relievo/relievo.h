@@ -35,6 +35,7 @@
 #include "relievo/progressive.h"
 #include "relievo/ptex.h"
 #include "relievo/repair.h"
+#include "relievo/shader.h"
 #include "relievo/simplify.h"
 #include "relievo/stroke.h"
 #include "relievo/surface.h"

@@ -1688,6 +1688,122 @@ private:
     std::size_t pixels_ = 0;
 };
 
+/// Classified pixels and how vectors are compared with them; see relievo/shader.h. Vectors lie one behind the other.
+struct ShaderExamples {
+    std::uint32_t feature_count = 1;
+    std::vector<std::uint32_t> classes;
+    std::vector<float> vectors;
+    float exponent = 2;
+    bool is_scaled = false;
+
+    void add(RlvShaderClass kind, const std::vector<float> &vector) {
+        classes.push_back(kind);
+        vectors.insert(vectors.end(), vector.begin(), vector.end());
+    }
+
+    /// Returns the words of the buffer of examples.
+    std::vector<std::uint32_t> pack(RlvShaderMode mode = RLV_SHADER_RENDER, std::uint32_t x = 0, std::uint32_t y = 0) const {
+        const RlvShaderExamples examples = record();
+        std::size_t count = 0;
+        check(rlv_shader_pack_examples(&examples, mode, x, y, nullptr, 0, &count));
+        std::vector<std::uint32_t> words(count);
+        check(rlv_shader_pack_examples(&examples, mode, x, y, words.data(), words.size(), &count));
+        return words;
+    }
+
+    /// Returns the membership of each of some vectors.
+    std::vector<float> membership(const std::vector<float> &given) const {
+        const RlvShaderExamples examples = record();
+        if (given.size() % feature_count != 0) {
+            throw std::invalid_argument("ShaderExamples::membership: a vector is incomplete");
+        }
+        std::vector<float> found(given.size() / feature_count);
+        check(rlv_shader_membership(&examples, given.data(), found.size(), 0, found.data()));
+        return found;
+    }
+
+private:
+    RlvShaderExamples record() const {
+        if (feature_count == 0 || vectors.size() != classes.size() * feature_count) {
+            throw std::invalid_argument("ShaderExamples: each example has a class and feature_count numbers");
+        }
+        RlvShaderExamples examples = RLV_SHADER_EXAMPLES_INIT;
+        examples.feature_count = feature_count;
+        examples.count = classes.size();
+        examples.classes = classes.data();
+        examples.vectors = vectors.data();
+        examples.exponent = exponent;
+        examples.is_scaled = is_scaled;
+        return examples;
+    }
+};
+
+/// See relievo/shader.h.
+class Shader : public Reference<RlvShader, rlv_shader_retain, rlv_shader_release> {
+public:
+    using Reference::Reference;
+
+    static Shader create(const std::string &source, const RlvShaderOptions &options = RLV_SHADER_OPTIONS_INIT) {
+        Shader made;
+        check(rlv_shader_create(source.c_str(), &options, made.out()));
+        return made;
+    }
+
+    std::vector<RlvShaderVariable> variables() const {
+        std::size_t count = 0;
+        check(rlv_shader_variable_count(get(), &count));
+        std::vector<RlvShaderVariable> found(count, RlvShaderVariable(RLV_SHADER_VARIABLE_INIT));
+        for (std::size_t index = 0; index < count; ++index) {
+            check(rlv_shader_variable(get(), index, &found[index]));
+        }
+        return found;
+    }
+
+    /// Returns the shader with a mark that takes a vector of variables, by their indices.
+    Shader mark(const std::vector<std::uint32_t> &chosen, const std::string &weight = "1.0") const {
+        Shader made;
+        check(rlv_shader_mark(get(), chosen.data(), chosen.size(), weight.c_str(), made.out()));
+        return made;
+    }
+
+    std::string text(RlvShaderText kind = RLV_SHADER_AUGMENTED) const {
+        std::size_t length = 0;
+        check(rlv_shader_text(get(), kind, nullptr, 0, &length));
+        std::string found(length + 1, '\0');
+        check(rlv_shader_text(get(), kind, &found[0], found.size(), &length));
+        found.resize(length);
+        return found;
+    }
+
+    RlvShaderLayout layout() const {
+        RlvShaderLayout layout = RLV_SHADER_LAYOUT_INIT;
+        check(rlv_shader_layout(get(), &layout));
+        return layout;
+    }
+
+    std::vector<RlvShaderFeature> features() const {
+        std::vector<RlvShaderFeature> found(layout().feature_count, RlvShaderFeature(RLV_SHADER_FEATURE_INIT));
+        for (std::size_t index = 0; index < found.size(); ++index) {
+            check(rlv_shader_feature(get(), index, &found[index]));
+        }
+        return found;
+    }
+
+    /// Returns examples for the vectors of this shader, without any yet.
+    ShaderExamples examples() const {
+        ShaderExamples made;
+        made.feature_count = layout().feature_count;
+        return made;
+    }
+
+    /// Returns the vector of the pixel that wrote a log.
+    std::vector<float> unpack(const std::vector<std::uint32_t> &log) const {
+        std::vector<float> vector(layout().feature_count);
+        check(rlv_shader_unpack_log(get(), log.data(), log.size(), vector.data(), vector.size(), nullptr));
+        return vector;
+    }
+};
+
 /// See relievo/isosurface.h.
 class Isosurface : public Reference<RlvIsosurface, rlv_isosurface_retain, rlv_isosurface_release> {
 public:

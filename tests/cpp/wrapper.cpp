@@ -571,5 +571,32 @@ int main() {
     const auto gridding = relievo::Job::grid_from_mesh(solid);
     gridding.wait();
     CHECK(gridding.grid().info().active_voxels == level_set.info().active_voxels);
+
+    // Shaders: a variable is marked, the text augmented, and the log of a pixel becomes an example.
+    {
+        RlvShaderOptions language = RLV_SHADER_OPTIONS_INIT;
+        language.language = RLV_SHADER_WGSL;
+        const auto plain = relievo::Shader::create(
+            "@fragment fn fs(@location(0) uv: vec2<f32>) -> @location(0) vec4<f32> {\n    let a = uv;\n"
+            "    return vec4<f32>(a, 0.0, 1.0);\n}\n", language);
+        CHECK(plain.variables().size() == 2 && std::string(plain.variables()[1].name) == "a");
+        const auto marked = plain.mark({1}, "a.x");
+        CHECK(marked.layout().feature_count == 2 && std::string(marked.features()[1].expression) == "a.y");
+        CHECK(marked.text(RLV_SHADER_MARKED).find("//. vector a.x; a.y; a.x") != std::string::npos);
+        CHECK(marked.text().find("pel_take(a.x)") != std::string::npos);
+        // One vector of the weight 1, features 1 and 0.5.
+        const auto vector = marked.unpack({1, 1, 0x3f800000, 0x3f800000, 0x3f000000});
+        auto examples = marked.examples();
+        examples.add(RLV_SHADER_POSITIVE, vector);
+        examples.add(RLV_SHADER_NEGATIVE, {1, 3.5f});
+        CHECK(examples.pack(RLV_SHADER_CLASSIFY, 4, 5).size() == 13 && examples.pack()[0] == RLV_SHADER_RENDER);
+        const auto degrees = examples.membership({1, 0.5f, 1, 2, 1, 3.5f});
+        CHECK(degrees[0] == 1 && degrees[1] == 0.5f && degrees[2] == 0);
+        try {
+            examples.membership({1});
+            CHECK(false);
+        } catch (const std::invalid_argument &) {
+        }
+    }
     return 0;
 }

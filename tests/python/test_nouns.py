@@ -1,5 +1,6 @@
 """Every noun of the package, against closed forms and against one another; failures, cancelling and threads."""
 
+import json
 import multiprocessing
 import os
 import subprocess
@@ -678,6 +679,62 @@ class Foams(unittest.TestCase):
             make().add([(0, 0, 0)], ids=[1, 2])
         with self.assertRaises(rl.Cancelled):
             make().shade(progress=lambda fraction, stage: False)
+
+
+class Shaders(unittest.TestCase):
+    TEXT = (
+        "uniform float gain;\nvarying vec2 uv;\nvoid main() {\n    float a = uv.x * gain;\n    float b = a * a;\n"
+        "    gl_FragColor = vec4(b /*. * confidence */);\n}\n"
+    )
+
+    def test_a_host_marks_augments_and_classifies(self):
+        shader = rl.Shader(self.TEXT, name="ramp.frag")
+        self.assertEqual([it.name for it in shader.variables() if it.function == "main"], ["a", "b"])
+        with self.assertRaisesRegex(rl.Invalid, "no vector"):
+            shader.layout()
+        marked = shader.mark("a", "b", weight="gain")
+        self.assertIn("//. vector a; b; gain", marked.text("marked"))
+        self.assertIn("pel_take(gain)", marked.text())
+        self.assertIn("@fragment", marked.text("augmented_wgsl"))
+        self.assertEqual([it.expression for it in marked.features()], ["a", "b"])
+        layout = marked.layout()
+        # The log of a pixel that took one vector (0.5, 0.25) of the weight 2.
+        log = numpy.zeros(layout.log_head + layout.feature_count, numpy.uint32)
+        log[:2] = 1
+        log[2:].view(numpy.float32)[:] = (2, 1, 0.5)
+        numpy.testing.assert_array_equal(marked.unpack(log), (0.5, 0.25))
+        examples = rl.ShaderExamples([marked.unpack(log), (1, 1)], [True, False], exponent=1)
+        vectors = numpy.column_stack([numpy.linspace(0, 1, 9), numpy.linspace(0, 1, 9) ** 2])
+        distances = numpy.linalg.norm(vectors[:, None] - examples.vectors, axis=2)
+        with numpy.errstate(divide="ignore", invalid="ignore"):
+            expected = 1 / distances[:, 0] / (1 / distances).sum(axis=1)
+        expected[4], expected[8] = 1, 0
+        numpy.testing.assert_allclose(examples.membership(vectors), expected, atol=1e-6)
+        self.assertEqual(list(examples.pack(rl.ShaderMode.CLASSIFY, 3, 4)[:4]), [1, 3, 4, 2])
+
+    def test_faults_have_places_and_wrong_arguments_are_refused(self):
+        with self.assertRaisesRegex(rl.Invalid, "ramp.frag:4:"):
+            rl.Shader(self.TEXT.replace("uv.x", "missing"), name="ramp.frag")
+        with self.assertRaisesRegex(rl.Invalid, "language"):
+            rl.Shader(self.TEXT, language="hlsl")
+        with self.assertRaisesRegex(rl.Invalid, "there are"):
+            rl.Shader(self.TEXT).mark("c")
+        with self.assertRaisesRegex(rl.Invalid, "classes"):
+            rl.ShaderExamples([(0, 1)], [1, 0])
+        with self.assertRaisesRegex(rl.Invalid, "vectors"):
+            rl.ShaderExamples([(0, 1)], [1]).membership([(1, 2, 3)])
+
+    def test_the_notebook_runs(self):
+        notebook = json.loads((ROOT / "examples" / "python" / "shader.ipynb").read_text(encoding="utf-8"))
+        names = {}
+        for cell in notebook["cells"]:
+            if cell["cell_type"] == "code":
+                self.assertEqual(cell["outputs"], [])
+                exec("".join(cell["source"]), names)
+        mask = names["mask"]
+        self.assertEqual(mask.shape, names["height"].shape)
+        self.assertGreater(mask[names["inside"]].mean(), 0.9)
+        self.assertLess(mask[~names["inside"]].mean(), 0.1)
 
 
 class Devices(unittest.TestCase):

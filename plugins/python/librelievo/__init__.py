@@ -9,7 +9,8 @@ try:
 except ImportError:
     raise ImportError("librelievo needs NumPy; install it with `python -m pip install numpy`") from None
 
-from . import abi, bake, brush, caster, collider, document, foam, grid, imprint, job, ptex, repair, stroke, tessellation
+from . import abi, bake, brush, caster, collider, document, foam, grid, imprint, job, ptex, repair, shader, stroke
+from . import tessellation
 from .abi import RlvAdapterKind as AdapterKind
 from .abi import RlvBrushAction as BrushAction
 from .abi import RlvChannel as Channel
@@ -18,6 +19,8 @@ from .abi import RlvFoamKind as FoamKind
 from .abi import RlvIsosurfaceClass as IsosurfaceClass
 from .abi import RlvJobState as JobState
 from .abi import RlvParameterKind as ParameterKind
+from .abi import RlvShaderClass as ShaderClass
+from .abi import RlvShaderMode as ShaderMode
 from .adapter import adapters
 from .arrival import Arrival
 from .bezier import Bezier
@@ -56,6 +59,7 @@ from .particles import Particles
 from .picture import Picture
 from .procedural import Procedural
 from .progressive import Progressive
+from .shader import Shader, ShaderExamples
 from .stroke import Stroke
 from .surface import Surface
 from .tessellation import Tessellation

@@ -314,6 +314,49 @@ class RlvPictureContent(IntEnum):
     NUMBERS = 4
 
 
+class RlvShaderLanguage(IntEnum):
+    GLSL = 0
+    WGSL = 1
+
+
+class RlvShaderStage(IntEnum):
+    VERTEX = 0
+    FRAGMENT = 1
+    COMPUTE = 2
+
+
+class RlvShaderText(IntEnum):
+    MARKED = 0
+    AUGMENTED = 1
+    AUGMENTED_WGSL = 2
+
+
+class RlvShaderDeclared(IntEnum):
+    GLOBAL = 0
+    PARAMETER = 1
+    LOCAL = 2
+
+
+class RlvShaderAccumulation(IntEnum):
+    AVERAGE = 0
+    SUM = 1
+    MIN = 2
+    MAX = 3
+    FIRST = 4
+    LAST = 5
+
+
+class RlvShaderClass(IntEnum):
+    NEGATIVE = 0
+    POSITIVE = 1
+
+
+class RlvShaderMode(IntEnum):
+    RENDER = 0
+    CLASSIFY = 1
+    MASK = 2
+
+
 class c_float_p(c_void_p):
     target = c_float
 
@@ -2187,6 +2230,78 @@ class RlvProceduralHits(Structure):
     ]
 
 
+class RlvShader(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvShaderOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("language", c_uint32),
+        ("stage", c_uint32),
+        ("reserved", c_uint32),
+        ("name", c_char_p),
+    ]
+
+
+class RlvShaderVariable(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("components", c_uint32),
+        ("declared", c_uint32),
+        ("is_initialized", c_uint32),
+        ("line", c_uint32),
+        ("column", c_uint32),
+        ("scope_start", c_uint64),
+        ("scope_end", c_uint64),
+        ("name", c_char * 48),
+        ("label", c_char * 48),
+        ("function", c_char * 48),
+        ("description", c_char * 256),
+    ]
+
+
+class RlvShaderLayout(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("group", c_uint32),
+        ("examples_binding", c_uint32),
+        ("log_binding", c_uint32),
+        ("feature_count", c_uint32),
+        ("accumulation", c_uint32),
+        ("site_count", c_uint32),
+        ("uses_confidence", c_uint32),
+        ("examples_head", c_uint32),
+        ("log_head", c_uint32),
+    ]
+
+
+class RlvShaderFeature(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("name", c_char * 256),
+        ("expression", c_char * 256),
+        ("description", c_char * 256),
+    ]
+
+
+class RlvShaderExamples(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("feature_count", c_uint32),
+        ("count", c_size_t),
+        ("classes", c_uint32_p),
+        ("class_stride", c_size_t),
+        ("vectors", c_float_p),
+        ("vector_stride", c_size_t),
+        ("exponent", c_float),
+        ("is_scaled", c_uint32),
+    ]
+
+
 INIT = {
     RlvError: (ctypes.sizeof(RlvError), 0, None, None, None, None,),
     RlvContextOptions: (ctypes.sizeof(RlvContextOptions), 0, 0, 0, 0, 0, None,),
@@ -2289,6 +2404,11 @@ INIT = {
     RlvProceduralInfo: (ctypes.sizeof(RlvProceduralInfo), 0, 0, 0.0, 0, 0, (0,), (0,),),
     RlvProceduralTable: (ctypes.sizeof(RlvProceduralTable), 0, 0, 0, None, None, None, None, None,),
     RlvProceduralHits: (ctypes.sizeof(RlvProceduralHits), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
+    RlvShaderOptions: (ctypes.sizeof(RlvShaderOptions), 0, 1, 0, None,),
+    RlvShaderVariable: (ctypes.sizeof(RlvShaderVariable), 0, 0, 0, 0, 0, 0, 0, (0,), (0,), (0,), (0,),),
+    RlvShaderLayout: (ctypes.sizeof(RlvShaderLayout), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvShaderFeature: (ctypes.sizeof(RlvShaderFeature), 0, (0,), (0,), (0,),),
+    RlvShaderExamples: (ctypes.sizeof(RlvShaderExamples), 0, 0, None, 0, None, 0, 2.0, 0,),
 }
 
 # Every function: what it returns, and the names and types of what it takes.
@@ -2663,4 +2783,16 @@ FUNCTIONS = {
     "rlv_procedural_info": (RlvResult, [("procedural", RlvProcedural), ("out", POINTER(RlvProceduralInfo))]),
     "rlv_procedural_table": (RlvResult, [("procedural", RlvProcedural), ("out", POINTER(RlvProceduralTable))]),
     "rlv_procedural_evaluate": (RlvResult, [("procedural", RlvProcedural), ("hits", POINTER(RlvProceduralHits))]),
+    "rlv_shader_create": (RlvResult, [("source", c_char_p), ("options", POINTER(RlvShaderOptions)), ("out", POINTER(RlvShader))]),
+    "rlv_shader_retain": (RlvResult, [("shader", RlvShader)]),
+    "rlv_shader_release": (RlvResult, [("shader", RlvShader)]),
+    "rlv_shader_variable_count": (RlvResult, [("shader", RlvShader), ("out", c_size_t_p)]),
+    "rlv_shader_variable": (RlvResult, [("shader", RlvShader), ("index", c_size_t), ("out", POINTER(RlvShaderVariable))]),
+    "rlv_shader_mark": (RlvResult, [("shader", RlvShader), ("variables", c_uint32_p), ("count", c_size_t), ("weight", c_char_p), ("out", POINTER(RlvShader))]),
+    "rlv_shader_text": (RlvResult, [("shader", RlvShader), ("kind", c_uint32), ("text", c_char_p), ("size", c_size_t), ("length", c_size_t_p)]),
+    "rlv_shader_layout": (RlvResult, [("shader", RlvShader), ("out", POINTER(RlvShaderLayout))]),
+    "rlv_shader_feature": (RlvResult, [("shader", RlvShader), ("index", c_size_t), ("out", POINTER(RlvShaderFeature))]),
+    "rlv_shader_pack_examples": (RlvResult, [("examples", POINTER(RlvShaderExamples)), ("mode", c_uint32), ("x", c_uint32), ("y", c_uint32), ("words", c_uint32_p), ("capacity", c_size_t), ("count", c_size_t_p)]),
+    "rlv_shader_unpack_log": (RlvResult, [("shader", RlvShader), ("words", c_uint32_p), ("count", c_size_t), ("vector", c_float_p), ("capacity", c_size_t), ("taken", c_uint32_p)]),
+    "rlv_shader_membership": (RlvResult, [("examples", POINTER(RlvShaderExamples)), ("vectors", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("out", c_float_p)]),
 }

@@ -137,7 +137,7 @@ pub unsafe fn poses_of(
     stride: usize,
 ) -> Result<[Pose; 2]> {
     let limit = collider.context.context.memory_limit();
-    let pose = |matrix, name, points: *const f32| {
+    let pose = |matrix, name, points: *const f32| -> Result<Pose> {
         // SAFETY: promised by the caller.
         let (transform, points) =
             unsafe { (transform(matrix)?, Input::new(name, points.cast::<[f32; 3]>(), count, stride)?) };

@@ -49,6 +49,7 @@ pub mod progressive;
 pub mod ptex;
 pub mod registry;
 pub mod repair;
+pub mod shader;
 pub mod shape;
 pub mod simplify;
 pub mod stroke;

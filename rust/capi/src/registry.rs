@@ -20,7 +20,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-pub const NOUNS: [&str; 27] = [
+pub const NOUNS: [&str; 28] = [
     "nothing",
     "context",
     "mesh",
@@ -48,6 +48,7 @@ pub const NOUNS: [&str; 27] = [
     "grid",
     "decal",
     "foam",
+    "shader",
 ];
 
 /// Defines the handle type of a noun.

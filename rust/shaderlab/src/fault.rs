@@ -66,15 +66,12 @@ impl Faults {
 
     /// Returns line and column of the start of a span, counted from 1 in characters.
     pub fn place(&self, span: &Span) -> (usize, usize) {
-        let text = &self.source.text;
-        let before = &text[..clip(text, span).start];
-        let line = before.rfind('\n').map_or(0, |at| at + 1);
-        (before.matches('\n').count() + 1, before[line..].chars().count() + 1)
+        self.source.place(span)
     }
 }
 
 /// Returns the part of a span that lies in the text, between whole characters.
-fn clip(text: &str, span: &Span) -> Span {
+pub(crate) fn clip(text: &str, span: &Span) -> Span {
     let floor = |at: usize| (0..=at.min(text.len())).rev().find(|at| text.is_char_boundary(*at)).unwrap_or(0);
     let start = floor(span.start);
     start..floor(span.end).max(start)

@@ -15,6 +15,7 @@ use relievo_render::Image;
 use crate::accumulation::Accumulation;
 use crate::classes::{Classes, MOST_EXAMPLES, Mode};
 use crate::instrument::{EXAMPLES_HEAD, LOG_HEAD};
+use crate::log::Log;
 
 pub use bind::{Inputs, Texture};
 pub use program::Program;
@@ -24,19 +25,6 @@ use draw::Pipeline;
 
 /// Vectors of one pixel that the log keeps one by one. Later ones are still accumulated.
 pub const MOST_VECTORS: usize = 4096;
-
-/// What a pixel logged.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Log {
-    /// The feature vector of the pixel.
-    pub vector: Vec<f32>,
-    /// How many vectors the pixel took.
-    pub taken: u32,
-    /// The weights of the first [`MOST_VECTORS`] vectors.
-    pub weights: Vec<f32>,
-    /// These vectors, one after the other.
-    pub vectors: Vec<f32>,
-}
 
 /// The buffers of an augmented shader.
 struct Instruments {
@@ -186,19 +174,6 @@ impl Runner {
         self.pipeline.record(&mut frame, &self.bound, self.size, Some(pixel))?;
         let read = frame.read(&instruments.log, 0..LOG_HEAD + count + MOST_VECTORS * (count + 1))?;
         let _submitted = frame.submit()?;
-        let words = read.get(&self.device)?;
-        let floats = |range: std::ops::Range<usize>| words[range].iter().map(|word| f32::from_bits(*word));
-        let first = LOG_HEAD + count;
-        let taken = words[1];
-        let kept = (taken as usize).min(MOST_VECTORS);
-        let (mut weights, mut vectors) = (Vec::with_capacity(kept), Vec::with_capacity(kept * count));
-        for record in 0..kept {
-            let start = first + record * (count + 1);
-            weights.extend(floats(start..start + 1));
-            vectors.extend(floats(start + 1..start + 1 + count));
-        }
-        let sums = floats(LOG_HEAD..first).collect();
-        let vector = instruments.accumulation.finish(words[0], f32::from_bits(words[2]), sums);
-        Ok(Log { vector: vector.map_err(|error| error.at(place()))?, taken, weights, vectors })
+        Log::of(&read.get(&self.device)?, count, instruments.accumulation).map_err(|error| error.at(place()))
     }
 }

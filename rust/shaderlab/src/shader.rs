@@ -7,6 +7,7 @@ use crate::fault::{Checked, Fault, Faults, Span};
 use crate::front::{Parsed, entries, parse, wgsl};
 use crate::lexer::{Kind, Token, tokens};
 use crate::outline::{Outline, outline};
+use crate::resource::{Resource, resources};
 use crate::source::{Language, Source, Stage};
 use crate::variable::{Variable, variables, with_vector};
 
@@ -76,6 +77,11 @@ impl Shader {
     /// Returns its entry points.
     pub fn entries(&self) -> Vec<Entry> {
         entries(&self.parsed.module).map(|(_, stage, entry)| Entry { name: entry.name.clone(), stage }).collect()
+    }
+
+    /// Returns the resources that it is bound to.
+    pub fn resources(&self) -> Vec<Resource> {
+        resources(&self.parsed.module)
     }
 
     /// Returns whether an annotation takes a vector, so that the shader can be augmented.

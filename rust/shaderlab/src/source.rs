@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use relievo_core::{Error, Result};
 
+use crate::fault::{Span, clip};
+
 /// Bytes that the text of a shader may have.
 pub const MOST_BYTES: usize = 1 << 20;
 
@@ -85,6 +87,13 @@ impl Source {
                 .advise("name it .wgsl, .frag, .vert, .comp or .glsl")
         })?;
         Ok(Self::new(place, text, language, stage))
+    }
+
+    /// Returns line and column of the start of a span, counted from 1 in characters.
+    pub fn place(&self, span: &Span) -> (usize, usize) {
+        let before = &self.text[..clip(&self.text, span).start];
+        let line = before.rfind('\n').map_or(0, |at| at + 1);
+        (before.matches('\n').count() + 1, before[line..].chars().count() + 1)
     }
 
     /// Returns the language and the stage that the ending of a file name stands for.

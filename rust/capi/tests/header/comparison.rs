@@ -39,6 +39,7 @@ use relievo::job::*;
 use relievo::layer::*;
 use relievo::picture::*;
 use relievo::procedural::*;
+use relievo::shader::*;
 
 use super::{Initial, Offsets};
 
@@ -746,6 +747,46 @@ function!(rlv_procedural_release: unsafe extern "C" fn(RlvProcedural) -> RlvResu
 function!(rlv_procedural_info: unsafe extern "C" fn(RlvProcedural, *mut RlvProceduralInfo) -> RlvResult);
 function!(rlv_procedural_table: unsafe extern "C" fn(RlvProcedural, *mut RlvProceduralTable) -> RlvResult);
 function!(rlv_procedural_evaluate: unsafe extern "C" fn(RlvProcedural, *const RlvProceduralHits) -> RlvResult);
+layout!(RlvShader: 8, 8);
+constant!(RLV_SHADER_GLSL = 0);
+constant!(RLV_SHADER_WGSL = 1);
+constant!(RLV_SHADER_VERTEX = 0);
+constant!(RLV_SHADER_FRAGMENT = 1);
+constant!(RLV_SHADER_COMPUTE = 2);
+constant!(RLV_SHADER_MARKED = 0);
+constant!(RLV_SHADER_AUGMENTED = 1);
+constant!(RLV_SHADER_AUGMENTED_WGSL = 2);
+constant!(RLV_SHADER_GLOBAL = 0);
+constant!(RLV_SHADER_PARAMETER = 1);
+constant!(RLV_SHADER_LOCAL = 2);
+constant!(RLV_SHADER_AVERAGE = 0);
+constant!(RLV_SHADER_SUM = 1);
+constant!(RLV_SHADER_MIN = 2);
+constant!(RLV_SHADER_MAX = 3);
+constant!(RLV_SHADER_FIRST = 4);
+constant!(RLV_SHADER_LAST = 5);
+constant!(RLV_SHADER_NEGATIVE = 0);
+constant!(RLV_SHADER_POSITIVE = 1);
+constant!(RLV_SHADER_RENDER = 0);
+constant!(RLV_SHADER_CLASSIFY = 1);
+constant!(RLV_SHADER_MASK = 2);
+layout!(RlvShaderOptions: 24, 8);
+layout!(RlvShaderVariable: 440, 8);
+layout!(RlvShaderLayout: 40, 4);
+layout!(RlvShaderFeature: 776, 4);
+layout!(RlvShaderExamples: 56, 8);
+function!(rlv_shader_create: unsafe extern "C" fn(*const c_char, *const RlvShaderOptions, *mut RlvShader) -> RlvResult);
+function!(rlv_shader_retain: unsafe extern "C" fn(RlvShader) -> RlvResult);
+function!(rlv_shader_release: unsafe extern "C" fn(RlvShader) -> RlvResult);
+function!(rlv_shader_variable_count: unsafe extern "C" fn(RlvShader, *mut usize) -> RlvResult);
+function!(rlv_shader_variable: unsafe extern "C" fn(RlvShader, usize, *mut RlvShaderVariable) -> RlvResult);
+function!(rlv_shader_mark: unsafe extern "C" fn(RlvShader, *const u32, usize, *const c_char, *mut RlvShader) -> RlvResult);
+function!(rlv_shader_text: unsafe extern "C" fn(RlvShader, u32, *mut c_char, usize, *mut usize) -> RlvResult);
+function!(rlv_shader_layout: unsafe extern "C" fn(RlvShader, *mut RlvShaderLayout) -> RlvResult);
+function!(rlv_shader_feature: unsafe extern "C" fn(RlvShader, usize, *mut RlvShaderFeature) -> RlvResult);
+function!(rlv_shader_pack_examples: unsafe extern "C" fn(*const RlvShaderExamples, u32, u32, u32, *mut u32, usize, *mut usize) -> RlvResult);
+function!(rlv_shader_unpack_log: unsafe extern "C" fn(RlvShader, *const u32, usize, *mut f32, usize, *mut u32) -> RlvResult);
+function!(rlv_shader_membership: unsafe extern "C" fn(*const RlvShaderExamples, *const f32, usize, usize, *mut f32) -> RlvResult);
 
 pub fn offsets(list: &mut Offsets) {
     fields!(list, RlvError {
@@ -2129,6 +2170,60 @@ pub fn offsets(list: &mut Offsets) {
         colors: *mut f32 = 112,
         color_stride: usize = 120,
     });
+    fields!(list, RlvShader {
+        id: u64 = 0,
+    });
+    fields!(list, RlvShaderOptions {
+        struct_size: u32 = 0,
+        language: u32 = 4,
+        stage: u32 = 8,
+        reserved: u32 = 12,
+        name: *const c_char = 16,
+    });
+    fields!(list, RlvShaderVariable {
+        struct_size: u32 = 0,
+        components: u32 = 4,
+        declared: u32 = 8,
+        is_initialized: u32 = 12,
+        line: u32 = 16,
+        column: u32 = 20,
+        scope_start: u64 = 24,
+        scope_end: u64 = 32,
+        name: [u8; 48] = 40,
+        label: [u8; 48] = 88,
+        function: [u8; 48] = 136,
+        description: [u8; 256] = 184,
+    });
+    fields!(list, RlvShaderLayout {
+        struct_size: u32 = 0,
+        group: u32 = 4,
+        examples_binding: u32 = 8,
+        log_binding: u32 = 12,
+        feature_count: u32 = 16,
+        accumulation: u32 = 20,
+        site_count: u32 = 24,
+        uses_confidence: u32 = 28,
+        examples_head: u32 = 32,
+        log_head: u32 = 36,
+    });
+    fields!(list, RlvShaderFeature {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        name: [u8; 256] = 8,
+        expression: [u8; 256] = 264,
+        description: [u8; 256] = 520,
+    });
+    fields!(list, RlvShaderExamples {
+        struct_size: u32 = 0,
+        feature_count: u32 = 4,
+        count: usize = 8,
+        classes: *const u32 = 16,
+        class_stride: usize = 24,
+        vectors: *const f32 = 32,
+        vector_stride: usize = 40,
+        exponent: f32 = 48,
+        is_scaled: u32 = 52,
+    });
 }
 
 pub const INITIAL: &[Initial] = &[
@@ -2549,6 +2644,17 @@ pub const INITIAL: &[Initial] = &[
         ("uint32_t fine", 0.0),
         ("uint32_t reserved", 0.0),
     ] },
+    Initial { header: "shader.h", name: "RlvShaderLayout", initializer: "RLV_SHADER_LAYOUT_INIT", fields: &[
+        ("uint32_t group", 0.0),
+        ("uint32_t examples_binding", 0.0),
+        ("uint32_t log_binding", 0.0),
+        ("uint32_t feature_count", 0.0),
+        ("uint32_t accumulation", 0.0),
+        ("uint32_t site_count", 0.0),
+        ("uint32_t uses_confidence", 0.0),
+        ("uint32_t examples_head", 0.0),
+        ("uint32_t log_head", 0.0),
+    ] },
 ];
 
 pub const NAMES: &[&str] = &[
@@ -2816,6 +2922,33 @@ pub const NAMES: &[&str] = &[
     "RLV_SCULPT_SCRAPE",
     "RLV_SCULPT_SMOOTH",
     "RLV_SCULPT_VECTOR",
+    "RLV_SHADER_AUGMENTED",
+    "RLV_SHADER_AUGMENTED_WGSL",
+    "RLV_SHADER_AVERAGE",
+    "RLV_SHADER_CLASSIFY",
+    "RLV_SHADER_COMPUTE",
+    "RLV_SHADER_EXAMPLES_INIT",
+    "RLV_SHADER_FEATURE_INIT",
+    "RLV_SHADER_FIRST",
+    "RLV_SHADER_FRAGMENT",
+    "RLV_SHADER_GLOBAL",
+    "RLV_SHADER_GLSL",
+    "RLV_SHADER_LAST",
+    "RLV_SHADER_LAYOUT_INIT",
+    "RLV_SHADER_LOCAL",
+    "RLV_SHADER_MARKED",
+    "RLV_SHADER_MASK",
+    "RLV_SHADER_MAX",
+    "RLV_SHADER_MIN",
+    "RLV_SHADER_NEGATIVE",
+    "RLV_SHADER_OPTIONS_INIT",
+    "RLV_SHADER_PARAMETER",
+    "RLV_SHADER_POSITIVE",
+    "RLV_SHADER_RENDER",
+    "RLV_SHADER_SUM",
+    "RLV_SHADER_VARIABLE_INIT",
+    "RLV_SHADER_VERTEX",
+    "RLV_SHADER_WGSL",
     "RLV_SIMPLIFY_OPTIONS_INIT",
     "RLV_STAMP_OPTIONS_INIT",
     "RLV_STAMP_SETTINGS_INIT",

@@ -32,6 +32,7 @@ use relievo_abi::particles::*;
 use relievo_abi::procedural::*;
 use relievo_abi::progressive::*;
 use relievo_abi::repair::*;
+use relievo_abi::shader::*;
 use relievo_abi::simplify::*;
 use relievo_abi::stroke::*;
 use relievo_abi::surface::*;
@@ -67,10 +68,11 @@ struct Handles {
     grids: Vec<u64>,
     decals: Vec<u64>,
     foams: Vec<u64>,
+    shaders: Vec<u64>,
 }
 
 impl Handles {
-    fn lists(&self) -> [&[u64]; 21] {
+    fn lists(&self) -> [&[u64]; 22] {
         let Self {
             contexts,
             meshes,
@@ -93,6 +95,7 @@ impl Handles {
             grids,
             decals,
             foams,
+            shaders,
         } = self;
         [
             contexts,
@@ -116,6 +119,7 @@ impl Handles {
             grids,
             decals,
             foams,
+            shaders,
         ]
     }
 
@@ -124,7 +128,7 @@ impl Handles {
         let list = match bytes.int_in_range(0..=31_u8)? {
             0 => return Ok(0),
             1 => return bytes.arbitrary(),
-            2 => self.lists()[bytes.int_in_range(0..=20)?],
+            2 => self.lists()[bytes.int_in_range(0..=21)?],
             _ => self.lists()[noun],
         };
         if list.is_empty() { Ok(0) } else { bytes.choose(list).copied() }
@@ -1381,8 +1385,10 @@ fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
             (18, false) => rlv_grid_release(RlvGrid { id }),
             (19, true) => rlv_decal_retain(RlvDecal { id }),
             (19, false) => rlv_decal_release(RlvDecal { id }),
-            (_, true) => rlv_foam_retain(RlvFoam { id }),
-            (_, false) => rlv_foam_release(RlvFoam { id }),
+            (20, true) => rlv_foam_retain(RlvFoam { id }),
+            (20, false) => rlv_foam_release(RlvFoam { id }),
+            (_, true) => rlv_shader_retain(RlvShader { id }),
+            (_, false) => rlv_shader_release(RlvShader { id }),
         }
     }
 }
@@ -1430,6 +1436,55 @@ fn foam(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
         called(rlv_foam_shade(foam, given, Some(wait), (&raw mut patience).cast()));
         called(rlv_foam_get(foam, &layers));
         called(rlv_foam_composite(foam, start, bytes.int_in_range(2..=5)?, start));
+    }
+    Ok(())
+}
+
+/// A shader with a wrong byte now and then, marked, its texts and log, and the membership of a few vectors.
+fn shaders(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let mut source = *b"void main() { float a = 1.0, b = a; /*. vector a; b; a */ gl_FragColor = vec4(b /*. * confidence */); }\0";
+    let last = source.len() - 2;
+    if bytes.arbitrary()? {
+        source[bytes.int_in_range(0..=last)?] = bytes.arbitrary()?;
+    }
+    let mut options: RlvShaderOptions = sized(bytes)?;
+    (options.language, options.stage) = (bytes.int_in_range(0..=2)? / 2, bytes.int_in_range(0..=3)?);
+    let mut out = RlvShader { id: UNTOUCHED };
+    // SAFETY: the source ends with a zero, and the descriptor is sized.
+    let result = unsafe { rlv_shader_create(source.as_ptr().cast(), &options, &mut out) };
+    made(result, out.id, &mut handles.shaders);
+    let shader = RlvShader { id: handles.pick(bytes, 21)? };
+    let chosen: [u8; 2] = bytes.arbitrary()?;
+    let chosen = chosen.map(|index| u32::from(index % 4));
+    let mut out = RlvShader { id: UNTOUCHED };
+    // SAFETY: there are two indices.
+    let result = unsafe { rlv_shader_mark(shader, chosen.as_ptr(), count(bytes, 2)?, null(), &mut out) };
+    made(result, out.id, &mut handles.shaders);
+    let (mut text, mut length, index) = ([0_u8; 4096], 0, bytes.int_in_range(0..=3)?);
+    let kind = bytes.int_in_range(0..=3)?;
+    let size = bytes.int_in_range(0..=text.len())?;
+    let mut variable: RlvShaderVariable = sized(bytes)?;
+    let mut layout: RlvShaderLayout = sized(bytes)?;
+    let mut feature: RlvShaderFeature = sized(bytes)?;
+    let log: [u32; 8] = bytes.arbitrary()?;
+    let (vectors, mut vector) = (numbers(bytes, 12)?, [0.0_f32; 4]);
+    let classes: [u8; 3] = bytes.arbitrary()?;
+    let classes = classes.map(|class| u32::from(class) % 3);
+    let mut examples: RlvShaderExamples = sized(bytes)?;
+    (examples.feature_count, examples.count) = (bytes.int_in_range(0..=4)?, count(bytes, 3)?);
+    (examples.classes, examples.vectors) = (classes.as_ptr(), vectors.as_ptr());
+    (examples.exponent, examples.is_scaled) = (number(bytes)?.abs(), bytes.arbitrary()?);
+    let (mut words, mut packed) = ([0_u32; 64], 0);
+    // SAFETY: texts, words and numbers have the room that is said; three examples have twelve numbers.
+    unsafe {
+        called(rlv_shader_text(shader, kind, text.as_mut_ptr().cast(), size, &mut length));
+        called(rlv_shader_variable(shader, index, &mut variable));
+        called(rlv_shader_layout(shader, &mut layout));
+        called(rlv_shader_feature(shader, index, &mut feature));
+        called(rlv_shader_unpack_log(shader, log.as_ptr(), count(bytes, 8)?, vector.as_mut_ptr(), 4, null_mut()));
+        let (mode, room) = (bytes.int_in_range(0..=3)?, bytes.int_in_range(0..=64)?);
+        called(rlv_shader_pack_examples(&examples, mode, 3, 4, words.as_mut_ptr(), room, &mut packed));
+        called(rlv_shader_membership(&examples, vectors.as_ptr(), 3, 0, vector.as_mut_ptr()));
     }
     Ok(())
 }
@@ -1549,7 +1604,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let result = unsafe { rlv_context_create(&options, &mut out) };
     made(result, out.id, &mut handles.contexts);
     while !bytes.is_empty() {
-        match bytes.int_in_range(0..=32_u8)? {
+        match bytes.int_in_range(0..=33_u8)? {
             0..=2 => create_mesh(bytes, handles)?,
             3 => read_mesh(bytes, handles)?,
             4..=5 => use_surface(bytes, handles)?,
@@ -1574,8 +1629,9 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             29 => grids(bytes, handles)?,
             30 => decals(bytes, handles)?,
             31 => foam(bytes, handles)?,
+            32 => shaders(bytes, handles)?,
             _ => {
-                let noun = bytes.int_in_range(0..=20)?;
+                let noun = bytes.int_in_range(0..=21)?;
                 let id = handles.pick(bytes, noun)?;
                 called(count_reference(noun, id, bytes.ratio(1, 3)?));
             }
