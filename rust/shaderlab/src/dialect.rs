@@ -1,7 +1,10 @@
 //! Rewriting of GLSL to the version that front ends of Vulkan read: 4.50, with uniforms in blocks, textures apart from
 //! samplers, and a location or binding for each interface. Sources are versions before 4.40, WebGL and Shadertoy.
 
+mod arrays;
+mod offsets;
 mod parameters;
+mod returns;
 
 use std::collections::BTreeSet;
 
@@ -39,8 +42,8 @@ const WORDS: [(&str, &str); 18] = [
     ("texture2DGrad", "textureGrad"),
     ("texture2DGradEXT", "textureGrad"),
     ("gl_FragColor", "pel_color"),
-    ("gl_VertexID", "gl_VertexIndex"),
-    ("gl_InstanceID", "gl_InstanceIndex"),
+    ("gl_VertexID", "int(gl_VertexIndex)"),
+    ("gl_InstanceID", "int(gl_InstanceIndex)"),
     ("texture2DRect", "texture"),
     ("textureCubeGradEXT", "textureGrad"),
     ("gl_FragDepthEXT", "gl_FragDepth"),
@@ -55,18 +58,46 @@ const NAMES: [(&str, &str); 5] = [
     ("shared", "pel_name_shared"),
 ];
 
-/// Combined samplers with the type of their texture.
-const SAMPLERS: [(&str, &str); 4] = [
-    ("sampler2D", "texture2D"),
-    ("sampler3D", "texture3D"),
-    ("samplerCube", "textureCube"),
-    ("sampler2DArray", "texture2DArray"),
+/// Words that change in every version: the front end's indices have no sign.
+const INDICES: [(&str, &str); 3] = [
+    ("gl_VertexIndex", "int(gl_VertexIndex)"),
+    ("gl_InstanceIndex", "int(gl_InstanceIndex)"),
+    ("gl_SampleID", "int(gl_SampleID)"),
+];
+
+/// Combined samplers with the types of their texture and their sampler.
+const SAMPLERS: [(&str, &str, &str); 22] = [
+    ("sampler1D", "texture1D", "sampler"),
+    ("sampler1DArray", "texture1DArray", "sampler"),
+    ("sampler2D", "texture2D", "sampler"),
+    ("sampler2DArray", "texture2DArray", "sampler"),
+    ("sampler2DMS", "texture2DMS", "sampler"),
+    ("sampler2DMSArray", "texture2DMSArray", "sampler"),
+    ("sampler3D", "texture3D", "sampler"),
+    ("samplerCube", "textureCube", "sampler"),
+    ("samplerCubeArray", "textureCubeArray", "sampler"),
+    ("isampler2D", "itexture2D", "sampler"),
+    ("isampler2DArray", "itexture2DArray", "sampler"),
+    ("isampler2DMS", "itexture2DMS", "sampler"),
+    ("isampler3D", "itexture3D", "sampler"),
+    ("isamplerCube", "itextureCube", "sampler"),
+    ("usampler2D", "utexture2D", "sampler"),
+    ("usampler2DArray", "utexture2DArray", "sampler"),
+    ("usampler2DMS", "utexture2DMS", "sampler"),
+    ("usampler3D", "utexture3D", "sampler"),
+    ("usamplerCube", "utextureCube", "sampler"),
+    ("sampler2DShadow", "texture2D", "samplerShadow"),
+    ("sampler2DArrayShadow", "texture2DArray", "samplerShadow"),
+    ("samplerCubeShadow", "textureCube", "samplerShadow"),
 ];
 
 /// What begins the names of the textures and samplers of a combined sampler.
 pub(crate) const TEXTURE: &str = "pel_texture_";
 /// As [`TEXTURE`], for samplers.
 pub(crate) const SAMPLER: &str = "pel_sampler_";
+
+/// What some editors write before a text, and front ends refuse.
+const BYTE_ORDER_MARK: char = '\u{feff}';
 
 /// Uniforms of Shadertoy with their types.
 const SHADERTOY: [(&str, &str); 8] = [
@@ -130,10 +161,11 @@ struct Rewriter<'a> {
 ///
 /// Fails where a combined sampler is a parameter of a function that is declared without a body.
 pub(crate) fn modernize(source: &Source, tokens: &[Token], outline: &Outline) -> Checked<Dialect> {
-    if source.language == Language::Wgsl {
-        return Ok(Dialect::default());
-    }
     let text = &*source.text;
+    let mark = text.starts_with(BYTE_ORDER_MARK).then(|| Edit::replace(0..BYTE_ORDER_MARK.len_utf8(), ""));
+    if source.language == Language::Wgsl {
+        return Ok(Dialect { edits: mark.into_iter().collect(), ..Dialect::default() });
+    }
     let directive = |token: &&Token, name: &str| {
         let line = token.text(text).trim_start_matches('#').trim_start();
         token.kind == Kind::Directive && line.starts_with(name)
@@ -145,9 +177,10 @@ pub(crate) fn modernize(source: &Source, tokens: &[Token], outline: &Outline) ->
         line[..line.find(|it: char| !it.is_ascii_digit()).unwrap_or(line.len())].parse::<u32>().ok()
     });
     let has = |name: &str| outline.functions.iter().any(|function| function.name == name);
-    let is_shadertoy = has("mainImage") && !has("main");
+    // Hosts of such shaders have an entry point that calls theirs.
+    let is_shadertoy = has("mainImage");
     let number = number.unwrap_or(if is_shadertoy { 300 } else { 100 });
-    let mut words = Vec::new();
+    let mut words = INDICES.to_vec();
     if number < 440 {
         words.extend(WORDS);
     }
@@ -181,17 +214,21 @@ pub(crate) fn modernize(source: &Source, tokens: &[Token], outline: &Outline) ->
     }
     rewriter.globals(tokens)?;
     rewriter.dialect.edits.extend(parameters::split(text, tokens, outline));
+    rewriter.dialect.edits.extend(offsets::fill(text, tokens));
+    rewriter.dialect.edits.extend(arrays::size(text, tokens));
+    rewriter.dialect.edits.extend(returns::complete(text, tokens, outline));
     rewriter.parameters(tokens)?;
     rewriter.rename(tokens);
     let uses = |name: &str| tokens.iter().any(|token| token.text(text) == name);
     if is_shadertoy {
-        rewriter.shadertoy(&mut prelude, uses);
+        rewriter.shadertoy(&mut prelude, uses, !has("main"));
     }
     if number < 440 && (uses("gl_FragColor") || rewriter.dialect.wrapper.is_some()) {
         prelude.push_str("layout(location = 0) out vec4 pel_color;\n");
     }
     // Of edits at one byte the version comes first, then these declarations.
     let mut dialect = rewriter.dialect;
+    dialect.edits.extend(mark);
     dialect.prelude = usize::from(version.is_none());
     dialect.edits.insert(dialect.prelude, Edit::insert(at, prelude));
     Ok(dialect)
@@ -251,7 +288,7 @@ impl<'a> Rewriter<'a> {
         let head = brace.unwrap_or(words.len());
         let is_stated = |name: &str| words[..head].contains(&name);
         let uniform = place("uniform").filter(|at| *at < head);
-        let sampler = SAMPLERS.iter().find(|(name, _)| is_stated(name));
+        let sampler = SAMPLERS.iter().find(|(name, ..)| is_stated(name));
         // Push constants and references have no binding.
         let is_bound = ["binding", "push_constant", "buffer_reference"].into_iter().any(is_stated);
         if brace.is_some() && is_stated("gl_PerVertex") {
@@ -261,7 +298,7 @@ impl<'a> Rewriter<'a> {
             return;
         }
         match (uniform, sampler, brace) {
-            (Some(at), Some((kind, texture)), None) => self.samplers(statement, &words, at, kind, texture),
+            (Some(at), Some(sampler), None) => self.samplers(statement, &words, at, *sampler),
             (Some(at), None, None) if !is_stated("layout") => self.loose_uniform(statement, &words, at),
             (Some(at), None, Some(_)) if !is_bound => {
                 self.flush();
@@ -292,7 +329,13 @@ impl<'a> Rewriter<'a> {
     }
 
     /// Splits combined samplers into textures and samplers.
-    fn samplers(&mut self, statement: &Statement<'a>, words: &[&'a str], uniform: usize, kind: &str, texture: &str) {
+    fn samplers(
+        &mut self,
+        statement: &Statement<'a>,
+        words: &[&'a str],
+        uniform: usize,
+        (kind, texture, sampler): (&str, &str, &str),
+    ) {
         let number = |name: &str| {
             let stated = words.windows(3).find(|it| it[0] == name && it[1] == "=");
             stated.and_then(|it| it[2].parse::<u32>().ok())
@@ -311,7 +354,7 @@ impl<'a> Rewriter<'a> {
             self.declared.insert(name);
             out.push_str(&format!(
                 "layout(set = {set}, binding = {first}) uniform {texture} {TEXTURE}{name};\n\
-                 layout(set = {set}, binding = {second}) uniform sampler {SAMPLER}{name};\n\
+                 layout(set = {set}, binding = {second}) uniform {sampler} {SAMPLER}{name};\n\
                  #define {name} {kind}({TEXTURE}{name}, {SAMPLER}{name})\n"
             ));
         }
@@ -397,7 +440,7 @@ impl<'a> Rewriter<'a> {
             match token.text(self.text) {
                 "(" => depth += 1,
                 ")" => depth = depth.saturating_sub(1),
-                word if depth > 0 && SAMPLERS.iter().any(|(name, _)| *name == word) => {
+                word if depth > 0 && SAMPLERS.iter().any(|(name, ..)| *name == word) => {
                     // `sampler2D(texture, sampler)` makes a combined sampler of its two parts.
                     let is_constructor = self.text[token.span.end..].trim_start().starts_with('(');
                     if !is_within(&edited, token.span.start) && !is_constructor {
@@ -423,6 +466,13 @@ impl<'a> Rewriter<'a> {
                 self.dialect.edits.push(Edit::replace(token.span.clone(), new));
             }
         }
+        // The front end refuses the qualifier of parameters that are not written, which changes nothing else.
+        let code: Vec<_> = tokens.iter().filter(|token| !token.is_comment()).collect();
+        for pair in code.windows(2) {
+            if pair[0].text(self.text) == "const" && pair[1].text(self.text) == "in" {
+                self.dialect.edits.push(Edit::replace(pair[0].span.clone(), ""));
+            }
+        }
         for token in tokens.iter().filter(|token| token.kind == Kind::Directive) {
             if !token.text(self.text).trim_start_matches('#').trim_start().starts_with("define") {
                 continue;
@@ -434,12 +484,14 @@ impl<'a> Rewriter<'a> {
         }
     }
 
-    /// Declares what Shadertoy gives its shaders and appends an entry point that calls theirs.
-    fn shadertoy(&mut self, prelude: &mut String, uses: impl Fn(&str) -> bool) {
-        let binding = self.binding();
-        let members = SHADERTOY.iter().filter(|(name, _)| !self.declared.contains(name));
+    /// Declares what Shadertoy gives its shaders and, if it is `wrapped`, appends an entry point that calls theirs.
+    fn shadertoy(&mut self, prelude: &mut String, uses: impl Fn(&str) -> bool, wrapped: bool) {
+        let members = SHADERTOY.iter().filter(|(name, _)| !self.declared.contains(name) && (wrapped || uses(name)));
         let members: Vec<_> = members.map(|(_, member)| format!("{member};")).collect();
-        prelude.push_str(&format!("layout(binding = {binding}) uniform pel_Shadertoy {{ {} }};\n", members.join(" ")));
+        if !members.is_empty() {
+            let (binding, members) = (self.binding(), members.join(" "));
+            prelude.push_str(&format!("layout(binding = {binding}) uniform pel_Shadertoy {{ {members} }};\n"));
+        }
         for name in ["iChannel0", "iChannel1", "iChannel2", "iChannel3"] {
             if uses(name) && !self.declared.contains(name) {
                 let (first, second) = (self.binding(), self.binding());
@@ -449,6 +501,9 @@ impl<'a> Rewriter<'a> {
                      #define {name} sampler2D({TEXTURE}{name}, {SAMPLER}{name})\n"
                 ));
             }
+        }
+        if !wrapped {
+            return;
         }
         // Rows count from the bottom there.
         self.dialect.wrapper = Some([

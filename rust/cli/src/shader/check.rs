@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use relievo_shaderlab::{Augmented, Declared, Program, Resource, ResourceKind, Shader, Variable};
+use relievo_shaderlab::{Augmented, Declared, ResourceKind, Shader, Variable};
 use serde_json::{Value, json};
 
 use super::sound;
@@ -26,11 +26,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let shader = sound!(super::read(&arguments.file)?);
     let is_marked = shader.is_marked();
     let augmented = if is_marked { Some(sound!(shader.augment())) } else { None };
-    let program = sound!(Program::plain(&shader));
-    let resources: Vec<_> = program.resources().cloned().collect();
+    let refused = shader.wgsl().err().and_then(|faults| faults.list.into_iter().next()).map(|fault| fault.what);
     let text = match arguments.json {
-        true => format!("{:#}\n", machine_readable(&shader, augmented.as_ref(), &resources)),
-        false => described(&shader, augmented.as_ref(), &resources),
+        true => format!("{:#}\n", machine_readable(&shader, augmented.as_ref(), refused.as_deref())),
+        false => described(&shader, augmented.as_ref(), refused.as_deref()),
     };
     crate::print(&text)?;
     Ok(ExitCode::SUCCESS)
@@ -68,12 +67,15 @@ fn declared(variable: &Variable) -> String {
     }
 }
 
-fn described(shader: &Shader, augmented: Option<&Augmented>, resources: &[Resource]) -> String {
+fn described(shader: &Shader, augmented: Option<&Augmented>, refused: Option<&str>) -> String {
     let mut out = String::new();
+    if let Some(reason) = refused {
+        let _ = writeln!(out, "warning        {reason}");
+    }
     for entry in shader.entries() {
         let _ = writeln!(out, "entry point    {} ({})", entry.name, entry.stage.name());
     }
-    for resource in resources {
+    for resource in shader.resources() {
         let _ = writeln!(
             out,
             "binding {}.{:<4} {}: {}",
@@ -111,10 +113,11 @@ fn described(shader: &Shader, augmented: Option<&Augmented>, resources: &[Resour
     out
 }
 
-fn machine_readable(shader: &Shader, augmented: Option<&Augmented>, resources: &[Resource]) -> Value {
+fn machine_readable(shader: &Shader, augmented: Option<&Augmented>, refused: Option<&str>) -> Value {
     let entries: Vec<_> =
         shader.entries().into_iter().map(|it| json!({ "name": it.name, "stage": it.stage.name() })).collect();
-    let resources: Vec<_> = resources
+    let resources: Vec<_> = shader
+        .resources()
         .iter()
         .map(|it| json!({ "name": it.name, "group": it.group, "binding": it.binding, "kind": kind(&it.kind) }))
         .collect();
@@ -139,6 +142,7 @@ fn machine_readable(shader: &Shader, augmented: Option<&Augmented>, resources: &
         "file": shader.source().name,
         "entries": entries,
         "resources": resources,
+        "refused": refused,
         "variables": variables,
         "vectors": augmented.map(super::augment::layout),
     })

@@ -13,6 +13,7 @@ struct Parameter<'a> {
     name: &'a str,
     kind: &'static str,
     texture: &'static str,
+    sampler: &'static str,
     /// Its place among the parameters, from 0.
     index: usize,
     /// The declaration.
@@ -41,8 +42,8 @@ pub(super) fn split(text: &str, tokens: &[Token], outline: &Outline) -> Vec<Edit
     let pair = |name: &str| format!("{TEXTURE}{name}, {SAMPLER}{name}");
     let mut edits = BTreeMap::new();
     for (body, parameters) in &bodies {
-        for Parameter { name, kind, texture, span, .. } in parameters {
-            let declared = format!("{texture} {TEXTURE}{name}, sampler {SAMPLER}{name}");
+        for Parameter { name, kind, texture, sampler, span, .. } in parameters {
+            let declared = format!("{texture} {TEXTURE}{name}, {sampler} {SAMPLER}{name}");
             edits.insert(span.start, Edit::replace(span.clone(), declared));
             for token in code[body.clone()].iter().filter(|token| token.text(text) == *name) {
                 edits.insert(token.span.start, Edit::replace(token.span.clone(), format!("{kind}({})", pair(name))));
@@ -70,13 +71,13 @@ fn parameters<'a>(text: &'a str, list: &[&Token]) -> Vec<Parameter<'a>> {
     let mut found = Vec::new();
     // The first part is empty: it stands before the bracket.
     for (index, part) in parts.skip(1).enumerate() {
-        let at = part.iter().position(|token| SAMPLERS.iter().any(|(name, _)| *name == token.text(text)));
+        let at = part.iter().position(|token| SAMPLERS.iter().any(|(name, ..)| *name == token.text(text)));
         if let Some(at) = at
             && let (Some(first), [name]) = (part.first(), &part[at + 1..])
-            && let Some((kind, texture)) = SAMPLERS.iter().find(|(kind, _)| *kind == part[at].text(text))
+            && let Some((kind, texture, sampler)) = SAMPLERS.iter().find(|(kind, ..)| *kind == part[at].text(text))
         {
             let span = first.span.start..name.span.end;
-            found.push(Parameter { name: name.text(text), kind, texture, index, span });
+            found.push(Parameter { name: name.text(text), kind, texture, sampler, index, span });
         }
     }
     found

@@ -69,6 +69,51 @@ fn shadertoy_is_read() {
 }
 
 #[test]
+fn what_the_front_end_lacks_is_rewritten() {
+    // A byte order mark, sizes left out, `const in`, a function whose branches return, and words in directives.
+    let shader = read(
+        "\u{feff}uniform vec2 resolution;\nconst vec2 A[] = vec2[](vec2(0.0, 1.0), vec2(max(1.0, 2.0), 0.5), vec2(3.0));\n\
+         float pick(const in float x) {\n    if (x > 0.5) return A[1].x;\n    else return A[2].y;\n}\n\
+         float look(float x) {\n    if (x > 0.5) { return 1.0; } else { return 2.0; }\n}\nvoid main() {\n    \
+         float b[] = float[](pick(0.2), 2.0);\n    float a = b[0] + look(resolution.x);\n    //. vector a; 1.0\n    \
+         gl_FragColor = vec4(a);\n}\n",
+        Stage::Fragment,
+    );
+    assert!(
+        shader.text().contains("A[3] = vec2[3](") && shader.text().contains("b[2] = float[2]("),
+        "{}",
+        shader.text()
+    );
+    // Indices have a sign, and members of blocks an offset.
+    let shader = read(
+        "#version 450\nlayout(push_constant) uniform Push {\n    layout(offset = 24) float k;\n    vec3 p;\n    \
+         layout(offset = 96) vec4 q;\n} push;\nlayout(location = 0) out int index;\nvoid main() {\n    \
+         int place = gl_VertexIndex;\n    index = gl_InstanceIndex;\n    float a = push.k + push.q.x;\n    //. vector a; 1.0\n    \
+         gl_Position = vec4(push.p, float(place));\n}\n",
+        Stage::Vertex,
+    );
+    let expected = "vec4 pel_gap0[1]; float pel_gap1; float pel_gap2;  float k;";
+    assert!(shader.text().contains(expected), "{}", shader.text());
+    // 24 + 4 bytes, then p at 32, which ends at 44: one float to 48, and three vectors to 96.
+    assert!(shader.text().contains("float pel_gap3; vec4 pel_gap4[3];  vec4 q;"), "{}", shader.text());
+    // Textures of other kinds.
+    read(
+        "#version 450\nlayout(binding = 0) uniform sampler2DMS samples;\nlayout(binding = 1) uniform usampler2D labels;\n\
+         layout(binding = 2) uniform sampler2DShadow shadows;\nlayout(location = 0) out vec4 color;\nvoid main() {\n    \
+         float a = texelFetch(samples, ivec2(1), 0).r + float(texelFetch(labels, ivec2(1), 0).r);\n    \
+         a += texture(shadows, vec3(0.5));\n    //. vector a; 1.0\n    color = vec4(a);\n}\n",
+        Stage::Fragment,
+    );
+    // An entry point of the author's own host.
+    let shader = read(
+        "void mainImage(out vec4 o, in vec2 p) {\n    float t = iTime + p.x;\n    //. vector t; 1.0\n    o = vec4(t);\n}\n\
+         out vec4 color;\nvoid main() { mainImage(color, gl_FragCoord.xy); }\n",
+        Stage::Fragment,
+    );
+    assert!(!shader.text().contains("iMouse"), "{}", shader.text());
+}
+
+#[test]
 fn combined_samplers_are_passed_to_functions() {
     let shader = read(
         "uniform sampler2D a;\nuniform sampler2D b;\nvarying vec2 uv;\n\

@@ -1442,7 +1442,8 @@ fn foam(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
 
 /// A shader with a wrong byte now and then, marked, its texts and log, and the membership of a few vectors.
 fn shaders(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
-    let mut source = *b"void main() { float a = 1.0, b = a; /*. vector a; b; a */ gl_FragColor = vec4(b /*. * confidence */); }\0";
+    let mut source =
+        *b"void main() { float a = 1.0, b = a; /*. vector a; b; a */ gl_FragColor = vec4(b /*. * confidence */); }\0";
     let last = source.len() - 2;
     if bytes.arbitrary()? {
         source[bytes.int_in_range(0..=last)?] = bytes.arbitrary()?;
