@@ -205,6 +205,18 @@ impl Model {
         };
         alone.into_iter().map(nodes).collect()
     }
+
+    /// Returns the outer faces of which all nodes are among some, counter-clockwise seen from outside.
+    pub fn outer_faces_of(&self, nodes: &[u32]) -> Vec<[u32; 4]> {
+        let mut is_among = vec![false; self.nodes.len()];
+        for node in nodes {
+            if let Some(place) = is_among.get_mut(*node as usize) {
+                *place = true;
+            }
+        }
+        let faces = self.outer_faces().into_iter().map(|(_, face)| face);
+        faces.filter(|face| face.iter().all(|node| is_among[*node as usize])).collect()
+    }
 }
 
 /// Holds the nodes near a surface (Section 4.4, Figure 8).

@@ -62,7 +62,7 @@ impl Labels {
             (0..counts[2]).filter_map(|z| self.voxel(scan, [place[0], place[1], z])).collect::<Vec<Voxel>>()
         });
         let voxels = columns.concat();
-        let grid = Grid { low: Vec3::ZERO, cell: Vec3::from(cell), counts };
+        let grid = Grid { low: Vec3::from(scan.low), cell: Vec3::from(cell), counts };
         let volume = f64::from(grid.cell.x) * f64::from(grid.cell.y) * f64::from(grid.cell.z);
         let report = BuildReport {
             voxels: counts.map(|count| count as u32),

@@ -231,6 +231,15 @@ impl Model {
         })
     }
 
+    /// Returns the material of each element that has the largest share.
+    pub fn main_materials(&self) -> Vec<u32> {
+        let main = |element: usize| {
+            let portions = self.mixtures.get(element).iter();
+            portions.max_by(|a, b| a.share.total_cmp(&b.share)).map_or(0, |portion| portion.material)
+        };
+        (0..self.elements.len()).map(main).collect()
+    }
+
     /// Returns the shear modulus, the bulk modulus and the density of an element.
     pub(crate) fn moduli(&self, element: usize) -> [f32; 3] {
         let mut sums = [0.0; 3];

@@ -20,11 +20,25 @@ pub struct SimulationOptions {
     pub hourglass: f32,
     /// Seconds of a step that heavier elements shall allow: mass is added to those that would need a shorter one.
     pub mass_scaling: Option<f32>,
+    /// How often the step may be halved, for as long as it takes, where an element turns inside out; 0 to 16. 0 stops the
+    /// simulation there.
+    pub halvings: u32,
+    /// Coefficient of friction of the model against itself; `None` lets it pass through itself.
+    pub self_friction: Option<f32>,
 }
 
 impl Default for SimulationOptions {
     fn default() -> Self {
-        Self { gravity: [0.0, 0.0, -9.81], damping: 0.0, step: None, safety: 0.7, hourglass: 1.0, mass_scaling: None }
+        Self {
+            gravity: [0.0, 0.0, -9.81],
+            damping: 0.0,
+            step: None,
+            safety: 0.7,
+            hourglass: 1.0,
+            mass_scaling: None,
+            halvings: 0,
+            self_friction: None,
+        }
     }
 }
 
@@ -59,6 +73,14 @@ impl SimulationOptions {
                 "hourglass",
                 "use 0 to 10; 1 is common",
             );
+        }
+        if self.halvings > 16 {
+            return refuse(format!("{} halvings of the step cannot be", self.halvings), "halvings", "use 0 to 16");
+        }
+        if let Some(friction) = self.self_friction
+            && !(friction >= 0.0 && friction.is_finite())
+        {
+            return refuse(format!("a friction of {friction} cannot be"), "self_friction", "use 0 or more");
         }
         Ok(())
     }

@@ -15,6 +15,8 @@ pub struct Scan {
     pub counts: [usize; 3],
     /// Size of a voxel in metres.
     pub cell: [f32; 3],
+    /// The lowest corner in metres.
+    pub low: [f32; 3],
     /// Values, x fastest.
     pub values: Vec<f32>,
 }
@@ -96,7 +98,7 @@ impl Scan {
         let (slope, intercept) = if slope == 0.0 || !slope.is_finite() { (1.0, 0.0) } else { (slope, intercept) };
         let values =
             data.chunks_exact(kind.width()).map(|bytes| slope * kind.number(bytes, swap) + intercept).collect();
-        Ok(Self { counts, cell, values })
+        Ok(Self { counts, cell, low: [0.0; 3], values })
     }
 }
 

@@ -4,7 +4,7 @@
 //! are those half a step before the present time.
 
 use glam::{DMat3, DVec3, Vec3};
-use relievo_core::{Context, Error, Progress, Result};
+use relievo_core::{Context, Error, ErrorKind, Progress, Result};
 
 use crate::block::{Row, Sums};
 use crate::collider::Collider;
@@ -12,6 +12,8 @@ use crate::curve::Curve;
 use crate::element::Elements;
 use crate::model::Model;
 use crate::options::{Drive, SimulationOptions};
+use crate::pressure::Pressure;
+use crate::self_contact::SelfContact;
 use crate::slide::Slides;
 use crate::stable::Steps;
 
@@ -20,6 +22,9 @@ const PART: usize = 4096;
 
 /// The share of the stable step that relaxation takes at most: it begins where elements may be far from their rest.
 const CAUTION: f32 = 0.6;
+
+/// Steps between two states to which a simulation goes back where an element turns inside out.
+const CHUNK: u64 = 64;
 
 /// Steps of relaxation between two looks at the forces.
 const WINDOW: u64 = 32;
@@ -37,10 +42,16 @@ pub struct Simulation {
     rows: Vec<Row>,
     /// Forces on nodes from outside in N; empty if there are none.
     loads: Vec<Row>,
+    /// Forces of pressures on nodes at the time of the last forces of elements, in N; empty if there are none.
+    pushes: Vec<Row>,
+    pressures: Vec<Pressure>,
     activations: Vec<Curve<1>>,
     drives: Vec<Drive>,
     slides: Slides,
     colliders: Vec<Collider>,
+    self_contact: Option<SelfContact>,
+    /// Stretches of steps that were gone again by shorter ones.
+    halved: u64,
 }
 
 impl std::fmt::Debug for Simulation {
@@ -81,6 +92,8 @@ pub struct ElementState {
     pub stress: [f32; 6],
     /// Von Mises stress in Pa.
     pub von_mises: f32,
+    /// Principal stresses in Pa, the largest first.
+    pub principal: [f32; 3],
     /// Volume as a share of that at rest.
     pub volume: f32,
     /// Stretch of the first family of fibres; 1 where there is none.
@@ -125,6 +138,7 @@ impl Simulation {
             State { displacements: vec![[0.0; 4]; count], velocities: vec![[0.0; 4]; count], ..State::default() };
         let slides = Slides::new(&model)?;
         let activations = vec![Curve::constant([0.0]); model.muscles.len()];
+        let self_contact = options.self_friction.map(|friction| SelfContact::new(&model, friction)).transpose()?;
         let mut simulation = Self {
             options: options.clone(),
             elements,
@@ -133,10 +147,14 @@ impl Simulation {
             state,
             rows,
             loads: Vec::new(),
+            pushes: Vec::new(),
+            pressures: Vec::new(),
             activations,
             drives: Vec::new(),
             slides,
             colliders: Vec::new(),
+            self_contact,
+            halved: 0,
             model,
         };
         simulation.slides.keep_free(&simulation.masses);
@@ -222,30 +240,105 @@ impl Simulation {
         self.colliders.push(collider);
     }
 
-    /// Takes `count` steps. Fails when an element is inside out; the state is then the one in which it is.
+    /// Presses on faces. Fails if a node does not exist.
+    pub fn press(&mut self, pressure: Pressure) -> Result<()> {
+        pressure.check(self.masses.len())?;
+        self.pressures.push(pressure);
+        Ok(())
+    }
+
+    /// Returns how many stretches of up to 64 steps were gone by shorter steps, because an element turned inside out.
+    pub fn halved(&self) -> u64 {
+        self.halved
+    }
+
+    /// Takes `count` steps. Fails when an element is inside out and the step cannot be halved again; the state is then the
+    /// one in which it is.
     pub fn advance(&mut self, context: &Context, count: u64, progress: &mut dyn Progress) -> Result<()> {
-        for done in 0..count {
-            if done % 64 == 0 {
-                progress.step(done as f32 / count as f32, "steps")?;
+        let mut done = 0;
+        while done < count {
+            progress.step(done as f32 / count as f32, "steps")?;
+            let chunk = (CHUNK - self.state.steps % CHUNK).min(count - done);
+            if self.options.halvings > 0 {
+                self.advance_halving(context, chunk)?;
+            } else {
+                (0..chunk).try_for_each(|_| self.step(context))?;
             }
-            self.step(context)?;
+            done += chunk;
         }
         Ok(())
     }
 
-    /// Takes one step.
+    /// Takes one step, whose length is never halved.
     pub fn step(&mut self, context: &Context) -> Result<()> {
+        self.state.steps += 1;
+        self.move_on(context, [self.steps.step; 2])
+    }
+
+    /// Takes `count` steps, or as long a time by steps of halves, quarters and so on if an element turns inside out.
+    fn advance_halving(&mut self, context: &Context, count: u64) -> Result<()> {
+        let begin = self.state.clone();
+        for halvings in 0..=self.options.halvings {
+            match self.advance_by(context, count, halvings) {
+                Err(error) if error.kind == ErrorKind::Invalid && halvings < self.options.halvings => {
+                    self.state = begin.clone();
+                }
+                outcome => {
+                    self.halved += u64::from(halvings > 0);
+                    return outcome;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes `count` steps, each cut into 2 to the power of `halvings`. Velocities are then again those half a whole step
+    /// before the time that is reached.
+    fn advance_by(&mut self, context: &Context, count: u64, halvings: u32) -> Result<()> {
+        let (whole, seconds) = (self.steps.step, self.state.seconds);
+        let short = whole / (1u32 << halvings) as f32;
+        for part in 0..count << halvings {
+            self.move_on(context, [short, if part == 0 { 0.5 * (whole + short) } else { short }])?;
+        }
+        self.state.steps += count;
+        self.state.seconds = seconds + count as f64 * f64::from(whole);
+        // An element that the last step turned inside out is found here, while there is a state to go back to.
+        self.forces(context, self.state.seconds)?;
+        if halvings > 0 {
+            self.turn_back(0.5 * (whole - short));
+        }
+        Ok(())
+    }
+
+    /// Takes back what forces gave to the velocities of free nodes in so many seconds.
+    fn turn_back(&mut self, seconds: f32) {
+        for node in 0..self.masses.len() {
+            let force = self.outer(node) - self.inner(node);
+            let masses = &self.masses[node];
+            for axis in (0..3).filter(|axis| masses[*axis] > 0.0) {
+                let acceleration = force[axis] * masses[axis] + self.options.gravity[axis];
+                self.state.velocities[node][axis] -= seconds * acceleration;
+            }
+        }
+    }
+
+    /// Goes on by a step of `dt` seconds, with velocities that change for `kick` seconds.
+    fn move_on(&mut self, context: &Context, [dt, kick]: [f32; 2]) -> Result<()> {
         let begin = self.state.seconds;
         self.forces(context, begin)?;
-        let dt = self.steps.step;
-        self.state.steps += 1;
         self.state.seconds = begin + f64::from(dt);
-        self.integrate(context, [dt, dt], self.options.damping, self.options.gravity)?;
+        self.integrate(context, [dt, kick], self.options.damping, self.options.gravity)?;
         self.bind(context, dt, true)
     }
 
-    /// Computes what elements exert on nodes. Fails if an element is inside out.
+    /// Computes what elements and pressures exert on nodes. Fails if an element is inside out.
     fn forces(&mut self, context: &Context, seconds: f64) -> Result<()> {
+        if !self.pressures.is_empty() {
+            self.pushes.clear();
+            self.pushes.resize(self.masses.len(), [0.0; 4]);
+            let bodies = (self.model.nodes.as_slice(), self.state.displacements.as_slice());
+            self.pressures.iter().for_each(|pressure| pressure.add(context, seconds, bodies, &mut self.pushes));
+        }
         let mut activations: Vec<Row> =
             self.activations.iter().map(|curve| [curve.at(seconds)[0], 0.0, 0.0, 0.0]).collect();
         // Slots without fibres name muscle 0.
@@ -284,7 +377,8 @@ impl Simulation {
     fn integrate(&mut self, context: &Context, [dt, kick]: [f32; 2], damping: f32, gravity: [f32; 3]) -> Result<()> {
         let half = 0.5 * damping * dt;
         let (kept, gained) = ((1.0 - half) / (1.0 + half), kick / (1.0 + half));
-        let (blocks, rows, masses, loads) = (&self.elements.blocks, &self.rows, &self.masses, &self.loads);
+        let (blocks, rows, masses) = (&self.elements.blocks, &self.rows, &self.masses);
+        let (loads, pushes) = (&self.loads, &self.pushes);
         let State { displacements, velocities, .. } = &mut self.state;
         let parts = (displacements.as_mut_slice(), velocities.as_mut_slice());
         context.for_each_part(parts, PART, |first, (displacements, velocities)| {
@@ -292,6 +386,9 @@ impl Simulation {
                 let node = first + at;
                 let mass = &masses[node];
                 let mut force = loads.get(node).copied().unwrap_or_default();
+                if let Some(push) = pushes.get(node) {
+                    (0..3).for_each(|axis| force[axis] += push[axis]);
+                }
                 for row in blocks.copies(node) {
                     let row = &rows[*row as usize];
                     (0..3).for_each(|axis| force[axis] -= row[axis]);
@@ -321,6 +418,9 @@ impl Simulation {
                     self.state.displacements[node][axis] = to[axis];
                 }
             }
+        }
+        if let Some(contact) = &mut self.self_contact {
+            contact.keep(context, &self.model, &self.masses, &mut self.state);
         }
         for collider in &self.colliders {
             collider.push(context, &self.model.nodes, &self.masses, &mut self.state, moves.then_some(dt))?;
@@ -424,13 +524,19 @@ impl Simulation {
     fn unbalanced(&self) -> [f32; 2] {
         let mut most = [0f32; 2];
         for (node, masses) in self.masses.iter().enumerate() {
-            let (inner, load) = (self.inner(node), self.loads.get(node).copied().unwrap_or_default());
-            let sum = Vec3::from_slice(&load) - inner;
+            let inner = self.inner(node);
+            let sum = self.outer(node) - inner;
             let free = Vec3::from_slice(masses).map(|inverse| if inverse > 0.0 { 1.0 } else { 0.0 });
             let held = self.slides.free_part(node, &self.model.nodes, &self.state, sum * free);
             most = [most[0].max(held.length()), most[1].max(inner.length())];
         }
         most
+    }
+
+    /// Returns the force of loads and pressures on a node, in N.
+    fn outer(&self, node: usize) -> Vec3 {
+        let of = |rows: &[Row]| rows.get(node).map_or(Vec3::ZERO, |row| Vec3::from_slice(row));
+        of(&self.loads) + of(&self.pushes)
     }
 
     /// Returns the force with which elements resist the displacement of a node, in N.
@@ -466,7 +572,7 @@ impl Simulation {
         let gravity = Vec3::from(self.options.gravity);
         for (node, masses) in self.masses.iter().enumerate() {
             let (u, v) = (&self.state.displacements[node], &self.state.velocities[node]);
-            let force = Vec3::from_slice(&self.loads.get(node).copied().unwrap_or_default()) - self.inner(node);
+            let force = self.outer(node) - self.inner(node);
             let free = Vec3::from_slice(masses);
             let acceleration = force * free + gravity * free.map(|inverse| if inverse > 0.0 { 1.0 } else { 0.0 });
             let v = Vec3::from_slice(v) + 0.5 * self.steps.step * acceleration;
@@ -514,6 +620,7 @@ impl Simulation {
             ]
             .map(|part| part as f32),
             von_mises: (1.5 * squares).sqrt() as f32,
+            principal: crate::stress::principal(stress).map(|part| part as f32),
             volume: f.determinant() as f32,
             fibre_stretch: fibres.first().map_or(1.0, |fibre| (f * fibre.direction).length() as f32),
         })

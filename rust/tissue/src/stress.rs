@@ -141,3 +141,18 @@ pub(crate) fn cauchy(f: DMat3, shear: f64, bulk: f64, fibres: &[Family]) -> (DMa
 pub(crate) fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
+
+/// Returns the eigenvalues of a symmetric matrix, the largest first (Smith 1961).
+pub(crate) fn principal(matrix: DMat3) -> [f64; 3] {
+    let mean = (matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z) / 3.0;
+    let deviator = matrix - DMat3::from_diagonal(DVec3::splat(mean));
+    let squares: f64 = deviator.to_cols_array().iter().map(|part| part * part).sum();
+    let size = (squares / 6.0).sqrt();
+    if size <= f64::MIN_POSITIVE {
+        return [mean; 3];
+    }
+    let angle = (0.5 * (deviator * (1.0 / size)).determinant()).clamp(-1.0, 1.0).acos() / 3.0;
+    let largest = mean + 2.0 * size * angle.cos();
+    let least = mean + 2.0 * size * (angle + std::f64::consts::TAU / 3.0).cos();
+    [largest, 3.0 * mean - largest - least, least]
+}

@@ -7,15 +7,14 @@ use std::path::Path;
 
 use relievo_core::{Result, file};
 
-use crate::model::Model;
 use crate::simulation::{ElementState, Simulation};
 
 /// VTK's number of a hexahedron.
 const HEXAHEDRON: u8 = 12;
 
 impl Simulation {
-    /// Writes the present state as a `.vtu` file: displacements and velocities of nodes; stress, von Mises stress, volume,
-    /// fibre stretch and main material of elements.
+    /// Writes the present state as a `.vtu` file: displacements and velocities of nodes; stress, von Mises stress,
+    /// principal stresses, volume, fibre stretch and main material of elements.
     pub fn write_vtu(&self, path: &Path, elements: &[ElementState]) -> Result<()> {
         let mut data = Appended::default();
         let state = self.state();
@@ -29,10 +28,12 @@ impl Simulation {
             let stress: Vec<f32> = elements.iter().flat_map(|element| element.stress).collect();
             cells += &data.floats("stress", 6, &stress);
             cells += &data.floats("von_mises", 1, &numbers(|element| element.von_mises));
+            let principal: Vec<f32> = elements.iter().flat_map(|element| element.principal).collect();
+            cells += &data.floats("principal_stress", 3, &principal);
             cells += &data.floats("volume", 1, &numbers(|element| element.volume));
             cells += &data.floats("fibre_stretch", 1, &numbers(|element| element.fibre_stretch));
         }
-        cells += &data.numbers("material", &main_materials(self.model()));
+        cells += &data.numbers("material", &self.model().main_materials());
         let positions = data.floats("positions", 3, self.positions().as_flattened());
         let corners = data.numbers("connectivity", self.model().elements.as_flattened());
         let count = self.model().elements.len();
@@ -54,14 +55,6 @@ impl Simulation {
     }
 }
 
-/// The material of each element that has the largest share.
-pub(crate) fn main_materials(model: &Model) -> Vec<u32> {
-    let main = |element: usize| {
-        let portions = model.mixtures.get(element).iter();
-        portions.max_by(|a, b| a.share.total_cmp(&b.share)).map_or(0, |portion| portion.material)
-    };
-    (0..model.elements.len()).map(main).collect()
-}
 
 /// Bytes at the end of the file, each array with its length first.
 #[derive(Default)]

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Result};
-use relievo_tissue::{Body as Solid, Collider, Curve, DistanceField, Drive, Model, Simulation, SimulationOptions};
+use relievo_tissue::{Body as Solid, Collider, Curve, DistanceField, Drive, Model, Pressure, Simulation, SimulationOptions};
 use serde::Deserialize;
 
 use super::body::Body;
@@ -29,6 +29,8 @@ pub struct Motion {
     activation: Vec<Activation>,
     #[serde(default)]
     collider: Vec<Obstacle>,
+    #[serde(default)]
+    pressure: Vec<PressureEntry>,
     /// The folder of the description.
     #[serde(skip)]
     folder: PathBuf,
@@ -43,13 +45,15 @@ struct Options {
     safety: f32,
     hourglass: f32,
     mass_scaling: Option<f32>,
+    halvings: u32,
+    self_friction: Option<f32>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        let SimulationOptions { gravity, damping, step, safety, hourglass, mass_scaling } =
+        let SimulationOptions { gravity, damping, step, safety, hourglass, mass_scaling, halvings, self_friction } =
             SimulationOptions::default();
-        Self { gravity, damping, step, safety, hourglass, mass_scaling }
+        Self { gravity, damping, step, safety, hourglass, mass_scaling, halvings, self_friction }
     }
 }
 
@@ -85,6 +89,15 @@ struct Key {
 struct Activation {
     muscle: String,
     /// Pairs of time in seconds and activation, 0 to 1.
+    keys: Vec<[f64; 2]>,
+}
+
+/// A pressure on the outer faces of which all nodes are in a set.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PressureEntry {
+    set: String,
+    /// Pairs of time in seconds and pressure in Pa.
     keys: Vec<[f64; 2]>,
 }
 
@@ -147,10 +160,16 @@ impl Motion {
             safety: self.options.safety,
             hourglass: self.options.hourglass,
             mass_scaling: self.options.mass_scaling,
+            halvings: self.options.halvings,
+            self_friction: self.options.self_friction,
         };
         let drives = self.moves.iter().map(|entry| entry.drive(&model)).collect::<Result<Vec<_>>>()?;
         let muscles = self.activation.iter().map(|entry| model.muscle(&entry.muscle)).collect::<Result<Vec<_>>>()?;
+        let pressures = self.pressure.iter().map(|entry| entry.pressure(&model)).collect::<Result<Vec<_>>>()?;
         let mut simulation = Simulation::new(model, &options)?;
+        for pressure in pressures {
+            simulation.press(pressure)?;
+        }
         for drive in drives {
             simulation.drive(drive)?;
         }
@@ -201,6 +220,20 @@ impl Move {
         }
         let displacement = curve(&self.keys, |key| key.at).map_err(named)?;
         Ok(Drive { nodes: model.set(&self.set).map_err(named)?.nodes.clone(), axes, displacement })
+    }
+}
+
+impl PressureEntry {
+    fn pressure(&self, model: &Model) -> Result<Pressure> {
+        let named = |error: Error| error.at(format!("pressure on `{}`", self.set));
+        let faces = model.outer_faces_of(&model.set(&self.set).map_err(named)?.nodes);
+        if faces.is_empty() {
+            return Err(named(
+                Error::invalid("no outer face has all its nodes in the set").advise("name a set of the outer surface"),
+            ));
+        }
+        let keys = self.keys.iter().map(|[time, value]| (*time, [*value as f32])).collect();
+        Ok(Pressure { faces, pressure: Curve::new(keys).map_err(named)? })
     }
 }
 

@@ -5,4 +5,6 @@ mod contact;
 mod creation;
 mod dynamics;
 mod files;
+mod grids;
+mod loads;
 mod statics;
