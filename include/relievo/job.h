@@ -22,6 +22,7 @@
 #include "relievo/repair.h"
 #include "relievo/simplify.h"
 #include "relievo/tessellate.h"
+#include "relievo/tissue.h"
 
 typedef struct RlvJob {
     uint64_t id;
@@ -119,6 +120,15 @@ RLV_API RlvResult rlv_job_decal_on_detail(RlvDetail detail, const RlvDecalOption
  * another call is at work on the fluid. */
 RLV_API RlvResult rlv_job_fluid(RlvFluid fluid, double seconds, RlvJob *out);
 
+/* Starts rlv_tissue_build; rlv_job_tissue has the model it builds, rlv_job_tissue_report what that was built from. Fails as
+ * rlv_tissue_build does, as a job or at once. */
+RLV_API RlvResult rlv_job_tissue_build(RlvContext context, const RlvTissueDescription *description, RlvJob *out);
+
+/* Mutates the simulation: starts rlv_tissue_simulation_advance. Cancelled it leaves the simulation at the last whole step.
+ * Fails as rlv_tissue_simulation_advance does, as a job or at once, with RLV_ERROR_BUSY if another call is at work on the
+ * simulation. */
+RLV_API RlvResult rlv_job_tissue_advance(RlvTissueSimulation simulation, double seconds, RlvJob *out);
+
 RLV_API RlvResult rlv_job_retain(RlvJob job);
 RLV_API RlvResult rlv_job_release(RlvJob job);
 
@@ -159,6 +169,13 @@ RLV_API RlvResult rlv_job_grid(RlvJob job, RlvGrid *out);
 /* The decal that rlv_job_decal_on_mesh or rlv_job_decal_on_detail made, the same one every time. Fails as rlv_job_result
  * does, and if the job was another. */
 RLV_API RlvResult rlv_job_decal(RlvJob job, RlvDecal *out);
+
+/* The model that rlv_job_tissue_build built, the same one every time. Fails as rlv_job_result does, and if the job was
+ * another. */
+RLV_API RlvResult rlv_job_tissue(RlvJob job, RlvTissue *out);
+
+/* What the model of rlv_job_tissue_build was built from. Fails as rlv_job_result does, and if the job was another. */
+RLV_API RlvResult rlv_job_tissue_report(RlvJob job, RlvTissueReport *out);
 
 /* What rlv_job_sweep or rlv_job_sweep_points did. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_imprint_report(RlvJob job, RlvImprintReport *out);

@@ -40,6 +40,7 @@
 #include "relievo/stroke.h"
 #include "relievo/surface.h"
 #include "relievo/tessellate.h"
+#include "relievo/tissue.h"
 #include "relievo/version.h"
 
 #endif

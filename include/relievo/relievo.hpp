@@ -2314,6 +2314,193 @@ public:
     }
 };
 
+/// A simulation of soft tissue; see relievo/tissue.h.
+class TissueSimulation
+    : public Reference<RlvTissueSimulation, rlv_tissue_simulation_retain, rlv_tissue_simulation_release> {
+public:
+    using Reference::Reference;
+
+    RlvTissueSimulationInfo info() const {
+        RlvTissueSimulationInfo info = RLV_TISSUE_SIMULATION_INFO_INIT;
+        check(rlv_tissue_simulation_info(get(), &info));
+        return info;
+    }
+
+    RlvTissueEnergies energies() const {
+        RlvTissueEnergies energies = RLV_TISSUE_ENERGIES_INIT;
+        check(rlv_tissue_simulation_energies(get(), &energies));
+        return energies;
+    }
+
+    /// Sets the activation of a muscle at times.
+    void activate(std::uint32_t muscle, const std::vector<std::pair<double, float>> &keys) const {
+        std::vector<double> times;
+        std::vector<float> values;
+        split(keys, times, values);
+        check(rlv_tissue_simulation_activate(get(), muscle, times.data(), values.data(), times.size()));
+    }
+
+    /// Moves nodes along axes by displacements at times; without keys they stay where they are.
+    void drive(const std::vector<std::uint32_t> &nodes, std::uint32_t axes,
+               const std::vector<std::pair<double, Float3>> &keys = {}) const {
+        std::vector<double> times;
+        std::vector<Float3> values;
+        split(keys, times, values);
+        check(rlv_tissue_simulation_drive(get(), nodes.data(), nodes.size(), axes, times.data(), first(values),
+                                          times.size()));
+    }
+
+    void load(const std::vector<Float3> &forces) const {
+        check(rlv_tissue_simulation_load(get(), first(forces), forces.size(), 0));
+    }
+
+    /// Presses on the outer faces of which all nodes are among some, in Pa at times.
+    void press(const std::vector<std::uint32_t> &nodes, const std::vector<std::pair<double, float>> &keys) const {
+        std::vector<double> times;
+        std::vector<float> values;
+        split(keys, times, values);
+        check(rlv_tissue_simulation_press(get(), nodes.data(), nodes.size(), times.data(), values.data(), times.size()));
+    }
+
+    void add_collider(const RlvTissueCollider &collider) const {
+        check(rlv_tissue_simulation_add_collider(get(), &collider));
+    }
+
+    void step(std::uint64_t count = 1) const { check(rlv_tissue_simulation_step(get(), count)); }
+
+    void advance(double seconds, const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        watch.check(rlv_tissue_simulation_advance(get(), seconds, watch.callback(), &watch));
+    }
+
+    RlvTissueRelaxation relax(float tolerance, std::uint64_t steps, const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        RlvTissueRelaxation done = RLV_TISSUE_RELAXATION_INIT;
+        watch.check(rlv_tissue_simulation_relax(get(), tolerance, steps, watch.callback(), &watch, &done));
+        return done;
+    }
+
+    /// Copies the state into arrays that have room for all nodes and elements.
+    void get_arrays(const RlvTissueArrays &arrays) const { check(rlv_tissue_simulation_get(get(), &arrays)); }
+
+    /// Returns a bound surface as it is now, with its velocity.
+    Mesh mesh(std::uint32_t index) const {
+        RlvMesh made = RLV_NULL;
+        check(rlv_tissue_simulation_mesh(get(), index, &made));
+        return Mesh(made);
+    }
+
+    void save(const std::string &path) const { check(rlv_tissue_simulation_save(get(), path.c_str())); }
+    void restore(const std::string &path) const { check(rlv_tissue_simulation_restore(get(), path.c_str())); }
+    void write_vtu(const std::string &path) const { check(rlv_tissue_simulation_write_vtu(get(), path.c_str())); }
+    void write_vdb(const std::string &path) const { check(rlv_tissue_simulation_write_vdb(get(), path.c_str())); }
+
+private:
+    template <class Value>
+    static void split(const std::vector<std::pair<double, Value>> &keys, std::vector<double> &times,
+                      std::vector<Value> &values) {
+        for (const auto &key : keys) {
+            times.push_back(key.first);
+            values.push_back(key.second);
+        }
+    }
+
+    static const float *first(const std::vector<Float3> &rows) { return rows.empty() ? nullptr : rows.front().data(); }
+};
+
+/// A finite-element model of soft tissue; see relievo/tissue.h.
+class Tissue : public Reference<RlvTissue, rlv_tissue_retain, rlv_tissue_release> {
+public:
+    using Reference::Reference;
+
+    static Tissue build(const Context &context, const RlvTissueDescription &description,
+                        const Progress &progress = nullptr) {
+        Watch watch(progress);
+        Tissue made;
+        watch.check(rlv_tissue_build(context.get(), &description, watch.callback(), &watch, nullptr, made.out()));
+        return made;
+    }
+
+    /// Makes a block of equal boxes.
+    static Tissue block(const Context &context, const Float3 &low, const Float3 &cell, const Triangle &counts,
+                        const RlvTissueMaterial &material) {
+        Tissue made;
+        check(rlv_tissue_block(context.get(), low.data(), cell.data(), counts.data(), &material, made.out()));
+        return made;
+    }
+
+    static Tissue scan(const Context &context, const std::string &path, const RlvTissueLabels &labels) {
+        Tissue made;
+        check(rlv_tissue_scan(context.get(), path.c_str(), &labels, nullptr, made.out()));
+        return made;
+    }
+
+    static Tissue from(const Grid &grid, const RlvTissueLabels &labels) {
+        Tissue made;
+        check(rlv_tissue_from_grid(grid.get(), &labels, nullptr, made.out()));
+        return made;
+    }
+
+    static Tissue read(const Context &context, const std::string &path) {
+        Tissue made;
+        check(rlv_tissue_read(context.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    void write(const std::string &path) const { check(rlv_tissue_write(get(), path.c_str())); }
+
+    RlvTissueInfo info() const {
+        RlvTissueInfo info = RLV_TISSUE_INFO_INIT;
+        check(rlv_tissue_info(get(), &info));
+        return info;
+    }
+
+    std::vector<Float3> nodes() const {
+        std::vector<Float3> nodes(info().node_count);
+        check(rlv_tissue_get_nodes(get(), nodes.empty() ? nullptr : nodes.front().data(), nodes.size(), 0));
+        return nodes;
+    }
+
+    std::uint32_t find_muscle(const std::string &name) const {
+        std::uint32_t index = 0;
+        check(rlv_tissue_find_muscle(get(), name.c_str(), &index));
+        return index;
+    }
+
+    /// Returns the nodes of the set of a name.
+    std::vector<std::uint32_t> set(const std::string &name) const {
+        std::uint32_t index = 0;
+        check(rlv_tissue_find_set(get(), name.c_str(), &index));
+        RlvTissueSet set = RLV_TISSUE_SET_INIT;
+        check(rlv_tissue_set(get(), index, &set));
+        std::vector<std::uint32_t> nodes(set.count);
+        check(rlv_tissue_get_set(get(), index, nodes.data(), nodes.size()));
+        return nodes;
+    }
+
+    std::uint32_t add_set(const std::string &name, const Float3 &low, const Float3 &high) const {
+        std::uint32_t index = 0;
+        check(rlv_tissue_add_set(get(), name.c_str(), low.data(), high.data(), &index));
+        return index;
+    }
+
+    void hold(const std::vector<std::uint32_t> &nodes, std::uint32_t axes = 7) const {
+        check(rlv_tissue_hold(get(), nodes.data(), nodes.size(), 0, axes));
+    }
+
+    std::uint32_t bind(const std::string &name, const Mesh &mesh) const {
+        std::uint32_t index = 0;
+        check(rlv_tissue_bind(get(), name.c_str(), mesh.get(), &index));
+        return index;
+    }
+
+    TissueSimulation simulate(const RlvTissueOptions &options = RLV_TISSUE_OPTIONS_INIT) const {
+        RlvTissueSimulation made = RLV_NULL;
+        check(rlv_tissue_simulate(get(), &options, &made));
+        return TissueSimulation(made);
+    }
+};
+
 /// See relievo/job.h. One that is let go of while it runs is cancelled.
 class Job : public Reference<RlvJob, rlv_job_retain, rlv_job_release> {
 public:
@@ -2456,6 +2643,18 @@ public:
         return made;
     }
 
+    static Job tissue(const Context &context, const RlvTissueDescription &description) {
+        Job made;
+        check(rlv_job_tissue_build(context.get(), &description, made.out()));
+        return made;
+    }
+
+    static Job advance(const TissueSimulation &simulation, double seconds) {
+        Job made;
+        check(rlv_job_tissue_advance(simulation.get(), seconds, made.out()));
+        return made;
+    }
+
     RlvJobInfo poll() const {
         RlvJobInfo info = RLV_JOB_INFO_INIT;
         check(rlv_job_poll(get(), &info));
@@ -2502,6 +2701,12 @@ public:
         RlvDecal made = RLV_NULL;
         check(rlv_job_decal(get(), &made));
         return Decal(made);
+    }
+
+    Tissue tissue() const {
+        RlvTissue made = RLV_NULL;
+        check(rlv_job_tissue(get(), &made));
+        return Tissue(made);
     }
 
     RlvFluidReport fluid_report() const {

@@ -1,7 +1,7 @@
 // The C++ header: objects share and release, failures are exceptions with their parts, vectors go in and out.
 #include <relievo/relievo.hpp>
-#include <relievo/relievo.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -21,6 +21,51 @@ using relievo::Float3;
 static bool alive(const relievo::Mesh &mesh) {
     RlvMeshInfo info = RLV_MESH_INFO_INIT;
     return rlv_mesh_info(mesh.get(), &info) == RLV_OK;
+}
+
+/// Soft tissue: a block that is built, held, pressed and advanced, and its skin.
+static void tissue(const relievo::Context &context, const relievo::Mesh &solid) {
+    RlvTissueMaterial gel = RLV_TISSUE_MATERIAL_INIT;
+    gel.name = "gel";
+    gel.young = 8000.0f;
+    gel.poisson = 0.45f;
+    RlvTissueVolume volume = RLV_TISSUE_VOLUME_INIT;
+    volume.name = "block";
+    volume.mesh = solid.get();
+    RlvTissueDescription description = RLV_TISSUE_DESCRIPTION_INIT;
+    std::fill(description.cell, description.cell + 3, 0.25f);
+    description.materials = &gel;
+    description.material_count = 1;
+    description.volumes = &volume;
+    description.volume_count = 1;
+    const auto made = relievo::Tissue::build(context, description);
+    CHECK(made.info().element_count == 64 && made.nodes().size() == 125);
+    const auto building = relievo::Job::tissue(context, description);
+    building.wait();
+    CHECK(building.tissue().info().checksum == made.info().checksum);
+    const auto lower = made.set("z-"), upper = made.set("z+");
+    CHECK(lower.size() == 25);
+    made.hold(lower);
+    const auto skin = made.bind("skin", solid);
+    RlvTissueOptions still = RLV_TISSUE_OPTIONS_INIT;
+    still.gravity[2] = 0.0f;
+    const auto moving = made.simulate(still);
+    moving.press(upper, {{0.0, 500.0f}});
+    CHECK(moving.relax(1e-3f, 5000).is_at_rest == 1);
+    moving.drive(upper, 1, {{0.0, {0, 0, 0}}, {0.1, {0.01f, 0, 0}}});
+    moving.advance(0.01);
+    const auto advancing = relievo::Job::advance(moving, 0.01);
+    advancing.wait();
+    advancing.result();
+    CHECK(moving.info().seconds >= 0.02 && moving.energies().kinetic > 0.0);
+    const auto skin_points = moving.mesh(skin).points();
+    CHECK(skin_points[4][2] < 0.999f && skin_points[0][2] == 0.0f);
+    try {
+        made.find_muscle("biceps");
+        CHECK(false);
+    } catch (const relievo::Error &error) {
+        CHECK(error.result() == RLV_ERROR_INVALID);
+    }
 }
 
 int main() {
@@ -598,5 +643,6 @@ int main() {
         } catch (const std::invalid_argument &) {
         }
     }
+    tissue(context, solid);
     return 0;
 }

@@ -36,6 +36,74 @@ def heights(detail):
     return detail.evaluate(tiles, numpy.full((len(tiles), 2), 0.5), ["displacements"])["displacements"]
 
 
+class Tissues(unittest.TestCase):
+    """A block of gel that stands on its lower side, and one with a muscle of rings."""
+
+    def setUp(self):
+        self.context = rl.Context(threads=1)
+        self.block = rl.Tissue.block(self.context, (0, 0, 0), 0.025, (4, 4, 4), young=8000, poisson=0.45)
+        self.low = self.block.add_set("low", (-1, -1, -1), (1, 1, 0.001))
+        self.block.hold(self.low)
+
+    def test_blocks_are_simulated_pressed_and_kept(self):
+        self.assertEqual((self.block.info.element_count, len(self.low), self.block.nodes().shape), (64, 25, (125, 3)))
+        top = self.block.add_set("top", (-1, -1, 0.0999), (1, 1, 1))
+        with self.block.simulate(gravity=(0, 0, 0), damping=5) as simulation:
+            simulation.press(top, [(0, 500.0)])
+            self.assertTrue(simulation.relax(1e-3).is_at_rest)
+            found = simulation.get("positions", "volumes", "principal_stresses")
+            self.assertLess(found["positions"][top, 2].mean(), 0.0985)
+            numpy.testing.assert_array_equal(found["positions"][self.low], self.block.nodes()[self.low])
+            self.assertTrue((found["volumes"] < 1).any())
+            with self.assertRaisesRegex(rl.Invalid, "velocities"):
+                simulation.get("strains")
+            with tempfile.TemporaryDirectory() as folder, self.block.simulate() as other:
+                simulation.save(Path(folder, "a.rtstate"))
+                other.restore(Path(folder, "a.rtstate"))
+                numpy.testing.assert_array_equal(other.get("positions")["positions"], found["positions"])
+                simulation.write_vtu(Path(folder, "a.vtu"))
+                self.block.write(Path(folder, "a.rtissue"))
+                with rl.Tissue.read(self.context, Path(folder, "a.rtissue")) as read:
+                    self.assertEqual(read.info.checksum, self.block.info.checksum)
+
+    def test_balls_press_and_jobs_advance(self):
+        with self.block.simulate(step=0) as simulation:
+            simulation.drive(self.low, [(0, (0, 0, 0)), (0.01, (0.001, 0, 0))], "x")
+            simulation.add_collider(radius=0.03, friction=0.3, keys=[(0, (0.05, 0.05, 0.12))])
+            work = job.advance_tissue(simulation, 0.01)
+            work.wait()
+            work.result()
+            places = simulation.get("positions")["positions"]
+            distances = numpy.linalg.norm(places - (0.05, 0.05, 0.12), axis=1)
+            self.assertGreater(distances.min(), 0.0299)
+            self.assertGreater(simulation.energies.kinetic, 0)
+
+    def test_muscles_of_rings_pull(self):
+        points, corners = shapes.cube()
+        mesh = rl.Mesh(self.context, 0.05 * (points + 1), corners, 4)
+        angles = numpy.linspace(0, 2 * numpy.pi, 8, endpoint=False)
+        ring = numpy.stack([numpy.zeros(8), 0.05 + 0.03 * numpy.cos(angles), 0.05 + 0.03 * numpy.sin(angles)], 1)
+        rings = numpy.stack([ring + (x, 0, 0) for x in (0.01, 0.05, 0.09)])
+        materials = [{"name": "gel", "young": 8000, "poisson": 0.45}, {"name": "flesh", "library": "muscle"}]
+        biceps = {"name": "biceps", "level": 1, "material": "flesh", "is_muscle": True, "strength": 2e5, "rings": rings}
+        description = {"cell": 0.02, "materials": materials, "volumes": [{"name": "gel", "mesh": mesh}, biceps]}
+        with rl.Tissue(self.context, **description) as tissue:
+            self.assertEqual((tissue.find_muscle("biceps"), tissue.muscles()[0].name), (0, "biceps"))
+            index = tissue.bind("skin", mesh)
+            with tissue.simulate(gravity=(0, 0, 0)) as simulation:
+                simulation.activate(0, [(0, 0.0), (0.002, 0.5)])
+                simulation.advance(0.004)
+                self.assertLess(simulation.get("fibre_stretches")["fibre_stretches"].min(), 0.999)
+                with simulation.mesh(index) as skin:
+                    self.assertEqual(skin.points().shape, (8, 3))
+            work = job.build_tissue(self.context, **description)
+            work.wait()
+            with work.result() as built:
+                self.assertEqual(built.info.element_count, tissue.info.element_count)
+        with self.assertRaisesRegex(rl.Invalid, "no material `bone`"):
+            rl.Tissue(self.context, **{**description, "volumes": [{"name": "gel", "mesh": mesh, "material": "bone"}]})
+
+
 class Decals(unittest.TestCase):
     """A plane of 5 by 5 quads of the unit square, and pins that lay an image of 40 by 20 pixels flat on it."""
 

@@ -63,3 +63,4 @@ from .shader import Shader, ShaderExamples
 from .stroke import Stroke
 from .surface import Surface
 from .tessellation import Tessellation
+from .tissue import Tissue, TissueSimulation

@@ -268,6 +268,18 @@ class RlvPtexKind(IntEnum):
     VECTORS = 3
 
 
+class RlvTissuePurpose(IntEnum):
+    HOLD = 0
+    SLIDE = 1
+    BIND = 2
+
+
+class RlvTissueBody(IntEnum):
+    FLOOR = 0
+    BALL = 1
+    MESH = 2
+
+
 class RlvJobState(IntEnum):
     RUNNING = 0
     DONE = 1
@@ -2066,6 +2078,237 @@ class RlvRepairReport(Structure):
     ]
 
 
+class RlvTissue(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvTissueSimulation(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvTissueMaterial(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("density", c_float),
+        ("name", c_char_p),
+        ("library", c_char_p),
+        ("young", c_float),
+        ("poisson", c_float),
+    ]
+
+
+class RlvTissueVolume(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("level", c_uint32),
+        ("name", c_char_p),
+        ("mesh", RlvMesh),
+        ("material", c_uint32),
+        ("has_layers", c_uint32),
+        ("is_muscle", c_uint32),
+        ("stiffness", c_float),
+        ("strength", c_float),
+        ("ring_size", c_uint32),
+        ("direction", c_double * 3),
+        ("rings", c_double_p),
+        ("ring_count", c_size_t),
+    ]
+
+
+class RlvTissueLayer(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("material", c_uint32),
+        ("start", c_float),
+        ("thickness", c_float),
+    ]
+
+
+class RlvTissueSurface(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("purpose", c_uint32),
+        ("name", c_char_p),
+        ("mesh", RlvMesh),
+        ("is_internal", c_uint32),
+        ("angle", c_float),
+    ]
+
+
+class RlvTissueDescription(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("samples", c_uint32),
+        ("cell", c_float * 3),
+        ("share", c_float),
+        ("materials", POINTER(RlvTissueMaterial)),
+        ("material_count", c_size_t),
+        ("material_stride", c_size_t),
+        ("volumes", POINTER(RlvTissueVolume)),
+        ("volume_count", c_size_t),
+        ("volume_stride", c_size_t),
+        ("surfaces", POINTER(RlvTissueSurface)),
+        ("surface_count", c_size_t),
+        ("surface_stride", c_size_t),
+        ("skin", RlvMesh),
+        ("layers", POINTER(RlvTissueLayer)),
+        ("layer_count", c_size_t),
+        ("layer_stride", c_size_t),
+        ("epidermis_material", c_uint32),
+        ("epidermis_thickness", c_float),
+    ]
+
+
+class RlvTissueLabel(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("material", c_uint32),
+        ("low", c_float),
+        ("high", c_float),
+    ]
+
+
+class RlvTissueLabels(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("block", c_uint32),
+        ("share", c_float),
+        ("reserved", c_uint32),
+        ("materials", POINTER(RlvTissueMaterial)),
+        ("material_count", c_size_t),
+        ("material_stride", c_size_t),
+        ("labels", POINTER(RlvTissueLabel)),
+        ("label_count", c_size_t),
+        ("label_stride", c_size_t),
+    ]
+
+
+class RlvTissueReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("voxels", c_uint32 * 3),
+        ("volume", c_double),
+    ]
+
+
+class RlvTissueInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("has_cells", c_uint32),
+        ("node_count", c_size_t),
+        ("element_count", c_size_t),
+        ("cell", c_float * 3),
+        ("low", c_float * 3),
+        ("high", c_float * 3),
+        ("material_count", c_uint32),
+        ("muscle_count", c_uint32),
+        ("set_count", c_uint32),
+        ("bound_count", c_uint32),
+        ("checksum", c_uint32),
+    ]
+
+
+class RlvTissueMuscle(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("stiffness", c_float),
+        ("strength", c_float),
+        ("name", c_char * 48),
+    ]
+
+
+class RlvTissueSet(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("count", c_size_t),
+        ("name", c_char * 48),
+    ]
+
+
+class RlvTissueOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("halvings", c_uint32),
+        ("gravity", c_float * 3),
+        ("damping", c_float),
+        ("step", c_float),
+        ("safety", c_float),
+        ("hourglass", c_float),
+        ("mass_scaling", c_float),
+        ("self_friction", c_float),
+    ]
+
+
+class RlvTissueSimulationInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("stiffest_element", c_uint32),
+        ("step", c_float),
+        ("stable_step", c_float),
+        ("added_mass", c_float),
+        ("reserved", c_uint32),
+        ("steps", c_uint64),
+        ("seconds", c_double),
+        ("halved", c_uint64),
+    ]
+
+
+class RlvTissueEnergies(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("kinetic", c_double),
+        ("elastic", c_double),
+        ("potential", c_double),
+    ]
+
+
+class RlvTissueRelaxation(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_at_rest", c_uint32),
+        ("steps", c_uint64),
+        ("unbalanced", c_float),
+        ("largest", c_float),
+    ]
+
+
+class RlvTissueCollider(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("body", c_uint32),
+        ("mesh", RlvMesh),
+        ("radius", c_float),
+        ("friction", c_float),
+        ("times", c_double_p),
+        ("translations", c_float_p),
+        ("rotations", c_float_p),
+        ("key_count", c_size_t),
+    ]
+
+
+class RlvTissueArrays(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("node_count", c_size_t),
+        ("positions", c_float_p),
+        ("velocities", c_float_p),
+        ("element_count", c_size_t),
+        ("stresses", c_float_p),
+        ("principal_stresses", c_float_p),
+        ("von_mises", c_float_p),
+        ("volumes", c_float_p),
+        ("fibre_stretches", c_float_p),
+    ]
+
+
 class RlvJob(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -2394,6 +2637,23 @@ INIT = {
     RlvPtexReport: (ctypes.sizeof(RlvPtexReport), 0, 0, 0, 0, 0, 0, 0, 0.0, 0,),
     RlvRepairSettings: (ctypes.sizeof(RlvRepairSettings), 1, 0.0, 1, 1, 1, 1, 1, 0, 0.75, 1, 1, 1, 8,),
     RlvRepairReport: (ctypes.sizeof(RlvRepairReport), 0, (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, (0,),), (0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0.0,), (0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0.0,), 0, 0, 0, 0, 0, 0,),
+    RlvTissueMaterial: (ctypes.sizeof(RlvTissueMaterial), 0, None, None, 0, 0.49,),
+    RlvTissueVolume: (ctypes.sizeof(RlvTissueVolume), 0, None, (0,), 0, 0, 0, 0, 0, 0, (0, 0, 0,), None, 0,),
+    RlvTissueLayer: (ctypes.sizeof(RlvTissueLayer), 0, 0, 0,),
+    RlvTissueSurface: (ctypes.sizeof(RlvTissueSurface), 0, None, (0,), 0, 1.55334303,),
+    RlvTissueDescription: (ctypes.sizeof(RlvTissueDescription), 4, (0, 0, 0,), 0.5, None, 0, 0, None, 0, 0, None, 0, 0, (0,), None, 0, 0, 0, 0,),
+    RlvTissueLabel: (ctypes.sizeof(RlvTissueLabel), 0, 0, 0,),
+    RlvTissueLabels: (ctypes.sizeof(RlvTissueLabels), 1, 0.5, 0, None, 0, 0, None, 0, 0,),
+    RlvTissueReport: (ctypes.sizeof(RlvTissueReport), (0, 0, 0,), 0,),
+    RlvTissueInfo: (ctypes.sizeof(RlvTissueInfo), 0, 0, 0, (0, 0, 0,), (0, 0, 0,), (0, 0, 0,), 0, 0, 0, 0, 0,),
+    RlvTissueMuscle: (ctypes.sizeof(RlvTissueMuscle), 0, 0, 0, (0,),),
+    RlvTissueSet: (ctypes.sizeof(RlvTissueSet), 0, 0, (0,),),
+    RlvTissueOptions: (ctypes.sizeof(RlvTissueOptions), 0, (0, 0, -9.81,), 0, 0, 0.7, 1, 0, -1,),
+    RlvTissueSimulationInfo: (ctypes.sizeof(RlvTissueSimulationInfo), 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvTissueEnergies: (ctypes.sizeof(RlvTissueEnergies), 0, 0, 0, 0,),
+    RlvTissueRelaxation: (ctypes.sizeof(RlvTissueRelaxation), 0, 0, 0, 0,),
+    RlvTissueCollider: (ctypes.sizeof(RlvTissueCollider), 0, (0,), 0, 0, None, None, None, 0,),
+    RlvTissueArrays: (ctypes.sizeof(RlvTissueArrays), 0, 0, None, None, 0, None, None, None, None, None,),
     RlvJobInfo: (ctypes.sizeof(RlvJobInfo), 0, 0, 0.0, (0,),),
     RlvLayerOptions: (ctypes.sizeof(RlvLayerOptions), 0, 1, 1, 1.0, 0,),
     RlvLayerInfo: (ctypes.sizeof(RlvLayerInfo), 0, 0, 0, 0, 0, 0.0, 0, 0, (0,),),
@@ -2724,6 +2984,45 @@ FUNCTIONS = {
     "rlv_repair_mesh": (RlvResult, [("mesh", RlvMesh), ("settings", POINTER(RlvRepairSettings)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvRepairReport)), ("out", POINTER(RlvMesh))]),
     "rlv_repair_arrays": (RlvResult, [("context", RlvContext), ("arrays", POINTER(RlvMeshArrays)), ("attributes", POINTER(RlvAttributeArrays)), ("attribute_count", c_size_t), ("settings", POINTER(RlvRepairSettings)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvRepairReport)), ("out", POINTER(RlvMesh))]),
     "rlv_repair_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("settings", POINTER(RlvRepairSettings)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvRepairReport)), ("out", POINTER(RlvMesh))]),
+    "rlv_tissue_build": (RlvResult, [("context", RlvContext), ("description", POINTER(RlvTissueDescription)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvTissueReport)), ("out", POINTER(RlvTissue))]),
+    "rlv_tissue_block": (RlvResult, [("context", RlvContext), ("low", c_float_p), ("cell", c_float_p), ("counts", c_uint32_p), ("material", POINTER(RlvTissueMaterial)), ("out", POINTER(RlvTissue))]),
+    "rlv_tissue_scan": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("labels", POINTER(RlvTissueLabels)), ("report", POINTER(RlvTissueReport)), ("out", POINTER(RlvTissue))]),
+    "rlv_tissue_from_grid": (RlvResult, [("grid", RlvGrid), ("labels", POINTER(RlvTissueLabels)), ("report", POINTER(RlvTissueReport)), ("out", POINTER(RlvTissue))]),
+    "rlv_tissue_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvTissue))]),
+    "rlv_tissue_write": (RlvResult, [("tissue", RlvTissue), ("path", c_char_p)]),
+    "rlv_tissue_retain": (RlvResult, [("tissue", RlvTissue)]),
+    "rlv_tissue_release": (RlvResult, [("tissue", RlvTissue)]),
+    "rlv_tissue_info": (RlvResult, [("tissue", RlvTissue), ("out", POINTER(RlvTissueInfo))]),
+    "rlv_tissue_get_nodes": (RlvResult, [("tissue", RlvTissue), ("nodes", c_float_p), ("count", c_size_t), ("stride", c_size_t)]),
+    "rlv_tissue_get_elements": (RlvResult, [("tissue", RlvTissue), ("nodes", c_uint32_p), ("materials", c_uint32_p), ("count", c_size_t)]),
+    "rlv_tissue_find_muscle": (RlvResult, [("tissue", RlvTissue), ("name", c_char_p), ("out", c_uint32_p)]),
+    "rlv_tissue_muscle": (RlvResult, [("tissue", RlvTissue), ("index", c_uint32), ("out", POINTER(RlvTissueMuscle))]),
+    "rlv_tissue_find_set": (RlvResult, [("tissue", RlvTissue), ("name", c_char_p), ("out", c_uint32_p)]),
+    "rlv_tissue_set": (RlvResult, [("tissue", RlvTissue), ("index", c_uint32), ("out", POINTER(RlvTissueSet))]),
+    "rlv_tissue_get_set": (RlvResult, [("tissue", RlvTissue), ("index", c_uint32), ("nodes", c_uint32_p), ("count", c_size_t)]),
+    "rlv_tissue_add_set": (RlvResult, [("tissue", RlvTissue), ("name", c_char_p), ("low", c_float_p), ("high", c_float_p), ("out", c_uint32_p)]),
+    "rlv_tissue_hold": (RlvResult, [("tissue", RlvTissue), ("nodes", c_uint32_p), ("count", c_size_t), ("stride", c_size_t), ("axes", c_uint32)]),
+    "rlv_tissue_bind": (RlvResult, [("tissue", RlvTissue), ("name", c_char_p), ("mesh", RlvMesh), ("out", c_uint32_p)]),
+    "rlv_tissue_simulate": (RlvResult, [("tissue", RlvTissue), ("options", POINTER(RlvTissueOptions)), ("out", POINTER(RlvTissueSimulation))]),
+    "rlv_tissue_simulation_retain": (RlvResult, [("simulation", RlvTissueSimulation)]),
+    "rlv_tissue_simulation_release": (RlvResult, [("simulation", RlvTissueSimulation)]),
+    "rlv_tissue_simulation_info": (RlvResult, [("simulation", RlvTissueSimulation), ("out", POINTER(RlvTissueSimulationInfo))]),
+    "rlv_tissue_simulation_energies": (RlvResult, [("simulation", RlvTissueSimulation), ("out", POINTER(RlvTissueEnergies))]),
+    "rlv_tissue_simulation_activate": (RlvResult, [("simulation", RlvTissueSimulation), ("muscle", c_uint32), ("times", c_double_p), ("values", c_float_p), ("count", c_size_t)]),
+    "rlv_tissue_simulation_drive": (RlvResult, [("simulation", RlvTissueSimulation), ("nodes", c_uint32_p), ("count", c_size_t), ("axes", c_uint32), ("times", c_double_p), ("displacements", c_float_p), ("key_count", c_size_t)]),
+    "rlv_tissue_simulation_load": (RlvResult, [("simulation", RlvTissueSimulation), ("forces", c_float_p), ("count", c_size_t), ("stride", c_size_t)]),
+    "rlv_tissue_simulation_press": (RlvResult, [("simulation", RlvTissueSimulation), ("nodes", c_uint32_p), ("count", c_size_t), ("times", c_double_p), ("pressures", c_float_p), ("key_count", c_size_t)]),
+    "rlv_tissue_simulation_add_collider": (RlvResult, [("simulation", RlvTissueSimulation), ("collider", POINTER(RlvTissueCollider))]),
+    "rlv_tissue_simulation_step": (RlvResult, [("simulation", RlvTissueSimulation), ("count", c_uint64)]),
+    "rlv_tissue_simulation_advance": (RlvResult, [("simulation", RlvTissueSimulation), ("seconds", c_double), ("progress", RlvProgress), ("user", c_void_p)]),
+    "rlv_tissue_simulation_relax": (RlvResult, [("simulation", RlvTissueSimulation), ("tolerance", c_float), ("steps", c_uint64), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvTissueRelaxation))]),
+    "rlv_tissue_simulation_get": (RlvResult, [("simulation", RlvTissueSimulation), ("arrays", POINTER(RlvTissueArrays))]),
+    "rlv_tissue_simulation_get_bound": (RlvResult, [("simulation", RlvTissueSimulation), ("index", c_uint32), ("points", c_float_p), ("count", c_size_t), ("stride", c_size_t)]),
+    "rlv_tissue_simulation_mesh": (RlvResult, [("simulation", RlvTissueSimulation), ("index", c_uint32), ("out", POINTER(RlvMesh))]),
+    "rlv_tissue_simulation_save": (RlvResult, [("simulation", RlvTissueSimulation), ("path", c_char_p)]),
+    "rlv_tissue_simulation_restore": (RlvResult, [("simulation", RlvTissueSimulation), ("path", c_char_p)]),
+    "rlv_tissue_simulation_write_vtu": (RlvResult, [("simulation", RlvTissueSimulation), ("path", c_char_p)]),
+    "rlv_tissue_simulation_write_vdb": (RlvResult, [("simulation", RlvTissueSimulation), ("path", c_char_p)]),
     "rlv_job_tessellate": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_sweep": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("out", POINTER(RlvJob))]),
     "rlv_job_sweep_points": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("from_points", c_float_p), ("to_points", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("out", POINTER(RlvJob))]),
@@ -2742,6 +3041,8 @@ FUNCTIONS = {
     "rlv_job_decal_on_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvDecalOptions)), ("pins", POINTER(RlvDecalPin)), ("count", c_size_t), ("stride", c_size_t), ("out", POINTER(RlvJob))]),
     "rlv_job_decal_on_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvDecalOptions)), ("pins", POINTER(RlvDecalPin)), ("count", c_size_t), ("stride", c_size_t), ("out", POINTER(RlvJob))]),
     "rlv_job_fluid": (RlvResult, [("fluid", RlvFluid), ("seconds", c_double), ("out", POINTER(RlvJob))]),
+    "rlv_job_tissue_build": (RlvResult, [("context", RlvContext), ("description", POINTER(RlvTissueDescription)), ("out", POINTER(RlvJob))]),
+    "rlv_job_tissue_advance": (RlvResult, [("simulation", RlvTissueSimulation), ("seconds", c_double), ("out", POINTER(RlvJob))]),
     "rlv_job_retain": (RlvResult, [("job", RlvJob)]),
     "rlv_job_release": (RlvResult, [("job", RlvJob)]),
     "rlv_job_poll": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvJobInfo))]),
@@ -2754,6 +3055,8 @@ FUNCTIONS = {
     "rlv_job_progressive_mesh": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvProgressive))]),
     "rlv_job_grid": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvGrid))]),
     "rlv_job_decal": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvDecal))]),
+    "rlv_job_tissue": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvTissue))]),
+    "rlv_job_tissue_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvTissueReport))]),
     "rlv_job_imprint_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvImprintReport))]),
     "rlv_job_bake_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvBakeReport))]),
     "rlv_job_fluid_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvFluidReport))]),

@@ -22,6 +22,7 @@ from .progressive import options_of as progressive_options
 from .ptex import options_of as ptex_options
 from .repair import report_of, settings_of as repair_settings
 from .surface import tessellate_options
+from .tissue import Tissue, description_of
 
 
 class Job(Handle):
@@ -154,6 +155,20 @@ def repair(mesh, **settings):
         return Mesh.of("rlv_job_mesh", job.handle), report_of(report)
 
     return _started(fetch, "rlv_job_repair", mesh.handle, repair_settings(settings))
+
+
+def build_tissue(context, cell, materials, volumes, **description):
+    """Starts `Tissue(context)`; the result is the model."""
+    given, kept = description_of(cell, materials, volumes, **description)
+    fetch = lambda job: Tissue.of("rlv_job_tissue", job.handle)
+    made = _started(fetch, "rlv_job_tissue_build", context.handle, ctypes.byref(given))
+    del kept
+    return made
+
+
+def advance_tissue(simulation, seconds):
+    """Starts `TissueSimulation.advance`; there is no result."""
+    return _started(lambda job: None, "rlv_job_tissue_advance", simulation.handle, seconds)
 
 
 def advance(fluid, seconds):

@@ -304,6 +304,13 @@ impl Meshing {
     }
 }
 
+/// Copies the box of active voxels of a grid, and returns it with the grid's context.
+pub fn scan(grid: RlvGrid) -> Result<(Arc<ContextObject>, relievo_tissue::Scan)> {
+    let object = registry::get(grid)?;
+    let scan = relievo_tissue::Scan::of_grid(&object.context.context, &*try_read(&object.grid, "grid")?)?;
+    Ok((object.context.clone(), scan))
+}
+
 /// Reads settings and what a change is.
 ///
 /// # Safety

@@ -34,6 +34,7 @@ use crate::registry::{self, busy, handle};
 use crate::repair::{RepairJob, RlvRepairReport, RlvRepairSettings};
 use crate::simplify::{RlvSimplifyOptions, Simplification};
 use crate::tessellate::{self, RlvTessellateOptions};
+use crate::tissue::{Building, RlvTissue, RlvTissueDescription, RlvTissueReport, RlvTissueSimulation};
 
 handle!(RlvJob, 13, JobObject);
 
@@ -76,6 +77,10 @@ pub enum Product {
     Ptex(RlvPtexReport),
     Transfer(RlvTransferReport),
     Fluid(RlvFluidReport),
+    /// A model of soft tissue as above, and what it was made of.
+    Tissue(RlvTissue, RlvTissueReport),
+    /// Steps of soft tissue, without more to say about them.
+    TissueSteps,
 }
 
 impl Drop for Product {
@@ -86,6 +91,7 @@ impl Drop for Product {
             Self::Progressive(mesh) => registry::release(*mesh),
             Self::Grid(grid) => registry::release(*grid),
             Self::Decal(decal) => registry::release(*decal),
+            Self::Tissue(tissue, _) => registry::release(*tissue),
             _ => Ok(()),
         };
     }
@@ -502,6 +508,29 @@ entry! {
         registry::retain(job)
     }
 
+    fn rlv_job_tissue_build(context: RlvContext, description: *const RlvTissueDescription, out: *mut RlvJob) {
+        present("out", out)?;
+        // SAFETY: the caller gives NULL or descriptors that start with their size, with arrays of their counts.
+        let building = unsafe { Building::read(context, description) }?;
+        let job = start(&building.context().clone(), move |progress| {
+            building.run(progress).map(|(tissue, report)| Product::Tissue(tissue, report))
+        })?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
+    fn rlv_job_tissue_advance(simulation: RlvTissueSimulation, seconds: f64, out: *mut RlvJob) {
+        present("out", out)?;
+        let simulation = registry::get(simulation)?;
+        let job = start(&simulation.context.clone(), move |progress| {
+            simulation.advance(seconds, progress).map(|()| Product::TissueSteps)
+        })?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
     fn rlv_job_release(job: RlvJob) {
         registry::release(job)
     }
@@ -601,6 +630,27 @@ entry! {
         // SAFETY: checked above.
         unsafe { put(out, decal) };
         Ok(())
+    }
+
+    fn rlv_job_tissue(job: RlvJob, out: *mut RlvTissue) {
+        present("out", out)?;
+        let tissue = registry::get(job)?.product("a model of soft tissue", |product| match product {
+            Product::Tissue(tissue, _) => Some(*tissue),
+            _ => None,
+        })?;
+        registry::retain(tissue)?;
+        // SAFETY: checked above.
+        unsafe { put(out, tissue) };
+        Ok(())
+    }
+
+    fn rlv_job_tissue_report(job: RlvJob, out: *mut RlvTissueReport) {
+        let report = registry::get(job)?.product("a model of soft tissue", |product| match product {
+            Product::Tissue(_, report) => Some(*report),
+            _ => None,
+        })?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, report) }
     }
 
     fn rlv_job_imprint_report(job: RlvJob, out: *mut RlvImprintReport) {

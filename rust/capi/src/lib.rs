@@ -55,5 +55,6 @@ pub mod simplify;
 pub mod stroke;
 pub mod surface;
 pub mod tessellate;
+pub mod tissue;
 pub mod version;
 pub mod view;

@@ -20,7 +20,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-pub const NOUNS: [&str; 28] = [
+pub const NOUNS: [&str; 30] = [
     "nothing",
     "context",
     "mesh",
@@ -49,6 +49,8 @@ pub const NOUNS: [&str; 28] = [
     "decal",
     "foam",
     "shader",
+    "tissue",
+    "tissue simulation",
 ];
 
 /// Defines the handle type of a noun.

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use glam::DAffine3;
+use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Context, Error, Mesh, Result};
 use relievo_meshio::{Model, Root};
 
@@ -12,6 +12,7 @@ use crate::description::{Geometry, MeshSource, Scene};
 use crate::diagnostic::{Diagnostic, Faults};
 use crate::paths::Paths;
 use crate::sequence::Pattern;
+use crate::tissue::TissueSurface;
 
 /// The meshes of a scene, by index.
 #[derive(Debug)]
@@ -35,7 +36,29 @@ struct Asset {
 enum Motion {
     Still,
     Animation { model: Box<Model>, animation: usize },
-    Sequence { paths: Vec<PathBuf>, loaded: Vec<(usize, Vec<[f32; 3]>)>, root: Root, space: DAffine3, particles: bool },
+    Sequence { paths: Vec<PathBuf>, loaded: Vec<(usize, Vec<[f32; 3]>)>, source: Box<Source> },
+}
+
+/// How the files of a sequence are read.
+#[derive(Debug)]
+enum Source {
+    Meshes { root: Root, space: DAffine3, particles: bool },
+    Tissue(TissueSurface),
+}
+
+impl Source {
+    /// Reads a file: the mesh and the names of its materials.
+    fn read(&self, context: &Context, path: &Path) -> Result<(Mesh, Vec<String>)> {
+        match self {
+            Self::Meshes { root, space, particles } => read_mesh(context, path, root, *space, *particles),
+            Self::Tissue(surface) => Ok((surface.mesh(context, path)?, Vec::new())),
+        }
+    }
+
+    /// Returns whether files may have different numbers of points.
+    fn has_particles(&self) -> bool {
+        matches!(self, Self::Meshes { particles: true, .. })
+    }
 }
 
 impl Assets {
@@ -87,17 +110,17 @@ impl Assets {
         match &mut asset.motion {
             Motion::Still => Ok(asset.mesh.points.clone()),
             Motion::Animation { model, animation } => Ok(model.pose(context, *animation, time)?.merged_points()),
-            Motion::Sequence { paths, loaded, root, space, particles } => {
+            Motion::Sequence { paths, loaded, source } => {
                 let place = (time * fps).clamp(0.0, (paths.len() - 1) as f64);
                 let (before, share) = (place.floor() as usize, place.fract());
                 let after = (before + 1).min(paths.len() - 1);
                 loaded.retain(|(number, _)| *number == before || *number == after);
                 for number in [before, after] {
                     if loaded.iter().all(|(known, _)| *known != number) {
-                        let (read, _) = read_mesh(context, &paths[number], root, *space, *particles)?;
+                        let (read, _) = source.read(context, &paths[number])?;
                         // There may be more or less particles in every file.
                         let alike = read.points.len() == asset.mesh.points.len() && read.corners == asset.mesh.corners;
-                        if !(alike || *particles) {
+                        if !(alike || source.has_particles()) {
                             return Err(Error::invalid("the topology differs from the sequence's first file")
                                 .at(paths[number].display().to_string())
                                 .advise("export all files of a sequence with the same faces"));
@@ -118,6 +141,10 @@ impl Assets {
         }
     }
 }
+
+/// Turns what has z up so that y is up.
+const Y_UP: DAffine3 =
+    DAffine3 { matrix3: DMat3 { x_axis: DVec3::X, y_axis: DVec3::NEG_Z, z_axis: DVec3::Y }, translation: DVec3::ZERO };
 
 /// What brings metres with y up to the units and the axis of a scene.
 fn space(scene: &Scene) -> DAffine3 {
@@ -193,7 +220,7 @@ fn load(context: &Context, scene: &Scene, paths: &Paths, index: usize) -> Result
             check(&mesh, particles).map_err(place)?;
             Ok(Asset { mesh, motion, files, notes, materials })
         }
-        MeshSource::Sequence { pattern, first, count } => {
+        MeshSource::Sequence { pattern, first, count, tissue, bound } => {
             let mut list = Vec::new();
             let mut files = Vec::new();
             let pattern = Pattern::new(&pattern.text)?;
@@ -203,10 +230,18 @@ fn load(context: &Context, scene: &Scene, paths: &Paths, index: usize) -> Result
                 list.push(path);
             }
             let Some(start) = list.first() else { return Err(Error::invalid("the sequence has no files")) };
-            let (root, space) = (paths.root().clone(), space(scene));
-            let (mesh, materials) = read_mesh(context, start, &root, space, particles)?;
-            let motion =
-                Motion::Sequence { loaded: vec![(0, mesh.points.clone())], paths: list, root, space, particles };
+            let source = match tissue {
+                Some(model) => {
+                    let path = paths.resolve(&model.text)?;
+                    files.push(checksum(&path)?);
+                    let name = bound.as_ref().map(|name| name.text.as_str());
+                    Source::Tissue(TissueSurface::read(context, &path, name, space(scene) * Y_UP)?)
+                }
+                None => Source::Meshes { root: paths.root().clone(), space: space(scene), particles },
+            };
+            let (mesh, materials) = source.read(context, start)?;
+            let loaded = vec![(0, mesh.points.clone())];
+            let motion = Motion::Sequence { loaded, paths: list, source: Box::new(source) };
             Ok(Asset { mesh, motion, files, notes: Vec::new(), materials })
         }
     }
@@ -258,6 +293,38 @@ mod tests {
                 assert_eq!(found, height, "{pattern}, frame {frame}");
             }
         }
+    }
+
+    #[cfg(feature = "tissue")]
+    #[test]
+    fn a_surface_follows_frames_of_soft_tissue() {
+        use relievo_tissue::{Binding, Material, SavedState, State};
+        let folder = tempfile::tempdir().unwrap();
+        let context = Context::serial();
+        let material = Material { name: "gel".into(), density: 1000.0, shear: 1000.0, bulk: 1e4 };
+        let mut model = relievo_tissue::Model::block([0.0; 3], [1.0; 3], [1, 1, 1], material).unwrap();
+        let points = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
+        model.bindings.push(Binding::new(&context, &model, "skin", &points, &[[0, 1, 2]]).unwrap());
+        model.write(&folder.path().join("gel.rtissue")).unwrap();
+        for frame in 0..3u16 {
+            let rows = vec![[0.0, 0.0, f32::from(frame), 0.0]; 8];
+            let state = State { displacements: rows.clone(), velocities: rows, ..State::default() };
+            let saved = SavedState { state, ..SavedState::default() };
+            saved.write(&folder.path().join(format!("{frame:04}.rtstate"))).unwrap();
+        }
+        let mesh = "sequence = \"####.rtstate\"\ncount = 3\ntissue = \"gel.rtissue\"\nbound = \"BOUND\"";
+        let (good, paths) = scene(folder.path(), &mesh.replace("BOUND", "skin"));
+        let mut assets = Assets::load(&context, &good, &paths).unwrap();
+        let up = match good.up {
+            crate::description::Up::Z => 2,
+            _ => 1,
+        };
+        for (frame, height) in [(0.0, 1.0), (0.5, 1.5), (2.0, 3.0), (9.0, 3.0)] {
+            let found = assets.points(&context, 0, frame / 24.0, 24.0).unwrap();
+            assert!((f64::from(found[0][up]) - height / good.metres).abs() < 1e-5, "{found:?}");
+        }
+        let (bad, paths) = scene(folder.path(), &mesh.replace("BOUND", "bone"));
+        assert!(Assets::load(&context, &bad, &paths).unwrap_err().to_string().contains("it has skin"));
     }
 
     #[test]

@@ -104,6 +104,10 @@ pub enum MeshSource {
         first: u64,
         /// How many there are.
         count: u64,
+        /// Path of the model of soft tissue whose frames they are.
+        tissue: Option<Name>,
+        /// Name of the surface that follows it; left out, the first.
+        bound: Option<Name>,
     },
     /// A generated shape.
     Shape(Shape),

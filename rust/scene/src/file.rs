@@ -282,7 +282,8 @@ fn read_mesh(reader: &mut Reader, name: &Name, table: Table) -> Option<MeshEntry
     };
     let fitting: &[&str] = match source {
         "file" => &["file", "animation"],
-        "sequence" => &["sequence", "first", "count"],
+        "sequence" if table.has("tissue") => &["sequence", "first", "count", "tissue", "bound"],
+        "sequence" => &["sequence", "first", "count", "tissue"],
         _ => match reader.choice(table, "shape")? {
             "plane" => &["shape", "size", "faces"],
             "terrain" => &["shape", "size", "faces", "seed"],
@@ -307,7 +308,13 @@ fn read_mesh(reader: &mut Reader, name: &Name, table: Table) -> Option<MeshEntry
             if let Err(error) = Pattern::new(&pattern.text) {
                 reader.fault(Diagnostic::from_error(pattern.span.clone(), &error));
             }
-            MeshSource::Sequence { pattern, first: reader.whole(table, "first"), count: reader.whole(table, "count") }
+            MeshSource::Sequence {
+                pattern,
+                first: reader.whole(table, "first"),
+                count: reader.whole(table, "count"),
+                tissue: reader.text(table, "tissue"),
+                bound: reader.text(table, "bound"),
+            }
         }
         _ => MeshSource::Shape(read_shape(reader, table)?),
     };

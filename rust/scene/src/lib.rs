@@ -39,6 +39,8 @@ pub mod starter;
 pub mod stepper;
 mod strokes;
 pub mod tessellation;
+#[cfg_attr(not(feature = "tissue"), path = "tissue_absent.rs")]
+mod tissue;
 pub mod trace;
 pub mod triangles;
 mod views;

@@ -128,6 +128,14 @@ pub static MESH: Section = Section {
             "How many files the sequence has; the last one stays afterwards",
         ),
         key(
+            "tissue",
+            Kind::Path,
+            "",
+            "",
+            "Model of soft tissue (`.rtissue`) that the sequence has frames of (`.rtstate`, by `relievo tissue sim`)",
+        ),
+        key("bound", Kind::Text, "", "", "Surface that follows the tissue; left out, the first of the model"),
+        key(
             "animation",
             Kind::Text,
             "",

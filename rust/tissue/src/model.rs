@@ -159,8 +159,10 @@ impl Model {
             return Err(Error::invalid(format!("a block of {x} × {y} × {z} elements cannot be"))
                 .advise("use 1 or more along each axis, and fewer than 4e9 in all"));
         }
-        let node = |i: usize, j: usize, k: usize| ((k * (y + 1) + j) * (x + 1) + i) as u32;
         let mut model = Self { cell: Some(cell), materials: vec![material], ..Self::default() };
+        let room = model.nodes.try_reserve_exact(nodes as usize).and(model.elements.try_reserve_exact(x * y * z));
+        room.map_err(|_| Error::memory(format!("a block of {x} × {y} × {z} elements does not fit into memory")))?;
+        let node = |i: usize, j: usize, k: usize| ((k * (y + 1) + j) * (x + 1) + i) as u32;
         for k in 0..=z {
             for j in 0..=y {
                 let at = |i: usize| [i, j, k].map(|index| index as f32);

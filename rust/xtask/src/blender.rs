@@ -21,6 +21,7 @@ const TESTS: &[&str] = &[
     "test_repair.py",
     "test_levels.py",
     "test_fluid.py",
+    "test_tissue.py",
     "test_motion.py",
     "test_scene.py",
     "test_render.py",

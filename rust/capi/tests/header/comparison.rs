@@ -35,6 +35,7 @@ use relievo::grid::*;
 use relievo::imprint::*;
 use relievo::ptex::*;
 use relievo::repair::*;
+use relievo::tissue::*;
 use relievo::job::*;
 use relievo::layer::*;
 use relievo::picture::*;
@@ -641,6 +642,70 @@ function!(rlv_repair_check: unsafe extern "C" fn(RlvMesh, *const RlvRepairSettin
 function!(rlv_repair_mesh: unsafe extern "C" fn(RlvMesh, *const RlvRepairSettings, RlvProgress, *mut c_void, *mut RlvRepairReport, *mut RlvMesh) -> RlvResult);
 function!(rlv_repair_arrays: unsafe extern "C" fn(RlvContext, *const RlvMeshArrays, *const RlvAttributeArrays, usize, *const RlvRepairSettings, RlvProgress, *mut c_void, *mut RlvRepairReport, *mut RlvMesh) -> RlvResult);
 function!(rlv_repair_read: unsafe extern "C" fn(RlvContext, *const c_char, *const RlvRepairSettings, RlvProgress, *mut c_void, *mut RlvRepairReport, *mut RlvMesh) -> RlvResult);
+layout!(RlvTissue: 8, 8);
+layout!(RlvTissueSimulation: 8, 8);
+constant!(RLV_TISSUE_HOLD = 0);
+constant!(RLV_TISSUE_SLIDE = 1);
+constant!(RLV_TISSUE_BIND = 2);
+constant!(RLV_TISSUE_FLOOR = 0);
+constant!(RLV_TISSUE_BALL = 1);
+constant!(RLV_TISSUE_MESH = 2);
+layout!(RlvTissueMaterial: 32, 8);
+layout!(RlvTissueVolume: 88, 8);
+layout!(RlvTissueLayer: 16, 4);
+layout!(RlvTissueSurface: 32, 8);
+layout!(RlvTissueDescription: 136, 8);
+layout!(RlvTissueLabel: 16, 4);
+layout!(RlvTissueLabels: 64, 8);
+layout!(RlvTissueReport: 24, 8);
+layout!(RlvTissueInfo: 80, 8);
+layout!(RlvTissueMuscle: 64, 4);
+layout!(RlvTissueSet: 64, 8);
+layout!(RlvTissueOptions: 44, 4);
+layout!(RlvTissueSimulationInfo: 48, 8);
+layout!(RlvTissueEnergies: 32, 8);
+layout!(RlvTissueRelaxation: 24, 8);
+layout!(RlvTissueCollider: 56, 8);
+layout!(RlvTissueArrays: 80, 8);
+function!(rlv_tissue_build: unsafe extern "C" fn(RlvContext, *const RlvTissueDescription, RlvProgress, *mut c_void, *mut RlvTissueReport, *mut RlvTissue) -> RlvResult);
+function!(rlv_tissue_block: unsafe extern "C" fn(RlvContext, *const f32, *const f32, *const u32, *const RlvTissueMaterial, *mut RlvTissue) -> RlvResult);
+function!(rlv_tissue_scan: unsafe extern "C" fn(RlvContext, *const c_char, *const RlvTissueLabels, *mut RlvTissueReport, *mut RlvTissue) -> RlvResult);
+function!(rlv_tissue_from_grid: unsafe extern "C" fn(RlvGrid, *const RlvTissueLabels, *mut RlvTissueReport, *mut RlvTissue) -> RlvResult);
+function!(rlv_tissue_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvTissue) -> RlvResult);
+function!(rlv_tissue_write: unsafe extern "C" fn(RlvTissue, *const c_char) -> RlvResult);
+function!(rlv_tissue_retain: unsafe extern "C" fn(RlvTissue) -> RlvResult);
+function!(rlv_tissue_release: unsafe extern "C" fn(RlvTissue) -> RlvResult);
+function!(rlv_tissue_info: unsafe extern "C" fn(RlvTissue, *mut RlvTissueInfo) -> RlvResult);
+function!(rlv_tissue_get_nodes: unsafe extern "C" fn(RlvTissue, *mut f32, usize, usize) -> RlvResult);
+function!(rlv_tissue_get_elements: unsafe extern "C" fn(RlvTissue, *mut u32, *mut u32, usize) -> RlvResult);
+function!(rlv_tissue_find_muscle: unsafe extern "C" fn(RlvTissue, *const c_char, *mut u32) -> RlvResult);
+function!(rlv_tissue_muscle: unsafe extern "C" fn(RlvTissue, u32, *mut RlvTissueMuscle) -> RlvResult);
+function!(rlv_tissue_find_set: unsafe extern "C" fn(RlvTissue, *const c_char, *mut u32) -> RlvResult);
+function!(rlv_tissue_set: unsafe extern "C" fn(RlvTissue, u32, *mut RlvTissueSet) -> RlvResult);
+function!(rlv_tissue_get_set: unsafe extern "C" fn(RlvTissue, u32, *mut u32, usize) -> RlvResult);
+function!(rlv_tissue_add_set: unsafe extern "C" fn(RlvTissue, *const c_char, *const f32, *const f32, *mut u32) -> RlvResult);
+function!(rlv_tissue_hold: unsafe extern "C" fn(RlvTissue, *const u32, usize, usize, u32) -> RlvResult);
+function!(rlv_tissue_bind: unsafe extern "C" fn(RlvTissue, *const c_char, RlvMesh, *mut u32) -> RlvResult);
+function!(rlv_tissue_simulate: unsafe extern "C" fn(RlvTissue, *const RlvTissueOptions, *mut RlvTissueSimulation) -> RlvResult);
+function!(rlv_tissue_simulation_retain: unsafe extern "C" fn(RlvTissueSimulation) -> RlvResult);
+function!(rlv_tissue_simulation_release: unsafe extern "C" fn(RlvTissueSimulation) -> RlvResult);
+function!(rlv_tissue_simulation_info: unsafe extern "C" fn(RlvTissueSimulation, *mut RlvTissueSimulationInfo) -> RlvResult);
+function!(rlv_tissue_simulation_energies: unsafe extern "C" fn(RlvTissueSimulation, *mut RlvTissueEnergies) -> RlvResult);
+function!(rlv_tissue_simulation_activate: unsafe extern "C" fn(RlvTissueSimulation, u32, *const f64, *const f32, usize) -> RlvResult);
+function!(rlv_tissue_simulation_drive: unsafe extern "C" fn(RlvTissueSimulation, *const u32, usize, u32, *const f64, *const f32, usize) -> RlvResult);
+function!(rlv_tissue_simulation_load: unsafe extern "C" fn(RlvTissueSimulation, *const f32, usize, usize) -> RlvResult);
+function!(rlv_tissue_simulation_press: unsafe extern "C" fn(RlvTissueSimulation, *const u32, usize, *const f64, *const f32, usize) -> RlvResult);
+function!(rlv_tissue_simulation_add_collider: unsafe extern "C" fn(RlvTissueSimulation, *const RlvTissueCollider) -> RlvResult);
+function!(rlv_tissue_simulation_step: unsafe extern "C" fn(RlvTissueSimulation, u64) -> RlvResult);
+function!(rlv_tissue_simulation_advance: unsafe extern "C" fn(RlvTissueSimulation, f64, RlvProgress, *mut c_void) -> RlvResult);
+function!(rlv_tissue_simulation_relax: unsafe extern "C" fn(RlvTissueSimulation, f32, u64, RlvProgress, *mut c_void, *mut RlvTissueRelaxation) -> RlvResult);
+function!(rlv_tissue_simulation_get: unsafe extern "C" fn(RlvTissueSimulation, *const RlvTissueArrays) -> RlvResult);
+function!(rlv_tissue_simulation_get_bound: unsafe extern "C" fn(RlvTissueSimulation, u32, *mut f32, usize, usize) -> RlvResult);
+function!(rlv_tissue_simulation_mesh: unsafe extern "C" fn(RlvTissueSimulation, u32, *mut RlvMesh) -> RlvResult);
+function!(rlv_tissue_simulation_save: unsafe extern "C" fn(RlvTissueSimulation, *const c_char) -> RlvResult);
+function!(rlv_tissue_simulation_restore: unsafe extern "C" fn(RlvTissueSimulation, *const c_char) -> RlvResult);
+function!(rlv_tissue_simulation_write_vtu: unsafe extern "C" fn(RlvTissueSimulation, *const c_char) -> RlvResult);
+function!(rlv_tissue_simulation_write_vdb: unsafe extern "C" fn(RlvTissueSimulation, *const c_char) -> RlvResult);
 layout!(RlvJob: 8, 8);
 constant!(RLV_JOB_RUNNING = 0);
 constant!(RLV_JOB_DONE = 1);
@@ -665,6 +730,8 @@ function!(rlv_job_grid_mesh: unsafe extern "C" fn(RlvGrid, *const RlvGridSetting
 function!(rlv_job_decal_on_mesh: unsafe extern "C" fn(RlvMesh, *const RlvDecalOptions, *const RlvDecalPin, usize, usize, *mut RlvJob) -> RlvResult);
 function!(rlv_job_decal_on_detail: unsafe extern "C" fn(RlvDetail, *const RlvDecalOptions, *const RlvDecalPin, usize, usize, *mut RlvJob) -> RlvResult);
 function!(rlv_job_fluid: unsafe extern "C" fn(RlvFluid, f64, *mut RlvJob) -> RlvResult);
+function!(rlv_job_tissue_build: unsafe extern "C" fn(RlvContext, *const RlvTissueDescription, *mut RlvJob) -> RlvResult);
+function!(rlv_job_tissue_advance: unsafe extern "C" fn(RlvTissueSimulation, f64, *mut RlvJob) -> RlvResult);
 function!(rlv_job_retain: unsafe extern "C" fn(RlvJob) -> RlvResult);
 function!(rlv_job_release: unsafe extern "C" fn(RlvJob) -> RlvResult);
 function!(rlv_job_poll: unsafe extern "C" fn(RlvJob, *mut RlvJobInfo) -> RlvResult);
@@ -677,6 +744,8 @@ function!(rlv_job_repair_report: unsafe extern "C" fn(RlvJob, *mut RlvRepairRepo
 function!(rlv_job_progressive_mesh: unsafe extern "C" fn(RlvJob, *mut RlvProgressive) -> RlvResult);
 function!(rlv_job_grid: unsafe extern "C" fn(RlvJob, *mut RlvGrid) -> RlvResult);
 function!(rlv_job_decal: unsafe extern "C" fn(RlvJob, *mut RlvDecal) -> RlvResult);
+function!(rlv_job_tissue: unsafe extern "C" fn(RlvJob, *mut RlvTissue) -> RlvResult);
+function!(rlv_job_tissue_report: unsafe extern "C" fn(RlvJob, *mut RlvTissueReport) -> RlvResult);
 function!(rlv_job_imprint_report: unsafe extern "C" fn(RlvJob, *mut RlvImprintReport) -> RlvResult);
 function!(rlv_job_bake_report: unsafe extern "C" fn(RlvJob, *mut RlvBakeReport) -> RlvResult);
 function!(rlv_job_fluid_report: unsafe extern "C" fn(RlvJob, *mut RlvFluidReport) -> RlvResult);
@@ -2052,6 +2121,180 @@ pub fn offsets(list: &mut Offsets) {
         filling_faces: usize = 1152,
         seam_attributes: usize = 1160,
     });
+    fields!(list, RlvTissue {
+        id: u64 = 0,
+    });
+    fields!(list, RlvTissueSimulation {
+        id: u64 = 0,
+    });
+    fields!(list, RlvTissueMaterial {
+        struct_size: u32 = 0,
+        density: f32 = 4,
+        name: *const c_char = 8,
+        library: *const c_char = 16,
+        young: f32 = 24,
+        poisson: f32 = 28,
+    });
+    fields!(list, RlvTissueVolume {
+        struct_size: u32 = 0,
+        level: u32 = 4,
+        name: *const c_char = 8,
+        mesh: RlvMesh = 16,
+        material: u32 = 24,
+        has_layers: u32 = 28,
+        is_muscle: u32 = 32,
+        stiffness: f32 = 36,
+        strength: f32 = 40,
+        ring_size: u32 = 44,
+        direction: [f64; 3] = 48,
+        rings: *const f64 = 72,
+        ring_count: usize = 80,
+    });
+    fields!(list, RlvTissueLayer {
+        struct_size: u32 = 0,
+        material: u32 = 4,
+        start: f32 = 8,
+        thickness: f32 = 12,
+    });
+    fields!(list, RlvTissueSurface {
+        struct_size: u32 = 0,
+        purpose: u32 = 4,
+        name: *const c_char = 8,
+        mesh: RlvMesh = 16,
+        is_internal: u32 = 24,
+        angle: f32 = 28,
+    });
+    fields!(list, RlvTissueDescription {
+        struct_size: u32 = 0,
+        samples: u32 = 4,
+        cell: [f32; 3] = 8,
+        share: f32 = 20,
+        materials: *const RlvTissueMaterial = 24,
+        material_count: usize = 32,
+        material_stride: usize = 40,
+        volumes: *const RlvTissueVolume = 48,
+        volume_count: usize = 56,
+        volume_stride: usize = 64,
+        surfaces: *const RlvTissueSurface = 72,
+        surface_count: usize = 80,
+        surface_stride: usize = 88,
+        skin: RlvMesh = 96,
+        layers: *const RlvTissueLayer = 104,
+        layer_count: usize = 112,
+        layer_stride: usize = 120,
+        epidermis_material: u32 = 128,
+        epidermis_thickness: f32 = 132,
+    });
+    fields!(list, RlvTissueLabel {
+        struct_size: u32 = 0,
+        material: u32 = 4,
+        low: f32 = 8,
+        high: f32 = 12,
+    });
+    fields!(list, RlvTissueLabels {
+        struct_size: u32 = 0,
+        block: u32 = 4,
+        share: f32 = 8,
+        reserved: u32 = 12,
+        materials: *const RlvTissueMaterial = 16,
+        material_count: usize = 24,
+        material_stride: usize = 32,
+        labels: *const RlvTissueLabel = 40,
+        label_count: usize = 48,
+        label_stride: usize = 56,
+    });
+    fields!(list, RlvTissueReport {
+        struct_size: u32 = 0,
+        voxels: [u32; 3] = 4,
+        volume: f64 = 16,
+    });
+    fields!(list, RlvTissueInfo {
+        struct_size: u32 = 0,
+        has_cells: u32 = 4,
+        node_count: usize = 8,
+        element_count: usize = 16,
+        cell: [f32; 3] = 24,
+        low: [f32; 3] = 36,
+        high: [f32; 3] = 48,
+        material_count: u32 = 60,
+        muscle_count: u32 = 64,
+        set_count: u32 = 68,
+        bound_count: u32 = 72,
+        checksum: u32 = 76,
+    });
+    fields!(list, RlvTissueMuscle {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        stiffness: f32 = 8,
+        strength: f32 = 12,
+        name: [u8; 48] = 16,
+    });
+    fields!(list, RlvTissueSet {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        count: usize = 8,
+        name: [u8; 48] = 16,
+    });
+    fields!(list, RlvTissueOptions {
+        struct_size: u32 = 0,
+        halvings: u32 = 4,
+        gravity: [f32; 3] = 8,
+        damping: f32 = 20,
+        step: f32 = 24,
+        safety: f32 = 28,
+        hourglass: f32 = 32,
+        mass_scaling: f32 = 36,
+        self_friction: f32 = 40,
+    });
+    fields!(list, RlvTissueSimulationInfo {
+        struct_size: u32 = 0,
+        stiffest_element: u32 = 4,
+        step: f32 = 8,
+        stable_step: f32 = 12,
+        added_mass: f32 = 16,
+        reserved: u32 = 20,
+        steps: u64 = 24,
+        seconds: f64 = 32,
+        halved: u64 = 40,
+    });
+    fields!(list, RlvTissueEnergies {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        kinetic: f64 = 8,
+        elastic: f64 = 16,
+        potential: f64 = 24,
+    });
+    fields!(list, RlvTissueRelaxation {
+        struct_size: u32 = 0,
+        is_at_rest: u32 = 4,
+        steps: u64 = 8,
+        unbalanced: f32 = 16,
+        largest: f32 = 20,
+    });
+    fields!(list, RlvTissueCollider {
+        struct_size: u32 = 0,
+        body: u32 = 4,
+        mesh: RlvMesh = 8,
+        radius: f32 = 16,
+        friction: f32 = 20,
+        times: *const f64 = 24,
+        translations: *const f32 = 32,
+        rotations: *const f32 = 40,
+        key_count: usize = 48,
+    });
+    fields!(list, RlvTissueArrays {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        node_count: usize = 8,
+        positions: *mut f32 = 16,
+        velocities: *mut f32 = 24,
+        element_count: usize = 32,
+        stresses: *mut f32 = 40,
+        principal_stresses: *mut f32 = 48,
+        von_mises: *mut f32 = 56,
+        volumes: *mut f32 = 64,
+        fibre_stretches: *mut f32 = 72,
+    });
     fields!(list, RlvJob {
         id: u64 = 0,
     });
@@ -2625,6 +2868,38 @@ pub const INITIAL: &[Initial] = &[
         ("uint32_t unused", 1.0),
         ("uint32_t listed", 8.0),
     ] },
+    Initial { header: "tissue.h", name: "RlvTissueLayer", initializer: "RLV_TISSUE_LAYER_INIT", fields: &[
+        ("uint32_t material", 0.0),
+        ("float start", 0.0),
+        ("float thickness", 0.0),
+    ] },
+    Initial { header: "tissue.h", name: "RlvTissueLabel", initializer: "RLV_TISSUE_LABEL_INIT", fields: &[
+        ("uint32_t material", 0.0),
+        ("float low", 0.0),
+        ("float high", 0.0),
+    ] },
+    Initial { header: "tissue.h", name: "RlvTissueSimulationInfo", initializer: "RLV_TISSUE_SIMULATION_INFO_INIT", fields: &[
+        ("uint32_t stiffest_element", 0.0),
+        ("float step", 0.0),
+        ("float stable_step", 0.0),
+        ("float added_mass", 0.0),
+        ("uint32_t reserved", 0.0),
+        ("uint64_t steps", 0.0),
+        ("double seconds", 0.0),
+        ("uint64_t halved", 0.0),
+    ] },
+    Initial { header: "tissue.h", name: "RlvTissueEnergies", initializer: "RLV_TISSUE_ENERGIES_INIT", fields: &[
+        ("uint32_t reserved", 0.0),
+        ("double kinetic", 0.0),
+        ("double elastic", 0.0),
+        ("double potential", 0.0),
+    ] },
+    Initial { header: "tissue.h", name: "RlvTissueRelaxation", initializer: "RLV_TISSUE_RELAXATION_INIT", fields: &[
+        ("uint32_t is_at_rest", 0.0),
+        ("uint64_t steps", 0.0),
+        ("float unbalanced", 0.0),
+        ("float largest", 0.0),
+    ] },
     Initial { header: "layer.h", name: "RlvLayerOptions", initializer: "RLV_LAYER_OPTIONS_INIT", fields: &[
         ("uint32_t kind", 0.0),
         ("uint32_t blend", 1.0),
@@ -2962,6 +3237,29 @@ pub const NAMES: &[&str] = &[
     "RLV_TESSELLATION_INFO_INIT",
     "RLV_TEXT_SIZE",
     "RLV_TILE_INFO_INIT",
+    "RLV_TISSUE_ARRAYS_INIT",
+    "RLV_TISSUE_BALL",
+    "RLV_TISSUE_BIND",
+    "RLV_TISSUE_COLLIDER_INIT",
+    "RLV_TISSUE_DESCRIPTION_INIT",
+    "RLV_TISSUE_ENERGIES_INIT",
+    "RLV_TISSUE_FLOOR",
+    "RLV_TISSUE_HOLD",
+    "RLV_TISSUE_INFO_INIT",
+    "RLV_TISSUE_LABELS_INIT",
+    "RLV_TISSUE_LABEL_INIT",
+    "RLV_TISSUE_LAYER_INIT",
+    "RLV_TISSUE_MATERIAL_INIT",
+    "RLV_TISSUE_MESH",
+    "RLV_TISSUE_MUSCLE_INIT",
+    "RLV_TISSUE_OPTIONS_INIT",
+    "RLV_TISSUE_RELAXATION_INIT",
+    "RLV_TISSUE_REPORT_INIT",
+    "RLV_TISSUE_SET_INIT",
+    "RLV_TISSUE_SIMULATION_INFO_INIT",
+    "RLV_TISSUE_SLIDE",
+    "RLV_TISSUE_SURFACE_INIT",
+    "RLV_TISSUE_VOLUME_INIT",
     "RLV_TOOL_SETTINGS_INIT",
     "RLV_TRANSFER_OPTIONS_INIT",
     "RLV_TRANSFER_REPORT_INIT",

@@ -1,0 +1,371 @@
+"""Finite-element models of soft tissue, and their simulation."""
+
+import ctypes
+
+import numpy
+
+from . import abi, library, record
+from .array import Reading, writing
+from .error import Invalid
+from .handle import Handle, path_bytes, text_bytes
+from .mesh import Mesh
+from .parameter import address_of
+from .progress import watched
+
+# What `TissueSimulation.get` knows: the fields of RlvTissueArrays, whether they are of nodes, and numbers of each.
+FIELDS = {
+    "positions": (True, 3),
+    "velocities": (True, 3),
+    "stresses": (False, 6),
+    "principal_stresses": (False, 3),
+    "von_mises": (False, 0),
+    "volumes": (False, 0),
+    "fibre_stretches": (False, 0),
+}
+AXES = {"x": 1, "y": 2, "z": 4}
+
+
+def axes_of(axes):
+    """The bits of axes: a number, or letters such as `xz`."""
+    if isinstance(axes, str):
+        unknown = set(axes) - AXES.keys()
+        if unknown or not axes:
+            raise Invalid(f"axes: `{axes}` is not made of x, y and z")
+        return sum(AXES[letter] for letter in set(axes))
+    return int(axes)
+
+
+def _entries(struct, rows, **enums):
+    """An array of structs of dictionaries of their fields; texts become bytes and meshes handles."""
+    made = (struct * len(rows))()
+    kept = []
+    for at, row in enumerate(rows):
+        values = {}
+        for name, value in row.items():
+            if isinstance(value, Handle):
+                value = value.handle
+            elif isinstance(value, str) and name not in enums:
+                value = text_bytes(value)
+                kept.append(value)
+            values[name] = value
+        made[at] = record.fill(struct, values, **enums)
+    return made, kept
+
+
+def _set(struct, name, entries):
+    setattr(struct, f"{name}s", entries)
+    setattr(struct, f"{name}_count", len(entries))
+
+
+class _Materials:
+    """Materials, which volumes, layers and labels name."""
+
+    def __init__(self, materials):
+        self.names = [material.get("name") for material in materials]
+        self.entries, self.kept = _entries(abi.RlvTissueMaterial, materials)
+
+    def index(self, row):
+        """The fields of what has a material, with its index."""
+        material = row.get("material", 0)
+        if isinstance(material, str):
+            if material not in self.names:
+                raise Invalid(f"there is no material `{material}`; there are {', '.join(map(str, self.names))}")
+            material = self.names.index(material)
+        return {**row, "material": material}
+
+
+def description_of(cell, materials, volumes, surfaces=(), skin=None, layers=(), epidermis=None, **options):
+    """RlvTissueDescription, and what keeps its arrays; see `Tissue`."""
+    known = _Materials(materials)
+    rows, kept = [], [known]
+    for volume in map(known.index, volumes):
+        rings = volume.pop("rings", None)
+        if rings is not None:
+            rings = numpy.asarray(rings, numpy.float64)
+            if rings.ndim != 3 or rings.shape[2] not in (3, 4):
+                raise Invalid(f"rings: the shape (rings, points, 3 or 4) is needed, not {rings.shape}")
+            if rings.shape[2] == 3:
+                rings = numpy.concatenate([rings, numpy.ones((*rings.shape[:2], 1))], 2)
+            rings = numpy.ascontiguousarray(rings)
+            volume |= {"rings": rings.ctypes.data, "ring_count": rings.shape[0], "ring_size": rings.shape[1]}
+            kept.append(rings)
+        rows.append(volume)
+    made = record.fill(abi.RlvTissueDescription, options)
+    made.cell[:] = numpy.broadcast_to(cell, 3).tolist()
+    volumes, texts = _entries(abi.RlvTissueVolume, rows)
+    surfaces, names = _entries(abi.RlvTissueSurface, surfaces, purpose=abi.RlvTissuePurpose)
+    layers, _ = _entries(abi.RlvTissueLayer, [known.index(layer) for layer in layers])
+    _set(made, "material", known.entries)
+    _set(made, "volume", volumes)
+    _set(made, "surface", surfaces)
+    _set(made, "layer", layers)
+    if skin is not None:
+        made.skin = skin.handle
+    if epidermis is not None:
+        given = known.index(epidermis)
+        made.epidermis_material, made.epidermis_thickness = given["material"], given["thickness"]
+    return made, (kept, volumes, texts, surfaces, names, layers)
+
+
+def labels_of(materials, labels, block=1, share=0.5):
+    """RlvTissueLabels of dictionaries with `material`, `low` and `high`, and what keeps its arrays."""
+    known = _Materials(materials)
+    entries, _ = _entries(abi.RlvTissueLabel, [known.index(label) for label in labels])
+    made = record.fill(abi.RlvTissueLabels, {"block": block, "share": share})
+    _set(made, "material", known.entries)
+    _set(made, "label", entries)
+    return made, (known, entries)
+
+
+def _curve(keys, width, name):
+    """Times and values of keys, pairs of a time and a value."""
+    times = Reading(numpy.array([key[0] for key in keys], numpy.float64), numpy.float64, 0, "times")
+    values = numpy.array([key[1] for key in keys], numpy.float32).reshape(len(keys), *([width] if width else []))
+    return times, Reading(values, numpy.float32, width, name)
+
+
+class Tissue(Handle):
+    """A finite-element model of hexahedra."""
+
+    noun, kind = "tissue", abi.RlvTissue
+
+    def __init__(self, context, cell, materials, volumes, progress=None, **description):
+        """Builds a model of voxels of a size in metres, one number or three. Materials, volumes, surfaces and layers are
+        dictionaries of the fields of RlvTissueMaterial, RlvTissueVolume, RlvTissueSurface and RlvTissueLayer, with names or
+        indices of materials, objects of Mesh, and rings as arrays (rings, points, 3 or 4). `skin` is a mesh and `epidermis`
+        a dictionary of `material` and `thickness`."""
+        given, kept = description_of(cell, materials, volumes, **description)
+        with watched(progress) as callback:
+            super().__init__("rlv_tissue_build", context.handle, ctypes.byref(given), callback, None, None)
+        del kept
+
+    @classmethod
+    def block(cls, context, low, cell, counts, **material):
+        """Makes a block of equal boxes; the material has the fields of RlvTissueMaterial."""
+        (entry,), kept = _entries(abi.RlvTissueMaterial, [{"name": "material", **material}])
+        numbers = [
+            Reading(numpy.array(low, numpy.float32), numpy.float32, 0, "low"),
+            Reading(numpy.array(numpy.broadcast_to(cell, 3), numpy.float32), numpy.float32, 0, "cell"),
+            Reading(numpy.array(counts, numpy.uint32), numpy.uint32, 0, "counts"),
+        ]
+        if any(reading.count != 3 for reading in numbers):
+            raise Invalid("low, cell and counts: three numbers each are needed")
+        made = cls.of("rlv_tissue_block", context.handle, *(it.address for it in numbers), ctypes.byref(entry))
+        del kept
+        return made
+
+    @classmethod
+    def scan(cls, context, path, materials, labels, block=1, share=0.5):
+        """Makes a model of a labelled scan, a file of NIfTI-1; labels are dictionaries of `material`, `low` and `high`."""
+        given, kept = labels_of(materials, labels, block, share)
+        made = cls.of("rlv_tissue_scan", context.handle, path_bytes(path), ctypes.byref(given), None)
+        del kept
+        return made
+
+    @classmethod
+    def from_grid(cls, grid, materials, labels, block=1, share=0.5):
+        """Makes a model of the active voxels of a grid: a level set, fog or labels."""
+        given, kept = labels_of(materials, labels, block, share)
+        made = cls.of("rlv_tissue_from_grid", grid.handle, ctypes.byref(given), None)
+        del kept
+        return made
+
+    @classmethod
+    def read(cls, context, path):
+        """Reads a model, .rtissue or .inp."""
+        return cls.of("rlv_tissue_read", context.handle, path_bytes(path))
+
+    def write(self, path):
+        """Writes the model, .rtissue or .inp."""
+        library.call("rlv_tissue_write", self.handle, path_bytes(path))
+
+    @property
+    def info(self):
+        """Counts, sizes and the checksum; see RlvTissueInfo."""
+        out = record.empty(abi.RlvTissueInfo)
+        library.call("rlv_tissue_info", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def nodes(self):
+        """The nodes at rest, (n, 3) in metres."""
+        made, place, stride = writing(None, self.info.node_count, numpy.float32, 3, "nodes")
+        library.call("rlv_tissue_get_nodes", self.handle, place, len(made), stride)
+        return made
+
+    def elements(self):
+        """The nodes of the elements, (n, 8) in VTK's order, and the material of each with the largest share."""
+        count = self.info.element_count
+        nodes, place, _ = writing(None, count, numpy.uint32, 8, "nodes")
+        materials, main, _ = writing(None, count, numpy.uint32, 0, "materials")
+        library.call("rlv_tissue_get_elements", self.handle, place, main, count)
+        return nodes, materials
+
+    def muscles(self):
+        """The muscles in order: stiffness, strength and name."""
+        found = []
+        for index in range(self.info.muscle_count):
+            out = record.empty(abi.RlvTissueMuscle)
+            library.call("rlv_tissue_muscle", self.handle, index, ctypes.byref(out))
+            found.append(record.read(out))
+        return found
+
+    def find_muscle(self, name):
+        """The index of the muscle of a name."""
+        index = ctypes.c_uint32()
+        library.call("rlv_tissue_find_muscle", self.handle, text_bytes(name), address_of(index))
+        return index.value
+
+    def set(self, name):
+        """The nodes of the set of a name."""
+        index = ctypes.c_uint32()
+        library.call("rlv_tissue_find_set", self.handle, text_bytes(name), address_of(index))
+        out = record.empty(abi.RlvTissueSet)
+        library.call("rlv_tissue_set", self.handle, index.value, ctypes.byref(out))
+        made, place, _ = writing(None, out.count, numpy.uint32, 0, "nodes")
+        library.call("rlv_tissue_get_set", self.handle, index.value, place, out.count)
+        return made
+
+    def add_set(self, name, low, high):
+        """Adds a set of the nodes within a box, and returns its nodes."""
+        corners = [numpy.ascontiguousarray(corner, numpy.float32) for corner in (low, high)]
+        if any(corner.shape != (3,) for corner in corners):
+            raise Invalid("low and high: three numbers each are needed")
+        index = ctypes.c_uint32()
+        places = [corner.ctypes.data for corner in corners]
+        library.call("rlv_tissue_add_set", self.handle, text_bytes(name), *places, address_of(index))
+        return self.set(name)
+
+    def hold(self, nodes, axes="xyz"):
+        """Holds nodes along axes."""
+        nodes = Reading(nodes, numpy.uint32, 0, "nodes")
+        library.call("rlv_tissue_hold", self.handle, nodes.address, nodes.count, nodes.stride, axes_of(axes))
+
+    def bind(self, name, mesh):
+        """Binds a mesh to the elements, and returns its index."""
+        index = ctypes.c_uint32()
+        library.call("rlv_tissue_bind", self.handle, text_bytes(name), mesh.handle, address_of(index))
+        return index.value
+
+    def simulate(self, **options):
+        """Makes a simulation at rest; options are the fields of RlvTissueOptions."""
+        given = record.fill(abi.RlvTissueOptions, options)
+        return TissueSimulation.of("rlv_tissue_simulate", self.handle, ctypes.byref(given))._of(self)
+
+
+class TissueSimulation(Handle):
+    """A model in motion."""
+
+    noun, kind = "tissue_simulation", abi.RlvTissueSimulation
+
+    def _of(self, tissue):
+        info = tissue.info
+        self._counts = {True: info.node_count, False: info.element_count}
+        return self
+
+    @property
+    def info(self):
+        """The step and the time; see RlvTissueSimulationInfo."""
+        out = record.empty(abi.RlvTissueSimulationInfo)
+        library.call("rlv_tissue_simulation_info", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    @property
+    def energies(self):
+        """Kinetic, elastic and potential energy in J."""
+        out = record.empty(abi.RlvTissueEnergies)
+        library.call("rlv_tissue_simulation_energies", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    def activate(self, muscle, keys):
+        """Sets the activation of a muscle by pairs of time and activation, 0 to 1."""
+        times, values = _curve(keys, 0, "keys")
+        given = (times.address, values.address, times.count)
+        library.call("rlv_tissue_simulation_activate", self.handle, muscle, *given)
+
+    def drive(self, nodes, keys=(), axes="xyz"):
+        """Moves nodes along axes by pairs of time and displacement; without keys they stay where they are."""
+        nodes = Reading(numpy.ascontiguousarray(nodes), numpy.uint32, 0, "nodes")
+        times, values = _curve(keys, 3, "keys")
+        given = (nodes.address, nodes.count, axes_of(axes), times.address, values.address, times.count)
+        library.call("rlv_tissue_simulation_drive", self.handle, *given)
+
+    def load(self, forces):
+        """Sets the forces on all nodes, (n, 3) in N."""
+        forces = Reading(forces, numpy.float32, 3, "forces")
+        library.call("rlv_tissue_simulation_load", self.handle, forces.address, forces.count, forces.stride)
+
+    def press(self, nodes, keys):
+        """Presses on the outer faces of which all nodes are among some, by pairs of time and pressure in Pa."""
+        nodes = Reading(numpy.ascontiguousarray(nodes), numpy.uint32, 0, "nodes")
+        times, values = _curve(keys, 0, "keys")
+        given = (nodes.address, nodes.count, times.address, values.address, times.count)
+        library.call("rlv_tissue_simulation_press", self.handle, *given)
+
+    def add_collider(self, mesh=None, radius=None, friction=0.0, keys=()):
+        """Adds a body that nodes do not enter: a closed mesh, a ball of a radius, or a floor. Keys are triples of time,
+        translation and rotation vector."""
+        body = "mesh" if mesh is not None else "floor" if radius is None else "ball"
+        given = {"body": body, "radius": radius or 0.0, "friction": friction, "key_count": len(keys)}
+        made = record.fill(abi.RlvTissueCollider, given, body=abi.RlvTissueBody)
+        times, places = _curve([key[:2] for key in keys], 3, "keys")
+        _, turns = _curve([(key[0], key[2] if len(key) > 2 else (0, 0, 0)) for key in keys], 3, "keys")
+        made.times, made.translations, made.rotations = times.address, places.address, turns.address
+        if mesh is not None:
+            made.mesh = mesh.handle
+        library.call("rlv_tissue_simulation_add_collider", self.handle, ctypes.byref(made))
+
+    def step(self, count=1):
+        """Takes steps."""
+        library.call("rlv_tissue_simulation_step", self.handle, count)
+
+    def advance(self, seconds, progress=None):
+        """Takes steps that end at or just after so many seconds more."""
+        with watched(progress) as callback:
+            library.call("rlv_tissue_simulation_advance", self.handle, seconds, callback, None)
+
+    def relax(self, tolerance=1e-3, steps=20_000, progress=None):
+        """Goes to rest; returns whether it is, and what forces are left."""
+        out = record.empty(abi.RlvTissueRelaxation)
+        with watched(progress) as callback:
+            given = (tolerance, steps, callback, None, ctypes.byref(out))
+            library.call("rlv_tissue_simulation_relax", self.handle, *given)
+        return record.read(out)
+
+    def get(self, *names, **into):
+        """What nodes and elements have, by names of arrays of RlvTissueArrays: a dictionary. Arrays that are given by name
+        are written to."""
+        wanted = dict.fromkeys(names) | into
+        unknown = wanted.keys() - FIELDS.keys()
+        if unknown:
+            raise Invalid(f"{min(unknown)}: unknown; there are {', '.join(FIELDS)}")
+        arrays, found = record.empty(abi.RlvTissueArrays), {}
+        arrays.node_count, arrays.element_count = self._counts[True], self._counts[False]
+        for name, out in wanted.items():
+            is_node, width = FIELDS[name]
+            count = self._counts[is_node]
+            found[name], place, stride = writing(out, count, numpy.float32, width, name)
+            if stride not in (0, 4 * max(width, 1)):
+                raise Invalid(f"{name}: a packed array is needed")
+            setattr(arrays, name, place)
+        library.call("rlv_tissue_simulation_get", self.handle, ctypes.byref(arrays))
+        return found
+
+    def mesh(self, index=0):
+        """A bound surface as it is now, with its velocity."""
+        return Mesh.of("rlv_tissue_simulation_mesh", self.handle, index)
+
+    def save(self, path):
+        """Writes the state, .rtstate."""
+        library.call("rlv_tissue_simulation_save", self.handle, path_bytes(path))
+
+    def restore(self, path):
+        """Goes on from such a file of the same model."""
+        library.call("rlv_tissue_simulation_restore", self.handle, path_bytes(path))
+
+    def write_vtu(self, path):
+        """Writes the state for VTK."""
+        library.call("rlv_tissue_simulation_write_vtu", self.handle, path_bytes(path))
+
+    def write_vdb(self, path):
+        """Writes grids of materials, stresses and volumes for OpenVDB."""
+        library.call("rlv_tissue_simulation_write_vdb", self.handle, path_bytes(path))
