@@ -43,7 +43,7 @@ fn scene(name: &str, description: String) -> Submit {
 fn start(cache: &Path) -> Result<Server> {
     let listen = Address::Tcp { host: "127.0.0.1".into(), port: 0, tls: false };
     let options = ServerOptions { listen, cache: cache.to_owned(), ..ServerOptions::default() };
-    Server::start(options, vec![Box::new(FluidKind)])
+    Server::start(options, vec![Box::new(FluidKind::default())])
 }
 
 fn connect(server: &Server) -> Result<Client> {
@@ -96,7 +96,7 @@ fn beside_local(report: &mut Report) -> Result<()> {
         for frame in 0..=FRAMES {
             client.wait("dam", frame, &mut Silent)?;
             let mut fetched = Vec::new();
-            client.file("dam", frame, |part| {
+            client.file("dam", frame, &mut Silent, |part| {
                 fetched.extend_from_slice(part);
                 Ok(())
             })?;
@@ -134,11 +134,11 @@ fn transfer(report: &mut Report, client: &mut Client) -> Result<()> {
     };
     let plain = nine(Packing::None, false, false, Particles::All);
     // The first fetch decodes the frame from the cache.
-    let all = client.frame(&plain)?;
+    let all = client.frame(&plain, &mut Silent)?;
     let mut rates = Vec::new();
     for _ in 0..FETCHES {
         let begin = Instant::now();
-        let frame = client.frame(&plain)?;
+        let frame = client.frame(&plain, &mut Silent)?;
         rates.push(frame.bytes as f64 / 1e6 / begin.elapsed().as_secs_f64());
     }
     report.add("frames on loopback, plain", &Sample::new(rates), None, "MB/s", Goal::AtLeast(500.0));
@@ -151,7 +151,7 @@ fn transfer(report: &mut Report, client: &mut Client) -> Result<()> {
         ("zstd of halves, blind particles", nine(Packing::Zstd, true, true, Particles::Blind), Goal::AtMost(9.0)),
     ];
     for (name, fetch, goal) in cases {
-        let bytes = client.frame(&fetch)?.bytes as f64 / count;
+        let bytes = client.frame(&fetch, &mut Silent)?.bytes as f64 / count;
         let case = format!("bytes a particle of the frame: {name}");
         report.add(&case, &Sample::new(vec![bytes]), None, "bytes", goal);
     }

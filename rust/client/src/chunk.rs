@@ -82,6 +82,9 @@ pub struct Chunk {
     pub count: u32,
     /// Particles of the frame that were asked for in all.
     pub total: u64,
+    /// The key of the frame in the server's cache. Chunks with other keys are of other contents.
+    #[serde(default)]
+    pub key: String,
     /// Their channels.
     pub columns: Vec<Column>,
 }

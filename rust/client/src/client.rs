@@ -9,6 +9,7 @@ use std::net::{TcpStream, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use relievo_core::progress::Silent;
 use relievo_core::{Error, ErrorKind, Progress, Result};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -84,6 +85,8 @@ const READ: usize = 1 << 18;
 /// The pause before the second try to connect; each further one is twice as long, up to [`LONGEST_PAUSE`].
 const PAUSE: Duration = Duration::from_millis(20);
 const LONGEST_PAUSE: Duration = Duration::from_secs(1);
+/// The time within a pause after which progress is reported, so that the caller can stop the call.
+const LISTENING: Duration = Duration::from_millis(100);
 
 /// What a call fails with: whether another connection may help.
 enum Fault {
@@ -96,7 +99,7 @@ impl Client {
     /// version of the protocol, or it does not take the token.
     pub fn connect(options: ClientOptions) -> Result<Self> {
         let mut client = Self { options, link: None, welcome: Welcome::default(), next: 0 };
-        client.retry(|_| Ok(()))?;
+        client.retry(&mut Silent, 0.0, |_| Ok(()))?;
         Ok(client)
     }
 
@@ -108,14 +111,31 @@ impl Client {
     /// Calls a method. Connects again, and repeats the call, where the connection breaks. Fails as the method does, or when
     /// patience ends.
     pub fn call<R: DeserializeOwned>(&mut self, method: &str, parameters: &impl Serialize) -> Result<R> {
+        self.call_at(method, parameters, &mut Silent, 0.0)
+    }
+
+    /// Calls a method as [`Self::call`] does, where the whole task has come to `fraction`. Stops if `progress` asks for it
+    /// while the client connects again.
+    fn call_at<R: DeserializeOwned>(
+        &mut self,
+        method: &str,
+        parameters: &impl Serialize,
+        progress: &mut dyn Progress,
+        fraction: f32,
+    ) -> Result<R> {
         self.next = self.next.wrapping_add(1);
         let id = self.next;
         let message = request(id, method, parameters)?;
-        self.retry(|link| link.exchange(&message, id))
+        self.retry(progress, fraction, |link| link.exchange(&message, id))
     }
 
     /// Does something on a connection, on new ones where it breaks.
-    fn retry<R>(&mut self, mut task: impl FnMut(&mut Link) -> std::result::Result<R, Fault>) -> Result<R> {
+    fn retry<R>(
+        &mut self,
+        progress: &mut dyn Progress,
+        fraction: f32,
+        mut task: impl FnMut(&mut Link) -> std::result::Result<R, Fault>,
+    ) -> Result<R> {
         let begin = Instant::now();
         let mut pause = PAUSE;
         loop {
@@ -134,7 +154,11 @@ impl Client {
                     if begin.elapsed() + pause > self.options.patience {
                         return Err(error.advise("check that the server runs and the address is right"));
                     }
-                    std::thread::sleep(pause);
+                    let end = Instant::now() + pause;
+                    while let Some(left) = end.checked_duration_since(Instant::now()).filter(|left| !left.is_zero()) {
+                        progress.step(fraction, "connect again")?;
+                        std::thread::sleep(left.min(LISTENING));
+                    }
                     pause = (2 * pause).min(LONGEST_PAUSE);
                 }
             }
@@ -171,16 +195,19 @@ impl Client {
         }
         let missing: FileList = self.call("file.missing", &FileList { files: hashes.clone() })?;
         for (number, (name, hash)) in missing.files.iter().enumerate() {
-            progress.step(number as f32 / missing.files.len() as f32, name)?;
+            let begin = number as f32 / missing.files.len() as f32;
             // A server may ask for no file but those of the scene.
             let Some(path) = files.get(name).filter(|_| hashes.get(name) == Some(hash)) else { continue };
             let bytes = load(path)?;
             let mut offset = 0;
             loop {
+                let part = offset as f32 / bytes.len().max(1) as f32;
+                let fraction = begin + part / missing.files.len() as f32;
+                progress.step(fraction, name)?;
                 let data = bytes[offset..(offset + MAX_PART).min(bytes.len())].to_vec();
                 let put =
                     FilePut { name: name.clone(), hash: *hash, size: bytes.len() as u64, offset: offset as u64, data };
-                let FilePutResult { received } = self.call("file.put", &put)?;
+                let FilePutResult { received } = self.call_at("file.put", &put, progress, fraction)?;
                 offset = received.min(bytes.len() as u64) as usize;
                 if offset == bytes.len() {
                     break;
@@ -203,11 +230,13 @@ impl Client {
     /// Waits until a frame is stored, and returns what the scene is doing then. Fails where the scene stops before it, or
     /// `progress` asks to stop.
     pub fn wait(&mut self, scene: &str, frame: u64, progress: &mut dyn Progress) -> Result<Status> {
+        let mut share = 0.0;
         loop {
             // Short enough for a host that wants to stop.
-            let status: Status = self.call("scene.wait", &Wait { scene: scene.into(), frame, seconds: 0.2 })?;
-            let share = (status.ready as f32 + status.fraction) / (frame + 1) as f32;
-            progress.step(share.min(1.0), "simulate")?;
+            let wait = Wait { scene: scene.into(), frame, seconds: 0.2 };
+            let status: Status = self.call_at("scene.wait", &wait, progress, share)?;
+            share = ((status.ready as f32 + status.fraction) / (frame + 1) as f32).min(1.0);
+            progress.step(share, "simulate")?;
             if status.ready > frame {
                 return Ok(status);
             }
@@ -233,15 +262,45 @@ impl Client {
         self.call("scene.steer", &Steer { scene: scene.into(), frame, changes: changes.into() })
     }
 
-    /// Fetches a frame chunk by chunk: what `fetch` asks for, from its first particle to the last of the frame.
-    pub fn frame(&mut self, fetch: &Fetch) -> Result<Frame> {
-        let mut fetch = fetch.clone();
-        fetch.count = MAX_CHUNK;
-        let mut frame = Frame::default();
+    /// Sends the accelerations in m/s² of all particles of a frame, on their way to the next one. Fails where the scene is
+    /// not at that frame, was submitted without `forced`, or has another number of particles.
+    pub fn force(
+        &mut self,
+        scene: &str,
+        frame: u64,
+        accelerations: &[[f32; 3]],
+        progress: &mut dyn Progress,
+    ) -> Result<Status> {
+        let bytes = |part: &[[f32; 3]]| part.as_flattened().iter().flat_map(|it| it.to_le_bytes()).collect();
+        let mut first = 0;
         loop {
-            let chunk: Chunk = self.call("frame.fetch", &fetch)?;
-            if chunk.first != fetch.first {
+            let fraction = first as f32 / accelerations.len().max(1) as f32;
+            progress.step(fraction, "send accelerations")?;
+            let part = &accelerations[first..(first + MAX_PART / 12).min(accelerations.len())];
+            let force = Force { scene: scene.into(), frame, first: first as u64, accelerations: bytes(part) };
+            let status = self.call_at("scene.force", &force, progress, fraction)?;
+            first += part.len();
+            if first == accelerations.len() {
+                return Ok(status);
+            }
+        }
+    }
+
+    /// Fetches a frame chunk by chunk: what `fetch` asks for, from its first particle to the last of the frame. Begins again
+    /// where the server computes the frame anew meanwhile.
+    pub fn frame(&mut self, fetch: &Fetch, progress: &mut dyn Progress) -> Result<Frame> {
+        let mut next = Fetch { count: MAX_CHUNK, ..fetch.clone() };
+        let (mut frame, mut key) = (Frame::default(), None);
+        let mut fraction = 0.0;
+        loop {
+            let chunk: Chunk = self.call_at("frame.fetch", &next, progress, fraction)?;
+            if chunk.first != next.first {
                 return Err(Error::invalid("the server sent other particles than those that it was asked for"));
+            }
+            if *key.get_or_insert_with(|| chunk.key.clone()) != chunk.key {
+                (frame, key, next.first) = (Frame::default(), None, fetch.first);
+                progress.step(fraction, "fetch")?;
+                continue;
             }
             for column in &chunk.columns {
                 frame.bytes += column.data.len() as u64;
@@ -255,8 +314,10 @@ impl Client {
                 }
             }
             frame.count += u64::from(chunk.count);
-            fetch.first += u64::from(chunk.count);
-            if fetch.first >= chunk.total {
+            next.first += u64::from(chunk.count);
+            fraction = (next.first as f32 / chunk.total.max(1) as f32).min(1.0);
+            progress.step(fraction, "fetch")?;
+            if next.first >= chunk.total {
                 return Ok(frame);
             }
             if chunk.count == 0 {
@@ -265,19 +326,54 @@ impl Client {
         }
     }
 
-    /// Fetches a frame as the file of the cache format that the simulation stored, and passes its parts to `write`.
+    /// Fetches a frame as the file of the cache format that the simulation stored, and passes its parts to `write`. Returns
+    /// the bytes of the file.
     pub fn file(
         &mut self,
         scene: &str,
         frame: u64,
+        progress: &mut dyn Progress,
+        write: impl FnMut(&[u8]) -> std::io::Result<()>,
+    ) -> Result<u64> {
+        let ask = |offset| FilePart { scene: scene.into(), frame, offset, length: MAX_PART as u32 };
+        self.parts("frame.file", ask, progress, write)
+    }
+
+    /// Fetches the surface of a frame as a file that the server makes, and passes its parts to `write`. `settings` are keys
+    /// and values of the kind of the simulation, in TOML. Returns the bytes of the file.
+    pub fn surface(
+        &mut self,
+        (scene, frame): (&str, u64),
+        (form, settings): (SurfaceForm, &str),
+        progress: &mut dyn Progress,
+        write: impl FnMut(&[u8]) -> std::io::Result<()>,
+    ) -> Result<u64> {
+        let ask = |offset| {
+            let (scene, settings) = (scene.into(), settings.into());
+            SurfacePart { scene, frame, form, settings, offset, length: MAX_PART as u32 }
+        };
+        self.parts("frame.surface", ask, progress, write)
+    }
+
+    /// Fetches a file part by part by the parameters that `ask` returns for an offset.
+    fn parts<P: Serialize>(
+        &mut self,
+        method: &str,
+        ask: impl Fn(u64) -> P,
+        progress: &mut dyn Progress,
         mut write: impl FnMut(&[u8]) -> std::io::Result<()>,
     ) -> Result<u64> {
-        let mut offset = 0;
+        let (mut offset, mut whole, mut fraction) = (0, None, 0.0);
         loop {
-            let part = FilePart { scene: scene.into(), frame, offset, length: MAX_PART as u32 };
-            let FilePartResult { size, data } = self.call("frame.file", &part)?;
+            let FilePartResult { size, key, data } = self.call_at(method, &ask(offset), progress, fraction)?;
+            if *whole.get_or_insert_with(|| (size, key.clone())) != (size, key) {
+                return Err(Error::new(ErrorKind::Busy, "the frame was computed anew while it was fetched")
+                    .advise("fetch it again"));
+            }
             write(&data).map_err(|error| Error::new(ErrorKind::Io, error.to_string()))?;
             offset += data.len() as u64;
+            fraction = (offset as f32 / size.max(1) as f32).min(1.0);
+            progress.step(fraction, "fetch")?;
             if offset >= size {
                 return Ok(offset);
             }

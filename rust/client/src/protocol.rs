@@ -8,13 +8,15 @@ use crate::chunk::Packing;
 use crate::hash::Hash;
 
 /// Version of the protocol. A server and a client whose first numbers agree understand each other.
-pub const VERSION: [u32; 2] = [1, 0];
+pub const VERSION: [u32; 2] = [1, 1];
 /// Bytes of a message at most.
 pub const MAX_MESSAGE: usize = 16 << 20;
 /// Bytes of a message at most before the server has accepted a token.
 pub const MAX_GREETING: usize = 4096;
 /// Lists and maps within each other in a message at most.
 pub const MAX_DEPTH: usize = 16;
+/// Bytes of the settings of a surface at most.
+pub const MAX_SETTINGS: usize = 4096;
 /// Bytes of a part of a file in a message at most.
 pub const MAX_PART: usize = 4 << 20;
 /// Particles of a chunk of a frame at most.
@@ -94,9 +96,9 @@ pub struct Submit {
     /// The name of the scene among those of the user. Submitting the same content under the same name again changes
     /// nothing.
     pub scene: String,
-    /// The kind of the simulation: `fluid`.
+    /// The kind of the simulation: `fluid` or `foam`.
     pub kind: String,
-    /// The description: of a fluid, the text that `relievo fluid sim` reads.
+    /// The description: of a fluid, the text that `relievo fluid sim` reads; of foam, that text with a table `foam`.
     pub description: String,
     /// The files that the description names.
     #[serde(default)]
@@ -288,11 +290,44 @@ pub struct FilePart {
     pub length: u32,
 }
 
-/// Result of `frame.file`.
+/// What the server makes of the surface of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SurfaceForm {
+    /// A mesh of triangles, in binary PLY.
+    #[default]
+    Mesh,
+    /// A level set, in OpenVDB's format.
+    LevelSet,
+}
+
+/// Parameters of `frame.surface`, whose result is that of `frame.file`.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct SurfacePart {
+    /// The name of the scene.
+    pub scene: String,
+    /// The number of the frame.
+    pub frame: u64,
+    /// What is made.
+    #[serde(default)]
+    pub form: SurfaceForm,
+    /// Keys and values of the kind of the simulation, in TOML; [`MAX_SETTINGS`] bytes at most.
+    #[serde(default)]
+    pub settings: String,
+    /// Where the part begins in the file.
+    pub offset: u64,
+    /// Bytes at most; [`MAX_PART`] at most.
+    pub length: u32,
+}
+
+/// Result of `frame.file` and `frame.surface`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct FilePartResult {
     /// Bytes of the whole file.
     pub size: u64,
+    /// The key of the file in the server's cache. Parts with other keys are of other files.
+    #[serde(default)]
+    pub key: String,
     /// The bytes of the part.
     #[serde(with = "serde_bytes")]
     pub data: Vec<u8>,

@@ -1,17 +1,25 @@
 //! Fluids as simulations of the server, from the descriptions that `relievo fluid sim` reads. Their frames are the files
 //! that a local run writes, to the bit.
 
-use relievo_client::Particles as Wanted;
+use std::path::Path;
+
+use relievo_client::{Particles as Wanted, SurfaceForm};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Result};
 use relievo_fluid::{Surface, SurfaceFunction, Visibility, classify};
+use relievo_gpu::Device;
 use relievo_particleio::{Channel, EXTENSION, Particles, read_frame};
 use relievo_simulation::{Description, Making, Simulation as Fluid};
 
 use crate::kind::{Kind, Opening, Simulation};
+use crate::surface;
 
 /// The kind `fluid`.
-pub struct FluidKind;
+#[derive(Default)]
+pub struct FluidKind {
+    /// The graphics device that makes the steps; `None` for the processor.
+    pub device: Option<Device>,
+}
 
 /// Bytes that a particle occupies in a solver with its neighbours, about.
 const BYTES: u64 = 600;
@@ -25,32 +33,14 @@ impl Kind for FluidKind {
 
     fn open(&self, context: &Context, opening: &Opening<'_>) -> Result<Box<dyn Simulation>> {
         let description = Description::parse(opening.description)?;
-        let estimate = description.estimate();
-        if !(estimate <= opening.elements as f64) {
-            let what = format!(
-                "the fluid would begin with about {estimate:.0} particles, and {} are allowed",
-                opening.elements
-            );
-            return Err(Error::memory(what).at("fluid.spacing").advise("use a larger spacing or less fluid"));
-        }
-        let making = Making { format: EXTENSION.into(), parts: 1, device: None };
+        bound(&description, opening.elements)?;
+        let making = Making { format: EXTENSION.into(), parts: 1, device: self.device.clone() };
         Ok(Box::new(Fluid::begin(context, description, &opening.files, making)?))
     }
 
     fn change(&self, description: &str, changes: &str) -> Result<String> {
-        let table = |text: &str| {
-            toml::from_str::<toml::Table>(text)
-                .map_err(|error| Error::invalid(error.to_string()).at("changes").advise("send keys and values in TOML"))
-        };
-        let (old, mut merged) = (Description::parse(description)?, table(description)?);
-        merge(&mut merged, table(changes)?);
-        let merged = toml::to_string(&merged).map_err(|error| Error::internal(error.to_string()))?;
-        let new = Description::parse(&merged)?;
-        if new.fps != old.fps {
-            return Err(Error::invalid("the frames of a second cannot change on the way")
-                .at("fps")
-                .advise("submit another scene"));
-        }
+        let merged = merged(description, changes)?;
+        same_rate(Description::parse(description)?.fps, Description::parse(&merged)?.fps)?;
         Ok(merged)
     }
 
@@ -77,6 +67,46 @@ impl Kind for FluidKind {
         }
         Ok(selected)
     }
+
+    fn surface(&self, context: &Context, frame: &[u8], wish: (SurfaceForm, &str), to: &Path) -> Result<()> {
+        surface::write(context, &self.particles(context, frame)?, wish, to)
+    }
+}
+
+/// Returns how many particles a fluid begins with, about. Fails if they are more than `elements`.
+pub fn bound(description: &Description, elements: u64) -> Result<u64> {
+    let estimate = description.estimate();
+    if !(estimate <= elements as f64) {
+        let what = format!("the fluid would begin with about {estimate:.0} particles, and {elements} are allowed");
+        return Err(Error::memory(what).at("fluid.spacing").advise("use a larger spacing or less fluid"));
+    }
+    Ok(estimate as u64)
+}
+
+/// Returns the bytes that a fluid occupies in memory, about.
+pub fn memory(fluid: &Fluid) -> u64 {
+    BYTES * fluid.fluid().len() as u64
+}
+
+/// Fails if the frames of a second change.
+pub fn same_rate(old: f64, new: f64) -> Result<()> {
+    match old == new {
+        true => Ok(()),
+        false => Err(Error::invalid("the frames of a second cannot change on the way")
+            .at("fps")
+            .advise("submit another scene")),
+    }
+}
+
+/// Returns a description with changed keys, both in TOML. Fails where one of them is not TOML.
+pub fn merged(description: &str, changes: &str) -> Result<String> {
+    let table = |text: &str| {
+        toml::from_str::<toml::Table>(text)
+            .map_err(|error| Error::invalid(error.to_string()).at("changes").advise("send keys and values in TOML"))
+    };
+    let mut all = table(description)?;
+    merge(&mut all, table(changes)?);
+    toml::to_string(&all).map_err(|error| Error::internal(error.to_string()))
 }
 
 /// Puts the keys of `changes` into `table`: tables into tables, all else in place of what is there.
@@ -107,7 +137,7 @@ impl Simulation for Fluid {
     }
 
     fn memory(&self) -> u64 {
-        BYTES * self.elements()
+        memory(self)
     }
 
     fn restore(&mut self, context: &Context, frame: &[u8]) -> Result<()> {

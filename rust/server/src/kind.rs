@@ -1,6 +1,8 @@
 //! What the server simulates: anything that makes one frame after the other and goes on from a frame that was stored.
 
-use relievo_client::Particles as Wanted;
+use std::path::Path;
+
+use relievo_client::{Particles as Wanted, SurfaceForm};
 use relievo_core::{Context, Result};
 use relievo_particleio::Particles;
 use relievo_simulation::Source;
@@ -30,8 +32,12 @@ pub trait Kind: Send + Sync {
     /// Reads the particles of a frame. Fails where the frame is damaged.
     fn particles(&self, context: &Context, frame: &[u8]) -> Result<Particles>;
 
-    /// Returns those of the particles that are wanted.
+    /// Returns those of the particles that are wanted. Fails where the kind has no others than all.
     fn select(&self, context: &Context, particles: &Particles, wanted: Wanted) -> Result<Particles>;
+
+    /// Writes the surface of a frame to the file `to`. `settings` are keys and values in TOML. Fails where the frame is
+    /// damaged, a setting is unknown or out of range, or the kind has no surface.
+    fn surface(&self, context: &Context, frame: &[u8], wish: (SurfaceForm, &str), to: &Path) -> Result<()>;
 }
 
 /// A simulation that makes frames. The same simulation makes the same bytes, whether it went on from a stored frame or not.

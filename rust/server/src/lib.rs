@@ -2,7 +2,7 @@
 //!
 //! A host submits a scene, the server simulates it in the background, stores each frame in a cache on disk, and sends the
 //! frames that are there while later ones are computed. The protocol, the cache and the scheduler handle any [`Simulation`]
-//! that makes frames; [`FluidKind`] is the first one. `docs/server.md` is the manual and `docs/protocol.md` describes the
+//! that makes frames: [`FluidKind`] and [`FoamKind`]. `docs/server.md` is the manual and `docs/protocol.md` describes the
 //! protocol.
 //!
 //! - [`Server`] listens and answers;
@@ -17,6 +17,7 @@ mod encryption;
 #[path = "encryption_absent.rs"]
 mod encryption;
 mod fluid;
+mod foam;
 mod kind;
 mod library;
 mod metrics;
@@ -28,9 +29,11 @@ mod scheduler;
 mod server;
 mod service;
 mod store;
+mod surface;
 mod users;
 
 pub use fluid::FluidKind;
+pub use foam::FoamKind;
 pub use kind::{Kind, Opening, Simulation};
 pub use options::{Limits, ServerOptions};
 pub use server::Server;

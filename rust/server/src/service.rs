@@ -1,10 +1,10 @@
 //! What the methods of the protocol do.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use relievo_client::*;
-use relievo_core::{Error, Result};
+use relievo_core::{Error, Result, file};
 use relievo_particleio::Particles as Decoded;
 use serde::Serialize;
 
@@ -17,6 +17,8 @@ use crate::scheduler::Scheduler;
 pub struct Service {
     pub scheduler: Arc<Scheduler>,
     decoded: decoded::Decoded,
+    /// Held while a surface is made: one at a time, each once.
+    surfaces: Mutex<()>,
 }
 
 /// A call of a user.
@@ -51,7 +53,7 @@ impl Service {
     /// Returns the methods of a scheduler.
     pub fn new(scheduler: Arc<Scheduler>) -> Self {
         let decoded = decoded::Decoded::new(scheduler.limits.decoded);
-        Self { scheduler, decoded }
+        Self { scheduler, decoded, surfaces: Mutex::default() }
     }
 
     /// Calls a method and returns the response message. `hello` and `scene.wait` are those of the connection.
@@ -104,6 +106,7 @@ impl Service {
             }
             "frame.info" => answer(id, &self.info(user, &named(parameters)?)?),
             "frame.fetch" => answer(id, &self.fetch(user, &named(parameters)?)?),
+            "frame.surface" => answer(id, &self.surface(user, &named(parameters)?)?),
             "frame.file" => answer(id, &self.file(user, &named(parameters)?)?),
             other => Err(Error::unsupported(format!("there is no method {other:?}"))
                 .advise("see docs/protocol.md for the methods of this version")),
@@ -167,7 +170,7 @@ impl Service {
     }
 
     fn fetch(&self, user: &str, fetch: &Fetch) -> Result<Chunk> {
-        let (particles, _) = self.particles(user, &fetch.scene, fetch.frame, fetch.particles)?;
+        let (particles, key) = self.particles(user, &fetch.scene, fetch.frame, fetch.particles)?;
         let total = particles.points.len();
         let first = usize::try_from(fetch.first).unwrap_or(usize::MAX).min(total);
         let count = if fetch.count == 0 { MAX_CHUNK } else { fetch.count.min(MAX_CHUNK) };
@@ -192,7 +195,8 @@ impl Service {
         for channel in particles.channels.iter().filter(|channel| is_wanted(&channel.name)) {
             columns.push(floats(&channel.name, channel.width, &channel.values)?);
         }
-        Ok(Chunk { first: first as u64, count: range.len() as u32, total: total as u64, columns })
+        let (first, count, total) = (first as u64, range.len() as u32, total as u64);
+        Ok(Chunk { first, count, total, key: key.to_string(), columns })
     }
 
     fn file(&self, user: &str, part: &FilePart) -> Result<FilePartResult> {
@@ -200,7 +204,45 @@ impl Service {
         let length = (part.length as usize).min(MAX_PART);
         let read = self.scheduler.store.part(key, part.offset, length);
         let (data, size) = self.stored(user, (&part.scene, part.frame), read)?;
-        Ok(FilePartResult { size, data })
+        Ok(FilePartResult { size, key: key.to_string(), data })
+    }
+
+    /// Returns a part of the surface of a frame, which is made if the cache does not have it.
+    fn surface(&self, user: &str, part: &SurfacePart) -> Result<FilePartResult> {
+        let SurfacePart { scene, frame, form, settings, offset, length } = part;
+        if settings.len() > MAX_SETTINGS {
+            return Err(Error::invalid(format!("the settings have more than {MAX_SETTINGS} bytes")).at("settings"));
+        }
+        let scheduler = &self.scheduler;
+        let (of, kind) = scheduler.key(user, scene, *frame)?;
+        let (kind, store) = (scheduler.kind(&kind)?, &scheduler.store);
+        let mut hasher = Hasher::default();
+        let name = format!("relievo surface 1 {form:?} {}", scheduler.context.level().name());
+        [name.as_bytes(), &of.0, settings.as_bytes()].into_iter().for_each(|part| hasher.add_part(part));
+        let key = hasher.finish();
+        let make = || {
+            let _turn = self.surfaces.lock().unwrap_or_else(PoisonError::into_inner);
+            if store.contains(key) {
+                return Ok(());
+            }
+            let stored = self.stored(user, (scene, *frame), store.get(of))?;
+            let path = store.scratch();
+            let made = kind
+                .surface(&scheduler.context, &stored, (*form, settings), &path)
+                .and_then(|()| file::load(&path, scheduler.context.memory_limit()));
+            // What cannot be removed now is removed when the cache is opened next.
+            let _ = std::fs::remove_file(&path);
+            store.put(key, &made?)
+        };
+        let read = || store.part(key, *offset, (*length as usize).min(MAX_PART));
+        // A file that turns out to be damaged is removed from the cache, and made again.
+        make()?;
+        let found = match read() {
+            Err(_) if !store.contains(key) => make().and_then(|()| read()),
+            found => found,
+        };
+        let (data, size) = found?;
+        Ok(FilePartResult { size, key: key.to_string(), data })
     }
 
     /// Waits for a frame, or until its scene stops, at most as long as the parameters say.

@@ -163,11 +163,10 @@ impl Store {
                 return Err(Error::memory(what).advise("raise the limit of the cache, or cancel other scenes"));
             }
             self.make_room(&mut index, self.limit - bytes)?;
-            index.written += 1;
-            index.written
+            index.number()
         };
         let path = self.path(key);
-        let unfinished = self.folder.join(UNFINISHED).join(format!("{}-{number}", std::process::id()));
+        let unfinished = self.unfinished(number);
         let written = self.write(&unfinished, &path, |file| object::write(file, key, content));
         if written.is_err() {
             // What cannot be removed now is removed when the cache is opened next.
@@ -176,6 +175,17 @@ impl Store {
         written?;
         self.index().add(key, bytes);
         Ok(())
+    }
+
+    /// Returns the path of a file that is not there, for what is made before it is stored. What its user leaves there is
+    /// removed when the cache is opened next.
+    pub fn scratch(&self) -> PathBuf {
+        let number = self.index().number();
+        self.unfinished(number)
+    }
+
+    fn unfinished(&self, number: u64) -> PathBuf {
+        self.folder.join(UNFINISHED).join(format!("{}-{number}", std::process::id()))
     }
 
     /// Writes a file under another name, brings it to the disk and renames it.
@@ -336,6 +346,12 @@ impl Index {
         self.entries.insert(key, Entry { bytes, used, pins: 0 });
         self.order.insert(used, key);
         self.total += bytes;
+    }
+
+    /// Returns the number of the next unfinished file.
+    fn number(&mut self) -> u64 {
+        self.written += 1;
+        self.written
     }
 
     fn remove(&mut self, key: Hash) {

@@ -225,6 +225,11 @@ impl Description {
         self.fluid.spacing
     }
 
+    /// Returns the acceleration of gravity, in m/s².
+    pub fn gravity(&self) -> Vec3 {
+        self.fluid.gravity.into()
+    }
+
     /// The fluid as it begins, with its bodies.
     pub fn begin(&self, context: &Context, files: &Source, play: &mut Play) -> Result<Fluid> {
         let options = &self.fluid;

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use relievo_client::SurfaceForm;
 use relievo_core::progress::Silent;
 use relievo_core::{Error, file};
 use relievo_particleio::Format;
@@ -20,6 +21,15 @@ pub struct Arguments {
     /// The folder for the frames: files as `relievo fluid sim` writes them, `0000.rlvfluid` the first.
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
+    /// Fetches meshes of the surface, made at the server, as PLY files.
+    #[arg(long, conflicts_with = "level_set")]
+    mesh: bool,
+    /// Fetches level sets of the surface, made at the server, as OpenVDB files.
+    #[arg(long)]
+    level_set: bool,
+    /// How the surface is made, in TOML: `cell` in spacings, `function`, `smooth`.
+    #[arg(long, value_name = "TEXT", default_value = "")]
+    settings: String,
     /// First and last frame, both included; left out, all. Those that are not computed yet are waited for.
     #[arg(long, value_name = "A..B", value_parser = crate::run::range)]
     frames: Option<(u32, u32)>,
@@ -28,7 +38,12 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    let Arguments { scene, output, frames, connection } = arguments;
+    let Arguments { scene, output, frames, connection, mesh, level_set, settings } = arguments;
+    let form = match (mesh, level_set) {
+        (true, _) => Some((SurfaceForm::Mesh, "ply")),
+        (_, true) => Some((SurfaceForm::LevelSet, "vdb")),
+        _ => None,
+    };
     let mut client = connection.client()?;
     let last = client.status(scene)?.frames - 1;
     let (first, last) = frames.map_or((0, last), |(first, last)| (first.into(), last.into()));
@@ -38,9 +53,14 @@ pub fn run(arguments: &Arguments) -> Outcome {
     for frame in first..=last {
         client.wait(scene, frame, &mut Silent)?;
         let path = relievo_particleio::path(output, frame, 1, Format::Cache);
+        let path = form.map_or(path.clone(), |(_, extension)| path.with_extension(extension));
         let mut failure = None;
         file::store(&path, |out| {
-            let fetched = client.file(scene, frame, |part| std::io::Write::write_all(out, part));
+            let write = |part: &[u8]| std::io::Write::write_all(out, part);
+            let fetched = match form {
+                None => client.file(scene, frame, &mut Silent, write),
+                Some((form, _)) => client.surface((scene, frame), (form, settings), &mut Silent, write),
+            };
             fetched.map(|count| bytes += count).map_err(|error| {
                 let text = error.to_string();
                 failure = Some(error);

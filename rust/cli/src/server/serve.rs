@@ -5,11 +5,12 @@ use std::process::ExitCode;
 
 use relievo_client::Address;
 use relievo_core::{Error, Result};
-use relievo_server::{FluidKind, Limits, Server, ServerOptions};
+use relievo_server::{FluidKind, FoamKind, Limits, Server, ServerOptions};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
 use crate::Outcome;
+use crate::run::{Device, device};
 
 const EXAMPLE: &str = "Example: relievo serve --cache-limit 100G";
 
@@ -37,6 +38,13 @@ pub struct Arguments {
     /// Listens for other machines although tokens and frames are not encrypted.
     #[arg(long)]
     allow_remote_connections_without_encryption: bool,
+    /// What makes the steps of fluids. A graphics device has blocks, fills, basins, colliders and forces, but no bodies,
+    /// emitters and sinks; foam is simulated by the processor.
+    #[arg(long, value_enum, default_value = "cpu")]
+    device: Device,
+    /// A part of the name of the graphics device; left out, the best there is.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
     /// Threads that simulate; 0 for one per core.
     #[arg(long, default_value_t = 0)]
     threads: usize,
@@ -94,7 +102,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
             ..Limits::default()
         },
     };
-    let mut server = Server::start(options, vec![Box::new(FluidKind)])?;
+    let device = device(arguments.device, arguments.adapter.as_deref(), arguments.memory_limit)?;
+    let mut server = Server::start(options, vec![Box::new(FluidKind { device }), Box::new(FoamKind)])?;
     crate::print(&format!("listening at {}\n", server.address()))?;
     if let Some(metrics) = server.metrics() {
         crate::print(&format!("metrics at http://{metrics}/metrics\n"))?;

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use relievo_client::Submit;
 use relievo_core::{Error, file};
-use relievo_simulation::Description;
+use relievo_simulation::{Description, FoamDescription};
 
 use super::Connection;
 use crate::Outcome;
@@ -18,7 +18,8 @@ const EXAMPLE: &str = "Example: relievo submit examples/fluids/dam.toml --watch"
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub struct Arguments {
-    /// What is simulated: a fluid, and what it meets, in TOML, as `relievo fluid sim` reads it.
+    /// What is simulated: a fluid, and what it meets, in TOML, as `relievo fluid sim` reads it. With a table `foam`, foam
+    /// is simulated with it.
     description: PathBuf,
     /// The name of the scene on the server; left out, that of the file.
     #[arg(long)]
@@ -41,7 +42,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let named = |error: Error| error.at(path.display().to_string());
     let text = String::from_utf8(file::load(path, LONGEST)?);
     let text = text.map_err(|_| named(Error::invalid("it is not UTF-8 text")))?;
-    let description = Description::parse(&text).map_err(named)?;
+    let (kind, description) = match FoamDescription::is_meant(&text) {
+        true => ("foam", FoamDescription::parse(&text).map(|it| it.fluid)),
+        false => ("fluid", Description::parse(&text)),
+    };
+    let description = description.map_err(named)?;
     let stem = || path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let scene = arguments.name.clone().unwrap_or_else(stem);
     let folder = beside(path);
@@ -52,7 +57,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     let mut client = arguments.connection.client()?;
     let files = client.send_files(&files, &mut Bar::new())?;
-    let submit = Submit { scene: scene.clone(), kind: "fluid".into(), description: text, files, forced: false };
+    let submit = Submit { scene: scene.clone(), kind: kind.into(), description: text, files, forced: false };
     let mut status = client.submit(&submit)?;
     if arguments.watch {
         status = super::watch::watch(&mut client, &scene)?;

@@ -1,4 +1,4 @@
-//! Encrypted connections. The certificates are for these tests alone.
+//! Encrypted connections. The certificates in `tests/tls` are for tests alone.
 
 use std::path::{Path, PathBuf};
 
@@ -8,36 +8,9 @@ use relievo_server::{FluidKind, Server, ServerOptions};
 use super::{DAM, client_options, options, scene, start};
 
 /// An authority, and a certificate of it for `localhost` with its key, until 2126.
-const AUTHORITY: &str = "-----BEGIN CERTIFICATE-----
-MIIBiDCCAS2gAwIBAgIUVXAU7Rq1du5IW+MSs5mRwedhhO8wCgYIKoZIzj0EAwIw
-GDEWMBQGA1UEAwwNUmVsaWV2byB0ZXN0czAgFw0yNjExMjQxNDQ3MzJaGA8yMTI2
-MTAzMTE0NDczMlowGDEWMBQGA1UEAwwNUmVsaWV2byB0ZXN0czBZMBMGByqGSM49
-AgEGCCqGSM49AwEHA0IABKd9H71h914zNW8iUkmBanJVwNZTygutteSCtH9UCx33
-ljF/Te1BGQXEbO+Vj4gda2OqEgDjhRjeiUPYK+NSP/ijUzBRMB0GA1UdDgQWBBRG
-8GpU1H1eilrHsY8MAtsR8sprzjAfBgNVHSMEGDAWgBRG8GpU1H1eilrHsY8MAtsR
-8sprzjAPBgNVHRMBAf8EBTADAQH/MAoGCCqGSM49BAMCA0kAMEYCIQCceiCkOGkd
-a1quyGaHQKqU53DRFPt21axUsF0UjHwyQQIhAKO7Trg4zBGt+D8S0GEe7KBjHagl
-QKaps+i99Kk+EPTR
------END CERTIFICATE-----
-";
-const CERTIFICATE: &str = "-----BEGIN CERTIFICATE-----
-MIIBkzCCATmgAwIBAgIUBVgXpJCeJJequ/cRvdcibMUQvA8wCgYIKoZIzj0EAwIw
-GDEWMBQGA1UEAwwNUmVsaWV2byB0ZXN0czAgFw0yNjExMjQxNDUxMzBaGA8yMTI2
-MTAzMTE0NTEzMFowFDESMBAGA1UEAwwJbG9jYWxob3N0MFkwEwYHKoZIzj0CAQYI
-KoZIzj0DAQcDQgAEpUAttbuwAKjenN2xFmNpKPImfLz1wF8u9fSnpzh9wDLCmYKN
-lrQvYsog7M1mYv0qkn8HSpL5OkgYPTDKj46rVKNjMGEwFAYDVR0RBA0wC4IJbG9j
-YWxob3N0MAkGA1UdEwQCMAAwHQYDVR0OBBYEFLsVV10HpV0nzF5ZexE6Z3A6Nel9
-MB8GA1UdIwQYMBaAFEbwalTUfV6KWsexjwwC2xHyymvOMAoGCCqGSM49BAMCA0gA
-MEUCIQDBfzcpYhwbOrpaOaFtMo8APB4lyu4l+SXcDSF3w7BAQAIgYUsqboGdz4BI
-aCBpLvYJJ2+4bOVhjuQKPEAw0KD77kc=
------END CERTIFICATE-----
-";
-const KEY: &str = "-----BEGIN PRIVATE KEY-----
-MIGHAgEAMBMGByqGSM49AgEGCCqGSM49AwEHBG0wawIBAQQgX5g2ePcsN+aSp3Vv
-sI6JPmqP8arYaqacyJ3500FyxbChRANCAASlQC21u7AAqN6c3bEWY2ko8iZ8vPXA
-Xy719KenOH3AMsKZgo2WtC9iyiDszWZi/SqSfwdKkvk6SBg9MMqPjqtU
------END PRIVATE KEY-----
-";
+const AUTHORITY: &str = include_str!("../../../../tests/tls/authority.pem");
+const CERTIFICATE: &str = include_str!("../../../../tests/tls/server.pem");
+const KEY: &str = include_str!("../../../../tests/tls/server.key");
 
 fn files(folder: &Path) -> [PathBuf; 3] {
     [("authority", AUTHORITY), ("certificate", CERTIFICATE), ("key", KEY)].map(|(name, text)| {
@@ -72,7 +45,7 @@ fn clients_check_the_certificate_of_the_server() {
     let wrong = [[key.clone(), key.clone()], [certificate.clone(), certificate.clone()], [authority, key]];
     for encryption in wrong {
         let options = ServerOptions { encryption: Some(encryption), ..options(&folder.path().join("other")) };
-        assert!(Server::start(options, vec![Box::new(FluidKind)]).is_err());
+        assert!(Server::start(options, vec![Box::new(FluidKind::default())]).is_err());
     }
     // With tokens and encryption, others may connect.
     let tokens = folder.path().join("tokens");
@@ -82,7 +55,7 @@ fn clients_check_the_certificate_of_the_server() {
     let open = |tokens: Option<PathBuf>, encryption: Option<[PathBuf; 2]>| {
         let options =
             ServerOptions { listen: listen.clone(), tokens, encryption, ..options(&folder.path().join("open")) };
-        Server::start(options, vec![Box::new(FluidKind)])
+        Server::start(options, vec![Box::new(FluidKind::default())])
     };
     assert!(open(None, encryption.clone()).is_err() && open(Some(tokens.clone()), None).is_err());
     assert!(open(Some(tokens), encryption).is_ok());

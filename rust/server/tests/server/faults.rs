@@ -75,7 +75,7 @@ fn tokens_open_the_scenes_of_their_users_and_no_others() {
     for text in ["", "anna", "anna short", "anna a-token-of-anna-0001\nanna a-token-of-anna-0003"] {
         std::fs::write(&tokens, text).unwrap();
         let options = ServerOptions { tokens: Some(tokens.clone()), ..options(&folder.path().join("other")) };
-        let error = Server::start(options, vec![Box::new(FluidKind)]).err().expect("a wrong file of tokens");
+        let error = Server::start(options, vec![Box::new(FluidKind::default())]).err().expect("a wrong file of tokens");
         assert!(!error.to_string().contains("0003"), "the error shows a token: {error}");
     }
 }
@@ -85,14 +85,17 @@ fn listening_for_other_machines_needs_tokens_and_encryption() {
     let folder = tempfile::tempdir().unwrap();
     let try_start = |insecure: bool| -> Result<Server> {
         let listen = Address::Tcp { host: "0.0.0.0".into(), port: 0, tls: false };
-        Server::start(ServerOptions { listen, insecure, ..options(folder.path()) }, vec![Box::new(FluidKind)])
+        Server::start(
+            ServerOptions { listen, insecure, ..options(folder.path()) },
+            vec![Box::new(FluidKind::default())],
+        )
     };
     let error = try_start(false).err().expect("a server for everybody");
     assert!(error.remedy.contains("--allow-remote-connections-without-encryption"), "{error}");
     assert!(try_start(true).is_ok());
     let metrics = Some(Address::Tcp { host: "0.0.0.0".into(), port: 0, tls: false });
     let options = ServerOptions { metrics, ..options(folder.path()) };
-    assert!(Server::start(options, vec![Box::new(FluidKind)]).is_err());
+    assert!(Server::start(options, vec![Box::new(FluidKind::default())]).is_err());
 }
 
 #[test]

@@ -2,20 +2,24 @@
 
 mod cache;
 mod codec;
+mod disk;
 #[cfg(feature = "tls")]
 mod encryption;
 mod faults;
+mod foam;
 mod killed;
 mod python;
 mod steering;
+mod surfaces;
 mod transfer;
 
 use std::path::Path;
 use std::time::Duration;
 
 use relievo_client::{Address, Client, ClientOptions, Submit};
+use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions};
-use relievo_server::{FluidKind, Limits, Server, ServerOptions};
+use relievo_server::{FluidKind, FoamKind, Limits, Server, ServerOptions};
 use relievo_simulation::{Description, Making, Simulation, in_folder};
 
 /// A small dam that breaks: 8 × 4 × 8 particles.
@@ -38,7 +42,7 @@ fn options(cache: &Path) -> ServerOptions {
 }
 
 fn start(options: ServerOptions) -> Server {
-    Server::start(options, vec![Box::new(FluidKind)]).expect("the server starts")
+    Server::start(options, vec![Box::new(FluidKind::default()), Box::new(FoamKind)]).expect("the server starts")
 }
 
 fn limited(cache: &Path, limits: Limits) -> Server {
@@ -85,6 +89,6 @@ fn fetched(client: &mut Client, scene: &str, frame: u64) -> Vec<u8> {
         bytes.extend_from_slice(part);
         Ok(())
     };
-    client.file(scene, frame, write).expect("the frame is there");
+    client.file(scene, frame, &mut Silent, write).expect("the frame is there");
     bytes
 }

@@ -14,7 +14,7 @@ fn frames_over_the_wire_are_those_of_a_local_run_to_the_bit() {
     let server = start(options(folder.path()));
     let mut client = connect(&server);
     assert_eq!(client.welcome().user, "local");
-    assert_eq!(client.welcome().kinds, ["fluid"]);
+    assert_eq!(client.welcome().kinds, ["fluid", "foam"]);
     client.submit(&scene("dam", DAM)).unwrap();
     let local = local_frames(DAM);
     for (frame, expected) in local.iter().enumerate() {
@@ -31,7 +31,7 @@ fn frames_over_the_wire_are_those_of_a_local_run_to_the_bit() {
     for packing in [Packing::None, Packing::Zstd, Packing::Lz4] {
         for differences in [false, true] {
             let fetch = Fetch { scene: "dam".into(), frame: 6, packing, differences, ..Fetch::default() };
-            let frame = client.frame(&fetch).unwrap();
+            let frame = client.frame(&fetch, &mut Silent).unwrap();
             assert_eq!(frame.count, last.points.len() as u64);
             let floats = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
             let channel = |name: &str| match &frame.channels[name] {
@@ -44,14 +44,14 @@ fn frames_over_the_wire_are_those_of_a_local_run_to_the_bit() {
         }
     }
     let fetch = Fetch { scene: "dam".into(), frame: 6, particles: Particles::Blind, ..Fetch::default() };
-    let blind = client.frame(&fetch).unwrap();
-    let surface = client.frame(&Fetch { particles: Particles::Surface, ..fetch.clone() }).unwrap();
+    let blind = client.frame(&fetch, &mut Silent).unwrap();
+    let surface = client.frame(&Fetch { particles: Particles::Surface, ..fetch.clone() }, &mut Silent).unwrap();
     assert!(surface.count > 0 && surface.count < blind.count && blind.count <= last.points.len() as u64);
     let (1, Values::Floats(flags)) = &blind.channels["blind"] else { panic!("a channel of flags") };
     assert_eq!(flags.iter().filter(|flag| **flag == 0.0).count() as u64, surface.count);
-    let alone = client.frame(&Fetch { channels: vec!["number".into()], ..fetch }).unwrap();
+    let alone = client.frame(&Fetch { channels: vec!["number".into()], ..fetch }, &mut Silent).unwrap();
     assert_eq!(alone.channels.keys().collect::<Vec<_>>(), ["number"]);
-    assert!(client.frame(&Fetch { scene: "dam".into(), frame: 7, ..Fetch::default() }).is_err());
+    assert!(client.frame(&Fetch { scene: "dam".into(), frame: 7, ..Fetch::default() }, &mut Silent).is_err());
 }
 
 #[test]

@@ -1,0 +1,229 @@
+//! A fluid and its foam, simulated together frame by frame (Ihmsen, Akinci, Akinci, Teschner 2012).
+//!
+//! A description of foam is that of a fluid with a table `foam`. A frame has the diffuse particles; its state has the frame
+//! of the fluid and what the foam goes on from:
+//!
+//! - `RLVWATER` (8 bytes), bytes of the fluid's frame (u64, little-endian), that frame, and the state of [`Diffuse`].
+
+use glam::Vec3;
+use relievo_core::{Context, Error, Progress, Result};
+use relievo_fluid::{Diffuse, DiffuseOptions, FluidFrame};
+use relievo_particleio::{encode_frame, read_frame};
+use serde::Deserialize;
+
+use crate::description::Description;
+use crate::files::Source;
+use crate::simulation::{Making, Simulation};
+
+const MAGIC: [u8; 8] = *b"RLVWATER";
+/// The name of the table of foam in a description.
+const TABLE: &str = "foam";
+/// The identity of the foam in its state. What decides the frames is in [`Foam::identity`].
+const RUN: &str = "foam";
+/// The part of a frame's time that the fluid is taken to need.
+const FLUID_SHARE: f32 = 0.9;
+
+/// The settings of foam in a description. Those of `relievo foam generate` have the same names and defaults.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Settings {
+    trapped_air: [f32; 2],
+    crests: [f32; 2],
+    energy: [f32; 2],
+    air_rate: f32,
+    crest_rate: f32,
+    lifetime: [f32; 2],
+    spray_below: u32,
+    bubbles_above: u32,
+    buoyancy: f32,
+    drag: f32,
+    steps: u32,
+    bounds: Option<[[f32; 3]; 2]>,
+    most: usize,
+    seed: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        let DiffuseOptions {
+            trapped_air,
+            crests,
+            energy,
+            air_rate,
+            crest_rate,
+            lifetime,
+            spray_below,
+            bubbles_above,
+            buoyancy,
+            drag,
+            steps,
+            most,
+            seed,
+            ..
+        } = DiffuseOptions::default();
+        Self {
+            trapped_air,
+            crests,
+            energy,
+            air_rate,
+            crest_rate,
+            lifetime,
+            spray_below,
+            bubbles_above,
+            buoyancy,
+            drag,
+            steps,
+            bounds: None,
+            most,
+            seed,
+        }
+    }
+}
+
+/// A description of a fluid and of the foam that it makes.
+#[derive(Debug)]
+pub struct FoamDescription {
+    /// The fluid.
+    pub fluid: Description,
+    /// The settings of the foam.
+    pub options: DiffuseOptions,
+}
+
+impl FoamDescription {
+    /// Returns whether a text has a table `foam`, and so describes foam. A text that is not TOML has none.
+    pub fn is_meant(text: &str) -> bool {
+        toml::from_str::<toml::Table>(text).is_ok_and(|table| table.contains_key(TABLE))
+    }
+
+    /// Parses the text of a description. Fails as [`Description::parse`] does, or where a setting of the foam is unknown or
+    /// out of range.
+    pub fn parse(text: &str) -> Result<Self> {
+        let invalid = |error: &dyn std::fmt::Display| Error::invalid(error.to_string());
+        let mut table: toml::Table = toml::from_str(text).map_err(|error| invalid(&error))?;
+        let settings = match table.remove(TABLE) {
+            None => Settings::default(),
+            Some(foam) => foam.try_into().map_err(|error: toml::de::Error| invalid(&error).at(TABLE))?,
+        };
+        let rest = toml::to_string(&table).map_err(|error| invalid(&error))?;
+        let fluid = Description::parse(&rest)?;
+        let options = DiffuseOptions {
+            spacing: fluid.spacing(),
+            gravity: fluid.gravity(),
+            trapped_air: settings.trapped_air,
+            crests: settings.crests,
+            energy: settings.energy,
+            air_rate: settings.air_rate,
+            crest_rate: settings.crest_rate,
+            lifetime: settings.lifetime,
+            spray_below: settings.spray_below,
+            bubbles_above: settings.bubbles_above,
+            buoyancy: settings.buoyancy,
+            drag: settings.drag,
+            steps: settings.steps,
+            bounds: settings.bounds.map(|ends| ends.map(Vec3::from)),
+            most: settings.most,
+            seed: settings.seed,
+        };
+        Diffuse::new(options).map_err(|error| error.at(TABLE))?;
+        Ok(Self { fluid, options })
+    }
+}
+
+/// A fluid and its foam at one of their frames.
+pub struct Foam {
+    fluid: Simulation,
+    options: DiffuseOptions,
+    diffuse: Diffuse,
+    identity: String,
+}
+
+impl Foam {
+    /// Begins at the first frame, which has no foam. Fails as [`Simulation::begin`] does. `making` is that of the fluid,
+    /// with one step a frame.
+    pub fn begin(context: &Context, description: FoamDescription, files: &Source, making: Making) -> Result<Self> {
+        let FoamDescription { fluid, options } = description;
+        let fluid = Simulation::begin(context, fluid, files, making)?;
+        let identity = format!("{options:?} of {}", fluid.identity());
+        Ok(Self { fluid, options, diffuse: Diffuse::new(options)?, identity })
+    }
+
+    /// Returns all that decides the bits of the frames, as [`Simulation::identity`] does.
+    pub fn identity(&self) -> &str {
+        &self.identity
+    }
+
+    /// Returns the fluid.
+    pub fn fluid(&self) -> &Simulation {
+        &self.fluid
+    }
+
+    /// Returns the number of diffuse particles.
+    pub fn len(&self) -> usize {
+        self.diffuse.particles().len()
+    }
+
+    /// Returns whether there is no diffuse particle.
+    pub fn is_empty(&self) -> bool {
+        self.diffuse.particles().is_empty()
+    }
+
+    /// Simulates to the next frame. `progress` may stop it; after an error the simulation is between two frames: restore it
+    /// before it goes on.
+    pub fn advance(&mut self, context: &Context, progress: &mut dyn Progress) -> Result<()> {
+        let (mut done, seconds) = (0.0, self.fluid.seconds());
+        self.fluid.advance(context, |step| {
+            done += step.seconds;
+            progress.step(FLUID_SHARE * (done / seconds).min(1.0), "fluid")
+        })?;
+        let fluid = self.fluid.fluid();
+        let positions: Vec<Vec3> = fluid.places().iter().map(|place| place.truncate()).collect();
+        let velocities: Vec<Vec3> = fluid.velocities().iter().map(|velocity| velocity.truncate()).collect();
+        let frame = FluidFrame { positions: &positions, velocities: &velocities };
+        let mut rest =
+            |fraction: f32, stage: &str| progress.report(FLUID_SHARE + (1.0 - FLUID_SHARE) * fraction, stage);
+        self.diffuse.advance(context, frame, seconds, &mut rest)?;
+        Ok(())
+    }
+
+    /// Returns this frame as a file of the cache format: the diffuse particles, and all that the simulation goes on from.
+    pub fn encode(&self, context: &Context) -> Result<Vec<u8>> {
+        let water = self.fluid.encode(context)?;
+        let mut state = MAGIC.to_vec();
+        state.extend((water.len() as u64).to_le_bytes());
+        state.extend(&water);
+        state.extend(self.diffuse.state(RUN));
+        let time = self.fluid.step() as f64 * f64::from(self.fluid.seconds());
+        encode_frame(context, &self.diffuse.particles().to_file(time, self.options.spacing)?, Some(&state))
+    }
+
+    /// Goes on from a frame of [`Self::encode`]. Fails where the frame is damaged or not one of foam.
+    pub fn restore(&mut self, context: &Context, frame: &[u8]) -> Result<()> {
+        let mut frame = read_frame(context, frame)?;
+        let whole = frame.state.take().ok_or_else(unfit)?;
+        let (water, state) = split(&whole)?;
+        let checkpoint = Simulation::decode(context, water)?;
+        frame.state = Some(state.to_vec());
+        let (_, diffuse) = Diffuse::resume(self.options, &frame)?.ok_or_else(unfit)?;
+        self.fluid.restore(checkpoint)?;
+        self.diffuse = diffuse;
+        Ok(())
+    }
+
+    /// Returns the frame of the fluid that is in a frame of foam. Fails where the frame is damaged or not one of foam.
+    pub fn water(context: &Context, frame: &[u8]) -> Result<Vec<u8>> {
+        let state = read_frame(context, frame)?.state.ok_or_else(unfit)?;
+        Ok(split(&state)?.0.to_vec())
+    }
+}
+
+fn unfit() -> Error {
+    Error::invalid("the frame has no state of a fluid with foam").advise("take a frame of a simulation of foam")
+}
+
+/// Splits the state of a frame into the frame of the fluid and the state of the foam.
+fn split(state: &[u8]) -> Result<(&[u8], &[u8])> {
+    let rest = state.strip_prefix(&MAGIC).ok_or_else(unfit)?;
+    let (length, rest) = rest.split_first_chunk().ok_or_else(unfit)?;
+    let length = usize::try_from(u64::from_le_bytes(*length)).map_err(|_| unfit())?;
+    rest.split_at_checked(length).ok_or_else(unfit)
+}
