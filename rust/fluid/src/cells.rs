@@ -36,20 +36,16 @@ impl Cells {
     /// Puts points into cells of a side. What they were before stays where it fails: for points that are not finite, or
     /// more than 2²⁰ cells apart.
     pub fn fill(&mut self, context: &Context, side: f32, points: &[Vec4]) -> Result<()> {
+        self.cover(side, bounds(context, points)?)?;
+        self.sort(context, points);
+        Ok(())
+    }
+
+    /// Lays a lattice of cells of a side over a box, or over the origin. The cells before stay where it fails: if the box is
+    /// more than 2²⁰ cells wide.
+    pub fn cover(&mut self, side: f32, bounds: Option<(Vec3, Vec3)>) -> Result<()> {
         let scale = side.recip();
-        let bounds = context.map(points.len().div_ceil(PART), |part| {
-            let points = &points[part * PART..points.len().min((part + 1) * PART)];
-            let is_finite = points.iter().fold(true, |all, point| all & point.is_finite());
-            let low = points.iter().fold(Vec3::MAX, |low, point| low.min(point.xyz()));
-            let high = points.iter().fold(Vec3::MIN, |high, point| high.max(point.xyz()));
-            is_finite.then_some((low, high))
-        });
-        let mut all = (Vec3::MAX, Vec3::MIN);
-        for bounds in bounds {
-            let (low, high) = bounds.ok_or_else(|| Error::invalid("a particle's position is not finite"))?;
-            all = (all.0.min(low), all.1.max(high));
-        }
-        let (low, high) = if points.is_empty() { (Vec3::ZERO, Vec3::ZERO) } else { all };
+        let (low, high) = bounds.unwrap_or_default();
         let (low, high) = ((low * scale).floor(), (high * scale).floor());
         if (high - low).max_element() > (MOST - 3) as f32 || low.abs().max(high.abs()).max_element() > (1 << 24) as f32
         {
@@ -61,6 +57,11 @@ impl Cells {
         self.scale = scale;
         self.low = low.as_ivec3() - 1;
         self.size = high.as_ivec3() - self.low + 2;
+        Ok(())
+    }
+
+    /// Puts points, which lie in the box that is covered, into the cells.
+    pub fn sort(&mut self, context: &Context, points: &[Vec4]) {
         let [mut keyed, mut sorted] = std::mem::take(&mut self.keyed);
         keyed.resize(points.len(), (0, 0));
         let mut parts: Vec<_> = keyed.chunks_mut(PART).collect();
@@ -74,7 +75,6 @@ impl Cells {
         sort(&mut keyed, &mut sorted, bits);
         self.keyed = [keyed, sorted];
         self.index();
-        Ok(())
     }
 
     /// The order of the points: the number that each had.
@@ -106,7 +106,8 @@ impl Cells {
         keys.filter(move |_| is_near).filter_map(|key| self.find(key))
     }
 
-    fn key(&self, cell: IVec3) -> u64 {
+    /// The place of a cell along the curve. Those around cells with points have one too.
+    pub fn key(&self, cell: IVec3) -> u64 {
         let [x, y, z] = (cell - self.low).to_array().map(|at| spread(at as u32));
         x | y << 1 | z << 2
     }
@@ -154,6 +155,23 @@ impl Cells {
             at = (at + 1) & mask;
         }
     }
+}
+
+/// The box around points, if there are any. Fails if one is not finite.
+pub fn bounds(context: &Context, points: &[Vec4]) -> Result<Option<(Vec3, Vec3)>> {
+    let bounds = context.map(points.len().div_ceil(PART), |part| {
+        let points = &points[part * PART..points.len().min((part + 1) * PART)];
+        let is_finite = points.iter().fold(true, |all, point| all & point.is_finite());
+        let low = points.iter().fold(Vec3::MAX, |low, point| low.min(point.xyz()));
+        let high = points.iter().fold(Vec3::MIN, |high, point| high.max(point.xyz()));
+        is_finite.then_some((low, high))
+    });
+    let mut all = (Vec3::MAX, Vec3::MIN);
+    for bounds in bounds {
+        let (low, high) = bounds.ok_or_else(|| Error::invalid("a particle's position is not finite"))?;
+        all = (all.0.min(low), all.1.max(high));
+    }
+    Ok((!points.is_empty()).then_some(all))
 }
 
 /// The bits of a number below 2²¹, each followed by two zeros.

@@ -13,7 +13,7 @@ use crate::pairs::{Rows, Vectors, around};
 use crate::pcisph::{Correction, Excess, stiffness, tally};
 
 /// Corrects pressures, the fourth numbers of `pressed`, by how much denser the fluid gets in the step at these velocities, and
-/// says how much, as a share of the density at rest. What is less dense than at rest may grow until it has that.
+/// returns how much, as a share of the density at rest, with the sum instead of the mean. What is less dense than at rest may grow until it has that.
 pub fn slow(
     context: &Context,
     correction: &Correction,

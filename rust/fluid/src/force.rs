@@ -112,12 +112,14 @@ impl Force {
     }
 }
 
-/// Adds the accelerations of forces to those of particles, and returns their sum, in m/s².
+/// Adds the accelerations of forces to those of particles, and returns their sum, in m/s². Some particles may be skipped; an
+/// empty list skips none.
 pub fn apply(
     context: &Context,
     forces: &[Force],
     [places, velocities]: [&[Vec4]; 2],
     time: f64,
+    skipped: &[bool],
     accelerations: &mut [Vec4],
 ) -> DVec3 {
     if forces.is_empty() {
@@ -126,6 +128,9 @@ pub fn apply(
     let mut parts: Vec<_> = accelerations.chunks_mut(PART).map(|part| (part, DVec3::ZERO)).collect();
     context.for_each_mut(&mut parts, |part, (accelerations, sum)| {
         for (particle, acceleration) in (part * PART..).zip(accelerations.iter_mut()) {
+            if skipped.get(particle).is_some_and(|skipped| *skipped) {
+                continue;
+            }
             let [place, velocity] = [places[particle].xyz(), velocities[particle].xyz()];
             let all: Vec3 = forces.iter().map(|force| force.acceleration(place, velocity, time)).sum();
             *acceleration += all.extend(0.0);

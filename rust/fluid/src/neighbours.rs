@@ -37,7 +37,7 @@ pub struct Part {
 impl Neighbours {
     /// Finds what lies within a radius of points, sorted by cells, among `others`, which are followed by [`NOWHERE`] and in
     /// the order of `cells`, whose side is no less than the radius. A point is no neighbour of itself where both are the
-    /// same (`is_same`). Fails if there are more than [`MOST`] within the radius of one.
+    /// same (`is_same`). Points that are skipped get none; an empty list skips none. Fails if there are more than [`MOST`] within the radius of one.
     pub fn find(
         &mut self,
         context: &Context,
@@ -45,13 +45,15 @@ impl Neighbours {
         (others, cells): (&[Vec4], &Cells),
         radius: f32,
         is_same: bool,
+        skipped: &[bool],
     ) -> Result<()> {
         self.parts.resize_with(points.len().div_ceil(PART), Part::default);
         context.for_each_mut(&mut self.parts, |part, lists| {
-            let points = &points[part * PART..points.len().min((part + 1) * PART)];
+            let range = part * PART..points.len().min((part + 1) * PART);
+            let (points, skipped) = (&points[range.clone()], skipped.get(range).unwrap_or_default());
             lists.clear();
             let first = is_same.then_some((part * PART) as u32);
-            let search = Search { points, others, cells, square: radius * radius, first };
+            let search = Search { points, skipped, others, cells, square: radius * radius, first };
             find_part(context.level(), &search, lists);
         });
         match self.parts.iter().find_map(|part| part.crowded) {
@@ -92,6 +94,7 @@ impl Part {
 /// What is searched for.
 struct Search<'a> {
     points: &'a [Vec4],
+    skipped: &'a [bool],
     others: &'a [Vec4],
     cells: &'a Cells,
     /// The radius squared.
@@ -134,7 +137,11 @@ fn find_body<A: Lanes>(v: A, search: &Search, part: &mut Part) {
     let square = v.splat(search.square);
     let none = search.others.len() as u32 - 1;
     let mut found = [0u32; MOST + LANES];
-    for (particle, point) in (0..).zip(search.points) {
+    for (particle, point) in (0u32..).zip(search.points) {
+        if search.skipped.get(particle as usize).is_some_and(|skipped| *skipped) {
+            part.starts.push(part.indices.len() as u32);
+            continue;
+        }
         // No other has the number of the place after the last one.
         let own = search.first.map_or(none, |first| first + particle);
         let cell = search.cells.cell(point.xyz());
@@ -183,7 +190,7 @@ mod tests {
         let order: Vec<u32> = cells.order().collect();
         sorted.push(NOWHERE);
         let mut neighbours = Neighbours::default();
-        neighbours.find(&context, &sorted[..points.len()], (&sorted, &cells), radius, true)?;
+        neighbours.find(&context, &sorted[..points.len()], (&sorted, &cells), radius, true, &[])?;
         let mut lists = vec![Vec::new(); points.len()];
         for (place, number) in order.iter().enumerate() {
             let part = &neighbours.parts()[place / PART];

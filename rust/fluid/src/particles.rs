@@ -64,8 +64,8 @@ pub struct Particles {
     pub pressures: Vec<f32>,
     pub numbers: Vec<u32>,
     pub channels: Vec<ParticleChannel>,
-    births: Vec<f64>,
-    lifetimes: Vec<f32>,
+    pub births: Vec<f64>,
+    pub lifetimes: Vec<f32>,
     /// The number of the next one, and whether one does not stay for ever.
     next: u32,
     is_mortal: bool,
@@ -223,6 +223,14 @@ impl Particles {
         for channel in &mut self.channels {
             channel.values = moved(context, order, &channel.values, channel.width);
         }
+    }
+
+    /// Returns no particles, with the channels of these and the number that the next one gets.
+    pub fn emptied(&self) -> Self {
+        let channels = self.channels.iter();
+        let channels = channels.map(|channel| ParticleChannel { values: Vec::new(), ..channel.clone() }).collect();
+        let Self { next, is_mortal, is_pushed, .. } = *self;
+        Self { channels, next, is_mortal, is_pushed, ..Self::default() }
     }
 
     /// All of them, for a state of a fluid.

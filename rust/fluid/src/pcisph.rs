@@ -62,25 +62,21 @@ pub fn push(context: &Context, correction: &Correction, places: Rows, pushed: &m
     context.for_each_mut(&mut parts, |part, pushed| push_part(context.level(), correction, places, part, pushed));
 }
 
-/// Corrects pressures by the densities at predicted places, and says how much too high these are: beyond rest, and beyond
-/// what may be kept of what a step begins with.
+/// Corrects pressures by the densities at predicted places, and returns how much too high these are, beyond rest and beyond
+/// what may be kept of what a step begins with: the most, and the sum instead of the mean.
 pub fn correct(context: &Context, correction: &Correction, predicted: Rows, places: &mut [Vec4]) -> [Excess; 2] {
     tally(context, places, |part, places| correct_part(context.level(), correction, predicted, part, places))
 }
 
-/// Goes through the parts of all particles, and puts together what is said of each.
+/// Goes through the parts of all rows, and returns the greatest excesses and, as means, the sums of all.
 pub fn tally<const KINDS: usize>(
     context: &Context,
     rows: &mut [Vec4],
     work: impl Fn(usize, &mut [Vec4]) -> [Excess; KINDS] + Sync,
 ) -> [Excess; KINDS] {
-    let count = rows.len().max(1) as f32;
     let mut parts: Vec<_> = rows.chunks_mut(PART).map(|rows| (rows, [Excess::default(); KINDS])).collect();
     context.for_each_mut(&mut parts, |part, (rows, excess)| *excess = work(part, rows));
-    std::array::from_fn(|kind| {
-        let all = parts.iter().fold(Excess::default(), |all, (_, part)| all.and(part[kind]));
-        Excess { mean: all.mean / count, ..all }
-    })
+    std::array::from_fn(|kind| parts.iter().fold(Excess::default(), |all, (_, part)| all.and(part[kind])))
 }
 
 /// What a pressure grows by for each kg/m³ that the density is too high by, times [`Found::diagonal`].

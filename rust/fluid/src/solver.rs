@@ -4,9 +4,10 @@ use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
 use relievo_core::{Context, Error, Result};
 
 use crate::FluidOptions;
-use crate::cells::Cells;
+use crate::cells::{Cells, bounds};
 use crate::collider::Collider;
 use crate::constants::Constants;
+use crate::domain::{Domain, Traffic};
 use crate::exchange::{Given, Impulse};
 use crate::force::{self, Force};
 use crate::neighbours::Neighbours;
@@ -18,6 +19,7 @@ use crate::prepare::{Begin, Found, prepare};
 use crate::state::State;
 use crate::sweep::Sweep;
 use crate::tension::{self, Tension};
+use crate::transport::Transport;
 use crate::wall::Wall;
 
 /// What a step did.
@@ -64,6 +66,7 @@ pub struct Fluid {
     near: Neighbours,
     near_walls: Neighbours,
     pace: Pace,
+    domain: Domain,
 }
 
 impl Fluid {
@@ -91,6 +94,7 @@ impl Fluid {
             near: Neighbours::default(),
             near_walls: Neighbours::default(),
             pace: Pace::new(&options),
+            domain: Domain::default(),
             options,
         })
     }
@@ -176,6 +180,7 @@ impl Fluid {
     /// Adds particles with what they carry. Fails if a number is out of range, a channel has another width, or there are
     /// more than 2³⁰ particles; nothing is added then.
     pub fn add_batch(&mut self, batch: &Batch) -> Result<()> {
+        self.domain.expect_whole("particles cannot be added")?;
         self.particles.add(batch, self.seconds)
     }
 
@@ -195,7 +200,49 @@ impl Fluid {
         self.seconds = state.seconds;
         self.pace = Pace { pulled: state.pulled, share: state.share };
         self.particles = Particles::restore(state);
+        self.take_share();
         Ok(())
+    }
+
+    /// Goes on with a part of the particles, while other ranks, which have the same fluid and call this too, have the rest.
+    /// From now on all ranks call [`Self::step`], [`Self::advance`], [`Self::set_state`] and [`Self::gather`] alike; what is
+    /// said of particles is said of those of this rank, and what is said of the fluid, of all. Particles cannot be added.
+    pub fn distribute(&mut self, transport: Box<dyn Transport>) -> Result<()> {
+        self.domain.expect_whole("a fluid cannot be split again")?;
+        self.domain = Domain::new(transport, 0.0);
+        self.take_share();
+        Ok(())
+    }
+
+    /// Returns all that the fluid goes on from, as [`Self::state`], of all ranks: on rank 0, and on others `None`. Fails if
+    /// another rank has ended.
+    pub fn gather(&mut self) -> Result<Option<State>> {
+        if self.domain.is_whole() {
+            return Ok(Some(self.state()));
+        }
+        let state =
+            State { seconds: self.seconds, pulled: self.pace.pulled, share: self.pace.share, ..State::default() };
+        let whole = self.domain.collect(&self.particles)?;
+        Ok(whole.map(|particles| State {
+            seconds: state.seconds,
+            pulled: state.pulled,
+            share: state.share,
+            ..particles.save()
+        }))
+    }
+
+    /// Returns what this rank sent to others.
+    pub fn traffic(&self) -> Traffic {
+        self.domain.traffic()
+    }
+
+    /// Drops the particles of the whole fluid that other ranks have.
+    fn take_share(&mut self) {
+        if !self.domain.is_whole() {
+            self.domain.set_fastest(fastest(&self.particles));
+            let own = self.domain.share(self.particles.len());
+            self.particles.remove(|row| !own.contains(&row));
+        }
     }
 
     /// Has each particle accelerated by so much, in m/s² and the order of [`Self::numbers`], beside all else, from now on.
@@ -230,6 +277,7 @@ impl Fluid {
     /// The density of each particle where it is now, in kg/m³, walls seen too. Particles may be in another order afterwards.
     /// Fails if particles are where none can be.
     pub fn densities(&mut self, context: &Context) -> Result<impl ExactSizeIterator<Item = f32>> {
+        self.domain.expect_whole("densities are not found")?;
         if !self.is_empty() {
             self.look_around(context)?;
         }
@@ -271,15 +319,14 @@ impl Fluid {
 
     /// The speed of the fastest particle, in m/s.
     pub(crate) fn speed(&self) -> f32 {
-        let squares = self.velocities().iter().map(|velocity| velocity.with_w(0.0).length_squared());
-        squares.fold(0.0, f32::max).sqrt()
+        self.domain.fastest().unwrap_or_else(|| fastest(&self.particles))
     }
 
     /// Makes a step of so many seconds, or a shorter one where pressures do not converge. Fails if they do not at all, or
     /// particles are where none can be; nothing has moved then.
     pub fn step(&mut self, context: &Context, seconds: f32) -> Result<StepStatistics> {
         let seconds = seconds.max(0.0).min(self.until_arrival());
-        if self.is_empty() || seconds <= 0.0 {
+        if seconds <= 0.0 || self.domain.count(self.len())? == 0 {
             self.impulses = vec![Impulse::default(); self.colliders.len() + 1];
             self.carry(seconds);
             self.seconds += f64::from(seconds);
@@ -288,28 +335,31 @@ impl Fluid {
         self.look_around(context)?;
         let speed = self.colliders.iter().map(Collider::speed).fold(0.0, f32::max);
         let reach = self.options.spacing + seconds * speed;
-        self.sweep.find(context, &self.colliders, &self.particles.places[..self.particles.len()], reach);
-        let (mut done, mut is_enough) = self.press(context, seconds, 0.0);
+        let places = &self.particles.places[..self.particles.len()];
+        self.sweep.find(context, &self.colliders, places, reach, self.domain.ghosts());
+        let (mut done, mut is_enough) = self.press(context, seconds, 0.0)?;
         let (mut corrections, mut divergence_corrections) = (done.corrections, done.divergence_corrections);
         while !is_enough {
             let Some((shorter, kept)) = self.pace.again(&self.options, done.seconds) else { break };
             // Pressures that did not converge are no better than none.
             self.particles.places.iter_mut().for_each(|place| place.w = 0.0);
-            (done, is_enough) = self.press(context, shorter, kept);
+            (done, is_enough) = self.press(context, shorter, kept)?;
             corrections += done.corrections;
             divergence_corrections += done.divergence_corrections;
         }
         let is_finite = self.predicted.iter().all(|place| place.is_finite());
+        let is_finite = self.domain.most([f32::from(u8::from(!is_finite))])? == [0.0];
         if !is_finite || !(is_enough || self.options.time_step.is_fixed()) {
             self.particles.places.iter_mut().for_each(|place| place.w = 0.0);
+            self.domain.drop_copies(&mut self.particles);
             return Err(Error::invalid("pressures do not converge")
                 .at(format!("a step of {} s", done.seconds))
                 .advise(
                     "take shorter steps, and see whether particles begin in each other, in walls or in colliders",
                 ));
         }
-        done.given = self.exchange(context, done.seconds);
-        let pulled = self.arrive(done.seconds);
+        done.given = self.exchange(context, done.seconds)?;
+        let pulled = self.arrive(done.seconds)?;
         self.pace.settle(&self.options, corrections, pulled);
         Ok(StepStatistics { corrections, divergence_corrections, ..done })
     }
@@ -321,16 +371,21 @@ impl Fluid {
 
     /// Finds neighbours, densities and the accelerations that need no pressure.
     fn look_around(&mut self, context: &Context) -> Result<()> {
-        let count = self.len();
         let support = self.constants.kernels.support;
-        self.cells.fill(context, support, &self.particles.places[..count])?;
+        let bounds = self.domain.bounds(bounds(context, &self.particles.places[..self.particles.len()])?)?;
+        self.cells.cover(support, bounds)?;
+        self.domain.divide(&self.cells, &mut self.particles)?;
+        let count = self.len();
+        self.cells.sort(context, &self.particles.places[..count]);
         let order: Vec<u32> = self.cells.order().collect();
         self.particles.sort(context, &order);
+        self.domain.list(&self.cells, &self.particles);
         self.wall.sort(context, support)?;
         let all = &self.particles.places;
         let places = &all[..count];
-        self.near.find(context, places, (all, &self.cells), support, true)?;
-        self.near_walls.find(context, places, (&self.wall.places, &self.wall.cells), support, false)?;
+        let copies = self.domain.ghosts();
+        self.near.find(context, places, (all, &self.cells), support, true, copies)?;
+        self.near_walls.find(context, places, (&self.wall.places, &self.wall.cells), support, false, copies)?;
         self.found.resize(count, Found::default());
         self.accelerations.resize(count, Vec4::ZERO);
         let begin = Begin {
@@ -342,15 +397,16 @@ impl Fluid {
         let now = [places, &self.particles.velocities[..count]];
         if self.options.tension > 0.0 {
             let tension = Tension { constants: self.constants, places: all, near: &self.near, found: &self.found };
-            tension::pull(context, &tension, &mut self.normals, &mut self.accelerations);
+            tension::pull(context, &tension, &mut self.domain, &mut self.normals, &mut self.accelerations)?;
         }
-        self.forced = force::apply(context, &self.forces, now, self.seconds, &mut self.accelerations);
+        let copies = self.domain.ghosts();
+        self.forced = force::apply(context, &self.forces, now, self.seconds, copies, &mut self.accelerations);
         Ok(())
     }
 
     /// Takes the particles to where they were predicted to be, with the pressures that they have now, but none farther than
-    /// they may go. Returns the greatest acceleration.
-    fn arrive(&mut self, seconds: f32) -> f32 {
+    /// they may go. Returns the greatest acceleration. Fails if another domain has ended.
+    fn arrive(&mut self, seconds: f32) -> Result<f32> {
         let mut pulled = 0.0f32;
         let speed = self.speed().max(self.wall.speed);
         let farthest = self.pace.farthest(&self.options, &self.constants, speed, seconds);
@@ -374,9 +430,18 @@ impl Fluid {
         told.for_each(|((pressure, predicted), found)| *pressure = predicted.w * found.virial);
         self.carry(seconds);
         self.seconds += f64::from(seconds);
+        self.domain.drop_copies(&mut self.particles);
         self.particles.expire(self.seconds);
-        pulled.sqrt() / seconds
+        let [pulled, speed] = self.domain.most([pulled.sqrt() / seconds, fastest(&self.particles)])?;
+        self.domain.set_fastest(speed);
+        Ok(pulled)
     }
+}
+
+/// The speed of the fastest of some particles, in m/s.
+fn fastest(particles: &Particles) -> f32 {
+    let velocities = &particles.velocities[..particles.len()];
+    velocities.iter().map(|velocity| velocity.with_w(0.0).length_squared()).fold(0.0, f32::max).sqrt()
 }
 
 mod bodies;

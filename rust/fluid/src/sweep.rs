@@ -50,8 +50,8 @@ pub struct Meeting {
 }
 
 impl Sweep {
-    /// Finds what particles at places may meet that go no farther than `reach`.
-    pub fn find(&mut self, context: &Context, colliders: &[Collider], places: &[Vec4], reach: f32) {
+    /// Finds what particles at places may meet that go no farther than `reach`. Some may be skipped; an empty list skips none.
+    pub fn find(&mut self, context: &Context, colliders: &[Collider], places: &[Vec4], reach: f32, skipped: &[bool]) {
         self.parts.resize_with(if colliders.is_empty() { 0 } else { places.len().div_ceil(PART) }, Part::default);
         context.for_each_mut(&mut self.parts, |part, lists| {
             lists.particles.clear();
@@ -60,6 +60,9 @@ impl Sweep {
             lists.starts.push(0);
             let mut found = Vec::new();
             for (number, place) in (0u32..).zip(&places[part * PART..places.len().min((part + 1) * PART)]) {
+                if skipped.get(part * PART + number as usize).is_some_and(|skipped| *skipped) {
+                    continue;
+                }
                 let around = Bounds { low: (place.xyz() - reach).into(), high: (place.xyz() + reach).into() };
                 for (at, collider) in (0u32..).zip(colliders) {
                     collider.hierarchy.overlap(&around, &mut found);

@@ -6,9 +6,10 @@
 
 use glam::Vec4;
 use relievo_core::lanes::Lanes;
-use relievo_core::{Context, dispatch_simd};
+use relievo_core::{Context, Result, dispatch_simd};
 
 use crate::constants::{Constants, KernelLanes};
+use crate::domain::Domain;
 use crate::neighbours::{Neighbours, PART};
 use crate::pairs::{Vectors, around};
 use crate::prepare::Found;
@@ -25,16 +26,24 @@ pub struct Tension<'a> {
 
 /// Adds the accelerations by tension. `normals` are filled with those of all particles: the slope of how much fluid is around
 /// one, times the support radius, so that they are about 1.5 at a flat surface and 0 within. The fourth numbers are densities.
-pub fn pull(context: &Context, tension: &Tension, normals: &mut Vec<Vec4>, accelerations: &mut [Vec4]) {
+pub fn pull(
+    context: &Context,
+    tension: &Tension,
+    domain: &mut Domain,
+    normals: &mut Vec<Vec4>,
+    accelerations: &mut [Vec4],
+) -> Result<()> {
     let count = tension.found.len();
     normals.resize(count + 1, Vec4::ZERO);
     normals[count] = Vec4::ZERO.with_w(tension.constants.density);
     let mut parts: Vec<_> = normals[..count].chunks_mut(PART).collect();
     context.for_each_mut(&mut parts, |part, normals| normals_part(context.level(), tension, part, normals));
+    domain.refresh(&mut normals[..count])?;
     let mut parts: Vec<_> = accelerations.chunks_mut(PART).collect();
     context.for_each_mut(&mut parts, |part, accelerations| {
         pull_part(context.level(), tension, normals, part, accelerations);
     });
+    Ok(())
 }
 
 #[inline(always)]

@@ -124,7 +124,7 @@ pub fn weigh(context: &Context, constants: &Constants, places: &[Vec3]) -> Resul
     let sorted: Vec<Vec4> = cells.order().map(|number| points[number as usize]).chain([NOWHERE]).collect();
     let count = points.len();
     let mut near = Neighbours::default();
-    near.find(context, &sorted[..count], (&sorted, &cells), kernels.support, true)
+    near.find(context, &sorted[..count], (&sorted, &cells), kernels.support, true, &[])
         .map_err(|error| Error { place: "walls".into(), ..error })?;
     let reach = (kernels.support / spacing).ceil() as i32;
     let plane = (-reach..=reach).flat_map(|x| (-reach..=reach).map(move |y| Vec3::new(x as f32, y as f32, 0.0)));

@@ -138,8 +138,9 @@ impl Fluid {
         self.wall.put(first, collider.particles().into_iter(), collider.velocities().into_iter());
     }
 
-    /// Finds what walls and colliders got in a step that is about to end, and returns what all gave to the fluid.
-    pub(super) fn exchange(&mut self, context: &Context, seconds: f32) -> Given {
+    /// Finds what walls and colliders got in a step that is about to end, from all domains, and returns what all gave to the
+    /// fluid. Fails if another domain has ended.
+    pub(super) fn exchange(&mut self, context: &Context, seconds: f32) -> Result<Given> {
         let mut impulses = exchange(
             context,
             &Exchange {
@@ -157,16 +158,27 @@ impl Fluid {
             let momentum = -f64::from(self.constants.mass) * met.change.as_dvec3();
             impulses[met.collider as usize + 1].add(met.place.as_dvec3(), momentum);
         }
-        self.impulses = impulses;
         let each = f64::from(self.constants.mass) * f64::from(seconds);
+        let is_own = |row: usize| !self.domain.ghosts().get(row).is_some_and(|ghost| *ghost);
+        let owned = (0..self.len()).filter(|row| is_own(*row)).count();
         let pushes = self.particles.pushes.iter().take(if self.particles.is_pushed { self.len() } else { 0 });
-        let pushes: DVec3 = pushes.map(|push| push.xyz().as_dvec3()).sum();
-        Given {
-            gravity: each * self.len() as f64 * self.options.gravity.as_dvec3(),
+        let pushes = pushes.enumerate().filter(|(row, _)| is_own(*row));
+        let pushes: DVec3 = pushes.map(|(_, push)| push.xyz().as_dvec3()).sum();
+        let mut given = Given {
+            gravity: each * owned as f64 * self.options.gravity.as_dvec3(),
             host: each * pushes,
             forces: each * self.forced,
-            walls: -self.impulses.iter().map(|impulse| impulse.linear).sum::<DVec3>(),
-        }
+            walls: -impulses.iter().map(|impulse| impulse.linear).sum::<DVec3>(),
+        };
+        let vectors = impulses.iter_mut().flat_map(|impulse| [&mut impulse.linear, &mut impulse.angular]);
+        self.domain.sum_vectors(vectors.chain([
+            &mut given.gravity,
+            &mut given.host,
+            &mut given.forces,
+            &mut given.walls,
+        ]))?;
+        self.impulses = impulses;
+        Ok(given)
     }
 
     /// Has walls and colliders go on by so many seconds.

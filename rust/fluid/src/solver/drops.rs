@@ -73,7 +73,7 @@ fn accelerations_are_the_sums_over_all_pairs_and_add_up_to_nothing() {
     let normals: Vec<Vec3> = (0..places.len()).map(normal).collect();
     let mut accelerations = vec![Vec4::ZERO; places.len()];
     let tension = Tension { constants: fluid.constants, places: &fluid.particles.places, near: &fluid.near, found };
-    tension::pull(&context, &tension, &mut Vec::new(), &mut accelerations);
+    tension::pull(&context, &tension, &mut Domain::default(), &mut Vec::new(), &mut accelerations).unwrap();
     let mut most = 0.0f32;
     for (number, acceleration) in accelerations.iter().enumerate() {
         let mut sum = Vec3::ZERO;

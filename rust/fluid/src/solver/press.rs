@@ -1,6 +1,6 @@
 //! The pressures of a step.
 
-use relievo_core::Context;
+use relievo_core::{Context, Result};
 
 use super::{Fluid, StepStatistics};
 use crate::PressureSolver;
@@ -19,8 +19,8 @@ const SLOWED: [u32; 2] = [2, 20];
 
 impl Fluid {
     /// Finds the pressures by which the fluid is not too dense after so many seconds, and where its particles are then.
-    /// A share of what it is too dense by now may be kept. Returns whether it is not denser.
-    pub(super) fn press(&mut self, context: &Context, seconds: f32, kept: f32) -> (StepStatistics, bool) {
+    /// A share of what it is too dense by now may be kept. Returns whether it is not denser. Fails if another domain has ended.
+    pub(super) fn press(&mut self, context: &Context, seconds: f32, kept: f32) -> Result<(StepStatistics, bool)> {
         let count = self.len();
         let gravity = self.options.gravity.extend(0.0);
         self.wall.predict(seconds);
@@ -28,8 +28,9 @@ impl Fluid {
         self.advected.clone_from(&self.particles.velocities);
         let pulls = self.accelerations.iter().zip(&self.particles.pushes);
         self.advected.iter_mut().zip(pulls).for_each(|(to, (pull, push))| *to += seconds * (*pull + *push + gravity));
+        self.domain.refresh(&mut self.advected[..count])?;
         if self.options.solver == PressureSolver::Dfsph {
-            done.divergence_corrections = self.slow(context, seconds);
+            done.divergence_corrections = self.slow(context, seconds)?;
         }
         let places = &mut self.particles.places;
         let correction = Correction {
@@ -50,20 +51,23 @@ impl Fluid {
             predict(context, &correction, rows, &mut self.predicted[..count]);
             let step = Step { seconds, spacing: self.options.spacing };
             self.sweep.hold(context, &self.colliders, &places[..count], &mut self.predicted[..count], step);
+            self.domain.refresh(&mut self.predicted[..count])?;
             let rows = Rows { fluid: &self.predicted, walls: self.wall.ends() };
-            let [excess, over] = correct(context, &correction, rows, &mut places[..count]);
+            let sums = correct(context, &correction, rows, &mut places[..count]);
+            self.domain.refresh_last(&mut places[..count])?;
+            let [excess, over] = self.domain.mean(sums, count)?;
             done.excess = excess;
             done.corrections += 1;
             let is_enough = over.most <= self.options.excess.most && over.mean <= self.options.excess.mean;
             if done.corrections >= if is_enough { least } else { most } {
-                return (done, is_enough);
+                return Ok((done, is_enough));
             }
         }
     }
 
     /// Finds the pressures by which velocities do not compress the fluid, and those velocities, with the pressures. Returns how
     /// many corrections it took.
-    fn slow(&mut self, context: &Context, seconds: f32) -> u32 {
+    fn slow(&mut self, context: &Context, seconds: f32) -> Result<u32> {
         let count = self.len();
         let places = &self.particles.places;
         let correction = Correction {
@@ -84,15 +88,18 @@ impl Fluid {
         loop {
             let pressed = Rows { fluid: &self.predicted, walls: &self.wall.places };
             push(context, &correction, pressed, &mut self.slowed[..count]);
+            self.domain.refresh(&mut self.slowed[..count])?;
             let moving = Rows { fluid: &self.slowed, walls: &self.wall.velocities };
             let places = Rows { fluid: places, walls: &self.wall.places };
-            let [over] = slow(context, &correction, places, moving, &mut self.predicted[..count]);
+            let sums = slow(context, &correction, places, moving, &mut self.predicted[..count]);
+            self.domain.refresh_last(&mut self.predicted[..count])?;
+            let [over] = self.domain.mean(sums, count)?;
             corrections += 1;
             if corrections >= if over.mean <= GROWTH * self.options.excess.mean { least } else { most } {
                 break;
             }
         }
         std::mem::swap(&mut self.advected, &mut self.slowed);
-        corrections
+        Ok(corrections)
     }
 }

@@ -33,7 +33,7 @@ fn densities_and_accelerations_are_the_sums_over_all_pairs() {
         let step = 1e-3;
         let begin = fluid.particles.places.clone();
         fluid.options.corrections = [1, 1];
-        fluid.press(&context, step, 0.0);
+        fluid.press(&context, step, 0.0).unwrap();
         let constants = fluid.constants;
         let Constants { kernels, mass, density, .. } = constants;
         for (number, (place, velocity)) in places.iter().zip(&velocities).enumerate() {
