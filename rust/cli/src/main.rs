@@ -15,6 +15,7 @@ mod doc;
 mod draw;
 mod edits;
 mod export;
+mod farm;
 mod fluid;
 mod foam;
 mod grid;
@@ -117,6 +118,8 @@ enum Command {
     /// Lists, checks, shrinks and exports the cache of a server.
     #[cfg(feature = "server")]
     Cache(server::cache::Arguments),
+    /// Writes and submits jobs of render farms: a simulation, then meshes, foam and pictures in parallel.
+    Farm(farm::Arguments),
     /// Plots how a simulation of a fluid went, from its statistics.
     Plot(plot::Arguments),
     /// Draws a picture of Bézier patches, a mesh or a document, on a graphics device or by rays.
@@ -177,6 +180,7 @@ fn main() -> ExitCode {
         Command::Control(arguments) => server::control::run(&arguments),
         #[cfg(feature = "server")]
         Command::Cache(arguments) => server::cache::run(&arguments),
+        Command::Farm(arguments) => farm::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Draw(arguments) => draw::run(&arguments),
         #[cfg(feature = "shader")]

@@ -28,6 +28,8 @@ pub struct Traffic {
     pub exchanges: u64,
     /// Bytes of particles that changed their rank, and of new copies.
     pub migrated: u64,
+    /// Bytes of particles for states of the whole fluid.
+    pub collected: u64,
     /// Bytes of values of copies.
     pub refreshed: u64,
     /// Bytes of sums, maxima and the division of the curve.
@@ -60,6 +62,7 @@ pub struct Domain {
 #[derive(Clone, Copy)]
 enum Kind {
     Migrated,
+    Collected,
     Refreshed,
     Reduced,
 }
@@ -274,9 +277,16 @@ impl Domain {
         let Some(transport) = &self.transport else { return Ok(None) };
         let [rank, ranks] = [transport.rank(), transport.ranks()];
         let all: Vec<u32> = (0..particles.len() as u32).collect();
-        let mut messages = vec![Vec::new(); ranks];
-        messages[0] = particles.pack(&all);
-        let received = self.exchange(messages, Kind::Migrated)?;
+        let mut own = particles.pack(&all);
+        let mut received = Vec::new();
+        // One rank after the other, since MPI counts the bytes of an exchange in 31 bits.
+        for sender in 0..ranks {
+            let mut messages = vec![Vec::new(); ranks];
+            if sender == rank {
+                messages[0] = std::mem::take(&mut own);
+            }
+            received.push(std::mem::take(&mut self.exchange(messages, Kind::Collected)?[sender]));
+        }
         if rank > 0 {
             return Ok(None);
         }
@@ -387,6 +397,7 @@ impl Domain {
         self.traffic.exchanges += 1;
         let sum = match kind {
             Kind::Migrated => &mut self.traffic.migrated,
+            Kind::Collected => &mut self.traffic.collected,
             Kind::Refreshed => &mut self.traffic.refreshed,
             Kind::Reduced => &mut self.traffic.reduced,
         };

@@ -44,6 +44,9 @@ pub const ALL: &[&str] = &[
     "mesa-vulkan-drivers",
     "xvfb",
     "xauth",
+    "slurmctld",
+    "slurmd",
+    "munge",
 ];
 
 /// What `cargo xtask bindings` needs: the headers of Embree, and the C parser with its own headers. `libclang-dev` has

@@ -20,6 +20,9 @@ pub struct Arguments {
     /// are PLY.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    /// Of a folder, the first and the last frame, both included; left out, all.
+    #[arg(long, value_name = "A..B", value_parser = crate::run::range)]
+    frames: Option<(u32, u32)>,
     /// Size of the cells by which the mesh is made, in spacings.
     #[arg(long, value_name = "SPACINGS", default_value_t = 0.5)]
     cell: f32,
@@ -42,11 +45,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let context = arguments.limits.context()?;
     let (from, to) = (&arguments.from, &arguments.output);
     if !from.is_dir() {
+        super::needs_folder(from, arguments.frames)?;
         let (count, faces, share) = one(&context, arguments, from, to)?;
         crate::print(&format!("{count} particles, {share}{faces} triangles\n"))?;
         return Ok(ExitCode::SUCCESS);
     }
-    let frames = super::frames(from)?;
+    let frames = super::chunk(from, arguments.frames)?;
     std::fs::create_dir_all(to).map_err(|error| Error::io(to, &error))?;
     let bar = super::bar(frames.len() as u64)?;
     let (mut particles, mut triangles) = (0, 0);

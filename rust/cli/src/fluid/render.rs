@@ -23,12 +23,16 @@ use crate::viewpoint::Viewpoint;
 #[derive(clap::Args)]
 pub struct Rendering {
     /// The particles of each picture: frames of a cache, classic .bgeo, legacy .vtk, .vdb, or the points of mesh files, with their
-    /// channel `velocity` if they have one.
+    /// channel `velocity` if they have one. A folder of frames gives a picture of each.
     #[arg(required = true, value_name = "FRAME")]
     frames: Vec<PathBuf>,
-    /// The picture: a .png. Those of several frames are put side by side.
+    /// The picture: a .png. Those of several frames are put side by side. Of a folder, the folder for the pictures; without
+    /// other options, its first and its last frame are in view.
     #[arg(short, long, value_name = "FILE.png")]
     output: PathBuf,
+    /// Of a folder, the first and the last frame, both included; left out, all.
+    #[arg(long = "frames", value_name = "A..B", value_parser = crate::run::range)]
+    chunk: Option<(u32, u32)>,
     #[command(flatten)]
     surface: super::surface::Options,
     /// Renders a mesh of cells of this size in place of the surface itself.
@@ -76,6 +80,12 @@ const SQUARES: [[f32; 3]; 2] = [[0.56, 0.56, 0.54], [0.44, 0.44, 0.44]];
 const ALONG: u32 = 64;
 
 pub fn run(arguments: &Rendering) -> Outcome {
+    if let [folder] = arguments.frames.as_slice()
+        && folder.is_dir()
+    {
+        return sequence(arguments, folder);
+    }
+    super::needs_folder(&arguments.frames[0], arguments.chunk)?;
     let path = &arguments.output;
     if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("png")) {
         return Err(Error::unsupported("the format to write is not known")
@@ -106,6 +116,33 @@ pub fn run(arguments: &Rendering) -> Outcome {
     bar.finish_and_clear();
     render::write_png(path, &sheet)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Renders a picture of each frame in a folder, all from the same viewpoint.
+fn sequence(arguments: &Rendering, folder: &Path) -> Outcome {
+    let frames = super::chunk(folder, arguments.chunk)?;
+    let context = arguments.limits.context()?;
+    let (low, high) = ends(&context, folder)?;
+    let view = arguments.view(low, high)?;
+    std::fs::create_dir_all(&arguments.output).map_err(|error| Error::io(&arguments.output, &error))?;
+    let bar = super::bar(frames.len() as u64)?;
+    for (name, path) in &frames {
+        let named = |error: Error| error.at(path.display().to_string());
+        let frame = super::read(&context, path)?;
+        let (picture, line) = arguments.picture(&context, path, frame, &view, (low, high)).map_err(named)?;
+        render::write_png(&arguments.output.join(format!("{name}.png")), &picture)?;
+        bar.suspend(|| crate::print(&line))?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The box around the points of the first and the last frame in a folder, which is the same for every chunk of its frames.
+pub fn ends(context: &Context, folder: &Path) -> Result<(DVec3, DVec3)> {
+    let frames = super::frames(folder)?;
+    let ends = frames.iter().take(1).chain(frames.last()).map(|(_, path)| super::read(context, path));
+    bounds(&ends.collect::<Result<Vec<_>>>()?)
 }
 
 /// The box around the points of all frames.

@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     };
     let start = Instant::now();
     let layers = arguments.options.layers(&context, &foam, view, &scenery, &Lights::default())?;
-    arguments.options.write(&context, &picture.color, &layers)?;
+    arguments.options.write(&context, arguments.options.output(), &picture.color, &layers)?;
     crate::print(&summary(&foam, &layers, start.elapsed().as_secs_f64()))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -13,7 +13,7 @@ use crate::bar::Bar;
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// The picture: .png, or .exr, which has the layers too.
+    /// The picture: .png, or .exr, which has the layers too. Of a folder of frames, the folder for the pictures.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// A file for the layers alone: intensity, thickness, depth, normals, occlusion and irradiance.
@@ -85,17 +85,33 @@ impl Options {
         }
     }
 
-    /// Writes a picture with the foam over it, and the layers where they are asked for.
-    pub fn write(&self, context: &Context, background: &Image, layers: &FoamLayers) -> Result<()> {
+    /// Returns the file or the folder that is written.
+    pub fn output(&self) -> &Path {
+        &self.output
+    }
+
+    /// Makes the folder for pictures of several frames and returns it. Fails where a file of layers is asked for.
+    pub fn folder(&self) -> Result<&Path> {
+        if let Some(path) = &self.layers {
+            return Err(Error::unsupported("layers of several frames do not fit into one file")
+                .at(path.display().to_string())
+                .advise("render single frames, or leave out --layers"));
+        }
+        std::fs::create_dir_all(&self.output).map_err(|error| Error::io(&self.output, &error))?;
+        Ok(&self.output)
+    }
+
+    /// Writes a picture with the foam over it to `path`, and the layers where they are asked for.
+    pub fn write(&self, context: &Context, path: &Path, background: &Image, layers: &FoamLayers) -> Result<()> {
         let picture = layers.composite(context, background)?;
-        let is_exr = self.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
+        let is_exr = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
         match is_exr {
             true => {
                 let mut layer = layers.exr_layer();
                 layer.add(&["R", "G", "B"], &picture);
-                render::write_exr(&self.output, &[layer], render::Content::Color)?;
+                render::write_exr(path, &[layer], render::Content::Color)?;
             }
-            false => render::write_png(&self.output, &picture)?,
+            false => render::write_png(path, &picture)?,
         }
         match &self.layers {
             Some(path) => render::write_exr(path, &[layers.exr_layer()], render::Content::Data),

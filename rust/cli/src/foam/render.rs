@@ -1,13 +1,13 @@
 //! `relievo foam render`: the fluid and solids by rays, and foam over them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DAffine3, DVec3};
 use relievo_core::parameter::Switch;
-use relievo_core::{Context, Result};
+use relievo_core::{Context, Error, Result};
 use relievo_fluid::{March, Motion, RayCaster, Surface};
 use relievo_particleio::Particles;
 use relievo_render as render;
@@ -17,18 +17,22 @@ use relievo_scene::isosurface::Isosurface;
 
 use super::picture::{Options, summary};
 use crate::Outcome;
-use crate::fluid::{add_floor, bounds};
+use crate::fluid::{add_floor, bar, bounds, chunk, ends, needs_folder};
 use crate::limits::Limits;
 use crate::numbers::vector;
 use crate::viewpoint::Viewpoint;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The frame of foam.
+    /// The frame of foam, or a folder of frames.
     foam: PathBuf,
-    /// The frame of the fluid that it belongs to.
+    /// The frame of the fluid that it belongs to, or the folder of those that have the same names. Without other options,
+    /// the first and the last frame of the folder are in view.
     #[arg(long, value_name = "FRAME")]
     fluid: Option<PathBuf>,
+    /// Of a folder, the first and the last frame, both included; left out, all.
+    #[arg(long, value_name = "A..B", value_parser = crate::run::range)]
+    frames: Option<(u32, u32)>,
     #[command(flatten)]
     surface: crate::fluid::SurfaceOptions,
     /// A mesh that stands in the fluid. May be repeated.
@@ -55,16 +59,54 @@ pub struct Arguments {
 const ROCK: [f32; 3] = [0.22, 0.2, 0.18];
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    arguments.picture.check()?;
     let context = arguments.limits.context()?;
-    let foam = crate::fluid::read(&context, &arguments.foam)?;
-    let fluid = arguments.fluid.as_ref().map(|path| crate::fluid::read(&context, path)).transpose()?;
+    if !arguments.foam.is_dir() {
+        needs_folder(&arguments.foam, arguments.frames)?;
+        arguments.picture.check()?;
+        let fluid = arguments.fluid.as_deref();
+        let line = one(&context, arguments, &arguments.foam, fluid, arguments.picture.output(), None)?;
+        crate::print(&line)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let pictures = arguments.picture.folder()?;
+    let frames = chunk(&arguments.foam, arguments.frames)?;
+    let view = ends(&context, arguments.fluid.as_ref().unwrap_or(&arguments.foam))?;
+    let bar = bar(frames.len() as u64)?;
+    for (name, path) in &frames {
+        let fluid = arguments.fluid.as_ref().map(|folder| of_name(folder, name)).transpose()?;
+        let picture = pictures.join(format!("{name}.png"));
+        let line = one(&context, arguments, path, fluid.as_deref(), &picture, Some(view))?;
+        bar.suspend(|| crate::print(&format!("{}: {line}", path.display())))?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Returns the frame in a folder that has a name.
+fn of_name(folder: &Path, name: &str) -> Result<PathBuf> {
+    let frames = crate::fluid::frames(folder)?;
+    let found = frames.into_iter().find(|(other, _)| other == name).map(|(_, path)| path);
+    found.ok_or_else(|| Error::invalid(format!("there is no frame {name}")).at(folder.display().to_string()))
+}
+
+/// Renders a frame into a picture, with a box in view, or all of its own particles. Returns a line on it.
+fn one(
+    context: &Context,
+    arguments: &Arguments,
+    foam: &Path,
+    fluid: Option<&Path>,
+    output: &Path,
+    around: Option<(DVec3, DVec3)>,
+) -> Result<String> {
+    let foam = crate::fluid::read(context, foam)?;
+    let fluid = fluid.map(|path| crate::fluid::read(context, path)).transpose()?;
     let seen = fluid.as_ref().filter(|fluid| !fluid.points.is_empty()).unwrap_or(&foam);
-    let (low, high) = bounds(std::slice::from_ref(seen))?;
+    let (low, high) = around.map_or_else(|| bounds(std::slice::from_ref(seen)), Ok)?;
     let view = arguments.viewpoint.view((low, high), arguments.sun, arguments.samples)?;
-    let stage = Stage::new(&context, arguments, fluid, (low, high))?;
-    let picture = stage.render(&context, Parts::All, &view)?.color;
-    let depth = |parts: Parts| -> Result<Image> { Ok(stage.render(&context, parts, &plain(&view))?.depth) };
+    let stage = Stage::new(context, arguments, fluid, (low, high))?;
+    let picture = stage.render(context, Parts::All, &view)?.color;
+    let depth = |parts: Parts| -> Result<Image> { Ok(stage.render(context, parts, &plain(&view))?.depth) };
     let scenery = Scenery {
         solids: Some(depth(Parts::Solids)?),
         fluid: stage.surface.is_some().then(|| depth(Parts::Fluid)).transpose()?,
@@ -72,10 +114,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let [width, height] = arguments.viewpoint.size;
     let from = FoamView { camera: view.camera, lens: Lens::Perspective, width, height };
     let start = Instant::now();
-    let layers = arguments.picture.layers(&context, &foam, from, &scenery, &view.lights)?;
-    arguments.picture.write(&context, &picture, &layers)?;
-    crate::print(&summary(&foam, &layers, start.elapsed().as_secs_f64()))?;
-    Ok(ExitCode::SUCCESS)
+    let layers = arguments.picture.layers(context, &foam, from, &scenery, &view.lights)?;
+    arguments.picture.write(context, output, &picture, &layers)?;
+    Ok(summary(&foam, &layers, start.elapsed().as_secs_f64()))
 }
 
 /// Returns a view with no more than depths need.
