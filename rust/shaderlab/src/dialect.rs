@@ -5,14 +5,17 @@ mod arrays;
 mod offsets;
 mod parameters;
 mod returns;
+mod swizzles;
 
 use std::collections::BTreeSet;
 
 use crate::edit::{Edit, Part};
 use crate::fault::{Checked, Fault, Span};
 use crate::lexer::{Kind, Token};
-use crate::outline::Outline;
+use crate::outline::{Function, Outline};
 use crate::source::{Language, Source, Stage};
+
+pub(crate) use swizzles::widen;
 
 /// How a text differs from what the front end reads.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -176,9 +179,12 @@ pub(crate) fn modernize(source: &Source, tokens: &[Token], outline: &Outline) ->
         let line = &token.text(text)[digits..];
         line[..line.find(|it: char| !it.is_ascii_digit()).unwrap_or(line.len())].parse::<u32>().ok()
     });
-    let has = |name: &str| outline.functions.iter().any(|function| function.name == name);
-    // Hosts of such shaders have an entry point that calls theirs.
-    let is_shadertoy = has("mainImage");
+    // Hosts of Shadertoy's shaders have an entry point that calls theirs. One that only another host sees is of no use here.
+    let is_shadertoy = outline.functions.iter().any(|function| function.name == "mainImage");
+    let conditional = conditionals(text, tokens);
+    let is_main = |function: &&Function| function.name == "main";
+    let (hidden, open): (Vec<_>, Vec<_>) =
+        outline.functions.iter().filter(is_main).partition(|main| is_within(&conditional, main.body.start));
     let number = number.unwrap_or(if is_shadertoy { 300 } else { 100 });
     let mut words = INDICES.to_vec();
     if number < 440 {
@@ -219,9 +225,14 @@ pub(crate) fn modernize(source: &Source, tokens: &[Token], outline: &Outline) ->
     rewriter.dialect.edits.extend(returns::complete(text, tokens, outline));
     rewriter.parameters(tokens)?;
     rewriter.rename(tokens);
-    let uses = |name: &str| tokens.iter().any(|token| token.text(text) == name);
+    let uses = |name: &str| tokens.iter().any(|token| has_word(token, text, name));
     if is_shadertoy {
-        rewriter.shadertoy(&mut prelude, uses, !has("main"));
+        let wrapped = open.is_empty();
+        rewriter.shadertoy(&mut prelude, uses, wrapped);
+        if wrapped {
+            let names = hidden.iter().map(|main| text[..main.parameters.start].trim_end().len());
+            rewriter.dialect.edits.extend(names.map(|end| Edit::replace(end - "main".len()..end, "pel_main")));
+        }
     }
     if number < 440 && (uses("gl_FragColor") || rewriter.dialect.wrapper.is_some()) {
         prelude.push_str("layout(location = 0) out vec4 pel_color;\n");
@@ -232,6 +243,32 @@ pub(crate) fn modernize(source: &Source, tokens: &[Token], outline: &Outline) ->
     dialect.prelude = usize::from(version.is_none());
     dialect.edits.insert(dialect.prelude, Edit::insert(at, prelude));
     Ok(dialect)
+}
+
+/// Returns whether a token is a word, or a line of the preprocessor with it.
+fn has_word(token: &Token, text: &str, word: &str) -> bool {
+    let is_part = |it: char| it.is_alphanumeric() || it == '_';
+    match token.kind {
+        Kind::Directive => token.text(text).split(|it| !is_part(it)).any(|it| it == word),
+        _ => token.text(text) == word,
+    }
+}
+
+/// Returns the bytes between outermost lines `#if` and `#endif`, in order.
+fn conditionals(text: &str, tokens: &[Token]) -> Vec<Span> {
+    let (mut found, mut starts) = (Vec::new(), Vec::new());
+    for token in tokens.iter().filter(|token| token.kind == Kind::Directive) {
+        let line = token.text(text).trim_start_matches('#').trim_start();
+        if line.starts_with("if") {
+            starts.push(token.span.start);
+        } else if line.starts_with("endif")
+            && let Some(start) = starts.pop()
+            && starts.is_empty()
+        {
+            found.push(start..token.span.end);
+        }
+    }
+    found
 }
 
 /// Returns the bindings that a text states.

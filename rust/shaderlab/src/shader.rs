@@ -1,7 +1,7 @@
 //! A shader that was read: its annotations, its outline and its module.
 
 use crate::annotation::{Annotation, Meaning, annotations};
-use crate::dialect::{Dialect, modernize};
+use crate::dialect::{Dialect, modernize, widen};
 use crate::edit::{Edit, apply};
 use crate::fault::{Checked, Fault, Faults, Span};
 use crate::front::{Parsed, entries, parse, wgsl};
@@ -13,6 +13,15 @@ use crate::variable::{Variable, variables, with_vector};
 
 /// What begins the names that the augmentation adds to a shader.
 pub(crate) const PREFIX: &str = "pel_";
+
+/// Swizzles of scalars that are rewritten in a shader.
+const MOST_SWIZZLES: usize = 32;
+
+/// Returns the edits that rewrite the swizzle of a scalar at which the front end failed.
+fn swizzle(text: &str, tokens: &[Token], faults: &[Fault]) -> Option<[Edit; 2]> {
+    let first = faults.first().filter(|fault| fault.what.starts_with("Can't lookup field"))?;
+    widen(text, tokens, &first.span)
+}
 
 /// A shader that a front end has accepted.
 #[derive(Debug)]
@@ -56,12 +65,21 @@ impl Shader {
         }
         let annotations = annotations(text, source.language, &tokens)?;
         let outline = outline(text, source.language, &tokens);
-        let dialect = modernize(&source, &tokens, &outline)?;
-        let mut edits = dialect.edits.clone();
-        edits.extend(dialect.wrapper.as_ref().map(|wrapper| Edit::insert(text.len(), wrapper.concat())));
-        let (plain, map) = apply(text, edits);
-        let parsed = parse(&plain, source.language, source.stage, &map)?;
-        Ok(Self { tokens, annotations, outline, dialect, parsed, text: plain, source })
+        let mut dialect = modernize(&source, &tokens, &outline)?;
+        for left in (0..=MOST_SWIZZLES).rev() {
+            let mut edits = dialect.edits.clone();
+            edits.extend(dialect.wrapper.as_ref().map(|wrapper| Edit::insert(text.len(), wrapper.concat())));
+            let (plain, map) = apply(text, edits);
+            match parse(&plain, source.language, source.stage, &map) {
+                Ok(parsed) => return Ok(Self { tokens, annotations, outline, dialect, parsed, text: plain, source }),
+                // Types are known to the front end alone: its faults show which fields are swizzles of scalars.
+                Err(faults) => match swizzle(text, &tokens, &faults).filter(|_| left > 0) {
+                    Some(edits) => dialect.edits.extend(edits),
+                    None => return Err(faults),
+                },
+            }
+        }
+        Err(vec![Fault::new(0..0, "the shader cannot be read")])
     }
 
     /// Returns the source that it was read from.

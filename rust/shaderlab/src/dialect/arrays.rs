@@ -13,10 +13,13 @@ pub(super) fn size(text: &str, tokens: &[Token]) -> Vec<Edit> {
     let (mut empty, mut size) = (Vec::new(), None);
     for at in 0..code.len() {
         match word(at) {
-            "[" if word(at + 1) == "]" => {
-                empty.push(code[at].span.end);
-                if word(at + 2) == "(" {
-                    size = count(&code[at + 2..], text);
+            "[" => {
+                let end = if word(at + 1) == "]" { at + 1 } else { at + 2 };
+                if end == at + 1 {
+                    empty.push(code[at].span.end);
+                }
+                if [word(end), word(end + 1)] == ["]", "("] {
+                    size = count(&code[end + 1..], text);
                 }
             }
             ";" | "{" | "}" => {

@@ -75,12 +75,12 @@ fn what_the_front_end_lacks_is_rewritten() {
         "\u{feff}uniform vec2 resolution;\nconst vec2 A[] = vec2[](vec2(0.0, 1.0), vec2(max(1.0, 2.0), 0.5), vec2(3.0));\n\
          float pick(const in float x) {\n    if (x > 0.5) return A[1].x;\n    else return A[2].y;\n}\n\
          float look(float x) {\n    if (x > 0.5) { return 1.0; } else { return 2.0; }\n}\nvoid main() {\n    \
-         float b[] = float[](pick(0.2), 2.0);\n    float a = b[0] + look(resolution.x);\n    //. vector a; 1.0\n    \
+         float[] b = float[2](pick(0.2), 2.0);\n    float a = b[0] + look(resolution.x);\n    //. vector a; 1.0\n    \
          gl_FragColor = vec4(a);\n}\n",
         Stage::Fragment,
     );
     assert!(
-        shader.text().contains("A[3] = vec2[3](") && shader.text().contains("b[2] = float[2]("),
+        shader.text().contains("A[3] = vec2[3](") && shader.text().contains("float[2] b = float[2]("),
         "{}",
         shader.text()
     );
@@ -102,6 +102,21 @@ fn what_the_front_end_lacks_is_rewritten() {
          layout(binding = 2) uniform sampler2DShadow shadows;\nlayout(location = 0) out vec4 color;\nvoid main() {\n    \
          float a = texelFetch(samples, ivec2(1), 0).r + float(texelFetch(labels, ivec2(1), 0).r);\n    \
          a += texture(shadows, vec3(0.5));\n    //. vector a; 1.0\n    color = vec4(a);\n}\n",
+        Stage::Fragment,
+    );
+    // Swizzles of scalars.
+    let shader = read(
+        "#version 450\nlayout(location = 0) in vec4 c;\nlayout(location = 0) out vec4 color;\nvoid main() {\n    \
+         float a = c.x;\n    vec3 b = max(dot(c, c.yxzw), a).rrr + a.xxx + (a + 1.0).xxx;\n    //. vector b.x; 1.0\n    \
+         color = vec4(b.xy, a.xx);\n}\n",
+        Stage::Fragment,
+    );
+    assert!(shader.text().contains("vec3(max(dot(c, c.yxzw), a))"), "{}", shader.text());
+    // An entry point that another host sees alone, and a channel in a macro.
+    read(
+        "#define LOOK(p) texture(iChannel1, p)\nvoid mainImage(out vec4 o, in vec2 p) {\n    float t = LOOK(p).r;\n    \
+         //. vector t; 1.0\n    o = vec4(t);\n}\n#ifdef HOST\nout vec4 color;\nvoid main() { mainImage(color, gl_FragCoord.xy); }\n\
+         #endif\n",
         Stage::Fragment,
     );
     // An entry point of the author's own host.
