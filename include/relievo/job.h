@@ -12,6 +12,7 @@
 #define RELIEVO_JOB_H
 
 #include "relievo/bake.h"
+#include "relievo/client.h"
 #include "relievo/decal.h"
 #include "relievo/document.h"
 #include "relievo/fluid.h"
@@ -129,6 +130,20 @@ RLV_API RlvResult rlv_job_tissue_build(RlvContext context, const RlvTissueDescri
  * simulation. */
 RLV_API RlvResult rlv_job_tissue_advance(RlvTissueSimulation simulation, double seconds, RlvJob *out);
 
+/* Starts rlv_client_submit; rlv_job_client_status has the state of the scene then. Fails as rlv_client_submit does, as a job or
+ * at once. */
+RLV_API RlvResult rlv_job_client_submit(RlvClient client, const RlvClientScene *scene, RlvJob *out);
+
+/* Starts rlv_client_wait and then rlv_client_fetch; rlv_job_particles has the particles. Fails as these do, as a job or at
+ * once. */
+RLV_API RlvResult rlv_job_client_fetch(RlvClient client, const char *scene, uint64_t frame, const RlvClientFetch *fetch,
+                                       RlvJob *out);
+
+/* Starts rlv_client_wait and then rlv_client_fetch_mesh; rlv_job_mesh has the mesh. Fails as these do, as a job or at
+ * once. */
+RLV_API RlvResult rlv_job_client_fetch_mesh(RlvClient client, const char *scene, uint64_t frame, const char *settings,
+                                            RlvJob *out);
+
 RLV_API RlvResult rlv_job_retain(RlvJob job);
 RLV_API RlvResult rlv_job_release(RlvJob job);
 
@@ -148,8 +163,8 @@ RLV_API RlvResult rlv_job_cancel(RlvJob job);
  * RLV_ERROR_BUSY while it runs. */
 RLV_API RlvResult rlv_job_result(RlvJob job);
 
-/* The mesh that rlv_job_tessellate, rlv_job_simplify, rlv_job_repair, rlv_job_isosurface or rlv_job_grid_mesh made, the same one every time. Fails as
- * rlv_job_result does, and if the job makes no mesh. */
+/* The mesh that rlv_job_tessellate, rlv_job_simplify, rlv_job_repair, rlv_job_isosurface, rlv_job_grid_mesh or
+ * rlv_job_client_fetch_mesh made, the same one every time. Fails as rlv_job_result does, and if the job makes no mesh. */
 RLV_API RlvResult rlv_job_mesh(RlvJob job, RlvMesh *out);
 
 /* The largest deviation of the mesh that rlv_job_simplify made. Fails as rlv_job_result does, and if the job was another. */
@@ -176,6 +191,13 @@ RLV_API RlvResult rlv_job_tissue(RlvJob job, RlvTissue *out);
 
 /* What the model of rlv_job_tissue_build was built from. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_tissue_report(RlvJob job, RlvTissueReport *out);
+
+/* The particles that rlv_job_client_fetch made, the same ones every time. Fails as rlv_job_result does, and if the job was
+ * another. */
+RLV_API RlvResult rlv_job_particles(RlvJob job, RlvParticles *out);
+
+/* The state of the scene after rlv_job_client_submit. Fails as rlv_job_result does, and if the job was another. */
+RLV_API RlvResult rlv_job_client_status(RlvJob job, RlvClientStatus *out);
 
 /* What rlv_job_sweep or rlv_job_sweep_points did. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_imprint_report(RlvJob job, RlvImprintReport *out);

@@ -10,6 +10,7 @@
 #include "relievo/brush.h"
 #include "relievo/buffer.h"
 #include "relievo/caster.h"
+#include "relievo/client.h"
 #include "relievo/collider.h"
 #include "relievo/color_buffer.h"
 #include "relievo/context.h"

@@ -2501,6 +2501,113 @@ public:
     }
 };
 
+/// A scene for Client::submit.
+struct ClientScene {
+    std::string name, description;
+    /// Paths of files by the names that the description gives them.
+    std::vector<std::pair<std::string, std::string>> files;
+    std::string kind = "fluid";
+    /// Whether each frame waits for Client::force.
+    bool is_forced = false;
+
+    /// Calls `use` with the scene as the C ABI takes it.
+    template <class Use> void pass(Use &&use) const {
+        std::vector<RlvClientFile> list;
+        for (const auto &[file, path] : files) {
+            list.push_back({file.c_str(), path.c_str()});
+        }
+        RlvClientScene given = RLV_CLIENT_SCENE_INIT;
+        given.is_forced = is_forced ? 1 : 0;
+        given.name = name.c_str();
+        given.kind = kind.c_str();
+        given.description = description.c_str();
+        given.files = list.data();
+        given.file_count = list.size();
+        std::forward<Use>(use)(given);
+    }
+};
+
+/// See relievo/client.h.
+class Client : public Reference<RlvClient, rlv_client_retain, rlv_client_release> {
+public:
+    using Reference::Reference;
+
+    static Client connect(const Context &context, const RlvClientOptions &options = RLV_CLIENT_OPTIONS_INIT) {
+        Client made;
+        check(rlv_client_connect(context.get(), &options, made.out()));
+        return made;
+    }
+
+    RlvClientInfo info() const {
+        RlvClientInfo info = RLV_CLIENT_INFO_INIT;
+        check(rlv_client_info(get(), &info));
+        return info;
+    }
+
+    RlvClientStatus submit(const ClientScene &scene, const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        RlvClientStatus status = RLV_CLIENT_STATUS_INIT;
+        scene.pass([&](const RlvClientScene &given) {
+            watch.check(rlv_client_submit(get(), &given, watch.callback(), &watch, &status));
+        });
+        return status;
+    }
+
+    RlvClientStatus poll(const std::string &scene) const {
+        RlvClientStatus status = RLV_CLIENT_STATUS_INIT;
+        check(rlv_client_poll(get(), scene.c_str(), &status));
+        return status;
+    }
+
+    RlvClientStatus wait(const std::string &scene, std::uint64_t frame, const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        RlvClientStatus status = RLV_CLIENT_STATUS_INIT;
+        watch.check(rlv_client_wait(get(), scene.c_str(), frame, watch.callback(), &watch, &status));
+        return status;
+    }
+
+    RlvClientStatus steer(const std::string &scene, std::uint64_t frame, const std::string &changes) const {
+        RlvClientStatus status = RLV_CLIENT_STATUS_INIT;
+        check(rlv_client_steer(get(), scene.c_str(), frame, changes.c_str(), &status));
+        return status;
+    }
+
+    RlvClientStatus force(const std::string &scene, std::uint64_t frame,
+                          const std::vector<Float3> &accelerations) const {
+        RlvClientStatus status = RLV_CLIENT_STATUS_INIT;
+        check(rlv_client_force(get(), scene.c_str(), frame, reinterpret_cast<const float *>(accelerations.data()),
+                               accelerations.size(), 0, &status));
+        return status;
+    }
+
+    void control(const std::string &scene, RlvClientAction action) const {
+        check(rlv_client_control(get(), scene.c_str(), action));
+    }
+
+    Particles fetch(const std::string &scene, std::uint64_t frame,
+                    const RlvClientFetch &fetch = RLV_CLIENT_FETCH_INIT, const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        RlvParticles made{0};
+        watch.check(rlv_client_fetch(get(), scene.c_str(), frame, &fetch, watch.callback(), &watch, &made));
+        return Particles(made);
+    }
+
+    Mesh fetch_mesh(const std::string &scene, std::uint64_t frame, const std::string &settings = "",
+                    const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        RlvMesh made{0};
+        watch.check(rlv_client_fetch_mesh(get(), scene.c_str(), frame, settings.c_str(), watch.callback(), &watch, &made));
+        return Mesh(made);
+    }
+
+    void save(const std::string &scene, std::uint64_t frame, RlvClientForm form, const std::string &path,
+              const std::string &settings = "", const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        watch.check(rlv_client_save(get(), scene.c_str(), frame, form, settings.c_str(), path.c_str(), watch.callback(),
+                                    &watch));
+    }
+};
+
 /// See relievo/job.h. One that is let go of while it runs is cancelled.
 class Job : public Reference<RlvJob, rlv_job_retain, rlv_job_release> {
 public:
@@ -2655,6 +2762,28 @@ public:
         return made;
     }
 
+    static Job submit(const Client &client, const ClientScene &scene) {
+        Job made;
+        scene.pass([&](const RlvClientScene &given) { check(rlv_job_client_submit(client.get(), &given, made.out())); });
+        return made;
+    }
+
+    /// Waits for a frame and fetches it.
+    static Job fetch(const Client &client, const std::string &scene, std::uint64_t frame,
+                     const RlvClientFetch &fetch = RLV_CLIENT_FETCH_INIT) {
+        Job made;
+        check(rlv_job_client_fetch(client.get(), scene.c_str(), frame, &fetch, made.out()));
+        return made;
+    }
+
+    /// Waits for a frame and fetches a mesh of its surface.
+    static Job fetch_mesh(const Client &client, const std::string &scene, std::uint64_t frame,
+                          const std::string &settings = "") {
+        Job made;
+        check(rlv_job_client_fetch_mesh(client.get(), scene.c_str(), frame, settings.c_str(), made.out()));
+        return made;
+    }
+
     RlvJobInfo poll() const {
         RlvJobInfo info = RLV_JOB_INFO_INIT;
         check(rlv_job_poll(get(), &info));
@@ -2676,6 +2805,18 @@ public:
         RlvMesh made{0};
         check(rlv_job_mesh(get(), &made));
         return Mesh(made);
+    }
+
+    Particles particles() const {
+        RlvParticles made{0};
+        check(rlv_job_particles(get(), &made));
+        return Particles(made);
+    }
+
+    RlvClientStatus client_status() const {
+        RlvClientStatus status = RLV_CLIENT_STATUS_INIT;
+        check(rlv_job_client_status(get(), &status));
+        return status;
     }
 
     RlvRepairReport repair_report() const {

@@ -172,6 +172,34 @@ class RlvIsosurfaceClass(IntEnum):
     HIDDEN = 2
 
 
+class RlvClientState(IntEnum):
+    RUNNING = 0
+    FORCES = 1
+    PAUSED = 2
+    DONE = 3
+    CANCELLED = 4
+    FAILED = 5
+
+
+class RlvClientAction(IntEnum):
+    PAUSE = 0
+    RESUME = 1
+    CANCEL = 2
+    REMOVE = 3
+
+
+class RlvClientParticles(IntEnum):
+    ALL = 0
+    BLIND = 1
+    SURFACE = 2
+
+
+class RlvClientForm(IntEnum):
+    FRAME = 0
+    MESH = 1
+    LEVEL_SET = 2
+
+
 class RlvFluidKernels(IntEnum):
     WENDLAND = 0
     MUELLER = 1
@@ -1117,6 +1145,221 @@ class RlvRayArrays(Structure):
     ]
 
 
+class RlvIsosurface(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvIsosurfaceOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("function", c_uint32),
+        ("radius", c_float),
+        ("support", c_float),
+        ("sharpness", c_float),
+        ("iso", c_float),
+        ("centring", c_float),
+        ("shutter_open", c_float),
+        ("shutter_close", c_float),
+        ("march_steps", c_float),
+    ]
+
+
+class RlvIsosurfaceParticles(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("count", c_size_t),
+        ("points", c_float_p),
+        ("point_stride", c_size_t),
+        ("velocities", c_float_p),
+        ("velocity_stride", c_size_t),
+        ("blind", c_uint8_p),
+        ("blind_stride", c_size_t),
+    ]
+
+
+class RlvIsosurfaceInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("has_velocities", c_uint32),
+        ("particle_count", c_size_t),
+        ("support", c_float),
+        ("reach", c_float),
+        ("influence", c_float),
+        ("reserved", c_float),
+    ]
+
+
+class RlvIsosurfaceMeshOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("iterations", c_uint32),
+        ("cell", c_float),
+        ("forwards", c_float),
+        ("backwards", c_float),
+        ("reserved", c_uint32),
+        ("channels", POINTER(RlvAttributeArrays)),
+        ("channel_count", c_size_t),
+        ("channel_stride", c_size_t),
+    ]
+
+
+class RlvIsosurfaceClasses(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("surface_count", c_size_t),
+        ("blind_count", c_size_t),
+        ("hidden_count", c_size_t),
+        ("kept", c_double),
+    ]
+
+
+class RlvIsosurfaceRay(Structure):
+    _fields_ = [
+        ("origin", c_float * 3),
+        ("direction", c_float * 3),
+        ("min_distance", c_float),
+        ("max_distance", c_float),
+        ("time", c_float),
+    ]
+
+
+class RlvIsosurfaceHit(Structure):
+    _fields_ = [
+        ("distance", c_float),
+        ("position", c_float * 3),
+        ("normal", c_float * 3),
+        ("velocity", c_float * 3),
+        ("enters", c_uint32),
+    ]
+
+
+RlvIsosurfaceIntersect = ctypes.CFUNCTYPE(c_uint32, c_void_p, POINTER(RlvIsosurfaceRay), POINTER(RlvIsosurfaceHit))
+
+
+class RlvIsosurfaceTable(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("data", c_void_p),
+        ("intersect", RlvIsosurfaceIntersect),
+        ("low", c_float * 3),
+        ("high", c_float * 3),
+    ]
+
+
+class RlvParticles(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvParticlesArrays(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("has_time", c_uint32),
+        ("time", c_double),
+        ("spacing", c_float),
+        ("reserved", c_uint32),
+        ("count", c_size_t),
+        ("points", c_float_p),
+        ("point_stride", c_size_t),
+        ("numbers", c_uint32_p),
+        ("number_stride", c_size_t),
+        ("channels", POINTER(RlvAttributeArrays)),
+        ("channel_count", c_size_t),
+        ("channel_stride", c_size_t),
+    ]
+
+
+class RlvParticlesInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("channel_count", c_uint32),
+        ("count", c_size_t),
+        ("has_numbers", c_uint32),
+        ("has_time", c_uint32),
+        ("time", c_double),
+        ("spacing", c_float),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvClient(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvClientOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("address", c_char_p),
+        ("token", c_char_p),
+        ("authorities", c_char_p),
+        ("timeout", c_double),
+        ("patience", c_double),
+    ]
+
+
+class RlvClientStatus(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("state", c_uint32),
+        ("ready", c_uint64),
+        ("frames", c_uint64),
+        ("particles", c_uint64),
+        ("seconds_left", c_double),
+        ("fraction", c_float),
+        ("reserved", c_uint32),
+        ("text", c_char * 256),
+    ]
+
+
+class RlvClientInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("protocol", c_uint32 * 2),
+        ("reserved", c_uint32),
+        ("server", c_char * 48),
+        ("user", c_char * 256),
+        ("kinds", c_char * 256),
+    ]
+
+
+class RlvClientFile(Structure):
+    _fields_ = [
+        ("name", c_char_p),
+        ("path", c_char_p),
+    ]
+
+
+class RlvClientScene(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_forced", c_uint32),
+        ("name", c_char_p),
+        ("kind", c_char_p),
+        ("description", c_char_p),
+        ("files", POINTER(RlvClientFile)),
+        ("file_count", c_size_t),
+    ]
+
+
+class RlvClientFetch(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("particles", c_uint32),
+        ("is_half", c_uint32),
+        ("is_plain", c_uint32),
+        ("channels", c_char_p),
+    ]
+
+
 class RlvCollider(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1509,149 +1752,6 @@ class RlvTransferReport(Structure):
         ("edited_area", c_double),
         ("lost_area", c_double),
         ("reach", c_double),
-    ]
-
-
-class RlvIsosurface(Structure):
-    _fields_ = [
-        ("id", c_uint64),
-    ]
-
-
-class RlvIsosurfaceOptions(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("function", c_uint32),
-        ("radius", c_float),
-        ("support", c_float),
-        ("sharpness", c_float),
-        ("iso", c_float),
-        ("centring", c_float),
-        ("shutter_open", c_float),
-        ("shutter_close", c_float),
-        ("march_steps", c_float),
-    ]
-
-
-class RlvIsosurfaceParticles(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("count", c_size_t),
-        ("points", c_float_p),
-        ("point_stride", c_size_t),
-        ("velocities", c_float_p),
-        ("velocity_stride", c_size_t),
-        ("blind", c_uint8_p),
-        ("blind_stride", c_size_t),
-    ]
-
-
-class RlvIsosurfaceInfo(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("has_velocities", c_uint32),
-        ("particle_count", c_size_t),
-        ("support", c_float),
-        ("reach", c_float),
-        ("influence", c_float),
-        ("reserved", c_float),
-    ]
-
-
-class RlvIsosurfaceMeshOptions(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("iterations", c_uint32),
-        ("cell", c_float),
-        ("forwards", c_float),
-        ("backwards", c_float),
-        ("reserved", c_uint32),
-        ("channels", POINTER(RlvAttributeArrays)),
-        ("channel_count", c_size_t),
-        ("channel_stride", c_size_t),
-    ]
-
-
-class RlvIsosurfaceClasses(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("surface_count", c_size_t),
-        ("blind_count", c_size_t),
-        ("hidden_count", c_size_t),
-        ("kept", c_double),
-    ]
-
-
-class RlvIsosurfaceRay(Structure):
-    _fields_ = [
-        ("origin", c_float * 3),
-        ("direction", c_float * 3),
-        ("min_distance", c_float),
-        ("max_distance", c_float),
-        ("time", c_float),
-    ]
-
-
-class RlvIsosurfaceHit(Structure):
-    _fields_ = [
-        ("distance", c_float),
-        ("position", c_float * 3),
-        ("normal", c_float * 3),
-        ("velocity", c_float * 3),
-        ("enters", c_uint32),
-    ]
-
-
-RlvIsosurfaceIntersect = ctypes.CFUNCTYPE(c_uint32, c_void_p, POINTER(RlvIsosurfaceRay), POINTER(RlvIsosurfaceHit))
-
-
-class RlvIsosurfaceTable(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("data", c_void_p),
-        ("intersect", RlvIsosurfaceIntersect),
-        ("low", c_float * 3),
-        ("high", c_float * 3),
-    ]
-
-
-class RlvParticles(Structure):
-    _fields_ = [
-        ("id", c_uint64),
-    ]
-
-
-class RlvParticlesArrays(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("has_time", c_uint32),
-        ("time", c_double),
-        ("spacing", c_float),
-        ("reserved", c_uint32),
-        ("count", c_size_t),
-        ("points", c_float_p),
-        ("point_stride", c_size_t),
-        ("numbers", c_uint32_p),
-        ("number_stride", c_size_t),
-        ("channels", POINTER(RlvAttributeArrays)),
-        ("channel_count", c_size_t),
-        ("channel_stride", c_size_t),
-    ]
-
-
-class RlvParticlesInfo(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("channel_count", c_uint32),
-        ("count", c_size_t),
-        ("has_numbers", c_uint32),
-        ("has_time", c_uint32),
-        ("time", c_double),
-        ("spacing", c_float),
-        ("reserved", c_uint32),
     ]
 
 
@@ -2586,6 +2686,19 @@ INIT = {
     RlvBufferInfo: (ctypes.sizeof(RlvBufferInfo), 0, 0, 0, 0, 0,),
     RlvBufferVulkan: (ctypes.sizeof(RlvBufferVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvRayArrays: (ctypes.sizeof(RlvRayArrays), 0, 0, None, 0, None, 0, None, 0, 0, 0,),
+    RlvIsosurfaceOptions: (ctypes.sizeof(RlvIsosurfaceOptions), 1, 0.01, 0.0, 8.0, 0.6, 0.9, 0.0, 0.0, 12.0,),
+    RlvIsosurfaceParticles: (ctypes.sizeof(RlvIsosurfaceParticles), 0, 0, None, 0, None, 0, None, 0,),
+    RlvIsosurfaceInfo: (ctypes.sizeof(RlvIsosurfaceInfo), 0, 0, 0.0, 0.0, 0.0, 0.0,),
+    RlvIsosurfaceMeshOptions: (ctypes.sizeof(RlvIsosurfaceMeshOptions), 0, 0.0, 0.5, 0.53, 0, None, 0, 0,),
+    RlvIsosurfaceClasses: (ctypes.sizeof(RlvIsosurfaceClasses), 0, 0, 0, 0, 0.0,),
+    RlvIsosurfaceTable: (ctypes.sizeof(RlvIsosurfaceTable), 0, None, None, (0,), (0,),),
+    RlvParticlesArrays: (ctypes.sizeof(RlvParticlesArrays), 0, 0.0, 0.0, 0, 0, None, 0, None, 0, None, 0, 0,),
+    RlvParticlesInfo: (ctypes.sizeof(RlvParticlesInfo), 0, 0, 0, 0, 0.0, 0.0, 0,),
+    RlvClientOptions: (ctypes.sizeof(RlvClientOptions), 0, None, None, None, 60.0, 30.0,),
+    RlvClientStatus: (ctypes.sizeof(RlvClientStatus), 0, 0, 0, 0, -1.0, 0.0, 0, (0,),),
+    RlvClientInfo: (ctypes.sizeof(RlvClientInfo), (0, 0,), 0, (0,), (0,), (0,),),
+    RlvClientScene: (ctypes.sizeof(RlvClientScene), 0, None, None, None, None, 0,),
+    RlvClientFetch: (ctypes.sizeof(RlvClientFetch), 0, 0, 0, None,),
     RlvColliderInfo: (ctypes.sizeof(RlvColliderInfo), 0, 0, 0, (0,), 0,),
     RlvToolSettings: (ctypes.sizeof(RlvToolSettings), 1.0, 1.0,),
     RlvColorBufferInfo: (ctypes.sizeof(RlvColorBufferInfo), 0, 0, 0, 0, 0, 0, 0, (0,),),
@@ -2608,14 +2721,6 @@ INIT = {
     RlvDocumentChanges: (ctypes.sizeof(RlvDocumentChanges), 0, 0, 0, 0,),
     RlvTransferOptions: (ctypes.sizeof(RlvTransferOptions), 0, (0,), 0.0,),
     RlvTransferReport: (ctypes.sizeof(RlvTransferReport), 0, 0.0, 0.0, 0.0, 0.0, 0.0,),
-    RlvIsosurfaceOptions: (ctypes.sizeof(RlvIsosurfaceOptions), 1, 0.01, 0.0, 8.0, 0.6, 0.9, 0.0, 0.0, 12.0,),
-    RlvIsosurfaceParticles: (ctypes.sizeof(RlvIsosurfaceParticles), 0, 0, None, 0, None, 0, None, 0,),
-    RlvIsosurfaceInfo: (ctypes.sizeof(RlvIsosurfaceInfo), 0, 0, 0.0, 0.0, 0.0, 0.0,),
-    RlvIsosurfaceMeshOptions: (ctypes.sizeof(RlvIsosurfaceMeshOptions), 0, 0.0, 0.5, 0.53, 0, None, 0, 0,),
-    RlvIsosurfaceClasses: (ctypes.sizeof(RlvIsosurfaceClasses), 0, 0, 0, 0, 0.0,),
-    RlvIsosurfaceTable: (ctypes.sizeof(RlvIsosurfaceTable), 0, None, None, (0,), (0,),),
-    RlvParticlesArrays: (ctypes.sizeof(RlvParticlesArrays), 0, 0.0, 0.0, 0, 0, None, 0, None, 0, None, 0, 0,),
-    RlvParticlesInfo: (ctypes.sizeof(RlvParticlesInfo), 0, 0, 0, 0, 0.0, 0.0, 0,),
     RlvFluidOptions: (ctypes.sizeof(RlvFluidOptions), 0, 0.02, 1000.0, 0.001, 0.001, 0.0, (0.0, 0.0, -9.81,), 0.01, 0.001, 3, 100, 0, 0.4, 0.005, 0, 0.0,),
     RlvFluidInfo: (ctypes.sizeof(RlvFluidInfo), 0, 0, 0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0,), 0.0,),
     RlvFluidParticles: (ctypes.sizeof(RlvFluidParticles), 0.0, 0, None, 0, None, 0, (0.0, 0.0, 0.0,), 0, None, 0, 0,),
@@ -2789,6 +2894,40 @@ FUNCTIONS = {
     "rlv_caster_retain": (RlvResult, [("caster", RlvCaster)]),
     "rlv_caster_release": (RlvResult, [("caster", RlvCaster)]),
     "rlv_caster_cast": (RlvResult, [("caster", RlvCaster), ("arrays", POINTER(RlvRayArrays))]),
+    "rlv_isosurface_create": (RlvResult, [("context", RlvContext), ("particles", POINTER(RlvIsosurfaceParticles)), ("options", POINTER(RlvIsosurfaceOptions)), ("out", POINTER(RlvIsosurface))]),
+    "rlv_isosurface_retain": (RlvResult, [("isosurface", RlvIsosurface)]),
+    "rlv_isosurface_release": (RlvResult, [("isosurface", RlvIsosurface)]),
+    "rlv_isosurface_info": (RlvResult, [("isosurface", RlvIsosurface), ("out", POINTER(RlvIsosurfaceInfo))]),
+    "rlv_isosurface_mesh": (RlvResult, [("isosurface", RlvIsosurface), ("options", POINTER(RlvIsosurfaceMeshOptions)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvMesh))]),
+    "rlv_isosurface_classify": (RlvResult, [("isosurface", RlvIsosurface), ("threshold", c_float), ("classes", c_uint8_p), ("capacity", c_size_t), ("stride", c_size_t), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvIsosurfaceClasses))]),
+    "rlv_isosurface_cast": (RlvResult, [("isosurface", RlvIsosurface), ("rays", POINTER(RlvIsosurfaceRay)), ("count", c_size_t), ("stride", c_size_t), ("hits", POINTER(RlvIsosurfaceHit)), ("hit_stride", c_size_t)]),
+    "rlv_isosurface_table": (RlvResult, [("isosurface", RlvIsosurface), ("out", POINTER(RlvIsosurfaceTable))]),
+    "rlv_particles_create": (RlvResult, [("context", RlvContext), ("arrays", POINTER(RlvParticlesArrays)), ("out", POINTER(RlvParticles))]),
+    "rlv_particles_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvParticles))]),
+    "rlv_particles_write": (RlvResult, [("particles", RlvParticles), ("path", c_char_p)]),
+    "rlv_particles_retain": (RlvResult, [("particles", RlvParticles)]),
+    "rlv_particles_release": (RlvResult, [("particles", RlvParticles)]),
+    "rlv_particles_info": (RlvResult, [("particles", RlvParticles), ("out", POINTER(RlvParticlesInfo))]),
+    "rlv_particles_get_points": (RlvResult, [("particles", RlvParticles), ("points", c_float_p), ("capacity", c_size_t), ("stride", c_size_t)]),
+    "rlv_particles_get_numbers": (RlvResult, [("particles", RlvParticles), ("numbers", c_uint32_p), ("capacity", c_size_t), ("stride", c_size_t)]),
+    "rlv_particles_find_channel": (RlvResult, [("particles", RlvParticles), ("name", c_char_p), ("out", c_uint32_p)]),
+    "rlv_particles_channel_info": (RlvResult, [("particles", RlvParticles), ("index", c_uint32), ("out", POINTER(RlvAttributeInfo))]),
+    "rlv_particles_get_channel": (RlvResult, [("particles", RlvParticles), ("index", c_uint32), ("values", c_float_p), ("capacity", c_size_t), ("stride", c_size_t)]),
+    "rlv_particles_keep": (RlvResult, [("particles", RlvParticles), ("classes", c_uint8_p), ("count", c_size_t), ("stride", c_size_t), ("out", POINTER(RlvParticles))]),
+    "rlv_particles_isosurface": (RlvResult, [("particles", RlvParticles), ("options", POINTER(RlvIsosurfaceOptions)), ("out", POINTER(RlvIsosurface))]),
+    "rlv_client_connect": (RlvResult, [("context", RlvContext), ("options", POINTER(RlvClientOptions)), ("out", POINTER(RlvClient))]),
+    "rlv_client_retain": (RlvResult, [("client", RlvClient)]),
+    "rlv_client_release": (RlvResult, [("client", RlvClient)]),
+    "rlv_client_info": (RlvResult, [("client", RlvClient), ("out", POINTER(RlvClientInfo))]),
+    "rlv_client_submit": (RlvResult, [("client", RlvClient), ("scene", POINTER(RlvClientScene)), ("progress", RlvProgress), ("user", c_void_p), ("status", POINTER(RlvClientStatus))]),
+    "rlv_client_poll": (RlvResult, [("client", RlvClient), ("scene", c_char_p), ("out", POINTER(RlvClientStatus))]),
+    "rlv_client_wait": (RlvResult, [("client", RlvClient), ("scene", c_char_p), ("frame", c_uint64), ("progress", RlvProgress), ("user", c_void_p), ("status", POINTER(RlvClientStatus))]),
+    "rlv_client_steer": (RlvResult, [("client", RlvClient), ("scene", c_char_p), ("frame", c_uint64), ("changes", c_char_p), ("status", POINTER(RlvClientStatus))]),
+    "rlv_client_force": (RlvResult, [("client", RlvClient), ("scene", c_char_p), ("frame", c_uint64), ("accelerations", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("status", POINTER(RlvClientStatus))]),
+    "rlv_client_control": (RlvResult, [("client", RlvClient), ("scene", c_char_p), ("action", c_uint32)]),
+    "rlv_client_fetch": (RlvResult, [("client", RlvClient), ("scene", c_char_p), ("frame", c_uint64), ("fetch", POINTER(RlvClientFetch)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvParticles))]),
+    "rlv_client_fetch_mesh": (RlvResult, [("client", RlvClient), ("scene", c_char_p), ("frame", c_uint64), ("settings", c_char_p), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvMesh))]),
+    "rlv_client_save": (RlvResult, [("client", RlvClient), ("scene", c_char_p), ("frame", c_uint64), ("form", c_uint32), ("settings", c_char_p), ("path", c_char_p), ("progress", RlvProgress), ("user", c_void_p)]),
     "rlv_collider_create_mesh": (RlvResult, [("context", RlvContext), ("mesh", RlvMesh), ("matrix", c_double_p), ("out", POINTER(RlvCollider))]),
     "rlv_collider_create_surface": (RlvResult, [("surface", RlvSurface), ("options", POINTER(RlvTessellateOptions)), ("matrix", c_double_p), ("out", POINTER(RlvCollider))]),
     "rlv_collider_create_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvCollider))]),
@@ -2878,27 +3017,6 @@ FUNCTIONS = {
     "rlv_document_compact": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("keep", c_size_t)]),
     "rlv_document_mesh": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvMesh))]),
     "rlv_document_transfer": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("to", RlvMesh), ("to_path", c_char_p), ("options", POINTER(RlvTransferOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvTransferReport))]),
-    "rlv_isosurface_create": (RlvResult, [("context", RlvContext), ("particles", POINTER(RlvIsosurfaceParticles)), ("options", POINTER(RlvIsosurfaceOptions)), ("out", POINTER(RlvIsosurface))]),
-    "rlv_isosurface_retain": (RlvResult, [("isosurface", RlvIsosurface)]),
-    "rlv_isosurface_release": (RlvResult, [("isosurface", RlvIsosurface)]),
-    "rlv_isosurface_info": (RlvResult, [("isosurface", RlvIsosurface), ("out", POINTER(RlvIsosurfaceInfo))]),
-    "rlv_isosurface_mesh": (RlvResult, [("isosurface", RlvIsosurface), ("options", POINTER(RlvIsosurfaceMeshOptions)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvMesh))]),
-    "rlv_isosurface_classify": (RlvResult, [("isosurface", RlvIsosurface), ("threshold", c_float), ("classes", c_uint8_p), ("capacity", c_size_t), ("stride", c_size_t), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvIsosurfaceClasses))]),
-    "rlv_isosurface_cast": (RlvResult, [("isosurface", RlvIsosurface), ("rays", POINTER(RlvIsosurfaceRay)), ("count", c_size_t), ("stride", c_size_t), ("hits", POINTER(RlvIsosurfaceHit)), ("hit_stride", c_size_t)]),
-    "rlv_isosurface_table": (RlvResult, [("isosurface", RlvIsosurface), ("out", POINTER(RlvIsosurfaceTable))]),
-    "rlv_particles_create": (RlvResult, [("context", RlvContext), ("arrays", POINTER(RlvParticlesArrays)), ("out", POINTER(RlvParticles))]),
-    "rlv_particles_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvParticles))]),
-    "rlv_particles_write": (RlvResult, [("particles", RlvParticles), ("path", c_char_p)]),
-    "rlv_particles_retain": (RlvResult, [("particles", RlvParticles)]),
-    "rlv_particles_release": (RlvResult, [("particles", RlvParticles)]),
-    "rlv_particles_info": (RlvResult, [("particles", RlvParticles), ("out", POINTER(RlvParticlesInfo))]),
-    "rlv_particles_get_points": (RlvResult, [("particles", RlvParticles), ("points", c_float_p), ("capacity", c_size_t), ("stride", c_size_t)]),
-    "rlv_particles_get_numbers": (RlvResult, [("particles", RlvParticles), ("numbers", c_uint32_p), ("capacity", c_size_t), ("stride", c_size_t)]),
-    "rlv_particles_find_channel": (RlvResult, [("particles", RlvParticles), ("name", c_char_p), ("out", c_uint32_p)]),
-    "rlv_particles_channel_info": (RlvResult, [("particles", RlvParticles), ("index", c_uint32), ("out", POINTER(RlvAttributeInfo))]),
-    "rlv_particles_get_channel": (RlvResult, [("particles", RlvParticles), ("index", c_uint32), ("values", c_float_p), ("capacity", c_size_t), ("stride", c_size_t)]),
-    "rlv_particles_keep": (RlvResult, [("particles", RlvParticles), ("classes", c_uint8_p), ("count", c_size_t), ("stride", c_size_t), ("out", POINTER(RlvParticles))]),
-    "rlv_particles_isosurface": (RlvResult, [("particles", RlvParticles), ("options", POINTER(RlvIsosurfaceOptions)), ("out", POINTER(RlvIsosurface))]),
     "rlv_fluid_create": (RlvResult, [("context", RlvContext), ("options", POINTER(RlvFluidOptions)), ("out", POINTER(RlvFluid))]),
     "rlv_fluid_retain": (RlvResult, [("fluid", RlvFluid)]),
     "rlv_fluid_release": (RlvResult, [("fluid", RlvFluid)]),
@@ -3043,6 +3161,9 @@ FUNCTIONS = {
     "rlv_job_fluid": (RlvResult, [("fluid", RlvFluid), ("seconds", c_double), ("out", POINTER(RlvJob))]),
     "rlv_job_tissue_build": (RlvResult, [("context", RlvContext), ("description", POINTER(RlvTissueDescription)), ("out", POINTER(RlvJob))]),
     "rlv_job_tissue_advance": (RlvResult, [("simulation", RlvTissueSimulation), ("seconds", c_double), ("out", POINTER(RlvJob))]),
+    "rlv_job_client_submit": (RlvResult, [("client", RlvClient), ("scene", POINTER(RlvClientScene)), ("out", POINTER(RlvJob))]),
+    "rlv_job_client_fetch": (RlvResult, [("client", RlvClient), ("scene", c_char_p), ("frame", c_uint64), ("fetch", POINTER(RlvClientFetch)), ("out", POINTER(RlvJob))]),
+    "rlv_job_client_fetch_mesh": (RlvResult, [("client", RlvClient), ("scene", c_char_p), ("frame", c_uint64), ("settings", c_char_p), ("out", POINTER(RlvJob))]),
     "rlv_job_retain": (RlvResult, [("job", RlvJob)]),
     "rlv_job_release": (RlvResult, [("job", RlvJob)]),
     "rlv_job_poll": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvJobInfo))]),
@@ -3057,6 +3178,8 @@ FUNCTIONS = {
     "rlv_job_decal": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvDecal))]),
     "rlv_job_tissue": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvTissue))]),
     "rlv_job_tissue_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvTissueReport))]),
+    "rlv_job_particles": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvParticles))]),
+    "rlv_job_client_status": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvClientStatus))]),
     "rlv_job_imprint_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvImprintReport))]),
     "rlv_job_bake_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvBakeReport))]),
     "rlv_job_fluid_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvFluidReport))]),

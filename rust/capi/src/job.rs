@@ -15,6 +15,7 @@ use relievo_detail::{Pose, Report};
 use crate::array::{fixed, present, put};
 use crate::bake::{self, RlvBakeOptions, RlvBakeReport};
 use crate::border::caught;
+use crate::client::{ClientJob, ClientProduct, RlvClient, RlvClientFetch, RlvClientScene, RlvClientStatus};
 use crate::collider::RlvCollider;
 use crate::context::{ContextObject, RLV_NAME_SIZE, RlvContext};
 use crate::decal::{Laying, RlvDecal, RlvDecalOptions, RlvDecalPin};
@@ -28,6 +29,7 @@ use crate::imprint::{self, RlvImprintMoment, RlvImprintReport, RlvImprintSetting
 use crate::isosurface::{Meshing, RlvIsosurface, RlvIsosurfaceMeshOptions};
 use crate::log::{self, Queue};
 use crate::mesh::RlvMesh;
+use crate::particles::RlvParticles;
 use crate::progressive::{Build, RlvProgressive, RlvProgressiveOptions};
 use crate::ptex::{Export, Import, RlvPtexOptions, RlvPtexReport};
 use crate::registry::{self, busy, handle};
@@ -81,6 +83,20 @@ pub enum Product {
     Tissue(RlvTissue, RlvTissueReport),
     /// Steps of soft tissue, without more to say about them.
     TissueSteps,
+    /// The state of a scene that was submitted.
+    Submitted(Box<RlvClientStatus>),
+    /// The same of particles.
+    Particles(RlvParticles),
+}
+
+impl From<ClientProduct> for Product {
+    fn from(product: ClientProduct) -> Self {
+        match product {
+            ClientProduct::Status(status) => Self::Submitted(status),
+            ClientProduct::Particles(particles) => Self::Particles(particles),
+            ClientProduct::Mesh(mesh) => Self::Mesh(mesh),
+        }
+    }
 }
 
 impl Drop for Product {
@@ -92,6 +108,7 @@ impl Drop for Product {
             Self::Grid(grid) => registry::release(*grid),
             Self::Decal(decal) => registry::release(*decal),
             Self::Tissue(tissue, _) => registry::release(*tissue),
+            Self::Particles(particles) => registry::release(*particles),
             _ => Ok(()),
         };
     }
@@ -242,6 +259,11 @@ fn start_grid(work: grid::Work) -> Result<RlvJob> {
 /// Starts what lays a sticker.
 fn start_decal(laying: Laying) -> Result<RlvJob> {
     start(&laying.context().clone(), move |progress| laying.run(progress).map(Product::Decal))
+}
+
+/// Starts a call of a client.
+fn start_client(job: ClientJob) -> Result<RlvJob> {
+    start(&job.context().clone(), move |progress| job.run(progress).map(Product::from))
 }
 
 entry! {
@@ -504,6 +526,45 @@ entry! {
         Ok(())
     }
 
+    fn rlv_job_client_submit(client: RlvClient, scene: *const RlvClientScene, out: *mut RlvJob) {
+        present("out", out)?;
+        // SAFETY: the caller gives NULL or a descriptor whose texts and files are as the header demands.
+        let job = start_client(unsafe { ClientJob::submit(client, scene) }?)?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
+    fn rlv_job_client_fetch(
+        client: RlvClient,
+        scene: *const c_char,
+        frame: u64,
+        fetch: *const RlvClientFetch,
+        out: *mut RlvJob,
+    ) {
+        present("out", out)?;
+        // SAFETY: the caller gives NULL or a NUL-terminated text, and NULL or a descriptor as the header demands.
+        let job = start_client(unsafe { ClientJob::fetch(client, scene, frame, fetch) }?)?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
+    fn rlv_job_client_fetch_mesh(
+        client: RlvClient,
+        scene: *const c_char,
+        frame: u64,
+        settings: *const c_char,
+        out: *mut RlvJob,
+    ) {
+        present("out", out)?;
+        // SAFETY: the caller gives NULL or NUL-terminated texts.
+        let job = start_client(unsafe { ClientJob::mesh(client, scene, frame, settings) }?)?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
     fn rlv_job_retain(job: RlvJob) {
         registry::retain(job)
     }
@@ -651,6 +712,27 @@ entry! {
         })?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe { write_descriptor(out, report) }
+    }
+
+    fn rlv_job_particles(job: RlvJob, out: *mut RlvParticles) {
+        present("out", out)?;
+        let particles = registry::get(job)?.product("particles", |product| match product {
+            Product::Particles(particles) => Some(*particles),
+            _ => None,
+        })?;
+        registry::retain(particles)?;
+        // SAFETY: checked above.
+        unsafe { put(out, particles) };
+        Ok(())
+    }
+
+    fn rlv_job_client_status(job: RlvJob, out: *mut RlvClientStatus) {
+        let status = registry::get(job)?.product("a scene", |product| match product {
+            Product::Submitted(status) => Some(**status),
+            _ => None,
+        })?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, status) }
     }
 
     fn rlv_job_imprint_report(job: RlvJob, out: *mut RlvImprintReport) {

@@ -21,6 +21,7 @@ pub mod brush;
 pub mod buffer;
 pub mod caster;
 pub mod channel;
+pub mod client;
 pub mod collider;
 pub mod color_buffer;
 pub mod context;

@@ -20,7 +20,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-pub const NOUNS: [&str; 30] = [
+pub const NOUNS: [&str; 31] = [
     "nothing",
     "context",
     "mesh",
@@ -51,6 +51,7 @@ pub const NOUNS: [&str; 30] = [
     "shader",
     "tissue",
     "tissue simulation",
+    "client",
 ];
 
 /// Defines the handle type of a noun.

@@ -20,6 +20,9 @@ use relievo::brush::*;
 use relievo::tessellate::*;
 use relievo::buffer::*;
 use relievo::caster::*;
+use relievo::isosurface::*;
+use relievo::particles::*;
+use relievo::client::*;
 use relievo::collider::*;
 use relievo::color_buffer::*;
 use relievo::decal::*;
@@ -27,8 +30,6 @@ use relievo::stroke::*;
 use relievo::level::*;
 use relievo::device_level::*;
 use relievo::document::*;
-use relievo::isosurface::*;
-use relievo::particles::*;
 use relievo::fluid::*;
 use relievo::foam::*;
 use relievo::grid::*;
@@ -306,6 +307,83 @@ function!(rlv_caster_create_detail: unsafe extern "C" fn(RlvDetail, *const RlvTe
 function!(rlv_caster_retain: unsafe extern "C" fn(RlvCaster) -> RlvResult);
 function!(rlv_caster_release: unsafe extern "C" fn(RlvCaster) -> RlvResult);
 function!(rlv_caster_cast: unsafe extern "C" fn(RlvCaster, *const RlvRayArrays) -> RlvResult);
+layout!(RlvIsosurface: 8, 8);
+constant!(RLV_ISOSURFACE_BLOBS = 0);
+constant!(RLV_ISOSURFACE_ZHU_BRIDSON = 1);
+constant!(RLV_ISOSURFACE_DENSITY = 2);
+constant!(RLV_ISOSURFACE_ANISOTROPIC = 3);
+constant!(RLV_ISOSURFACE_SURFACE = 0);
+constant!(RLV_ISOSURFACE_BLIND = 1);
+constant!(RLV_ISOSURFACE_HIDDEN = 2);
+layout!(RlvIsosurfaceOptions: 40, 4);
+layout!(RlvIsosurfaceParticles: 64, 8);
+layout!(RlvIsosurfaceInfo: 32, 8);
+layout!(RlvIsosurfaceMeshOptions: 48, 8);
+layout!(RlvIsosurfaceClasses: 40, 8);
+layout!(RlvIsosurfaceRay: 36, 4);
+layout!(RlvIsosurfaceHit: 44, 4);
+alias!(RlvIsosurfaceIntersect = Option<unsafe extern "C" fn(*const c_void, *const RlvIsosurfaceRay, *mut RlvIsosurfaceHit) -> u32>);
+layout!(RlvIsosurfaceTable: 48, 8);
+function!(rlv_isosurface_create: unsafe extern "C" fn(RlvContext, *const RlvIsosurfaceParticles, *const RlvIsosurfaceOptions, *mut RlvIsosurface) -> RlvResult);
+function!(rlv_isosurface_retain: unsafe extern "C" fn(RlvIsosurface) -> RlvResult);
+function!(rlv_isosurface_release: unsafe extern "C" fn(RlvIsosurface) -> RlvResult);
+function!(rlv_isosurface_info: unsafe extern "C" fn(RlvIsosurface, *mut RlvIsosurfaceInfo) -> RlvResult);
+function!(rlv_isosurface_mesh: unsafe extern "C" fn(RlvIsosurface, *const RlvIsosurfaceMeshOptions, RlvProgress, *mut c_void, *mut RlvMesh) -> RlvResult);
+function!(rlv_isosurface_classify: unsafe extern "C" fn(RlvIsosurface, f32, *mut u8, usize, usize, RlvProgress, *mut c_void, *mut RlvIsosurfaceClasses) -> RlvResult);
+function!(rlv_isosurface_cast: unsafe extern "C" fn(RlvIsosurface, *const RlvIsosurfaceRay, usize, usize, *mut RlvIsosurfaceHit, usize) -> RlvResult);
+function!(rlv_isosurface_table: unsafe extern "C" fn(RlvIsosurface, *mut RlvIsosurfaceTable) -> RlvResult);
+layout!(RlvParticles: 8, 8);
+layout!(RlvParticlesArrays: 88, 8);
+layout!(RlvParticlesInfo: 40, 8);
+function!(rlv_particles_create: unsafe extern "C" fn(RlvContext, *const RlvParticlesArrays, *mut RlvParticles) -> RlvResult);
+function!(rlv_particles_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvParticles) -> RlvResult);
+function!(rlv_particles_write: unsafe extern "C" fn(RlvParticles, *const c_char) -> RlvResult);
+function!(rlv_particles_retain: unsafe extern "C" fn(RlvParticles) -> RlvResult);
+function!(rlv_particles_release: unsafe extern "C" fn(RlvParticles) -> RlvResult);
+function!(rlv_particles_info: unsafe extern "C" fn(RlvParticles, *mut RlvParticlesInfo) -> RlvResult);
+function!(rlv_particles_get_points: unsafe extern "C" fn(RlvParticles, *mut f32, usize, usize) -> RlvResult);
+function!(rlv_particles_get_numbers: unsafe extern "C" fn(RlvParticles, *mut u32, usize, usize) -> RlvResult);
+function!(rlv_particles_find_channel: unsafe extern "C" fn(RlvParticles, *const c_char, *mut u32) -> RlvResult);
+function!(rlv_particles_channel_info: unsafe extern "C" fn(RlvParticles, u32, *mut RlvAttributeInfo) -> RlvResult);
+function!(rlv_particles_get_channel: unsafe extern "C" fn(RlvParticles, u32, *mut f32, usize, usize) -> RlvResult);
+function!(rlv_particles_keep: unsafe extern "C" fn(RlvParticles, *const u8, usize, usize, *mut RlvParticles) -> RlvResult);
+function!(rlv_particles_isosurface: unsafe extern "C" fn(RlvParticles, *const RlvIsosurfaceOptions, *mut RlvIsosurface) -> RlvResult);
+layout!(RlvClient: 8, 8);
+layout!(RlvClientOptions: 48, 8);
+constant!(RLV_CLIENT_RUNNING = 0);
+constant!(RLV_CLIENT_FORCES = 1);
+constant!(RLV_CLIENT_PAUSED = 2);
+constant!(RLV_CLIENT_DONE = 3);
+constant!(RLV_CLIENT_CANCELLED = 4);
+constant!(RLV_CLIENT_FAILED = 5);
+layout!(RlvClientStatus: 304, 8);
+layout!(RlvClientInfo: 576, 4);
+layout!(RlvClientFile: 16, 8);
+layout!(RlvClientScene: 48, 8);
+constant!(RLV_CLIENT_PAUSE = 0);
+constant!(RLV_CLIENT_RESUME = 1);
+constant!(RLV_CLIENT_CANCEL = 2);
+constant!(RLV_CLIENT_REMOVE = 3);
+constant!(RLV_CLIENT_ALL = 0);
+constant!(RLV_CLIENT_BLIND = 1);
+constant!(RLV_CLIENT_SURFACE = 2);
+layout!(RlvClientFetch: 24, 8);
+constant!(RLV_CLIENT_FRAME = 0);
+constant!(RLV_CLIENT_MESH = 1);
+constant!(RLV_CLIENT_LEVEL_SET = 2);
+function!(rlv_client_connect: unsafe extern "C" fn(RlvContext, *const RlvClientOptions, *mut RlvClient) -> RlvResult);
+function!(rlv_client_retain: unsafe extern "C" fn(RlvClient) -> RlvResult);
+function!(rlv_client_release: unsafe extern "C" fn(RlvClient) -> RlvResult);
+function!(rlv_client_info: unsafe extern "C" fn(RlvClient, *mut RlvClientInfo) -> RlvResult);
+function!(rlv_client_submit: unsafe extern "C" fn(RlvClient, *const RlvClientScene, RlvProgress, *mut c_void, *mut RlvClientStatus) -> RlvResult);
+function!(rlv_client_poll: unsafe extern "C" fn(RlvClient, *const c_char, *mut RlvClientStatus) -> RlvResult);
+function!(rlv_client_wait: unsafe extern "C" fn(RlvClient, *const c_char, u64, RlvProgress, *mut c_void, *mut RlvClientStatus) -> RlvResult);
+function!(rlv_client_steer: unsafe extern "C" fn(RlvClient, *const c_char, u64, *const c_char, *mut RlvClientStatus) -> RlvResult);
+function!(rlv_client_force: unsafe extern "C" fn(RlvClient, *const c_char, u64, *const f32, usize, usize, *mut RlvClientStatus) -> RlvResult);
+function!(rlv_client_control: unsafe extern "C" fn(RlvClient, *const c_char, u32) -> RlvResult);
+function!(rlv_client_fetch: unsafe extern "C" fn(RlvClient, *const c_char, u64, *const RlvClientFetch, RlvProgress, *mut c_void, *mut RlvParticles) -> RlvResult);
+function!(rlv_client_fetch_mesh: unsafe extern "C" fn(RlvClient, *const c_char, u64, *const c_char, RlvProgress, *mut c_void, *mut RlvMesh) -> RlvResult);
+function!(rlv_client_save: unsafe extern "C" fn(RlvClient, *const c_char, u64, u32, *const c_char, *const c_char, RlvProgress, *mut c_void) -> RlvResult);
 layout!(RlvCollider: 8, 8);
 layout!(RlvColliderInfo: 128, 8);
 layout!(RlvToolSettings: 12, 4);
@@ -431,47 +509,6 @@ function!(rlv_document_sync: unsafe extern "C" fn(RlvDocument) -> RlvResult);
 function!(rlv_document_compact: unsafe extern "C" fn(RlvContext, *const c_char, usize) -> RlvResult);
 function!(rlv_document_mesh: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvMesh) -> RlvResult);
 function!(rlv_document_transfer: unsafe extern "C" fn(RlvContext, *const c_char, RlvMesh, *const c_char, *const RlvTransferOptions, RlvProgress, *mut c_void, *mut RlvTransferReport) -> RlvResult);
-layout!(RlvIsosurface: 8, 8);
-constant!(RLV_ISOSURFACE_BLOBS = 0);
-constant!(RLV_ISOSURFACE_ZHU_BRIDSON = 1);
-constant!(RLV_ISOSURFACE_DENSITY = 2);
-constant!(RLV_ISOSURFACE_ANISOTROPIC = 3);
-constant!(RLV_ISOSURFACE_SURFACE = 0);
-constant!(RLV_ISOSURFACE_BLIND = 1);
-constant!(RLV_ISOSURFACE_HIDDEN = 2);
-layout!(RlvIsosurfaceOptions: 40, 4);
-layout!(RlvIsosurfaceParticles: 64, 8);
-layout!(RlvIsosurfaceInfo: 32, 8);
-layout!(RlvIsosurfaceMeshOptions: 48, 8);
-layout!(RlvIsosurfaceClasses: 40, 8);
-layout!(RlvIsosurfaceRay: 36, 4);
-layout!(RlvIsosurfaceHit: 44, 4);
-alias!(RlvIsosurfaceIntersect = Option<unsafe extern "C" fn(*const c_void, *const RlvIsosurfaceRay, *mut RlvIsosurfaceHit) -> u32>);
-layout!(RlvIsosurfaceTable: 48, 8);
-function!(rlv_isosurface_create: unsafe extern "C" fn(RlvContext, *const RlvIsosurfaceParticles, *const RlvIsosurfaceOptions, *mut RlvIsosurface) -> RlvResult);
-function!(rlv_isosurface_retain: unsafe extern "C" fn(RlvIsosurface) -> RlvResult);
-function!(rlv_isosurface_release: unsafe extern "C" fn(RlvIsosurface) -> RlvResult);
-function!(rlv_isosurface_info: unsafe extern "C" fn(RlvIsosurface, *mut RlvIsosurfaceInfo) -> RlvResult);
-function!(rlv_isosurface_mesh: unsafe extern "C" fn(RlvIsosurface, *const RlvIsosurfaceMeshOptions, RlvProgress, *mut c_void, *mut RlvMesh) -> RlvResult);
-function!(rlv_isosurface_classify: unsafe extern "C" fn(RlvIsosurface, f32, *mut u8, usize, usize, RlvProgress, *mut c_void, *mut RlvIsosurfaceClasses) -> RlvResult);
-function!(rlv_isosurface_cast: unsafe extern "C" fn(RlvIsosurface, *const RlvIsosurfaceRay, usize, usize, *mut RlvIsosurfaceHit, usize) -> RlvResult);
-function!(rlv_isosurface_table: unsafe extern "C" fn(RlvIsosurface, *mut RlvIsosurfaceTable) -> RlvResult);
-layout!(RlvParticles: 8, 8);
-layout!(RlvParticlesArrays: 88, 8);
-layout!(RlvParticlesInfo: 40, 8);
-function!(rlv_particles_create: unsafe extern "C" fn(RlvContext, *const RlvParticlesArrays, *mut RlvParticles) -> RlvResult);
-function!(rlv_particles_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvParticles) -> RlvResult);
-function!(rlv_particles_write: unsafe extern "C" fn(RlvParticles, *const c_char) -> RlvResult);
-function!(rlv_particles_retain: unsafe extern "C" fn(RlvParticles) -> RlvResult);
-function!(rlv_particles_release: unsafe extern "C" fn(RlvParticles) -> RlvResult);
-function!(rlv_particles_info: unsafe extern "C" fn(RlvParticles, *mut RlvParticlesInfo) -> RlvResult);
-function!(rlv_particles_get_points: unsafe extern "C" fn(RlvParticles, *mut f32, usize, usize) -> RlvResult);
-function!(rlv_particles_get_numbers: unsafe extern "C" fn(RlvParticles, *mut u32, usize, usize) -> RlvResult);
-function!(rlv_particles_find_channel: unsafe extern "C" fn(RlvParticles, *const c_char, *mut u32) -> RlvResult);
-function!(rlv_particles_channel_info: unsafe extern "C" fn(RlvParticles, u32, *mut RlvAttributeInfo) -> RlvResult);
-function!(rlv_particles_get_channel: unsafe extern "C" fn(RlvParticles, u32, *mut f32, usize, usize) -> RlvResult);
-function!(rlv_particles_keep: unsafe extern "C" fn(RlvParticles, *const u8, usize, usize, *mut RlvParticles) -> RlvResult);
-function!(rlv_particles_isosurface: unsafe extern "C" fn(RlvParticles, *const RlvIsosurfaceOptions, *mut RlvIsosurface) -> RlvResult);
 layout!(RlvFluid: 8, 8);
 constant!(RLV_FLUID_WENDLAND = 0);
 constant!(RLV_FLUID_MUELLER = 1);
@@ -732,6 +769,9 @@ function!(rlv_job_decal_on_detail: unsafe extern "C" fn(RlvDetail, *const RlvDec
 function!(rlv_job_fluid: unsafe extern "C" fn(RlvFluid, f64, *mut RlvJob) -> RlvResult);
 function!(rlv_job_tissue_build: unsafe extern "C" fn(RlvContext, *const RlvTissueDescription, *mut RlvJob) -> RlvResult);
 function!(rlv_job_tissue_advance: unsafe extern "C" fn(RlvTissueSimulation, f64, *mut RlvJob) -> RlvResult);
+function!(rlv_job_client_submit: unsafe extern "C" fn(RlvClient, *const RlvClientScene, *mut RlvJob) -> RlvResult);
+function!(rlv_job_client_fetch: unsafe extern "C" fn(RlvClient, *const c_char, u64, *const RlvClientFetch, *mut RlvJob) -> RlvResult);
+function!(rlv_job_client_fetch_mesh: unsafe extern "C" fn(RlvClient, *const c_char, u64, *const c_char, *mut RlvJob) -> RlvResult);
 function!(rlv_job_retain: unsafe extern "C" fn(RlvJob) -> RlvResult);
 function!(rlv_job_release: unsafe extern "C" fn(RlvJob) -> RlvResult);
 function!(rlv_job_poll: unsafe extern "C" fn(RlvJob, *mut RlvJobInfo) -> RlvResult);
@@ -746,6 +786,8 @@ function!(rlv_job_grid: unsafe extern "C" fn(RlvJob, *mut RlvGrid) -> RlvResult)
 function!(rlv_job_decal: unsafe extern "C" fn(RlvJob, *mut RlvDecal) -> RlvResult);
 function!(rlv_job_tissue: unsafe extern "C" fn(RlvJob, *mut RlvTissue) -> RlvResult);
 function!(rlv_job_tissue_report: unsafe extern "C" fn(RlvJob, *mut RlvTissueReport) -> RlvResult);
+function!(rlv_job_particles: unsafe extern "C" fn(RlvJob, *mut RlvParticles) -> RlvResult);
+function!(rlv_job_client_status: unsafe extern "C" fn(RlvJob, *mut RlvClientStatus) -> RlvResult);
 function!(rlv_job_imprint_report: unsafe extern "C" fn(RlvJob, *mut RlvImprintReport) -> RlvResult);
 function!(rlv_job_bake_report: unsafe extern "C" fn(RlvJob, *mut RlvBakeReport) -> RlvResult);
 function!(rlv_job_fluid_report: unsafe extern "C" fn(RlvJob, *mut RlvFluidReport) -> RlvResult);
@@ -1388,6 +1430,161 @@ pub fn offsets(list: &mut Offsets) {
         min_distance: f32 = 64,
         max_distance: f32 = 68,
     });
+    fields!(list, RlvIsosurface {
+        id: u64 = 0,
+    });
+    fields!(list, RlvIsosurfaceOptions {
+        struct_size: u32 = 0,
+        function: u32 = 4,
+        radius: f32 = 8,
+        support: f32 = 12,
+        sharpness: f32 = 16,
+        iso: f32 = 20,
+        centring: f32 = 24,
+        shutter_open: f32 = 28,
+        shutter_close: f32 = 32,
+        march_steps: f32 = 36,
+    });
+    fields!(list, RlvIsosurfaceParticles {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        count: usize = 8,
+        points: *const f32 = 16,
+        point_stride: usize = 24,
+        velocities: *const f32 = 32,
+        velocity_stride: usize = 40,
+        blind: *const u8 = 48,
+        blind_stride: usize = 56,
+    });
+    fields!(list, RlvIsosurfaceInfo {
+        struct_size: u32 = 0,
+        has_velocities: u32 = 4,
+        particle_count: usize = 8,
+        support: f32 = 16,
+        reach: f32 = 20,
+        influence: f32 = 24,
+        reserved: f32 = 28,
+    });
+    fields!(list, RlvIsosurfaceMeshOptions {
+        struct_size: u32 = 0,
+        iterations: u32 = 4,
+        cell: f32 = 8,
+        forwards: f32 = 12,
+        backwards: f32 = 16,
+        reserved: u32 = 20,
+        channels: *const RlvAttributeArrays = 24,
+        channel_count: usize = 32,
+        channel_stride: usize = 40,
+    });
+    fields!(list, RlvIsosurfaceClasses {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        surface_count: usize = 8,
+        blind_count: usize = 16,
+        hidden_count: usize = 24,
+        kept: f64 = 32,
+    });
+    fields!(list, RlvIsosurfaceRay {
+        origin: [f32; 3] = 0,
+        direction: [f32; 3] = 12,
+        min_distance: f32 = 24,
+        max_distance: f32 = 28,
+        time: f32 = 32,
+    });
+    fields!(list, RlvIsosurfaceHit {
+        distance: f32 = 0,
+        position: [f32; 3] = 4,
+        normal: [f32; 3] = 16,
+        velocity: [f32; 3] = 28,
+        enters: u32 = 40,
+    });
+    fields!(list, RlvIsosurfaceTable {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        data: *const c_void = 8,
+        intersect: RlvIsosurfaceIntersect = 16,
+        low: [f32; 3] = 24,
+        high: [f32; 3] = 36,
+    });
+    fields!(list, RlvParticles {
+        id: u64 = 0,
+    });
+    fields!(list, RlvParticlesArrays {
+        struct_size: u32 = 0,
+        has_time: u32 = 4,
+        time: f64 = 8,
+        spacing: f32 = 16,
+        reserved: u32 = 20,
+        count: usize = 24,
+        points: *const f32 = 32,
+        point_stride: usize = 40,
+        numbers: *const u32 = 48,
+        number_stride: usize = 56,
+        channels: *const RlvAttributeArrays = 64,
+        channel_count: usize = 72,
+        channel_stride: usize = 80,
+    });
+    fields!(list, RlvParticlesInfo {
+        struct_size: u32 = 0,
+        channel_count: u32 = 4,
+        count: usize = 8,
+        has_numbers: u32 = 16,
+        has_time: u32 = 20,
+        time: f64 = 24,
+        spacing: f32 = 32,
+        reserved: u32 = 36,
+    });
+    fields!(list, RlvClient {
+        id: u64 = 0,
+    });
+    fields!(list, RlvClientOptions {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        address: *const c_char = 8,
+        token: *const c_char = 16,
+        authorities: *const c_char = 24,
+        timeout: f64 = 32,
+        patience: f64 = 40,
+    });
+    fields!(list, RlvClientStatus {
+        struct_size: u32 = 0,
+        state: u32 = 4,
+        ready: u64 = 8,
+        frames: u64 = 16,
+        particles: u64 = 24,
+        seconds_left: f64 = 32,
+        fraction: f32 = 40,
+        reserved: u32 = 44,
+        text: [u8; 256] = 48,
+    });
+    fields!(list, RlvClientInfo {
+        struct_size: u32 = 0,
+        protocol: [u32; 2] = 4,
+        reserved: u32 = 12,
+        server: [u8; 48] = 16,
+        user: [u8; 256] = 64,
+        kinds: [u8; 256] = 320,
+    });
+    fields!(list, RlvClientFile {
+        name: *const c_char = 0,
+        path: *const c_char = 8,
+    });
+    fields!(list, RlvClientScene {
+        struct_size: u32 = 0,
+        is_forced: u32 = 4,
+        name: *const c_char = 8,
+        kind: *const c_char = 16,
+        description: *const c_char = 24,
+        files: *const RlvClientFile = 32,
+        file_count: usize = 40,
+    });
+    fields!(list, RlvClientFetch {
+        struct_size: u32 = 0,
+        particles: u32 = 4,
+        is_half: u32 = 8,
+        is_plain: u32 = 12,
+        channels: *const c_char = 16,
+    });
     fields!(list, RlvCollider {
         id: u64 = 0,
     });
@@ -1674,110 +1871,6 @@ pub fn offsets(list: &mut Offsets) {
         edited_area: f64 = 24,
         lost_area: f64 = 32,
         reach: f64 = 40,
-    });
-    fields!(list, RlvIsosurface {
-        id: u64 = 0,
-    });
-    fields!(list, RlvIsosurfaceOptions {
-        struct_size: u32 = 0,
-        function: u32 = 4,
-        radius: f32 = 8,
-        support: f32 = 12,
-        sharpness: f32 = 16,
-        iso: f32 = 20,
-        centring: f32 = 24,
-        shutter_open: f32 = 28,
-        shutter_close: f32 = 32,
-        march_steps: f32 = 36,
-    });
-    fields!(list, RlvIsosurfaceParticles {
-        struct_size: u32 = 0,
-        reserved: u32 = 4,
-        count: usize = 8,
-        points: *const f32 = 16,
-        point_stride: usize = 24,
-        velocities: *const f32 = 32,
-        velocity_stride: usize = 40,
-        blind: *const u8 = 48,
-        blind_stride: usize = 56,
-    });
-    fields!(list, RlvIsosurfaceInfo {
-        struct_size: u32 = 0,
-        has_velocities: u32 = 4,
-        particle_count: usize = 8,
-        support: f32 = 16,
-        reach: f32 = 20,
-        influence: f32 = 24,
-        reserved: f32 = 28,
-    });
-    fields!(list, RlvIsosurfaceMeshOptions {
-        struct_size: u32 = 0,
-        iterations: u32 = 4,
-        cell: f32 = 8,
-        forwards: f32 = 12,
-        backwards: f32 = 16,
-        reserved: u32 = 20,
-        channels: *const RlvAttributeArrays = 24,
-        channel_count: usize = 32,
-        channel_stride: usize = 40,
-    });
-    fields!(list, RlvIsosurfaceClasses {
-        struct_size: u32 = 0,
-        reserved: u32 = 4,
-        surface_count: usize = 8,
-        blind_count: usize = 16,
-        hidden_count: usize = 24,
-        kept: f64 = 32,
-    });
-    fields!(list, RlvIsosurfaceRay {
-        origin: [f32; 3] = 0,
-        direction: [f32; 3] = 12,
-        min_distance: f32 = 24,
-        max_distance: f32 = 28,
-        time: f32 = 32,
-    });
-    fields!(list, RlvIsosurfaceHit {
-        distance: f32 = 0,
-        position: [f32; 3] = 4,
-        normal: [f32; 3] = 16,
-        velocity: [f32; 3] = 28,
-        enters: u32 = 40,
-    });
-    fields!(list, RlvIsosurfaceTable {
-        struct_size: u32 = 0,
-        reserved: u32 = 4,
-        data: *const c_void = 8,
-        intersect: RlvIsosurfaceIntersect = 16,
-        low: [f32; 3] = 24,
-        high: [f32; 3] = 36,
-    });
-    fields!(list, RlvParticles {
-        id: u64 = 0,
-    });
-    fields!(list, RlvParticlesArrays {
-        struct_size: u32 = 0,
-        has_time: u32 = 4,
-        time: f64 = 8,
-        spacing: f32 = 16,
-        reserved: u32 = 20,
-        count: usize = 24,
-        points: *const f32 = 32,
-        point_stride: usize = 40,
-        numbers: *const u32 = 48,
-        number_stride: usize = 56,
-        channels: *const RlvAttributeArrays = 64,
-        channel_count: usize = 72,
-        channel_stride: usize = 80,
-    });
-    fields!(list, RlvParticlesInfo {
-        struct_size: u32 = 0,
-        channel_count: u32 = 4,
-        count: usize = 8,
-        has_numbers: u32 = 16,
-        has_time: u32 = 20,
-        time: f64 = 24,
-        spacing: f32 = 32,
-        reserved: u32 = 36,
     });
     fields!(list, RlvFluid {
         id: u64 = 0,
@@ -2596,6 +2689,41 @@ pub const INITIAL: &[Initial] = &[
         ("uint64_t points", 0.0),
         ("uint64_t triangles", 0.0),
     ] },
+    Initial { header: "isosurface.h", name: "RlvIsosurfaceOptions", initializer: "RLV_ISOSURFACE_OPTIONS_INIT", fields: &[
+        ("uint32_t function", 1.0),
+        ("float radius", 0.01),
+        ("float support", 0.0),
+        ("float sharpness", 8.0),
+        ("float iso", 0.6),
+        ("float centring", 0.9),
+        ("float shutter_open", 0.0),
+        ("float shutter_close", 0.0),
+        ("float march_steps", 12.0),
+    ] },
+    Initial { header: "isosurface.h", name: "RlvIsosurfaceInfo", initializer: "RLV_ISOSURFACE_INFO_INIT", fields: &[
+        ("uint32_t has_velocities", 0.0),
+        ("size_t particle_count", 0.0),
+        ("float support", 0.0),
+        ("float reach", 0.0),
+        ("float influence", 0.0),
+        ("float reserved", 0.0),
+    ] },
+    Initial { header: "isosurface.h", name: "RlvIsosurfaceClasses", initializer: "RLV_ISOSURFACE_CLASSES_INIT", fields: &[
+        ("uint32_t reserved", 0.0),
+        ("size_t surface_count", 0.0),
+        ("size_t blind_count", 0.0),
+        ("size_t hidden_count", 0.0),
+        ("double kept", 0.0),
+    ] },
+    Initial { header: "particles.h", name: "RlvParticlesInfo", initializer: "RLV_PARTICLES_INFO_INIT", fields: &[
+        ("uint32_t channel_count", 0.0),
+        ("size_t count", 0.0),
+        ("uint32_t has_numbers", 0.0),
+        ("uint32_t has_time", 0.0),
+        ("double time", 0.0),
+        ("float spacing", 0.0),
+        ("uint32_t reserved", 0.0),
+    ] },
     Initial { header: "collider.h", name: "RlvToolSettings", initializer: "RLV_TOOL_SETTINGS_INIT", fields: &[
         ("float stiffness", 1.0),
         ("float max_depth", 1.0),
@@ -2711,41 +2839,6 @@ pub const INITIAL: &[Initial] = &[
         ("double edited_area", 0.0),
         ("double lost_area", 0.0),
         ("double reach", 0.0),
-    ] },
-    Initial { header: "isosurface.h", name: "RlvIsosurfaceOptions", initializer: "RLV_ISOSURFACE_OPTIONS_INIT", fields: &[
-        ("uint32_t function", 1.0),
-        ("float radius", 0.01),
-        ("float support", 0.0),
-        ("float sharpness", 8.0),
-        ("float iso", 0.6),
-        ("float centring", 0.9),
-        ("float shutter_open", 0.0),
-        ("float shutter_close", 0.0),
-        ("float march_steps", 12.0),
-    ] },
-    Initial { header: "isosurface.h", name: "RlvIsosurfaceInfo", initializer: "RLV_ISOSURFACE_INFO_INIT", fields: &[
-        ("uint32_t has_velocities", 0.0),
-        ("size_t particle_count", 0.0),
-        ("float support", 0.0),
-        ("float reach", 0.0),
-        ("float influence", 0.0),
-        ("float reserved", 0.0),
-    ] },
-    Initial { header: "isosurface.h", name: "RlvIsosurfaceClasses", initializer: "RLV_ISOSURFACE_CLASSES_INIT", fields: &[
-        ("uint32_t reserved", 0.0),
-        ("size_t surface_count", 0.0),
-        ("size_t blind_count", 0.0),
-        ("size_t hidden_count", 0.0),
-        ("double kept", 0.0),
-    ] },
-    Initial { header: "particles.h", name: "RlvParticlesInfo", initializer: "RLV_PARTICLES_INFO_INIT", fields: &[
-        ("uint32_t channel_count", 0.0),
-        ("size_t count", 0.0),
-        ("uint32_t has_numbers", 0.0),
-        ("uint32_t has_time", 0.0),
-        ("double time", 0.0),
-        ("float spacing", 0.0),
-        ("uint32_t reserved", 0.0),
     ] },
     Initial { header: "fluid.h", name: "RlvFluidColliderOptions", initializer: "RLV_FLUID_COLLIDER_OPTIONS_INIT", fields: &[
         ("uint32_t contact", 0.0),
@@ -2983,6 +3076,27 @@ pub const NAMES: &[&str] = &[
     "RLV_CHANNEL_INFO_INIT",
     "RLV_CHANNEL_TRACES",
     "RLV_CHANNEL_VECTORS",
+    "RLV_CLIENT_ALL",
+    "RLV_CLIENT_BLIND",
+    "RLV_CLIENT_CANCEL",
+    "RLV_CLIENT_CANCELLED",
+    "RLV_CLIENT_DONE",
+    "RLV_CLIENT_FAILED",
+    "RLV_CLIENT_FETCH_INIT",
+    "RLV_CLIENT_FORCES",
+    "RLV_CLIENT_FRAME",
+    "RLV_CLIENT_INFO_INIT",
+    "RLV_CLIENT_LEVEL_SET",
+    "RLV_CLIENT_MESH",
+    "RLV_CLIENT_OPTIONS_INIT",
+    "RLV_CLIENT_PAUSE",
+    "RLV_CLIENT_PAUSED",
+    "RLV_CLIENT_REMOVE",
+    "RLV_CLIENT_RESUME",
+    "RLV_CLIENT_RUNNING",
+    "RLV_CLIENT_SCENE_INIT",
+    "RLV_CLIENT_STATUS_INIT",
+    "RLV_CLIENT_SURFACE",
     "RLV_COLLIDER_INFO_INIT",
     "RLV_COLOR_BUFFER_INFO_INIT",
     "RLV_COLOR_BUFFER_VULKAN_INIT",
