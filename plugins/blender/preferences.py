@@ -49,17 +49,24 @@ class RelievoPreferences(bpy.types.AddonPreferences):
         default="//relievo_cache",
     )
     server: bpy.props.StringProperty(
-        name="Server", description="Where `relievo serve` listens: host:port or unix:/path", default="127.0.0.1:7350"
+        name="Server",
+        description="Where `relievo serve` listens: host:port, tls://host:port or unix:/path",
+        default="127.0.0.1:7350",
     )
     token_file: bpy.props.StringProperty(
         name="Token file", description="A file with your token, where the server wants one", subtype="FILE_PATH"
+    )
+    tls_authority: bpy.props.StringProperty(
+        name="Authority of TLS",
+        description="A file with the certificates, in PEM, that the certificate of a server at tls:// is checked against",
+        subtype="FILE_PATH",
     )
 
     def draw(self, _context):
         problem = native.problem()
         if problem:
             self.layout.label(text=problem, icon="ERROR")
-        for name in ("device", "threads", "cache_folder", "server", "token_file"):
+        for name in ("device", "threads", "cache_folder", "server", "token_file", "tls_authority"):
             self.layout.prop(self, name)
         fallback = native.fallback()
         if fallback:

@@ -25,7 +25,7 @@ def connect():
     if options.token_file:
         with open(bpy.path.abspath(options.token_file), encoding="utf-8") as file:
             token = file.read(LONGEST).strip()
-    return client.Client(options.server, token, patience=3.0)
+    return client.Client(options.server, token, patience=3.0, authority=bpy.path.abspath(options.tls_authority))
 
 
 def numbers(values):

@@ -27,6 +27,10 @@ BLOCK = "".join(f"v {x} {y} {z}\n" for z in (0, 0.4) for y in (0, 0.2) for x in 
 BLOCK += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 2 4 8 6\nf 4 3 7 8\nf 3 1 5 7\n"
 
 
+# Certificates for tests alone.
+TLS = Path(__file__).resolve().parent.parent / "tls"
+
+
 class Messages(unittest.TestCase):
     def test_values_come_back(self):
         draw = random.Random(1)
@@ -65,8 +69,8 @@ class Serving(unittest.TestCase):
         self.folder = Path(folder.name)
         self.begin("127.0.0.1:0")
 
-    def begin(self, listen):
-        command = [os.environ["RELIEVO_COMMAND"], "serve", "--listen", listen, "--cache", self.folder / "cache", "--threads", "1"]
+    def begin(self, listen, *more):
+        command = [os.environ["RELIEVO_COMMAND"], "serve", "--listen", listen, "--cache", self.folder / "cache", "--threads", "1", *more]
         self.server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         self.addCleanup(self.server.stdout.close)
         self.addCleanup(self.server.wait)
@@ -98,6 +102,36 @@ class Serving(unittest.TestCase):
             self.assertEqual(server.steer("dam", 2, "fluid.viscosity = 0.1")["ready"], 3)
             server.cancel("dam")
             server.remove("dam")
+
+    def test_surfaces_are_made_at_the_server_and_foam_is_a_kind(self):
+        foam = LONG.replace("4000", "6") + "[foam]\ntrapped_air = [0.1, 1]\ncrests = [0.1, 1]\nenergy = [0.01, 0.5]\n"
+        with client.Client(self.address) as server:
+            server.submit("foam", foam, kind="foam")
+            server.wait("foam", 6)
+            mesh, level_set = self.folder / "6.ply", self.folder / "6.vdb"
+            server.fetch_surface("foam", 6, mesh)
+            server.fetch_surface("foam", 6, level_set, "level_set", "cell = 1.0")
+            with rl.Mesh.read(rl.Context(), str(mesh)) as read:
+                self.assertGreater(read.info.face_count, 100)
+            self.assertEqual(level_set.read_bytes()[:4], b" BDV")
+            with self.assertRaises(rl.Invalid):
+                server.fetch_surface("foam", 6, mesh, settings="cells = 1")
+
+    def test_connections_are_encrypted_and_certificates_checked(self):
+        files = TLS / "server.pem", TLS / "server.key"
+        self.server.kill()
+        self.server.wait()
+        self.begin("127.0.0.1:0", "--tls-cert", files[0], "--tls-key", files[1])
+        port = self.address.rpartition(":")[2]
+        address = f"tls://localhost:{port}"
+        with client.Client(address, authority=TLS / "authority.pem") as server:
+            server.submit("dam", LONG.replace("4000", "2"))
+            self.assertEqual(server.wait("dam", 2)["state"], "done")
+        for wrong, authority in ((address, ""), (address, files[0]), (address, files[1]), (f"tls://127.0.0.1:{port}", TLS / "authority.pem")):
+            with self.assertRaises(rl.Invalid):
+                client.Client(wrong, authority=authority, patience=0.1)
+        with self.assertRaises(rl.FileFailure):
+            client.Client(f"localhost:{port}", patience=0.1, timeout=2.0)
 
     def test_failures_are_exceptions(self):
         with client.Client(self.address) as server:

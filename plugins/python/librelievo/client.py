@@ -10,12 +10,13 @@ Every method may be repeated, so a call whose connection breaks is made again on
 import hashlib
 import os
 import socket
+import ssl
 import time
 
 from . import error, messagepack
 
 # Version of the protocol, and bytes of a part of a file.
-VERSION, PART = [1, 0], 4 << 20
+VERSION, PART = [1, 1], 4 << 20
 # The kinds of errors of the protocol.
 KINDS = {
     "invalid": error.Invalid,
@@ -38,20 +39,35 @@ def failure(parts):
 
 
 def address_of(text):
-    """The family and the address of `host:port`, `[host]:port` or `unix:/path`."""
+    """The family and the address of `host:port`, `[host]:port`, `tls://host:port` or `unix:/path`, and whether connections are
+    encrypted."""
     if text.startswith("unix:"):
-        return socket.AF_UNIX, text[5:]
-    host, colon, port = text.rpartition(":")
+        return socket.AF_UNIX, text[5:], False
+    encrypted = text.startswith("tls://")
+    host, colon, port = text.removeprefix("tls://").rpartition(":")
     if not colon or not port.isdigit():
-        raise error.Invalid(f"{text!r} is no address; use host:port or unix:/path")
-    return None, (host.strip("[]"), int(port))
+        raise error.Invalid(f"{text!r} is no address; use host:port, tls://host:port or unix:/path")
+    return None, (host.strip("[]"), int(port)), encrypted
+
+
+def encryption(authority):
+    """The settings of encrypted connections to a server whose certificate is one of an authority, a file in PEM."""
+    if not authority:
+        raise error.Invalid("there are no certificates to check the server's against; name a file with those of its authority")
+    try:
+        return ssl.create_default_context(cafile=authority)
+    except (OSError, ssl.SSLError) as wrong:
+        raise error.Invalid(f"{authority}: the certificates cannot be used: {wrong}") from None
 
 
 class Client:
     """A connection to a server that is made again when it breaks, for up to `patience` seconds."""
 
-    def __init__(self, address="127.0.0.1:7350", token="", patience=10.0, timeout=60.0):
-        self.address, self.token, self.patience, self.timeout = address_of(address), token, patience, timeout
+    def __init__(self, address="127.0.0.1:7350", token="", patience=10.0, timeout=60.0, authority=""):
+        """`authority` is a file with the certificates, in PEM, that a server at tls:// is checked against."""
+        *self.address, encrypted = address_of(address)
+        self.token, self.patience, self.timeout = token, patience, timeout
+        self.encryption = encryption(authority) if encrypted else None
         self.link, self.count, self.welcome = None, 0, None
         self._retry(lambda: None)
 
@@ -76,6 +92,9 @@ class Client:
                 return task()
             except error.RelievoError:
                 raise
+            except ssl.SSLCertVerificationError as wrong:
+                self.close()
+                raise error.Invalid(f"the certificate of the server is refused: {wrong.verify_message}") from None
             except (OSError, ValueError) as broken:
                 self.close()
                 if time.monotonic() + pause > until:
@@ -89,6 +108,8 @@ class Client:
         if family is None:
             self.link = socket.create_connection(address, self.timeout)
             self.link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            if self.encryption is not None:
+                self.link = self.encryption.wrap_socket(self.link, server_hostname=address[0])
         else:
             self.link = socket.socket(family)
             self.link.settimeout(self.timeout)
@@ -166,10 +187,21 @@ class Client:
 
     def fetch(self, scene, frame, path):
         """Writes a frame to a file, which has its name when it is whole."""
-        unfinished, size = f"{path}.unfinished", 0
+        self._save(path, "frame.file", scene=scene, frame=frame)
+
+    def fetch_surface(self, scene, frame, path, form="mesh", settings=""):
+        """Writes the surface of a frame, which the server makes, to a file: a `mesh` in binary PLY or a `level_set` in OpenVDB's
+        format. `settings` are keys and values in TOML, such as `cell = 1.0` in spacings."""
+        self._save(path, "frame.surface", scene=scene, frame=frame, form=form, settings=settings)
+
+    def _save(self, path, method, **parameters):
+        unfinished, size, key = f"{path}.unfinished", 0, None
         with open(unfinished, "wb") as file:
             while True:
-                part = self.call("frame.file", scene=scene, frame=frame, offset=size, length=PART)
+                part = self.call(method, offset=size, length=PART, **parameters)
+                if key not in (None, part.get("key")):
+                    raise error.Busy("the frame was computed anew while it was fetched; fetch it again")
+                key = part.get("key")
                 size += file.write(part["data"])
                 if size >= part["size"]:
                     break
