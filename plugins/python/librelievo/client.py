@@ -134,7 +134,10 @@ class Client:
         self.count += 1
         self.link.sendall(messagepack.packed([0, self.count, method, [parameters]]))
         while True:
-            kind, number, problem, result = messagepack.read(self._take)
+            message = messagepack.read(self._take)
+            if not isinstance(message, list) or len(message) != 4:
+                raise ValueError("it does not speak MessagePack-RPC; see whether its address begins with tls://")
+            kind, number, problem, result = message
             if kind == 1 and number in (self.count, 0):
                 if problem is not None:
                     raise failure(problem)

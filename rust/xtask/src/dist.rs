@@ -182,6 +182,10 @@ const CAGE: &str = "tests/hosts/comparison/cage.obj";
 const DOCUMENT: &str = "tests/golden/document-3.relievo";
 const SHOWN: &str = "relievo:faces:";
 
+/// Where the package has the service, and how the server is tried: `timeout` returns 124 where it had to stop it.
+const UNIT: &str = "lib/systemd/system/relievo.service";
+const SERVE: &str = "timeout 3 relievo serve --listen unix:/tmp/socket --cache /tmp/cache";
+
 /// Installs the packages with what they depend on into a bare system, runs a scene there and looks into a document.
 fn test_debian(made: &Packages) -> Outcome {
     if !packages::is_root() {
@@ -200,6 +204,9 @@ fn test_debian(made: &Packages) -> Outcome {
         |file: &Path, more: &str| hook(&format!("chroot \"$1\" apt-get install --yes {more} --quiet=2 {}", name(file)));
     bare.arg(install(library, "--install-recommends"));
     bare.arg(hook("chroot \"$1\" sh -c 'cd /tmp && relievo run press.toml --frames 0..1 --out out && ls out/*.png'"));
+    // The service is there and off, and what it starts serves until it is asked to stop.
+    bare.arg(hook(&format!("test -f \"$1\"/usr/{UNIT} && ! ls \"$1\"/etc/systemd/system/*/relievo.service")));
+    bare.arg(hook(&format!("chroot \"$1\" sh -c '{SERVE}; test $? = 124'")));
     bare.arg(install(grids, "--no-install-recommends"));
     let convert = format!("relievo grid convert {} -o box.vdb --voxel 0.05", name(Path::new(CAGE)));
     bare.arg(hook(&format!("chroot \"$1\" sh -c 'cd /tmp && {convert} && relievo grid info box.vdb'")));

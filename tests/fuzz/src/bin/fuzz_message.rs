@@ -3,7 +3,8 @@
 
 use libfuzzer_sys::fuzz_target;
 use relievo_client::{
-    Chunk, FilePut, Force, Hello, Message, Scanner, Status, Steer, Submit, Wait, decode, parameters, parse,
+    Chunk, FilePartResult, FilePut, Force, Hello, Message, Scanner, Status, Steer, Submit, SurfacePart, Wait, decode, parameters,
+    parse,
 };
 
 /// Bytes of a message at most.
@@ -31,9 +32,11 @@ fuzz_target!(|data: &[u8]| {
             let _ = parameters::<Wait>(bytes);
             let _ = parameters::<Steer>(bytes);
             let _ = parameters::<Force>(bytes);
+            let _ = parameters::<SurfacePart>(bytes);
         }
         Ok(Message::Response { result, .. }) => {
             let _ = decode::<Status>(result);
+            let _ = decode::<FilePartResult>(result);
             let Ok(chunk) = decode::<Chunk>(result) else { return };
             for column in &chunk.columns {
                 let _ = column.values(chunk.count);
