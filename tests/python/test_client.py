@@ -62,6 +62,12 @@ class Messages(unittest.TestCase):
                 messagepack.read(lambda count: bytes(next(rest) for _ in range(count)))
 
 
+def result_of(job):
+    """What a job makes, when it has ended."""
+    job.wait()
+    return job.result()
+
+
 class Serving(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -116,6 +122,41 @@ class Serving(unittest.TestCase):
             self.assertEqual(level_set.read_bytes()[:4], b" BDV")
             with self.assertRaises(rl.Invalid):
                 server.fetch_surface("foam", 6, mesh, settings="cells = 1")
+
+    def test_the_client_over_the_library_has_the_same_frames(self):
+        (self.folder / "block.obj").write_text(BLOCK)
+        context = rl.Context()
+        with rl.Connection(context, self.address) as server, client.Client(self.address) as other:
+            self.assertEqual((server.info.user, server.info.kinds), ("local", "fluid foam"))
+            files = {"block.obj": self.folder / "block.obj"}
+            status = result_of(rl.job.submit_scene(server, "dam", DAM, files))
+            self.assertEqual(status.frames, 5)
+            self.assertEqual(server.submit("dam", DAM, files).frames, 5)
+            shares = []
+            status = server.wait("dam", 4, lambda share, _stage: shares.append(share))
+            self.assertEqual((status.state, status.ready, status.text), (rl.ClientState.DONE, 5, ""))
+            other.fetch("dam", 4, self.folder / "a")
+            server.save("dam", 4, self.folder / "b")
+            self.assertEqual((self.folder / "a").read_bytes(), (self.folder / "b").read_bytes())
+            with server.fetch("dam", 4) as particles, result_of(rl.job.fetch_frame(server, "dam", 4, half=True)) as half:
+                self.assertEqual(particles.info.count, status.particles)
+                self.assertLess(abs(particles.points() - half.points()).max(), 1e-4)
+            for mesh in (server.fetch_mesh("dam", 4), result_of(rl.job.fetch_frame_mesh(server, "dam", 4))):
+                with mesh:
+                    self.assertGreater(mesh.info.face_count, 100)
+            self.assertEqual(server.steer("dam", 2, "fluid.viscosity = 0.1").ready, 3)
+            server.control("dam", "remove")
+            server.submit("forced", LONG, is_forced=True)
+            count = server.wait("forced", 0).particles
+            self.assertEqual(server.poll("forced").state, rl.ClientState.FORCES)
+            server.force("forced", 0, [[0, 0, 1]] * count)
+            self.assertEqual(server.wait("forced", 1).ready, 2)
+            with self.assertRaises(rl.NotFound):
+                server.poll("dam")
+            with self.assertRaises(rl.Cancelled):
+                server.wait("forced", 3000, lambda _share, _stage: False)
+            with self.assertRaises(rl.Invalid):
+                server.control("forced", "explode")
 
     def test_connections_are_encrypted_and_certificates_checked(self):
         files = TLS / "server.pem", TLS / "server.key"

@@ -14,6 +14,7 @@ from . import tessellation
 from .abi import RlvAdapterKind as AdapterKind
 from .abi import RlvBrushAction as BrushAction
 from .abi import RlvChannel as Channel
+from .abi import RlvClientState as ClientState
 from .abi import RlvDevice as Device
 from .abi import RlvFoamKind as FoamKind
 from .abi import RlvIsosurfaceClass as IsosurfaceClass
@@ -29,6 +30,7 @@ from .buffer import Buffer
 from .caster import Caster
 from .collider import Collider
 from .color_buffer import ColorBuffer
+from .connection import Connection
 from .context import Context
 from .decal import Decal
 from .detail import Detail

@@ -6,6 +6,7 @@ import ctypes
 from . import abi, library, record
 from .array import address, matrix
 from .bake import options_of
+from .connection import fetch_of, scene_of
 from .decal import Decal
 from .decal import arguments as decal_arguments
 from .detail import number_of
@@ -17,6 +18,7 @@ from .imprint import Deforming, moment_of, settings_of
 from .isosurface import mesh_options
 from .mesh import Mesh, simplify_options
 from .parameter import address_of
+from .particles import Particles
 from .progressive import Progressive
 from .progressive import options_of as progressive_options
 from .ptex import options_of as ptex_options
@@ -217,3 +219,26 @@ def mesh_grid(grid, **settings):
     """Starts `Grid.mesh`; the result is the mesh."""
     fetch = lambda job: Mesh.of("rlv_job_mesh", job.handle)
     return _started(fetch, "rlv_job_grid_mesh", grid.handle, grid_settings(settings))
+
+
+def submit_scene(connection, name, description, files=None, kind="fluid", is_forced=False):
+    """Starts `Connection.submit`; the result is the status of the scene."""
+    scene, kept = scene_of(name, description, files, kind, is_forced)
+    fetch = _report("rlv_job_client_status", abi.RlvClientStatus)
+    made = _started(fetch, "rlv_job_client_submit", connection.handle, ctypes.byref(scene))
+    del kept
+    return made
+
+
+def fetch_frame(connection, scene, frame, particles="all", channels=None, half=False, plain=False):
+    """Starts `Connection.wait` and `fetch`; the result is the particles."""
+    how = fetch_of(particles, channels, half, plain)
+    fetch = lambda job: Particles.of("rlv_job_particles", job.handle)
+    return _started(fetch, "rlv_job_client_fetch", connection.handle, text_bytes(scene), frame, ctypes.byref(how))
+
+
+def fetch_frame_mesh(connection, scene, frame, settings=""):
+    """Starts `Connection.wait` and `fetch_mesh`; the result is the mesh."""
+    fetch = lambda job: Mesh.of("rlv_job_mesh", job.handle)
+    arguments = (text_bytes(scene), frame, text_bytes(settings))
+    return _started(fetch, "rlv_job_client_fetch_mesh", connection.handle, *arguments)

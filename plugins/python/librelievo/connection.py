@@ -1,0 +1,106 @@
+"""Clients of the simulation server over the library: frames arrive as particles and meshes.
+
+`librelievo.client` has a client in Python alone, for where the library is not installed."""
+
+import ctypes
+
+import numpy
+
+from . import abi, library, record
+from .array import Reading
+from .handle import Handle, path_bytes, text_bytes
+from .mesh import Mesh
+from .particles import Particles
+from .progress import watched
+
+
+def scene_of(name, description, files, kind, is_forced):
+    """A scene as the library takes it, and what it points to."""
+    kept = [(text_bytes(file), path_bytes(path)) for file, path in (files or {}).items()]
+    entries = (abi.RlvClientFile * len(kept))(*kept)
+    given = record.fill(abi.RlvClientScene, {"is_forced": int(is_forced), "file_count": len(kept)})
+    given.name, given.kind, given.description = text_bytes(name), text_bytes(kind), text_bytes(description)
+    given.files = entries
+    return given, (kept, entries)
+
+
+def fetch_of(particles, channels, half, plain):
+    """How a frame is fetched."""
+    given = {"particles": particles, "is_half": int(half), "is_plain": int(plain)}
+    fetch = record.fill(abi.RlvClientFetch, given, particles=abi.RlvClientParticles)
+    fetch.channels = None if channels is None else text_bytes(",".join(channels))
+    return fetch
+
+
+class Connection(Handle):
+    """A client of `relievo serve`. It connects again by itself; calls may run at the same time."""
+
+    noun, kind = "client", abi.RlvClient
+
+    def __init__(self, context, address=None, token=None, authorities=None, timeout=60.0, patience=30.0):
+        """Connects to host:port, tls://host:port or unix:/path. `authorities` is a file of certificates in PEM that a server
+        at tls:// is checked against; times are in seconds."""
+        options = record.fill(abi.RlvClientOptions, {"timeout": timeout, "patience": patience})
+        options.address, options.token = text_bytes(address), text_bytes(token)
+        options.authorities = None if authorities is None else path_bytes(authorities)
+        super().__init__("rlv_client_connect", context.handle, ctypes.byref(options))
+
+    @property
+    def info(self):
+        """The server: protocol, server, user, kinds."""
+        return self._read(abi.RlvClientInfo, "rlv_client_info")
+
+    def submit(self, name, description, files=None, kind="fluid", is_forced=False, progress=None):
+        """Has the server simulate a description, with the files, paths by their names, that it names. Returns the status."""
+        scene, _kept = scene_of(name, description, files, kind, is_forced)
+        with watched(progress) as callback:
+            return self._read(abi.RlvClientStatus, "rlv_client_submit", ctypes.byref(scene), callback, None)
+
+    def poll(self, scene):
+        """The status of a scene: state, ready, frames, particles, seconds_left, fraction, text."""
+        return self._read(abi.RlvClientStatus, "rlv_client_poll", text_bytes(scene))
+
+    def wait(self, scene, frame, progress=None):
+        """Waits until a frame can be fetched. Returns the status."""
+        with watched(progress) as callback:
+            return self._read(abi.RlvClientStatus, "rlv_client_wait", text_bytes(scene), frame, callback, None)
+
+    def steer(self, scene, frame, changes):
+        """Changes keys of a description after a frame. Returns the status."""
+        return self._read(abi.RlvClientStatus, "rlv_client_steer", text_bytes(scene), frame, text_bytes(changes))
+
+    def force(self, scene, frame, accelerations):
+        """Sends accelerations (n, 3) in m/s² of all particles of a frame on the way to the next one. Returns the status."""
+        given = Reading(accelerations, numpy.float32, 3, "accelerations")
+        arguments = (text_bytes(scene), frame, given.address, given.count, given.stride)
+        return self._read(abi.RlvClientStatus, "rlv_client_force", *arguments)
+
+    def control(self, scene, action):
+        """Has a scene `pause`, `resume`, `cancel` or `remove`."""
+        number = record.named(abi.RlvClientAction, action, "action")
+        library.call("rlv_client_control", self.handle, text_bytes(scene), number)
+
+    def fetch(self, scene, frame, particles="all", channels=None, half=False, plain=False, progress=None):
+        """The particles of a frame: `all`, `blind` or `surface`, with all channels or those that are named."""
+        fetch = fetch_of(particles, channels, half, plain)
+        with watched(progress) as callback:
+            arguments = (text_bytes(scene), frame, ctypes.byref(fetch), callback, None)
+            return Particles.of("rlv_client_fetch", self.handle, *arguments)
+
+    def fetch_mesh(self, scene, frame, settings="", progress=None):
+        """A mesh of the surface of a frame, which the server makes; settings are keys and values in TOML."""
+        with watched(progress) as callback:
+            arguments = (text_bytes(scene), frame, text_bytes(settings), callback, None)
+            return Mesh.of("rlv_client_fetch_mesh", self.handle, *arguments)
+
+    def save(self, scene, frame, path, form="frame", settings="", progress=None):
+        """Writes a `frame`, or its surface as a `mesh` or `level_set`, to a file."""
+        number = record.named(abi.RlvClientForm, form, "form")
+        with watched(progress) as callback:
+            arguments = (text_bytes(scene), frame, number, text_bytes(settings), path_bytes(path), callback, None)
+            library.call("rlv_client_save", self.handle, *arguments)
+
+    def _read(self, struct, function, *arguments):
+        out = record.empty(struct)
+        library.call(function, self.handle, *arguments, ctypes.byref(out))
+        return record.read(out)
