@@ -22,7 +22,7 @@ class Tissue(unittest.TestCase):
         self.relievo = host.empty()
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
-        bpy.context.preferences.addons["relievo"].preferences.cache_folder = self.folder.name
+        self.set_folder()
         scene = bpy.context.scene
         scene.frame_start, scene.frame_end = 1, 4
         self.block = self.part("VOLUME", "block", (0, 0, 0), (0.1, 0.1, 0.1))
@@ -30,6 +30,9 @@ class Tissue(unittest.TestCase):
         self.part("HOLD", "bone", (-1, -1, 0), (1, 1, 1))
         self.model = scene.collection.relievo_tissue
         self.model.voxel = 0.025
+
+    def set_folder(self):
+        bpy.context.preferences.addons["relievo"].preferences.cache_folder = self.folder.name
 
     def part(self, role, name, low, high, **options):
         made = box(name, low, high)
@@ -44,7 +47,7 @@ class Tissue(unittest.TestCase):
 
     def at(self, frame):
         bpy.context.scene.frame_set(frame)
-        return host.positions(self.skin)
+        return host.evaluated(self.skin)
 
     def refused(self, text):
         host.select(self.block)
@@ -67,6 +70,7 @@ class Tissue(unittest.TestCase):
         bpy.ops.preferences.addon_disable(module="relievo")
         numpy.testing.assert_array_equal(self.at(4), sagged)
         host.enable()
+        self.set_folder()
         host.select(self.block)
         self.assertEqual(bpy.ops.relievo.tissue_clear(), {"FINISHED"})
         self.assertEqual(list(Path(self.folder.name).iterdir()), [])

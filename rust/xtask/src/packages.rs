@@ -47,6 +47,7 @@ pub const ALL: &[&str] = &[
     "slurmctld",
     "slurmd",
     "munge",
+    "calculix-ccx",
 ];
 
 /// What `cargo xtask bindings` needs: the headers of Embree, and the C parser with its own headers. `libclang-dev` has

@@ -59,6 +59,8 @@ struct Recipe {
 #[serde(deny_unknown_fields)]
 struct ScanRecipe {
     scan: PathBuf,
+    /// The grid of a `.vdb` file; left out, the first.
+    grid: Option<String>,
     #[serde(default = "one")]
     block: u32,
     #[serde(default = "share")]
@@ -257,7 +259,15 @@ impl ScanRecipe {
             materials: self.material.iter().map(MaterialEntry::material).collect::<Result<_>>()?,
             ranges: ranges.collect::<Result<_>>()?,
         };
-        labels.build(context, &Scan::read(context, &folder.join(&self.scan))?)
+        let path = folder.join(&self.scan);
+        let scan = match (is_named(&path, "vdb"), &self.grid) {
+            (true, name) => Scan::read_grid(context, &path, name.as_deref())?,
+            (false, None) => Scan::read(context, &path)?,
+            (false, Some(_)) => {
+                return Err(Error::invalid("a scan has no grids").at("grid").advise("remove `grid`, or name a .vdb file"));
+            }
+        };
+        labels.build(context, &scan)
     }
 }
 

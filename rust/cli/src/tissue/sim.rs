@@ -30,6 +30,9 @@ pub struct Arguments {
     /// Writes each frame for VTK too, as `0000.vtu`.
     #[arg(long)]
     vtu: bool,
+    /// Writes grids of each frame for OpenVDB too, as `0000.vdb`: materials, stresses and volumes of the elements at rest.
+    #[arg(long)]
+    vdb: bool,
     /// Begins anew, in place of the frames that are there.
     #[arg(long)]
     restart: bool,
@@ -139,6 +142,10 @@ fn store(context: &Context, arguments: &Arguments, identity: u32, simulation: &S
     if arguments.vtu {
         let states = simulation.element_states(context)?;
         simulation.write_vtu(&folder.join(format!("{frame:04}.vtu")), &states)?;
+    }
+    if arguments.vdb {
+        let states = simulation.element_states(context)?;
+        simulation.write_vdb(context, &folder.join(format!("{frame:04}.vdb")), &states)?;
     }
     let level = context.level().name().to_owned();
     // The frame comes last: where it is, what belongs to it is there too.

@@ -55,6 +55,45 @@ fn counts_that_lie_are_refused_without_memory() {
 }
 
 #[test]
+fn damage_behind_right_sums_is_refused_or_can_be_simulated() {
+    let context = Context::serial();
+    let sound = model().encode();
+    let text = model().to_inp();
+    let mut random = 7u64;
+    let mut next = move |below: usize| {
+        random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (random >> 33) as usize % below
+    };
+    let mut simulated = 0;
+    for _ in 0..4000 {
+        let mut bytes = sound.clone();
+        let mut letters = text.clone().into_bytes();
+        for _ in 0..=next(3) {
+            let at = 24 + next(bytes.len() - 24);
+            bytes[at] = [0, 1, 0x7f, 0x80, 0xff, next(256) as u8][next(6)];
+            let at = next(letters.len());
+            letters[at] = b"0123456789-.,*eE\n\0 "[next(20)];
+        }
+        let sum = crc32fast::hash(&bytes[24..]);
+        bytes[20..24].copy_from_slice(&sum.to_le_bytes());
+        let read = [
+            Model::decode(&bytes).ok(),
+            std::str::from_utf8(&letters).ok().and_then(|text| Model::of_inp(text).ok()).map(|read| read.model),
+        ];
+        for model in read.into_iter().flatten() {
+            model.check().unwrap();
+            let options = SimulationOptions { self_friction: Some(0.1), halvings: 1, ..SimulationOptions::default() };
+            if let Ok(mut simulation) = Simulation::new(model, &options) {
+                let _ = simulation.advance(&context, 2, &mut Silent);
+                let _ = simulation.element_states(&context);
+                simulated += 1;
+            }
+        }
+    }
+    assert!(simulated > 100, "{simulated}");
+}
+
+#[test]
 fn a_state_file_resumes_to_the_bit() {
     let context = Context::serial();
     let folder = tempfile::tempdir().unwrap();

@@ -7,4 +7,5 @@ mod dynamics;
 mod files;
 mod grids;
 mod loads;
+mod peer;
 mod statics;
