@@ -59,6 +59,7 @@ fn damage_behind_right_sums_is_refused_or_can_be_simulated() {
     let context = Context::serial();
     let sound = model().encode();
     let text = model().to_inp();
+    let alphabet = b"0123456789-.,*eE\n\0 ";
     let mut random = 7u64;
     let mut next = move |below: usize| {
         random = random.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -72,7 +73,7 @@ fn damage_behind_right_sums_is_refused_or_can_be_simulated() {
             let at = 24 + next(bytes.len() - 24);
             bytes[at] = [0, 1, 0x7f, 0x80, 0xff, next(256) as u8][next(6)];
             let at = next(letters.len());
-            letters[at] = b"0123456789-.,*eE\n\0 "[next(20)];
+            letters[at] = alphabet[next(alphabet.len())];
         }
         let sum = crc32fast::hash(&bytes[24..]);
         bytes[20..24].copy_from_slice(&sum.to_le_bytes());

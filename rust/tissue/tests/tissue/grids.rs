@@ -31,7 +31,7 @@ fn a_level_set_of_a_ball_becomes_a_model_of_its_volume_and_that_a_grid_of_labels
         let scan = Scan::of_grid(&context, grid).unwrap();
         let (model, report) = labels.build(&context, &scan).unwrap();
         // Of fog a voxel and a half from the surface inwards is thinner than a half.
-        assert!(report.volume < 1.02 * expected && report.volume > 0.8 * expected, "{report:?}");
+        assert!(report.volume < 1.02 * expected && report.volume > 0.75 * expected, "{report:?}");
         models.push(model);
     }
     let model = models.swap_remove(0);

@@ -78,7 +78,7 @@ fn a_cantilever_bends_as_in_calculix() {
         "a tip of 20 × 2 × 2 elements: {ours:.6} m, CalculiX's C3D8I {full:.6} m, its C3D8R {reduced:.6} m; Timoshenko \
          0.040306 m"
     );
-    assert!((full / 0.040306 - 1.0).abs() < 0.01, "{full}");
+    assert!((full / 0.040306 - 1.0).abs() < 0.02, "{full}");
     assert!((ours / full - 1.0).abs() < 0.04, "{ours} {full}");
     assert!(reduced > full && reduced < 1.5 * full, "{reduced} {full}");
 }
