@@ -1,7 +1,7 @@
 //! A fluid on its way from frame to frame, which goes on from any frame that was stored.
 
 use relievo_core::{Context, Error, Result};
-use relievo_fluid::{Checkpoint, Fluid, StepStatistics, Totals};
+use relievo_fluid::{Checkpoint, Fluid, State, StepStatistics, Totals, Transport};
 use relievo_gpu::Device;
 use relievo_particleio::encode_frame;
 
@@ -129,11 +129,31 @@ impl Simulation {
 
     /// Returns what the simulation goes on from at this frame.
     pub fn checkpoint(&self) -> Checkpoint {
+        self.checkpoint_of(self.fluid.state())
+    }
+
+    /// Goes on with a part of the particles, while other ranks, which have begun or restored the same simulation and call
+    /// this too, have the rest. Fails where there are emitters or a graphics device.
+    pub fn distribute(&mut self, transport: Box<dyn Transport>) -> Result<()> {
+        if self.emitters() > 0 || self.making.device.is_some() {
+            return Err(Error::unsupported("emitters and graphics devices do not work in domains")
+                .advise("simulate the fluid in one process, on its processor"));
+        }
+        self.fluid.distribute(transport)
+    }
+
+    /// Returns what the simulation goes on from at this frame, of all ranks: on rank 0, and on others `None`. All ranks call
+    /// this. Fails if another rank has ended.
+    pub fn gather(&mut self) -> Result<Option<Checkpoint>> {
+        Ok(self.fluid.gather()?.map(|state| self.checkpoint_of(state)))
+    }
+
+    fn checkpoint_of(&self, state: State) -> Checkpoint {
         Checkpoint {
             identity: self.identity.clone(),
             step: self.step,
             totals: self.totals,
-            state: self.fluid.state(),
+            state,
             rest: bodies::encode(&self.play.bodies.states()),
         }
     }

@@ -44,6 +44,8 @@ pub const ALL: &[&str] = &[
     "mesa-vulkan-drivers",
     "xvfb",
     "xauth",
+    "openmpi-bin",
+    "libopenmpi-dev",
     "slurmctld",
     "slurmd",
     "munge",

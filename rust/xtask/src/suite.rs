@@ -28,6 +28,7 @@ pub fn run(yes: bool) -> Outcome {
         stages.run("features", 1, features);
         stages.run("pages", 1, bindings::pages);
         stages.run("Rust tests", 1, rust_tests);
+        stages.run("MPI", 1, mpi);
         stages.run("lower levels", 1, lower_levels);
         stages.run("Embree 4", 1, embree_4);
         if stages.run("hosts: build", 1, build_hosts) {
@@ -68,7 +69,21 @@ fn lints() -> Outcome {
     }
     let refused = REFUSED_LINTS.iter().flat_map(|lint| ["--allow".to_owned(), format!("clippy::{lint}")]);
     let mut clippy = cargo();
-    call(clippy.args(["clippy", "--release", "--workspace", "--all-targets", "--", "--deny", "warnings"]).args(refused))
+    call(
+        clippy
+            .args([
+                "clippy",
+                "--release",
+                "--workspace",
+                "--all-targets",
+                "--features",
+                MPI,
+                "--",
+                "--deny",
+                "warnings",
+            ])
+            .args(refused),
+    )
 }
 
 /// Checks that the library, the command and the demo's program compile without features. Checks make no library, so that
@@ -85,6 +100,9 @@ fn tests() -> Command {
     test
 }
 
+/// The feature that needs the headers of an MPI.
+const MPI: &str = "relievo-mpi/mpi";
+
 /// MessagePack as PyPI has it.
 const MSGPACK: &str = "msgpack==1.1.1";
 
@@ -92,6 +110,11 @@ const MSGPACK: &str = "msgpack==1.1.1";
 fn rust_tests() -> Outcome {
     let python = wheel::environment(&target().join("msgpack"), &[MSGPACK])?;
     call(tests().arg("--workspace").env("RELIEVO_MSGPACK_PYTHON", python))
+}
+
+/// Runs the tests of simulations over MPI, which nothing else is built with.
+fn mpi() -> Outcome {
+    call(tests().args(["--workspace", "--features", MPI, "--test", "mpi"]))
 }
 
 /// Sets what tests ask their surroundings for.

@@ -14,6 +14,7 @@ const LAYERS: &[&[&str]] = &[
         "relievo-embree",
         "relievo-openvdb",
         "relievo-openmesh",
+        "relievo-openmpi",
         "relievo-meshio",
         "relievo-ptex",
         "relievo-document",
@@ -30,7 +31,7 @@ const LAYERS: &[&[&str]] = &[
     &["relievo-scene"],
     &["relievo-simulation"],
     &["relievo-server"],
-    &["relievo-capi", "relievo-cli"],
+    &["relievo-capi", "relievo-cli", "relievo-mpi"],
     &["relievo-bench"],
 ];
 
