@@ -62,6 +62,11 @@ fn circle(image: &mut Image, [x, y]: [u32; 2], color: [f32; 3]) {
                 && let (Ok(column), Ok(row)) = (u32::try_from(i64::from(x) + dx), u32::try_from(i64::from(y) + dy))
             {
                 image.set_color(column, row, color);
+                // A circle is seen where the picture is transparent, too.
+                if image.channels() == 4 && column < image.width() && row < image.height() {
+                    let index = row as usize * image.width() as usize + column as usize;
+                    image.data_mut()[4 * index + 3] = 1.0;
+                }
             }
         }
     }

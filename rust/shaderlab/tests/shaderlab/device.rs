@@ -186,3 +186,71 @@ fn a_shader_that_never_ends_is_no_hang() {
         assert!(log.taken > 4096 && log.weights.len() == 4096);
     }
 }
+
+/// A head of concentric shells in two modalities: skin, skull and brain. Returns the value of both at a radius of 0 to 1.
+fn head(radius: f32) -> [f32; 2] {
+    match radius {
+        _ if radius > 0.9 => [0.0, 0.0],
+        _ if radius > 0.8 => [0.5, 0.3],
+        _ if radius > 0.7 => [0.1, 1.0],
+        _ if radius > 0.65 => [0.2, 0.3],
+        _ => [0.7, 0.35],
+    }
+}
+
+/// The first case study of the paper (Section 7.1): in a head that is cut open a pixel of the brain is positive, pixels of skull
+/// and skin are negative; the head that is not cut shows its brain then.
+#[test]
+fn two_modalities_reveal_the_brain() {
+    let Some(device) = relievo_testing::device() else { return };
+    const EDGE: u32 = 48;
+    let text = include_str!("../../../../examples/shaders/dual.wgsl");
+    let shader = shader(text, Language::Wgsl);
+    let augmented = shader.augment().unwrap_or_else(|faults| panic!("{faults}"));
+    let names: Vec<_> = augmented.features.iter().map(|feature| feature.name.as_str()).collect();
+    assert_eq!(names, ["MRI", "CT", "Gradient magnitude of MRI", "Gradient magnitude of CT"]);
+    let program = Program::augmented(&shader, &augmented).unwrap_or_else(|faults| panic!("{faults}"));
+    let mut inputs = Inputs::default();
+    for (modality, name) in ["mri", "ct"].into_iter().enumerate() {
+        let middle = 0.5 * (EDGE - 1) as f32;
+        let value = |index: u32| {
+            let place = [index % EDGE, index / EDGE % EDGE, index / EDGE / EDGE]
+                .map(|at| (at as f32 - middle) / (middle + 0.5));
+            head(place.iter().map(|at| at * at).sum::<f32>().sqrt())[modality]
+        };
+        let values = (0..EDGE * EDGE * EDGE).map(value).collect();
+        inputs.textures.insert(name.into(), Texture::Volume(Volume { size: [EDGE; 3], spacing: [1.0; 3], values }));
+    }
+    for (name, number) in [("low", 0.1), ("high", 0.3), ("opacity", 0.5), ("steps", 120.0)] {
+        inputs.numbers.insert(name.into(), vec![number]);
+    }
+    let runner = |inputs: &Inputs| Runner::new(&device, &program, None, [EDGE; 2], inputs).unwrap();
+    let whole = runner(&inputs);
+    inputs.numbers.insert("clip".into(), vec![0.5]);
+    let cut = runner(&inputs);
+    let none = Classes::of(&augmented);
+    let mut classes = none.clone();
+    (classes.exponent, classes.is_scaled) = (4.0, true);
+    // At the cut, radii are distances from the middle: the brain, the skull, the skin above and beside it.
+    for (pixel, class) in [
+        ([24, 24], Class::Positive),
+        ([42, 24], Class::Negative),
+        ([24, 3], Class::Negative),
+        ([44, 24], Class::Negative),
+    ] {
+        let vector = cut.classify(&none, pixel).unwrap().vector;
+        classes.examples.push(Example { pixel, class, vector });
+    }
+    assert!((classes.examples[0].vector[0] - 1.0).abs() < 0.05, "the brain is the brightest of the MRI: {classes:?}");
+    let (before, after) = (whole.picture(None).unwrap(), whole.picture(Some(&classes)).unwrap());
+    // A ray beside the brain meets skin and skull alone; nothing of them is left.
+    let ground = before.pixel(0, 0)[0];
+    assert!(before.pixel(42, 24)[0] > ground + 0.2, "{:?}", before.pixel(42, 24));
+    assert!(after.pixel(42, 24)[0] < ground + 0.05, "{:?}", after.pixel(42, 24));
+    // In the middle the brain is seen, in the paint of bright voxels: its green part is that of the red one nearly.
+    let share = |image: &Image| image.pixel(24, 24)[1] / image.pixel(24, 24)[0];
+    assert!(share(&after) > share(&before) + 0.1, "{} {}", share(&before), share(&after));
+    // Nothing else is classified: the vector of the middle of the whole head is that of the skin, which is negative.
+    let skin = whole.classify(&none, [24, 24]).unwrap().vector;
+    assert!(classes.membership(&skin) < 0.5, "{skin:?}");
+}

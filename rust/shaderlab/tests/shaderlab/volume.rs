@@ -1,6 +1,8 @@
 //! Volumes: NIfTI in memory, hostile bytes, and the files beside the checkout.
 
 use relievo_core::Context;
+use relievo_core::progress::Silent;
+use relievo_openvdb::{Block, Grid, Kind, Transform, Writing, peer};
 use relievo_shaderlab::Volume;
 
 /// A NIfTI-1 file of 3 × 2 × 2 voxels of 16-bit integers with the values 0, 10, 20, ...
@@ -63,4 +65,38 @@ fn a_scan_of_a_head_is_read() {
     assert_eq!(volume.values.len(), volume.size.iter().map(|edge| *edge as usize).product::<usize>());
     let [low, high] = volume.range();
     assert!(high > low);
+}
+
+/// A grid with a ramp of 3 × 4 × 5 voxels off the origin: its active box becomes the volume, with x fastest.
+#[test]
+fn grids_of_openvdb_are_read() {
+    if !peer::is_available() {
+        return;
+    }
+    let context = Context::serial();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("ramp.vdb");
+    let mut grid = Grid::new(Kind::Float, [0.0; 3], 1.0).unwrap();
+    grid.set_transform(&Transform::affine([[0.5, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 0.5], [1.0, 2.0, 3.0]]))
+        .unwrap();
+    let (low, size) = ([-1, 2, 7], [3, 4, 5]);
+    // Blocks have x slowest; no value is the background, so that all voxels are active.
+    let value = |x: u32, y: u32, z: u32| (100 * x + 10 * y + z + 1) as f32;
+    let places = (0..3).flat_map(|x| (0..4).flat_map(move |y| (0..5).map(move |z| (x, y, z))));
+    let bytes = places.flat_map(|(x, y, z)| value(x, y, z).to_ne_bytes()).collect();
+    grid.set_block(&context, &Block { low, size, kind: Kind::Float, bytes }, 0.0).unwrap();
+    relievo_openvdb::write(&context, &file, &[&grid], &Writing::default(), &mut Silent).unwrap();
+    let volume = Volume::read(&context, &file).unwrap();
+    assert_eq!((volume.size, volume.spacing), (size, [0.5; 3]));
+    let expected: Vec<f32> =
+        (0..5).flat_map(|z| (0..4).flat_map(move |y| (0..3).map(move |x| value(x, y, z)))).collect();
+    assert_eq!(volume.values, expected);
+    assert_eq!(volume.range(), [1.0, 235.0]);
+    // A grid without an active voxel is no volume, and neither is one of integers.
+    for (kind, reason) in [(Kind::Float, "active"), (Kind::Int32, "floats")] {
+        let other = Grid::new(kind, [0.0; 3], 1.0).unwrap();
+        relievo_openvdb::write(&context, &file, &[&other], &Writing::default(), &mut Silent).unwrap();
+        let error = Volume::read(&context, &file).unwrap_err();
+        assert!(error.what.contains(reason), "{error}");
+    }
 }
