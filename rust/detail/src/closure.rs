@@ -84,6 +84,11 @@ impl Closure {
         self.is_sheet
     }
 
+    /// Returns the direction in which the front of a sheet looks on average, of any length; zero for other meshes.
+    pub fn facing(&self, points: &[[f32; 3]], triangles: &[[u32; 3]]) -> DVec3 {
+        if self.is_sheet { facing(points, triangles).0 } else { DVec3::ZERO }
+    }
+
     /// Follows the mesh's points, which have moved: points that coincide within rounding are moved onto each other, and
     /// middles go along.
     ///

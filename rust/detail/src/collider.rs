@@ -25,6 +25,8 @@ pub struct Collider {
     triangles: Arc<[[u32; 3]]>,
     hierarchy: Hierarchy,
     obb: Obb,
+    /// Where the front of a sheet looks on average, in object space; zero for other meshes.
+    facing: DVec3,
     closure: Closure,
     transform: DAffine3,
     /// Numbers of the mesh and of its points as they are, by which what a device keeps of them is found.
@@ -84,7 +86,8 @@ impl Collider {
             Hierarchy::build(context, triangles.len(), |index| bounds(&points, &triangles[index as usize]))
         })?;
         let identity = [fresh(), fresh()];
-        Ok(Self { points, triangles: triangles.into(), hierarchy, obb, closure, transform, identity })
+        let facing = closure.facing(&points, &triangles);
+        Ok(Self { points, triangles: triangles.into(), hierarchy, obb, facing, closure, transform, identity })
     }
 
     /// A collider of a displaced surface, as it is now.
@@ -170,6 +173,7 @@ impl Collider {
         let is_other = self.closure.follow(&mut self.points, &mut self.triangles);
         self.identity[1] = fresh();
         self.obb = Obb::of_points(&self.points)?;
+        self.facing = self.closure.facing(&self.points, &self.triangles);
         let (points, triangles, hierarchy) = (&self.points, &self.triangles, &mut self.hierarchy);
         let bounds = |index: u32| bounds(points, &triangles[index as usize]);
         context.stats().time("collider.refit", || {
@@ -193,9 +197,12 @@ impl Collider {
         self.obb.transformed(&self.transform)
     }
 
-    /// Returns a box in the world that holds what is solid: the collider's, for sheets enlarged by `behind` world units.
+    /// Returns a box in the world that holds what is solid: the collider's, for sheets as far as `behind` world units
+    /// against the direction in which the front looks on average. What columns through a rim fill beside the sheet is cut
+    /// off there.
     pub(crate) fn solid_obb(&self, behind: f64) -> Obb {
-        if self.is_sheet() { self.obb().enlarged(behind) } else { self.obb() }
+        let facing = self.transform.matrix3.inverse().transpose() * self.facing;
+        self.obb().swept(-behind * facing.normalize_or_zero())
     }
 
     /// The part of `obb`, along its axes, that holds everything of the collider in it; `None` if nothing is in it.

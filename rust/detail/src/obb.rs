@@ -82,6 +82,12 @@ impl Obb {
         Self { half: self.half + DVec3::splat(margin), ..*self }
     }
 
+    /// Returns the smallest box with the same axes that holds this one in every place on its way along `path`.
+    pub fn swept(&self, path: DVec3) -> Self {
+        let half = self.half + 0.5 * (self.axes.transpose() * path).abs();
+        Self { center: self.center + 0.5 * path, half, ..*self }
+    }
+
     /// The eight corners.
     pub fn corners(&self) -> [DVec3; 8] {
         std::array::from_fn(|index| {

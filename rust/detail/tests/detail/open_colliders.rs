@@ -211,6 +211,40 @@ fn sheets_are_solid_behind_their_front_and_not_beside_it() {
 }
 
 #[test]
+fn what_columns_through_a_rim_fill_is_cut_off_at_the_box_of_a_sheet() {
+    // A roof above the plate that faces down, and a flap that hangs from it into the plate. Columns run across the flap,
+    // the only part that is met, and find no other side.
+    let points: Vec<[f32; 3]> = vec![
+        [-1.0, -1.0, 1.0],
+        [1.0, -1.0, 1.0],
+        [1.0, 1.0, 1.0],
+        [-1.0, 1.0, 1.0],
+        [1.0, -0.15, 1.0],
+        [1.0, 0.15, 1.0],
+        [1.0, 0.15, -0.2],
+        [1.0, -0.15, -0.2],
+    ];
+    let faces = vec![[0, 2, 1], [0, 3, 2], [4, 6, 5], [4, 7, 6]];
+    let settings = ImprintSettings { voxels: 1 << 20, max_displacement: 0.6, ..ImprintSettings::default() };
+    let context = Context::serial();
+    for (mirrored, faces) in [(false, faces.clone()), (true, faces)] {
+        let sign = if mirrored { -1.0 } else { 1.0 };
+        let place = DAffine3::from_scale(DVec3::new(sign, 1.0, 1.0));
+        let sheet = Collider::new(&context, points.clone(), faces, place).unwrap();
+        assert!(sheet.is_sheet());
+        for (dents, report) in press(&context, &sheet, &settings, 1) {
+            // The front looks by a tenth to the side, and boxes are turned by up to 0.1.
+            let slack = report.voxel_diagonal as f32 + 0.2;
+            let dented = dents.iter().filter(|(_, depth)| *depth > 0.1);
+            assert!(dented.clone().count() > 100);
+            for ([x, y], depth) in dented {
+                assert!(x.abs() <= 1.0 + slack && y.abs() <= 0.15 + slack, "{mirrored} {x} {y} {depth}");
+            }
+        }
+    }
+}
+
+#[test]
 fn nothing_is_pressed_into_hidden_layers_and_no_trace_is_left() {
     let context = Context::serial();
     let (points, faces) = part_of_box(&[], false);
