@@ -18,8 +18,9 @@ use crate::connectivity::NONE;
 const TOLERANCE: f64 = 0.01;
 /// The rounding of coordinates, as a share of the largest: smaller distances are not told apart.
 const ROUNDING: f64 = 1e-7;
-/// Pieces of a triangle at most; the bound of the last ones is then taken.
-const PIECES: usize = 1 << 14;
+/// Pieces of a triangle at most, and for each triangle of the other surface if that is more; the bound of the last ones is
+/// then taken. A triangle over a grid, all of one plane, is cut into 2.6 pieces for each triangle of the grid.
+const PIECES: [usize; 2] = [1 << 14, 8];
 /// A cut that leaves less of a piece beyond it, as a share of the piece's longest edge, is not made.
 const SLIVER: f64 = 1e-3;
 /// Points or triangles of one task.
@@ -306,6 +307,7 @@ impl<'a> Surface<'a> {
         waiting: &mut Vec<Piece>,
         mut finished: impl FnMut(Piece),
     ) -> Farthest {
+        let most_pieces = PIECES[0].max(PIECES[1].saturating_mul(self.solid.len()));
         let mut pieces = 0;
         while let Some(piece) = waiting.pop() {
             let Piece { corners, near, .. } = piece;
@@ -326,7 +328,7 @@ impl<'a> Surface<'a> {
             let radius = corners.into_iter().fold(0.0, |most: f64, corner| most.max(corner.distance(middle)));
             let bound = known.min(self.bound(there.triangle, corners)).min(there.distance + radius);
             pieces += 1;
-            if bound <= floor.max(found.at_least * (1.0 + TOLERANCE)) || pieces > PIECES {
+            if bound <= floor.max(found.at_least * (1.0 + TOLERANCE)) || pieces > most_pieces {
                 found.at_most = found.at_most.max(bound);
                 finished(Piece { near: there.triangle, ..piece });
             } else {

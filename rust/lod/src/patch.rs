@@ -257,15 +257,21 @@ impl Patch {
         for (end, fan) in edge.ends.into_iter().zip(&mut *fans) {
             work.mesh.fan(end, fan);
         }
-        let point = batch.point(lane, edge.ends.map(|end| work.points[end as usize]));
+        let mut point = batch.point(lane, edge.ends.map(|end| work.points[end as usize]));
         normals.clear();
         if !work.keeps_surface(edge.corner, fans) || !work.keeps_sides(edge.corner, fans, point, normals) {
             work.refuse(edge);
             return false;
         }
         let mut cost = cost;
-        if let Care::Much = care {
-            let offset = OFFSET * work.offset(context.level(), edge, fans, point, around);
+        if matches!(care, Care::Much) || self.error < f32::INFINITY {
+            let moved = work.offset(context.level(), edge, fans, point, around);
+            point.w = point.w.max(batch.before[lane] + moved);
+            if point.w > self.error {
+                work.refuse(edge);
+                return false;
+            }
+            let offset = OFFSET * moved;
             cost = cost.max(batch.factor[lane] * batch.trace[lane] * offset * offset);
             if magnitude(cost) > magnitude(edge.cost) + RISE {
                 work.set_cost(edge.corner, cost);

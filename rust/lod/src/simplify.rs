@@ -24,8 +24,9 @@ pub struct SimplifyOptions {
     /// Triangles to be left. There may be one less, where two go at once.
     pub faces: usize,
     /// The largest estimated deviation from the mesh as it was, in its units, infinite for any. A vertex deviates by what
-    /// its collapse moves the planes of its triangles, in root mean square over their area, and by what its ends did
-    /// before. The distance between the surfaces may be several times as much.
+    /// its ends did before its collapse, and by what that adds: the root mean square distance from the planes of its
+    /// triangles, over their area, or the largest distance of a vertex from the triangles around it if that is more
+    /// (without attributes). The distance between the surfaces may be more.
     pub error: f32,
     /// The largest distance between both surfaces, either way, in units of the mesh, infinite for any. It is measured,
     /// and the mesh simplified several times. Less than 10⁻⁷ of the largest coordinate, its rounding, counts as that.

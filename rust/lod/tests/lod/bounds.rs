@@ -164,12 +164,28 @@ fn flat_parts_are_thinned_out_at_tight_bounds() {
         assert!(made.error <= bound.max(1e-6), "{} {bound}", made.error);
         made.triangles.len()
     };
-    for (side, most) in [(20, 16), (64, 400)] {
-        for share in [1e-3, 1e-4] {
-            let left = count(&lifted(side, |_, _| 0.0), share);
-            assert!(left <= most, "{side} {share}: {left} triangles");
-        }
+    for (side, share) in [(20, 1e-3), (20, 1e-4), (64, 1e-4), (150, 1e-3)] {
+        let left = count(&lifted(side, |_, _| 0.0), share);
+        assert!(left <= 16, "{side} {share}: {left} triangles");
     }
+    // A plate with a hole.
+    let mut holed = lifted(100, |_, _| 0.0);
+    let is_left = |[a, ..]: &[u32; 3]| {
+        let [x, y, _] = holed.0[*a as usize];
+        !((0.4..0.6).contains(&x) && (0.3..0.7).contains(&y))
+    };
+    holed.1.retain(is_left);
+    let left = count(&holed, 1e-4);
+    assert!(left <= 16, "{left} triangles around a hole");
+    // A plate with waves of a tenth of the bound, and one with waves along one axis.
+    let left = count(&lifted(100, |x, y| 1e-4 * (31.0 * x).sin() * (27.0 * y).cos()), 1e-3);
+    assert!(left <= 16, "{left} triangles of low waves");
+    let left = count(&lifted(60, |x, _| 0.2 * (3.0 * x).sin()), 1e-4);
+    assert!(left <= 400, "{left} triangles of a bent plate");
+    // A machine part with flat sides and sharp edges.
+    let Some(part) = model("meshes/fandisk.obj") else { return };
+    let left = count(&part, 1e-4);
+    assert!(left <= part.1.len() / 3, "{left} triangles of fandisk.obj");
 }
 
 #[test]
