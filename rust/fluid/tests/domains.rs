@@ -127,6 +127,43 @@ fn a_rank_that_ends_is_an_error_on_the_others_and_they_go_on_from_the_last_state
     assert!(states[0].as_ref() == Some(&whole.state()));
 }
 
+/// A transport that cuts the messages of one exchange.
+struct Cutting {
+    inner: InProcess,
+    left: usize,
+}
+
+impl Transport for Cutting {
+    fn rank(&self) -> usize {
+        self.inner.rank()
+    }
+
+    fn ranks(&self) -> usize {
+        self.inner.ranks()
+    }
+
+    fn exchange(&mut self, sent: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
+        let mut received = self.inner.exchange(sent)?;
+        if self.left == 0 {
+            received.iter_mut().for_each(|message| message.truncate(message.len().saturating_sub(1)));
+        }
+        self.left = self.left.wrapping_sub(1);
+        Ok(received)
+    }
+}
+
+#[test]
+fn a_message_that_is_cut_is_an_error() {
+    for left in 0..40 {
+        let ends = on_ranks(2, |inner| {
+            let mut fluid = dam(options(PressureSolver::Dfsph));
+            fluid.distribute(Box::new(Cutting { inner, left })).unwrap();
+            steps(&mut fluid, 3).is_err()
+        });
+        assert_eq!(ends, [true, true], "{left}");
+    }
+}
+
 #[test]
 fn what_domains_cannot_do_is_refused() {
     on_ranks(2, |transport| {
