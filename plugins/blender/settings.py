@@ -281,6 +281,54 @@ class RelievoFluid(bpy.types.PropertyGroup):
     last: bpy.props.IntProperty(description="The last frame of the cache")
 
 
+class RelievoDecalPin(bpy.types.PropertyGroup):
+    """A point of the image of a decal and the place of the object that it belongs to."""
+
+    image: bpy.props.FloatVectorProperty(
+        name="Image", description="The point of the image, pixels from the lower left corner", size=2
+    )
+    position: bpy.props.FloatVectorProperty(
+        name="Position", description="The nearest place of the surface is meant, in the space of the object", size=3, precision=4
+    )
+    depth: bpy.props.FloatProperty(
+        name="Depth", description="Where the image overlaps itself, the part near pins of larger depths lies on top"
+    )
+
+
+class RelievoDecal(bpy.types.PropertyGroup):
+    """The decal of an object."""
+
+    image: bpy.props.PointerProperty(name="Image", description="The image of the decal", type=bpy.types.Image)
+    pins: bpy.props.CollectionProperty(type=RelievoDecalPin)
+    active: bpy.props.IntProperty(name="Active pin")
+    width: bpy.props.FloatProperty(
+        name="Width", description="With one pin: the width of the image, object units", min=1e-6, default=1, precision=4
+    )
+    up: bpy.props.FloatVectorProperty(
+        name="Up", description="With one pin: the direction of the object that is up in the image", size=3, default=(0, 0, 1)
+    )
+    overlap: bpy.props.BoolProperty(name="Overlap", description="Let the image lie on itself, as around a finger")
+    kind: bpy.props.EnumProperty(
+        name="Kind",
+        description="What is written into the layer",
+        items=[
+            ("PAINT", "Paint", "Paint the colours of the image"),
+            ("RELIEF", "Relief", "Raise the surface where the image is white"),
+        ],
+    )
+    opacity: bpy.props.FloatProperty(name="Opacity", min=0, max=1, default=1, subtype="FACTOR")
+    height: bpy.props.FloatProperty(
+        name="Height", description="How much white raises the surface, object units", default=0.05, precision=4
+    )
+    offset: bpy.props.FloatProperty(
+        name="Offset", description="How far the mesh lies above the surface, object units", default=0.001, precision=5
+    )
+    mesh: bpy.props.PointerProperty(name="Mesh", description="The mesh of the decal", type=bpy.types.Object)
+    owner: bpy.props.PointerProperty(
+        name="Owner", description="The object whose decal this mesh is", type=bpy.types.Object
+    )
+
+
 class RelievoObject(bpy.types.PropertyGroup):
     """What an object keeps in the file. `revision` names the state of its detail; Blender's undo brings it back, and
     the detail follows."""
@@ -328,6 +376,7 @@ class RelievoObject(bpy.types.PropertyGroup):
     )
     progressive: bpy.props.PointerProperty(type=RelievoProgressive)
     fluid: bpy.props.PointerProperty(type=RelievoFluid)
+    decal: bpy.props.PointerProperty(type=RelievoDecal)
 
 
 class RelievoScene(bpy.types.PropertyGroup):
@@ -355,6 +404,8 @@ CLASSES = [
     RelievoProgressive,
     RelievoHandle,
     RelievoFluid,
+    RelievoDecalPin,
+    RelievoDecal,
     RelievoObject,
     RelievoScene,
 ]

@@ -115,6 +115,12 @@ class Decals(unittest.TestCase):
         points, corners, _ = shapes.grid(8)
         self.mesh = rl.Mesh(self.context, points, corners, 4)
 
+    def test_the_example_paints_a_ball(self):
+        with tempfile.TemporaryDirectory() as folder:
+            example = [sys.executable, str(ROOT / "examples" / "python" / "decal.py"), str(Path(folder) / "ball.relievo")]
+            done = subprocess.run(example, env={**os.environ, "PYTHONPATH": PACKAGE}, capture_output=True, text=True)
+            self.assertRegex(done.stdout, "[1-9][0-9]* texels of [1-9][0-9]* tiles painted\n(99.|100).*, 0 flipped", done.stderr)
+
     def test_stickers_lie_flat_and_follow(self):
         with rl.Decal.on_mesh(self.mesh, self.pins, (40, 20)) as decal:
             quality = decal.quality

@@ -22,6 +22,7 @@ const TESTS: &[&str] = &[
     "test_levels.py",
     "test_fluid.py",
     "test_tissue.py",
+    "test_decal.py",
     "test_motion.py",
     "test_scene.py",
     "test_render.py",
