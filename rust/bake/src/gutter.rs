@@ -5,14 +5,15 @@
 //! offered, of several the first in the picture. Every pixel up to the gutter's width away along rows, columns or
 //! diagonals is filled. Units: pixels.
 
-/// What is covered, and what the gutter copies.
-pub(crate) struct Gutter {
+/// What the gutter of a picture copies.
+#[derive(Debug)]
+pub struct Gutter {
     /// Pixels of the gutter and the covered pixels they are copies of, ascending.
     pub copies: Vec<(u32, u32)>,
 }
 
 impl Gutter {
-    /// The gutter of `distance` pixels around the pixels of a picture that are `covered`, row by row.
+    /// Returns the gutter of `distance` pixels around the pixels of a picture that are `covered`, row by row.
     pub fn new(covered: &[bool], width: usize, distance: u32) -> Self {
         let height = covered.len() / width.max(1);
         let around = |pixel: usize| {

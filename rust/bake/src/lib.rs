@@ -9,7 +9,7 @@
 
 pub mod atlas;
 pub mod gather;
-mod gutter;
+pub mod gutter;
 mod layout;
 pub mod map;
 pub mod mosaic;
@@ -27,6 +27,7 @@ pub mod texture;
 pub mod transfer;
 pub mod triangles;
 
+pub use gutter::Gutter;
 pub use map::{BakeOptions, BakeReport, Map, bake, bake_watched};
 pub use opened::Opened;
 pub use quantity::{Axes, Colors, Handedness, Meaning, Quantity, Space};

@@ -4,12 +4,13 @@ mod apply;
 mod info;
 mod mesh;
 mod picture;
+mod texture;
 
 use std::path::PathBuf;
 
 use clap::Subcommand;
-use relievo_core::{Context, Error, Mesh, Result};
-use relievo_decal::{Decal, DecalSettings, Pin, Pose, Quality, Sticker, lay, nearest};
+use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result};
+use relievo_decal::{Contour, Decal, DecalSettings, Pin, Place, Pose, Quality, Sticker, lay, nearest, strip};
 use relievo_render::{Image, read_png};
 use serde_json::{Value, json};
 
@@ -32,6 +33,8 @@ enum Task {
     Info(info::Arguments),
     /// Lays a sticker on the limit surface of a control cage and writes it into a layer of a document.
     Apply(apply::Arguments),
+    /// Lays a sticker on a mesh with texture coordinates and paints it into the texture.
+    Texture(texture::Arguments),
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -39,6 +42,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Task::Mesh(arguments) => mesh::run(arguments),
         Task::Info(arguments) => info::run(arguments),
         Task::Apply(arguments) => apply::run(arguments),
+        Task::Texture(arguments) => texture::run(arguments),
     }
 }
 
@@ -55,11 +59,21 @@ struct Common {
     size: Option<[u32; 2]>,
     /// A pin: a point of the image in pixels from its upper left corner, and the point of space whose nearest place on the
     /// mesh it belongs to. May be repeated.
-    #[arg(long = "pin", value_name = "X,Y@X,Y,Z", value_parser = pin, required = true, allow_hyphen_values = true)]
+    #[arg(long = "pin", value_name = "X,Y@X,Y,Z", value_parser = pin, required_unless_present = "along", allow_hyphen_values = true)]
     pins: Vec<Pair>,
+    /// Points of space whose nearest places on the mesh are a curve: the middle line of the image lies along it, in place of
+    /// pins.
+    #[arg(long, value_name = "X,Y,Z X,Y,Z ...", value_parser = curve, conflicts_with = "pins", allow_hyphen_values = true)]
+    along: Option<Line>,
     /// The outline of the sticker in pixels from the upper left corner, corner after corner; left out, the whole image.
     #[arg(long, value_name = "X,Y X,Y ...", value_parser = outline, allow_hyphen_values = true)]
     outline: Option<Corners>,
+    /// Cut the sticker out along the contour at which the alpha of the image has this value, above 0 and below 1.
+    #[arg(long, value_name = "ALPHA", conflicts_with = "outline")]
+    contour: Option<f64>,
+    /// How far the outline may be from the contour, in pixels.
+    #[arg(long, value_name = "PIXELS", default_value_t = Contour::default().tolerance, requires = "contour")]
+    tolerance: f64,
     /// With one pin: the width of the whole image on the mesh.
     #[arg(long, value_name = "LENGTH")]
     width: Option<f64>,
@@ -92,6 +106,10 @@ struct Pair {
 #[derive(Clone, Debug)]
 struct Corners(Vec<[f64; 2]>);
 
+/// Points of space along a curve.
+#[derive(Clone, Debug)]
+struct Line(Vec<[f64; 3]>);
+
 fn pin(text: &str) -> std::result::Result<Pair, String> {
     let (image, space) = text.split_once('@').ok_or_else(|| format!("{text:?} has no @ between image and mesh"))?;
     Ok(Pair { image: numbers(image)?, space: numbers(space)? })
@@ -99,6 +117,10 @@ fn pin(text: &str) -> std::result::Result<Pair, String> {
 
 fn outline(text: &str) -> std::result::Result<Corners, String> {
     Ok(Corners(text.split_whitespace().map(numbers::<2>).collect::<std::result::Result<_, _>>()?))
+}
+
+fn curve(text: &str) -> std::result::Result<Line, String> {
+    Ok(Line(text.split_whitespace().map(numbers::<3>).collect::<std::result::Result<_, _>>()?))
 }
 
 /// A decal with what it lies on.
@@ -109,6 +131,8 @@ struct Laid {
     size: [u32; 2],
     sticker: Sticker,
     decal: Decal,
+    /// The length of the curve of a strip.
+    length: Option<f64>,
 }
 
 impl Laid {
@@ -142,21 +166,40 @@ impl Common {
         };
         let height = f64::from(size[1]);
         let upward = |[x, y]: [f64; 2]| [x, height - y];
-        let sticker = match &self.outline {
-            Some(Corners(corners)) => Sticker::new(size, corners.iter().copied().map(upward).collect())?,
-            None => Sticker::whole(size)?,
+        let sticker = match (&self.outline, self.contour, &image) {
+            (Some(Corners(corners)), ..) => Sticker::new(size, corners.iter().copied().map(upward).collect())?,
+            (None, Some(level), Some(image)) => {
+                let contour = Contour { level, tolerance: self.tolerance };
+                Sticker::of_alpha(image, &contour)?
+            }
+            (None, Some(_), None) => {
+                return Err(Error::invalid("there is no image whose alpha has a contour").advise("give --image"));
+            }
+            (None, None, _) => Sticker::whole(size)?,
         };
-        let mut pins = Vec::with_capacity(self.pins.len());
-        for (index, pair) in self.pins.iter().enumerate() {
-            let found =
-                nearest(&mesh, pair.space).map_err(|error| error.at(format!("pin {index}")).at(self.place()))?;
-            pins.push(Pin { image: upward(pair.image), place: found.0 });
-        }
+        let place = |index: usize, space: [f64; 3]| -> Result<Place> {
+            let found = nearest(&mesh, space).map_err(|error| error.at(format!("pin {index}")).at(self.place()))?;
+            Ok(found.0)
+        };
+        let (pins, length) = match &self.along {
+            Some(Line(points)) => {
+                let places = points.iter().enumerate().map(|(index, point)| place(index, *point));
+                let strip = strip(&mesh, &sticker, &places.collect::<Result<Vec<_>>>()?)?;
+                (strip.pins, Some(strip.length))
+            }
+            None => {
+                let pairs = self.pins.iter().enumerate();
+                let pin = |(index, pair): (usize, &Pair)| {
+                    Ok(Pin { image: upward(pair.image), place: place(index, pair.space)? })
+                };
+                (pairs.map(pin).collect::<Result<_>>()?, None)
+            }
+        };
         let pose = self.width.map(|width| Pose { width, up: self.up });
         let settings = DecalSettings { overlap: self.overlap, ..DecalSettings::default() };
         let decal =
             lay(&mesh, &sticker, &pins, pose, &settings, &mut Bar::new()).map_err(|error| error.at(self.place()))?;
-        Ok(Laid { context, mesh, image, size, sticker, decal })
+        Ok(Laid { context, mesh, image, size, sticker, decal, length })
     }
 
     /// Writes the picture, if one is wanted.
@@ -168,10 +211,32 @@ impl Common {
     }
 }
 
-/// The triangles of a mesh; only the shape is needed.
-fn triangulated(mesh: Mesh) -> Mesh {
-    let triangles = mesh.triangles();
-    Mesh::from_triangles(mesh.points, &triangles)
+/// The triangles of a mesh, with its texture coordinates.
+fn triangulated(mut mesh: Mesh) -> Mesh {
+    let offsets = mesh.face_offsets();
+    let mut is_hole = vec![false; mesh.face_count()];
+    for face in &mesh.holes {
+        is_hole[*face as usize] = true;
+    }
+    let faces = mesh.face_sizes.iter().zip(&offsets).zip(is_hole).filter(|(_, is_hole)| !is_hole);
+    let fan = |((sides, first), _): ((&u32, &u32), bool)| {
+        let (sides, first) = (*sides, *first);
+        (2..sides).flat_map(move |last| [first, first + last - 1, first + last])
+    };
+    let order: Vec<u32> = faces.flat_map(fan).collect();
+    let at = mesh.attributes.iter().position(|attribute| attribute.name == "uv" && attribute.domain != Domain::Face);
+    let uv = at.map(|at| mesh.attributes.swap_remove(at));
+    let corners = order.iter().map(|corner| mesh.corners[*corner as usize]).collect();
+    let mut triangles = Mesh::new(mesh.points, vec![3; order.len() / 3], corners);
+    triangles.attributes.extend(uv.map(|uv| match (uv.domain, &uv.indices) {
+        (Domain::Corner, Some(indices)) => {
+            let indices = order.iter().map(|corner| indices[*corner as usize]).collect();
+            Attribute { indices: Some(indices), ..uv }
+        }
+        (Domain::Corner, None) => Attribute { indices: Some(order), ..uv },
+        _ => uv,
+    }));
+    triangles
 }
 
 /// The distortion, one number a line.
@@ -188,10 +253,11 @@ fn described(quality: &Quality) -> String {
     )
 }
 
-fn machine_readable(common: &Common, quality: &Quality) -> Value {
-    json!({
+fn machine_readable(common: &Common, laid: &Laid) -> Value {
+    let quality = &laid.decal.quality;
+    let mut value = json!({
         "file": common.place(),
-        "pins": common.pins.len(),
+        "pins": laid.decal.pins.len(),
         "triangles": quality.triangles,
         "l2": quality.l2,
         "l_infinity": quality.l_infinity,
@@ -201,5 +267,9 @@ fn machine_readable(common: &Common, quality: &Quality) -> Value {
         "overlaps": quality.overlaps,
         "coverage": quality.coverage,
         "doubled": quality.doubled,
-    })
+    });
+    if let Some(length) = laid.length {
+        value["length"] = json!(length);
+    }
+    value
 }

@@ -125,3 +125,89 @@ fn a_sticker_is_painted_and_embossed_into_layers_of_a_document() {
     }
     assert!(!folder.join("none.relievo").exists());
 }
+
+#[test]
+fn stickers_are_cut_along_their_alpha_and_lie_along_curves() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    files(folder);
+    // A disk of 15 pixels around the middle of the image.
+    let mut disk = Image::new(60, 40, 4).unwrap();
+    for (index, pixel) in disk.data_mut().chunks_exact_mut(4).enumerate() {
+        let (x, y) = (index % 60, index / 60);
+        let away = (x as f32 - 29.5).hypot(y as f32 - 19.5);
+        pixel.copy_from_slice(&[0.0, 1.0, 0.0, (15.5 - away).clamp(0.0, 1.0)]);
+    }
+    write_png(&folder.join("disk.png"), &disk).unwrap();
+    let info = |more: &[&str]| -> Value {
+        let arguments = [&["decal", "info", "plane.obj", "--json"][..], more].concat();
+        serde_json::from_str(&done(folder, &arguments)).unwrap()
+    };
+    let cut = info(&["--image", "disk.png", "--contour", "0.5", "--pin", "20,20@-0.5,0,0", "--pin", "40,20@0.5,0,0"]);
+    let whole = info(&["--image", "disk.png", "--pin", "20,20@-0.5,0,0", "--pin", "40,20@0.5,0,0"]);
+    assert_eq!((cut["coverage"].as_f64(), whole["coverage"].as_f64()), (Some(1.0), Some(1.0)));
+    assert!(cut["triangles"].as_u64() < whole["triangles"].as_u64(), "{cut} {whole}");
+
+    let along = info(&["--size", "200x20", "--along", "-2,0,0 0,0.4,0 2,0,0"]);
+    assert!((along["length"].as_f64().unwrap() - 2.0 * 4.16_f64.sqrt()).abs() < 1e-5, "{along}");
+    assert_eq!(along["flips"].as_u64(), Some(0));
+    for (arguments, why) in [
+        (&["--image", "red.png", "--contour", "0.5", "--pin", "1,1@0,0,0", "--width", "1"][..], "no alpha"),
+        (&["--image", "disk.png", "--contour", "2", "--pin", "1,1@0,0,0", "--width", "1"], "the level is 2"),
+        (&["--size", "9x9", "--contour", "0.5", "--pin", "1,1@0,0,0"], "--image"),
+        (&["--size", "9x9", "--along", "0,0,0"], "1 places"),
+        (&["--size", "9x9"], "--pin"),
+    ] {
+        let refused = relievo(folder, &[&["decal", "info", "plane.obj"][..], arguments].concat());
+        let said = text(&refused.stderr);
+        assert!(!refused.status.success() && said.contains(why), "{why}: {said}");
+    }
+}
+
+#[test]
+fn a_sticker_is_painted_into_a_texture_with_a_gutter() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    files(folder);
+    // Two islands: the left half of the plane below, the right half above, with pixels between them.
+    let mut plane = std::fs::read_to_string(folder.join("plane.obj")).unwrap();
+    let faces = plane.split_off(plane.find("f ").unwrap());
+    for side in 0..2 {
+        for index in 0..49 {
+            let (column, row) = (f64::from(index % 7), f64::from(index / 7));
+            let (u, v) =
+                (0.125 * column - 0.375 * f64::from(side) + 0.125, 0.0625 * row + 0.0625 + 0.5 * f64::from(side));
+            writeln!(plane, "vt {u} {v}").unwrap();
+        }
+    }
+    for (index, face) in faces.lines().enumerate() {
+        let first = if index % 6 < 3 { 0 } else { 49 };
+        let corners = face.split_whitespace().skip(1).map(|corner| corner.parse::<usize>().unwrap());
+        let corners: Vec<String> = corners.map(|corner| format!("{corner}/{}", first + corner)).collect();
+        writeln!(plane, "f {}", corners.join(" ")).unwrap();
+    }
+    std::fs::write(folder.join("islands.obj"), plane).unwrap();
+    let paint = |more: &[&str]| {
+        let arguments = ["decal", "texture", "islands.obj", "-o", "painted.png", "--image", "red.png", "--json"];
+        let size = ["--texture-size", "128x128"];
+        relievo(folder, &[&arguments[..], &size, &PINS, more].concat())
+    };
+    let painted = paint(&["--gutter", "3"]);
+    assert!(painted.status.success(), "{}", text(&painted.stderr));
+    let report: Value = serde_json::from_str(&text(&painted.stdout)).unwrap();
+    // The sticker is 3 by 2 units, a unit 16 by 8 pixels.
+    assert_eq!(report["pixels"].as_u64(), Some(3 * 2 * 16 * 8), "{report}");
+    let picture = read_png(&folder.join("painted.png"), u64::MAX).unwrap();
+    let is_red = |x: u32, y: u32| picture.color(x, y)[0] > 0.9 && picture.color(x, y)[1] < 0.1;
+    // The middle of the plane is at u = 0.5 of the island below and at u = 0.125 of that above.
+    let below = 127 - 32;
+    assert!(is_red(63, below) && is_red(64, below) && is_red(66, below) && !is_red(67, below));
+    let above = 127 - 96;
+    assert!(is_red(16, above) && is_red(13, above) && !is_red(12, above));
+    assert_eq!(report["gutter"].as_u64(), Some(2 * 3 * 16));
+
+    let refused =
+        relievo(folder, &[&["decal", "texture", "plane.obj", "-o", "a.png", "--image", "red.png"][..], &PINS].concat());
+    assert!(!refused.status.success() && text(&refused.stderr).contains("no texture coordinates"));
+    assert!(!folder.join("a.png").exists());
+}

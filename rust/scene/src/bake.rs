@@ -20,6 +20,7 @@ use relievo_detail::{
 use crate::blocks;
 use crate::cache::{Block, Frame, Key, Layer};
 use crate::description::ToolEntry;
+use crate::laying;
 use crate::refusals::Refusals;
 use crate::riders;
 use crate::row;
@@ -148,6 +149,7 @@ impl Baker {
         world.place(&last)?;
         changes.posed = animated(world);
         world.pose(context, now)?;
+        laying::make(context, world, frame, &mut changes.refusals)?;
         strokes::make(context, world, frame, &mut changes.strokes, &mut changes.refusals)?;
         riders::make(context, world, frame, path, &mut changes.strokes, &mut changes.refusals)?;
         let _stage = context.stats().begin("commit");

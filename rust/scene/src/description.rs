@@ -395,6 +395,50 @@ pub struct RiderEntry {
     pub stamp: Option<usize>,
 }
 
+/// A pin of a decal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DecalPin {
+    /// Pixels from the upper left corner of the image; none of strips.
+    pub image: Option<[f64; 2]>,
+    /// In the world.
+    pub position: DVec3,
+    /// Parts near pins of larger depths lie on top.
+    pub depth: f64,
+}
+
+/// `[[decals]]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct DecalEntry {
+    /// Index of the object it lies on.
+    pub object: usize,
+    /// When it is laid.
+    pub time: f64,
+    /// Path of the image, as written.
+    pub image: Name,
+    /// Corners in pixels from the upper left corner of the image; empty for the whole image.
+    pub outline: Vec<[f64; 2]>,
+    /// Alpha of the contour that is the outline, and its tolerance in pixels.
+    pub contour: Option<[f64; 2]>,
+    /// Points of the image with their places.
+    pub pins: Vec<DecalPin>,
+    /// Whether the pins are a curve.
+    pub strip: bool,
+    /// With one pin, the width of the whole image.
+    pub width: Option<f64>,
+    /// With one pin, the direction in the world that is up in the image.
+    pub up: DVec3,
+    /// Whether it may lie on itself.
+    pub overlap: bool,
+    /// The layer it is written into, if not the lowest of its kind.
+    pub layer: Option<Name>,
+    /// How much of it is seen.
+    pub opacity: f32,
+    /// How much it raises the surface, if it does not paint.
+    pub height: Option<f32>,
+    /// Cells along an edge of a face.
+    pub cells: u32,
+}
+
 /// `[stamps.NAME]`
 #[derive(Clone, Debug, PartialEq)]
 pub struct StampEntry {
@@ -556,6 +600,8 @@ pub struct Scene {
     pub riders: Vec<RiderEntry>,
     /// Images of brushes.
     pub stamps: Vec<StampEntry>,
+    /// Stickers, in the order they are laid.
+    pub decals: Vec<DecalEntry>,
     /// Physics.
     pub physics: PhysicsEntry,
     /// The camera.
@@ -582,12 +628,13 @@ impl Scene {
         }
     }
 
-    /// Whether any stroke paints the object.
+    /// Whether any stroke or decal paints the object.
     pub fn is_painted(&self, object: usize) -> bool {
         let paints = |stroke: &relievo_detail::Stroke| matches!(stroke.action, relievo_detail::Action::Paint { .. });
         let strokes = self.strokes.iter().map(|entry| (&entry.objects, &entry.stroke));
         let mut brushes = strokes.chain(self.riders.iter().map(|entry| (&entry.objects, &entry.brush)));
         brushes.any(|(objects, stroke)| objects.contains(&object) && paints(stroke))
+            || self.decals.iter().any(|decal| decal.object == object && decal.height.is_none())
             || self.objects.get(object).is_some_and(|object| object.layers.iter().any(|layer| layer.kind.is_color()))
     }
 

@@ -10,6 +10,7 @@ use relievo_core::error::nearest;
 use toml::de::DeTable;
 
 use crate::bodies::read_body;
+use crate::decals::read_decal;
 use crate::description::*;
 use crate::diagnostic::{Diagnostic, Failure, Faults};
 use crate::isosurface::{read_dielectric, read_fluid};
@@ -224,6 +225,9 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
     let riders = reader.list(root, "brushes");
     let riders: Vec<_> =
         riders.into_iter().map(|table| read_rider(reader, table, &object_names, &objects, &stamp_names)).collect();
+    let decals = reader.list(root, "decals");
+    let decals: Vec<_> =
+        decals.into_iter().map(|table| read_decal(reader, table, &object_names, &objects, up)).collect();
     let physics = reader.sub_table(root, "physics");
     let physics = PhysicsEntry {
         gravity: reader.optional_vector(physics, "gravity").map_or(up.direction() * (-9.81 / metres), DVec3::from),
@@ -252,6 +256,7 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
         strokes: strokes.into_iter().collect::<Option<_>>()?,
         riders: riders.into_iter().collect::<Option<_>>()?,
         stamps: stamps.into_iter().collect::<Option<_>>()?,
+        decals: decals.into_iter().collect::<Option<_>>()?,
         physics,
         camera,
         sun,

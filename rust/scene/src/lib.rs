@@ -7,6 +7,7 @@ mod blocks;
 mod bodies;
 pub mod cache;
 mod coat;
+mod decals;
 pub mod description;
 pub mod diagnostic;
 mod documents;
@@ -16,6 +17,8 @@ pub mod foam;
 pub mod isosurface;
 pub mod keyframe;
 mod layers;
+#[cfg_attr(not(feature = "decal"), path = "laying_absent.rs")]
+mod laying;
 pub mod manual;
 pub mod output;
 pub mod paths;

@@ -308,6 +308,21 @@ impl Reader {
         list
     }
 
+    /// Returns the pair of numbers at `key`, or `None` if it is not written.
+    pub fn pair(&mut self, table: Table, key: &str) -> Option<[f64; 2]> {
+        let value = table.value(key)?;
+        match value.get_ref() {
+            DeValue::Array(items) if items.len() == 2 => {
+                let found: Vec<f64> = items.iter().filter_map(|item| self.finite(key, item)).collect();
+                found.try_into().ok()
+            }
+            other => {
+                self.wrong_type(key, "a pair of numbers", other, value.span());
+                None
+            }
+        }
+    }
+
     /// The list of three numbers at `key` or its default.
     pub fn vector(&mut self, table: Table, key: &str) -> [f64; 3] {
         self.optional_vector(table, key).unwrap_or([0.0; 3])

@@ -21,7 +21,7 @@ use crate::refusals::Refusals;
 use crate::stages;
 use crate::stamps::Loaded;
 use crate::world::{Item, World};
-use crate::{documents, export, file, strokes};
+use crate::{documents, export, file, laying, strokes};
 
 /// What is replayed on what.
 #[derive(Clone, Debug)]
@@ -97,6 +97,7 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
         World::new(context, scene, &allowed).map_err(|failure| about_mesh(failure, text.len(), &wanted.mesh))?;
     world.use_device(wanted.device.as_ref())?;
     let (mut done, mut refusals) = (StrokeReport::default(), Refusals::default());
+    laying::make_due(context, &mut world, |_| true, &mut refusals)?;
     strokes::make_due(context, &mut world, |_| true, &mut done, &mut refusals)?;
     // What a document brought goes on fading, and what was added to it.
     if let Some(surface) = world.surface_mut(0) {

@@ -638,6 +638,91 @@ pub static STAMP: Section = Section {
     parameters: relievo_detail::StampSettings::PARAMETERS,
 };
 
+/// An item of a decal's `pins`.
+pub static DECAL_PIN: Section = Section {
+    name: "decals.pins",
+    help: "A point of the image and the place of the surface that it lies on",
+    keys: &[
+        key(
+            "image",
+            Kind::Numbers(2),
+            "",
+            "pixels",
+            "The point, from the upper left corner of the image; not of strips",
+        ),
+        key("position", Kind::Numbers(3), "", UNITS, "Where, in the world; the nearest place of the surface is meant"),
+        key(
+            "depth",
+            ANY,
+            "0",
+            "",
+            "Where the sticker overlaps itself, the part near pins of larger depths lies on top",
+        ),
+    ],
+    parameters: &[],
+};
+
+/// `[[decals]]`
+pub static DECAL: Section = Section {
+    name: "decals",
+    help: "Stickers on Catmull-Clark surfaces, `[[decals]]` each, in the order they are laid, before the strokes of their \
+           frame. Points of the image lie exactly on their pins",
+    keys: &[
+        key("object", Kind::Name("objects"), "", "", "The object it lies on; left out, the only one with a surface"),
+        key("image", Kind::Path, "", "", "PNG or EXR file"),
+        key(
+            "outline",
+            Kind::Pairs,
+            "[]",
+            "pixels",
+            "Corners of the part of the image that is the sticker, from the upper left; left out, the whole image",
+        ),
+        key("contour", Kind::Number(1e-3, 0.999), "", "", "Cuts the sticker out where the image has this alpha"),
+        key(
+            "tolerance",
+            Kind::Number(0.0, 1000.0),
+            "0.5",
+            "pixels",
+            "How far the outline may be from the contour of the alpha",
+        ),
+        key("pins", Kind::List(&DECAL_PIN), "[]", "", "The pins, at least one"),
+        key(
+            "strip",
+            Kind::Flag,
+            "false",
+            "",
+            "Lays the middle line of the image along a curve through the pins, from its left end to its right one",
+        ),
+        key("width", POSITIVE, "", UNITS, "With one pin: the width of the whole image on the surface"),
+        key(
+            "up",
+            Kind::Numbers(3),
+            "",
+            "",
+            "With one pin: the direction in the world that is up in the image; left out, that of the scene",
+        ),
+        key("overlap", Kind::Flag, "false", "", "Whether the sticker may lie on itself, as around a finger"),
+        key(
+            "layer",
+            Kind::Text,
+            "",
+            "",
+            "The layer of the object it is written into; left out, the lowest of its kind",
+        ),
+        key("opacity", Kind::Number(0.0, 1.0), "1", "", "How much of it is seen"),
+        key(
+            "height",
+            Kind::Number(-60000.0, 60000.0),
+            "",
+            "object units",
+            "Raises the surface by this much where the image is white, instead of painting it",
+        ),
+        key("cells", Kind::Power(1, 64), "8", "", "Cells along an edge of a face of the triangles it is laid on"),
+        key("time", Kind::Number(0.0, 1e6), "0", "seconds", "When: at the first frame that is not before it"),
+    ],
+    parameters: &[],
+};
+
 /// `[physics]`
 pub static PHYSICS: Section = Section {
     name: "physics",
@@ -849,6 +934,7 @@ pub static SCENE: Section = Section {
         key("stamps", Kind::Named(&STAMP), "", "", "Images of brushes by name"),
         key("strokes", Kind::List(&STROKE), "[]", "", "Painting and sculpting"),
         key("brushes", Kind::List(&RIDER), "[]", "", "Brushes that ride on objects"),
+        key("decals", Kind::List(&DECAL), "[]", "", "Stickers"),
         key("physics", Kind::Table(&PHYSICS), "", "", "Physics"),
         key("camera", Kind::Table(&CAMERA), "", "", "The camera"),
         key("sun", Kind::Table(&SUN), "", "", "The sun"),
@@ -934,6 +1020,8 @@ pub fn sections() -> Vec<&'static Section> {
         &STROKE_POINT,
         &RIDER,
         &STAMP,
+        &DECAL,
+        &DECAL_PIN,
         &PHYSICS,
         &CAMERA,
         &VIEW,

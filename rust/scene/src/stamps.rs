@@ -78,8 +78,8 @@ impl Loaded {
     }
 }
 
-/// The first layer of an EXR file: its colours, with alpha if it has it, or the only channel it has.
-fn exr(path: &std::path::Path, limit: u64) -> Result<Image> {
+/// Returns the first layer of an EXR file: its colours, with alpha if it has it, or the only channel it has.
+pub(crate) fn exr(path: &std::path::Path, limit: u64) -> Result<Image> {
     let layers = read_exr(path, limit)?;
     let sets: [&[&str]; 5] = [&["R", "G", "B", "A"], &["R", "G", "B"], &["Y", "A"], &["Y"], &["A"]];
     let found = layers.first().and_then(|layer| {
@@ -88,7 +88,7 @@ fn exr(path: &std::path::Path, limit: u64) -> Result<Image> {
         sets.iter().find_map(|names| layer.image(names)).or_else(|| layer.image(&only))
     });
     found.ok_or_else(|| {
-        Error::invalid("the EXR has no channels of a stamp")
+        Error::invalid("the EXR has no channels of colours")
             .at(path.display().to_string())
             .advise("give its first layer the channels R, G and B, or Y")
     })

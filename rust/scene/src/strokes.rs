@@ -180,18 +180,15 @@ pub(crate) fn make_due(
         let layer = entry.layer.clone();
         let place = |error: Error| error.at(format!("stroke {}", index + 1));
         let active = match &layer {
-            Some(name) => choose_layer(context, world, &objects, name, &stroke).map_err(place)?,
+            Some(name) => {
+                let paints = matches!(stroke.action, Action::Paint { .. });
+                choose_layer(context, world, &objects, name, paints).map_err(place)?
+            }
             None => Vec::new(),
         };
         let mut surfaces = world.canvases(&objects);
         let reports = context.stats().time("stroke", || stroke.apply_all(context, &mut surfaces));
-        for (object, layer) in active {
-            if let Some(surface) = world.surface_mut(object) {
-                surface.set_active_layer(context, layer)?;
-            } else if let Some(item) = world.triangles_mut(object) {
-                item.object.set_active_layer(context, layer)?;
-            }
-        }
+        activate(context, world, &active)?;
         let reports = reports.map_err(place)?;
         add(done, refusals, &objects, reports);
     }
@@ -208,13 +205,26 @@ pub(crate) fn add(done: &mut StrokeReport, refusals: &mut Refusals, objects: &[u
     }
 }
 
-/// Makes the layer called `name` the active one of those of `objects` that have it. Returns what was active on them.
-fn choose_layer(
+/// Makes layers the active ones of their objects.
+pub(crate) fn activate(context: &Context, world: &mut World, layers: &[(usize, u32)]) -> Result<()> {
+    for (object, layer) in layers {
+        if let Some(surface) = world.surface_mut(*object) {
+            surface.set_active_layer(context, *layer)?;
+        } else if let Some(item) = world.triangles_mut(*object) {
+            item.object.set_active_layer(context, *layer)?;
+        }
+    }
+    Ok(())
+}
+
+/// Makes the layer called `name` the active one of those of `objects` that have it; it is one of colour if something
+/// `paints`. Returns what was active on them.
+pub(crate) fn choose_layer(
     context: &Context,
     world: &mut World,
     objects: &[usize],
     name: &Name,
-    stroke: &Stroke,
+    paints: bool,
 ) -> Result<Vec<(usize, u32)>> {
     let place = |error: Error| error.at(format!("layer `{}`", name.text));
     let (mut active, mut names) = (Vec::new(), Vec::new());
@@ -226,8 +236,8 @@ fn choose_layer(
         };
         names.extend(layers.iter().map(|layer| layer.name.clone()));
         let Some(found) = layers.iter().find(|layer| layer.name == name.text) else { continue };
-        if found.kind.is_color() != matches!(stroke.action, Action::Paint { .. }) {
-            let what = format!("it holds {} and cannot take the stroke", found.kind.name());
+        if found.kind.is_color() != paints {
+            let what = format!("it holds {} and cannot take the edit", found.kind.name());
             return Err(place(Error::invalid(what).advise("paint on colour, sculpt displacement")));
         }
         let before = layers.iter().find(|layer| layer.active && layer.kind == found.kind);

@@ -17,11 +17,11 @@ use crate::assets::Assets;
 use crate::coat::Coat;
 use crate::description::{ColliderEntry, Geometry, ObjectEntry, Scene, StampSource, SurfaceEntry, TrianglesEntry};
 use crate::diagnostic::{Diagnostic, Failure, Faults};
-use crate::documents;
 use crate::paths::Paths;
 use crate::physics::Physics;
 use crate::stamps::Loaded;
 use crate::triangles::TriangleItem;
+use crate::{documents, laying};
 
 /// A scene whose meshes are loaded and whose surfaces are made.
 #[derive(Debug)]
@@ -40,6 +40,7 @@ pub struct World {
     documents: Vec<Option<(u32, Vec<String>)>>,
     /// Images of brushes.
     stamps: Vec<Loaded>,
+    stickers: Vec<laying::Loaded>,
     transforms: Vec<DAffine3>,
     /// Where the objects are at time 0.
     start: Vec<DAffine3>,
@@ -196,6 +197,11 @@ impl World {
             loaded.map_err(|error| refuse(Diagnostic::from_error(span, &error)))
         });
         let stamps = stamps.collect::<std::result::Result<_, _>>()?;
+        let stickers = scene.decals.iter().map(|entry| {
+            let loaded = context.stats().time("load.decals", || laying::Loaded::new(context, &paths, entry));
+            loaded.map_err(|error| refuse(Diagnostic::from_error(entry.image.span.clone(), &error)))
+        });
+        let stickers = stickers.collect::<std::result::Result<_, _>>()?;
         let start = transforms.clone();
         let begun = items.iter().map(|item| match item {
             Item::Surface(surface) => surface.time(),
@@ -206,6 +212,7 @@ impl World {
         Ok(Self {
             begun,
             stamps,
+            stickers,
             physics,
             assets,
             items,
@@ -263,6 +270,25 @@ impl World {
         match self.items.get_mut(object) {
             Some(Item::Surface(surface)) => Some(surface),
             _ => None,
+        }
+    }
+
+    /// The sticker of decal number `index`.
+    #[cfg(feature = "decal")]
+    pub(crate) fn sticker(&self, index: usize) -> Result<&laying::Loaded> {
+        self.stickers.get(index).ok_or_else(|| Error::internal("a decal has no sticker"))
+    }
+
+    /// The surface of an object, for writing, and the sticker of decal number `index`.
+    #[cfg(feature = "decal")]
+    pub(crate) fn surface_and_sticker(
+        &mut self,
+        object: usize,
+        index: usize,
+    ) -> Result<(&mut DisplacedObject, &laying::Loaded)> {
+        match (self.items.get_mut(object), self.stickers.get(index)) {
+            (Some(Item::Surface(surface)), Some(sticker)) => Ok((surface, sticker)),
+            _ => Err(Error::internal("a decal has no surface or no sticker")),
         }
     }
 
@@ -570,11 +596,13 @@ impl World {
             .collect();
         let documents: Vec<_> = self.documents.iter().map(|document| document.as_ref().map(|(crc, _)| crc)).collect();
         let stamps: Vec<u32> = self.stamps.iter().map(|stamp| stamp.checksum).collect();
+        let stickers: Vec<u32> = self.stickers.iter().map(laying::Loaded::checksum).collect();
         let decisive = (
             (env!("CARGO_PKG_VERSION"), scene.fps, scene.up, scene.seed, scene.physics),
             (&scene.meshes, files, &scene.surfaces, objects, &scene.bodies, &scene.colliders),
             (&scene.strokes, painted, documents),
             (&scene.riders, &scene.stamps, stamps),
+            (&scene.decals, stickers),
         );
         // FNV-1a of the text of all of it.
         format!("{decisive:?}")

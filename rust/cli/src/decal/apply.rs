@@ -81,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let quality = &laid.decal.quality;
     let output = arguments.output.display().to_string();
     let text = if common.json {
-        let mut value = super::machine_readable(common, quality);
+        let mut value = super::machine_readable(common, &laid);
         value["output"] = json!(output);
         value["tiles"] = json!(printed.tiles.len());
         value["texels"] = json!(printed.texels);

@@ -21,7 +21,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     common.draw(&laid)?;
     let quality = &laid.decal.quality;
     let text = match common.json {
-        true => format!("{:#}\n", super::machine_readable(common, quality)),
+        true => format!("{:#}\n", super::machine_readable(common, &laid)),
         false => format!("{}\n{}", common.place(), super::described(quality)),
     };
     crate::print(&text)?;

@@ -36,7 +36,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let quality = &laid.decal.quality;
     let output = arguments.output.display().to_string();
     let text = if common.json {
-        let mut value = super::machine_readable(common, quality);
+        let mut value = super::machine_readable(common, &laid);
         value["output"] = json!(output);
         format!("{value:#}\n")
     } else {

@@ -3,6 +3,8 @@
 
 mod bending;
 mod brushes;
+#[cfg(feature = "decal")]
+mod decals;
 mod decay;
 mod device;
 mod half_colors;

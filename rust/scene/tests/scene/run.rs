@@ -398,7 +398,7 @@ fn layers_of_a_scene_are_kept_in_documents_and_in_cached_frames() {
     let unknown = fails("", &ON_LAYERS.replace("0.04", "0"));
     assert!(unknown.contains("no such layer") && unknown.contains("it has displacement, colour"), "{unknown}");
     let crossed = fails(LAYERED, &ON_LAYERS.replace("\"glaze\"", "\"dents\""));
-    assert!(crossed.contains("cannot take the stroke"), "{crossed}");
+    assert!(crossed.contains("cannot take the edit"), "{crossed}");
     let odd = fails(&LAYERED.replace("multiply", "subtract"), "");
     assert!(odd.contains("`subtract` means nothing for colour"), "{odd}");
 }

@@ -1,0 +1,34 @@
+//! Decals in a build without the feature `decal`: scenes with one are refused.
+
+use relievo_core::{Context, Error, Result};
+
+use crate::description::DecalEntry;
+use crate::paths::Paths;
+use crate::refusals::Refusals;
+use crate::world::World;
+
+/// The sticker of a decal, which cannot be made.
+#[derive(Debug)]
+pub(crate) struct Loaded;
+
+impl Loaded {
+    /// Fails: there are no decals.
+    pub fn new(_: &Context, _: &Paths, _: &DecalEntry) -> Result<Self> {
+        Err(Error::unsupported("this build has no decals").advise("build with the feature `decal`"))
+    }
+
+    /// Returns 0.
+    pub fn checksum(&self) -> u32 {
+        0
+    }
+}
+
+/// Does nothing.
+pub(crate) fn make(_: &Context, _: &mut World, _: u32, _: &mut Refusals) -> Result<()> {
+    Ok(())
+}
+
+/// Does nothing.
+pub(crate) fn make_due(_: &Context, _: &mut World, _: impl Fn(&DecalEntry) -> bool, _: &mut Refusals) -> Result<()> {
+    Ok(())
+}
