@@ -38,26 +38,28 @@ pub struct SpanMap {
 }
 
 impl SpanMap {
-    /// Returns the bytes of the user's text from which byte `at` of the edited text comes: one byte, or all that an edit
-    /// replaced.
-    fn origin(&self, at: usize) -> Span {
+    /// Returns the bytes of the user's text from which byte `at` of the edited text comes, one byte or all that an edit
+    /// replaced, and whether it was copied.
+    fn origin(&self, at: usize) -> (Span, bool) {
         let index = self.pieces.partition_point(|(start, ..)| *start <= at);
         match index.checked_sub(1).and_then(|index| self.pieces.get(index)) {
             Some((start, from, true)) => {
                 let place = (from.start + (at - start)).min(from.end);
-                place..place
+                (place..(place + 1).min(from.end), true)
             }
-            Some((_, from, false)) => from.clone(),
-            None => 0..0,
+            Some((_, from, false)) => (from.clone(), false),
+            None => (0..0, false),
         }
     }
 
     /// Returns the bytes of the user's text from which bytes of the edited text come.
     pub fn source(&self, span: Span) -> Span {
-        let first = self.origin(span.start);
-        let last = self.origin(span.end.saturating_sub(1).max(span.start));
-        let end = if last.is_empty() && span.end > span.start { last.end + 1 } else { last.end };
-        first.start.min(last.start)..end.max(first.end)
+        let (first, is_copy) = self.origin(span.start);
+        if span.is_empty() && is_copy {
+            return first.start..first.start;
+        }
+        let (last, _) = self.origin(span.end.saturating_sub(1).max(span.start));
+        first.start.min(last.start)..last.end.max(first.end)
     }
 }
 

@@ -152,3 +152,17 @@ fn faults_of_old_shaders_point_at_the_users_text() {
         "uniform sampler2D a;\nvarying vec2 uv;\nvoid main() {\n    gl_FragColor = texture2D(a, uv) + missing;\n}\n";
     assert_eq!(fault(text, Language::Glsl).1, "missing");
 }
+
+#[test]
+fn bytes_of_the_result_come_from_the_users_text() {
+    let text =
+        "void mainImage(out vec4 o, in vec2 p) {\n    float a = p.x;\n    //. vector a; 1.0\n    o = vec4(a);\n}\n";
+    let shader = read(text, Stage::Fragment);
+    let augmented = shader.augment().unwrap();
+    for at in 0..augmented.text.len() {
+        let from = augmented.map.source(at..at + 1);
+        assert!(from.start <= from.end && from.end <= text.len(), "{at}: {from:?}");
+    }
+    let at = augmented.text.find("o = vec4(a)").unwrap();
+    assert_eq!(&text[augmented.map.source(at..at + 11)], "o = vec4(a)");
+}
