@@ -12,6 +12,9 @@ use crate::wheel::{self, environment};
 /// What the tests are run with; bpy 5.0 needs Python 3.11.
 const PACKAGES: &[&str] = &["bpy==5.0.1", "numpy==1.26.4"];
 
+/// What geodesics are compared with.
+const PEERS: &[&str] = &["numpy==1.26.4", "scipy==1.13.1", "potpourri3d==1.4.0"];
+
 /// The tests that run in both hosts.
 const TESTS: &[&str] = &[
     "test_addon.py",
@@ -66,6 +69,9 @@ pub fn test() -> Outcome {
         command.env("RELIEVO_OPENVDB", module::path()).env("RELIEVO_COMMAND", target().join("release/relievo"));
         call(command.arg(root().join("tests/python").join(name)).env("PYTHONPATH", &made.site))?;
     }
+    let mut geodesics = clean(&environment(&target().join("blender/peers"), PEERS)?);
+    geodesics.env("RELIEVO_COMMAND", target().join("release/relievo"));
+    call(geodesics.arg(root().join("tests/python/test_geodesics.py")))?;
     let scripts = made.folder.parent().and_then(Path::parent).unwrap_or(&made.folder);
     for name in TESTS {
         let file = root().join("tests/blender").join(name);
