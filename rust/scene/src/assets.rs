@@ -295,38 +295,6 @@ mod tests {
         }
     }
 
-    #[cfg(feature = "tissue")]
-    #[test]
-    fn a_surface_follows_frames_of_soft_tissue() {
-        use relievo_tissue::{Binding, Material, SavedState, State};
-        let folder = tempfile::tempdir().unwrap();
-        let context = Context::serial();
-        let material = Material { name: "gel".into(), density: 1000.0, shear: 1000.0, bulk: 1e4 };
-        let mut model = relievo_tissue::Model::block([0.0; 3], [1.0; 3], [1, 1, 1], material).unwrap();
-        let points = [[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]];
-        model.bindings.push(Binding::new(&context, &model, "skin", &points, &[[0, 1, 2]]).unwrap());
-        model.write(&folder.path().join("gel.rtissue")).unwrap();
-        for frame in 0..3u16 {
-            let rows = vec![[0.0, 0.0, f32::from(frame), 0.0]; 8];
-            let state = State { displacements: rows.clone(), velocities: rows, ..State::default() };
-            let saved = SavedState { state, ..SavedState::default() };
-            saved.write(&folder.path().join(format!("{frame:04}.rtstate"))).unwrap();
-        }
-        let mesh = "sequence = \"####.rtstate\"\ncount = 3\ntissue = \"gel.rtissue\"\nbound = \"BOUND\"";
-        let (good, paths) = scene(folder.path(), &mesh.replace("BOUND", "skin"));
-        let mut assets = Assets::load(&context, &good, &paths).unwrap();
-        let up = match good.up {
-            crate::description::Up::Z => 2,
-            _ => 1,
-        };
-        for (frame, height) in [(0.0, 1.0), (0.5, 1.5), (2.0, 3.0), (9.0, 3.0)] {
-            let found = assets.points(&context, 0, frame / 24.0, 24.0).unwrap();
-            assert!((f64::from(found[0][up]) - height / good.metres).abs() < 1e-5, "{found:?}");
-        }
-        let (bad, paths) = scene(folder.path(), &mesh.replace("BOUND", "bone"));
-        assert!(Assets::load(&context, &bad, &paths).unwrap_err().to_string().contains("it has skin"));
-    }
-
     #[test]
     fn meshes_that_cannot_be_used_are_told_at_the_path() {
         let folder = tempfile::tempdir().unwrap();

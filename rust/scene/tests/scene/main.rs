@@ -11,6 +11,8 @@ mod half_colors;
 mod levels;
 mod run;
 mod support;
+#[cfg(feature = "tissue")]
+mod tissue;
 mod traces;
 mod triangles;
 mod usd;
