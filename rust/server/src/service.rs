@@ -253,7 +253,7 @@ impl Service {
         let mut changes = self.scheduler.changes();
         loop {
             let status = self.scheduler.status(user, &scene)?;
-            let is_waiting = matches!(status.state, Activity::Running);
+            let is_waiting = matches!(status.state, Activity::Running | Activity::Forces);
             let left = end.saturating_duration_since(Instant::now());
             if status.ready > frame || !is_waiting || left.is_zero() {
                 return Ok(status);
