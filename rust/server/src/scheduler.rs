@@ -142,6 +142,17 @@ impl Scheduler {
         Ok(simulation)
     }
 
+    /// Opens a simulation of a scene that was submitted before. Fails where it would make other frames now, since the server
+    /// has another device, other limits or another version.
+    fn open_again(&self, user: &str, kind: &str, segment: &Segment, files: &FileMap) -> Result<Box<dyn Simulation>> {
+        let simulation = self.open_simulation(user, kind, &segment.description, files)?;
+        match simulation.identity() == segment.identity {
+            true => Ok(simulation),
+            false => Err(Error::unsupported("this server would make other frames than those that the scene has")
+                .advise("start it with the same device, limits and version, or remove the scene and submit it again")),
+        }
+    }
+
     /// Adds a scene. Submitting the same again changes nothing. Fails where it cannot be simulated, another scene has its
     /// name, or the user has too many.
     pub fn submit(&self, user: &str, scene: &relievo_client::Submit) -> Result<Status> {
@@ -472,10 +483,10 @@ impl Scheduler {
         let live = live.filter(|live| live.identity() == segment.identity && live.frame() == at);
         let mut simulation = match (live, before) {
             (Some(live), _) => live,
-            (None, None) => self.open_simulation(&user, &kind, &segment.description, &files)?,
+            (None, None) => self.open_again(&user, &kind, &segment, &files)?,
             (None, Some(before)) => {
                 let Ok(stored) = self.store.get(before) else { return Ok(Outcome::Lost) };
-                let mut simulation = self.open_simulation(&user, &kind, &segment.description, &files)?;
+                let mut simulation = self.open_again(&user, &kind, &segment, &files)?;
                 simulation.restore(&self.context, &stored)?;
                 simulation
             }

@@ -2,6 +2,7 @@
 
 mod cache;
 mod codec;
+mod device;
 mod disk;
 #[cfg(feature = "tls")]
 mod encryption;
