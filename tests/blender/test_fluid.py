@@ -63,15 +63,19 @@ class OnServer(Case):
 
     def setUp(self):
         super().setUp()
-        command = [os.environ["RELIEVO_COMMAND"], "serve", "--listen", "127.0.0.1:0", "--threads", "1"]
-        command += ["--cache", os.path.join(self.folder.name, "server")]
+        self.serve("server")
+        self.domain.relievo.fluid.place = "SERVER"
+
+    def serve(self, cache, *more):
+        command = [os.environ["RELIEVO_COMMAND"], "serve", "--listen", "127.0.0.1:0", "--threads", "1", *more]
+        command += ["--cache", os.path.join(self.folder.name, cache)]
         server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         self.addCleanup(server.stdout.close)
         self.addCleanup(server.wait)
         self.addCleanup(server.kill)
         preferences = bpy.context.preferences.addons["relievo"].preferences
         preferences.server = server.stdout.readline().split()[-1]
-        self.domain.relievo.fluid.place = "SERVER"
+        return preferences
 
     def test_frames_come_from_the_server_and_are_those_of_this_machine(self):
         self.part("FILL", "block", (0, 0, 0), (0.3, 0.4, 0.4))
@@ -90,6 +94,21 @@ class OnServer(Case):
             # Particles may be in another order.
             ends = [numpy.sort(points, axis=0) for points in (ours, theirs)]
             self.assertLess(numpy.abs(ends[0] - ends[1]).max(), within)
+
+    def test_connections_are_encrypted(self):
+        files = Path(__file__).resolve().parent.parent / "tls"
+        encryption = ["--tls-cert", files / "server.pem", "--tls-key", files / "server.key"]
+        preferences = self.serve("encrypted", *encryption)
+        # The certificate is of this name.
+        preferences.server = "tls://localhost:" + preferences.server.rpartition(":")[2]
+        self.part("FILL", "block", (0, 0, 0), (0.3, 0.4, 0.4))
+        self.refused(bpy.ops.relievo.fluid_simulate, "certificates")
+        preferences.tls_authority = str(files / "server.pem")
+        self.refused(bpy.ops.relievo.fluid_simulate, "certificate of the server is refused")
+        preferences.tls_authority = str(files / "authority.pem")
+        self.simulate()
+        self.assertEqual(self.domain.relievo.fluid.last, 6)
+        preferences.tls_authority = ""
 
     def test_what_a_server_does_not_do_is_refused(self):
         block = self.part("FILL", "block", (0, 0, 0), (0.3, 0.5, 0.4))
