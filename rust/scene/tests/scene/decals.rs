@@ -53,7 +53,7 @@ fn image() -> Image {
     }
     for (at, pixel) in image.data_mut().chunks_exact_mut(4).enumerate() {
         let (x, y) = (at % 20, at / 20);
-        pixel[3] = f32::from(u8::from(!((x < 3 || x > 16) && (y < 3 || y > 16))));
+        pixel[3] = f32::from(u8::from((3..=16).contains(&x) || (3..=16).contains(&y)));
     }
     image
 }
