@@ -13,7 +13,9 @@
 //! it. The same frame always makes the same bytes. Readers believe nothing: lengths are compared with the file and the
 //! memory limit before anything is allocated.
 
-use std::path::Path;
+use std::fs::File;
+use std::io::{Read as _, Seek as _, SeekFrom};
+use std::path::{Path, PathBuf};
 
 use relievo_core::{Budget, Context, Error, Result, file};
 
@@ -168,74 +170,108 @@ fn index(context: &Context, particles: &Particles, sections: &[Section], packed:
     out
 }
 
-/// A section that is read: what it is, and the packed bytes of its chunks.
-struct Packed<'a> {
+/// What a header says.
+struct Header {
+    /// CRC-32 of the packed index.
+    index_sum: u32,
+    /// Bytes of the index packed and unpacked.
+    index_bytes: u64,
+    index_length: u64,
+    /// Bytes of all chunks.
+    chunk_bytes: u64,
+}
+
+impl Header {
+    /// Reads the beginning of a file. Fails if it is not that of a frame, damaged or of a newer version.
+    fn read(bytes: &[u8]) -> Result<Self> {
+        let mut file = Bytes(bytes);
+        if file.array()? != MAGIC {
+            return Err(Error::invalid("the file does not begin with `RLVFLUID`")
+                .advise("check that it is a frame of a cache"));
+        }
+        let version = u32::from_le_bytes(file.array()?);
+        if version == 0 || version > VERSION {
+            return Err(Error::unsupported(format!(
+                "it is of version {version}, and versions up to {VERSION} are known"
+            ))
+            .advise("take a newer Relievo"));
+        }
+        let index_sum = u32::from_le_bytes(file.array()?);
+        let mut length = || file.array().map(u64::from_le_bytes);
+        let [index_bytes, index_length, chunk_bytes] = [length()?, length()?, length()?];
+        if u32::from_le_bytes(file.array()?) != crc32fast::hash(&bytes[..HEADER - 4]) {
+            return Err(damaged("the checksum of its header is wrong"));
+        }
+        if index_length > MOST_INDEX {
+            return Err(damaged("it is not as long as it says"));
+        }
+        Ok(Self { index_sum, index_bytes, index_length, chunk_bytes })
+    }
+}
+
+/// Where a chunk lies behind the index, and its CRC-32.
+#[derive(Clone, Copy, Debug)]
+struct Slot {
+    start: u64,
+    length: u32,
+    sum: u32,
+}
+
+/// A section of a file: what it is, and its chunks.
+#[derive(Debug)]
+struct Entry {
     kind: u8,
     name: String,
     width: usize,
     items: usize,
-    chunks: Vec<&'a [u8]>,
+    slots: Vec<Slot>,
 }
 
-/// Reads a frame of a cache. The context's memory limit bounds the file and what is made of it together.
-///
-/// Fails where the file is damaged or of a newer version, or needs more memory than the limit.
-pub fn read_frame(context: &Context, bytes: &[u8]) -> Result<Frame> {
-    let mut budget = Budget::new(context.memory_limit().saturating_sub(bytes.len() as u64));
-    let mut file = Bytes(bytes);
-    if file.array()? != MAGIC {
-        return Err(
-            Error::invalid("the file does not begin with `RLVFLUID`").advise("check that it is a frame of a cache")
-        );
-    }
-    let version = u32::from_le_bytes(file.array()?);
-    if version == 0 || version > VERSION {
-        return Err(Error::unsupported(format!("it is of version {version}, and versions up to {VERSION} are known"))
-            .advise("take a newer Relievo"));
-    }
-    let index_sum = u32::from_le_bytes(file.array()?);
-    let mut length = || file.array().map(u64::from_le_bytes);
-    let [index_bytes, index_length, chunk_bytes] = [length()?, length()?, length()?];
-    if u32::from_le_bytes(file.array()?) != crc32fast::hash(&bytes[..HEADER - 4]) {
-        return Err(damaged("the checksum of its header is wrong"));
-    }
-    let packed = file.take(index_bytes)?;
-    if file.0.len() as u64 != chunk_bytes || index_length > MOST_INDEX {
-        return Err(damaged("it is not as long as it says"));
-    }
-    if crc32fast::hash(packed) != index_sum {
-        return Err(damaged("the checksum of its index is wrong"));
-    }
-    budget.charge(index_length)?;
-    let index = unpack(packed, index_length as usize)?;
-    let mut index = Bytes(&index);
-    let time = f64::from_le_bytes(index.array()?);
-    let spacing = f32::from_le_bytes(index.array()?);
-    let level = text(&mut index)?;
-    let count = u32::from_le_bytes(index.array()?) as usize;
-    let sections = u32::from_le_bytes(index.array()?) as usize;
-    if count as u64 > MOST || sections > MOST_CHANNELS + 3 {
-        return Err(damaged("it has too many particles or sections"));
-    }
-    let mut frame = Frame { level, ..Frame::default() };
-    frame.particles.time = (!time.is_nan()).then_some(time);
-    frame.particles.spacing = (spacing != 0.0).then_some(spacing);
-    for number in 0..sections {
-        let section = Packed::read(&mut index, &mut file, count)?;
-        if (section.kind == PLACES) != (number == 0) {
-            return Err(damaged("its first section, and no other, is that of the places"));
+/// The index of a file.
+#[derive(Debug)]
+struct Index {
+    time: Option<f64>,
+    spacing: Option<f32>,
+    level: String,
+    count: usize,
+    entries: Vec<Entry>,
+}
+
+impl Index {
+    /// Reads a packed index. Fails if it is damaged, or its chunks do not lie one after the other as the header says.
+    fn read(packed: &[u8], header: &Header) -> Result<Self> {
+        if crc32fast::hash(packed) != header.index_sum {
+            return Err(damaged("the checksum of its index is wrong"));
         }
-        section.open(context, &mut budget, &mut frame).map_err(|error| error.at(format!("section {number}")))?;
+        let index = unpack(packed, header.index_length as usize)?;
+        let mut index = Bytes(&index);
+        let time = f64::from_le_bytes(index.array()?);
+        let spacing = f32::from_le_bytes(index.array()?);
+        let level = text(&mut index)?;
+        let count = u32::from_le_bytes(index.array()?) as usize;
+        let sections = u32::from_le_bytes(index.array()?) as usize;
+        if count as u64 > MOST || sections > MOST_CHANNELS + 3 {
+            return Err(damaged("it has too many particles or sections"));
+        }
+        let (mut entries, mut end) = (Vec::new(), 0);
+        for number in 0..sections {
+            let entry = Entry::read(&mut index, &mut end, count)?;
+            if (entry.kind == PLACES) != (number == 0) {
+                return Err(damaged("its first section, and no other, is that of the places"));
+            }
+            entries.push(entry);
+        }
+        if sections == 0 || end != header.chunk_bytes || !index.0.is_empty() {
+            return Err(damaged("its sections are not as long as it says"));
+        }
+        let (time, spacing) = ((!time.is_nan()).then_some(time), (spacing != 0.0).then_some(spacing));
+        Ok(Self { time, spacing, level, count, entries })
     }
-    if sections == 0 || !file.0.is_empty() || !index.0.is_empty() {
-        return Err(damaged("its sections are not as long as it says"));
-    }
-    frame.particles.check()?;
-    Ok(frame)
 }
 
-impl<'a> Packed<'a> {
-    fn read(index: &mut Bytes, file: &mut Bytes<'a>, count: usize) -> Result<Self> {
+impl Entry {
+    /// Reads the next section of an index, whose first chunk begins at `end`, which moves behind the last one.
+    fn read(index: &mut Bytes, end: &mut u64, count: usize) -> Result<Self> {
         let [kind] = index.array()?;
         let name = text(index)?;
         let [width] = index.array()?;
@@ -251,32 +287,74 @@ impl<'a> Packed<'a> {
         if !fits || chunks.saturating_mul(8) > index.0.len() as u64 {
             return Err(damaged("a section has a size that cannot be"));
         }
-        let mut chunk = || {
+        let mut slot = || {
             let [length, sum] = [index.array()?, index.array()?].map(u32::from_le_bytes);
-            let packed = file.take(length.into())?;
-            match crc32fast::hash(packed) == sum {
-                true => Ok(packed),
-                false => Err(damaged("the checksum of a chunk is wrong")),
-            }
+            let start = *end;
+            *end += u64::from(length);
+            Ok(Slot { start, length, sum })
         };
-        let chunks = (0..chunks).map(|_| chunk()).collect::<Result<_>>()?;
-        Ok(Self { kind, name, width: width.into(), items: items as usize, chunks })
+        let slots = (0..chunks).map(|_| slot()).collect::<Result<_>>()?;
+        Ok(Self { kind, name, width: width.into(), items: items as usize, slots })
     }
 
-    /// Unpacks a chunk.
-    fn chunk(&self, number: usize) -> Result<Vec<u8>> {
+    /// Returns a chunk of the section from its packed bytes. Fails if these are damaged.
+    fn unpack(&self, number: usize, packed: &[u8]) -> Result<Vec<u8>> {
+        if crc32fast::hash(packed) != self.slots[number].sum {
+            return Err(damaged("the checksum of a chunk is wrong"));
+        }
         let items = CHUNK.min(self.items - number * CHUNK);
-        let length = if self.kind == STATE { items } else { 4 * self.width * items };
-        unpack(self.chunks[number], length)
+        unpack(packed, if self.kind == STATE { items } else { 4 * self.width * items })
+    }
+}
+
+/// Returns the number at a place of a chunk that was unpacked.
+fn word(bytes: &[u8], at: usize) -> u32 {
+    let count = bytes.len() / 4;
+    u32::from_le_bytes([0, 1, 2, 3].map(|plane| bytes[plane * count + at]))
+}
+
+/// A section that is read, and the packed bytes of its chunks.
+struct Packed<'a> {
+    entry: Entry,
+    chunks: Vec<&'a [u8]>,
+}
+
+/// Reads a frame of a cache. The context's memory limit bounds the file and what is made of it together.
+///
+/// Fails where the file is damaged or of a newer version, or needs more memory than the limit.
+pub fn read_frame(context: &Context, bytes: &[u8]) -> Result<Frame> {
+    let mut budget = Budget::new(context.memory_limit().saturating_sub(bytes.len() as u64));
+    let header = Header::read(bytes)?;
+    let mut file = Bytes(&bytes[HEADER..]);
+    let packed = file.take(header.index_bytes)?;
+    if file.0.len() as u64 != header.chunk_bytes {
+        return Err(damaged("it is not as long as it says"));
+    }
+    budget.charge(header.index_length)?;
+    let Index { time, spacing, level, entries, .. } = Index::read(packed, &header)?;
+    let mut frame = Frame { level, ..Frame::default() };
+    (frame.particles.time, frame.particles.spacing) = (time, spacing);
+    for (number, entry) in entries.into_iter().enumerate() {
+        let chunks = entry.slots.iter().map(|slot| file.take(slot.length.into())).collect::<Result<_>>()?;
+        let packed = Packed { entry, chunks };
+        packed.open(context, &mut budget, &mut frame).map_err(|error| error.at(format!("section {number}")))?;
+    }
+    frame.particles.check()?;
+    Ok(frame)
+}
+
+impl Packed<'_> {
+    fn chunk(&self, number: usize) -> Result<Vec<u8>> {
+        self.entry.unpack(number, self.chunks[number])
     }
 
     /// Adds what is in it to the frame.
     fn open(self, context: &Context, budget: &mut Budget, frame: &mut Frame) -> Result<()> {
         let mut repeated = false;
-        match self.kind {
+        match self.entry.kind {
             STATE => {
                 let mut state = Vec::new();
-                budget.reserve(&mut state, self.items)?;
+                budget.reserve(&mut state, self.entry.items)?;
                 for number in 0..self.chunks.len() {
                     state.extend(self.chunk(number)?);
                 }
@@ -285,11 +363,12 @@ impl<'a> Packed<'a> {
             NUMBERS => repeated = frame.particles.numbers.replace(self.words(context, budget, |word| word)?).is_some(),
             CHANNEL => {
                 let values = self.words(context, budget, f32::from_bits)?;
-                frame.particles.channels.push(Channel { name: self.name, width: self.width as u32, values });
+                let (name, width) = (self.entry.name, self.entry.width as u32);
+                frame.particles.channels.push(Channel { name, width, values });
             }
             _ => {
                 let values = self.words(context, budget, f32::from_bits)?;
-                budget.reserve(&mut frame.particles.points, self.items)?;
+                budget.reserve(&mut frame.particles.points, self.entry.items)?;
                 frame.particles.points.extend_from_slice(values.as_chunks().0);
             }
         }
@@ -299,18 +378,104 @@ impl<'a> Packed<'a> {
     /// The numbers of all chunks.
     fn words<T>(&self, context: &Context, budget: &mut Budget, number: impl Fn(u32) -> T) -> Result<Vec<T>> {
         let mut all = Vec::new();
-        budget.reserve(&mut all, self.width * self.items)?;
+        budget.reserve(&mut all, self.entry.width * self.entry.items)?;
         let some = 4 * context.threads();
         // What is unpacked at a time is little beside all.
         for first in (0..self.chunks.len()).step_by(some) {
             for chunk in context.map(some.min(self.chunks.len() - first), |at| self.chunk(first + at)) {
                 let bytes = chunk?;
-                let count = bytes.len() / 4;
-                let word = |at: usize| u32::from_le_bytes([0, 1, 2, 3].map(|plane| bytes[plane * count + at]));
-                all.extend((0..count).map(|at| number(word(at))));
+                all.extend((0..bytes.len() / 4).map(|at| number(word(&bytes, at))));
             }
         }
         Ok(all)
+    }
+}
+
+/// A frame of a cache in a file, read chunk by chunk: in memory are its index and what is asked for.
+#[derive(Debug)]
+pub struct FrameStream {
+    file: File,
+    path: PathBuf,
+    index: Index,
+    /// Bytes of the file before the chunks.
+    behind: u64,
+}
+
+impl FrameStream {
+    /// Opens a frame. Fails where it is damaged or of a newer version, or its index does not fit the memory limit.
+    pub fn open(context: &Context, path: &Path) -> Result<Self> {
+        let named = |error: Error| error.at(path.display().to_string());
+        let failed = |error: std::io::Error| Error::io(path, &error);
+        let mut file = file::open(path)?;
+        let length = file.metadata().map_err(failed)?.len();
+        let mut head = Vec::new();
+        (&mut file).take(HEADER as u64).read_to_end(&mut head).map_err(failed)?;
+        let header = Header::read(&head).map_err(named)?;
+        let behind = (HEADER as u64).saturating_add(header.index_bytes);
+        if behind.checked_add(header.chunk_bytes) != Some(length) {
+            return Err(named(damaged("it is not as long as it says")));
+        }
+        Budget::new(context.memory_limit()).charge(header.index_bytes + header.index_length).map_err(named)?;
+        let mut packed = Vec::new();
+        (&mut file).take(header.index_bytes).read_to_end(&mut packed).map_err(failed)?;
+        let index = Index::read(&packed, &header).map_err(named)?;
+        Ok(Self { file, path: path.to_owned(), index, behind })
+    }
+
+    /// Returns the number of particles.
+    pub fn count(&self) -> usize {
+        self.index.count
+    }
+
+    /// Returns the distance between particles at rest in metres, where it is known.
+    pub fn spacing(&self) -> Option<f32> {
+        self.index.spacing
+    }
+
+    /// Returns the number of chunks.
+    pub fn chunks(&self) -> usize {
+        self.index.count.div_ceil(CHUNK)
+    }
+
+    /// Returns the particles of a chunk with their numbers and the channels of these names, where the frame has them. Fails
+    /// if there is no such chunk, or it is damaged.
+    pub fn read(&mut self, chunk: usize, channels: &[&str]) -> Result<Particles> {
+        let named = |error: Error| error.at(self.path.display().to_string());
+        if chunk >= self.chunks() {
+            return Err(named(Error::invalid(format!("there is no chunk {chunk}"))));
+        }
+        let Index { time, spacing, .. } = self.index;
+        let mut particles = Particles { time, spacing, ..Particles::default() };
+        for entry in &self.index.entries {
+            let is_wanted = entry.kind != STATE && (entry.kind != CHANNEL || channels.contains(&entry.name.as_str()));
+            if !is_wanted {
+                continue;
+            }
+            let slot = entry.slots[chunk];
+            // A chunk that does not shrink grows by little, so one that is much longer is none.
+            let length = 4 * entry.width * CHUNK;
+            if slot.length as usize > length + length / 64 + 1024 {
+                return Err(named(damaged("a chunk is too long")));
+            }
+            let failed = |error: std::io::Error| Error::io(&self.path, &error);
+            self.file.seek(SeekFrom::Start(self.behind + slot.start)).map_err(failed)?;
+            let mut packed = vec![0; slot.length as usize];
+            self.file.read_exact(&mut packed).map_err(failed)?;
+            let bytes = entry.unpack(chunk, &packed).map_err(named)?;
+            let words = (0..bytes.len() / 4).map(|at| word(&bytes, at));
+            let floats = |words: &mut dyn Iterator<Item = u32>| words.map(f32::from_bits).collect::<Vec<_>>();
+            match entry.kind {
+                PLACES => particles.points = floats(&mut { words }).as_chunks().0.to_vec(),
+                NUMBERS => particles.numbers = Some(words.collect()),
+                _ => particles.channels.push(Channel {
+                    name: entry.name.clone(),
+                    width: entry.width as u32,
+                    values: floats(&mut { words }),
+                }),
+            }
+        }
+        particles.check().map_err(named)?;
+        Ok(particles)
     }
 }
 

@@ -20,7 +20,7 @@ mod vtk_writer;
 pub use bgeo::read_bgeo;
 pub use bgeo_writer::write_bgeo;
 pub use file::{Format, Read, read, write};
-pub use frame::{EXTENSION, Frame, VERSION, encode_frame, frame_bytes, read_frame, write_frame};
+pub use frame::{EXTENSION, Frame, FrameStream, VERSION, encode_frame, frame_bytes, read_frame, write_frame};
 pub use particles::{Channel, Particles, VELOCITY};
 pub use ply::{read_ply, write_ply};
 pub use sequence::{FrameNumber, frames, path};

@@ -1,6 +1,6 @@
 use proptest::prelude::*;
 use relievo_core::{Context, ContextOptions};
-use relievo_particleio::{Frame, Particles, VERSION, read_frame, write_frame};
+use relievo_particleio::{Frame, FrameStream, Particles, VERSION, read_frame, write_frame};
 
 use crate::particles;
 
@@ -30,6 +30,47 @@ fn a_frame_is_read_as_it_was_written_for_any_number_of_threads() {
         for threads in [threads(1), threads(3)] {
             assert!(read_frame(&threads, &written).unwrap() == expected);
         }
+    }
+}
+
+#[test]
+fn a_stream_has_the_particles_chunk_by_chunk_and_no_channel_that_is_not_named() {
+    let (folder, context) = (tempfile::tempdir().unwrap(), Context::serial());
+    let path = folder.path().join("0001.rlvfluid");
+    let all = particles(150_000);
+    write_frame(&context, &path, &all, Some(b"state")).unwrap();
+    let mut stream = FrameStream::open(&context, &path).unwrap();
+    assert_eq!((stream.count(), stream.chunks(), stream.spacing()), (150_000, 3, Some(0.02)));
+    // In any order.
+    for (chunk, range) in [(2, 131_072..150_000), (0, 0..65_536), (1, 65_536..131_072)] {
+        let expected = all.subset(&range.collect::<Vec<_>>());
+        let found = stream.read(chunk, &["velocity", "missing"]).unwrap();
+        assert!(found.points == expected.points && found.numbers == expected.numbers);
+        assert!(found.channels.len() == 1 && found.velocities() == expected.velocities());
+    }
+    assert!(stream.read(3, &[]).is_err());
+    write_frame(&context, &path, &Particles::default(), None).unwrap();
+    assert_eq!(FrameStream::open(&context, &path).unwrap().chunks(), 0);
+    let little = Context::new(&ContextOptions { threads: 1, memory_limit: 64 }).unwrap();
+    assert!(FrameStream::open(&little, &path).is_err());
+}
+
+#[test]
+fn a_stream_of_damaged_bytes_is_an_error_never_wrong_data() {
+    let (folder, context) = (tempfile::tempdir().unwrap(), Context::serial());
+    let path = folder.path().join("0001.rlvfluid");
+    let all = particles(40);
+    let good = bytes(&context, &all, None);
+    let stream = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        FrameStream::open(&context, &path)?.read(0, &["velocity", "age", "weights", "st"])
+    };
+    assert!(stream(&good).unwrap() == all);
+    for at in 0..good.len() {
+        let mut bytes = good.clone();
+        bytes[at] ^= 0x41;
+        assert!(stream(&bytes).is_err(), "byte {at}");
+        assert!(stream(&good[..at]).is_err(), "cut at {at}");
     }
 }
 
