@@ -8,7 +8,7 @@ mod ray_caster;
 use glam::{DVec3, Vec3};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Result};
-use relievo_fluid::{Diffuse, DiffuseOptions, DiffuseParticles, FluidFrame};
+use relievo_fluid::{Diffuse, DiffuseOptions, DiffuseParticles, DiffuseSettings, FluidFrame};
 use relievo_render::foam::{Environment, Foam, FoamKind, FoamParticle, FoamSettings, FoamView, Lens, Scenery};
 use relievo_render::{Camera, Image};
 
@@ -125,7 +125,8 @@ fn generation(report: &mut Report) -> Result<()> {
     let positions: Vec<_> = (0..side * side * side).map(place).collect();
     let velocities: Vec<_> = positions.iter().map(|at| Vec3::new(6.0 * (9.0 * at.y).sin(), 0.0, -4.0)).collect();
     let fluid = FluidFrame { positions: &positions, velocities: &velocities };
-    let options = DiffuseOptions { steps: 1, air_rate: 0.0, crest_rate: 0.0, ..DiffuseOptions::default() };
+    let settings = DiffuseSettings { steps: 1, air_rate: 0.0, crest_rate: 0.0, ..DiffuseSettings::default() };
+    let options = DiffuseOptions { settings, ..DiffuseOptions::default() };
     let count = 1_000_000;
     let range = spacing * side as f32;
     let at = |n: usize| Vec3::from([3, 5, 7].map(|base| range * ((n * base * 7919 % 100_003) as f32 / 100_003.0)));

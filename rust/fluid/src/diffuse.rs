@@ -18,8 +18,9 @@ mod surroundings;
 use glam::{Vec3, Vec4};
 use relievo_core::{Context, Error, Progress, Result};
 
-pub use difference::differences;
-pub use options::DiffuseOptions;
+pub use difference::{differences, positions_and_velocities};
+pub use options::{DiffuseOptions, DiffuseSettings};
+pub use potential::Potentials;
 use surroundings::Surroundings;
 
 /// Particles of a task.
@@ -64,6 +65,12 @@ impl DiffuseParticles {
     /// Returns whether there is no particle.
     pub fn is_empty(&self) -> bool {
         self.positions.is_empty()
+    }
+
+    /// Returns the share of its life that has passed for a particle, 0 to 1.
+    pub fn life(&self, particle: usize) -> f32 {
+        let (age, left) = (self.ages[particle], self.lifetimes[particle].max(0.0));
+        if age > 0.0 { age / (age + left) } else { 0.0 }
     }
 
     /// Checks that the lists have one length and hold numbers that a run can continue from.
@@ -114,6 +121,20 @@ pub struct FluidFrame<'a> {
     pub velocities: &'a [Vec3],
 }
 
+impl FluidFrame<'_> {
+    /// Checks that each particle has a velocity, and that it is finite.
+    fn check(&self) -> Result<()> {
+        let [positions, velocities] = [self.positions.len(), self.velocities.len()];
+        if positions != velocities {
+            return Err(Error::invalid(format!("{positions} particles have {velocities} velocities")).at("velocities"));
+        }
+        if !self.velocities.iter().all(|velocity| velocity.is_finite()) {
+            return Err(Error::invalid("a particle's velocity is not finite").at("velocities"));
+        }
+        Ok(())
+    }
+}
+
 /// What a frame did to diffuse particles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DiffuseReport {
@@ -155,9 +176,27 @@ impl Diffuse {
         &self.particles
     }
 
+    /// Returns the options.
+    pub fn options(&self) -> &DiffuseOptions {
+        &self.options
+    }
+
     /// Returns the frames so far and the particles that were born in them, as [`Self::restore`] takes them.
     pub fn progress(&self) -> (u64, u64) {
         (self.frames, self.births)
+    }
+
+    /// Returns the potentials of the particles of a fluid, in their order. Fails as [`Self::advance`] does.
+    pub fn potentials(&self, context: &Context, frame: FluidFrame<'_>) -> Result<Vec<Potentials>> {
+        frame.check()?;
+        let points: Vec<Vec4> = frame.positions.iter().map(|at| at.extend(0.0)).collect();
+        let surroundings = Surroundings::new(context, &self.options, &points, frame.velocities)?;
+        let sorted = potential::potentials(context, &self.options, &surroundings);
+        let mut found = vec![Potentials::default(); sorted.len()];
+        for (number, potentials) in surroundings.order().zip(sorted) {
+            found[number as usize] = potentials;
+        }
+        Ok(found)
     }
 
     /// Moves the particles by `seconds` to the end of a frame, and adds the new particles of the frame.
@@ -172,17 +211,11 @@ impl Diffuse {
         seconds: f32,
         progress: &mut dyn Progress,
     ) -> Result<DiffuseReport> {
-        if frame.positions.len() != frame.velocities.len() {
-            let [positions, velocities] = [frame.positions.len(), frame.velocities.len()];
-            return Err(Error::invalid(format!("{positions} particles have {velocities} velocities")).at("velocities"));
-        }
-        if !frame.velocities.iter().all(|velocity| velocity.is_finite()) {
-            return Err(Error::invalid("a particle's velocity is not finite").at("velocities"));
-        }
+        frame.check()?;
         if !(seconds > 0.0 && seconds.is_finite()) {
             return Err(Error::invalid(format!("{seconds} seconds are no length of a frame")).at("seconds"));
         }
-        let (steps, mut particles) = (self.options.steps, self.particles.clone());
+        let (steps, mut particles) = (self.options.settings.steps, self.particles.clone());
         let (mut report, mut births) = (DiffuseReport::default(), self.births);
         let step = seconds / steps as f32;
         for number in 0..steps {
@@ -200,8 +233,8 @@ impl Diffuse {
                 });
                 is_outside || all.lifetimes[index] <= 0.0
             }) as u64;
-            let seed = random::mix(self.options.seed, self.frames * u64::from(steps) + u64::from(number));
-            let room = self.options.most.saturating_sub(particles.len());
+            let seed = random::mix(u64::from(self.options.settings.seed), self.frames * u64::from(steps) + u64::from(number));
+            let room = (self.options.settings.most as usize).saturating_sub(particles.len());
             let born = birth::give(context, &self.options, &surroundings, step, seed);
             let admitted = born.len().min(room);
             report.refused += (born.len() - admitted) as u64;

@@ -66,7 +66,10 @@ pub use body_state::{BodyOptions, BodyState};
 pub use checkpoint::{Checkpoint, Totals};
 pub use collider::{ColliderOptions, Contact};
 pub use device::{DeviceFluid, classify_on};
-pub use diffuse::{Diffuse, DiffuseKind, DiffuseOptions, DiffuseParticles, DiffuseReport, FluidFrame, differences};
+pub use diffuse::{
+    Diffuse, DiffuseKind, DiffuseOptions, DiffuseParticles, DiffuseReport, DiffuseSettings, FluidFrame, Potentials,
+    differences, positions_and_velocities,
+};
 pub use domain::Traffic;
 pub use exchange::{Given, Impulse};
 pub use field::fill_where;

@@ -26,8 +26,8 @@ impl Kind for FoamKind {
     fn open(&self, context: &Context, opening: &Opening<'_>) -> Result<Box<dyn Simulation>> {
         let mut description = FoamDescription::parse(opening.description)?;
         let fluid = bound(&description.fluid, opening.elements)?;
-        let room = usize::try_from(opening.elements - fluid).unwrap_or(usize::MAX);
-        description.options.most = description.options.most.min(room);
+        let room = u32::try_from(opening.elements - fluid).unwrap_or(u32::MAX);
+        description.options.settings.most = description.options.settings.most.min(room);
         let making = Making { format: EXTENSION.into(), parts: 1, device: None };
         Ok(Box::new(Foam::begin(context, description, &opening.files, making)?))
     }

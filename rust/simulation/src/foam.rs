@@ -7,7 +7,7 @@
 
 use glam::Vec3;
 use relievo_core::{Context, Error, Progress, Result};
-use relievo_fluid::{Diffuse, DiffuseOptions, FluidFrame};
+use relievo_fluid::{Diffuse, DiffuseOptions, DiffuseSettings, FluidFrame};
 use relievo_particleio::{encode_frame, read_frame};
 use serde::Deserialize;
 
@@ -39,43 +39,57 @@ struct Settings {
     drag: f32,
     steps: u32,
     bounds: Option<[[f32; 3]; 2]>,
-    most: usize,
-    seed: u64,
+    most: u32,
+    seed: u32,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        let DiffuseOptions {
-            trapped_air,
-            crests,
-            energy,
-            air_rate,
-            crest_rate,
-            lifetime,
-            spray_below,
-            bubbles_above,
-            buoyancy,
-            drag,
-            steps,
-            most,
-            seed,
-            ..
-        } = DiffuseOptions::default();
+        let it = DiffuseSettings::default();
         Self {
-            trapped_air,
-            crests,
-            energy,
-            air_rate,
-            crest_rate,
-            lifetime,
-            spray_below,
-            bubbles_above,
-            buoyancy,
-            drag,
-            steps,
+            trapped_air: [it.air_min, it.air_max],
+            crests: [it.crest_min, it.crest_max],
+            energy: [it.energy_min, it.energy_max],
+            air_rate: it.air_rate,
+            crest_rate: it.crest_rate,
+            lifetime: [it.lifetime_min, it.lifetime_max],
+            spray_below: it.spray_below,
+            bubbles_above: it.bubbles_above,
+            buoyancy: it.buoyancy,
+            drag: it.drag,
+            steps: it.steps,
             bounds: None,
-            most,
-            seed,
+            most: it.most,
+            seed: it.seed,
+        }
+    }
+}
+
+impl Settings {
+    /// Returns the settings of the diffuse particles.
+    fn diffuse(&self) -> DiffuseSettings {
+        let [air_min, air_max] = self.trapped_air;
+        let [crest_min, crest_max] = self.crests;
+        let [energy_min, energy_max] = self.energy;
+        let [lifetime_min, lifetime_max] = self.lifetime;
+        DiffuseSettings {
+            air_min,
+            air_max,
+            crest_min,
+            crest_max,
+            energy_min,
+            energy_max,
+            air_rate: self.air_rate,
+            crest_rate: self.crest_rate,
+            lifetime_min,
+            lifetime_max,
+            spray_below: self.spray_below,
+            bubbles_above: self.bubbles_above,
+            buoyancy: self.buoyancy,
+            drag: self.drag,
+            steps: self.steps,
+            most: self.most,
+            seed: self.seed,
         }
     }
 }
@@ -109,20 +123,8 @@ impl FoamDescription {
         let options = DiffuseOptions {
             spacing: fluid.spacing(),
             gravity: fluid.gravity(),
-            trapped_air: settings.trapped_air,
-            crests: settings.crests,
-            energy: settings.energy,
-            air_rate: settings.air_rate,
-            crest_rate: settings.crest_rate,
-            lifetime: settings.lifetime,
-            spray_below: settings.spray_below,
-            bubbles_above: settings.bubbles_above,
-            buoyancy: settings.buoyancy,
-            drag: settings.drag,
-            steps: settings.steps,
             bounds: settings.bounds.map(|ends| ends.map(Vec3::from)),
-            most: settings.most,
-            seed: settings.seed,
+            settings: settings.diffuse(),
         };
         Diffuse::new(options).map_err(|error| error.at(TABLE))?;
         Ok(Self { fluid, options })

@@ -7,7 +7,9 @@ use std::process::ExitCode;
 use glam::DVec3;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, ErrorKind, Result, file};
-use relievo_fluid::{Diffuse, DiffuseOptions, DiffuseReport, FluidFrame, differences};
+use relievo_fluid::{
+    Diffuse, DiffuseOptions, DiffuseReport, DiffuseSettings, FluidFrame, positions_and_velocities,
+};
 use relievo_particleio::{Format, FrameNumber, Particles, frames, read_frame, write, write_frame};
 
 use crate::Outcome;
@@ -89,10 +91,10 @@ struct Options {
     bounds: Option<Vec<DVec3>>,
     /// Particles at a time at most; further ones are not made, and are counted.
     #[arg(long, default_value_t = 100_000_000)]
-    most: usize,
+    most: u32,
     /// The seed of all that is random.
     #[arg(long, default_value_t = 1)]
-    seed: u64,
+    seed: u32,
 }
 
 /// Two numbers.
@@ -109,27 +111,32 @@ impl Options {
         let spacing = self.spacing.or(particles.spacing).ok_or_else(|| {
             Error::invalid("the file does not say how far particles are apart").advise("give --spacing")
         })?;
-        Ok(DiffuseOptions {
-            spacing,
-            gravity: self.gravity.as_vec3(),
-            trapped_air: self.trapped_air.0,
-            crests: self.crests.0,
-            energy: self.energy.0,
+        let [Pair([air_min, air_max]), Pair([crest_min, crest_max])] = [self.trapped_air, self.crests];
+        let [Pair([energy_min, energy_max]), Pair([lifetime_min, lifetime_max])] = [self.energy, self.lifetime];
+        let settings = DiffuseSettings {
+            air_min,
+            air_max,
+            crest_min,
+            crest_max,
+            energy_min,
+            energy_max,
             air_rate: self.air_rate,
             crest_rate: self.crest_rate,
-            lifetime: self.lifetime.0,
+            lifetime_min,
+            lifetime_max,
             spray_below: self.spray_below,
             bubbles_above: self.bubbles_above,
             buoyancy: self.buoyancy,
             drag: self.drag,
             steps: self.steps,
-            bounds: self.bounds.as_deref().and_then(|corners| match corners {
-                [low, high] => Some([low.as_vec3(), high.as_vec3()]),
-                _ => None,
-            }),
             most: self.most,
             seed: self.seed,
-        })
+        };
+        let bounds = self.bounds.as_deref().and_then(|corners| match corners {
+            [low, high] => Some([low.as_vec3(), high.as_vec3()]),
+            _ => None,
+        });
+        Ok(DiffuseOptions { spacing, gravity: self.gravity.as_vec3(), bounds, settings })
     }
 }
 
@@ -244,7 +251,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
                 (Some(before), Some(after)) => after - before,
                 _ => (frame_number.0 - fluid[number - 1].0.0) as f64 / 1000.0 / arguments.fps,
             };
-            let (positions, velocities) = moving(&before, &after, step as f32).map_err(named)?;
+            let (positions, velocities) = positions_and_velocities(&before, &after, step as f32).map_err(named)?;
             let frame = FluidFrame { positions: &positions, velocities: &velocities };
             let report = diffuse.advance(&context, frame, step as f32, &mut Silent).map_err(named)?;
             total.born += report.born;
@@ -261,7 +268,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     bar.finish_and_clear();
     if total.refused > 0 {
-        eprintln!("note: {} particles were not made: there may be {} at a time", total.refused, options.most);
+        eprintln!("note: {} particles were not made: there may be {} at a time", total.refused, options.settings.most);
     }
     crate::print(&format!(
         "{} frames, {} particles in the last, {} born and {} gone\n",
@@ -271,17 +278,6 @@ pub fn run(arguments: &Arguments) -> Outcome {
         total.gone
     ))?;
     Ok(ExitCode::SUCCESS)
-}
-
-/// Returns positions and velocities of a frame: those of the file, or differences to the frame before.
-fn moving(before: &Particles, after: &Particles, seconds: f32) -> Result<(Vec<glam::Vec3>, Vec<glam::Vec3>)> {
-    match after.velocities() {
-        Some(velocities) => Ok((
-            after.points.iter().map(|point| (*point).into()).collect(),
-            velocities.iter().map(|velocity| (*velocity).into()).collect(),
-        )),
-        None => differences(before, after, seconds),
-    }
 }
 
 /// Returns what a run is of after each frame: its settings, and a checksum of the beginnings of all files so far.

@@ -42,14 +42,15 @@ fn of_particle(
     born: &mut Vec<Born>,
 ) {
     let Potentials { air, crest, energy } = *found;
-    let rate = energy * (options.air_rate * air + options.crest_rate * crest);
+    let settings = &options.settings;
+    let rate = energy * (settings.air_rate * air + settings.crest_rate * crest);
     if rate <= 0.0 {
         return;
     }
     // The part below one is a chance, so that the mean is right at any rate.
     let count = (rate * seconds + random::unit(seed, 0)) as u32;
-    let greatest = options.air_rate + options.crest_rate;
-    let [shortest, longest] = options.lifetime;
+    let greatest = settings.air_rate + settings.crest_rate;
+    let [shortest, longest] = [settings.lifetime_min, settings.lifetime_max];
     let lifetime = shortest + (longest - shortest) * rate / greatest;
     let velocity = fluid.velocities[number];
     let axis = velocity.normalize_or_zero();

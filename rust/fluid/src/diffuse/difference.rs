@@ -1,4 +1,5 @@
-//! Velocities of frames that have none, from the places of the same particles in the frame before.
+//! Positions and velocities of frames of files: velocities are those of the file or, where it has none, come from the places
+//! of the same particles in the frame before.
 
 use std::collections::HashMap;
 
@@ -17,4 +18,20 @@ pub fn differences(before: &Particles, after: &Particles, seconds: f32) -> Resul
     let both =
         new.iter().zip(&after.points).filter_map(|(number, point)| Some((Vec3::from(*point), places.get(number)?)));
     Ok(both.map(|(point, from)| (point, (point - Vec3::from(*from)) / seconds)).unzip())
+}
+
+/// Returns the positions and velocities of a frame: those of the file, or as [`differences`] does to the frame `seconds`
+/// before. Fails if the frame has no velocities, and one of the frames no numbers.
+pub fn positions_and_velocities(
+    before: &Particles,
+    after: &Particles,
+    seconds: f32,
+) -> Result<(Vec<Vec3>, Vec<Vec3>)> {
+    match after.velocities() {
+        Some(velocities) => {
+            let vectors = |list: &[[f32; 3]]| list.iter().map(|vector| Vec3::from(*vector)).collect();
+            Ok((vectors(&after.points), vectors(velocities)))
+        }
+        None => differences(before, after, seconds),
+    }
 }

@@ -19,21 +19,25 @@ const LIFETIME: &str = "lifetime";
 const MAGIC: [u8; 8] = *b"RLVFOAM1";
 
 impl DiffuseParticles {
+    /// Returns the ids as numbers of 32 bits, as files have them. Fails if one has more.
+    pub fn numbers(&self) -> Result<Vec<u32>> {
+        let number = |id: &u64| u32::try_from(*id);
+        self.ids.iter().map(number).collect::<std::result::Result<_, _>>().map_err(|_| {
+            Error::unsupported("more than 2³² diffuse particles were born")
+                .advise("make fewer particles a second, or begin a second run")
+        })
+    }
+
     /// Returns the particles as those of a file, at a time in seconds, of a fluid whose particles are so many metres apart.
     /// Fails if an id has more than 32 bits.
     pub fn to_file(&self, time: f64, spacing: f32) -> Result<Particles> {
-        let number = |id: &u64| u32::try_from(*id);
-        let numbers = self.ids.iter().map(number).collect::<std::result::Result<_, _>>().map_err(|_| {
-            Error::unsupported("more than 2³² diffuse particles were born")
-                .advise("make fewer particles a second, or begin a second run")
-        })?;
         let channel = |name: &str, width: u32, values: Vec<f32>| Channel { name: name.into(), width, values };
         let arrays = |vectors: &[Vec3]| vectors.iter().map(|vector| vector.to_array()).collect::<Vec<_>>();
         Ok(Particles {
             points: arrays(&self.positions),
             time: Some(time),
             spacing: Some(spacing),
-            numbers: Some(numbers),
+            numbers: Some(self.numbers()?),
             channels: vec![
                 channel(VELOCITY, 3, arrays(&self.velocities).into_flattened()),
                 channel(TYPE, 1, self.kinds.iter().map(|kind| f32::from(*kind as u8)).collect()),

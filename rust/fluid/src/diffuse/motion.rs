@@ -36,7 +36,7 @@ pub fn advance(
                     lifetimes[at] -= seconds;
                 }
                 DiffuseKind::Bubble => {
-                    *velocity += -seconds * options.buoyancy * options.gravity + options.drag * (flow - *velocity);
+                    *velocity += -seconds * options.settings.buoyancy * options.gravity + options.settings.drag * (flow - *velocity);
                     *position += seconds * *velocity;
                 }
             }
@@ -57,8 +57,8 @@ fn about(options: &DiffuseOptions, fluid: &Surroundings, position: Vec3) -> (Dif
         weights += weight;
     });
     let kind = match count {
-        _ if count < options.spray_below => DiffuseKind::Spray,
-        _ if count > options.bubbles_above => DiffuseKind::Bubble,
+        _ if count < options.settings.spray_below => DiffuseKind::Spray,
+        _ if count > options.settings.bubbles_above => DiffuseKind::Bubble,
         _ => DiffuseKind::Foam,
     };
     (kind, if weights > 0.0 { sum / weights } else { Vec3::ZERO })

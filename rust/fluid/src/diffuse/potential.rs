@@ -41,7 +41,8 @@ fn normal(fluid: &Surroundings, options: &DiffuseOptions, number: usize) -> Vec3
 
 fn potential(fluid: &Surroundings, options: &DiffuseOptions, normals: &[Vec3], number: usize) -> Potentials {
     let (velocity, normal) = (fluid.velocities[number], normals[number]);
-    let energy = between(options.energy, 0.5 * velocity.length_squared());
+    let settings = &options.settings;
+    let energy = between([settings.energy_min, settings.energy_max], 0.5 * velocity.length_squared());
     // Without energy nothing is born, and most of a fluid is calm.
     if energy == 0.0 {
         return Potentials::default();
@@ -63,7 +64,11 @@ fn potential(fluid: &Surroundings, options: &DiffuseOptions, normals: &[Vec3], n
             crest += weight * (1.0 - normal.dot(normals[other]));
         }
     });
-    Potentials { air: between(options.trapped_air, air), crest: between(options.crests, crest), energy }
+    Potentials {
+        air: between([settings.air_min, settings.air_max], air),
+        crest: between([settings.crest_min, settings.crest_max], crest),
+        energy,
+    }
 }
 
 /// Returns how far a value is between limits, from 0 to 1 (Equation 1).

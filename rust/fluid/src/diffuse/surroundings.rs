@@ -27,6 +27,11 @@ impl Surroundings {
         Ok(Self { cells, support: options.support(), places, velocities })
     }
 
+    /// Returns the numbers that the particles had before they were put into cells, in the order of cells.
+    pub fn order(&self) -> impl Iterator<Item = u32> + '_ {
+        self.cells.order()
+    }
+
     /// Calls `visit` with each particle nearer to a point than the support radius: its number in the order of cells, the
     /// vector from it to the point, the length of that, and the length as a share of the support radius.
     #[inline]

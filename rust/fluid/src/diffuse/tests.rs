@@ -9,7 +9,15 @@ use super::*;
 const SPACING: f32 = 0.02;
 
 fn options() -> DiffuseOptions {
-    DiffuseOptions { spacing: SPACING, steps: 1, ..DiffuseOptions::default() }
+    with(DiffuseSettings::default())
+}
+
+fn with(settings: DiffuseSettings) -> DiffuseOptions {
+    DiffuseOptions {
+        spacing: SPACING,
+        settings: DiffuseSettings { steps: 1, ..settings },
+        ..DiffuseOptions::default()
+    }
 }
 
 /// A block of so many particles along each axis, from a corner.
@@ -35,13 +43,39 @@ fn collision() -> (Vec<Vec3>, Vec<Vec3>) {
 
 #[test]
 fn a_pair_traps_air_as_in_closed_form() {
-    let limits = DiffuseOptions { trapped_air: [0.0, 100.0], energy: [0.0, 1.0], ..options() };
+    let limits = with(DiffuseSettings {
+        air_min: 0.0,
+        air_max: 100.0,
+        energy_min: 0.0,
+        energy_max: 1.0,
+        ..DiffuseSettings::default()
+    });
     let positions = [Vec3::ZERO, Vec3::new(SPACING, 0.0, 0.0)];
     let air = |velocity: Vec3| of(&limits, &positions, &[velocity, -velocity])[0].air;
     // The weight of neighbours at half the support radius is one half; towards each other the factor is 2.
     assert!((air(Vec3::new(3.0, 0.0, 0.0)) - 0.06).abs() < 1e-6);
     assert!((air(Vec3::new(0.0, 3.0, 0.0)) - 0.03).abs() < 1e-6);
     assert!(air(Vec3::new(-3.0, 0.0, 0.0)).abs() < 1e-6);
+}
+
+#[test]
+fn potentials_are_in_the_order_of_the_particles() {
+    let (positions, velocities) = collision();
+    let run = Diffuse::new(options()).unwrap();
+    let potentials = |positions: &[Vec3], velocities: &[Vec3]| {
+        run.potentials(&Context::serial(), FluidFrame { positions, velocities }).unwrap()
+    };
+    let found = potentials(&positions, &velocities);
+    // Fluid is fast everywhere, and traps air where the blocks meet.
+    assert!(found.iter().all(|found| found.energy > 0.0));
+    let is_near = |at: &Vec3| (at.x - 0.23).abs() < 0.5 * SPACING + 1e-3;
+    assert!(positions.iter().zip(&found).all(|(at, found)| is_near(at) || found.air < 0.5));
+    assert!(positions.iter().zip(&found).any(|(at, found)| is_near(at) && found.air > 0.9));
+    let reversed = |list: &[Vec3]| list.iter().rev().copied().collect::<Vec<_>>();
+    let other = potentials(&reversed(&positions), &reversed(&velocities));
+    let near = |a: f32, b: f32| (a - b).abs() < 1e-4;
+    let pairs = found.iter().zip(other.iter().rev());
+    assert!(pairs.into_iter().all(|(a, b)| near(a.air, b.air) && near(a.crest, b.crest) && a.energy == b.energy));
 }
 
 #[test]
@@ -58,7 +92,7 @@ fn a_block_that_moves_as_one_makes_no_particles() {
 
 #[test]
 fn a_thin_crest_that_runs_ahead_breaks() {
-    let limits = DiffuseOptions { crests: [0.5, 8.0], ..options() };
+    let limits = with(DiffuseSettings { crest_min: 0.5, ..DiffuseSettings::default() });
     let mut positions = block(Vec3::ZERO, [20, 4, 12]);
     let ridge = positions.len();
     positions.extend(block(Vec3::new(0.2, 0.08, 0.0), [2, 3, 12]));
@@ -129,7 +163,8 @@ fn foam_floats_and_dissolves_and_bubbles_rise() {
 fn runs_are_the_same_for_any_threads_and_resumed_and_every_birth_is_accounted_for() {
     let (positions, velocities) = collision();
     let frame = FluidFrame { positions: &positions, velocities: &velocities };
-    let options = DiffuseOptions { lifetime: [0.01, 0.1], steps: 2, ..options() };
+    let settings = DiffuseSettings { lifetime_min: 0.01, lifetime_max: 0.1, steps: 2, ..DiffuseSettings::default() };
+    let options = DiffuseOptions { settings, ..options() };
     let run = |context: &Context, frames: usize, mut diffuse: Diffuse| {
         let mut total = DiffuseReport::default();
         for _ in 0..frames {
@@ -148,7 +183,7 @@ fn runs_are_the_same_for_any_threads_and_resumed_and_every_birth_is_accounted_fo
     let (frames, births) = half.progress();
     let resumed = Diffuse::restore(options, half.particles().clone(), frames, births).unwrap();
     assert_eq!(run(&context, 3, resumed).0.particles(), all.particles());
-    let other = run(&context, 6, Diffuse::new(DiffuseOptions { seed: 2, ..options }).unwrap()).0;
+    let other = run(&context, 6, Diffuse::new(DiffuseOptions { settings: DiffuseSettings { seed: 2, ..settings }, ..options }).unwrap()).0;
     assert_ne!(other.particles(), all.particles());
 }
 
@@ -156,7 +191,7 @@ fn runs_are_the_same_for_any_threads_and_resumed_and_every_birth_is_accounted_fo
 fn the_greatest_number_is_never_exceeded() {
     let (positions, velocities) = collision();
     let frame = FluidFrame { positions: &positions, velocities: &velocities };
-    let mut diffuse = Diffuse::new(DiffuseOptions { most: 500, ..options() }).unwrap();
+    let mut diffuse = Diffuse::new(with(DiffuseSettings { most: 500, ..DiffuseSettings::default() })).unwrap();
     let mut refused = 0;
     for _ in 0..4 {
         refused += diffuse.advance(&Context::serial(), frame, 0.04, &mut Silent).unwrap().refused;
@@ -190,10 +225,12 @@ fn frames_that_are_no_frames_are_refused_and_change_nothing() {
     }
     for wrong in [
         DiffuseOptions { spacing: 0.0, ..options() },
-        DiffuseOptions { trapped_air: [2.0, 1.0], ..options() },
-        DiffuseOptions { lifetime: [0.0, 1.0], ..options() },
-        DiffuseOptions { steps: 0, ..options() },
-        DiffuseOptions { drag: f32::NAN, ..options() },
+        with(DiffuseSettings { air_min: 30.0, ..DiffuseSettings::default() }),
+        with(DiffuseSettings { lifetime_min: 0.0, ..DiffuseSettings::default() }),
+        with(DiffuseSettings { lifetime_min: 6.0, ..DiffuseSettings::default() }),
+        with(DiffuseSettings { bubbles_above: 5, ..DiffuseSettings::default() }),
+        with(DiffuseSettings { drag: f32::NAN, ..DiffuseSettings::default() }),
+        DiffuseOptions { settings: DiffuseSettings { steps: 0, ..DiffuseSettings::default() }, ..options() },
         DiffuseOptions { bounds: Some([Vec3::ONE, Vec3::ZERO]), ..options() },
     ] {
         assert!(Diffuse::new(wrong).is_err());
