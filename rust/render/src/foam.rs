@@ -5,7 +5,7 @@
 //! [`Foam::add`] splats particles into the depth of the nearest one (pass 3, `depth`) and into thickness (pass 4,
 //! `thickness`); [`Foam::finish`] turns thickness into intensity (pass 5, `intensity`) and finds occlusion and irradiance
 //! (pass 6, `occlusion` and `irradiance`); [`FoamLayers::composite`] filters both and lays the foam over a picture
-//! (pass 7, `composition`).
+//! (pass 7, `composition`). [`Extinction`] is for renderers that draw foam as a medium themselves.
 //!
 //! Particles come in chunks of any size and in any order. The layers have the same bits for any order and any number of
 //! threads, because the nearest particle is found by depth and then number, and thickness is summed in fixed point.
@@ -16,6 +16,7 @@ mod bins;
 mod composition;
 mod depth;
 mod environment;
+mod extinction;
 mod falloff;
 mod halton;
 mod intensity;
@@ -28,7 +29,9 @@ mod settings;
 mod thickness;
 
 pub use bins::Foam;
+pub use depth::radius;
 pub use environment::Environment;
+pub use extinction::Extinction;
 pub use falloff::falloff;
 pub use intensity::intensity;
 pub use layers::FoamLayers;

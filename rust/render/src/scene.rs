@@ -4,12 +4,14 @@
 //! a surface that changes in places should be cut accordingly; an object that only moves rebuilds nothing.
 
 use glam::{DAffine3, DMat3, DVec3, Mat3, Vec3};
-use relievo_core::{Error, Result, Values};
+use relievo_core::{Context, Error, Result, Values};
 use relievo_embree as embree;
 
+use crate::caster::Frame;
 use crate::color::Color;
 use crate::dielectric::Dielectric;
 use crate::implicit::Implicit;
+use crate::settings::View;
 
 /// A triangle mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -212,6 +214,33 @@ impl Scene {
             self.embree.remove_mesh(id, number)?;
         }
         Ok(())
+    }
+
+    /// Renders the scene without some of its objects, which are as before afterwards.
+    ///
+    /// # Errors
+    /// There is no such object, or [`Self::render`] fails.
+    pub fn render_without(&mut self, context: &Context, hidden: &[ObjectId], view: &View) -> Result<Frame> {
+        let mut taken = Vec::with_capacity(hidden.len());
+        for id in hidden {
+            let object = self.object(*id)?;
+            let (embree, implicit, meshes) =
+                (object.id, object.implicit.take(), std::mem::take(&mut object.meshes));
+            for number in (0..meshes.len()).filter(|number| meshes[*number].is_some()) {
+                self.embree.remove_mesh(embree, number as u32)?;
+            }
+            taken.push((implicit, meshes));
+        }
+        let frame = self.render(context, view);
+        for (id, (implicit, meshes)) in hidden.iter().zip(taken) {
+            self.set_implicit(*id, implicit)?;
+            for (number, mesh) in (0..).zip(meshes) {
+                if let Some(mesh) = mesh {
+                    self.set_mesh(*id, number, mesh)?;
+                }
+            }
+        }
+        frame
     }
 
     /// How many triangles there are.

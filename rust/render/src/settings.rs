@@ -70,6 +70,12 @@ impl View {
         }
     }
 
+    /// Returns the view with no more than depths need: one ray a pixel, and no light of the sky or shadows.
+    pub fn for_depths(&self) -> Self {
+        let settings = Settings { samples: 1, sky_rays: 0, sky_filter: 0, shadows: Switch::OFF, ..self.settings };
+        Self { settings, false_color: None, ..self.clone() }
+    }
+
     /// From where levels and rates of what `transform` places are chosen.
     pub fn viewpoint(&self, transform: &DAffine3) -> Viewpoint {
         let half = (0.5 * self.camera.fov).tan();

@@ -6,7 +6,7 @@ use relievo_core::parameter::Switch;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, ErrorKind};
 use relievo_render::foam::{
-    Environment, Foam, FoamKind, FoamLayers, FoamParticle, FoamSettings, FoamView, Lens, Scenery,
+    Environment, Extinction, Foam, FoamKind, FoamLayers, FoamParticle, FoamSettings, FoamView, Lens, Scenery,
 };
 use relievo_render::{Camera, Content, Image, Lights, read_exr, write_exr};
 
@@ -298,4 +298,84 @@ fn bad_input_is_refused_and_cameras_within_foam_see_a_picture() {
     let cancelled = Foam::new(&context, large(), view(), &Scenery::default()).unwrap();
     let error = cancelled.finish(&context, &white(), &mut |_: f32, _: &str| false).unwrap_err();
     assert_eq!(error.kind, ErrorKind::Cancelled);
+}
+
+/// Returns the sum of thickness and the number of pixels that have some.
+fn spread(layers: &FoamLayers) -> (f64, usize) {
+    let thickness = layers.thickness();
+    (thickness.iter().map(|value| f64::from(*value)).sum(), thickness.iter().filter(|value| **value > 0.0).count())
+}
+
+#[test]
+fn a_lens_spreads_what_is_out_of_focus_and_keeps_its_thickness() {
+    let at = |aperture: f32, focus: f32| FoamSettings { aperture, focus, ..large() };
+    let one = [particle([0.0; 3], 1, FoamKind::Spray)];
+    let of = |settings| layers(settings, &Scenery::default(), &one);
+    let pinhole = of(large());
+    assert!(of(at(1.0, 5.0)).thickness() == pinhole.thickness());
+    let (sum, pixels) = spread(&pinhole);
+    for focus in [3.0, 12.0] {
+        let (blurred, more) = spread(&of(at(0.5, focus)));
+        assert!((blurred / sum - 1.0).abs() < 0.03 && 4 * more > 5 * pixels, "{blurred} {sum} {more} {pixels}");
+    }
+    // The circle of confusion: 0.5 · 1 m · |5 − 2| / 5 of the plane at 2 m, beside a radius of 0.25 m at 5 m.
+    let wide = spread(&of(at(1.0, 2.0))).1 as f32;
+    let radius = (0.3 * scale(2.0)).hypot(0.25 * scale(5.0));
+    assert!((wide / (std::f32::consts::PI * radius * radius) - 1.0).abs() < 0.03, "{wide} {radius}");
+}
+
+#[test]
+fn an_open_shutter_draws_particles_along_their_way() {
+    let settings = FoamSettings { shutter: 0.5, shutter_samples: 32, ..large() };
+    let context = Context::serial();
+    let of = |velocity: [f32; 3]| {
+        let mut foam = Foam::new(&context, settings, view(), &Scenery::default()).unwrap();
+        foam.add_moving(&context, &[particle([-0.5, 0.0, 0.0], 1, FoamKind::Spray)], &[velocity]).unwrap();
+        assert_eq!(foam.particles(), 1);
+        foam.finish(&context, &white(), &mut Silent).unwrap()
+    };
+    let still = layers(large(), &Scenery::default(), &[particle([-0.5, 0.0, 0.0], 1, FoamKind::Spray)]);
+    let rest = of([0.0; 3]);
+    assert!(rest.thickness().iter().zip(still.thickness()).all(|(a, b)| (a - b).abs() < 1e-4));
+    let moving = of([2.0, 0.0, 0.0]);
+    let (sum, pixels) = spread(&still);
+    let (moved, more) = spread(&moving);
+    assert!((moved / sum - 1.0).abs() < 0.02 && more > 2 * pixels, "{moved} {sum} {more} {pixels}");
+    // The mean column is half of the way farther.
+    let mean = |layers: &FoamLayers| {
+        let columns = layers.thickness().iter().enumerate().map(|(at, value)| (at % SIZE as usize) as f32 * value);
+        columns.sum::<f32>() / layers.thickness().iter().sum::<f32>()
+    };
+    assert!((mean(&moving) - mean(&still) - 0.5 * scale(5.0)).abs() < 0.5);
+    let mut foam = Foam::new(&context, settings, view(), &Scenery::default()).unwrap();
+    let one = [particle([0.0; 3], 1, FoamKind::Spray)];
+    assert!(foam.add_moving(&context, &one, &[]).is_err() && foam.add_moving(&context, &one, &[[f32::NAN; 3]]).is_err());
+}
+
+#[test]
+fn extinction_is_the_cross_sections_of_particles_over_the_volume_of_cells() {
+    let context = Context::serial();
+    let settings = FoamSettings { radius: 0.01, ..FoamSettings::default() };
+    let corners = [DVec3::ZERO, DVec3::new(1.0, 0.5, 0.25)];
+    let mut grid = Extinction::new(&context, settings, corners, 0.1).unwrap();
+    assert_eq!((grid.size(), grid.cell()), ([13, 8, 6], 0.1));
+    assert!(grid.low().distance(DVec3::splat(-0.1)) < 1e-12);
+    // A particle on a point of the grid is in one value: number 5 has the whole radius.
+    grid.add(&[particle([0.3, 0.2, 0.1], 5, FoamKind::Foam)]);
+    let section = std::f64::consts::PI * 0.01 * 0.01 / 1e-3;
+    let values: Vec<f64> = grid.coefficients().collect();
+    let at = (2 * 8 + 3) * 13 + 4;
+    assert!((values[at] / section - 1.0).abs() < 1e-5, "{} {section}", values[at]);
+    // A bubble between points is shared by eight; one of the second size has a sixteenth of the section.
+    grid.add(&[particle([0.55, 0.45, 0.15], 1, FoamKind::Bubble), particle([9.0, 0.0, 0.0], 0, FoamKind::Spray)]);
+    let sum: f64 = grid.coefficients().sum();
+    assert!((sum / section - 1.0 - 1.0 / 16.0).abs() < 1e-5);
+    // Places between points are rounded, so that neighbours have next to nothing.
+    assert_eq!(grid.coefficients().filter(|value| *value > 1e-3 * section).count(), 9);
+    for cell in [0.0, -1.0, f64::NAN, 1e-6] {
+        assert!(Extinction::new(&context, settings, corners, cell).is_err(), "{cell}");
+    }
+    let little = Context::new(&ContextOptions { threads: 1, memory_limit: 4096 }).unwrap();
+    let error = Extinction::new(&little, settings, corners, 0.1).unwrap_err();
+    assert_eq!(error.kind, ErrorKind::Memory);
 }

@@ -83,10 +83,49 @@ impl Foam {
 
     /// Adds particles: a part of a frame, in any order. Fails, and adds none, if a number is not finite.
     pub fn add(&mut self, context: &Context, particles: &[FoamParticle]) -> Result<()> {
-        let is_sound = |it: &FoamParticle| it.life.is_finite() && it.position.iter().all(|value| value.is_finite());
-        if let Some(at) = particles.iter().position(|particle| !is_sound(particle)) {
-            return Err(Error::invalid("a particle of foam is not finite").at(format!("particle {at}")));
+        check(particles)?;
+        self.draw(context, particles, 1.0);
+        self.particles += particles.len() as u64;
+        Ok(())
+    }
+
+    /// Adds particles that move by velocities in m/s, one a particle, while the shutter of the settings is open: from their
+    /// places on, each at several places that share its thickness. Fails, and adds none, if a number is not finite, or there
+    /// are not as many velocities as particles.
+    pub fn add_moving(
+        &mut self,
+        context: &Context,
+        particles: &[FoamParticle],
+        velocities: &[[f32; 3]],
+    ) -> Result<()> {
+        check(particles)?;
+        if velocities.len() != particles.len() || !velocities.as_flattened().iter().all(|value| value.is_finite()) {
+            return Err(Error::invalid("the velocities of particles of foam are not finite, or not as many as those")
+                .at("velocities"));
         }
+        let FoamSettings { shutter, shutter_samples, .. } = self.settings;
+        if shutter == 0.0 {
+            return self.add(context, particles);
+        }
+        for (part, velocities) in particles.chunks(CHUNK).zip(velocities.chunks(CHUNK)) {
+            for sample in 0..shutter_samples {
+                let moved = context.map(part.len(), |at| {
+                    let (particle, velocity) = (part[at], velocities[at]);
+                    // Particles are not all at the same place of their ways, so that no copies of the foam are seen.
+                    let shift = particle.id.wrapping_mul(0x9e37_79b9) as f32 / 4_294_967_296.0;
+                    let time = shutter * (sample as f32 + shift) / shutter_samples as f32;
+                    let position = std::array::from_fn(|axis| particle.position[axis] + time * velocity[axis]);
+                    FoamParticle { position, ..particle }
+                });
+                self.draw(context, &moved, 1.0 / shutter_samples as f32);
+            }
+        }
+        self.particles += particles.len() as u64;
+        Ok(())
+    }
+
+    /// Draws particles with a share of their thickness.
+    fn draw(&mut self, context: &Context, particles: &[FoamParticle], share: f32) {
         for chunk in particles.chunks(CHUNK) {
             let bins = context.map(chunk.len().div_ceil(PART), |part| {
                 let first = part * PART;
@@ -99,15 +138,14 @@ impl Foam {
                     let from = bin.partition_point(|entry| entry >> 32 < number as u64);
                     for entry in bin[from..].iter().take_while(|entry| **entry >> 32 == number as u64) {
                         let particle = &chunk[*entry as u32 as usize];
-                        if let Some(sprite) = Sprite::new(projection, settings, thickness, particle) {
+                        if let Some(mut sprite) = Sprite::new(projection, settings, thickness, particle) {
+                            sprite.share *= share;
                             tile.draw(&sprite, size, depths, width, thickness);
                         }
                     }
                 }
             });
         }
-        self.particles += particles.len() as u64;
-        Ok(())
     }
 
     /// Returns an entry for each tile that a particle touches, in order: the number of the tile above that of the particle.
@@ -165,6 +203,15 @@ impl Foam {
         let occlusion = occlusion(context, &of, progress)?;
         let irradiance = irradiance(context, &of, environment);
         Ok(FoamLayers { settings, view, projection, surfaces, thickness, intensity, occlusion, irradiance })
+    }
+}
+
+/// Checks that all numbers of particles are finite.
+fn check(particles: &[FoamParticle]) -> Result<()> {
+    let is_sound = |it: &FoamParticle| it.life.is_finite() && it.position.iter().all(|value| value.is_finite());
+    match particles.iter().position(|particle| !is_sound(particle)) {
+        Some(at) => Err(Error::invalid("a particle of foam is not finite").at(format!("particle {at}"))),
+        None => Ok(()),
     }
 }
 

@@ -10,10 +10,25 @@ use super::{FoamKind, FoamParticle};
 
 /// Sizes that particles of one radius r have: r/((i mod 5) + 1).
 const SIZES: u32 = 5;
-/// The radius in pixels of the smallest sprite that is drawn. Smaller ones are drawn as wide and as much thinner.
+/// The radius in pixels of the smallest sprite that is drawn. Smaller ones are drawn as wide and as much thinner, so that the sum
+/// of their thickness stays.
 const LEAST_RADIUS: f32 = 0.5;
 /// Pixels from the middle of the picture beyond which no sprite is.
 const FARTHEST: f32 = 1e6;
+
+/// Returns the radius of a particle: r/((i mod 5) + 1), and half of that for bubbles.
+#[inline]
+pub fn radius(settings: &FoamSettings, particle: &FoamParticle) -> f32 {
+    let size = settings.radius / (particle.id % SIZES + 1) as f32;
+    if particle.kind == FoamKind::Bubble { 0.5 * size } else { size }
+}
+
+/// Returns the radius in pixels of the circle of confusion of a depth, of a thin lens.
+#[inline]
+fn blur(projection: &Projection, settings: &FoamSettings, depth: f32) -> f32 {
+    let FoamSettings { aperture, focus, .. } = *settings;
+    0.5 * aperture * (depth - focus).abs() / depth * projection.scale(focus)
+}
 
 /// A particle in the picture.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +40,7 @@ pub struct Sprite {
     pub radius: f32,
     /// The same in pixels, which is its search radius h.
     pub search: f32,
-    /// The radius in pixels with which it is drawn.
+    /// The radius in pixels with which it is drawn: at least half a pixel, and as wide as the lens blurs it.
     pub drawn: f32,
     /// What its fragments' thickness is multiplied by.
     pub share: f32,
@@ -62,10 +77,9 @@ impl Sprite {
         if !is_seen {
             return None;
         }
-        let size = settings.radius / (particle.id % SIZES + 1) as f32;
-        let radius = if particle.kind == FoamKind::Bubble { 0.5 * size } else { size };
+        let radius = radius(settings, particle);
         let search = radius * projection.scale(place.z);
-        let drawn = search.max(LEAST_RADIUS);
+        let drawn = search.hypot(blur(projection, settings, place.z)).max(LEAST_RADIUS);
         let share = thickness.of_life(particle.life) * (search / drawn).powi(2);
         if share <= 0.0 {
             return None;

@@ -73,5 +73,13 @@ relievo_core::parameters! {
         irr_scale: f32 = 1.0, 0..=1000000, "";
         /// Radius of the filter of shadows and irradiance, as a factor of the first search radius.
         filter: f32 = 1.5, 0..=16, "";
+        /// Diameter of the lens, which blurs particles before and behind the distance of focus; 0 for a pinhole; not in the paper.
+        aperture: f32 = 0.0, 0..=1000, "m";
+        /// Depth at which particles are sharp; not in the paper.
+        focus: f32 = 10.0, 0.0001..=1000000, "m";
+        /// Seconds that the shutter is open, during which particles move by their velocities; 0 for still particles; not in the paper.
+        shutter: f32 = 0.0, 0..=1000, "s";
+        /// Places at which a moving particle is drawn; not in the paper.
+        shutter_samples: u32 = 8, 1..=256, "";
     }
 }
