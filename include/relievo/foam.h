@@ -56,12 +56,16 @@ typedef struct RlvFoamSettings {
     uint32_t irradiance_map; /* whether irradiance is looked up in a map made once, as the paper suggests, in place of a sum for each pixel */
     float irr_scale; /* factor of irradiance (CIrrScale); the paper has no value */
     float filter; /* radius of the filter of shadows and irradiance, as a factor of the first search radius */
+    float aperture; /* diameter of the lens, which blurs particles before and behind the distance of focus; 0 for a pinhole; not in the paper, m */
+    float focus; /* depth at which particles are sharp; not in the paper, m */
+    float shutter; /* seconds that the shutter is open, during which particles move by their velocities; 0 for still particles; not in the paper, s */
+    uint32_t shutter_samples; /* places at which a moving particle is drawn; not in the paper */
 } RlvFoamSettings;
 
 #define RLV_FOAM_SETTINGS_INIT \
     {sizeof(RlvFoamSettings), 0.01f, 0.05f, 1.5f, 1.0f, 2.25f, 1.0f, 2.0f, 1.0f, 2.0f, 0.4f, 0.5f, 1.0f, 2.0f, \
      3.0f, 1.25f, 1.0f, 7.0f, 3, 0.5f, 16, 512, 5.0f, 0.5f, 1.0f, 1, 1.0f, 1.5f, -0.05f, 0.0f, 0.0f, 0.2f, 1, \
-     1.0f, 1.5f}
+     1.0f, 1.5f, 0.0f, 10.0f, 0.0f, 8}
 
 /* From where foam is seen, and what stands about it. Depths are metres along the direction of view, as many as there are
  * pixels, row after row from the top; what is not finite or not above 0 counts as nothing there. */
@@ -94,9 +98,11 @@ typedef struct RlvFoamParticles {
     size_t kind_stride;
     const float *lives; /* shares of their lives that have passed, 0 to 1; NULL for 0 */
     size_t life_stride;
+    const float *velocities; /* three floats each, m/s, by which particles move while the shutter is open; NULL for rest */
+    size_t velocity_stride;
 } RlvFoamParticles;
 
-#define RLV_FOAM_PARTICLES_INIT {sizeof(RlvFoamParticles), 0, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0}
+#define RLV_FOAM_PARTICLES_INIT {sizeof(RlvFoamParticles), 0, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0}
 
 /* The light around as a picture by latitude and longitude, the top row upwards, in scene-linear Rec.709. */
 typedef struct RlvFoamLight {

@@ -17,6 +17,7 @@
 #include "relievo/decal.h"
 #include "relievo/detail.h"
 #include "relievo/device_level.h"
+#include "relievo/diffuse.h"
 #include "relievo/document.h"
 #include "relievo/error.h"
 #include "relievo/evaluate.h"

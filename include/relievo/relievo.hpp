@@ -1688,6 +1688,113 @@ private:
     std::size_t pixels_ = 0;
 };
 
+/// Diffuse particles, an element for each; what Foam::add takes is among it.
+struct DiffuseParticles {
+    std::vector<Float3> positions, velocities;
+    std::vector<std::uint32_t> ids, kinds;
+    std::vector<float> ages, lifetimes, lives;
+
+    /// As foam takes them, while this lives.
+    RlvFoamParticles foam() const {
+        RlvFoamParticles particles = RLV_FOAM_PARTICLES_INIT;
+        particles.count = positions.size();
+        particles.positions = reinterpret_cast<const float *>(positions.data());
+        particles.ids = ids.data();
+        particles.kinds = kinds.data();
+        particles.lives = lives.data();
+        particles.velocities = reinterpret_cast<const float *>(velocities.data());
+        return particles;
+    }
+};
+
+/// The potentials of a fluid's particles, each 0 to 1.
+struct DiffusePotentials {
+    std::vector<float> air, crests, energies;
+};
+
+/// See relievo/diffuse.h.
+class Diffuse : public Reference<RlvDiffuse, rlv_diffuse_retain, rlv_diffuse_release> {
+public:
+    using Reference::Reference;
+
+    static Diffuse create(const Context &context, const RlvDiffuseOptions &options = RLV_DIFFUSE_OPTIONS_INIT,
+                          const RlvDiffuseSettings &settings = RLV_DIFFUSE_SETTINGS_INIT) {
+        Diffuse made;
+        check(rlv_diffuse_create(context.get(), &options, &settings, made.out()));
+        return made;
+    }
+
+    RlvDiffuseInfo info() const {
+        RlvDiffuseInfo found = RLV_DIFFUSE_INFO_INIT;
+        check(rlv_diffuse_info(get(), &found));
+        return found;
+    }
+
+    RlvDiffuseReport advance(const std::vector<Float3> &positions, const std::vector<Float3> &velocities, float seconds,
+                             const Progress &progress = nullptr) const {
+        const RlvDiffuseFluid given = fluid(positions, velocities);
+        RlvDiffuseReport report = RLV_DIFFUSE_REPORT_INIT;
+        Watch watch(progress);
+        watch.check(rlv_diffuse_advance(get(), &given, seconds, &report, watch.callback(), &watch));
+        return report;
+    }
+
+    DiffusePotentials potentials(const std::vector<Float3> &positions, const std::vector<Float3> &velocities) const {
+        const RlvDiffuseFluid given = fluid(positions, velocities);
+        DiffusePotentials found;
+        for (std::vector<float> *values : {&found.air, &found.crests, &found.energies}) {
+            values->resize(positions.size());
+        }
+        RlvDiffusePotentials arrays = RLV_DIFFUSE_POTENTIALS_INIT;
+        arrays.capacity = positions.size();
+        arrays.air = found.air.data();
+        arrays.crests = found.crests.data();
+        arrays.energies = found.energies.data();
+        check(rlv_diffuse_potentials(get(), &given, &arrays));
+        return found;
+    }
+
+    DiffuseParticles particles() const {
+        const std::size_t count = info().count;
+        DiffuseParticles found;
+        found.positions.resize(count);
+        found.velocities.resize(count);
+        found.ids.resize(count);
+        found.kinds.resize(count);
+        for (std::vector<float> *values : {&found.ages, &found.lifetimes, &found.lives}) {
+            values->resize(count);
+        }
+        RlvDiffuseArrays arrays = RLV_DIFFUSE_ARRAYS_INIT;
+        arrays.capacity = count;
+        arrays.positions = reinterpret_cast<float *>(found.positions.data());
+        arrays.velocities = reinterpret_cast<float *>(found.velocities.data());
+        arrays.ids = found.ids.data();
+        arrays.kinds = found.kinds.data();
+        arrays.ages = found.ages.data();
+        arrays.lifetimes = found.lifetimes.data();
+        arrays.lives = found.lives.data();
+        check(rlv_diffuse_get(get(), &arrays));
+        return found;
+    }
+
+    /// Writes what restore continues from, at a time in seconds.
+    void save(const std::string &path, double time) const { check(rlv_diffuse_save(get(), path.c_str(), time)); }
+
+    void restore(const std::string &path) const { check(rlv_diffuse_restore(get(), path.c_str())); }
+
+private:
+    static RlvDiffuseFluid fluid(const std::vector<Float3> &positions, const std::vector<Float3> &velocities) {
+        if (positions.size() != velocities.size()) {
+            throw std::invalid_argument("Diffuse: there are as many velocities as positions");
+        }
+        RlvDiffuseFluid given = RLV_DIFFUSE_FLUID_INIT;
+        given.count = positions.size();
+        given.positions = reinterpret_cast<const float *>(positions.data());
+        given.velocities = reinterpret_cast<const float *>(velocities.data());
+        return given;
+    }
+};
+
 /// Classified pixels and how vectors are compared with them; see relievo/shader.h. Vectors lie one behind the other.
 struct ShaderExamples {
     std::uint32_t feature_count = 1;

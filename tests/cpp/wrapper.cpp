@@ -604,6 +604,30 @@ int main() {
     context.reset_stats();
     CHECK(context.stats().empty());
 
+    // Diffuse particles of two rows of fluid that meet, drawn as foam.
+    std::vector<Float3> fluid_points, fluid_velocities;
+    for (int at = 0; at < 512; ++at) {
+        const int column = at % 16;
+        fluid_points.push_back({0.02f * static_cast<float>(column), 0.02f * static_cast<float>(at / 16 % 4),
+                                0.02f * static_cast<float>(at / 64)});
+        fluid_velocities.push_back({column < 8 ? 4.0f : -4.0f, 0, 0});
+    }
+    const auto diffuse = relievo::Diffuse::create(context);
+    const auto potentials = diffuse.potentials(fluid_points, fluid_velocities);
+    CHECK(potentials.air[7] > 0.5f && potentials.air[0] < 0.5f && potentials.energies[0] > 0.0f);
+    const auto diffused = diffuse.advance(fluid_points, fluid_velocities, 0.04f);
+    const auto drops = diffuse.particles();
+    CHECK(diffused.born > 0 && drops.positions.size() == diffused.born && diffuse.info().frames == 1);
+    RlvFoamView foam_view = RLV_FOAM_VIEW_INIT;
+    foam_view.width = foam_view.height = 4;
+    foam_view.eye[1] = 1;
+    relievo::Foam::create(context, foam_view).add(drops.foam());
+    std::snprintf(name, sizeof name, "wrapper-%p.rlvfluid", static_cast<const void *>(&job));
+    diffuse.save(name, 0.04);
+    const auto continued = relievo::Diffuse::create(context);
+    continued.restore(name);
+    CHECK(continued.info().births == diffused.born && std::remove(name) == 0);
+
     // Grids: a level set of a box and its mesh.
     const std::vector<Float3> box_points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}};
     const auto solid = relievo::Mesh::create(context, box_points, {4, 4, 4, 4, 4, 4},

@@ -811,6 +811,43 @@ class Shaders(unittest.TestCase):
         self.assertLess(mask[~names["inside"]].mean(), 0.1)
 
 
+class DiffuseParticles(unittest.TestCase):
+    def test_foam_is_born_where_blocks_of_fluid_meet(self):
+        context = rl.Context(threads=1)
+        grid = 0.02 * numpy.stack(numpy.meshgrid(*3 * [numpy.arange(8)], indexing="ij"), -1).reshape(-1, 3)
+        positions = numpy.vstack([grid, grid + (0.16, 0, 0)])
+        velocities = numpy.repeat([(4.0, 0, 0), (-4.0, 0, 0)], len(grid), 0)
+        run = rl.Diffuse(context, 0.02, seed=3)
+        potentials = run.potentials(positions, velocities)
+        trapped = potentials["air"] > 0.5
+        self.assertTrue((abs(positions[trapped, 0] - 0.15) < 0.011).all() and trapped.sum() == 2 * 64)
+        report = run.advance(positions, velocities, 0.04)
+        self.assertEqual((run.info.births, run.info.count), (report.born, report.born))
+        self.assertGreater(report.born, 100)
+        found = run.get()
+        self.assertEqual(found["positions"].shape, (report.born, 3))
+        numpy.testing.assert_array_equal(found["ids"], numpy.arange(report.born))
+        foam = rl.Foam(context, (9, 9), (0, 0, 5), (0, 0, 0), up=(0, 1, 0))
+        foam.add(*(found[name] for name in ("positions", "ids", "kinds", "lives")))
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "foam.rlvfluid")
+            run.save(path, 0.04)
+            with rl.Particles.read(context, path) as kept:
+                self.assertEqual((kept.info.count, kept.info.time), (report.born, 0.04))
+            other = rl.Diffuse(context, 0.02, seed=3)
+            other.restore(path)
+        for one in (run, other):
+            one.advance(positions, velocities, 0.04)
+        numpy.testing.assert_array_equal(run.get("positions")["positions"], other.get("positions")["positions"])
+        self.assertEqual([entry.name for entry in rl.diffuse.params()][0], "air_min")
+        with self.assertRaisesRegex(rl.Invalid, "velocities"):
+            run.advance(positions, velocities[:4], 0.04)
+        with self.assertRaisesRegex(rl.Invalid, "bounds"):
+            rl.Diffuse(context, 0.02, bounds=((0, 0, 0), (0, 1, 1)))
+        with self.assertRaises(rl.Cancelled):
+            run.advance(positions, velocities, 0.04, progress=lambda fraction, stage: False)
+
+
 class Devices(unittest.TestCase):
     def test_what_is_listed_can_be_opened_and_let_go(self):
         adapters = rl.adapters()

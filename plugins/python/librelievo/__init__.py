@@ -9,8 +9,8 @@ try:
 except ImportError:
     raise ImportError("librelievo needs NumPy; install it with `python -m pip install numpy`") from None
 
-from . import abi, bake, brush, caster, collider, document, foam, grid, imprint, job, ptex, repair, shader, stroke
-from . import tessellation
+from . import abi, bake, brush, caster, collider, diffuse, document, foam, grid, imprint, job, ptex, repair, shader
+from . import stroke, tessellation
 from .abi import RlvAdapterKind as AdapterKind
 from .abi import RlvBrushAction as BrushAction
 from .abi import RlvChannel as Channel
@@ -34,6 +34,7 @@ from .connection import Connection
 from .context import Context
 from .decal import Decal
 from .detail import Detail
+from .diffuse import Diffuse
 from .document import Document
 from .error import (
     Busy,

@@ -1708,6 +1708,104 @@ class RlvDeviceLevelVulkan(Structure):
     ]
 
 
+class RlvDiffuse(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvDiffuseOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("spacing", c_float),
+        ("gravity", c_float * 3),
+        ("has_bounds", c_uint32),
+        ("low", c_float * 3),
+        ("high", c_float * 3),
+    ]
+
+
+class RlvDiffuseSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("air_min", c_float),
+        ("air_max", c_float),
+        ("crest_min", c_float),
+        ("crest_max", c_float),
+        ("energy_min", c_float),
+        ("energy_max", c_float),
+        ("air_rate", c_float),
+        ("crest_rate", c_float),
+        ("lifetime_min", c_float),
+        ("lifetime_max", c_float),
+        ("spray_below", c_uint32),
+        ("bubbles_above", c_uint32),
+        ("buoyancy", c_float),
+        ("drag", c_float),
+        ("steps", c_uint32),
+        ("most", c_uint32),
+        ("seed", c_uint32),
+    ]
+
+
+class RlvDiffuseFluid(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("count", c_size_t),
+        ("positions", c_float_p),
+        ("position_stride", c_size_t),
+        ("velocities", c_float_p),
+        ("velocity_stride", c_size_t),
+    ]
+
+
+class RlvDiffuseInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("count", c_size_t),
+        ("frames", c_uint64),
+        ("births", c_uint64),
+    ]
+
+
+class RlvDiffuseReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("born", c_uint64),
+        ("gone", c_uint64),
+        ("refused", c_uint64),
+    ]
+
+
+class RlvDiffusePotentials(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("capacity", c_size_t),
+        ("air", c_float_p),
+        ("crests", c_float_p),
+        ("energies", c_float_p),
+    ]
+
+
+class RlvDiffuseArrays(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("capacity", c_size_t),
+        ("positions", c_float_p),
+        ("velocities", c_float_p),
+        ("ids", c_uint32_p),
+        ("kinds", c_uint32_p),
+        ("ages", c_float_p),
+        ("lifetimes", c_float_p),
+        ("lives", c_float_p),
+    ]
+
+
 class RlvDocument(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1935,6 +2033,10 @@ class RlvFoamSettings(Structure):
         ("irradiance_map", c_uint32),
         ("irr_scale", c_float),
         ("filter", c_float),
+        ("aperture", c_float),
+        ("focus", c_float),
+        ("shutter", c_float),
+        ("shutter_samples", c_uint32),
     ]
 
 
@@ -1967,6 +2069,8 @@ class RlvFoamParticles(Structure):
         ("kind_stride", c_size_t),
         ("lives", c_float_p),
         ("life_stride", c_size_t),
+        ("velocities", c_float_p),
+        ("velocity_stride", c_size_t),
     ]
 
 
@@ -2717,6 +2821,13 @@ INIT = {
     RlvLevelUpdate: (ctypes.sizeof(RlvLevelUpdate), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvDeviceLevelInfo: (ctypes.sizeof(RlvDeviceLevelInfo), 0, 0, 0, 0, 0, 0,),
     RlvDeviceLevelVulkan: (ctypes.sizeof(RlvDeviceLevelVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvDiffuseOptions: (ctypes.sizeof(RlvDiffuseOptions), 0.02, (0.0, 0.0, -9.81,), 0, (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,),),
+    RlvDiffuseSettings: (ctypes.sizeof(RlvDiffuseSettings), 5.0, 20.0, 2.0, 8.0, 5.0, 50.0, 4000.0, 4000.0, 2.0, 5.0, 6, 20, 2.0, 0.8, 2, 100000000, 1,),
+    RlvDiffuseFluid: (ctypes.sizeof(RlvDiffuseFluid), 0, 0, None, 0, None, 0,),
+    RlvDiffuseInfo: (ctypes.sizeof(RlvDiffuseInfo), 0, 0, 0, 0,),
+    RlvDiffuseReport: (ctypes.sizeof(RlvDiffuseReport), 0, 0, 0, 0,),
+    RlvDiffusePotentials: (ctypes.sizeof(RlvDiffusePotentials), 0, 0, None, None, None,),
+    RlvDiffuseArrays: (ctypes.sizeof(RlvDiffuseArrays), 0, 0, None, None, None, None, None, None, None,),
     RlvDocumentInfo: (ctypes.sizeof(RlvDocumentInfo), 0, 0, 0, 0,),
     RlvDocumentChanges: (ctypes.sizeof(RlvDocumentChanges), 0, 0, 0, 0,),
     RlvTransferOptions: (ctypes.sizeof(RlvTransferOptions), 0, (0,), 0.0,),
@@ -2728,9 +2839,9 @@ INIT = {
     RlvFluidColliderOptions: (ctypes.sizeof(RlvFluidColliderOptions), 0, 0.0, 0,),
     RlvFluidEmitterOptions: (ctypes.sizeof(RlvFluidEmitterOptions), 0, (0.0, 0.0, 0.0,), (0.0, 0.0, 1.0,), (0.0, 0.0, 0.0,), 0.1, 1.0, 0.0, 0.0, 0.0, None, 0, 0,),
     RlvFluidReport: (ctypes.sizeof(RlvFluidReport), 0, 0.0, 0, 0, 0.0, 0.0, (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), (0.0, 0.0, 0.0,), 0, 0, 0,),
-    RlvFoamSettings: (ctypes.sizeof(RlvFoamSettings), 0.01, 0.05, 1.5, 1.0, 2.25, 1.0, 2.0, 1.0, 2.0, 0.4, 0.5, 1.0, 2.0, 3.0, 1.25, 1.0, 7.0, 3, 0.5, 16, 512, 5.0, 0.5, 1.0, 1, 1.0, 1.5, -0.05, 0.0, 0.0, 0.2, 1, 1.0, 1.5,),
+    RlvFoamSettings: (ctypes.sizeof(RlvFoamSettings), 0.01, 0.05, 1.5, 1.0, 2.25, 1.0, 2.0, 1.0, 2.0, 0.4, 0.5, 1.0, 2.0, 3.0, 1.25, 1.0, 7.0, 3, 0.5, 16, 512, 5.0, 0.5, 1.0, 1, 1.0, 1.5, -0.05, 0.0, 0.0, 0.2, 1, 1.0, 1.5, 0.0, 10.0, 0.0, 8,),
     RlvFoamView: (ctypes.sizeof(RlvFoamView), 0, 0, 0, (0, 0, 0,), (0, 0, 0,), (0, 0, 1,), 0.6, 0, None, None,),
-    RlvFoamParticles: (ctypes.sizeof(RlvFoamParticles), 0, 0, None, 0, None, 0, None, 0, None, 0,),
+    RlvFoamParticles: (ctypes.sizeof(RlvFoamParticles), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
     RlvFoamLight: (ctypes.sizeof(RlvFoamLight), 0, 0, (0, 0, 1,), None,),
     RlvFoamLayers: (ctypes.sizeof(RlvFoamLayers), 0, None, None, None, None, None, None,),
     RlvGridSettings: (ctypes.sizeof(RlvGridSettings), 0.1, 3.0, 0.0, 0.0, 0.0, 0.0, 1, 1,),
@@ -3002,6 +3113,17 @@ FUNCTIONS = {
     "rlv_device_level_clear_motions": (RlvResult, [("level", RlvDeviceLevel)]),
     "rlv_device_level_read": (RlvResult, [("level", RlvDeviceLevel), ("buffers", POINTER(RlvLevelBuffers)), ("out", POINTER(RlvLevelUpdate))]),
     "rlv_device_level_vulkan": (RlvResult, [("level", RlvDeviceLevel), ("out", POINTER(RlvDeviceLevelVulkan))]),
+    "rlv_diffuse_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
+    "rlv_diffuse_create": (RlvResult, [("context", RlvContext), ("options", POINTER(RlvDiffuseOptions)), ("settings", POINTER(RlvDiffuseSettings)), ("out", POINTER(RlvDiffuse))]),
+    "rlv_diffuse_retain": (RlvResult, [("diffuse", RlvDiffuse)]),
+    "rlv_diffuse_release": (RlvResult, [("diffuse", RlvDiffuse)]),
+    "rlv_diffuse_info": (RlvResult, [("diffuse", RlvDiffuse), ("out", POINTER(RlvDiffuseInfo))]),
+    "rlv_diffuse_advance": (RlvResult, [("diffuse", RlvDiffuse), ("fluid", POINTER(RlvDiffuseFluid)), ("seconds", c_float), ("report", POINTER(RlvDiffuseReport)), ("progress", RlvProgress), ("user", c_void_p)]),
+    "rlv_diffuse_potentials": (RlvResult, [("diffuse", RlvDiffuse), ("fluid", POINTER(RlvDiffuseFluid)), ("potentials", POINTER(RlvDiffusePotentials))]),
+    "rlv_diffuse_get": (RlvResult, [("diffuse", RlvDiffuse), ("arrays", POINTER(RlvDiffuseArrays))]),
+    "rlv_diffuse_particles": (RlvResult, [("diffuse", RlvDiffuse), ("time", c_double), ("out", POINTER(RlvParticles))]),
+    "rlv_diffuse_save": (RlvResult, [("diffuse", RlvDiffuse), ("path", c_char_p), ("time", c_double)]),
+    "rlv_diffuse_restore": (RlvResult, [("diffuse", RlvDiffuse), ("path", c_char_p)]),
     "rlv_document_create": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
     "rlv_document_open": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
     "rlv_document_retain": (RlvResult, [("document", RlvDocument)]),

@@ -46,14 +46,15 @@ class Foam(Handle):
         settings = record.fill(abi.RlvFoamSettings, settings)
         super().__init__("rlv_foam_create", context.handle, ctypes.byref(view), ctypes.byref(settings))
 
-    def add(self, positions, ids=None, kinds=None, lives=None):
+    def add(self, positions, ids=None, kinds=None, lives=None, velocities=None):
         """Adds particles at positions (n, 3) in metres, with ids, values of FoamKind, and shares of their lives that have
-        passed, each (n) if it is given."""
+        passed, each (n) if it is given; velocities (n, 3) in m/s move them while the shutter of the settings is open."""
         readings = {
             "positions": ("position_stride", Reading(positions, numpy.float32, 3, "positions")),
             "ids": ("id_stride", Reading(ids, numpy.uint32, 0, "ids")),
             "kinds": ("kind_stride", Reading(kinds, numpy.uint32, 0, "kinds")),
             "lives": ("life_stride", Reading(lives, numpy.float32, 0, "lives")),
+            "velocities": ("velocity_stride", Reading(velocities, numpy.float32, 3, "velocities")),
         }
         particles = record.fill(abi.RlvFoamParticles, {"count": readings["positions"][1].count})
         for name, (stride, reading) in readings.items():

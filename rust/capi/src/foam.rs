@@ -56,6 +56,8 @@ descriptor! {
         kind_stride: usize,
         lives: *const f32,
         life_stride: usize,
+        velocities: *const f32,
+        velocity_stride: usize,
     }
 }
 
@@ -141,6 +143,7 @@ struct Particles {
     ids: Option<Input<u32>>,
     kinds: Option<Input<u32>>,
     lives: Option<Input<f32>>,
+    velocities: Option<Input<[f32; 3]>>,
 }
 
 impl Particles {
@@ -159,6 +162,7 @@ impl Particles {
                 ids: Input::optional("ids", given.ids, count, given.id_stride)?,
                 kinds: Input::optional("kinds", given.kinds, count, given.kind_stride)?,
                 lives: Input::optional("lives", given.lives, count, given.life_stride)?,
+                velocities: Input::optional("velocities", given.velocities.cast(), count, given.velocity_stride)?,
             })
         }
     }
@@ -177,6 +181,11 @@ impl Particles {
         let (position, life) = (self.positions.get(at), self.lives.as_ref().map_or(0.0, |lives| lives.get(at)));
         if !position.iter().chain([&life]).all(|value| value.is_finite()) {
             return Err(Error::invalid(format!("particle {at} is not finite")).at("positions"));
+        }
+        if let Some(velocities) = &self.velocities
+            && !velocities.get(at).iter().all(|value| value.is_finite())
+        {
+            return Err(Error::invalid(format!("the velocity of particle {at} is not finite")).at("velocities"));
         }
         Ok(FoamParticle { position, life, id: self.ids.as_ref().map_or(at as u32, |ids| ids.get(at)), kind })
     }
@@ -256,7 +265,14 @@ entry! {
         (0..count).try_for_each(|at| particles.get(at).map(drop))?;
         for first in (0..count).step_by(CHUNK) {
             let chunk = (first..count.min(first + CHUNK)).map(|at| particles.get(at)).collect::<Result<Vec<_>>>()?;
-            picture.add(&object.context.context, &chunk)?;
+            let context = &object.context.context;
+            match &particles.velocities {
+                Some(velocities) => {
+                    let moving: Vec<_> = (first..first + chunk.len()).map(|at| velocities.get(at)).collect();
+                    picture.add_moving(context, &chunk, &moving)?;
+                }
+                None => picture.add(context, &chunk)?,
+            }
         }
         Ok(())
     }

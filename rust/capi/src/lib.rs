@@ -28,6 +28,7 @@ pub mod context;
 pub mod decal;
 pub mod detail;
 pub mod device_level;
+pub mod diffuse;
 pub mod document;
 pub mod error;
 pub mod evaluate;

@@ -20,7 +20,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-pub const NOUNS: [&str; 31] = [
+pub const NOUNS: [&str; 32] = [
     "nothing",
     "context",
     "mesh",
@@ -52,6 +52,7 @@ pub const NOUNS: [&str; 31] = [
     "tissue",
     "tissue simulation",
     "client",
+    "diffuse",
 ];
 
 /// Defines the handle type of a noun.

@@ -29,6 +29,7 @@ use relievo::decal::*;
 use relievo::stroke::*;
 use relievo::level::*;
 use relievo::device_level::*;
+use relievo::diffuse::*;
 use relievo::document::*;
 use relievo::fluid::*;
 use relievo::foam::*;
@@ -489,6 +490,25 @@ function!(rlv_device_level_set_time: unsafe extern "C" fn(RlvDeviceLevel, f64, *
 function!(rlv_device_level_clear_motions: unsafe extern "C" fn(RlvDeviceLevel) -> RlvResult);
 function!(rlv_device_level_read: unsafe extern "C" fn(RlvDeviceLevel, *const RlvLevelBuffers, *mut RlvLevelUpdate) -> RlvResult);
 function!(rlv_device_level_vulkan: unsafe extern "C" fn(RlvDeviceLevel, *mut RlvDeviceLevelVulkan) -> RlvResult);
+layout!(RlvDiffuse: 8, 8);
+layout!(RlvDiffuseOptions: 48, 4);
+layout!(RlvDiffuseSettings: 72, 4);
+layout!(RlvDiffuseFluid: 48, 8);
+layout!(RlvDiffuseInfo: 32, 8);
+layout!(RlvDiffuseReport: 32, 8);
+layout!(RlvDiffusePotentials: 40, 8);
+layout!(RlvDiffuseArrays: 72, 8);
+function!(rlv_diffuse_params: unsafe extern "C" fn(*mut *const RlvParameter, *mut usize) -> RlvResult);
+function!(rlv_diffuse_create: unsafe extern "C" fn(RlvContext, *const RlvDiffuseOptions, *const RlvDiffuseSettings, *mut RlvDiffuse) -> RlvResult);
+function!(rlv_diffuse_retain: unsafe extern "C" fn(RlvDiffuse) -> RlvResult);
+function!(rlv_diffuse_release: unsafe extern "C" fn(RlvDiffuse) -> RlvResult);
+function!(rlv_diffuse_info: unsafe extern "C" fn(RlvDiffuse, *mut RlvDiffuseInfo) -> RlvResult);
+function!(rlv_diffuse_advance: unsafe extern "C" fn(RlvDiffuse, *const RlvDiffuseFluid, f32, *mut RlvDiffuseReport, RlvProgress, *mut c_void) -> RlvResult);
+function!(rlv_diffuse_potentials: unsafe extern "C" fn(RlvDiffuse, *const RlvDiffuseFluid, *const RlvDiffusePotentials) -> RlvResult);
+function!(rlv_diffuse_get: unsafe extern "C" fn(RlvDiffuse, *const RlvDiffuseArrays) -> RlvResult);
+function!(rlv_diffuse_particles: unsafe extern "C" fn(RlvDiffuse, f64, *mut RlvParticles) -> RlvResult);
+function!(rlv_diffuse_save: unsafe extern "C" fn(RlvDiffuse, *const c_char, f64) -> RlvResult);
+function!(rlv_diffuse_restore: unsafe extern "C" fn(RlvDiffuse, *const c_char) -> RlvResult);
 layout!(RlvDocument: 8, 8);
 layout!(RlvDocumentInfo: 32, 8);
 layout!(RlvDocumentChanges: 32, 8);
@@ -576,9 +596,9 @@ layout!(RlvFoam: 8, 8);
 constant!(RLV_FOAM_SPRAY = 0);
 constant!(RLV_FOAM_FLOAT = 1);
 constant!(RLV_FOAM_BUBBLE = 2);
-layout!(RlvFoamSettings: 140, 4);
+layout!(RlvFoamSettings: 156, 4);
 layout!(RlvFoamView: 120, 8);
-layout!(RlvFoamParticles: 80, 8);
+layout!(RlvFoamParticles: 96, 8);
 layout!(RlvFoamLight: 32, 8);
 layout!(RlvFoamLayers: 56, 8);
 function!(rlv_foam_params: unsafe extern "C" fn(*mut *const RlvParameter, *mut usize) -> RlvResult);
@@ -1840,6 +1860,80 @@ pub fn offsets(list: &mut Offsets) {
         wedge_values: u64 = 80,
         face_values: u64 = 88,
     });
+    fields!(list, RlvDiffuse {
+        id: u64 = 0,
+    });
+    fields!(list, RlvDiffuseOptions {
+        struct_size: u32 = 0,
+        spacing: f32 = 4,
+        gravity: [f32; 3] = 8,
+        has_bounds: u32 = 20,
+        low: [f32; 3] = 24,
+        high: [f32; 3] = 36,
+    });
+    fields!(list, RlvDiffuseSettings {
+        struct_size: u32 = 0,
+        air_min: f32 = 4,
+        air_max: f32 = 8,
+        crest_min: f32 = 12,
+        crest_max: f32 = 16,
+        energy_min: f32 = 20,
+        energy_max: f32 = 24,
+        air_rate: f32 = 28,
+        crest_rate: f32 = 32,
+        lifetime_min: f32 = 36,
+        lifetime_max: f32 = 40,
+        spray_below: u32 = 44,
+        bubbles_above: u32 = 48,
+        buoyancy: f32 = 52,
+        drag: f32 = 56,
+        steps: u32 = 60,
+        most: u32 = 64,
+        seed: u32 = 68,
+    });
+    fields!(list, RlvDiffuseFluid {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        count: usize = 8,
+        positions: *const f32 = 16,
+        position_stride: usize = 24,
+        velocities: *const f32 = 32,
+        velocity_stride: usize = 40,
+    });
+    fields!(list, RlvDiffuseInfo {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        count: usize = 8,
+        frames: u64 = 16,
+        births: u64 = 24,
+    });
+    fields!(list, RlvDiffuseReport {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        born: u64 = 8,
+        gone: u64 = 16,
+        refused: u64 = 24,
+    });
+    fields!(list, RlvDiffusePotentials {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        capacity: usize = 8,
+        air: *mut f32 = 16,
+        crests: *mut f32 = 24,
+        energies: *mut f32 = 32,
+    });
+    fields!(list, RlvDiffuseArrays {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        capacity: usize = 8,
+        positions: *mut f32 = 16,
+        velocities: *mut f32 = 24,
+        ids: *mut u32 = 32,
+        kinds: *mut u32 = 40,
+        ages: *mut f32 = 48,
+        lifetimes: *mut f32 = 56,
+        lives: *mut f32 = 64,
+    });
     fields!(list, RlvDocument {
         id: u64 = 0,
     });
@@ -2021,6 +2115,10 @@ pub fn offsets(list: &mut Offsets) {
         irradiance_map: u32 = 128,
         irr_scale: f32 = 132,
         filter: f32 = 136,
+        aperture: f32 = 140,
+        focus: f32 = 144,
+        shutter: f32 = 148,
+        shutter_samples: u32 = 152,
     });
     fields!(list, RlvFoamView {
         struct_size: u32 = 0,
@@ -2047,6 +2145,8 @@ pub fn offsets(list: &mut Offsets) {
         kind_stride: usize = 56,
         lives: *const f32 = 64,
         life_stride: usize = 72,
+        velocities: *const f32 = 80,
+        velocity_stride: usize = 88,
     });
     fields!(list, RlvFoamLight {
         struct_size: u32 = 0,
@@ -2820,6 +2920,37 @@ pub const INITIAL: &[Initial] = &[
         ("uint64_t wedge_values", 0.0),
         ("uint64_t face_values", 0.0),
     ] },
+    Initial { header: "diffuse.h", name: "RlvDiffuseSettings", initializer: "RLV_DIFFUSE_SETTINGS_INIT", fields: &[
+        ("float air_min", 5.0),
+        ("float air_max", 20.0),
+        ("float crest_min", 2.0),
+        ("float crest_max", 8.0),
+        ("float energy_min", 5.0),
+        ("float energy_max", 50.0),
+        ("float air_rate", 4000.0),
+        ("float crest_rate", 4000.0),
+        ("float lifetime_min", 2.0),
+        ("float lifetime_max", 5.0),
+        ("uint32_t spray_below", 6.0),
+        ("uint32_t bubbles_above", 20.0),
+        ("float buoyancy", 2.0),
+        ("float drag", 0.8),
+        ("uint32_t steps", 2.0),
+        ("uint32_t most", 100000000.0),
+        ("uint32_t seed", 1.0),
+    ] },
+    Initial { header: "diffuse.h", name: "RlvDiffuseInfo", initializer: "RLV_DIFFUSE_INFO_INIT", fields: &[
+        ("uint32_t reserved", 0.0),
+        ("size_t count", 0.0),
+        ("uint64_t frames", 0.0),
+        ("uint64_t births", 0.0),
+    ] },
+    Initial { header: "diffuse.h", name: "RlvDiffuseReport", initializer: "RLV_DIFFUSE_REPORT_INIT", fields: &[
+        ("uint32_t reserved", 0.0),
+        ("uint64_t born", 0.0),
+        ("uint64_t gone", 0.0),
+        ("uint64_t refused", 0.0),
+    ] },
     Initial { header: "document.h", name: "RlvDocumentInfo", initializer: "RLV_DOCUMENT_INFO_INIT", fields: &[
         ("uint32_t is_open", 0.0),
         ("size_t undo_count", 0.0),
@@ -2880,6 +3011,10 @@ pub const INITIAL: &[Initial] = &[
         ("uint32_t irradiance_map", 1.0),
         ("float irr_scale", 1.0),
         ("float filter", 1.5),
+        ("float aperture", 0.0),
+        ("float focus", 10.0),
+        ("float shutter", 0.0),
+        ("uint32_t shutter_samples", 8.0),
     ] },
     Initial { header: "grid.h", name: "RlvGridSettings", initializer: "RLV_GRID_SETTINGS_INIT", fields: &[
         ("float voxel", 0.1),
@@ -3121,6 +3256,13 @@ pub const NAMES: &[&str] = &[
     "RLV_DEVICE_GPU",
     "RLV_DEVICE_LEVEL_INFO_INIT",
     "RLV_DEVICE_LEVEL_VULKAN_INIT",
+    "RLV_DIFFUSE_ARRAYS_INIT",
+    "RLV_DIFFUSE_FLUID_INIT",
+    "RLV_DIFFUSE_INFO_INIT",
+    "RLV_DIFFUSE_OPTIONS_INIT",
+    "RLV_DIFFUSE_POTENTIALS_INIT",
+    "RLV_DIFFUSE_REPORT_INIT",
+    "RLV_DIFFUSE_SETTINGS_INIT",
     "RLV_DOCUMENT_CHANGES_INIT",
     "RLV_DOCUMENT_INFO_INIT",
     "RLV_DOMAIN_CORNER",
