@@ -1,10 +1,12 @@
 //! `relievo foam`
 
 mod composite;
+mod export;
 mod generate;
 mod info;
 mod picture;
 mod render;
+mod source;
 
 use clap::Subcommand;
 
@@ -31,6 +33,9 @@ enum Task {
         after_help = "Example: relievo foam composite foam/0040.rlvfluid --picture water.exr --eye 3,-3,2 --target 0,0,0 -o wave.png"
     )]
     Composite(composite::Arguments),
+    /// Writes foam for other renderers: a density file for media of POV-Ray, or particles with radii.
+    #[command(after_help = "Example: relievo foam export foam/0040.rlvfluid -o foam.df3 --cell 0.02")]
+    Export(export::Arguments),
     /// Lists the particles of frames by type, or the settings of pictures.
     #[command(after_help = "Example: relievo foam info foam")]
     Info(info::Arguments),
@@ -41,6 +46,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Task::Generate(arguments) => generate::run(arguments),
         Task::Render(arguments) => render::run(arguments),
         Task::Composite(arguments) => composite::run(arguments),
+        Task::Export(arguments) => export::run(arguments),
         Task::Info(arguments) => info::run(arguments),
     }
 }

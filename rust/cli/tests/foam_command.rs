@@ -66,7 +66,86 @@ fn foam_of_a_dam_is_made_resumed_rendered_and_composited() {
     assert!(!missing.status.success(), "{missing:?}");
     let unknown = composite(&["--set", "rho_mop=2"]);
     assert!(String::from_utf8_lossy(&unknown.stderr).contains("rho_mod"), "{unknown:?}");
+    check_exports(at, last["particles"].as_u64().unwrap());
     assert!(!relievo(at, &["foam", "render", "frames/0008.rlvfluid", "-o", "a.txt"]).status.success());
     assert!(done(at, &["foam", "info", "--settings"]).contains("ao_max_occl_dist"));
     assert!(!relievo(at, &["foam", "info", "frames"]).status.success());
+}
+
+/// Exports the last frame of a folder for other renderers and reads the files again.
+fn check_exports(at: &Path, count: u64) {
+    let export = |more: &[&str]| relievo(at, &[&["foam", "export", "foam/0008.rlvfluid"], more].concat());
+    let radius = ["--set", "radius=0.03"];
+    assert!(export(&[&["-o", "all.df3", "--cell", "0.05"], &radius[..]].concat()).status.success());
+    let (file, declared) =
+        (std::fs::read(at.join("all.df3")).unwrap(), std::fs::read_to_string(at.join("all.inc")).unwrap());
+    let sizes: Vec<_> = file[..6].chunks(2).map(|size| usize::from(u16::from_be_bytes([size[0], size[1]]))).collect();
+    assert_eq!(file.len(), 6 + 2 * sizes.iter().product::<usize>());
+    // The greatest value is full, and its coefficient is declared. Together they are the cross sections of the particles.
+    let values = file[6..].chunks(2).map(|value| f64::from(u16::from_be_bytes([value[0], value[1]])) / 65_535.0);
+    assert_eq!(values.clone().fold(0.0, f64::max), 1.0);
+    let most: f64 = declared.split_once("rgb ").unwrap().1.split(' ').next().unwrap().parse().unwrap();
+    let sections = values.sum::<f64>() * most * 0.05f64.powi(3);
+    // Sizes are r/1 to r/5, so that the mean of squares is 0.29 of r² without lifetimes and bubbles.
+    let greatest = count as f64 * std::f64::consts::PI * 0.03 * 0.03;
+    assert!((0.05..0.33).contains(&(sections / greatest)), "{sections} {greatest}");
+    assert!(declared.contains("density_file df3 \"all.df3\""), "{declared}");
+
+    let all = export(&[&["-o", "all.ply"], &radius[..]].concat());
+    assert!(String::from_utf8_lossy(&all.stdout).contains(&format!("{count} particles")), "{all:?}");
+    let context = relievo_core::Context::serial();
+    let mut found = 0;
+    for (kind, number) in [("spray", 0.0), ("foam", 1.0), ("bubbles", 2.0)] {
+        assert!(export(&[&["-o", "some.ply", "--kind", kind], &radius[..]].concat()).status.success());
+        let some = relievo_particleio::read(&context, &at.join("some.ply")).unwrap().particles;
+        let types = &some.channel("type").unwrap().values;
+        assert!(types.iter().all(|value| *value == number), "{kind}");
+        let radii = &some.channel("radius").unwrap().values;
+        let greatest = if kind == "bubbles" { 0.015 } else { 0.03 };
+        assert!(radii.iter().all(|value| *value <= greatest && *value >= 0.2 * greatest - 1e-6), "{kind}");
+        found += some.points.len() as u64;
+    }
+    assert_eq!(found, count);
+    for wrong in [["-o", "a.df3", "--cell", "0"], ["-o", "a.df3", "--cell", "1e-6"], ["-o", "a.txt", "--cell", "1"]] {
+        assert!(!export(&wrong).status.success(), "{wrong:?}");
+    }
+}
+
+#[test]
+fn foam_of_a_scene_is_laid_over_its_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    std::fs::write(at.join("dam.toml"), DAM).unwrap();
+    done(at, &["fluid", "sim", "dam.toml", "-o", "frames", "--format", "ply"]);
+    let scene = |more: &str| {
+        format!(
+            "version = 1\n[meshes.water]\nsequence = \"frames/%04d.ply\"\ncount = 9\n[objects.water]\nmesh = \"water\"\n\
+             dielectric = {{ index = 1.333 }}\n[camera]\nposition = [2.5, -1.5, 1.4]\ntarget = [0.6, 0.15, 0.3]\n\
+             [output]\nframes = 9\nwidth = 64\nheight = 48\n[objects.water.fluid]\nspacing = 0.05\n{more}"
+        )
+    };
+    const FOAM: &str = "[objects.water.fluid.foam]\nair_min = 0.5\nair_max = 5\nenergy_min = 0.5\nenergy_max = 5\n\
+        air_rate = 300\ncrest_rate = 300\n[objects.water.fluid.foam.look]\nradius = 0.03\n";
+    let run = |name: &str, text: &str, more: &[&str]| {
+        std::fs::write(at.join("scene.toml"), text).unwrap();
+        relievo(at, &[&["run", "scene.toml", "--out", name], more].concat())
+    };
+    let picture = |name: &str, frame: u32| std::fs::read(at.join(format!("{name}/beauty-{frame:06}.png"))).unwrap();
+    let ran = run("with", &scene(FOAM), &[]);
+    assert!(ran.status.success(), "{ran:?}");
+    assert!(run("without", &scene(""), &[]).status.success());
+    assert!(run("meshed", &scene(&format!("cell = 0.5\n{FOAM}")), &[]).status.success());
+    assert!(run("plain", &scene("cell = 0.5\n"), &[]).status.success());
+    // Foam is born on the way, and the solids' depths leave the fluid as it was.
+    for (with, without) in [("with", "without"), ("meshed", "plain")] {
+        assert!(picture(with, 0) == picture(without, 0) && picture(with, 8) != picture(without, 8), "{with}");
+    }
+    let refused = |text: &str, says: &str| {
+        let done = run("refused", text, &[]);
+        let told = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert!(!done.status.success() && told.contains(says), "{says}: {told}");
+    };
+    refused(&scene(&FOAM.replace("air_rate = 300", "air_rat = 300")), "air_rate");
+    refused(&scene(&FOAM.replace("air_max = 5", "air_max = 0.1")), "air_max");
+    refused(&scene(FOAM).replace("sequence = \"frames/%04d.ply\"\ncount = 9", "file = \"frames/0004.ply\""), "sequence");
 }

@@ -103,6 +103,14 @@ impl Assets {
         &self.list[index].files
     }
 
+    /// Returns the files of a mesh, one for each frame; `None` if it is not a sequence.
+    pub fn sequence(&self, index: usize) -> Option<&[PathBuf]> {
+        match &self.list[index].motion {
+            Motion::Sequence { paths, .. } => Some(paths),
+            _ => None,
+        }
+    }
+
     /// The points of a mesh at `time` seconds, `fps` frames a second; between files of a sequence they move evenly,
     /// or stay where there are not as many in both.
     pub fn points(&mut self, context: &Context, index: usize, time: f64, fps: f64) -> Result<Vec<[f32; 3]>> {

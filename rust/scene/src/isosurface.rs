@@ -9,6 +9,7 @@ use relievo_render::{Dielectric, Implicit, ImplicitHit, ImplicitRay, ImplicitTra
 
 use crate::description::ObjectEntry;
 use crate::diagnostic::Diagnostic;
+use crate::foam::{FoamEntry, read_foam};
 pub use crate::povray_fluid::PovrayForm;
 use crate::reader::{Name, Reader, Table};
 
@@ -23,6 +24,8 @@ pub struct FluidEntry {
     pub cell: Option<f32>,
     /// What scenes for POV-Ray have of it.
     pub povray: PovrayForm,
+    /// Its foam; `None` if it has none.
+    pub foam: Option<FoamEntry>,
 }
 
 impl FluidEntry {
@@ -114,7 +117,8 @@ pub(crate) fn read_fluid(reader: &mut Reader, name: &Name, table: Table) -> Opti
         "df3" => PovrayForm::Grid,
         _ => PovrayForm::Mesh,
     };
-    Some(FluidEntry { function, spacing: spacing as f32, cell, povray })
+    let foam = read_foam(reader, table);
+    Some(FluidEntry { function, spacing: spacing as f32, cell, povray, foam })
 }
 
 pub(crate) fn read_dielectric(reader: &mut Reader, table: Table) -> Option<Dielectric> {

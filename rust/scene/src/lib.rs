@@ -9,6 +9,7 @@ pub mod cache;
 mod coat;
 mod decals;
 pub mod description;
+pub mod df3;
 pub mod diagnostic;
 mod documents;
 pub mod export;

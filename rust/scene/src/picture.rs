@@ -11,6 +11,7 @@ use relievo_tiles::triangle::TriangleBlock;
 use crate::bake::Change;
 use crate::coat::Coat;
 use crate::description::{CameraEntry, Scene, Up, View};
+use crate::foam::Overlay;
 use crate::tessellation::{self, Rates};
 use crate::triangles;
 use crate::world::{Item, World};
@@ -26,6 +27,7 @@ pub struct Studio {
     stage: Stage,
     objects: Vec<Shown>,
     automatic: View,
+    overlay: Overlay,
 }
 
 struct Shown {
@@ -61,6 +63,7 @@ impl Studio {
             },
             objects: Vec::new(),
             automatic: automatic_view(&world.scene, world.start_bounds()),
+            overlay: Overlay::new(world)?,
         };
         for (index, item) in world.items().iter().enumerate() {
             let entry = &world.scene.objects[index];
@@ -247,11 +250,44 @@ impl Studio {
             _ => {}
         }
         let mut frame = context.stats().time("render", || self.stage.render(context, &view))?;
+        if kind == "beauty" && !self.overlay.is_empty() {
+            let number = (time * scene.fps).round() as usize;
+            self.draw_foam(context, world, (&view, number), &mut frame)?;
+        }
         if kind == "tiles" {
             let entries = TAGS.map(|(text, hex)| (render::color::from_hex(hex), text));
             render::draw_legend(&mut frame.color, &entries);
         }
         Ok(frame)
+    }
+}
+
+impl Studio {
+    /// Lays the foam of fluids at a frame of the scene over its picture.
+    fn draw_foam(
+        &mut self,
+        context: &Context,
+        world: &World,
+        (view, number): (&render::View, usize),
+        frame: &mut render::Frame,
+    ) -> Result<()> {
+        let ids: Vec<_> = self.objects.iter().map(|shown| shown.id).collect();
+        let fluids = world.scene.objects.iter().zip(&ids).filter(|(entry, _)| entry.fluid.is_some());
+        let fluids: Vec<_> = fluids.filter_map(|(_, id)| *id).collect();
+        let solids = match &mut self.stage {
+            Stage::Rays(scene) => scene.render_without(context, &fluids, &view.for_depths())?.depth,
+            // A device draws all objects at once, so solids behind a fluid are left out.
+            Stage::Device(_) => {
+                let mut depth = frame.depth.clone();
+                for (value, seen) in depth.data_mut().iter_mut().zip(&frame.object) {
+                    if fluids.iter().any(|id| id.number() == *seen) {
+                        *value = f32::INFINITY;
+                    }
+                }
+                depth
+            }
+        };
+        self.overlay.draw(context, (view, number), &ids, &solids, frame)
     }
 }
 

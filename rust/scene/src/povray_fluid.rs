@@ -9,6 +9,7 @@ use std::path::Path;
 use relievo_core::{Context, Error, Result};
 use relievo_fluid::{Surface, SurfaceFunction};
 
+use crate::df3::write_df3;
 use crate::isosurface::FluidEntry;
 
 /// What scenes for POV-Ray have of a fluid.
@@ -128,13 +129,8 @@ impl Grid {
         Ok(Self { file: String::new(), size, low, cell, values: layers.concat() })
     }
 
-    /// Writes the file of values: three sizes, then the values, column after column, all big-endian.
+    /// Writes the file of values.
     pub fn store(&self, path: &Path) -> Result<()> {
-        relievo_core::file::store(path, |out| {
-            for along in self.size {
-                out.write_all(&(along as u16).to_be_bytes())?;
-            }
-            self.values.iter().try_for_each(|value| out.write_all(&value.to_be_bytes()))
-        })
+        write_df3(path, self.size, &self.values)
     }
 }

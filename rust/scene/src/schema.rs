@@ -384,8 +384,27 @@ pub static FLUID: Section = Section {
             "",
             "What scenes for POV-Ray have: a mesh, a blob for each particle, or a grid of values and its isosurface",
         ),
+        key("foam", Kind::Table(&FOAM), "", "", "Spray, foam and bubbles over pictures, made from the mesh's sequence"),
     ],
     parameters: &[],
+};
+
+/// `[objects.NAME.fluid.foam]`
+pub static FOAM: Section = Section {
+    name: "objects.NAME.fluid.foam",
+    help: "Spray, foam and bubbles of a fluid: generated from the files of the mesh's sequence, which have velocities or \
+           numbers of their particles, and laid over pictures of kind `beauty`",
+    keys: &[key("look", Kind::Table(&FOAM_LOOK), "", "", "How particles are drawn")],
+    parameters: relievo_fluid::DiffuseSettings::PARAMETERS,
+};
+
+/// `[objects.NAME.fluid.foam.look]`
+pub static FOAM_LOOK: Section = Section {
+    name: "objects.NAME.fluid.foam.look",
+    help: "How foam is drawn in screen space; lengths are in scene units. Without `radius`, particles have half of the \
+           fluid's spacing",
+    keys: &[],
+    parameters: relievo_render::foam::FoamSettings::PARAMETERS,
 };
 
 /// `[objects.NAME.dielectric]`
@@ -1010,6 +1029,8 @@ pub fn sections() -> Vec<&'static Section> {
         &DECAY,
         &TRACES,
         &FLUID,
+        &FOAM,
+        &FOAM_LOOK,
         &DIELECTRIC,
         &BODY,
         &KEYFRAME,

@@ -328,6 +328,11 @@ impl World {
         self.assets.mesh(self.scene.cage_of(&self.scene.objects[object]))
     }
 
+    /// Returns the files of the mesh of an object, one for each frame; `None` if it is not a sequence.
+    pub fn sequence(&self, object: usize) -> Option<&[PathBuf]> {
+        self.assets.sequence(self.scene.cage_of(self.scene.objects.get(object)?))
+    }
+
     /// Names of the material slots of an object's mesh or cage.
     pub fn materials(&self, object: usize) -> &[String] {
         self.assets.materials(self.scene.cage_of(&self.scene.objects[object]))

@@ -11,6 +11,7 @@ use relievo_render::foam::{FoamView, Lens, Scenery};
 use relievo_render::{Camera, Image, Lights, Picture};
 
 use super::picture::{Options, summary};
+use super::source::Source;
 use crate::Outcome;
 use crate::limits::Limits;
 use crate::numbers::vector;
@@ -64,7 +65,7 @@ enum DepthOf {
 pub fn run(arguments: &Arguments) -> Outcome {
     arguments.options.check()?;
     let context = arguments.limits.context()?;
-    let foam = crate::fluid::read(&context, &arguments.foam)?;
+    let mut foam = Source::open(&context, &arguments.foam)?;
     let picture = Picture::read(&arguments.picture, context.memory_limit())?;
     let scenery = arguments.scenery(&context, picture.depth)?;
     let Arguments { eye, target, up, fov, orthographic, .. } = *arguments;
@@ -75,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         height: picture.color.height(),
     };
     let start = Instant::now();
-    let layers = arguments.options.layers(&context, &foam, view, &scenery, &Lights::default())?;
+    let layers = arguments.options.layers(&context, &mut foam, view, &scenery, &Lights::default())?;
     arguments.options.write(&context, arguments.options.output(), &picture.color, &layers)?;
     crate::print(&summary(&foam, &layers, start.elapsed().as_secs_f64()))?;
     Ok(ExitCode::SUCCESS)

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Result};
-use relievo_particleio::Particles;
 use relievo_render as render;
 use relievo_render::Image;
 use relievo_render::foam::{Environment, Foam, FoamLayers, FoamSettings, FoamView, Scenery};
 use relievo_scene::foam::add_frame;
 
+use super::source::Source;
 use crate::bar::Bar;
 
 #[derive(clap::Args)]
@@ -19,12 +19,31 @@ pub struct Options {
     /// A file for the layers alone: intensity, thickness, depth, normals, occlusion and irradiance.
     #[arg(long, value_name = "FILE.exr")]
     layers: Option<PathBuf>,
-    /// Changes a setting; `relievo foam info --settings` lists all settings. May be repeated.
-    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true)]
-    settings: Vec<(String, f64)>,
+    #[command(flatten)]
+    settings: Settings,
     /// The light around as a picture by latitude and longitude, .exr or .png, z up; left out, the sky and the sun.
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
+}
+
+/// The settings of foam.
+#[derive(clap::Args)]
+pub struct Settings {
+    /// Changes a setting; `relievo foam info --settings` lists all settings. May be repeated.
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = setting, allow_hyphen_values = true)]
+    changes: Vec<(String, f64)>,
+}
+
+impl Settings {
+    /// Returns the settings for a frame: particles have half of the fluid's spacing as their radius unless it is set.
+    pub fn of(&self, source: &Source) -> Result<FoamSettings> {
+        let mut settings = FoamSettings::default();
+        if let Some(spacing) = source.spacing() {
+            settings.set("radius", 0.5 * f64::from(spacing))?;
+        }
+        self.changes.iter().try_for_each(|(name, value)| settings.set(name, *value))?;
+        Ok(settings)
+    }
 }
 
 fn setting(text: &str) -> std::result::Result<(String, f64), String> {
@@ -34,21 +53,11 @@ fn setting(text: &str) -> std::result::Result<(String, f64), String> {
 }
 
 impl Options {
-    /// Returns the settings for a frame: particles have half of the fluid's spacing as their radius unless it is set.
-    fn settings(&self, particles: &Particles) -> Result<FoamSettings> {
-        let mut settings = FoamSettings::default();
-        if let Some(spacing) = particles.spacing {
-            settings.set("radius", 0.5 * f64::from(spacing))?;
-        }
-        self.settings.iter().try_for_each(|(name, value)| settings.set(name, *value))?;
-        Ok(settings)
-    }
-
     /// Returns the layers of a frame.
     pub fn layers(
         &self,
         context: &Context,
-        particles: &Particles,
+        source: &mut Source,
         view: FoamView,
         scenery: &Scenery,
         lights: &render::Lights,
@@ -61,8 +70,8 @@ impl Options {
             }
             None => Environment::of_lights(lights)?,
         };
-        let mut foam = Foam::new(context, self.settings(particles)?, view, scenery)?;
-        add_frame(context, &mut foam, particles)?;
+        let mut foam = Foam::new(context, self.settings.of(source)?, view, scenery)?;
+        source.for_each(|particles| add_frame(context, &mut foam, particles))?;
         foam.finish(context, &environment, &mut Bar::new())
     }
 
@@ -121,12 +130,12 @@ impl Options {
 }
 
 /// Returns one line on the particles and the pixels of foam.
-pub fn summary(particles: &Particles, layers: &FoamLayers, seconds: f64) -> String {
+pub fn summary(source: &Source, layers: &FoamLayers, seconds: f64) -> String {
     let covered = layers.intensity().iter().filter(|intensity| **intensity > 0.0).count();
     let [width, height] = layers.size();
     let share = 100.0 * covered as f64 / (f64::from(width) * f64::from(height));
     format!(
         "{} particles of foam in {share:.1} % of {width} × {height} pixels, {seconds:.2} s\n",
-        particles.points.len()
+        source.count()
     )
 }

@@ -6,7 +6,6 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DAffine3, DVec3};
-use relievo_core::parameter::Switch;
 use relievo_core::{Context, Error, Result};
 use relievo_fluid::{March, Motion, RayCaster, Surface};
 use relievo_particleio::Particles;
@@ -16,6 +15,7 @@ use relievo_render::{Dielectric, Frame, Image, Material, Scene, View};
 use relievo_scene::isosurface::Isosurface;
 
 use super::picture::{Options, summary};
+use super::source::Source;
 use crate::Outcome;
 use crate::fluid::{add_floor, bar, bounds, chunk, ends, needs_folder};
 use crate::limits::Limits;
@@ -99,14 +99,17 @@ fn one(
     output: &Path,
     around: Option<(DVec3, DVec3)>,
 ) -> Result<String> {
-    let foam = crate::fluid::read(context, foam)?;
+    let mut foam = Source::open(context, foam)?;
     let fluid = fluid.map(|path| crate::fluid::read(context, path)).transpose()?;
-    let seen = fluid.as_ref().filter(|fluid| !fluid.points.is_empty()).unwrap_or(&foam);
-    let (low, high) = around.map_or_else(|| bounds(std::slice::from_ref(seen)), Ok)?;
+    let (low, high) = match (around, fluid.as_ref().filter(|fluid| !fluid.points.is_empty())) {
+        (Some(around), _) => around,
+        (None, Some(fluid)) => bounds(std::slice::from_ref(fluid))?,
+        (None, None) => foam.bounds()?,
+    };
     let view = arguments.viewpoint.view((low, high), arguments.sun, arguments.samples)?;
     let stage = Stage::new(context, arguments, fluid, (low, high))?;
     let picture = stage.render(context, Parts::All, &view)?.color;
-    let depth = |parts: Parts| -> Result<Image> { Ok(stage.render(context, parts, &plain(&view))?.depth) };
+    let depth = |parts: Parts| -> Result<Image> { Ok(stage.render(context, parts, &view.for_depths())?.depth) };
     let scenery = Scenery {
         solids: Some(depth(Parts::Solids)?),
         fluid: stage.surface.is_some().then(|| depth(Parts::Fluid)).transpose()?,
@@ -114,19 +117,9 @@ fn one(
     let [width, height] = arguments.viewpoint.size;
     let from = FoamView { camera: view.camera, lens: Lens::Perspective, width, height };
     let start = Instant::now();
-    let layers = arguments.picture.layers(context, &foam, from, &scenery, &view.lights)?;
+    let layers = arguments.picture.layers(context, &mut foam, from, &scenery, &view.lights)?;
     arguments.picture.write(context, output, &picture, &layers)?;
     Ok(summary(&foam, &layers, start.elapsed().as_secs_f64()))
-}
-
-/// Returns a view with no more than depths need.
-fn plain(view: &View) -> View {
-    let mut plain = view.clone();
-    plain.settings.samples = 1;
-    plain.settings.sky_rays = 0;
-    plain.settings.sky_filter = 0;
-    plain.settings.shadows = Switch::OFF;
-    plain
 }
 
 /// Which objects are rendered.

@@ -1,0 +1,127 @@
+//! The foam of a fluid over the frames of a scene, in metres of the world.
+
+use std::path::PathBuf;
+
+use glam::{DAffine3, DVec3};
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Error, Result};
+use relievo_fluid::{Diffuse, DiffuseKind, DiffuseOptions, FluidFrame, positions_and_velocities};
+use relievo_particleio::{Particles, read};
+use relievo_render::foam::{Foam, FoamKind, FoamParticle, FoamSettings};
+
+use super::FoamEntry;
+use crate::world::World;
+
+/// Particles that are converted at a time, so that a frame is not in memory twice.
+const CHUNK: usize = 1 << 18;
+
+/// The foam of a fluid after a frame.
+#[derive(Debug)]
+pub struct FoamRun {
+    options: DiffuseOptions,
+    look: FoamSettings,
+    files: Vec<PathBuf>,
+    /// From the object of the fluid to metres of the world.
+    place: DAffine3,
+    metres: f64,
+    seconds: f64,
+    diffuse: Diffuse,
+    /// The frame that `diffuse` and `fluid` are at.
+    frame: usize,
+    fluid: Option<Particles>,
+}
+
+impl FoamRun {
+    /// Makes the foam of an object, before the first frame; `None` if it has none. Fails if the object's mesh is not a
+    /// sequence of files, or a setting is out of range.
+    pub fn new(world: &World, object: usize) -> Result<Option<Self>> {
+        let scene = &world.scene;
+        let entry = &scene.objects[object];
+        let Some((fluid, foam)) = entry.fluid.and_then(|fluid| Some((fluid, fluid.foam?))) else { return Ok(None) };
+        let FoamEntry { settings, look, has_radius } = foam;
+        let files = world.sequence(object).ok_or_else(|| {
+            Error::invalid("foam is made from the frames of a fluid, and the mesh is not a sequence")
+                .at(format!("object `{}`", entry.name.text))
+                .advise("give the mesh a `sequence` of files of particles")
+        })?;
+        let transform = entry.placement.transform();
+        let scale = transform.matrix3.determinant().abs().cbrt();
+        let look = match has_radius {
+            true => look,
+            false => FoamSettings { radius: (0.5 * scale * f64::from(fluid.spacing)) as f32, ..look },
+        };
+        let options = DiffuseOptions {
+            spacing: (scale * scene.metres * f64::from(fluid.spacing)) as f32,
+            gravity: (-9.81 * scene.up.direction()).as_vec3(),
+            bounds: None,
+            settings,
+        };
+        Ok(Some(Self {
+            options,
+            look,
+            files: files.to_vec(),
+            place: DAffine3::from_scale(DVec3::splat(scene.metres)) * transform,
+            metres: scene.metres,
+            seconds: scene.fps.recip(),
+            diffuse: Diffuse::new(options)?,
+            frame: 0,
+            fluid: None,
+        }))
+    }
+
+    /// Returns how the foam is drawn.
+    pub fn look(&self) -> &FoamSettings {
+        &self.look
+    }
+
+    /// Goes to the end of a frame of the scene; after the last file the foam stays as it is. The state of a frame does not
+    /// depend on the frames that are asked for. Fails if a file cannot be read, or has neither velocities nor numbers.
+    pub fn go_to(&mut self, context: &Context, frame: usize) -> Result<()> {
+        let frame = frame.min(self.files.len().saturating_sub(1));
+        if frame < self.frame {
+            (self.diffuse, self.frame, self.fluid) = (Diffuse::new(self.options)?, 0, None);
+        }
+        while self.frame < frame {
+            let before = match self.fluid.take() {
+                Some(fluid) => fluid,
+                None => read(context, &self.files[self.frame])?.particles,
+            };
+            let path = &self.files[self.frame + 1];
+            let named = |error: Error| error.at(path.display().to_string());
+            let after = read(context, path)?.particles;
+            let (mut positions, mut velocities) =
+                positions_and_velocities(&before, &after, self.seconds as f32).map_err(named)?;
+            for (position, velocity) in positions.iter_mut().zip(&mut velocities) {
+                *position = self.place.transform_point3(position.as_dvec3()).as_vec3();
+                *velocity = self.place.transform_vector3(velocity.as_dvec3()).as_vec3();
+            }
+            let fluid = FluidFrame { positions: &positions, velocities: &velocities };
+            self.diffuse.advance(context, fluid, self.seconds as f32, &mut Silent).map_err(named)?;
+            self.frame += 1;
+            self.fluid = Some(after);
+        }
+        Ok(())
+    }
+
+    /// Adds the particles to a picture in scene units.
+    pub fn draw(&self, context: &Context, foam: &mut Foam) -> Result<()> {
+        let found = self.diffuse.particles();
+        let particle = |at: usize| FoamParticle {
+            position: (found.positions[at] / self.metres as f32).into(),
+            life: found.life(at),
+            id: found.ids[at] as u32,
+            kind: match found.kinds[at] {
+                DiffuseKind::Spray => FoamKind::Spray,
+                DiffuseKind::Foam => FoamKind::Foam,
+                DiffuseKind::Bubble => FoamKind::Bubble,
+            },
+        };
+        for first in (0..found.len()).step_by(CHUNK) {
+            let chunk: Vec<_> = (first..found.len().min(first + CHUNK)).map(particle).collect();
+            let velocities = found.velocities[first..first + chunk.len()].iter();
+            let velocities: Vec<_> = velocities.map(|velocity| (*velocity / self.metres as f32).into()).collect();
+            foam.add_moving(context, &chunk, &velocities)?;
+        }
+        Ok(())
+    }
+}
