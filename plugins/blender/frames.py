@@ -15,8 +15,8 @@ from bpy.app.handlers import persistent
 from . import cache, mesh, native, playback, settings, state
 
 # What files of frames begin with, by what they have, and their extensions.
-PARTICLES, SURFACE = "particles", "surface"
-EXTENSIONS = {PARTICLES: "rlvfluid", SURFACE: "npz"}
+PARTICLES, SURFACE, FOAM = "particles", "surface", "foam"
+EXTENSIONS = {PARTICLES: "rlvfluid", SURFACE: "npz", FOAM: "rlvfluid"}
 # Version of the files of surfaces; newer ones are refused.
 FORMAT = 1
 
@@ -48,7 +48,7 @@ def path_of(folder, kind, frame):
 def clear(folder):
     """Removes all frames that are there, and the folder if nothing else is in it."""
     for name in os.listdir(folder):
-        if re.fullmatch(rf"({PARTICLES}|{SURFACE})_-?\d+\.(npz|rlvfluid)", name):
+        if re.fullmatch(rf"({PARTICLES}|{SURFACE}|{FOAM})_-?\d+\.(npz|rlvfluid)", name):
             os.remove(os.path.join(folder, name))
     if not os.listdir(folder):
         os.rmdir(folder)

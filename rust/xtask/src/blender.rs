@@ -26,6 +26,7 @@ const TESTS: &[&str] = &[
     "test_fluid.py",
     "test_tissue.py",
     "test_decal.py",
+    "test_foam.py",
     "test_motion.py",
     "test_scene.py",
     "test_render.py",
