@@ -4,6 +4,7 @@ mod build;
 mod export;
 mod info;
 mod picture;
+mod refit;
 mod scene;
 
 use clap::Subcommand;
@@ -20,6 +21,8 @@ pub struct Arguments {
 enum Task {
     /// Builds the cluster hierarchy of a character or a static model.
     Build(build::Arguments),
+    /// Gives a crowd model the shape or the clips of a changed file, without building it anew.
+    Refit(refit::Arguments),
     /// Reports what is in a crowd model: clips, clusters, errors and levels.
     Info(info::Arguments),
     /// Reports what one view of a crowd draws, in clusters and triangles.
@@ -33,6 +36,7 @@ enum Task {
 pub fn run(arguments: &Arguments) -> Outcome {
     match &arguments.task {
         Task::Build(arguments) => build::run(arguments),
+        Task::Refit(arguments) => refit::run(arguments),
         Task::Info(arguments) => info::run(arguments),
         Task::View(arguments) => scene::run(arguments),
         Task::Render(arguments) => picture::run(arguments),

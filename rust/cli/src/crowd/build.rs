@@ -42,16 +42,21 @@ pub struct Arguments {
     limits: Limits,
 }
 
+/// Returns the animations of a file by their names or numbers, or all without any.
+pub fn clips_of(source: &relievo_meshio::Model, names: &[String]) -> relievo_core::Result<Vec<usize>> {
+    match names {
+        [] => Ok((0..source.animations.len()).collect()),
+        names => names.iter().map(|name| source.animation(name)).collect(),
+    }
+}
+
 pub fn run(arguments: &Arguments) -> Outcome {
     let context = arguments.limits.context()?;
     let source = relievo_meshio::read_model(&context, &arguments.model)?;
     for note in &source.notes {
         eprintln!("note: {note}");
     }
-    let clips = match arguments.clips.as_slice() {
-        [] => (0..source.animations.len()).collect(),
-        names => names.iter().map(|name| source.animation(name)).collect::<relievo_core::Result<Vec<_>>>()?,
-    };
+    let clips = clips_of(&source, &arguments.clips)?;
     let settings = BuildSettings {
         pose_distance: arguments.pose_distance,
         cluster_triangles: arguments.cluster_triangles,

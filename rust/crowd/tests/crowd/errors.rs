@@ -8,7 +8,7 @@ use relievo_lod::distance;
 use crate::arm::{arm, built, walking};
 
 /// Checks that the surface of some cuts is within their error of the input's in every pose.
-fn check(model: &CrowdModel, shares: [f32; 3]) {
+pub fn check(model: &CrowdModel, shares: [f32; 3]) {
     let context = Context::serial();
     let triangles = |clusters: &[u32]| -> Vec<[u32; 3]> {
         clusters.iter().flat_map(|cluster| model.triangles(*cluster)).copied().collect()

@@ -7,5 +7,6 @@ mod draws;
 mod errors;
 mod files;
 mod hostile;
+mod refit;
 mod skinning;
 mod views;

@@ -1,0 +1,203 @@
+//! `relievo crowd` as a user sees it.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::{Value, json};
+
+fn relievo(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_relievo")).args(arguments).current_dir(folder).output().unwrap()
+}
+
+fn done(folder: &Path, arguments: &[&str]) -> String {
+    let done = relievo(folder, arguments);
+    assert!(done.status.success(), "{done:?}");
+    String::from_utf8(done.stdout).unwrap()
+}
+
+fn read(folder: &Path, arguments: &[&str]) -> Value {
+    serde_json::from_str(&done(folder, arguments)).unwrap()
+}
+
+/// Checks that a command fails and says a text.
+fn fails(folder: &Path, arguments: &[&str], text: &str) {
+    let done = relievo(folder, arguments);
+    let told = String::from_utf8_lossy(&done.stderr).into_owned();
+    assert!(!done.status.success() && told.contains(text), "{arguments:?}: {told}");
+}
+
+const RINGS: usize = 41;
+const SIDES: usize = 24;
+const TRIANGLES: u64 = (2 * (RINGS - 1) * SIDES) as u64;
+
+/// Writes a tube along y from 0 to 2 as glTF. Its upper half bends by 90 degrees within a second, in one clip about z and in
+/// another about x.
+fn write_arm(folder: &Path) {
+    let mut parts: [Vec<u8>; 7] = Default::default();
+    for ring in 0..RINGS {
+        for side in 0..SIDES {
+            let (angle, height) =
+                (std::f32::consts::TAU * side as f32 / SIDES as f32, 2.0 * ring as f32 / (RINGS - 1) as f32);
+            let radius = 0.2 + 0.01 * (5.0 * angle).sin() * (9.0 * height).cos();
+            let share = (2.5 * height - 2.0).clamp(0.0, 1.0);
+            let mut add = |part: usize, values: &[f32]| {
+                parts[part].extend(values.iter().flat_map(|value| value.to_le_bytes()));
+            };
+            add(0, &[radius * angle.cos(), height, radius * angle.sin()]);
+            add(2, &[1.0 - share, share, 0.0, 0.0]);
+            parts[1].extend([0, 1, 0, 0]);
+        }
+    }
+    for ring in 0..RINGS - 1 {
+        for side in 0..SIDES {
+            let (low, high, next) = (ring * SIDES, (ring + 1) * SIDES, (side + 1) % SIDES);
+            let corners = [low + side, high + side, high + next, low + side, high + next, low + next];
+            parts[3].extend(corners.iter().flat_map(|corner| (*corner as u32).to_le_bytes()));
+        }
+    }
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let floats = |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+    parts[4] = floats(&[0.0, 1.0]);
+    parts[5] = floats(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, half]);
+    parts[6] = floats(&[0.0, 0.0, 0.0, 1.0, half, 0.0, 0.0, half]);
+    let points = RINGS * SIDES;
+    let accessor = |part: usize, kind: u32, count: usize, form: &str| json!({ "bufferView": part, "componentType": kind, "count": count, "type": form });
+    let mut accessors = vec![
+        accessor(0, 5126, points, "VEC3"),
+        accessor(1, 5121, points, "VEC4"),
+        accessor(2, 5126, points, "VEC4"),
+        accessor(3, 5125, 3 * TRIANGLES as usize, "SCALAR"),
+        accessor(4, 5126, 2, "SCALAR"),
+        accessor(5, 5126, 2, "VEC4"),
+        accessor(6, 5126, 2, "VEC4"),
+    ];
+    (accessors[0]["min"], accessors[0]["max"]) = (json!([-0.3, 0.0, -0.3]), json!([0.3, 2.0, 0.3]));
+    (accessors[4]["min"], accessors[4]["max"]) = (json!([0.0]), json!([1.0]));
+    let mut start = 0;
+    let views = parts.iter().map(|part| {
+        start += part.len();
+        json!({ "buffer": 0, "byteOffset": start - part.len(), "byteLength": part.len() })
+    });
+    let views: Vec<Value> = views.collect();
+    let clip = |name: &str, output: u32| {
+        json!({
+            "name": name,
+            "channels": [{ "sampler": 0, "target": { "node": 2, "path": "rotation" } }],
+            "samplers": [{ "input": 4, "output": output }],
+        })
+    };
+    let file = json!({
+        "asset": { "version": "2.0" },
+        "scene": 0,
+        "scenes": [{ "nodes": [0, 1] }],
+        "nodes": [
+            { "mesh": 0, "skin": 0 },
+            { "name": "lower", "children": [2] },
+            { "name": "upper" },
+        ],
+        "skins": [{ "joints": [1, 2] }],
+        "meshes": [{
+            "primitives": [{ "attributes": { "POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2 }, "indices": 3 }],
+        }],
+        "animations": [clip("bow", 5), clip("nod", 6)],
+        "buffers": [{ "uri": "arm.bin", "byteLength": parts.concat().len() }],
+        "bufferViews": views,
+        "accessors": accessors,
+    });
+    std::fs::write(folder.join("arm.bin"), parts.concat()).unwrap();
+    std::fs::write(folder.join("arm.gltf"), file.to_string()).unwrap();
+}
+
+#[test]
+fn a_crowd_is_built_described_viewed_rendered_and_exported() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write_arm(at);
+    let build = ["crowd", "build", "arm.gltf", "--pose-rate", "6", "--cluster-triangles", "40"];
+    let made = read(at, &[&build[..], &["-o", "arm.rcrowd", "--clip", "bow", "--json"]].concat());
+    assert_eq!(made["triangles"].as_u64(), Some(TRIANGLES));
+    assert_eq!((made["bones"].as_u64(), made["poses"].as_u64()), (Some(2), Some(6)));
+    // One thread writes the same bytes, and all clips are taken without names.
+    done(at, &[&build[..], &["-o", "one.rcrowd", "--clip", "0", "--threads", "1"]].concat());
+    let bytes = |name: &str| std::fs::read(at.join(name)).unwrap();
+    assert_eq!(bytes("arm.rcrowd"), bytes("one.rcrowd"));
+    done(at, &[&build[..], &["-o", "both.rcrowd"]].concat());
+
+    let info = read(at, &["crowd", "info", "both.rcrowd", "--json"]);
+    let names: Vec<&str> = info["clips"].as_array().unwrap().iter().filter_map(|clip| clip["name"].as_str()).collect();
+    assert_eq!(names, ["bow", "nod"]);
+    assert_eq!(info["poses"].as_u64(), Some(12));
+    let cuts: Vec<u64> =
+        info["cuts"].as_array().unwrap().iter().map(|cut| cut["triangles"].as_u64().unwrap()).collect();
+    assert!(cuts.is_sorted_by(|a, b| a >= b) && cuts[0] <= TRIANGLES && cuts[4] < TRIANGLES / 3, "{cuts:?}");
+    assert!(done(at, &["crowd", "info", "arm.rcrowd"]).contains("6, of which"));
+
+    // A refit of the same file changes nothing, one of another clip has poses of that.
+    let refit = |output: &str, clip: &str| {
+        let fixed = ["crowd", "refit", "arm.rcrowd", "arm.gltf", "--pose-rate", "6", "--json"];
+        read(at, &[&fixed[..], &["-o", output, "--clip", clip]].concat())
+    };
+    let same = refit("same.rcrowd", "bow");
+    assert_eq!(bytes("arm.rcrowd"), bytes("same.rcrowd"));
+    assert_eq!((same["grown_groups"].as_u64(), same["rebuild_due"].as_bool()), (Some(0), Some(false)));
+    assert_eq!(refit("nod.rcrowd", "nod")["clips"][0]["name"], "nod");
+
+    let view = |more: &[&str]| read(at, &[&["crowd", "view", "both.rcrowd", "--json"], more].concat());
+    let (fine, coarse) = (view(&["--square", "100"]), view(&["--square", "100", "--pixels", "4"]));
+    assert_eq!(fine["agents"].as_u64(), Some(100));
+    assert!(fine["in_view"].as_u64().unwrap() > 20, "{fine}");
+    assert!(coarse["triangles"].as_u64() < fine["triangles"].as_u64(), "{fine} {coarse}");
+    std::fs::write(at.join("agents.txt"), "# x y z heading scale clip phase\n0 0 0 0 1 nod 0.5\n2 0 0 90 1.5 bow 0\n")
+        .unwrap();
+    let near = ["--agents", "agents.txt", "--eye", "1,1,8", "--target", "1,1,0"];
+    assert_eq!(view(&near)["in_view"].as_u64(), Some(2));
+
+    let render = |name: &str, more: &[&str]| {
+        let fixed = ["crowd", "render", "both.rcrowd", "-o", name, "--size", "96x72", "--samples", "1"];
+        done(at, &[&fixed[..], &near, more].concat());
+        bytes(name)
+    };
+    let shaded = render("shaded.png", &[]);
+    for (name, more) in [("clusters.png", &["--show", "clusters"][..]), ("later.png", &["--time", "0.3"])] {
+        assert_ne!(render(name, more), shaded, "{name}");
+    }
+    render("levels.png", &["--show", "levels", "--wireframe"]);
+    render("dual.png", &["--blend", "dual"]);
+
+    let export = |name: &str, more: &[&str]| {
+        let line = done(at, &[&["crowd", "export", "both.rcrowd", "-o", name], more].concat());
+        line.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap()
+    };
+    assert_eq!(export("full.ply", &[]), TRIANGLES);
+    let few = export("far.glb", &["--error-relative", "0.02", "--clip", "nod", "--time", "0.5"]);
+    assert!(few > 0 && few < TRIANGLES / 3, "{few}");
+    assert!(at.join("far.glb").exists());
+}
+
+#[test]
+fn wrong_arguments_and_files_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write_arm(at);
+    fails(at, &["crowd", "build", "arm.gltf", "-o", "a.rcrowd", "--clip", "bew"], "bow");
+    fails(at, &["crowd", "build", "arm.gltf", "-o", "a.rcrowd", "--cluster-triangles", "2"], "cluster_triangles");
+    fails(at, &["crowd", "build", "nothing.glb", "-o", "a.rcrowd"], "nothing.glb");
+    assert!(!at.join("a.rcrowd").exists());
+    done(at, &["crowd", "build", "arm.gltf", "-o", "a.rcrowd", "--pose-rate", "2", "--clip", "bow"]);
+    let mut bytes = std::fs::read(at.join("a.rcrowd")).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 4;
+    std::fs::write(at.join("wrong.rcrowd"), &bytes).unwrap();
+    fails(at, &["crowd", "view", "wrong.rcrowd", "--square", "1"], "wrong.rcrowd");
+    std::fs::write(at.join("short.rcrowd"), &bytes[..middle]).unwrap();
+    fails(at, &["crowd", "info", "short.rcrowd"], "short.rcrowd");
+    std::fs::write(at.join("agents.txt"), "0 0 0 0 1 bow 0\n1 0 0 0 1 bow\n").unwrap();
+    fails(at, &["crowd", "view", "a.rcrowd", "--agents", "agents.txt"], "line 2");
+    fails(at, &["crowd", "view", "a.rcrowd", "--square", "0"], "--square");
+    fails(at, &["crowd", "view", "a.rcrowd"], "--agents");
+    fails(at, &["crowd", "view", "a.rcrowd", "--square", "4", "--pixels", "0"], "pixels");
+    std::fs::write(at.join("other.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    fails(at, &["crowd", "refit", "a.rcrowd", "other.obj", "-o", "b.rcrowd"], "other triangles");
+    fails(at, &["crowd", "export", "a.rcrowd", "-o", "a.ply", "--error=-1"], "error");
+    fails(at, &["crowd", "export", "a.rcrowd", "-o", "a.ply", "--clip", "nod"], "nod");
+}

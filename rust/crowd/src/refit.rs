@@ -1,0 +1,131 @@
+//! Refits: a model that was sculpted or has other clips gets new errors and boxes, and keeps its clusters.
+//!
+//! The triangles of all clusters stay. The distance that each simplification adds is measured again in the new poses, so
+//! that the bounds of cuts hold. Collapses that were cheap before may cost more now, which the change of the cuts shows.
+
+use relievo_core::{Context, Error, Progress, Result};
+use relievo_meshio::Model;
+
+use crate::build::Builder;
+use crate::character::Character;
+use crate::clip;
+use crate::collapse::Face;
+use crate::hierarchy::{BuildSettings, CrowdModel, NONE};
+use crate::places::Places;
+
+/// Errors whose cuts are compared before and after, as shares of the model's size.
+const SHARES: [f32; 4] = [0.001, 0.003, 0.01, 0.03];
+/// Growth of the triangles of a cut from which a rebuild is due.
+const DUE: f64 = 1.5;
+
+/// What a refit changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Refit {
+    /// Groups whose simplification has a larger error than before.
+    pub grown: u32,
+    /// The largest ratio of the triangles of a cut after and before, at equal errors.
+    pub growth: f64,
+}
+
+impl Refit {
+    /// Whether a new hierarchy would draw clearly fewer triangles: some cut has half as many again.
+    pub fn is_rebuild_due(&self) -> bool {
+        self.growth >= DUE
+    }
+}
+
+impl CrowdModel {
+    /// Returns this model with the vertices, the skeleton and the clips of another file of it, for the animations given by
+    /// index, with new errors and bounds. Of the settings the poses count. Results do not depend on the number of threads.
+    ///
+    /// # Errors
+    /// The file has other triangles, or vertices that were at one place with the same bones are apart now; as
+    /// [`Self::build`].
+    pub fn refit(
+        &self,
+        context: &Context,
+        source: &Model,
+        animations: &[usize],
+        settings: &BuildSettings,
+        progress: &mut dyn Progress,
+    ) -> Result<(Self, Refit)> {
+        settings.check()?;
+        progress.step(0.0, "read poses")?;
+        let character = Character::from_model(context, source)?;
+        self.check_same(&character)?;
+        let clips = clip::sample(context, source, &character, animations, settings.pose_rate)?;
+        let builder = Builder::new(context, &character, &clips, settings)?;
+        let mut before: Vec<Vec<u32>> = vec![Vec::new(); self.groups.len()];
+        let mut after = before.clone();
+        for (cluster, number) in self.clusters.iter().zip(0..) {
+            if let Some(list) = before.get_mut(cluster.used_by as usize) {
+                list.push(number);
+            }
+            if let Some(list) = after.get_mut(cluster.made_by as usize) {
+                list.push(number);
+            }
+        }
+        let faces = |clusters: &[u32]| -> Vec<Face> {
+            let triangles = clusters.iter().flat_map(|cluster| self.triangles(*cluster));
+            triangles.map(|triangle| (*triangle, 0)).collect()
+        };
+        let measured = context.map_watched(self.groups.len(), progress, ("measure", [0.0, 1.0]), |group| {
+            builder.measure(&faces(&before[group]), &faces(&after[group]))
+        })?;
+        let mut made = Self {
+            character: Character {
+                triangles: self.character.triangles.clone(),
+                materials: self.character.materials.clone(),
+                ..character.clone()
+            },
+            groups: Vec::with_capacity(self.groups.len()),
+            report: builder.report(),
+            ..self.clone()
+        };
+        for cluster in 0..made.clusters.len() as u32 {
+            let deformation = builder.deformation(made.triangles(cluster).iter().flatten());
+            made.clusters[cluster as usize].deformation = deformation;
+        }
+        let mut found = Refit::default();
+        // Groups come after those below them.
+        for (number, result) in measured.into_iter().enumerate() {
+            let (added, poses, exceeded) = result?;
+            let group = builder.group(&made, &before[number], added);
+            found.grown += u32::from(group.error > self.groups[number].error);
+            made.report.measured += poses;
+            made.report.exceeded += exceeded;
+            made.groups.push(group);
+        }
+        let made = builder.finished(made, &clips);
+        let triangles = |model: &Self, share: f32| model.triangle_count(&model.cut(share * model.size())) as f64;
+        found.growth =
+            SHARES.into_iter().map(|share| triangles(&made, share) / triangles(self, share)).fold(0.0, f64::max);
+        progress.step(1.0, "measure")?;
+        Ok((made, found))
+    }
+
+    /// Fails unless a character has the triangles of the input, and one place wherever the input has one.
+    fn check_same(&self, character: &Character) -> Result<()> {
+        let differs =
+            |what: &str| Err(Error::invalid(what).advise("build the hierarchy anew by `relievo crowd build`"));
+        let input = self.clusters.iter().zip(0..).filter(|(cluster, _)| cluster.made_by == NONE);
+        let mut own: Vec<[u32; 3]> = input.flat_map(|(_, number)| self.triangles(number)).copied().collect();
+        let mut other = character.triangles.clone();
+        own.sort_unstable();
+        other.sort_unstable();
+        if own != other || self.character.points.len() != character.points.len() {
+            return differs("the file has other triangles or vertices than the crowd model");
+        }
+        let (old, new) = (Places::of(&self.character), Places::of(character));
+        let is_apart = |vertex: usize| {
+            let first = old.vertices[old.of[vertex] as usize] as usize;
+            new.of[vertex] != new.of[first]
+        };
+        match (0..character.points.len()).find(|vertex| is_apart(*vertex)) {
+            Some(vertex) => {
+                differs(&format!("vertex {vertex} is no longer at the place of a vertex that it was joined to"))
+            }
+            None => Ok(()),
+        }
+    }
+}
