@@ -13,6 +13,7 @@
 
 #include "relievo/bake.h"
 #include "relievo/client.h"
+#include "relievo/crowd.h"
 #include "relievo/decal.h"
 #include "relievo/document.h"
 #include "relievo/fluid.h"
@@ -116,6 +117,11 @@ RLV_API RlvResult rlv_job_decal_on_mesh(RlvMesh mesh, const RlvDecalOptions *opt
 RLV_API RlvResult rlv_job_decal_on_detail(RlvDetail detail, const RlvDecalOptions *options, const RlvDecalPin *pins,
                                           size_t count, size_t stride, RlvJob *out);
 
+/* Starts rlv_crowd_model_build; rlv_job_crowd_model has the model it makes. Fails as rlv_crowd_model_build does, as a job or
+ * at once. */
+RLV_API RlvResult rlv_job_crowd(RlvContext context, const char *path, const RlvCrowdClipName *clips, size_t clip_count,
+                                const RlvCrowdBuildSettings *settings, RlvJob *out);
+
 /* Mutates the fluid: starts rlv_fluid_advance; rlv_job_fluid_report has what the steps did. Cancelled or failed it leaves
  * the fluid as the last whole step left it. Fails as rlv_fluid_advance does, as a job or at once, with RLV_ERROR_BUSY if
  * another call is at work on the fluid. */
@@ -198,6 +204,10 @@ RLV_API RlvResult rlv_job_particles(RlvJob job, RlvParticles *out);
 
 /* The state of the scene after rlv_job_client_submit. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_client_status(RlvJob job, RlvClientStatus *out);
+
+/* The crowd model that rlv_job_crowd built, the same one every time. Fails as rlv_job_result does, and if the job was
+ * another. */
+RLV_API RlvResult rlv_job_crowd_model(RlvJob job, RlvCrowdModel *out);
 
 /* What rlv_job_sweep or rlv_job_sweep_points did. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_imprint_report(RlvJob job, RlvImprintReport *out);

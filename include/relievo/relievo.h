@@ -14,6 +14,7 @@
 #include "relievo/collider.h"
 #include "relievo/color_buffer.h"
 #include "relievo/context.h"
+#include "relievo/crowd.h"
 #include "relievo/decal.h"
 #include "relievo/detail.h"
 #include "relievo/device_level.h"

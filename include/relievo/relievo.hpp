@@ -1143,6 +1143,152 @@ public:
     }
 };
 
+/// A character or a static model with its clips and clusters; see relievo/crowd.h.
+class CrowdModel : public Reference<RlvCrowdModel, rlv_crowd_model_retain, rlv_crowd_model_release> {
+public:
+    using Reference::Reference;
+
+    /// Builds the hierarchy of a file for some of its clips, or for all without names.
+    static CrowdModel build(const Context &context, const std::string &path, const std::vector<std::string> &clips = {},
+                            const RlvCrowdBuildSettings &settings = RLV_CROWD_BUILD_SETTINGS_INIT,
+                            const Progress &progress = nullptr) {
+        Watch watch(progress);
+        CrowdModel made;
+        const std::vector<RlvCrowdClipName> names = names_of(clips);
+        watch.check(rlv_crowd_model_build(context.get(), path.c_str(), names.data(), names.size(), &settings,
+                                          watch.callback(), &watch, made.out()));
+        return made;
+    }
+
+    static CrowdModel read(const Context &context, const std::string &path) {
+        CrowdModel made;
+        check(rlv_crowd_model_read(context.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    void write(const std::string &path) const { check(rlv_crowd_model_write(get(), path.c_str())); }
+
+    RlvCrowdModelInfo info() const {
+        RlvCrowdModelInfo info = RLV_CROWD_MODEL_INFO_INIT;
+        check(rlv_crowd_model_info(get(), &info));
+        return info;
+    }
+
+    RlvCrowdClip clip(std::uint32_t index) const {
+        RlvCrowdClip clip = RLV_CROWD_CLIP_INIT;
+        check(rlv_crowd_model_clip(get(), index, &clip));
+        return clip;
+    }
+
+    /// Returns the name of a material.
+    std::string material(std::uint32_t index) const {
+        RlvCrowdMaterial material = RLV_CROWD_MATERIAL_INIT;
+        check(rlv_crowd_model_material(get(), index, &material));
+        return material.name;
+    }
+
+    /// Returns the positions at binding, which all clusters share.
+    std::vector<Float3> points() const {
+        std::vector<Float3> points(info().vertex_count);
+        RlvCrowdVertices vertices = RLV_CROWD_VERTICES_INIT;
+        vertices.capacity = points.size();
+        vertices.points = reinterpret_cast<float *>(points.data());
+        check(rlv_crowd_model_get_vertices(get(), &vertices));
+        return points;
+    }
+
+    /// Returns the triangles of all clusters, one cluster after the other.
+    std::vector<Triangle> triangles() const {
+        std::vector<Triangle> triangles(info().triangle_count);
+        auto *first = reinterpret_cast<std::uint32_t *>(triangles.data());
+        check(rlv_crowd_model_get_triangles(get(), first, nullptr, triangles.size()));
+        return triangles;
+    }
+
+    std::vector<RlvCrowdCluster> clusters() const {
+        std::vector<RlvCrowdCluster> clusters(info().cluster_count);
+        check(rlv_crowd_model_get_clusters(get(), clusters.data(), clusters.size(), 0));
+        return clusters;
+    }
+
+    /// Makes a mesh of the clusters at an error, in a pose of a clip.
+    Mesh mesh(float error, std::uint32_t clip = 0, std::uint32_t pose = 0) const {
+        RlvMesh made = RLV_NULL;
+        check(rlv_crowd_model_mesh(get(), error, clip, pose, &made));
+        return Mesh(made);
+    }
+
+    /// Clips as the C ABI takes them, while the texts live.
+    static std::vector<RlvCrowdClipName> names_of(const std::vector<std::string> &clips) {
+        std::vector<RlvCrowdClipName> names;
+        for (const std::string &clip : clips) {
+            names.push_back({clip.c_str()});
+        }
+        return names;
+    }
+};
+
+/// What a view draws of a crowd.
+struct CrowdDraws {
+    std::vector<RlvCrowdDraw> draws;
+    /// Model and cluster of each draw.
+    std::vector<std::array<std::uint32_t, 2>> clusters;
+    std::vector<RlvCrowdInstance> instances;
+    std::vector<std::array<float, 12>> matrices;
+};
+
+/// Agents of some models; see relievo/crowd.h.
+class Crowd : public Reference<RlvCrowd, rlv_crowd_retain, rlv_crowd_release> {
+public:
+    using Reference::Reference;
+
+    static Crowd create(const Context &context, const std::vector<CrowdModel> &models) {
+        std::vector<RlvCrowdModel> handles;
+        for (const CrowdModel &model : models) {
+            handles.push_back(model.get());
+        }
+        Crowd made;
+        check(rlv_crowd_create(context.get(), handles.data(), handles.size(), made.out()));
+        return made;
+    }
+
+    /// Adds agents and returns the number of the first.
+    std::uint32_t add(const std::vector<RlvCrowdAgent> &agents) const {
+        std::uint32_t first = 0;
+        check(rlv_crowd_add(get(), agents.data(), agents.size(), 0, &first));
+        return first;
+    }
+
+    void set(std::uint32_t first, const std::vector<RlvCrowdAgent> &agents) const {
+        check(rlv_crowd_set(get(), first, agents.data(), agents.size(), 0));
+    }
+
+    RlvCrowdFrame cut(const RlvCrowdView &view) {
+        RlvCrowdFrame frame = RLV_CROWD_FRAME_INIT;
+        check(rlv_crowd_cut(get(), &view, &frame));
+        return frame;
+    }
+
+    /// Returns what a cut found; `frame` is that of the last one.
+    CrowdDraws draws(const RlvCrowdFrame &frame) const {
+        CrowdDraws found;
+        found.draws.resize(frame.draw_count);
+        found.clusters.resize(frame.draw_count);
+        found.instances.resize(frame.agent_count);
+        found.matrices.resize(frame.matrix_count);
+        RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
+        buffers.draws = found.draws.data();
+        buffers.draw_capacity = found.draws.size();
+        buffers.clusters = reinterpret_cast<std::uint32_t *>(found.clusters.data());
+        buffers.instances = found.instances.data();
+        buffers.instance_capacity = found.instances.size();
+        buffers.matrices = reinterpret_cast<float *>(found.matrices.data());
+        buffers.matrix_capacity = found.matrices.size();
+        check(rlv_crowd_get(get(), &buffers));
+        return found;
+    }
+};
+
 /// A sticker on a surface; see relievo/decal.h.
 class Decal : public Reference<RlvDecal, rlv_decal_retain, rlv_decal_release> {
 public:
@@ -2891,6 +3037,14 @@ public:
         return made;
     }
 
+    static Job crowd(const Context &context, const std::string &path, const std::vector<std::string> &clips = {},
+                     const RlvCrowdBuildSettings &settings = RLV_CROWD_BUILD_SETTINGS_INIT) {
+        Job made;
+        const std::vector<RlvCrowdClipName> names = CrowdModel::names_of(clips);
+        check(rlv_job_crowd(context.get(), path.c_str(), names.data(), names.size(), &settings, made.out()));
+        return made;
+    }
+
     RlvJobInfo poll() const {
         RlvJobInfo info = RLV_JOB_INFO_INIT;
         check(rlv_job_poll(get(), &info));
@@ -2955,6 +3109,12 @@ public:
         RlvTissue made = RLV_NULL;
         check(rlv_job_tissue(get(), &made));
         return Tissue(made);
+    }
+
+    CrowdModel crowd_model() const {
+        RlvCrowdModel made = RLV_NULL;
+        check(rlv_job_crowd_model(get(), &made));
+        return CrowdModel(made);
     }
 
     RlvFluidReport fluid_report() const {

@@ -384,6 +384,34 @@ int main() {
     laying.wait();
     CHECK(laying.decal().quality().triangle_count > 0);
 
+    // A crowd of the mesh: a model as a call and as a job, agents near and far, and their draws.
+    patch.mesh().write("wrapper_crowd.obj");
+    const auto model = relievo::CrowdModel::build(context, "wrapper_crowd.obj");
+    const auto counts = model.info();
+    CHECK(counts.input_triangles == 2 * 31 * 31 && std::string(model.clip(0).name) == "rest");
+    CHECK(model.points().size() == counts.vertex_count && model.triangles().size() == counts.triangle_count);
+    CHECK(model.mesh(0.0f).info().triangle_count == counts.input_triangles);
+    CHECK(model.mesh(counts.largest_error).info().triangle_count < counts.input_triangles / 4);
+    model.write("wrapper_crowd.rcrowd");
+    CHECK(relievo::CrowdModel::read(context, "wrapper_crowd.rcrowd").triangles() == model.triangles());
+    const auto modelling = relievo::Job::crowd(context, "wrapper_crowd.obj");
+    modelling.wait();
+    CHECK(modelling.crowd_model().clusters().size() == model.clusters().size());
+    auto crowd = relievo::Crowd::create(context, {model});
+    RlvCrowdAgent agent{};
+    agent.transform[0] = agent.transform[4] = agent.transform[8] = 1.0;
+    std::vector<RlvCrowdAgent> agents(3, agent);
+    agents[2].transform[11] = -1000.0;
+    CHECK(crowd.add(agents) == 0);
+    RlvCrowdView crowd_view = RLV_CROWD_VIEW_INIT;
+    crowd_view.width = crowd_view.height = 200;
+    crowd_view.eye[2] = 5.0;
+    const auto crowd_frame = crowd.cut(crowd_view);
+    const auto crowd_draws = crowd.draws(crowd_frame);
+    CHECK(crowd_frame.agent_count == 3 && crowd_draws.instances.size() == 3 && crowd_draws.matrices.size() == 1);
+    CHECK(crowd_draws.draws.size() == crowd_frame.draw_count && crowd_draws.clusters[0][0] == 0);
+    crowd.set(0, {agent});
+
     // A mesh with one boundary is checked; its boundary is no hole to be filled.
     CHECK(relievo::check(patch.mesh()).holes.count == 1);
     const auto repaired = relievo::repair(patch.mesh());

@@ -848,6 +848,86 @@ class DiffuseParticles(unittest.TestCase):
             run.advance(positions, velocities, 0.04, progress=lambda fraction, stage: False)
 
 
+class Crowds(unittest.TestCase):
+    """A wavy square of 20 by 20 quads as a static model."""
+
+    def setUp(self):
+        self.context = rl.Context(threads=1)
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        points, corners, uvs = shapes.grid(20)
+        points = numpy.array(points, numpy.float32)
+        points[:, 2] = 0.1 * numpy.sin(7 * points[:, 0]) * numpy.cos(5 * points[:, 1])
+        mesh = rl.Mesh(self.context, points, corners, 4)
+        mesh.add_attribute("uv", uvs, "corner", indices=corners)
+        self.path = Path(self.folder.name) / "waves.obj"
+        mesh.write(self.path)
+
+    def test_a_model_is_built_written_read_and_meshed(self):
+        stages = []
+        model = rl.CrowdModel.build(
+            self.context, self.path, cluster_triangles=40, progress=lambda fraction, stage: stages.append(stage)
+        )
+        self.assertIn("simplify", stages)
+        info = model.info
+        self.assertEqual((info.input_triangles, info.clip_count, info.bone_count), (800, 1, 1))
+        self.assertEqual(model.clips[0].name, "rest")
+        clusters, (triangles, materials) = model.clusters(), model.triangles()
+        self.assertEqual(int(clusters["triangle_count"].sum()), len(triangles))
+        self.assertEqual((len(materials), int(triangles.max())), (info.triangle_count, info.vertex_count - 1))
+        vertices = model.vertices("points", "uvs", "bones", "weights")
+        self.assertEqual(vertices["uvs"].shape, (info.vertex_count, 2))
+        self.assertTrue((vertices["weights"][:, 0] == 1).all() and (vertices["bones"] == 0).all())
+        sizes = [model.mesh(share * info.largest_error).info.triangle_count for share in (0, 0.3, 1)]
+        self.assertTrue(sizes[0] == 800 > sizes[1] > sizes[2], sizes)
+        path = Path(self.folder.name) / "waves.rcrowd"
+        model.write(path)
+        self.assertEqual(rl.CrowdModel.read(self.context, path).info, info)
+        started = job.crowd_model(self.context, self.path, cluster_triangles=40)
+        started.wait()
+        self.assertEqual(started.result().info, info)
+        self.assertEqual([entry.name for entry in rl.crowd.params()][0], "pose_distance")
+        with self.assertRaisesRegex(rl.Invalid, "cluster_triangles"):
+            rl.CrowdModel.build(self.context, self.path, cluster_triangles=1)
+        with self.assertRaises(rl.RelievoError):
+            rl.CrowdModel.build(self.context, self.path, clips=["walk"])
+        with self.assertRaises(rl.Cancelled):
+            rl.CrowdModel.build(self.context, self.path, progress=lambda fraction, stage: False)
+        with self.assertRaisesRegex(rl.Invalid, "colors"):
+            model.vertices("colors")
+
+    def test_agents_are_cut_into_draws(self):
+        model = rl.CrowdModel.build(self.context, self.path, cluster_triangles=40)
+        crowd = rl.Crowd(self.context, [model])
+        with self.assertRaisesRegex(rl.Invalid, "rlv_crowd_cut"):
+            crowd.draws()
+        transforms = numpy.tile(numpy.eye(4), (6, 1, 1))
+        transforms[:, 2, 3] = [0, -2, -8, -32, -32, 10]
+        self.assertEqual(crowd.add(transforms), 0)
+        frame = crowd.cut((400, 400), eye=(0.5, 0.5, 3), target=(0.5, 0.5, 0))
+        draws, clusters, instances, matrices = crowd.draws()
+        self.assertEqual(frame.agent_count, 5)
+        self.assertEqual(sorted(instances["agent"].tolist()), [0, 1, 2, 3, 4])
+        numpy.testing.assert_array_equal(matrices, [numpy.eye(4)[:3]])
+        counts = draws["index_count"].astype(int) // 3 * draws["instance_count"]
+        self.assertEqual(int(counts.sum()), frame.triangles)
+        known = model.clusters()[clusters[:, 1]]
+        numpy.testing.assert_array_equal(draws["first_index"], 3 * known["first_triangle"])
+        self.assertTrue((draws["instance_count"] == 2).any())
+        crowd.set(0, transforms[3:4])
+        self.assertLess(crowd.cut((400, 400), (0.5, 0.5, 3), (0.5, 0.5, 0)).triangles, frame.triangles)
+        with self.assertRaisesRegex(rl.Invalid, "transforms"):
+            crowd.add(numpy.eye(4))
+        with self.assertRaisesRegex(rl.Invalid, "agent 0"):
+            crowd.add(transforms[:1], clips=4)
+
+    def test_the_example_runs(self):
+        example = [sys.executable, str(ROOT / "examples" / "python" / "crowd.py"), str(self.path), self.folder.name]
+        told = subprocess.run(example, env={**os.environ, "PYTHONPATH": PACKAGE}, capture_output=True, text=True)
+        self.assertRegex(told.stdout, r"800 triangles[\s\S]*[1-9]\d* of 1000 agents", told.stderr)
+        self.assertTrue((Path(self.folder.name) / "waves_far.ply").exists())
+
+
 class Devices(unittest.TestCase):
     def test_what_is_listed_can_be_opened_and_let_go(self):
         adapters = rl.adapters()

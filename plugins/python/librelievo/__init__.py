@@ -9,8 +9,8 @@ try:
 except ImportError:
     raise ImportError("librelievo needs NumPy; install it with `python -m pip install numpy`") from None
 
-from . import abi, bake, brush, caster, collider, diffuse, document, foam, grid, imprint, job, ptex, repair, shader
-from . import stroke, tessellation
+from . import abi, bake, brush, caster, collider, crowd, diffuse, document, foam, grid, imprint, job, ptex, repair
+from . import shader, stroke, tessellation
 from .abi import RlvAdapterKind as AdapterKind
 from .abi import RlvBrushAction as BrushAction
 from .abi import RlvChannel as Channel
@@ -32,6 +32,7 @@ from .collider import Collider
 from .color_buffer import ColorBuffer
 from .connection import Connection
 from .context import Context
+from .crowd import Crowd, CrowdModel
 from .decal import Decal
 from .detail import Detail
 from .diffuse import Diffuse

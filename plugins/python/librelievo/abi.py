@@ -1422,6 +1422,166 @@ class RlvColorBufferVulkan(Structure):
     ]
 
 
+class RlvCrowdModel(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvCrowd(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvCrowdBuildSettings(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("pose_distance", c_float),
+        ("cluster_triangles", c_uint32),
+        ("group_clusters", c_uint32),
+        ("pose_rate", c_float),
+    ]
+
+
+class RlvCrowdClipName(Structure):
+    _fields_ = [
+        ("name", c_char_p),
+    ]
+
+
+class RlvCrowdModelInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("vertex_count", c_uint32),
+        ("triangle_count", c_uint32),
+        ("input_triangles", c_uint32),
+        ("cluster_count", c_uint32),
+        ("group_count", c_uint32),
+        ("bone_count", c_uint32),
+        ("clip_count", c_uint32),
+        ("material_count", c_uint32),
+        ("pose_count", c_uint32),
+        ("representatives", c_uint32),
+        ("largest_error", c_float),
+        ("measured", c_uint64),
+        ("exceeded", c_uint64),
+        ("low", c_float * 3),
+        ("high", c_float * 3),
+    ]
+
+
+class RlvCrowdClip(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("pose_count", c_uint32),
+        ("rate", c_float),
+        ("name", c_char * 48),
+    ]
+
+
+class RlvCrowdMaterial(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("name", c_char * 256),
+    ]
+
+
+class RlvCrowdVertices(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("capacity", c_size_t),
+        ("points", c_float_p),
+        ("normals", c_float_p),
+        ("uvs", c_float_p),
+        ("bones", c_uint32_p),
+        ("weights", c_float_p),
+    ]
+
+
+class RlvCrowdCluster(Structure):
+    _fields_ = [
+        ("first_triangle", c_uint32),
+        ("triangle_count", c_uint32),
+        ("made_by", c_uint32),
+        ("used_by", c_uint32),
+        ("depth", c_uint32),
+        ("deformation", c_float),
+    ]
+
+
+class RlvCrowdAgent(Structure):
+    _fields_ = [
+        ("model", c_uint32),
+        ("clip", c_uint32),
+        ("phase", c_double),
+        ("transform", c_double * 12),
+    ]
+
+
+class RlvCrowdView(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("tolerance", c_float),
+        ("eye", c_double * 3),
+        ("target", c_double * 3),
+        ("up", c_double * 3),
+        ("fov", c_double),
+        ("time", c_double),
+    ]
+
+
+class RlvCrowdFrame(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("agent_count", c_uint32),
+        ("draw_count", c_uint32),
+        ("matrix_count", c_uint32),
+        ("changed", c_uint32),
+        ("reserved", c_uint32),
+        ("clusters", c_uint64),
+        ("triangles", c_uint64),
+    ]
+
+
+class RlvCrowdDraw(Structure):
+    _fields_ = [
+        ("index_count", c_uint32),
+        ("instance_count", c_uint32),
+        ("first_index", c_uint32),
+        ("base_vertex", c_int32),
+        ("first_instance", c_uint32),
+    ]
+
+
+class RlvCrowdInstance(Structure):
+    _fields_ = [
+        ("agent", c_uint32),
+        ("first_matrix", c_uint32),
+        ("transform", c_float * 12),
+    ]
+
+
+class RlvCrowdBuffers(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("draws", POINTER(RlvCrowdDraw)),
+        ("draw_capacity", c_size_t),
+        ("draw_stride", c_size_t),
+        ("clusters", c_uint32_p),
+        ("instances", POINTER(RlvCrowdInstance)),
+        ("instance_capacity", c_size_t),
+        ("instance_stride", c_size_t),
+        ("matrices", c_float_p),
+        ("matrix_capacity", c_size_t),
+        ("matrix_stride", c_size_t),
+    ]
+
+
 class RlvDecal(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -2807,6 +2967,14 @@ INIT = {
     RlvToolSettings: (ctypes.sizeof(RlvToolSettings), 1.0, 1.0,),
     RlvColorBufferInfo: (ctypes.sizeof(RlvColorBufferInfo), 0, 0, 0, 0, 0, 0, 0, (0,),),
     RlvColorBufferVulkan: (ctypes.sizeof(RlvColorBufferVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvCrowdBuildSettings: (ctypes.sizeof(RlvCrowdBuildSettings), 0.15, 100, 16, 30.0,),
+    RlvCrowdModelInfo: (ctypes.sizeof(RlvCrowdModelInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0, 0, (0.0,), (0.0,),),
+    RlvCrowdClip: (ctypes.sizeof(RlvCrowdClip), 0, 0.0, (0,),),
+    RlvCrowdMaterial: (ctypes.sizeof(RlvCrowdMaterial), (0,),),
+    RlvCrowdVertices: (ctypes.sizeof(RlvCrowdVertices), 0, 0, None, None, None, None, None,),
+    RlvCrowdView: (ctypes.sizeof(RlvCrowdView), 0, 0, 0.5, (0.0,), (0.0, 0.0, -1.0,), (0.0, 1.0, 0.0,), 0.6, 0.0,),
+    RlvCrowdFrame: (ctypes.sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0,),
+    RlvCrowdBuffers: (ctypes.sizeof(RlvCrowdBuffers), 0, None, 0, 0, None, None, 0, 0, None, 0, 0,),
     RlvDecalOptions: (ctypes.sizeof(RlvDecalOptions), 0, 0, 0, None, 0, 0, 0.0, (0.0, 1.0, 0.0,), 30, 0.0001, 4000000, 8,),
     RlvDecalQuality: (ctypes.sizeof(RlvDecalQuality), 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,),
     RlvDecalImage: (ctypes.sizeof(RlvDecalImage), 4, None, 0,),
@@ -3056,6 +3224,26 @@ FUNCTIONS = {
     "rlv_color_buffer_info": (RlvResult, [("buffer", RlvColorBuffer), ("out", POINTER(RlvColorBufferInfo))]),
     "rlv_color_buffer_vulkan": (RlvResult, [("buffer", RlvColorBuffer), ("out", POINTER(RlvColorBufferVulkan))]),
     "rlv_color_buffer_read": (RlvResult, [("buffer", RlvColorBuffer), ("tile", c_uint32), ("level", c_uint32), ("bytes", c_void_p), ("capacity", c_size_t), ("size", c_size_t_p)]),
+    "rlv_crowd_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
+    "rlv_crowd_model_build": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("clips", POINTER(RlvCrowdClipName)), ("clip_count", c_size_t), ("settings", POINTER(RlvCrowdBuildSettings)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvCrowdModel))]),
+    "rlv_crowd_model_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvCrowdModel))]),
+    "rlv_crowd_model_write": (RlvResult, [("model", RlvCrowdModel), ("path", c_char_p)]),
+    "rlv_crowd_model_retain": (RlvResult, [("model", RlvCrowdModel)]),
+    "rlv_crowd_model_release": (RlvResult, [("model", RlvCrowdModel)]),
+    "rlv_crowd_model_info": (RlvResult, [("model", RlvCrowdModel), ("out", POINTER(RlvCrowdModelInfo))]),
+    "rlv_crowd_model_clip": (RlvResult, [("model", RlvCrowdModel), ("clip", c_uint32), ("out", POINTER(RlvCrowdClip))]),
+    "rlv_crowd_model_material": (RlvResult, [("model", RlvCrowdModel), ("material", c_uint32), ("out", POINTER(RlvCrowdMaterial))]),
+    "rlv_crowd_model_get_vertices": (RlvResult, [("model", RlvCrowdModel), ("vertices", POINTER(RlvCrowdVertices))]),
+    "rlv_crowd_model_get_triangles": (RlvResult, [("model", RlvCrowdModel), ("triangles", c_uint32_p), ("materials", c_uint32_p), ("capacity", c_size_t)]),
+    "rlv_crowd_model_get_clusters": (RlvResult, [("model", RlvCrowdModel), ("clusters", POINTER(RlvCrowdCluster)), ("capacity", c_size_t), ("stride", c_size_t)]),
+    "rlv_crowd_model_mesh": (RlvResult, [("model", RlvCrowdModel), ("error", c_float), ("clip", c_uint32), ("pose", c_uint32), ("out", POINTER(RlvMesh))]),
+    "rlv_crowd_create": (RlvResult, [("context", RlvContext), ("models", POINTER(RlvCrowdModel)), ("count", c_size_t), ("out", POINTER(RlvCrowd))]),
+    "rlv_crowd_retain": (RlvResult, [("crowd", RlvCrowd)]),
+    "rlv_crowd_release": (RlvResult, [("crowd", RlvCrowd)]),
+    "rlv_crowd_add": (RlvResult, [("crowd", RlvCrowd), ("agents", POINTER(RlvCrowdAgent)), ("count", c_size_t), ("stride", c_size_t), ("first", c_uint32_p)]),
+    "rlv_crowd_set": (RlvResult, [("crowd", RlvCrowd), ("first", c_uint32), ("agents", POINTER(RlvCrowdAgent)), ("count", c_size_t), ("stride", c_size_t)]),
+    "rlv_crowd_cut": (RlvResult, [("crowd", RlvCrowd), ("view", POINTER(RlvCrowdView)), ("out", POINTER(RlvCrowdFrame))]),
+    "rlv_crowd_get": (RlvResult, [("crowd", RlvCrowd), ("buffers", POINTER(RlvCrowdBuffers))]),
     "rlv_decal_on_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvDecalOptions)), ("pins", POINTER(RlvDecalPin)), ("count", c_size_t), ("stride", c_size_t), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvDecal))]),
     "rlv_decal_on_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvDecalOptions)), ("pins", POINTER(RlvDecalPin)), ("count", c_size_t), ("stride", c_size_t), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvDecal))]),
     "rlv_decal_retain": (RlvResult, [("decal", RlvDecal)]),
@@ -3280,6 +3468,7 @@ FUNCTIONS = {
     "rlv_job_grid_mesh": (RlvResult, [("grid", RlvGrid), ("settings", POINTER(RlvGridSettings)), ("out", POINTER(RlvJob))]),
     "rlv_job_decal_on_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvDecalOptions)), ("pins", POINTER(RlvDecalPin)), ("count", c_size_t), ("stride", c_size_t), ("out", POINTER(RlvJob))]),
     "rlv_job_decal_on_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvDecalOptions)), ("pins", POINTER(RlvDecalPin)), ("count", c_size_t), ("stride", c_size_t), ("out", POINTER(RlvJob))]),
+    "rlv_job_crowd": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("clips", POINTER(RlvCrowdClipName)), ("clip_count", c_size_t), ("settings", POINTER(RlvCrowdBuildSettings)), ("out", POINTER(RlvJob))]),
     "rlv_job_fluid": (RlvResult, [("fluid", RlvFluid), ("seconds", c_double), ("out", POINTER(RlvJob))]),
     "rlv_job_tissue_build": (RlvResult, [("context", RlvContext), ("description", POINTER(RlvTissueDescription)), ("out", POINTER(RlvJob))]),
     "rlv_job_tissue_advance": (RlvResult, [("simulation", RlvTissueSimulation), ("seconds", c_double), ("out", POINTER(RlvJob))]),
@@ -3302,6 +3491,7 @@ FUNCTIONS = {
     "rlv_job_tissue_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvTissueReport))]),
     "rlv_job_particles": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvParticles))]),
     "rlv_job_client_status": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvClientStatus))]),
+    "rlv_job_crowd_model": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvCrowdModel))]),
     "rlv_job_imprint_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvImprintReport))]),
     "rlv_job_bake_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvBakeReport))]),
     "rlv_job_fluid_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvFluidReport))]),

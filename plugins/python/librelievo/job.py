@@ -7,6 +7,8 @@ from . import abi, library, record
 from .array import address, matrix
 from .bake import options_of
 from .connection import fetch_of, scene_of
+from .crowd import CrowdModel
+from .crowd import arguments as crowd_arguments
 from .decal import Decal
 from .decal import arguments as decal_arguments
 from .detail import number_of
@@ -164,6 +166,14 @@ def build_tissue(context, cell, materials, volumes, **description):
     given, kept = description_of(cell, materials, volumes, **description)
     fetch = lambda job: Tissue.of("rlv_job_tissue", job.handle)
     made = _started(fetch, "rlv_job_tissue_build", context.handle, ctypes.byref(given))
+    del kept
+    return made
+
+
+def crowd_model(context, path, clips=None, **settings):
+    """Starts `CrowdModel.build`; the result is the model."""
+    given, kept = crowd_arguments(path, clips, settings)
+    made = _started(lambda job: CrowdModel.of("rlv_job_crowd_model", job.handle), "rlv_job_crowd", context.handle, *given)
     del kept
     return made
 

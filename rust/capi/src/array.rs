@@ -32,6 +32,8 @@ unsafe impl Plain for [f32; 4] {}
 // SAFETY: as above.
 unsafe impl Plain for [f32; 6] {}
 // SAFETY: as above.
+unsafe impl Plain for [f32; 12] {}
+// SAFETY: as above.
 unsafe impl Plain for [f64; 2] {}
 // SAFETY: as above.
 unsafe impl Plain for [f64; 3] {}
@@ -39,6 +41,8 @@ unsafe impl Plain for [f64; 3] {}
 unsafe impl Plain for [u32; 2] {}
 // SAFETY: as above.
 unsafe impl Plain for [u32; 3] {}
+// SAFETY: as above.
+unsafe impl Plain for [u32; 4] {}
 
 /// The stride in bytes of `count` elements of `size` bytes at `pointer`, or why they cannot exist.
 fn check(name: &str, null: bool, count: usize, stride: usize, size: usize) -> Result<usize> {

@@ -18,6 +18,7 @@ use crate::border::caught;
 use crate::client::{ClientJob, ClientProduct, RlvClient, RlvClientFetch, RlvClientScene, RlvClientStatus};
 use crate::collider::RlvCollider;
 use crate::context::{ContextObject, RLV_NAME_SIZE, RlvContext};
+use crate::crowd::{CrowdBuild, RlvCrowdBuildSettings, RlvCrowdClipName, RlvCrowdModel};
 use crate::decal::{Laying, RlvDecal, RlvDecalOptions, RlvDecalPin};
 use crate::descriptor::{check_optional, write_descriptor, write_optional};
 use crate::detail::{RlvDetail, transform};
@@ -70,6 +71,8 @@ pub enum Product {
     Grid(RlvGrid),
     /// The same of a decal.
     Decal(RlvDecal),
+    /// The same of a crowd model.
+    Crowd(RlvCrowdModel),
     /// A mesh as above, and the report on its repair.
     Repaired(RlvMesh, Box<RlvRepairReport>),
     Imprint(Report),
@@ -109,6 +112,7 @@ impl Drop for Product {
             Self::Decal(decal) => registry::release(*decal),
             Self::Tissue(tissue, _) => registry::release(*tissue),
             Self::Particles(particles) => registry::release(*particles),
+            Self::Crowd(model) => registry::release(*model),
             _ => Ok(()),
         };
     }
@@ -517,6 +521,23 @@ entry! {
         Ok(())
     }
 
+    fn rlv_job_crowd(
+        context: RlvContext,
+        path: *const c_char,
+        clips: *const RlvCrowdClipName,
+        clip_count: usize,
+        settings: *const RlvCrowdBuildSettings,
+        out: *mut RlvJob,
+    ) {
+        present("out", out)?;
+        // SAFETY: the caller gives NUL-terminated texts, and NULL or a descriptor that starts with its size.
+        let build = unsafe { CrowdBuild::read(context, path, clips, clip_count, settings) }?;
+        let job = start(&build.context().clone(), move |progress| build.run(progress).map(Product::Crowd))?;
+        // SAFETY: checked above.
+        unsafe { put(out, job) };
+        Ok(())
+    }
+
     fn rlv_job_fluid(fluid: RlvFluid, seconds: f64, out: *mut RlvJob) {
         present("out", out)?;
         let fluid = registry::get(fluid)?;
@@ -733,6 +754,18 @@ entry! {
         })?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe { write_descriptor(out, status) }
+    }
+
+    fn rlv_job_crowd_model(job: RlvJob, out: *mut RlvCrowdModel) {
+        present("out", out)?;
+        let model = registry::get(job)?.product("a crowd model", |product| match product {
+            Product::Crowd(model) => Some(*model),
+            _ => None,
+        })?;
+        registry::retain(model)?;
+        // SAFETY: checked above.
+        unsafe { put(out, model) };
+        Ok(())
     }
 
     fn rlv_job_imprint_report(job: RlvJob, out: *mut RlvImprintReport) {

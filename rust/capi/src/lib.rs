@@ -25,6 +25,7 @@ pub mod client;
 pub mod collider;
 pub mod color_buffer;
 pub mod context;
+pub mod crowd;
 pub mod decal;
 pub mod detail;
 pub mod device_level;

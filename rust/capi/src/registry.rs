@@ -20,7 +20,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-pub const NOUNS: [&str; 32] = [
+pub const NOUNS: [&str; 34] = [
     "nothing",
     "context",
     "mesh",
@@ -53,6 +53,8 @@ pub const NOUNS: [&str; 32] = [
     "tissue simulation",
     "client",
     "diffuse",
+    "crowd model",
+    "crowd",
 ];
 
 /// Defines the handle type of a noun.

@@ -25,6 +25,7 @@ use relievo::particles::*;
 use relievo::client::*;
 use relievo::collider::*;
 use relievo::color_buffer::*;
+use relievo::crowd::*;
 use relievo::decal::*;
 use relievo::stroke::*;
 use relievo::level::*;
@@ -408,6 +409,41 @@ function!(rlv_color_buffer_update: unsafe extern "C" fn(RlvColorBuffer, *mut Rlv
 function!(rlv_color_buffer_info: unsafe extern "C" fn(RlvColorBuffer, *mut RlvColorBufferInfo) -> RlvResult);
 function!(rlv_color_buffer_vulkan: unsafe extern "C" fn(RlvColorBuffer, *mut RlvColorBufferVulkan) -> RlvResult);
 function!(rlv_color_buffer_read: unsafe extern "C" fn(RlvColorBuffer, u32, u32, *mut c_void, usize, *mut usize) -> RlvResult);
+layout!(RlvCrowdModel: 8, 8);
+layout!(RlvCrowd: 8, 8);
+layout!(RlvCrowdBuildSettings: 20, 4);
+layout!(RlvCrowdClipName: 8, 8);
+layout!(RlvCrowdModelInfo: 88, 8);
+layout!(RlvCrowdClip: 60, 4);
+layout!(RlvCrowdMaterial: 260, 4);
+layout!(RlvCrowdVertices: 56, 8);
+layout!(RlvCrowdCluster: 24, 4);
+layout!(RlvCrowdAgent: 112, 8);
+layout!(RlvCrowdView: 104, 8);
+layout!(RlvCrowdFrame: 40, 8);
+layout!(RlvCrowdDraw: 20, 4);
+layout!(RlvCrowdInstance: 56, 4);
+layout!(RlvCrowdBuffers: 88, 8);
+function!(rlv_crowd_params: unsafe extern "C" fn(*mut *const RlvParameter, *mut usize) -> RlvResult);
+function!(rlv_crowd_model_build: unsafe extern "C" fn(RlvContext, *const c_char, *const RlvCrowdClipName, usize, *const RlvCrowdBuildSettings, RlvProgress, *mut c_void, *mut RlvCrowdModel) -> RlvResult);
+function!(rlv_crowd_model_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvCrowdModel) -> RlvResult);
+function!(rlv_crowd_model_write: unsafe extern "C" fn(RlvCrowdModel, *const c_char) -> RlvResult);
+function!(rlv_crowd_model_retain: unsafe extern "C" fn(RlvCrowdModel) -> RlvResult);
+function!(rlv_crowd_model_release: unsafe extern "C" fn(RlvCrowdModel) -> RlvResult);
+function!(rlv_crowd_model_info: unsafe extern "C" fn(RlvCrowdModel, *mut RlvCrowdModelInfo) -> RlvResult);
+function!(rlv_crowd_model_clip: unsafe extern "C" fn(RlvCrowdModel, u32, *mut RlvCrowdClip) -> RlvResult);
+function!(rlv_crowd_model_material: unsafe extern "C" fn(RlvCrowdModel, u32, *mut RlvCrowdMaterial) -> RlvResult);
+function!(rlv_crowd_model_get_vertices: unsafe extern "C" fn(RlvCrowdModel, *const RlvCrowdVertices) -> RlvResult);
+function!(rlv_crowd_model_get_triangles: unsafe extern "C" fn(RlvCrowdModel, *mut u32, *mut u32, usize) -> RlvResult);
+function!(rlv_crowd_model_get_clusters: unsafe extern "C" fn(RlvCrowdModel, *mut RlvCrowdCluster, usize, usize) -> RlvResult);
+function!(rlv_crowd_model_mesh: unsafe extern "C" fn(RlvCrowdModel, f32, u32, u32, *mut RlvMesh) -> RlvResult);
+function!(rlv_crowd_create: unsafe extern "C" fn(RlvContext, *const RlvCrowdModel, usize, *mut RlvCrowd) -> RlvResult);
+function!(rlv_crowd_retain: unsafe extern "C" fn(RlvCrowd) -> RlvResult);
+function!(rlv_crowd_release: unsafe extern "C" fn(RlvCrowd) -> RlvResult);
+function!(rlv_crowd_add: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdAgent, usize, usize, *mut u32) -> RlvResult);
+function!(rlv_crowd_set: unsafe extern "C" fn(RlvCrowd, u32, *const RlvCrowdAgent, usize, usize) -> RlvResult);
+function!(rlv_crowd_cut: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdView, *mut RlvCrowdFrame) -> RlvResult);
+function!(rlv_crowd_get: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdBuffers) -> RlvResult);
 layout!(RlvDecal: 8, 8);
 layout!(RlvDecalPin: 48, 8);
 layout!(RlvDecalOptions: 88, 8);
@@ -786,6 +822,7 @@ function!(rlv_job_grid_change: unsafe extern "C" fn(RlvGrid, u32, *const RlvGrid
 function!(rlv_job_grid_mesh: unsafe extern "C" fn(RlvGrid, *const RlvGridSettings, *mut RlvJob) -> RlvResult);
 function!(rlv_job_decal_on_mesh: unsafe extern "C" fn(RlvMesh, *const RlvDecalOptions, *const RlvDecalPin, usize, usize, *mut RlvJob) -> RlvResult);
 function!(rlv_job_decal_on_detail: unsafe extern "C" fn(RlvDetail, *const RlvDecalOptions, *const RlvDecalPin, usize, usize, *mut RlvJob) -> RlvResult);
+function!(rlv_job_crowd: unsafe extern "C" fn(RlvContext, *const c_char, *const RlvCrowdClipName, usize, *const RlvCrowdBuildSettings, *mut RlvJob) -> RlvResult);
 function!(rlv_job_fluid: unsafe extern "C" fn(RlvFluid, f64, *mut RlvJob) -> RlvResult);
 function!(rlv_job_tissue_build: unsafe extern "C" fn(RlvContext, *const RlvTissueDescription, *mut RlvJob) -> RlvResult);
 function!(rlv_job_tissue_advance: unsafe extern "C" fn(RlvTissueSimulation, f64, *mut RlvJob) -> RlvResult);
@@ -808,6 +845,7 @@ function!(rlv_job_tissue: unsafe extern "C" fn(RlvJob, *mut RlvTissue) -> RlvRes
 function!(rlv_job_tissue_report: unsafe extern "C" fn(RlvJob, *mut RlvTissueReport) -> RlvResult);
 function!(rlv_job_particles: unsafe extern "C" fn(RlvJob, *mut RlvParticles) -> RlvResult);
 function!(rlv_job_client_status: unsafe extern "C" fn(RlvJob, *mut RlvClientStatus) -> RlvResult);
+function!(rlv_job_crowd_model: unsafe extern "C" fn(RlvJob, *mut RlvCrowdModel) -> RlvResult);
 function!(rlv_job_imprint_report: unsafe extern "C" fn(RlvJob, *mut RlvImprintReport) -> RlvResult);
 function!(rlv_job_bake_report: unsafe extern "C" fn(RlvJob, *mut RlvBakeReport) -> RlvResult);
 function!(rlv_job_fluid_report: unsafe extern "C" fn(RlvJob, *mut RlvFluidReport) -> RlvResult);
@@ -1648,6 +1686,121 @@ pub fn offsets(list: &mut Offsets) {
         texels: u64 = 56,
         mip_firsts: u64 = 64,
         mips: u64 = 72,
+    });
+    fields!(list, RlvCrowdModel {
+        id: u64 = 0,
+    });
+    fields!(list, RlvCrowd {
+        id: u64 = 0,
+    });
+    fields!(list, RlvCrowdBuildSettings {
+        struct_size: u32 = 0,
+        pose_distance: f32 = 4,
+        cluster_triangles: u32 = 8,
+        group_clusters: u32 = 12,
+        pose_rate: f32 = 16,
+    });
+    fields!(list, RlvCrowdClipName {
+        name: *const c_char = 0,
+    });
+    fields!(list, RlvCrowdModelInfo {
+        struct_size: u32 = 0,
+        vertex_count: u32 = 4,
+        triangle_count: u32 = 8,
+        input_triangles: u32 = 12,
+        cluster_count: u32 = 16,
+        group_count: u32 = 20,
+        bone_count: u32 = 24,
+        clip_count: u32 = 28,
+        material_count: u32 = 32,
+        pose_count: u32 = 36,
+        representatives: u32 = 40,
+        largest_error: f32 = 44,
+        measured: u64 = 48,
+        exceeded: u64 = 56,
+        low: [f32; 3] = 64,
+        high: [f32; 3] = 76,
+    });
+    fields!(list, RlvCrowdClip {
+        struct_size: u32 = 0,
+        pose_count: u32 = 4,
+        rate: f32 = 8,
+        name: [u8; 48] = 12,
+    });
+    fields!(list, RlvCrowdMaterial {
+        struct_size: u32 = 0,
+        name: [u8; 256] = 4,
+    });
+    fields!(list, RlvCrowdVertices {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        capacity: usize = 8,
+        points: *mut f32 = 16,
+        normals: *mut f32 = 24,
+        uvs: *mut f32 = 32,
+        bones: *mut u32 = 40,
+        weights: *mut f32 = 48,
+    });
+    fields!(list, RlvCrowdCluster {
+        first_triangle: u32 = 0,
+        triangle_count: u32 = 4,
+        made_by: u32 = 8,
+        used_by: u32 = 12,
+        depth: u32 = 16,
+        deformation: f32 = 20,
+    });
+    fields!(list, RlvCrowdAgent {
+        model: u32 = 0,
+        clip: u32 = 4,
+        phase: f64 = 8,
+        transform: [f64; 12] = 16,
+    });
+    fields!(list, RlvCrowdView {
+        struct_size: u32 = 0,
+        width: u32 = 4,
+        height: u32 = 8,
+        tolerance: f32 = 12,
+        eye: [f64; 3] = 16,
+        target: [f64; 3] = 40,
+        up: [f64; 3] = 64,
+        fov: f64 = 88,
+        time: f64 = 96,
+    });
+    fields!(list, RlvCrowdFrame {
+        struct_size: u32 = 0,
+        agent_count: u32 = 4,
+        draw_count: u32 = 8,
+        matrix_count: u32 = 12,
+        changed: u32 = 16,
+        reserved: u32 = 20,
+        clusters: u64 = 24,
+        triangles: u64 = 32,
+    });
+    fields!(list, RlvCrowdDraw {
+        index_count: u32 = 0,
+        instance_count: u32 = 4,
+        first_index: u32 = 8,
+        base_vertex: i32 = 12,
+        first_instance: u32 = 16,
+    });
+    fields!(list, RlvCrowdInstance {
+        agent: u32 = 0,
+        first_matrix: u32 = 4,
+        transform: [f32; 12] = 8,
+    });
+    fields!(list, RlvCrowdBuffers {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        draws: *mut RlvCrowdDraw = 8,
+        draw_capacity: usize = 16,
+        draw_stride: usize = 24,
+        clusters: *mut u32 = 32,
+        instances: *mut RlvCrowdInstance = 40,
+        instance_capacity: usize = 48,
+        instance_stride: usize = 56,
+        matrices: *mut f32 = 64,
+        matrix_capacity: usize = 72,
+        matrix_stride: usize = 80,
     });
     fields!(list, RlvDecal {
         id: u64 = 0,
@@ -2841,6 +2994,21 @@ pub const INITIAL: &[Initial] = &[
         ("uint64_t mip_firsts", 0.0),
         ("uint64_t mips", 0.0),
     ] },
+    Initial { header: "crowd.h", name: "RlvCrowdBuildSettings", initializer: "RLV_CROWD_BUILD_SETTINGS_INIT", fields: &[
+        ("float pose_distance", 0.15),
+        ("uint32_t cluster_triangles", 100.0),
+        ("uint32_t group_clusters", 16.0),
+        ("float pose_rate", 30.0),
+    ] },
+    Initial { header: "crowd.h", name: "RlvCrowdFrame", initializer: "RLV_CROWD_FRAME_INIT", fields: &[
+        ("uint32_t agent_count", 0.0),
+        ("uint32_t draw_count", 0.0),
+        ("uint32_t matrix_count", 0.0),
+        ("uint32_t changed", 0.0),
+        ("uint32_t reserved", 0.0),
+        ("uint64_t clusters", 0.0),
+        ("uint64_t triangles", 0.0),
+    ] },
     Initial { header: "decal.h", name: "RlvDecalQuality", initializer: "RLV_DECAL_QUALITY_INIT", fields: &[
         ("uint32_t pin_count", 0.0),
         ("size_t triangle_count", 0.0),
@@ -3239,6 +3407,14 @@ pub const NAMES: &[&str] = &[
     "RLV_COLOR_RGBA8",
     "RLV_CONTEXT_INFO_INIT",
     "RLV_CONTEXT_OPTIONS_INIT",
+    "RLV_CROWD_BUFFERS_INIT",
+    "RLV_CROWD_BUILD_SETTINGS_INIT",
+    "RLV_CROWD_CLIP_INIT",
+    "RLV_CROWD_FRAME_INIT",
+    "RLV_CROWD_MATERIAL_INIT",
+    "RLV_CROWD_MODEL_INFO_INIT",
+    "RLV_CROWD_VERTICES_INIT",
+    "RLV_CROWD_VIEW_INIT",
     "RLV_CURVE_ANGLE",
     "RLV_CURVE_SIZE",
     "RLV_CURVE_STRENGTH",

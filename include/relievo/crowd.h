@@ -1,0 +1,248 @@
+/* Relievo: crowds of articulated models, each drawn with as many triangles as its pixels deserve in its pose.
+ *
+ * A crowd model is a character or a static model with a hierarchy of clusters of triangles (View-Dependent Representation
+ * of Articulated Models, Journal of WSCG 21, 2013). The error of a cluster is a distance that is measured in every pose of
+ * the clips. A crowd places agents, and a view cuts it: for every agent it finds the clusters whose error it cannot see,
+ * without cracks between them. The host draws the clusters from its own buffers: vertices and triangles once for each
+ * model, and for each frame the arguments of indexed draws, the instances, and the skin matrices.
+ *
+ * Lengths are in units of the model or of the world, times in seconds. Results do not depend on the number of threads. */
+#ifndef RELIEVO_CROWD_H
+#define RELIEVO_CROWD_H
+
+#include "relievo/mesh.h"
+#include "relievo/parameter.h"
+
+typedef struct RlvCrowdModel {
+    uint64_t id;
+} RlvCrowdModel;
+
+typedef struct RlvCrowd {
+    uint64_t id;
+} RlvCrowd;
+
+/* How a hierarchy is built. rlv_crowd_params has ranges, units and defaults of every field. */
+typedef struct RlvCrowdBuildSettings {
+    uint32_t struct_size;
+    float pose_distance;        /* distance of poses that are taken as alike, as a share of the diagonal of the model's box */
+    uint32_t cluster_triangles; /* triangles of a cluster at most */
+    uint32_t group_clusters;    /* clusters that are simplified together at most; an eighth of the input's clusters if that is less, but four */
+    float pose_rate;            /* poses that are sampled for each second of a clip, 1/s */
+} RlvCrowdBuildSettings;
+
+#define RLV_CROWD_BUILD_SETTINGS_INIT {sizeof(RlvCrowdBuildSettings), 0.15f, 100, 16, 30.0f}
+
+/* The name of a clip, or its number from 0 as text. */
+typedef struct RlvCrowdClipName {
+    const char *name;
+} RlvCrowdClipName;
+
+/* Counts and bounds of a model. */
+typedef struct RlvCrowdModelInfo {
+    uint32_t struct_size;
+    uint32_t vertex_count;
+    uint32_t triangle_count;  /* of all clusters */
+    uint32_t input_triangles; /* of the clusters of the input */
+    uint32_t cluster_count;
+    uint32_t group_count;     /* of clusters that were simplified together */
+    uint32_t bone_count;
+    uint32_t clip_count;      /* 1 or more */
+    uint32_t material_count;
+    uint32_t pose_count;      /* of all clips */
+    uint32_t representatives; /* poses that the model was simplified over */
+    float largest_error;      /* of the coarsest cut, units of the model */
+    uint64_t measured;        /* distances: one for each group in each pose */
+    uint64_t exceeded;        /* of these, larger than in every representative pose; the errors hold them */
+    float low[3];             /* smallest coordinates in all poses */
+    float high[3];            /* largest coordinates in all poses */
+} RlvCrowdModelInfo;
+
+#define RLV_CROWD_MODEL_INFO_INIT \
+    {sizeof(RlvCrowdModelInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0f, 0, 0, {0.0f}, {0.0f}}
+
+/* A clip: an animation sampled as poses, which repeats. */
+typedef struct RlvCrowdClip {
+    uint32_t struct_size;
+    uint32_t pose_count;
+    float rate; /* poses a second */
+    char name[RLV_NAME_SIZE];
+} RlvCrowdClip;
+
+#define RLV_CROWD_CLIP_INIT {sizeof(RlvCrowdClip), 0, 0.0f, {0}}
+
+/* The name of a material. */
+typedef struct RlvCrowdMaterial {
+    uint32_t struct_size;
+    char name[RLV_TEXT_SIZE];
+} RlvCrowdMaterial;
+
+#define RLV_CROWD_MATERIAL_INIT {sizeof(RlvCrowdMaterial), {0}}
+
+/* Arrays that vertices are written to, packed; NULL for those that are not wanted. */
+typedef struct RlvCrowdVertices {
+    uint32_t struct_size;
+    uint32_t reserved;
+    size_t capacity; /* vertices that each array has room for */
+    float *points;   /* three floats, at binding, units of the model */
+    float *normals;  /* three floats, at binding */
+    float *uvs;      /* two floats */
+    uint32_t *bones; /* four of the bones of a pose */
+    float *weights;  /* four weights of the bones, which add up to 1 */
+} RlvCrowdVertices;
+
+#define RLV_CROWD_VERTICES_INIT {sizeof(RlvCrowdVertices), 0, 0, NULL, NULL, NULL, NULL, NULL}
+
+/* A cluster: triangles that are drawn together. */
+typedef struct RlvCrowdCluster {
+    uint32_t first_triangle; /* in the triangles of the model */
+    uint32_t triangle_count;
+    uint32_t made_by;        /* the group whose simplification made it, UINT32_MAX for clusters of the input */
+    uint32_t used_by;        /* the group that it is simplified in, UINT32_MAX for the coarsest */
+    uint32_t depth;          /* simplifications below it, 0 for clusters of the input */
+    float deformation;       /* largest extent of a vertex's path against its bones, units of the model */
+} RlvCrowdCluster;
+
+/* A model placed in the world. */
+typedef struct RlvCrowdAgent {
+    uint32_t model;       /* of the crowd, from 0 */
+    uint32_t clip;        /* of the model, from 0 */
+    double phase;         /* seconds that it is ahead in its clip */
+    double transform[12]; /* from the model to the world: three columns of the axes, then the translation */
+} RlvCrowdAgent;
+
+/* From where a crowd is seen, and when. */
+typedef struct RlvCrowdView {
+    uint32_t struct_size;
+    uint32_t width;   /* pixels */
+    uint32_t height;  /* pixels */
+    float tolerance;  /* error that may be seen, pixels, above 0 */
+    double eye[3];
+    double target[3];
+    double up[3];
+    double fov;       /* vertical field of view, radians */
+    double time;      /* since the clips began, seconds */
+} RlvCrowdView;
+
+#define RLV_CROWD_VIEW_INIT \
+    {sizeof(RlvCrowdView), 0, 0, 0.5f, {0.0}, {0.0, 0.0, -1.0}, {0.0, 1.0, 0.0}, 0.6, 0.0}
+
+/* Counts of a frame. */
+typedef struct RlvCrowdFrame {
+    uint32_t struct_size;
+    uint32_t agent_count;  /* in view: instances */
+    uint32_t draw_count;
+    uint32_t matrix_count; /* one for each bone of each pose that is shown */
+    uint32_t changed;      /* agents that show other clusters than in the last frame, or may do so */
+    uint32_t reserved;
+    uint64_t clusters;     /* of all agents */
+    uint64_t triangles;    /* of all agents */
+} RlvCrowdFrame;
+
+#define RLV_CROWD_FRAME_INIT {sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0}
+
+/* Arguments of an indexed draw, in the layout of VkDrawIndexedIndirectCommand. The vertices of all models are in one
+ * buffer, one model after the other, and so are the indices of their triangles. */
+typedef struct RlvCrowdDraw {
+    uint32_t index_count;    /* three for each triangle of a cluster */
+    uint32_t instance_count; /* agents that show it */
+    uint32_t first_index;    /* in the indices of all models */
+    int32_t base_vertex;     /* the first vertex of the model in the vertices of all models */
+    uint32_t first_instance;
+} RlvCrowdDraw;
+
+/* An agent that is drawn. */
+typedef struct RlvCrowdInstance {
+    uint32_t agent;
+    uint32_t first_matrix; /* of its pose; the bones of the vertices count from there */
+    float transform[12];   /* from the model to the world: three rows of four */
+} RlvCrowdInstance;
+
+/* Arrays that a frame is written to; NULL for those that are not wanted. Strides are in bytes, 0 for packed. */
+typedef struct RlvCrowdBuffers {
+    uint32_t struct_size;
+    uint32_t reserved;
+    RlvCrowdDraw *draws;
+    size_t draw_capacity;
+    size_t draw_stride;
+    uint32_t *clusters; /* model and cluster of each draw, packed, with room for draw_capacity */
+    RlvCrowdInstance *instances;
+    size_t instance_capacity;
+    size_t instance_stride;
+    float *matrices; /* from the vertices at binding to the model: three rows of four floats for each bone of a pose */
+    size_t matrix_capacity;
+    size_t matrix_stride;
+} RlvCrowdBuffers;
+
+#define RLV_CROWD_BUFFERS_INIT {sizeof(RlvCrowdBuffers), 0, NULL, 0, 0, NULL, NULL, 0, 0, NULL, 0, 0}
+
+/* The fields of RlvCrowdBuildSettings in order: a table that lives as long as the process, and its length. No failure of
+ * its own. */
+RLV_API RlvResult rlv_crowd_params(const RlvParameter **params, size_t *count);
+
+/* Builds the hierarchy of all that a file of glTF, USD, OBJ, PLY, STL or OFF shows, for clip_count of its clips; without
+ * clips for all of the file. Settings may be NULL for the defaults, and progress NULL. Fails if the file cannot be read or
+ * has no triangles, a clip does not exist, a number is out of range, or progress asks to stop. */
+RLV_API RlvResult rlv_crowd_model_build(RlvContext context, const char *path, const RlvCrowdClipName *clips,
+                                        size_t clip_count, const RlvCrowdBuildSettings *settings, RlvProgress progress,
+                                        void *user, RlvCrowdModel *out);
+
+/* Reads a model (.rcrowd). Fails if the file is damaged or of a later version, or exceeds the memory limit. */
+RLV_API RlvResult rlv_crowd_model_read(RlvContext context, const char *path, RlvCrowdModel *out);
+
+/* Writes a model (.rcrowd), which is there when it is complete. Fails if the file cannot be written. */
+RLV_API RlvResult rlv_crowd_model_write(RlvCrowdModel model, const char *path);
+
+RLV_API RlvResult rlv_crowd_model_retain(RlvCrowdModel model);
+RLV_API RlvResult rlv_crowd_model_release(RlvCrowdModel model);
+
+/* Counts and bounds. No failure of its own. */
+RLV_API RlvResult rlv_crowd_model_info(RlvCrowdModel model, RlvCrowdModelInfo *out);
+
+/* Name, rate and poses of a clip. Fails if there is no such clip. */
+RLV_API RlvResult rlv_crowd_model_clip(RlvCrowdModel model, uint32_t clip, RlvCrowdClip *out);
+
+/* The name of a material, which the triangles give by its number. Fails if there is no such material. */
+RLV_API RlvResult rlv_crowd_model_material(RlvCrowdModel model, uint32_t material, RlvCrowdMaterial *out);
+
+/* Writes the vertices, which all clusters share. Fails, and writes nothing, if the capacity is too small; fails where normals
+ * or texture coordinates are wanted that the model lacks. */
+RLV_API RlvResult rlv_crowd_model_get_vertices(RlvCrowdModel model, const RlvCrowdVertices *vertices);
+
+/* Writes the three vertices and the material of every triangle of all clusters, one cluster after the other; either array
+ * may be NULL. Fails if the capacity, in triangles, is too small. */
+RLV_API RlvResult rlv_crowd_model_get_triangles(RlvCrowdModel model, uint32_t *triangles, uint32_t *materials,
+                                                size_t capacity);
+
+/* Writes all clusters. Fails if the capacity is too small. */
+RLV_API RlvResult rlv_crowd_model_get_clusters(RlvCrowdModel model, RlvCrowdCluster *clusters, size_t capacity,
+                                               size_t stride);
+
+/* Makes a mesh of the coarsest clusters whose error is at most error, units of the model, in one pose of a clip, with the
+ * attributes of the model and `material` on faces; 0 gives the triangles of the input. Fails if the error is below 0, or
+ * there is no such clip or pose. */
+RLV_API RlvResult rlv_crowd_model_mesh(RlvCrowdModel model, float error, uint32_t clip, uint32_t pose, RlvMesh *out);
+
+/* Makes a crowd of models, without agents. It shares the models. Fails if there is no model. */
+RLV_API RlvResult rlv_crowd_create(RlvContext context, const RlvCrowdModel *models, size_t count, RlvCrowd *out);
+
+RLV_API RlvResult rlv_crowd_retain(RlvCrowd crowd);
+RLV_API RlvResult rlv_crowd_release(RlvCrowd crowd);
+
+/* Mutates the crowd: adds agents, and writes the number of the first to first, which may be NULL. Fails, and adds none, if
+ * a model or clip does not exist, a transform has no inverse, or there are more than 2^24 agents. */
+RLV_API RlvResult rlv_crowd_add(RlvCrowd crowd, const RlvCrowdAgent *agents, size_t count, size_t stride,
+                                uint32_t *first);
+
+/* Mutates the crowd: moves agents, from number first on, or gives them other clips. Fails, and changes nothing, as
+ * rlv_crowd_add, or if there are not as many. */
+RLV_API RlvResult rlv_crowd_set(RlvCrowd crowd, uint32_t first, const RlvCrowdAgent *agents, size_t count,
+                                size_t stride);
+
+/* Mutates the crowd: finds what a view draws of it; out may be NULL. Fails if the view is not finite or has no pixels or
+ * direction, or the indices of all models do not fit 32 bits. */
+RLV_API RlvResult rlv_crowd_cut(RlvCrowd crowd, const RlvCrowdView *view, RlvCrowdFrame *out);
+
+/* Writes what rlv_crowd_cut found. Fails, and writes nothing, if a capacity is too small, or the agents changed since. */
+RLV_API RlvResult rlv_crowd_get(RlvCrowd crowd, const RlvCrowdBuffers *buffers);
+
+#endif

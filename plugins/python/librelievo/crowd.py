@@ -1,0 +1,178 @@
+"""Crowds of articulated models, each drawn with as many triangles as its pixels deserve in its pose."""
+
+import ctypes
+
+import numpy
+
+from . import abi, library, record
+from .array import address
+from .error import Invalid
+from .handle import Handle, path_bytes, text_bytes
+from .mesh import Mesh
+from .parameter import address_of, table
+from .progress import watched
+
+AGENT = numpy.dtype(abi.RlvCrowdAgent)
+CLUSTER = numpy.dtype(abi.RlvCrowdCluster)
+DRAW = numpy.dtype(abi.RlvCrowdDraw)
+INSTANCE = numpy.dtype(abi.RlvCrowdInstance)
+VERTICES = {"points": 3, "normals": 3, "uvs": 2, "bones": 4, "weights": 4}
+
+
+def params():
+    """The fields of RlvCrowdBuildSettings with ranges, units and help."""
+    return table("rlv_crowd_params")
+
+
+def arguments(path, clips, settings):
+    """What the functions that build a model take after the context, and what keeps its texts."""
+    names = [text_bytes(str(clip)) for clip in clips or ()]
+    entries = (abi.RlvCrowdClipName * len(names))(*((name,) for name in names))
+    made = record.fill(abi.RlvCrowdBuildSettings, settings)
+    return (path_bytes(path), entries, len(names), ctypes.byref(made)), (names, entries, made)
+
+
+def agents_of(transforms, clips=0, phases=0.0, models=0):
+    """An array of RlvCrowdAgent of transforms (n, 3, 4) or (n, 4, 4) of rows, with the clip, the phase in seconds and the
+    model of each, or one for all."""
+    rows = numpy.asarray(transforms, numpy.float64)
+    if rows.ndim != 3 or rows.shape[1:] not in ((3, 4), (4, 4)):
+        raise Invalid(f"transforms: the shape (n, 3, 4) or (n, 4, 4) is needed, not {rows.shape}")
+    agents = numpy.zeros(len(rows), AGENT)
+    agents["transform"] = rows[:, :3].transpose(0, 2, 1).reshape(-1, 12)
+    for name, values in (("clip", clips), ("phase", phases), ("model", models)):
+        try:
+            agents[name] = values
+        except (TypeError, ValueError, OverflowError) as problem:
+            raise Invalid(f"{name}: {problem}") from None
+    return agents
+
+
+class CrowdModel(Handle):
+    """A character or a static model with its clips and its hierarchy of clusters."""
+
+    noun, kind = "crowd_model", abi.RlvCrowdModel
+
+    @classmethod
+    def build(cls, context, path, clips=None, progress=None, **settings):
+        """Builds the hierarchy of a file for its clips of these names, or for all; see RlvCrowdBuildSettings."""
+        given, _kept = arguments(path, clips, settings)
+        with watched(progress) as callback:
+            return cls.of("rlv_crowd_model_build", context.handle, *given, callback, None)
+
+    @classmethod
+    def read(cls, context, path):
+        """Reads a model (.rcrowd)."""
+        return cls.of("rlv_crowd_model_read", context.handle, path_bytes(path))
+
+    def write(self, path):
+        """Writes the model (.rcrowd)."""
+        library.call("rlv_crowd_model_write", self.handle, path_bytes(path))
+
+    @property
+    def info(self):
+        """Counts and bounds; see RlvCrowdModelInfo."""
+        out = record.empty(abi.RlvCrowdModelInfo)
+        library.call("rlv_crowd_model_info", self.handle, ctypes.byref(out))
+        return record.read(out)
+
+    @property
+    def clips(self):
+        """Name, rate and number of poses of every clip."""
+        found = []
+        for clip in range(self.info.clip_count):
+            out = record.empty(abi.RlvCrowdClip)
+            library.call("rlv_crowd_model_clip", self.handle, clip, ctypes.byref(out))
+            found.append(record.read(out))
+        return found
+
+    @property
+    def materials(self):
+        """The names of the materials, which the triangles give by their numbers."""
+        found = []
+        for material in range(self.info.material_count):
+            out = record.empty(abi.RlvCrowdMaterial)
+            library.call("rlv_crowd_model_material", self.handle, material, ctypes.byref(out))
+            found.append(record.read(out).name)
+        return found
+
+    def vertices(self, *names):
+        """The arrays of these names: points (n, 3), normals (n, 3), uvs (n, 2), bones (n, 4), weights (n, 4)."""
+        count = self.info.vertex_count
+        given, arrays = record.fill(abi.RlvCrowdVertices, {"capacity": count}), {}
+        for name in names:
+            if name not in VERTICES:
+                raise Invalid(f"{name}: unknown; there are {', '.join(VERTICES)}")
+            kind = numpy.uint32 if name == "bones" else numpy.float32
+            arrays[name] = numpy.empty((count, VERTICES[name]), kind)
+            setattr(given, name, address(arrays[name]))
+        library.call("rlv_crowd_model_get_vertices", self.handle, ctypes.byref(given))
+        return arrays
+
+    def triangles(self):
+        """The vertices (n, 3) and the materials (n) of the triangles of all clusters, one cluster after the other."""
+        count = self.info.triangle_count
+        triangles, materials = numpy.empty((count, 3), numpy.uint32), numpy.empty(count, numpy.uint32)
+        places = address(triangles), address(materials)
+        library.call("rlv_crowd_model_get_triangles", self.handle, *places, count)
+        return triangles, materials
+
+    def clusters(self):
+        """An array of RlvCrowdCluster."""
+        clusters = numpy.zeros(self.info.cluster_count, CLUSTER)
+        place = clusters.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdCluster))
+        library.call("rlv_crowd_model_get_clusters", self.handle, place, len(clusters), 0)
+        return clusters
+
+    def mesh(self, error=0.0, clip=0, pose=0):
+        """A mesh of the coarsest clusters within an error, in units of the model, in a pose of a clip."""
+        return Mesh.of("rlv_crowd_model_mesh", self.handle, error, clip, pose)
+
+
+class Crowd(Handle):
+    """Agents of some models, and what a view draws of them."""
+
+    noun, kind = "crowd", abi.RlvCrowd
+
+    def __init__(self, context, models):
+        """Makes a crowd of models, without agents."""
+        handles = (abi.RlvCrowdModel * len(models))(*(model.handle for model in models))
+        super().__init__("rlv_crowd_create", context.handle, handles, len(models))
+
+    def add(self, transforms, clips=0, phases=0.0, models=0):
+        """Adds agents and returns the number of the first; see `agents_of`."""
+        agents, first = agents_of(transforms, clips, phases, models), ctypes.c_uint32()
+        place = agents.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdAgent))
+        library.call("rlv_crowd_add", self.handle, place, len(agents), 0, address_of(first))
+        return first.value
+
+    def set(self, first, transforms, clips=0, phases=0.0, models=0):
+        """Moves the agents from number `first` on, or gives them other clips."""
+        agents = agents_of(transforms, clips, phases, models)
+        place = agents.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdAgent))
+        library.call("rlv_crowd_set", self.handle, first, place, len(agents), 0)
+
+    def cut(self, size, eye, target, up=(0, 1, 0), fov=0.6, tolerance=0.5, time=0.0):
+        """Finds what a view draws, and returns counts; see RlvCrowdFrame. `size` is (width, height) in pixels, `tolerance`
+        the error that may be seen, in pixels."""
+        width, height = size
+        given = {"width": width, "height": height, "tolerance": tolerance, "eye": eye, "target": target, "up": up}
+        view = record.fill(abi.RlvCrowdView, {**given, "fov": fov, "time": time})
+        self._frame = record.empty(abi.RlvCrowdFrame)
+        library.call("rlv_crowd_cut", self.handle, ctypes.byref(view), ctypes.byref(self._frame))
+        return record.read(self._frame)
+
+    def draws(self):
+        """What the last cut found: arrays of RlvCrowdDraw, of model and cluster (n, 2) of each draw, of RlvCrowdInstance,
+        and of skin matrices (n, 3, 4)."""
+        frame = getattr(self, "_frame", None) or record.empty(abi.RlvCrowdFrame)
+        draws, clusters = numpy.zeros(frame.draw_count, DRAW), numpy.empty((frame.draw_count, 2), numpy.uint32)
+        instances = numpy.zeros(frame.agent_count, INSTANCE)
+        matrices = numpy.empty((frame.matrix_count, 3, 4), numpy.float32)
+        counts = {"draw_capacity": len(draws), "instance_capacity": len(instances), "matrix_capacity": len(matrices)}
+        buffers = record.fill(abi.RlvCrowdBuffers, counts)
+        buffers.draws = draws.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdDraw))
+        buffers.instances = instances.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdInstance))
+        buffers.clusters, buffers.matrices = address(clusters), address(matrices)
+        library.call("rlv_crowd_get", self.handle, ctypes.byref(buffers))
+        return draws, clusters, instances, matrices

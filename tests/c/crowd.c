@@ -1,0 +1,374 @@
+/* Crowds: a bending arm is built, as a call and as a job, written and read, its clusters and poses are taken out, and
+ * agents are placed, moved and cut into draws; and what is refused. */
+#include "check.h"
+
+enum { RINGS = 41, SIDES = 24, POINTS = RINGS * SIDES, TRIANGLES = 2 * (RINGS - 1) * SIDES, AGENTS = 9 };
+
+static uint32_t cancel(void *user, float fraction, const char *stage) {
+    (void)fraction;
+    (void)stage;
+    return --*(int *)user < 0 ? RLV_PROGRESS_CANCEL : RLV_PROGRESS_CONTINUE;
+}
+
+/* A tube along y from -1 to 1 whose upper half turns about z by 90 degrees within a second, as glTF. */
+static void write_arm(void) {
+    static float positions[POINTS][3], weights[POINTS][4];
+    static uint16_t joints[POINTS][4];
+    static uint32_t indices[TRIANGLES][3];
+    const float times[2] = {0.0f, 1.0f}, turns[2][4] = {{0, 0, 0, 1}, {0, 0, 0.70710678f, 0.70710678f}};
+    for (int ring = 0; ring < RINGS; ++ring) {
+        for (int side = 0; side < SIDES; ++side) {
+            const int point = ring * SIDES + side;
+            const double angle = 6.283185307179586 * side / SIDES, height = -1.0 + 2.0 * ring / (RINGS - 1);
+            const double radius = 0.2 + 0.01 * sin(5.0 * angle) * cos(9.0 * height);
+            const double share = fmin(fmax(0.5 + 2.5 * height, 0.0), 1.0);
+            positions[point][0] = (float)(radius * cos(angle));
+            positions[point][1] = (float)height;
+            positions[point][2] = (float)(radius * sin(angle));
+            joints[point][1] = 1;
+            weights[point][0] = (float)(1.0 - share);
+            weights[point][1] = (float)share;
+        }
+    }
+    for (uint32_t ring = 0, at = 0; ring < RINGS - 1; ++ring) {
+        for (uint32_t side = 0; side < SIDES; ++side, at += 2) {
+            const uint32_t next = (side + 1) % SIDES, low = ring * SIDES, high = low + SIDES;
+            const uint32_t made[2][3] = {{low + side, high + side, high + next}, {low + side, high + next, low + next}};
+            memcpy(indices[at], made, sizeof made);
+        }
+    }
+    FILE *bytes = fopen("crowd_arm.bin", "wb"), *text = fopen("crowd_arm.gltf", "w");
+    CHECK(bytes != NULL && text != NULL);
+    const struct {
+        const void *data;
+        size_t size, count;
+        int component;
+        const char *type, *more;
+    } parts[6] = {
+        {positions, sizeof positions, POINTS, 5126, "VEC3", ",\"min\":[-0.3,-1,-0.3],\"max\":[0.3,1,0.3]"},
+        {joints, sizeof joints, POINTS, 5123, "VEC4", ""},
+        {weights, sizeof weights, POINTS, 5126, "VEC4", ""},
+        {indices, sizeof indices, 3 * TRIANGLES, 5125, "SCALAR", ""},
+        {times, sizeof times, 2, 5126, "SCALAR", ",\"min\":[0],\"max\":[1]"},
+        {turns, sizeof turns, 2, 5126, "VEC4", ""},
+    };
+    size_t total = 0;
+    for (int part = 0; part < 6; ++part) {
+        CHECK(fwrite(parts[part].data, 1, parts[part].size, bytes) == parts[part].size);
+        total += parts[part].size;
+    }
+    fprintf(text,
+            "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0,1]}],"
+            "\"nodes\":[{\"mesh\":0,\"skin\":0},{\"name\":\"lower\",\"children\":[2]},{\"name\":\"upper\"}],"
+            "\"skins\":[{\"joints\":[1,2]}],"
+            "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"JOINTS_0\":1,\"WEIGHTS_0\":2},\"indices\":3}]}],"
+            "\"animations\":[{\"name\":\"bend\",\"channels\":[{\"sampler\":0,\"target\":{\"node\":2,\"path\":\"rotation\"}}],"
+            "\"samplers\":[{\"input\":4,\"output\":5}]}],"
+            "\"buffers\":[{\"uri\":\"crowd_arm.bin\",\"byteLength\":%u}],\"bufferViews\":[",
+            (unsigned)total);
+    total = 0;
+    for (int part = 0; part < 6; ++part) {
+        fprintf(text, "%s{\"buffer\":0,\"byteOffset\":%u,\"byteLength\":%u}", part ? "," : "", (unsigned)total,
+                (unsigned)parts[part].size);
+        total += parts[part].size;
+    }
+    fprintf(text, "],\"accessors\":[");
+    for (int part = 0; part < 6; ++part) {
+        fprintf(text, "%s{\"bufferView\":%d,\"componentType\":%d,\"count\":%u,\"type\":\"%s\"%s}", part ? "," : "", part,
+                parts[part].component, (unsigned)parts[part].count, parts[part].type, parts[part].more);
+    }
+    fprintf(text, "]}\n");
+    CHECK(fclose(bytes) == 0 && fclose(text) == 0);
+}
+
+static RlvCrowdModel build(RlvContext context) {
+    RlvCrowdBuildSettings settings = RLV_CROWD_BUILD_SETTINGS_INIT;
+    const RlvCrowdClipName clip = {"bend"};
+    RlvCrowdModel model = RLV_NULL;
+    int calls = 1 << 20;
+    settings.cluster_triangles = 40;
+    settings.pose_rate = 6.0f;
+    CHECK_OK(rlv_crowd_model_build(context, "crowd_arm.gltf", &clip, 1, &settings, cancel, &calls, &model));
+    CHECK(calls < 1 << 20);
+    return model;
+}
+
+/* The same counts from a call, a job and a file. */
+static void check_models(RlvContext context, RlvCrowdModel model) {
+    RlvCrowdBuildSettings settings = RLV_CROWD_BUILD_SETTINGS_INIT;
+    RlvCrowdModelInfo info = RLV_CROWD_MODEL_INFO_INIT, other = RLV_CROWD_MODEL_INFO_INIT;
+    RlvCrowdClip clip = RLV_CROWD_CLIP_INIT;
+    RlvCrowdModel again = RLV_NULL;
+    RlvJob job = RLV_NULL;
+    CHECK_OK(rlv_crowd_model_info(model, &info));
+    CHECK(info.input_triangles == TRIANGLES && info.vertex_count == POINTS && info.bone_count == 2);
+    CHECK(info.clip_count == 1 && info.pose_count == 6 && info.representatives >= 1 && info.representatives <= 6);
+    CHECK(info.cluster_count > info.group_count && info.triangle_count > info.input_triangles);
+    CHECK(info.largest_error > 0.0f && info.measured == (uint64_t)info.group_count * 6);
+    CHECK(info.low[0] < -0.9f && info.high[1] > 0.9f);
+    CHECK_OK(rlv_crowd_model_clip(model, 0, &clip));
+    CHECK(strcmp(clip.name, "bend") == 0 && clip.pose_count == 6 && clip.rate == 6.0f);
+
+    settings.cluster_triangles = 40;
+    settings.pose_rate = 6.0f;
+    CHECK_OK(rlv_job_crowd(context, "crowd_arm.gltf", NULL, 0, &settings, &job));
+    CHECK_OK(rlv_job_wait(job, -1.0, NULL));
+    CHECK_OK(rlv_job_crowd_model(job, &again));
+    CHECK_OK(rlv_crowd_model_info(again, &other));
+    CHECK(memcmp(&info, &other, sizeof info) == 0);
+    CHECK_OK(rlv_job_release(job));
+    CHECK_OK(rlv_crowd_model_release(again));
+
+    CHECK_OK(rlv_crowd_model_write(model, "crowd_arm.rcrowd"));
+    CHECK_OK(rlv_crowd_model_read(context, "crowd_arm.rcrowd", &again));
+    CHECK_OK(rlv_crowd_model_info(again, &other));
+    CHECK(memcmp(&info, &other, sizeof info) == 0);
+    CHECK_OK(rlv_crowd_model_release(again));
+}
+
+/* Vertices are those of the file, clusters follow one another, and meshes have the triangles of their clusters. */
+static void check_parts(RlvCrowdModel model) {
+    RlvCrowdModelInfo info = RLV_CROWD_MODEL_INFO_INIT;
+    RlvCrowdVertices vertices = RLV_CROWD_VERTICES_INIT;
+    CHECK_OK(rlv_crowd_model_info(model, &info));
+    float *points = malloc(POINTS * 12), *weights = malloc(POINTS * 16);
+    uint32_t *bones = malloc(POINTS * 16), *triangles = malloc(info.triangle_count * 12);
+    uint32_t *materials = malloc(info.triangle_count * 4);
+    RlvCrowdCluster *clusters = malloc(info.cluster_count * sizeof *clusters);
+    CHECK(points && weights && bones && triangles && materials && clusters);
+    vertices.capacity = POINTS;
+    vertices.points = points;
+    vertices.bones = bones;
+    vertices.weights = weights;
+    CHECK_OK(rlv_crowd_model_get_vertices(model, &vertices));
+    for (size_t point = 0; point < POINTS; ++point) {
+        CHECK_NEAR(points[3 * point + 1], -1.0 + 2.0 * (double)(point / SIDES) / (RINGS - 1), 1e-6);
+        CHECK(bones[4 * point] < 2 && bones[4 * point + 1] < 2);
+        CHECK_NEAR(weights[4 * point] + weights[4 * point + 1], 1.0, 1e-6);
+    }
+    vertices.capacity = POINTS - 1;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_get_vertices(model, &vertices), "984");
+    vertices.capacity = POINTS;
+    vertices.normals = points;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_get_vertices(model, &vertices), "normals");
+
+    CHECK_OK(rlv_crowd_model_get_triangles(model, triangles, materials, info.triangle_count));
+    CHECK_OK(rlv_crowd_model_get_clusters(model, clusters, info.cluster_count, 0));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_get_triangles(model, triangles, NULL, 5), "triangles");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_get_clusters(model, clusters, 1, 0), "clusters");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_get_clusters(model, NULL, 1, 0), "clusters");
+    uint32_t next = 0, input = 0;
+    for (uint32_t cluster = 0; cluster < info.cluster_count; ++cluster) {
+        CHECK(clusters[cluster].first_triangle == next && clusters[cluster].triangle_count <= 40);
+        next += clusters[cluster].triangle_count;
+        input += clusters[cluster].made_by == UINT32_MAX ? clusters[cluster].triangle_count : 0;
+    }
+    CHECK(next == info.triangle_count && input == TRIANGLES);
+    for (uint32_t corner = 0; corner < 3 * info.triangle_count; ++corner) {
+        CHECK(triangles[corner] < POINTS);
+    }
+
+    size_t before = (size_t)-1;
+    const float errors[4] = {0.0f, 0.02f, 0.06f, 1e9f};
+    for (int at = 0; at < 4; ++at) {
+        RlvMeshInfo found = RLV_MESH_INFO_INIT;
+        RlvMesh mesh = RLV_NULL;
+        CHECK_OK(rlv_crowd_model_mesh(model, errors[at], 0, 5, &mesh));
+        CHECK_OK(rlv_mesh_info(mesh, &found));
+        CHECK(found.triangle_count < before && (at > 0 || found.triangle_count == TRIANGLES));
+        CHECK(found.low[0] >= info.low[0] && found.high[1] <= info.high[1] && found.low[0] < -0.5f);
+        before = found.triangle_count;
+        CHECK_OK(rlv_mesh_release(mesh));
+    }
+    free(points);
+    free(weights);
+    free(bones);
+    free(triangles);
+    free(materials);
+    free(clusters);
+}
+
+static RlvCrowdAgent agent_at(double x, double z) {
+    RlvCrowdAgent agent;
+    memset(&agent, 0, sizeof agent);
+    agent.transform[0] = agent.transform[4] = agent.transform[8] = 1.0;
+    agent.transform[9] = x;
+    agent.transform[11] = z;
+    return agent;
+}
+
+/* A row of agents from near to far, one of them behind the camera, cut into draws. */
+static void check_draws(RlvContext context, RlvCrowdModel model) {
+    RlvCrowdAgent agents[AGENTS];
+    RlvCrowdView view = RLV_CROWD_VIEW_INIT;
+    RlvCrowdFrame frame = RLV_CROWD_FRAME_INIT, distant = RLV_CROWD_FRAME_INIT;
+    RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
+    RlvCrowdModelInfo info = RLV_CROWD_MODEL_INFO_INIT;
+    RlvCrowd crowd = RLV_NULL;
+    uint32_t first = 77;
+    CHECK_OK(rlv_crowd_model_info(model, &info));
+    for (int agent = 0; agent < AGENTS; ++agent) {
+        agents[agent] = agent_at(0.0, agent == AGENTS - 1 ? 20.0 : -4.0 * agent);
+        agents[agent].phase = agent % 2 / 6.0;
+    }
+    /* The model twice: vertices and indices of the second follow those of the first. */
+    const RlvCrowdModel models[2] = {model, model};
+    agents[3].model = 1;
+    CHECK_OK(rlv_crowd_create(context, models, 2, &crowd));
+    CHECK_OK(rlv_crowd_add(crowd, agents, AGENTS, 0, &first));
+    CHECK(first == 0);
+    view.width = 320;
+    view.height = 240;
+    view.eye[2] = 4.0;
+    view.target[2] = 0.0;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_get(crowd, &buffers), "rlv_crowd_cut");
+    CHECK_OK(rlv_crowd_cut(crowd, &view, &frame));
+    CHECK(frame.agent_count == AGENTS - 1 && frame.changed == AGENTS);
+    CHECK(frame.draw_count > 0 && frame.triangles < (uint64_t)TRIANGLES * frame.agent_count);
+    /* Two poses of the first model, one of the second. */
+    CHECK(frame.matrix_count == 3 * info.bone_count);
+
+    RlvCrowdDraw *draws = malloc(frame.draw_count * sizeof *draws);
+    uint32_t *clusters = malloc(frame.draw_count * 8);
+    RlvCrowdInstance *instances = malloc(frame.agent_count * sizeof *instances);
+    float *matrices = malloc(frame.matrix_count * 48);
+    RlvCrowdCluster *known = malloc(info.cluster_count * sizeof *known);
+    CHECK(draws && clusters && instances && matrices && known);
+    CHECK_OK(rlv_crowd_model_get_clusters(model, known, info.cluster_count, 0));
+    buffers.draws = draws;
+    buffers.draw_capacity = frame.draw_count;
+    buffers.clusters = clusters;
+    buffers.instances = instances;
+    buffers.instance_capacity = frame.agent_count - 1;
+    buffers.matrices = matrices;
+    buffers.matrix_capacity = frame.matrix_count;
+    memset(draws, 0x55, sizeof *draws);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_get(crowd, &buffers), "instances");
+    CHECK(draws[0].index_count == 0x55555555);
+    buffers.instance_capacity = frame.agent_count;
+    CHECK_OK(rlv_crowd_get(crowd, &buffers));
+    uint64_t triangles = 0, drawn = 0;
+    for (uint32_t draw = 0; draw < frame.draw_count; ++draw) {
+        const RlvCrowdDraw it = draws[draw];
+        const uint32_t second = clusters[2 * draw], cluster = clusters[2 * draw + 1];
+        CHECK(it.index_count == 3 * known[cluster].triangle_count);
+        CHECK(it.first_index == 3 * (known[cluster].first_triangle + second * info.triangle_count));
+        CHECK(it.base_vertex == (int32_t)(second * info.vertex_count));
+        CHECK(it.first_instance + it.instance_count <= frame.agent_count);
+        triangles += (uint64_t)it.index_count / 3 * it.instance_count;
+        drawn += it.instance_count;
+        for (uint32_t at = it.first_instance; at < it.first_instance + it.instance_count; ++at) {
+            CHECK(agents[instances[at].agent].model == second);
+        }
+    }
+    CHECK(triangles == frame.triangles && drawn == frame.clusters);
+    uint32_t seen = 0;
+    for (uint32_t at = 0; at < frame.agent_count; ++at) {
+        const RlvCrowdInstance it = instances[at];
+        CHECK(it.agent < AGENTS - 1 && it.first_matrix + info.bone_count <= frame.matrix_count);
+        CHECK(it.transform[0] == 1.0f && it.transform[11] == (float)agents[it.agent].transform[11]);
+        seen |= 1u << it.agent;
+        /* The lower bone rests; the upper one has turned about z by 15 degrees in pose 1. */
+        const float *rows = matrices + 12 * it.first_matrix;
+        CHECK_NEAR(rows[0], 1.0, 1e-6);
+        CHECK_NEAR(rows[12 + 4], sin(it.agent % 2 * 0.2617993878), 2e-2);
+    }
+    CHECK(seen == (1u << (AGENTS - 1)) - 1);
+
+    /* All far away: fewer triangles, and agents of one step share their draws. */
+    for (int agent = 0; agent < AGENTS; ++agent) {
+        agents[agent] = agent_at(agent, -400.0);
+    }
+    CHECK_OK(rlv_crowd_set(crowd, 0, agents, AGENTS, 0));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_get(crowd, &buffers), "rlv_crowd_cut");
+    CHECK_OK(rlv_crowd_cut(crowd, &view, &distant));
+    CHECK(distant.agent_count == AGENTS && distant.triangles < frame.triangles / 4 && distant.draw_count < distant.clusters);
+    CHECK_OK(rlv_crowd_cut(crowd, &view, &distant));
+    CHECK(distant.changed == 0);
+
+    const RlvCrowdAgent flat = {0, 0, 0.0, {0.0}};
+    agents[5].clip = 3;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_add(crowd, agents, AGENTS, 0, NULL), "agent 5");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_set(crowd, 0, agents, AGENTS, 0), "clip 3");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_add(crowd, &flat, 1, 0, NULL), "inverse");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_set(crowd, 5, agents, AGENTS, 0), "beyond");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_set(crowd, UINT32_MAX, agents, 1, 0), "beyond");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_add(crowd, NULL, 1, 0, NULL), "agents");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_add(crowd, agents, 1, 8, NULL), "stride");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, NULL, NULL), "NULL");
+    view.tolerance = 0.0f;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "pixels");
+    view.tolerance = 0.5f;
+    view.width = 0;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "pixels");
+    view.width = 320;
+    view.eye[1] = NAN;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "");
+    CHECK_OK(rlv_crowd_retain(crowd));
+    CHECK_OK(rlv_crowd_release(crowd));
+    CHECK_OK(rlv_crowd_release(crowd));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_get(crowd, &buffers), "");
+    free(draws);
+    free(clusters);
+    free(instances);
+    free(matrices);
+    free(known);
+}
+
+static void check_refusals(RlvContext context, RlvCrowdModel model) {
+    RlvCrowdBuildSettings settings = RLV_CROWD_BUILD_SETTINGS_INIT;
+    const RlvCrowdClipName wrong = {"bent"}, none = {NULL};
+    RlvCrowdModel made = RLV_NULL;
+    RlvCrowdModelInfo info = RLV_CROWD_MODEL_INFO_INIT;
+    RlvCrowdClip clip = RLV_CROWD_CLIP_INIT;
+    RlvCrowdMaterial material = RLV_CROWD_MATERIAL_INIT;
+    RlvCrowd crowd = RLV_NULL;
+    RlvMesh mesh = RLV_NULL;
+    RlvJob job = RLV_NULL;
+    const RlvParameter *params = NULL;
+    size_t count = 0;
+    int calls = 2;
+    const char *path = "crowd_arm.gltf";
+    CHECK_OK(rlv_crowd_model_info(model, &info));
+    CHECK_OK(rlv_crowd_params(&params, &count));
+    CHECK(count == 4 && strcmp(params[0].name, "pose_distance") == 0 && params[0].offset == sizeof(uint32_t));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_params(NULL, &count), "params");
+    settings.cluster_triangles = 1;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_build(context, path, NULL, 0, &settings, NULL, NULL, &made),
+                "cluster_triangles");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_crowd(context, path, NULL, 0, &settings, &job), "cluster_triangles");
+    CHECK(rlv_crowd_model_build(context, path, &wrong, 1, NULL, NULL, NULL, &made) != RLV_OK);
+    CHECK(strstr(rlv_last_error(), "bend") != NULL);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_build(context, path, &none, 1, NULL, NULL, NULL, &made), "NULL");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_build(context, path, NULL, 1, NULL, NULL, NULL, &made), "clips");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_build(context, NULL, NULL, 0, NULL, NULL, NULL, &made), "path");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_build(context, path, NULL, 0, NULL, NULL, NULL, NULL), "out");
+    CHECK_FAILS(RLV_ERROR_CANCELLED, rlv_crowd_model_build(context, path, NULL, 0, NULL, cancel, &calls, &made), "");
+    CHECK(rlv_crowd_model_build(context, "nothing.glb", NULL, 0, NULL, NULL, NULL, &made) != RLV_OK);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_read(context, path, &made), "crowd model");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_clip(model, 1, &clip), "clip 1");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_material(model, info.material_count, &material), "material");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_mesh(model, -1.0f, 0, 0, &mesh), "error");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_mesh(model, NAN, 0, 0, &mesh), "error");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_mesh(model, 0.0f, 0, 6, &mesh), "pose 6");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_mesh(model, 0.0f, 2, 0, &mesh), "clip 2");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_create(context, NULL, 0, &crowd), "model");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_create(context, &made, 1, &crowd), "");
+    info.struct_size = 2;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_info(model, &info), "struct_size");
+    CHECK(made.id == 0 && crowd.id == 0 && mesh.id == 0 && job.id == 0);
+}
+
+int main(void) {
+    RlvContext context = RLV_NULL;
+    CHECK_OK(rlv_context_create(NULL, &context));
+    write_arm();
+    RlvCrowdModel model = build(context);
+    check_models(context, model);
+    check_parts(model);
+    check_draws(context, model);
+    check_refusals(context, model);
+    CHECK_OK(rlv_crowd_model_release(model));
+    CHECK_OK(rlv_context_release(context));
+    return 0;
+}
