@@ -22,6 +22,7 @@ const TESTS: &[&str] = &[
     "test_storage.py",
     "test_cache.py",
     "test_repair.py",
+    "test_crowd.py",
     "test_levels.py",
     "test_fluid.py",
     "test_tissue.py",
