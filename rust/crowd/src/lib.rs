@@ -8,7 +8,8 @@
 //! 2. Triangles become clusters whose vertices deform alike (Section 4.2): `deformation`, `partition`.
 //! 3. Neighbouring clusters are simplified together over the chosen poses, level upon level (Section 4.3): `grouping`,
 //!    `collapse`, `build`. Their errors are measured in all poses.
-//! 4. A view draws the coarsest clusters whose errors are no larger than it allows (Section 5.1): `ladder`, `crowd`.
+//! 4. A view draws the coarsest clusters whose errors are no larger than it allows (Section 5.1): `ladder`, `crowd`. Agents
+//!    that others hide are left out (Section 5.2): `occlusion`.
 //!
 //! Lengths are units of the model, angles radians, times seconds. Results do not depend on the number of threads.
 
@@ -26,6 +27,7 @@ mod grouping;
 mod hierarchy;
 mod ladder;
 mod mesh;
+mod occlusion;
 mod partition;
 mod places;
 mod refit;
@@ -41,6 +43,7 @@ pub use draws::{Draw, DrawList, Instance};
 pub use file::Reader;
 pub use hierarchy::{BuildSettings, Cluster, CrowdModel, Group, NONE, Report};
 pub use ladder::Ladder;
+pub use occlusion::{Culled, Occlusion, PixelView};
 pub use refit::Refit;
 pub use skinning::{Blend, skin, skin_normals};
 pub use view::CrowdView;

@@ -7,6 +7,7 @@ mod draws;
 mod errors;
 mod files;
 mod hostile;
+mod occlusion;
 mod refit;
 mod skinning;
 mod views;

@@ -1,0 +1,293 @@
+//! Culling by occlusion on the processor (Section 5.2): agents that others hide are not drawn.
+//!
+//! The agents that were seen in the last frame are rasterised first, as depths at the centres of pixels with the smallest of
+//! each 8 × 8 tile. An agent is hidden if these depths are nearer than the front of its box at every pixel that the box covers. The
+//! agent whose surface is the nearest at a pixel is never hidden there, since its box begins no later than its surface;
+//! so a picture with one sample in the middle of each pixel is the same as without culling. Where occluders have more
+//! triangles than they hide, culling rests for a while.
+
+use std::collections::HashMap;
+
+use glam::{DMat3, DVec3, Vec3};
+use relievo_core::{Context, Error, Result};
+
+use crate::crowd::{Crowd, Drawn, Frame};
+use crate::skinning::{Blend, skin};
+
+/// Triangles of occluders at most; the nearest agents come first.
+const MOST_TRIANGLES: u64 = 1 << 18;
+/// Pixels along the side of a tile.
+const TILE: usize = 8;
+/// Rows of a task.
+const BAND: usize = 32;
+/// Relative rounding of depths.
+const ROUNDING: f32 = 1e-5;
+/// Pixels that boxes are widened by, for rounding.
+const WIDENED: f64 = 0.01;
+/// Frames with a loss after which culling rests, and for how many frames.
+const LOSSES: u32 = 4;
+const REST: u32 = 32;
+/// Pixels of a picture at most.
+const MOST_PIXELS: u64 = 1 << 26;
+
+/// A camera whose picture has one sample in the middle of each pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PixelView {
+    /// Where it is.
+    pub eye: DVec3,
+    /// Directions to the right, up, and against the direction of view, of length 1.
+    pub axes: DMat3,
+    /// Vertical field of view in radians.
+    pub fov: f64,
+    /// Pixels of the picture.
+    pub size: [u32; 2],
+}
+
+/// What culling did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Culled {
+    /// Agents that were taken out of the frame.
+    pub hidden: u32,
+    /// Triangles of these.
+    pub hidden_triangles: u64,
+    /// Triangles of the occluders.
+    pub occluder_triangles: u64,
+    /// Whether culling rested.
+    pub is_resting: bool,
+}
+
+/// The state of culling between frames.
+#[derive(Debug, Default)]
+pub struct Occlusion {
+    /// Whether each agent was seen in the last frame.
+    seen: Vec<bool>,
+    /// Inverse depth at each pixel, 0 where there is no occluder, row after row from the top.
+    depths: Vec<f32>,
+    /// The smallest of each tile.
+    tiles: Vec<f32>,
+    losses: u32,
+    rest: u32,
+}
+
+/// The corners of a triangle in pixels, with their inverse depths.
+type Projected = [[f64; 3]; 3];
+
+/// A box in the picture.
+struct Extent {
+    /// First and last column and row of the pixels whose middle it may cover.
+    columns: [usize; 2],
+    rows: [usize; 2],
+    /// The inverse depth of its front.
+    front: f32,
+}
+
+impl Occlusion {
+    /// Takes the agents that others hide out of a frame, which [`Crowd::cut`] found for the same view at `time` seconds.
+    ///
+    /// # Errors
+    /// The view is not finite, or has no pixels or too many.
+    pub fn cull(
+        &mut self,
+        context: &Context,
+        crowd: &Crowd,
+        (view, time): (&PixelView, f64),
+        frame: &mut Frame,
+    ) -> Result<Culled> {
+        let [width, height] = view.size.map(u64::from);
+        let is_finite = view.eye.is_finite() && view.axes.is_finite() && view.fov > 0.0 && view.fov < 3.1;
+        if !is_finite || width * height == 0 || width * height > MOST_PIXELS {
+            return Err(Error::invalid("the view is not finite, or has no pixels or more than 2^26").at("view"));
+        }
+        self.seen.resize(crowd.agents().len(), false);
+        if self.rest > 0 {
+            self.rest -= 1;
+            self.remember(frame);
+            return Ok(Culled { is_resting: true, ..Culled::default() });
+        }
+        let counted = |drawn: &(u32, Drawn)| {
+            let model = &crowd.models()[crowd.agents()[drawn.0 as usize].model as usize];
+            let clusters = crowd.clusters(frame, *drawn);
+            (clusters.len() as u64, model.triangle_count(clusters))
+        };
+        let counts: Vec<(u64, u64)> = frame.drawn.iter().map(counted).collect();
+        let agent = |at: usize| frame.drawn[at].0;
+        let away = |at: usize| crowd.agents()[agent(at) as usize].transform.translation.distance_squared(view.eye);
+        let mut order: Vec<usize> = (0..counts.len()).filter(|at| self.seen[agent(*at) as usize]).collect();
+        order.sort_by(|a, b| away(*a).total_cmp(&away(*b)).then(a.cmp(b)));
+        let (mut found, mut occluders) = (Culled::default(), Vec::new());
+        for at in order {
+            if found.occluder_triangles + counts[at].1 > MOST_TRIANGLES {
+                break;
+            }
+            found.occluder_triangles += counts[at].1;
+            occluders.push(frame.drawn[at]);
+        }
+        self.rasterise(context, crowd, (view, time), frame, &occluders)?;
+        let is_hidden = context.map(frame.drawn.len(), |at| {
+            extent(crowd, view, frame.drawn[at].0).is_some_and(|extent| self.hides(&extent, view.size[0] as usize))
+        });
+        for ((clusters, triangles), _) in counts.iter().zip(&is_hidden).filter(|(_, is_hidden)| **is_hidden) {
+            found.hidden += 1;
+            found.hidden_triangles += triangles;
+            frame.clusters -= clusters;
+        }
+        frame.triangles -= found.hidden_triangles;
+        let mut hidden = is_hidden.into_iter();
+        frame.drawn.retain(|_| !hidden.next().unwrap_or_default());
+        self.remember(frame);
+        self.losses = if found.hidden_triangles < found.occluder_triangles { self.losses + 1 } else { 0 };
+        if self.losses >= LOSSES {
+            (self.losses, self.rest) = (0, REST);
+        }
+        Ok(found)
+    }
+
+    /// Notes which agents are drawn.
+    fn remember(&mut self, frame: &Frame) {
+        self.seen.fill(false);
+        frame.drawn.iter().for_each(|drawn| self.seen[drawn.0 as usize] = true);
+    }
+
+    /// Fills the depths with the triangles of occluders.
+    fn rasterise(
+        &mut self,
+        context: &Context,
+        crowd: &Crowd,
+        (view, time): (&PixelView, f64),
+        frame: &Frame,
+        occluders: &[(u32, Drawn)],
+    ) -> Result<()> {
+        // Agents in the same pose share it.
+        let mut poses: HashMap<(u32, u32, usize), Vec<[f32; 3]>> = HashMap::new();
+        let key = |agent: u32| {
+            let agent = &crowd.agents()[agent as usize];
+            (agent.model, agent.clip, crowd.pose(agent, time))
+        };
+        for (agent, _) in occluders {
+            let (model, clip, pose) = key(*agent);
+            if !poses.contains_key(&(model, clip, pose)) {
+                let found = &crowd.models()[model as usize];
+                let pose_bones = &found.clips[clip as usize].poses[pose];
+                poses.insert((model, clip, pose), skin(context, &found.character, pose_bones, Blend::Linear)?);
+            }
+        }
+        let projected: Vec<Vec<Projected>> = context.map(occluders.len(), |at| {
+            let drawn = occluders[at];
+            let agent = &crowd.agents()[drawn.0 as usize];
+            let model = &crowd.models()[agent.model as usize];
+            let points = &poses[&key(drawn.0)];
+            let corner = |vertex: u32| {
+                let place = Vec3::from(points[vertex as usize]).as_dvec3();
+                view.project(agent.transform.transform_point3(place))
+            };
+            let clusters = crowd.clusters(frame, drawn).iter();
+            let triangles = clusters.flat_map(|cluster| model.triangles(*cluster));
+            // A triangle that reaches behind the camera hides nothing.
+            triangles.filter_map(|[a, b, c]| Some([corner(*a)?, corner(*b)?, corner(*c)?])).collect()
+        });
+        let [width, height] = view.size.map(|side| side as usize);
+        self.depths.clear();
+        self.depths.resize(width * height, 0.0);
+        context.for_each_part(self.depths.as_mut_slice(), BAND * width, |first, rows| {
+            let first = first / width;
+            projected.iter().flatten().for_each(|triangle| fill(triangle, (first, width), rows));
+            Ok(())
+        })?;
+        let across = width.div_ceil(TILE);
+        self.tiles.clear();
+        self.tiles.resize(across * height.div_ceil(TILE), f32::INFINITY);
+        for (row, depths) in self.depths.chunks_exact(width).enumerate() {
+            for (tile, depths) in depths.chunks(TILE).enumerate() {
+                let smallest = &mut self.tiles[row / TILE * across + tile];
+                *smallest = depths.iter().copied().fold(*smallest, f32::min);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether all pixels of a box have something before its front.
+    fn hides(&self, extent: &Extent, width: usize) -> bool {
+        let front = extent.front * (1.0 + ROUNDING);
+        let ([left, right], [top, bottom]) = (extent.columns, extent.rows);
+        let across = width.div_ceil(TILE);
+        (top / TILE..=bottom / TILE).all(|y| {
+            (left / TILE..=right / TILE).all(|x| {
+                self.tiles[y * across + x] > front || {
+                    let rows = (y * TILE).max(top)..=(y * TILE + TILE - 1).min(bottom);
+                    let (from, to) = ((x * TILE).max(left), (x * TILE + TILE - 1).min(right));
+                    rows.into_iter().all(|row| {
+                        self.depths[row * width + from..=row * width + to].iter().all(|depth| *depth > front)
+                    })
+                }
+            })
+        })
+    }
+}
+
+impl PixelView {
+    /// Returns the pixels of what has the length of its distance.
+    fn pixels(&self) -> f64 {
+        0.5 * f64::from(self.size[1]) / (0.5 * self.fov).tan()
+    }
+
+    /// Returns column, row and inverse depth of a place, nothing unless it is before the camera.
+    fn project(&self, place: DVec3) -> Option<[f64; 3]> {
+        let at = self.axes.transpose() * (place - self.eye);
+        let inverse = -1.0 / at.z;
+        if !(at.z < 0.0 && inverse.is_finite()) {
+            return None;
+        }
+        let [half_width, half_height] = self.size.map(|side| 0.5 * f64::from(side));
+        let factor = self.pixels() * inverse;
+        Some([half_width + factor * at.x, half_height - factor * at.y, inverse])
+    }
+}
+
+/// Returns the pixels that the box of an agent may cover; nothing where it reaches behind the camera or covers none.
+fn extent(crowd: &Crowd, view: &PixelView, agent: u32) -> Option<Extent> {
+    let agent = &crowd.agents()[agent as usize];
+    let model = &crowd.models()[agent.model as usize];
+    let ends = [model.low, model.high];
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for corner in 0..8 {
+        let place: [f64; 3] = std::array::from_fn(|axis| f64::from(ends[corner >> axis & 1][axis]));
+        let place = view.project(agent.transform.transform_point3(DVec3::from(place)))?;
+        for axis in 0..3 {
+            (low[axis], high[axis]) = (low[axis].min(place[axis]), high[axis].max(place[axis]));
+        }
+    }
+    let range = |axis: usize| {
+        let first = (low[axis] - WIDENED - 0.5).ceil().max(0.0);
+        let last = (high[axis] + WIDENED - 0.5).floor().min(f64::from(view.size[axis]) - 1.0);
+        (first <= last).then_some([first as usize, last as usize])
+    };
+    Some(Extent { columns: range(0)?, rows: range(1)?, front: high[2] as f32 })
+}
+
+/// Raises the inverse depths of the pixels whose middle a triangle covers, in rows from `first` on.
+fn fill(triangle: &Projected, (first, width): (usize, usize), rows: &mut [f32]) {
+    let [a, b, c] = *triangle;
+    let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    if area == 0.0 || !area.is_finite() {
+        return;
+    }
+    let low = |axis: usize| (a[axis].min(b[axis]).min(c[axis]) - 0.5).ceil().max(0.0) as usize;
+    let high = |axis: usize| (a[axis].max(b[axis]).max(c[axis]) + 0.5).floor().max(0.0) as usize;
+    let (top, bottom) = (low(1).max(first), high(1).min(first + rows.len() / width));
+    let (left, right) = (low(0), high(0).min(width));
+    for row in top..bottom {
+        let y = row as f64 + 0.5;
+        for column in left..right {
+            let x = column as f64 + 0.5;
+            let weight = |from: [f64; 3], to: [f64; 3]| {
+                ((to[0] - from[0]) * (y - from[1]) - (to[1] - from[1]) * (x - from[0])) / area
+            };
+            let [u, v, w] = [weight(b, c), weight(c, a), weight(a, b)];
+            if u >= 0.0 && v >= 0.0 && w >= 0.0 {
+                let depth = (u * a[2] + v * b[2] + w * c[2]) as f32;
+                let known = &mut rows[(row - first) * width + column];
+                *known = known.max(depth);
+            }
+        }
+    }
+}
