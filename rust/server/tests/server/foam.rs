@@ -26,7 +26,8 @@ fn local(description: &str) -> Vec<Vec<u8>> {
     let making = Making { format: "rlvfluid".into(), parts: 1, device: None };
     let mut description = FoamDescription::parse(description).unwrap();
     // As the server bounds it by its limit of particles.
-    description.options.most = description.options.most.min(50_000_000 - description.fluid.estimate() as usize);
+    let most = &mut description.options.settings.most;
+    *most = (*most).min(50_000_000 - description.fluid.estimate() as u32);
     let mut foam = Foam::begin(&context, description, &in_folder(Path::new("")), making).unwrap();
     let mut frames = vec![foam.encode(&context).unwrap()];
     while foam.fluid().step() < foam.fluid().last() {
