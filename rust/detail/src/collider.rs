@@ -201,8 +201,9 @@ impl Collider {
     /// against the direction in which the front looks on average. What columns through a rim fill beside the sheet is cut
     /// off there.
     pub(crate) fn solid_obb(&self, behind: f64) -> Obb {
-        let facing = self.transform.matrix3.inverse().transpose() * self.facing;
-        self.obb().swept(-behind * facing.normalize_or_zero())
+        let facing = (self.transform.matrix3.inverse().transpose() * self.facing).normalize_or_zero();
+        // A flat sheet on the border of its box would be lost to rounding, so the box begins a little before the front.
+        self.obb().swept(-behind * facing).swept(behind / 32.0 * facing)
     }
 
     /// The part of `obb`, along its axes, that holds everything of the collider in it; `None` if nothing is in it.
