@@ -96,10 +96,14 @@ class Tissues(unittest.TestCase):
                 self.assertLess(simulation.get("fibre_stretches")["fibre_stretches"].min(), 0.999)
                 with simulation.mesh(index) as skin:
                     self.assertEqual(skin.points().shape, (8, 3))
+                    points = simulation.bound_points(index, numpy.empty((8, 3), numpy.float32))
+                    numpy.testing.assert_array_equal(points, skin.points())
             work = job.build_tissue(self.context, **description)
             work.wait()
             with work.result() as built:
                 self.assertEqual(built.info.element_count, tissue.info.element_count)
+                self.assertEqual((built.report.volume, tissue.report.volume), (tissue.report.volume,) * 2)
+                self.assertAlmostEqual(built.report.volume, 1e-3, delta=1e-5)
         with self.assertRaisesRegex(rl.Invalid, "no material `bone`"):
             rl.Tissue(self.context, **{**description, "volumes": [{"name": "gel", "mesh": mesh, "material": "bone"}]})
 

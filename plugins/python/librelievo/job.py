@@ -164,7 +164,12 @@ def repair(mesh, **settings):
 def build_tissue(context, cell, materials, volumes, **description):
     """Starts `Tissue(context)`; the result is the model."""
     given, kept = description_of(cell, materials, volumes, **description)
-    fetch = lambda job: Tissue.of("rlv_job_tissue", job.handle)
+
+    def fetch(job):
+        made = Tissue.of("rlv_job_tissue", job.handle)
+        made.report = _report("rlv_job_tissue_report", abi.RlvTissueReport)(job)
+        return made
+
     made = _started(fetch, "rlv_job_tissue_build", context.handle, ctypes.byref(given))
     del kept
     return made

@@ -128,6 +128,7 @@ class Tissue(Handle):
     """A finite-element model of hexahedra."""
 
     noun, kind = "tissue", abi.RlvTissue
+    report = None  # of a model that was built: what from
 
     def __init__(self, context, cell, materials, volumes, progress=None, **description):
         """Builds a model of voxels of a size in metres, one number or three. Materials, volumes, surfaces and layers are
@@ -135,8 +136,11 @@ class Tissue(Handle):
         indices of materials, objects of Mesh, and rings as arrays (rings, points, 3 or 4). `skin` is a mesh and `epidermis`
         a dictionary of `material` and `thickness`."""
         given, kept = description_of(cell, materials, volumes, **description)
+        report = record.empty(abi.RlvTissueReport)
         with watched(progress) as callback:
-            super().__init__("rlv_tissue_build", context.handle, ctypes.byref(given), callback, None, None)
+            arguments = (ctypes.byref(given), callback, None, ctypes.byref(report))
+            super().__init__("rlv_tissue_build", context.handle, *arguments)
+        self.report = record.read(report)
         del kept
 
     @classmethod
@@ -353,6 +357,12 @@ class TissueSimulation(Handle):
     def mesh(self, index=0):
         """A bound surface as it is now, with its velocity."""
         return Mesh.of("rlv_tissue_simulation_mesh", self.handle, index)
+
+    def bound_points(self, index, out):
+        """Writes the points of a bound surface into an array (n, 3) of floats, and returns it."""
+        found, place, stride = writing(out, len(out), numpy.float32, 3, "points")
+        library.call("rlv_tissue_simulation_get_bound", self.handle, index, place, len(out), stride)
+        return found
 
     def save(self, path):
         """Writes the state, .rtstate."""

@@ -124,14 +124,14 @@ descriptor! {
     }
 }
 
-descriptor! {
-    pub struct RlvCrowdDraw {
-        index_count: u32,
-        instance_count: u32,
-        first_index: u32,
-        base_vertex: i32,
-        first_instance: u32,
-    }
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RlvCrowdDraw {
+    pub index_count: u32,
+    pub instance_count: u32,
+    pub first_index: u32,
+    pub base_vertex: i32,
+    pub first_instance: u32,
 }
 
 descriptor! {
@@ -174,12 +174,6 @@ impl Default for RlvCrowdCluster {
 impl Default for RlvCrowdAgent {
     fn default() -> Self {
         Self { model: 0, clip: 0, phase: 0.0, transform: [0.0; 12] }
-    }
-}
-
-impl Default for RlvCrowdDraw {
-    fn default() -> Self {
-        Self { index_count: 0, instance_count: 0, first_index: 0, base_vertex: 0, first_instance: 0 }
     }
 }
 

@@ -7,6 +7,7 @@
 //! triangles than they hide, culling rests for a while.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use glam::{DMat3, DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
@@ -165,10 +166,10 @@ impl Occlusion {
         };
         for (agent, _) in occluders {
             let (model, clip, pose) = key(*agent);
-            if !poses.contains_key(&(model, clip, pose)) {
+            if let Entry::Vacant(place) = poses.entry((model, clip, pose)) {
                 let found = &crowd.models()[model as usize];
-                let pose_bones = &found.clips[clip as usize].poses[pose];
-                poses.insert((model, clip, pose), skin(context, &found.character, pose_bones, Blend::Linear)?);
+                let bones = &found.clips[clip as usize].poses[pose];
+                place.insert(skin(context, &found.character, bones, Blend::Linear)?);
             }
         }
         let projected: Vec<Vec<Projected>> = context.map(occluders.len(), |at| {

@@ -72,7 +72,7 @@ fn gap(start: u32, end: u32, count: &mut u32) -> String {
     let mut at = start;
     while at + 4 <= end {
         let wide = (end - at) / 16;
-        if at % 16 == 0 && wide > 0 {
+        if at.is_multiple_of(16) && wide > 0 {
             out.push_str(&format!("vec4 pel_gap{count}[{wide}]; "));
             at += 16 * wide;
         } else {
