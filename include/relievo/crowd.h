@@ -116,9 +116,9 @@ typedef struct RlvCrowdView {
     uint32_t width;   /* pixels */
     uint32_t height;  /* pixels */
     float tolerance;  /* error that may be seen, pixels, above 0 */
-    double eye[3];
-    double target[3];
-    double up[3];
+    double eye[3];    /* place of the camera, in units of the agents' world */
+    double target[3]; /* place that is in the middle of the picture, in the same units; other than eye */
+    double up[3];     /* direction that is up in the picture, of any length above 0; not along the view */
     double fov;       /* vertical field of view, radians */
     double time;      /* since the clips began, seconds */
 } RlvCrowdView;

@@ -21,8 +21,8 @@ typedef struct RlvDiffuseOptions {
     float spacing;       /* distance between the fluid's particles at rest, above 0 */
     float gravity[3];    /* acceleration of spray, m/s2 */
     uint32_t has_bounds; /* 1: particles outside of low and high are removed; 0: no particle is removed by its place */
-    float low[3];
-    float high[3]; /* greater than low along each axis */
+    float low[3];        /* lower corner, m */
+    float high[3];       /* upper corner, m; greater than low along each axis */
 } RlvDiffuseOptions;
 
 #define RLV_DIFFUSE_OPTIONS_INIT \

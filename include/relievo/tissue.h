@@ -152,9 +152,9 @@ typedef struct RlvTissueInfo {
     uint32_t has_cells; /* 1 if all elements are boxes of the size cell */
     size_t node_count;
     size_t element_count;
-    float cell[3];
-    float low[3];  /* lowest corner of the box around the nodes */
-    float high[3]; /* highest corner */
+    float cell[3]; /* size of an element, m */
+    float low[3];  /* lowest corner of the box around the nodes, m */
+    float high[3]; /* highest corner, m */
     uint32_t material_count;
     uint32_t muscle_count;
     uint32_t set_count;
@@ -215,13 +215,13 @@ typedef struct RlvTissueSimulationInfo {
 
 #define RLV_TISSUE_SIMULATION_INFO_INIT {sizeof(RlvTissueSimulationInfo), 0, 0, 0, 0, 0, 0, 0, 0}
 
-/* Energies in J. */
+/* Energies of a simulation. */
 typedef struct RlvTissueEnergies {
     uint32_t struct_size;
     uint32_t reserved;
-    double kinetic;
-    double elastic;   /* of deformation, without that of active muscles */
-    double potential; /* of gravity, 0 at rest */
+    double kinetic;   /* of all nodes, J */
+    double elastic;   /* of deformation, without that of active muscles, J */
+    double potential; /* of gravity, J; 0 at rest */
 } RlvTissueEnergies;
 
 #define RLV_TISSUE_ENERGIES_INIT {sizeof(RlvTissueEnergies), 0, 0, 0, 0}
