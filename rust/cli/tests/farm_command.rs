@@ -51,7 +51,7 @@ fn the_files_of_each_engine_are_those_that_it_documents() {
         written(folder.path(), engine, &["--threads", "2", "--mesh-options", "--cell 0.75"]);
         for name in names {
             let text = std::fs::read_to_string(folder.path().join("out/farm").join(name)).unwrap();
-            let text = text.replace(folder.path().to_str().unwrap(), "/farm");
+            let text = text.replace(folder.path().to_str().unwrap(), "/projects");
             let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/farm").join(engine).join(name);
             assert_eq!(text, std::fs::read_to_string(&golden).unwrap(), "{}", golden.display());
         }
