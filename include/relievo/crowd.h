@@ -78,7 +78,7 @@ typedef struct RlvCrowdMaterial {
 
 #define RLV_CROWD_MATERIAL_INIT {sizeof(RlvCrowdMaterial), {0}}
 
-/* Arrays that vertices are written to, packed; NULL for those that are not wanted. */
+/* Arrays that vertices are written to, packed; NULL leaves an array out. */
 typedef struct RlvCrowdVertices {
     uint32_t struct_size;
     uint32_t reserved;
@@ -157,7 +157,7 @@ typedef struct RlvCrowdInstance {
     float transform[12];   /* from the model to the world: three rows of four */
 } RlvCrowdInstance;
 
-/* Arrays that a frame is written to; NULL for those that are not wanted. Strides are in bytes, 0 for packed. */
+/* Arrays that a frame is written to; NULL leaves an array out. Strides are in bytes, 0 for packed. */
 typedef struct RlvCrowdBuffers {
     uint32_t struct_size;
     uint32_t reserved;

@@ -132,7 +132,7 @@ RLV_API RlvResult rlv_diffuse_release(RlvDiffuse diffuse);
 /* Writes the number of particles, and of frames and births so far. No failure of its own. */
 RLV_API RlvResult rlv_diffuse_info(RlvDiffuse diffuse, RlvDiffuseInfo *out);
 
-/* Mutating. Moves the particles by so many seconds to the end of a frame of the fluid, and adds those that are born in it;
+/* Mutating. Moves the particles by a time in seconds to the end of a frame of the fluid, and adds the particles born in it;
  * report may be NULL. Fails, and changes nothing, if a number is not finite, seconds is not above 0, particles are too far
  * from each other, or the call is cancelled. */
 RLV_API RlvResult rlv_diffuse_advance(RlvDiffuse diffuse, const RlvDiffuseFluid *fluid, float seconds,

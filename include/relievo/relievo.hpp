@@ -2636,7 +2636,7 @@ public:
     /// Copies the state into arrays that have room for all nodes and elements.
     void get_arrays(const RlvTissueArrays &arrays) const { check(rlv_tissue_simulation_get(get(), &arrays)); }
 
-    /// Returns a bound surface as it is now, with its velocity.
+    /// Returns a bound surface in the present state, with its velocity.
     Mesh mesh(std::uint32_t index) const {
         RlvMesh made = RLV_NULL;
         check(rlv_tissue_simulation_mesh(get(), index, &made));

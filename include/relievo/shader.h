@@ -188,7 +188,7 @@ RLV_API RlvResult rlv_shader_unpack_log(RlvShader shader, const uint32_t *words,
                                         uint32_t *taken);
 
 /* Writes the membership, 0 to 1, of each of count vectors, stride bytes from one another, 0 for packed; 0.5 for one that is not
- * finite. The numbers are those that the shader computes as `confidence`. Fails as rlv_shader_pack_examples does. */
+ * finite. They equal the shader's `confidence`. Fails as rlv_shader_pack_examples does. */
 RLV_API RlvResult rlv_shader_membership(const RlvShaderExamples *examples, const float *vectors, size_t count, size_t stride,
                                         float *out);
 

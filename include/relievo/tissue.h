@@ -399,7 +399,7 @@ RLV_API RlvResult rlv_tissue_simulation_get(RlvTissueSimulation simulation, cons
 RLV_API RlvResult rlv_tissue_simulation_get_bound(RlvTissueSimulation simulation, uint32_t index, float *points,
                                                   size_t count, size_t stride);
 
-/* Makes a mesh of a bound surface as it is now, with the point attribute `velocity` in m/s. Fails if it does not exist. */
+/* Makes a mesh of a bound surface in the present state, with the point attribute `velocity` in m/s. Fails if it does not exist. */
 RLV_API RlvResult rlv_tissue_simulation_mesh(RlvTissueSimulation simulation, uint32_t index, RlvMesh *out);
 
 /* Writes the state to a file, .rtstate, which appears when it is complete. Fails if the system refuses. */

@@ -53,7 +53,7 @@ class RelievoFoam(bpy.types.PropertyGroup):
 
 
 class RELIEVO_OT_foam_bake(fluid.OnDomain, job.Steps, bpy.types.Operator):
-    """Make spray, foam and bubbles from the cached frames of the active domain, in place of those that were made before. The
+    """Make spray, foam and bubbles from the cached frames of the active domain, in place of earlier ones. The
     fluid is not simulated again"""
 
     bl_idname = "relievo.foam_bake"

@@ -355,7 +355,7 @@ class TissueSimulation(Handle):
         return found
 
     def mesh(self, index=0):
-        """A bound surface as it is now, with its velocity."""
+        """A bound surface in the present state, with its velocity."""
         return Mesh.of("rlv_tissue_simulation_mesh", self.handle, index)
 
     def bound_points(self, index, out):
