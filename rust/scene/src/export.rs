@@ -11,7 +11,6 @@ use relievo_tiles::triangle::{FaceRates, TriangleTessellation};
 use relievo_tiles::{Mark, Tessellation, by_format};
 
 use crate::description::{ObjectEntry, TintEntry, Up};
-use crate::isosurface::shown_mesh;
 use crate::output::Folder;
 use crate::picture::Studio;
 use crate::stages::{Division, STAGE, Stages};
@@ -21,6 +20,16 @@ use crate::world::{Item, World};
 
 /// The name of an object, the names of its materials, its mesh in its own space, and where it is.
 pub(crate) type Shown<'a> = (&'a str, &'a [String], Mesh, DAffine3);
+
+/// The mesh that an object shows: that of the surface, where its points are a fluid.
+pub(crate) fn shown_mesh(context: &Context, entry: &ObjectEntry, mesh: &Mesh) -> Result<Mesh> {
+    match &entry.fluid {
+        Some(fluid) => {
+            fluid.mesh(context, &mesh.points).map_err(|error| error.at(format!("object `{}`", entry.name.text)))
+        }
+        None => Ok(mesh.clone()),
+    }
+}
 
 /// The meshes of all visible objects, divided as `stages` says or as their tiles are now.
 pub(crate) fn shown<'a>(context: &Context, world: &'a World, stages: Option<&Stages>) -> Result<Vec<Shown<'a>>> {

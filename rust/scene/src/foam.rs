@@ -10,3 +10,6 @@ pub use entry::FoamEntry;
 pub(crate) use entry::read_foam;
 pub use frame::{add_frame, for_each_part};
 pub(crate) use overlay::Overlay;
+
+/// The parameters of particles of foam.
+pub(crate) const PARAMETERS: &[relievo_core::Parameter] = relievo_fluid::DiffuseSettings::PARAMETERS;

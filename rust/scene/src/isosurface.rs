@@ -5,12 +5,11 @@ use std::sync::Arc;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Mesh, Result};
 use relievo_fluid::{March, Motion, Ray, RayCaster, Surface, SurfaceFunction, Trail};
-use relievo_render::{Dielectric, Implicit, ImplicitHit, ImplicitRay, ImplicitTracer};
+use relievo_render::{Implicit, ImplicitHit, ImplicitRay, ImplicitTracer};
 
-use crate::description::ObjectEntry;
 use crate::diagnostic::Diagnostic;
 use crate::foam::{FoamEntry, read_foam};
-pub use crate::povray_fluid::PovrayForm;
+use crate::povray::PovrayForm;
 use crate::reader::{Name, Reader, Table};
 
 /// `[objects.NAME.fluid]`
@@ -45,16 +44,6 @@ impl FluidEntry {
     }
 }
 
-/// The mesh that an object shows: that of the surface, where its points are a fluid.
-pub(crate) fn shown_mesh(context: &Context, entry: &ObjectEntry, mesh: &Mesh) -> Result<Mesh> {
-    match &entry.fluid {
-        Some(fluid) => {
-            fluid.mesh(context, &mesh.points).map_err(|error| error.at(format!("object `{}`", entry.name.text)))
-        }
-        None => Ok(mesh.clone()),
-    }
-}
-
 /// The surface of particles as the ray caster takes it.
 #[derive(Debug)]
 pub struct Isosurface(pub RayCaster);
@@ -81,9 +70,6 @@ impl ImplicitTracer for Tracer<'_> {
         Some(ImplicitHit { distance: hit.distance, normal: hit.normal, enters: hit.enters, margin })
     }
 }
-
-/// Names of functions.
-pub const FUNCTIONS: [&str; 4] = ["blobs", "zhu_bridson", "density", "anisotropic"];
 
 /// The function of a name, of particles that lie `spacing` apart at rest; `None` if there is no such.
 pub fn function(name: &str, spacing: f32) -> Option<SurfaceFunction> {
@@ -119,17 +105,4 @@ pub(crate) fn read_fluid(reader: &mut Reader, name: &Name, table: Table) -> Opti
     };
     let foam = read_foam(reader, table);
     Some(FluidEntry { function, spacing: spacing as f32, cell, povray, foam })
-}
-
-pub(crate) fn read_dielectric(reader: &mut Reader, table: Table) -> Option<Dielectric> {
-    if !table.has("dielectric") {
-        return None;
-    }
-    let table = reader.sub_table(table, "dielectric");
-    let absorption = reader.vector(table, "absorption").map(|value| value as f32);
-    let dielectric = Dielectric { index: reader.number(table, "index") as f32, absorption };
-    if let Err(error) = dielectric.check() {
-        reader.fault(Diagnostic::from_error(table.span_of("absorption"), &error));
-    }
-    Some(dielectric)
 }

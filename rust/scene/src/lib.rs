@@ -9,12 +9,16 @@ pub mod cache;
 mod coat;
 mod decals;
 pub mod description;
+#[cfg(feature = "fluid")]
 pub mod df3;
 pub mod diagnostic;
+mod dielectric;
 mod documents;
 pub mod export;
 pub mod file;
+#[cfg_attr(not(feature = "fluid"), path = "foam_absent.rs")]
 pub mod foam;
+#[cfg_attr(not(feature = "fluid"), path = "isosurface_absent.rs")]
 pub mod isosurface;
 pub mod keyframe;
 mod layers;
@@ -27,6 +31,7 @@ pub mod paths;
 pub mod physics;
 pub mod picture;
 pub mod povray;
+#[cfg_attr(not(feature = "fluid"), path = "povray_fluid_absent.rs")]
 mod povray_fluid;
 mod reader;
 pub mod refusals;

@@ -19,13 +19,24 @@ use relievo_surface::bezier::BezierSurface;
 use relievo_surface::{PatchForm, Place};
 
 use crate::description::ObjectEntry;
+use crate::export::shown_mesh;
 use crate::export::{floats, point_colors, tessellated, triangle_mesh};
-use crate::isosurface::shown_mesh;
 use crate::output::Folder;
 use crate::picture::{automatic_view, camera, lights};
-use crate::povray_fluid::{PovrayFluid, PovrayForm};
+use crate::povray_fluid::PovrayFluid;
 use crate::showing::Showing;
 use crate::world::{Item, World};
+
+/// What scenes for POV-Ray have of a fluid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PovrayForm {
+    /// A mesh.
+    Mesh,
+    /// A blob for each particle.
+    Blobs,
+    /// A grid of values.
+    Grid,
+}
 
 /// Writes the frame. Returns the file.
 pub(crate) fn write(context: &Context, world: &World, folder: &Folder, frame: u32) -> Result<PathBuf> {
@@ -36,10 +47,8 @@ pub(crate) fn write(context: &Context, world: &World, folder: &Folder, frame: u3
         objects.push(Shown::new(context, world, index, item)?);
     }
     for object in &mut objects {
-        if let Some(PovrayFluid::Grid(grid)) = &mut object.fluid {
-            let path = folder.file(&format!("fluid-{}-{frame:06}.df3", printable(object.name).replace('"', "_")));
-            grid.file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-            grid.store(&path)?;
+        if let Some(fluid) = &mut object.fluid {
+            fluid.store(folder, &printable(object.name), frame)?;
         }
     }
     let bounds = world.start_bounds().unwrap_or((DVec3::ZERO, DVec3::ONE));

@@ -4,24 +4,14 @@
 //! sharpness 8; a particle alone is a sphere of its radius. A grid has values of 16 bits, half of the most at the surface.
 
 use std::io::Write;
-use std::path::Path;
 
 use relievo_core::{Context, Error, Result};
 use relievo_fluid::{Surface, SurfaceFunction};
 
 use crate::df3::write_df3;
 use crate::isosurface::FluidEntry;
-
-/// What scenes for POV-Ray have of a fluid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PovrayForm {
-    /// A mesh.
-    Mesh,
-    /// A blob for each particle.
-    Blobs,
-    /// A grid of values.
-    Grid,
-}
+use crate::output::Folder;
+use crate::povray::PovrayForm;
 
 /// A fluid as it is written.
 pub(crate) enum PovrayFluid {
@@ -32,7 +22,7 @@ pub(crate) enum PovrayFluid {
 /// Values on a grid and where it lies.
 pub(crate) struct Grid {
     /// The name of its file.
-    pub file: String,
+    file: String,
     /// Columns, rows and layers.
     size: [usize; 3],
     low: [f64; 3],
@@ -56,6 +46,14 @@ impl PovrayFluid {
             PovrayForm::Blobs => Ok(Some(Self::Blobs { points: points.to_vec(), spacing: fluid.spacing })),
             PovrayForm::Grid => Grid::new(context, fluid, points).map(|grid| Some(Self::Grid(grid))),
         }
+    }
+
+    /// Writes the file that the object of this name refers to in a frame, where it has one.
+    pub fn store(&mut self, folder: &Folder, object: &str, frame: u32) -> Result<()> {
+        let Self::Grid(grid) = self else { return Ok(()) };
+        let path = folder.file(&format!("fluid-{}-{frame:06}.df3", object.replace('"', "_")));
+        grid.file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        write_df3(&path, grid.size, &grid.values)
     }
 
     /// Writes what the object refers to.
@@ -127,10 +125,5 @@ impl Grid {
             values
         });
         Ok(Self { file: String::new(), size, low, cell, values: layers.concat() })
-    }
-
-    /// Writes the file of values.
-    pub fn store(&self, path: &Path) -> Result<()> {
-        write_df3(path, self.size, &self.values)
     }
 }

@@ -369,7 +369,13 @@ pub static FLUID: Section = Section {
     help: "The surface of a fluid whose particles are the points of the object's mesh",
     keys: &[
         key("spacing", POSITIVE, "", "object units", "Distance between particles at rest"),
-        key("function", Kind::Choice(&crate::isosurface::FUNCTIONS), "\"zhu_bridson\"", "", "What the surface is of"),
+        key(
+            "function",
+            Kind::Choice(&["blobs", "zhu_bridson", "density", "anisotropic"]),
+            "\"zhu_bridson\"",
+            "",
+            "What the surface is of",
+        ),
         key(
             "cell",
             Kind::Number(0.02, 2.0),
@@ -395,7 +401,7 @@ pub static FOAM: Section = Section {
     help: "Spray, foam and bubbles of a fluid: generated from the files of the mesh's sequence, which have velocities or \
            numbers of their particles, and laid over pictures of kind `beauty`",
     keys: &[key("look", Kind::Table(&FOAM_LOOK), "", "", "How particles are drawn")],
-    parameters: relievo_fluid::DiffuseSettings::PARAMETERS,
+    parameters: crate::foam::PARAMETERS,
 };
 
 /// `[objects.NAME.fluid.foam.look]`

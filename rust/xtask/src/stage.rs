@@ -21,9 +21,14 @@ pub fn target() -> PathBuf {
     }
 }
 
-/// A Cargo command in the folder of the workspace.
+/// A Cargo command in the folder of the workspace. It does not inherit what Cargo says about this program, since build
+/// scripts that look at it would run again after every Cargo that was started by hand.
 pub fn cargo() -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    let about = |name: &str| ["CARGO_PKG_", "CARGO_MANIFEST_"].iter().any(|prefix| name.starts_with(prefix));
+    for (name, _) in std::env::vars_os().filter(|(name, _)| name.to_str().is_some_and(about)) {
+        command.env_remove(name);
+    }
     command.current_dir(root());
     command
 }
