@@ -7,6 +7,9 @@
 //! (pass 6, `occlusion` and `irradiance`); [`FoamLayers::composite`] filters both and lays the foam over a picture
 //! (pass 7, `composition`). [`Extinction`] is for renderers that draw foam as a medium themselves.
 //!
+//! The processor does all passes, and so do graphics devices ([`Foam::on`], `device`), with the same picture but for the last
+//! bits of numbers.
+//!
 //! Particles come in chunks of any size and in any order. The layers have the same bits for any order and any number of
 //! threads, because the nearest particle is found by depth and then number, and thickness is summed in fixed point.
 //! Depths are metres along the direction of view, larger farther away and infinite where nothing is, as in
@@ -15,6 +18,7 @@
 mod bins;
 mod composition;
 mod depth;
+mod device;
 mod environment;
 mod extinction;
 mod falloff;
@@ -26,9 +30,9 @@ mod occlusion;
 mod projection;
 mod scenery;
 mod settings;
+mod splatting;
 mod thickness;
 
-pub use bins::Foam;
 pub use depth::radius;
 pub use environment::Environment;
 pub use extinction::Extinction;
@@ -38,6 +42,7 @@ pub use layers::FoamLayers;
 pub use projection::{FoamView, Lens};
 pub use scenery::Scenery;
 pub use settings::FoamSettings;
+pub use splatting::Foam;
 
 /// The kind of a particle of foam, which decides its size and its falloff.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -11,7 +11,8 @@ const WIDEST: f32 = 16.0;
 
 impl FoamLayers {
     /// Returns a picture, of three channels at least, with the foam over it: C = (1 − ι) C_bg + ι (I − ζ). Further channels
-    /// stay. Fails if the picture has another size than the layers, or fewer channels.
+    /// stay. A graphics device that made the layers does this too. Fails if the picture has another size than the layers, or
+    /// fewer channels, or a device has no memory for it or is lost.
     pub fn composite(&self, context: &Context, background: &Image) -> Result<Image> {
         let [width, height] = self.size();
         if [background.width(), background.height()] != [width, height] || background.channels() < 3 {
@@ -23,6 +24,9 @@ impl FoamLayers {
             ))
             .at("background")
             .advise("use a picture in colour of the size of the foam"));
+        }
+        if let Some(device) = &self.device {
+            return device.composite(background);
         }
         let rows =
             context.map(height as usize, |y| (0..width as usize).map(|x| self.foam_color(x, y)).collect::<Vec<_>>());

@@ -51,6 +51,14 @@ impl Map {
     }
 }
 
+/// A map of light by direction as graphics devices look it up, row after row.
+pub struct LightMap {
+    pub rows: u32,
+    pub values: Vec<Vec3>,
+    /// Those of the environment.
+    pub axes: [Vec3; 3],
+}
+
 /// Returns the columns and rows of the texels of a map, in order.
 fn texels(rows: u32) -> impl Iterator<Item = (u32, u32)> {
     (0..rows).flat_map(move |y| (0..2 * rows).map(move |x| (x, y)))
@@ -137,6 +145,17 @@ impl Environment {
     /// Returns the radiance from a direction of unit length.
     pub(super) fn radiance(&self, direction: Vec3) -> Vec3 {
         self.radiance.at(self.place(direction))
+    }
+
+    /// Returns the map of radiance for a device.
+    pub(super) fn radiance_map(&self) -> LightMap {
+        LightMap { rows: self.radiance.rows, values: self.radiance.values.clone(), axes: self.axes }
+    }
+
+    /// Returns the map of irradiance for a device.
+    pub(super) fn irradiance_map(&self, context: &Context) -> LightMap {
+        let Map { rows, values } = self.irradiance(context).map;
+        LightMap { rows, values, axes: self.axes }
     }
 
     /// Returns where a direction is in a map.

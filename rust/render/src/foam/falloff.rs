@@ -23,6 +23,11 @@ impl Table {
         Self((0..=CELLS).map(value).collect())
     }
 
+    /// Returns the falloffs at all multiples of 1/1024 from 0 to 1.
+    pub fn entries(&self) -> &[f32] {
+        &self.0
+    }
+
     /// Returns the falloff at `x`, 0 to 1.
     #[inline]
     pub fn at(&self, x: f32) -> f32 {

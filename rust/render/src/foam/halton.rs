@@ -33,6 +33,16 @@ impl Ball {
         Self { samples, counts }
     }
 
+    /// Returns all samples.
+    pub fn samples(&self) -> &[Sample] {
+        &self.samples
+    }
+
+    /// Returns how many of the first samples of the cube, from none to all, lie within the ball.
+    pub fn counts(&self) -> &[u32] {
+        &self.counts
+    }
+
     /// Returns those of the first `count` samples of the cube.
     pub fn of(&self, count: u32) -> &[Sample] {
         &self.samples[..self.counts[(count as usize).min(self.counts.len() - 1)] as usize]

@@ -1,6 +1,11 @@
 //! The layers of foam, each of which compositors can grade by itself.
 
+use std::sync::Arc;
+
+use relievo_gpu::PassTime;
+
 use super::depth::normal;
+use super::device::DeviceLayers;
 use super::occlusion::shadow;
 use super::projection::{FoamView, Projection};
 use super::scenery::Depths;
@@ -40,6 +45,8 @@ pub struct FoamLayers {
     pub(super) intensity: Vec<f32>,
     pub(super) occlusion: Vec<f32>,
     pub(super) irradiance: Vec<[f32; 3]>,
+    /// What a graphics device has of them, if it made them.
+    pub(super) device: Option<Arc<DeviceLayers>>,
 }
 
 impl FoamLayers {
@@ -90,6 +97,12 @@ impl FoamLayers {
     /// Returns the irradiance of each pixel.
     pub fn irradiance(&self) -> &[[f32; 3]] {
         &self.irradiance
+    }
+
+    /// Returns how long the passes took on the graphics device that made the layers, by its own clock: those of all chunks
+    /// together. There are none where the processor made them, or the device does not time passes.
+    pub fn times(&self) -> Vec<PassTime> {
+        self.device.as_ref().map_or_else(Vec::new, |device| device.times())
     }
 
     /// Returns the layers as one of an EXR file: `foam.intensity`, `foam.thickness`, `foam.depth`, `foam.normal.X`, `Y` and

@@ -59,11 +59,11 @@ impl FoamView {
 pub struct Projection {
     eye: DVec3,
     /// Columns: right, up, and against the direction of view.
-    axes: Mat3,
+    pub(super) axes: Mat3,
     middle: Vec2,
     /// Pixels of a metre at a depth of 1 m, or at any depth.
-    scale: f32,
-    is_parallel: bool,
+    pub(super) scale: f32,
+    pub(super) is_parallel: bool,
 }
 
 impl Projection {

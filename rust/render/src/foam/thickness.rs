@@ -31,6 +31,11 @@ impl Thickness {
         }
     }
 
+    /// Returns the tables of spray, foam and bubbles, and that of the attenuation within the fluid, one after the other.
+    pub fn tables(&self) -> Vec<f32> {
+        self.kinds.iter().chain([&self.attenuation]).flat_map(Table::entries).copied().collect()
+    }
+
     /// Returns the factor of a particle by the share of its life that has passed.
     #[inline]
     pub fn of_life(&self, life: f32) -> f32 {

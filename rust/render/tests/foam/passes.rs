@@ -349,7 +349,9 @@ fn an_open_shutter_draws_particles_along_their_way() {
     assert!((mean(&moving) - mean(&still) - 0.5 * scale(5.0)).abs() < 0.5);
     let mut foam = Foam::new(&context, settings, view(), &Scenery::default()).unwrap();
     let one = [particle([0.0; 3], 1, FoamKind::Spray)];
-    assert!(foam.add_moving(&context, &one, &[]).is_err() && foam.add_moving(&context, &one, &[[f32::NAN; 3]]).is_err());
+    assert!(
+        foam.add_moving(&context, &one, &[]).is_err() && foam.add_moving(&context, &one, &[[f32::NAN; 3]]).is_err()
+    );
 }
 
 #[test]
