@@ -12,7 +12,7 @@ use std::sync::Arc;
 use relievo_core::budget::Budget;
 use relievo_core::{Context, Error, Result};
 use relievo_document::record::Location;
-use relievo_document::{Change, Direction, Document, Edit, Entry, Head, Journal, Settings, Stamps};
+use relievo_document::{Change, Direction, Document, Edit, Entry, Head, Journal, Recipe, Settings, Stamps, recipe};
 use relievo_tiles::Blocks;
 
 /// A layer at one moment.
@@ -105,6 +105,7 @@ struct Step {
 #[derive(Debug)]
 struct Open {
     before: LayerStates,
+    recipes: Vec<Recipe>,
     input: String,
     place: Option<Location>,
 }
@@ -118,6 +119,8 @@ pub struct Changed {
     pub blocks: Vec<(u32, Vec<u32>)>,
     /// Whether layers were added, removed or changed as a whole.
     pub layers: bool,
+    /// The recipes that changed, by number, ascending.
+    pub recipes: Vec<u32>,
     /// Bytes of the record.
     pub bytes: u64,
 }
@@ -141,6 +144,8 @@ pub struct History {
     told: Vec<u32>,
     /// Those of them that the object cannot have.
     foreign: Vec<Head>,
+    /// What things on the layers were made of, ascending by number.
+    recipes: Vec<Recipe>,
 }
 
 impl History {
@@ -158,6 +163,7 @@ impl History {
             known: None,
             told: Vec::new(),
             foreign: Vec::new(),
+            recipes: Vec::new(),
         }
     }
 
@@ -179,10 +185,11 @@ impl History {
         history.first = history.done.len();
         history.journal = Some(journal);
         history.known = Some(heads(&document));
+        history.recipes = document.recipes().to_vec();
         Ok((document, history))
     }
 
-    /// Writes `document`, which is the object as it is, to `path` with all edits there are, and journals to it from now
+    /// Writes `document`, which is the object as it is, to `path` with all edits and recipes there are, and journals to it from now
     /// on. Where it does already, nothing but [`Self::sync`] is left to do. Fails, and goes on as before, if it cannot
     /// be written or another program works on the file.
     pub fn save(&mut self, path: &Path, document: &Document) -> Result<()> {
@@ -194,7 +201,17 @@ impl History {
         }
         let lists = [&self.done, &self.undone].map(Vec::len);
         let mut edits = Vec::with_capacity(lists[0] + lists[1]);
-        let mut journal = Journal::create(path, document)?;
+        let mut journal = if document.recipes() == self.recipes {
+            Journal::create(path, document)?
+        } else {
+            let mut document = document.clone();
+            let changes = recipe::difference(document.recipes(), &self.recipes);
+            changes.into_iter().try_for_each(|change| {
+                let [_, after] = change.states;
+                document.put_recipe(change.id, after)
+            })?;
+            Journal::create(path, &document)?
+        };
         for index in 0..lists[0] + lists[1] {
             let (input, payload) = (self.text(index)?, self.payload(index)?);
             let input = journal.input(&input)?;
@@ -249,8 +266,25 @@ impl History {
         let before = object.states(context)?;
         self.tell_layers(context, &before)?;
         let place = self.journal.as_mut().map(|journal| journal.input(input)).transpose()?;
-        self.open = Some(Open { before, input: input.to_string(), place });
+        self.open = Some(Open { before, recipes: self.recipes.clone(), input: input.to_string(), place });
         Ok(())
+    }
+
+    /// What things on the layers were made of, ascending by number.
+    pub fn recipes(&self) -> &[Recipe] {
+        &self.recipes
+    }
+
+    /// Puts a recipe in place of the one with the number `id`, or removes that without `bytes`, as a part of the edit that
+    /// is under way.
+    ///
+    /// # Errors
+    /// No edit is under way, or as [`recipe::put`].
+    pub fn put_recipe(&mut self, id: u32, bytes: Option<Vec<u8>>) -> Result<()> {
+        if self.open.is_none() {
+            return Err(Error::invalid("no edit was begun").advise("begin one first"));
+        }
+        recipe::put(&mut self.recipes, id, bytes)
     }
 
     /// Tells the journal the layers of the object, if they are not those that it has: documents may be opened on
@@ -311,6 +345,7 @@ impl History {
     }
 
     fn put_back(&mut self, context: &Context, object: &mut impl Recorded, open: Open) -> Result<()> {
+        self.recipes.clone_from(&open.recipes);
         let now = object.states(context)?;
         let (blocks, layers) = difference(&open.before, &now);
         let state = |(layer, block): &(u32, u32)| BlockState {
@@ -333,7 +368,8 @@ impl History {
     fn record(&mut self, context: &Context, object: &mut impl Recorded, open: &Open) -> Result<Option<Changed>> {
         let after = object.states(context)?;
         let (blocks, layers) = difference(&open.before, &after);
-        if blocks.is_empty() && !layers {
+        let recipes = recipe::difference(&open.recipes, &self.recipes);
+        if blocks.is_empty() && !layers && recipes.is_empty() {
             if let (Some(journal), Some(place)) = (&mut self.journal, open.place) {
                 journal.withdraw(place)?;
             }
@@ -348,7 +384,7 @@ impl History {
         let heads = layers
             .then(|| [&open.before, &after].map(|states| states.iter().map(LayerState::head).collect::<Vec<_>>()));
         let heads = heads.as_ref().map(|[before, after]| [before.as_slice(), after.as_slice()]);
-        let payload = Edit::encode(context, heads, blocks.len(), |index| {
+        let payload = Edit::encode_with(context, heads, &recipes, blocks.len(), |index| {
             let (layer, block) = blocks[index];
             let both = [find(&open.before, layer), find(&after, layer)];
             let [before, after] = both.map(|state| state.and_then(|state| state.blocks.bytes(block)));
@@ -358,8 +394,13 @@ impl History {
         })?;
         let written = self.journal.as_mut().map(|journal| journal.edit(&payload)).transpose()?;
         self.told.extend(after.iter().map(|layer| layer.id).filter(|id| find(&open.before, *id).is_none()));
-        let changed =
-            Changed { input: open.input.clone(), blocks: grouped(&blocks), layers, bytes: payload.len() as u64 };
+        let changed = Changed {
+            input: open.input.clone(),
+            blocks: grouped(&blocks),
+            layers,
+            recipes: recipes.iter().map(|change| change.id).collect(),
+            bytes: payload.len() as u64,
+        };
         let undone = std::mem::take(&mut self.undone);
         self.used -= undone.iter().map(Step::bytes).sum::<u64>();
         let step = Step {
@@ -436,6 +477,8 @@ impl History {
         let put = put.into_iter().collect::<Result<Vec<_>>>().map_err(|_| foreign())?;
         let mut blocks: Vec<(u32, u32)> = deltas.iter().map(|delta| (delta.layer, delta.block)).collect();
         blocks.sort_unstable();
+        let mut recipes = self.recipes.clone();
+        edit.change_recipes(&mut recipes, direction)?;
         let sequence = self.step(index).map_or(0, |step| step.sequence);
         match (&mut self.journal, direction) {
             (Some(journal), Direction::Back) => journal.undo(sequence)?,
@@ -443,10 +486,12 @@ impl History {
             (None, _) => {}
         }
         object.restore(context, heads.as_deref(), put)?;
+        self.recipes = recipes;
         if self.journal.is_some() && heads.is_some() {
             self.known.clone_from(&heads);
         }
-        Ok(Changed { input, blocks: grouped(&blocks), layers: heads.is_some(), bytes })
+        let recipes = edit.recipes().iter().map(|change| change.id).collect();
+        Ok(Changed { input, blocks: grouped(&blocks), layers: heads.is_some(), recipes, bytes })
     }
 
     /// An edit, by its place among those that are done and then those that are undone.

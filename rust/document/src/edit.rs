@@ -9,8 +9,10 @@
 //! Blocks of layers that fade change with time, and not by edits alone. Of them both states are kept as a whole, so
 //! that they can be put back whatever has become of them since.
 //!
-//! Little-endian: flags (u8, 0; 1 or 3 if the layers change and their heads have the form of version 2 or 3), then, if
-//! so, bytes of the packed and the unpacked heads (u32 each) and the heads (zstd); number of blocks (u32); of every
+//! Little-endian: flags (u8, 0; 1 or 3 if the layers change and their heads have the form of version 2 or 3; 4 more if
+//! recipes change), then, if layers do, bytes of the packed and the unpacked heads (u32 each) and the heads (zstd), and if
+//! recipes do, the same of them (number of recipes, and of each its number, its bytes before and after, the largest number
+//! where it is not there, u32 each, and then the bytes); number of blocks (u32); of every
 //! block layer, block, bytes before and after (0 if it is not there), CRC-32 before and after, bytes of the packed
 //! difference, with the highest bit set if it is both states instead, one after the other (u32 each); the differences
 //! (zstd each).
@@ -23,6 +25,7 @@ use relievo_core::{Context, Error, Result};
 
 use crate::code::{Decoder, Encoder};
 use crate::head::{self, Head};
+use crate::recipe::{self, MAX_RECIPE, MAX_RECIPES, Recipe, RecipeChange};
 use crate::{MAX_LAYERS, format, packing};
 
 /// The level of zstd: edits are written while somebody waits, and are mostly zeros.
@@ -33,6 +36,10 @@ pub const MAX_BLOCK: u32 = 1 << 22;
 const ENTRY: u64 = 28;
 /// The flags of an edit that has heads of layers, by the version of their form.
 const HEADS: [(u8, u32); 2] = [(1, 2), (3, 3)];
+/// The flag of an edit that changes recipes.
+const RECIPES: u8 = 4;
+/// The length of a recipe that is not there.
+const ABSENT: u32 = u32::MAX;
 /// Beside the length of a block's bytes: they are both of its states.
 const WHOLE: u32 = 1 << 31;
 
@@ -89,6 +96,7 @@ impl Delta {
 pub struct Edit {
     /// The layers before and after, if it changed them.
     layers: Option<[Vec<Head>; 2]>,
+    recipes: Vec<RecipeChange>,
     deltas: Vec<Delta>,
     /// The differences, packed.
     bytes: Vec<u8>,
@@ -105,18 +113,29 @@ impl Edit {
         count: usize,
         change: impl Fn(usize) -> Change<'a> + Sync,
     ) -> Result<Vec<u8>> {
+        Self::encode_with(context, layers, &[], count, change)
+    }
+
+    /// As [`Self::encode`], of an edit that changed `recipes` too.
+    pub fn encode_with<'a>(
+        context: &Context,
+        layers: Option<[&[Head]; 2]>,
+        recipes: &[RecipeChange],
+        count: usize,
+        change: impl Fn(usize) -> Change<'a> + Sync,
+    ) -> Result<Vec<u8>> {
         let mut out = Encoder::default();
-        out.0.push(if layers.is_some() { HEADS[1].0 } else { 0 });
+        out.0.push(if layers.is_some() { HEADS[1].0 } else { 0 } | if recipes.is_empty() { 0 } else { RECIPES });
         if let Some(layers) = layers {
             let mut heads = Encoder::default();
             for list in layers {
                 heads.u32(list.len() as u32);
                 list.iter().for_each(|head| head.encode(&mut heads));
             }
-            let packed = pack(&heads.0)?;
-            out.u32(packed.len() as u32);
-            out.u32(heads.0.len() as u32);
-            out.0.extend(packed);
+            put_packed(&mut out, &heads.0)?;
+        }
+        if !recipes.is_empty() {
+            put_packed(&mut out, &encode_recipes(recipes).0)?;
         }
         out.u32(u32::try_from(count).map_err(|_| Error::unsupported("an edit changed 4294967296 blocks or more"))?);
         let packed = context.map(count, |index| {
@@ -152,13 +171,15 @@ impl Edit {
     /// `budget`.
     pub fn decode(mut payload: Vec<u8>, faces: usize, budget: &mut Budget) -> Result<Self> {
         let mut from = Decoder(&payload);
-        let layers = match from.u8()? {
+        let flags = from.u8()?;
+        let layers = match flags & !RECIPES {
             0 => None,
             flags => match HEADS.into_iter().find(|(known, _)| *known == flags) {
                 Some((_, version)) => Some(decode_layers(&mut from, version, faces, budget)?),
                 None => return Err(format::damaged("an edit of the journal is of an unknown form")),
             },
         };
+        let recipes = if flags & RECIPES != 0 { decode_recipes(&mut from, budget)? } else { Vec::new() };
         let count = from.u32()?;
         from.expect(u64::from(count) * ENTRY)?;
         let mut deltas = Vec::new();
@@ -181,12 +202,17 @@ impl Edit {
         }
         let start = payload.len() - at;
         payload.drain(..start);
-        Ok(Self { layers, deltas, bytes: payload })
+        Ok(Self { layers, recipes, deltas, bytes: payload })
     }
 
     /// The layers before and after, if it changed them.
     pub fn layers(&self) -> Option<&[Vec<Head>; 2]> {
         self.layers.as_ref()
+    }
+
+    /// The recipes that it changed.
+    pub fn recipes(&self) -> &[RecipeChange] {
+        &self.recipes
     }
 
     /// The layers after going in `direction` from `now`, if it changes them. Those that it does not know of stay: they
@@ -197,6 +223,14 @@ impl Edit {
         let mut after = layers[1 - direction as usize].clone();
         after.extend(now.iter().filter(|head| !knows(head)).cloned());
         Some(after)
+    }
+
+    /// Takes its changes of recipes in `direction`.
+    ///
+    /// # Errors
+    /// There are more recipes than a document may have.
+    pub fn change_recipes(&self, recipes: &mut Vec<Recipe>, direction: Direction) -> Result<()> {
+        recipe::go(recipes, &self.recipes, direction)
     }
 
     /// The texel that blocks of `layer` read as that are not there, if it changed the layers: what it was before, where
@@ -272,12 +306,7 @@ fn wrong_block() -> Error {
 }
 
 fn decode_layers(from: &mut Decoder, version: u32, faces: usize, budget: &mut Budget) -> Result<[Vec<Head>; 2]> {
-    let (packed, length) = (from.u32()? as usize, from.u32()? as usize);
-    let packed = from.bytes(packed)?;
-    let mut raw = budget.filled(length, 0u8)?;
-    if zstd::bulk::decompress_to_buffer(packed, raw.as_mut_slice()).ok() != Some(length) {
-        return Err(format::damaged("the layers of an edit do not unpack to their size"));
-    }
+    let raw = take_packed(from, budget)?;
     let mut heads = Decoder(&raw);
     let mut lists: [Vec<Head>; 2] = Default::default();
     for list in &mut lists {
@@ -296,6 +325,66 @@ fn decode_layers(from: &mut Decoder, version: u32, faces: usize, budget: &mut Bu
         return Err(format::damaged("the layers of an edit are longer than they say"));
     }
     Ok(lists)
+}
+
+fn encode_recipes(recipes: &[RecipeChange]) -> Encoder {
+    let mut out = Encoder::default();
+    out.u32(recipes.len() as u32);
+    for RecipeChange { id, states } in recipes {
+        out.u32(*id);
+        states.iter().for_each(|state| out.u32(state.as_ref().map_or(ABSENT, |bytes| bytes.len() as u32)));
+        states.iter().flatten().for_each(|bytes| out.0.extend_from_slice(bytes));
+    }
+    out
+}
+
+fn decode_recipes(from: &mut Decoder, budget: &mut Budget) -> Result<Vec<RecipeChange>> {
+    let raw = take_packed(from, budget)?;
+    let mut from = Decoder(&raw);
+    let count = from.u32()? as usize;
+    from.expect(3 * count as u64 * size_of::<u32>() as u64)?;
+    if count > 2 * MAX_RECIPES {
+        return Err(format::damaged("an edit claims too many recipes"));
+    }
+    let mut recipes = Vec::new();
+    budget.reserve(&mut recipes, count)?;
+    for _ in 0..count {
+        let (id, lengths) = (from.u32()?, [from.u32()?, from.u32()?]);
+        let mut states = [None, None];
+        for (state, length) in states.iter_mut().zip(lengths).filter(|(_, length)| *length != ABSENT) {
+            let bytes = from.bytes(length as usize)?;
+            if bytes.len() > MAX_RECIPE {
+                return Err(format::damaged("a recipe of an edit is too long"));
+            }
+            budget.charge(bytes.len() as u64)?;
+            *state = Some(bytes.to_vec());
+        }
+        recipes.push(RecipeChange { id, states });
+    }
+    if !from.0.is_empty() {
+        return Err(format::damaged("the recipes of an edit are longer than they say"));
+    }
+    Ok(recipes)
+}
+
+/// Writes bytes packed, after their packed and unpacked number.
+fn put_packed(out: &mut Encoder, bytes: &[u8]) -> Result<()> {
+    let packed = pack(bytes)?;
+    out.u32(packed.len() as u32);
+    out.u32(bytes.len() as u32);
+    out.0.extend(packed);
+    Ok(())
+}
+
+/// Reads what [`put_packed`] wrote.
+fn take_packed(from: &mut Decoder, budget: &mut Budget) -> Result<Vec<u8>> {
+    let (packed, length) = (from.u32()? as usize, from.u32()? as usize);
+    let packed = from.bytes(packed)?;
+    let mut raw = budget.filled(length, 0u8)?;
+    if zstd::bulk::decompress_to_buffer(packed, raw.as_mut_slice()).ok() != Some(length) {
+        return Err(format::damaged("the layers or recipes of an edit do not unpack to their size"));
+    }
+    Ok(raw)
 }
 
 fn pack(bytes: &[u8]) -> Result<Vec<u8>> {

@@ -1,4 +1,4 @@
-//! The file of a document, `.relievo`, version 4, little-endian:
+//! The file of a document, `.relievo`, version 5, little-endian:
 //!
 //! - header, 44 bytes: `RLVDOC\r\n`, version (u32), CRC-32 of the packed index (u32), bytes of the index packed and
 //!   unpacked (u64 each), bytes of all blocks (u64), CRC-32 of the header up to here (u32);
@@ -8,7 +8,8 @@
 //!   [`crate::lattice`]), then layer by layer name, kind, default texel, number, opacity, blend mode, visibility, sizes
 //!   of the tiles of every face as powers of two, a byte that says what of the following is there (1: the sizes that
 //!   faces were given before edits at other levels, as powers of two; 2: the texel that is seen behind all layers of
-//!   the kind), and of every block tile, bytes and CRC-32;
+//!   the kind), and of every block tile, bytes and CRC-32; number of [recipes](crate::recipe), and of each number and bytes
+//!   (u32 each) with the bytes themselves, ascending by number;
 //! - blocks (zstd each), in the order of the index, without gaps;
 //! - the index and the header once more, see [`crate::copies`];
 //! - the journal: any number of [records](crate::record), which are folded into what is before them on opening.
@@ -19,7 +20,8 @@
 //! included, which mean nothing; so the fade goes on as if it had not been interrupted, whatever is left of it in the
 //! blocks of the layer itself. On triangles they are blocks of faces, edges and vertices, as the layer has them.
 //!
-//! Version 3 has no second copies. Version 2 has no times, no stamps, nothing in heads after the sizes, and does not say what blocks belong to: always
+//! Version 4 has no recipes. Version 3 has no second copies. Version 2 has no times, no stamps, nothing in heads after the
+//! sizes, and does not say what blocks belong to: always
 //! tiles. Version 1 has no points, no numbers and settings of layers, and no journal. The same document always makes
 //! the same bytes. Readers believe nothing: lengths are compared with the file and the memory limit before anything is
 //! allocated.
@@ -35,13 +37,14 @@ use crate::code::{Decoder, Encoder};
 use crate::head::Head;
 use crate::layer::{Block, Layer, MAX_PACKED, Place};
 use crate::pages::Source;
+use crate::recipe::{MAX_RECIPE, MAX_RECIPES, Recipe};
 use crate::record::failed;
 use crate::replay::{self, Log};
 use crate::{Document, MAX_LAYERS, Topology, copies};
 
 pub(crate) const MAGIC: [u8; 8] = *b"RLVDOC\r\n";
 /// The version that is written, and the newest that is read.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 5;
 pub(crate) const HEADER: usize = 44;
 /// The level of zstd for the index.
 const COMPRESSION: i32 = 3;
@@ -153,6 +156,12 @@ impl Document {
                 out.u32(block.packed.len() as u32);
                 out.u32(block.crc);
             }
+        }
+        out.u32(self.recipes.len() as u32);
+        for recipe in &self.recipes {
+            out.u32(recipe.id);
+            out.u32(recipe.bytes.len() as u32);
+            out.0.extend_from_slice(&recipe.bytes);
         }
         out.0
     }
@@ -421,6 +430,7 @@ fn read_index(raw: &[u8], version: u32, budget: &mut Budget) -> Result<(Document
         topology,
         points,
         layers: Vec::new(),
+        recipes: Vec::new(),
         source: Default::default(),
     };
     let mut lengths = Vec::new();
@@ -443,6 +453,9 @@ fn read_index(raw: &[u8], version: u32, budget: &mut Budget) -> Result<(Document
         let layer = Layer { head, blocks };
         document.add(layer).map_err(|error| damaged(&error.what).at(error.place))?;
     }
+    if version > 4 {
+        document.recipes = read_recipes(&mut index, budget)?;
+    }
     if !index.0.is_empty() {
         return Err(damaged("its index is longer than it says"));
     }
@@ -452,6 +465,26 @@ fn read_index(raw: &[u8], version: u32, budget: &mut Budget) -> Result<(Document
 /// An error of what was read, as damage; memory is none.
 fn unfit(error: Error) -> Error {
     if error.kind == ErrorKind::Memory { error } else { damaged(&error.what) }
+}
+
+fn read_recipes(index: &mut Decoder, budget: &mut Budget) -> Result<Vec<Recipe>> {
+    let count = index.u32()? as usize;
+    index.expect(2 * count as u64 * size_of::<u32>() as u64)?;
+    if count > MAX_RECIPES {
+        return Err(damaged("it claims too many recipes"));
+    }
+    let mut recipes: Vec<Recipe> = Vec::new();
+    budget.reserve(&mut recipes, count)?;
+    for _ in 0..count {
+        let (id, length) = (index.u32()?, index.u32()? as usize);
+        let bytes = index.bytes(length)?;
+        if length > MAX_RECIPE || recipes.last().is_some_and(|last| last.id >= id) {
+            return Err(damaged(&format!("its recipe {id} is too long or out of order")));
+        }
+        budget.charge(length as u64)?;
+        recipes.push(Recipe { id, bytes: bytes.to_vec() });
+    }
+    Ok(recipes)
 }
 
 fn read_points(index: &mut Decoder, budget: &mut Budget) -> Result<Vec<[f32; 3]>> {

@@ -4,6 +4,7 @@
 //!   belong to.
 //! - How it lies in a file, and what of a file is damaged: [`format`](mod@format).
 //! - How blocks leave memory: [`pages`].
+//! - What things on the layers were made of: [`recipe`].
 //! - How it is worked on: a [`journal`] of [`record`]s, each [`edit`] one of them, and their [`replay`].
 //!
 //! A document knows tiles by their numbers and blocks by their bytes; what they mean is for those who own them.
@@ -18,6 +19,7 @@ pub mod lattice;
 pub mod layer;
 mod packing;
 pub mod pages;
+pub mod recipe;
 pub mod record;
 pub mod replay;
 mod summary;
@@ -30,6 +32,7 @@ pub use journal::{Journal, compact, repair};
 pub use lattice::Lattice;
 pub use layer::{Block, Kind, Layer};
 pub use pages::{Page, PageFile, PageStore};
+pub use recipe::{Recipe, RecipeChange};
 pub use replay::{Entry, Log};
 pub use topology::{Difference, Topology};
 
@@ -54,6 +57,8 @@ pub struct Document {
     /// Of the mesh when the document was made; none in documents of version 1.
     points: Vec<[f32; 3]>,
     layers: Vec<Layer>,
+    /// What things on the layers were made of, ascending by number.
+    recipes: Vec<Recipe>,
     /// The file it was read from.
     source: pages::Source,
 }
@@ -92,6 +97,7 @@ impl Document {
             topology,
             points,
             layers: Vec::new(),
+            recipes: Vec::new(),
             source: Default::default(),
         })
     }
@@ -118,6 +124,19 @@ impl Document {
     /// Its layers, from the lowest to the highest, in the order they were added.
     pub fn layers(&self) -> &[Layer] {
         &self.layers
+    }
+
+    /// What things on the layers were made of, ascending by number.
+    pub fn recipes(&self) -> &[Recipe] {
+        &self.recipes
+    }
+
+    /// Puts a recipe in place of the one with the number `id`, or removes that without `bytes`.
+    ///
+    /// # Errors
+    /// As [`recipe::put`].
+    pub fn put_recipe(&mut self, id: u32, bytes: Option<Vec<u8>>) -> Result<()> {
+        recipe::put(&mut self.recipes, id, bytes)
     }
 
     /// The layer called `name`.

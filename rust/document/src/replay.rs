@@ -12,6 +12,7 @@ use crate::edit::{Delta, Direction, Edit};
 use crate::format::{self, Damage};
 use crate::head::Head;
 use crate::layer::{Block, Layer};
+use crate::recipe::Recipe;
 use crate::record::{Item, Location, Reader, RecordKind, failed};
 use crate::{Document, Error};
 
@@ -77,6 +78,7 @@ struct State {
 struct Replay<'a> {
     base: &'a Document,
     heads: Vec<Head>,
+    recipes: Vec<Recipe>,
     /// Blocks that an edit met, by layer and block.
     states: BTreeMap<(u32, u32), State>,
 }
@@ -93,14 +95,15 @@ pub(crate) fn fold(
     damage: &mut Vec<Damage>,
 ) -> Result<Log> {
     let heads = document.layers.iter().map(|layer| layer.head.clone()).collect();
-    let mut replay = Replay { base: document, heads, states: BTreeMap::new() };
+    let recipes = document.recipes.clone();
+    let mut replay = Replay { base: document, heads, recipes, states: BTreeMap::new() };
     let mut found = Vec::new();
     let log = walk(source, start, budget.left(), &mut found, |sequence, payload, direction, damage| {
         replay.run(sequence, payload, direction, budget, damage)
     })?;
-    let layers = replay.finish()?;
+    let (layers, recipes) = replay.finish()?;
     damage.extend(found);
-    document.layers = layers;
+    (document.layers, document.recipes) = (layers, recipes);
     Ok(log)
 }
 
@@ -260,11 +263,17 @@ impl Replay<'_> {
         if let Some(heads) = heads {
             self.heads = heads;
         }
+        for change in edit.recipes() {
+            budget.charge(change.states.iter().flatten().map(|bytes| bytes.len() as u64).sum())?;
+        }
+        if let Err(error) = edit.change_recipes(&mut self.recipes, direction) {
+            damage.push(Damage { lost: true, place: place(), what: error.what });
+        }
         Ok(())
     }
 
     /// The layers as the edits left them.
-    fn finish(self) -> Result<Vec<Layer>> {
+    fn finish(self) -> Result<(Vec<Layer>, Vec<Recipe>)> {
         let mut states = self.states;
         let mut layers = Vec::with_capacity(self.heads.len());
         for head in self.heads {
@@ -282,7 +291,7 @@ impl Replay<'_> {
             blocks.sort_unstable_by_key(|block| block.tile);
             layers.push(Layer { head, blocks });
         }
-        Ok(layers)
+        Ok((layers, self.recipes))
     }
 }
 

@@ -34,6 +34,10 @@ impl fmt::Display for Document {
             let (bytes, blocks) = (layer.bytes(topology), layer.blocks().len());
             write!(out, ", {blocks} of {} stored, {bytes} bytes in {packed}", topology.block_count())?;
         }
+        if !self.recipes().is_empty() {
+            let bytes: usize = self.recipes().iter().map(|recipe| recipe.bytes.len()).sum();
+            write!(out, "\nrecipes: {}, {bytes} bytes", self.recipes().len())?;
+        }
         self.notes.iter().try_for_each(|note| write!(out, "\nnote: {note}"))
     }
 }

@@ -31,7 +31,7 @@ fn documents_are_looked_into_and_checked() {
     let told = text(&repair.stdout);
     assert!(told.contains("lost: layer `light`: tile 3") && told.contains("as it was: a.relievo.damaged"), "{told}");
     let shown = text(&relievo(folder.path(), &["info", "a.relievo"]).stdout);
-    assert!(shown.contains("format version 4") && shown.contains("layer `light`: colour, RGBA16F, tiles of 8, 1 of 9"));
+    assert!(shown.contains("format version 5") && shown.contains("layer `light`: colour, RGBA16F, tiles of 8, 1 of 9"));
 }
 
 #[test]

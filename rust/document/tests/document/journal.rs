@@ -189,6 +189,7 @@ fn the_journal_of_every_earlier_release_opens() {
         let found = Document::open(&golden(version), LIMIT).unwrap();
         assert_eq!((found.version, found.points()), (version, &mesh().points[..]));
         assert_eq!(found.layers().len(), expected.layers().len());
+        assert_eq!(found.recipes(), if version < 5 { &[] } else { expected.recipes() });
         for (found, layer) in found.layers().iter().zip(expected.layers()) {
             assert_eq!((found.head(), found.blocks().len()), (layer.head(), layer.blocks().len()));
             for at in 0..layer.blocks().len() {

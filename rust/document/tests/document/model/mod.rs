@@ -4,7 +4,7 @@
 #![allow(dead_code)]
 
 use relievo_core::{Context, Mesh};
-use relievo_document::{Blend, Change, Document, Edit, Head, Kind, Settings};
+use relievo_document::{Blend, Change, Document, Edit, Head, Kind, Recipe, Settings, recipe};
 
 pub const SIZE: usize = 10 * 10 * 2;
 /// Tiles of the mesh.
@@ -25,12 +25,13 @@ pub fn head(id: u32, name: &str) -> Head {
 pub struct Model {
     pub heads: Vec<Head>,
     pub blocks: std::collections::BTreeMap<(u32, u32), Vec<u8>>,
+    pub recipes: Vec<Recipe>,
 }
 
 impl Model {
     pub fn new() -> Self {
         let blocks = [((4, 0), vec![5; SIZE]), ((4, 2), vec![6; SIZE])].into();
-        Self { heads: vec![head(4, "first")], blocks }
+        Self { heads: vec![head(4, "first")], blocks, recipes: Vec::new() }
     }
 
     pub fn document(&self) -> Document {
@@ -39,6 +40,9 @@ impl Model {
             let tiles: Vec<u32> = self.blocks.keys().filter(|key| key.0 == head.id).map(|key| key.1).collect();
             let read = |tile| Ok(self.blocks[&(head.id, tile)].clone());
             document.pack_layer(&Context::serial(), head.clone(), &tiles, read).unwrap();
+        }
+        for recipe in &self.recipes {
+            document.put_recipe(recipe.id, Some(recipe.bytes.clone())).unwrap();
         }
         document
     }
@@ -52,7 +56,8 @@ impl Model {
         let layers = (self.heads != after.heads).then_some([self.heads.as_slice(), &after.heads]);
         let of = |model: &'_ Model, key| model.blocks.get(key).map(Vec::len);
         assert!(keys.iter().all(|key| of(self, key).or(of(after, key)) == Some(SIZE)));
-        Edit::encode(&Context::serial(), layers, keys.len(), |index| Change {
+        let recipes = recipe::difference(&self.recipes, &after.recipes);
+        Edit::encode_with(&Context::serial(), layers, &recipes, keys.len(), |index| Change {
             layer: keys[index].0,
             block: keys[index].1,
             before: self.blocks.get(&keys[index]).map(|bytes| bytes.as_slice().into()),
@@ -76,6 +81,8 @@ impl Model {
                 .iter_mut()
                 .for_each(|byte| *byte ^= number as u8 & 0x3b);
         }
+        let bytes = (number % 4 != 3).then(|| vec![number as u8; 3 * number as usize % 50]);
+        recipe::put(&mut next.recipes, number % 3, bytes).unwrap();
         if number % 7 == 4 {
             next.heads.push(head(100 + number, &format!("layer {number}")));
             next.heads[0].settings = Settings { opacity: 0.5, blend: Blend::Max, visible: number.is_multiple_of(2) };
