@@ -5,12 +5,15 @@ mod info;
 mod mesh;
 mod picture;
 mod texture;
+mod update;
 
 use std::path::PathBuf;
 
 use clap::Subcommand;
-use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result};
-use relievo_decal::{Contour, Decal, DecalSettings, Pin, Place, Pose, Quality, Sticker, lay, nearest, strip};
+use relievo_core::{Context, Error, Mesh, Result};
+use relievo_decal::{
+    Contour, Decal, DecalSettings, Pin, Place, Pose, Quality, Sticker, lay, nearest, strip, triangulated,
+};
 use relievo_render::{Image, read_png};
 use serde_json::{Value, json};
 
@@ -33,6 +36,8 @@ enum Task {
     Info(info::Arguments),
     /// Lays a sticker on the limit surface of a control cage and writes it into a layer of a document.
     Apply(apply::Arguments),
+    /// Changes a decal of a document and writes its layer anew.
+    Update(update::Arguments),
     /// Lays a sticker on a mesh with texture coordinates and paints it into the texture.
     Texture(texture::Arguments),
 }
@@ -42,6 +47,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Task::Mesh(arguments) => mesh::run(arguments),
         Task::Info(arguments) => info::run(arguments),
         Task::Apply(arguments) => apply::run(arguments),
+        Task::Update(arguments) => update::run(arguments),
         Task::Texture(arguments) => texture::run(arguments),
     }
 }
@@ -131,6 +137,9 @@ struct Laid {
     size: [u32; 2],
     sticker: Sticker,
     decal: Decal,
+    pins: Vec<Pin>,
+    pose: Option<Pose>,
+    settings: DecalSettings,
     /// The length of the curve of a strip.
     length: Option<f64>,
 }
@@ -150,7 +159,7 @@ impl Common {
     /// Lays the sticker on the triangles of the mesh.
     fn lay(&self) -> Result<Laid> {
         let context = self.limits.context()?;
-        let mesh = triangulated(relievo_meshio::read(&context, &self.file)?);
+        let mesh = triangulated(&relievo_meshio::read(&context, &self.file)?);
         self.lay_on(context, mesh)
     }
 
@@ -181,7 +190,7 @@ impl Common {
             let found = nearest(&mesh, space).map_err(|error| error.at(format!("pin {index}")).at(self.place()))?;
             Ok(found.0)
         };
-        let (pins, length) = match &self.along {
+        let (pins, length): (Vec<Pin>, _) = match &self.along {
             Some(Line(points)) => {
                 let places = points.iter().enumerate().map(|(index, point)| place(index, *point));
                 let strip = strip(&mesh, &sticker, &places.collect::<Result<Vec<_>>>()?)?;
@@ -199,7 +208,7 @@ impl Common {
         let settings = DecalSettings { overlap: self.overlap, ..DecalSettings::default() };
         let decal =
             lay(&mesh, &sticker, &pins, pose, &settings, &mut Bar::new()).map_err(|error| error.at(self.place()))?;
-        Ok(Laid { context, mesh, image, size, sticker, decal, length })
+        Ok(Laid { context, mesh, image, size, sticker, decal, pins, pose, settings, length })
     }
 
     /// Writes the picture, if one is wanted.
@@ -209,34 +218,6 @@ impl Common {
             None => Ok(()),
         }
     }
-}
-
-/// The triangles of a mesh, with its texture coordinates.
-fn triangulated(mut mesh: Mesh) -> Mesh {
-    let offsets = mesh.face_offsets();
-    let mut is_hole = vec![false; mesh.face_count()];
-    for face in &mesh.holes {
-        is_hole[*face as usize] = true;
-    }
-    let faces = mesh.face_sizes.iter().zip(&offsets).zip(is_hole).filter(|(_, is_hole)| !is_hole);
-    let fan = |((sides, first), _): ((&u32, &u32), bool)| {
-        let (sides, first) = (*sides, *first);
-        (2..sides).flat_map(move |last| [first, first + last - 1, first + last])
-    };
-    let order: Vec<u32> = faces.flat_map(fan).collect();
-    let at = mesh.attributes.iter().position(|attribute| attribute.name == "uv" && attribute.domain != Domain::Face);
-    let uv = at.map(|at| mesh.attributes.swap_remove(at));
-    let corners = order.iter().map(|corner| mesh.corners[*corner as usize]).collect();
-    let mut triangles = Mesh::new(mesh.points, vec![3; order.len() / 3], corners);
-    triangles.attributes.extend(uv.map(|uv| match (uv.domain, &uv.indices) {
-        (Domain::Corner, Some(indices)) => {
-            let indices = order.iter().map(|corner| indices[*corner as usize]).collect();
-            Attribute { indices: Some(indices), ..uv }
-        }
-        (Domain::Corner, None) => Attribute { indices: Some(order), ..uv },
-        _ => uv,
-    }));
-    triangles
 }
 
 /// The distortion, one number a line.

@@ -109,6 +109,30 @@ fn a_sticker_is_painted_and_embossed_into_layers_of_a_document() {
     assert!(document.layer("logo").is_some());
     let relief = document.layer("relief").expect("a layer");
     assert!(relief.kind() == Kind::Scalar && !relief.blocks().is_empty());
+    assert_eq!(document.recipes().len(), 2, "each decal is in a layer of its own");
+
+    // A pin moves: the same as if it had been there at first, in the same document.
+    let update = |more: &[&str]| {
+        let arguments = ["decal", "update", "plane.obj", "raised.relievo", "--image", "red.png"];
+        relievo(folder, &[&arguments[..], more].concat())
+    };
+    let changed = update(&["--layer", "logo", "--move", "0@-0.9,0.55,0", "--json"]);
+    assert!(changed.status.success(), "{}", text(&changed.stderr));
+    let report: Value = serde_json::from_str(&text(&changed.stdout)).unwrap();
+    assert!(report["flips"] == 0 && report["l2"].as_f64().unwrap() > 1.0001, "{report}");
+    let after = Document::open(&folder.join("raised.relievo"), u64::MAX).unwrap();
+    assert_eq!((after.layers().len(), after.recipes().len()), (document.layers().len(), 2));
+    let blocks = |document: &Document, name: &str| document.layer(name).expect("a layer").blocks().to_vec();
+    assert!(
+        blocks(&after, "relief") == blocks(&document, "relief") && blocks(&after, "logo") != blocks(&document, "logo")
+    );
+    for (more, why) in [
+        (["--layer", "logo", "--move", "9@1,1,0"], "pins, counted from 0"),
+        (["--layer", "none", "--move", "0@1,1,0"], "no decal lies in a layer"),
+    ] {
+        let refused = update(&more);
+        assert!(!refused.status.success() && text(&refused.stderr).contains(why), "{}", text(&refused.stderr));
+    }
 
     for (more, why) in [
         (&["--document", "painted.relievo", "--layer", "logo", "--height", "1"][..], "layer `logo`"),

@@ -2,10 +2,9 @@
 
 use relievo_core::{Attribute, Domain, Error, ErrorKind, Mesh, Progress, Result, Values};
 
-use crate::coverage::coverage;
 use crate::energy::{Vec2, distance};
 use crate::graph::Graph;
-use crate::grow::{FOLDED, Fault, Grown, Growth, Limits, UNREACHED, is_covered};
+use crate::grow::{FOLDED, Fault, Grown, Growth, Limits, UNREACHED, is_covered, once};
 use crate::outline::Outline;
 use crate::pins::{Pin, name};
 use crate::placement::Placement;
@@ -115,6 +114,11 @@ impl Sticker {
                 .advise("move the point into the outline"));
         }
         Ok(())
+    }
+
+    /// Returns the corners of the outline, counter-clockwise, in pixels from the lower left corner of the image.
+    pub fn corners(&self) -> Vec<Vec2> {
+        self.outline.corners().iter().map(|corner| corner.map(|value| value * self.size[0])).collect()
     }
 
     /// Returns the middle of the outline's bounds, in the plane.
@@ -249,12 +253,6 @@ impl Laying<'_> {
             refuse(pin).advise("move it towards the other pins as they are arranged in the image, or remove it")
         })
     }
-}
-
-/// Returns the share of a sticker that a patch shows, and shows once.
-fn once(seed: &Seed, outline: &Outline) -> f64 {
-    let coverage = coverage(outline, &seed.patch.faces, &seed.patch.positions);
-    coverage.covered - coverage.doubled
 }
 
 /// Returns whether a patch covers a sticker as far as the surface goes.

@@ -110,9 +110,10 @@ impl Rest {
         let (e, f, g, h) = (0.5 * (a + d), 0.5 * (a - d), 0.5 * (c + b), 0.5 * (c - b));
         let (q, r) = (e.hypot(h), f.hypot(g));
         let (larger, smaller) = (q + r, q - r);
-        let (sum, difference) = (h.atan2(e), g.atan2(f));
-        let (left_sin, left_cos) = (0.5 * (sum + difference)).sin_cos();
-        let (right_sin, right_cos) = (0.5 * (sum - difference)).sin_cos();
+        // The angles of both are half the sum and half the difference of those of (e, h) and (f, g).
+        let ([cos_sum, sin_sum], [cos, sin]) = (unit(e, h, q), unit(f, g, r));
+        let [left_cos, left_sin] = halved(cos_sum * cos - sin_sum * sin, sin_sum * cos + cos_sum * sin);
+        let (right_cos, right_sin) = (cos_sum * left_cos + sin_sum * left_sin, sin_sum * left_cos - cos_sum * left_sin);
 
         let (square, determinant) = (larger * larger + smaller * smaller, larger * smaller);
         let Terms { h: [h0, h1, h2], k: [k0, k1, k2] } = Terms::new(determinant, epsilon);
@@ -124,8 +125,8 @@ impl Rest {
         // Eigenvectors of the block of the scalings.
         let (mean, half) = (0.5 * (p + s), 0.5 * (p - s));
         let radius = half.hypot(o);
-        let angle = 0.5 * o.atan2(half);
-        let (sin, cos) = angle.sin_cos();
+        let [cos, sin] = unit(half, o, radius);
+        let [cos, sin] = halved(cos, sin);
         let twist = (2.0 * h0 + first).max(0.0);
         let flip = (2.0 * h0 - first).max(0.0);
         let scalings = [(mean + radius).max(0.0), (mean - radius).max(0.0)];
@@ -157,6 +158,23 @@ impl Rest {
             }
         }
         Derivatives { energy: self.area * (square * h0 + k0), gradient, hessian }
+    }
+}
+
+/// A vector of length `norm` scaled to length 1; the first axis for one without length.
+fn unit(x: f64, y: f64, norm: f64) -> Vec2 {
+    if norm > 0.0 { [x / norm, y / norm] } else { [1.0, 0.0] }
+}
+
+/// Cosine and sine of half an angle, from -π/2 to π/2, of those of the angle.
+fn halved(cos: f64, sin: f64) -> Vec2 {
+    let half = |value: f64| (0.5 * value).max(0.0).sqrt();
+    if cos >= 0.0 {
+        let root = half(1.0 + cos);
+        [root, 0.5 * sin / root]
+    } else {
+        let root = half(1.0 - cos).copysign(sin);
+        [0.5 * sin / root, root]
     }
 }
 

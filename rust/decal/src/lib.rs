@@ -12,8 +12,9 @@
 //!
 //! A [`Placement`] keeps what a decal was made of and follows: pins that are dragged and surfaces that are posed.
 //!
-//! [`paint`] and [`emboss`] write a decal into the colours and the displacement of a surface, through the texels that
-//! [`draw`] finds (Section 6).
+//! A [`Print`] writes a decal into the colours, the displacement and the vector displacement of a surface, through the
+//! texels that [`draw`] finds (Section 6). A [`Ground`] does it in a layer for each decal, and keeps its [`Recipe`] in the
+//! document, from which the decal is taken up again.
 //!
 //! [`paint_texture`] paints it into the texture of a mesh with texture coordinates, for which [`charts`] says where its faces
 //! lie.
@@ -27,6 +28,7 @@
 //! keeps its shape. Lengths are units of the mesh; places in the image are pixels from its lower left corner. Results do
 //! not depend on the number of threads.
 
+mod applied;
 mod artwork;
 mod buckets;
 mod contour;
@@ -49,6 +51,7 @@ mod placement;
 mod print;
 mod projected;
 mod quality;
+mod recipe;
 mod relax;
 mod scatter;
 mod seed;
@@ -57,6 +60,7 @@ mod surface;
 mod texels;
 mod texture;
 
+pub use applied::{Applied, Ground, recipes};
 pub use artwork::Artwork;
 pub use contour::Contour;
 pub use decal::{Decal, DecalSettings, Pose, Sticker, lay};
@@ -65,10 +69,11 @@ pub use nearest::nearest;
 pub use outline::Outline;
 pub use pins::{Pin, Place};
 pub use placement::Placement;
-pub use print::{Printed, emboss, paint};
+pub use print::{Print, Printed, emboss, paint};
 pub use projected::{Projection, project};
 pub use quality::{Quality, stretch};
+pub use recipe::{Ink, Recipe, hash};
 pub use scatter::{Scatter, scatter};
 pub use strip::{Strip, strip};
 pub use texels::{Chart, Window, draw};
-pub use texture::{Pixels, charts, paint_texture};
+pub use texture::{Pixels, charts, paint_texture, triangulated};

@@ -253,6 +253,65 @@ impl Patch {
         self.compact(&is_removed)
     }
 
+    /// Returns the patch with its seams closed from their inner ends on, and the new number of each vertex; none without seams.
+    /// A closed seam has the positions of the vertices that `is_fixed` names, or those halfway between both sides.
+    ///
+    /// # Errors
+    /// The faces do not form a disk any more.
+    pub fn zipped(&self, surface: &Surface, is_fixed: &[bool]) -> Result<Option<(Self, Vec<u32>)>> {
+        let (mut after, mut before) = (self.next.clone(), self.previous.clone());
+        let mut positions = self.positions.clone();
+        let mut number: Vec<u32> = (0..self.vertices.len() as u32).collect();
+        let mut halves = self.halves.clone();
+        let mut count = 0;
+        let mut queue = self.boundary();
+        while let Some(root) = queue.pop() {
+            let (first, last) = (before[root as usize], after[root as usize]);
+            if last == NONE || first == last || after[last as usize] == first {
+                continue;
+            }
+            let is_seam = surface.mate(halves[first as usize]) == Some(halves[root as usize]);
+            if !is_seam || (is_fixed[first as usize] && is_fixed[last as usize]) {
+                continue;
+            }
+            let (gone, kept) = if is_fixed[first as usize] { (last, first) } else { (first, last) };
+            if !is_fixed[kept as usize] {
+                let other = positions[gone as usize];
+                let position = &mut positions[kept as usize];
+                *position = [0, 1].map(|axis| 0.5 * (position[axis] + other[axis]));
+            }
+            let (from, to) = (before[first as usize], after[last as usize]);
+            let half = halves[last as usize];
+            for vertex in [root, first, last] {
+                (after[vertex as usize], before[vertex as usize], halves[vertex as usize]) = (NONE, NONE, NONE);
+            }
+            (after[from as usize], before[kept as usize]) = (kept, from);
+            (after[kept as usize], before[to as usize]) = (to, kept);
+            halves[kept as usize] = half;
+            number[gone as usize] = kept;
+            count += 1;
+            queue.push(kept);
+        }
+        if count == 0 {
+            return Ok(None);
+        }
+        let kept: Vec<u32> = (0..number.len() as u32).filter(|vertex| number[*vertex as usize] == *vertex).collect();
+        let mut place = vec![NONE; number.len()];
+        kept.iter().zip(0..).for_each(|(vertex, at)| place[*vertex as usize] = at);
+        for vertex in 0..number.len() {
+            let mut end = number[vertex];
+            while number[end as usize] != end {
+                end = number[end as usize];
+            }
+            number[vertex] = end;
+        }
+        let number: Vec<u32> = number.into_iter().map(|vertex| place[vertex as usize]).collect();
+        let faces = self.faces.iter().map(|face| face.map(|vertex| number[vertex as usize])).collect();
+        let vertices = kept.iter().map(|vertex| self.vertices[*vertex as usize]).collect();
+        let positions = kept.iter().map(|vertex| positions[*vertex as usize]).collect();
+        Ok(Some((Self::new(vertices, positions, faces, self.triangles.clone())?, number)))
+    }
+
     fn compact(&mut self, is_removed: &[bool]) -> Vec<u32> {
         let mut number = vec![NONE; self.vertices.len()];
         let mut old = Vec::new();

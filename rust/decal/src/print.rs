@@ -2,16 +2,19 @@
 //!
 //! The decal lies on a tessellation of the surface, whose corners have their tile and parameters: so each face has a chart
 //! among the texels of its tile. Tiles are allocated where the decal lies. An edit goes to the active layer of its kind, as
-//! strokes do. Units: object units for displacement, linear Rec.709 for colour.
+//! strokes do. Units: object units for displacement, linear Rec.709 for colour. Vector
+//! displacement has no layers: it is changed itself.
 
-use glam::Vec4;
+use glam::{DVec3, Vec4};
 use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_detail::{DisplacedObject, LayeredObject};
-use relievo_tiles::{Channel, ColorTexel, Sets, Tessellation, Texel, by_format};
+use relievo_document::{Blend, Kind, Settings};
+use relievo_tiles::{Channel, ColorTexel, Layered, Sets, Tessellation, Texel, Vector, by_format};
 
 use crate::artwork::Artwork;
 use crate::decal::Decal;
+use crate::energy::Vec2;
 use crate::texels::{Chart, Window, draw};
 
 /// What writing a decal changed.
@@ -25,12 +28,25 @@ pub struct Printed {
     pub refused: Vec<u32>,
 }
 
+/// A decal with its image and the surface that it lies on, to be written into layers.
+pub struct Print<'a> {
+    /// Runs the work.
+    pub context: &'a Context,
+    /// The tessellation of the object's surface that the decal lies on.
+    pub tessellation: &'a Tessellation,
+    /// The decal.
+    pub decal: &'a Decal,
+    /// Its image.
+    pub artwork: &'a Artwork,
+    /// Depths of the pins, as for [`draw`].
+    pub depths: &'a [f64],
+}
+
 /// Paints a decal over the colours of an object: over the active layer of colour. `tessellation` is the one of the
 /// object's surface that the decal lies on; `depths` are as for [`draw`].
 ///
 /// # Errors
-/// The object has no colours, or the active layer cannot be seen; the opacity is not in 0 to 1; or the decal lies on
-/// another mesh. Nothing is changed then.
+/// As [`Print::paint`].
 pub fn paint(
     context: &Context,
     object: &mut DisplacedObject,
@@ -40,21 +56,15 @@ pub fn paint(
     depths: &[f64],
     opacity: f32,
 ) -> Result<Printed> {
-    check_opacity(opacity)?;
-    let source = Source { context, tessellation, decal, artwork, depths };
-    let mut paint = object.take_paint()?;
-    let done = by_format!(&mut paint, paint => source.over(paint, opacity));
-    object.put_paint(paint);
-    let mut done = done?;
-    done.refuse(object.settle(context)?);
-    Ok(done)
+    let settings = Settings { opacity, ..Settings::of(Kind::Rgba8) };
+    Print { context, tessellation, decal, artwork, depths }.paint(object, &settings)
 }
 
 /// Raises the displacement of an object by a decal: by `height` where the image is white and opaque, not where it is black
 /// or transparent. Otherwise as [`paint`].
 ///
 /// # Errors
-/// As [`paint`]; the height is not finite.
+/// As [`Print::emboss`].
 pub fn emboss(
     context: &Context,
     object: &mut DisplacedObject,
@@ -64,18 +74,15 @@ pub fn emboss(
     depths: &[f64],
     height: f32,
 ) -> Result<Printed> {
-    if !(-60000.0..=60000.0).contains(&height) {
-        return Err(Error::invalid(format!("the height is {height}"))
-            .at("decal")
-            .advise("use object units from -60000 to 60000"));
+    Print { context, tessellation, decal, artwork, depths }.emboss(object, height, &Settings::of(Kind::Scalar))
+}
+
+/// Fails unless a height is one that layers can hold.
+pub(crate) fn check_height(height: f32) -> Result<()> {
+    if (-60000.0..=60000.0).contains(&height) {
+        return Ok(());
     }
-    let source = Source { context, tessellation, decal, artwork, depths };
-    let mut done = source.write(object.displacement_mut(), |old: f16, [red, green, blue, _]| {
-        // The luminance of Rec.709; colours are premultiplied.
-        f16::from_f32(old.to_f32() + height * (0.2126 * red + 0.7152 * green + 0.0722 * blue))
-    })?;
-    done.refuse(object.settle(context)?);
-    Ok(done)
+    Err(Error::invalid(format!("the height is {height}")).at("decal").advise("use object units from -60000 to 60000"))
 }
 
 /// Fails unless an opacity is in 0 to 1.
@@ -86,25 +93,85 @@ pub fn check_opacity(opacity: f32) -> Result<()> {
     Err(Error::invalid(format!("the opacity is {opacity}")).at("decal").advise("use 0 to 1"))
 }
 
-/// A decal with its image and the surface that it lies on.
-struct Source<'a> {
-    context: &'a Context,
-    tessellation: &'a Tessellation,
-    decal: &'a Decal,
-    artwork: &'a Artwork,
-    depths: &'a [f64],
-}
+impl Print<'_> {
+    /// Puts the decal on the texels of the active layer of colour, with the blend mode and opacity of `settings`.
+    ///
+    /// # Errors
+    /// The object has no colours, or the active layer cannot be seen; the opacity is not in 0 to 1 or the blend mode not for
+    /// colours; or the decal lies on another mesh. Nothing is changed then.
+    pub fn paint(&self, object: &mut DisplacedObject, settings: &Settings) -> Result<Printed> {
+        settings.check(Kind::Rgba8).map_err(|error| error.at("decal"))?;
+        let mut paint = object.take_paint()?;
+        let done = by_format!(&mut paint, paint => self.over(paint, settings));
+        object.put_paint(paint);
+        let mut done = done?;
+        done.refuse(object.settle(self.context)?);
+        Ok(done)
+    }
 
-impl Source<'_> {
-    fn over<T: ColorTexel>(&self, paint: &mut Channel<T>, opacity: f32) -> Result<Printed> {
-        self.write(paint, |old: T, color| {
-            let color = opacity * Vec4::from(color);
-            T::of_color(color + (1.0 - color.w) * old.color())
+    /// Puts a relief on the displacement: `height`, in object units, times the luminance of the image, as far as it is
+    /// opaque, with the blend mode and opacity of `settings`.
+    ///
+    /// # Errors
+    /// As [`Self::paint`]; the height is not in -60000 to 60000.
+    pub fn emboss(&self, object: &mut DisplacedObject, height: f32, settings: &Settings) -> Result<Printed> {
+        check_height(height)?;
+        settings.check(Kind::Scalar).map_err(|error| error.at("decal"))?;
+        let mut done = self.write(object.displacement_mut(), |old: f16, [red, green, blue, alpha], _| {
+            // The luminance of Rec.709; colours are premultiplied.
+            let relief = height * (0.2126 * red + 0.7152 * green + 0.0722 * blue) / alpha;
+            let settings = Settings { opacity: settings.opacity * alpha, ..*settings };
+            f16::of_sum(f16::blend(old.sum(), relief, &settings))
+        })?;
+        done.refuse(object.settle(self.context)?);
+        Ok(done)
+    }
+
+    /// Adds vectors to the vector displacement: `height`, in object units, times the colour of the image, from 0 for -1 over
+    /// 0.5 for nothing to 1, as far as it is opaque. Red is the image's direction to the right on the surface, green the
+    /// one upwards, blue the normal. `settings` can add or subtract, with an opacity.
+    ///
+    /// # Errors
+    /// The object has no vector displacement; the blend mode is another one; or as [`Self::emboss`].
+    pub fn displace(&self, object: &mut DisplacedObject, height: f32, settings: &Settings) -> Result<Printed> {
+        check_height(height)?;
+        settings.check(Kind::Vector).map_err(|error| error.at("decal"))?;
+        let sign = match settings.blend {
+            Blend::Add => 1.0,
+            Blend::Subtract => -1.0,
+            _ => {
+                return Err(Error::unsupported(format!("vectors have no blend mode `{}`", settings.blend.name()))
+                    .at("decal")
+                    .advise("use add or subtract"));
+            }
+        };
+        let vectors = object.vectors_mut().ok_or_else(|| {
+            Error::invalid("the object has no vector displacement").at("decal").advise("give it some first")
+        })?;
+        let height = sign * settings.opacity * height;
+        self.write(vectors, |old: Vector, [red, green, blue, alpha], [cos, sin]| {
+            // Colours are premultiplied.
+            let [right, up, out] = [red, green, blue].map(|value| f64::from(height * (2.0 * value - alpha)));
+            let added = DVec3::new(cos * right - sin * up, sin * right + cos * up, out);
+            Vector::nearest(old.value() + added)
         })
     }
 
-    /// Changes the texels under the decal: `change` makes a new texel of an old one and a colour.
-    fn write<T: Texel>(&self, channel: &mut Channel<T>, change: impl Fn(T, [f32; 4]) -> T + Sync) -> Result<Printed> {
+    fn over<T: ColorTexel + Layered<Sum = Vec4>>(
+        &self,
+        paint: &mut Channel<T>,
+        settings: &Settings,
+    ) -> Result<Printed> {
+        self.write(paint, |old: T, color, _| T::of_sum(T::blend(old.sum(), Vec4::from(color), settings)))
+    }
+
+    /// Changes the texels under the decal: `change` makes a new texel of an old one, a colour and a turn
+    /// ([`Window::turns`]).
+    fn write<T: Texel>(
+        &self,
+        channel: &mut Channel<T>,
+        change: impl Fn(T, [f32; 4], Vec2) -> T + Sync,
+    ) -> Result<Printed> {
         let windows = self.windows(channel)?;
         let mut tiles: Vec<u32> = windows.iter().map(|window| window.target).collect();
         tiles.dedup();
@@ -115,11 +182,14 @@ impl Source<'_> {
         let mut changes = channel.edit(self.context, &tiles, |tile, block| {
             let first = windows.partition_point(|window| window.target < tile);
             for window in windows[first..].iter().take_while(|window| window.target == tile) {
-                let rows = window.colors.chunks_exact(window.size[0] as usize);
-                for (row, colors) in (window.first[1] as usize..).zip(rows) {
+                let columns = window.size[0] as usize;
+                let rows = window.colors.chunks_exact(columns).zip(window.turns.chunks_exact(columns));
+                for (row, (colors, turns)) in (window.first[1] as usize..).zip(rows) {
                     let texels = &mut block.row_mut(row)[window.first[0] as usize..];
-                    for (texel, color) in texels.iter_mut().zip(colors).filter(|(_, color)| color[3] > 0.0) {
-                        *texel = change(*texel, *color);
+                    for (texel, (color, turn)) in texels.iter_mut().zip(colors.iter().zip(turns)) {
+                        if color[3] > 0.0 {
+                            *texel = change(*texel, *color, *turn);
+                        }
                     }
                 }
             }
@@ -151,7 +221,7 @@ impl Source<'_> {
 }
 
 impl Printed {
-    fn refuse(&mut self, tiles: Vec<u32>) {
+    pub(crate) fn refuse(&mut self, tiles: Vec<u32>) {
         self.refused.extend(tiles);
         self.refused.sort_unstable();
         self.refused.dedup();

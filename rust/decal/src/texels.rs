@@ -39,6 +39,9 @@ pub struct Window {
     pub size: [u32; 2],
     /// Colour and alpha of each texel, premultiplied, row by row.
     pub colors: Vec<[f32; 4]>,
+    /// Of each texel cosine and sine of the angle from the tangent by the first coordinate of the chart to the image's
+    /// direction to the right, on the surface: the mean over the samples, 0 where the decal does not lie.
+    pub turns: Vec<Vec2>,
 }
 
 /// A triangle of a decal in a chart.
@@ -48,6 +51,7 @@ struct Piece {
     places: [Vec2; 3],
     uv: [Vec2; 3],
     depth: f64,
+    turn: Vec2,
 }
 
 /// Draws a decal into charts, one for each face of the mesh that it lies on; `size` returns the columns and rows of a
@@ -82,11 +86,18 @@ pub fn draw(
         let corners = &mesh.corners[3 * *face as usize..3 * *face as usize + 3];
         let corners: [Vec3; 3] = std::array::from_fn(|corner| mesh.points[corners[corner] as usize].map(f64::from));
         let uv = triangle.map(|vertex| decal.uv[vertex as usize]);
-        let Some(places) = places(chart, corners, triangle.map(|vertex| decal.points[vertex as usize])) else {
+        let points = triangle.map(|vertex| decal.points[vertex as usize]);
+        let Some(places) = places(chart, corners, points) else {
             continue;
         };
         let middle: Vec2 = std::array::from_fn(|axis| uv.iter().map(|uv| uv[axis]).sum::<f64>() / 3.0);
-        let piece = Piece { vertices: *triangle, places, uv, depth: decal.depth(middle, depths) };
+        let piece = Piece {
+            vertices: *triangle,
+            places,
+            uv,
+            depth: decal.depth(middle, depths),
+            turn: turn(places, uv, points),
+        };
         let [width, height] = size(chart.target);
         let span = |axis: usize, count: u32| {
             let values = places.map(|place| place[axis]);
@@ -108,8 +119,8 @@ pub fn draw(
         let size = [(width - first[0]).min(WINDOW), (height - first[1]).min(WINDOW)];
         let mut pieces = pieces.clone();
         pieces.sort_by(|a, b| a.depth.total_cmp(&b.depth));
-        let colors = window(first, size, &pieces, artwork);
-        Window { target: *target, first, size, colors }
+        let (colors, turns) = window(first, size, &pieces, artwork);
+        Window { target: *target, first, size, colors, turns }
     });
     Ok(drawn.into_iter().filter(|window| window.colors.iter().any(|color| color[3] > 0.0)).collect())
 }
@@ -128,11 +139,28 @@ fn places(chart: &Chart, corners: [Vec3; 3], points: [Vec3; 3]) -> Option<[Vec2;
     places.as_flattened().iter().all(|value| value.is_finite()).then_some(places)
 }
 
-/// Draws pieces over one another and returns the mean of the samples of each texel.
-fn window(first: [u32; 2], size: [u32; 2], pieces: &[Piece], artwork: &Artwork) -> Vec<[f32; 4]> {
+/// Cosine and sine of the angle in a triangle from the direction in which the first coordinate of the places grows to that in
+/// which the first one of the image does; 0 for a triangle without area.
+fn turn(places: [Vec2; 3], uv: [Vec2; 3], points: [Vec3; 3]) -> Vec2 {
+    let (first, second) = (minus(points[1], points[0]), minus(points[2], points[0]));
+    let along = |corners: [Vec2; 3]| -> Vec3 {
+        let (a, b) = (corners[1][1] - corners[0][1], corners[2][1] - corners[0][1]);
+        let area = (corners[1][0] - corners[0][0]) * b - a * (corners[2][0] - corners[0][0]);
+        std::array::from_fn(|axis| (first[axis] * b - second[axis] * a) / area)
+    };
+    let (tangent, right) = (along(places), along(uv));
+    let normal = cross(first, second);
+    let (cos, sin) = (dot(tangent, right), dot(cross(normal, tangent), right) / dot(normal, normal).sqrt());
+    let norm = cos.hypot(sin);
+    if norm > 0.0 && norm.is_finite() { [cos / norm, sin / norm] } else { [0.0; 2] }
+}
+
+/// Draws pieces over one another and returns the mean of the samples of each texel: its colour, and its turn.
+fn window(first: [u32; 2], size: [u32; 2], pieces: &[Piece], artwork: &Artwork) -> (Vec<[f32; 4]>, Vec<Vec2>) {
     let (columns, rows) = (size[0] as usize * SAMPLES, size[1] as usize * SAMPLES);
     let step = 1.0 / SAMPLES as f64;
     let mut samples = vec![[0.0_f32; 4]; columns * rows];
+    let mut turns = vec![[0.0; 2]; size[0] as usize * size[1] as usize];
     let pixels = artwork.sticker().size;
     for piece in pieces {
         let local = piece.places.map(|place| [0, 1].map(|axis| (place[axis] - f64::from(first[axis])) / step - 0.5));
@@ -161,6 +189,8 @@ fn window(first: [u32; 2], size: [u32; 2], pieces: &[Piece], artwork: &Artwork) 
                     (0..3).map(|corner| weights[corner] * piece.uv[corner][axis]).sum::<f64>() / area
                 });
                 let over = artwork.color(uv, footprint);
+                let turn = &mut turns[row / SAMPLES * size[0] as usize + column / SAMPLES];
+                (0..2).for_each(|axis| turn[axis] += piece.turn[axis] * f64::from(over[3]));
                 let sample = &mut samples[row * columns + column];
                 for (value, over_value) in sample.iter_mut().zip(over) {
                     *value = over_value + (1.0 - over[3]) * *value;
@@ -181,7 +211,13 @@ fn window(first: [u32; 2], size: [u32; 2], pieces: &[Piece], artwork: &Artwork) 
             colors.push(sum);
         }
     }
-    colors
+    for turn in &mut turns {
+        let norm = turn[0].hypot(turn[1]);
+        if norm > 0.0 {
+            *turn = turn.map(|value| value / norm);
+        }
+    }
+    (colors, turns)
 }
 
 /// Twice the signed areas of a point with the three edges, if it lies within the triangle. A point on an edge lies within

@@ -3,7 +3,7 @@
 //! Pixels at the border of a chart, which it covers in part, get the whole colour of the decal, so that filters and the
 //! gutter find no mixture with the background. Pixels are numbered row by row from the top, charts run upwards.
 
-use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
+use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result, Values};
 use relievo_render::Image;
 
 use crate::artwork::Artwork;
@@ -23,6 +23,35 @@ pub struct Pixels {
     pub covered: Vec<bool>,
     /// Whether the decal changed the pixel.
     pub painted: Vec<bool>,
+}
+
+/// Returns the triangles of a mesh, fanned from the first corner of each face and without holes, with its texture coordinates
+/// `uv`.
+pub fn triangulated(mesh: &Mesh) -> Mesh {
+    let offsets = mesh.face_offsets();
+    let mut is_hole = vec![false; mesh.face_count()];
+    for face in &mesh.holes {
+        is_hole[*face as usize] = true;
+    }
+    let faces = mesh.face_sizes.iter().zip(&offsets).zip(is_hole).filter(|(_, is_hole)| !is_hole);
+    let fan = |((sides, first), _): ((&u32, &u32), bool)| {
+        let (sides, first) = (*sides, *first);
+        (2..sides).flat_map(move |last| [first, first + last - 1, first + last])
+    };
+    let order: Vec<u32> = faces.flat_map(fan).collect();
+    let uv =
+        mesh.attributes.iter().find(|attribute| attribute.name == "uv" && attribute.domain != Domain::Face).cloned();
+    let corners = order.iter().map(|corner| mesh.corners[*corner as usize]).collect();
+    let mut triangles = Mesh::new(mesh.points.clone(), vec![3; order.len() / 3], corners);
+    triangles.attributes.extend(uv.map(|uv| match (uv.domain, &uv.indices) {
+        (Domain::Corner, Some(indices)) => {
+            let indices = order.iter().map(|corner| indices[*corner as usize]).collect();
+            Attribute { indices: Some(indices), ..uv }
+        }
+        (Domain::Corner, None) => Attribute { indices: Some(order), ..uv },
+        _ => uv,
+    }));
+    triangles
 }
 
 /// Returns where the faces of a mesh of triangles lie in a texture of `size` columns and rows, by its attribute `uv`.

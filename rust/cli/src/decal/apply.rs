@@ -5,9 +5,9 @@ use std::process::ExitCode;
 
 use glam::{DAffine3, Vec4};
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_decal::{Artwork, Printed, emboss, paint};
+use relievo_decal::{Artwork, Ink, Printed, Recipe, emboss, hash, paint, triangulated};
 use relievo_detail::{DisplacedObject, LayeredObject};
-use relievo_document::{Document, Kind, Settings};
+use relievo_document::{self as document, Document, Kind, Settings};
 use relievo_surface::{Surface, SurfaceOptions};
 use relievo_tiles::{ChannelOptions, Displacement, Paint, Rgba8, Tessellation, uniform_rates};
 use serde_json::json;
@@ -33,7 +33,8 @@ pub struct Arguments {
     /// The document of the mesh to go on from; left out, a new one.
     #[arg(long, value_name = "FILE")]
     document: Option<PathBuf>,
-    /// The layer to write into; one is added where there is none of this name.
+    /// The layer to write into; one is added where there is none of this name. The document keeps what the decal in an added
+    /// layer was made of, for `relievo decal update`.
     #[arg(long, value_name = "NAME", default_value = "decal")]
     layer: String,
     /// How much of the sticker is seen, 0 to 1.
@@ -63,9 +64,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     let context = common.limits.context()?;
     let cage = relievo_meshio::read(&context, &common.file)?;
-    let (mut object, mut notes) = arguments.object(&context, &cage)?;
+    let Opened { mut object, mut notes, recipes, layer, is_new } = arguments.object(&context, &cage)?;
     let tessellation = tessellate(&context, &object, &cage, arguments.cells)?;
-    let laid = common.lay_on(context, super::triangulated(tessellation.mesh.clone()))?;
+    let laid = common.lay_on(context, triangulated(&tessellation.mesh))?;
     let context = &laid.context;
     let printed = arguments.print(context, &mut object, &tessellation, &laid)?;
     if !printed.refused.is_empty() {
@@ -73,6 +74,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     let mut document = Document::new(&cage, context.level().name())?;
     object.store(context, &mut document)?;
+    for recipe in recipes {
+        document.put_recipe(recipe.id, Some(recipe.bytes))?;
+    }
+    if is_new {
+        let id = document.recipes().last().map_or(0, |last| last.id.saturating_add(1));
+        document.put_recipe(id, arguments.recipe(&laid, layer).map(|recipe| recipe.encode()))?;
+    }
     document.write(&arguments.output)?;
     if let Some(file) = &common.picture {
         let surface = tessellate(context, &object, &cage, SHOWN)?;
@@ -106,9 +114,21 @@ fn tessellate(context: &Context, object: &DisplacedObject, cage: &Mesh, cells: u
     object.displaced()?.tessellate(context, cage, &rates)
 }
 
+/// The surface with the layers of the document.
+struct Opened {
+    object: DisplacedObject,
+    notes: Vec<String>,
+    /// What other things on the layers were made of.
+    recipes: Vec<document::Recipe>,
+    /// The layer to be written into.
+    layer: u32,
+    /// Whether the document did not have it.
+    is_new: bool,
+}
+
 impl Arguments {
     /// The surface with the layers of the document, the one to be written into active.
-    fn object(&self, context: &Context, cage: &Mesh) -> Result<(DisplacedObject, Vec<String>)> {
+    fn object(&self, context: &Context, cage: &Mesh) -> Result<Opened> {
         let isolation = self.isolation.isolation;
         let (options, lowered) = Surface::choose_isolation(context, cage, &SurfaceOptions::default(), isolation)?;
         let surface = Surface::new(context, cage, &options)?;
@@ -118,12 +138,14 @@ impl Arguments {
         let channel = ChannelOptions { size: self.texels, budget, ..ChannelOptions::default() };
         let displacement = Displacement::new(topology.clone(), &channel)?;
         let mut object = DisplacedObject::new(context, surface, &cage.points, displacement, DAffine3::IDENTITY)?;
+        let mut recipes = Vec::new();
         if let Some(path) = &self.document {
             let place = |error: Error| error.at(path.display().to_string());
             let document = Document::open(path, budget)?;
             notes.extend(document.fit(cage).map_err(place)?);
             notes.extend(document.notes.iter().cloned());
             let left = object.take_up(context, &document, budget).map_err(place)?;
+            recipes = document.recipes().to_vec();
             notes.extend(left.into_iter().map(|name| format!("layer `{name}` of the document is left out")));
         }
         if self.height.is_none() && object.colors().is_none() {
@@ -131,7 +153,8 @@ impl Arguments {
         }
         let kind = if self.height.is_some() { Kind::Scalar } else { Kind::Rgba8 };
         let found = object.layers().into_iter().find(|layer| layer.name == self.layer);
-        let id = match found {
+        let is_new = found.is_none();
+        let layer = match found {
             Some(layer) if layer.kind.is_color() != kind.is_color() => {
                 return Err(Error::invalid(format!("the layer holds {}", layer.kind.name()))
                     .at(format!("layer `{}`", self.layer))
@@ -140,8 +163,28 @@ impl Arguments {
             Some(layer) => layer.id,
             None => object.add_layer(context, kind, &self.layer, Settings::of(kind), self.texels)?.0,
         };
-        object.set_active_layer(context, id)?;
-        Ok((object, notes))
+        object.set_active_layer(context, layer)?;
+        Ok(Opened { object, notes, recipes, layer, is_new })
+    }
+
+    /// What the decal in a layer of its own was made of.
+    fn recipe(&self, laid: &super::Laid, layer: u32) -> Option<Recipe> {
+        let ink = self.height.map_or(Ink::Color, Ink::Relief);
+        Some(Recipe {
+            sticker: laid.sticker.clone(),
+            image: hash(laid.image.as_ref()?),
+            pins: laid.pins.clone(),
+            depths: self.depths.clone(),
+            pose: laid.pose,
+            settings: laid.settings,
+            cells: self.cells,
+            layer,
+            ink,
+            seen: match ink {
+                Ink::Color => Settings { opacity: self.opacity, ..Settings::of(Kind::Rgba8) },
+                Ink::Relief(_) => Settings::of(Kind::Scalar),
+            },
+        })
     }
 
     fn print(

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use relievo_bake::Gutter;
 use relievo_core::Error;
-use relievo_decal::{Artwork, Pixels, charts, paint_texture};
+use relievo_decal::{Artwork, Pixels, charts, paint_texture, triangulated};
 use relievo_render::{Image, read_png, write_png};
 use serde_json::json;
 
@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
             image
         }
     };
-    let mesh = super::triangulated(relievo_meshio::read(&context, &common.file)?);
+    let mesh = triangulated(&relievo_meshio::read(&context, &common.file)?);
     // Without texture coordinates nothing needs to be laid.
     charts(&mesh, [texture.width(), texture.height()]).map_err(|error| error.at(common.place()))?;
     let laid = common.lay_on(context, mesh)?;

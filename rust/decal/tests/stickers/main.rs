@@ -4,6 +4,7 @@ mod hostile;
 mod lay;
 mod models;
 mod placement;
+mod recipes;
 mod sheets;
 mod strip;
 mod written;
