@@ -24,6 +24,17 @@ def slim(points, triangles, pins):
     return solver.vertices(), time.perf_counter() - start
 
 
+def lscm(points, triangles, pins):
+    """libigl's least squares conformal map with hard pins."""
+    import igl
+
+    points, triangles = points.astype(np.float64), triangles.astype(np.int64)
+    start = time.perf_counter()
+    found = igl.lscm(points, triangles, pins[:, 0].astype(np.int64), pins[:, 1:])
+    plane = next(part for part in found if np.ndim(part) == 2 and np.shape(part) == (len(points), 2))
+    return np.asarray(plane), time.perf_counter() - start
+
+
 def log_map(points, triangles, pins):
     """potpourri3d's logarithmic map around the first pin."""
     import potpourri3d

@@ -68,7 +68,11 @@ pub fn repairs() -> Result<PathBuf, String> {
 pub fn decals() -> Result<PathBuf, String> {
     let folder = target().join("peers/decals");
     create_dir_all(&folder).map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
-    for (name, called) in [("libigl SLIM", "decal.py slim"), ("potpourri3d log map", "decal.py log_map")] {
+    for (name, called) in [
+        ("libigl SLIM", "decal.py slim"),
+        ("libigl LSCM", "decal.py lscm"),
+        ("potpourri3d log map", "decal.py log_map"),
+    ] {
         let python = environment(&target().join("peers/decal"), DECALS);
         if let Err(error) = python.and_then(|python| script(&folder.join(name), "", &python, called)) {
             eprintln!("skipped: {name}: {error}");
