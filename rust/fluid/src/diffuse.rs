@@ -15,7 +15,7 @@ mod potential;
 mod random;
 mod surroundings;
 
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 use relievo_core::{Context, Error, Progress, Result};
 
 pub use difference::{differences, positions_and_velocities};
@@ -189,12 +189,11 @@ impl Diffuse {
     /// Returns the potentials of the particles of a fluid, in their order. Fails as [`Self::advance`] does.
     pub fn potentials(&self, context: &Context, frame: FluidFrame<'_>) -> Result<Vec<Potentials>> {
         frame.check()?;
-        let points: Vec<Vec4> = frame.positions.iter().map(|at| at.extend(0.0)).collect();
-        let surroundings = Surroundings::new(context, &self.options, &points, frame.velocities)?;
+        let surroundings = Surroundings::new(context, &self.options, frame.positions, frame.velocities)?;
         let sorted = potential::potentials(context, &self.options, &surroundings);
         let mut found = vec![Potentials::default(); sorted.len()];
-        for (number, potentials) in surroundings.order().zip(sorted) {
-            found[number as usize] = potentials;
+        for (number, potentials) in surroundings.order().iter().zip(sorted) {
+            found[*number as usize] = potentials;
         }
         Ok(found)
     }
@@ -222,7 +221,7 @@ impl Diffuse {
             progress.step(number as f32 / steps as f32, "diffuse particles")?;
             let left = step * (steps - 1 - number) as f32;
             let fluid = frame.positions.iter().zip(frame.velocities);
-            let points: Vec<Vec4> = fluid.map(|(at, velocity)| (*at - left * *velocity).extend(0.0)).collect();
+            let points: Vec<Vec3> = fluid.map(|(at, velocity)| *at - left * *velocity).collect();
             let surroundings = Surroundings::new(context, &self.options, &points, frame.velocities)?;
             motion::advance(context, &self.options, &surroundings, step, &mut particles);
             let bounds = self.options.bounds;

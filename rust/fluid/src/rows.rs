@@ -108,6 +108,18 @@ impl Rows {
         ((z * self.size[1] + y) * self.size[0] + x) as u64
     }
 
+    /// Returns a number that orders cells as they are stored, in the grid and one cell around it. Cells further away have
+    /// that of one at the rim.
+    pub fn key_around(&self, cell: Cell) -> u64 {
+        let [x, y, z] = std::array::from_fn(|axis| cell[axis].clamp(-1, self.size[axis]) + 1);
+        ((z * (self.size[1] + 2) + y) * (self.size[0] + 2) + x) as u64
+    }
+
+    /// Returns how many bits [`Self::key_around`] has.
+    pub fn key_bits(&self) -> u32 {
+        u64::BITS - self.size.iter().map(|size| *size as u64 + 2).product::<u64>().leading_zeros()
+    }
+
     /// The lowest corner of the cells, and their edge.
     pub fn lattice(&self) -> ([f64; 3], f64) {
         (self.low, 1.0 / self.inverse)

@@ -52,7 +52,7 @@ fn of_particle(
     let greatest = settings.air_rate + settings.crest_rate;
     let [shortest, longest] = [settings.lifetime_min, settings.lifetime_max];
     let lifetime = shortest + (longest - shortest) * rate / greatest;
-    let velocity = fluid.velocities[number];
+    let velocity = fluid.velocity(number);
     let axis = velocity.normalize_or_zero();
     let (across, other) = axis.any_orthonormal_pair();
     let (radius, height) = (0.5 * options.spacing, seconds * velocity.length());
@@ -61,7 +61,7 @@ fn of_particle(
         let (r, angle) = (radius * r.sqrt(), TAU * angle);
         let offset = r * (angle.cos() * across + angle.sin() * other);
         // In the step it has moved away from the axis already, as the paper lets it start.
-        let position = fluid.places[number] + offset + along * height * axis;
+        let position = fluid.place(number) + offset + along * height * axis;
         born.push(Born { position, velocity: velocity + offset, lifetime });
     }
 }

@@ -1,11 +1,22 @@
 //! How diffuse particles move, by their kinds (Ihmsen et al. 2012, Sections 3.3 and 3.4).
 
 use glam::Vec3;
-use relievo_core::Context;
+use relievo_core::lanes::Lanes;
+use relievo_core::{Context, dispatch_simd};
 
 use super::options::DiffuseOptions;
+use super::potential::{LANES, dot};
 use super::surroundings::Surroundings;
 use super::{DiffuseKind, DiffuseParticles, PART};
+use crate::profile::WIDEST;
+
+/// The fluid around a particle.
+#[derive(Clone, Copy, Debug, Default)]
+struct Flow {
+    /// The mean velocity of the neighbours (Equation 10), or zero without any.
+    velocity: Vec3,
+    neighbours: u32,
+}
 
 /// Moves particles by a step of so many seconds and gives them their kinds. Foam loses as much of its lifetime.
 pub fn advance(
@@ -15,13 +26,15 @@ pub fn advance(
     seconds: f32,
     particles: &mut DiffuseParticles,
 ) {
+    let flows = flows(context, fluid, &particles.positions);
     let DiffuseParticles { positions, velocities, kinds, ages, lifetimes, .. } = particles;
     let parts = ((positions.as_mut_slice(), velocities.as_mut_slice()), kinds.as_mut_slice());
     let lists = (parts, (ages.as_mut_slice(), lifetimes.as_mut_slice()));
-    let done = context.for_each_part(lists, PART, |_, (((positions, velocities), kinds), (ages, lifetimes))| {
+    let done = context.for_each_part(lists, PART, |first, (((positions, velocities), kinds), (ages, lifetimes))| {
         for (at, position) in positions.iter_mut().enumerate() {
             let velocity = &mut velocities[at];
-            let (kind, flow) = about(options, fluid, *position);
+            let Flow { velocity: flow, neighbours } = flows[first + at];
+            let kind = kind(options, neighbours);
             kinds[at] = kind;
             ages[at] += seconds;
             match kind {
@@ -36,7 +49,8 @@ pub fn advance(
                     lifetimes[at] -= seconds;
                 }
                 DiffuseKind::Bubble => {
-                    *velocity += -seconds * options.settings.buoyancy * options.gravity + options.settings.drag * (flow - *velocity);
+                    *velocity += -seconds * options.settings.buoyancy * options.gravity
+                        + options.settings.drag * (flow - *velocity);
                     *position += seconds * *velocity;
                 }
             }
@@ -47,25 +61,66 @@ pub fn advance(
     debug_assert!(done.is_ok());
 }
 
-/// Returns the kind of a particle by the number of its neighbours, and their mean velocity (Equation 10).
-fn about(options: &DiffuseOptions, fluid: &Surroundings, position: Vec3) -> (DiffuseKind, Vec3) {
-    let (mut count, mut sum, mut weights) = (0, Vec3::ZERO, 0.0);
-    fluid.around(position, |other, _, _, share| {
-        let weight = spline(share);
-        count += 1;
-        sum += weight * fluid.velocities[other];
-        weights += weight;
+/// Returns the fluid around points, in their order.
+fn flows(context: &Context, fluid: &Surroundings, points: &[Vec3]) -> Vec<Flow> {
+    let order = fluid.sorted(context, points);
+    let parts: Vec<&[u32]> = order.chunks(PART).collect();
+    let sorted = context.map(parts.len(), |part| {
+        let mut flows = Vec::with_capacity(PART);
+        mean(fluid.level, fluid, points, parts[part], &mut flows);
+        flows
     });
-    let kind = match count {
-        _ if count < options.settings.spray_below => DiffuseKind::Spray,
-        _ if count > options.settings.bubbles_above => DiffuseKind::Bubble,
-        _ => DiffuseKind::Foam,
-    };
-    (kind, if weights > 0.0 { sum / weights } else { Vec3::ZERO })
+    let mut flows = vec![Flow::default(); points.len()];
+    for (number, flow) in order.iter().zip(sorted.iter().flatten()) {
+        flows[*number as usize] = *flow;
+    }
+    flows
 }
 
-/// Returns the cubic spline (Monaghan 1992) at a share of the support radius, without its constant factor.
-fn spline(share: f32) -> f32 {
-    let q = 2.0 * share;
-    if q < 1.0 { 1.0 - 1.5 * q * q + 0.75 * q * q * q } else { 0.25 * (2.0 - q).max(0.0).powi(3) }
+dispatch_simd! {
+    fn mean = mean_body(fluid: &Surroundings, points: &[Vec3], numbers: &[u32], flows: &mut Vec<Flow>)
+}
+
+/// Adds the fluid around the points of some numbers.
+#[inline(always)]
+fn mean_body<A: Lanes>(v: A, fluid: &Surroundings, points: &[Vec3], numbers: &[u32], flows: &mut Vec<Flow>) {
+    let lanes = v.load(&LANES);
+    let (zero, one, two) = (v.splat(0.0), v.splat(1.0), v.splat(2.0));
+    let (scale, quarter) = (v.splat(2.0 * fluid.support.recip()), v.splat(0.25));
+    let (square, cube) = (v.splat(-1.5), v.splat(0.75));
+    let reach = v.splat(fluid.support * fluid.support);
+    let mut seeker = fluid.seeker();
+    for number in numbers {
+        let point = points[*number as usize];
+        let at = point.to_array().map(|value| v.splat(value));
+        let (mut sum, mut weights, mut neighbours) = ([zero; 3], zero, 0);
+        for range in seeker.around(point) {
+            for first in range.clone().step_by(A::WIDTH) {
+                let from: [A::F; 3] = std::array::from_fn(|axis| v.sub(at[axis], v.load(&fluid.places[axis][first..])));
+                let distance = dot(v, from, from);
+                let left = v.splat((range.end - first).min(WIDEST) as f32);
+                let counts = v.both(v.lt(lanes, left), v.lt(distance, reach));
+                // The cubic spline (Monaghan 1992) of twice the share of the support radius, without its constant factor.
+                let q = v.mul(v.sqrt(distance), scale);
+                let inner = v.fused(v.mul(q, q), v.fused(cube, q, square), one);
+                let rest = v.max(v.sub(two, q), zero);
+                let outer = v.mul(v.mul(quarter, rest), v.mul(rest, rest));
+                let weight = v.select(counts, v.select(v.lt(q, one), inner, outer), zero);
+                neighbours += v.mask(counts).count_ones();
+                weights = v.add(weights, weight);
+                sum = std::array::from_fn(|axis| v.fused(weight, v.load(&fluid.velocities[axis][first..]), sum[axis]));
+            }
+        }
+        let (sum, weights) = (Vec3::from_array(sum.map(|sum| v.sum(sum))), v.sum(weights));
+        flows.push(Flow { velocity: if weights > 0.0 { sum / weights } else { Vec3::ZERO }, neighbours });
+    }
+}
+
+/// Returns the kind of a particle by the number of its neighbours.
+fn kind(options: &DiffuseOptions, neighbours: u32) -> DiffuseKind {
+    match neighbours {
+        _ if neighbours < options.settings.spray_below => DiffuseKind::Spray,
+        _ if neighbours > options.settings.bubbles_above => DiffuseKind::Bubble,
+        _ => DiffuseKind::Foam,
+    }
 }

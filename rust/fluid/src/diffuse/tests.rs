@@ -27,8 +27,7 @@ fn block(corner: Vec3, [nx, ny, nz]: [u32; 3]) -> Vec<Vec3> {
 }
 
 fn of(options: &DiffuseOptions, positions: &[Vec3], velocities: &[Vec3]) -> Vec<potential::Potentials> {
-    let points: Vec<_> = positions.iter().map(|position| position.extend(0.0)).collect();
-    let fluid = Surroundings::new(&Context::serial(), options, &points, velocities).unwrap();
+    let fluid = Surroundings::new(&Context::serial(), options, positions, velocities).unwrap();
     potentials(&Context::serial(), options, &fluid)
 }
 
@@ -101,11 +100,10 @@ fn a_thin_crest_that_runs_ahead_breaks() {
     let down: Vec<_> = velocities.iter().map(|velocity| -*velocity).collect();
     assert!(crests.iter().any(|found| found.crest > 0.0));
     // What moves away from the side of its normal does not break.
-    let points: Vec<_> = positions.iter().map(|position| position.extend(0.0)).collect();
-    let fluid = Surroundings::new(&Context::serial(), &limits, &points, &down).unwrap();
+    let fluid = Surroundings::new(&Context::serial(), &limits, &positions, &down).unwrap();
     let found = potentials(&Context::serial(), &limits, &fluid);
     let top = 0.08 + 1.5 * SPACING;
-    assert!(fluid.places.iter().zip(&found).all(|(at, found)| at.y < top || found.crest == 0.0));
+    assert!(found.iter().enumerate().all(|(at, found)| fluid.place(at).y < top || found.crest == 0.0));
     assert!(ridge < positions.len());
 }
 
@@ -235,6 +233,51 @@ fn frames_that_are_no_frames_are_refused_and_change_nothing() {
     ] {
         assert!(Diffuse::new(wrong).is_err());
     }
+}
+
+#[test]
+fn kinds_and_flows_are_the_sums_of_their_definitions() {
+    let (fluid, velocities) = collision();
+    let options = with(DiffuseSettings { air_rate: 0.0, crest_rate: 0.0, ..DiffuseSettings::default() });
+    let spread = |at: u32, base: u32| (at * base % 997) as f32 / 997.0;
+    let positions: Vec<Vec3> = (0..400)
+        .map(|at| Vec3::new(0.7 * spread(at, 37) - 0.1, 0.4 * spread(at, 91) - 0.1, 0.4 * spread(at, 193) - 0.1))
+        .collect();
+    let count = positions.len();
+    let start = DiffuseParticles {
+        positions: positions.clone(),
+        velocities: vec![Vec3::ZERO; count],
+        kinds: vec![DiffuseKind::Spray; count],
+        ages: vec![0.0; count],
+        lifetimes: vec![9.0; count],
+        ids: (0..count as u64).collect(),
+    };
+    let mut run = Diffuse::restore(options, start, 0, 0).unwrap();
+    let frame = FluidFrame { positions: &fluid, velocities: &velocities };
+    run.advance(&Context::serial(), frame, 0.01, &mut Silent).unwrap();
+    let (found, mut kinds) = (run.particles(), [0; 3]);
+    for (at, point) in positions.iter().enumerate() {
+        let (mut neighbours, mut sum, mut weights) = (0, Vec3::ZERO, 0.0);
+        for (place, velocity) in fluid.iter().zip(&velocities) {
+            let share = point.distance(*place) / options.support();
+            if share < 1.0 {
+                let q = 2.0 * share;
+                let weight = if q < 1.0 { 1.0 - 1.5 * q * q + 0.75 * q * q * q } else { 0.25 * (2.0 - q).powi(3) };
+                (neighbours, sum, weights) = (neighbours + 1, sum + weight * *velocity, weights + weight);
+            }
+        }
+        let kind = match neighbours {
+            few if few < options.settings.spray_below => DiffuseKind::Spray,
+            many if many > options.settings.bubbles_above => DiffuseKind::Bubble,
+            _ => DiffuseKind::Foam,
+        };
+        assert_eq!(found.kinds[at], kind, "{point}");
+        kinds[kind as usize] += 1;
+        if kind == DiffuseKind::Foam {
+            assert!((found.velocities[at] - sum / weights).length() < 1e-4, "{point}");
+        }
+    }
+    assert!(kinds.iter().all(|count| *count > 0), "{kinds:?}");
 }
 
 proptest! {
