@@ -3,6 +3,7 @@
 use glam::Vec3;
 use relievo_core::{Context, Error, Progress, Result};
 
+use crate::bend::divided;
 use crate::binding::Binding;
 use crate::distance::DistanceField;
 use crate::hexahedron::FACES;
@@ -27,7 +28,8 @@ impl Description {
     /// `x+`, `y-`, `y+`, `z-` and `z+`.
     ///
     /// # Errors
-    /// The description cannot be used, a surface is not closed, no voxel is an element, or memory does not suffice.
+    /// The description cannot be used, a surface is not closed, no voxel is an element, a place cannot be bent, or memory does
+    /// not suffice.
     pub fn build(&self, context: &Context, progress: &mut dyn Progress) -> Result<(Model, BuildReport)> {
         self.check()?;
         let grid = Grid::new(self, context.memory_limit())?;
@@ -63,11 +65,24 @@ impl Description {
         }
         progress.step(0.9, "bound surfaces")?;
         for shape in &self.bound {
+            let fine = self.bend.map(|_| divided(shape, self.longest())).transpose()?;
+            let shape = fine.as_ref().unwrap_or(shape);
             let binding = Binding::new(context, &model, &shape.name, &shape.points, &shape.triangles)?;
             model.bindings.push(binding);
         }
+        if let Some(bend) = &self.bend {
+            for surface in &mut model.surfaces {
+                *surface = divided(surface, self.longest())?;
+            }
+            model.bend(bend)?;
+        }
         model.check()?;
         Ok((model, report))
+    }
+
+    /// Returns the length of the longest edge of a surface that is bent, in metres: a voxel and a half.
+    fn longest(&self) -> f32 {
+        1.5 * self.cell.into_iter().fold(0.0, f32::max)
     }
 }
 

@@ -36,7 +36,8 @@ impl Scan {
             return Err(named(Error::invalid("none of its voxels is active").advise("give a grid with active voxels")));
         };
         let rows = info.transform.rows;
-        let is_box = (0..3).all(|at| (0..3).all(|axis| if at == axis { rows[at][axis] > 0.0 } else { rows[at][axis] == 0.0 }));
+        let is_box =
+            (0..3).all(|at| (0..3).all(|axis| if at == axis { rows[at][axis] > 0.0 } else { rows[at][axis] == 0.0 }));
         let corner = info.transform.place(low.map(|at| f64::from(at) - 0.5)).filter(|_| is_box);
         let Some(corner) = corner else {
             return Err(named(

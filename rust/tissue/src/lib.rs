@@ -11,6 +11,7 @@
 //! - [`Collider`] is a body that nodes do not enter; [`Binding`] a surface that follows the elements.
 
 mod archive;
+mod bend;
 mod binding;
 mod block;
 mod build;
@@ -39,6 +40,7 @@ mod voxel;
 mod vtu;
 
 pub use archive::SavedState;
+pub use bend::Bend;
 pub use binding::{Anchor, Binding};
 pub use build::BuildReport;
 pub use collider::{Body, Collider};

@@ -59,9 +59,8 @@ impl SelfContact {
         }
         let edge = (edges / elements.len().max(1) as f64) as f32;
         // The field leaves out triangles without area, and numbers the others.
-        triangles.retain(|[a, b, c]| {
-            (place(*b) - place(*a)).cross(place(*c) - place(*a)).normalize_or_zero() != Vec3::ZERO
-        });
+        triangles
+            .retain(|[a, b, c]| (place(*b) - place(*a)).cross(place(*c) - place(*a)).normalize_or_zero() != Vec3::ZERO);
         elements.dedup();
         let mut nodes = triangles.concat();
         nodes.sort_unstable();
@@ -95,9 +94,8 @@ impl SelfContact {
 
     /// Moves nodes out of elements, and takes from velocities what brings them together.
     pub fn keep(&mut self, context: &Context, model: &Model, masses: &[Row], state: &mut State) {
-        let place = |node: u32| {
-            Vec3::from(model.nodes[node as usize]) + Vec3::from_slice(&state.displacements[node as usize])
-        };
+        let place =
+            |node: u32| Vec3::from(model.nodes[node as usize]) + Vec3::from_slice(&state.displacements[node as usize]);
         self.sort(model, &place);
         let found = context.map(self.nodes.len(), |at| self.touch(model, &place, at));
         for touch in found.into_iter().flatten() {

@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 use relievo_core::{Error, Result};
 
+use crate::bend::Bend;
 use crate::distance::DistanceField;
 use crate::material::{Material, Muscle};
 use crate::model::{Model, Shape};
@@ -30,6 +31,8 @@ pub struct Description {
     pub restraints: Vec<Restraint>,
     /// Surfaces that follow the model.
     pub bound: Vec<Shape>,
+    /// How the finished model is bent, with all its surfaces. Volumes, skin and restraints are those of the flat block.
+    pub bend: Option<Bend>,
 }
 
 /// A closed surface and what is inside.

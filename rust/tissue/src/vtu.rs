@@ -55,7 +55,6 @@ impl Simulation {
     }
 }
 
-
 /// Bytes at the end of the file, each array with its length first.
 #[derive(Default)]
 struct Appended {

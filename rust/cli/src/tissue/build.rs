@@ -6,8 +6,8 @@ use std::time::Instant;
 
 use relievo_core::{Context, Error, Result};
 use relievo_tissue::{
-    BuildReport, Description, FibreField, Labels, Layer, Material, Model, Muscle, NurbsMuscle, Range, Restraint, Scan,
-    Shape, Skin, Volume,
+    Bend, BuildReport, Description, FibreField, Labels, Layer, Material, Model, Muscle, NurbsMuscle, Range, Restraint,
+    Scan, Shape, Skin, Volume,
 };
 use serde::Deserialize;
 
@@ -26,6 +26,9 @@ pub struct Arguments {
     /// The model: `.rtissue`, or `.inp` for Abaqus and CalculiX.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    /// Leaves out the layers of the skin and the epidermis, to see what they do.
+    #[arg(long)]
+    without_layers: bool,
     #[command(flatten)]
     limits: Limits,
 }
@@ -46,6 +49,8 @@ struct Recipe {
     #[serde(default)]
     muscle: Vec<MuscleEntry>,
     skin: Option<SkinEntry>,
+    /// Radii to which the model is bent, across and upwards.
+    bend: Option<[f64; 2]>,
     #[serde(default)]
     hold: Vec<SurfaceEntry>,
     #[serde(default)]
@@ -207,8 +212,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
         let (model, report) = if has_scan(path)? {
             super::description::<ScanRecipe>(path)?.build(&context, &folder(path)).map_err(named)?
         } else {
-            let description =
+            let mut description =
                 super::description::<Recipe>(path)?.description(&context, &folder(path)).map_err(named)?;
+            if arguments.without_layers {
+                description.skin = None;
+                description.volumes.iter_mut().for_each(|volume| volume.has_layers = false);
+            }
             description.build(&context, &mut Bar::new()).map_err(named)?
         };
         let [x, y, z] = report.voxels;
@@ -264,7 +273,9 @@ impl ScanRecipe {
             (true, name) => Scan::read_grid(context, &path, name.as_deref())?,
             (false, None) => Scan::read(context, &path)?,
             (false, Some(_)) => {
-                return Err(Error::invalid("a scan has no grids").at("grid").advise("remove `grid`, or name a .vdb file"));
+                return Err(Error::invalid("a scan has no grids")
+                    .at("grid")
+                    .advise("remove `grid`, or name a .vdb file"));
             }
         };
         labels.build(context, &scan)
@@ -281,6 +292,7 @@ impl Recipe {
             samples: self.samples,
             share: self.share,
             materials: self.material.iter().map(MaterialEntry::material).collect::<Result<_>>()?,
+            bend: self.bend.map(|radii| Bend { radii }),
             ..Description::default()
         };
         let material = |name: &str| index(&self.material, name);

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Result};
-use relievo_tissue::{Body as Solid, Collider, Curve, DistanceField, Drive, Model, Pressure, Simulation, SimulationOptions};
+use relievo_tissue::{
+    Body as Solid, Collider, Curve, DistanceField, Drive, Model, Pressure, Simulation, SimulationOptions,
+};
 use serde::Deserialize;
 
 use super::body::Body;

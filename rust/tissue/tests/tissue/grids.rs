@@ -54,7 +54,8 @@ fn a_level_set_of_a_ball_becomes_a_model_of_its_volume_and_that_a_grid_of_labels
     });
     let second = places[1].clone();
     assert_eq!(places[0].len(), second.len());
-    let off = places[0].iter_mut().zip(second).map(|(a, b)| (0..3).map(|axis| (a[axis] - b[axis]).abs()).max().unwrap());
+    let off =
+        places[0].iter_mut().zip(second).map(|(a, b)| (0..3).map(|axis| (a[axis] - b[axis]).abs()).max().unwrap());
     assert!(off.max().unwrap() <= 1);
     let volume = Scan::read_grid(&context, &path, Some("volume")).unwrap();
     assert!(volume.values.iter().all(|value| *value == 0.0 || (*value - 1.0).abs() < 1e-5));

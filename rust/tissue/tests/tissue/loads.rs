@@ -22,7 +22,9 @@ fn pressure_from_all_sides_makes_a_block_smaller_by_its_bulk_modulus() {
         for axis in 0..3 {
             let mut high = [1.0; 3];
             high[axis] = 1e-4;
-            model.held.extend(model.nodes_within([-1.0; 3], high).iter().map(|node| Held { node: *node, axes: 1 << axis }));
+            model
+                .held
+                .extend(model.nodes_within([-1.0; 3], high).iter().map(|node| Held { node: *node, axes: 1 << axis }));
         }
         let nodes: Vec<u32> = (0..model.nodes.len() as u32).collect();
         let faces = model.outer_faces_of(&nodes);
@@ -48,9 +50,9 @@ fn pressure_on_a_closed_surface_moves_nothing_as_a_whole() {
     simulation.press(pressure).unwrap();
     simulation.advance(&context, 400, &mut Silent).unwrap();
     let velocities = &simulation.state().velocities;
-    let [sum, most] = velocities.iter().fold([0f64, 0.0], |[sum, most], v| {
-        [sum + f64::from(v[0] + v[1] + v[2]), f64::from(v[0].abs()).max(most)]
-    });
+    let [sum, most] = velocities
+        .iter()
+        .fold([0f64, 0.0], |[sum, most], v| [sum + f64::from(v[0] + v[1] + v[2]), f64::from(v[0].abs()).max(most)]);
     assert!(most > 1e-3 && sum.abs() < 1e-3 * most * velocities.len() as f64, "{sum} of {most}");
     let other = Pressure { faces: vec![[0, 1, 2, 999]], pressure: Curve::constant([0.0]) };
     assert!(simulation.press(other).unwrap_err().to_string().contains("face 0"));
@@ -96,11 +98,8 @@ fn blocks_of_one_model_that_collide_keep_their_momentum_and_gain_no_energy() {
         let count = model.nodes.len();
         let options = SimulationOptions { self_friction: Some(friction), safety: 0.5, ..still() };
         let mut simulation = Simulation::new(model, &options).unwrap();
-        let mut state = State {
-            displacements: vec![[0.0; 4]; count],
-            velocities: vec![[0.0; 4]; count],
-            ..State::default()
-        };
+        let mut state =
+            State { displacements: vec![[0.0; 4]; count], velocities: vec![[0.0; 4]; count], ..State::default() };
         state.velocities[first..].fill([along, 0.0, -1.0, 0.0]);
         simulation.set_state(state).unwrap();
         let masses = masses(simulation.model());

@@ -1,5 +1,6 @@
 //! Tests of models of soft tissue and their simulation through what the crate shows.
 
+mod bends;
 mod bodies;
 mod contact;
 mod creation;
