@@ -178,6 +178,75 @@ fn characters_leave_nothing_beside_their_boxes() {
 }
 
 #[test]
+fn a_walking_character_leaves_nothing_beside_its_box() {
+    let Some(path) = relievo_testing::file("characters/robot.glb") else { return };
+    let context = Context::new(&ContextOptions::default()).unwrap();
+    let model = relievo_meshio::read_model(&context, &path).unwrap();
+    let walk = model.animation("Robot_Walking").unwrap();
+    let (start, end) = model.animations[walk].range();
+    let mesh = model.merged_mesh(&context).unwrap();
+    let mut collider = Collider::of_mesh(&context, &mesh, DAffine3::IDENTITY).unwrap();
+    let settings = ImprintSettings { voxels: 1 << 19, ..ImprintSettings::default() };
+    for (frame, share) in [0.0, 0.2, 0.45, 0.7].into_iter().enumerate() {
+        let points = model.pose(&context, walk, start + share * (end - start)).unwrap().merged_points();
+        let ends = |pick: fn(DVec3, DVec3) -> DVec3| {
+            points.iter().map(|point| DVec3::from(point.map(f64::from))).reduce(pick).unwrap()
+        };
+        let [low, high] = [ends(DVec3::min), ends(DVec3::max)];
+        // Two long, y up turned to z, its lower quarter in the plate.
+        let scale = 2.0 / (high - low).max_element();
+        let hip = DVec3::new(0.5 * (low.x + high.x), low.y + 0.25 * (high.y - low.y), 0.5 * (low.z + high.z));
+        let turn = DAffine3::from_rotation_x(std::f64::consts::FRAC_PI_2);
+        collider.set_points(&context, &points).unwrap();
+        collider
+            .set_transform(DAffine3::from_scale(DVec3::splat(scale)) * turn * DAffine3::from_translation(-hip))
+            .unwrap();
+        for (dents, report) in press(&context, &collider, &settings, frame as u64) {
+            let slack = report.voxel_diagonal;
+            let mut dented = 0;
+            for ([x, y], depth) in dents {
+                let is_over = collider.obb().contains(DVec3::new(f64::from(x), f64::from(y), 0.0), slack);
+                assert!(is_over || depth == 0.0, "pose {frame}: {x} {y} {depth}");
+                dented += usize::from(depth > 0.0);
+            }
+            assert!(dented > 20, "pose {frame}: {dented}");
+        }
+    }
+}
+
+#[test]
+fn sheets_with_an_angle_dent_within_their_boxes_and_behind_their_front() {
+    // A flat part below the plate's surface, facing down, and a flap up from its edge at y = 0.3, facing away from it.
+    let points: Vec<[f32; 3]> = vec![
+        [-0.5, -0.6, -0.1],
+        [0.5, -0.6, -0.1],
+        [0.5, 0.3, -0.1],
+        [-0.5, 0.3, -0.1],
+        [-0.5, 0.3, 0.3],
+        [0.5, 0.3, 0.3],
+    ];
+    let faces = vec![[0, 2, 1], [0, 3, 2], [3, 5, 2], [3, 4, 5]];
+    let settings = ImprintSettings { voxels: 1 << 20, max_displacement: 0.5, ..ImprintSettings::default() };
+    let context = Context::serial();
+    for angle in [0.0, 0.5] {
+        let place = DAffine3::from_translation(DVec3::new(0.2, 0.1, 0.0)) * DAffine3::from_rotation_z(angle);
+        let sheet = Collider::new(&context, points.clone(), faces.clone(), place).unwrap();
+        assert!(sheet.is_sheet() && sheet.open_edges() == 6);
+        for (dents, report) in press(&context, &sheet, &settings, 2) {
+            let slack = report.voxel_diagonal as f32 + 0.05;
+            let mut deep = 0;
+            for ([x, y], depth) in dents {
+                let local = place.inverse().transform_point3(DVec3::new(f64::from(x), f64::from(y), 0.0)).as_vec3();
+                let outside = (local.x.abs() - 0.5).max((local.y + 0.15).abs() - 0.45);
+                assert!(outside <= slack || depth == 0.0, "{angle}: {x} {y} {depth}");
+                deep += usize::from(depth > 0.05);
+            }
+            assert!(deep > 100, "{angle}: {deep}");
+        }
+    }
+}
+
+#[test]
 fn sheets_are_solid_behind_their_front_and_not_beside_it() {
     let context = Context::serial();
     let settings = ImprintSettings { voxels: 1 << 20, max_displacement: 0.5, ..ImprintSettings::default() };
