@@ -11,6 +11,7 @@
 #define RELIEVO_DECAL_H
 
 #include "relievo/detail.h"
+#include "relievo/layer.h"
 
 typedef struct RlvDecal {
     uint64_t id;
@@ -70,6 +71,32 @@ typedef struct RlvDecalImage {
 
 #define RLV_DECAL_IMAGE_INIT {sizeof(RlvDecalImage), 4, NULL, 0}
 
+/* Where and how a decal is written. */
+typedef struct RlvDecalInk {
+    uint32_t struct_size;
+    uint32_t channel; /* RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT or RLV_CHANNEL_VECTORS */
+    uint32_t blend;   /* an RLV_BLEND_ value that its channel has; of vectors RLV_BLEND_ADD or RLV_BLEND_SUBTRACT */
+    float opacity;    /* 0 to 1 */
+    float height;     /* of displacement and vectors: what 1 in the image stands for, object units, -60000 to 60000 */
+    uint32_t reserved;
+} RlvDecalInk;
+
+#define RLV_DECAL_INK_INIT {sizeof(RlvDecalInk), RLV_CHANNEL_COLOR, RLV_BLEND_NORMAL, 1.0f, 0.0f, 0}
+
+/* A texture that a decal is painted into: linear, row by row from the top, of alpha that is not premultiplied. */
+typedef struct RlvDecalTexture {
+    uint32_t struct_size;
+    uint32_t width;    /* pixels */
+    uint32_t height;   /* pixels */
+    uint32_t channels; /* 1 for grey, 2 for grey and alpha, 3 for colour, 4 for colour and alpha */
+    uint32_t gutter;   /* pixels around islands that continue what is painted, 0 to 256 */
+    uint32_t reserved;
+    float *pixels;
+    size_t pixel_count; /* width times height */
+} RlvDecalTexture;
+
+#define RLV_DECAL_TEXTURE_INIT {sizeof(RlvDecalTexture), 0, 0, 3, 8, 0, NULL, 0}
+
 /* What writing a decal changed. */
 typedef struct RlvDecalReport {
     uint32_t struct_size;
@@ -128,5 +155,41 @@ RLV_API RlvResult rlv_decal_paint(RlvDecal decal, const RlvDecalImage *image, fl
 /* Raises the displacement of the detail by height, object units, where the image is white and opaque, not where it is black
  * or transparent. Fails as rlv_decal_paint. */
 RLV_API RlvResult rlv_decal_emboss(RlvDecal decal, const RlvDecalImage *image, float height, RlvDecalReport *report);
+
+/* Writes a decal that lies on a detail into a channel, with a blend mode and an opacity; ink may be NULL for its initial
+ * values. In RLV_CHANNEL_VECTORS red moves along the image's direction to the right on the surface, green along the one
+ * upwards, blue along the normal: by -height at 0, not at all at 0.5, by height at 1. Vectors have no layers. Fails, and
+ * changes nothing, if the channel is another one, the detail has it not, the blend mode is not for it, or as
+ * rlv_decal_paint. */
+RLV_API RlvResult rlv_decal_write(RlvDecal decal, const RlvDecalImage *image, const RlvDecalInk *ink,
+                                  RlvDecalReport *report);
+
+/* Paints a decal that lies on a mesh with texture coordinates `uv` of points or corners over the pixels of its texture. The
+ * number of pixels that the decal changed, without those of the gutter, goes to painted, which may be NULL. Fails, and
+ * changes nothing, if the decal lies on a mesh without texture coordinates or with some outside of 0 to 1, the opacity is
+ * not in 0 to 1, or the image or the texture has another number of pixels. */
+RLV_API RlvResult rlv_decal_paint_texture(RlvDecal decal, const RlvDecalImage *image, float opacity,
+                                          const RlvDecalTexture *texture, size_t *painted);
+
+/* Finds the outline of an image of width by height pixels, with alpha: the contour at which alpha is level, above 0 and below
+ * 1, simplified by at most tolerance, 0 to 1000 pixels. Writes up to capacity corners, x and y of each in pixels, to corners,
+ * counter-clockwise, and their number to count; corners may be NULL to ask for the number. Fails if there are more than
+ * capacity, the image has no alpha or none above level, or several parts that are larger than the tolerance. */
+RLV_API RlvResult rlv_decal_contour(const RlvDecalImage *image, uint32_t width, uint32_t height, double level,
+                                    double tolerance, double *corners, size_t capacity, size_t *count);
+
+/* Places a sticker as a strip along a curve through count places of a mesh, three numbers each: the middle line of the outline
+ * of options lies along geodesics between the places. Writes up to capacity pins for rlv_decal_on_mesh to pins, which may be
+ * NULL to ask for their number, that number to pin_count, and the length of the curve, object units, to length, which may be
+ * NULL. Fails if there are more than capacity, fewer than 2 or more than 512 places, or two that follow each other are the
+ * same or on different components. */
+RLV_API RlvResult rlv_decal_strip_on_mesh(RlvMesh mesh, const RlvDecalOptions *options, const double *curve,
+                                          size_t count, size_t stride, RlvDecalPin *pins, size_t capacity,
+                                          size_t *pin_count, double *length);
+
+/* As rlv_decal_strip_on_mesh, for rlv_decal_on_detail with the same options. */
+RLV_API RlvResult rlv_decal_strip_on_detail(RlvDetail detail, const RlvDecalOptions *options, const double *curve,
+                                            size_t count, size_t stride, RlvDecalPin *pins, size_t capacity,
+                                            size_t *pin_count, double *length);
 
 #endif

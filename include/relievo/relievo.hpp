@@ -1355,6 +1355,54 @@ public:
         check(rlv_decal_emboss(get(), &image, height, &report));
         return report;
     }
+
+    RlvDecalReport write(const RlvDecalImage &image, const RlvDecalInk &ink) const {
+        RlvDecalReport report = RLV_DECAL_REPORT_INIT;
+        check(rlv_decal_write(get(), &image, &ink, &report));
+        return report;
+    }
+
+    /// Returns the number of pixels that it changed.
+    std::size_t paint_texture(const RlvDecalImage &image, const RlvDecalTexture &texture, float opacity = 1.0f) const {
+        std::size_t painted = 0;
+        check(rlv_decal_paint_texture(get(), &image, opacity, &texture, &painted));
+        return painted;
+    }
+
+    /// Returns the outline of an image by its alpha.
+    static std::vector<std::array<double, 2>> contour(const RlvDecalImage &image, std::uint32_t width,
+                                                      std::uint32_t height, double level = 0.5,
+                                                      double tolerance = 0.5) {
+        std::size_t count = 0;
+        check(rlv_decal_contour(&image, width, height, level, tolerance, nullptr, 0, &count));
+        std::vector<std::array<double, 2>> corners(count);
+        double *const first = corners.empty() ? nullptr : corners.front().data();
+        check(rlv_decal_contour(&image, width, height, level, tolerance, first, count, &count));
+        return corners;
+    }
+
+    /// Returns pins for a strip along a curve; `length`, if given, is that of the curve.
+    static std::vector<RlvDecalPin> strip(const Mesh &mesh, const RlvDecalOptions &options,
+                                          const std::vector<std::array<double, 3>> &curve, double *length = nullptr) {
+        return strip_on(rlv_decal_strip_on_mesh, mesh.get(), options, curve, length);
+    }
+
+    static std::vector<RlvDecalPin> strip(const Detail &detail, const RlvDecalOptions &options,
+                                          const std::vector<std::array<double, 3>> &curve, double *length = nullptr) {
+        return strip_on(rlv_decal_strip_on_detail, detail.get(), options, curve, length);
+    }
+
+private:
+    template <typename Function, typename Ground>
+    static std::vector<RlvDecalPin> strip_on(Function function, Ground ground, const RlvDecalOptions &options,
+                                             const std::vector<std::array<double, 3>> &curve, double *length) {
+        const double *const first = curve.empty() ? nullptr : curve.front().data();
+        std::vector<RlvDecalPin> pins(512);
+        std::size_t count = 0;
+        check(function(ground, &options, first, curve.size(), 0, pins.data(), pins.size(), &count, length));
+        pins.resize(count);
+        return pins;
+    }
 };
 
 /// A mesh that was repaired, and what was found and changed.

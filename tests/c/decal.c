@@ -1,4 +1,5 @@
-/* Decals: laid on a mesh and on a detail, measured, dragged, posed, painted and embossed, as a mesh, and as a job. */
+/* Decals: laid on a mesh and on a detail, measured, dragged, posed, written into layers and a texture, cut out by alpha, as
+ * strips, as a mesh, and as a job. */
 #include "check.h"
 
 enum { WIDTH = 40, HEIGHT = 20 };
@@ -233,12 +234,228 @@ static void write_into_layers(RlvContext context, RlvMesh plane) {
     CHECK_OK(rlv_surface_release(surface));
 }
 
+/* A sheet with texture coordinates: the texture has the image where the decal lies, and a gutter around the sheet. */
+static void paint_texture(RlvContext context) {
+    enum { SIDE = 100 };
+    RlvMesh plane = check_plane(context, 10, 10);
+    RlvMeshInfo info = RLV_MESH_INFO_INIT;
+    RlvAttributeArrays uv = RLV_ATTRIBUTE_ARRAYS_INIT;
+    RlvDecalPin pins[4];
+    RlvDecalOptions options = RLV_DECAL_OPTIONS_INIT;
+    RlvDecalImage image = RLV_DECAL_IMAGE_INIT;
+    RlvDecalTexture texture = RLV_DECAL_TEXTURE_INIT;
+    RlvDecal decal = RLV_NULL;
+    size_t painted = 77;
+    float *white = malloc(WIDTH * HEIGHT * 4), *pixels = calloc(SIDE * SIDE, 4);
+    CHECK(white != NULL && pixels != NULL);
+    for (size_t pixel = 0; pixel < WIDTH * HEIGHT; ++pixel) {
+        white[pixel] = 1.0f;
+    }
+    image.channels = texture.channels = 1;
+    image.pixels = white;
+    image.pixel_count = WIDTH * HEIGHT;
+    texture.width = texture.height = SIDE;
+    texture.pixels = pixels;
+    texture.pixel_count = SIDE * SIDE;
+    set_pins(pins);
+    options.width = WIDTH;
+    options.height = HEIGHT;
+    CHECK_OK(rlv_decal_on_mesh(plane, &options, pins, 4, 0, NULL, NULL, &decal));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_paint_texture(decal, &image, 1.0f, &texture, &painted),
+                "no texture coordinates");
+    CHECK_OK(rlv_decal_release(decal));
+
+    CHECK_OK(rlv_mesh_info(plane, &info));
+    float *points = malloc(info.point_count * 12), *uvs = malloc(info.point_count * 8);
+    CHECK(points != NULL && uvs != NULL);
+    CHECK_OK(rlv_mesh_get_points(plane, points, info.point_count, 0));
+    for (size_t point = 0; point < info.point_count; ++point) {
+        uvs[2 * point] = 0.1f * points[3 * point];
+        uvs[2 * point + 1] = 0.1f * points[3 * point + 1];
+    }
+    uv.name = "uv";
+    uv.domain = RLV_DOMAIN_POINT;
+    uv.type = RLV_TYPE_F32;
+    uv.width = 2;
+    uv.values = uvs;
+    uv.value_count = info.point_count;
+    CHECK_OK(rlv_mesh_add_attribute(plane, &uv));
+    CHECK_OK(rlv_decal_on_mesh(plane, &options, pins, 4, 0, NULL, NULL, &decal));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_paint_texture(decal, &image, 2.0f, &texture, &painted), "opacity");
+    texture.pixel_count -= 1;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_paint_texture(decal, &image, 1.0f, &texture, &painted), "texture");
+    texture.pixel_count += 1;
+    texture.pixels = NULL;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_paint_texture(decal, &image, 1.0f, &texture, NULL), "NULL");
+    texture.pixels = pixels;
+    CHECK(painted == 77);
+    CHECK_OK(rlv_decal_paint_texture(decal, &image, 0.5f, &texture, &painted));
+    /* From (3, 4) to (7, 6) of 10 units, rows from the top. */
+    CHECK(painted == 40 * 20);
+    CHECK_NEAR(pixels[50 * SIDE + 50], 0.5, 1e-5);
+    CHECK(pixels[50 * SIDE + 20] == 0.0f && pixels[30 * SIDE + 50] == 0.0f);
+    CHECK_OK(rlv_decal_release(decal));
+    CHECK_OK(rlv_mesh_release(plane));
+    free(white);
+    free(pixels);
+    free(points);
+    free(uvs);
+}
+
+/* The outline of what is opaque, and pins along a curve. */
+static void cut_and_strip(RlvContext context, RlvMesh plane) {
+    RlvDecalImage image = RLV_DECAL_IMAGE_INIT;
+    RlvDecalOptions options = RLV_DECAL_OPTIONS_INIT;
+    RlvDecalQuality quality = RLV_DECAL_QUALITY_INIT;
+    RlvDecal decal = RLV_NULL;
+    size_t count = 0;
+    float *pixels = calloc(WIDTH * HEIGHT, 16);
+    CHECK(pixels != NULL);
+    for (size_t pixel = 0; pixel < WIDTH * HEIGHT; ++pixel) {
+        pixels[4 * pixel + 3] = pixel % WIDTH >= 10 && pixel % WIDTH < 30 ? 1.0f : 0.0f;
+    }
+    image.pixels = pixels;
+    image.pixel_count = WIDTH * HEIGHT;
+    CHECK_OK(rlv_decal_contour(&image, WIDTH, HEIGHT, 0.5, 0.25, NULL, 0, &count));
+    CHECK(count >= 4 && count <= 12);
+    double corners[2 * 12], area = 0.0;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_contour(&image, WIDTH, HEIGHT, 0.5, 0.25, corners, 3, &count), "corners");
+    CHECK_OK(rlv_decal_contour(&image, WIDTH, HEIGHT, 0.5, 0.25, corners, 12, &count));
+    for (size_t corner = 0; corner < count; ++corner) {
+        const double *a = corners + 2 * corner, *b = corners + 2 * ((corner + 1) % count);
+        area += 0.5 * (a[0] * b[1] - a[1] * b[0]);
+    }
+    CHECK_NEAR(area, 20.0 * HEIGHT, 20.0);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_contour(&image, WIDTH, HEIGHT, 1.5, 0.25, NULL, 0, &count), "level");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_contour(&image, WIDTH, WIDTH, 0.5, 0.25, NULL, 0, &count), "1600 pixels");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_contour(&image, WIDTH, HEIGHT, 0.5, 0.25, NULL, 0, NULL), "count");
+    image.channels = 3;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_contour(&image, WIDTH, HEIGHT, 0.5, 0.25, NULL, 0, &count), "no alpha");
+    free(pixels);
+
+    /* A strip of 8 by 1 units. */
+    const double curve[6] = {1.0, 5.0, 0.0, 9.0, 5.0, 0.0};
+    RlvDecalPin pins[16];
+    double length = 0.0;
+    options.width = 80;
+    options.height = 10;
+    CHECK_OK(rlv_decal_strip_on_mesh(plane, &options, curve, 2, 0, NULL, 0, &count, &length));
+    CHECK(count == 9);
+    CHECK_NEAR(length, 8.0, 1e-9);
+    CHECK_OK(rlv_decal_strip_on_mesh(plane, &options, curve, 2, 0, pins, 16, &count, NULL));
+    for (size_t pin = 0; pin < count; ++pin) {
+        CHECK_NEAR(pins[pin].position[0], 1.0 + 0.1 * pins[pin].image[0], 1e-3);
+        CHECK_NEAR(pins[pin].image[1], 5.0, 1e-9);
+    }
+    CHECK_OK(rlv_decal_on_mesh(plane, &options, pins, count, 0, NULL, NULL, &decal));
+    CHECK_OK(rlv_decal_quality(decal, &quality));
+    CHECK(quality.flip_count == 0 && quality.coverage > 0.999);
+    CHECK_NEAR(quality.l2, 1.0, 1e-3);
+    CHECK_OK(rlv_decal_release(decal));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_strip_on_mesh(plane, &options, curve, 1, 0, pins, 16, &count, NULL), "curve");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_strip_on_mesh(plane, &options, curve, 2, 0, pins, 3, &count, NULL), "pins");
+
+    /* The same on the surface of a detail; its boundary is that of the plane. */
+    RlvSurface surface = RLV_NULL;
+    RlvDetail detail = RLV_NULL;
+    CHECK_OK(rlv_surface_create(context, plane, NULL, &surface));
+    CHECK_OK(rlv_detail_create(surface, NULL, NULL, &detail));
+    options.cells = 2;
+    CHECK_OK(rlv_decal_strip_on_detail(detail, &options, curve, 2, 0, pins, 16, &count, &length));
+    CHECK(count >= 9 && count <= 10);
+    CHECK_NEAR(length, 8.0, 1e-4);
+    options.cells = 3;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_strip_on_detail(detail, &options, curve, 2, 0, pins, 16, &count, NULL),
+                "cells");
+
+    /* Vectors: grey leaves the surface where it is, red moves it along the image's direction to the right. */
+    RlvVectorOptions vectors = RLV_VECTOR_OPTIONS_INIT;
+    RlvDecalInk ink = RLV_DECAL_INK_INIT;
+    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+    const uint32_t tile = 10 * 4 + 4;
+    const float uv[2] = {0.5f, 0.5f};
+    float moved[3] = {0.0f, 0.0f, 0.0f};
+    set_pins(pins);
+    /* The image is turned by a right angle about the middle of the sticker: right in it is up on the surface. */
+    for (size_t pin = 0; pin < 4; ++pin) {
+        const double across = pins[pin].position[0] - 5.0, up = pins[pin].position[1] - 5.0;
+        pins[pin].position[0] = 5.0 - up;
+        pins[pin].position[1] = 5.0 + across;
+    }
+    options.cells = 4;
+    options.width = WIDTH;
+    options.height = HEIGHT;
+    CHECK_OK(rlv_decal_on_detail(detail, &options, pins, 4, 0, NULL, NULL, &decal));
+    pixels = malloc(WIDTH * HEIGHT * 12);
+    CHECK(pixels != NULL);
+    for (size_t pixel = 0; pixel < WIDTH * HEIGHT; ++pixel) {
+        pixels[3 * pixel] = 1.0f;
+        pixels[3 * pixel + 1] = 0.5f;
+        pixels[3 * pixel + 2] = 0.75f;
+    }
+    image.pixels = pixels;
+    ink.channel = RLV_CHANNEL_VECTORS;
+    ink.blend = RLV_BLEND_ADD;
+    ink.height = 0.2f;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_write(decal, &image, &ink, NULL), "no vector displacement");
+    vectors.tile_size = 16;
+    CHECK_OK(rlv_detail_add_vectors(detail, &vectors));
+    ink.opacity = 0.5f;
+    CHECK_OK(rlv_decal_write(decal, &image, &ink, NULL));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    arrays.count = 1;
+    arrays.tiles = &tile;
+    arrays.uvs = uv;
+    arrays.vectors = moved;
+    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+    CHECK_NEAR(moved[0], 0.0, 1e-3);
+    CHECK_NEAR(moved[1], 0.1, 1e-3);
+    CHECK_NEAR(moved[2], 0.05, 1e-3);
+    ink.blend = RLV_BLEND_SUBTRACT;
+    CHECK_OK(rlv_decal_write(decal, &image, &ink, NULL));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+    CHECK_NEAR(moved[1], 0.0, 1e-3);
+    ink.blend = RLV_BLEND_MAX;
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_decal_write(decal, &image, &ink, NULL), "blend");
+    ink.channel = RLV_CHANNEL_TRACES;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_write(decal, &image, &ink, NULL), "channel");
+    ink.blend = 77;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_write(decal, &image, &ink, NULL), "blend mode 77");
+
+    /* The higher of relief and surface; colours multiplied. */
+    float color[4], height = 0.0f;
+    RlvPaintOptions paint = RLV_PAINT_OPTIONS_INIT;
+    ink.channel = RLV_CHANNEL_DISPLACEMENT;
+    ink.blend = RLV_BLEND_MAX;
+    ink.opacity = 1.0f;
+    ink.height = -1.0f;
+    CHECK_OK(rlv_decal_write(decal, &image, &ink, NULL));
+    paint.color[0] = paint.color[1] = paint.color[2] = 0.5f;
+    paint.tile_size = 16;
+    CHECK_OK(rlv_detail_add_paint(detail, &paint));
+    ink.channel = RLV_CHANNEL_COLOR;
+    ink.blend = RLV_BLEND_MULTIPLY;
+    CHECK_OK(rlv_decal_write(decal, &image, &ink, NULL));
+    look(detail, tile, color, &height);
+    CHECK_NEAR(height, 0.0, 1e-6);
+    CHECK_NEAR(color[0], 0.5, 0.01);
+    CHECK_NEAR(color[1], 0.25, 0.01);
+    CHECK_NEAR(color[2], 0.375, 0.01);
+    free(pixels);
+    CHECK_OK(rlv_decal_release(decal));
+    CHECK_OK(rlv_detail_release(detail));
+    CHECK_OK(rlv_surface_release(surface));
+}
+
 int main(void) {
     RlvContext context = RLV_NULL;
     CHECK_OK(rlv_context_create(NULL, &context));
     RlvMesh plane = check_plane(context, 10, 10);
     lay_on_mesh(context, plane);
     write_into_layers(context, plane);
+    paint_texture(context);
+    cut_and_strip(context, plane);
     CHECK_OK(rlv_mesh_release(plane));
     CHECK_OK(rlv_context_release(context));
     return 0;

@@ -17,7 +17,7 @@ sys.path += [str(ROOT / "plugins" / "python"), str(Path(__file__).resolve().pare
 
 import librelievo as rl
 import shapes
-from librelievo import bake, document, imprint, job, ptex, repair, stroke
+from librelievo import bake, decal, document, imprint, job, ptex, repair, stroke
 
 PACKAGE = str(Path(rl.__file__).parents[1])
 
@@ -153,6 +153,31 @@ class Decals(unittest.TestCase):
         with rl.Decal.on_mesh(self.mesh, self.pins[1:2], (40, 20), outline, pose_width=0.4) as decal:
             self.assertEqual(decal.quality.coverage, 1.0)
 
+    def test_stickers_are_painted_into_textures(self):
+        points, corners, uv = shapes.grid(8)
+        mesh = rl.Mesh(self.context, points, corners, 4)
+        mesh.add_attribute("uv", uv, "point")
+        image = numpy.ones((20, 40, 3), numpy.float32)
+        with rl.Decal.on_mesh(mesh, self.pins, (40, 20)) as decal:
+            made, count = decal.paint_texture(image, numpy.zeros((100, 100, 3)), 0.5)
+        self.assertEqual((count, made.shape), (200, (100, 100, 3)))
+        numpy.testing.assert_allclose(made[21:29, 66:84], 0.5, atol=1e-5)
+        self.assertEqual(numpy.count_nonzero(made[..., 0]), 200)
+
+    def test_stickers_are_cut_out_by_alpha_and_laid_along_curves(self):
+        image = numpy.zeros((20, 40, 4), numpy.float32)
+        image[5:15, 10:30, 3] = 1
+        corners = decal.contour(image, tolerance=0.25)
+        numpy.testing.assert_allclose([corners.min(0), corners.max(0)], [(10, 5), (30, 15)], atol=0.01)
+        curve = [(-0.8, 0, 0), (0.8, 0, 0)]
+        for strip, ground in ((decal.strip_on_mesh, self.mesh), (decal.strip_on_detail, self.detail)):
+            pins, length = strip(ground, curve, (80, 10), cells=4)
+            self.assertAlmostEqual(length, 1.6 if ground is self.mesh else length)
+            self.assertGreaterEqual(len(pins), 8)
+        pins, _ = decal.strip_on_mesh(self.mesh, curve, (80, 10))
+        with rl.Decal.on_mesh(self.mesh, pins, (80, 10)) as laid:
+            self.assertAlmostEqual(laid.quality.l2, 1.0, 3)
+
     def test_stickers_are_written_into_layers(self):
         image = numpy.ones((20, 40, 3), numpy.float32)
         image[..., 1:] = 0
@@ -168,6 +193,7 @@ class Decals(unittest.TestCase):
             decal.emboss(numpy.ones((20, 40), numpy.float32), 0.25)
             with self.assertRaisesRegex(rl.Invalid, "pixels"):
                 decal.paint(image[1:])
+            self.assertGreater(decal.write(image, blend="multiply").texels, 100)
         self.detail.commit()
         self.assertGreater(float(heights(self.detail).max()), 0.1)
         started = job.decal_on_mesh(self.mesh, self.pins, (40, 20))

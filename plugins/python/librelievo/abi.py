@@ -24,8 +24,8 @@ RLV_ERROR_CANCELLED = 7
 RLV_ERROR_INTERNAL = 8
 RLV_ERROR_DEVICE = 9
 RLV_NO_ELEMENT = 4294967295
-RLV_FLUID_WALLS = 4294967295
 RLV_LAYER_NAME_SIZE = 256
+RLV_FLUID_WALLS = 4294967295
 RLV_PICTURE_NAME_SIZE = 264
 RLV_PICTURE_NONE = 4294967295
 
@@ -200,6 +200,22 @@ class RlvClientForm(IntEnum):
     LEVEL_SET = 2
 
 
+class RlvLayerKind(IntEnum):
+    DISPLACEMENT = 0
+    COLOR = 1
+
+
+class RlvBlend(IntEnum):
+    NORMAL = 0
+    ADD = 1
+    SUBTRACT = 2
+    MULTIPLY = 3
+    SCREEN = 4
+    OVERLAY = 5
+    MAX = 6
+    MIN = 7
+
+
 class RlvFluidKernels(IntEnum):
     WENDLAND = 0
     MUELLER = 1
@@ -313,22 +329,6 @@ class RlvJobState(IntEnum):
     DONE = 1
     FAILED = 2
     CANCELLED = 3
-
-
-class RlvLayerKind(IntEnum):
-    DISPLACEMENT = 0
-    COLOR = 1
-
-
-class RlvBlend(IntEnum):
-    NORMAL = 0
-    ADD = 1
-    SUBTRACT = 2
-    MULTIPLY = 3
-    SCREEN = 4
-    OVERLAY = 5
-    MAX = 6
-    MIN = 7
 
 
 class RlvPictureFormat(IntEnum):
@@ -1582,6 +1582,32 @@ class RlvCrowdBuffers(Structure):
     ]
 
 
+class RlvLayerOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("kind", c_uint32),
+        ("blend", c_uint32),
+        ("is_visible", c_uint32),
+        ("opacity", c_float),
+        ("tile_size", c_uint32),
+    ]
+
+
+class RlvLayerInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("id", c_uint32),
+        ("kind", c_uint32),
+        ("blend", c_uint32),
+        ("is_visible", c_uint32),
+        ("is_active", c_uint32),
+        ("opacity", c_float),
+        ("reserved", c_uint32),
+        ("tile_count", c_size_t),
+        ("name", c_char * 256),
+    ]
+
+
 class RlvDecal(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1634,6 +1660,30 @@ class RlvDecalImage(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
         ("channels", c_uint32),
+        ("pixels", c_float_p),
+        ("pixel_count", c_size_t),
+    ]
+
+
+class RlvDecalInk(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("channel", c_uint32),
+        ("blend", c_uint32),
+        ("opacity", c_float),
+        ("height", c_float),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvDecalTexture(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("channels", c_uint32),
+        ("gutter", c_uint32),
+        ("reserved", c_uint32),
         ("pixels", c_float_p),
         ("pixel_count", c_size_t),
     ]
@@ -2689,32 +2739,6 @@ class RlvJobInfo(Structure):
     ]
 
 
-class RlvLayerOptions(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("kind", c_uint32),
-        ("blend", c_uint32),
-        ("is_visible", c_uint32),
-        ("opacity", c_float),
-        ("tile_size", c_uint32),
-    ]
-
-
-class RlvLayerInfo(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("id", c_uint32),
-        ("kind", c_uint32),
-        ("blend", c_uint32),
-        ("is_visible", c_uint32),
-        ("is_active", c_uint32),
-        ("opacity", c_float),
-        ("reserved", c_uint32),
-        ("tile_count", c_size_t),
-        ("name", c_char * 256),
-    ]
-
-
 class RlvPicture(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -2975,9 +2999,13 @@ INIT = {
     RlvCrowdView: (ctypes.sizeof(RlvCrowdView), 0, 0, 0.5, (0.0,), (0.0, 0.0, -1.0,), (0.0, 1.0, 0.0,), 0.6, 0.0,),
     RlvCrowdFrame: (ctypes.sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0,),
     RlvCrowdBuffers: (ctypes.sizeof(RlvCrowdBuffers), 0, None, 0, 0, None, None, 0, 0, None, 0, 0,),
+    RlvLayerOptions: (ctypes.sizeof(RlvLayerOptions), 0, 1, 1, 1.0, 0,),
+    RlvLayerInfo: (ctypes.sizeof(RlvLayerInfo), 0, 0, 0, 0, 0, 0.0, 0, 0, (0,),),
     RlvDecalOptions: (ctypes.sizeof(RlvDecalOptions), 0, 0, 0, None, 0, 0, 0.0, (0.0, 1.0, 0.0,), 30, 0.0001, 4000000, 8,),
     RlvDecalQuality: (ctypes.sizeof(RlvDecalQuality), 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,),
     RlvDecalImage: (ctypes.sizeof(RlvDecalImage), 4, None, 0,),
+    RlvDecalInk: (ctypes.sizeof(RlvDecalInk), 1, 0, 1.0, 0.0, 0,),
+    RlvDecalTexture: (ctypes.sizeof(RlvDecalTexture), 0, 0, 3, 8, 0, None, 0,),
     RlvDecalReport: (ctypes.sizeof(RlvDecalReport), 0, 0, 0, 0,),
     RlvStrokeReport: (ctypes.sizeof(RlvStrokeReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvLevelInfo: (ctypes.sizeof(RlvLevelInfo), 0, 0, 0, 0, 0,),
@@ -3039,8 +3067,6 @@ INIT = {
     RlvTissueCollider: (ctypes.sizeof(RlvTissueCollider), 0, (0,), 0, 0, None, None, None, 0,),
     RlvTissueArrays: (ctypes.sizeof(RlvTissueArrays), 0, 0, None, None, 0, None, None, None, None, None,),
     RlvJobInfo: (ctypes.sizeof(RlvJobInfo), 0, 0, 0.0, (0,),),
-    RlvLayerOptions: (ctypes.sizeof(RlvLayerOptions), 0, 1, 1, 1.0, 0,),
-    RlvLayerInfo: (ctypes.sizeof(RlvLayerInfo), 0, 0, 0, 0, 0, 0.0, 0, 0, (0,),),
     RlvPictureInfo: (ctypes.sizeof(RlvPictureInfo), 0, 0, 0, 0, 0,),
     RlvPictureImage: (ctypes.sizeof(RlvPictureImage), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1.0, 0, (0,),),
     RlvPictureMeta: (ctypes.sizeof(RlvPictureMeta), 0, 0, None, None,),
@@ -3244,6 +3270,16 @@ FUNCTIONS = {
     "rlv_crowd_set": (RlvResult, [("crowd", RlvCrowd), ("first", c_uint32), ("agents", POINTER(RlvCrowdAgent)), ("count", c_size_t), ("stride", c_size_t)]),
     "rlv_crowd_cut": (RlvResult, [("crowd", RlvCrowd), ("view", POINTER(RlvCrowdView)), ("out", POINTER(RlvCrowdFrame))]),
     "rlv_crowd_get": (RlvResult, [("crowd", RlvCrowd), ("buffers", POINTER(RlvCrowdBuffers))]),
+    "rlv_layer_count": (RlvResult, [("detail", RlvDetail), ("count", c_size_t_p)]),
+    "rlv_layer_info": (RlvResult, [("detail", RlvDetail), ("index", c_size_t), ("out", POINTER(RlvLayerInfo))]),
+    "rlv_layer_add": (RlvResult, [("detail", RlvDetail), ("name", c_char_p), ("options", POINTER(RlvLayerOptions)), ("out", c_uint32_p)]),
+    "rlv_layer_set": (RlvResult, [("detail", RlvDetail), ("id", c_uint32), ("options", POINTER(RlvLayerOptions))]),
+    "rlv_layer_set_active": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
+    "rlv_layer_rename": (RlvResult, [("detail", RlvDetail), ("id", c_uint32), ("name", c_char_p)]),
+    "rlv_layer_place": (RlvResult, [("detail", RlvDetail), ("id", c_uint32), ("place", c_size_t)]),
+    "rlv_layer_remove": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
+    "rlv_layer_merge": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
+    "rlv_layer_flatten": (RlvResult, [("detail", RlvDetail)]),
     "rlv_decal_on_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvDecalOptions)), ("pins", POINTER(RlvDecalPin)), ("count", c_size_t), ("stride", c_size_t), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvDecal))]),
     "rlv_decal_on_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvDecalOptions)), ("pins", POINTER(RlvDecalPin)), ("count", c_size_t), ("stride", c_size_t), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvDecal))]),
     "rlv_decal_retain": (RlvResult, [("decal", RlvDecal)]),
@@ -3256,6 +3292,11 @@ FUNCTIONS = {
     "rlv_decal_settle": (RlvResult, [("decal", RlvDecal), ("progress", RlvProgress), ("user", c_void_p)]),
     "rlv_decal_paint": (RlvResult, [("decal", RlvDecal), ("image", POINTER(RlvDecalImage)), ("opacity", c_float), ("report", POINTER(RlvDecalReport))]),
     "rlv_decal_emboss": (RlvResult, [("decal", RlvDecal), ("image", POINTER(RlvDecalImage)), ("height", c_float), ("report", POINTER(RlvDecalReport))]),
+    "rlv_decal_write": (RlvResult, [("decal", RlvDecal), ("image", POINTER(RlvDecalImage)), ("ink", POINTER(RlvDecalInk)), ("report", POINTER(RlvDecalReport))]),
+    "rlv_decal_paint_texture": (RlvResult, [("decal", RlvDecal), ("image", POINTER(RlvDecalImage)), ("opacity", c_float), ("texture", POINTER(RlvDecalTexture)), ("painted", c_size_t_p)]),
+    "rlv_decal_contour": (RlvResult, [("image", POINTER(RlvDecalImage)), ("width", c_uint32), ("height", c_uint32), ("level", c_double), ("tolerance", c_double), ("corners", c_double_p), ("capacity", c_size_t), ("count", c_size_t_p)]),
+    "rlv_decal_strip_on_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvDecalOptions)), ("curve", c_double_p), ("count", c_size_t), ("stride", c_size_t), ("pins", POINTER(RlvDecalPin)), ("capacity", c_size_t), ("pin_count", c_size_t_p), ("length", c_double_p)]),
+    "rlv_decal_strip_on_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvDecalOptions)), ("curve", c_double_p), ("count", c_size_t), ("stride", c_size_t), ("pins", POINTER(RlvDecalPin)), ("capacity", c_size_t), ("pin_count", c_size_t_p), ("length", c_double_p)]),
     "rlv_stroke_run": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
     "rlv_stroke_begin": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("out", POINTER(RlvStroke))]),
     "rlv_stroke_retain": (RlvResult, [("stroke", RlvStroke)]),
@@ -3497,16 +3538,6 @@ FUNCTIONS = {
     "rlv_job_fluid_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvFluidReport))]),
     "rlv_job_ptex_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvPtexReport))]),
     "rlv_job_transfer_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvTransferReport))]),
-    "rlv_layer_count": (RlvResult, [("detail", RlvDetail), ("count", c_size_t_p)]),
-    "rlv_layer_info": (RlvResult, [("detail", RlvDetail), ("index", c_size_t), ("out", POINTER(RlvLayerInfo))]),
-    "rlv_layer_add": (RlvResult, [("detail", RlvDetail), ("name", c_char_p), ("options", POINTER(RlvLayerOptions)), ("out", c_uint32_p)]),
-    "rlv_layer_set": (RlvResult, [("detail", RlvDetail), ("id", c_uint32), ("options", POINTER(RlvLayerOptions))]),
-    "rlv_layer_set_active": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
-    "rlv_layer_rename": (RlvResult, [("detail", RlvDetail), ("id", c_uint32), ("name", c_char_p)]),
-    "rlv_layer_place": (RlvResult, [("detail", RlvDetail), ("id", c_uint32), ("place", c_size_t)]),
-    "rlv_layer_remove": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
-    "rlv_layer_merge": (RlvResult, [("detail", RlvDetail), ("id", c_uint32)]),
-    "rlv_layer_flatten": (RlvResult, [("detail", RlvDetail)]),
     "rlv_picture_open": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvPicture))]),
     "rlv_picture_retain": (RlvResult, [("picture", RlvPicture)]),
     "rlv_picture_release": (RlvResult, [("picture", RlvPicture)]),

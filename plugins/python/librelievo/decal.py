@@ -12,6 +12,8 @@ from .mesh import Mesh, set_array
 from .progress import watched
 
 PIN = numpy.dtype(abi.RlvDecalPin)
+# The most pins of a strip.
+STRIP = 512
 
 
 def pins_of(pins):
@@ -43,6 +45,62 @@ def _numbers(values, count, name):
     if array.shape != (count,):
         raise Invalid(f"{name}: {count} numbers are needed")
     return array
+
+
+def _pixels(values, name):
+    pixels = numpy.ascontiguousarray(values, numpy.float32)
+    if pixels.ndim == 2:
+        pixels = pixels[:, :, None]
+    if pixels.ndim != 3:
+        raise Invalid(f"{name}: the shape (height, width, channels) is needed, not {pixels.shape}")
+    return pixels
+
+
+def image_of(values):
+    """An RlvDecalImage of an array (height, width, channels), and what keeps its pixels."""
+    pixels = _pixels(values, "image")
+    given = record.empty(abi.RlvDecalImage)
+    given.channels, given.pixel_count = pixels.shape[2], pixels.shape[0] * pixels.shape[1]
+    given.pixels = pixels.ctypes.data
+    return given, pixels
+
+
+def contour(image, level=0.5, tolerance=0.5):
+    """The outline of an image by its alpha: corners (n, 2), counter-clockwise, in pixels from its lower left corner. `image`
+    has the shape (height, width, 4), rows from the top."""
+    given, kept = image_of(image)
+    height, width = kept.shape[:2]
+    count = ctypes.c_size_t()
+    wanted = ctypes.byref(given), width, height, level, tolerance
+    library.call("rlv_decal_contour", *wanted, None, 0, ctypes.byref(count))
+    corners = numpy.empty((count.value, 2))
+    library.call("rlv_decal_contour", *wanted, corners.ctypes.data, count.value, ctypes.byref(count))
+    return corners
+
+
+def strip_on_mesh(mesh, curve, size, outline=None, **options):
+    """Pins for a strip along a curve through places (n, 3) of a mesh, and the length of the curve; see `arguments`."""
+    return _strip("rlv_decal_strip_on_mesh", mesh, curve, size, outline, options)
+
+
+def strip_on_detail(detail, curve, size, outline=None, **options):
+    """As `strip_on_mesh`, on the committed surface of a detail."""
+    return _strip("rlv_decal_strip_on_detail", detail, curve, size, outline, options)
+
+
+def _strip(function, ground, curve, size, outline, options):
+    (given, *_), kept = arguments([], size, outline, **options)
+    curve = Reading(curve, numpy.float64, 3, "curve")
+    pins = numpy.zeros(STRIP, PIN)
+    count, length = ctypes.c_size_t(), ctypes.c_double()
+    first = pins.ctypes.data_as(ctypes.POINTER(abi.RlvDecalPin))
+    places = curve.address, curve.count, curve.stride
+    library.call(
+        function, ground.handle, given, *places, first, STRIP, ctypes.byref(count), ctypes.byref(length)
+    )
+    del kept
+    made = [(tuple(pin["image"].tolist()), tuple(pin["position"].tolist())) for pin in pins[: count.value]]
+    return made, length.value
 
 
 class Decal(Handle):
@@ -110,15 +168,31 @@ class Decal(Handle):
         """Raises the displacement of its detail by a height where the image is white and opaque."""
         return self._write("rlv_decal_emboss", image, height)
 
+    def write(self, image, **ink):
+        """Writes it into a channel of its detail, with a blend mode and an opacity; `ink` has the fields of RlvDecalInk, with
+        channel and blend mode as numbers or names."""
+        given = record.fill(abi.RlvDecalInk, ink, channel=abi.RlvChannel, blend=abi.RlvBlend)
+        return self._write("rlv_decal_write", image, ctypes.byref(given))
+
+    def paint_texture(self, image, texture, opacity=1.0, gutter=8):
+        """Paints it over the texture of its mesh with texture coordinates. `image` and `texture` have the shape (height,
+        width, channels), rows from the top, linear. Returns the new texture and the number of pixels that it changed."""
+        given, kept = image_of(image)
+        pixels = _pixels(texture, "texture").copy()
+        height, width, channels = pixels.shape
+        made = record.empty(abi.RlvDecalTexture)
+        made.width, made.height, made.channels, made.gutter = width, height, channels, gutter
+        made.pixels, made.pixel_count = pixels.ctypes.data, height * width
+        painted = ctypes.c_size_t()
+        library.call(
+            "rlv_decal_paint_texture", self.handle, ctypes.byref(given), opacity, ctypes.byref(made), ctypes.byref(painted)
+        )
+        del kept
+        return pixels.reshape(numpy.shape(texture)), painted.value
+
     def _write(self, function, image, amount):
-        pixels = numpy.ascontiguousarray(image, numpy.float32)
-        if pixels.ndim == 2:
-            pixels = pixels[:, :, None]
-        if pixels.ndim != 3:
-            raise Invalid(f"image: the shape (height, width, channels) is needed, not {pixels.shape}")
-        given = record.empty(abi.RlvDecalImage)
-        given.channels, given.pixel_count = pixels.shape[2], pixels.shape[0] * pixels.shape[1]
-        given.pixels = pixels.ctypes.data
+        given, kept = image_of(image)
         report = record.empty(abi.RlvDecalReport)
         library.call(function, self.handle, ctypes.byref(given), amount, ctypes.byref(report))
+        del kept
         return record.read(report)

@@ -3,16 +3,22 @@
 use std::ffi::c_void;
 use std::sync::{Arc, RwLock};
 
+use relievo_bake::Gutter;
 use relievo_core::{Context, Error, Mesh, Progress, Result};
-use relievo_decal::{Artwork, Decal, DecalSettings, Pin, Placement, Pose, Printed, Sticker, emboss, nearest, paint};
+use relievo_decal::{
+    Artwork, Contour, Decal, DecalSettings, Pin, Placement, Pose, Print, Printed, Sticker, nearest, paint_texture,
+    strip, triangulated,
+};
 use relievo_detail::DisplacedObject;
+use relievo_document::{Blend, Kind, Settings};
 use relievo_render::Image;
 use relievo_tiles::{Tessellation, uniform_rates};
 
-use crate::array::{Input, Plain, present, put};
+use crate::array::{Input, Output, Plain, present, put};
 use crate::context::{ContextObject, HostProgress, RlvProgress};
 use crate::descriptor::{check_optional, read_descriptor, read_optional, write_descriptor, write_optional};
-use crate::detail::{DetailObject, RlvDetail};
+use crate::detail::{DetailObject, RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, RLV_CHANNEL_VECTORS, RlvDetail};
+use crate::layer::RLV_BLEND_NORMAL;
 use crate::mesh::{self, MeshObject, RlvMesh};
 use crate::registry::{self, handle, try_read, try_write};
 use crate::shape::only_cages;
@@ -76,6 +82,30 @@ descriptor! {
         struct_size: u32,
         channels: u32,
         pixels: *const f32,
+        pixel_count: usize,
+    }
+}
+
+descriptor! {
+    pub struct RlvDecalInk {
+        struct_size: u32,
+        channel: u32,
+        blend: u32,
+        opacity: f32,
+        height: f32,
+        reserved: u32,
+    }
+}
+
+descriptor! {
+    pub struct RlvDecalTexture {
+        struct_size: u32,
+        width: u32,
+        height: u32,
+        channels: u32,
+        gutter: u32,
+        reserved: u32,
+        pixels: *mut f32,
         pixel_count: usize,
     }
 }
@@ -159,42 +189,15 @@ impl Laying {
         count: usize,
         stride: usize,
     ) -> Result<Self> {
-        let base = DecalSettings::default();
-        let default = RlvDecalOptions {
-            struct_size: 0,
-            width: 0,
-            height: 0,
-            can_overlap: 0,
-            outline: std::ptr::null(),
-            outline_count: 0,
-            outline_stride: 0,
-            pose_width: 0.0,
-            pose_up: [0.0, 1.0, 0.0],
-            steps: base.steps,
-            decrease: base.decrease as f32,
-            triangles: base.triangles,
-            cells: 8,
-        };
-        // SAFETY: promised by the caller.
-        let given = unsafe { read_optional(options, default) }?;
+        let default = RlvDecalOptions::default();
         let limit = ground.context().context.memory_limit();
         // SAFETY: promised by the caller.
-        let (outline, pins) = unsafe {
-            (
-                Input::optional(
-                    "outline",
-                    given.outline.cast::<[f64; 2]>(),
-                    given.outline_count,
-                    given.outline_stride,
-                )?,
-                Input::new("pins", pins, count, stride)?.to_vec("pins", limit)?,
-            )
+        let (given, pins) = unsafe {
+            (read_optional(options, default)?, Input::new("pins", pins, count, stride)?.to_vec("pins", limit)?)
         };
         let size = [given.width, given.height];
-        let sticker = match outline {
-            Some(corners) => Sticker::new(size, corners.to_vec("outline", limit)?)?,
-            None => Sticker::whole(size)?,
-        };
+        // SAFETY: promised by the caller.
+        let sticker = unsafe { sticker(&given, limit) }?;
         let pose = (given.pose_width != 0.0).then_some(Pose { width: given.pose_width, up: given.pose_up });
         let settings = DecalSettings {
             steps: given.steps,
@@ -202,11 +205,7 @@ impl Laying {
             triangles: given.triangles,
             overlap: given.can_overlap != 0,
         };
-        if !given.cells.is_power_of_two() {
-            return Err(Error::invalid(format!("there are {} cells", given.cells))
-                .at("cells")
-                .advise("use a power of two"));
-        }
+        check_cells(given.cells)?;
         Ok(Self { ground, size, sticker, pins, pose, settings, cells: given.cells })
     }
 
@@ -228,8 +227,7 @@ impl Laying {
         let (detail, placement) = match ground {
             Ground::Mesh(object) => {
                 let mesh = try_read(&object.mesh, "mesh")?;
-                let triangles = mesh.triangles();
-                (None, place(&Mesh::from_triangles(mesh.points.clone(), &triangles))?)
+                (None, place(&triangulated(&mesh))?)
             }
             Ground::Detail(object) => {
                 let tessellation = tessellate(&object.context.context, object, *cells)?;
@@ -256,6 +254,14 @@ impl Ground {
     }
 }
 
+/// Fails unless an edge of the cage can have so many cells.
+fn check_cells(cells: u32) -> Result<()> {
+    if cells.is_power_of_two() {
+        return Ok(());
+    }
+    Err(Error::invalid(format!("there are {cells} cells")).at("cells").advise("use a power of two"))
+}
+
 /// The displaced surface of a detail as it was committed last.
 fn tessellate(context: &Context, detail: &DetailObject, cells: u32) -> Result<Tessellation> {
     let view = detail.view();
@@ -269,6 +275,15 @@ impl DecalObject {
         Ok(try_read(&self.placement, "decal")?.decal())
     }
 
+    /// Reads the pixels of the sticker's image.
+    ///
+    /// # Safety
+    /// `image` is NULL or a descriptor that starts with its size, with pixels of their count.
+    unsafe fn image(&self, image: *const RlvDecalImage) -> Result<Image> {
+        // SAFETY: promised by the caller.
+        unsafe { pixels(image, self.size, self.context.context.memory_limit()) }
+    }
+
     /// Writes the decal into its detail by `write`.
     ///
     /// # Safety
@@ -278,34 +293,23 @@ impl DecalObject {
         &self,
         image: *const RlvDecalImage,
         report: *mut RlvDecalReport,
-        write: impl FnOnce(&Context, &mut DisplacedObject, &Tessellation, &Decal, &Artwork) -> Result<Printed>,
+        write: impl FnOnce(&Print, &mut DisplacedObject) -> Result<Printed>,
     ) -> Result<()> {
-        let default = RlvDecalImage { struct_size: 0, channels: 4, pixels: std::ptr::null(), pixel_count: 0 };
         // SAFETY: promised by the caller.
-        let image = unsafe {
-            check_optional(report)?;
-            read_descriptor(image, default)?
-        };
+        unsafe { check_optional(report) }?;
         let Some((detail, tessellation)) = &self.detail else {
             return Err(Error::invalid("it lies on a mesh").at("decal").advise("lay it with rlv_decal_on_detail"));
         };
-        let pixels = self.size.map(|side| side as usize).iter().product::<usize>();
-        if image.pixel_count != pixels || ![1, 3, 4].contains(&image.channels) {
-            return Err(Error::invalid(format!("it has {} pixels of {} channels", image.pixel_count, image.channels))
-                .at("image")
-                .advise(format!("pass {pixels} pixels of 1, 3 or 4 channels")));
-        }
-        let context = &self.context.context;
-        let count = pixels.saturating_mul(image.channels as usize);
         // SAFETY: promised by the caller.
-        let data = unsafe { Input::new("pixels", image.pixels, count, 0) }?.to_vec("pixels", context.memory_limit())?;
-        let image = Image::from_data(self.size[0], self.size[1], image.channels, data)?;
+        let image = unsafe { self.image(image) }?;
         let placement = try_read(&self.placement, "decal")?;
         let artwork = Artwork::new(placement.sticker(), &image)?;
         let decal = placement.decal();
         drop(placement);
         let mut editor = detail.edit()?;
-        let done = editor.tiles("decals").and_then(|object| write(context, object, tessellation, &decal, &artwork));
+        let context = &self.context.context;
+        let print = Print { context, tessellation, decal: &decal, artwork: &artwork, depths: &self.depths };
+        let done = editor.tiles("decals").and_then(|object| write(&print, object));
         detail.leave(editor);
         let done = done?;
         let made = RlvDecalReport {
@@ -318,6 +322,110 @@ impl DecalObject {
         // SAFETY: promised by the caller.
         unsafe { write_optional(report, made) }
     }
+}
+
+impl Default for RlvDecalOptions {
+    fn default() -> Self {
+        let DecalSettings { steps, decrease, triangles, .. } = DecalSettings::default();
+        Self {
+            struct_size: 0,
+            width: 0,
+            height: 0,
+            can_overlap: 0,
+            outline: std::ptr::null(),
+            outline_count: 0,
+            outline_stride: 0,
+            pose_width: 0.0,
+            pose_up: [0.0, 1.0, 0.0],
+            steps,
+            decrease: decrease as f32,
+            triangles,
+            cells: 8,
+        }
+    }
+}
+
+/// Reads the sticker of options: its image's size and its outline.
+///
+/// # Safety
+/// The outline of `options` is NULL or has its count of corners.
+unsafe fn sticker(options: &RlvDecalOptions, limit: u64) -> Result<Sticker> {
+    let size = [options.width, options.height];
+    let corners = options.outline.cast::<[f64; 2]>();
+    // SAFETY: promised by the caller.
+    let outline = unsafe { Input::optional("outline", corners, options.outline_count, options.outline_stride) }?;
+    match outline {
+        Some(corners) => Sticker::new(size, corners.to_vec("outline", limit)?),
+        None => Sticker::whole(size),
+    }
+}
+
+/// Reads the pixels of an image of `size` columns and rows.
+///
+/// # Safety
+/// `image` is NULL or a descriptor that starts with its size, with pixels of their count.
+unsafe fn pixels(image: *const RlvDecalImage, size: [u32; 2], limit: u64) -> Result<Image> {
+    let default = RlvDecalImage { struct_size: 0, channels: 4, pixels: std::ptr::null(), pixel_count: 0 };
+    // SAFETY: promised by the caller.
+    let image = unsafe { read_descriptor(image, default) }?;
+    let pixels = (size[0] as usize).saturating_mul(size[1] as usize);
+    if image.pixel_count != pixels || ![1, 3, 4].contains(&image.channels) {
+        return Err(Error::invalid(format!("it has {} pixels of {} channels", image.pixel_count, image.channels))
+            .at("image")
+            .advise(format!("pass {pixels} pixels of 1, 3 or 4 channels")));
+    }
+    let count = pixels.saturating_mul(image.channels as usize);
+    // SAFETY: promised by the caller.
+    let data = unsafe { Input::new("pixels", image.pixels, count, 0) }?.to_vec("pixels", limit)?;
+    Image::from_data(size[0], size[1], image.channels, data)
+}
+
+/// Writes pins for a strip along a curve on a mesh of triangles.
+///
+/// # Safety
+/// As for `rlv_decal_strip_on_mesh`, but for the surface; `pin_count` is not NULL.
+unsafe fn write_strip(
+    mesh: &Mesh,
+    limit: u64,
+    options: *const RlvDecalOptions,
+    (curve, count, stride): (*const f64, usize, usize),
+    (pins, capacity): (*mut RlvDecalPin, usize),
+    pin_count: *mut usize,
+    length: *mut f64,
+) -> Result<()> {
+    // SAFETY: promised by the caller.
+    let (sticker, places, out) = unsafe {
+        let options = read_optional(options, RlvDecalOptions::default())?;
+        (
+            sticker(&options, limit)?,
+            Input::new("curve", curve.cast::<[f64; 3]>(), count, stride)?.to_vec("curve", limit)?,
+            Output::optional("pins", pins, capacity, 0)?,
+        )
+    };
+    let place = |(index, position): (usize, &[f64; 3])| -> Result<_> {
+        Ok(nearest(mesh, *position).map_err(|error| error.at(format!("place {index} of the curve")))?.0)
+    };
+    let places = places.iter().enumerate().map(place).collect::<Result<Vec<_>>>()?;
+    let made = strip(mesh, &sticker, &places)?;
+    if let Some(out) = out {
+        let position = |pin: &Pin| -> [f64; 3] {
+            let corners = &mesh.corners[3 * pin.place.face as usize..3 * pin.place.face as usize + 3];
+            std::array::from_fn(|axis| {
+                let weighted = corners.iter().zip(pin.place.barycentric);
+                weighted.map(|(point, weight)| weight * f64::from(mesh.points[*point as usize][axis])).sum()
+            })
+        };
+        let pin = |pin: &Pin| RlvDecalPin { image: pin.image, position: position(pin), depth: 0.0 };
+        out.holds("pins", made.pins.len())?.fill(made.pins.iter().map(pin));
+    }
+    // SAFETY: promised by the caller; a length that is not NULL is room for one.
+    unsafe {
+        put(pin_count, made.pins.len());
+        if !length.is_null() {
+            put(length, made.length);
+        }
+    }
+    Ok(())
 }
 
 /// Reads `N` numbers.
@@ -454,8 +562,8 @@ entry! {
         let object = registry::get(decal)?;
         // SAFETY: the caller gives NULL or descriptors that start with their size, with pixels of their count.
         unsafe {
-            object.write(image, report, |context, detail, tessellation, decal, artwork| {
-                paint(context, detail, tessellation, decal, artwork, &object.depths, opacity)
+            object.write(image, report, |print, detail| {
+                print.paint(detail, &Settings { opacity, ..Settings::of(Kind::Rgba8) })
             })
         }
     }
@@ -464,9 +572,172 @@ entry! {
         let object = registry::get(decal)?;
         // SAFETY: the caller gives NULL or descriptors that start with their size, with pixels of their count.
         unsafe {
-            object.write(image, report, |context, detail, tessellation, decal, artwork| {
-                emboss(context, detail, tessellation, decal, artwork, &object.depths, height)
+            object.write(image, report, |print, detail| print.emboss(detail, height, &Settings::of(Kind::Scalar)))
+        }
+    }
+
+    fn rlv_decal_write(
+        decal: RlvDecal,
+        image: *const RlvDecalImage,
+        ink: *const RlvDecalInk,
+        report: *mut RlvDecalReport,
+    ) {
+        let object = registry::get(decal)?;
+        let default = RlvDecalInk {
+            struct_size: 0,
+            channel: RLV_CHANNEL_COLOR,
+            blend: RLV_BLEND_NORMAL,
+            opacity: 1.0,
+            height: 0.0,
+            reserved: 0,
+        };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let ink = unsafe { read_optional(ink, default) }?;
+        let blend = Blend::NAMES.get(ink.blend as usize).ok_or_else(|| {
+            Error::invalid(format!("there is no blend mode {}", ink.blend)).at("ink").advise("use an RLV_BLEND_ value")
+        })?;
+        let settings = Settings { opacity: ink.opacity, blend: blend.0, visible: true };
+        // SAFETY: the caller gives NULL or descriptors that start with their size, with pixels of their count.
+        unsafe {
+            object.write(image, report, |print, detail| match ink.channel {
+                RLV_CHANNEL_COLOR => print.paint(detail, &settings),
+                RLV_CHANNEL_DISPLACEMENT => print.emboss(detail, ink.height, &settings),
+                RLV_CHANNEL_VECTORS => print.displace(detail, ink.height, &settings),
+                other => Err(Error::invalid(format!("decals are not written into channel {other}"))
+                    .at("ink")
+                    .advise("use colour, displacement or vectors")),
             })
+        }
+    }
+
+    fn rlv_decal_paint_texture(
+        decal: RlvDecal,
+        image: *const RlvDecalImage,
+        opacity: f32,
+        texture: *const RlvDecalTexture,
+        painted: *mut usize,
+    ) {
+        let object = registry::get(decal)?;
+        let default = RlvDecalTexture {
+            struct_size: 0,
+            width: 0,
+            height: 0,
+            channels: 3,
+            gutter: 8,
+            reserved: 0,
+            pixels: std::ptr::null_mut(),
+            pixel_count: 0,
+        };
+        let context = &object.context.context;
+        // SAFETY: the caller gives NULL or descriptors that start with their size, with pixels of their count.
+        let (image, texture) = unsafe { (object.image(image)?, read_descriptor(texture, default)?) };
+        let RlvDecalTexture { width, height, channels, .. } = texture;
+        let pixels = (width as usize).saturating_mul(height as usize);
+        if pixels == 0 || texture.pixel_count != pixels || !(1..=4).contains(&channels) || texture.gutter > 256 {
+            return Err(Error::invalid(format!(
+                "{width} x {height} pixels of {channels} channels and a gutter of {} were given in {} pixels",
+                texture.gutter, texture.pixel_count
+            ))
+            .at("texture")
+            .advise("pass width times height pixels of 1 to 4 channels, and a gutter of at most 256"));
+        }
+        let count = pixels.saturating_mul(channels as usize);
+        // SAFETY: the caller gives so many pixels, to be read and written.
+        let (data, out) = unsafe {
+            let read = Input::new("pixels", texture.pixels.cast_const(), count, 0)?;
+            (read.to_vec("pixels", context.memory_limit())?, Output::new("pixels", texture.pixels, count, 0)?)
+        };
+        let mut canvas = Image::from_data(width, height, channels, data)?;
+        let placement = try_read(&object.placement, "decal")?;
+        let artwork = Artwork::new(placement.sticker(), &image)?;
+        let (mesh, made) = (placement.mesh(), placement.decal());
+        let done = paint_texture(context, mesh, &made, &artwork, &object.depths, opacity, &mut canvas)?;
+        let (gutter, size) = (Gutter::new(&done.covered, width as usize, texture.gutter), channels as usize);
+        for (to, from) in gutter.copies {
+            let (to, from) = (to as usize, from as usize);
+            if done.painted[from] {
+                canvas.data_mut().copy_within(size * from..size * (from + 1), size * to);
+            }
+        }
+        out.fill(canvas.data().iter().copied());
+        if !painted.is_null() {
+            // SAFETY: not NULL, and the caller gives room for a number.
+            unsafe { put(painted, done.painted.iter().filter(|is_painted| **is_painted).count()) };
+        }
+        Ok(())
+    }
+
+    fn rlv_decal_contour(
+        image: *const RlvDecalImage,
+        width: u32,
+        height: u32,
+        level: f64,
+        tolerance: f64,
+        corners: *mut f64,
+        capacity: usize,
+        count: *mut usize,
+    ) {
+        present("count", count)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size, with pixels of their count, and room for
+        // `capacity` corners, or NULL to ask for the count alone.
+        let (image, out) = unsafe {
+            let out = Output::optional("corners", corners.cast::<[f64; 2]>(), capacity, 0)?;
+            (pixels(image, [width, height], u64::MAX)?, out)
+        };
+        let found = Sticker::of_alpha(&image, &Contour { level, tolerance })?.corners();
+        if let Some(out) = out {
+            out.holds("corners", found.len())?.fill(found.iter().copied());
+        }
+        // SAFETY: checked above.
+        unsafe { put(count, found.len()) };
+        Ok(())
+    }
+
+    fn rlv_decal_strip_on_mesh(
+        mesh: RlvMesh,
+        options: *const RlvDecalOptions,
+        curve: *const f64,
+        count: usize,
+        stride: usize,
+        pins: *mut RlvDecalPin,
+        capacity: usize,
+        pin_count: *mut usize,
+        length: *mut f64,
+    ) {
+        present("pin_count", pin_count)?;
+        let object = registry::get(mesh)?;
+        let limit = object.context.context.memory_limit();
+        let triangles = triangulated(&*try_read(&object.mesh, "mesh")?);
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size, `count` places, room for `capacity` pins
+        // or NULL, and for a length or NULL.
+        unsafe {
+            write_strip(&triangles, limit, options, (curve, count, stride), (pins, capacity), pin_count, length)
+        }
+    }
+
+    fn rlv_decal_strip_on_detail(
+        detail: RlvDetail,
+        options: *const RlvDecalOptions,
+        curve: *const f64,
+        count: usize,
+        stride: usize,
+        pins: *mut RlvDecalPin,
+        capacity: usize,
+        pin_count: *mut usize,
+        length: *mut f64,
+    ) {
+        present("pin_count", pin_count)?;
+        let object = registry::get(detail)?;
+        let context = &object.context.context;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let given = unsafe { read_optional(options, RlvDecalOptions::default()) }?;
+        check_cells(given.cells)?;
+        let ground = tessellate(context, &object, given.cells)?;
+        let limit = context.memory_limit();
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size, `count` places, room for `capacity` pins
+        // or NULL, and for a length or NULL.
+        unsafe {
+            write_strip(&ground.mesh, limit, options, (curve, count, stride), (pins, capacity), pin_count, length)
         }
     }
 }

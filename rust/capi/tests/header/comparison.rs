@@ -26,6 +26,7 @@ use relievo::client::*;
 use relievo::collider::*;
 use relievo::color_buffer::*;
 use relievo::crowd::*;
+use relievo::layer::*;
 use relievo::decal::*;
 use relievo::stroke::*;
 use relievo::level::*;
@@ -40,7 +41,6 @@ use relievo::ptex::*;
 use relievo::repair::*;
 use relievo::tissue::*;
 use relievo::job::*;
-use relievo::layer::*;
 use relievo::picture::*;
 use relievo::procedural::*;
 use relievo::shader::*;
@@ -444,11 +444,36 @@ function!(rlv_crowd_add: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdAgent, us
 function!(rlv_crowd_set: unsafe extern "C" fn(RlvCrowd, u32, *const RlvCrowdAgent, usize, usize) -> RlvResult);
 function!(rlv_crowd_cut: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdView, *mut RlvCrowdFrame) -> RlvResult);
 function!(rlv_crowd_get: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdBuffers) -> RlvResult);
+constant!(RLV_LAYER_NAME_SIZE = 256);
+constant!(RLV_LAYER_DISPLACEMENT = 0);
+constant!(RLV_LAYER_COLOR = 1);
+constant!(RLV_BLEND_NORMAL = 0);
+constant!(RLV_BLEND_ADD = 1);
+constant!(RLV_BLEND_SUBTRACT = 2);
+constant!(RLV_BLEND_MULTIPLY = 3);
+constant!(RLV_BLEND_SCREEN = 4);
+constant!(RLV_BLEND_OVERLAY = 5);
+constant!(RLV_BLEND_MAX = 6);
+constant!(RLV_BLEND_MIN = 7);
+layout!(RlvLayerOptions: 24, 4);
+layout!(RlvLayerInfo: 296, 8);
+function!(rlv_layer_count: unsafe extern "C" fn(RlvDetail, *mut usize) -> RlvResult);
+function!(rlv_layer_info: unsafe extern "C" fn(RlvDetail, usize, *mut RlvLayerInfo) -> RlvResult);
+function!(rlv_layer_add: unsafe extern "C" fn(RlvDetail, *const c_char, *const RlvLayerOptions, *mut u32) -> RlvResult);
+function!(rlv_layer_set: unsafe extern "C" fn(RlvDetail, u32, *const RlvLayerOptions) -> RlvResult);
+function!(rlv_layer_set_active: unsafe extern "C" fn(RlvDetail, u32) -> RlvResult);
+function!(rlv_layer_rename: unsafe extern "C" fn(RlvDetail, u32, *const c_char) -> RlvResult);
+function!(rlv_layer_place: unsafe extern "C" fn(RlvDetail, u32, usize) -> RlvResult);
+function!(rlv_layer_remove: unsafe extern "C" fn(RlvDetail, u32) -> RlvResult);
+function!(rlv_layer_merge: unsafe extern "C" fn(RlvDetail, u32) -> RlvResult);
+function!(rlv_layer_flatten: unsafe extern "C" fn(RlvDetail) -> RlvResult);
 layout!(RlvDecal: 8, 8);
 layout!(RlvDecalPin: 48, 8);
 layout!(RlvDecalOptions: 88, 8);
 layout!(RlvDecalQuality: 80, 8);
 layout!(RlvDecalImage: 24, 8);
+layout!(RlvDecalInk: 24, 4);
+layout!(RlvDecalTexture: 40, 8);
 layout!(RlvDecalReport: 32, 8);
 function!(rlv_decal_on_mesh: unsafe extern "C" fn(RlvMesh, *const RlvDecalOptions, *const RlvDecalPin, usize, usize, RlvProgress, *mut c_void, *mut RlvDecal) -> RlvResult);
 function!(rlv_decal_on_detail: unsafe extern "C" fn(RlvDetail, *const RlvDecalOptions, *const RlvDecalPin, usize, usize, RlvProgress, *mut c_void, *mut RlvDecal) -> RlvResult);
@@ -462,6 +487,11 @@ function!(rlv_decal_pose: unsafe extern "C" fn(RlvDecal, *const f32, usize, usiz
 function!(rlv_decal_settle: unsafe extern "C" fn(RlvDecal, RlvProgress, *mut c_void) -> RlvResult);
 function!(rlv_decal_paint: unsafe extern "C" fn(RlvDecal, *const RlvDecalImage, f32, *mut RlvDecalReport) -> RlvResult);
 function!(rlv_decal_emboss: unsafe extern "C" fn(RlvDecal, *const RlvDecalImage, f32, *mut RlvDecalReport) -> RlvResult);
+function!(rlv_decal_write: unsafe extern "C" fn(RlvDecal, *const RlvDecalImage, *const RlvDecalInk, *mut RlvDecalReport) -> RlvResult);
+function!(rlv_decal_paint_texture: unsafe extern "C" fn(RlvDecal, *const RlvDecalImage, f32, *const RlvDecalTexture, *mut usize) -> RlvResult);
+function!(rlv_decal_contour: unsafe extern "C" fn(*const RlvDecalImage, u32, u32, f64, f64, *mut f64, usize, *mut usize) -> RlvResult);
+function!(rlv_decal_strip_on_mesh: unsafe extern "C" fn(RlvMesh, *const RlvDecalOptions, *const f64, usize, usize, *mut RlvDecalPin, usize, *mut usize, *mut f64) -> RlvResult);
+function!(rlv_decal_strip_on_detail: unsafe extern "C" fn(RlvDetail, *const RlvDecalOptions, *const f64, usize, usize, *mut RlvDecalPin, usize, *mut usize, *mut f64) -> RlvResult);
 layout!(RlvStroke: 8, 8);
 layout!(RlvStrokePoint: 40, 8);
 layout!(RlvStrokeReport: 88, 8);
@@ -851,29 +881,6 @@ function!(rlv_job_bake_report: unsafe extern "C" fn(RlvJob, *mut RlvBakeReport) 
 function!(rlv_job_fluid_report: unsafe extern "C" fn(RlvJob, *mut RlvFluidReport) -> RlvResult);
 function!(rlv_job_ptex_report: unsafe extern "C" fn(RlvJob, *mut RlvPtexReport) -> RlvResult);
 function!(rlv_job_transfer_report: unsafe extern "C" fn(RlvJob, *mut RlvTransferReport) -> RlvResult);
-constant!(RLV_LAYER_NAME_SIZE = 256);
-constant!(RLV_LAYER_DISPLACEMENT = 0);
-constant!(RLV_LAYER_COLOR = 1);
-constant!(RLV_BLEND_NORMAL = 0);
-constant!(RLV_BLEND_ADD = 1);
-constant!(RLV_BLEND_SUBTRACT = 2);
-constant!(RLV_BLEND_MULTIPLY = 3);
-constant!(RLV_BLEND_SCREEN = 4);
-constant!(RLV_BLEND_OVERLAY = 5);
-constant!(RLV_BLEND_MAX = 6);
-constant!(RLV_BLEND_MIN = 7);
-layout!(RlvLayerOptions: 24, 4);
-layout!(RlvLayerInfo: 296, 8);
-function!(rlv_layer_count: unsafe extern "C" fn(RlvDetail, *mut usize) -> RlvResult);
-function!(rlv_layer_info: unsafe extern "C" fn(RlvDetail, usize, *mut RlvLayerInfo) -> RlvResult);
-function!(rlv_layer_add: unsafe extern "C" fn(RlvDetail, *const c_char, *const RlvLayerOptions, *mut u32) -> RlvResult);
-function!(rlv_layer_set: unsafe extern "C" fn(RlvDetail, u32, *const RlvLayerOptions) -> RlvResult);
-function!(rlv_layer_set_active: unsafe extern "C" fn(RlvDetail, u32) -> RlvResult);
-function!(rlv_layer_rename: unsafe extern "C" fn(RlvDetail, u32, *const c_char) -> RlvResult);
-function!(rlv_layer_place: unsafe extern "C" fn(RlvDetail, u32, usize) -> RlvResult);
-function!(rlv_layer_remove: unsafe extern "C" fn(RlvDetail, u32) -> RlvResult);
-function!(rlv_layer_merge: unsafe extern "C" fn(RlvDetail, u32) -> RlvResult);
-function!(rlv_layer_flatten: unsafe extern "C" fn(RlvDetail) -> RlvResult);
 constant!(RLV_PICTURE_NAME_SIZE = 264);
 constant!(RLV_PICTURE_NONE = 4294967295);
 layout!(RlvPicture: 8, 8);
@@ -1802,6 +1809,26 @@ pub fn offsets(list: &mut Offsets) {
         matrix_capacity: usize = 72,
         matrix_stride: usize = 80,
     });
+    fields!(list, RlvLayerOptions {
+        struct_size: u32 = 0,
+        kind: u32 = 4,
+        blend: u32 = 8,
+        is_visible: u32 = 12,
+        opacity: f32 = 16,
+        tile_size: u32 = 20,
+    });
+    fields!(list, RlvLayerInfo {
+        struct_size: u32 = 0,
+        id: u32 = 4,
+        kind: u32 = 8,
+        blend: u32 = 12,
+        is_visible: u32 = 16,
+        is_active: u32 = 20,
+        opacity: f32 = 24,
+        reserved: u32 = 28,
+        tile_count: usize = 32,
+        name: [u8; 256] = 40,
+    });
     fields!(list, RlvDecal {
         id: u64 = 0,
     });
@@ -1843,6 +1870,24 @@ pub fn offsets(list: &mut Offsets) {
         channels: u32 = 4,
         pixels: *const f32 = 8,
         pixel_count: usize = 16,
+    });
+    fields!(list, RlvDecalInk {
+        struct_size: u32 = 0,
+        channel: u32 = 4,
+        blend: u32 = 8,
+        opacity: f32 = 12,
+        height: f32 = 16,
+        reserved: u32 = 20,
+    });
+    fields!(list, RlvDecalTexture {
+        struct_size: u32 = 0,
+        width: u32 = 4,
+        height: u32 = 8,
+        channels: u32 = 12,
+        gutter: u32 = 16,
+        reserved: u32 = 20,
+        pixels: *mut f32 = 24,
+        pixel_count: usize = 32,
     });
     fields!(list, RlvDecalReport {
         struct_size: u32 = 0,
@@ -2651,26 +2696,6 @@ pub fn offsets(list: &mut Offsets) {
         fraction: f32 = 12,
         stage: [u8; 48] = 16,
     });
-    fields!(list, RlvLayerOptions {
-        struct_size: u32 = 0,
-        kind: u32 = 4,
-        blend: u32 = 8,
-        is_visible: u32 = 12,
-        opacity: f32 = 16,
-        tile_size: u32 = 20,
-    });
-    fields!(list, RlvLayerInfo {
-        struct_size: u32 = 0,
-        id: u32 = 4,
-        kind: u32 = 8,
-        blend: u32 = 12,
-        is_visible: u32 = 16,
-        is_active: u32 = 20,
-        opacity: f32 = 24,
-        reserved: u32 = 28,
-        tile_count: usize = 32,
-        name: [u8; 256] = 40,
-    });
     fields!(list, RlvPicture {
         id: u64 = 0,
     });
@@ -3009,6 +3034,13 @@ pub const INITIAL: &[Initial] = &[
         ("uint64_t clusters", 0.0),
         ("uint64_t triangles", 0.0),
     ] },
+    Initial { header: "layer.h", name: "RlvLayerOptions", initializer: "RLV_LAYER_OPTIONS_INIT", fields: &[
+        ("uint32_t kind", 0.0),
+        ("uint32_t blend", 1.0),
+        ("uint32_t is_visible", 1.0),
+        ("float opacity", 1.0),
+        ("uint32_t tile_size", 0.0),
+    ] },
     Initial { header: "decal.h", name: "RlvDecalQuality", initializer: "RLV_DECAL_QUALITY_INIT", fields: &[
         ("uint32_t pin_count", 0.0),
         ("size_t triangle_count", 0.0),
@@ -3020,6 +3052,13 @@ pub const INITIAL: &[Initial] = &[
         ("double area_ratio", 0.0),
         ("double coverage", 0.0),
         ("double doubled", 0.0),
+    ] },
+    Initial { header: "decal.h", name: "RlvDecalInk", initializer: "RLV_DECAL_INK_INIT", fields: &[
+        ("uint32_t channel", 1.0),
+        ("uint32_t blend", 0.0),
+        ("float opacity", 1.0),
+        ("float height", 0.0),
+        ("uint32_t reserved", 0.0),
     ] },
     Initial { header: "decal.h", name: "RlvDecalReport", initializer: "RLV_DECAL_REPORT_INIT", fields: &[
         ("uint32_t reserved", 0.0),
@@ -3296,13 +3335,6 @@ pub const INITIAL: &[Initial] = &[
         ("float unbalanced", 0.0),
         ("float largest", 0.0),
     ] },
-    Initial { header: "layer.h", name: "RlvLayerOptions", initializer: "RLV_LAYER_OPTIONS_INIT", fields: &[
-        ("uint32_t kind", 0.0),
-        ("uint32_t blend", 1.0),
-        ("uint32_t is_visible", 1.0),
-        ("float opacity", 1.0),
-        ("uint32_t tile_size", 0.0),
-    ] },
     Initial { header: "picture.h", name: "RlvPictureInfo", initializer: "RLV_PICTURE_INFO_INIT", fields: &[
         ("uint32_t format", 0.0),
         ("uint32_t image_count", 0.0),
@@ -3419,9 +3451,11 @@ pub const NAMES: &[&str] = &[
     "RLV_CURVE_SIZE",
     "RLV_CURVE_STRENGTH",
     "RLV_DECAL_IMAGE_INIT",
+    "RLV_DECAL_INK_INIT",
     "RLV_DECAL_OPTIONS_INIT",
     "RLV_DECAL_QUALITY_INIT",
     "RLV_DECAL_REPORT_INIT",
+    "RLV_DECAL_TEXTURE_INIT",
     "RLV_DECAY_OPTIONS_INIT",
     "RLV_DETAIL_CHANGES_INIT",
     "RLV_DETAIL_INFO_INIT",
