@@ -140,6 +140,7 @@ fn foam_of_a_scene_is_laid_over_its_pictures() {
     for (with, without) in [("with", "without"), ("meshed", "plain")] {
         assert!(picture(with, 0) == picture(without, 0) && picture(with, 8) != picture(without, 8), "{with}");
     }
+    check_cached_frames(at, &scene(FOAM));
     let refused = |text: &str, says: &str| {
         let done = run("refused", text, &[]);
         let told = String::from_utf8_lossy(&done.stderr).into_owned();
@@ -147,5 +148,42 @@ fn foam_of_a_scene_is_laid_over_its_pictures() {
     };
     refused(&scene(&FOAM.replace("air_rate = 300", "air_rat = 300")), "air_rate");
     refused(&scene(&FOAM.replace("air_max = 5", "air_max = 0.1")), "air_max");
-    refused(&scene(FOAM).replace("sequence = \"frames/%04d.ply\"\ncount = 9", "file = \"frames/0004.ply\""), "sequence");
+    refused(
+        &scene(FOAM).replace("sequence = \"frames/%04d.ply\"\ncount = 9", "file = \"frames/0004.ply\""),
+        "sequence",
+    );
+}
+
+/// Runs a scene whose foam is in the folder `with` again. Its frames of foam are opened from the cache as long as they are of
+/// this scene, and made again where they are missing, damaged or of other settings.
+fn check_cached_frames(at: &Path, text: &str) {
+    let cached = |frame: u32| at.join(format!("with/cache/foam/water-{frame:06}.rlvfluid"));
+    let bytes = |frame: u32| std::fs::read(cached(frame)).unwrap();
+    let picture = || std::fs::read(at.join("with/beauty-000008.png")).unwrap();
+    let run = |text: &str, more: &[&str]| {
+        std::fs::write(at.join("scene.toml"), text).unwrap();
+        let fixed = ["run", "scene.toml", "--out", "with", "--frames", "8..8", "--trace", "trace.json"];
+        let done = relievo(at, &[&fixed, more].concat());
+        assert!(done.status.success(), "{done:?}");
+        let trace = std::fs::read_to_string(at.join("trace.json")).unwrap();
+        let stages = ["foam.open", "foam.generate"].map(|stage| trace.matches(&format!("\"{stage}\"")).count());
+        (stages, String::from_utf8_lossy(&done.stdout).into_owned() + &String::from_utf8_lossy(&done.stderr))
+    };
+    let (first, last) = (picture(), bytes(8));
+    assert_eq!(run(text, &[]).0, [1, 0]);
+    assert!(picture() == first);
+    (6..9).for_each(|frame| std::fs::remove_file(cached(frame)).unwrap());
+    assert_eq!(run(text, &[]).0, [1, 3]);
+    assert!(picture() == first && bytes(8) == last);
+    let mut damaged = last.clone();
+    damaged[last.len() / 2] ^= 1;
+    std::fs::write(cached(8), damaged).unwrap();
+    let (stages, output) = run(text, &[]);
+    assert!(stages == [1, 1] && output.contains("the foam of the frame is made again"), "{stages:?} {output}");
+    assert!(picture() == first && bytes(8) == last);
+    assert_eq!(run(text, &["--rebake"]).0, [1, 1]);
+    let other = text.replace("air_rate = 300", "air_rate = 200");
+    assert_eq!(run(&other, &[]).0, [1, 8]);
+    assert!(picture() != first && bytes(8) != last);
+    assert_eq!(run(&other.replace("radius = 0.03", "radius = 0.02"), &[]).0, [1, 0], "how it is drawn does not matter");
 }

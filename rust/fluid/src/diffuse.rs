@@ -8,6 +8,7 @@
 
 mod birth;
 mod difference;
+mod entry;
 mod frame;
 mod motion;
 mod options;
@@ -19,6 +20,7 @@ use glam::Vec3;
 use relievo_core::{Context, Error, Progress, Result};
 
 pub use difference::{differences, positions_and_velocities};
+pub use entry::DiffuseEntry;
 pub use options::{DiffuseOptions, DiffuseSettings};
 pub use potential::Potentials;
 use surroundings::Surroundings;
@@ -57,6 +59,9 @@ pub struct DiffuseParticles {
 }
 
 impl DiffuseParticles {
+    /// Bytes of a particle in all lists.
+    const BYTES: usize = 2 * size_of::<Vec3>() + size_of::<DiffuseKind>() + 2 * size_of::<f32>() + size_of::<u64>();
+
     /// Returns the number of particles.
     pub fn len(&self) -> usize {
         self.positions.len()
@@ -202,7 +207,7 @@ impl Diffuse {
     ///
     /// Within the frame the fluid moves by its velocities, in as many steps as the settings have. Fails, and changes
     /// nothing, if the lists of the frame have different lengths, a number is not finite, the particles are too far from
-    /// each other, or `progress` asks to stop.
+    /// each other, the particles that are born exceed the memory limit, or `progress` asks to stop.
     pub fn advance(
         &mut self,
         context: &Context,
@@ -232,14 +237,14 @@ impl Diffuse {
                 });
                 is_outside || all.lifetimes[index] <= 0.0
             }) as u64;
-            let seed = random::mix(u64::from(self.options.settings.seed), self.frames * u64::from(steps) + u64::from(number));
+            let seed =
+                random::mix(u64::from(self.options.settings.seed), self.frames * u64::from(steps) + u64::from(number));
             let room = (self.options.settings.most as usize).saturating_sub(particles.len());
-            let born = birth::give(context, &self.options, &surroundings, step, seed);
-            let admitted = born.len().min(room);
-            report.refused += (born.len() - admitted) as u64;
-            report.born += admitted as u64;
-            birth::add(&mut particles, &born[..admitted], births);
-            births += admitted as u64;
+            let given = birth::give(context, &self.options, &surroundings, step, seed, room)?;
+            report.refused += given.refused;
+            report.born += given.born.len() as u64;
+            birth::add(&mut particles, &given.born, births);
+            births += given.born.len() as u64;
         }
         (self.particles, self.births) = (particles, births);
         self.frames += 1;

@@ -67,8 +67,8 @@ pub use checkpoint::{Checkpoint, Totals};
 pub use collider::{ColliderOptions, Contact};
 pub use device::{DeviceFluid, classify_on};
 pub use diffuse::{
-    Diffuse, DiffuseKind, DiffuseOptions, DiffuseParticles, DiffuseReport, DiffuseSettings, FluidFrame, Potentials,
-    differences, positions_and_velocities,
+    Diffuse, DiffuseEntry, DiffuseKind, DiffuseOptions, DiffuseParticles, DiffuseReport, DiffuseSettings, FluidFrame,
+    Potentials, differences, positions_and_velocities,
 };
 pub use domain::Traffic;
 pub use exchange::{Given, Impulse};

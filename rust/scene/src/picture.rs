@@ -12,6 +12,7 @@ use crate::bake::Change;
 use crate::coat::Coat;
 use crate::description::{CameraEntry, Scene, Up, View};
 use crate::foam::Overlay;
+use crate::output::Folder;
 use crate::tessellation::{self, Rates};
 use crate::triangles;
 use crate::world::{Item, World};
@@ -53,9 +54,9 @@ const CHANGED: u32 = 2;
 const RIGID: u32 = 3;
 
 impl Studio {
-    /// A view of `world` in which nothing is drawn before [`Self::update`]: by `device`, or by the ray caster. Fails if
-    /// that cannot be used.
-    pub fn new(world: &World, device: Option<&Device>) -> Result<Self> {
+    /// A view of `world` in which nothing is drawn before [`Self::update`]: by `device`, or by the ray caster. Frames of foam
+    /// are kept in `cache`. Fails if that or the device cannot be used.
+    pub fn new(context: &Context, world: &World, device: Option<&Device>, cache: &Folder) -> Result<Self> {
         let mut studio = Self {
             stage: match device {
                 Some(device) => Stage::Device(Box::new(virtual_vertex::Stage::new(device)?)),
@@ -63,7 +64,7 @@ impl Studio {
             },
             objects: Vec::new(),
             automatic: automatic_view(&world.scene, world.start_bounds()),
-            overlay: Overlay::new(world)?,
+            overlay: Overlay::new(context, world, cache)?,
         };
         for (index, item) in world.items().iter().enumerate() {
             let entry = &world.scene.objects[index];
@@ -86,6 +87,11 @@ impl Studio {
             studio.objects.push(shown);
         }
         Ok(studio)
+    }
+
+    /// Returns what the user should know of the pictures since the last call.
+    pub fn take_notes(&mut self) -> Vec<String> {
+        self.overlay.take_notes()
     }
 
     /// Takes over what changed of every object; what was not drawn yet is drawn as a whole.

@@ -17,6 +17,7 @@ use crate::description::Scene;
 use crate::diagnostic::Failure;
 use crate::documents;
 use crate::export;
+use crate::foam;
 use crate::output::Folder;
 use crate::picture::Studio;
 use crate::povray;
@@ -242,6 +243,7 @@ impl Stepper {
         }
         if rebake {
             self.cache.truncate(first)?;
+            foam::truncate(&self.folder.sub(CACHE_FOLDER)?, first)?;
         }
         Ok(start.min(first))
     }
@@ -337,13 +339,18 @@ impl Stepper {
     fn draw(&mut self, context: &Context, frame: u32, changes: &Changes) -> relievo_core::Result<Vec<PathBuf>> {
         let studio = match &mut self.studio {
             Some(studio) => studio,
-            none => none.insert(Studio::new(&self.world, self.device.as_ref())?),
+            none => {
+                let cache = self.folder.sub(CACHE_FOLDER)?;
+                none.insert(Studio::new(context, &self.world, self.device.as_ref(), &cache)?)
+            }
         };
         for unseen in self.unseen.drain(..) {
             studio.update(context, &self.world, &unseen.for_pictures())?;
         }
         studio.update(context, &self.world, &changes.for_pictures())?;
-        export::write_pictures(context, &self.world, studio, &self.folder, frame)
+        let written = export::write_pictures(context, &self.world, studio, &self.folder, frame);
+        self.summary.notes.extend(studio.take_notes());
+        written
     }
 
     /// Writes the stage of all frames, which are opened again from the cache; the world already is in the last.

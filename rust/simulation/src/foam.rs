@@ -9,7 +9,6 @@ use glam::Vec3;
 use relievo_core::{Context, Error, Progress, Result};
 use relievo_fluid::{Diffuse, DiffuseOptions, DiffuseSettings, FluidFrame};
 use relievo_particleio::{encode_frame, read_frame};
-use serde::Deserialize;
 
 use crate::description::Description;
 use crate::files::Source;
@@ -23,75 +22,29 @@ const RUN: &str = "foam";
 /// The part of a frame's time that the fluid is taken to need.
 const FLUID_SHARE: f32 = 0.9;
 
-/// The settings of foam in a description. Those of `relievo foam generate` have the same names and defaults.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct Settings {
-    trapped_air: [f32; 2],
-    crests: [f32; 2],
-    energy: [f32; 2],
-    air_rate: f32,
-    crest_rate: f32,
-    lifetime: [f32; 2],
-    spray_below: u32,
-    bubbles_above: u32,
-    buoyancy: f32,
-    drag: f32,
-    steps: u32,
-    bounds: Option<[[f32; 3]; 2]>,
-    most: u32,
-    seed: u32,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        let it = DiffuseSettings::default();
-        Self {
-            trapped_air: [it.air_min, it.air_max],
-            crests: [it.crest_min, it.crest_max],
-            energy: [it.energy_min, it.energy_max],
-            air_rate: it.air_rate,
-            crest_rate: it.crest_rate,
-            lifetime: [it.lifetime_min, it.lifetime_max],
-            spray_below: it.spray_below,
-            bubbles_above: it.bubbles_above,
-            buoyancy: it.buoyancy,
-            drag: it.drag,
-            steps: it.steps,
-            bounds: None,
-            most: it.most,
-            seed: it.seed,
+/// Reads a table of foam: the entries of [`DiffuseSettings::entries`], and `bounds`, two corners.
+fn read_settings(table: toml::Table) -> Result<(DiffuseSettings, Option<[Vec3; 2]>)> {
+    let mut settings = DiffuseSettings::default();
+    let mut bounds = None;
+    for (name, value) in table {
+        if name == "bounds" {
+            let corners: [[f32; 3]; 2] = value
+                .try_into()
+                .map_err(|_| Error::invalid("`bounds` is not two corners").advise("write [[0, 0, 0], [1, 1, 1]]"))?;
+            bounds = Some(corners.map(Vec3::from));
+            continue;
         }
+        let number = |value: &toml::Value| value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
+        let values: Option<Vec<f64>> = match &value {
+            toml::Value::Array(list) => list.iter().map(number).collect(),
+            single => number(single).map(|number| vec![number]),
+        };
+        let values = values.ok_or_else(|| {
+            Error::invalid(format!("`{name}` is not a number or a list of numbers")).advise("write a number, or [1, 2]")
+        })?;
+        settings.set_entry(&name, &values)?;
     }
-}
-
-impl Settings {
-    /// Returns the settings of the diffuse particles.
-    fn diffuse(&self) -> DiffuseSettings {
-        let [air_min, air_max] = self.trapped_air;
-        let [crest_min, crest_max] = self.crests;
-        let [energy_min, energy_max] = self.energy;
-        let [lifetime_min, lifetime_max] = self.lifetime;
-        DiffuseSettings {
-            air_min,
-            air_max,
-            crest_min,
-            crest_max,
-            energy_min,
-            energy_max,
-            air_rate: self.air_rate,
-            crest_rate: self.crest_rate,
-            lifetime_min,
-            lifetime_max,
-            spray_below: self.spray_below,
-            bubbles_above: self.bubbles_above,
-            buoyancy: self.buoyancy,
-            drag: self.drag,
-            steps: self.steps,
-            most: self.most,
-            seed: self.seed,
-        }
-    }
+    Ok((settings, bounds))
 }
 
 /// A description of a fluid and of the foam that it makes.
@@ -114,18 +67,16 @@ impl FoamDescription {
     pub fn parse(text: &str) -> Result<Self> {
         let invalid = |error: &dyn std::fmt::Display| Error::invalid(error.to_string());
         let mut table: toml::Table = toml::from_str(text).map_err(|error| invalid(&error))?;
-        let settings = match table.remove(TABLE) {
-            None => Settings::default(),
-            Some(foam) => foam.try_into().map_err(|error: toml::de::Error| invalid(&error).at(TABLE))?,
+        let (settings, bounds) = match table.remove(TABLE) {
+            None => (DiffuseSettings::default(), None),
+            Some(toml::Value::Table(foam)) => read_settings(foam).map_err(|error| error.at(TABLE))?,
+            Some(_) => {
+                return Err(Error::invalid("foam is not a table").at(TABLE).advise("write [foam] before its settings"));
+            }
         };
         let rest = toml::to_string(&table).map_err(|error| invalid(&error))?;
         let fluid = Description::parse(&rest)?;
-        let options = DiffuseOptions {
-            spacing: fluid.spacing(),
-            gravity: fluid.gravity(),
-            bounds: settings.bounds.map(|ends| ends.map(Vec3::from)),
-            settings: settings.diffuse(),
-        };
+        let options = DiffuseOptions { spacing: fluid.spacing(), gravity: fluid.gravity(), bounds, settings };
         Diffuse::new(options).map_err(|error| error.at(TABLE))?;
         Ok(Self { fluid, options })
     }

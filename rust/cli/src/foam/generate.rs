@@ -1,26 +1,22 @@
 //! `relievo foam generate`
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use glam::DVec3;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, ErrorKind, Result, file};
-use relievo_fluid::{
-    Diffuse, DiffuseOptions, DiffuseReport, DiffuseSettings, FluidFrame, positions_and_velocities,
-};
+use relievo_fluid::{Diffuse, DiffuseOptions, DiffuseReport, DiffuseSettings, FluidFrame, positions_and_velocities};
 use relievo_particleio::{Format, FrameNumber, Particles, frames, read_frame, write, write_frame};
+use relievo_scene::foam::Identity;
 
 use crate::Outcome;
 use crate::fluid::FrameFormat;
 use crate::limits::Limits;
-use crate::numbers::{numbers, vector};
+use crate::numbers::vector;
 
 /// The name of the file that a run goes on from whose frames have no state.
 const CHECKPOINT: &str = "checkpoint";
-/// Bytes from the beginning of a frame that say whether it is the same as before: caches have their checksums there.
-const HEAD: u64 = 1 << 16;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -44,7 +40,7 @@ pub struct Arguments {
     limits: Limits,
 }
 
-/// The settings of diffuse particles.
+/// The fluid, and the settings of diffuse particles.
 #[derive(clap::Args)]
 struct Options {
     /// Distance between particles of the fluid at rest, in metres; without it, what the files say.
@@ -53,56 +49,70 @@ struct Options {
     /// Acceleration of spray, in m/s².
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, default_value = "0,0,-9.81")]
     gravity: DVec3,
-    /// Limits of the potential of trapped air, in m/s.
-    #[arg(long, value_name = "LOW,HIGH", value_parser = pair, default_value = "5,20")]
-    trapped_air: Pair,
-    /// Limits of the potential of wave crests.
-    #[arg(long, value_name = "LOW,HIGH", value_parser = pair, default_value = "2,8")]
-    crests: Pair,
-    /// Limits of the kinetic energy of a kilogram, in J.
-    #[arg(long, value_name = "LOW,HIGH", value_parser = pair, default_value = "5,50")]
-    energy: Pair,
-    /// Particles a second that a particle of the fluid makes at most by trapped air.
-    #[arg(long, default_value_t = 4000.0)]
-    air_rate: f32,
-    /// Particles a second that a particle of the fluid makes at most in crests.
-    #[arg(long, default_value_t = 4000.0)]
-    crest_rate: f32,
-    /// Seconds that foam of the least and of the greatest potential lives.
-    #[arg(long, value_name = "SHORT,LONG", value_parser = pair, default_value = "2,5")]
-    lifetime: Pair,
-    /// A particle with fewer neighbours in the fluid is spray.
-    #[arg(long, default_value_t = 6)]
-    spray_below: u32,
-    /// A particle with more neighbours in the fluid is a bubble.
-    #[arg(long, default_value_t = 20)]
-    bubbles_above: u32,
-    /// How much faster bubbles rise than bodies fall.
-    #[arg(long, default_value_t = 2.0)]
-    buoyancy: f32,
-    /// The share of the difference to the fluid's velocity that bubbles lose in a step.
-    #[arg(long, default_value_t = 0.8)]
-    drag: f32,
-    /// Steps a frame.
-    #[arg(long, default_value_t = 2)]
-    steps: u32,
     /// The box outside of which particles are removed: two corners.
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true, num_args = 2)]
     bounds: Option<Vec<DVec3>>,
-    /// Particles at a time at most; further ones are not made, and are counted.
-    #[arg(long, default_value_t = 100_000_000)]
-    most: u32,
-    /// The seed of all that is random.
-    #[arg(long, default_value_t = 1)]
-    seed: u32,
+    #[command(flatten)]
+    settings: Settings,
 }
 
-/// Two numbers.
-#[derive(Clone, Copy, Debug)]
-struct Pair([f32; 2]);
+/// The options of [`DiffuseSettings::entries`], whose names have `-` in place of `_`.
+#[derive(Clone, Copy)]
+struct Settings(DiffuseSettings);
 
-fn pair(text: &str) -> std::result::Result<Pair, String> {
-    numbers(text).map(|pair: [f64; 2]| Pair(pair.map(|number| number as f32)))
+impl clap::Args for Settings {
+    fn augment_args(command: clap::Command) -> clap::Command {
+        DiffuseSettings::entries().into_iter().fold(command, |command, entry| {
+            let default: Vec<String> = entry.fields.iter().map(|field| field.default.to_string()).collect();
+            let units: Vec<_> = entry.fields.iter().map(|field| field.unit).filter(|unit| !unit.is_empty()).collect();
+            let help = entry.help.trim_end_matches('.');
+            let help = units.first().map_or(help.to_owned(), |unit| format!("{help} ({unit})"));
+            let value_name = if entry.fields.len() == 2 { "LOW,HIGH" } else { "NUMBER" };
+            // The command keeps the names and defaults of options for as long as the program runs.
+            let (long, default): (&'static str, &'static str) =
+                (entry.name.replace('_', "-").leak(), default.join(",").leak());
+            command.arg(
+                clap::Arg::new(entry.name)
+                    .long(long)
+                    .value_name(value_name)
+                    .value_parser(list)
+                    .default_value(default)
+                    .help(help),
+            )
+        })
+    }
+
+    fn augment_args_for_update(command: clap::Command) -> clap::Command {
+        Self::augment_args(command)
+    }
+}
+
+impl clap::FromArgMatches for Settings {
+    fn from_arg_matches(matches: &clap::ArgMatches) -> std::result::Result<Self, clap::Error> {
+        let mut settings = Self(DiffuseSettings::default());
+        settings.update_from_arg_matches(matches)?;
+        Ok(settings)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &clap::ArgMatches) -> std::result::Result<(), clap::Error> {
+        for entry in DiffuseSettings::entries() {
+            let Some(List(values)) = matches.get_one(entry.name) else { continue };
+            let refused =
+                |error: Error| clap::Error::raw(clap::error::ErrorKind::ValueValidation, format!("{error}\n"));
+            self.0.set_entry(entry.name, values).map_err(refused)?;
+        }
+        Ok(())
+    }
+}
+
+/// Numbers with commas between them.
+#[derive(Clone, Debug)]
+struct List(Vec<f64>);
+
+fn list(text: &str) -> std::result::Result<List, String> {
+    let number = |part: &str| part.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    let values: Option<_> = text.split(',').map(number).collect();
+    values.map(List).ok_or_else(|| format!("{text:?} is not a number, or numbers with commas between them"))
 }
 
 impl Options {
@@ -111,32 +121,11 @@ impl Options {
         let spacing = self.spacing.or(particles.spacing).ok_or_else(|| {
             Error::invalid("the file does not say how far particles are apart").advise("give --spacing")
         })?;
-        let [Pair([air_min, air_max]), Pair([crest_min, crest_max])] = [self.trapped_air, self.crests];
-        let [Pair([energy_min, energy_max]), Pair([lifetime_min, lifetime_max])] = [self.energy, self.lifetime];
-        let settings = DiffuseSettings {
-            air_min,
-            air_max,
-            crest_min,
-            crest_max,
-            energy_min,
-            energy_max,
-            air_rate: self.air_rate,
-            crest_rate: self.crest_rate,
-            lifetime_min,
-            lifetime_max,
-            spray_below: self.spray_below,
-            bubbles_above: self.bubbles_above,
-            buoyancy: self.buoyancy,
-            drag: self.drag,
-            steps: self.steps,
-            most: self.most,
-            seed: self.seed,
-        };
         let bounds = self.bounds.as_deref().and_then(|corners| match corners {
             [low, high] => Some([low.as_vec3(), high.as_vec3()]),
             _ => None,
         });
-        Ok(DiffuseOptions { spacing, gravity: self.gravity.as_vec3(), bounds, settings })
+        Ok(DiffuseOptions { spacing, gravity: self.gravity.as_vec3(), bounds, settings: self.settings.0 })
     }
 }
 
@@ -282,18 +271,6 @@ pub fn run(arguments: &Arguments) -> Outcome {
 
 /// Returns what a run is of after each frame: its settings, and a checksum of the beginnings of all files so far.
 fn identities(settings: &str, fluid: &[(FrameNumber, PathBuf)]) -> Result<Vec<String>> {
-    let mut checksum = 0;
-    let mut identities = Vec::with_capacity(fluid.len());
-    for (_, path) in fluid {
-        let failed = |error: std::io::Error| Error::io(path, &error);
-        let opened = file::open(path)?;
-        let length = opened.metadata().map_err(failed)?.len();
-        let mut head = Vec::new();
-        opened.take(HEAD).read_to_end(&mut head).map_err(failed)?;
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let text = format!("{checksum} {name} {length} {}", crc32fast::hash(&head));
-        checksum = crc32fast::hash(text.as_bytes());
-        identities.push(format!("{settings}, of {checksum:08x}"));
-    }
-    Ok(identities)
+    let mut identity = Identity::new(settings.to_owned());
+    fluid.iter().map(|(_, path)| identity.add(path)).collect()
 }

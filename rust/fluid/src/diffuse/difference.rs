@@ -22,11 +22,7 @@ pub fn differences(before: &Particles, after: &Particles, seconds: f32) -> Resul
 
 /// Returns the positions and velocities of a frame: those of the file, or as [`differences`] does to the frame `seconds`
 /// before. Fails if the frame has no velocities, and one of the frames no numbers.
-pub fn positions_and_velocities(
-    before: &Particles,
-    after: &Particles,
-    seconds: f32,
-) -> Result<(Vec<Vec3>, Vec<Vec3>)> {
+pub fn positions_and_velocities(before: &Particles, after: &Particles, seconds: f32) -> Result<(Vec<Vec3>, Vec<Vec3>)> {
     match after.velocities() {
         Some(velocities) => {
             let vectors = |list: &[[f32; 3]]| list.iter().map(|vector| Vec3::from(*vector)).collect();

@@ -59,12 +59,7 @@ pub struct DiffuseOptions {
 impl Default for DiffuseOptions {
     /// Returns the values of the paper's scenes, for particles 2 cm apart and y upwards.
     fn default() -> Self {
-        Self {
-            spacing: 0.02,
-            gravity: Vec3::new(0.0, -9.81, 0.0),
-            bounds: None,
-            settings: DiffuseSettings::default(),
-        }
+        Self { spacing: 0.02, gravity: Vec3::new(0.0, -9.81, 0.0), bounds: None, settings: DiffuseSettings::default() }
     }
 }
 

@@ -13,11 +13,7 @@ fn options() -> DiffuseOptions {
 }
 
 fn with(settings: DiffuseSettings) -> DiffuseOptions {
-    DiffuseOptions {
-        spacing: SPACING,
-        settings: DiffuseSettings { steps: 1, ..settings },
-        ..DiffuseOptions::default()
-    }
+    DiffuseOptions { spacing: SPACING, settings: DiffuseSettings { steps: 1, ..settings }, ..DiffuseOptions::default() }
 }
 
 /// A block of so many particles along each axis, from a corner.
@@ -181,7 +177,12 @@ fn runs_are_the_same_for_any_threads_and_resumed_and_every_birth_is_accounted_fo
     let (frames, births) = half.progress();
     let resumed = Diffuse::restore(options, half.particles().clone(), frames, births).unwrap();
     assert_eq!(run(&context, 3, resumed).0.particles(), all.particles());
-    let other = run(&context, 6, Diffuse::new(DiffuseOptions { settings: DiffuseSettings { seed: 2, ..settings }, ..options }).unwrap()).0;
+    let other = run(
+        &context,
+        6,
+        Diffuse::new(DiffuseOptions { settings: DiffuseSettings { seed: 2, ..settings }, ..options }).unwrap(),
+    )
+    .0;
     assert_ne!(other.particles(), all.particles());
 }
 
@@ -196,6 +197,26 @@ fn the_greatest_number_is_never_exceeded() {
         assert!(diffuse.particles().len() <= 500);
     }
     assert!(refused > 0);
+}
+
+#[test]
+fn births_beyond_the_room_are_counted_and_those_beyond_the_memory_refused() {
+    let (positions, velocities) = collision();
+    let frame = FluidFrame { positions: &positions, velocities: &velocities };
+    let settings = DiffuseSettings { air_rate: 1e9, crest_rate: 1e9, most: 100, ..DiffuseSettings::default() };
+    let mut diffuse = Diffuse::new(with(settings)).unwrap();
+    let report = diffuse.advance(&Context::serial(), frame, 0.04, &mut Silent).unwrap();
+    // Making them all would take some 10¹² bytes.
+    assert!(report.born == 100 && report.refused > 1 << 33, "{report:?}");
+    // The first of them are those of a run with more room.
+    let mut wider = Diffuse::new(with(DiffuseSettings { most: 150, ..settings })).unwrap();
+    wider.advance(&Context::serial(), frame, 0.04, &mut Silent).unwrap();
+    assert_eq!(diffuse.particles().positions, wider.particles().positions[..100]);
+    let limited = Context::new(ContextOptions { memory_limit: 1 << 24, ..ContextOptions::default() }).unwrap();
+    let mut greedy = Diffuse::new(with(DiffuseSettings { most: 1_000_000_000, ..settings })).unwrap();
+    let error = greedy.advance(&limited, frame, 0.04, &mut Silent).unwrap_err();
+    assert_eq!(error.kind, relievo_core::ErrorKind::Memory);
+    assert_eq!(greedy.progress(), (0, 0));
 }
 
 #[test]

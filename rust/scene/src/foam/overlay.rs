@@ -6,6 +6,7 @@ use relievo_render::foam::{Environment, Foam, FoamView, Lens, Scenery};
 use relievo_render::{Frame, Image, ObjectId, View};
 
 use super::run::FoamRun;
+use crate::output::Folder;
 use crate::world::World;
 
 /// The foam of all fluids of a scene that have some.
@@ -15,11 +16,12 @@ pub(crate) struct Overlay {
 }
 
 impl Overlay {
-    /// Makes the foam of the objects of a world, before the first frame. Fails as [`FoamRun::new`] does.
-    pub fn new(world: &World) -> Result<Self> {
+    /// Makes the foam of the objects of a world, before the first frame, with frames in the folder of the scene's cache. Fails
+    /// as [`FoamRun::new`] does.
+    pub fn new(context: &Context, world: &World, cache: &Folder) -> Result<Self> {
         let mut runs = Vec::new();
         for object in 0..world.scene.objects.len() {
-            if let Some(run) = FoamRun::new(world, object)? {
+            if let Some(run) = FoamRun::new(context, world, object, cache)? {
                 runs.push((object, run));
             }
         }
@@ -29,6 +31,11 @@ impl Overlay {
     /// Returns whether no fluid has foam.
     pub fn is_empty(&self) -> bool {
         self.runs.is_empty()
+    }
+
+    /// Returns what the user should know since the last call.
+    pub fn take_notes(&mut self) -> Vec<String> {
+        self.runs.iter_mut().flat_map(|(_, run)| run.take_notes()).collect()
     }
 
     /// Lays the foam at the end of a frame of the scene over its picture. `solids` holds the depths of the scene without

@@ -10,6 +10,8 @@ use relievo_particleio::{Particles, read};
 use relievo_render::foam::{Foam, FoamKind, FoamParticle, FoamSettings};
 
 use super::FoamEntry;
+use super::cache::{Cache, Found, Identity};
+use crate::output::Folder;
 use crate::world::World;
 
 /// Particles that are converted at a time, so that a frame is not in memory twice.
@@ -29,12 +31,18 @@ pub struct FoamRun {
     /// The frame that `diffuse` and `fluid` are at.
     frame: usize,
     fluid: Option<Particles>,
+    cache: Cache,
+    identity: Identity,
+    /// What the foam is of, a frame each, as far as it was asked for.
+    identities: Vec<String>,
+    /// What the user should know.
+    notes: Vec<String>,
 }
 
 impl FoamRun {
-    /// Makes the foam of an object, before the first frame; `None` if it has none. Fails if the object's mesh is not a
-    /// sequence of files, or a setting is out of range.
-    pub fn new(world: &World, object: usize) -> Result<Option<Self>> {
+    /// Makes the foam of an object, before the first frame, with frames in the folder of the scene's cache; `None` if it has
+    /// none. Fails if the object's mesh is not a sequence of files, a setting is out of range, or the folder cannot be made.
+    pub fn new(context: &Context, world: &World, object: usize, cache: &Folder) -> Result<Option<Self>> {
         let scene = &world.scene;
         let entry = &scene.objects[object];
         let Some((fluid, foam)) = entry.fluid.and_then(|fluid| Some((fluid, fluid.foam?))) else { return Ok(None) };
@@ -56,16 +64,23 @@ impl FoamRun {
             bounds: None,
             settings,
         };
+        let place = DAffine3::from_scale(DVec3::splat(scene.metres)) * transform;
+        let level = context.level();
+        let decisive = format!("{options:?}, {place:?}, {} frames a second, level {level:?}", scene.fps);
         Ok(Some(Self {
             options,
             look,
             files: files.to_vec(),
-            place: DAffine3::from_scale(DVec3::splat(scene.metres)) * transform,
+            place,
             metres: scene.metres,
             seconds: scene.fps.recip(),
             diffuse: Diffuse::new(options)?,
             frame: 0,
             fluid: None,
+            cache: Cache::new(cache, &entry.name.text)?,
+            identity: Identity::new(decisive),
+            identities: Vec::new(),
+            notes: Vec::new(),
         }))
     }
 
@@ -74,14 +89,22 @@ impl FoamRun {
         &self.look
     }
 
-    /// Goes to the end of a frame of the scene; after the last file the foam stays as it is. The state of a frame does not
-    /// depend on the frames that are asked for. Fails if a file cannot be read, or has neither velocities nor numbers.
+    /// Returns what the user should know since the last call.
+    pub fn take_notes(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notes)
+    }
+
+    /// Goes to the end of a frame of the scene, from the last cached frame on the way; after the last file the foam stays as
+    /// it is. Frames that are made are cached. The state of a frame does not depend on the frames that are asked for. Fails
+    /// if a file cannot be read or written, or has neither velocities nor numbers.
     pub fn go_to(&mut self, context: &Context, frame: usize) -> Result<()> {
         let frame = frame.min(self.files.len().saturating_sub(1));
         if frame < self.frame {
             (self.diffuse, self.frame, self.fluid) = (Diffuse::new(self.options)?, 0, None);
         }
+        self.open(context, frame)?;
         while self.frame < frame {
+            let _stage = context.stats().begin("foam.generate");
             let before = match self.fluid.take() {
                 Some(fluid) => fluid,
                 None => read(context, &self.files[self.frame])?.particles,
@@ -99,6 +122,30 @@ impl FoamRun {
             self.diffuse.advance(context, fluid, self.seconds as f32, &mut Silent).map_err(named)?;
             self.frame += 1;
             self.fluid = Some(after);
+            let at = (self.frame, self.frame as f64 * self.seconds);
+            self.cache.store(context, at, &self.diffuse, &self.identities[self.frame])?;
+        }
+        Ok(())
+    }
+
+    /// Opens the last cached frame between this one and `frame`, if there is one.
+    fn open(&mut self, context: &Context, frame: usize) -> Result<()> {
+        if frame == self.frame {
+            return Ok(());
+        }
+        for path in &self.files[self.identities.len().min(frame + 1)..=frame] {
+            self.identities.push(self.identity.add(path)?);
+        }
+        let _stage = context.stats().begin("foam.open");
+        for at in (self.frame + 1..=frame).rev() {
+            match self.cache.open(context, self.options, at, &self.identities[at])? {
+                Found::Absent | Found::Stale => {}
+                Found::Damaged(error) => self.notes.push(format!("{error}; the foam of the frame is made again")),
+                Found::Run(diffuse) => {
+                    (self.diffuse, self.frame, self.fluid) = (*diffuse, at, None);
+                    break;
+                }
+            }
         }
         Ok(())
     }
