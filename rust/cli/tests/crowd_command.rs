@@ -175,6 +175,46 @@ fn a_crowd_is_built_described_viewed_rendered_and_exported() {
 }
 
 #[test]
+fn agents_walk_and_hide_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write_arm(at);
+    done(at, &["crowd", "build", "arm.gltf", "-o", "arm.rcrowd", "--pose-rate", "4", "--cluster-triangles", "40"]);
+    // A large arm, a small one behind it, and a third that leaves the view to the right.
+    std::fs::write(at.join("agents.txt"), "0 0 0 0 3 bow 0\n0 1 -5 0 0.1 bow 0\n2 0 0 90 1 nod 0 0 40\n").unwrap();
+    let shared = ["arm.rcrowd", "--agents", "agents.txt", "--eye", "0,1,8", "--target", "0,1,0"];
+    let view = |more: &[&str]| read(at, &[&["crowd", "view"], &shared[..], &["--json"], more].concat());
+    let (all, fewer) = (view(&[]), view(&["--occlusion"]));
+    assert_eq!((all["in_view"].as_u64(), fewer["in_view"].as_u64()), (Some(3), Some(3)));
+    assert_eq!((all["hidden"].as_u64(), fewer["hidden"].as_u64()), (None, Some(1)));
+    let triangles = |value: &Value, key: &str| value[key].as_u64().unwrap();
+    assert!(triangles(&fewer, "hidden_triangles") > 0);
+    let left = triangles(&fewer, "triangles") + triangles(&fewer, "hidden_triangles");
+    assert_eq!(left, triangles(&all, "triangles"));
+    let frames = view(&["--frames", "3", "--step", "0.5"]);
+    let in_view: Vec<_> = frames.as_array().unwrap().iter().map(|frame| frame["in_view"].as_u64()).collect();
+    assert_eq!(in_view, [Some(3), Some(2), Some(2)]);
+    assert_eq!(frames[0]["triangles"], all["triangles"]);
+
+    let render = |name: &str, more: &[&str]| {
+        let fixed = ["crowd", "render", "-o", name, "--size", "64x48", "--samples", "1", "--show", "agents"];
+        done(at, &[&fixed[..], &shared, more].concat());
+        relievo_render::read_png(&at.join(name), u64::MAX).unwrap()
+    };
+    let one = render("one.png", &[]);
+    // Agents that are left out change no pixel.
+    assert_eq!(render("culled.png", &["--occlusion"]), one);
+    let strip = render("strip.png", &["--frames", "2", "--step", "0.5"]);
+    assert_eq!((strip.width(), strip.height()), (64, 96));
+    let (first, second) = strip.data().split_at(one.data().len());
+    assert!(first == one.data() && second != first);
+    // The second frame of the strip is the picture at its time, so nothing of the first is left in it.
+    assert_eq!(second, render("second.png", &["--time", "0.5"]).data());
+    fails(at, &[&["crowd", "view"], &shared[..], &["--frames", "0"]].concat(), "--frames");
+    fails(at, &[&["crowd", "view"], &shared[..], &["--step", "inf"]].concat(), "--step");
+}
+
+#[test]
 fn wrong_arguments_and_files_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();

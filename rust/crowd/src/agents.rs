@@ -1,7 +1,8 @@
 //! Lists of agents as text: one agent a line.
 //!
 //! A line has the place x y z, the heading in degrees about the y axis, the scale, the name or number of the clip, the
-//! phase in seconds and, if there are several, the number of the model. What follows a `#` is a remark.
+//! phase in seconds, the number of the model (0 if left out) and its speed in world units a second along its heading, the
+//! model's z axis (0 if left out). What follows a `#` is a remark.
 
 use std::fmt::Write;
 
@@ -11,11 +12,36 @@ use relievo_core::{Error, Result};
 use crate::crowd::{Agent, MOST_AGENTS};
 use crate::hierarchy::CrowdModel;
 
-/// Reads a list of agents for some models.
+/// An agent that walks straight on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Walker {
+    /// The agent at 0 seconds.
+    pub agent: Agent,
+    /// World units a second.
+    pub velocity: DVec3,
+}
+
+impl Walker {
+    /// Returns the agent where it is at `time` seconds.
+    pub fn at(&self, time: f64) -> Agent {
+        let transform = DAffine3::from_translation(self.velocity * time) * self.agent.transform;
+        Agent { transform, ..self.agent }
+    }
+}
+
+/// Reads a list of agents for some models, as they are at 0 seconds.
 ///
 /// # Errors
-/// Names the line that has a wrong number of columns, a number that is none, or a clip or model that does not exist.
+/// As [`parse_walkers`].
 pub fn parse_agents(text: &str, models: &[&CrowdModel]) -> Result<Vec<Agent>> {
+    Ok(parse_walkers(text, models)?.into_iter().map(|walker| walker.agent).collect())
+}
+
+/// Reads a list of agents for some models, with their speeds.
+///
+/// # Errors
+/// Names the line that has a wrong number of columns, a number that is not one, or a clip or model that does not exist.
+pub fn parse_walkers(text: &str, models: &[&CrowdModel]) -> Result<Vec<Walker>> {
     let mut agents = Vec::new();
     for (number, line) in text.lines().enumerate() {
         let line = line.split('#').next().unwrap_or_default();
@@ -31,10 +57,10 @@ pub fn parse_agents(text: &str, models: &[&CrowdModel]) -> Result<Vec<Agent>> {
     Ok(agents)
 }
 
-fn agent(columns: &[&str], models: &[&CrowdModel]) -> Result<Agent> {
-    if !(7..=8).contains(&columns.len()) {
-        return Err(Error::invalid(format!("an agent has 7 or 8 columns, not {}", columns.len()))
-            .advise("write x y z heading scale clip phase [model]"));
+fn agent(columns: &[&str], models: &[&CrowdModel]) -> Result<Walker> {
+    if !(7..=9).contains(&columns.len()) {
+        return Err(Error::invalid(format!("an agent has 7 to 9 columns, not {}", columns.len()))
+            .advise("write x y z heading scale clip phase [model [speed]]"));
     }
     let number = |at: usize| {
         let value = columns[at].parse::<f64>().ok().filter(|value| value.is_finite());
@@ -51,7 +77,8 @@ fn agent(columns: &[&str], models: &[&CrowdModel]) -> Result<Agent> {
     let place = DVec3::new(number(0)?, number(1)?, number(2)?);
     let turn = DQuat::from_rotation_y(number(3)?.to_radians());
     let transform = DAffine3::from_scale_rotation_translation(DVec3::splat(number(4)?), turn, place);
-    Ok(Agent { model, clip, phase: number(6)?, transform })
+    let speed = if columns.len() > 8 { number(8)? } else { 0.0 };
+    Ok(Walker { agent: Agent { model, clip, phase: number(6)?, transform }, velocity: turn * DVec3::Z * speed })
 }
 
 /// Returns the clip of a model with a name, or with a number counted from 0.

@@ -35,7 +35,7 @@ mod representative;
 mod skinning;
 mod view;
 
-pub use agents::{clip_index, parse_agents, square};
+pub use agents::{Walker, clip_index, parse_agents, parse_walkers, square};
 pub use character::{Bone, Character, Influence, MOST_BONES, MOST_TRIANGLES};
 pub use clip::{BoneMatrix, Clip, MOST_POSES, Pose};
 pub use crowd::{Agent, Crowd, Drawn, Frame, MOST_AGENTS};

@@ -83,7 +83,8 @@ struct Extent {
 }
 
 impl Occlusion {
-    /// Takes the agents that others hide out of a frame, which [`Crowd::cut`] found for the same view at `time` seconds.
+    /// Takes the agents that others hide out of a frame, which [`Crowd::cut`] found for the same view at `time` seconds. In
+    /// the first frame all agents in view count as seen in the frame before.
     ///
     /// # Errors
     /// The view is not finite, or has no pixels or too many.
@@ -99,7 +100,11 @@ impl Occlusion {
         if !is_finite || width * height == 0 || width * height > MOST_PIXELS {
             return Err(Error::invalid("the view is not finite, or has no pixels or more than 2^26").at("view"));
         }
+        let is_first = self.seen.is_empty();
         self.seen.resize(crowd.agents().len(), false);
+        if is_first {
+            self.remember(frame);
+        }
         if self.rest > 0 {
             self.rest -= 1;
             self.remember(frame);

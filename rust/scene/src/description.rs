@@ -439,6 +439,21 @@ pub struct DecalEntry {
     pub cells: u32,
 }
 
+/// `[[crowds]]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct CrowdEntry {
+    /// Path of the character, or of its crowd model, as written.
+    pub file: Name,
+    /// Name of the only clip that is built; left out, all of the character.
+    pub clip: Option<Name>,
+    /// Path of the list of agents, as written.
+    pub agents: Name,
+    /// Error that may be seen, pixels.
+    pub pixels: f32,
+    /// Linear Rec.709.
+    pub colour: [f32; 3],
+}
+
 /// `[stamps.NAME]`
 #[derive(Clone, Debug, PartialEq)]
 pub struct StampEntry {
@@ -602,6 +617,8 @@ pub struct Scene {
     pub stamps: Vec<StampEntry>,
     /// Stickers, in the order they are laid.
     pub decals: Vec<DecalEntry>,
+    /// Crowds.
+    pub crowds: Vec<CrowdEntry>,
     /// Physics.
     pub physics: PhysicsEntry,
     /// The camera.

@@ -10,6 +10,7 @@ use relievo_core::error::nearest;
 use toml::de::DeTable;
 
 use crate::bodies::read_body;
+use crate::crowds::read_crowd;
 use crate::decals::read_decal;
 use crate::description::*;
 use crate::diagnostic::{Diagnostic, Failure, Faults};
@@ -229,6 +230,8 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
     let decals = reader.list(root, "decals");
     let decals: Vec<_> =
         decals.into_iter().map(|table| read_decal(reader, table, &object_names, &objects, up)).collect();
+    let crowds = reader.list(root, "crowds");
+    let crowds: Vec<_> = crowds.into_iter().map(|table| read_crowd(reader, table)).collect();
     let physics = reader.sub_table(root, "physics");
     let physics = PhysicsEntry {
         gravity: reader.optional_vector(physics, "gravity").map_or(up.direction() * (-9.81 / metres), DVec3::from),
@@ -258,6 +261,7 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
         riders: riders.into_iter().collect::<Option<_>>()?,
         stamps: stamps.into_iter().collect::<Option<_>>()?,
         decals: decals.into_iter().collect::<Option<_>>()?,
+        crowds: crowds.into_iter().collect::<Option<_>>()?,
         physics,
         camera,
         sun,

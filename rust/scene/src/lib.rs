@@ -7,6 +7,7 @@ mod blocks;
 mod bodies;
 pub mod cache;
 mod coat;
+mod crowds;
 mod decals;
 pub mod description;
 #[cfg(feature = "fluid")]
@@ -53,4 +54,6 @@ mod tissue;
 pub mod trace;
 pub mod triangles;
 mod views;
+#[cfg_attr(not(feature = "crowd"), path = "walking_absent.rs")]
+pub mod walking;
 pub mod world;

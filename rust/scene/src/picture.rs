@@ -15,6 +15,7 @@ use crate::foam::Overlay;
 use crate::output::Folder;
 use crate::tessellation::{self, Rates};
 use crate::triangles;
+use crate::walking;
 use crate::world::{Item, World};
 
 /// What a world is drawn by.
@@ -29,6 +30,7 @@ pub struct Studio {
     objects: Vec<Shown>,
     automatic: View,
     overlay: Overlay,
+    crowds: Vec<walking::Shown>,
 }
 
 struct Shown {
@@ -54,9 +56,10 @@ const CHANGED: u32 = 2;
 const RIGID: u32 = 3;
 
 impl Studio {
-    /// A view of `world` in which nothing is drawn before [`Self::update`]: by `device`, or by the ray caster. Frames of foam
-    /// are kept in `cache`. Fails if that or the device cannot be used.
+    /// A view of `world` in which nothing is drawn before [`Self::update`]: by `device`, or by the ray caster, which draws
+    /// all scenes with crowds. Frames of foam are kept in `cache`. Fails if that or the device cannot be used.
     pub fn new(context: &Context, world: &World, device: Option<&Device>, cache: &Folder) -> Result<Self> {
+        let device = device.filter(|_| world.crowds().is_empty());
         let mut studio = Self {
             stage: match device {
                 Some(device) => Stage::Device(Box::new(virtual_vertex::Stage::new(device)?)),
@@ -65,6 +68,7 @@ impl Studio {
             objects: Vec::new(),
             automatic: automatic_view(&world.scene, world.start_bounds()),
             overlay: Overlay::new(context, world, cache)?,
+            crowds: world.crowds().iter().map(walking::Shown::new).collect::<Result<_>>()?,
         };
         for (index, item) in world.items().iter().enumerate() {
             let entry = &world.scene.objects[index];
@@ -254,6 +258,13 @@ impl Studio {
                 view.false_color = Some(render::FalseColor { palette });
             }
             _ => {}
+        }
+        if let Stage::Rays(picture) = &mut self.stage {
+            let mut stage = context.stats().begin("crowds");
+            for ((shown, loaded), entry) in self.crowds.iter_mut().zip(world.crowds()).zip(&scene.crowds) {
+                let drawn = shown.draw(context, (loaded, entry), (&view, time), RIGID, picture)?;
+                stage.count("triangles", drawn);
+            }
         }
         let mut frame = context.stats().time("render", || self.stage.render(context, &view))?;
         if kind == "beauty" && !self.overlay.is_empty() {

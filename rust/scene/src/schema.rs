@@ -687,6 +687,35 @@ pub static DECAL_PIN: Section = Section {
     parameters: &[],
 };
 
+/// `[[crowds]]`
+pub static CROWD: Section = Section {
+    name: "crowds",
+    help: "Agents of an articulated or static model, `[[crowds]]` each, in pictures by the ray caster. Each is drawn with \
+           as few triangles as its pixels need in its pose",
+    keys: &[
+        key(
+            "file",
+            Kind::Path,
+            "",
+            "",
+            "The character (glTF, USD, OBJ, PLY, STL or OFF) in metres with y up, or its crowd model (`.rcrowd`, by \
+             `relievo crowd build`), which loads at once",
+        ),
+        key("clip", Kind::Text, "", "", "The only clip of the character that is built; left out, all of them"),
+        key(
+            "agents",
+            Kind::Path,
+            "",
+            "",
+            "List of agents, one a line: x y z, heading in degrees about y, scale, clip, phase in seconds, and after a \
+             0 the speed along the heading; lengths in metres with y up",
+        ),
+        key("pixels", Kind::Number(1e-3, 1000.0), "0.5", "pixels", "Error that may be seen"),
+        key("colour", Kind::Colour, "\"#c9c2b2\"", "", "Colour, linear Rec.709 or \"#rrggbb\" in sRGB"),
+    ],
+    parameters: &[],
+};
+
 /// `[[decals]]`
 pub static DECAL: Section = Section {
     name: "decals",
@@ -960,6 +989,7 @@ pub static SCENE: Section = Section {
         key("strokes", Kind::List(&STROKE), "[]", "", "Painting and sculpting"),
         key("brushes", Kind::List(&RIDER), "[]", "", "Brushes that ride on objects"),
         key("decals", Kind::List(&DECAL), "[]", "", "Stickers"),
+        key("crowds", Kind::List(&CROWD), "[]", "", "Crowds"),
         key("physics", Kind::Table(&PHYSICS), "", "", "Physics"),
         key("camera", Kind::Table(&CAMERA), "", "", "The camera"),
         key("sun", Kind::Table(&SUN), "", "", "The sun"),
@@ -1049,6 +1079,7 @@ pub fn sections() -> Vec<&'static Section> {
         &STAMP,
         &DECAL,
         &DECAL_PIN,
+        &CROWD,
         &PHYSICS,
         &CAMERA,
         &VIEW,

@@ -21,7 +21,7 @@ use crate::paths::Paths;
 use crate::physics::Physics;
 use crate::stamps::Loaded;
 use crate::triangles::TriangleItem;
-use crate::{documents, laying};
+use crate::{documents, laying, walking};
 
 /// A scene whose meshes are loaded and whose surfaces are made.
 #[derive(Debug)]
@@ -41,6 +41,7 @@ pub struct World {
     /// Images of brushes.
     stamps: Vec<Loaded>,
     stickers: Vec<laying::Loaded>,
+    crowds: Vec<walking::Loaded>,
     transforms: Vec<DAffine3>,
     /// Where the objects are at time 0.
     start: Vec<DAffine3>,
@@ -202,6 +203,11 @@ impl World {
             loaded.map_err(|error| refuse(Diagnostic::from_error(entry.image.span.clone(), &error)))
         });
         let stickers = stickers.collect::<std::result::Result<_, _>>()?;
+        let crowds = scene.crowds.iter().map(|entry| {
+            let loaded = context.stats().time("load.crowds", || walking::Loaded::new(context, &paths, &scene, entry));
+            loaded.map_err(|error| refuse(Diagnostic::from_error(entry.file.span.clone(), &error)))
+        });
+        let crowds = crowds.collect::<std::result::Result<_, _>>()?;
         let start = transforms.clone();
         let begun = items.iter().map(|item| match item {
             Item::Surface(surface) => surface.time(),
@@ -213,6 +219,7 @@ impl World {
             begun,
             stamps,
             stickers,
+            crowds,
             physics,
             assets,
             items,
@@ -230,6 +237,11 @@ impl World {
     /// The objects.
     pub fn items(&self) -> &[Item] {
         &self.items
+    }
+
+    /// Models and agents of the crowds.
+    pub(crate) fn crowds(&self) -> &[walking::Loaded] {
+        &self.crowds
     }
 
     /// Has a graphics device make imprints on surfaces, and dabs on surfaces and meshes, from now on, or the processor

@@ -1,16 +1,15 @@
 //! `relievo crowd render`: what a view draws of a crowd, by rays.
 
-use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::ValueEnum;
 use glam::{DAffine3, DVec3};
-use relievo_core::Result;
-use relievo_crowd::{Blend, skin, skin_normals};
+use relievo_core::{Error, Result};
+use relievo_crowd::{Blend, Cluster};
 use relievo_render::color::{categories, from_hex};
-use relievo_render::{FalseColor, Lights, Material, Mesh, Sky, Sun, View, draw_legend, write_png};
+use relievo_render::{FalseColor, Image, Lights, Material, Mesh, Sky, Sun, View, draw_legend, write_png};
+use relievo_scene::walking::StandIns;
 
 use super::scene::{Scene, SceneArguments};
 use crate::Outcome;
@@ -22,7 +21,7 @@ const EXAMPLE: &str = "Example: relievo crowd render robot.rcrowd --square 1000 
 pub struct Arguments {
     #[command(flatten)]
     scene: SceneArguments,
-    /// The picture: a .png.
+    /// The picture: a .png. Several frames are one below the other.
     #[arg(short, long, value_name = "FILE.png")]
     output: PathBuf,
     /// What the picture shows.
@@ -44,6 +43,8 @@ pub struct Arguments {
 enum Show {
     /// Surfaces in the light, a colour for each material.
     Shaded,
+    /// The same with a colour for each agent, of six.
+    Agents,
     /// A colour for each cluster.
     Clusters,
     /// A colour for each number of simplifications.
@@ -68,50 +69,65 @@ const LEVELS: [(u32, &str); 7] = [
     (0x31446b, "5"),
     (0x00204d, "6 and more"),
 ];
-/// Colours of materials, in turn.
+/// What agents are made of, beside their colour.
+const MATERIAL: Material = Material { base_color: [0.6; 3], specular: 0.02, roughness: 0.6 };
+/// Colours of materials or agents, in turn.
 const MATERIALS: [u32; 6] = [0xd9a441, 0x5b7b9a, 0x9a5b4f, 0x6f8f5f, 0xc9c2b2, 0x4a4a52];
 
-/// A character in a pose.
-struct Posed {
-    points: Vec<[f32; 3]>,
-    normals: Vec<[f32; 3]>,
-}
-
 pub fn run(arguments: &Arguments) -> Outcome {
-    let scene = arguments.scene.open()?;
+    let mut scene = arguments.scene.open()?;
     let mut picture = relievo_render::Scene::new()?;
     add_ground(&scene, &mut picture)?;
-    add_agents(&scene, arguments, &mut picture)?;
     let mut view = View::new(scene.camera);
     view.lights = Lights {
         suns: vec![Sun { direction: [-0.5, 0.8, 0.6], irradiance: [2.6, 2.45, 2.2], angular_radius: 0.01 }],
         sky: Sky { up: [0.0, 1.0, 0.0], ..Lights::default().sky },
     };
-    [view.settings.width, view.settings.height] = arguments.scene.size;
+    let [width, height] = arguments.scene.size;
+    let rows = height.checked_mul(arguments.scene.frames).ok_or_else(|| {
+        Error::invalid("the picture of all frames has too many rows").at("--frames").advise("render fewer frames")
+    })?;
+    let mut strip = Image::new(width, rows, 3)?;
+    [view.settings.width, view.settings.height] = [width, height];
     view.settings.samples = arguments.samples;
     view.settings.wireframe = relievo_core::parameter::Switch(u32::from(arguments.wireframe));
     view.settings.false_color = 1.0;
     view.false_color = Some(FalseColor { palette: palette(arguments.show) });
-    let mut frame = picture.render(&scene.context, &view)?;
-    if arguments.show == Show::Levels {
-        let entries: Vec<_> = LEVELS.iter().map(|(color, label)| (from_hex(*color), *label)).collect();
-        draw_legend(&mut frame.color, &entries);
-    }
-    write_png(&arguments.output, &frame.color)?;
-    let text = format!(
-        "{}\n{} of {} agents, {} triangles\n",
-        arguments.output.display(),
-        scene.frame.drawn.len(),
-        scene.crowd.agents().len(),
-        scene.frame.triangles
-    );
+    let (mut text, mut first) = (format!("{}\n", arguments.output.display()), 0);
+    let mut stand_ins = StandIns::default();
+    arguments.scene.for_each_frame(&mut scene, |scene, shown| {
+        let blend = match arguments.blend {
+            BlendName::Linear => Blend::Linear,
+            BlendName::Dual => Blend::DualQuaternion,
+        };
+        let tag = |agent: u32, cluster: &Cluster, number: u32, material: u32| match arguments.show {
+            Show::Shaded => material,
+            Show::Agents => agent,
+            Show::Clusters => number,
+            Show::Levels => cluster.depth.min(LEVELS.len() as u32 - 1),
+        };
+        let crowd = &scene.crowd;
+        stand_ins.show(&scene.context, &mut picture, (crowd, &shown.frame, shown.time), blend, MATERIAL, &tag)?;
+        let mut frame = picture.render(&scene.context, &view)?;
+        if arguments.show == Show::Levels {
+            let entries: Vec<_> = LEVELS.iter().map(|(color, label)| (from_hex(*color), *label)).collect();
+            draw_legend(&mut frame.color, &entries);
+        }
+        let count = frame.color.data().len();
+        strip.data_mut()[first..first + count].copy_from_slice(frame.color.data());
+        first += count;
+        let agents = crowd.agents().len();
+        text += &format!("{} of {agents} agents, {} triangles\n", shown.frame.drawn.len(), shown.frame.triangles);
+        Ok(())
+    })?;
+    write_png(&arguments.output, &strip)?;
     crate::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }
 
 fn palette(show: Show) -> Vec<[f32; 3]> {
     match show {
-        Show::Shaded => MATERIALS.map(from_hex).to_vec(),
+        Show::Shaded | Show::Agents => MATERIALS.map(from_hex).to_vec(),
         Show::Clusters => categories().to_vec(),
         Show::Levels => LEVELS.map(|(color, _)| from_hex(color)).to_vec(),
     }
@@ -128,53 +144,4 @@ fn add_ground(scene: &Scene, picture: &mut relievo_render::Scene) -> Result<()> 
     let ground = picture.add_object(DAffine3::from_translation(at), material)?;
     let points = vec![[-half, 0.0, -half], [-half, 0.0, half], [half, 0.0, half], [half, 0.0, -half]];
     picture.set_mesh(ground, 0, Mesh { points, triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() })
-}
-
-fn add_agents(scene: &Scene, arguments: &Arguments, picture: &mut relievo_render::Scene) -> Result<()> {
-    let blend = match arguments.blend {
-        BlendName::Linear => Blend::Linear,
-        BlendName::Dual => Blend::DualQuaternion,
-    };
-    let crowd = &scene.crowd;
-    // Agents in the same pose share it.
-    let mut poses: HashMap<(u32, u32, usize), Posed> = HashMap::new();
-    for drawn in &scene.frame.drawn {
-        let agent = &crowd.agents()[drawn.0 as usize];
-        let model = &crowd.models()[agent.model as usize];
-        let number = crowd.pose(agent, arguments.scene.time);
-        let key = (agent.model, agent.clip, number);
-        let posed = match poses.entry(key) {
-            Entry::Occupied(posed) => posed.into_mut(),
-            Entry::Vacant(place) => {
-                let pose = &model.clips[agent.clip as usize].poses[number];
-                let points = skin(&scene.context, &model.character, pose, blend)?;
-                let normals = skin_normals(&scene.context, &model.character, pose, blend)?;
-                place.insert(Posed { points, normals })
-            }
-        };
-        let mut mesh = Mesh::default();
-        let mut numbers = HashMap::new();
-        for cluster in crowd.clusters(&scene.frame, *drawn) {
-            let found = model.clusters[*cluster as usize];
-            let materials = &model.character.materials[found.first as usize..];
-            for (triangle, material) in model.triangles(*cluster).iter().zip(materials) {
-                mesh.triangles.push(triangle.map(|vertex| {
-                    *numbers.entry(vertex).or_insert_with(|| {
-                        mesh.points.push(posed.points[vertex as usize]);
-                        mesh.normals.extend(posed.normals.get(vertex as usize));
-                        mesh.points.len() as u32 - 1
-                    })
-                }));
-                mesh.tags.push(match arguments.show {
-                    Show::Shaded => *material,
-                    Show::Clusters => *cluster,
-                    Show::Levels => found.depth.min(LEVELS.len() as u32 - 1),
-                });
-            }
-        }
-        let material = Material { base_color: [0.6; 3], specular: 0.02, roughness: 0.6 };
-        let object = picture.add_object(agent.transform, material)?;
-        picture.set_mesh(object, 0, mesh)?;
-    }
-    Ok(())
 }

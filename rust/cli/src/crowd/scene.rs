@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use relievo_core::{Context, Error, Result, file};
-use relievo_crowd::{Crowd, CrowdModel, CrowdView, Frame, parse_agents, square};
+use relievo_crowd::{Crowd, CrowdModel, CrowdView, Culled, Frame, Occlusion, PixelView, Walker, parse_walkers, square};
 use relievo_render::Camera;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::Outcome;
 use crate::limits::Limits;
@@ -32,8 +32,8 @@ pub struct SceneArguments {
     /// Crowd models; agents refer to them by number from 0.
     #[arg(required = true, value_name = "FILE.rcrowd")]
     models: Vec<PathBuf>,
-    /// The agents, one a line: x y z, heading in degrees about y, scale, clip, phase in seconds, and the number of the
-    /// model where there are several.
+    /// The agents, one a line: x y z, heading in degrees about y, scale, clip, phase in seconds, the number of the
+    /// model (0 if left out) and the speed along the heading in units a second (0 if left out).
     #[arg(long, value_name = "FILE", required_unless_present = "square")]
     agents: Option<PathBuf>,
     /// In place of a file, so many agents of the first model on a square.
@@ -42,9 +42,18 @@ pub struct SceneArguments {
     /// Distance between agents of the square, in diagonals of the model.
     #[arg(long, value_name = "DIAGONALS", default_value_t = 0.8)]
     spacing: f64,
-    /// Seconds since the clips began.
+    /// Seconds since the clips began and agents set out.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_negative_numbers = true)]
-    pub time: f64,
+    time: f64,
+    /// Frames, the first at --time.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub frames: u32,
+    /// Seconds from one frame to the next.
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.0, allow_negative_numbers = true)]
+    step: f64,
+    /// Leave out agents that others hide at the middle of every pixel that they may cover.
+    #[arg(long)]
+    occlusion: bool,
     /// Error that may be seen, in pixels.
     #[arg(long, value_name = "PIXELS", default_value_t = 0.5)]
     pixels: f32,
@@ -64,21 +73,57 @@ pub struct SceneArguments {
     pub limits: Limits,
 }
 
-/// A crowd with what a view draws of it.
+/// A crowd before a camera.
 pub struct Scene {
     pub context: Context,
     pub crowd: Crowd,
     pub camera: Camera,
-    pub frame: Frame,
     /// The height of the lowest agent.
     pub ground: f64,
+    walkers: Vec<Walker>,
+    view: CrowdView,
+    size: [u32; 2],
+    occlusion: Option<Occlusion>,
+}
+
+/// What a view draws of a crowd at a time.
+pub struct Shown {
+    /// Seconds.
+    pub time: f64,
+    pub frame: Frame,
+    /// Triangles of the agents in view at full resolution.
+    full: u64,
+    /// Agents in view, hidden or not.
+    in_view: usize,
+    culled: Option<Culled>,
+}
+
+impl Scene {
+    /// Moves the agents to where they are at a time, and finds what is drawn.
+    fn show(&mut self, time: f64) -> Result<Shown> {
+        for (index, walker) in self.walkers.iter().enumerate() {
+            self.crowd.set(index as u32, walker.at(time))?;
+        }
+        let mut frame = Frame::default();
+        self.crowd.cut(&self.context, &self.view, &mut frame)?;
+        let input = |agent: u32| {
+            let model = self.crowd.agents()[agent as usize].model as usize;
+            u64::from(self.crowd.models()[model].input_triangles)
+        };
+        let (full, in_view) = (frame.drawn.iter().map(|drawn| input(drawn.0)).sum(), frame.drawn.len());
+        let camera = &self.camera;
+        let pixels = PixelView { eye: camera.eye, axes: camera.axes, fov: camera.fov, size: self.size };
+        let cull = |occlusion: &mut Occlusion| occlusion.cull(&self.context, &self.crowd, (&pixels, time), &mut frame);
+        let culled = self.occlusion.as_mut().map(cull).transpose()?;
+        Ok(Shown { time, frame, full, in_view, culled })
+    }
 }
 
 impl SceneArguments {
-    /// Reads the models and agents and finds what is drawn.
+    /// Reads the models and agents.
     pub fn open(&self) -> Result<Scene> {
-        if !self.time.is_finite() {
-            return Err(Error::invalid("the time is not finite").at("--time").advise("give seconds"));
+        if !(self.time.is_finite() && self.step.is_finite()) {
+            return Err(Error::invalid("a time is not finite").at("--time or --step").advise("give seconds"));
         }
         let context = self.limits.context()?;
         let models = self.models.iter().map(|path| CrowdModel::load(&context, path)).collect::<Result<Vec<_>>>()?;
@@ -99,16 +144,23 @@ impl SceneArguments {
                 (square(&models[0], count, spacing), "--square".into())
             }
         };
-        let agents = parse_agents(&text, &references).map_err(|error| error.at(place))?;
+        let walkers = parse_walkers(&text, &references).map_err(|error| error.at(place))?;
         let mut crowd = Crowd::new(models.into_iter().map(Arc::new).collect());
-        for (index, agent) in agents.into_iter().enumerate() {
-            crowd.add(agent).map_err(|error| error.at(format!("agent {index}")))?;
+        for (index, walker) in walkers.iter().enumerate() {
+            crowd.add(walker.agent).map_err(|error| error.at(format!("agent {index}")))?;
         }
         let (camera, ground) = self.camera(&crowd)?;
         let view = CrowdView::perspective(camera.eye, camera.axes, camera.fov, self.size, self.pixels)?;
-        let mut frame = Frame::default();
-        crowd.cut(&context, &view, &mut frame)?;
-        Ok(Scene { context, crowd, camera, frame, ground })
+        let occlusion = self.occlusion.then(Occlusion::default);
+        Ok(Scene { context, crowd, camera, ground, walkers, view, size: self.size, occlusion })
+    }
+
+    /// Calls `work` with what is drawn in one frame after the other.
+    pub fn for_each_frame(&self, scene: &mut Scene, mut work: impl FnMut(&Scene, Shown) -> Result<()>) -> Result<()> {
+        (0..self.frames).try_for_each(|number| {
+            let shown = scene.show(self.time + self.step * f64::from(number))?;
+            work(scene, shown)
+        })
     }
 
     fn camera(&self, crowd: &Crowd) -> Result<(Camera, f64)> {
@@ -133,37 +185,60 @@ impl SceneArguments {
     }
 }
 
-pub fn run(arguments: &ViewArguments) -> Outcome {
-    let scene = arguments.scene.open()?;
-    let (crowd, frame) = (&scene.crowd, &scene.frame);
-    let full: u64 = frame
-        .drawn
-        .iter()
-        .map(|(agent, _)| {
-            let model = crowd.agents()[*agent as usize].model as usize;
-            u64::from(crowd.models()[model].input_triangles)
-        })
-        .sum();
-    let share = 100.0 * frame.triangles as f64 / full.max(1) as f64;
-    let text = if arguments.json {
-        let value = json!({
-            "agents": crowd.agents().len(),
-            "in_view": frame.drawn.len(),
-            "clusters": frame.clusters,
-            "triangles": frame.triangles,
-            "full_triangles": full,
+impl Shown {
+    /// Returns the counts for programs.
+    fn machine_readable(&self, agents: usize) -> Value {
+        let mut value = json!({
+            "time": self.time,
+            "agents": agents,
+            "in_view": self.in_view,
+            "clusters": self.frame.clusters,
+            "triangles": self.frame.triangles,
+            "full_triangles": self.full,
         });
-        format!("{value:#}\n")
-    } else {
+        if let Some(culled) = self.culled {
+            value["hidden"] = json!(culled.hidden);
+            value["hidden_triangles"] = json!(culled.hidden_triangles);
+            value["occluder_triangles"] = json!(culled.occluder_triangles);
+        }
+        value
+    }
+
+    /// Returns the counts, one a line.
+    pub fn described(&self, agents: usize) -> String {
+        let share = 100.0 * self.frame.triangles as f64 / self.full.max(1) as f64;
+        let hidden = self.culled.map_or(String::new(), |culled| match culled.is_resting {
+            true => "hidden                 not searched, since occluders had more triangles than they hid\n".into(),
+            false => format!(
+                "hidden                 {} agents, {} triangles, by {} triangles\n",
+                culled.hidden, culled.hidden_triangles, culled.occluder_triangles
+            ),
+        });
         format!(
-            "agents                 {}\nin view                {}\nclusters               {}\ntriangles              {}\n\
-             at full resolution     {full} triangles, of which {share:.2} % are drawn\n",
-            crowd.agents().len(),
-            frame.drawn.len(),
-            frame.clusters,
-            frame.triangles,
+            "agents                 {agents}\nin view                {}\n{hidden}clusters               {}\n\
+             triangles              {}\nat full resolution     {} triangles, of which {share:.2} % are drawn\n",
+            self.in_view, self.frame.clusters, self.frame.triangles, self.full,
         )
-    };
+    }
+}
+
+pub fn run(arguments: &ViewArguments) -> Outcome {
+    let mut scene = arguments.scene.open()?;
+    let (mut text, mut values) = (String::new(), Vec::new());
+    arguments.scene.for_each_frame(&mut scene, |scene, shown| {
+        let agents = scene.crowd.agents().len();
+        if arguments.scene.frames > 1 {
+            text += &format!("time                   {} s\n", shown.time);
+        }
+        text += &shown.described(agents);
+        values.push(shown.machine_readable(agents));
+        Ok(())
+    })?;
+    if arguments.json {
+        // A single frame is an object, several are a list.
+        let value = if values.len() == 1 { values.swap_remove(0) } else { Value::Array(values) };
+        text = format!("{value:#}\n");
+    }
     crate::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,6 +1,6 @@
 //! Lists of agents.
 
-use relievo_crowd::{parse_agents, square};
+use relievo_crowd::{parse_agents, parse_walkers, square};
 
 use crate::arm::built;
 
@@ -31,8 +31,21 @@ fn lines_have_columns_names_and_remarks() {
         ("1 2 3 0 1 bent 0", "bend"),
         ("1 2 inf 0 1 bend 0", "number"),
         ("1 2 3 0 1 bend 0 4", "model"),
+        ("1 2 3 0 1 bend 0 0 fast", "number"),
+        ("1 2 3 0 1 bend 0 0 1 1", "columns"),
     ] {
         let error = parse_agents(&format!("\n{line}\n"), &[&model]).unwrap_err().to_string();
         assert!(error.contains("line 2") && error.contains(word), "{error}");
     }
+}
+
+#[test]
+fn walkers_go_along_their_heading() {
+    let model = built(8, 8);
+    let walkers = parse_walkers("1 2 3 90 2 bend 0.25 0 4\n1 2 3 90 2 bend 0.25\n", &[&model]).unwrap();
+    // A turn by 90 degrees about y brings z to x.
+    let end = walkers[0].at(0.5).transform;
+    assert!(end.translation.distance(glam::DVec3::new(3.0, 2.0, 3.0)) < 1e-12, "{end}");
+    assert_eq!(end.matrix3, walkers[0].agent.transform.matrix3);
+    assert_eq!((walkers[1].at(9.0), walkers[0].at(0.0)), (walkers[1].agent, walkers[1].agent));
 }

@@ -3,6 +3,8 @@
 
 mod bending;
 mod brushes;
+#[cfg(feature = "crowd")]
+mod crowds;
 #[cfg(feature = "decal")]
 mod decals;
 mod decay;

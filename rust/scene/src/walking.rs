@@ -1,0 +1,203 @@
+//! Crowds of a scene: agents of an articulated model, which pictures draw by the triangles that the view deserves.
+//!
+//! Agents are in no cache: where they are follows from the time alone. The ray caster draws them, in scenes for graphics
+//! devices too.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::DAffine3;
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Error, Result, file};
+use relievo_crowd::{
+    Blend, BuildSettings, Cluster, Crowd, CrowdModel, CrowdView, Frame, Walker, parse_walkers, skin, skin_normals,
+};
+use relievo_render as render;
+
+use crate::description::{CrowdEntry, Scene};
+use crate::paths::Paths;
+
+/// A crowd of a scene: its model and where its agents start.
+#[derive(Debug)]
+pub(crate) struct Loaded {
+    model: Arc<CrowdModel>,
+    walkers: Vec<Walker>,
+    /// From metres with y up to the units and the axes of the scene.
+    space: DAffine3,
+}
+
+impl Loaded {
+    /// Reads the list of agents, and reads or builds the model.
+    ///
+    /// # Errors
+    /// A file cannot be read, is damaged, has no triangles or no such clip; a line of the list is unusable.
+    pub fn new(context: &Context, paths: &Paths, scene: &Scene, entry: &CrowdEntry) -> Result<Self> {
+        let model = model(context, &paths.resolve(&entry.file.text)?, entry)?;
+        let path = paths.resolve(&entry.agents.text)?;
+        let place = |error: Error| error.at(path.display().to_string());
+        let text = String::from_utf8(file::load(&path, context.memory_limit())?)
+            .map_err(|_| place(Error::invalid("the list of agents is not text").advise("write it in UTF-8")))?;
+        let walkers = parse_walkers(&text, &[&model]).map_err(place)?;
+        let space = DAffine3::from_mat3(scene.up.from_y_up() * (1.0 / scene.metres));
+        let loaded = Self { model: Arc::new(model), walkers, space };
+        // Agents that cannot be placed are found before the first frame.
+        loaded.crowd(0.0)?;
+        Ok(loaded)
+    }
+
+    /// Returns the crowd at a time, seconds.
+    fn crowd(&self, time: f64) -> Result<Crowd> {
+        let mut crowd = Crowd::new(vec![Arc::clone(&self.model)]);
+        for (index, walker) in self.walkers.iter().enumerate() {
+            let mut agent = walker.at(time);
+            agent.transform = self.space * agent.transform;
+            crowd.add(agent).map_err(|error| error.at(format!("agent {index}")))?;
+        }
+        Ok(crowd)
+    }
+}
+
+/// Reads a crowd model, or builds it of a character.
+fn model(context: &Context, path: &Path, entry: &CrowdEntry) -> Result<CrowdModel> {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("rcrowd")) {
+        return match &entry.clip {
+            None => CrowdModel::load(context, path),
+            Some(_) => Err(Error::invalid("a crowd model has its clips already")
+                .at(path.display().to_string())
+                .advise("remove `clip`: the list of agents says which clip each agent plays")),
+        };
+    }
+    let source = relievo_meshio::read_model(context, path)?;
+    let clips = match &entry.clip {
+        Some(clip) => vec![source.animation(&clip.text)?],
+        None => (0..source.animations.len()).collect(),
+    };
+    let made = CrowdModel::build(context, &source, &clips, &BuildSettings::default(), &mut Silent);
+    made.map_err(|error| error.at(path.display().to_string()))
+}
+
+/// A crowd in pictures.
+#[derive(Debug)]
+pub(crate) struct Shown {
+    crowd: Crowd,
+    stand_ins: StandIns,
+    frame: Frame,
+}
+
+impl Shown {
+    /// Makes a crowd of which nothing is drawn yet. Fails if an agent cannot be placed.
+    pub fn new(loaded: &Loaded) -> Result<Self> {
+        Ok(Self { crowd: loaded.crowd(0.0)?, stand_ins: StandIns::default(), frame: Frame::default() })
+    }
+
+    /// Moves the agents to where they are at `time` and puts what `view` draws of them into a picture. All have the false
+    /// colour `tag`. Returns the number of triangles. Fails if the view is not finite, or memory does not suffice.
+    pub fn draw(
+        &mut self,
+        context: &Context,
+        (loaded, entry): (&Loaded, &CrowdEntry),
+        (view, time): (&render::View, f64),
+        tag: u32,
+        picture: &mut render::Scene,
+    ) -> Result<u64> {
+        for (index, walker) in (0..).zip(&loaded.walkers) {
+            let mut agent = walker.at(time);
+            agent.transform = loaded.space * agent.transform;
+            self.crowd.set(index, agent)?;
+        }
+        let (camera, settings) = (&view.camera, &view.settings);
+        let size = [settings.width, settings.height];
+        let seen = CrowdView::perspective(camera.eye, camera.axes, camera.fov, size, entry.pixels)?;
+        self.crowd.cut(context, &seen, &mut self.frame)?;
+        let base_color = entry.colour.map(|value| value.min(1.0));
+        let material = render::Material { base_color, ..render::Material::default() };
+        let shown = (&self.crowd, &self.frame, time);
+        self.stand_ins.show(context, picture, shown, Blend::Linear, material, &|_, _, _, _| tag)?;
+        Ok(self.frame.triangles)
+    }
+}
+
+/// The objects of a picture that show the agents of a crowd: one for each agent that was ever drawn.
+#[derive(Debug, Default)]
+pub struct StandIns {
+    objects: Vec<Option<render::ObjectId>>,
+    is_shown: Vec<bool>,
+}
+
+/// A character in a pose.
+struct Posed {
+    points: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+}
+
+impl StandIns {
+    /// Puts the agents of a frame, at `time` seconds, into a picture in place of those of the frame before. The false
+    /// colour of a triangle is what `tag` returns for the agent, the cluster, its number and the material.
+    ///
+    /// # Errors
+    /// Embree has no memory for the meshes.
+    pub fn show(
+        &mut self,
+        context: &Context,
+        picture: &mut render::Scene,
+        (crowd, frame, time): (&Crowd, &Frame, f64),
+        blend: Blend,
+        material: render::Material,
+        tag: &dyn Fn(u32, &Cluster, u32, u32) -> u32,
+    ) -> Result<()> {
+        let count = crowd.agents().len();
+        self.objects.resize(count, None);
+        let before = std::mem::replace(&mut self.is_shown, vec![false; count]);
+        // Agents in the same pose share it.
+        let mut poses: HashMap<(u32, u32, usize), Posed> = HashMap::new();
+        for drawn in &frame.drawn {
+            let (number, agent) = (drawn.0, &crowd.agents()[drawn.0 as usize]);
+            let model = &crowd.models()[agent.model as usize];
+            let at = crowd.pose(agent, time);
+            let posed = match poses.entry((agent.model, agent.clip, at)) {
+                Entry::Occupied(posed) => posed.into_mut(),
+                Entry::Vacant(place) => {
+                    let pose = &model.clips[agent.clip as usize].poses[at];
+                    let points = skin(context, &model.character, pose, blend)?;
+                    let normals = skin_normals(context, &model.character, pose, blend)?;
+                    place.insert(Posed { points, normals })
+                }
+            };
+            let mut mesh = render::Mesh::default();
+            let mut numbers = HashMap::new();
+            for cluster in crowd.clusters(frame, *drawn) {
+                let found = model.clusters[*cluster as usize];
+                let materials = &model.character.materials[found.first as usize..];
+                for (triangle, material) in model.triangles(*cluster).iter().zip(materials) {
+                    mesh.triangles.push(triangle.map(|vertex| {
+                        *numbers.entry(vertex).or_insert_with(|| {
+                            mesh.points.push(posed.points[vertex as usize]);
+                            mesh.normals.extend(posed.normals.get(vertex as usize));
+                            mesh.points.len() as u32 - 1
+                        })
+                    }));
+                    mesh.tags.push(tag(number, &found, *cluster, *material));
+                }
+            }
+            let slot = &mut self.objects[number as usize];
+            let object = match *slot {
+                Some(object) => {
+                    picture.set_transform(object, agent.transform)?;
+                    object
+                }
+                None => *slot.insert(picture.add_object(agent.transform, material)?),
+            };
+            picture.set_mesh(object, 0, mesh)?;
+            self.is_shown[number as usize] = true;
+        }
+        let gone = before.iter().zip(&self.is_shown).map(|(before, now)| *before && !now);
+        for (object, _) in self.objects.iter().zip(gone).filter(|(_, is_gone)| *is_gone) {
+            if let Some(object) = object {
+                picture.remove_mesh(*object, 0)?;
+            }
+        }
+        Ok(())
+    }
+}
