@@ -1,4 +1,4 @@
-//! Bench `foam`: Table 1 of Akinci et al. 2013 anew, on the processor: pictures of 0.82 to 29 million particles, the
+//! Bench `foam`: Table 1 of Akinci et al. 2013 anew, on the processor and on a graphics device: pictures of 0.82 to 29 million particles, the
 //! intensity alone and all passes, beside ray casting through a volume of the same particles; how long the passes behind
 //! the splatting take whatever the number of particles; memory; and the rates at which diffuse particles are made and
 //! moved.
@@ -9,6 +9,7 @@ use glam::{DVec3, Vec3};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Result};
 use relievo_fluid::{Diffuse, DiffuseOptions, DiffuseParticles, DiffuseSettings, FluidFrame};
+use relievo_gpu::{AdapterKind, Device, DeviceOptions, PassTime};
 use relievo_render::foam::{Environment, Foam, FoamKind, FoamParticle, FoamSettings, FoamView, Lens, Scenery};
 use relievo_render::{Camera, Image};
 
@@ -29,12 +30,19 @@ const SCENES: [(&str, usize, [u32; 2], [f64; 2]); 4] = [
 /// Particles that are made at a time, as a reader of a frame would.
 const CHUNK: usize = 1 << 18;
 const RADIUS: f32 = 0.01;
+/// Particles at most where the graphics device is the processor itself.
+const SOFTWARE: usize = 1_000_000;
 
 /// Measures every case into `report`.
 pub fn run(report: &mut Report) -> Result<()> {
     let context = &Context::new(&ContextOptions::default())?;
+    let device = Device::open(&DeviceOptions { timing: true, ..DeviceOptions::default() });
+    let device = device.inspect_err(|error| report.skip("graphics devices", &error.to_string())).ok();
     for (name, count, size, paper) in SCENES {
         table(report, context, name, count, size, paper)?;
+        if let Some(device) = &device {
+            on_device(report, context, device, (name, count, size), paper)?;
+        }
     }
     generation(report)
 }
@@ -60,19 +68,77 @@ fn particle(number: usize) -> FoamParticle {
     FoamParticle { position, life: 0.9 * random(5), id: number as u32, kind }
 }
 
+/// Returns the view of all scenes.
+fn view_of([width, height]: [u32; 2]) -> Result<FoamView> {
+    let camera = Camera::look_at(DVec3::new(0.0, -6.0, 3.5), DVec3::ZERO, DVec3::Z, 0.8)?;
+    Ok(FoamView { camera, lens: Lens::Perspective, width, height })
+}
+
+fn case(name: &str, count: usize, [width, height]: [u32; 2], what: &str) -> String {
+    format!("{name}, {:.2} M, {width} × {height}: {what}", count as f64 / 1e6)
+}
+
+/// Measures a scene on a graphics device by its own clock, without the time in which particles are made and sent.
+fn on_device(
+    report: &mut Report,
+    context: &Context,
+    device: &Device,
+    (name, count, size): (&str, usize, [u32; 2]),
+    paper: [f64; 2],
+) -> Result<()> {
+    let is_software = device.summary().kind == AdapterKind::Software;
+    if is_software && count > SOFTWARE {
+        report.skip(&case(name, count, size, "device, total"), "the graphics device is the processor itself");
+        return Ok(());
+    }
+    let settings = FoamSettings { radius: RADIUS, ..FoamSettings::default() };
+    let mut foam = Foam::on(context, Some(device), settings, view_of(size)?, &Scenery::default())?;
+    for first in (0..count).step_by(CHUNK) {
+        let chunk: Vec<_> = (first..count.min(first + CHUNK)).map(particle).collect();
+        foam.add(context, &chunk)?;
+    }
+    let memory = device.memory();
+    let layers = foam.finish(context, &Environment::uniform([1.0; 3])?, &mut Silent)?;
+    layers.composite(context, &Image::new(size[0], size[1], 3)?)?;
+    let times = layers.times();
+    if times.is_empty() {
+        report.skip(&case(name, count, size, "device, total"), "the graphics device does not time passes");
+        return Ok(());
+    }
+    let milliseconds = |is_part: &dyn Fn(&str) -> bool| {
+        let parts = times.iter().filter(|time| is_part(time.name));
+        1000.0 * parts.map(|PassTime { length, .. }| length.as_secs_f64()).sum::<f64>()
+    };
+    let intensity = ["begin", "depth and thickness", "nearest particles", "intensity"];
+    let peer = |paper: f64| Sample::new(vec![paper]);
+    let mut row = |what: &str, value: f64, paper: Option<f64>, goal| {
+        let paper = paper.map(peer);
+        let paper = paper.as_ref().map(|paper| (PAPER, paper));
+        report.add(&case(name, count, size, what), &Sample::new(vec![value]), paper, "ms", goal);
+    };
+    let goal = if is_software || count < 29_000_000 { Goal::None } else { Goal::AtMost(10.0) };
+    row("device, intensity", milliseconds(&|name| intensity.contains(&name)), Some(paper[0]), Goal::None);
+    row("device, total", milliseconds(&|_| true), Some(paper[1]), goal);
+    for part in times.iter().map(|time| time.name) {
+        row(&format!("device, {part}"), milliseconds(&|name| name == part), None, Goal::None);
+    }
+    let bytes = Sample::new(vec![memory as f64 / 1e6]);
+    report.add(&case(name, count, size, "memory of the device while drawing"), &bytes, None, "MB", Goal::None);
+    Ok(())
+}
+
 fn table(
     report: &mut Report,
     context: &Context,
     name: &str,
     count: usize,
-    [width, height]: [u32; 2],
+    size: [u32; 2],
     paper: [f64; 2],
 ) -> Result<()> {
-    let camera = Camera::look_at(DVec3::new(0.0, -6.0, 3.5), DVec3::ZERO, DVec3::Z, 0.8)?;
-    let view = FoamView { camera, lens: Lens::Perspective, width, height };
+    let view = view_of(size)?;
     let settings = FoamSettings { radius: RADIUS, ..FoamSettings::default() };
     let light = Environment::uniform([1.0; 3])?;
-    let background = Image::new(width, height, 3)?;
+    let background = Image::new(size[0], size[1], 3)?;
     let particles = |first: usize| (first..count.min(first + CHUNK)).map(particle).collect::<Vec<_>>();
     let (mut splatting, mut result) = (0.0, Ok(()));
     let mut foam = Foam::new(context, settings, view, &Scenery::default())?;
@@ -90,7 +156,7 @@ fn table(
     });
     picture.transpose()?;
     let milliseconds = |seconds: f64| Sample::new(vec![1000.0 * seconds]);
-    let case = |what: &str| format!("{name}, {:.2} M, {width} × {height}: {what}", count as f64 / 1e6);
+    let case = |what: &str| case(name, count, size, what);
     let peer = |paper: f64| Sample::new(vec![paper]);
     report.add(&case("intensity"), &milliseconds(splatting), Some((PAPER, &peer(paper[0]))), "ms", Goal::None);
     let goal = if count == 9_000_000 { Goal::AtMost(3000.0) } else { Goal::None };

@@ -62,6 +62,18 @@ fn foam_of_a_dam_is_made_resumed_rendered_and_composited() {
         relievo(at, &[&fixed, view.as_slice(), more].concat())
     };
     assert!(composite(&[]).status.success());
+    // A graphics device draws the same picture.
+    if !relievo_gpu::adapters().is_empty() {
+        let picture = || relievo_render::read_png(&at.join("over.png"), u64::MAX).unwrap();
+        let first = picture();
+        let drawn = composite(&["--device", "gpu"]);
+        assert!(drawn.status.success(), "{drawn:?}");
+        // Bytes beside each other are at most 2.3/255 apart as colours.
+        let is_far = |(a, b): &(&f32, &f32)| (*a - *b).abs() > 2.5 / 255.0;
+        let far = first.data().iter().zip(picture().data()).filter(is_far).count();
+        assert!(far <= 96 * 64 * 3 / 1000, "{far}");
+        render(&["-o", "wave.png", "--samples", "1", "--device", "gpu"]);
+    }
     let missing = composite(&["--solids", "wave.png"]);
     assert!(!missing.status.success(), "{missing:?}");
     let unknown = composite(&["--set", "rho_mop=2"]);

@@ -1,6 +1,7 @@
 //! Foam in a build without the feature `fluid`: no fluid has any.
 
 use relievo_core::{Context, Parameter, Result};
+use relievo_gpu::Device;
 use relievo_render::{Frame, Image, ObjectId, View};
 
 use crate::output::Folder;
@@ -20,7 +21,7 @@ pub(crate) struct Overlay;
 
 impl Overlay {
     /// Makes no foam.
-    pub fn new(_: &Context, _: &World, _: &Folder) -> Result<Self> {
+    pub fn new(_: &Context, _: &World, _: Option<&Device>, _: &Folder) -> Result<Self> {
         Ok(Self)
     }
 

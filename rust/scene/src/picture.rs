@@ -67,7 +67,7 @@ impl Studio {
             },
             objects: Vec::new(),
             automatic: automatic_view(&world.scene, world.start_bounds()),
-            overlay: Overlay::new(context, world, cache)?,
+            overlay: Overlay::new(context, world, device, cache)?,
             crowds: world.crowds().iter().map(walking::Shown::new).collect::<Result<_>>()?,
         };
         for (index, item) in world.items().iter().enumerate() {

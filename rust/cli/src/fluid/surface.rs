@@ -64,7 +64,8 @@ pub struct Options {
     /// How near the surface a particle is blind; left out, as far as it has influence.
     #[arg(long, value_name = "METRES")]
     threshold: Option<f32>,
-    /// What finds the particles that are taken. A graphics device does so for all functions but anisotropic kernels.
+    /// What finds the particles that are taken, and draws foam. A graphics device finds particles for all functions but
+    /// anisotropic kernels.
     #[arg(long, value_enum, default_value = "cpu")]
     device: Device,
     /// A part of the name of the graphics device; left out, the best there is.
@@ -109,7 +110,7 @@ impl Options {
     }
 
     /// The graphics device that was asked for; none for the processor.
-    fn device(&self, context: &Context) -> Result<Option<&GraphicsDevice>> {
+    pub fn device(&self, context: &Context) -> Result<Option<&GraphicsDevice>> {
         if self.opened.get().is_none() {
             let opened = device(self.device, self.adapter.as_deref(), context.memory_limit())?;
             return Ok(self.opened.get_or_init(|| opened).as_ref());

@@ -15,6 +15,7 @@ use super::source::Source;
 use crate::Outcome;
 use crate::limits::Limits;
 use crate::numbers::vector;
+use crate::run::{Device, device};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -49,6 +50,12 @@ pub struct Arguments {
     orthographic: Option<f64>,
     #[command(flatten)]
     options: Options,
+    /// What draws the foam.
+    #[arg(long, value_enum, default_value = "cpu")]
+    device: Device,
+    /// A part of the name of the graphics device; left out, the best there is.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
     #[command(flatten)]
     limits: Limits,
 }
@@ -75,8 +82,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
         width: picture.color.width(),
         height: picture.color.height(),
     };
+    let device = device(arguments.device, arguments.adapter.as_deref(), context.memory_limit())?;
     let start = Instant::now();
-    let layers = arguments.options.layers(&context, &mut foam, view, &scenery, &Lights::default())?;
+    let executors = (&context, device.as_ref());
+    let layers = arguments.options.layers(executors, &mut foam, view, &scenery, &Lights::default())?;
     arguments.options.write(&context, arguments.options.output(), &picture.color, &layers)?;
     crate::print(&summary(&foam, &layers, start.elapsed().as_secs_f64()))?;
     Ok(ExitCode::SUCCESS)

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Result};
+use relievo_gpu::Device;
 use relievo_render as render;
 use relievo_render::Image;
 use relievo_render::foam::{Environment, Foam, FoamLayers, FoamSettings, FoamView, Scenery};
@@ -53,10 +54,10 @@ fn setting(text: &str) -> std::result::Result<(String, f64), String> {
 }
 
 impl Options {
-    /// Returns the layers of a frame.
+    /// Returns the layers of a frame, which a graphics device draws where there is one.
     pub fn layers(
         &self,
-        context: &Context,
+        (context, device): (&Context, Option<&Device>),
         source: &mut Source,
         view: FoamView,
         scenery: &Scenery,
@@ -70,7 +71,7 @@ impl Options {
             }
             None => Environment::of_lights(lights)?,
         };
-        let mut foam = Foam::new(context, self.settings.of(source)?, view, scenery)?;
+        let mut foam = Foam::on(context, device, self.settings.of(source)?, view, scenery)?;
         source.for_each(|particles| add_frame(context, &mut foam, particles))?;
         foam.finish(context, &environment, &mut Bar::new())
     }
@@ -134,8 +135,5 @@ pub fn summary(source: &Source, layers: &FoamLayers, seconds: f64) -> String {
     let covered = layers.intensity().iter().filter(|intensity| **intensity > 0.0).count();
     let [width, height] = layers.size();
     let share = 100.0 * covered as f64 / (f64::from(width) * f64::from(height));
-    format!(
-        "{} particles of foam in {share:.1} % of {width} × {height} pixels, {seconds:.2} s\n",
-        source.count()
-    )
+    format!("{} particles of foam in {share:.1} % of {width} × {height} pixels, {seconds:.2} s\n", source.count())
 }

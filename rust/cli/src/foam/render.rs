@@ -117,7 +117,8 @@ fn one(
     let [width, height] = arguments.viewpoint.size;
     let from = FoamView { camera: view.camera, lens: Lens::Perspective, width, height };
     let start = Instant::now();
-    let layers = arguments.picture.layers(context, &mut foam, from, &scenery, &view.lights)?;
+    let device = arguments.surface.device(context)?;
+    let layers = arguments.picture.layers((context, device), &mut foam, from, &scenery, &view.lights)?;
     arguments.picture.write(context, output, &picture, &layers)?;
     Ok(summary(&foam, &layers, start.elapsed().as_secs_f64()))
 }

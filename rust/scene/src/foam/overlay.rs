@@ -2,6 +2,7 @@
 
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Result};
+use relievo_gpu::Device;
 use relievo_render::foam::{Environment, Foam, FoamView, Lens, Scenery};
 use relievo_render::{Frame, Image, ObjectId, View};
 
@@ -13,19 +14,21 @@ use crate::world::World;
 #[derive(Debug, Default)]
 pub(crate) struct Overlay {
     runs: Vec<(usize, FoamRun)>,
+    /// What draws, in place of the processor.
+    device: Option<Device>,
 }
 
 impl Overlay {
-    /// Makes the foam of the objects of a world, before the first frame, with frames in the folder of the scene's cache. Fails
-    /// as [`FoamRun::new`] does.
-    pub fn new(context: &Context, world: &World, cache: &Folder) -> Result<Self> {
+    /// Makes the foam of the objects of a world, before the first frame, with frames in the folder of the scene's cache, for a
+    /// graphics device to draw, or the processor. Fails as [`FoamRun::new`] does.
+    pub fn new(context: &Context, world: &World, device: Option<&Device>, cache: &Folder) -> Result<Self> {
         let mut runs = Vec::new();
         for object in 0..world.scene.objects.len() {
             if let Some(run) = FoamRun::new(context, world, object, cache)? {
                 runs.push((object, run));
             }
         }
-        Ok(Self { runs })
+        Ok(Self { runs, device: device.cloned() })
     }
 
     /// Returns whether no fluid has foam.
@@ -56,7 +59,7 @@ impl Overlay {
             run.go_to(context, number)?;
             let fluid = depths_of(picture, ids[*object])?;
             let scenery = Scenery { solids: Some(solids.clone()), fluid: Some(fluid) };
-            let mut foam = Foam::new(context, *run.look(), from, &scenery)?;
+            let mut foam = Foam::on(context, self.device.as_ref(), *run.look(), from, &scenery)?;
             run.draw(context, &mut foam)?;
             stage.count("particles", foam.particles());
             let layers = foam.finish(context, &environment, &mut Silent)?;
