@@ -1,5 +1,7 @@
 //! `relievo simplify`
 
+mod scene;
+
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -13,7 +15,9 @@ use crate::Outcome;
 #[derive(clap::Args)]
 #[command(group = clap::ArgGroup::new("goal").required(true).multiple(true))]
 pub struct Arguments {
-    /// The mesh; its polygons are taken as triangles, and points at the same place as one.
+    /// The mesh; its polygons are taken as triangles, and points at the same place as one. All meshes of a glTF file or a
+    /// USD stage become one, at rest. Skins, animations, morph targets, nodes, names and textures are not written; a note on
+    /// standard error counts what the file has of each.
     file: PathBuf,
     /// The mesh to write: .ply, .glb, .obj or .usda. Several levels are as many files, numbered from 1 before the
     /// extension: less-1.glb, less-2.glb.
@@ -128,7 +132,11 @@ fn level_path(path: &Path, level: usize) -> PathBuf {
 pub fn run(arguments: &Arguments) -> Outcome {
     let options = relievo_core::ContextOptions { threads: arguments.threads, memory_limit: arguments.memory_limit };
     let context = relievo_core::Context::new(&options)?;
-    let mesh = relievo_meshio::read(&context, &arguments.file)?;
+    let model = relievo_meshio::read_model(&context, &arguments.file)?;
+    scene::left_out(&model, scene::texture_count(&context, &arguments.file)?)
+        .iter()
+        .for_each(|parts| eprintln!("note: {parts} left out"));
+    let mesh = model.into_merged_mesh(&context).map_err(|error| error.at(arguments.file.display().to_string()))?;
     let before = mesh.triangles().len();
     let attributes = arguments.attributes.options();
     let count = arguments.level_count()?;

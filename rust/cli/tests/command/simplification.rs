@@ -170,3 +170,80 @@ fn a_simplified_mesh_keeps_its_texture_coordinates() {
     assert!(!std::fs::read_to_string(folder.path().join("less.obj")).unwrap().contains("vt "));
     assert!(text(&simplify(&["--weight", "paint=1"]).stderr).contains("no attribute `paint`"));
 }
+
+/// Writes a strip of six triangles with a skin of one joint, an animation, a morph target, two textures and names, as
+/// `strip.gltf` and `strip.bin`.
+fn strip(folder: &std::path::Path) {
+    let points: Vec<f32> = (0..8u8).flat_map(|at| [f32::from(at / 2), f32::from(at % 2), 0.0]).collect();
+    let corners = (0..3u16).flat_map(|at| [0, 2, 3, 0, 3, 1].map(|corner| 2 * at + corner));
+    let floats = |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+    let weights = [1.0, 0.0, 0.0, 0.0].repeat(8);
+    let chunks = [
+        (5126, 8, "VEC3", floats(&points)),
+        (5123, 18, "SCALAR", corners.flat_map(u16::to_le_bytes).collect()),
+        (5121, 8, "VEC4", vec![0; 32]),
+        (5126, 8, "VEC4", floats(&weights)),
+        (5126, 8, "VEC3", vec![0; 96]),
+        (5126, 1, "SCALAR", vec![0; 4]),
+        (5126, 1, "VEC3", vec![0; 12]),
+    ];
+    let (mut bytes, mut views, mut accessors) = (Vec::new(), Vec::new(), Vec::new());
+    for (view, (component, count, kind, chunk)) in chunks.into_iter().enumerate() {
+        views.push(serde_json::json!({ "buffer": 0, "byteOffset": bytes.len(), "byteLength": chunk.len() }));
+        let mut accessor =
+            serde_json::json!({ "bufferView": view, "componentType": component, "count": count, "type": kind });
+        if matches!(view, 0 | 4) {
+            accessor["min"] = serde_json::json!([0.0, 0.0, 0.0]);
+            accessor["max"] = serde_json::json!([3.0, 1.0, 0.0]);
+        }
+        if view == 5 {
+            accessor["min"] = serde_json::json!([0.0]);
+            accessor["max"] = serde_json::json!([0.0]);
+        }
+        accessors.push(accessor);
+        bytes.extend(chunk);
+    }
+    let strip = serde_json::json!({
+        "asset": { "version": "2.0" },
+        "buffers": [{ "uri": "strip.bin", "byteLength": bytes.len() }],
+        "bufferViews": views,
+        "accessors": accessors,
+        "images": [{ "uri": "paint.png" }],
+        "textures": [{ "source": 0 }, { "source": 0 }],
+        "materials": [{ "name": "skin", "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }],
+        "meshes": [{ "name": "strip", "primitives": [{
+            "attributes": { "POSITION": 0, "JOINTS_0": 2, "WEIGHTS_0": 3 },
+            "indices": 1, "material": 0, "targets": [{ "POSITION": 4 }],
+        }] }],
+        "nodes": [{ "name": "joint" }, { "name": "shown", "mesh": 0, "skin": 0 }],
+        "scenes": [{ "nodes": [0, 1] }],
+        "skins": [{ "joints": [0] }],
+        "animations": [{
+            "name": "walk",
+            "channels": [{ "sampler": 0, "target": { "node": 0, "path": "translation" } }],
+            "samplers": [{ "input": 5, "output": 6 }],
+        }],
+    });
+    std::fs::write(folder.join("strip.gltf"), strip.to_string()).unwrap();
+    std::fs::write(folder.join("strip.bin"), bytes).unwrap();
+}
+
+#[test]
+fn what_a_gltf_file_has_around_its_meshes_is_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    strip(folder.path());
+    let simplify = |from: &str, to: &str| {
+        let done = relievo(folder.path(), &["simplify", from, "-o", to, "--ratio", "0.5"]);
+        assert!(done.status.success(), "{done:?}");
+        text(&done.stderr)
+    };
+    let said = simplify("strip.gltf", "less.glb");
+    let parts = ["1 skin is", "1 animation is", "1 morph target is", "2 nodes are", "1 mesh name is"];
+    for part in parts.into_iter().chain(["1 material name is", "2 textures are"]) {
+        assert!(said.contains(&format!("note: {part} left out\n")), "{part}: {said}");
+    }
+    // The binary file that was written has the name of its mesh alone.
+    let said = simplify("less.glb", "least.glb");
+    assert!(said.contains("note: 1 mesh name is left out\n"), "{said}");
+    assert!(["skin", "animation", "texture", "target"].iter().all(|part| !said.contains(part)), "{said}");
+}
