@@ -1,15 +1,14 @@
 """Writes a bottle with a handle, a label with a logo, and a scene in which the label lies on the bottle:
 
-    python bottle.py FOLDER && relievo run FOLDER/bottle.toml
+    python bottle.py FOLDER && relievo run FOLDER/layer.toml
 
 Needs NumPy. The label runs around the bottle and through under the handle."""
 
-import pathlib
-import struct
 import sys
-import zlib
 
 import numpy
+
+import sticker
 
 SEGMENTS = 16
 # Radius and height of the rings of the cage, from the foot over the mouth to its inside.
@@ -110,37 +109,21 @@ def label():
     fill((numpy.abs(y - 270) < 4) & (numpy.abs(x - 828) < 310), red)
     for index in range(25):
         fill((numpy.abs(x - 540 - 24 * index) + numpy.abs(y - 318)) < (16 if index % 2 else 9), red if index % 2 else gold)
-    alpha = image[..., 3:] / 255
-    blocks = lambda values: values.reshape(HEIGHT, fine, WIDTH, fine, -1).mean(axis=(1, 3))
-    share = blocks(alpha)
-    color = blocks(image[..., :3] * alpha) / numpy.maximum(share, 1e-6)
-    return numpy.concatenate([color, 255 * share], -1).round().astype(numpy.uint8)
-
-
-def write_png(path, pixels):
-    """Writes an image of four bytes a pixel."""
-    height, width, _ = pixels.shape
-    rows = b"".join(b"\0" + row.tobytes() for row in pixels)
-    chunks = [(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 6, 0, 0, 0)), (b"IDAT", zlib.compress(rows, 9)), (b"IEND", b"")]
-    with open(path, "wb") as out:
-        out.write(b"\x89PNG\r\n\x1a\n")
-        for name, data in chunks:
-            out.write(struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data)))
+    return sticker.shrunk(image, fine)
 
 
 def pins():
-    """Returns the pins as lines of the scene file: the corners of the label, and two in its middle."""
-    lines = []
+    """Returns the pins: the corners of the label, and two in its middle."""
+    made = []
     for x in (60, WIDTH // 2, WIDTH - 60):
         for y in (90, HEIGHT - 90):
             turn = numpy.radians(-56) + (x - WIDTH / 2) * PIXEL / RADIUS
             place = RADIUS * numpy.cos(turn), RADIUS * numpy.sin(turn), MIDDLE + (HEIGHT / 2 - y) * PIXEL
-            lines.append(f"    {{ image = [{x}, {y}], position = [{', '.join(f'{value:.4f}' for value in place)}] }},")
-    return "\n".join(lines)
+            made.append((x, y, place, 0))
+    return made
 
 
-SCENE = """version = 1
-
+SCENE = """
 [meshes.bottle]
 file = "bottle.obj"
 [surfaces.bottle]
@@ -151,26 +134,8 @@ colour = "#8fa58c"
 specular = 0.06
 roughness = 0.25
 
-[meshes.table]
-shape = "plane"
-size = [30, 30, 1]
-faces = 1
-[objects.table]
-mesh = "table"
-colour = [0.62, 0.58, 0.52]
-specular = 0.0
-
 [details]
 paint_size = 256
-
-[[decals]]
-object = "bottle"
-image = "label.png"
-contour = 0.5
-cells = 16
-pins = [
-PINS
-]
 
 [camera]
 position = [3.7, -5.4, 2.9]
@@ -181,22 +146,6 @@ fov = 38
 elevation = 40
 azimuth = -95
 angle = 4
-
-[output]
-frames = 1
-width = 720
-height = 720
-samples = 6
-sky_rays = 4
-mesh = "none"
-rate = 16
 """
 
-folder = pathlib.Path(sys.argv[1])
-folder.mkdir(parents=True, exist_ok=True)
-points, faces = bottle()
-lines = [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in points]
-lines += ["f " + " ".join(str(point + 1) for point in face) for face in faces]
-(folder / "bottle.obj").write_text("\n".join(lines) + "\n")
-write_png(folder / "label.png", label())
-(folder / "bottle.toml").write_text(SCENE.replace("PINS", pins()))
+sticker.write(sys.argv[1], SCENE, 'object = "bottle"\ncontour = 0.5\ncells = 16\n', {"bottle": bottle()}, label(), pins())
