@@ -7,6 +7,8 @@ mod export;
 mod mark;
 mod opened;
 mod run;
+#[cfg(feature = "view")]
+mod view;
 
 use std::io::Write;
 use std::path::Path;
@@ -38,6 +40,9 @@ enum Task {
     Classify(classify::Arguments),
     /// Makes a transfer function of classes, as an image or as a function of a shader.
     Export(export::Arguments),
+    /// Opens a window in which pixels are classified by clicks and variables are chosen for vectors.
+    #[cfg(feature = "view")]
+    View(view::Arguments),
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -48,6 +53,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Task::Run(arguments) => run::run(arguments),
         Task::Classify(arguments) => classify::run(arguments),
         Task::Export(arguments) => export::run(arguments),
+        #[cfg(feature = "view")]
+        Task::View(arguments) => view::run(arguments),
     }
 }
 

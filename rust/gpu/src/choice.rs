@@ -40,8 +40,7 @@ fn summary(adapter: &wgpu::Adapter) -> AdapterSummary {
 }
 
 /// Adapters with their summaries, best first, those alike in the order of the system.
-fn found() -> Vec<(wgpu::Adapter, AdapterSummary)> {
-    let instance = instance();
+fn found(instance: &Instance) -> Vec<(wgpu::Adapter, AdapterSummary)> {
     let adapters = ready(instance.enumerate_adapters(Backends::all())).unwrap_or_default();
     let mut found: Vec<_> = adapters.into_iter().map(|adapter| (summary(&adapter), adapter)).collect();
     found.sort_by_key(|(summary, _)| summary.kind);
@@ -50,19 +49,21 @@ fn found() -> Vec<(wgpu::Adapter, AdapterSummary)> {
 
 /// The adapters of this machine, best first. None is no error.
 pub fn adapters() -> Vec<AdapterSummary> {
-    found().into_iter().map(|(_, summary)| summary).collect()
+    found(&instance()).into_iter().map(|(_, summary)| summary).collect()
 }
 
-/// The adapter that is chosen.
-pub(crate) fn choose(choice: &AdapterChoice) -> Result<(wgpu::Adapter, AdapterSummary)> {
-    let mut found = found();
+/// The adapter that is chosen, and the instance that it is of.
+pub(crate) fn choose(choice: &AdapterChoice) -> Result<(Instance, wgpu::Adapter, AdapterSummary)> {
+    let instance = instance();
+    let mut found = found(&instance);
     let wanted = |summary: &AdapterSummary| match choice {
         AdapterChoice::Best => true,
         AdapterChoice::Hardware => summary.kind != AdapterKind::Software,
         AdapterChoice::Named(name) => summary.name.to_lowercase().contains(&name.to_lowercase()),
     };
     if let Some(index) = found.iter().position(|(_, summary)| wanted(summary)) {
-        return Ok(found.swap_remove(index));
+        let (adapter, summary) = found.swap_remove(index);
+        return Ok((instance, adapter, summary));
     }
     let names: Vec<_> = found.iter().map(|(_, summary)| format!("`{}`", summary.name)).collect();
     let what = match choice {

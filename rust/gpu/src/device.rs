@@ -33,6 +33,8 @@ pub struct Device {
 const PATIENCE: Duration = Duration::from_secs(120);
 
 pub(crate) struct Inner {
+    instance: wgpu::Instance,
+    adapter: wgpu::Adapter,
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     summary: AdapterSummary,
@@ -88,7 +90,7 @@ fn error_of(error: &wgpu::Error) -> Error {
 impl Device {
     /// Opens a device. Fails where there is none such, or where it lacks something that every kernel needs.
     pub fn open(options: &DeviceOptions) -> Result<Self> {
-        let (adapter, summary) = choose(&options.adapter)?;
+        let (instance, adapter, summary) = choose(&options.adapter)?;
         let there = adapter.features();
         if !summary.is_usable {
             return Err(Error::unsupported(format!("{summary} has no immediate data (push constants)"))
@@ -121,6 +123,8 @@ impl Device {
         let gone = keep(&fault);
         device.set_device_lost_callback(move |_, message| gone(lost(message.trim())));
         let inner = Inner {
+            instance,
+            adapter,
             device,
             queue,
             summary,
@@ -170,6 +174,28 @@ impl Device {
     /// The queue of wgpu.
     pub fn queue(&self) -> &wgpu::Queue {
         &self.inner.queue
+    }
+
+    /// Makes a surface that presents pictures of `size` pixels in a window, with its configuration, which is in no colour space.
+    ///
+    /// Fails if the device cannot present to the display of the window.
+    pub fn surface(
+        &self,
+        window: wgpu::SurfaceTarget<'static>,
+        size: [u32; 2],
+    ) -> Result<(wgpu::Surface<'static>, wgpu::SurfaceConfiguration)> {
+        let refused = |why: String| {
+            Error::new(ErrorKind::Device, format!("{} cannot present to the display{why}", self.inner.summary))
+                .advise("name another graphics device, or use the commands that need no display")
+        };
+        let made = self.guard(|| self.inner.instance.create_surface(window))?;
+        let surface = made.map_err(|error| refused(format!(": {error}")))?;
+        let known = surface.get_capabilities(&self.inner.adapter).formats;
+        let wanted = [wgpu::TextureFormat::Bgra8Unorm, wgpu::TextureFormat::Rgba8Unorm];
+        let format = wanted.into_iter().find(|it| known.contains(it)).ok_or_else(|| refused(String::new()))?;
+        let configuration = surface.get_default_config(&self.inner.adapter, size[0], size[1]);
+        let configuration = configuration.ok_or_else(|| refused(String::new()))?;
+        Ok((surface, wgpu::SurfaceConfiguration { format, ..configuration }))
     }
 
     pub(crate) fn inner(&self) -> &Inner {

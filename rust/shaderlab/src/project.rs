@@ -102,6 +102,28 @@ impl Project {
         Ok(project)
     }
 
+    /// Writes a project whose paths are relative to the folder of the process. Comments before the first line of a file that
+    /// is there already stay. Fails if the file cannot be written; it appears whole or not at all.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let relative = |path: &Path| path.strip_prefix(folder).map_or_else(|_| path.to_owned(), Path::to_owned);
+        let mut project = self.clone();
+        project.shader = relative(&project.shader);
+        for input in &mut project.inputs {
+            input.file = relative(&input.file);
+        }
+        let mut text = String::new();
+        if path.exists() {
+            let bytes = relievo_core::file::load(path, MOST_BYTES)?;
+            let before = String::from_utf8_lossy(&bytes).into_owned();
+            for line in before.lines().take_while(|line| line.starts_with('#')) {
+                let _ = writeln!(text, "{line}");
+            }
+        }
+        text += &toml::to_string(&project).map_err(|error| Error::internal(error.to_string()))?;
+        relievo_core::file::store(path, |file| file.write_all(text.as_bytes()))
+    }
+
     /// Appends classified pixels to a project file and leaves the rest of its text alone.
     pub fn append(path: &Path, examples: &[Classified]) -> Result<()> {
         let place = path.display().to_string();

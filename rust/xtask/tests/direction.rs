@@ -28,7 +28,7 @@ const LAYERS: &[&[&str]] = &[
     &["relievo-detail", "relievo-comparison"],
     &["relievo-bake", "relievo-lod", "relievo-fluid", "relievo-decal"],
     &["relievo-crowd", "relievo-shaderlab"],
-    &["relievo-scene"],
+    &["relievo-scene", "relievo-view"],
     &["relievo-simulation"],
     &["relievo-server"],
     &["relievo-capi", "relievo-cli", "relievo-mpi"],

@@ -58,6 +58,15 @@ pub struct Opened {
     pub classes: Option<Classes>,
 }
 
+/// What a shader runs with.
+pub struct Begun {
+    pub project: Project,
+    pub inputs: Inputs,
+    /// Columns and rows of the picture.
+    pub size: [u32; 2],
+    pub device: relievo_gpu::Device,
+}
+
 impl Options {
     /// Returns whether the file is a project.
     pub fn is_project(&self) -> bool {
@@ -106,14 +115,10 @@ impl Options {
         Ok(project)
     }
 
-    /// Opens the shader on a graphics device and takes the vectors of its examples.
-    pub fn open(&self) -> Result<std::result::Result<Opened, Faults>> {
+    /// Reads the project and its inputs and opens the graphics device.
+    pub fn begin(&self) -> Result<Begun> {
         let project = self.project()?;
         let context = self.limits.context()?;
-        let shader = match Shader::new(Source::read(&project.shader)?) {
-            Ok(shader) => shader,
-            Err(faults) => return Ok(Err(faults)),
-        };
         let (mut inputs, mut image_size) = (Inputs { numbers: project.set.clone(), ..Inputs::default() }, None);
         for input in &project.inputs {
             let texture = texture(&context, &input.file)?;
@@ -124,6 +129,18 @@ impl Options {
         }
         let stated = Some(project.size).filter(|size| !size.contains(&0));
         let size = self.size.or(stated).or(image_size).unwrap_or([640, 480]);
+        let device = crate::run::device(crate::run::Device::Gpu, self.adapter.as_deref(), self.limits.memory_limit)?
+            .ok_or_else(|| Error::internal("no graphics device was opened"))?;
+        Ok(Begun { project, inputs, size, device })
+    }
+
+    /// Opens the shader on a graphics device and takes the vectors of its examples.
+    pub fn open(&self) -> Result<std::result::Result<Opened, Faults>> {
+        let Begun { project, inputs, size, device } = self.begin()?;
+        let shader = match Shader::new(Source::read(&project.shader)?) {
+            Ok(shader) => shader,
+            Err(faults) => return Ok(Err(faults)),
+        };
         let needs_vectors = !project.examples.is_empty() || self.classes.is_some();
         let prepared = match shader.is_marked() || needs_vectors {
             true => shader.augment().and_then(|it| Ok((Program::augmented(&shader, &it)?, Some(it)))),
@@ -133,8 +150,6 @@ impl Options {
             Ok(prepared) => prepared,
             Err(faults) => return Ok(Err(faults)),
         };
-        let device = crate::run::device(crate::run::Device::Gpu, self.adapter.as_deref(), self.limits.memory_limit)?
-            .ok_or_else(|| Error::internal("no graphics device was opened"))?;
         let runner = Runner::new(&device, &program, project.entry.as_deref(), size, &inputs)
             .map_err(|error| error.at(project.shader.display().to_string()))?;
         let classes = match &augmented {
