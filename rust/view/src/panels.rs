@@ -350,7 +350,7 @@ impl Panels {
     }
 
     fn confirm(&mut self, ui: &mut Ui, session: &mut Session) {
-        egui::Modal::new(egui::Id::new("close")).show(ui.ctx(), |ui| {
+        egui::Modal::new(egui::Id::unique("close")).show(ui.ctx(), |ui| {
             ui.label("The project is not saved.");
             ui.horizontal(|ui| {
                 if self.button(ui, "Save and close") {

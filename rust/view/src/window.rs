@@ -212,7 +212,7 @@ impl Shown {
         scale: f32,
     ) -> Result<()> {
         let device = session.device();
-        for (id, delta) in &textures.set {
+        for (id, delta) in textures.set.iter().flat_map(|(id, deltas)| deltas.iter().map(move |delta| (id, delta))) {
             device.guard(|| self.renderer.update_texture(device.wgpu(), device.queue(), *id, delta))?;
         }
         use wgpu::CurrentSurfaceTexture::{Lost, Outdated, Suboptimal, Success};
