@@ -121,24 +121,28 @@ typedef struct RlvCrowdView {
     double up[3];     /* direction that is up in the picture, of any length above 0; not along the view */
     double fov;       /* vertical field of view, radians */
     double time;      /* since the clips began, seconds */
+    uint32_t occlusion; /* 1 leaves out agents that others hide at the middle of every pixel they may cover; 0 does not */
+    uint32_t reserved;
 } RlvCrowdView;
 
 #define RLV_CROWD_VIEW_INIT \
-    {sizeof(RlvCrowdView), 0, 0, 0.5f, {0.0}, {0.0, 0.0, -1.0}, {0.0, 1.0, 0.0}, 0.6, 0.0}
+    {sizeof(RlvCrowdView), 0, 0, 0.5f, {0.0}, {0.0, 0.0, -1.0}, {0.0, 1.0, 0.0}, 0.6, 0.0, 0, 0}
 
 /* Counts of a frame. */
 typedef struct RlvCrowdFrame {
     uint32_t struct_size;
-    uint32_t agent_count;  /* in view: instances */
+    uint32_t agent_count;  /* in view, without hidden ones: instances */
     uint32_t draw_count;
     uint32_t matrix_count; /* one for each bone of each pose that is shown */
     uint32_t changed;      /* agents that show other clusters than in the last frame, or may do so */
-    uint32_t reserved;
-    uint64_t clusters;     /* of all agents */
-    uint64_t triangles;    /* of all agents */
+    uint32_t hidden;       /* agents in view that others hide, which have no draws */
+    uint64_t clusters;     /* of agent_count agents */
+    uint64_t triangles;    /* of agent_count agents */
+    uint64_t hidden_triangles;
+    uint64_t occluder_triangles; /* that were drawn into depths to find the hidden agents; 0 where that rested */
 } RlvCrowdFrame;
 
-#define RLV_CROWD_FRAME_INIT {sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0}
+#define RLV_CROWD_FRAME_INIT {sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0, 0, 0}
 
 /* Arguments of an indexed draw, in the layout of VkDrawIndexedIndirectCommand. The vertices of all models are in one
  * buffer, one model after the other, and so are the indices of their triangles. */
@@ -238,8 +242,11 @@ RLV_API RlvResult rlv_crowd_add(RlvCrowd crowd, const RlvCrowdAgent *agents, siz
 RLV_API RlvResult rlv_crowd_set(RlvCrowd crowd, uint32_t first, const RlvCrowdAgent *agents, size_t count,
                                 size_t stride);
 
-/* Mutates the crowd: finds what a view draws of it; out may be NULL. Fails if the view is not finite or has no pixels or
- * direction, or the indices of all models do not fit 32 bits. */
+/* Mutates the crowd: finds what a view draws of it; out may be NULL. With occlusion the nearest agents that were drawn in
+ * the last cut are rasterised on the processor, and the boxes of all agents tested against their depths. That changes no
+ * pixel of a picture with one sample in the middle of each pixel, and rests for 32 cuts where it hides fewer triangles
+ * than it costs. Fails if the view is not finite or has no pixels or direction, occlusion is neither 0 nor 1, the
+ * indices of all models do not fit 32 bits, or with occlusion there are more than 2^26 pixels. */
 RLV_API RlvResult rlv_crowd_cut(RlvCrowd crowd, const RlvCrowdView *view, RlvCrowdFrame *out);
 
 /* Writes what rlv_crowd_cut found. Fails, and writes nothing, if a capacity is too small, or the agents changed since. */

@@ -286,6 +286,24 @@ static void check_draws(RlvContext context, RlvCrowdModel model) {
     CHECK_OK(rlv_crowd_cut(crowd, &view, &distant));
     CHECK(distant.changed == 0);
 
+    /* A wide agent before small ones, which it hides from the first cut on. */
+    for (int agent = 0; agent < AGENTS; ++agent) {
+        agents[agent] = agent_at(0.0, agent == 0 ? 0.0 : -10.0 - agent);
+        agents[agent].transform[0] = agents[agent].transform[4] = agents[agent].transform[8] = agent == 0 ? 4.0 : 0.05;
+    }
+    RlvCrowdFrame culled = RLV_CROWD_FRAME_INIT;
+    CHECK_OK(rlv_crowd_set(crowd, 0, agents, AGENTS, 0));
+    view.eye[2] = 8.0;
+    CHECK_OK(rlv_crowd_cut(crowd, &view, &frame));
+    CHECK(frame.agent_count == AGENTS && frame.hidden == 0 && frame.occluder_triangles == 0);
+    view.occlusion = 1;
+    CHECK_OK(rlv_crowd_cut(crowd, &view, &culled));
+    CHECK(culled.hidden == AGENTS - 1 && culled.agent_count == 1 && culled.occluder_triangles > 0);
+    CHECK(culled.triangles + culled.hidden_triangles == frame.triangles && culled.draw_count < frame.draw_count);
+    view.occlusion = 2;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "occlusion");
+    view.occlusion = 0;
+
     const RlvCrowdAgent flat = {0, 0, 0.0, {0.0}};
     agents[5].clip = 3;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_add(crowd, agents, AGENTS, 0, NULL), "agent 5");

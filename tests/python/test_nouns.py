@@ -939,6 +939,10 @@ class Crowds(unittest.TestCase):
         self.assertEqual(frame.agent_count, 5)
         self.assertEqual(sorted(instances["agent"].tolist()), [0, 1, 2, 3, 4])
         numpy.testing.assert_array_equal(matrices, [numpy.eye(4)[:3]])
+        culled = crowd.cut((400, 400), eye=(0.5, 0.5, 3), target=(0.5, 0.5, 0), occlusion=True)
+        self.assertGreater(culled.occluder_triangles, 0)
+        self.assertEqual(culled.agent_count + culled.hidden, 5)
+        self.assertEqual(len(crowd.draws()[2]), culled.agent_count)
         counts = draws["index_count"].astype(int) // 3 * draws["instance_count"]
         self.assertEqual(int(counts.sum()), frame.triangles)
         known = model.clusters()[clusters[:, 1]]

@@ -1531,6 +1531,8 @@ class RlvCrowdView(Structure):
         ("up", c_double * 3),
         ("fov", c_double),
         ("time", c_double),
+        ("occlusion", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -1541,9 +1543,11 @@ class RlvCrowdFrame(Structure):
         ("draw_count", c_uint32),
         ("matrix_count", c_uint32),
         ("changed", c_uint32),
-        ("reserved", c_uint32),
+        ("hidden", c_uint32),
         ("clusters", c_uint64),
         ("triangles", c_uint64),
+        ("hidden_triangles", c_uint64),
+        ("occluder_triangles", c_uint64),
     ]
 
 
@@ -2996,8 +3000,8 @@ INIT = {
     RlvCrowdClip: (ctypes.sizeof(RlvCrowdClip), 0, 0.0, (0,),),
     RlvCrowdMaterial: (ctypes.sizeof(RlvCrowdMaterial), (0,),),
     RlvCrowdVertices: (ctypes.sizeof(RlvCrowdVertices), 0, 0, None, None, None, None, None,),
-    RlvCrowdView: (ctypes.sizeof(RlvCrowdView), 0, 0, 0.5, (0.0,), (0.0, 0.0, -1.0,), (0.0, 1.0, 0.0,), 0.6, 0.0,),
-    RlvCrowdFrame: (ctypes.sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0,),
+    RlvCrowdView: (ctypes.sizeof(RlvCrowdView), 0, 0, 0.5, (0.0,), (0.0, 0.0, -1.0,), (0.0, 1.0, 0.0,), 0.6, 0.0, 0, 0,),
+    RlvCrowdFrame: (ctypes.sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvCrowdBuffers: (ctypes.sizeof(RlvCrowdBuffers), 0, None, 0, 0, None, None, 0, 0, None, 0, 0,),
     RlvLayerOptions: (ctypes.sizeof(RlvLayerOptions), 0, 1, 1, 1.0, 0,),
     RlvLayerInfo: (ctypes.sizeof(RlvLayerInfo), 0, 0, 0, 0, 0, 0.0, 0, 0, (0,),),

@@ -152,12 +152,12 @@ class Crowd(Handle):
         place = agents.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdAgent))
         library.call("rlv_crowd_set", self.handle, first, place, len(agents), 0)
 
-    def cut(self, size, eye, target, up=(0, 1, 0), fov=0.6, tolerance=0.5, time=0.0):
+    def cut(self, size, eye, target, up=(0, 1, 0), fov=0.6, tolerance=0.5, time=0.0, occlusion=False):
         """Finds what a view draws, and returns counts; see RlvCrowdFrame. `size` is (width, height) in pixels, `tolerance`
-        the error that may be seen, in pixels."""
+        the error that may be seen, in pixels; `occlusion` leaves out agents that others hide."""
         width, height = size
         given = {"width": width, "height": height, "tolerance": tolerance, "eye": eye, "target": target, "up": up}
-        view = record.fill(abi.RlvCrowdView, {**given, "fov": fov, "time": time})
+        view = record.fill(abi.RlvCrowdView, {**given, "fov": fov, "time": time, "occlusion": int(occlusion)})
         self._frame = record.empty(abi.RlvCrowdFrame)
         library.call("rlv_crowd_cut", self.handle, ctypes.byref(view), ctypes.byref(self._frame))
         return record.read(self._frame)

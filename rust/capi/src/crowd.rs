@@ -6,7 +6,10 @@ use std::sync::{Arc, OnceLock, RwLock};
 
 use glam::{DAffine3, DVec3};
 use relievo_core::{Error, Progress, Result};
-use relievo_crowd::{Agent, BuildSettings, Crowd, CrowdModel, CrowdView, Draw, DrawList, Frame, Instance, NONE};
+use relievo_crowd::{
+    Agent, BuildSettings, Crowd, CrowdModel, CrowdView, Culled, Draw, DrawList, Frame, Instance, NONE, Occlusion,
+    PixelView,
+};
 use relievo_render::Camera;
 
 use crate::array::{Input, Output, Plain, fixed, present, put, text};
@@ -108,6 +111,8 @@ descriptor! {
         up: [f64; 3],
         fov: f64,
         time: f64,
+        occlusion: u32,
+        reserved: u32,
     }
 }
 
@@ -118,9 +123,11 @@ descriptor! {
         draw_count: u32,
         matrix_count: u32,
         changed: u32,
-        reserved: u32,
+        hidden: u32,
         clusters: u64,
         triangles: u64,
+        hidden_triangles: u64,
+        occluder_triangles: u64,
     }
 }
 
@@ -211,6 +218,7 @@ pub struct CrowdObject {
 struct State {
     crowd: Crowd,
     frame: Frame,
+    occlusion: Occlusion,
     list: DrawList,
     is_cut: bool,
 }
@@ -299,16 +307,24 @@ fn agent_of(given: &RlvCrowdAgent) -> Agent {
     Agent { model, clip, phase, transform: DAffine3::from_cols_array(&transform) }
 }
 
-/// Returns the view and the time that C describes.
+/// A view that C describes.
+struct Seen {
+    view: CrowdView,
+    /// The same for culling by occlusion, where that is asked for.
+    pixels: Option<PixelView>,
+    time: f64,
+}
+
+/// Returns the view that C describes.
 ///
 /// # Safety
 /// `view` is NULL or a descriptor that starts with its size.
-unsafe fn view_of(view: *const RlvCrowdView) -> Result<(CrowdView, f64)> {
+unsafe fn view_of(view: *const RlvCrowdView) -> Result<Seen> {
     // SAFETY: a descriptor of nothing but numbers.
     let default: RlvCrowdView = unsafe { std::mem::zeroed() };
     // SAFETY: promised by the caller.
     let given = unsafe { read_descriptor(view, default) }?;
-    let RlvCrowdView { width, height, tolerance, eye, target, up, fov, time, .. } = given;
+    let RlvCrowdView { width, height, tolerance, eye, target, up, fov, time, occlusion, .. } = given;
     if width == 0 || height == 0 {
         return Err(Error::invalid("the picture has no pixels").at("view").advise("set width and height"));
     }
@@ -317,7 +333,14 @@ unsafe fn view_of(view: *const RlvCrowdView) -> Result<(CrowdView, f64)> {
     }
     let camera = Camera::look_at(DVec3::from(eye), DVec3::from(target), DVec3::from(up), fov)?;
     let view = CrowdView::perspective(camera.eye, camera.axes, camera.fov, [width, height], tolerance)?;
-    Ok((view, time))
+    let pixels = match occlusion {
+        0 => None,
+        1 => Some(PixelView { eye: camera.eye, axes: camera.axes, fov: camera.fov, size: [width, height] }),
+        other => {
+            return Err(Error::invalid(format!("occlusion is {other}")).at("view").advise("set it to 0 or 1"));
+        }
+    };
+    Ok(Seen { view, pixels, time })
 }
 
 /// Fills an array of elements with so many numbers each that is wanted, or fails if the model lacks them.
@@ -518,7 +541,13 @@ entry! {
         }
         let models = handles.iter().map(|handle| registry::get(handle).map(|object| Arc::clone(&object.model)));
         let crowd = Crowd::new(models.collect::<Result<Vec<_>>>()?);
-        let state = State { crowd, frame: Frame::default(), list: DrawList::default(), is_cut: false };
+        let state = State {
+            crowd,
+            frame: Frame::default(),
+            occlusion: Occlusion::default(),
+            list: DrawList::default(),
+            is_cut: false,
+        };
         let handle = registry::insert(CrowdObject { context, state: RwLock::new(state) })?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
@@ -580,14 +609,19 @@ entry! {
     fn rlv_crowd_cut(crowd: RlvCrowd, view: *const RlvCrowdView, out: *mut RlvCrowdFrame) {
         let object = registry::get(crowd)?;
         // SAFETY: the caller gives NULL or descriptors that start with their size.
-        let (view, time) = unsafe {
+        let Seen { view, pixels, time } = unsafe {
             check_optional(out)?;
             view_of(view)?
         };
         let mut state = try_write(&object.state, "crowd")?;
-        let State { crowd, frame, list, is_cut } = &mut *state;
+        let State { crowd, frame, occlusion, list, is_cut } = &mut *state;
         *is_cut = false;
-        crowd.cut(&object.context.context, &view, frame)?;
+        let context = &object.context.context;
+        crowd.cut(context, &view, frame)?;
+        let culled = match pixels {
+            Some(pixels) => occlusion.cull(context, crowd, (&pixels, time), frame)?,
+            None => Culled::default(),
+        };
         list.update(crowd, frame, time)?;
         *is_cut = true;
         let found = RlvCrowdFrame {
@@ -596,9 +630,11 @@ entry! {
             draw_count: list.draws.len() as u32,
             matrix_count: list.matrices.len() as u32,
             changed: frame.changed,
-            reserved: 0,
+            hidden: culled.hidden,
             clusters: frame.clusters,
             triangles: frame.triangles,
+            hidden_triangles: culled.hidden_triangles,
+            occluder_triangles: culled.occluder_triangles,
         };
         // SAFETY: checked above.
         unsafe { write_optional(out, found) }

@@ -419,8 +419,8 @@ layout!(RlvCrowdMaterial: 260, 4);
 layout!(RlvCrowdVertices: 56, 8);
 layout!(RlvCrowdCluster: 24, 4);
 layout!(RlvCrowdAgent: 112, 8);
-layout!(RlvCrowdView: 104, 8);
-layout!(RlvCrowdFrame: 40, 8);
+layout!(RlvCrowdView: 112, 8);
+layout!(RlvCrowdFrame: 56, 8);
 layout!(RlvCrowdDraw: 20, 4);
 layout!(RlvCrowdInstance: 56, 4);
 layout!(RlvCrowdBuffers: 88, 8);
@@ -1772,6 +1772,8 @@ pub fn offsets(list: &mut Offsets) {
         up: [f64; 3] = 64,
         fov: f64 = 88,
         time: f64 = 96,
+        occlusion: u32 = 104,
+        reserved: u32 = 108,
     });
     fields!(list, RlvCrowdFrame {
         struct_size: u32 = 0,
@@ -1779,9 +1781,11 @@ pub fn offsets(list: &mut Offsets) {
         draw_count: u32 = 8,
         matrix_count: u32 = 12,
         changed: u32 = 16,
-        reserved: u32 = 20,
+        hidden: u32 = 20,
         clusters: u64 = 24,
         triangles: u64 = 32,
+        hidden_triangles: u64 = 40,
+        occluder_triangles: u64 = 48,
     });
     fields!(list, RlvCrowdDraw {
         index_count: u32 = 0,
@@ -3030,9 +3034,11 @@ pub const INITIAL: &[Initial] = &[
         ("uint32_t draw_count", 0.0),
         ("uint32_t matrix_count", 0.0),
         ("uint32_t changed", 0.0),
-        ("uint32_t reserved", 0.0),
+        ("uint32_t hidden", 0.0),
         ("uint64_t clusters", 0.0),
         ("uint64_t triangles", 0.0),
+        ("uint64_t hidden_triangles", 0.0),
+        ("uint64_t occluder_triangles", 0.0),
     ] },
     Initial { header: "layer.h", name: "RlvLayerOptions", initializer: "RLV_LAYER_OPTIONS_INIT", fields: &[
         ("uint32_t kind", 0.0),
