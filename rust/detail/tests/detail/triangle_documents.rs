@@ -177,7 +177,7 @@ fn documents_keep_all_kinds_of_values_and_fit_nothing_else() {
     let kinds: Vec<Kind> = document.layers().iter().map(|layer| layer.kind()).collect();
     assert_eq!(kinds, [Kind::Scalar, Kind::Rgba8, Kind::Trace, Kind::Vector, Kind::Rgba16]);
     let parsed = Document::parse(&document.to_bytes().unwrap(), LIMIT).unwrap();
-    assert_eq!((parsed.version, &parsed), (4, &document));
+    assert_eq!((parsed.version, &parsed), (5, &document));
     let shown = parsed.to_string();
     assert!(shown.contains("segments an edge: 32") && shown.contains("17 points"), "{shown}");
     let same = TriangleChannel::<Rgba16>::stored(&context, topology.clone(), &parsed, "light", LIMIT).unwrap().unwrap();

@@ -212,7 +212,7 @@ fn births_beyond_the_room_are_counted_and_those_beyond_the_memory_refused() {
     let mut wider = Diffuse::new(with(DiffuseSettings { most: 150, ..settings })).unwrap();
     wider.advance(&Context::serial(), frame, 0.04, &mut Silent).unwrap();
     assert_eq!(diffuse.particles().positions, wider.particles().positions[..100]);
-    let limited = Context::new(ContextOptions { memory_limit: 1 << 24, ..ContextOptions::default() }).unwrap();
+    let limited = Context::new(&ContextOptions { memory_limit: 1 << 24, ..ContextOptions::default() }).unwrap();
     let mut greedy = Diffuse::new(with(DiffuseSettings { most: 1_000_000_000, ..settings })).unwrap();
     let error = greedy.advance(&limited, frame, 0.04, &mut Silent).unwrap_err();
     assert_eq!(error.kind, relievo_core::ErrorKind::Memory);

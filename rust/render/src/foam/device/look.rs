@@ -47,7 +47,7 @@ pub struct FoamLook {
     pub ao_sh_offset: f32,
     pub irradiance_map: u32,
     pub filter_radius: f32,
-    padding: [u32; 3],
+    padding: u32,
 }
 
 impl FoamLook {
