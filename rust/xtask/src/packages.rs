@@ -44,6 +44,11 @@ pub const ALL: &[&str] = &[
     "mesa-vulkan-drivers",
     "xvfb",
     "xauth",
+    // What windows load when they open.
+    "libxkbcommon-x11-0",
+    "libx11-xcb1",
+    "libxcursor1",
+    "libxi6",
     "openmpi-bin",
     "libopenmpi-dev",
     "slurmctld",
