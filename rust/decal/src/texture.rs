@@ -33,12 +33,12 @@ pub fn triangulated(mesh: &Mesh) -> Mesh {
     for face in &mesh.holes {
         is_hole[*face as usize] = true;
     }
-    let faces = mesh.face_sizes.iter().zip(&offsets).zip(is_hole).filter(|(_, is_hole)| !is_hole);
-    let fan = |((sides, first), _): ((&u32, &u32), bool)| {
-        let (sides, first) = (*sides, *first);
-        (2..sides).flat_map(move |last| [first, first + last - 1, first + last])
-    };
-    let order: Vec<u32> = faces.flat_map(fan).collect();
+    let mut order = Vec::new();
+    for ((sides, first), _) in mesh.face_sizes.iter().zip(&offsets).zip(is_hole).filter(|(_, is_hole)| !is_hole) {
+        for last in 2..*sides {
+            order.extend([*first, first + last - 1, first + last]);
+        }
+    }
     let uv =
         mesh.attributes.iter().find(|attribute| attribute.name == "uv" && attribute.domain != Domain::Face).cloned();
     let corners = order.iter().map(|corner| mesh.corners[*corner as usize]).collect();

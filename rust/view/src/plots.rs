@@ -37,7 +37,7 @@ impl Linked {
         self.brush.is_some_and(|(axes, ranges)| {
             axes.iter()
                 .zip(ranges)
-                .all(|(axis, [low, high])| vector.get(*axis).is_some_and(|it| (low..=high).contains(&it)))
+                .all(|(axis, [low, high])| vector.get(*axis).is_some_and(|it| (low..=high).contains(it)))
         })
     }
 }
