@@ -187,7 +187,7 @@ RLV_API RlvResult rlv_decal_strip_on_mesh(RlvMesh mesh, const RlvDecalOptions *o
                                           size_t count, size_t stride, RlvDecalPin *pins, size_t capacity,
                                           size_t *pin_count, double *length);
 
-/* As rlv_decal_strip_on_mesh, for rlv_decal_on_detail with the same options. */
+/* As rlv_decal_strip_on_mesh, for rlv_decal_on_detail with the same options. Fails as that does. */
 RLV_API RlvResult rlv_decal_strip_on_detail(RlvDetail detail, const RlvDecalOptions *options, const double *curve,
                                             size_t count, size_t stride, RlvDecalPin *pins, size_t capacity,
                                             size_t *pin_count, double *length);
