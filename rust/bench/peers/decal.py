@@ -30,7 +30,7 @@ def lscm(points, triangles, pins):
 
     points, triangles = points.astype(np.float64), triangles.astype(np.int64)
     start = time.perf_counter()
-    found = igl.lscm(points, triangles, pins[:, 0].astype(np.int64), pins[:, 1:])
+    found = igl.lscm(points, triangles, pins[:, 0].astype(np.int64), np.ascontiguousarray(pins[:, 1:]))
     plane = next(part for part in found if np.ndim(part) == 2 and np.shape(part) == (len(points), 2))
     return np.asarray(plane), time.perf_counter() - start
 
