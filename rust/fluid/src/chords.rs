@@ -11,7 +11,7 @@ use relievo_core::simd::Level;
 use crate::function::Combination;
 use crate::pairs::Vectors;
 use crate::probe::Sums;
-use crate::profile::{WIDEST, Weight, with_weight};
+use crate::profile::{LANES, WIDEST, Weight, with_weight};
 use crate::surface::Surface;
 
 /// A piece of a ray, in coordinates around its beginning so that f32 is fine enough however far the ray comes from.
@@ -172,8 +172,7 @@ fn admit_body<A: Lanes>(
     range: Range<usize>,
     chords: &mut Chords,
 ) {
-    let numbers: [f32; WIDEST] = std::array::from_fn(|lane| lane as f32);
-    let (numbers, one) = (v.load(&numbers), v.splat(1.0));
+    let (numbers, one) = (v.load(&LANES), v.splat(1.0));
     let [anchor, offset, along] =
         [piece.anchor, piece.offset, piece.direction].map(|vector| Vectors::splat(v, vector.extend(0.0)));
     let moves = !velocities[0].is_empty();
@@ -225,8 +224,7 @@ fn next_body<A: Lanes>(v: A, chords: &Chords, from: f32) -> f32 {
     let (here, never) = (v.splat(from), v.splat(f32::INFINITY));
     let mut next = never;
     let count = chords.particles.len();
-    let numbers: [f32; WIDEST] = std::array::from_fn(|lane| lane as f32);
-    let numbers = v.load(&numbers);
+    let numbers = v.load(&LANES);
     for first in (0..count).step_by(A::WIDTH) {
         let (begin, end) = (v.load(&chords.columns[BEGIN][first..]), v.load(&chords.columns[END][first..]));
         let left = v.splat((count - first).min(WIDEST) as f32);

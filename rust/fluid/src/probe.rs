@@ -8,7 +8,7 @@ use relievo_core::lanes::Lanes;
 use relievo_core::simd::Level;
 
 use crate::function::Combination;
-use crate::profile::{WIDEST, Weight, with_weight};
+use crate::profile::{LANES, WIDEST, Weight, with_weight};
 use crate::rows::Cell;
 use crate::surface::Surface;
 
@@ -174,8 +174,7 @@ fn total_body<A: Lanes>(v: A, surface: &Surface, at: [f32; 3], ranges: &[Range<u
 /// The sum of the weights of the particles of ranges, of spheres of amplitude 1.
 #[inline(always)]
 fn total_of<A: Lanes, W: Weight>(v: A, surface: &Surface, weight: W, at: [f32; 3], ranges: &[Range<usize>]) -> f32 {
-    let lanes: [f32; WIDEST] = std::array::from_fn(|lane| lane as f32);
-    let lanes = v.load(&lanes);
+    let lanes = v.load(&LANES);
     let (zero, one, sphere) = (v.splat(0.0), v.splat(1.0), v.splat(surface.sphere));
     let at = [v.splat(at[0]), v.splat(at[1]), v.splat(at[2])];
     let mut total = zero;
@@ -206,8 +205,7 @@ fn sum_of<A: Lanes, W: Weight, const MEAN: bool, const SHAPES: bool>(
     weights: &mut Vec<f32>,
     sums: &mut Sums,
 ) {
-    let lanes: [f32; WIDEST] = std::array::from_fn(|lane| lane as f32);
-    let lanes = v.load(&lanes);
+    let lanes = v.load(&LANES);
     let (zero, one, sphere) = (v.splat(0.0), v.splat(1.0), v.splat(surface.sphere));
     let at = [v.splat(at[0]), v.splat(at[1]), v.splat(at[2])];
     let mut total = [zero; 13];

@@ -21,7 +21,7 @@ pub struct Born {
 /// The particles that are born in a step.
 #[derive(Debug, Default)]
 pub struct Births {
-    /// Those that there is room for.
+    /// The particles that there is room for.
     pub born: Vec<Born>,
     /// How many there is no room for.
     pub refused: u64,
@@ -29,7 +29,7 @@ pub struct Births {
 
 /// Returns the particles that are born in a step of so many seconds, in the order of the fluid's cells, of which the first
 /// `room` are made. Births are counted before they are made, so that no rate of the settings exceeds the memory. Fails if
-/// those that are made exceed the memory limit.
+/// the particles that are made exceed the memory limit.
 pub fn give(
     context: &Context,
     options: &DiffuseOptions,

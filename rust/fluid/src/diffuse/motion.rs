@@ -5,10 +5,9 @@ use relievo_core::lanes::Lanes;
 use relievo_core::{Context, dispatch_simd};
 
 use super::options::DiffuseOptions;
-use super::potential::{LANES, dot};
 use super::surroundings::Surroundings;
 use super::{DiffuseKind, DiffuseParticles, PART};
-use crate::profile::WIDEST;
+use crate::pairs::Vectors;
 
 /// The fluid around a particle.
 #[derive(Clone, Copy, Debug, Default)]
@@ -84,7 +83,6 @@ dispatch_simd! {
 /// Adds the fluid around the points of some numbers.
 #[inline(always)]
 fn mean_body<A: Lanes>(v: A, fluid: &Surroundings, points: &[Vec3], numbers: &[u32], flows: &mut Vec<Flow>) {
-    let lanes = v.load(&LANES);
     let (zero, one, two) = (v.splat(0.0), v.splat(1.0), v.splat(2.0));
     let (scale, quarter) = (v.splat(2.0 * fluid.support.recip()), v.splat(0.25));
     let (square, cube) = (v.splat(-1.5), v.splat(0.75));
@@ -92,26 +90,20 @@ fn mean_body<A: Lanes>(v: A, fluid: &Surroundings, points: &[Vec3], numbers: &[u
     let mut seeker = fluid.seeker();
     for number in numbers {
         let point = points[*number as usize];
-        let at = point.to_array().map(|value| v.splat(value));
-        let (mut sum, mut weights, mut neighbours) = ([zero; 3], zero, 0);
-        for range in seeker.around(point) {
-            for first in range.clone().step_by(A::WIDTH) {
-                let from: [A::F; 3] = std::array::from_fn(|axis| v.sub(at[axis], v.load(&fluid.places[axis][first..])));
-                let distance = dot(v, from, from);
-                let left = v.splat((range.end - first).min(WIDEST) as f32);
-                let counts = v.both(v.lt(lanes, left), v.lt(distance, reach));
-                // The cubic spline (Monaghan 1992) of twice the share of the support radius, without its constant factor.
-                let q = v.mul(v.sqrt(distance), scale);
-                let inner = v.fused(v.mul(q, q), v.fused(cube, q, square), one);
-                let rest = v.max(v.sub(two, q), zero);
-                let outer = v.mul(v.mul(quarter, rest), v.mul(rest, rest));
-                let weight = v.select(counts, v.select(v.lt(q, one), inner, outer), zero);
-                neighbours += v.mask(counts).count_ones();
-                weights = v.add(weights, weight);
-                sum = std::array::from_fn(|axis| v.fused(weight, v.load(&fluid.velocities[axis][first..]), sum[axis]));
-            }
-        }
-        let (sum, weights) = (Vec3::from_array(sum.map(|sum| v.sum(sum))), v.sum(weights));
+        let (mut sum, mut weights, mut neighbours) = (Vectors::zero(v), zero, 0);
+        fluid.around(v, point, seeker.around(point), |first, _, distance, is_there| {
+            let counts = v.both(is_there, v.lt(distance, reach));
+            // The cubic spline (Monaghan 1992) of twice the share of the support radius, without its constant factor.
+            let q = v.mul(v.sqrt(distance), scale);
+            let inner = v.fused(v.mul(q, q), v.fused(cube, q, square), one);
+            let rest = v.max(v.sub(two, q), zero);
+            let outer = v.mul(v.mul(quarter, rest), v.mul(rest, rest));
+            let weight = v.select(counts, v.select(v.lt(q, one), inner, outer), zero);
+            neighbours += v.mask(counts).count_ones();
+            weights = v.add(weights, weight);
+            sum = sum.plus(v, weight, Vectors::load(v, &fluid.velocities, first));
+        });
+        let (sum, weights) = (sum.sum(v).truncate(), v.sum(weights));
         flows.push(Flow { velocity: if weights > 0.0 { sum / weights } else { Vec3::ZERO }, neighbours });
     }
 }

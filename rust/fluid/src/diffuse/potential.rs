@@ -9,7 +9,7 @@ use relievo_core::{Context, dispatch_simd};
 use super::PART;
 use super::options::DiffuseOptions;
 use super::surroundings::{Surroundings, columns};
-use crate::profile::WIDEST;
+use crate::pairs::Vectors;
 
 /// The share of the support radius that the mean of the neighbours is away from a particle at the surface.
 const SURFACE: f32 = 0.1;
@@ -86,36 +86,29 @@ dispatch_simd! {
 /// Adds what is near each particle of a part. The air is only found where there is energy.
 #[inline(always)]
 fn look_body<A: Lanes>(v: A, fluid: &Surroundings, part: Range<usize>, energies: &[f32], near: &mut Vec<Near>) {
-    let lanes = v.load(&LANES);
     let (zero, one, inverse) = (v.splat(0.0), v.splat(1.0), v.splat(fluid.support.recip()));
     let least = v.splat(f32::MIN_POSITIVE);
     let mut seeker = fluid.seeker();
     for (number, energy) in part.zip(energies) {
-        let (place, velocity) = (fluid.place(number), fluid.velocity(number));
-        let at = place.to_array().map(|value| v.splat(value));
-        let own = velocity.to_array().map(|value| v.splat(value));
-        let (mut sum, mut weights, mut air) = ([zero; 3], zero, zero);
-        for range in seeker.around(place) {
-            for first in range.clone().step_by(A::WIDTH) {
-                let from: [A::F; 3] = std::array::from_fn(|axis| v.sub(at[axis], v.load(&fluid.places[axis][first..])));
-                let distance = v.sqrt(dot(v, from, from));
-                let left = v.splat((range.end - first).min(WIDEST) as f32);
-                let weight = v.max(v.sub(one, v.mul(distance, inverse)), zero);
-                let weight = v.select(v.lt(lanes, left), weight, zero);
-                weights = v.add(weights, weight);
-                sum = std::array::from_fn(|axis| v.fused(weight, from[axis], sum[axis]));
-                if *energy > 0.0 {
-                    let relative: [A::F; 3] =
-                        std::array::from_fn(|axis| v.sub(own[axis], v.load(&fluid.velocities[axis][first..])));
-                    let speed = v.sqrt(dot(v, relative, relative));
-                    let along = v.div(dot(v, relative, from), v.max(distance, least));
-                    // What is at the same place has no direction.
-                    let weight = v.select(v.lt(zero, distance), weight, zero);
-                    air = v.fused(weight, v.sub(speed, along), air);
-                }
+        let place = fluid.place(number);
+        let own = Vectors::splat(v, fluid.velocity(number).extend(0.0));
+        let (mut sum, mut weights, mut air) = (Vectors::zero(v), zero, zero);
+        fluid.around(v, place, seeker.around(place), |first, from, square, is_there| {
+            let distance = v.sqrt(square);
+            let weight = v.max(v.sub(one, v.mul(distance, inverse)), zero);
+            let weight = v.select(is_there, weight, zero);
+            weights = v.add(weights, weight);
+            sum = sum.plus(v, weight, from);
+            if *energy > 0.0 {
+                let relative = own.minus(v, Vectors::load(v, &fluid.velocities, first));
+                let speed = v.sqrt(relative.dot(v, relative));
+                let along = v.div(relative.dot(v, from), v.max(distance, least));
+                // What is at the same place has no direction.
+                let weight = v.select(v.lt(zero, distance), weight, zero);
+                air = v.fused(weight, v.sub(speed, along), air);
             }
-        }
-        let sum = Vec3::from_array(sum.map(|sum| v.sum(sum)));
+        });
+        let sum = sum.sum(v).truncate();
         let is_surface = sum.length() > SURFACE * fluid.support * v.sum(weights);
         near.push(Near { normal: if is_surface { sum.normalize_or_zero() } else { Vec3::ZERO }, air: v.sum(air) });
     }
@@ -134,46 +127,22 @@ fn curve_body<A: Lanes>(
     breaking: &[usize],
     crests: &mut Vec<f32>,
 ) {
-    let lanes = v.load(&LANES);
     let (zero, one, inverse) = (v.splat(0.0), v.splat(1.0), v.splat(fluid.support.recip()));
     let mut seeker = fluid.seeker();
     for number in breaking {
         let place = fluid.place(*number);
-        let at = place.to_array().map(|value| v.splat(value));
-        let normal: [A::F; 3] = std::array::from_fn(|axis| v.splat(normals[axis][*number]));
+        let normal = Vectors(std::array::from_fn(|axis| v.splat(normals[axis][*number])));
         let mut sum = zero;
-        for range in seeker.around(place) {
-            for first in range.clone().step_by(A::WIDTH) {
-                let from: [A::F; 3] = std::array::from_fn(|axis| v.sub(at[axis], v.load(&fluid.places[axis][first..])));
-                let other: [A::F; 3] = std::array::from_fn(|axis| v.load(&normals[axis][first..]));
-                let distance = v.sqrt(dot(v, from, from));
-                let left = v.splat((range.end - first).min(WIDEST) as f32);
-                let weight = v.max(v.sub(one, v.mul(distance, inverse)), zero);
-                // Where the surface is convex its neighbours lie below its tangent plane; within the fluid there is none.
-                let is_below = v.lt(zero, dot(v, from, normal));
-                let counts = v.both(v.both(v.lt(lanes, left), is_below), v.lt(zero, dot(v, other, other)));
-                sum = v.fused(v.select(counts, weight, zero), v.sub(one, dot(v, normal, other)), sum);
-            }
-        }
+        fluid.around(v, place, seeker.around(place), |first, from, square, is_there| {
+            let other = Vectors::load(v, normals, first);
+            let weight = v.max(v.sub(one, v.mul(v.sqrt(square), inverse)), zero);
+            // Where the surface is convex its neighbours lie below its tangent plane; within the fluid there is none.
+            let is_below = v.lt(zero, from.dot(v, normal));
+            let counts = v.both(v.both(is_there, is_below), v.lt(zero, other.dot(v, other)));
+            sum = v.fused(v.select(counts, weight, zero), v.sub(one, normal.dot(v, other)), sum);
+        });
         crests.push(v.sum(sum));
     }
-}
-
-/// The numbers of lanes.
-pub const LANES: [f32; WIDEST] = {
-    let mut lanes = [0.0; WIDEST];
-    let mut at = 0;
-    while at < WIDEST {
-        lanes[at] = at as f32;
-        at += 1;
-    }
-    lanes
-};
-
-/// Returns the products of vectors.
-#[inline(always)]
-pub fn dot<A: Lanes>(v: A, a: [A::F; 3], b: [A::F; 3]) -> A::F {
-    v.fused(a[0], b[0], v.fused(a[1], b[1], v.mul(a[2], b[2])))
 }
 
 /// Returns how far a value is between limits, from 0 to 1 (Equation 1).

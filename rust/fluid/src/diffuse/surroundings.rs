@@ -3,12 +3,14 @@
 use std::ops::Range;
 
 use glam::Vec3;
+use relievo_core::lanes::Lanes;
 use relievo_core::simd::Level;
 use relievo_core::{Context, Result};
 
 use super::PART;
 use super::options::DiffuseOptions;
-use crate::profile::WIDEST;
+use crate::pairs::Vectors;
+use crate::profile::{LANES, WIDEST};
 use crate::radix::sort;
 use crate::rows::{Cell, Rows};
 
@@ -55,6 +57,26 @@ impl Surroundings {
     /// Returns the velocity of a particle, by its number in the order of cells.
     pub fn velocity(&self, number: usize) -> Vec3 {
         Vec3::from_array(std::array::from_fn(|axis| self.velocities[axis][number]))
+    }
+
+    /// Calls `work` for the particles of ranges, as many as there are lanes at a time: with the number of the first, the
+    /// vectors from them to a point, their squared lengths, and which lanes hold a particle of the range.
+    #[inline(always)]
+    pub fn around<A: Lanes>(
+        &self,
+        v: A,
+        point: Vec3,
+        ranges: &[Range<usize>],
+        mut work: impl FnMut(usize, Vectors<A>, A::F, A::M),
+    ) {
+        let (lanes, point) = (v.load(&LANES), Vectors::splat(v, point.extend(0.0)));
+        for range in ranges {
+            for first in range.clone().step_by(A::WIDTH) {
+                let from = point.minus(v, Vectors::load(v, &self.places, first));
+                let left = v.splat((range.end - first).min(WIDEST) as f32);
+                work(first, from, from.dot(v, from), v.lt(lanes, left));
+            }
+        }
     }
 
     /// Returns the numbers of points in the order of the cells that they are in, so that neighbours follow each other.
