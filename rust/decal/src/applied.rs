@@ -41,6 +41,16 @@ pub fn recipes(history: &History) -> Vec<(u32, Result<Recipe>)> {
     decals.map(|recipe| (recipe.id, Recipe::decode(&recipe.bytes))).collect()
 }
 
+/// Returns the number for one more recipe, ascending. Fails if the last one has the greatest number.
+pub fn next_recipe(recipes: &[relievo_document::Recipe]) -> Result<u32> {
+    let Some(last) = recipes.last() else { return Ok(0) };
+    last.id.checked_add(1).ok_or_else(|| {
+        Error::invalid("a recipe of the document has the greatest number there is")
+            .at(format!("recipe {}", last.id))
+            .advise("write into a layer that the document has, or remove that recipe's decal")
+    })
+}
+
 impl Ground<'_> {
     /// Lays a sticker and writes it into a new layer called `name`, above those of its kind; the history keeps its recipe.
     /// One edit. The layer and the hash of the image in the recipe are set here.
@@ -49,7 +59,7 @@ impl Ground<'_> {
     /// The name is taken, the image is not that of the sticker, the object has no colours, or as [`lay`](crate::lay).
     /// Nothing is changed then.
     pub fn apply(&mut self, recipe: Recipe, name: &str, image: &Image, progress: &mut dyn Progress) -> Result<Applied> {
-        let id = self.history.recipes().last().map_or(0, |last| last.id + 1);
+        let id = next_recipe(self.history.recipes())?;
         self.edit(&format!("decal `{name}`"), |ground| ground.put(id, recipe, (name, None), image, progress))
     }
 

@@ -60,7 +60,7 @@ mod surface;
 mod texels;
 mod texture;
 
-pub use applied::{Applied, Ground, recipes};
+pub use applied::{Applied, Ground, next_recipe, recipes};
 pub use artwork::Artwork;
 pub use contour::Contour;
 pub use decal::{Decal, DecalSettings, Pose, Sticker, lay};

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use glam::{DAffine3, Vec4};
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_decal::{Artwork, Ink, Printed, Recipe, emboss, hash, paint, triangulated};
+use relievo_decal::{Artwork, Ink, Printed, Recipe, emboss, hash, next_recipe, paint, triangulated};
 use relievo_detail::{DisplacedObject, LayeredObject};
 use relievo_document::{self as document, Document, Kind, Settings};
 use relievo_surface::{Surface, SurfaceOptions};
@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         document.put_recipe(recipe.id, Some(recipe.bytes))?;
     }
     if is_new {
-        let id = document.recipes().last().map_or(0, |last| last.id.saturating_add(1));
+        let id = next_recipe(document.recipes())?;
         document.put_recipe(id, arguments.recipe(&laid, layer).map(|recipe| recipe.encode()))?;
     }
     document.write(&arguments.output)?;

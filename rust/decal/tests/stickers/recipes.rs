@@ -3,7 +3,7 @@
 use glam::{DAffine3, Vec4};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Mesh};
-use relievo_decal::{DecalSettings, Ground, Ink, Pin, Pose, Recipe, Sticker, nearest, recipes};
+use relievo_decal::{DecalSettings, Ground, Ink, Pin, Pose, Recipe, Sticker, nearest, next_recipe, recipes};
 use relievo_detail::{DisplacedObject, History, LayeredObject};
 use relievo_document::{Blend, Document, Settings, compact};
 use relievo_render::Image;
@@ -196,4 +196,13 @@ fn recipes_that_are_cut_or_changed_are_refused() {
     let mut newer = bytes;
     newer[8] = 2;
     assert!(Recipe::decode(&newer).expect_err("newer").to_string().contains("version 2"));
+}
+
+#[test]
+fn numbers_of_recipes_ascend_and_end() {
+    let of = |id: u32| relievo_document::Recipe { id, bytes: Vec::new() };
+    assert_eq!(next_recipe(&[]).expect("the first"), 0);
+    assert_eq!(next_recipe(&[of(2), of(7)]).expect("the next"), 8);
+    let error = next_recipe(&[of(u32::MAX)]).expect_err("the last").to_string();
+    assert!(error.contains("greatest number"), "{error}");
 }
