@@ -257,9 +257,9 @@ impl Panels {
         }
         ui.label("Left: positive. Right: negative. Middle: why. On an example with Shift: remove it.");
         let Some(at) = response.interact_pointer_pos() else { return };
-        let pixel = [(at.x - area.left()) / width / scale * width, (at.y - area.top()) / height / scale * height];
         let [columns, rows] = session.size();
-        let pixel = [(pixel[0] as u32).min(columns - 1), (pixel[1] as u32).min(rows - 1)];
+        let from = (at - area.min) / scale;
+        let pixel = [(from.x as u32).min(columns - 1), (from.y as u32).min(rows - 1)];
         let is_shift = ui.input(|input| input.modifiers.shift);
         let class = match (response.clicked(), response.secondary_clicked()) {
             (true, _) => Some(Class::Positive),

@@ -1,6 +1,6 @@
 //! Scatter plots of all pairs of features, linked by picking and brushing, and histograms (Section 4.3, Figure 4).
 //!
-//! Large marks are the vectors of examples: green circles are positive, red squares negative. Small dots are the single
+//! Large marks are the vectors of examples: green circles are positive, orange squares negative. Small dots are the single
 //! vectors that the pixels of examples and the pixel asked about took. A feature against the distance from the camera is thus
 //! the profile along a ray.
 

@@ -212,13 +212,13 @@ impl Session {
     /// Fails if the shader takes no vector there; then nothing changes.
     pub fn classify(&mut self, pixel: [u32; 2], class: Class) -> Result<()> {
         let log = self.log(pixel)?;
-        self.forget(pixel);
-        let Some(classes) = &mut self.classes else { return Ok(()) };
+        let Some(classes) = &self.classes else { return Ok(()) };
+        let mut classes = classes.clone();
+        classes.examples.retain(|example| example.pixel != pixel);
         classes.examples.push(Example { pixel, class, vector: log.vector.clone() });
-        if let Err(error) = classes.check() {
-            classes.examples.pop();
-            return Err(error);
-        }
+        classes.check()?;
+        self.forget(pixel);
+        self.classes = Some(classes);
         self.logs.push(log);
         self.opening.project.examples.push(Classified { pixel, class });
         self.is_changed = true;
