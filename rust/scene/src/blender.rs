@@ -16,8 +16,7 @@ use relievo_detail::DisplacedObject;
 use serde_json::{Value, json};
 
 use crate::description::Geometry;
-use crate::export::shown_mesh;
-use crate::export::{displaced_mesh, floats, point_colors, triangle_mesh};
+use crate::export::{displaced_mesh, floats, point_colors, shown_mesh, triangle_mesh};
 use crate::output::Folder;
 use crate::picture::{automatic_view, camera, lights};
 use crate::povray::{is_dark, sky_stops};

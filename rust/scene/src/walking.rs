@@ -12,7 +12,7 @@ use glam::DAffine3;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Result, file};
 use relievo_crowd::{
-    Blend, BuildSettings, Cluster, Crowd, CrowdModel, CrowdView, Frame, Walker, parse_walkers, skin, skin_normals,
+    Agent, Blend, BuildSettings, Cluster, Crowd, CrowdModel, CrowdView, Frame, Walker, parse_walkers, skin, skin_normals,
 };
 use relievo_render as render;
 
@@ -50,12 +50,18 @@ impl Loaded {
     /// Returns the crowd at a time, seconds.
     fn crowd(&self, time: f64) -> Result<Crowd> {
         let mut crowd = Crowd::new(vec![Arc::clone(&self.model)]);
-        for (index, walker) in self.walkers.iter().enumerate() {
-            let mut agent = walker.at(time);
-            agent.transform = self.space * agent.transform;
+        for (index, agent) in self.agents(time).enumerate() {
             crowd.add(agent).map_err(|error| error.at(format!("agent {index}")))?;
         }
         Ok(crowd)
+    }
+
+    /// Returns the agents at a time, seconds, in the space of the scene.
+    fn agents(&self, time: f64) -> impl Iterator<Item = Agent> + '_ {
+        self.walkers.iter().map(move |walker| {
+            let agent = walker.at(time);
+            Agent { transform: self.space * agent.transform, ..agent }
+        })
     }
 }
 
@@ -102,9 +108,7 @@ impl Shown {
         tag: u32,
         picture: &mut render::Scene,
     ) -> Result<u64> {
-        for (index, walker) in (0..).zip(&loaded.walkers) {
-            let mut agent = walker.at(time);
-            agent.transform = loaded.space * agent.transform;
+        for (index, agent) in (0..).zip(loaded.agents(time)) {
             self.crowd.set(index, agent)?;
         }
         let (camera, settings) = (&view.camera, &view.settings);
