@@ -109,8 +109,8 @@ impl Print<'_> {
         Ok(done)
     }
 
-    /// Puts a relief on the displacement: `height`, in object units, times the luminance of the image, as far as it is
-    /// opaque, with the blend mode and opacity of `settings`.
+    /// Puts a relief on the displacement: `height`, in object units, times the luminance of the image, with the blend mode of
+    /// `settings`, and their opacity times the alpha of the image.
     ///
     /// # Errors
     /// As [`Self::paint`]; the height is not in -60000 to 60000.
@@ -127,9 +127,9 @@ impl Print<'_> {
         Ok(done)
     }
 
-    /// Adds vectors to the vector displacement: `height`, in object units, times the colour of the image, from 0 for -1 over
-    /// 0.5 for nothing to 1, as far as it is opaque. Red is the image's direction to the right on the surface, green the
-    /// one upwards, blue the normal. `settings` can add or subtract, with an opacity.
+    /// Adds vectors to the vector displacement: `height`, in object units, times the colour of the image, where 0 means -1,
+    /// 0.5 means 0 and 1 means 1, times the alpha of the image. Red points to the right of the image on the surface, green
+    /// upwards, blue along the normal. `settings` can add or subtract, with an opacity.
     ///
     /// # Errors
     /// The object has no vector displacement; the blend mode is another one; or as [`Self::emboss`].

@@ -23,7 +23,7 @@ use crate::print::check_height;
 const MAGIC: [u8; 8] = *b"RLVDECAL";
 /// The version that is written, and the newest that is read.
 const VERSION: u32 = 1;
-/// Bytes before those that the checksum is of.
+/// Bytes of the header, which the checksum does not cover.
 const HEAD: usize = 20;
 /// The most pins.
 const PINS: usize = 1024;

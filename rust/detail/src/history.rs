@@ -189,7 +189,7 @@ impl History {
         Ok((document, history))
     }
 
-    /// Writes `document`, which is the object as it is, to `path` with all edits and recipes there are, and journals to it from now
+    /// Writes `document`, the object in its present state, to `path` with all its edits and recipes, and journals to it from now
     /// on. Where it does already, nothing but [`Self::sync`] is left to do. Fails, and goes on as before, if it cannot
     /// be written or another program works on the file.
     pub fn save(&mut self, path: &Path, document: &Document) -> Result<()> {

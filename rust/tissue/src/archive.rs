@@ -17,7 +17,7 @@ use crate::simulation::State;
 const MODEL: &[u8; 8] = b"RTISSUE\0";
 const STATE: &[u8; 8] = b"RTSTATE\0";
 const VERSION: u32 = 1;
-/// Bytes before those that the checksum is of.
+/// Bytes of the header, which the checksum does not cover.
 const HEADER: usize = 24;
 
 /// A state with the model it is of and the instruction level that made it.

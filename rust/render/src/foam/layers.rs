@@ -100,7 +100,7 @@ impl FoamLayers {
     }
 
     /// Returns how long the passes took on the graphics device that made the layers, by its own clock: those of all chunks
-    /// together. There are none where the processor made them, or the device does not time passes.
+    /// together. The list is empty if the processor made the layers, or the device does not time passes.
     pub fn times(&self) -> Vec<PassTime> {
         self.device.as_ref().map_or_else(Vec::new, |device| device.times())
     }

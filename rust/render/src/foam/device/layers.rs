@@ -17,7 +17,7 @@ use crate::image::Image;
 
 /// Pixels of a workgroup along both axes.
 const SIDE: u32 = 16;
-/// Accesses of the kernels that shade: samples, their counts, the map of light, and what is found.
+/// Accesses of the kernels that shade: samples, their counts, the map of light, and the results.
 const SHADED: &[Access] = &[Access::Read, Access::Read, Access::Read, Access::Write];
 
 /// The layers of a picture of foam that a device has, to lay them over pictures.
