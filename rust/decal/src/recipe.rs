@@ -211,6 +211,9 @@ impl Recipe {
             depths.push(depth);
         }
         if !flag(from)? {
+            if depths.iter().any(|depth| depth.to_bits() != 0) {
+                return Err(damaged("its pins have depths that do not count"));
+            }
             depths.clear();
         }
         let pose = match flag(from)? {
