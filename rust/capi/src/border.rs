@@ -56,24 +56,3 @@ macro_rules! entry {
         }
     )*};
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::error::{RLV_ERROR_INTERNAL, RLV_ERROR_INVALID};
-
-    #[test]
-    fn a_panic_becomes_an_internal_error() {
-        assert_eq!(enter("rlv_test", || panic!("slot {}", 7)), RLV_ERROR_INTERNAL);
-        assert!(error::last_message().starts_with("rlv_test: "));
-        assert!(error::last_message().contains("slot 7"));
-    }
-
-    #[test]
-    fn an_error_keeps_its_place_and_success_keeps_the_last_error() {
-        let result = enter("rlv_test", || Err(Error::invalid("it is bent").at("point 3").advise("straighten it")));
-        assert_eq!(result, RLV_ERROR_INVALID);
-        assert_eq!(enter("rlv_test", || Ok(())), RLV_OK);
-        assert_eq!(error::last_message(), "rlv_test: point 3: it is bent; straighten it");
-    }
-}

@@ -197,29 +197,3 @@ entry! {
         Ok(())
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_of_modes_and_falloffs_are_those_of_their_names() {
-        let lists: [(&str, Vec<&str>); 3] = [
-            ("RLV_PAINT_", PaintMode::NAMES.iter().map(|(_, name)| *name).collect()),
-            ("RLV_SCULPT_", SculptMode::NAMES.iter().map(|(_, name)| *name).collect()),
-            ("RLV_FALLOFF_", Falloff::NAMES.iter().map(|(_, name)| *name).collect()),
-        ];
-        for (prefix, names) in lists {
-            let of_c: Vec<String> = CONSTANTS
-                .iter()
-                .filter_map(|(name, value)| Some((value, name.strip_prefix(prefix)?.to_lowercase())))
-                .enumerate()
-                .map(|(index, (value, name))| {
-                    assert_eq!(index as i64, *value);
-                    name
-                })
-                .collect();
-            assert_eq!(of_c, names, "{prefix}");
-        }
-    }
-}

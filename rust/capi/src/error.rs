@@ -88,11 +88,6 @@ pub fn remember(failure: Error) -> RlvResult {
     result
 }
 
-#[cfg(test)]
-pub fn last_message() -> String {
-    LAST.with(|last| last.borrow().message.to_string_lossy().into_owned())
-}
-
 #[unsafe(no_mangle)]
 pub extern "C" fn rlv_last_error() -> *const c_char {
     // The text lives until this thread's next failure; C reads it before.

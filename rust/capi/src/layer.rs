@@ -180,16 +180,3 @@ entry! {
         edit!(detail, |context, object| object.flatten_layers(context))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_of_blend_modes_are_those_of_documents() {
-        let names = CONSTANTS.iter().filter_map(|(name, value)| Some((*value, name.strip_prefix("RLV_BLEND_")?)));
-        let of_c: Vec<(i64, String)> = names.map(|(value, name)| (value, name.to_lowercase())).collect();
-        let expected: Vec<(i64, String)> = (0..).zip(Blend::NAMES.map(|(_, name)| name.to_string())).collect();
-        assert_eq!(of_c, expected);
-    }
-}

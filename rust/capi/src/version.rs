@@ -11,14 +11,3 @@ constants! {
 pub extern "C" fn rlv_version() -> u32 {
     RLV_VERSION_MAJOR << 22 | RLV_VERSION_MINOR << 12 | RLV_VERSION_PATCH
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_version_is_the_package_version() {
-        let package = format!("{RLV_VERSION_MAJOR}.{RLV_VERSION_MINOR}.{RLV_VERSION_PATCH}");
-        assert_eq!(package, env!("CARGO_PKG_VERSION"));
-    }
-}

@@ -66,6 +66,7 @@ macro_rules! fields {
 
 #[rustfmt::skip]
 mod comparison;
+mod conventions;
 
 /// A type that C declares as `T`: `T` itself, and a switch, which is transparent.
 trait DeclaredAs<T> {
