@@ -1,9 +1,11 @@
 //! A scene in memory: how far it is, and the simulation that goes on from there.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use relievo_client::{Activity, Failure, Hash, Status};
+use relievo_core::Error;
 
 use crate::kind::Simulation;
 use crate::record::{Record, Wish};
@@ -17,7 +19,9 @@ pub struct Scene {
     pub record: Record,
     /// Keys of the frames that are stored, from frame 0 on.
     pub keys: Vec<Hash>,
-    /// The simulation at the last of these frames, if it is in memory.
+    /// Keys of the frames after them that are computed and on their way to the disk, and whether they have arrived.
+    arriving_frames: VecDeque<(Hash, bool)>,
+    /// The simulation at the last frame that is computed, if it is in memory.
     pub live: Option<Box<dyn Simulation>>,
     pub failure: Option<Failure>,
     pub particles: u64,
@@ -52,14 +56,52 @@ impl Work {
 impl Scene {
     /// Returns a scene of which nothing was looked up yet.
     pub fn new(record: Record) -> Self {
-        let (keys, arriving) = (Vec::new(), None);
+        let (keys, arriving_frames, arriving) = (Vec::new(), VecDeque::new(), None);
         let (live, failure, pace, work) = (None, None, None, None);
-        Self { record, keys, live, failure, particles: 0, pace, work, turn: 0, arriving }
+        Self { record, keys, arriving_frames, live, failure, particles: 0, pace, work, turn: 0, arriving }
+    }
+
+    /// Returns the frame to compute next.
+    pub fn next(&self) -> u64 {
+        (self.keys.len() + self.arriving_frames.len()) as u64
+    }
+
+    /// Returns the key of the last frame that is computed, and whether it is stored.
+    pub fn last_key(&self) -> (Option<Hash>, bool) {
+        match self.arriving_frames.back() {
+            Some((key, _)) => (Some(*key), false),
+            None => (self.keys.last().copied(), true),
+        }
+    }
+
+    /// Takes a frame that is computed, before it is stored.
+    pub fn computed(&mut self, key: Hash, simulation: Box<dyn Simulation>) {
+        self.arriving_frames.push_back((key, false));
+        self.particles = simulation.elements();
+        self.live = Some(simulation);
+    }
+
+    /// Takes what became of a frame on its way to the disk: clients see it once it and all before it are there. Where it
+    /// could not be stored, the scene fails, and the frames after it are given up.
+    pub fn stored(&mut self, key: Hash, outcome: Result<(), Error>) {
+        let Some(place) = self.arriving_frames.iter().position(|(other, _)| *other == key) else { return };
+        match outcome {
+            Ok(()) => {
+                self.arriving_frames[place].1 = true;
+                while let Some((key, _)) = self.arriving_frames.pop_front_if(|(_, is_there)| *is_there) {
+                    self.keys.push(key);
+                }
+            }
+            Err(error) => {
+                self.failure = Some(Failure::from(&error));
+                self.cut((self.keys.len() + place) as u64);
+            }
+        }
     }
 
     /// Counts frames that the cache has already.
     pub fn catch_up(&mut self, store: &Store, level: &str) {
-        while self.has_next() {
+        while self.arriving_frames.is_empty() && self.has_next() {
             let key = self.record.key(self.keys.len() as u64, self.keys.last().copied(), level);
             if !store.contains(key) {
                 break;
@@ -70,23 +112,25 @@ impl Scene {
 
     /// Returns whether there is a next frame whose accelerations, if it needs some, are there.
     fn has_next(&self) -> bool {
-        let next = self.keys.len() as u64;
-        next <= self.record.last() && !self.is_waiting_for_forces()
+        self.next() <= self.record.last() && !self.is_waiting_for_forces()
     }
 
     fn is_waiting_for_forces(&self) -> bool {
-        let last = (self.keys.len() as u64).checked_sub(1);
+        let last = self.next().checked_sub(1);
         self.record.forced && last.is_some_and(|last| !self.record.forces.contains_key(&last))
     }
 
     /// Returns whether a worker can compute its next frame.
     pub fn is_ready(&self) -> bool {
-        self.work.is_none() && self.failure.is_none() && self.record.wish == Wish::Run && self.has_next()
+        // A frame that is not stored yet cannot be read again.
+        let has_last = self.arriving_frames.is_empty() || self.live.is_some();
+        self.work.is_none() && self.failure.is_none() && self.record.wish == Wish::Run && self.has_next() && has_last
     }
 
     /// Takes back the frames from `frame` on. A worker that computes a later one is asked to stop.
     pub fn cut(&mut self, frame: u64) {
-        if self.keys.len() as u64 > frame {
+        if self.next() > frame {
+            self.arriving_frames.truncate((frame as usize).saturating_sub(self.keys.len()));
             self.keys.truncate(frame as usize);
             self.live = None;
         }

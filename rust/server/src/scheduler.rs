@@ -3,11 +3,15 @@
 //! The next frame is one of the user who has used the fewest seconds of computation, and of that user's scenes the one whose
 //! turn is longest ago. A user who comes back begins with no less than the busy users have used, so that nobody waits for
 //! what others saved up.
+//!
+//! Each worker has a writer beside it, so that the next frame is computed while one is brought to the disk. Clients hear of a
+//! frame when it is there.
 
 use std::collections::{BTreeMap, HashMap};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, SyncSender};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
@@ -57,6 +61,8 @@ struct Job {
     frame: u64,
     key: Hash,
     before: Option<Hash>,
+    /// The frame before, where it is stored.
+    pinned: Option<Hash>,
     force: Option<Hash>,
     kind: String,
     segment: Segment,
@@ -65,10 +71,17 @@ struct Job {
     work: Work,
 }
 
+/// A frame for the disk.
+pub struct Made {
+    id: Id,
+    key: Hash,
+    content: Vec<u8>,
+}
+
 /// What became of it.
 enum Outcome {
-    /// It is stored.
-    Stored(Box<dyn Simulation>),
+    /// It is computed and encoded.
+    Made(Box<dyn Simulation>, Vec<u8>),
     /// The frame before it is no longer in the cache.
     Lost,
     /// The worker was asked to stop.
@@ -233,6 +246,7 @@ impl Scheduler {
             match wish {
                 Wish::Run => scene.failure = None,
                 Wish::Cancel => {
+                    scene.cut(scene.keys.len() as u64);
                     scene.live = None;
                     scene.work.iter().for_each(|work| work.stop.store(true, Ordering::Relaxed));
                 }
@@ -402,16 +416,34 @@ impl Scheduler {
         self.notify();
     }
 
-    /// Computes frames until the scheduler is stopped.
-    pub fn run(&self) {
+    /// Computes frames and hands them to a writer, until the scheduler is stopped.
+    pub fn run(&self, writer: &SyncSender<Made>) {
         while let Some(job) = self.next() {
             let begin = Instant::now();
-            let Job { id, frame, key, before, work, .. } = &job;
-            let (id, frame, key, before, work) = (id.clone(), *frame, *key, *before, work.clone());
+            let Job { id, frame, key, pinned, work, .. } = &job;
+            let (id, frame, key, pinned, work) = (id.clone(), *frame, *key, *pinned, work.clone());
             let outcome = catch_unwind(AssertUnwindSafe(|| self.compute(job)));
             let outcome = outcome.unwrap_or_else(|_| Outcome::Failed(Error::internal("the simulation panicked")));
-            before.iter().for_each(|key| self.store.unpin(*key));
-            self.settle(&id, (frame, key), &work, outcome, begin.elapsed().as_secs_f64());
+            pinned.iter().for_each(|key| self.store.unpin(*key));
+            if let Some(content) = self.settle(&id, (frame, key), &work, outcome, begin.elapsed().as_secs_f64()) {
+                // The writer lives as long as its sender.
+                let _ = writer.send(Made { id, key, content });
+            }
+        }
+    }
+
+    /// Stores frames until no worker hands any more.
+    pub fn write(&self, frames: &Receiver<Made>) {
+        while let Ok(Made { id, key, content }) = frames.recv() {
+            let outcome = catch_unwind(AssertUnwindSafe(|| self.store.put(key, &content)));
+            let outcome = outcome.unwrap_or_else(|_| Err(Error::internal("the cache panicked")));
+            if let Err(error) = &outcome {
+                tracing::error!(user = id.0, scene = id.1, %error, "a frame could not be stored");
+            }
+            if let Some(scene) = self.state().scenes.get_mut(&id) {
+                scene.stored(key, outcome);
+            }
+            self.notify();
         }
     }
 
@@ -447,15 +479,17 @@ impl Scheduler {
             let turn = state.turn;
             let scene = state.scenes.get_mut(&id)?;
             scene.turn = turn;
-            let frame = scene.keys.len() as u64;
-            let before = scene.keys.last().copied();
+            let frame = scene.next();
+            let (before, is_stored) = scene.last_key();
+            let pinned = before.filter(|_| is_stored);
             let work = Work { frame, ..Work::default() };
             scene.work = Some(work.clone());
-            before.iter().for_each(|key| self.store.pin(*key));
+            pinned.iter().for_each(|key| self.store.pin(*key));
             return Some(Job {
                 frame,
                 key: scene.record.key(frame, before, level),
                 before,
+                pinned,
                 force: frame.checked_sub(1).and_then(|frame| scene.record.forces.get(&frame).copied()),
                 kind: scene.record.kind.clone(),
                 segment: scene.record.segment(frame).clone(),
@@ -476,9 +510,9 @@ impl Scheduler {
         }
     }
 
-    /// Simulates and stores a frame.
+    /// Simulates and encodes a frame.
     fn advance(&self, job: Job) -> Result<Outcome> {
-        let Job { id: (user, _), frame, key, before, force, kind, segment, files, live, work } = job;
+        let Job { id: (user, _), frame, before, force, kind, segment, files, live, work, .. } = job;
         let at = frame.saturating_sub(1);
         let live = live.filter(|live| live.identity() == segment.identity && live.frame() == at);
         let mut simulation = match (live, before) {
@@ -507,12 +541,20 @@ impl Scheduler {
             let what = format!("{} particles are more than {}", simulation.elements(), self.limits.particles);
             return Err(Error::memory(what).advise("give the fluid a budget or fewer emitters"));
         }
-        self.store.put(key, &simulation.encode(&self.context)?)?;
-        Ok(Outcome::Stored(simulation))
+        let content = simulation.encode(&self.context)?;
+        Ok(Outcome::Made(simulation, content))
     }
 
-    /// Gives a scene back with what became of its frame.
-    fn settle(&self, id: &Id, (frame, key): (u64, Hash), work: &Work, outcome: Outcome, seconds: f64) {
+    /// Gives a scene back with what became of its frame. Returns the content that is to be stored.
+    fn settle(
+        &self,
+        id: &Id,
+        (frame, key): (u64, Hash),
+        work: &Work,
+        outcome: Outcome,
+        seconds: f64,
+    ) -> Option<Vec<u8>> {
+        let mut made = None;
         let mut state = self.state();
         *state.spent.entry(id.0.clone()).or_default() += seconds;
         let is_stopped = work.stop.load(Ordering::Relaxed);
@@ -523,16 +565,15 @@ impl Scheduler {
             .filter(|it| it.work.as_ref().is_some_and(|its| Arc::ptr_eq(&its.stop, &work.stop)));
         if let Some(scene) = scene {
             scene.work = None;
-            let is_next = !is_stopped && scene.keys.len() as u64 == frame;
+            let is_next = !is_stopped && scene.next() == frame;
             match outcome {
-                Outcome::Stored(simulation) if is_next => {
-                    scene.keys.push(key);
-                    scene.particles = simulation.elements();
-                    scene.live = Some(simulation);
+                Outcome::Made(simulation, content) if is_next => {
+                    scene.computed(key, simulation);
                     scene.took(seconds);
-                    tracing::debug!(user = id.0, scene = id.1, frame, seconds, "stored a frame");
+                    tracing::debug!(user = id.0, scene = id.1, frame, seconds, "computed a frame");
+                    made = Some(content);
                 }
-                Outcome::Stored(_) | Outcome::Stopped => {}
+                Outcome::Made(..) | Outcome::Stopped => {}
                 Outcome::Lost if is_next => scene.cut(frame.saturating_sub(1)),
                 Outcome::Lost => {}
                 Outcome::Failed(error) => {
@@ -546,6 +587,7 @@ impl Scheduler {
         state.bound_memory(self.limits.memory);
         drop(state);
         self.notify();
+        made
     }
 }
 

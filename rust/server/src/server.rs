@@ -156,6 +156,11 @@ enum Listener {
     Unix(tokio::net::UnixListener),
 }
 
+fn thread(name: String, task: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>> {
+    let started = std::thread::Builder::new().name(name).spawn(task);
+    started.map_err(|error| Error::internal(format!("cannot start a thread: {error}")))
+}
+
 impl Server {
     /// Starts a server. Fails where the cache cannot be opened or the address cannot be listened at, and where others than
     /// this machine could connect without a token or encryption, unless the options allow it.
@@ -195,14 +200,14 @@ impl Server {
             }
         };
         runtime.spawn(accept(listener, shared.clone()));
-        let worker = |number: usize| {
-            let scheduler = scheduler.clone();
-            let builder = std::thread::Builder::new().name(format!("relievo-simulate-{number}"));
-            builder
-                .spawn(move || scheduler.run())
-                .map_err(|error| Error::internal(format!("cannot start a thread: {error}")))
-        };
-        let workers = (0..options.workers.max(1)).map(worker).collect::<Result<_>>()?;
+        let mut workers = Vec::new();
+        for number in 0..options.workers.max(1) {
+            // A frame is handed over when the one before it is on the disk, so that at most two are in memory.
+            let (sender, receiver) = std::sync::mpsc::sync_channel(0);
+            let (simulating, writing) = (scheduler.clone(), scheduler.clone());
+            workers.push(thread(format!("relievo-simulate-{number}"), move || simulating.run(&sender))?);
+            workers.push(thread(format!("relievo-write-{number}"), move || writing.write(&receiver))?);
+        }
         tracing::info!(%address, cache = %options.cache.display(), "listening");
         Ok(Self { shared, address, metrics, runtime: Some(runtime), workers })
     }
