@@ -130,8 +130,9 @@ const KERNELS: [&str; 7] = ["core", "surface", "tiles", "detail", "lod", "fluid"
 /// Those of them that are tested at levels in between, where only the number of lanes differs.
 const LANES: [&str; 4] = ["core", "surface", "tiles", "fluid"];
 
-/// Runs the tests of kernels at the instruction levels below this processor's best. They are the programs that the stage
-/// before built: naming packages to Cargo would build them once more with other features.
+/// Runs the tests of kernels at the instruction levels below this processor's best, without graphics devices, which the stage
+/// before compared with the processor. They are the programs that it built: naming packages to Cargo would build them once more
+/// with other features.
 fn lower_levels() -> Outcome {
     #[cfg(target_arch = "x86_64")]
     let levels: [(&str, bool, &[&str]); 2] = [
@@ -143,7 +144,7 @@ fn lower_levels() -> Outcome {
     let mut failed = Vec::new();
     for (level, _, crates) in levels.iter().filter(|(_, below, _)| *below) {
         let built = built_tests(crates)?;
-        failed.extend(run_with(&built, "RELIEVO_SIMD", level.as_ref()).err());
+        failed.extend(run_with(&built, "RELIEVO_SIMD", level.as_ref(), false).err());
     }
     if failed.is_empty() { Ok(()) } else { Err(failed.join("; ")) }
 }
@@ -161,7 +162,7 @@ fn embree_4() -> Outcome {
     let built = built_tests(&CASTING)?;
     let [pypi, carried] = [embree_4_library()?, blender::embree()?];
     let failed: Vec<_> =
-        [pypi, carried].iter().filter_map(|it| run_with(&built, "RELIEVO_EMBREE", it.as_ref()).err()).collect();
+        [pypi, carried].iter().filter_map(|it| run_with(&built, "RELIEVO_EMBREE", it.as_ref(), true).err()).collect();
     if failed.is_empty() { Ok(()) } else { Err(failed.join("; ")) }
 }
 
@@ -191,13 +192,16 @@ fn built_tests(crates: &[&str]) -> Result<Vec<(PathBuf, PathBuf)>, String> {
     if built.is_empty() { Err(format!("Cargo names no tests of {}", crates.join(", "))) } else { Ok(built) }
 }
 
-/// Runs tests that were built with an environment variable set.
-fn run_with(tests: &[(PathBuf, PathBuf)], variable: &str, value: &OsStr) -> Outcome {
+/// Runs tests that were built with an environment variable set, with or without graphics devices.
+fn run_with(tests: &[(PathBuf, PathBuf)], variable: &str, value: &OsStr, has_devices: bool) -> Outcome {
     println!("\nwith {variable}={}", value.display());
     let mut failed = Vec::new();
     for (folder, executable) in tests {
         let mut test = Command::new(executable);
         surroundings(test.current_dir(folder).env(variable, value));
+        if !has_devices {
+            test.env_remove("RELIEVO_GPU_TESTS").env("VK_DRIVER_FILES", "/dev/null");
+        }
         failed.extend(call(test.arg("--quiet")).err());
     }
     if failed.is_empty() { Ok(()) } else { Err(failed.join("; ")) }
