@@ -60,6 +60,9 @@ struct Arguments {
     /// The particles that `meshing` makes a mesh of, as 32-bit floats
     #[arg(long, required_if_eq("name", "meshing"))]
     particles: Option<PathBuf>,
+    /// A folder of shaders that `shader` augments beside ours
+    #[arg(long)]
+    shaders: Option<PathBuf>,
 }
 
 fn run(arguments: &Arguments) -> Result<()> {
@@ -84,7 +87,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         "memory" => memory::run(&mut report)?,
         "cage" => return memory::peak(arguments.cage.as_deref().unwrap_or_default()),
         "pictures" => fluid_render::run(&mut report)?,
-        "shader" => shader::run(&mut report)?,
+        "shader" => shader::run(&mut report, arguments.shaders.as_deref())?,
         "meshing" => return fluid::mesh_file(arguments.particles.as_deref().unwrap_or(Path::new(""))),
         "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),
         name => {

@@ -4,11 +4,13 @@
 //! The volume has the size of the paper's, 424 × 279 × 190 voxels. Pictures have 800 × 600 pixels on a graphics card and
 //! 200 × 150 where the processor itself is the device.
 
+use std::path::Path;
+
 use relievo_core::{Error, Result};
 use relievo_gpu::module::{MODULES, compose};
 use relievo_gpu::{AdapterKind, Device, DeviceOptions};
 use relievo_shaderlab::{
-    Class, Classes, Example, Inputs, Language, Program, Runner, Shader, Source, Stage, Texture, Volume,
+    Class, Classes, Example, Faults, Inputs, Language, Program, Runner, Shader, Source, Stage, Texture, Volume,
 };
 
 use crate::measure::{Sample, seconds};
@@ -17,11 +19,14 @@ use crate::report::{Goal, Report};
 /// Voxels of the volume.
 const VOXELS: [u32; 3] = [424, 279, 190];
 /// Classified pixels as shares of the picture, the first two positive.
-const PIXELS: [[f32; 2]; 5] = [[0.5, 0.5], [0.45, 0.4], [0.3, 0.5], [0.65, 0.6], [0.5, 0.7]];
+const PIXELS: [[f32; 2]; 5] = [[0.5, 0.5], [0.45, 0.4], [0.3, 0.5], [0.65, 0.6], [0.4, 0.6]];
 
-/// Measures frames, classification and augmentation.
-pub fn run(report: &mut Report) -> Result<()> {
+/// Measures frames, classification and augmentation; the latter also of the shaders in a folder.
+pub fn run(report: &mut Report, others: Option<&Path>) -> Result<()> {
     augmentation(report)?;
+    if let Some(folder) = others {
+        augmentation_of(report, folder)?;
+    }
     let device = match Device::open(&DeviceOptions::default()) {
         Ok(device) => device,
         Err(error) => {
@@ -95,6 +100,52 @@ fn augmentation(report: &mut Report) -> Result<()> {
     );
     report.add("augmentation, the slowest", &Sample::new(vec![slowest]), None, "ms", Goal::AtMost(10.0));
     Ok(())
+}
+
+/// Measures the augmentation of the shaders in a folder and the folders in it, each with a vector of its last variable that has
+/// a value, and prints why some are refused.
+fn augmentation_of(report: &mut Report, folder: &Path) -> Result<()> {
+    let (mut times, mut without, mut refused) = (Vec::new(), 0, 0);
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop() {
+        let failed = |error: std::io::Error| Error::io(&folder, &error);
+        for entry in std::fs::read_dir(&folder).map_err(failed)? {
+            let path = entry.map_err(failed)?.path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            if Source::kind_of(&path).is_none() {
+                continue;
+            }
+            let source = Source::read(&path)?;
+            let mut done = Ok(true);
+            let time = 1e3 * seconds(|| done = augmented(&source));
+            match done {
+                Ok(true) => times.push(time),
+                Ok(false) => without += 1,
+                Err(faults) => {
+                    refused += 1;
+                    eprintln!("refused: {}", Error::from(faults));
+                }
+            }
+        }
+    }
+    let slowest = times.iter().copied().fold(0.0, f64::max);
+    let case = format!("augmentation of {} others; {without} have no variable; {refused} refused", times.len());
+    report.add(&case, &Sample::new(times), None, "ms", Goal::AtMost(10.0));
+    report.add("the slowest of them", &Sample::new(vec![slowest]), None, "ms", Goal::AtMost(10.0));
+    Ok(())
+}
+
+/// Augments a shader with a vector of its last variable that has a value, and writes it as WGSL. Returns whether there is one.
+fn augmented(source: &Source) -> std::result::Result<bool, Faults> {
+    let shader = Shader::new(source.clone())?;
+    let Some(index) = shader.variables().iter().rposition(|it| it.is_initialized) else { return Ok(false) };
+    let text = shader.with_vector(&[index], "1.0")?;
+    let marked = Shader::new(Source { text: text.into(), ..source.clone() })?;
+    marked.augment()?.wgsl(&marked)?;
+    Ok(true)
 }
 
 /// Makes a volume of a ball with waves in it.

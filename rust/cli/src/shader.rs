@@ -7,6 +7,7 @@ mod export;
 mod mark;
 mod opened;
 mod run;
+mod values;
 #[cfg(feature = "view")]
 mod view;
 
@@ -38,6 +39,8 @@ enum Task {
     Run(run::Arguments),
     /// Takes the feature vectors of pixels, judges the features, and says why a pixel belongs to its class.
     Classify(classify::Arguments),
+    /// Prints the values that the float variables have at a pixel.
+    Values(values::Arguments),
     /// Makes a transfer function of classes, as an image or as a function of a shader.
     Export(export::Arguments),
     /// Opens a window in which pixels are classified by clicks and variables are chosen for vectors.
@@ -52,6 +55,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Task::Augment(arguments) => augment::run(arguments),
         Task::Run(arguments) => run::run(arguments),
         Task::Classify(arguments) => classify::run(arguments),
+        Task::Values(arguments) => values::run(arguments),
         Task::Export(arguments) => export::run(arguments),
         #[cfg(feature = "view")]
         Task::View(arguments) => view::run(arguments),

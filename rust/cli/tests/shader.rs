@@ -100,6 +100,12 @@ fn pixels_are_classified_and_classes_exported() {
         let files = ["one", "two"].map(|name| std::fs::read(folder.join(format!("{name}.{ending}"))).unwrap());
         assert_eq!(files[0], files[1]);
     }
+    let values = done(folder, &["shader", "values", "project.toml", "--pixel", "5,5"]);
+    assert!(values.contains("line 5     Column           0.137500\n"), "{values}");
+    let values = done(folder, &["shader", "values", "project.toml", "--pixel", "5,5", "--json"]);
+    let values: Value = serde_json::from_str(&values).unwrap();
+    let shade = values.as_array().unwrap().iter().find(|it| it["name"] == "shade").unwrap();
+    assert!((shade["mean"][0].as_f64().unwrap() - 0.5 * 5.5 / 40.0).abs() < 1e-6 && shade["taken"] == 1, "{shade}");
     done(folder, &["shader", "export", "classes.json", "-o", "transfer.png"]);
     done(folder, &["shader", "export", "classes.json", "-o", "near.wgsl", "--name", "near"]);
     assert!(std::fs::read_to_string(folder.join("near.wgsl")).unwrap().contains("fn near(f0: f32, f1: f32) -> f32"));

@@ -82,7 +82,8 @@ fn edges_are_found_in_a_photograph_and_faults_leave_the_picture() {
     let script = "wait_frames 3\nscreenshot before.png\nclick 40 60\nclick 80 30\nright_click 100 60\nright_click 20 20\n\
         wait_frames 2\nscreenshot plots.png\nask 119 60\nwait_frames 2\nscreenshot why.png\npress Save picture\n\
         press Save mask\nkey s\nwait_frames 2\ntext faulty.frag\nwait_frames 3\nscreenshot faulty.png\n\
-        text bilateral.frag\nwait_frames 3\nquit\n";
+        text bilateral.frag\nwait_frames 3\npress Variables\nwait_frames 2\nscreenshot variables.png\npress Values\n\
+        wait_frames 2\nscreenshot values.png\nquit\n";
     played(folder, "board.toml", script);
     let project = std::fs::read_to_string(folder.join("board.toml")).unwrap();
     assert!(project.starts_with("# A board\n") && project.matches("[[example]]").count() == 4, "{project}");
@@ -103,9 +104,14 @@ fn edges_are_found_in_a_photograph_and_faults_leave_the_picture() {
     let is_fault = |[r, g, b]: [f32; 3]| (0.1..0.2).contains(&r) && g < 0.03 && b < 0.03;
     assert!(share(&plots, is_fault) < 1e-4 && share(&faulty, is_fault) > 5e-4);
     assert!(share(&faulty, is_green) > 1e-4);
+    // A column of numbers stands beside the variables.
+    let [variables, values] = ["variables", "values"].map(|name| read(folder.join(format!("{name}.png"))));
+    let differ = variables.data().iter().zip(values.data()).filter(|(a, b)| a != b).count();
+    assert!(differ > 2000, "{differ}");
     if let Some(kept) = std::env::var_os("RELIEVO_SCREENSHOTS") {
         std::fs::copy(folder.join("plots.png"), Path::new(&kept).join("view_bilateral.png")).unwrap();
         std::fs::copy(folder.join("why.png"), Path::new(&kept).join("view_why.png")).unwrap();
+        std::fs::copy(folder.join("values.png"), Path::new(&kept).join("view_values.png")).unwrap();
         std::fs::copy(folder.join("faulty.png"), Path::new(&kept).join("view_fault.png")).unwrap();
     }
 }

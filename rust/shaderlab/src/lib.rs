@@ -31,6 +31,8 @@ mod runner;
 mod shader;
 mod source;
 mod transfer;
+#[cfg(feature = "wgpu")]
+mod values;
 mod variable;
 mod volume;
 
@@ -50,5 +52,7 @@ pub use runner::{Inputs, Program, Runner, Texture};
 pub use shader::{Entry, Shader};
 pub use source::{Language, MOST_BYTES, Source, Stage};
 pub use transfer::{Transfer, membership_function};
+#[cfg(feature = "wgpu")]
+pub use values::Value;
 pub use variable::Variable;
 pub use volume::Volume;

@@ -49,6 +49,10 @@ impl std::fmt::Debug for Runner {
     }
 }
 
+fn place(pixel: [u32; 2]) -> String {
+    format!("pixel {}, {}", pixel[0], pixel[1])
+}
+
 impl Runner {
     /// Prepares a shader for pictures of `size` pixels.
     ///
@@ -160,12 +164,7 @@ impl Runner {
     ///
     /// Fails if the pixel lies outside of the picture, or if the shader takes no vector of a weight other than 0 there.
     pub fn classify(&self, classes: &Classes, pixel: [u32; 2]) -> Result<Log> {
-        let place = || format!("pixel {}, {}", pixel[0], pixel[1]);
-        if pixel[0] >= self.size[0] || pixel[1] >= self.size[1] {
-            return Err(
-                Error::invalid(format!("the picture has {} × {} pixels", self.size[0], self.size[1])).at(place())
-            );
-        }
+        self.check(pixel)?;
         self.send(classes, Mode::Classify(pixel))?;
         let instruments = self.instruments()?;
         let count = instruments.features;
@@ -174,6 +173,14 @@ impl Runner {
         self.pipeline.record(&mut frame, &self.bound, self.size, Some(pixel))?;
         let read = frame.read(&instruments.log, 0..LOG_HEAD + count + MOST_VECTORS * (count + 1))?;
         let _submitted = frame.submit()?;
-        Log::of(&read.get(&self.device)?, count, instruments.accumulation).map_err(|error| error.at(place()))
+        Log::of(&read.get(&self.device)?, count, instruments.accumulation).map_err(|error| error.at(place(pixel)))
+    }
+
+    /// Fails if a pixel lies outside of the picture.
+    pub(crate) fn check(&self, pixel: [u32; 2]) -> Result<()> {
+        if (0..2).all(|axis| pixel[axis] < self.size[axis]) {
+            return Ok(());
+        }
+        Err(Error::invalid(format!("the picture has {} × {} pixels", self.size[0], self.size[1])).at(place(pixel)))
     }
 }

@@ -120,6 +120,17 @@ impl Shader {
         with_vector(&self.source, &self.outline, &self.variables(), chosen, weight)
     }
 
+    /// Returns its source with spaces in place of its annotations.
+    #[cfg(feature = "wgpu")]
+    pub(crate) fn without_annotations(&self) -> Source {
+        let mut text = self.source.text.to_string();
+        for Annotation { span, .. } in &self.annotations {
+            let blank: String = text[span.clone()].bytes().map(|byte| if byte == b'\n' { '\n' } else { ' ' }).collect();
+            text.replace_range(span.clone(), &blank);
+        }
+        Source { text: text.into(), ..self.source.clone() }
+    }
+
     /// Returns its text in WGSL, for devices.
     ///
     /// Fails if the shader uses what WGSL lacks.

@@ -6,7 +6,7 @@ use egui::{Color32, Key, Modifiers, Pos2, Rect, Sense, Stroke, TextureHandle, Ui
 use relievo_core::Result;
 use relievo_render::Image;
 use relievo_render::color::srgb_byte;
-use relievo_shaderlab::{Class, Variable};
+use relievo_shaderlab::{Class, Value, Variable};
 
 use crate::plots::{ASKED, Linked, NEGATIVE, POSITIVE, matrix};
 use crate::session::Session;
@@ -32,6 +32,8 @@ pub struct Panels {
     texture: Option<TextureHandle>,
     /// Time of the last change of the text that is not compiled yet.
     edited: Option<f64>,
+    /// The pixel that was clicked last.
+    pointed: Option<[u32; 2]>,
     /// Where the picture is, in points.
     picture: Option<Rect>,
     widgets: BTreeMap<String, Rect>,
@@ -260,6 +262,9 @@ impl Panels {
         let [columns, rows] = session.size();
         let from = (at - area.min) / scale;
         let pixel = [(from.x as u32).min(columns - 1), (from.y as u32).min(rows - 1)];
+        if response.clicked() || response.secondary_clicked() || response.middle_clicked() {
+            self.pointed = Some(pixel);
+        }
         let is_shift = ui.input(|input| input.modifiers.shift);
         let class = match (response.clicked(), response.secondary_clicked()) {
             (true, _) => Some(Class::Positive),
@@ -319,7 +324,7 @@ impl Panels {
         };
         let variables = shader.variables();
         let text = &shader.source().text;
-        egui::Grid::new("variables").num_columns(4).striped(true).show(ui, |ui| {
+        egui::Grid::new("variables").num_columns(5).striped(true).show(ui, |ui| {
             for (index, variable) in variables.iter().enumerate() {
                 let line = text[..variable.place.start].matches('\n').count() + 1;
                 let mut is_chosen = self.chosen.contains(&index);
@@ -334,9 +339,24 @@ impl Panels {
                 }
                 ui.label(type_name(variable));
                 ui.label(format!("line {line}, {}", variable.function.as_deref().unwrap_or("global")));
+                if let Some(value) = session.values.as_ref().and_then(|values| values.list.get(index)) {
+                    show_value(ui, value);
+                }
                 ui.label(variable.description.as_deref().unwrap_or(""));
                 ui.end_row();
             }
+        });
+        ui.horizontal(|ui| {
+            let pressed = ui.add_enabled_ui(self.pointed.is_some(), |ui| self.button(ui, "Values")).inner;
+            if let Some(pixel) = self.pointed.filter(|_| pressed) {
+                let done = session.look(pixel).map(|()| String::new());
+                self.report(session, done);
+            }
+            ui.label(match (&session.values, self.pointed) {
+                (Some(values), _) => format!("at {}, {}", values.pixel[0], values.pixel[1]),
+                (None, Some([x, y])) => format!("of {x}, {y}, the pixel clicked last"),
+                (None, None) => "of a pixel: click it in the picture first".into(),
+            });
         });
         ui.horizontal(|ui| {
             ui.label("Weight");
@@ -367,6 +387,18 @@ impl Panels {
                 }
             });
         });
+    }
+}
+
+/// Shows the value of a variable, and under the pointer its range or why there is none.
+fn show_value(ui: &mut Ui, value: &Result<Value>) {
+    let numbers = |list: &[f32]| list.iter().map(|value| format!("{value:.4}")).collect::<Vec<_>>().join(", ");
+    match value {
+        Ok(Value { taken, mean, low, high }) => {
+            let range = format!("mean of {taken}, from {} to {}", numbers(low), numbers(high));
+            ui.label(numbers(mean)).on_hover_text(range);
+        }
+        Err(error) => drop(ui.weak("none").on_hover_text(&*error.what)),
     }
 }
 

@@ -8,7 +8,7 @@ use relievo_gpu::Device;
 use relievo_render::Image;
 use relievo_shaderlab::{
     Augmented, Class, Classes, Classified, Diagnosis, Example, Explanation, Faults, Inputs, Log, Program, Project,
-    Runner, Shader, Source,
+    Runner, Shader, Source, Value,
 };
 
 /// What a session begins with.
@@ -47,6 +47,12 @@ pub(crate) struct Asked {
     pub explanation: Explanation,
 }
 
+/// The values of the float variables at a pixel, in the order of the variables.
+pub(crate) struct Values {
+    pub pixel: [u32; 2],
+    pub list: Vec<Result<Value>>,
+}
+
 /// An exploration of a shader.
 pub struct Session {
     opening: Opening,
@@ -63,6 +69,7 @@ pub struct Session {
     /// The vectors that the pixel of each example took.
     pub(crate) logs: Vec<Log>,
     pub(crate) asked: Option<Asked>,
+    pub(crate) values: Option<Values>,
     picture: Option<Image>,
     is_changed: bool,
 }
@@ -90,6 +97,7 @@ impl Session {
             classes: None,
             logs: Vec::new(),
             asked: None,
+            values: None,
             picture: None,
             is_changed: false,
         };
@@ -136,6 +144,7 @@ impl Session {
                 self.message = None;
                 self.compiled = Some(compiled);
                 self.asked = None;
+                self.values = None;
                 self.take_vectors();
                 self.draw();
             }
@@ -272,6 +281,15 @@ impl Session {
         let Some(classes) = &self.classes else { return Ok(()) };
         let explanation = Explanation::of(classes, &log.vector);
         self.asked = Some(Asked { pixel, log, explanation });
+        Ok(())
+    }
+
+    /// Takes the values of all float variables at a pixel. Fails if the pixel lies outside of the picture.
+    pub fn look(&mut self, pixel: [u32; 2]) -> Result<()> {
+        let Some(Compiled { shader, .. }) = &self.compiled else { return Ok(()) };
+        let Opening { device, project, inputs, size, .. } = &self.opening;
+        let list = shader.values(device, project.entry.as_deref(), *size, inputs, pixel)?;
+        self.values = Some(Values { pixel, list });
         Ok(())
     }
 

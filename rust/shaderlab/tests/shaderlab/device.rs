@@ -254,3 +254,27 @@ fn two_modalities_reveal_the_brain() {
     let skin = whole.classify(&none, [24, 24]).unwrap().vector;
     assert!(classes.membership(&skin) < 0.5, "{skin:?}");
 }
+
+#[test]
+fn variables_have_their_values_at_a_pixel() {
+    let Some(device) = relievo_testing::device() else { return };
+    let text = text("max", "", false).replace("    let color", "    var late: f32;\n    late = sum;\n    let color");
+    let shader = shader(&text, Language::Wgsl);
+    let pixel = [7, 9];
+    let values = shader.values(&device, None, SIZE, &Inputs::default(), pixel).unwrap();
+    let of = |name: &str| {
+        let index = shader.variables().iter().position(|it| it.name == name).unwrap();
+        values[index].as_ref()
+    };
+    let [x, y] = [7.5 * 0.0625, 9.5 * 0.125];
+    let uv = of("uv").unwrap();
+    assert_eq!((uv.taken, &uv.mean, &uv.low), (1, &vec![x, y], &vec![x, y]));
+    // The vectors of the shader itself and its accumulation do not count: `v` is the mean of eight passes.
+    let v = of("v").unwrap();
+    assert_eq!((v.taken, v.low[0], v.high[0]), (8, y, 7.0 * x + y));
+    assert!((v.mean[0] - (3.5 * x + y)).abs() < 1e-5, "{v:?}");
+    let taken: f32 = (0..8).map(|i| x * i as f32 + y).filter(|v| *v > 1.0).sum();
+    assert!((of("color").unwrap().mean[0] - 0.0625 * taken).abs() < 1e-5);
+    assert!(of("late").unwrap_err().what.contains("gives it no value"));
+    assert!(shader.values(&device, None, SIZE, &Inputs::default(), [24, 0]).is_err());
+}

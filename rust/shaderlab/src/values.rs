@@ -1,0 +1,71 @@
+//! The values of a shader's float variables at a pixel (Mindek et al. 2013, Section 4.2).
+
+use relievo_core::{Error, Result};
+use relievo_gpu::Device;
+
+use crate::classes::Classes;
+use crate::log::Log;
+use crate::runner::{Inputs, Program, Runner};
+use crate::shader::Shader;
+use crate::source::Source;
+use crate::variable::Variable;
+
+/// The values that a variable has at a pixel, one component after the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Value {
+    /// How often the pixel passes the declaration.
+    pub taken: u32,
+    /// The mean over all passes.
+    pub mean: Vec<f32>,
+    /// The least over the passes that the log has room for.
+    pub low: Vec<f32>,
+    /// The largest over the same.
+    pub high: Vec<f32>,
+}
+
+impl Value {
+    fn of(log: &Log) -> Self {
+        let width = log.vector.len().max(1);
+        let bound = |with: fn(f32, f32) -> f32| {
+            let mut bound = log.vectors.get(..width).unwrap_or(&log.vector).to_vec();
+            for vector in log.vectors.chunks_exact(width) {
+                bound.iter_mut().zip(vector).for_each(|(bound, value)| *bound = with(*bound, *value));
+            }
+            bound
+        };
+        Self { taken: log.taken, mean: log.vector.clone(), low: bound(f32::min), high: bound(f32::max) }
+    }
+}
+
+impl Shader {
+    /// Returns the values of each of [`Shader::variables`] at a pixel, counted from the upper left corner of a picture of
+    /// `size` pixels, where the variable is declared. Each is taken by a vector of that variable alone, in place of the
+    /// vectors of the shader.
+    ///
+    /// A variable has an error in its place if its declaration gives it no value, if the pixel does not pass it, if a value
+    /// is not finite, or if no statement can stand behind it. Fails if the pixel lies outside of the picture or the device
+    /// cannot run the shader.
+    pub fn values(
+        &self,
+        device: &Device,
+        entry: Option<&str>,
+        size: [u32; 2],
+        inputs: &Inputs,
+        pixel: [u32; 2],
+    ) -> Result<Vec<Result<Value>>> {
+        let bare = Self::new(self.without_annotations())?;
+        Runner::new(device, &Program::plain(&bare)?, entry, size, inputs)?.check(pixel)?;
+        let value = |(index, variable): (usize, &Variable)| {
+            if !variable.is_initialized {
+                let what = format!("the declaration of `{}` gives it no value", variable.name);
+                return Err(Error::invalid(what).advise("mark a vector behind the assignment that is of interest"));
+            }
+            let text = bare.with_vector(&[index], "1.0")?.into();
+            let marked = Self::new(Source { text, ..bare.source.clone() })?;
+            let augmented = marked.augment()?;
+            let runner = Runner::new(device, &Program::augmented(&marked, &augmented)?, entry, size, inputs)?;
+            Ok(Value::of(&runner.classify(&Classes::of(&augmented), pixel)?))
+        };
+        Ok(bare.variables().iter().enumerate().map(value).collect())
+    }
+}
