@@ -157,8 +157,8 @@ fn a_brain_is_found_in_two_scans() {
     let text = text.replace("[640, 480]", "[160, 120]").replace("[300]", "[80]");
     std::fs::write(folder.join("dual.toml"), text).unwrap();
     let script = "wait_frames 3\nclick 80 60\nclick 86 66\nright_click 80 26\nright_click 80 14\nwait_frames 2\n\
-        drag 0 1 0.5 0.1 1 0.9\nwait_frames 2\nscreenshot plots.png\npress Diagnosis\nask 84 58\nwait_frames 2\n\
-        screenshot why.png\npress Save mask\nkey s\nquit\n";
+        drag 0 1 0.5 0.1 1 0.9\nwait_frames 2\nscreenshot plots.png\npress profile CT\nwait_frames 2\n\
+        screenshot profiles.png\npress Diagnosis\nask 84 58\nwait_frames 2\nscreenshot why.png\npress Save mask\nkey s\nquit\n";
     played(folder, "dual.toml", script);
     let mask = read(folder.join("dual_mask.png"));
     assert!(value(&mask, 80, 62) > 0.7 && value(&mask, 80, 30) < 0.3 && value(&mask, 60, 18) < 0.3);
@@ -166,6 +166,7 @@ fn a_brain_is_found_in_two_scans() {
     assert!(share(&read(folder.join("plots.png")), is_brushed) > 1e-4);
     if let Some(kept) = std::env::var_os("RELIEVO_SCREENSHOTS") {
         std::fs::copy(folder.join("plots.png"), Path::new(&kept).join("view_dual.png")).unwrap();
+        std::fs::copy(folder.join("profiles.png"), Path::new(&kept).join("view_profiles.png")).unwrap();
         std::fs::copy(folder.join("why.png"), Path::new(&kept).join("view_dual_why.png")).unwrap();
     }
 }

@@ -6,6 +6,7 @@
 
 mod panels;
 mod plots;
+mod profiles;
 mod script;
 mod session;
 mod window;

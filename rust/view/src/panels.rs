@@ -9,6 +9,7 @@ use relievo_render::color::srgb_byte;
 use relievo_shaderlab::{Class, Value, Variable};
 
 use crate::plots::{ASKED, Linked, NEGATIVE, POSITIVE, matrix};
+use crate::profiles::profiles;
 use crate::session::Session;
 
 /// Seconds without a key after which the text is compiled.
@@ -307,9 +308,12 @@ impl Panels {
         egui::ScrollArea::both().id_salt("vectors").auto_shrink(false).show(ui, |ui| match tab {
             Tab::Variables => self.variables(ui, session),
             Tab::Plots => {
-                let Self { linked, plots, .. } = self;
+                let Self { linked, plots, widgets, .. } = self;
                 matrix(ui, session, linked, &mut |axes, area| {
                     plots.insert(axes, area);
+                });
+                profiles(ui, session, linked, &mut |name, area| {
+                    widgets.insert(format!("profile {name}"), area);
                 });
             }
             Tab::Diagnosis => diagnosis(ui, session),
@@ -408,7 +412,7 @@ fn type_name(variable: &Variable) -> String {
 
 /// Shows what the features are worth, and why the pixel asked about has its membership.
 fn diagnosis(ui: &mut Ui, session: &Session) {
-    let (Some(classes), Some(diagnosis)) = (session.classes(), session.diagnosis()) else {
+    let (Some(classes), Some(diagnosis)) = (session.classes(), &session.diagnosis) else {
         ui.label("The shader takes no vector. Choose variables and write one.");
         return;
     };

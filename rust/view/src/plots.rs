@@ -1,8 +1,7 @@
 //! Scatter plots of all pairs of features, linked by picking and brushing, and histograms (Section 4.3, Figure 4).
 //!
 //! Large marks are the vectors of examples: green circles are positive, orange squares negative. Small dots are the single
-//! vectors that the pixels of examples and the pixel asked about took. A feature against the distance from the camera is thus
-//! the profile along a ray.
+//! vectors that the pixels of examples and the pixel asked about took.
 
 use egui::{Color32, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
 use relievo_shaderlab::Class;
@@ -13,7 +12,7 @@ use crate::session::Session;
 pub(crate) const POSITIVE: Color32 = Color32::from_rgb(0, 158, 115);
 pub(crate) const NEGATIVE: Color32 = Color32::from_rgb(213, 94, 0);
 pub(crate) const ASKED: Color32 = Color32::from_rgb(86, 180, 233);
-const BRUSH: Color32 = Color32::from_rgb(240, 228, 66);
+pub(crate) const BRUSH: Color32 = Color32::from_rgb(240, 228, 66);
 
 /// Bars of a histogram.
 const BARS: usize = 32;
@@ -48,7 +47,7 @@ struct Dot<'a> {
     vector: &'a [f32],
 }
 
-fn color(class: Option<Class>) -> Color32 {
+pub(crate) fn color(class: Option<Class>) -> Color32 {
     match class {
         Some(Class::Positive) => POSITIVE,
         Some(Class::Negative) => NEGATIVE,

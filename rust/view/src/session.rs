@@ -70,6 +70,8 @@ pub struct Session {
     pub(crate) logs: Vec<Log>,
     pub(crate) asked: Option<Asked>,
     pub(crate) values: Option<Values>,
+    /// What [`Diagnosis::of`] says of the classes.
+    pub(crate) diagnosis: Option<Diagnosis>,
     picture: Option<Image>,
     is_changed: bool,
 }
@@ -98,6 +100,7 @@ impl Session {
             logs: Vec::new(),
             asked: None,
             values: None,
+            diagnosis: None,
             picture: None,
             is_changed: false,
         };
@@ -146,6 +149,7 @@ impl Session {
                 self.asked = None;
                 self.values = None;
                 self.take_vectors();
+                self.explain();
                 self.draw();
             }
             Ok(Err(faults)) => {
@@ -281,6 +285,7 @@ impl Session {
         let Some(classes) = &self.classes else { return Ok(()) };
         let explanation = Explanation::of(classes, &log.vector);
         self.asked = Some(Asked { pixel, log, explanation });
+        self.diagnosis = self.diagnose();
         Ok(())
     }
 
@@ -293,14 +298,16 @@ impl Session {
         Ok(())
     }
 
+    /// Explains the pixel asked about, and judges the features, by the classes there are now.
     fn explain(&mut self) {
         if let (Some(asked), Some(classes)) = (&mut self.asked, &self.classes) {
             asked.explanation = Explanation::of(classes, &asked.log.vector);
         }
+        self.diagnosis = self.diagnose();
     }
 
     /// Returns the diagnosis of the classes, with the vectors of the pixel that was asked about.
-    pub fn diagnosis(&self) -> Option<Diagnosis> {
+    fn diagnose(&self) -> Option<Diagnosis> {
         let classes = self.classes.as_ref()?;
         let width = classes.features.len().max(1);
         let asked = self.asked.iter().flat_map(|asked| asked.log.vectors.chunks_exact(width));
