@@ -6,6 +6,7 @@ import bpy
 import librelievo as rl
 import numpy
 from bpy_extras import view3d_utils
+from mathutils import Vector
 
 from . import job, mesh, native, pose, state, stroke, view
 from .error import Refused
@@ -410,7 +411,7 @@ def nearest_pin(context, event, target):
     region, place = pointer_of(context, event)
     found = []
     for number, pin in enumerate(target.relievo.decal.pins):
-        world = target.matrix_world @ pin.position
+        world = target.matrix_world @ Vector(pin.position)
         at = view3d_utils.location_3d_to_region_2d(region, context.region_data, world)
         if at is not None:
             found.append((numpy.hypot(at[0] - place[0], at[1] - place[1]), number))

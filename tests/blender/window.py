@@ -1,6 +1,6 @@
 """The panels and the tools in a real window, driven by simulated events: a stroke of the sculpt tool, its undo and redo
 by the keyboard, a stroke of paint, a live preview, an imprint that is cancelled by Esc and one that runs to its end, a
-region of a level that is grabbed. What is seen is asked of screenshots. What does not come to an end is ended by who
+region of a level that is grabbed, a pin of a decal that is dragged. What is seen is asked of screenshots. What does not come to an end is ended by who
 runs it. Needs a display, `--enable-event-simulate` and a folder for screenshots in RELIEVO_SCREENSHOTS; `cargo xtask
 blender --test` runs it as
 
@@ -16,6 +16,7 @@ from pathlib import Path
 
 import bpy
 import numpy
+from bpy_extras import view3d_utils
 
 sys.path.append(str(Path(__file__).resolve().parent))
 
@@ -233,6 +234,7 @@ def play():
     assert (numpy.abs(view(dented) - view(painted)).max(2) > 0.02).sum() > 500, "the track is not seen"
     yield from asked(relievo)
     yield from levels(relievo)
+    yield from decal()
 
 
 def asked(relievo):
@@ -384,6 +386,79 @@ def carved(ball):
     ball.relievo.progressive.ratio = 1.0
     assert len(coarse) < len(moved)
     numpy.testing.assert_allclose(numpy.sort(host.positions(ball), 0), numpy.sort(moved, 0), atol=1e-5)
+
+
+SIDE = 256
+
+
+def label():
+    """An image of squares with a border, and a red dot at each pin."""
+    y, x = numpy.mgrid[0:SIDE, 0:SIDE]
+    pixels = numpy.ones((SIDE, SIDE, 4), numpy.float32)
+    pixels[..., :3] = numpy.where(((x // 32 + y // 32) % 2 == 0)[..., None], (0.05, 0.42, 0.46), (0.93, 0.87, 0.7))
+    pixels[(numpy.minimum(x, y) < 8) | (numpy.maximum(x, y) >= SIDE - 8), :3] = (0.04, 0.12, 0.2)
+    for u, v in PINS:
+        pixels[numpy.hypot(x - u, y - v) < 13, :3] = (0.8, 0.05, 0.05)
+    image = bpy.data.images.new("label", SIDE, SIDE, alpha=True)
+    image.pixels.foreach_set(pixels.ravel())
+    return image
+
+
+PINS = ((32, 32), (224, 32), (128, 128), (32, 224), (224, 224))
+
+
+def on_ball(u, v):
+    """The place of a point of the image on a ball that is seen from the front."""
+    across, up = 1.5 * (u / SIDE - 0.5), 1.5 * (v / SIDE - 0.5)
+    return numpy.sin(across) * numpy.cos(up), -numpy.cos(across) * numpy.cos(up), numpy.sin(up)
+
+
+def decal():
+    """A pin that the pointer drags over a ball: the decal's mesh follows, and undo takes it back."""
+    for target in list(bpy.data.objects):
+        bpy.data.objects.remove(target)
+    ball = host.ball(1.0, "ball", rings=32)
+    ball.data.polygons.foreach_set("use_smooth", [True] * len(ball.data.polygons))
+    ball.relievo.decal.image = label()
+    host.select(ball)
+    for u, v in PINS:
+        bpy.ops.relievo.decal_pin_add(image=(u, v), position=on_ball(u, v))
+    area().spaces.active.shading.color_type = "TEXTURE"
+    with override():
+        bpy.ops.view3d.view_axis(type="FRONT")
+        bpy.ops.view3d.view_all()
+        bpy.ops.wm.tool_set_by_id(name="builtin.select")
+        assert bpy.ops.relievo.decal_mesh() == {"FINISHED"}
+        bpy.ops.ed.undo_push(message="decal")
+    yield from wait()
+    before = screenshot("decal_start.png")
+    laid = host.positions(ball.relievo.decal.mesh)
+    with override():
+        assert bpy.ops.relievo.decal_pin_drag("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
+
+    def spot(position):
+        at = view3d_utils.location_3d_to_region_2d(region(), area().spaces.active.region_3d, position)
+        return at[0] / region().width, at[1] / region().height
+
+    aim = on_ball(165, 155)
+    yield from grab(spot(on_ball(128, 128)), spot(aim))
+    dragged = screenshot("decal_drag.png")
+    assert (numpy.abs(view(dragged) - view(before)).max(2) > 0.1).sum() > 2000, "the decal does not follow"
+    event("LEFTMOUSE", "RELEASE", x=spot(aim)[0], y=spot(aim)[1])
+    yield from wait(10)
+    screenshot("decal_end.png")
+    shown = ball.relievo.decal.mesh
+    found = numpy.array(ball.relievo.decal.pins[2].position)
+    assert numpy.linalg.norm(found - aim) < 0.03, found
+    point = int(numpy.linalg.norm(host.positions(shown) - found, axis=1).argmin())
+    corner = next(loop.index for loop in shown.data.loops if loop.vertex_index == point)
+    numpy.testing.assert_allclose(shown.data.uv_layers[0].data[corner].uv, (0.5, 0.5), atol=1e-3)
+    for value in ("PRESS", "RELEASE"):
+        event("Z", value, ctrl=True)
+    yield from wait(10)
+    ball = bpy.data.objects["ball"]
+    numpy.testing.assert_allclose(ball.relievo.decal.pins[2].position, on_ball(128, 128), atol=1e-5)
+    numpy.testing.assert_allclose(host.positions(ball.relievo.decal.mesh), laid, atol=1e-6)
 
 
 def grab(start, end):
