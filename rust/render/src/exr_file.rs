@@ -27,7 +27,7 @@ pub enum Samples {
 }
 
 impl Samples {
-    fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         match self {
             Samples::F16(values) => values.len(),
             Samples::F32(values) => values.len(),

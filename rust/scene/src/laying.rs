@@ -1,26 +1,28 @@
 //! Decals of a scene: their stickers loaded, and laid at their time.
 //!
-//! A decal lies on triangles of the displaced surface as it is then, and is written into a layer of the object, as a
-//! stroke is.
+//! A decal lies on triangles of the displaced surface or triangle mesh as it is then, and is written into a layer of the
+//! object, as a stroke is.
 
 use relievo_core::progress::Silent;
-use relievo_core::{Context, Error, Result};
+use relievo_core::{Context, Error, Mesh, Result};
 use relievo_decal::{Artwork, Contour, Decal, DecalSettings, Pin, Pose, Sticker, emboss, lay, nearest, paint, strip};
-use relievo_render::{Image, read_png};
+use relievo_render::{Image, read_image};
+use relievo_tiles::triangle::TriangleTessellation;
 use relievo_tiles::{Tessellation, uniform_rates};
 
 use crate::description::DecalEntry;
 use crate::paths::Paths;
 use crate::refusals::Refusals;
-use crate::stamps::exr;
 use crate::strokes::{activate, choose_layer};
+use crate::triangle_print::TrianglePrint;
 use crate::world::{Item, World};
 
 /// The sticker of a decal with its image, and a number for what its pixels are.
 #[derive(Debug)]
 pub(crate) struct Loaded {
     artwork: Artwork,
-    height: f64,
+    /// Columns and rows of the image.
+    size: [f64; 2],
     checksum: u32,
 }
 
@@ -32,12 +34,10 @@ impl Loaded {
     pub fn new(context: &Context, paths: &Paths, entry: &DecalEntry) -> Result<Self> {
         let path = paths.resolve(&entry.image.text)?;
         let checksum = crate::assets::checksum(&path)?;
-        let is_exr = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
-        let limit = context.memory_limit();
-        let image = if is_exr { exr(&path, limit)? } else { read_png(&path, limit)? };
+        let image = read_image(&path, context.memory_limit())?;
         let made = sticker(entry, &image).and_then(|sticker| Artwork::new(&sticker, &image));
         let artwork = made.map_err(|error| error.at(path.display().to_string()))?;
-        Ok(Self { artwork, height: f64::from(image.height()), checksum })
+        Ok(Self { artwork, size: [image.width(), image.height()].map(f64::from), checksum })
     }
 
     /// Returns the CRC-32 of the image's file.
@@ -45,10 +45,9 @@ impl Loaded {
         self.checksum
     }
 
-    /// Lays the sticker on the triangles of the surface that shows `object`.
-    fn lay(&self, world: &World, entry: &DecalEntry, ground: &Tessellation) -> Result<Decal> {
+    /// Lays the sticker on the triangles of the surface that its object shows.
+    fn lay(&self, world: &World, entry: &DecalEntry, mesh: &Mesh) -> Result<Decal> {
         let inverse = world.transforms()[entry.object].inverse();
-        let mesh = &ground.mesh;
         let sticker = self.artwork.sticker();
         let mut places = Vec::with_capacity(entry.pins.len());
         for (index, pin) in entry.pins.iter().enumerate() {
@@ -60,7 +59,7 @@ impl Loaded {
         } else {
             let pairs = entry.pins.iter().zip(places);
             // Scene files count pixels downwards.
-            let upward = |[x, y]: [f64; 2]| [x, self.height - y];
+            let upward = |[x, y]: [f64; 2]| [x, self.size[1] - y];
             pairs.filter_map(|(pin, place)| Some(Pin { image: upward(pin.image?), place })).collect()
         };
         let pose = entry.width.map(|width| Pose {
@@ -108,15 +107,45 @@ pub(crate) fn make_due(
     Ok(())
 }
 
+/// What a decal is laid on: the displaced triangles of its object.
+enum Ground {
+    Surface(Tessellation),
+    Triangles(TriangleTessellation),
+}
+
+impl Ground {
+    fn of(context: &Context, world: &mut World, entry: &DecalEntry) -> Result<Self> {
+        if let Some(item) = world.triangles_mut(entry.object) {
+            item.object.renew(context)?;
+        }
+        let cage = world.cage(entry.object);
+        match world.items().get(entry.object) {
+            Some(Item::Surface(surface)) => {
+                let rates = uniform_rates(surface.surface().topology(), entry.cells);
+                Ok(Self::Surface(surface.displaced()?.tessellate(context, cage, &rates)?))
+            }
+            Some(Item::Triangles(item)) => {
+                let (object, displaced) = (&item.object, item.object.displaced()?);
+                let rates = |face: u32| object.rates(face);
+                let whole = TriangleTessellation::new(context, &displaced, object.normals(), cage, rates)?;
+                Ok(Self::Triangles(whole))
+            }
+            _ => Err(Error::internal("a decal lies on an object without a surface")),
+        }
+    }
+
+    fn mesh(&self) -> &Mesh {
+        match self {
+            Self::Surface(ground) => &ground.mesh,
+            Self::Triangles(ground) => &ground.mesh,
+        }
+    }
+}
+
 /// Lays a decal and writes it into its layer.
 fn put(context: &Context, world: &mut World, index: usize, entry: &DecalEntry, refusals: &mut Refusals) -> Result<()> {
-    let Some(Item::Surface(surface)) = world.items().get(entry.object) else {
-        return Err(Error::unsupported("its object shows a surface of triangles")
-            .advise("give the object a surface over its mesh without `kind`"));
-    };
-    let rates = uniform_rates(surface.surface().topology(), entry.cells);
-    let ground = surface.displaced()?.tessellate(context, world.cage(entry.object), &rates)?;
-    let decal = world.sticker(index)?.lay(world, entry, &ground)?;
+    let ground = Ground::of(context, world, entry)?;
+    let decal = world.sticker(index)?.lay(world, entry, ground.mesh())?;
     let depths: Vec<f64> = match entry.strip {
         true => Vec::new(),
         false => entry.pins.iter().map(|pin| pin.depth).collect(),
@@ -125,13 +154,25 @@ fn put(context: &Context, world: &mut World, index: usize, entry: &DecalEntry, r
         Some(name) => choose_layer(context, world, &[entry.object], name, entry.height.is_none())?,
         None => Vec::new(),
     };
-    let (surface, sticker) = world.surface_and_sticker(entry.object, index)?;
-    let artwork = &sticker.artwork;
-    let printed = match entry.height {
-        Some(height) => emboss(context, surface, &ground, &decal, artwork, &depths, height),
-        None => paint(context, surface, &ground, &decal, artwork, &depths, entry.opacity),
+    let (item, Loaded { artwork, size, .. }) = world.item_and_sticker(entry.object, index)?;
+    let refused = match (item, &ground) {
+        (Item::Surface(surface), Ground::Surface(ground)) => {
+            let printed = match entry.height {
+                Some(height) => emboss(context, surface, ground, &decal, artwork, &depths, height),
+                None => paint(context, surface, ground, &decal, artwork, &depths, entry.opacity),
+            };
+            printed.map(|printed| printed.refused)
+        }
+        (Item::Triangles(item), Ground::Triangles(ground)) => {
+            let print = TrianglePrint { context, ground, decal: &decal, artwork, size: *size, depths: &depths };
+            match entry.height {
+                Some(height) => print.emboss(&mut item.object, height),
+                None => print.paint(&mut item.object, entry.opacity),
+            }
+        }
+        _ => Err(Error::internal("a decal lies on another kind of surface")),
     };
     activate(context, world, &active)?;
-    refusals.add(entry.object, &printed?.refused);
+    refusals.add(entry.object, &refused?);
     Ok(())
 }

@@ -27,6 +27,8 @@ mod layers;
 mod laying;
 pub mod manual;
 pub mod output;
+#[cfg(feature = "decal")]
+pub mod overlap;
 pub mod paths;
 #[cfg_attr(not(feature = "rapier3d"), path = "physics_absent.rs")]
 pub mod physics;
@@ -52,6 +54,8 @@ pub mod tessellation;
 #[cfg_attr(not(feature = "tissue"), path = "tissue_absent.rs")]
 mod tissue;
 pub mod trace;
+#[cfg(feature = "decal")]
+mod triangle_print;
 pub mod triangles;
 mod views;
 #[cfg_attr(not(feature = "crowd"), path = "walking_absent.rs")]

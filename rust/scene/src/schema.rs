@@ -719,7 +719,7 @@ pub static CROWD: Section = Section {
 /// `[[decals]]`
 pub static DECAL: Section = Section {
     name: "decals",
-    help: "Stickers on Catmull-Clark surfaces, `[[decals]]` each, in the order they are laid, before the strokes of their \
+    help: "Stickers on surfaces, `[[decals]]` each, in the order they are laid, before the strokes of their \
            frame. Points of the image lie exactly on their pins",
     keys: &[
         key("object", Kind::Name("objects"), "", "", "The object it lies on; left out, the only one with a surface"),
@@ -771,7 +771,13 @@ pub static DECAL: Section = Section {
             "object units",
             "Raises the surface by this much where the image is white, instead of painting it",
         ),
-        key("cells", Kind::Power(1, 64), "8", "", "Cells along an edge of a face of the triangles it is laid on"),
+        key(
+            "cells",
+            Kind::Power(1, 64),
+            "8",
+            "",
+            "On a Catmull-Clark surface: cells along an edge of a face of the triangles it is laid on",
+        ),
         key("time", Kind::Number(0.0, 1e6), "0", "seconds", "When: at the first frame that is not before it"),
     ],
     parameters: &[],

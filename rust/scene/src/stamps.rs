@@ -5,7 +5,7 @@ use std::sync::Arc;
 use relievo_core::{Context, Error, Result};
 use relievo_detail::{Stamp, StampChannel, StampImage, StampSettings};
 use relievo_render::color::encode_srgb;
-use relievo_render::{Image, read_exr, read_png};
+use relievo_render::{Image, read_image};
 
 use crate::description::{StampEntry, StampSource};
 use crate::diagnostic::Diagnostic;
@@ -64,7 +64,7 @@ impl Loaded {
                 let checksum = crate::assets::checksum(&path)?;
                 let limit = context.memory_limit();
                 let is_exr = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
-                let image = if is_exr { exr(&path, limit)? } else { read_png(&path, limit)? };
+                let image = read_image(&path, limit)?;
                 let place = |error: Error| error.at(path.display().to_string());
                 let make = |image: &Image| {
                     let (width, height, channels) = (image.width(), image.height(), image.channels());
@@ -76,22 +76,6 @@ impl Loaded {
             }
         }
     }
-}
-
-/// Returns the first layer of an EXR file: its colours, with alpha if it has it, or the only channel it has.
-pub(crate) fn exr(path: &std::path::Path, limit: u64) -> Result<Image> {
-    let layers = read_exr(path, limit)?;
-    let sets: [&[&str]; 5] = [&["R", "G", "B", "A"], &["R", "G", "B"], &["Y", "A"], &["Y"], &["A"]];
-    let found = layers.first().and_then(|layer| {
-        let only = layer.channels.first().map(|channel| channel.name.as_str());
-        let only: Vec<&str> = only.into_iter().collect();
-        sets.iter().find_map(|names| layer.image(names)).or_else(|| layer.image(&only))
-    });
-    found.ok_or_else(|| {
-        Error::invalid("the EXR has no channels of colours")
-            .at(path.display().to_string())
-            .advise("give its first layer the channels R, G and B, or Y")
-    })
 }
 
 /// The numbers of a PNG file, of which the reader made linear colours.

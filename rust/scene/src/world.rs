@@ -291,17 +291,11 @@ impl World {
         self.stickers.get(index).ok_or_else(|| Error::internal("a decal has no sticker"))
     }
 
-    /// The surface of an object, for writing, and the sticker of decal number `index`.
+    /// What an object shows, for writing, and the sticker of decal number `index`.
     #[cfg(feature = "decal")]
-    pub(crate) fn surface_and_sticker(
-        &mut self,
-        object: usize,
-        index: usize,
-    ) -> Result<(&mut DisplacedObject, &laying::Loaded)> {
-        match (self.items.get_mut(object), self.stickers.get(index)) {
-            (Some(Item::Surface(surface)), Some(sticker)) => Ok((surface, sticker)),
-            _ => Err(Error::internal("a decal has no surface or no sticker")),
-        }
+    pub(crate) fn item_and_sticker(&mut self, object: usize, index: usize) -> Result<(&mut Item, &laying::Loaded)> {
+        let found = self.items.get_mut(object).zip(self.stickers.get(index));
+        found.ok_or_else(|| Error::internal("a decal has no object or no sticker"))
     }
 
     /// Those of `objects` that can be painted and sculpted, for writing.

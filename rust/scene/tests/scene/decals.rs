@@ -1,12 +1,12 @@
 //! `[[decals]]` of scenes.
 
-use relievo_core::Context;
+use relievo_core::{Context, Values};
 use relievo_document::Document;
-use relievo_render::{Image, read_png, write_png};
+use relievo_render::{Channel, Content, Image, Layer, Samples, read_png, write_exr, write_png};
 use relievo_scene::file::{parse, read_file};
 use relievo_scene::world::World;
 
-use crate::support::run_in;
+use crate::support::{bytes, run_in};
 
 const GROUND: &str = r##"version = 1
 fps = 10
@@ -90,6 +90,67 @@ fn decals_are_painted_and_embossed_at_their_time() {
         let path = folder.join("again/document-000002-ground.relievo");
         Document::open(&path, u64::MAX).unwrap().to_bytes().unwrap()
     });
+}
+
+/// An EXR file of a square whose left half is red and whose right half is dim blue with an alpha of a half.
+fn write_halves(path: &std::path::Path) {
+    let pixel = |at: u32| if at % 20 < 10 { [1.0, 0.0, 0.0, 1.0] } else { [0.0, 0.0, 0.125, 0.5f32] };
+    let channel = |(index, name): (usize, &str)| Channel {
+        name: name.into(),
+        samples: Samples::F32((0..400).map(|at| pixel(at)[index]).collect()),
+    };
+    let channels = ["R", "G", "B", "A"].into_iter().enumerate().map(channel).collect();
+    let layer = Layer { name: None, width: 20, height: 20, channels, attributes: Vec::new() };
+    write_exr(path, &[layer], Content::Color).unwrap();
+}
+
+#[test]
+fn decals_are_painted_and_embossed_on_triangle_meshes() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_halves(&folder.join("halves.exr"));
+    let ground = GROUND
+        .replace("mesh = \"ground\"", "mesh = \"ground\"\nkind = \"triangles\"")
+        .replace("tile_size = 16\npaint_size = 32", "segments = 16")
+        .replace("mesh = \"none\"", "mesh = \"every\"\nmesh_formats = [\"ply\"]");
+    let text = format!(
+        "{ground}[[decals]]\nimage = \"halves.exr\"\ntime = 0.1\n{PINS}\
+         [[decals]]\nimage = \"halves.exr\"\nheight = 0.2\ntime = 0.2\n{PINS}"
+    );
+    run_in(folder, "label", &text, None, 2);
+    // The second one lies on the surface that the first one left flat.
+    let linear = |red: f64, green: f64, blue: f64| 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+    for (frame, is_painted, height) in [(0, 0.0, 0.0), (1, 1.0, 0.0), (2, 1.0, 0.2)] {
+        let path = folder.join(format!("label/mesh-{frame:06}-ground.ply"));
+        let mesh = relievo_meshio::read(&Context::serial(), &path).unwrap();
+        let Values::F32(colors) = &mesh.attribute("color").unwrap().values else { panic!() };
+        let mut counts = [0; 3];
+        for (point, color) in mesh.points.iter().zip(colors.chunks_exact(3)) {
+            let [x, y, z] = point.map(f64::from);
+            let away = (x - 1.0).abs().max(y.abs());
+            // A segment is 0.03 long, a pixel 0.1.
+            let (part, expected, raised) = match (away, x) {
+                (away, _) if away > 1.04 => (0, [0.5; 3], 0.0),
+                (away, x) if away < 0.9 && x < 0.9 => (1, [1.0, 0.0, 0.0], linear(1.0, 0.0, 0.0)),
+                (away, x) if away < 0.9 && x > 1.1 => (2, [0.25, 0.25, 0.375], 0.5 * linear(0.0, 0.0, 0.25)),
+                _ => continue,
+            };
+            counts[part] += 1;
+            for (found, expected) in color.iter().zip(expected) {
+                let expected = 0.5 + is_painted * (expected - 0.5);
+                assert!((f64::from(*found) - expected).abs() < 0.01, "{frame} {point:?} {color:?}");
+            }
+            assert!((z - height * raised).abs() < 1e-3, "{frame} {point:?}");
+        }
+        assert!(frame == 0 || counts.iter().all(|count| *count > 500), "{counts:?}");
+    }
+    run_in(folder, "again", &text, None, 1);
+    let file = "document-000002-ground.relievo";
+    assert_eq!(bytes(folder, "label", file), bytes(folder, "again", file));
+    // Too little memory leaves a part out, and says where.
+    let text = text.replace("segments = 16", "segments = 64\nbudget = 65536");
+    let summary = run_in(folder, "small", &text, None, 1);
+    assert!(summary.notes.iter().any(|note| note.contains("faces") && note.contains("ground")), "{:?}", summary.notes);
 }
 
 #[test]

@@ -1,0 +1,313 @@
+//! Decals written into the colours or the displacement of triangle meshes, as the dabs of a stroke are.
+//!
+//! A value is the mean of the sticker around its vertex of the pattern: of 4 by 4 samples over a parallelogram that has the
+//! sides of a segment along two sides of the face. All faces that show a changed value get a block, so that the sticker ends
+//! within a segment. Units: object units for displacement, linear Rec.709 for colour.
+
+use std::collections::BTreeMap;
+
+use glam::{DVec2, DVec3, Vec4};
+use half::f16;
+use relievo_core::{Context, Error, Result};
+use relievo_decal::{Artwork, Decal};
+use relievo_detail::{LayeredObject, TriangleObject};
+use relievo_document::{Kind, Settings};
+use relievo_surface::TriangleTopology;
+use relievo_tiles::triangle::{
+    Node, Pattern, Slot, TriangleChannel, TriangleSets, TriangleTessellation, TriangleValues,
+};
+use relievo_tiles::{ColorTexel, Layered, by_format};
+
+use crate::overlap::{check_depths, depth};
+
+/// Samples along each side of the surroundings of a vertex.
+const SAMPLES: u32 = 4;
+/// How far outside of a triangle of the decal, in barycentric coordinates, a vertex still belongs to it, so that none is
+/// missed on the line between two.
+const SLACK: f64 = 1e-4;
+/// Places of the image that are closer, in widths and heights of it, are one place in two triangles of the decal.
+const SAME: f64 = 1e-3;
+
+/// A decal with its image and the triangle mesh that it lies on, to be written.
+pub(crate) struct TrianglePrint<'a> {
+    /// Runs the work.
+    pub context: &'a Context,
+    /// The tessellation of the displaced mesh that the decal lies on.
+    pub ground: &'a TriangleTessellation,
+    /// The decal.
+    pub decal: &'a Decal,
+    /// Its image.
+    pub artwork: &'a Artwork,
+    /// Columns and rows of the image.
+    pub size: [f64; 2],
+    /// Depths of the pins, or none.
+    pub depths: &'a [f64],
+}
+
+/// A triangle of a decal in a face of the mesh.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    /// Its corners, in barycentric coordinates of the second and third corner of the face.
+    places: [DVec2; 3],
+    /// Their places in the image.
+    uv: [DVec2; 3],
+    /// By how much the place in the image changes with each of the two coordinates.
+    slopes: [DVec2; 2],
+}
+
+/// What has values: the inside of a face or of an edge, or a vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Element {
+    Face(u32),
+    Edge(u32),
+    Vertex(u32),
+}
+
+/// The colours that a decal has at the values of an element, premultiplied.
+type Colored = (Element, Vec<[f32; 4]>);
+
+impl TrianglePrint<'_> {
+    /// Puts the decal over the active layer of colour, with an opacity. Returns the faces that the budget refused.
+    ///
+    /// # Errors
+    /// The mesh has no colours, or the active layer cannot be seen; or there are depths, but not one for each pin.
+    pub fn paint(&self, object: &mut TriangleObject, opacity: f32) -> Result<Vec<u32>> {
+        let settings = Settings { opacity, ..Settings::of(Kind::Rgba8) };
+        settings.check(Kind::Rgba8)?;
+        let mut paint = object.take_paint()?;
+        let done = by_format!(&mut paint, paint => self.over(paint, &settings));
+        object.put_paint(paint);
+        self.settle(object, done?)
+    }
+
+    /// Raises the active layer of displacement by `height`, in object units, times the luminance of the image and its alpha.
+    /// Returns the faces that the budget refused.
+    ///
+    /// # Errors
+    /// As [`Self::paint`].
+    pub fn emboss(&self, object: &mut TriangleObject, height: f32) -> Result<Vec<u32>> {
+        let refused = self.write(object.displacement_mut(), |old: f16, [red, green, blue, alpha]| {
+            // The luminance of Rec.709; colours are premultiplied.
+            let relief = height * (0.2126 * red + 0.7152 * green + 0.0722 * blue) / alpha;
+            let settings = Settings { opacity: alpha, ..Settings::of(Kind::Scalar) };
+            f16::of_sum(f16::blend(old.sum(), relief, &settings))
+        })?;
+        self.settle(object, refused)
+    }
+
+    fn settle(&self, object: &mut TriangleObject, mut refused: Vec<u32>) -> Result<Vec<u32>> {
+        refused.extend(object.settle(self.context)?);
+        object.renew(self.context)?;
+        refused.sort_unstable();
+        refused.dedup();
+        Ok(refused)
+    }
+
+    fn over<T: ColorTexel + Layered<Sum = Vec4>>(
+        &self,
+        paint: &mut TriangleChannel<T>,
+        settings: &Settings,
+    ) -> Result<Vec<u32>> {
+        self.write(paint, |old: T, color| T::of_sum(T::blend(old.sum(), Vec4::from(color), settings)))
+    }
+
+    /// Changes the values under the decal: `change` makes a new value of an old one and a colour, which is not transparent.
+    /// Returns the faces that the budget refused, ascending.
+    fn write<T: Layered>(
+        &self,
+        channel: &mut TriangleChannel<T>,
+        change: impl Fn(T, [f32; 4]) -> T + Sync,
+    ) -> Result<Vec<u32>> {
+        check_depths(self.decal, self.depths)?;
+        let (topology, pattern) = (channel.field().topology().clone(), channel.field().pattern());
+        let colored = self.colored(&topology, pattern)?;
+        let mut faces: Vec<u32> = colored.iter().flat_map(|(element, _)| element.faces(&topology)).collect();
+        faces.sort_unstable();
+        faces.dedup();
+        let sets = TriangleSets { allocate: faces.clone(), modify: faces, ..TriangleSets::default() };
+        let refused = channel.apply(self.context, pattern, &sets)?;
+        let field = channel.field();
+        let new = |block: &[T], colors: &[[f32; 4]]| -> Vec<T> {
+            let pairs = block.iter().zip(colors);
+            pairs.map(|(old, color)| if color[3] > 0.0 { change(*old, *color) } else { *old }).collect()
+        };
+        let mut values = TriangleValues::default();
+        for (element, colors) in &colored {
+            match *element {
+                Element::Face(face) => {
+                    let block = field.face(face).filter(|_| field.face_pattern(face) == Some(pattern));
+                    values.faces.extend(block.map(|block| (face, new(block, colors))));
+                }
+                Element::Edge(edge) => {
+                    let block = field.edge(edge).filter(|_| field.edge_pattern(edge) == Some(pattern));
+                    values.edges.extend(block.map(|block| (edge, new(block, colors))));
+                }
+                // A vertex that changed without all its faces would drag those along as a whole.
+                Element::Vertex(vertex) => {
+                    if element.faces(&topology).all(|face| refused.binary_search(&face).is_err()) {
+                        let value = new(&[field.vertex(vertex)], colors);
+                        values.vertices.extend(value.into_iter().map(|value| (vertex, value)));
+                    }
+                }
+            }
+        }
+        channel.write(values)?;
+        Ok(refused)
+    }
+
+    /// The elements under the decal, in order, with their colours.
+    fn colored(&self, topology: &TriangleTopology, pattern: Pattern) -> Result<Vec<Colored>> {
+        let pieces = self.pieces(topology)?;
+        let mut elements: Vec<Element> = pieces.keys().copied().map(Element::Face).collect();
+        for face in pieces.keys() {
+            elements.extend(topology.edges_of(*face).map(Element::Edge));
+            elements.extend(topology.face(*face).map(Element::Vertex));
+        }
+        elements.sort_unstable();
+        elements.dedup();
+        let colored = self.context.map(elements.len(), |index| {
+            let element = elements[index];
+            let color = |step: u32| {
+                let mut hits = Vec::new();
+                element.knots(topology, pattern, step, |face, place| {
+                    hits.extend(pieces.get(&face).into_iter().flatten().filter_map(|piece| piece.hit(place)));
+                });
+                self.color(hits, pattern)
+            };
+            let colors: Vec<[f32; 4]> = (0..element.count(pattern)).map(color).collect();
+            colors.iter().any(|color| color[3] > 0.0).then_some((element, colors))
+        });
+        Ok(colored.into_iter().flatten().collect())
+    }
+
+    /// The triangles of the decal by the face of the mesh that they lie in.
+    fn pieces(&self, topology: &TriangleTopology) -> Result<BTreeMap<u32, Vec<Piece>>> {
+        let TriangleTessellation { mesh, tiles, parameters, .. } = self.ground;
+        let mut pieces: BTreeMap<u32, Vec<Piece>> = BTreeMap::new();
+        for (triangle, part) in self.decal.triangles.iter().zip(&self.decal.faces) {
+            let first = 3 * *part as usize;
+            let face = tiles.get(*part as usize).filter(|face| (**face as usize) < topology.face_count());
+            let corners = mesh.corners.get(first..first + 3).zip(parameters.get(first..first + 3));
+            let (Some(face), Some((corners, parameters))) = (face, corners) else {
+                return Err(Error::internal("a decal lies on another mesh"));
+            };
+            let corner = |at: usize| DVec3::from(mesh.points[corners[at] as usize].map(f64::from));
+            let [a, b, c] = [0, 1, 2].map(corner);
+            let normal = (b - a).cross(c - a);
+            let place = |vertex: u32| {
+                let point = DVec3::from(self.decal.points[vertex as usize]);
+                let share =
+                    |from: DVec3, to: DVec3| normal.dot((to - from).cross(point - from)) / normal.length_squared();
+                let shares = [share(b, c), share(c, a), share(a, b)];
+                let corners = shares.into_iter().zip(parameters);
+                corners.map(|(share, [u, v])| share * DVec2::new(f64::from(*u), f64::from(*v))).sum::<DVec2>()
+            };
+            let uv = triangle.map(|vertex| DVec2::from(self.decal.uv[vertex as usize]));
+            if let Some(piece) = Piece::new(triangle.map(place), uv) {
+                pieces.entry(*face).or_default().push(piece);
+            }
+        }
+        Ok(pieces)
+    }
+
+    /// The colour of what lies at a vertex of the pattern, one over the other: the mean around it.
+    fn color(&self, mut hits: Vec<(DVec2, [DVec2; 2])>, pattern: Pattern) -> [f32; 4] {
+        let size = DVec2::from(self.size);
+        let height = |(uv, _): &(DVec2, [DVec2; 2])| depth(self.decal, uv.to_array(), self.depths);
+        hits.sort_by(|a, b| height(a).total_cmp(&height(b)));
+        let mut seen: Vec<DVec2> = Vec::new();
+        let mut color = [0.0_f32; 4];
+        for (uv, slopes) in hits {
+            if seen.iter().any(|other| other.distance(uv) < SAME) {
+                continue;
+            }
+            seen.push(uv);
+            // Of a sample, in segments and in pixels.
+            let side = 1.0 / f64::from(SAMPLES * pattern.segments());
+            let footprint = ((slopes[0] * size).perp_dot(slopes[1] * size)).abs().sqrt() * side;
+            let mut mean = [0.0_f32; 4];
+            for sample in 0..SAMPLES * SAMPLES {
+                let [a, b] = [sample % SAMPLES, sample / SAMPLES]
+                    .map(|at| (f64::from(at) + 0.5 - 0.5 * f64::from(SAMPLES)) * side);
+                let place = uv + a * slopes[0] + b * slopes[1];
+                for (mean, value) in mean.iter_mut().zip(self.artwork.color(place.to_array(), footprint)) {
+                    *mean += value / (SAMPLES * SAMPLES) as f32;
+                }
+            }
+            let through = 1.0 - mean[3];
+            for (color, mean) in color.iter_mut().zip(mean) {
+                *color = mean + through * *color;
+            }
+        }
+        color
+    }
+}
+
+impl Piece {
+    /// `None` for a triangle without area.
+    fn new(places: [DVec2; 3], uv: [DVec2; 3]) -> Option<Self> {
+        let [first, second] = [places[1] - places[0], places[2] - places[0]];
+        let area = first.perp_dot(second);
+        let [p, q] = [uv[1] - uv[0], uv[2] - uv[0]];
+        let slopes = [(p * second.y - q * first.y) / area, (q * first.x - p * second.x) / area];
+        slopes.iter().all(|slope| slope.is_finite()).then_some(Self { places, uv, slopes })
+    }
+
+    /// The place in the image at a place of the face, and its slopes; `None` outside of the triangle.
+    fn hit(&self, place: DVec2) -> Option<(DVec2, [DVec2; 2])> {
+        let [a, b, c] = self.places;
+        let area = (b - a).perp_dot(c - a);
+        let share = |from: DVec2, to: DVec2| (to - from).perp_dot(place - from) / area;
+        let shares = [share(b, c), share(c, a), share(a, b)];
+        if shares.iter().any(|share| *share < -SLACK) {
+            return None;
+        }
+        Some(((0..3).map(|corner| shares[corner] * self.uv[corner]).sum(), self.slopes))
+    }
+}
+
+impl Element {
+    /// The faces that show it.
+    fn faces(self, topology: &TriangleTopology) -> impl Iterator<Item = u32> + '_ {
+        let (inside, along, around) = match self {
+            Self::Face(face) => (Some(face), None, None),
+            Self::Edge(edge) => (None, Some(topology.faces_along(edge)), None),
+            Self::Vertex(vertex) => (None, None, Some(topology.faces_around(vertex))),
+        };
+        let beside = along.into_iter().flatten().chain(around.into_iter().flatten());
+        inside.into_iter().chain(beside.map(|(face, _)| face))
+    }
+
+    /// How many values it has.
+    fn count(self, pattern: Pattern) -> u32 {
+        match self {
+            Self::Face(_) => pattern.face_values() as u32,
+            Self::Edge(_) => pattern.edge_values() as u32,
+            Self::Vertex(_) => 1,
+        }
+    }
+
+    /// Calls `take` with each face that has value number `index` and with its place there, in barycentric coordinates of the
+    /// second and third corner.
+    fn knots(self, topology: &TriangleTopology, pattern: Pattern, index: u32, mut take: impl FnMut(u32, DVec2)) {
+        let place = |node: Node| {
+            let [_, u, v] = pattern.weights(node).map(f64::from);
+            DVec2::new(u, v) / f64::from(3 * pattern.segments())
+        };
+        match self {
+            Self::Face(face) => take(face, place(pattern.at_slot(Slot::Inside(index)))),
+            Self::Edge(edge) => {
+                for (face, side) in topology.faces_along(edge) {
+                    let is_reversed = topology.side(face, side).reversed;
+                    let step = if is_reversed { pattern.segments() - index - 1 } else { index + 1 };
+                    take(face, place(pattern.node(0, side, step)));
+                }
+            }
+            Self::Vertex(vertex) => {
+                for (face, corner) in topology.faces_around(vertex) {
+                    take(face, place(pattern.node(0, corner, 0)));
+                }
+            }
+        }
+    }
+}
