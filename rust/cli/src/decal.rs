@@ -14,7 +14,7 @@ use relievo_core::{Context, Error, Mesh, Result};
 use relievo_decal::{
     Contour, Decal, DecalSettings, Pin, Place, Pose, Quality, Sticker, lay, nearest, strip, triangulated,
 };
-use relievo_render::{Image, read_png};
+use relievo_render::{Image, read_image};
 use serde_json::{Value, json};
 
 use crate::Outcome;
@@ -57,7 +57,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
 struct Common {
     /// The mesh: OBJ, PLY, GLB, glTF, USD, STL or OFF.
     file: PathBuf,
-    /// The image, a PNG file; transparent parts belong to the sticker as well.
+    /// The image, a PNG or EXR file; transparent parts belong to the sticker as well.
     #[arg(long, value_name = "FILE", required_unless_present = "size")]
     image: Option<PathBuf>,
     /// The size of the image in pixels, WIDTHxHEIGHT, where there is no file.
@@ -100,6 +100,15 @@ struct Common {
     json: bool,
     #[command(flatten)]
     limits: Limits,
+}
+
+/// What lies on top where a sticker overlaps itself.
+#[derive(clap::Args)]
+struct Depths {
+    /// The depth of a pin, one for each in their order: where the sticker overlaps itself, the part near pins of larger
+    /// depths lies on top.
+    #[arg(long = "depth", value_name = "NUMBER", allow_hyphen_values = true)]
+    depths: Vec<f64>,
 }
 
 /// A point of the image and a point of space.
@@ -165,7 +174,7 @@ impl Common {
 
     /// Lays the sticker on a mesh of triangles.
     fn lay_on(&self, context: Context, mesh: Mesh) -> Result<Laid> {
-        let image = self.image.as_deref().map(|file| read_png(file, context.memory_limit())).transpose()?;
+        let image = self.image.as_deref().map(|file| read_image(file, context.memory_limit())).transpose()?;
         let size = match (&image, self.size) {
             (Some(image), _) => [image.width(), image.height()],
             (None, Some(size)) => size,
@@ -211,10 +220,10 @@ impl Common {
         Ok(Laid { context, mesh, image, size, sticker, decal, pins, pose, settings, length })
     }
 
-    /// Writes the picture, if one is wanted.
-    fn draw(&self, laid: &Laid) -> Result<()> {
+    /// Writes the picture, if one is wanted. `depths` are those of the pins, or none.
+    fn draw(&self, laid: &Laid, depths: &[f64]) -> Result<()> {
         match &self.picture {
-            Some(file) => picture::draw(laid, self.show, file),
+            Some(file) => picture::draw(laid, depths, self.show, file),
             None => Ok(()),
         }
     }

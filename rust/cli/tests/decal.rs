@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use relievo_document::{Document, Kind};
-use relievo_render::{Image, read_png, write_png};
+use relievo_render::{Channel, Content, Image, Layer, Samples, read_png, write_exr, write_png};
 use serde_json::Value;
 
 fn relievo(folder: &Path, arguments: &[&str]) -> Output {
@@ -52,6 +52,12 @@ fn a_sticker_becomes_a_mesh_with_texture_coordinates() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     files(folder);
+    let refused = relievo(
+        folder,
+        &[&["decal", "mesh", "plane.obj", "-o", "none.obj", "--image", "red.png", "--depth", "1"][..], &PINS].concat(),
+    );
+    let said = text(&refused.stderr);
+    assert!(!refused.status.success() && said.contains("1 depths for 3 pins"), "{said}");
     let info = |more: &[&str]| -> Value {
         let arguments = [&["decal", "info", "plane.obj", "--size", "60x40", "--json"][..], &PINS, more].concat();
         serde_json::from_str(&done(folder, &arguments)).unwrap()
@@ -77,6 +83,28 @@ fn a_sticker_becomes_a_mesh_with_texture_coordinates() {
         let bytes = std::fs::read(folder.join(file)).unwrap();
         assert!(bytes.windows(mark.len()).any(|window| window == mark.as_bytes()), "{file} has no {mark}");
     }
+}
+
+#[test]
+fn images_of_stickers_may_be_exr_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    files(folder);
+    let channel = |(name, value): (&str, f32)| Channel { name: name.into(), samples: Samples::F32(vec![value; 2400]) };
+    let channels = [("R", 0.5), ("G", 0.0), ("B", 0.0), ("A", 0.5)].map(channel).to_vec();
+    let layer = Layer { name: None, width: 60, height: 40, channels, attributes: Vec::new() };
+    write_exr(&folder.join("red.exr"), &[layer], Content::Color).unwrap();
+    let layers = |image: &str, more: &[&str]| {
+        let arguments = ["decal", "apply", "plane.obj", "-o", "made.relievo", "--cells", "2", "--texels", "32"];
+        done(folder, &[&arguments[..], &PINS, &["--image", image], more].concat());
+        Document::open(&folder.join("made.relievo"), u64::MAX).unwrap().layer("decal").unwrap().blocks().to_vec()
+    };
+    // Its red of a half is multiplied by the alpha of a half: the same as whole red of which half is seen.
+    assert!(layers("red.exr", &[]) == layers("red.png", &["--opacity", "0.5"]));
+    done(folder, &["decal", "update", "plane.obj", "made.relievo", "--image", "red.png"]);
+    let refused = relievo(folder, &["decal", "update", "plane.obj", "made.relievo", "--image", "red.exr"]);
+    assert!(!refused.status.success(), "the image is another one");
+    done(folder, &["decal", "update", "plane.obj", "made.relievo", "--image", "red.exr", "--replace"]);
 }
 
 #[test]

@@ -12,7 +12,7 @@ use relievo_surface::{Surface, SurfaceOptions};
 use relievo_tiles::{ChannelOptions, Displacement, Paint, Rgba8, Tessellation, uniform_rates};
 use serde_json::json;
 
-use super::{Common, picture};
+use super::{Common, Depths, picture};
 use crate::Outcome;
 use crate::limits::Isolation;
 
@@ -43,10 +43,8 @@ pub struct Arguments {
     /// Raise the surface by this much where the image is white, in units of the mesh, instead of painting it.
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     height: Option<f32>,
-    /// The depth of a pin, one for each in their order: where the sticker overlaps itself, the part near pins of larger
-    /// depths lies on top.
-    #[arg(long = "depth", value_name = "NUMBER", allow_hyphen_values = true)]
-    depths: Vec<f64>,
+    #[command(flatten)]
+    depths: Depths,
     /// Texels along each edge of a face, of a layer that is added: a power of two.
     #[arg(long, value_name = "TEXELS", default_value_t = 64)]
     texels: u32,
@@ -174,7 +172,7 @@ impl Arguments {
             sticker: laid.sticker.clone(),
             image: hash(laid.image.as_ref()?),
             pins: laid.pins.clone(),
-            depths: self.depths.clone(),
+            depths: self.depths.depths.clone(),
             pose: laid.pose,
             settings: laid.settings,
             cells: self.cells,
@@ -199,8 +197,8 @@ impl Arguments {
         };
         let artwork = Artwork::new(&laid.sticker, image)?;
         match self.height {
-            Some(height) => emboss(context, object, tessellation, &laid.decal, &artwork, &self.depths, height),
-            None => paint(context, object, tessellation, &laid.decal, &artwork, &self.depths, self.opacity),
+            Some(height) => emboss(context, object, tessellation, &laid.decal, &artwork, &self.depths.depths, height),
+            None => paint(context, object, tessellation, &laid.decal, &artwork, &self.depths.depths, self.opacity),
         }
     }
 }

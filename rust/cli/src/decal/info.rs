@@ -18,7 +18,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Outcome {
     let common = &arguments.common;
     let laid = common.lay()?;
-    common.draw(&laid)?;
+    common.draw(&laid, &[])?;
     let quality = &laid.decal.quality;
     let text = match common.json {
         true => format!("{:#}\n", super::machine_readable(common, &laid)),

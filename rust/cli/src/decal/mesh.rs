@@ -4,9 +4,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use relievo_core::Error;
+use relievo_scene::overlap::lifted;
 use serde_json::json;
 
-use super::Common;
+use super::{Common, Depths};
 use crate::Outcome;
 
 const EXAMPLE: &str = "Example: relievo decal mesh head.ply -o logo.glb --image logo.png --pin 20,30@-0.2,1.1,0.8 \
@@ -20,9 +21,12 @@ pub struct Arguments {
     /// The mesh to write: .ply, .glb, .obj or .usda.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// How far the decal lies above the surface, in units of the mesh.
+    /// How far the decal lies above the surface, in units of the mesh. Where the sticker overlaps itself, each part lies this
+    /// far above the one below it.
     #[arg(long, value_name = "LENGTH", default_value_t = 0.0, allow_hyphen_values = true)]
     offset: f64,
+    #[command(flatten)]
+    depths: Depths,
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -31,8 +35,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
         return Err(Error::invalid("the offset is not finite").at("--offset").advise("give a length").into());
     }
     let laid = common.lay()?;
-    relievo_meshio::write(&arguments.output, &laid.decal.mesh(arguments.offset))?;
-    common.draw(&laid)?;
+    let mesh = lifted(&laid.decal, &arguments.depths.depths, arguments.offset)?;
+    relievo_meshio::write(&arguments.output, &mesh)?;
+    common.draw(&laid, &arguments.depths.depths)?;
     let quality = &laid.decal.quality;
     let output = arguments.output.display().to_string();
     let text = if common.json {

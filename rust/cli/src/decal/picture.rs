@@ -11,6 +11,7 @@ use relievo_core::{Context, Result};
 use relievo_decal::stretch;
 use relievo_render::color::from_hex;
 use relievo_render::{Camera, Image, Lights, Material, Mesh, Scene, Sky, Sun, View, draw_legend, write_png};
+use relievo_scene::overlap::{lifted, parts_below};
 use relievo_surface::Place;
 use relievo_tiles::{AnyField, Tessellation};
 
@@ -49,23 +50,21 @@ const HEAT: [(f64, u32, &str); 6] = [
     (f64::INFINITY, 0xffea46, "beyond 1.5"),
 ];
 
-/// Draws the mesh with the decal from the front of the decal.
-pub fn draw(laid: &Laid, show: Show, file: &Path) -> Result<()> {
+/// Draws the mesh with the decal from the front of the decal. `depths` are those of the pins, or none.
+pub fn draw(laid: &Laid, depths: &[f64], show: Show, file: &Path) -> Result<()> {
     let front = Front::of(laid);
     let triangles = laid.mesh.corners.as_chunks::<3>().0.to_vec();
     let ground = Mesh { points: laid.mesh.points.clone(), triangles, ..Mesh::default() };
     let color = |[u, v, heat]: [f32; 3]| {
         let place = [u, v].map(|value| (f64::from(value) - 0.5) * 2.0 * REACH);
-        if !laid.sticker.covers(place) {
-            return GREY;
-        }
-        match show {
+        laid.sticker.covers(place).then(|| match show {
             Show::Heat => from_hex(HEAT[((heat * HEAT.len() as f32) as usize).min(HEAT.len() - 1)].1),
             Show::Checker => checker(place, laid.ratio()),
             Show::Image => laid.image.as_ref().map_or_else(|| checker(place, laid.ratio()), |image| over(image, place)),
-        }
+        })
     };
-    let mut picture = shot(&laid.context, &front, Some(ground), coded(laid, 1e-3 * front.radius), &color)?;
+    let meshes = coded(laid, depths, 1e-3 * front.radius)?;
+    let mut picture = shot(&laid.context, &front, Some(ground), meshes, &color)?;
     if show == Show::Heat {
         let entries: Vec<_> = HEAT.iter().map(|(_, color, label)| (from_hex(*color), *label)).collect();
         draw_legend(&mut picture, &entries);
@@ -93,9 +92,9 @@ pub fn draw_painted(laid: &Laid, surface: &Tessellation, colors: Option<AnyField
     }
     let color = |[u, v, tile]: [f32; 3]| {
         let tile = ((tile * count as f32) as u32).min(count - 1);
-        colors.map_or(GREY, |colors| colors.color(colors.canonical(Place::new(tile, u, v))).truncate().to_array())
+        colors.map(|colors| colors.color(colors.canonical(Place::new(tile, u, v))).truncate().to_array())
     };
-    write_png(file, &shot(&laid.context, &front, None, mesh, &color)?)
+    write_png(file, &shot(&laid.context, &front, None, vec![mesh], &color)?)
 }
 
 /// Where a decal is looked at from.
@@ -142,13 +141,14 @@ impl Front {
     }
 }
 
-/// Renders a mesh whose colours are codes that `color` turns into reflectances, over a grey one.
+/// Renders meshes whose colours are codes that `color` turns into reflectances, over a grey one. Where it returns none, the
+/// next mesh is seen. The light is that on the first one.
 fn shot(
     context: &Context,
     front: &Front,
     ground: Option<Mesh>,
-    mut mesh: Mesh,
-    color: &dyn Fn([f32; 3]) -> [f32; 3],
+    meshes: Vec<Mesh>,
+    color: &dyn Fn([f32; 3]) -> Option<[f32; 3]>,
 ) -> Result<Image> {
     let view = front.view()?;
     let mut scene = Scene::new()?;
@@ -158,19 +158,25 @@ fn shot(
         scene.set_mesh(object, 0, ground)?;
     }
     let object = scene.add_object(DAffine3::IDENTITY, white)?;
-    let codes = std::mem::take(&mut mesh.colors);
-    scene.set_mesh(object, 0, mesh.clone())?;
+    let plain = meshes.first().map(|mesh| Mesh { colors: Vec::new(), ..mesh.clone() });
+    scene.set_mesh(object, 0, plain.unwrap_or_default())?;
     let light = scene.render(context, &view)?.color;
-    mesh.colors = codes;
-    scene.set_mesh(object, 0, mesh)?;
-    let places = scene.render(context, &view)?;
+    let mut reflectances = vec![None; light.width() as usize * light.height() as usize];
+    for mesh in meshes {
+        scene.set_mesh(object, 0, mesh)?;
+        let places = scene.render(context, &view)?;
+        for (ray, reflectance) in (0..).zip(&mut reflectances) {
+            if reflectance.is_none() && places.object[ray as usize] == object.number() {
+                *reflectance = color(places.albedo.color(ray % light.width(), ray / light.width()));
+            }
+        }
+    }
     let mut picture = Image::new(SIZE, SIZE, 3)?;
     for y in 0..SIZE {
         for x in 0..SIZE {
             let mut sum = [0.0; 3];
             for (row, column) in (0..RAYS * RAYS).map(|ray| (RAYS * y + ray / RAYS, RAYS * x + ray % RAYS)) {
-                let is_coded = places.object[(row * RAYS * SIZE + column) as usize] == object.number();
-                let reflectance = if is_coded { color(places.albedo.color(column, row)) } else { GREY };
+                let reflectance = reflectances[(row * RAYS * SIZE + column) as usize].unwrap_or(GREY);
                 for (axis, sum) in sum.iter_mut().enumerate() {
                     *sum += reflectance[axis] * light.color(column, row)[axis] / (RAYS * RAYS) as f32;
                 }
@@ -181,25 +187,30 @@ fn shot(
     Ok(picture)
 }
 
-/// The triangles of the decal with their places in the image and their stretch as colours, `offset` above the surface.
-/// Where the sticker overlaps itself, its right part lies on top.
-fn coded(laid: &Laid, offset: f64) -> Mesh {
+/// The triangles of the decal with their places in the image and their stretch as colours, `offset` above the surface and
+/// above one another: first all of them, then without the highest, until only the lowest are left, for triangles of an upper
+/// part that reach beyond the outline.
+fn coded(laid: &Laid, depths: &[f64], offset: f64) -> Result<Vec<Mesh>> {
     let decal = &laid.decal;
-    let mut mesh = Mesh::default();
-    for triangle in &decal.triangles {
-        let first = mesh.points.len() as u32;
-        let heat = heat(laid, *triangle);
-        for vertex in triangle.map(|vertex| vertex as usize) {
-            let uv = decal.uv[vertex].map(|value| value.clamp(-REACH, REACH));
-            let lift = offset * (1.0 + 0.5 * uv[0]);
-            let point = DVec3::from(decal.points[vertex]) + lift * DVec3::from(decal.normals[vertex]);
-            mesh.points.push(point.as_vec3().to_array());
-            let [u, v] = uv.map(|value| (0.5 + 0.5 * value / REACH) as f32);
-            mesh.colors.push([u, v, heat]);
+    let points = lifted(decal, depths, offset)?.points;
+    let below = parts_below(decal, depths);
+    let most = below.iter().copied().max().unwrap_or(0);
+    let meshes = (0..=most).rev().map(|level| {
+        let mut mesh = Mesh::default();
+        for (triangle, _) in decal.triangles.iter().zip(&below).filter(|(_, below)| **below <= level) {
+            let first = mesh.points.len() as u32;
+            let heat = heat(laid, *triangle);
+            for vertex in triangle.map(|vertex| vertex as usize) {
+                let uv = decal.uv[vertex].map(|value| value.clamp(-REACH, REACH));
+                mesh.points.push(points[vertex]);
+                let [u, v] = uv.map(|value| (0.5 + 0.5 * value / REACH) as f32);
+                mesh.colors.push([u, v, heat]);
+            }
+            mesh.triangles.push([first, first + 1, first + 2]);
         }
-        mesh.triangles.push([first, first + 1, first + 2]);
-    }
-    mesh
+        mesh
+    });
+    Ok(meshes.collect())
 }
 
 fn checker([u, v]: [f64; 2], ratio: f64) -> [f32; 3] {

@@ -9,7 +9,7 @@ use relievo_decal::{Artwork, Pixels, charts, paint_texture, triangulated};
 use relievo_render::{Image, read_png, write_png};
 use serde_json::json;
 
-use super::Common;
+use super::{Common, Depths};
 use crate::Outcome;
 
 const EXAMPLE: &str = "Example: relievo decal texture spot.obj -o painted.png --texture spot.png --image logo.png --width 0.3 \
@@ -38,10 +38,8 @@ pub struct Arguments {
     /// How much of the sticker is seen, 0 to 1.
     #[arg(long, value_name = "SHARE", default_value_t = 1.0)]
     opacity: f32,
-    /// The depth of a pin, one for each in their order: where the sticker overlaps itself, the part near pins of larger
-    /// depths lies on top.
-    #[arg(long = "depth", value_name = "NUMBER", allow_hyphen_values = true)]
-    depths: Vec<f64>,
+    #[command(flatten)]
+    depths: Depths,
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -64,12 +62,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
         return Err(Error::invalid("there is no image to paint").advise("give --image").into());
     };
     let artwork = Artwork::new(&laid.sticker, image)?;
-    let depths = &arguments.depths;
+    let depths = &arguments.depths.depths;
     let pixels =
         paint_texture(&laid.context, &laid.mesh, &laid.decal, &artwork, depths, arguments.opacity, &mut texture)?;
     let gutter = surround(&mut texture, &pixels, arguments.gutter);
     write_png(&arguments.output, &texture)?;
-    common.draw(&laid)?;
+    common.draw(&laid, depths)?;
     let painted = pixels.painted.iter().filter(|is_painted| **is_painted).count();
     let output = arguments.output.display().to_string();
     let text = if common.json {

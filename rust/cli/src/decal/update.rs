@@ -8,7 +8,7 @@ use relievo_core::{Error, Mesh, Result};
 use relievo_decal::{Ground, Pin, Recipe, nearest, recipes, triangulated};
 use relievo_detail::{DisplacedObject, History, LayeredObject};
 use relievo_document::Kind;
-use relievo_render::read_png;
+use relievo_render::read_image;
 use relievo_surface::{Surface, SurfaceOptions};
 use relievo_tiles::{ChannelOptions, Displacement, Paint, Rgba8, uniform_rates};
 use serde_json::json;
@@ -35,7 +35,7 @@ pub struct Arguments {
     /// The layer of the decal.
     #[arg(long, value_name = "NAME", default_value = "decal")]
     layer: String,
-    /// The image of the decal, a PNG file.
+    /// The image of the decal, a PNG or EXR file.
     #[arg(long, value_name = "FILE")]
     image: PathBuf,
     /// Take this image in place of that of the decal, if they differ; it has the same size.
@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let context = arguments.limits.context()?;
     let limit = context.memory_limit();
     let cage = relievo_meshio::read(&context, &arguments.file)?;
-    let image = read_png(&arguments.image, limit)?;
+    let image = read_image(&arguments.image, limit)?;
     let isolation = arguments.isolation.isolation;
     let (options, lowered) = Surface::choose_isolation(&context, &cage, &SurfaceOptions::default(), isolation)?;
     let mut notes: Vec<String> = lowered.into_iter().collect();
