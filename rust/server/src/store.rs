@@ -195,8 +195,7 @@ impl Store {
         path: &Path,
         content: impl FnOnce(&mut File) -> std::io::Result<()>,
     ) -> Result<()> {
-        let failed =
-            |error: std::io::Error| Error::io(path, &error).advise("check the folder, its rights and its space");
+        let failed = |error: std::io::Error| Error::io(path, &error).advise(advice(&error));
         let Some(folder) = path.parent() else { return Err(Error::internal("a frame has no folder")) };
         if !folder.is_dir() {
             std::fs::create_dir_all(folder).map_err(failed)?;
@@ -369,6 +368,17 @@ impl Index {
         self.order.insert(self.next, key);
         self.next += 1;
         true
+    }
+}
+
+/// Returns what to do where a frame cannot be written.
+fn advice(error: &std::io::Error) -> &'static str {
+    use std::io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+    match error.kind() {
+        StorageFull | QuotaExceeded | FileTooLarge => {
+            "make space on its disk, and resume the scene; its earlier frames are whole"
+        }
+        _ => "check the folder, its rights and its space",
     }
 }
 

@@ -11,7 +11,7 @@ use relievo_server::{FluidKind, Limits, Server, ServerOptions};
 
 use super::{DAM, client_options, connect, fetched, limited, local_frames, options, scene, start};
 
-fn raw(server: &Server) -> TcpStream {
+pub fn raw(server: &Server) -> TcpStream {
     let Address::Tcp { port, .. } = server.address() else { panic!("a TCP server") };
     let stream = TcpStream::connect(("127.0.0.1", *port)).unwrap();
     stream.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
@@ -19,7 +19,7 @@ fn raw(server: &Server) -> TcpStream {
 }
 
 /// A connection that has said hello.
-fn greeted(server: &Server) -> TcpStream {
+pub fn greeted(server: &Server) -> TcpStream {
     let mut stream = raw(server);
     let hello = Hello { version: VERSION, client: String::new(), token: String::new() };
     stream.write_all(&request(1, "hello", &hello).unwrap()).unwrap();
@@ -30,7 +30,7 @@ fn greeted(server: &Server) -> TcpStream {
 }
 
 /// Reads until the server closes the connection.
-fn rest(mut stream: TcpStream) -> Vec<u8> {
+pub fn rest(mut stream: TcpStream) -> Vec<u8> {
     let mut bytes = Vec::new();
     // A connection that is reset is closed too.
     let _ = stream.read_to_end(&mut bytes);

@@ -1,11 +1,14 @@
 //! The server from outside: whole simulations over sockets, a client in another language, crashes, and strangers.
 
 mod cache;
+#[cfg(target_os = "linux")]
+mod clock;
 mod codec;
 mod device;
 mod disk;
 #[cfg(feature = "tls")]
 mod encryption;
+mod exchange;
 mod faults;
 mod foam;
 mod killed;
