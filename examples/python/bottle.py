@@ -148,4 +148,4 @@ azimuth = -95
 angle = 4
 """
 
-sticker.write(sys.argv[1], SCENE, 'object = "bottle"\ncontour = 0.5\ncells = 16\n', {"bottle": bottle()}, label(), pins())
+sticker.write(sys.argv[1], SCENE, 'object = "bottle"\ncontour = 0.5\ncells = 16\n', {"bottle": bottle()}, label(), pins(), rate=8, mesh_rate=32)

@@ -24,8 +24,8 @@ width = 720
 height = 720
 samples = 6
 sky_rays = 4
-rate = 16
-mesh_rate = 128
+rate = {rate}
+mesh_rate = {mesh_rate}
 blender = "last"
 """
 
@@ -57,7 +57,7 @@ def write_obj(path, points, faces):
     path.write_text("\n".join(lines) + "\n")
 
 
-def write(folder, scene, decal, meshes, image, pins):
+def write(folder, scene, decal, meshes, image, pins, rate=16, mesh_rate=128):
     """Writes into a folder:
 
     - layer.toml, a scene in which the sticker is painted into a layer, and bare.toml, the same without the sticker, whose
@@ -65,7 +65,7 @@ def write(folder, scene, decal, meshes, image, pins):
     - sticker.png; the meshes, a dictionary of points and faces, as OBJ;
     - pins.txt, the pins as options of `relievo decal mesh`.
 
-    Pins are columns and rows of pixels, positions, and depths."""
+    Pins are columns and rows of pixels, positions, and depths. `rate` and `mesh_rate` are those of the scene's output."""
     folder = pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     for name, (points, faces) in meshes.items():
@@ -76,9 +76,11 @@ def write(folder, scene, decal, meshes, image, pins):
         place = [f"{value:.4f}" for value in place]
         lines.append(f"    {{ image = [{x}, {y}], position = [{', '.join(place)}], depth = {depth} }},")
         options.append(f"--pin {x},{y}@{','.join(place)}")
+    if any(pin[3] for pin in pins):
+        options.extend(f"--depth {depth}" for *_, depth in pins)
     text = "\n".join(lines)
     decal = f'\n[[decals]]\nimage = "sticker.png"\n{decal}pins = [\n{text}\n]\n'
-    scene = "version = 1\n" + scene + TABLE
-    (folder / "layer.toml").write_text(scene + decal + OUTPUT + 'mesh = "none"\n')
-    (folder / "bare.toml").write_text(scene + OUTPUT + 'mesh = "last"\nmesh_formats = ["ply"]\n')
+    scene, output = "version = 1\n" + scene + TABLE, OUTPUT.format(rate=rate, mesh_rate=mesh_rate)
+    (folder / "layer.toml").write_text(scene + decal + output + 'mesh = "none"\n')
+    (folder / "bare.toml").write_text(scene + output + 'mesh = "last"\nmesh_formats = ["ply"]\n')
     (folder / "pins.txt").write_text("\n".join(options) + "\n")
