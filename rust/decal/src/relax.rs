@@ -2,9 +2,12 @@
 //!
 //! The positions of pins are no unknowns: a pin that is not at its target yet moves along with each Newton step, as far as
 //! the step can go without a flip. When no step gets further, the pins jump to their targets, and the flipped triangles are
-//! turned back with the regularised energy of Garanzha et al. 2021.
+//! turned back with the regularised energy of Garanzha et al. 2021: at first by vertices near them alone, then by all of a
+//! small map, or of one whose pins jumped.
 
-use relievo_core::{Progress, Result};
+use std::collections::HashMap;
+
+use relievo_core::{Error, Progress, Result};
 
 use crate::energy::{Rest, Vec2};
 use crate::factor::{PINNED, System};
@@ -17,6 +20,10 @@ const STALLED: f64 = 0.02;
 const UNTANGLING_STEPS: usize = 60;
 /// Steps that pins may take to their targets.
 const PULLING_STEPS: usize = 40;
+/// Rings around flipped triangles that may move to turn them back, before the whole map moves.
+const RINGS: [usize; 2] = [5, 15];
+/// Faces of a map that moves as a whole to turn back triangles that its pins did not flip.
+const FEW: usize = 4096;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
@@ -270,7 +277,15 @@ impl Map<'_> {
             }
         }
         if !is_valid || !self.is_arrived() {
+            // Pins that jump may bend the whole map; new faces fold where they are.
+            let has_jumped = !self.is_arrived();
             self.arrive();
+            let is_mended = RINGS.into_iter().try_fold(false, |is_mended, rings| {
+                Ok::<bool, Error>(is_mended || self.untangle_near(rings, progress)?)
+            })?;
+            if !is_mended && !has_jumped && self.faces.len() > FEW {
+                return Ok(Relaxed::Flipped(self.worst().0));
+            }
             if let Relaxed::Flipped(face) = self.untangle(system, &mut direction, progress)? {
                 return Ok(Relaxed::Flipped(face));
             }
@@ -287,6 +302,61 @@ impl Map<'_> {
             }
         }
         Ok(Relaxed::Valid)
+    }
+
+    /// Turns flipped triangles back by moving only vertices within some rings of them. Returns whether none is flipped any
+    /// more; otherwise nothing has moved.
+    fn untangle_near(&mut self, rings: usize, progress: &mut dyn Progress) -> Result<bool> {
+        let mut is_near = vec![false; self.positions.len()];
+        for (face, rest) in self.rest.iter().enumerate() {
+            if rest.determinant(self.corners(face)) <= 0.0 {
+                self.faces[face].iter().for_each(|vertex| is_near[*vertex as usize] = true);
+            }
+        }
+        for _ in 0..rings {
+            let before = is_near.clone();
+            for face in self.faces.iter().filter(|face| face.iter().any(|vertex| before[*vertex as usize])) {
+                face.iter().for_each(|vertex| is_near[*vertex as usize] = true);
+            }
+        }
+        let mut is_free = is_near;
+        for (vertex, _) in self.pins {
+            is_free[*vertex as usize] = false;
+        }
+        let near: Vec<usize> = (0..self.faces.len())
+            .filter(|face| self.faces[*face].iter().any(|vertex| is_free[*vertex as usize]))
+            .collect();
+        if near.is_empty() || 2 * near.len() > self.faces.len() {
+            return Ok(false);
+        }
+        let mut number = HashMap::new();
+        let mut vertices = Vec::new();
+        let faces: Vec<[u32; 3]> = near
+            .iter()
+            .map(|face| {
+                self.faces[*face].map(|vertex| {
+                    *number.entry(vertex).or_insert_with(|| {
+                        vertices.push(vertex as usize);
+                        vertices.len() as u32 - 1
+                    })
+                })
+            })
+            .collect();
+        let rest: Vec<Rest> = near.iter().map(|face| self.rest[*face]).collect();
+        let mut positions: Vec<Vec2> = vertices.iter().map(|vertex| self.positions[*vertex]).collect();
+        let is_held: Vec<bool> = vertices.iter().map(|vertex| !is_free[*vertex]).collect();
+        let held = (0..).zip(&positions).filter(|(vertex, _)| is_held[*vertex as usize]);
+        let pins: Vec<(u32, Vec2)> = held.map(|(vertex, place)| (vertex, *place)).collect();
+        let mut system = System::new(vertices.len(), &faces, &is_held)?;
+        let mut direction = vec![[0.0; 2]; vertices.len()];
+        let mut map = Map { faces: &faces, rest: &rest, positions: &mut positions, pins: &pins, hook: None };
+        if map.untangle(&mut system, &mut direction, progress)? != Relaxed::Valid {
+            return Ok(false);
+        }
+        for (vertex, position) in vertices.iter().zip(&positions) {
+            self.positions[*vertex] = *position;
+        }
+        Ok(self.worst().1 > 0.0)
     }
 
     /// Turns flipped triangles back.

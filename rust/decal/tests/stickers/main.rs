@@ -7,4 +7,5 @@ mod placement;
 mod recipes;
 mod sheets;
 mod strip;
+mod wound;
 mod written;
