@@ -16,6 +16,7 @@ use relievo_abi::collider::*;
 use relievo_abi::context::*;
 use relievo_abi::decal::*;
 use relievo_abi::detail::*;
+use relievo_abi::diffuse::*;
 use relievo_abi::document::*;
 use relievo_abi::error::{RLV_ERROR_INTERNAL, RLV_OK, RlvResult};
 use relievo_abi::evaluate::*;
@@ -37,6 +38,7 @@ use relievo_abi::simplify::*;
 use relievo_abi::stroke::*;
 use relievo_abi::surface::*;
 use relievo_abi::tessellate::*;
+use relievo_abi::tissue::*;
 use relievo_core::Context;
 use relievo_core::parameter::Switch;
 use relievo_particleio::{Channel, Particles, encode_frame};
@@ -69,10 +71,13 @@ struct Handles {
     decals: Vec<u64>,
     foams: Vec<u64>,
     shaders: Vec<u64>,
+    diffuses: Vec<u64>,
+    tissues: Vec<u64>,
+    simulations: Vec<u64>,
 }
 
 impl Handles {
-    fn lists(&self) -> [&[u64]; 22] {
+    fn lists(&self) -> [&[u64]; 25] {
         let Self {
             contexts,
             meshes,
@@ -96,6 +101,9 @@ impl Handles {
             decals,
             foams,
             shaders,
+            diffuses,
+            tissues,
+            simulations,
         } = self;
         [
             contexts,
@@ -120,6 +128,9 @@ impl Handles {
             decals,
             foams,
             shaders,
+            diffuses,
+            tissues,
+            simulations,
         ]
     }
 
@@ -128,7 +139,7 @@ impl Handles {
         let list = match bytes.int_in_range(0..=31_u8)? {
             0 => return Ok(0),
             1 => return bytes.arbitrary(),
-            2 => self.lists()[bytes.int_in_range(0..=21)?],
+            2 => self.lists()[bytes.int_in_range(0..=24)?],
             _ => self.lists()[noun],
         };
         if list.is_empty() { Ok(0) } else { bytes.choose(list).copied() }
@@ -1387,8 +1398,14 @@ fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
             (19, false) => rlv_decal_release(RlvDecal { id }),
             (20, true) => rlv_foam_retain(RlvFoam { id }),
             (20, false) => rlv_foam_release(RlvFoam { id }),
-            (_, true) => rlv_shader_retain(RlvShader { id }),
-            (_, false) => rlv_shader_release(RlvShader { id }),
+            (21, true) => rlv_shader_retain(RlvShader { id }),
+            (21, false) => rlv_shader_release(RlvShader { id }),
+            (22, true) => rlv_diffuse_retain(RlvDiffuse { id }),
+            (22, false) => rlv_diffuse_release(RlvDiffuse { id }),
+            (23, true) => rlv_tissue_retain(RlvTissue { id }),
+            (23, false) => rlv_tissue_release(RlvTissue { id }),
+            (_, true) => rlv_tissue_simulation_retain(RlvTissueSimulation { id }),
+            (_, false) => rlv_tissue_simulation_release(RlvTissueSimulation { id }),
         }
     }
 }
@@ -1596,6 +1613,308 @@ fn decals(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     Ok(())
 }
 
+/// Diffuse particles of a few fast particles of fluid: advanced, asked for, and made foam.
+fn diffuses(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let context = RlvContext { id: handles.pick(bytes, 0)? };
+    let mut options: RlvDiffuseOptions = sized(bytes)?;
+    (options.spacing, options.gravity) = (0.5, [0.0, number(bytes)?, -9.81]);
+    (options.has_bounds, options.low, options.high) = (bytes.int_in_range(0..=2)?, [-4.0; 3], [number(bytes)?; 3]);
+    let mut settings: RlvDiffuseSettings = sized(bytes)?;
+    settings.settings = Default::default();
+    let it = &mut settings.settings;
+    (it.air_min, it.air_max, it.energy_min, it.energy_max) = (0.0, number(bytes)?, 0.0, 1.0);
+    (it.crest_min, it.crest_max, it.steps) = (0.0, 1.0, bytes.int_in_range(0..=3)?);
+    (it.air_rate, it.crest_rate, it.most) = (200.0, number(bytes)?, bytes.int_in_range(0..=99)?);
+    if bytes.ratio(1, 8)? {
+        (options.spacing, it.lifetime_max, it.drag) = (number(bytes)?, number(bytes)?, number(bytes)?);
+    }
+    let given = if bytes.ratio(1, 8)? { null() } else { &raw const settings };
+    let mut out = RlvDiffuse { id: UNTOUCHED };
+    // SAFETY: descriptors are sized.
+    let result = unsafe { rlv_diffuse_create(context, &options, given, &mut out) };
+    made(result, out.id, &mut handles.diffuses);
+    let run = RlvDiffuse { id: handles.pick(bytes, 22)? };
+    let (positions, velocities) = (numbers(bytes, 24)?, numbers(bytes, 24)?);
+    let mut fluid: RlvDiffuseFluid = sized(bytes)?;
+    (fluid.positions, fluid.velocities, fluid.count) = (positions.as_ptr(), velocities.as_ptr(), count(bytes, 8)?);
+    let (mut report, mut info) = (sized::<RlvDiffuseReport>(bytes)?, sized::<RlvDiffuseInfo>(bytes)?);
+    let mut potentials: RlvDiffusePotentials = sized(bytes)?;
+    let (mut air, mut energies) = ([-1.0_f32; 8], [-1.0_f32; 8]);
+    (potentials.air, potentials.energies) = (air.as_mut_ptr(), energies.as_mut_ptr());
+    potentials.capacity = count(bytes, 8)?;
+    let mut patience = bytes.int_in_range(0..=40_u32)?;
+    // A restart would let a frame without settings make more particles than an input may take the time for.
+    let seconds = number(bytes)?.min(0.25);
+    // SAFETY: descriptors are sized, arrays have eight elements, and the user pointer is what the callback takes it for.
+    unsafe {
+        let user = (&raw mut patience).cast();
+        let report: *mut RlvDiffuseReport = if bytes.ratio(1, 4)? { null_mut() } else { &mut report };
+        called(rlv_diffuse_advance(run, &fluid, seconds, report, Some(wait), user));
+        if called(rlv_diffuse_potentials(run, &fluid, &potentials)) {
+            assert!(air.iter().chain(&energies).all(|value| *value <= 1.0));
+        }
+        called(rlv_diffuse_restore(run, c"/nowhere/nothing.rlvfluid".as_ptr()));
+        called(rlv_diffuse_save(run, c"/nowhere/nothing.rlvfluid".as_ptr(), f64::from(seconds)));
+        called(rlv_diffuse_info(run, &mut info));
+    }
+    let room = info.count.min(4096);
+    let (mut places, mut kinds, mut lives) = (vec![0.0_f32; 3 * room], vec![9_u32; room], vec![-1.0_f32; room]);
+    let mut arrays: RlvDiffuseArrays = sized(bytes)?;
+    (arrays.positions, arrays.kinds, arrays.lives) = (places.as_mut_ptr(), kinds.as_mut_ptr(), lives.as_mut_ptr());
+    arrays.capacity = count(bytes, room)?;
+    // SAFETY: the arrays have the room that is said.
+    if called(unsafe { rlv_diffuse_get(run, &arrays) }) {
+        let count = info.count.min(room);
+        assert!(places.iter().all(|coordinate| coordinate.is_finite()));
+        assert!(kinds[..count].iter().all(|kind| *kind < 3) && lives.iter().all(|life| (-1.0..=1.0).contains(life)));
+    }
+    let mut out = RlvParticles { id: UNTOUCHED };
+    // SAFETY: the output is there.
+    let result = unsafe { rlv_diffuse_particles(run, f64::from(number(bytes)?), &mut out) };
+    made(result, out.id, &mut handles.particles);
+    Ok(())
+}
+
+/// Decals written into channels and textures, and moved with their meshes.
+fn write_decals(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let decal = RlvDecal { id: handles.pick(bytes, 19)? };
+    let pixels = [0.25_f32; 4 * 256];
+    let mut image: RlvDecalImage = sized(bytes)?;
+    image.channels = bytes.int_in_range(0..=4)?;
+    (image.pixels, image.pixel_count) = (pixels.as_ptr(), bytes.int_in_range(0..=256)?);
+    let mut ink: RlvDecalInk = sized(bytes)?;
+    (ink.channel, ink.blend) = (bytes.int_in_range(0..=4)?, bytes.int_in_range(0..=7)?);
+    (ink.opacity, ink.height) = (number(bytes)?, number(bytes)?);
+    let mut report: RlvDecalReport = sized(bytes)?;
+    let mut canvas = [0.5_f32; 4 * 256];
+    let mut texture: RlvDecalTexture = sized(bytes)?;
+    (texture.width, texture.height) = (bytes.int_in_range(0..=16)?, bytes.int_in_range(0..=16)?);
+    (texture.channels, texture.gutter) = (bytes.int_in_range(0..=4)?, bytes.int_in_range(0..=257)?);
+    (texture.pixels, texture.pixel_count) = (canvas.as_mut_ptr(), (texture.width * texture.height) as usize);
+    let points = numbers(bytes, 48)?;
+    let mut painted = 0;
+    let mut patience = bytes.int_in_range(0..=40_u32)?;
+    // SAFETY: descriptors are sized, images have 256 pixels of up to four channels, and there are 16 points.
+    unsafe {
+        let ink: *const RlvDecalInk = if bytes.ratio(1, 4)? { null() } else { &ink };
+        called(rlv_decal_write(decal, &image, ink, &mut report));
+        called(rlv_decal_paint_texture(decal, &image, number(bytes)?, &texture, &mut painted));
+        let user = (&raw mut patience).cast();
+        called(rlv_decal_pose(decal, points.as_ptr(), bytes.int_in_range(0..=16)?, 0, Some(wait), user));
+    }
+    Ok(())
+}
+
+/// Outlines of images with alpha, and stickers along curves.
+fn strips(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let (mesh, detail) = (RlvMesh { id: handles.pick(bytes, 1)? }, RlvDetail { id: handles.pick(bytes, 3)? });
+    let mut pixels = [0.0_f32; 4 * 64];
+    let alpha: [u8; 8] = bytes.arbitrary()?;
+    for (at, pixel) in pixels.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+        pixel[3] = f32::from(alpha[at / 8] >> (at % 8) & 1);
+    }
+    let mut image: RlvDecalImage = sized(bytes)?;
+    (image.channels, image.pixels) = (bytes.int_in_range(1..=4)?, pixels.as_ptr());
+    let [width, height] = [bytes.int_in_range(0..=8_u32)?, bytes.int_in_range(0..=8_u32)?];
+    image.pixel_count = (width * height) as usize;
+    let (mut corners, mut corner_count) = ([0.0_f64; 2 * 256], 0);
+    let (level, tolerance) = (f64::from(number(bytes)?), f64::from(number(bytes)?));
+    let room = bytes.int_in_range(0..=256)?;
+    let mut options: RlvDecalOptions = sized(bytes)?;
+    (options.width, options.height) = (bytes.int_in_range(0..=16)?, bytes.int_in_range(0..=4)?);
+    (options.steps, options.triangles, options.cells) = (2, 2000, bytes.int_in_range(0..=4)?);
+    let curve: Vec<f64> = numbers(bytes, 12)?.into_iter().map(f64::from).collect();
+    let (mut pins, mut pin_count, mut length) = ([RlvDecalPin::default(); 16], 0, 0.0);
+    let (given, capacity) = (count(bytes, 4)?, bytes.int_in_range(0..=16)?);
+    let on = curve.as_ptr();
+    // SAFETY: descriptors are sized, and arrays have the room that is said.
+    unsafe {
+        let corners = corners.as_mut_ptr();
+        if called(rlv_decal_contour(&image, width, height, level, tolerance, corners, room, &mut corner_count)) {
+            assert!(corner_count <= room);
+            (options.outline, options.outline_count) = (corners, corner_count);
+        }
+        let pins = pins.as_mut_ptr();
+        called(rlv_decal_strip_on_mesh(mesh, &options, on, given, 0, pins, capacity, &mut pin_count, &mut length));
+        called(rlv_decal_strip_on_detail(detail, &options, on, given, 0, pins, capacity, &mut pin_count, null_mut()));
+    }
+    Ok(())
+}
+
+/// Models of soft tissue: blocks, models of meshes and of grids, their sets, held nodes and surfaces that follow them.
+fn tissues(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let context = RlvContext { id: handles.pick(bytes, 0)? };
+    let mut materials: [RlvTissueMaterial; 2] = [sized(bytes)?, sized(bytes)?];
+    for material in &mut materials {
+        material.name = if bytes.ratio(1, 16)? { null() } else { c"gel".as_ptr() };
+        material.library = *bytes.choose(&[null(), null(), c"dermis".as_ptr(), c"bone".as_ptr()])?;
+        (material.density, material.young, material.poisson) = (1000.0, 3000.0, 0.3);
+        if bytes.ratio(1, 4)? {
+            (material.density, material.young, material.poisson) = (number(bytes)?, number(bytes)?, number(bytes)?);
+        }
+    }
+    let (low, size) = (numbers(bytes, 3)?, numbers(bytes, 3)?);
+    let counts: [u8; 3] = bytes.arbitrary()?;
+    let counts = counts.map(|count| u32::from(count % 4));
+    let cell = if bytes.ratio(1, 4)? { size.as_ptr() } else { [0.25_f32, 0.25, 0.5].as_ptr() };
+    let mut out = RlvTissue { id: UNTOUCHED };
+    // SAFETY: three numbers each are read, and descriptors are sized.
+    let result = unsafe { rlv_tissue_block(context, low.as_ptr(), cell, counts.as_ptr(), &materials[0], &mut out) };
+    made(result, out.id, &mut handles.tissues);
+
+    let mesh = RlvMesh { id: handles.pick(bytes, 1)? };
+    let rings: Vec<f64> = numbers(bytes, 64)?.into_iter().map(f64::from).collect();
+    let mut volume: RlvTissueVolume = sized(bytes)?;
+    (volume.name, volume.mesh) = (c"flesh".as_ptr(), mesh);
+    (volume.level, volume.material) = (bytes.int_in_range(0..=1)?, bytes.int_in_range(0..=2)?);
+    (volume.is_muscle, volume.has_layers) = (bytes.int_in_range(0..=2)?, bytes.int_in_range(0..=2)?);
+    (volume.stiffness, volume.strength) = (number(bytes)?, number(bytes)?);
+    volume.direction = [1.0, f64::from(number(bytes)?), 0.0];
+    if bytes.ratio(1, 4)? {
+        (volume.rings, volume.ring_size, volume.ring_count) = (rings.as_ptr(), 4, bytes.int_in_range(0..=4)?);
+        volume.mesh.id = 0;
+    }
+    let mut surface: RlvTissueSurface = sized(bytes)?;
+    (surface.name, surface.mesh) = (c"skin".as_ptr(), RlvMesh { id: handles.pick(bytes, 1)? });
+    (surface.purpose, surface.is_internal) = (bytes.int_in_range(0..=3)?, bytes.int_in_range(0..=2)?);
+    surface.angle = number(bytes)?;
+    let mut layer: RlvTissueLayer = sized(bytes)?;
+    (layer.material, layer.start, layer.thickness) = (bytes.int_in_range(0..=2)?, number(bytes)?, number(bytes)?);
+    let mut description: RlvTissueDescription = sized(bytes)?;
+    (description.samples, description.cell, description.share) = (bytes.int_in_range(0..=3)?, [0.5; 3], 0.5);
+    if bytes.ratio(1, 8)? {
+        (description.cell, description.share) = ([number(bytes)?.max(0.25); 3], number(bytes)?);
+    }
+    (description.materials, description.material_count) = (materials.as_ptr(), count(bytes, 2)?);
+    (description.volumes, description.volume_count) = (&volume, count(bytes, 1)?);
+    (description.surfaces, description.surface_count) = (&surface, bytes.int_in_range(0..=1)?);
+    (description.layers, description.layer_count) = (&layer, bytes.int_in_range(0..=1)?);
+    description.skin = if bytes.ratio(1, 4)? { mesh } else { RlvMesh { id: 0 } };
+    let mut label: RlvTissueLabel = sized(bytes)?;
+    (label.material, label.low, label.high) = (bytes.int_in_range(0..=2)?, number(bytes)?, number(bytes)?);
+    let mut labels: RlvTissueLabels = sized(bytes)?;
+    (labels.block, labels.share) = (bytes.int_in_range(0..=3)?, 0.5);
+    (labels.materials, labels.material_count) = (materials.as_ptr(), 2);
+    (labels.labels, labels.label_count) = (&label, count(bytes, 1)?);
+    let grid = RlvGrid { id: handles.pick(bytes, 18)? };
+    let mut report: RlvTissueReport = sized(bytes)?;
+    let mut patience = bytes.int_in_range(0..=40_u32)?;
+    // SAFETY: descriptors are sized, with arrays of their counts; the user pointer is what the callback takes it for.
+    unsafe {
+        let user = (&raw mut patience).cast();
+        out.id = UNTOUCHED;
+        let result = rlv_tissue_build(context, &description, Some(wait), user, &mut report, &mut out);
+        made(result, out.id, &mut handles.tissues);
+        out.id = UNTOUCHED;
+        let result = rlv_tissue_from_grid(grid, &labels, &mut report, &mut out);
+        made(result, out.id, &mut handles.tissues);
+        out.id = UNTOUCHED;
+        let result = rlv_tissue_scan(context, c"/nowhere/nothing.nrrd".as_ptr(), &labels, null_mut(), &mut out);
+        made(result, out.id, &mut handles.tissues);
+        out.id = UNTOUCHED;
+        let result = rlv_tissue_read(context, c"/nowhere/nothing.rtissue".as_ptr(), &mut out);
+        made(result, out.id, &mut handles.tissues);
+    }
+
+    let tissue = RlvTissue { id: handles.pick(bytes, 23)? };
+    let (mut info, mut set) = (sized::<RlvTissueInfo>(bytes)?, sized::<RlvTissueSet>(bytes)?);
+    let mut muscle: RlvTissueMuscle = sized(bytes)?;
+    let (mut index, name) = (bytes.int_in_range(0..=2)?, *bytes.choose(&[c"end", c"flesh", c""])?);
+    let held: [u8; 4] = bytes.arbitrary()?;
+    let held = held.map(|node| u32::from(node % 70));
+    let (near, far) = ([number(bytes)?.min(0.0); 3], [number(bytes)?; 3]);
+    let (mut nodes, mut corners, mut mains) = ([0.0_f32; 3 * 128], [0_u32; 8 * 64], [0_u32; 64]);
+    let mut found = [0_u32; 128];
+    // SAFETY: descriptors are sized, arrays have the room that is said, and texts end.
+    unsafe {
+        called(rlv_tissue_info(tissue, &mut info));
+        called(rlv_tissue_get_nodes(tissue, nodes.as_mut_ptr(), bytes.int_in_range(0..=128)?, 0));
+        called(rlv_tissue_get_elements(tissue, corners.as_mut_ptr(), mains.as_mut_ptr(), bytes.int_in_range(0..=64)?));
+        called(rlv_tissue_muscle(tissue, index, &mut muscle));
+        called(rlv_tissue_find_muscle(tissue, name.as_ptr(), &mut index));
+        called(rlv_tissue_add_set(tissue, name.as_ptr(), near.as_ptr(), far.as_ptr(), &mut index));
+        called(rlv_tissue_find_set(tissue, name.as_ptr(), &mut index));
+        called(rlv_tissue_set(tissue, index, &mut set));
+        called(rlv_tissue_get_set(tissue, index, found.as_mut_ptr(), bytes.int_in_range(0..=128)?));
+        called(rlv_tissue_hold(tissue, held.as_ptr(), count(bytes, 4)?, 0, bytes.int_in_range(0..=8)?));
+        called(rlv_tissue_bind(tissue, name.as_ptr(), mesh, null_mut()));
+        called(rlv_tissue_write(tissue, c"/nowhere/nothing.rtissue".as_ptr()));
+    }
+    Ok(())
+}
+
+/// Simulations of soft tissue: driven, loaded, pressed, pushed by bodies, a few steps of them, and states that are asked for.
+fn simulations(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let tissue = RlvTissue { id: handles.pick(bytes, 23)? };
+    let mut options: RlvTissueOptions = sized(bytes)?;
+    (options.gravity, options.safety, options.hourglass) = ([0.0, number(bytes)?, -9.81], 0.7, 1.0);
+    options.self_friction = if bytes.ratio(1, 4)? { number(bytes)? } else { -1.0 };
+    if bytes.ratio(1, 4)? {
+        (options.halvings, options.damping) = (bytes.int_in_range(0..=17)?, number(bytes)?);
+        (options.safety, options.hourglass, options.mass_scaling) = (number(bytes)?, number(bytes)?, number(bytes)?);
+        options.step = number(bytes)?;
+    }
+    let mut out = RlvTissueSimulation { id: UNTOUCHED };
+    // SAFETY: the descriptor is sized.
+    let result = unsafe { rlv_tissue_simulate(tissue, &options, &mut out) };
+    made(result, out.id, &mut handles.simulations);
+    let simulation = RlvTissueSimulation { id: handles.pick(bytes, 24)? };
+    let times = [0.0, 0.001, f64::from(number(bytes)?)];
+    let values = numbers(bytes, 24)?;
+    let nodes: [u8; 4] = bytes.arbitrary()?;
+    let nodes = nodes.map(|node| u32::from(node % 70));
+    let mut body: RlvTissueCollider = sized(bytes)?;
+    (body.body, body.mesh) = (bytes.int_in_range(0..=3)?, RlvMesh { id: handles.pick(bytes, 1)? });
+    (body.radius, body.friction) = (number(bytes)?, number(bytes)?);
+    (body.times, body.translations, body.key_count) = (times.as_ptr(), values.as_ptr(), count(bytes, 3)?);
+    body.rotations = if bytes.ratio(1, 2)? { values.as_ptr() } else { null() };
+    let mut info: RlvTissueSimulationInfo = sized(bytes)?;
+    let (on, keys) = (values.as_ptr(), times.as_ptr());
+    for _ in 0..bytes.int_in_range(0..=5)? {
+        let (axes, nodes_given, keys_given) = (bytes.int_in_range(0..=8)?, count(bytes, 4)?, count(bytes, 3)?);
+        // SAFETY: descriptors are sized, and arrays have four nodes, three keys and eight vectors.
+        unsafe {
+            called(match bytes.int_in_range(0..=5_u8)? {
+                0 => rlv_tissue_simulation_activate(simulation, axes, keys, on, keys_given),
+                1 => rlv_tissue_simulation_drive(simulation, nodes.as_ptr(), nodes_given, axes, keys, on, keys_given),
+                2 => rlv_tissue_simulation_load(simulation, on, bytes.int_in_range(0..=8)?, 0),
+                3 => rlv_tissue_simulation_press(simulation, nodes.as_ptr(), nodes_given, keys, on, keys_given),
+                4 => rlv_tissue_simulation_add_collider(simulation, &body),
+                _ => rlv_tissue_simulation_step(simulation, bytes.int_in_range(0..=9)?),
+            });
+        }
+    }
+    let mut patience = bytes.int_in_range(0..=40_u32)?;
+    let (mut energies, mut rest) = (sized::<RlvTissueEnergies>(bytes)?, sized::<RlvTissueRelaxation>(bytes)?);
+    let (mut positions, mut stresses, mut points) = ([0.0_f32; 3 * 128], [0.0_f32; 6 * 64], [0.0_f32; 3 * 64]);
+    let mut arrays: RlvTissueArrays = sized(bytes)?;
+    (arrays.positions, arrays.node_count) = (positions.as_mut_ptr(), bytes.int_in_range(0..=128)?);
+    (arrays.stresses, arrays.element_count) = (stresses.as_mut_ptr(), bytes.int_in_range(0..=64)?);
+    let (tolerance, which) = (number(bytes)?, bytes.int_in_range(0..=2)?);
+    let mut mesh = RlvMesh { id: UNTOUCHED };
+    // SAFETY: descriptors are sized, arrays have the room that is said, texts end, and the user pointer is what the callback
+    // takes it for.
+    unsafe {
+        let user = (&raw mut patience).cast();
+        if called(rlv_tissue_simulation_info(simulation, &mut info)) {
+            // Many steps take longer than an input may.
+            let seconds = f64::from(number(bytes)?).min(9.0 * f64::from(info.step));
+            called(rlv_tissue_simulation_advance(simulation, seconds, Some(wait), user));
+        }
+        called(rlv_tissue_simulation_relax(simulation, tolerance, 20, Some(wait), user, &mut rest));
+        called(rlv_tissue_simulation_energies(simulation, &mut energies));
+        called(rlv_tissue_simulation_get(simulation, &arrays));
+        called(rlv_tissue_simulation_get_bound(simulation, which, points.as_mut_ptr(), 64, 0));
+        called(rlv_tissue_simulation_save(simulation, c"/nowhere/nothing.rtstate".as_ptr()));
+        called(rlv_tissue_simulation_restore(simulation, c"/nowhere/nothing.rtstate".as_ptr()));
+        called(rlv_tissue_simulation_write_vtu(simulation, c"/nowhere/nothing.vtu".as_ptr()));
+        called(rlv_tissue_simulation_write_vdb(simulation, c"/nowhere/nothing.vdb".as_ptr()));
+        let result = rlv_tissue_simulation_mesh(simulation, which, &mut mesh);
+        made(result, mesh.id, &mut handles.meshes);
+    }
+    Ok(())
+}
+
 fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let mut options: RlvContextOptions = sized(bytes)?;
     options.threads = 1;
@@ -1605,7 +1924,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let result = unsafe { rlv_context_create(&options, &mut out) };
     made(result, out.id, &mut handles.contexts);
     while !bytes.is_empty() {
-        match bytes.int_in_range(0..=33_u8)? {
+        match bytes.int_in_range(0..=38_u8)? {
             0..=2 => create_mesh(bytes, handles)?,
             3 => read_mesh(bytes, handles)?,
             4..=5 => use_surface(bytes, handles)?,
@@ -1631,8 +1950,13 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             30 => decals(bytes, handles)?,
             31 => foam(bytes, handles)?,
             32 => shaders(bytes, handles)?,
+            33 => diffuses(bytes, handles)?,
+            34 => write_decals(bytes, handles)?,
+            35 => strips(bytes, handles)?,
+            36 => tissues(bytes, handles)?,
+            37 => simulations(bytes, handles)?,
             _ => {
-                let noun = bytes.int_in_range(0..=21)?;
+                let noun = bytes.int_in_range(0..=24)?;
                 let id = handles.pick(bytes, noun)?;
                 called(count_reference(noun, id, bytes.ratio(1, 3)?));
             }
