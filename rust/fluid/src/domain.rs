@@ -118,6 +118,11 @@ impl Domain {
         }
     }
 
+    /// Whether this rank has what is last in the order of all particles.
+    pub fn is_last(&self) -> bool {
+        self.transport.as_ref().is_none_or(|transport| transport.rank() + 1 == transport.ranks())
+    }
+
     /// Returns the sum of a count over all domains.
     pub fn count(&mut self, own: usize) -> Result<usize> {
         let mut numbers = [own as f64];
@@ -135,6 +140,18 @@ impl Domain {
         for message in all {
             let theirs = read::<f64>(&message, numbers.len())?;
             numbers.iter_mut().zip(theirs).for_each(|(sum, number)| *sum += number);
+        }
+        Ok(())
+    }
+
+    /// Replaces flags by whether all domains have them.
+    pub fn all(&mut self, flags: &mut [bool]) -> Result<()> {
+        if self.is_whole() {
+            return Ok(());
+        }
+        for message in self.gather(flags.iter().map(|flag| u8::from(*flag)).collect())? {
+            let theirs = read::<u8>(&message, flags.len())?;
+            flags.iter_mut().zip(theirs).for_each(|(all, flag)| *all &= flag != 0);
         }
         Ok(())
     }

@@ -149,6 +149,14 @@ impl Particles {
         Ok(())
     }
 
+    /// Counts particles that are added to another domain of the fluid, and makes their channels. Fails as [`Self::add`] does.
+    pub fn add_elsewhere(&mut self, batch: &Batch, now: f64) -> Result<()> {
+        let next = self.next.checked_add(batch.places.len() as u32).ok_or_else(too_many)?;
+        self.add(&Batch { places: &[], velocities: &[], ..*batch }, now)?;
+        self.next = next;
+        Ok(())
+    }
+
     /// The channel of a name and so many numbers a particle, of zeros if it is new. Fails if it has another width.
     pub fn channel(&mut self, name: &str, width: usize) -> Result<&mut ParticleChannel> {
         let at = self.find(name, width)?.unwrap_or(self.channels.len());

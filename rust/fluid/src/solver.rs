@@ -184,6 +184,37 @@ impl Fluid {
         self.particles.add(batch, self.seconds)
     }
 
+    /// Adds particles that all ranks are given alike, without channels of different numbers. Fails as [`Self::add_batch`] does.
+    pub(crate) fn emit(&mut self, batch: &Batch) -> Result<()> {
+        // In an undivided fluid they are the last of all.
+        match self.domain.is_last() {
+            true => self.particles.add(batch, self.seconds),
+            false => self.particles.add_elsewhere(batch, self.seconds),
+        }
+    }
+
+    /// Returns how many particles all ranks have.
+    pub(crate) fn count(&mut self) -> Result<usize> {
+        match self.domain.is_whole() {
+            true => Ok(self.len()),
+            false => self.domain.count(self.len()),
+        }
+    }
+
+    /// Replaces flags by whether they are set on all ranks.
+    pub(crate) fn agree(&mut self, flags: &mut [bool]) -> Result<()> {
+        self.domain.all(flags)
+    }
+
+    /// Finds the fastest particle of all ranks anew, after some were added or removed.
+    pub(crate) fn find_fastest(&mut self) -> Result<()> {
+        if !self.domain.is_whole() {
+            let [speed] = self.domain.most([fastest(&self.particles)])?;
+            self.domain.set_fastest(speed);
+        }
+        Ok(())
+    }
+
     /// Removes the particles of which `is_gone` says so by their place in the lists, and returns how many there were.
     pub fn remove(&mut self, is_gone: impl Fn(usize) -> bool) -> usize {
         self.particles.remove(is_gone)
@@ -206,7 +237,8 @@ impl Fluid {
 
     /// Goes on with a part of the particles, while other ranks, which have the same fluid and call this too, have the rest.
     /// From now on all ranks call [`Self::step`], [`Self::advance`], [`Self::set_state`] and [`Self::gather`] alike; what is
-    /// said of particles is said of those of this rank, and what is said of the fluid, of all. Particles cannot be added.
+    /// said of particles is said of those of this rank, and what is said of the fluid, of all.
+    /// Sources add particles on all ranks alike; hosts can add none.
     pub fn distribute(&mut self, transport: Box<dyn Transport>) -> Result<()> {
         self.domain.expect_whole("a fluid cannot be split again")?;
         self.domain = Domain::new(transport, 0.0);

@@ -122,10 +122,14 @@ impl Emitter {
             return Err(Error::invalid(format!("an emitter would make {} layers in a step", end - first))
                 .advise("let its particles be slower, or steps shorter"));
         }
-        let before = fluid.len();
+        if first >= end {
+            return Ok(0);
+        }
+        let before = fluid.count()?;
+        let mut count = before;
         let mut layer = first;
         while layer < end {
-            if fluid.len() + self.layer() > most {
+            if count + self.layer() > most {
                 match overflow {
                     Overflow::Stop => break,
                     Overflow::Refuse => {
@@ -138,7 +142,8 @@ impl Emitter {
             let velocities = self.velocities.iter().cycle();
             let moved = self.places.iter().zip(velocities).map(|(place, velocity)| *place + age * *velocity);
             let moved: Vec<Vec3> = moved.collect();
-            let is_free = free(fluid, &moved, TAKEN * self.spacing);
+            let mut is_free = free(fluid, &moved, TAKEN * self.spacing);
+            fluid.agree(&mut is_free)?;
             let kept = |list: &[Vec3]| -> Vec<Vec3> {
                 is_free.iter().zip(list.iter().cycle()).filter(|(is_free, _)| **is_free).map(|(_, row)| *row).collect()
             };
@@ -148,11 +153,12 @@ impl Emitter {
             if !places.is_empty() {
                 let batch =
                     Batch { places: &places, velocities: &velocities, lifetime: self.lifetime, channels: &channels };
-                fluid.add_batch(&batch)?;
+                fluid.emit(&batch)?;
+                count += places.len();
             }
             layer += 1.0;
         }
-        Ok(fluid.len() - before)
+        Ok(count - before)
     }
 }
 
@@ -239,8 +245,9 @@ pub struct Sources {
 
 impl Sources {
     /// Takes away what sinks reach and adds what was emitted since a time, in seconds; called after each step with the time
-    /// at which that began, it does the same in a run that goes on from a state. Returns how many particles were added and
-    /// removed. Fails if there are too many.
+    /// at which that began, it does the same in a run that goes on from a state. Of a fluid in domains, all ranks call it alike.
+    /// Returns how many particles were added, on all ranks, and removed, on this one. Fails if there are too many, or another
+    /// rank has ended.
     pub fn renew(&self, fluid: &mut Fluid, since: f64) -> Result<[usize; 2]> {
         let gone: Vec<bool> = if self.sinks.is_empty() {
             Vec::new()
@@ -252,6 +259,9 @@ impl Sources {
         for (number, emitter) in self.emitters.iter().enumerate() {
             let room = (self.budget.unwrap_or(usize::MAX), self.overflow);
             added += emitter.emit(fluid, since, room).map_err(|error| error.at(format!("emitter {number}")))?;
+        }
+        if added > 0 || !self.sinks.is_empty() {
+            fluid.find_fastest()?;
         }
         Ok([added, removed])
     }

@@ -3,8 +3,8 @@
 use glam::{Vec3, Vec4Swizzles};
 use relievo_core::{Context, Result};
 use relievo_fluid::{
-    ColliderOptions, Fluid, FluidOptions, Force, InProcess, PressureSolver, State, StepStatistics, TimeStep, Traffic,
-    Transport, basin, block, cuboid,
+    ColliderOptions, Emitter, Fluid, FluidOptions, Force, InProcess, PressureSolver, Sink, Sources, State,
+    StepStatistics, TimeStep, Traffic, Transport, basin, block, cuboid,
 };
 
 const SPACING: f32 = 0.05;
@@ -78,6 +78,50 @@ fn one_two_and_four_domains_move_particles_as_one_fluid() {
             let fair = whole.len() as f64 / ranks as f64;
             assert!(traffic.iter().all(|traffic| (traffic.owned as f64 / fair - 1.0).abs() < 0.1), "{traffic:?}");
             assert_eq!(traffic.iter().all(|traffic| traffic.refreshed > 0 && traffic.copies > 0), ranks > 1);
+        }
+    }
+}
+
+/// Two jets, of which one has a colour and one lives for a short time, and a sink.
+fn sources(budget: usize) -> Sources {
+    let disc = |middle, normal, speed| Emitter::disc(middle, normal, 0.12, speed, SPACING).unwrap();
+    let mut jet = disc(Vec3::new(0.2, 0.2, 0.9), Vec3::X, 3.0);
+    jet.channels.push(("color".into(), vec![0.2, 0.4, 0.8]));
+    let mut rain = disc(Vec3::new(1.1, 0.2, 0.8), Vec3::NEG_Z, 4.0);
+    (rain.lifetime, rain.time) = (0.08, [0.02, 0.2]);
+    let sinks = vec![Sink::Inside([Vec3::new(0.9, 0.0, 0.0), Vec3::new(1.5, 0.4, 0.15)])];
+    Sources { emitters: vec![jet, rain], sinks, budget: Some(budget), overflow: relievo_fluid::Overflow::Stop }
+}
+
+#[test]
+fn emitters_and_sinks_of_domains_do_what_those_of_one_fluid_do() {
+    let run = |transport: Option<InProcess>, is_empty: bool, budget: usize| {
+        let context = Context::serial();
+        let mut fluid = match is_empty {
+            true => Fluid::new(FluidOptions { spacing: SPACING, ..options(PressureSolver::Dfsph) }).unwrap(),
+            false => dam(options(PressureSolver::Dfsph)),
+        };
+        if let Some(transport) = transport {
+            fluid.distribute(Box::new(transport)).unwrap();
+        }
+        let (sources, mut added) = (sources(budget), 0);
+        let mut since = 0.0;
+        let renewed = |fluid: &mut Fluid, _: &StepStatistics| {
+            added += sources.renew(fluid, since)?[0];
+            since = fluid.seconds();
+            Ok(())
+        };
+        fluid.advance(&context, 0.3, renewed).unwrap();
+        (fluid.gather().unwrap(), added)
+    };
+    for (is_empty, budget) in [(false, usize::MAX), (true, 500)] {
+        let (expected, births) = run(None, is_empty, budget);
+        let expected = expected.unwrap();
+        assert!(births > 100 && (expected.numbers.len() as u32) < expected.next, "{births}");
+        for ranks in [1, 2, 3] {
+            let runs = on_ranks(ranks, |transport| run(Some(transport), is_empty, budget));
+            assert!(runs[0].0.as_ref() == Some(&expected), "{ranks} ranks");
+            assert!(runs.iter().all(|(_, added)| *added == births));
         }
     }
 }

@@ -24,7 +24,7 @@ use self::world::Ranks;
 #[derive(Parser)]
 #[command(name = "relievo-mpi", version)]
 struct Arguments {
-    /// What is simulated, in TOML, as `relievo fluid sim` reads it, without emitters.
+    /// What is simulated, in TOML, as `relievo fluid sim` reads it.
     description: PathBuf,
     /// The folder for the frames, which all ranks see. Where a run was interrupted, it goes on from the last frame there.
     #[arg(short, long, value_name = "FOLDER")]

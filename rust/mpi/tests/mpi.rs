@@ -8,6 +8,11 @@ use relievo_simulation::{Description, Making, Simulation, in_folder};
 
 const DAM: &str = "frames = 6\nfps = 24\n[fluid]\nspacing = 0.05\nsolver = \"dfsph\"\n[basin]\nlow = [0, 0, 0]\n\
     high = [1.2, 0.3, 1]\n[[block]]\nlow = [0, 0, 0]\nhigh = [0.4, 0.3, 0.8]\nvelocity = [2, 0, 0]\n";
+/// A jet into the dam, rain that lives for a short time, and a sink.
+const SOURCES: &str = "[[emitter]]\ndisc = { middle = [0.2, 0.15, 0.9], normal = [1, 0, 0], radius = 0.1 }\n\
+    speed = 3\ncolor = [0.2, 0.4, 0.8]\n[[emitter]]\nspeed = 2\nlifetime = 0.1\n\
+    rectangle = { middle = [0.9, 0.15, 0.8], sides = [[0.1, 0, 0], [0, -0.1, 0]] }\n\
+    [[sink]]\nbox = { low = [1, 0, 0], high = [1.2, 0.3, 0.1] }\n";
 /// The longest wait for a frame.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -74,6 +79,22 @@ fn ranks_make_the_frames_of_one_process_to_the_bit() {
         let text = String::from_utf8_lossy(&done.stdout);
         println!("{text}");
         assert!(text.contains("imbalance") && text.lines().count() == 3 + ranks, "{text}");
+        are_same(folder.path(), &output, &expected);
+    }
+}
+
+#[test]
+fn emitters_and_sinks_do_on_ranks_what_they_do_in_one_process() {
+    if !has_mpirun() {
+        return;
+    }
+    let description = format!("{DAM}{SOURCES}");
+    let (folder, expected) = (folder(&description), frames(&description));
+    assert!(expected[6].len() > expected[0].len(), "particles were emitted");
+    for ranks in [2, 3] {
+        let output = format!("frames-{ranks}");
+        let done = run(folder.path(), ranks, &output);
+        assert!(done.status.success(), "{done:?}");
         are_same(folder.path(), &output, &expected);
     }
 }

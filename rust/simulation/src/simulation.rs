@@ -133,10 +133,10 @@ impl Simulation {
     }
 
     /// Goes on with a part of the particles, while other ranks, which have begun or restored the same simulation and call
-    /// this too, have the rest. Fails where there are emitters or a graphics device.
+    /// this too, have the rest. Fails where there is a graphics device.
     pub fn distribute(&mut self, transport: Box<dyn Transport>) -> Result<()> {
-        if self.emitters() > 0 || self.making.device.is_some() {
-            return Err(Error::unsupported("emitters and graphics devices do not work in domains")
+        if self.making.device.is_some() {
+            return Err(Error::unsupported("graphics devices do not work in domains")
                 .advise("simulate the fluid in one process, on its processor"));
         }
         self.fluid.distribute(transport)
