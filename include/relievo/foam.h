@@ -2,7 +2,12 @@
  *
  * Particles of spray, foam and bubbles are drawn over a finished picture of any renderer (Akinci, Dippel, Akinci, Teschner
  * 2013, "Screen Space Foam Rendering"). The host adds particles in chunks of any size and order, then shades them and
- * takes the layers, or the picture with the foam over it. Results do not depend on the chunks, their order or threads. */
+ * takes the layers, or the picture with the foam over it. Results do not depend on the chunks, their order or threads.
+ *
+ * The graphics device of the context draws, where it has one: 999 of 1,000 pixels of the picture are then within 1/255 of
+ * the processor's. The processor draws where the device is lost already or has no room when the foam is made; the log says
+ * so. Where the device is lost later, calls on the foam fail with RLV_ERROR_DEVICE, and foam that is made after that is the
+ * processor's. */
 #ifndef RELIEVO_FOAM_H
 #define RELIEVO_FOAM_H
 
@@ -135,7 +140,8 @@ typedef struct RlvFoamLayers {
 RLV_API RlvResult rlv_foam_params(const RlvParameter **params, size_t *count);
 
 /* Makes a picture without foam; settings may be NULL for the defaults. Fails if a number is out of range, the camera has no
- * direction of view, or the picture does not fit the memory limit of the context: it takes 64 bytes a pixel. */
+ * direction of view, or the picture does not fit the memory limit of the context. A picture of the processor takes 64 bytes a pixel; one of a
+ * device takes 112, and 64 on the device. */
 RLV_API RlvResult rlv_foam_create(RlvContext context, const RlvFoamView *view, const RlvFoamSettings *settings,
                                   RlvFoam *out);
 

@@ -656,6 +656,26 @@ int main() {
     continued.restore(name);
     CHECK(continued.info().births == diffused.born && std::remove(name) == 0);
 
+    // The same foam on a graphics device.
+    for (const RlvAdapterInfo &adapter : relievo::adapters()) {
+        RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
+        options.threads = 1;
+        options.device = RLV_DEVICE_GPU;
+        options.adapter = adapter.name;
+        const auto device = relievo::Context::create(options);
+        const auto laid = [&](const relievo::Context &drawer) {
+            const auto foam = relievo::Foam::create(drawer, foam_view);
+            foam.add(drops.foam());
+            foam.shade();
+            return foam.composite(std::vector<float>(3 * 16, 0.25f), 3);
+        };
+        const auto ours = laid(device), theirs = laid(context);
+        for (std::size_t at = 0; at < theirs.size(); ++at) {
+            CHECK(std::abs(ours[at] - theirs[at]) <= 1.0f / 255.0f);
+        }
+        CHECK(device.info().device == RLV_DEVICE_GPU);
+    }
+
     // Grids: a level set of a box and its mesh.
     const std::vector<Float3> box_points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}};
     const auto solid = relievo::Mesh::create(context, box_points, {4, 4, 4, 4, 4, 4},

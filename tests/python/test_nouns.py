@@ -963,6 +963,30 @@ class Crowds(unittest.TestCase):
 
 
 class Devices(unittest.TestCase):
+    def test_foam_is_drawn_on_a_device(self):
+        adapters = rl.adapters()
+        if not adapters:
+            self.assertNotEqual(os.environ.get("RELIEVO_GPU_TESTS"), "required")
+            self.skipTest("there is no graphics device")
+
+        def draw(context):
+            foam = rl.Foam(context, (33, 25), (0, 0, 5), (0, 0, 0), up=(0, 1, 0), fov=0.8, radius=0.3, ao_max_samp=32)
+            places = numpy.random.default_rng(5).uniform(-1, 1, (400, 3))
+            foam.add(places, lives=numpy.linspace(0, 1, 400))
+            memory = context.info.device_memory
+            foam.shade()
+            return foam.composite(numpy.full((25, 33, 3), 0.25)), memory
+
+        device = rl.Context(threads=1, device="gpu", adapter=adapters[-1].name)
+        (ours, memory), (theirs, none) = draw(device), draw(rl.Context(threads=1))
+        self.assertGreaterEqual(memory, 48 * 25 * 33)
+        self.assertEqual(none, 0)
+        self.assertGreater(theirs.max(), 0.6)
+        # No pixel of so few may be further away than one in a thousand.
+        self.assertLessEqual(numpy.abs(ours - theirs).max(), 1 / 255)
+        device.close_device()
+        numpy.testing.assert_array_equal(draw(device)[0], theirs)
+
     def test_what_is_listed_can_be_opened_and_let_go(self):
         adapters = rl.adapters()
         if not adapters:

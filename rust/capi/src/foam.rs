@@ -4,14 +4,14 @@ use std::ffi::c_void;
 use std::sync::{Arc, OnceLock, RwLock};
 
 use glam::DVec3;
-use relievo_core::{Error, Result};
+use relievo_core::{Error, ErrorKind, Result};
 use relievo_render::foam::{
     Environment, Foam, FoamKind, FoamLayers, FoamParticle, FoamSettings, FoamView, Lens, Scenery,
 };
 use relievo_render::{Camera, Image};
 
 use crate::array::{Input, Output, present, put};
-use crate::context::{ContextObject, HostProgress, RlvContext, RlvProgress};
+use crate::context::{ContextObject, HostProgress, RLV_LOG_WARNING, RlvContext, RlvProgress};
 use crate::descriptor::read_descriptor;
 use crate::parameter::{RlvParameter, Table, settings, table};
 use crate::registry::{self, handle, try_read, try_write};
@@ -137,6 +137,20 @@ unsafe fn read_view(context: &ContextObject, view: *const RlvFoamView) -> Result
     Ok((view, scenery))
 }
 
+/// Makes a picture on the graphics device of a context, or on the processor where there is no device, or it fails or has no
+/// room.
+fn make(context: &ContextObject, settings: FoamSettings, view: FoamView, scenery: &Scenery) -> Result<Foam> {
+    if let Some(device) = context.device() {
+        match Foam::on(&context.context, Some(device), settings, view, scenery) {
+            Err(error) if matches!(error.kind, ErrorKind::Device | ErrorKind::Memory) => {
+                context.log(RLV_LOG_WARNING, &format!("the processor draws foam: {error}"));
+            }
+            made => return made,
+        }
+    }
+    Foam::new(&context.context, settings, view, scenery)
+}
+
 /// The particles of the host.
 struct Particles {
     positions: Input<[f32; 3]>,
@@ -236,7 +250,7 @@ entry! {
         let settings = unsafe { RlvFoamSettings::read(settings) }?;
         // SAFETY: as above, with arrays as the header demands.
         let (view, scenery) = unsafe { read_view(&context, view) }?;
-        let foam = Box::new(Foam::new(&context.context, settings, view, &scenery)?);
+        let foam = Box::new(make(&context, settings, view, &scenery)?);
         let object = FoamObject { context, stage: RwLock::new(Stage::Open(foam)), pixels: view.pixels() };
         let handle = registry::insert(object)?;
         // SAFETY: checked above.
