@@ -26,7 +26,7 @@ pub fn extend(faces: &[[u32; 3]], rest: &[Rest], is_fixed: &[bool], positions: &
         let part = |row: usize, column: usize| {
             if row % 2 == column % 2 { stiffness[row / 2][column / 2] } else { 0.0 }
         };
-        system.add(face, &std::array::from_fn(|row| std::array::from_fn(|column| part(row, column))));
+        system.add(faces[face], &std::array::from_fn(|row| std::array::from_fn(|column| part(row, column))));
     }
     system.factorise()?;
     let mut side = vec![0.0; system.unknowns()];

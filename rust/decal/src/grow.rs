@@ -333,14 +333,14 @@ impl Growth<'_> {
                 Joint::Blocked => continue,
                 Joint::New => {
                     let position = unfold(surface, half, ends, *scale);
-                    let copies = patch.copies(surface.origin(previous(half)));
+                    let copies = || patch.copies(surface.origin(previous(half)));
                     let reach = REACH * distance(ends[0], position).max(distance(ends[1], position));
-                    let is_near = |copy: &u32| distance(patch.positions[*copy as usize], position) < reach;
+                    let is_near = |copy: u32| distance(patch.positions[copy as usize], position) < reach;
                     // A copy of the vertex may be reached along the boundary later: seams wait until it was not.
                     let waits = if faces == Faces::Seam {
                         layer > 0
                     } else {
-                        copies.len() >= layers || copies.iter().any(is_near)
+                        copies().count() >= layers || copies().any(is_near)
                     };
                     // Beside an edge the plane may be taken by faces of a vertex with more than a full turn around it.
                     let is_beside = |face: u32| patch.faces[face as usize].iter().any(|end| [from, to].contains(end));
@@ -414,10 +414,9 @@ impl Growth<'_> {
                 continue;
             }
             let patch = &self.seed.patch;
-            let far = |copy: &&u32| distance(patch.positions[**copy as usize], self.places[pin]);
-            let nearest = patch.copies(self.vertices[pin]).iter().min_by(|a, b| far(a).total_cmp(&far(b)));
+            let far = |copy: &u32| distance(patch.positions[*copy as usize], self.places[pin]);
+            let nearest = patch.copies(self.vertices[pin]).min_by(|a, b| far(a).total_cmp(&far(b)));
             if let Some(copy) = nearest {
-                let copy = *copy;
                 self.seed.pins.push((pin, copy));
             }
         }
@@ -465,10 +464,10 @@ impl Growth<'_> {
         };
         let center = patch.positions[*center as usize];
         let target = surface.target(half);
-        let Some(other) = patch.copies(target).first() else {
+        let Some(other) = patch.copies(target).next() else {
             return;
         };
-        let other = patch.positions[*other as usize];
+        let other = patch.positions[other as usize];
         let way = [other[0] - center[0], other[1] - center[1]];
         let norm = way[0].hypot(way[1]) * heading[0].hypot(heading[1]);
         if norm <= 0.0 {

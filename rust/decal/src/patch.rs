@@ -27,7 +27,9 @@ pub struct Patch {
     previous: Vec<u32>,
     /// The half-edge of the surface from each boundary vertex to the next one, within the patch.
     halves: Vec<u32>,
-    copies: HashMap<u32, Vec<u32>>,
+    /// The first vertex at each vertex of the surface, and after each vertex the next one there, or [`NONE`].
+    first: HashMap<u32, u32>,
+    others: Vec<u32>,
 }
 
 /// How a face beyond a boundary edge can be added.
@@ -58,7 +60,8 @@ impl Patch {
             positions,
             faces,
             triangles,
-            copies: HashMap::new(),
+            first: HashMap::with_capacity(count),
+            others: Vec::with_capacity(count),
         };
         let refuse = || Error::invalid("the faces under the pins do not form a disk").at("seed of the decal");
         let edges = patch.edges();
@@ -83,8 +86,8 @@ impl Patch {
         if euler != 1 || patch.boundary().len() as i64 != boundary {
             return Err(refuse());
         }
-        for (vertex, place) in patch.vertices.iter().enumerate() {
-            patch.copies.entry(*place).or_default().push(vertex as u32);
+        for vertex in 0..count {
+            patch.enlist(patch.vertices[vertex]);
         }
         Ok(patch)
     }
@@ -126,8 +129,23 @@ impl Patch {
     }
 
     /// Returns the copies of a vertex of the surface.
-    pub fn copies(&self, vertex: u32) -> &[u32] {
-        self.copies.get(&vertex).map_or(&[], Vec::as_slice)
+    pub fn copies(&self, vertex: u32) -> impl Iterator<Item = u32> {
+        let after = |copy: &u32| Some(self.others[*copy as usize]).filter(|copy| *copy != NONE);
+        std::iter::successors(self.first.get(&vertex).copied(), after)
+    }
+
+    /// Lists the next vertex among the copies of a vertex of the surface, as the last one.
+    fn enlist(&mut self, place: u32) {
+        let vertex = self.others.len() as u32;
+        self.others.push(NONE);
+        let mut copy = *self.first.entry(place).or_insert(vertex);
+        while copy != vertex {
+            let after = &mut self.others[copy as usize];
+            if *after == NONE {
+                *after = vertex;
+            }
+            copy = *after;
+        }
     }
 
     /// Returns the half-edge of the surface beyond the boundary edge that starts at a vertex, if there is a face.
@@ -164,7 +182,7 @@ impl Patch {
                 self.next.push(to);
                 self.previous.push(from);
                 self.halves.push(previous(half));
-                self.copies.entry(place).or_default().push(vertex);
+                self.enlist(place);
                 self.link(from, vertex, next(half));
                 self.previous[to as usize] = vertex;
                 made = Some(vertex);
@@ -329,14 +347,14 @@ impl Patch {
             kept.triangles.push(self.triangles[face]);
         }
         let renumbered = |vertex: u32| if vertex == NONE { NONE } else { number[vertex as usize] };
-        for (vertex, before) in old.iter().enumerate() {
+        for before in &old {
             let before = *before as usize;
             kept.vertices.push(self.vertices[before]);
             kept.positions.push(self.positions[before]);
             kept.next.push(renumbered(self.next[before]));
             kept.previous.push(renumbered(self.previous[before]));
             kept.halves.push(self.halves[before]);
-            kept.copies.entry(self.vertices[before]).or_default().push(vertex as u32);
+            kept.enlist(self.vertices[before]);
         }
         *self = kept;
         old

@@ -64,9 +64,9 @@ impl Placement {
     ) -> Result<Self> {
         check(pins, settings)?;
         progress.step(0.0, "reading the surface")?;
-        let surface = Surface::new(mesh)?;
         let places: Vec<_> = pins.iter().map(|pin| pin.place).collect();
-        let (surface, vertices) = insert(&surface, &places)?;
+        // The surface without pins is needed no more.
+        let (surface, vertices) = insert(&Surface::new(mesh)?, &places)?;
         let places: Vec<Vec2> = pins.iter().map(|pin| sticker.place(pin.image)).collect();
         let laying = Laying { surface: &surface, sticker, vertices, places, pose, settings };
         let seed = match laying.attempt(progress) {

@@ -139,8 +139,8 @@ impl Map<'_> {
         for (face, rest) in self.rest.iter().enumerate() {
             let found = rest.derivatives(self.corners(face), epsilon);
             energy += found.energy;
-            system.add(face, &found.hessian);
             let vertices = self.faces[face];
+            system.add(vertices, &found.hessian);
             let moves = vertices.map(|vertex| direction[vertex as usize]);
             let rows = vertices.map(|vertex| system.row(vertex as usize));
             let moved = (0..3).filter(|corner| rows[*corner] == PINNED && moves[*corner] != [0.0; 2]);
