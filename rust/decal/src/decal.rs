@@ -1,5 +1,7 @@
 //! Decals: stickers laid on a surface.
 
+use std::sync::Arc;
+
 use relievo_core::{Attribute, Domain, Error, ErrorKind, Mesh, Progress, Result, Values};
 
 use crate::energy::{Vec2, distance};
@@ -164,7 +166,7 @@ const PROPOSALS: usize = 3;
 /// A sticker to be laid.
 pub(crate) struct Laying<'a> {
     /// The surface, with a vertex at each pin.
-    pub surface: &'a Surface,
+    pub surface: &'a Arc<Surface>,
     pub sticker: &'a Sticker,
     /// The vertices of the pins.
     pub vertices: Vec<u32>,
@@ -190,7 +192,7 @@ impl Laying<'_> {
             let pose = pose.ok_or_else(|| {
                 Error::invalid("one pin gives no size and direction").at("decal").advise("give a pose, or a second pin")
             })?;
-            let (seed, heading) = posed((*surface).clone(), vertices[0], places[0], pose)?;
+            let (seed, heading) = posed(Arc::clone(surface), vertices[0], places[0], pose)?;
             return grow(seed, heading, false);
         }
         let seed = || at_pin(surface, vertices, places, &graph);
@@ -336,7 +338,7 @@ impl Frame {
 }
 
 /// The seed of a single pin: one face, turned to the pose. Also returns the heading of an edge of that face.
-fn posed(surface: Surface, vertex: u32, place: Vec2, pose: Pose) -> Result<(Seed, Option<(u32, Vec2)>)> {
+fn posed(surface: Arc<Surface>, vertex: u32, place: Vec2, pose: Pose) -> Result<(Seed, Option<(u32, Vec2)>)> {
     let frame = Frame::new(&surface, vertex, pose)?;
     let Some(half) = surface.fan(vertex).next() else {
         return Err(Error::invalid("no face holds its place").at(name(0)).advise("move it onto a face"));

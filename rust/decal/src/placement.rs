@@ -5,6 +5,7 @@
 //! to update. [`Placement::settle`] makes the point a vertex and lets the patch grow and shrink.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use relievo_core::{Error, Mesh, Progress, Result};
 
@@ -67,6 +68,7 @@ impl Placement {
         let places: Vec<_> = pins.iter().map(|pin| pin.place).collect();
         // The surface without pins is needed no more.
         let (surface, vertices) = insert(&Surface::new(mesh)?, &places)?;
+        let surface = Arc::new(surface);
         let places: Vec<Vec2> = pins.iter().map(|pin| sticker.place(pin.image)).collect();
         let laying = Laying { surface: &surface, sticker, vertices, places, pose, settings };
         let seed = match laying.attempt(progress) {
@@ -165,13 +167,14 @@ impl Placement {
             return Err(Error::invalid("it is not finite").at(format!("point {point}")).advise("give three numbers"));
         }
         self.drop_pin()?;
-        let kept = (self.seed.surface.points.clone(), self.seed.scale);
+        let kept = (Arc::clone(&self.seed.surface), self.seed.scale);
         let before = self.area();
-        self.seed.surface.points = self.posed(points);
+        let posed = self.posed(points);
+        Arc::make_mut(&mut self.seed.surface).points = posed;
         // The sticker grows with the surface as a whole.
         let growth = (before / self.area()).sqrt();
         self.seed.scale *= if growth.is_finite() && growth > 0.0 { growth } else { 1.0 };
-        self.settle(progress).inspect_err(|_| (self.seed.surface.points, self.seed.scale) = kept)?;
+        self.settle(progress).inspect_err(|_| (self.seed.surface, self.seed.scale) = kept)?;
         self.mesh.points.copy_from_slice(points);
         Ok(())
     }
@@ -281,7 +284,7 @@ impl Placement {
         };
         self.seed.patch = patch;
         self.seed.patch.positions[at as usize] = self.places[pin];
-        self.seed.surface = surface;
+        self.seed.surface = Arc::new(surface);
         self.vertices[pin] = vertex;
         for (other, vertex) in &mut self.seed.pins {
             if *other == pin {

@@ -1,6 +1,7 @@
 //! The seed of the patch: the surface between the pins, mapped into the image (the paper's Section 4).
 
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 use relievo_core::{Error, Result};
 
@@ -20,7 +21,7 @@ const TOO_LARGE: f64 = 25.0;
 #[derive(Clone, Debug)]
 pub struct Seed {
     /// The surface. Vertices of pins keep their numbers.
-    pub surface: Surface,
+    pub surface: Arc<Surface>,
     /// The patch. The positions of pins are exact.
     pub patch: Patch,
     /// Pins that the patch holds, with their vertices in it. The others are on bridges of the graph.
@@ -48,7 +49,7 @@ impl Seed {
 ///
 /// # Errors
 /// Pins lie on different components, or paths cross or enclose no region. The error names the pins and proposes another.
-pub fn between_pins(surface: &Surface, vertices: &[u32], places: &[Vec2], graph: &Graph) -> Result<Seed> {
+pub fn between_pins(surface: &Arc<Surface>, vertices: &[u32], places: &[Vec2], graph: &Graph) -> Result<Seed> {
     let mut paths = Vec::with_capacity(graph.edges.len());
     let (mut on_surface, mut in_image) = (0.0, 0.0);
     for [a, b] in &graph.edges {
@@ -71,9 +72,9 @@ pub fn between_pins(surface: &Surface, vertices: &[u32], places: &[Vec2], graph:
     match undivided(surface, &patch, &parents, vertices) {
         // Without a pin the patch would not know where that corner of the sticker lies.
         Some((patch, held)) if held.len() == pins.len() => {
-            Ok(Seed { patch, pins: held, scale, surface: surface.clone() })
+            Ok(Seed { patch, pins: held, scale, surface: Arc::clone(surface) })
         }
-        _ => Ok(Seed { patch, pins, scale, surface: divided }),
+        _ => Ok(Seed { patch, pins, scale, surface: Arc::new(divided) }),
     }
 }
 
@@ -293,7 +294,7 @@ impl Parts<'_> {
 ///
 /// # Errors
 /// Pins lie on different components.
-pub fn at_pin(surface: &Surface, vertices: &[u32], places: &[Vec2], graph: &Graph) -> Result<Seed> {
+pub fn at_pin(surface: &Arc<Surface>, vertices: &[u32], places: &[Vec2], graph: &Graph) -> Result<Seed> {
     let count = places.len() as f64;
     let middle: Vec2 = std::array::from_fn(|axis| places.iter().map(|place| place[axis]).sum::<f64>() / count);
     let nearest =
@@ -324,7 +325,7 @@ pub fn at_pin(surface: &Surface, vertices: &[u32], places: &[Vec2], graph: &Grap
     let direction = [places[end][0] - places[start][0], places[end][1] - places[start][1]];
     let patch = single(surface, face, vertices[start], places[start], target, direction, scale)?;
     let at = patch.vertices.iter().position(|vertex| *vertex == vertices[start]).unwrap_or_default();
-    Ok(Seed { surface: surface.clone(), patch, pins: vec![(start, at as u32)], scale })
+    Ok(Seed { surface: Arc::clone(surface), patch, pins: vec![(start, at as u32)], scale })
 }
 
 /// The geodesic between two pins.
