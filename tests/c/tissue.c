@@ -129,6 +129,26 @@ static void build(RlvContext context) {
     CHECK_OK(rlv_tissue_release(other));
     CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_tissue_read(context, "no_such.rtissue", &refused), "no_such");
 
+    /* Bent about two axes, lines of the skin through the origin are arcs. */
+    description.surfaces = &surfaces[1];
+    description.surface_count = 1;
+    description.bend[0] = 0.5;
+    description.bend[1] = 0.6;
+    CHECK_OK(rlv_tissue_build(context, &description, NULL, NULL, NULL, &other));
+    CHECK_OK(rlv_tissue_info(other, &again));
+    CHECK(again.element_count == 512 && again.has_cells == 0);
+    CHECK_NEAR(again.high[0], 0.5 * sin(0.1 / 0.5), 1e-6);
+    CHECK_NEAR(again.high[2], 0.6 * sin(0.1 / 0.6), 1e-6);
+    CHECK_OK(rlv_tissue_release(other));
+    description.bend[1] = -1.0;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_tissue_build(context, &description, NULL, NULL, NULL, &refused), "bend");
+    description.bend[0] = 0.05;
+    description.bend[1] = 0.05;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_tissue_build(context, &description, NULL, NULL, NULL, &refused), "too far");
+    description.bend[0] = description.bend[1] = 0.0;
+    description.surfaces = surfaces;
+    description.surface_count = 2;
+
     /* As a job it is the same, to the bit. */
     RlvJob job = RLV_NULL;
     CHECK_OK(rlv_job_tissue_build(context, &description, &job));

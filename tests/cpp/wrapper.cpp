@@ -43,6 +43,8 @@ static void tissue(const relievo::Context &context, const relievo::Mesh &solid) 
     const auto building = relievo::Job::tissue(context, description);
     building.wait();
     CHECK(building.tissue().info().checksum == made.info().checksum);
+    description.bend[0] = description.bend[1] = 5.0;
+    CHECK(relievo::Tissue::build(context, description).info().has_cells == 0);
     const auto lower = made.set("z-"), upper = made.set("z+");
     CHECK(lower.size() == 25);
     made.hold(lower);

@@ -104,6 +104,9 @@ class Tissues(unittest.TestCase):
                 self.assertEqual(built.info.element_count, tissue.info.element_count)
                 self.assertEqual((built.report.volume, tissue.report.volume), (tissue.report.volume,) * 2)
                 self.assertAlmostEqual(built.report.volume, 1e-3, delta=1e-5)
+        with rl.Tissue(self.context, **description, bend=(0.5, 0.6)) as bent:
+            self.assertEqual(bent.info.has_cells, 0)
+            self.assertAlmostEqual(bent.info.high[0], 0.5 * numpy.sin(0.1 / 0.5), delta=1e-6)
         with self.assertRaisesRegex(rl.Invalid, "no material `bone`"):
             rl.Tissue(self.context, **{**description, "volumes": [{"name": "gel", "mesh": mesh, "material": "bone"}]})
 

@@ -74,7 +74,7 @@ class _Materials:
         return {**row, "material": material}
 
 
-def description_of(cell, materials, volumes, surfaces=(), skin=None, layers=(), epidermis=None, **options):
+def description_of(cell, materials, volumes, surfaces=(), skin=None, layers=(), epidermis=None, bend=None, **options):
     """RlvTissueDescription, and what keeps its arrays; see `Tissue`."""
     known = _Materials(materials)
     rows, kept = [], [known]
@@ -104,6 +104,9 @@ def description_of(cell, materials, volumes, surfaces=(), skin=None, layers=(), 
     if epidermis is not None:
         given = known.index(epidermis)
         made.epidermis_material, made.epidermis_thickness = given["material"], given["thickness"]
+    if bend is not None:
+        across, up = bend
+        made.bend[:] = [float(across), float(up)]
     return made, (kept, volumes, texts, surfaces, names, layers)
 
 
@@ -134,7 +137,8 @@ class Tissue(Handle):
         """Builds a model of voxels of a size in metres, one number or three. Materials, volumes, surfaces and layers are
         dictionaries of the fields of RlvTissueMaterial, RlvTissueVolume, RlvTissueSurface and RlvTissueLayer, with names or
         indices of materials, objects of Mesh, and rings as arrays (rings, points, 3 or 4). `skin` is a mesh and `epidermis`
-        a dictionary of `material` and `thickness`."""
+        a dictionary of `material` and `thickness`. `bend` has two radii in metres, across and upwards, to which a block
+        whose skin is the plane y = 0 is bent."""
         given, kept = description_of(cell, materials, volumes, **description)
         report = record.empty(abi.RlvTissueReport)
         with watched(progress) as callback:

@@ -8,7 +8,7 @@ use relievo_tissue::{
     SimulationOptions, Skin, Volume,
 };
 
-use crate::measure::{sample, seconds};
+use crate::measure::{Sample, sample, seconds};
 use crate::report::{Goal, Report};
 
 /// Steps of all elements that are timed together.
@@ -25,9 +25,12 @@ pub fn run(report: &mut Report) -> Result<()> {
         creation(&context, report, (radius, voxel, samples), goal)?;
     }
     let core = Context::new(&ContextOptions { threads: 1, memory_limit: 0 })?;
+    let mut rates = Vec::new();
     for side in [25, 50, 79] {
-        rate(&core, report, side)?;
+        rates.push(rate(&core, report, side)?.median());
     }
+    let cost = Sample::new(vec![rates[0] / rates[2]]);
+    report.add("cost of an element, of 493039 beside 15625", &cost, None, "times", Goal::AtMost(1.15));
     binding(&context, report)
 }
 
@@ -79,8 +82,8 @@ fn creation(
     Ok(())
 }
 
-/// Steps of the elements of a cube of gel on one core.
-fn rate(context: &Context, report: &mut Report, side: u32) -> Result<()> {
+/// Steps of the elements of a cube of gel on one core. Returns millions a second.
+fn rate(context: &Context, report: &mut Report, side: u32) -> Result<Sample> {
     let gel = Material { name: "gel".into(), density: 1000.0, shear: 1006.71, bulk: 5e4 };
     let model = Model::block([0.0; 3], [0.1 / side as f32; 3], [side; 3], gel)?;
     let elements = model.elements.len() as u64;
@@ -91,7 +94,7 @@ fn rate(context: &Context, report: &mut Report, side: u32) -> Result<()> {
         1e-6 * (steps * elements) as f64 / time
     });
     report.add(&format!("steps on one core, {elements} elements"), &rate, None, "M/s", Goal::AtLeast(13.0));
-    Ok(())
+    Ok(rate)
 }
 
 /// Binding of a surface, and its update.

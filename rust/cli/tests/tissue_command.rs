@@ -63,7 +63,7 @@ fn a_block_is_made_pressed_and_rendered() {
     let said = done(folder, &["tissue", "build", "block.toml", "-o", "block.rtissue"]);
     assert!(said.contains("6 × 6 × 3 voxels, 1.0800e-4 m³ inside") && said.contains("108 elements"), "{said}");
     let model = info(folder, "block.rtissue");
-    assert_eq!((&model["nodes"], &model["bound surfaces"][0]), (&196.into(), &"top (8 points)".into()));
+    assert_eq!((&model["nodes"], &model["bound surfaces"][0]), (&196.into(), &"top (4 points)".into()));
     done(folder, &["tissue", "sim", "press.toml", "-o", "frames", "--surfaces", "ply", "--vtu"]);
     for name in ["0000.rtstate", "0003.rtstate", "top.0003.ply", "0002.vtu"] {
         assert!(folder.join("frames").join(name).exists(), "{name}");
@@ -77,6 +77,17 @@ fn a_block_is_made_pressed_and_rendered() {
     std::fs::write(folder.join("frames/0002.rtstate"), "cut off").unwrap();
     done(folder, &["tissue", "sim", "press.toml", "-o", "frames", "--threads", "1"]);
     assert_eq!(std::fs::read(folder.join("frames/0003.rtstate")).unwrap(), last);
+    // A graphics device presses it as deep, and its frames are not taken for those of the processor.
+    if std::env::var_os("RELIEVO_GPU_TESTS").is_some_and(|it| it == "required") {
+        done(folder, &["tissue", "sim", "press.toml", "-o", "device", "--device", "gpu"]);
+        let deep = info(folder, "device/0003.rtstate")["largest displacement, m"].as_f64().unwrap();
+        assert!((deep - pressed).abs() < 1e-3 * pressed, "{deep} {pressed}");
+        assert!(refused(folder, &["tissue", "sim", "press.toml", "-o", "device"]).contains("or device are there"));
+    }
+    // A description may be simulated at once.
+    std::fs::write(folder.join("whole.toml"), PRESS.replace("block.rtissue", "block.toml")).unwrap();
+    done(folder, &["tissue", "sim", "whole.toml", "-o", "whole"]);
+    assert_eq!(std::fs::read(folder.join("whole/0003.rtstate")).unwrap().len(), last.len());
     let picture = ["tissue", "render", "press.toml", "frames/0000.rtstate", "frames/0003.rtstate", "-o", "a.png"];
     done(folder, &[&picture[..], &["--show", "stress", "--cut", "y=0.03", "--size", "80x60"]].concat());
     let sheet = relievo_render::read_png(&folder.join("a.png"), u64::MAX).unwrap();

@@ -10,14 +10,18 @@ use relievo_meshio::{Model, Root};
 
 use crate::description::{Geometry, MeshSource, Scene};
 use crate::diagnostic::{Diagnostic, Faults};
+use crate::output::Folder;
 use crate::paths::Paths;
+use crate::physics::Physics;
 use crate::sequence::Pattern;
-use crate::tissue::TissueSurface;
+use crate::tissue::{Solid, Tissue, TissueSurface};
 
 /// The meshes of a scene, by index.
 #[derive(Debug)]
 pub struct Assets {
     list: Vec<Asset>,
+    /// Soft tissue that the scene simulates.
+    tissues: Vec<Tissue>,
 }
 
 #[derive(Debug)]
@@ -37,6 +41,7 @@ enum Motion {
     Still,
     Animation { model: Box<Model>, animation: usize },
     Sequence { paths: Vec<PathBuf>, loaded: Vec<(usize, Vec<[f32; 3]>)>, source: Box<Source> },
+    Tissue { tissue: usize, bound: usize },
 }
 
 /// How the files of a sequence are read.
@@ -66,16 +71,70 @@ impl Assets {
     pub fn load(context: &Context, scene: &Scene, paths: &Paths) -> std::result::Result<Self, Faults> {
         let mut list = Vec::new();
         let mut faults = Vec::new();
-        for index in 0..scene.meshes.len() {
-            match load(context, scene, paths, index) {
+        let mut tissues = Vec::new();
+        for entry in &scene.tissue {
+            match Tissue::read(context, scene, paths, entry, space(scene) * Y_UP) {
+                Ok(tissue) => tissues.push(tissue),
+                Err(error) => faults.push(Diagnostic::from_error(entry.simulation.span.clone(), &error)),
+            }
+        }
+        // Meshes refer to tissue by its index.
+        let count = if faults.is_empty() { scene.meshes.len() } else { 0 };
+        for index in 0..count {
+            match load(context, scene, paths, &tissues, index) {
                 Ok(asset) => list.push(asset),
                 Err(error) => faults.push(Diagnostic::from_error(scene.source_span(index), &error)),
             }
         }
         if faults.is_empty() {
-            return Ok(Self { list });
+            return Ok(Self { list, tissues });
         }
         Err(Faults { name: scene.path.display().to_string(), text: scene.text.clone(), list: faults })
+    }
+
+    /// Lets the tissue of a scene meet its bodies, of which each has a physics and the objects that it meets. Fails as
+    /// [`Tissue::meet`] does.
+    pub(crate) fn meet(
+        &mut self,
+        context: &Context,
+        scene: &Scene,
+        bodies: Vec<(Physics, Vec<Solid>)>,
+    ) -> std::result::Result<(), Diagnostic> {
+        for (index, (entry, (physics, solids))) in scene.tissue.iter().zip(bodies).enumerate() {
+            let fault = |error: Error| Diagnostic::from_error(entry.name.span.clone(), &error);
+            let shows =
+                |mesh: usize| matches!(self.list[mesh].motion, Motion::Tissue { tissue, .. } if tissue == index);
+            let shown = scene.objects.iter().position(|object| shows(scene.cage_of(object)));
+            if let Some(body) = scene.bodies.iter().find(|body| shows(scene.cage_of(&scene.objects[body.object]))) {
+                return Err(Diagnostic::new(body.name.span.clone(), "a body moves soft tissue as a whole")
+                    .advise("remove the body; the simulation of the tissue moves it"));
+            }
+            if let Some(object) =
+                entry.colliders.iter().find(|object| self.is_animated(scene.cage_of(&scene.objects[**object])))
+            {
+                let what = format!("`{}` changes its shape", scene.objects[*object].name.text);
+                return Err(Diagnostic::new(entry.name.span.clone(), what)
+                    .advise("let the tissue meet objects whose mesh does not change"));
+            }
+            let place = shown.map_or(DAffine3::IDENTITY, |object| physics.transforms()[object]);
+            self.tissues[index].meet(context, (scene, entry), physics, place, &solids).map_err(fault)?;
+        }
+        for asset in &mut self.list {
+            if let Motion::Tissue { tissue, bound } = asset.motion {
+                asset.mesh = self.tissues[tissue].mesh(context, bound);
+            }
+        }
+        Ok(())
+    }
+
+    /// Keeps the frames of tissue in the folder of the cache of a scene.
+    pub(crate) fn keep_tissue(&mut self, cache: &Folder) -> Result<()> {
+        self.tissues.iter_mut().try_for_each(|tissue| tissue.keep(cache))
+    }
+
+    /// Returns what the user should know of tissue since the last call.
+    pub(crate) fn take_tissue_notes(&mut self) -> Vec<String> {
+        self.tissues.iter_mut().flat_map(Tissue::take_notes).collect()
     }
 
     /// A mesh at time 0.
@@ -116,6 +175,16 @@ impl Assets {
     pub fn points(&mut self, context: &Context, index: usize, time: f64, fps: f64) -> Result<Vec<[f32; 3]>> {
         let asset = &mut self.list[index];
         match &mut asset.motion {
+            Motion::Tissue { tissue, bound } => {
+                let tissue = &mut self.tissues[*tissue];
+                let place = (time * fps).clamp(0.0, f64::from(tissue.last()));
+                let (before, share) = (place.floor() as u32, place.fract());
+                let a = tissue.points(context, *bound, before)?;
+                if share == 0.0 {
+                    return Ok(a);
+                }
+                Ok(blend(&a, &tissue.points(context, *bound, before + 1)?, share))
+            }
             Motion::Still => Ok(asset.mesh.points.clone()),
             Motion::Animation { model, animation } => Ok(model.pose(context, *animation, time)?.merged_points()),
             Motion::Sequence { paths, loaded, source } => {
@@ -143,11 +212,16 @@ impl Assets {
                 if share == 0.0 || a.len() != b.len() {
                     return Ok(a.clone());
                 }
-                let blend = |a: f32, b: f32| (f64::from(a) + (f64::from(b) - f64::from(a)) * share) as f32;
-                Ok(a.iter().zip(b).map(|(a, b)| std::array::from_fn(|axis| blend(a[axis], b[axis]))).collect())
+                Ok(blend(a, b, share))
             }
         }
     }
+}
+
+/// Returns points that are a share of the way from those of a list to those of another.
+fn blend(a: &[[f32; 3]], b: &[[f32; 3]], share: f64) -> Vec<[f32; 3]> {
+    let blend = |a: f32, b: f32| (f64::from(a) + (f64::from(b) - f64::from(a)) * share) as f32;
+    a.iter().zip(b).map(|(a, b)| std::array::from_fn(|axis| blend(a[axis], b[axis]))).collect()
 }
 
 /// Turns what has z up so that y is up.
@@ -203,12 +277,20 @@ fn check(mesh: &Mesh, particles: bool) -> Result<()> {
     }
 }
 
-fn load(context: &Context, scene: &Scene, paths: &Paths, index: usize) -> Result<Asset> {
+fn load(context: &Context, scene: &Scene, paths: &Paths, tissues: &[Tissue], index: usize) -> Result<Asset> {
     let particles = is_particles(scene, index);
     match &scene.meshes[index].source {
         MeshSource::Shape(shape) => {
             let mesh = shape.mesh(scene.up);
             Ok(Asset { mesh, motion: Motion::Still, files: Vec::new(), notes: Vec::new(), materials: Vec::new() })
+        }
+        MeshSource::Tissue { tissue, bound, .. } => {
+            let simulated = &tissues[*tissue];
+            let bound = simulated.bound(bound.as_ref().map(|name| name.text.as_str()))?;
+            let (mesh, files) = (simulated.mesh(context, bound), simulated.checksums().to_vec());
+            check(&mesh, particles)?;
+            let motion = Motion::Tissue { tissue: *tissue, bound };
+            Ok(Asset { mesh, motion, files, notes: Vec::new(), materials: Vec::new() })
         }
         MeshSource::File { path, animation } => {
             let path = paths.resolve(&path.text)?;

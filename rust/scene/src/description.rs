@@ -109,6 +109,15 @@ pub enum MeshSource {
         /// Name of the surface that follows it; left out, the first.
         bound: Option<Name>,
     },
+    /// A surface bound to soft tissue that the scene simulates.
+    Tissue {
+        /// The tissue.
+        name: Name,
+        /// Its index.
+        tissue: usize,
+        /// Name of the surface; left out, the first.
+        bound: Option<Name>,
+    },
     /// A generated shape.
     Shape(Shape),
 }
@@ -454,6 +463,19 @@ pub struct CrowdEntry {
     pub colour: [f32; 3],
 }
 
+/// `[[tissue]]`
+#[derive(Clone, Debug, PartialEq)]
+pub struct TissueEntry {
+    /// Its name.
+    pub name: Name,
+    /// Path of its simulation, as written.
+    pub simulation: Name,
+    /// Indices of the objects that it meets.
+    pub colliders: Vec<usize>,
+    /// Coefficient of friction on them.
+    pub friction: f32,
+}
+
 /// `[stamps.NAME]`
 #[derive(Clone, Debug, PartialEq)]
 pub struct StampEntry {
@@ -619,6 +641,8 @@ pub struct Scene {
     pub decals: Vec<DecalEntry>,
     /// Crowds.
     pub crowds: Vec<CrowdEntry>,
+    /// Soft tissue.
+    pub tissue: Vec<TissueEntry>,
     /// Physics.
     pub physics: PhysicsEntry,
     /// The camera.
@@ -668,6 +692,7 @@ impl Scene {
         match &self.meshes[mesh].source {
             MeshSource::File { path, .. } => path.span.clone(),
             MeshSource::Sequence { pattern, .. } => pattern.span.clone(),
+            MeshSource::Tissue { name, .. } => name.span.clone(),
             MeshSource::Shape(_) => self.meshes[mesh].name.span.clone(),
         }
     }

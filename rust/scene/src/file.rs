@@ -24,6 +24,7 @@ use crate::sequence::Pattern;
 use crate::shapes;
 use crate::stamps::read_stamp;
 use crate::strokes::read_stroke;
+use crate::tissues::read_tissue;
 use crate::views::{read_camera, read_output, read_sky, read_sun};
 
 /// Scene files larger than this are refused before they are parsed.
@@ -150,7 +151,12 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
     }
 
     // Entries that cannot be made leave a gap, so later indices would be off: with any gap the scene is not returned.
-    let meshes: Vec<_> = mesh_tables.iter().map(|(name, table)| read_mesh(reader, name, *table)).collect();
+    let tissue = reader.list(root, "tissue");
+    let tissue: Vec<_> = tissue.into_iter().map(|table| read_tissue(reader, table, &object_names)).collect();
+    let tissue_names: Vec<_> = tissue.iter().map(|entry| entry.as_ref().map(|entry| entry.name.clone())).collect();
+    check_names(reader, &tissue_names);
+    let meshes: Vec<_> =
+        mesh_tables.iter().map(|(name, table)| read_mesh(reader, name, *table, &tissue_names)).collect();
     let surfaces: Vec<_> =
         surface_tables.iter().map(|(name, table)| read_surface(reader, name, *table, &mesh_names)).collect();
     let details = reader.sub_table(root, "details");
@@ -262,6 +268,7 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
         stamps: stamps.into_iter().collect::<Option<_>>()?,
         decals: decals.into_iter().collect::<Option<_>>()?,
         crowds: crowds.into_iter().collect::<Option<_>>()?,
+        tissue: tissue.into_iter().collect::<Option<_>>()?,
         physics,
         camera,
         sun,
@@ -270,14 +277,28 @@ fn read(reader: &mut Reader, root: Table, path: &Path, text: &Arc<str>) -> Optio
     })
 }
 
-fn read_mesh(reader: &mut Reader, name: &Name, table: Table) -> Option<MeshEntry> {
-    let sources: Vec<_> = ["file", "sequence", "shape"].into_iter().filter(|key| table.has(key)).collect();
+/// Notes tissues of the same name.
+fn check_names(reader: &mut Reader, names: &[Option<Name>]) {
+    for (at, name) in names.iter().enumerate() {
+        let Some(name) = name else { continue };
+        if let Some(other) = names[..at].iter().flatten().find(|other| other.text == name.text) {
+            reader.fault(
+                Diagnostic::new(name.span.clone(), format!("two tissues are called `{}`", name.text))
+                    .relate(other.span.clone(), "the other one")
+                    .advise("give each a name of its own"),
+            );
+        }
+    }
+}
+
+fn read_mesh(reader: &mut Reader, name: &Name, table: Table, tissues: &[Option<Name>]) -> Option<MeshEntry> {
+    let sources: Vec<_> = ["file", "sequence", "shape", "simulated"].into_iter().filter(|key| table.has(key)).collect();
     let source = match sources[..] {
         [source] => source,
         [] => {
             reader.fault(
                 Diagnostic::new(name.span.clone(), format!("mesh `{}` has no source", name.text))
-                    .advise("give it `file`, `sequence` or `shape`"),
+                    .advise("give it `file`, `sequence`, `shape` or `simulated`"),
             );
             return None;
         }
@@ -285,7 +306,7 @@ fn read_mesh(reader: &mut Reader, name: &Name, table: Table) -> Option<MeshEntry
             reader.fault(
                 Diagnostic::new(table.span_of(second), format!("mesh `{}` has two sources", name.text))
                     .relate(table.span_of(first), "the other one")
-                    .advise("keep one of `file`, `sequence` and `shape`"),
+                    .advise("keep one of `file`, `sequence`, `shape` and `simulated`"),
             );
             return None;
         }
@@ -294,6 +315,7 @@ fn read_mesh(reader: &mut Reader, name: &Name, table: Table) -> Option<MeshEntry
         "file" => &["file", "animation"],
         "sequence" if table.has("tissue") => &["sequence", "first", "count", "tissue", "bound"],
         "sequence" => &["sequence", "first", "count", "tissue"],
+        "simulated" => &["simulated", "bound"],
         _ => match reader.choice(table, "shape")? {
             "plane" => &["shape", "size", "faces"],
             "terrain" => &["shape", "size", "faces", "seed"],
@@ -325,6 +347,21 @@ fn read_mesh(reader: &mut Reader, name: &Name, table: Table) -> Option<MeshEntry
                 tissue: reader.text(table, "tissue"),
                 bound: reader.text(table, "bound"),
             }
+        }
+        "simulated" => {
+            let (name, bound) = (reader.text(table, "simulated")?, reader.text(table, "bound"));
+            let found = tissues.iter().position(|known| known.as_ref().is_some_and(|known| known.text == name.text));
+            let Some(tissue) = found else {
+                let names: Vec<_> = tissues.iter().flatten().map(|known| format!("`{}`", known.text)).collect();
+                let advice = match names.is_empty() {
+                    true => "add [[tissue]]".to_owned(),
+                    false => format!("use {}", names.join(" or ")),
+                };
+                let what = format!("there is no `{}` in [[tissue]]", name.text);
+                reader.fault(Diagnostic::new(name.span.clone(), what).advise(advice));
+                return None;
+            };
+            MeshSource::Tissue { name, tissue, bound }
         }
         _ => MeshSource::Shape(read_shape(reader, table)?),
     };

@@ -52,7 +52,8 @@ pub mod stepper;
 mod strokes;
 pub mod tessellation;
 #[cfg_attr(not(feature = "tissue"), path = "tissue_absent.rs")]
-mod tissue;
+pub mod tissue;
+mod tissues;
 pub mod trace;
 #[cfg(feature = "decal")]
 mod triangle_print;

@@ -135,6 +135,7 @@ pub static MESH: Section = Section {
             "Model of soft tissue (`.rtissue`) that the sequence has frames of (`.rtstate`, by `relievo tissue sim`)",
         ),
         key("bound", Kind::Text, "", "", "Surface that follows the tissue; left out, the first of the model"),
+        key("simulated", Kind::Text, "", "", "Name of the `[[tissue]]` of which it is a bound surface"),
         key(
             "animation",
             Kind::Text,
@@ -716,6 +717,32 @@ pub static CROWD: Section = Section {
     parameters: &[],
 };
 
+/// `[[tissue]]`
+pub static TISSUE: Section = Section {
+    name: "tissue",
+    help: "Soft tissue, `[[tissue]]` each, that is simulated frame by frame and meets objects of the scene. A mesh shows it by \
+           `simulated`, where the object is that shows the mesh first",
+    keys: &[
+        key("name", Kind::Text, "", "", "Its name, by which meshes and its frames in the cache are called"),
+        key(
+            "simulation",
+            Kind::Path,
+            "",
+            "",
+            "What moves it, in TOML, as `relievo tissue sim` takes it; `frames` and `fps` are those of the scene",
+        ),
+        key(
+            "colliders",
+            Kind::Names("objects"),
+            "[]",
+            "",
+            "Objects that it does not enter, by closed meshes that do not change but may move as bodies do",
+        ),
+        key("friction", Kind::Number(0.0, 100.0), "0.3", "", "Coefficient of friction on these objects"),
+    ],
+    parameters: &[],
+};
+
 /// `[[decals]]`
 pub static DECAL: Section = Section {
     name: "decals",
@@ -996,6 +1023,7 @@ pub static SCENE: Section = Section {
         key("brushes", Kind::List(&RIDER), "[]", "", "Brushes that ride on objects"),
         key("decals", Kind::List(&DECAL), "[]", "", "Stickers"),
         key("crowds", Kind::List(&CROWD), "[]", "", "Crowds"),
+        key("tissue", Kind::List(&TISSUE), "[]", "", "Soft tissue"),
         key("physics", Kind::Table(&PHYSICS), "", "", "Physics"),
         key("camera", Kind::Table(&CAMERA), "", "", "The camera"),
         key("sun", Kind::Table(&SUN), "", "", "The sun"),
@@ -1086,6 +1114,7 @@ pub fn sections() -> Vec<&'static Section> {
         &DECAL,
         &DECAL_PIN,
         &CROWD,
+        &TISSUE,
         &PHYSICS,
         &CAMERA,
         &VIEW,

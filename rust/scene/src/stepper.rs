@@ -23,6 +23,7 @@ use crate::picture::Studio;
 use crate::povray;
 use crate::refusals::Refusals;
 use crate::stages::{self, Stages};
+use crate::tissue;
 use crate::trace::Trace;
 use crate::world::{Item, World};
 
@@ -182,9 +183,10 @@ pub struct Stepper {
 
 impl Stepper {
     /// A world before its first frame, whose files go to `out`.
-    pub fn new(context: &Context, world: World, out: &Path) -> relievo_core::Result<Self> {
+    pub fn new(context: &Context, mut world: World, out: &Path) -> relievo_core::Result<Self> {
         let folder = Folder::new(out)?;
         let level = context.level() as u32 | if world.is_on_device() { ON_DEVICE } else { 0 };
+        world.keep_tissue(&folder.sub(CACHE_FOLDER)?)?;
         let identity = Identity { scene: world.fingerprint(), level };
         let cache = Cache::new(&folder.path().join(CACHE_FOLDER), identity)?;
         Ok(Self {
@@ -244,6 +246,7 @@ impl Stepper {
         if rebake {
             self.cache.truncate(first)?;
             foam::truncate(&self.folder.sub(CACHE_FOLDER)?, first)?;
+            tissue::truncate(&self.folder.sub(CACHE_FOLDER)?, first)?;
         }
         Ok(start.min(first))
     }
@@ -375,6 +378,7 @@ impl Stepper {
     }
 
     fn finish(mut self) -> Summary {
+        self.summary.notes.extend(self.world.take_tissue_notes());
         self.summary.notes.extend(self.refusals.notes(&self.world));
         self.summary.notes.extend(self.world.take_device_faults());
         if self.clamped > 0 {

@@ -1,46 +1,65 @@
-//! Surfaces that follow soft tissue, in the frames that a simulation wrote.
+//! Soft tissue: descriptions of models and simulations in TOML, tissue that a scene simulates (`[[tissue]]`), and meshes
+//! that follow it.
 
-use std::path::Path;
+mod body;
+mod motion;
+mod recipe;
+mod run;
+mod surface;
 
-use glam::{DAffine3, Vec3};
-use relievo_core::{Context, Error, Mesh, Result};
-use relievo_tissue::{Model, SavedState};
+use std::path::{Path, PathBuf};
 
-/// A bound surface of a model.
-#[derive(Debug)]
-pub struct TissueSurface {
-    model: Model,
-    bound: usize,
-    /// From the metres of the model, z up, to the units of the scene.
-    space: DAffine3,
+use relievo_core::error::nearest;
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Error, Result, file};
+use relievo_tissue::Model;
+use serde::de::DeserializeOwned;
+
+pub use body::Body;
+pub use motion::Motion;
+pub use recipe::Recipe;
+pub(crate) use run::{Solid, Tissue, truncate};
+pub(crate) use surface::TissueSurface;
+
+/// Bytes of a description at most.
+const LONGEST: u64 = 1 << 22;
+
+/// Reads a description in TOML. An unknown key is an error that names the one that may be meant.
+fn description<T: DeserializeOwned>(path: &Path) -> Result<T> {
+    let named = |error: Error| error.at(path.display().to_string());
+    let bytes = file::load(path, LONGEST)?;
+    let text = std::str::from_utf8(&bytes).map_err(|_| named(Error::invalid("it is not UTF-8 text")))?;
+    toml::from_str(text).map_err(|error| {
+        let described = Error::invalid(error.to_string());
+        let mut names = error.message().split('`').skip(1).step_by(2);
+        let word = names.next().filter(|_| error.message().starts_with("unknown"));
+        named(match word.and_then(|word| nearest(word, names)) {
+            Some(name) => described.advise(format!("perhaps `{name}` is meant")),
+            None => described,
+        })
+    })
 }
 
-impl TissueSurface {
-    /// Reads a model and finds its bound surface of a name, or the first. Fails if the file is damaged or there is none.
-    pub fn read(context: &Context, path: &Path, name: Option<&str>, space: DAffine3) -> Result<Self> {
-        let model = Model::read(context, path)?;
-        let bound = model.bindings.iter().position(|binding| name.is_none_or(|name| binding.name == name));
-        let names: Vec<&str> = model.bindings.iter().map(|binding| binding.name.as_str()).collect();
-        match bound {
-            Some(bound) => Ok(Self { bound, space, model }),
-            None => Err(Error::invalid("the model has no such bound surface").at(path.display().to_string()).advise(
-                if names.is_empty() { "build it with [[bind]]".to_owned() } else { format!("it has {}", names.join(", ")) },
-            )),
-        }
-    }
+/// Returns the folder of a file, from which other files are named.
+fn folder(path: &Path) -> PathBuf {
+    path.parent().unwrap_or(Path::new("")).to_owned()
+}
 
-    /// Returns the surface in a frame. Fails if the file is damaged or of another model.
-    pub fn mesh(&self, context: &Context, path: &Path) -> Result<Mesh> {
-        let state = SavedState::read(context, path)?.state;
-        let (nodes, moved) = (self.model.nodes.len(), state.displacements.len());
-        if moved != nodes {
-            return Err(Error::invalid(format!("{moved} nodes of the frame do not fit the {nodes} of the model"))
-                .at(path.display().to_string())
-                .advise("name the model that was simulated"));
-        }
-        let binding = &self.model.bindings[self.bound];
-        let points = binding.points(context, &self.model, &state.displacements);
-        let place = |point: [f32; 3]| self.space.transform_point3(Vec3::from(point).as_dvec3()).as_vec3().to_array();
-        Ok(Mesh::from_triangles(points.into_iter().map(place).collect(), &binding.triangles))
+/// Returns whether the extension of a path is `extension`.
+pub fn is_named(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
+}
+
+/// Reads a model (`.rtissue`, or Abaqus' `.inp`) or builds that of a description (`.toml`). Returns also notes on what was
+/// passed over.
+pub fn read_model(context: &Context, path: &Path) -> Result<(Model, Vec<String>)> {
+    if is_named(path, "toml") {
+        return Ok((Recipe::read(path)?.build(context, &mut Silent)?.0, Vec::new()));
     }
+    if is_named(path, "inp") {
+        let read = Model::read_inp(context, path)?;
+        let notes = read.notes.iter().map(|note| format!("{}: {note}", path.display())).collect();
+        return Ok((read.model, notes));
+    }
+    Ok((Model::read(context, path)?, Vec::new()))
 }

@@ -17,6 +17,7 @@ use crate::assets::Assets;
 use crate::coat::Coat;
 use crate::description::{ColliderEntry, Geometry, ObjectEntry, Scene, StampSource, SurfaceEntry, TrianglesEntry};
 use crate::diagnostic::{Diagnostic, Failure, Faults};
+use crate::output::Folder;
 use crate::paths::Paths;
 use crate::physics::Physics;
 use crate::stamps::Loaded;
@@ -77,7 +78,7 @@ impl World {
     /// Loads the meshes of `scene`, from below its folder and the folders `allowed`, and makes its surfaces, at time 0.
     pub fn new(context: &Context, mut scene: Scene, allowed: &[PathBuf]) -> std::result::Result<Self, Failure> {
         let paths = Paths::new(&scene.path, allowed)?;
-        let assets = context.stats().time("load.meshes", || Assets::load(context, &scene, &paths))?;
+        let mut assets = context.stats().time("load.meshes", || Assets::load(context, &scene, &paths))?;
         let lowered = choose_isolations(context, &mut scene, &assets)?;
         let refuse = |fault: Diagnostic| Faults {
             name: scene.path.display().to_string(),
@@ -86,6 +87,12 @@ impl World {
         };
         let cages: Vec<&Mesh> = scene.objects.iter().map(|object| assets.mesh(scene.cage_of(object))).collect();
         let physics = context.stats().time("load.physics", || Physics::new(&scene, &cages)).map_err(refuse)?;
+        let bodies = scene.tissue.iter().map(|entry| {
+            let solids = entry.colliders.iter().map(|object| (*object, cages[*object].clone())).collect();
+            Physics::new(&scene, &cages).map(|physics| (physics, solids))
+        });
+        let bodies = bodies.collect::<std::result::Result<Vec<_>, _>>().map_err(refuse)?;
+        context.stats().time("load.tissue", || assets.meet(context, &scene, bodies)).map_err(refuse)?;
         let transforms = physics.transforms();
         let (mut items, mut documents) = (Vec::new(), Vec::new());
         for (object, transform) in scene.objects.iter().zip(&transforms) {
@@ -237,6 +244,16 @@ impl World {
     /// The objects.
     pub fn items(&self) -> &[Item] {
         &self.items
+    }
+
+    /// Keeps frames of soft tissue in the folder of the cache of the scene.
+    pub(crate) fn keep_tissue(&mut self, cache: &Folder) -> Result<()> {
+        if self.scene.tissue.is_empty() { Ok(()) } else { self.assets.keep_tissue(cache) }
+    }
+
+    /// Returns what the user should know of soft tissue since the last call.
+    pub(crate) fn take_tissue_notes(&mut self) -> Vec<String> {
+        self.assets.take_tissue_notes()
     }
 
     /// Models and agents of the crowds.
@@ -615,9 +632,12 @@ impl World {
             (&scene.riders, &scene.stamps, stamps),
             (&scene.decals, stickers),
         );
+        let mut text = format!("{decisive:?}");
+        if !scene.tissue.is_empty() {
+            text.push_str(&format!("{:?}", scene.tissue));
+        }
         // FNV-1a of the text of all of it.
-        format!("{decisive:?}")
-            .bytes()
+        text.bytes()
             .fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
     }
 }

@@ -1,8 +1,6 @@
 //! Surfaces that follow the elements by trilinear weights (Section 4.5, Equation 6).
 
-use std::collections::HashMap;
-
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use relievo_core::{Context, Error, Result};
 
 use crate::hexahedron::{locate, trilinear};
@@ -66,17 +64,23 @@ impl Binding {
 
     /// Returns where the points are for displacements of the nodes. Panics if they are not those of the model.
     pub fn points(&self, context: &Context, model: &Model, displacements: &[[f32; 4]]) -> Vec<[f32; 3]> {
+        // Nodes of many points are moved once.
+        let moved = |node: usize| Vec3::from(model.nodes[node]).extend(0.0) + Vec4::from(displacements[node]);
+        let nodes = match self.anchors.len() > model.nodes.len() {
+            true => context.map(model.nodes.len(), moved),
+            false => Vec::new(),
+        };
         let mut points = vec![[0.0; 3]; self.anchors.len()];
         let done =
             context.for_each_part((self.anchors.as_slice(), points.as_mut_slice()), PART, |_, (anchors, points)| {
                 for (anchor, point) in anchors.iter().zip(points) {
                     let shares = trilinear(anchor.weights);
-                    let mut sum = Vec3::ZERO;
+                    let mut sum = Vec4::ZERO;
                     for (node, share) in model.elements[anchor.element as usize].iter().zip(shares) {
                         let node = *node as usize;
-                        sum += share * (Vec3::from(model.nodes[node]) + Vec3::from_slice(&displacements[node]));
+                        sum += share * nodes.get(node).copied().unwrap_or_else(|| moved(node));
                     }
-                    *point = sum.to_array();
+                    *point = sum.truncate().to_array();
                 }
                 Ok(())
             });
@@ -101,13 +105,18 @@ impl Binding {
     }
 }
 
-/// The centres of elements in a grid of cells.
+/// Cells of a grid for each element at most, so that models that fill little of their box need no large grid.
+const CELLS: f32 = 4.0;
+
+/// The centres of elements in a grid of cells, cell after cell with z fastest.
 struct Centres {
-    centres: Vec<Vec3>,
-    cells: HashMap<[i32; 3], Vec<u32>>,
+    /// Centres and elements.
+    items: Vec<(Vec3, u32)>,
+    /// Where the items of each cell begin, and at the end their number.
+    starts: Vec<u32>,
     low: Vec3,
     size: Vec3,
-    /// The cells from 0 in which there are centres.
+    /// Cells along each axis, less one.
     reach: [i32; 3],
 }
 
@@ -120,15 +129,30 @@ impl Centres {
         let high = centres.iter().copied().reduce(Vec3::max).unwrap_or_default();
         // Of unequal elements there are about two in a cell.
         let even = ((high - low).max(Vec3::splat(1e-9)).element_product() / centres.len().max(1) as f32).cbrt();
-        let size = model.cell.map_or(Vec3::splat(1.25 * even), Vec3::from).max(Vec3::splat(1e-9));
-        let mut cells: HashMap<[i32; 3], Vec<u32>> = HashMap::with_capacity(centres.len());
-        let mut reach = [0; 3];
-        for (element, centre) in (0u32..).zip(&centres) {
-            let cell = cell_of(*centre, low, size);
-            (0..3).for_each(|axis| reach[axis] = reach[axis].max(cell[axis]));
-            cells.entry(cell).or_default().push(element);
+        let mut size = model.cell.map_or(Vec3::splat(1.25 * even), Vec3::from).max(Vec3::splat(1e-9));
+        let most = CELLS * centres.len().max(1) as f32 + 64.0;
+        let mut reach = cell_of(high, low, size);
+        while reach.iter().map(|at| *at as f32 + 1.0).product::<f32>() > most {
+            size *= 1.25;
+            reach = cell_of(high, low, size);
         }
-        Self { centres, cells, low, size, reach }
+        let [_, rows, columns] = reach.map(|at| at as usize + 1);
+        let number = |centre: &Vec3| {
+            let [x, y, z] = cell_of(*centre, low, size).map(|at| at as usize);
+            (x * rows + y) * columns + z
+        };
+        let mut starts = vec![0u32; (reach[0] as usize + 1) * rows * columns + 1];
+        centres.iter().for_each(|centre| starts[number(centre) + 1] += 1);
+        for cell in 1..starts.len() {
+            starts[cell] += starts[cell - 1];
+        }
+        let (mut next, mut items) = (starts.clone(), vec![(Vec3::ZERO, 0); centres.len()]);
+        for (element, centre) in (0u32..).zip(&centres) {
+            let place = &mut next[number(centre)];
+            items[*place as usize] = (*centre, element);
+            *place += 1;
+        }
+        Self { items, starts, low, size, reach }
     }
 
     /// Returns the element whose centre is closest, the lowest of equals.
@@ -146,22 +170,34 @@ impl Centres {
             let range = |axis: usize| (home[axis] - shell).max(0)..=(home[axis] + shell).min(self.reach[axis]);
             for x in range(0) {
                 for y in range(1) {
-                    let is_rim = (x - home[0]).abs() == shell || (y - home[1]).abs() == shell;
-                    for z in range(2) {
-                        if !is_rim && (z - home[2]).abs() != shell {
-                            continue;
-                        }
-                        for element in self.cells.get(&[x, y, z]).into_iter().flatten() {
-                            let square = self.centres[*element as usize].distance_squared(place);
-                            if (square, *element) < best {
-                                best = (square, *element);
-                            }
+                    let row = (x * (self.reach[1] + 1) + y) * (self.reach[2] + 1);
+                    if (x - home[0]).abs() == shell || (y - home[1]).abs() == shell {
+                        self.look(place, row, range(2), &mut best);
+                        continue;
+                    }
+                    for z in [home[2] - shell, home[2] + shell] {
+                        if (0..=self.reach[2]).contains(&z) {
+                            self.look(place, row, z..=z, &mut best);
                         }
                     }
                 }
             }
         }
         best.1
+    }
+
+    /// Takes the closest element of neighbouring cells of a row if it is closer.
+    fn look(&self, place: Vec3, row: i32, cells: std::ops::RangeInclusive<i32>, best: &mut (f32, u32)) {
+        if cells.is_empty() {
+            return;
+        }
+        let items = self.starts[(row + cells.start()) as usize]..self.starts[(row + cells.end() + 1) as usize];
+        for (centre, element) in &self.items[items.start as usize..items.end as usize] {
+            let square = centre.distance_squared(place);
+            if (square, *element) < *best {
+                *best = (square, *element);
+            }
+        }
     }
 }
 

@@ -24,10 +24,10 @@ pub(crate) struct Blocks {
     pub order: Vec<u32>,
     /// Where the rows of each block begin, and at the end the number of rows.
     pub rows: Vec<u32>,
-    /// The node of each row.
+    /// The node of each row, rising within a block: neighbours lie side by side in memory then.
     pub nodes: Vec<u32>,
     /// For each slot of an element the row in the block of each corner: groups of eight lists of `GROUP` numbers.
-    pub corners: Vec<u32>,
+    pub corners: Vec<u16>,
     /// Where the rows of each node begin in `copies`, and at the end their number.
     pub starts: Vec<u32>,
     /// The rows of each node.
@@ -45,19 +45,22 @@ impl Blocks {
         let blocks = count.div_ceil(BLOCK);
         let mut rows = vec![0];
         let mut nodes: Vec<u32> = Vec::new();
-        let mut corners = vec![0u32; blocks * BLOCK * 8];
+        let mut corners = vec![0u16; blocks * BLOCK * 8];
         // The row of a node in the block that is being made.
         let mut row_of = vec![u32::MAX; model.nodes.len()];
         for (block, elements) in order.chunks(BLOCK).enumerate() {
             let first = nodes.len();
+            for node in elements.iter().flat_map(|element| model.elements[*element as usize]) {
+                if std::mem::replace(&mut row_of[node as usize], 0) == u32::MAX {
+                    nodes.push(node);
+                }
+            }
+            nodes[first..].sort_unstable();
+            (0u32..).zip(&nodes[first..]).for_each(|(row, node)| row_of[*node as usize] = row);
             for (slot, element) in elements.iter().enumerate() {
                 for (corner, node) in model.elements[*element as usize].iter().enumerate() {
-                    let row = &mut row_of[*node as usize];
-                    if *row == u32::MAX {
-                        *row = (nodes.len() - first) as u32;
-                        nodes.push(*node);
-                    }
-                    corners[place(block * BLOCK + slot, 8, corner)] = *row;
+                    // At most eight rows an element, 4096.
+                    corners[place(block * BLOCK + slot, 8, corner)] = row_of[*node as usize] as u16;
                 }
             }
             nodes[first..].iter().for_each(|node| row_of[*node as usize] = u32::MAX);

@@ -17,10 +17,25 @@ use crate::simulation::State;
 pub struct Collider {
     body: Body,
     friction: f32,
-    /// Translation in metres over seconds.
-    motion: Curve<3>,
-    /// Rotation vector in radians over seconds, about the body's origin.
-    rotation: Curve<3>,
+    motion: Motion,
+}
+
+/// Where a body is over time.
+#[derive(Clone, Debug)]
+enum Motion {
+    /// Translation in metres and rotation vector in radians, about the body's origin, over seconds.
+    Curves { translation: Curve<3>, rotation: Curve<3> },
+    /// Seconds, rising, and poses.
+    Poses(Vec<(f64, Pose)>),
+}
+
+/// A place and a rotation about the body's origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Metres.
+    pub translation: DVec3,
+    /// A unit quaternion.
+    pub rotation: DQuat,
 }
 
 /// The shape of a collider in its own space.
@@ -38,7 +53,18 @@ impl Collider {
     /// Makes a collider with a coefficient of friction, a translation and a rotation vector over time.
     ///
     /// Fails if the friction is negative or the radius not positive.
-    pub fn new(body: Body, friction: f32, motion: Curve<3>, rotation: Curve<3>) -> Result<Self> {
+    pub fn new(body: Body, friction: f32, translation: Curve<3>, rotation: Curve<3>) -> Result<Self> {
+        Self::moving(body, friction, Motion::Curves { translation, rotation })
+    }
+
+    /// Makes a collider that stays in a pose until [`Self::add_pose`] gives it others, such as those of a rigid body.
+    ///
+    /// Fails as [`Self::new`] does.
+    pub fn posed(body: Body, friction: f32, pose: Pose) -> Result<Self> {
+        Self::moving(body, friction, Motion::Poses(vec![(0.0, pose)]))
+    }
+
+    fn moving(body: Body, friction: f32, motion: Motion) -> Result<Self> {
         if !(friction >= 0.0 && friction.is_finite()) {
             return Err(Error::invalid(format!("a friction of {friction} cannot be")).advise("use 0 or more"));
         }
@@ -47,13 +73,35 @@ impl Collider {
         {
             return Err(Error::invalid(format!("a ball of radius {radius} m cannot be")).advise("use more than 0"));
         }
-        Ok(Self { body, friction, motion, rotation })
+        Ok(Self { body, friction, motion })
+    }
+
+    /// Returns the shape and the coefficient of friction.
+    pub(crate) fn shape(&self) -> (&Body, f32) {
+        (&self.body, self.friction)
+    }
+
+    /// Adds the pose at a time in seconds after all so far. Between two it moves and turns evenly. Fails if the time is not
+    /// later, or the collider moves along curves.
+    pub fn add_pose(&mut self, time: f64, pose: Pose) -> Result<()> {
+        match &mut self.motion {
+            Motion::Poses(poses) if poses.last().is_none_or(|(last, _)| time > *last) => poses.push((time, pose)),
+            Motion::Poses(_) => return Err(Error::invalid(format!("the pose at {time} s is not later than the last"))),
+            Motion::Curves { .. } => return Err(Error::invalid("the collider moves along curves and takes no poses")),
+        }
+        Ok(())
     }
 
     /// Returns where the body is at `time`.
     pub fn pose(&self, time: f64) -> DAffine3 {
-        let turn = Vec3::from(self.rotation.at(time)).as_dvec3();
-        DAffine3::from_rotation_translation(DQuat::from_scaled_axis(turn), Vec3::from(self.motion.at(time)).as_dvec3())
+        let Pose { translation, rotation } = match &self.motion {
+            Motion::Curves { translation, rotation } => Pose {
+                translation: Vec3::from(translation.at(time)).as_dvec3(),
+                rotation: DQuat::from_scaled_axis(Vec3::from(rotation.at(time)).as_dvec3()),
+            },
+            Motion::Poses(poses) => between(poses, time),
+        };
+        DAffine3::from_rotation_translation(rotation, translation)
     }
 
     /// Returns the signed distance of a place in the body's space and the normal there, if it is inside.
@@ -118,5 +166,38 @@ impl Collider {
             }
             Ok(())
         })
+    }
+}
+
+/// Returns the pose at a time: even motion between two, and the first or the last outside of them.
+fn between(poses: &[(f64, Pose)], time: f64) -> Pose {
+    let after = poses.partition_point(|(at, _)| *at <= time);
+    let (start, a) = poses[after.saturating_sub(1)];
+    let Some((end, b)) = poses.get(after).filter(|_| after > 0) else { return a };
+    let share = (time - start) / (end - start);
+    Pose { translation: a.translation.lerp(b.translation, share), rotation: a.rotation.slerp(b.rotation, share) }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+
+    use super::*;
+
+    #[test]
+    fn a_posed_body_moves_and_turns_evenly_between_its_poses_and_rests_outside_of_them() {
+        let pose =
+            |x: f64, angle: f64| Pose { translation: DVec3::new(x, 0.0, 0.0), rotation: DQuat::from_rotation_z(angle) };
+        let mut body = Collider::posed(Body::Ball(1.0), 0.0, pose(0.0, 0.0)).unwrap();
+        body.add_pose(1.0, pose(2.0, FRAC_PI_2)).unwrap();
+        body.add_pose(2.0, pose(2.0, 2.0 * FRAC_PI_2)).unwrap();
+        for (time, x, angle) in [(-1.0, 0.0, 0.0), (0.25, 0.5, 0.25), (1.0, 2.0, 1.0), (1.5, 2.0, 1.5), (9.0, 2.0, 2.0)]
+        {
+            let found = body.pose(time);
+            let turned = DQuat::from_rotation_z(angle * FRAC_PI_2) * DVec3::X;
+            assert!((found.translation.x - x).abs() < 1e-12, "{time}");
+            assert!((found.transform_vector3(DVec3::X) - turned).length() < 1e-12, "{time}");
+        }
+        assert!(body.add_pose(2.0, pose(0.0, 0.0)).unwrap_err().to_string().contains("not later"));
     }
 }

@@ -18,15 +18,16 @@ use crate::stress::{Tensor, fibre, neo_hookean};
 pub(crate) struct Elements {
     pub blocks: Blocks,
     /// Shear modulus, bulk modulus and hourglass stiffness of each element, times its volume: groups of three lists.
-    moduli: Vec<f32>,
-    shape: Form,
+    pub moduli: Vec<f32>,
+    pub shape: Form,
     /// Fibres: lists of `BLOCK` slots, of which block b has those from `layers[b]` to `layers[b + 1]`.
-    fibres: Vec<FibreLayer>,
-    layers: Vec<u32>,
+    pub fibres: Vec<FibreLayer>,
+    /// Where the layers of each block begin, and at the end their number.
+    pub layers: Vec<u32>,
 }
 
 #[derive(Clone, Debug)]
-enum Form {
+pub(crate) enum Form {
     /// One over four times the size along each axis.
     Box([f32; 3]),
     /// Gradients and then hourglass patterns over 8: groups of 24 and 32 lists.
@@ -35,12 +36,12 @@ enum Form {
 
 /// At most one fibre of each element of a block; an element without one has no stiffness there.
 #[derive(Clone, Debug)]
-struct FibreLayer {
+pub(crate) struct FibreLayer {
     /// Directions: groups of three lists.
-    directions: Vec<f32>,
+    pub directions: Vec<f32>,
     /// Passive stiffness and strength times volume: groups of two lists.
-    stresses: Vec<f32>,
-    muscles: Vec<u32>,
+    pub stresses: Vec<f32>,
+    pub muscles: Vec<u32>,
 }
 
 impl Elements {
@@ -192,7 +193,11 @@ fn block_forces_body<A: Lanes>(
     let corners = &elements.blocks.corners[block * BLOCK * 8..];
     let layers = &elements.fibres[elements.layers[block] as usize..elements.layers[block + 1] as usize];
     let mut out = [[0f32; GROUP]; 24];
+    let mut rows_of = [0u32; 8 * GROUP];
     for group in 0..count.div_ceil(GROUP) {
+        for (wide, row) in rows_of.iter_mut().zip(&corners[group * 8 * GROUP..]) {
+            *wide = u32::from(*row);
+        }
         let all = block * (BLOCK / GROUP) + group;
         for lane in (0..GROUP).step_by(A::WIDTH) {
             let at = |width: usize, which: usize| (all * width + which) * GROUP + lane;
@@ -200,7 +205,7 @@ fn block_forces_body<A: Lanes>(
             // Displacements by axis and corner.
             let mut u = [[zero; 8]; 3];
             for corner in 0..8 {
-                let row = v.gather_rows(displacements, &corners[local(8, corner)..]);
+                let row = v.gather_rows(displacements, &rows_of[corner * GROUP + lane..]);
                 for axis in 0..3 {
                     u[axis][corner] = row[axis];
                 }
@@ -304,7 +309,7 @@ fn block_forces_body<A: Lanes>(
         // Element after element, so that sums do not depend on the lanes.
         for lane in 0..GROUP.min(count - group * GROUP) {
             for corner in 0..8 {
-                let row = &mut rows[corners[(group * 8 + corner) * GROUP + lane] as usize];
+                let row = &mut rows[rows_of[corner * GROUP + lane] as usize];
                 row[0] += out[3 * corner][lane];
                 row[1] += out[3 * corner + 1][lane];
                 row[2] += out[3 * corner + 2][lane];

@@ -43,7 +43,7 @@ pub use archive::SavedState;
 pub use bend::Bend;
 pub use binding::{Anchor, Binding};
 pub use build::BuildReport;
-pub use collider::{Body, Collider};
+pub use collider::{Body, Collider, Pose};
 pub use curve::Curve;
 pub use distance::{Closest, DistanceField};
 pub use inp_reader::InpModel;

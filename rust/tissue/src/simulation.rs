@@ -3,9 +3,12 @@
 //! Masses are lumped at the nodes, and time goes on by central differences in the form of Verlet's leapfrog: velocities
 //! are those half a step before the present time.
 
+mod device;
+
 use glam::{DMat3, DVec3, Vec3};
 use relievo_core::{Context, Error, ErrorKind, Progress, Result};
 
+use self::device::OnDevice;
 use crate::block::{Row, Sums};
 use crate::collider::Collider;
 use crate::curve::Curve;
@@ -52,6 +55,8 @@ pub struct Simulation {
     self_contact: Option<SelfContact>,
     /// Stretches of steps that were gone again by shorter ones.
     halved: u64,
+    on_device: Option<OnDevice>,
+    device_fault: Option<Error>,
 }
 
 impl std::fmt::Debug for Simulation {
@@ -155,6 +160,8 @@ impl Simulation {
             colliders: Vec::new(),
             self_contact,
             halved: 0,
+            on_device: None,
+            device_fault: None,
             model,
         };
         simulation.slides.keep_free(&simulation.masses);
@@ -216,6 +223,7 @@ impl Simulation {
             (0..3).filter(|axis| drive.axes >> axis & 1 != 0).for_each(|axis| masses[axis] = 0.0);
         }
         self.drives.push(drive);
+        self.forget_device();
         self.slides.keep_free(&self.masses);
         Ok(())
     }
@@ -231,13 +239,27 @@ impl Simulation {
                 self.masses.len()
             )));
         }
+        self.forget_device();
         self.loads = forces.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
         Ok(())
     }
 
     /// Adds a body that nodes do not enter.
     pub fn add_collider(&mut self, collider: Collider) {
+        self.forget_device();
         self.colliders.push(collider);
+    }
+
+    /// Lets a device be sent again what changed.
+    fn forget_device(&mut self) {
+        if let Some(on) = &mut self.on_device {
+            on.forget();
+        }
+    }
+
+    /// Returns the bodies that nodes do not enter, in the order they were added.
+    pub fn colliders_mut(&mut self) -> &mut [Collider] {
+        &mut self.colliders
     }
 
     /// Presses on faces. Fails if a node does not exist.
@@ -254,7 +276,19 @@ impl Simulation {
 
     /// Takes `count` steps. Fails when an element is inside out and the step cannot be halved again; the state is then the
     /// one in which it is.
+    ///
+    /// A device that was given takes the steps if it can, and the processor takes over where it fails. The state is then that before where an element turns inside out.
     pub fn advance(&mut self, context: &Context, count: u64, progress: &mut dyn Progress) -> Result<()> {
+        if self.has_device() {
+            match self.advance_on_device(count, progress) {
+                Err(fault) if matches!(fault.kind, ErrorKind::Device | ErrorKind::Memory | ErrorKind::Internal) => {
+                    // Nothing has moved.
+                    self.use_device(None);
+                    self.device_fault = Some(fault);
+                }
+                outcome => return outcome,
+            }
+        }
         let mut done = 0;
         while done < count {
             progress.step(done as f32 / count as f32, "steps")?;

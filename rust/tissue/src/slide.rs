@@ -32,6 +32,11 @@ impl Slides {
         Ok(slides)
     }
 
+    /// Returns whether no node slides.
+    pub fn is_empty(&self) -> bool {
+        self.sliding.is_empty()
+    }
+
     /// Leaves out nodes that are held or driven along every axis.
     pub fn keep_free(&mut self, masses: &[Row]) {
         self.sliding.retain(|sliding| masses[sliding.node as usize][..3].iter().any(|inverse| *inverse > 0.0));

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use glam::DVec3;
 use relievo_core::{Error, Progress, Result};
 use relievo_tissue::{
-    BuildReport, Description, FibreField, Labels, Layer, Material, Muscle, NurbsMuscle, Range, Restraint, Shape, Skin,
-    Volume,
+    Bend, BuildReport, Description, FibreField, Labels, Layer, Material, Muscle, NurbsMuscle, Range, Restraint, Shape,
+    Skin, Volume,
 };
 
 use super::{RLV_TISSUE_BIND, RLV_TISSUE_HOLD, RLV_TISSUE_SLIDE, RlvTissue, register};
@@ -87,6 +87,7 @@ descriptor! {
         layer_stride: usize,
         epidermis_material: u32,
         epidermis_thickness: f32,
+        bend: [f64; 2],
     }
 }
 
@@ -229,6 +230,7 @@ impl Building {
             samples: given.samples,
             share: given.share,
             materials,
+            bend: (given.bend != [0.0; 2]).then_some(Bend { radii: given.bend }),
             ..Description::default()
         };
         for at in volumes {

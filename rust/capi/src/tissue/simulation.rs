@@ -116,7 +116,17 @@ impl TissueSimulationObject {
         let mut simulation = try_write(&self.simulation, "tissue simulation")?;
         progress.step(0.0, "steps")?;
         let steps = (seconds / f64::from(simulation.steps().step) - 1e-6).ceil().max(0.0) as u64;
-        simulation.advance(&self.context.context, steps, progress)
+        self.take_steps(&mut simulation, steps, progress)
+    }
+
+    /// Takes steps, and logs where the processor took over from a device.
+    fn take_steps(&self, simulation: &mut Simulation, steps: u64, progress: &mut dyn Progress) -> Result<()> {
+        let outcome = simulation.advance(&self.context.context, steps, progress);
+        if let Some(fault) = simulation.take_device_fault() {
+            let text = format!("the processor took over the steps of soft tissue: {fault}");
+            self.context.log(crate::context::RLV_LOG_WARNING, &text);
+        }
+        outcome
     }
 
     fn change<T>(&self, work: impl FnOnce(&mut Simulation) -> Result<T>) -> Result<T> {
@@ -228,7 +238,9 @@ entry! {
         let options = unsafe { options_of(options) }?;
         let model = try_read(&object.model, "tissue")?.clone();
         let checksum = model.checksum();
-        let simulation = RwLock::new(Simulation::new(model, &options)?);
+        let mut simulation = Simulation::new(model, &options)?;
+        simulation.use_device(object.context.device());
+        let simulation = RwLock::new(simulation);
         let made =
             registry::insert(TissueSimulationObject { context: object.context.clone(), simulation, checksum })?;
         // SAFETY: checked above.
@@ -367,7 +379,7 @@ entry! {
 
     fn rlv_tissue_simulation_step(simulation: RlvTissueSimulation, count: u64) {
         let object = registry::get(simulation)?;
-        object.change(|simulation| simulation.advance(&object.context.context, count, &mut Silent))
+        object.change(|simulation| object.take_steps(simulation, count, &mut Silent))
     }
 
     fn rlv_tissue_simulation_advance(

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use relievo_core::{Context, Result};
 use relievo_render as render;
 use relievo_render::color::Color;
-use relievo_tissue::{ElementState, Model, Simulation};
+use relievo_tissue::{ElementState, Simulation};
 
 use super::render::{Cut, Show};
 
@@ -99,26 +99,85 @@ fn measured(states: &[ElementState], most: Option<f32>, unit: &str, of: impl Fn(
     Coloring { colors: values.iter().map(|value| viridis(value / most)).collect(), legend: legend.collect() }
 }
 
-/// Returns the outer faces of the elements that a cut leaves as seen from `eye`, each with the colour of its element.
+/// Tetrahedra that fill a hexahedron, around its diagonal from corner 0 to corner 6.
+const TETRAHEDRA: [[usize; 4]; 6] =
+    [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]];
+
+/// Returns the outer faces of what a cut leaves as seen from `eye`, and the faces that it lays open, each with the colour of
+/// its element.
 pub fn faces(simulation: &Simulation, cut: Option<Cut>, eye: DVec3, colors: &[Color]) -> render::Mesh {
     let model = simulation.model();
-    let is_left = |corners: &[u32; 8]| {
-        cut.is_none_or(|cut| {
-            let sum: f32 = corners.iter().map(|node| model.nodes[*node as usize][cut.axis]).sum();
-            (sum / 8.0 <= cut.at) == (eye[cut.axis] > f64::from(cut.at))
-        })
-    };
-    let kept: Vec<usize> = (0..model.elements.len()).filter(|element| is_left(&model.elements[*element])).collect();
-    let part = Model { elements: kept.iter().map(|element| model.elements[*element]).collect(), ..Model::default() };
     let positions = simulation.positions();
     let mut mesh = render::Mesh::default();
-    for (element, nodes) in part.outer_faces() {
-        let first = mesh.points.len() as u32;
-        mesh.points.extend(nodes.map(|node| positions[node as usize]));
-        mesh.colors.extend([colors[kept[element as usize]]; 4]);
-        mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    let Some(cut) = cut else {
+        for (element, nodes) in model.outer_faces() {
+            add(&mut mesh, &nodes.map(|node| Vec3::from(positions[node as usize])), colors[element as usize]);
+        }
+        return mesh;
+    };
+    let sign = if eye[cut.axis] > f64::from(cut.at) { 1.0 } else { -1.0 };
+    // Places with their distances from the plane at rest, above 0 on the camera's side.
+    let place = |node: u32| {
+        let distance = sign * (model.nodes[node as usize][cut.axis] - cut.at);
+        (Vec3::from(positions[node as usize]), distance)
+    };
+    for (element, nodes) in model.outer_faces() {
+        add(&mut mesh, &clipped(&nodes.map(place)), colors[element as usize]);
+    }
+    for (element, nodes) in model.elements.iter().enumerate() {
+        let corners = nodes.map(place);
+        if corners.iter().all(|(_, distance)| *distance <= 0.0) || corners.iter().all(|(_, distance)| *distance > 0.0) {
+            continue;
+        }
+        for tetrahedron in TETRAHEDRA {
+            let mut face = section(&tetrahedron.map(|corner| corners[corner]));
+            if let [a, b, c, ..] = face[..]
+                && (b - a).cross(c - a).dot(eye.as_vec3() - a) < 0.0
+            {
+                face.reverse();
+            }
+            add(&mut mesh, &face, colors[element]);
+        }
     }
     mesh
+}
+
+/// Adds a convex polygon of one colour.
+fn add(mesh: &mut render::Mesh, polygon: &[Vec3], color: Color) {
+    let first = mesh.points.len() as u32;
+    mesh.points.extend(polygon.iter().map(|point| point.to_array()));
+    mesh.colors.extend(polygon.iter().map(|_| color));
+    mesh.triangles.extend((2..polygon.len() as u32).map(|at| [first, first + at - 1, first + at]));
+}
+
+/// Returns where the distance is 0 between two places, of which one has a distance above 0.
+fn between((a, near): (Vec3, f32), (b, far): (Vec3, f32)) -> Vec3 {
+    a.lerp(b, (near / (near - far)).clamp(0.0, 1.0))
+}
+
+/// Returns the part of a polygon whose distances are at most 0.
+fn clipped(polygon: &[(Vec3, f32)]) -> Vec<Vec3> {
+    let mut kept = Vec::new();
+    for (at, from) in polygon.iter().enumerate() {
+        let to = &polygon[(at + 1) % polygon.len()];
+        if from.1 <= 0.0 {
+            kept.push(from.0);
+        }
+        if (from.1 <= 0.0) != (to.1 <= 0.0) {
+            kept.push(between(*from, *to));
+        }
+    }
+    kept
+}
+
+/// Returns the triangle or quadrilateral in which distances of a tetrahedron are 0; empty if there is none.
+fn section(corners: &[(Vec3, f32); 4]) -> Vec<Vec3> {
+    let (inside, outside): (Vec<_>, Vec<_>) = corners.iter().copied().partition(|(_, distance)| *distance <= 0.0);
+    match (&inside[..], &outside[..]) {
+        ([one], others) | (others, [one]) => others.iter().map(|other| between(*one, *other)).collect(),
+        ([a, b], [c, d]) => vec![between(*a, *c), between(*a, *d), between(*b, *d), between(*b, *c)],
+        _ => Vec::new(),
+    }
 }
 
 /// Returns the bound surfaces, smooth, with colours of the elements that they follow.
@@ -141,4 +200,40 @@ pub fn surfaces(context: &Context, simulation: &Simulation, colors: &[Color]) ->
         }
     };
     model.bindings.iter().map(mesh).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use relievo_tissue::{Material, Model, SimulationOptions};
+
+    use super::*;
+
+    /// Area and enclosed volume of triangles.
+    fn measures(mesh: &render::Mesh) -> [f32; 2] {
+        let at = |point: u32| Vec3::from(mesh.points[point as usize]);
+        mesh.triangles.iter().fold([0.0; 2], |[area, volume], [a, b, c]| {
+            let (a, b, c) = (at(*a), at(*b), at(*c));
+            [area + 0.5 * (b - a).cross(c - a).length(), volume + a.dot(b.cross(c)) / 6.0]
+        })
+    }
+
+    #[test]
+    fn a_cut_goes_through_elements_and_closes_what_it_leaves() {
+        let gel = Material { name: "gel".into(), density: 1000.0, shear: 1000.0, bulk: 1e4 };
+        let model = Model::block([0.0; 3], [1.0, 2.0, 1.0], [3, 2, 2], gel).unwrap();
+        let colors = vec![[0.5; 3]; model.elements.len()];
+        let simulation = Simulation::new(model, &SimulationOptions::default()).unwrap();
+        let eye = DVec3::new(9.0, 1.0, 1.0);
+        let [area, volume] = measures(&faces(&simulation, None, eye, &colors));
+        assert!((area - 64.0).abs() < 1e-3 && (volume - 24.0).abs() < 1e-3, "{area} {volume}");
+        // In the middle of elements, of the side away from the eye, which is closed.
+        for (at, length) in [(1.3, 1.3), (2.0, 2.0)] {
+            let cut = Cut { axis: 0, at };
+            let [area, volume] = measures(&faces(&simulation, Some(cut), eye, &colors));
+            assert!((area - (16.0 + 12.0 * length)).abs() < 1e-3, "{at}: {area}");
+            assert!((volume - 8.0 * length).abs() < 1e-3, "{at}: {volume}");
+        }
+        let [_, volume] = measures(&faces(&simulation, Some(Cut { axis: 0, at: 1.3 }), -eye, &colors));
+        assert!((volume - 8.0 * 1.7).abs() < 1e-3, "{volume}");
+    }
 }

@@ -10,9 +10,9 @@ use relievo_render as render;
 use relievo_render::{Camera, Image, Lights, Material, Scene, View};
 use relievo_scene::description::Up;
 use relievo_scene::picture::whole_view;
+use relievo_scene::tissue::Motion;
 use relievo_tissue::{Simulation, SimulationOptions};
 
-use super::motion::Motion;
 use super::picture::{coloring, faces, surfaces};
 use super::{Limits, is_named};
 use crate::Outcome;
@@ -37,7 +37,7 @@ pub struct Arguments {
     /// What the brightest colour stands for; left out, nearly the largest value of each frame.
     #[arg(long, value_name = "VALUE")]
     most: Option<f32>,
-    /// Leaves out the elements on the camera's side of a plane at rest, such as `y=0.01`.
+    /// Leaves out what is on the camera's side of a plane at rest, such as `y=0.01`.
     #[arg(long, value_name = "AXIS=METRES", value_parser = cut)]
     cut: Option<Cut>,
     /// Shows the bound surfaces in place of the elements.
@@ -113,7 +113,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let context = arguments.limits.context()?;
     let motion = is_named(&arguments.model, "toml").then(|| Motion::read(&arguments.model)).transpose()?;
     let mut simulation = match &motion {
-        Some(motion) => motion.begin(&context).map_err(|error| error.at(arguments.model.display().to_string()))?,
+        Some(motion) => {
+            let model = super::model(&context, &motion.model())?;
+            motion.begin(&context, model).map_err(|error| error.at(arguments.model.display().to_string()))?
+        }
         None => Simulation::new(super::model(&context, &arguments.model)?, &SimulationOptions::default())?,
     };
     let view = arguments.view(&simulation)?;

@@ -6,12 +6,13 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Mesh, Result};
+use relievo_scene::tissue::Motion;
 use relievo_tissue::{SavedState, Simulation};
 
 use super::Limits;
-use super::motion::Motion;
 use crate::Outcome;
 use crate::bar::Bar;
+use crate::run::{Device, device};
 
 const EXAMPLE: &str = "Example: relievo tissue sim examples/tissue/press.toml -o frames\n\n\
     A run that was interrupted goes on from the last frame in the folder.";
@@ -36,6 +37,13 @@ pub struct Arguments {
     /// Begins anew, in place of the frames that are there.
     #[arg(long)]
     restart: bool,
+    /// What takes the steps. A graphics device has elements, muscles, moved nodes, floors and balls; what it does not do, the
+    /// processor does.
+    #[arg(long, value_enum, default_value = "cpu")]
+    device: Device,
+    /// A part of the name of the graphics device; left out, the best there is.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
     #[command(flatten)]
     limits: Limits,
 }
@@ -69,8 +77,19 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let context = arguments.limits.context()?;
     let motion = Motion::read(&arguments.description)?;
     let named = |error: Error| error.at(arguments.description.display().to_string());
-    let mut simulation = motion.begin(&context).map_err(named)?;
-    let identity = motion.identity(&context).map_err(named)?;
+    let model = super::model(&context, &motion.model())?;
+    let identity = motion.identity(&context, &model).map_err(named)?;
+    let mut simulation = motion.begin(&context, model).map_err(named)?;
+    let device = device(arguments.device, arguments.adapter.as_deref(), arguments.limits.memory_limit)?;
+    simulation.use_device(device.as_ref());
+    if let Some(reason) = simulation.device_refusal() {
+        eprintln!("note: the processor takes the steps, for {reason}");
+        simulation.use_device(None);
+    }
+    let level = match simulation.has_device() {
+        true => format!("{} with a graphics device", context.level().name()),
+        false => context.level().name().to_owned(),
+    };
     let folder = &arguments.output;
     std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error))?;
     let steps = simulation.steps().clone();
@@ -87,7 +106,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         steps.element
     ))?;
     let mut first = 0;
-    match last(&context, arguments, identity)? {
+    match last(&context, arguments, (identity, &level))? {
         Some((frame, saved)) => {
             first = frame;
             simulation.set_state(saved.state)?;
@@ -101,7 +120,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
                 let steps = relaxation.steps;
                 crate::print(&format!("{how} after {steps} steps, {unbalanced:.2e} N of {most:.2e} N unbalanced\n"))?;
             }
-            store(&context, arguments, identity, &simulation, 0)?;
+            store(&context, arguments, (identity, &level), &simulation, 0)?;
         }
     }
     let bar = crate::fluid::bar(u64::from(motion.frames))?.with_position(u64::from(first));
@@ -112,7 +131,14 @@ pub fn run(arguments: &Arguments) -> Outcome {
         let left = (end - simulation.state().seconds) / f64::from(steps.step);
         let outcome = simulation.advance(&context, (left - 1e-6).ceil().max(0.0) as u64, &mut Silent);
         outcome.map_err(|error| error.at(format!("frame {frame}")))?;
-        store(&context, arguments, identity, &simulation, frame)?;
+        if let Some(fault) = simulation.take_device_fault() {
+            // Its frames would not be those of one executor.
+            return Err(fault
+                .at(format!("frame {frame}"))
+                .advise("go on with --restart on another device, or on the processor")
+                .into());
+        }
+        store(&context, arguments, (identity, &level), &simulation, frame)?;
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -128,7 +154,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
 }
 
 /// Writes a frame and what was asked for beside it.
-fn store(context: &Context, arguments: &Arguments, identity: u32, simulation: &Simulation, frame: u32) -> Result<()> {
+fn store(
+    context: &Context,
+    arguments: &Arguments,
+    (identity, level): (u32, &str),
+    simulation: &Simulation,
+    frame: u32,
+) -> Result<()> {
     let folder = &arguments.output;
     if let Some(format) = arguments.surfaces {
         for binding in &simulation.model().bindings {
@@ -147,13 +179,13 @@ fn store(context: &Context, arguments: &Arguments, identity: u32, simulation: &S
         let states = simulation.element_states(context)?;
         simulation.write_vdb(context, &folder.join(format!("{frame:04}.vdb")), &states)?;
     }
-    let level = context.level().name().to_owned();
     // The frame comes last: where it is, what belongs to it is there too.
-    SavedState { identity, level, state: simulation.state().clone() }.write(&frame_path(folder, frame))
+    SavedState { identity, level: level.to_owned(), state: simulation.state().clone() }
+        .write(&frame_path(folder, frame))
 }
 
 /// Returns the last whole frame in the folder. Fails if it is of another simulation.
-fn last(context: &Context, arguments: &Arguments, identity: u32) -> Result<Option<(u32, SavedState)>> {
+fn last(context: &Context, arguments: &Arguments, (identity, level): (u32, &str)) -> Result<Option<(u32, SavedState)>> {
     let folder = &arguments.output;
     let entries = std::fs::read_dir(folder).map_err(|error| Error::io(folder, &error))?;
     let number = |path: PathBuf| path.file_stem()?.to_str()?.parse::<u32>().ok();
@@ -184,10 +216,10 @@ fn last(context: &Context, arguments: &Arguments, identity: u32) -> Result<Optio
         if saved.identity != identity {
             return refuse("frames of another simulation are there", "name another folder".into());
         }
-        if saved.level != context.level().name() {
+        if saved.level != level {
             return refuse(
-                "frames of another instruction level are there",
-                format!("set RELIEVO_SIMD={}", saved.level),
+                "frames of another instruction level or device are there",
+                format!("go on at {}, by RELIEVO_SIMD and --device", saved.level),
             );
         }
         return Ok(Some((frame, saved)));

@@ -4,6 +4,7 @@ mod bends;
 mod bodies;
 mod contact;
 mod creation;
+mod device;
 mod dynamics;
 mod files;
 mod grids;

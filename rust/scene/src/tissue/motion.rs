@@ -1,4 +1,4 @@
-//! What `relievo tissue sim` simulates: a model, what moves it, and how.
+//! What is simulated, in TOML: a model, what moves it, and how.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use relievo_tissue::{
 use serde::Deserialize;
 
 use super::body::Body;
-use super::folder;
+use super::{description, folder};
 
 /// A simulation in TOML.
 #[derive(Debug, Deserialize)]
@@ -18,6 +18,7 @@ pub struct Motion {
     model: PathBuf,
     /// Frames after the first.
     pub frames: u32,
+    /// Frames a second.
     #[serde(default = "fps")]
     pub fps: f64,
     /// Whether it begins at rest under its loads at time 0.
@@ -124,7 +125,7 @@ fn fps() -> f64 {
 impl Motion {
     /// Reads a simulation. Fails if it has unknown keys or no frames that could be simulated.
     pub fn read(path: &Path) -> Result<Self> {
-        let mut read: Self = super::description(path)?;
+        let mut read: Self = description(path)?;
         if !(read.fps > 1e-3 && read.fps < 1e6) {
             return Err(Error::invalid(format!("{} frames a second cannot be", read.fps))
                 .at(format!("{}: fps", path.display()))
@@ -134,11 +135,22 @@ impl Motion {
         Ok(read)
     }
 
-    /// Returns all that decides what frames are, but not how many there are.
-    pub fn identity(&self, context: &Context) -> Result<u32> {
+    /// Returns the file of the model.
+    pub fn model(&self) -> PathBuf {
+        self.folder.join(&self.model)
+    }
+
+    /// Returns the mesh files of its colliders.
+    pub fn files(&self) -> impl Iterator<Item = PathBuf> {
+        let bodies = self.collider.iter().filter_map(|entry| entry.body.as_ref());
+        bodies.filter_map(Body::file).map(|file| self.folder.join(file))
+    }
+
+    /// Returns all that decides what frames of a model are, but not how many there are.
+    pub fn identity(&self, context: &Context, model: &Model) -> Result<u32> {
         let text = format!("{self:?}").replacen(&format!("frames: {}, ", self.frames), "", 1);
         let mut bytes = text.replace(&format!(", folder: {:?}", self.folder), "").into_bytes();
-        bytes.extend(self.model(context)?.checksum().to_le_bytes());
+        bytes.extend(model.checksum().to_le_bytes());
         for body in self.collider.iter().filter_map(|it| it.body.as_ref()) {
             let (points, triangles) = body.triangles(context, &self.folder)?;
             bytes.extend(points.as_flattened().iter().flat_map(|at| at.to_le_bytes()));
@@ -147,14 +159,8 @@ impl Motion {
         Ok(crc32fast::hash(&bytes))
     }
 
-    /// Reads the model.
-    pub fn model(&self, context: &Context) -> Result<Model> {
-        super::model(context, &self.folder.join(&self.model))
-    }
-
-    /// Prepares the simulation at time 0.
-    pub fn begin(&self, context: &Context) -> Result<Simulation> {
-        let model = self.model(context)?;
+    /// Prepares the simulation of a model at time 0.
+    pub fn begin(&self, context: &Context, model: Model) -> Result<Simulation> {
         let options = SimulationOptions {
             gravity: self.options.gravity,
             damping: self.options.damping,

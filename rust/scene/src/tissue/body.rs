@@ -1,5 +1,6 @@
 //! Surfaces of a description: mesh files, boxes, balls, and curved patches with a thickness.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Result};
@@ -25,6 +26,13 @@ struct Cuboid {
     high: [f32; 3],
     /// A side alone: `x-` to `z+`.
     side: Option<String>,
+    /// Squares along every edge.
+    #[serde(default = "one")]
+    divisions: u32,
+}
+
+fn one() -> u32 {
+    1
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -58,6 +66,11 @@ impl Body {
         Self { mesh: None, cuboid: None, sphere: Some(Sphere { middle: [0.0; 3], radius }), shell: None }
     }
 
+    /// Returns the mesh file, if it is one.
+    pub fn file(&self) -> Option<&Path> {
+        self.mesh.as_deref()
+    }
+
     /// Returns the surface under a name. Files are named from a folder.
     pub fn shape(&self, context: &Context, folder: &Path, name: &str) -> Result<Shape> {
         let (points, triangles) = self.triangles(context, folder).map_err(|error| error.at(format!("`{name}`")))?;
@@ -81,21 +94,55 @@ impl Body {
     }
 }
 
+/// Squares along an edge of a box at most.
+const FINEST: u32 = 1024;
+
 impl Cuboid {
     fn triangles(&self) -> Result<Triangles> {
-        let Self { low, high, side } = self;
-        let corner = |at: usize| std::array::from_fn(|axis| if at >> axis & 1 != 0 { high[axis] } else { low[axis] });
-        let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        if !(1..=FINEST).contains(&self.divisions) {
+            return Err(Error::invalid(format!("{} divisions of a box cannot be", self.divisions))
+                .advise(format!("use 1 to {FINEST}")));
+        }
         let sides = ["x-", "x+", "y-", "y+", "z-", "z+"];
-        let chosen = match side.as_deref() {
+        let chosen = match self.side.as_deref() {
             None => 0..6,
             Some(side) => {
                 let at = sides.iter().position(|name| *name == side).ok_or_else(|| unknown_side(side, &sides))?;
                 at..at + 1
             }
         };
-        let triangles = quads[chosen].iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
-        Ok(((0..8).map(corner).collect(), triangles))
+        let mut points = Vec::new();
+        let mut numbers = HashMap::new();
+        let mut number = |place: [u32; 3]| {
+            *numbers.entry(place).or_insert_with(|| {
+                points.push(self.point(place));
+                points.len() as u32 - 1
+            })
+        };
+        let mut triangles = Vec::new();
+        for side in chosen {
+            // The other two axes, so that a turn from the first to the second looks outwards.
+            let (axis, is_high) = (side / 2, side % 2 == 1);
+            let (first, second) =
+                if is_high { ((axis + 1) % 3, (axis + 2) % 3) } else { ((axis + 2) % 3, (axis + 1) % 3) };
+            for (v, u) in (0..self.divisions).flat_map(|v| (0..self.divisions).map(move |u| (v, u))) {
+                let [a, b, c, d] = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(along, across)| {
+                    let mut place = [if is_high { self.divisions } else { 0 }; 3];
+                    (place[first], place[second]) = (u + along, v + across);
+                    number(place)
+                });
+                triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+        Ok((points, triangles))
+    }
+
+    /// Returns a point by its number along each axis.
+    fn point(&self, place: [u32; 3]) -> [f32; 3] {
+        std::array::from_fn(|axis| {
+            let share = place[axis] as f32 / self.divisions as f32;
+            self.low[axis] * (1.0 - share) + self.high[axis] * share
+        })
     }
 }
 
@@ -179,4 +226,28 @@ impl Shell {
 
 fn unknown_side(side: &str, sides: &[&str]) -> Error {
     Error::invalid(format!("there is no side `{side}`")).advise(format!("use one of {}", sides.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    #[test]
+    fn a_box_of_any_division_is_closed_and_looks_outwards() {
+        for divisions in [1, 3] {
+            let cuboid = Cuboid { low: [-1.0, 0.0, 2.0], high: [1.0, 3.0, 6.0], side: None, divisions };
+            let (points, triangles) = cuboid.triangles().unwrap();
+            assert_eq!(points.len() as u32, 6 * divisions * divisions + 2);
+            assert_eq!(triangles.len() as u32, 12 * divisions * divisions);
+            let at = |point: u32| Vec3::from(points[point as usize]);
+            let volume: f32 = triangles.iter().map(|[a, b, c]| at(*a).dot(at(*b).cross(at(*c))) / 6.0).sum();
+            assert!((volume - 24.0).abs() < 1e-4, "{volume}");
+            let side = Cuboid { side: Some("z+".into()), ..cuboid };
+            let (points, triangles) = side.triangles().unwrap();
+            assert_eq!(points.len() as u32, (divisions + 1).pow(2));
+            assert_eq!(triangles.len() as u32, 2 * divisions * divisions);
+        }
+    }
 }
