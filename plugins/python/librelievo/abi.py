@@ -2578,6 +2578,7 @@ class RlvTissueDescription(Structure):
         ("layer_stride", c_size_t),
         ("epidermis_material", c_uint32),
         ("epidermis_thickness", c_float),
+        ("bend", c_double * 2),
     ]
 
 

@@ -777,7 +777,7 @@ layout!(RlvTissueMaterial: 32, 8);
 layout!(RlvTissueVolume: 88, 8);
 layout!(RlvTissueLayer: 16, 4);
 layout!(RlvTissueSurface: 32, 8);
-layout!(RlvTissueDescription: 136, 8);
+layout!(RlvTissueDescription: 152, 8);
 layout!(RlvTissueLabel: 16, 4);
 layout!(RlvTissueLabels: 64, 8);
 layout!(RlvTissueReport: 24, 8);
@@ -2579,6 +2579,7 @@ pub fn offsets(list: &mut Offsets) {
         layer_stride: usize = 120,
         epidermis_material: u32 = 128,
         epidermis_thickness: f32 = 132,
+        bend: [f64; 2] = 136,
     });
     fields!(list, RlvTissueLabel {
         struct_size: u32 = 0,
