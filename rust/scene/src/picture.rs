@@ -448,3 +448,64 @@ mod tests {
         assert!((speed(2.0 - 2e-6) - speed(2.0)).abs() < 1e-4);
     }
 }
+
+#[cfg(all(test, feature = "fluid"))]
+mod foam {
+    use std::path::Path;
+
+    use relievo_particleio::{Channel, Particles, write};
+
+    use super::*;
+    use crate::file::parse;
+
+    /// Two blocks of water that run into each other, in two frames. The lens and the shutter blur their foam.
+    fn write_scene(context: &Context, folder: &Path, look: &str) -> World {
+        let blocks = |frame: usize| {
+            let side = |at: usize| 0.05 * at as f32;
+            let places = (0..1024).map(|at| [side(at % 16), side(at / 16 % 8), side(at / 128)]);
+            let (points, ways): (Vec<_>, Vec<_>) = places
+                .map(|[x, y, z]| {
+                    let way = if x < 0.4 { 4.0 } else { -4.0 };
+                    ([x + way * frame as f32 / 96.0, y, z], [way, 0.0, 0.5])
+                })
+                .unzip();
+            let channels = vec![Channel { name: "velocity".into(), width: 3, values: ways.concat() }];
+            Particles { points, channels, ..Particles::default() }
+        };
+        (0..3).for_each(|frame| write(context, &folder.join(format!("{frame}.ply")), &blocks(frame)).unwrap());
+        let text = format!(
+            "version = 1\n[meshes.water]\nsequence = \"%d.ply\"\ncount = 3\n[objects.water]\nmesh = \"water\"\n\
+             [camera]\nposition = [1.2, -1.6, 1.2]\ntarget = [0.4, 0.2, 0.2]\n[output]\nwidth = 96\nheight = 72\n\
+             [objects.water.fluid]\nspacing = 0.05\ncell = 1.0\n[objects.water.fluid.foam]\nair_min = 0.5\nair_max = 5\n\
+             energy_min = 0.5\nenergy_max = 5\nair_rate = 300\n[objects.water.fluid.foam.look]\nradius = 0.03\n{look}"
+        );
+        World::new(context, parse(&folder.join("scene.toml"), &text).unwrap(), &[]).unwrap()
+    }
+
+    #[test]
+    fn a_device_draws_the_foam_of_a_scene_as_the_processor_does() {
+        let Some(device) = relievo_testing::device() else { return };
+        let context = &Context::serial();
+        let folder = tempfile::tempdir().unwrap();
+        for look in ["", "aperture = 0.08\nfocus = 1.2\nshutter = 0.02\n"] {
+            let world = write_scene(context, folder.path(), look);
+            let cache = Folder::new(&folder.path().join("cache")).unwrap();
+            let mut studio = Studio::new(context, &world, None, &cache).unwrap();
+            studio.update(context, &world, &[]).unwrap();
+            let mut draw = |overlay| {
+                studio.overlay = overlay;
+                studio.render(context, &world, "beauty", 2.0 / world.scene.fps).unwrap().color
+            };
+            let without = draw(Overlay::default());
+            let [ours, theirs] =
+                [Some(&device), None].map(|device| draw(Overlay::new(context, &world, device, &cache).unwrap()));
+            let far = |a: &render::Image, b: &render::Image| {
+                let pairs = a.data().chunks(3).zip(b.data().chunks(3));
+                pairs.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| (a - b).abs() > 1.0 / 255.0)).count()
+            };
+            let drawn = far(&theirs, &without);
+            assert!(drawn > 300, "{look}: foam is in {drawn} pixels");
+            assert!(far(&ours, &theirs) <= 96 * 72 / 1000, "{look}: {} pixels differ", far(&ours, &theirs));
+        }
+    }
+}
