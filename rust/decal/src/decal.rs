@@ -396,7 +396,7 @@ impl Decal {
 
     /// Returns the depth of a place of the image: the mean of the depths of the pins, weighted by inverse squared
     /// distances (Shepard 1968). 0 without depths.
-    pub(crate) fn depth(&self, place: Vec2, depths: &[f64]) -> f64 {
+    pub fn depth(&self, place: Vec2, depths: &[f64]) -> f64 {
         let (mut sum, mut weights) = (0.0, 0.0);
         for (pin, depth) in self.pins.iter().zip(depths) {
             let weight = 1.0 / distance(self.uv[*pin as usize], place).powi(2).max(1e-12);

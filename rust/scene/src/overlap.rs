@@ -22,20 +22,9 @@ pub fn check_depths(decal: &Decal, depths: &[f64]) -> Result<()> {
         .advise("give one depth for each pin, or none"))
 }
 
-/// Returns the depth of a place of the image: the mean of the depths of the pins, weighted by inverse squared distances
-/// (Shepard 1968), or how far on the right it lies where pins have none.
+/// Returns the depth of a place of the image by those of the pins, or how far on the right it lies where pins have none.
 pub fn depth(decal: &Decal, place: [f64; 2], depths: &[f64]) -> f64 {
-    if depths.is_empty() {
-        return place[0];
-    }
-    let (mut sum, mut weights) = (0.0, 0.0);
-    for (pin, depth) in decal.pins.iter().zip(depths) {
-        let away = DVec2::from(decal.uv[*pin as usize]).distance_squared(place.into());
-        let weight = 1.0 / away.max(1e-12);
-        sum += weight * depth;
-        weights += weight;
-    }
-    sum / weights
+    if depths.is_empty() { place[0] } else { decal.depth(place, depths) }
 }
 
 /// Returns a decal as a mesh, as [`Decal::mesh`] does, lifted off the surface by `offset`, and where the sticker overlaps
