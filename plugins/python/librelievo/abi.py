@@ -3058,7 +3058,7 @@ INIT = {
     RlvTissueVolume: (ctypes.sizeof(RlvTissueVolume), 0, None, (0,), 0, 0, 0, 0, 0, 0, (0, 0, 0,), None, 0,),
     RlvTissueLayer: (ctypes.sizeof(RlvTissueLayer), 0, 0, 0,),
     RlvTissueSurface: (ctypes.sizeof(RlvTissueSurface), 0, None, (0,), 0, 1.55334303,),
-    RlvTissueDescription: (ctypes.sizeof(RlvTissueDescription), 4, (0, 0, 0,), 0.5, None, 0, 0, None, 0, 0, None, 0, 0, (0,), None, 0, 0, 0, 0,),
+    RlvTissueDescription: (ctypes.sizeof(RlvTissueDescription), 4, (0, 0, 0,), 0.5, None, 0, 0, None, 0, 0, None, 0, 0, (0,), None, 0, 0, 0, 0, (0, 0,),),
     RlvTissueLabel: (ctypes.sizeof(RlvTissueLabel), 0, 0, 0,),
     RlvTissueLabels: (ctypes.sizeof(RlvTissueLabels), 1, 0.5, 0, None, 0, 0, None, 0, 0,),
     RlvTissueReport: (ctypes.sizeof(RlvTissueReport), (0, 0, 0,), 0,),

@@ -734,7 +734,7 @@ pub static TISSUE: Section = Section {
         key(
             "colliders",
             Kind::Names("objects"),
-            "[]",
+            "",
             "",
             "Objects that it does not enter, by closed meshes that do not change but may move as bodies do",
         ),
