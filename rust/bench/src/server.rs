@@ -16,7 +16,7 @@ use crate::measure::Sample;
 use crate::report::{Goal, Report};
 
 /// Frames of the dam that are simulated, and runs of it.
-const FRAMES: u64 = 8;
+const FRAMES: u64 = 24;
 const RUNS: usize = 3;
 /// Fetches of a frame.
 const FETCHES: usize = 8;
