@@ -48,7 +48,7 @@ pub use outline::Declared;
 pub use project::{Classified, Input, Project};
 pub use resource::{Field, FieldKind, Resource, ResourceKind};
 #[cfg(feature = "wgpu")]
-pub use runner::{Inputs, Program, Runner, Texture};
+pub use runner::{Inputs, MOST_VECTORS, Program, Runner, Texture};
 pub use shader::{Entry, Shader};
 pub use source::{Language, MOST_BYTES, Source, Stage};
 pub use transfer::{Transfer, membership_function};

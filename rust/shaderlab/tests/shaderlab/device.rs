@@ -278,3 +278,38 @@ fn variables_have_their_values_at_a_pixel() {
     assert!(of("late").unwrap_err().what.contains("gives it no value"));
     assert!(shader.values(&device, None, SIZE, &Inputs::default(), [24, 0]).is_err());
 }
+
+#[test]
+fn thousands_of_vectors_are_counted_and_those_with_room_are_read() {
+    let Some(device) = relievo_testing::device() else { return };
+    let text = "@fragment fn fs(@builtin(position) p: vec4<f32>) -> @location(0) vec4<f32> {\n    var sum = 0.0;\n    \
+        for (var i = 0u; i < 5000u; i++) {\n        let v = f32(i % 10u);\n        //. vector v; 1.0\n        sum += v;\n    }\n    \
+        return vec4<f32>(sum);\n}\n";
+    let (_, marked, classes) = runners(&device, &shader(text, Language::Wgsl), &Inputs::default());
+    let log = marked.classify(&classes, [3, 3]).unwrap();
+    assert_eq!((log.taken, log.vectors.len()), (5000, relievo_shaderlab::MOST_VECTORS));
+    assert!((log.vector[0] - 4.5).abs() < 1e-3 && log.vectors[4095] == 5.0, "{:?}", log.vector);
+}
+
+#[test]
+fn what_a_device_has_no_room_for_or_has_lost_is_an_error() {
+    let Some(device) = relievo_testing::device() else { return };
+    let text = "@group(0) @binding(0) var body: texture_3d<f32>;\n@group(0) @binding(1) var linear: sampler;\n\
+        @fragment fn fs(@location(0) uv: vec2<f32>) -> @location(0) vec4<f32> {\n    \
+        let v = textureSampleLevel(body, linear, vec3<f32>(uv, 0.5), 0.0).r;\n    //. vector v; 1.0\n    return vec4<f32>(v);\n}\n";
+    let shader = shader(text, Language::Wgsl);
+    let program = Program::plain(&shader).unwrap();
+    let most = device.limits().max_texture_dimension_3d;
+    let mut inputs = Inputs::default();
+    let mut give = |size: [u32; 3]| {
+        let volume = Volume { size, spacing: [1.0; 3], values: vec![0.5; size.iter().product::<u32>() as usize] };
+        inputs.textures.insert("body".into(), Texture::Volume(volume));
+        Runner::new(&device, &program, None, SIZE, &inputs)
+    };
+    let error = give([most + 1, 1, 1]).unwrap_err();
+    assert!(error.place.contains("body") && error.what.contains(&most.to_string()), "{error}");
+    let runner = give([4, 4, 4]).unwrap();
+    assert!(runner.picture(None).is_ok());
+    device.abandon();
+    assert!(!runner.picture(None).unwrap_err().what.is_empty());
+}
