@@ -111,7 +111,7 @@ typedef struct RlvTissueDescription {
     uint32_t epidermis_material; /* index of the material of an outermost layer that is thinner than voxels */
     float epidermis_thickness;   /* its thickness, metres; 0 for none */
     /* Radii in metres to which the finished model is bent: of arcs along x about a vertical axis, and of arcs along z. Its
-     * skin is then the plane y = 0 and looks along -y. Two zeros leave it as it is. */
+     * skin is then the plane y = 0 and looks along -y. Two zeros do not bend the model. */
     double bend[2];
 } RlvTissueDescription;
 

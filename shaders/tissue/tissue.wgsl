@@ -9,7 +9,7 @@ struct Step {
     /// Shares by which damping changes velocities and accelerations.
     kept: f32,
     gained: f32,
-    /// Slots of elements, whole blocks of them, and those that are elements.
+    /// Slots of all blocks, and how many of them hold elements.
     slots: u32,
     elements: u32,
     nodes: u32,

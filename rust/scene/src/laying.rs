@@ -1,6 +1,6 @@
 //! Decals of a scene: their stickers loaded, and laid at their time.
 //!
-//! A decal lies on triangles of the displaced surface or triangle mesh as it is then, and is written into a layer of the
+//! A decal lies on triangles of the displaced surface or triangle mesh of its frame, and is written into a layer of the
 //! object, as a stroke is.
 
 use relievo_core::progress::Silent;

@@ -333,7 +333,7 @@ impl Work {
     }
 }
 
-/// Sends items, or one that is zero if there are none.
+/// Sends items. An empty list is sent as one zero, since buffers cannot be empty.
 fn sent<T: Pod>(device: &Device, label: &str, mut items: Vec<T>) -> Result<Buffer<T>> {
     if items.is_empty() {
         items.push(T::zeroed());
