@@ -19,8 +19,9 @@ pub struct Scene {
     pub record: Record,
     /// Keys of the frames that are stored, from frame 0 on.
     pub keys: Vec<Hash>,
-    /// Keys of the frames after them that are computed and on their way to the disk, and whether they have arrived.
-    arriving_frames: VecDeque<(Hash, bool)>,
+    /// Keys of the frames after them, which are computed and on their way to the disk, and whether each is there; clients do
+    /// not see one before those ahead of it are stored.
+    unstored: VecDeque<(Hash, bool)>,
     /// The simulation at the last frame that is computed, if it is in memory.
     pub live: Option<Box<dyn Simulation>>,
     pub failure: Option<Failure>,
@@ -56,19 +57,19 @@ impl Work {
 impl Scene {
     /// Returns a scene of which nothing was looked up yet.
     pub fn new(record: Record) -> Self {
-        let (keys, arriving_frames, arriving) = (Vec::new(), VecDeque::new(), None);
+        let (keys, unstored, arriving) = (Vec::new(), VecDeque::new(), None);
         let (live, failure, pace, work) = (None, None, None, None);
-        Self { record, keys, arriving_frames, live, failure, particles: 0, pace, work, turn: 0, arriving }
+        Self { record, keys, unstored, live, failure, particles: 0, pace, work, turn: 0, arriving }
     }
 
     /// Returns the frame to compute next.
     pub fn next(&self) -> u64 {
-        (self.keys.len() + self.arriving_frames.len()) as u64
+        (self.keys.len() + self.unstored.len()) as u64
     }
 
     /// Returns the key of the last frame that is computed, and whether it is stored.
     pub fn last_key(&self) -> (Option<Hash>, bool) {
-        match self.arriving_frames.back() {
+        match self.unstored.back() {
             Some((key, _)) => (Some(*key), false),
             None => (self.keys.last().copied(), true),
         }
@@ -76,7 +77,7 @@ impl Scene {
 
     /// Takes a frame that is computed, before it is stored.
     pub fn computed(&mut self, key: Hash, simulation: Box<dyn Simulation>) {
-        self.arriving_frames.push_back((key, false));
+        self.unstored.push_back((key, false));
         self.particles = simulation.elements();
         self.live = Some(simulation);
     }
@@ -84,11 +85,11 @@ impl Scene {
     /// Takes what became of a frame on its way to the disk: clients see it once it and all before it are there. Where it
     /// could not be stored, the scene fails, and the frames after it are given up.
     pub fn stored(&mut self, key: Hash, outcome: Result<(), Error>) {
-        let Some(place) = self.arriving_frames.iter().position(|(other, _)| *other == key) else { return };
+        let Some(place) = self.unstored.iter().position(|(other, _)| *other == key) else { return };
         match outcome {
             Ok(()) => {
-                self.arriving_frames[place].1 = true;
-                while let Some((key, _)) = self.arriving_frames.pop_front_if(|(_, is_there)| *is_there) {
+                self.unstored[place].1 = true;
+                while let Some((key, _)) = self.unstored.pop_front_if(|(_, is_there)| *is_there) {
                     self.keys.push(key);
                 }
             }
@@ -101,7 +102,7 @@ impl Scene {
 
     /// Counts frames that the cache has already.
     pub fn catch_up(&mut self, store: &Store, level: &str) {
-        while self.arriving_frames.is_empty() && self.has_next() {
+        while self.unstored.is_empty() && self.has_next() {
             let key = self.record.key(self.keys.len() as u64, self.keys.last().copied(), level);
             if !store.contains(key) {
                 break;
@@ -123,14 +124,14 @@ impl Scene {
     /// Returns whether a worker can compute its next frame.
     pub fn is_ready(&self) -> bool {
         // A frame that is not stored yet cannot be read again.
-        let has_last = self.arriving_frames.is_empty() || self.live.is_some();
+        let has_last = self.unstored.is_empty() || self.live.is_some();
         self.work.is_none() && self.failure.is_none() && self.record.wish == Wish::Run && self.has_next() && has_last
     }
 
     /// Takes back the frames from `frame` on. A worker that computes a later one is asked to stop.
     pub fn cut(&mut self, frame: u64) {
         if self.next() > frame {
-            self.arriving_frames.truncate((frame as usize).saturating_sub(self.keys.len()));
+            self.unstored.truncate((frame as usize).saturating_sub(self.keys.len()));
             self.keys.truncate(frame as usize);
             self.live = None;
         }
