@@ -112,6 +112,11 @@ impl Shader {
         variables(self)
     }
 
+    /// Returns the line on which a variable is declared, counted from 1.
+    pub fn line(&self, variable: &Variable) -> usize {
+        self.source.place(&variable.place).0
+    }
+
     /// Returns its text with a vector of variables, taken behind the last of them.
     ///
     /// `chosen` has indices into [`Shader::variables`], `weight` is an expression. Fails if there is none, if one cannot be

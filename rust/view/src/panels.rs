@@ -327,10 +327,9 @@ impl Panels {
             return;
         };
         let variables = shader.variables();
-        let text = &shader.source().text;
         egui::Grid::new("variables").num_columns(5).striped(true).show(ui, |ui| {
             for (index, variable) in variables.iter().enumerate() {
-                let line = text[..variable.place.start].matches('\n').count() + 1;
+                let line = shader.line(variable);
                 let mut is_chosen = self.chosen.contains(&index);
                 let name = variable.label.as_ref().unwrap_or(&variable.name);
                 let response = ui.checkbox(&mut is_chosen, name);

@@ -71,12 +71,31 @@ fn dots(session: &Session) -> Vec<Dot<'_>> {
 fn range(session: &Session, dots: &[Dot<'_>], feature: usize) -> [f32; 2] {
     let examples = session.classes().into_iter().flat_map(|classes| &classes.examples).map(|it| it.vector.as_slice());
     let values = examples.chain(dots.iter().map(|dot| dot.vector)).filter_map(|vector| vector.get(feature)).copied();
+    span(values)
+}
+
+/// Returns the range of numbers, never empty.
+pub(crate) fn span(values: impl Iterator<Item = f32>) -> [f32; 2] {
     let [low, high] = values.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], it| [low.min(it), high.max(it)]);
     match (low.is_finite(), high > low) {
         (true, true) => [low, high],
         (true, false) => [low - 0.5, low + 0.5],
         (false, _) => [0.0, 1.0],
     }
+}
+
+/// Draws the background of a plot and returns what draws inside of it.
+pub(crate) fn framed(ui: &Ui, area: Rect) -> egui::Painter {
+    let painter = ui.painter_at(area);
+    let frame = Stroke::new(1.0, Color32::from_gray(90));
+    painter.rect(area, 0.0, Color32::from_gray(22), frame, StrokeKind::Inside);
+    painter
+}
+
+/// Writes the name of a feature into the upper left corner of its plot.
+pub(crate) fn title(painter: &egui::Painter, area: Rect, name: &str) {
+    let font = egui::FontId::proportional(12.0);
+    painter.text(area.left_top() + vec2(4.0, 2.0), egui::Align2::LEFT_TOP, name, font, Color32::WHITE);
 }
 
 /// Shows the matrix of plots; on its diagonal stand the histograms. Reports the place of each plot to `note`.
@@ -95,24 +114,10 @@ pub(crate) fn matrix(ui: &mut Ui, session: &Session, linked: &mut Linked, note: 
             ui.spacing_mut().item_spacing = Vec2::splat(gap);
             for column in 0..names.len() {
                 let (area, response) = ui.allocate_exact_size(Vec2::splat(edge), Sense::click_and_drag());
-                let painter = ui.painter_at(area);
-                painter.rect(
-                    area,
-                    0.0,
-                    Color32::from_gray(22),
-                    Stroke::new(1.0, Color32::from_gray(90)),
-                    StrokeKind::Inside,
-                );
+                let painter = framed(ui, area);
                 if row == column {
                     histogram(&painter, area, &dots, session, row, ranges[row]);
-                    let font = egui::FontId::proportional(12.0);
-                    painter.text(
-                        area.left_top() + vec2(4.0, 2.0),
-                        egui::Align2::LEFT_TOP,
-                        &names[row],
-                        font,
-                        Color32::WHITE,
-                    );
+                    title(&painter, area, &names[row]);
                     continue;
                 }
                 note([column, row], area);

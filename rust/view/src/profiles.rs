@@ -1,10 +1,10 @@
 //! Profiles: each feature over the vectors that a pixel took one after the other, along a ray or through a loop
 //! (Mindek et al. 2013, Section 4.3). Lines are linked with the scatter plots by picking and brushing.
 
-use egui::{Color32, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, pos2, vec2};
+use egui::{Color32, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
 use relievo_shaderlab::Log;
 
-use crate::plots::{ASKED, BRUSH, Linked, color};
+use crate::plots::{ASKED, BRUSH, Linked, color, framed, span, title};
 use crate::session::Session;
 
 /// Points of the height of a plot.
@@ -38,19 +38,15 @@ pub(crate) fn profiles(ui: &mut Ui, session: &Session, linked: &mut Linked, note
     for (feature, name) in names.iter().enumerate() {
         let (area, response) = ui.allocate_exact_size(vec2(ui.available_width().max(120.0), HEIGHT), Sense::click());
         note(name, area);
-        let painter = ui.painter_at(area);
-        let frame = Stroke::new(1.0, Color32::from_gray(90));
-        painter.rect(area, 0.0, Color32::from_gray(22), frame, StrokeKind::Inside);
+        let painter = framed(ui, area);
         let values = lines.iter().flat_map(|line| line.log.vectors.chunks_exact(width).map(|vector| vector[feature]));
-        let [low, high] = values
-            .filter(|value| value.is_finite())
-            .fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)]);
+        let [low, high] = span(values.filter(|value| value.is_finite()));
         let inner = area.shrink(6.0);
         let mut nearest: Option<(f32, usize)> = None;
         for line in &lines {
             let last = (line.log.vectors.len() / width - 1) as f32;
             let place = |index: usize, value: f32| {
-                let share = if high > low { (value - low) / (high - low) } else { 0.5 };
+                let share = (value - low) / (high - low);
                 pos2(inner.left() + index as f32 / last * inner.width(), inner.bottom() - share * inner.height())
             };
             let vectors = || line.log.vectors.chunks_exact(width).enumerate().filter(|(_, it)| it[feature].is_finite());
@@ -67,8 +63,7 @@ pub(crate) fn profiles(ui: &mut Ui, session: &Session, linked: &mut Linked, note
                 painter.circle_filled(place(index, vector[feature]), 2.0, BRUSH);
             }
         }
-        let font = egui::FontId::proportional(12.0);
-        painter.text(area.left_top() + vec2(4.0, 2.0), egui::Align2::LEFT_TOP, name, font, Color32::WHITE);
+        title(&painter, area, name);
         if response.clicked() {
             linked.picked = nearest.filter(|(distance, _)| *distance < 12.0).map(|(_, example)| example);
         }

@@ -55,10 +55,6 @@ fn type_name(variable: &Variable) -> String {
     if variable.components == 1 { "float".into() } else { format!("vector of {}", variable.components) }
 }
 
-fn place(shader: &Shader, variable: &Variable) -> usize {
-    shader.source().text[..variable.place.start].matches('\n').count() + 1
-}
-
 fn declared(variable: &Variable) -> String {
     match (variable.declared, &variable.function) {
         (Declared::Parameter, Some(function)) => format!("parameter of {function}"),
@@ -87,7 +83,7 @@ fn described(shader: &Shader, augmented: Option<&Augmented>, refused: Option<&st
     }
     for variable in shader.variables() {
         let name = variable.label.clone().unwrap_or_else(|| variable.name.clone());
-        let line = place(shader, &variable);
+        let line = shader.line(&variable);
         let note = if variable.is_initialized { "" } else { ", without a first value" };
         let _ =
             write!(out, "variable       {name}: {}, line {line}, {}{note}", type_name(&variable), declared(&variable));
@@ -131,7 +127,7 @@ fn machine_readable(shader: &Shader, augmented: Option<&Augmented>, refused: Opt
                 "description": it.description,
                 "components": it.components,
                 "declared": declared(it),
-                "line": place(shader, it),
+                "line": shader.line(it),
                 "bytes": [it.place.start, it.place.end],
                 "scope": [it.scope.start, it.scope.end],
                 "initialized": it.is_initialized,

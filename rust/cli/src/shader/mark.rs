@@ -30,14 +30,13 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Outcome {
     let shader = sound!(super::read(&arguments.file)?);
     let variables = shader.variables();
-    let line = |start: usize| shader.source().text[..start].matches('\n').count() + 1;
     let mut chosen = Vec::with_capacity(arguments.variables.len());
     for wanted in &arguments.variables {
         let (name, at) = match wanted.split_once('@') {
             Some((name, line)) => (name, line.parse::<usize>().ok()),
             None => (wanted.as_str(), None),
         };
-        let found = variables.iter().position(|it| it.name == name && at.is_none_or(|at| line(it.place.start) == at));
+        let found = variables.iter().position(|it| it.name == name && at.is_none_or(|at| shader.line(it) == at));
         chosen.push(found.ok_or_else(|| {
             let error = Error::new(ErrorKind::NotFound, format!("the shader has no float variable `{wanted}`"));
             match nearest(name, variables.iter().map(|it| it.name.as_str())) {

@@ -35,16 +35,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-fn line(shader: &Shader, variable: &Variable) -> usize {
-    shader.source().place(&variable.place).0
-}
-
 fn described(shader: &Shader, values: &[Result<Value>]) -> String {
     let numbers = |list: &[f32]| list.iter().map(|value| format!("{value:.6}")).collect::<Vec<_>>().join(", ");
     let mut out = String::new();
     for (variable, value) in shader.variables().iter().zip(values) {
         let name = variable.label.as_ref().unwrap_or(&variable.name);
-        let _ = write!(out, "line {:<5} {name:<16} ", line(shader, variable));
+        let _ = write!(out, "line {:<5} {name:<16} ", shader.line(variable));
         let _ = match value {
             Ok(Value { taken: 1, mean, .. }) => writeln!(out, "{}", numbers(mean)),
             Ok(Value { taken, mean, low, high }) => {
@@ -59,7 +55,7 @@ fn described(shader: &Shader, values: &[Result<Value>]) -> String {
 
 fn machine_readable(shader: &Shader, values: &[Result<Value>]) -> String {
     let value = |(variable, value): (&Variable, &Result<Value>)| {
-        let (name, line) = (&variable.name, line(shader, variable));
+        let (name, line) = (&variable.name, shader.line(variable));
         match value {
             Ok(Value { taken, mean, low, high }) => {
                 json!({ "name": name, "line": line, "taken": taken, "mean": mean, "low": low, "high": high })
