@@ -19,7 +19,7 @@ bl_info = {
 from . import native, preferences
 
 # In the order in which they are registered.
-MODULES = ["settings", "handler", "playback", "imprint", "preview", "brush", "layer", "result", "scene", "progressive", "levels", "hook", "grip", "carve", "frames", "fluid", "unused", "repair", "crowd", "panel", "foam", "tissue", "decal"]
+MODULES = ["settings", "handler", "playback", "imprint", "preview", "brush", "layer", "result", "scene", "progressive", "levels", "hook", "grip", "carve", "frames", "fluid", "farm", "unused", "repair", "crowd", "panel", "foam", "tissue", "decal"]
 _registered = []
 
 

@@ -204,6 +204,8 @@ class RELIEVO_OT_fluid_simulate(OnDomain, job.Steps, bpy.types.Operator):
     def steps(self, context):
         scene, domain = context.scene, context.active_object
         options, now = domain.relievo.fluid, scene.frame_current
+        if options.place == "FARM":
+            raise Refused(f"{domain.name} is simulated on a farm; submit it, or choose another machine")
         first, last = scene.frame_start, scene.frame_end
         if context.screen is not None and context.screen.is_animation_playing:
             bpy.ops.screen.animation_cancel(restore_frame=False)

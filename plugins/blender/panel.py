@@ -214,7 +214,12 @@ class RELIEVO_PT_fluid(Panel, bpy.types.Panel):
         for name in ("spacing", "viscosity", "friction", "cohesion", "tension"):
             column.prop(options, name)
         column.prop(options, "place")
-        column.operator("relievo.fluid_simulate")
+        if options.place == "FARM":
+            for name in ("farm", "farm_folder", "farm_make", "farm_chunk"):
+                column.prop(options, name)
+            column.operator("relievo.fluid_farm")
+        else:
+            column.operator("relievo.fluid_simulate")
         if not options.cache:
             return
         column.label(text=f"Frames {options.first} to {options.last}")

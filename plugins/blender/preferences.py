@@ -62,18 +62,22 @@ class RelievoPreferences(bpy.types.AddonPreferences):
         subtype="FILE_PATH",
     )
 
+    command: bpy.props.StringProperty(
+        name="Command", description="The command `relievo`, which submits jobs to render farms", default="relievo"
+    )
+
     def draw(self, _context):
         problem = native.problem()
         if problem:
             self.layout.label(text=problem, icon="ERROR")
-        for name in ("device", "threads", "cache_folder", "server", "token_file", "tls_authority"):
+        for name in ("device", "threads", "cache_folder", "server", "token_file", "tls_authority", "command"):
             self.layout.prop(self, name)
         fallback = native.fallback()
         if fallback:
             self.layout.label(text=f"The processor works: {fallback}", icon="INFO")
 
 
-DEFAULTS = SimpleNamespace(device="CPU", threads=0, cache_folder="//relievo_cache")
+DEFAULTS = SimpleNamespace(device="CPU", threads=0, cache_folder="//relievo_cache", command="relievo")
 
 
 def get():

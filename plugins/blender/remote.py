@@ -34,7 +34,7 @@ def numbers(values):
 
 
 class Remote:
-    """A simulation as a server takes it."""
+    """A simulation as a server or a farm takes it: a description, and meshes in a folder."""
 
     def __init__(self, simulation, count, folder):
         self.simulation, self.count, self.folder = simulation, count, folder
@@ -44,10 +44,10 @@ class Remote:
         for number, shape in enumerate(fills):
             ends = shape.points.min(0), shape.points.max(0)
             if (ends[0] < low).any() or (ends[1] > high).any():
-                raise Refused(f"{shape.name} reaches out of the domain; on a server, fills lie in it")
+                raise Refused(f"{shape.name} reaches out of the domain; on a server or farm, fills lie in it")
             for other in fills[:number]:
                 if (ends[0] < other.points.max(0)).all() and (other.points.min(0) < ends[1]).all():
-                    raise Refused(f"{shape.name} and {other.name} may overlap; on a server, fills lie apart")
+                    raise Refused(f"{shape.name} and {other.name} may overlap; on a server or farm, fills lie apart")
         self.emitters = [pouring.shape.points for pouring in simulation.pourings]
         self.colliders = [shape.points for _target, _how, shape in simulation.colliders]
 
@@ -61,7 +61,7 @@ class Remote:
         """Takes what emitters and colliders are in a frame of the simulation."""
         for pouring, points in zip(self.simulation.pourings, self.emitters):
             if not numpy.array_equal(pouring.shape.points, points):
-                raise Refused(f"{pouring.name} moves; on a server, emitters stand still")
+                raise Refused(f"{pouring.name} moves; on a server or farm, emitters stand still")
         for at, (_target, _how, shape) in enumerate(self.simulation.colliders):
             if not numpy.array_equal(shape.points, self.colliders[at]):
                 self.moving.add(at)

@@ -240,7 +240,36 @@ class RelievoFluid(bpy.types.PropertyGroup):
         items=[
             ("HERE", "This machine", "Blender's own process"),
             ("SERVER", "Server", "The server that the add-on's preferences name"),
+            ("FARM", "Farm", "A render farm, which also makes meshes, foam and pictures of the frames"),
         ],
+    )
+    farm: bpy.props.EnumProperty(
+        name="Engine",
+        description="The render farm",
+        items=[
+            ("SLURM", "Slurm", "By sbatch"),
+            ("FLAMENCO", "Flamenco", "Flamenco 3, by curl"),
+            ("OPENCUE", "OpenCue", "By PyOutline"),
+        ],
+    )
+    farm_folder: bpy.props.StringProperty(
+        name="Folder",
+        description="Where the job and its results go, under the same path on all machines of the farm",
+        subtype="DIR_PATH",
+    )
+    farm_make: bpy.props.EnumProperty(
+        name="Make",
+        description="What is made of the frames",
+        items=[
+            ("MESH", "Meshes", "Meshes of the surface"),
+            ("FOAM", "Foam", "Spray, foam and bubbles"),
+            ("RENDER", "Pictures", "Pictures of the fluid, with its foam where there is some"),
+        ],
+        options={"ANIMATABLE", "ENUM_FLAG"},
+        default={"MESH"},
+    )
+    farm_chunk: bpy.props.IntProperty(
+        name="Frames of a task", description="Frames of a task at most, in what is made in parallel", min=1, soft_max=1000, default=10
     )
     contact: bpy.props.EnumProperty(
         name="Contact", description="What becomes of particles that meet it", items=choices(abi.RlvFluidContact), default="SLIP"

@@ -121,6 +121,62 @@ class OnServer(Case):
         self.refused(bpy.ops.relievo.fluid_simulate, "host:port")
 
 
+class OnFarm(Case):
+    """What a farm simulates; `sbatch` is a script that says what it was called with."""
+
+    def setUp(self):
+        super().setUp()
+        self.bin, self.job = (os.path.join(self.folder.name, name) for name in ("bin", "job"))
+        os.mkdir(self.bin)
+        self.sbatch("echo 7")
+        before = os.environ["PATH"]
+        self.addCleanup(os.environ.__setitem__, "PATH", before)
+        os.environ["PATH"] = self.bin + os.pathsep + before
+        self.preferences = bpy.context.preferences.addons["relievo"].preferences
+        self.addCleanup(setattr, self.preferences, "command", "relievo")
+        self.preferences.command = os.environ["RELIEVO_COMMAND"]
+        options = self.domain.relievo.fluid
+        options.place, options.farm_folder, options.farm_make, options.farm_chunk = "FARM", self.job, {"MESH"}, 2
+
+    def sbatch(self, does):
+        path = os.path.join(self.bin, "sbatch")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(f'#!/bin/sh\necho "$@" >> "{self.folder.name}/calls"\n{does}\n')
+        os.chmod(path, 0o755)
+
+    def test_a_job_is_written_and_submitted_and_its_tasks_make_the_frames(self):
+        self.part("FILL", "block", (0, 0, 0), (0.3, 0.4, 0.4))
+        wall = self.part("COLLIDER", "wall", (0.6, 0.1, 0), (0.7, 0.3, 0.5))
+        wall.keyframe_insert("location", frame=1)
+        wall.location.x = -0.1
+        wall.keyframe_insert("location", frame=6)
+        host.select(self.domain)
+        self.assertEqual(bpy.ops.relievo.fluid_farm(), {"FINISHED"})
+        calls = Path(self.folder.name, "calls").read_text(encoding="utf-8").splitlines()
+        self.assertEqual([call.split()[-1] for call in calls], ["simulate.sbatch", "mesh.sbatch"])
+        self.assertIn("--dependency=afterok", calls[1])
+        script = Path(self.job, "farm", "simulate.sbatch").read_text(encoding="utf-8")
+        self.assertIn("#SBATCH --job-name=tank-simulate", script)
+        # The farm calls `relievo`, which here is in no folder of commands.
+        words = script.split("exec relievo ")[1].split()
+        done = subprocess.run([os.environ["RELIEVO_COMMAND"], *words], capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(len(list(Path(self.job, "frames").glob("*.rlvfluid"))), 6)
+
+    def test_what_cannot_be_submitted_is_refused(self):
+        block, options = self.part("FILL", "block", (0, 0, 0), (0.3, 0.4, 0.4)), self.domain.relievo.fluid
+        self.refused(bpy.ops.relievo.fluid_simulate, "simulated on a farm")
+        self.sbatch("echo the queue is closed >&2; exit 1")
+        self.refused(bpy.ops.relievo.fluid_farm, "the queue is closed")
+        self.preferences.command = "no-such-command"
+        self.refused(bpy.ops.relievo.fluid_farm, "preferences")
+        options.farm_folder = ""
+        self.refused(bpy.ops.relievo.fluid_farm, "no folder")
+        options.farm_folder = self.job
+        block.scale.x = 4
+        self.refused(bpy.ops.relievo.fluid_farm, "reaches out of the domain")
+
+
 class Simulating(Case):
     def test_a_dam_breaks_and_is_played(self):
         self.part("FILL", "water", (0, 0, 0), (0.3, 0.4, 0.4))
