@@ -5,9 +5,9 @@
  * Joldes, Lance, Wittek 2007). Lengths are metres, times seconds, masses kilograms, stresses pascals. Results do not depend
  * on the number of threads. A simulation takes some 300 bytes an element.
  *
- * On a context with a graphics device it takes the steps of simulations, but for sliding nodes, contact of a model with itself,
- * pressures, meshes as colliders and halved steps, which the processor does, and takes over where a device fails. Forces then
- * differ by less than 1e-5 of the largest, and results are the same in every run on the same device. */
+ * On a context with a graphics device it takes the steps of simulations, but for contact of a model with itself, pressures and
+ * halved steps, which the processor does, and takes over where a device fails. Forces then differ by less than 1e-5 of the
+ * largest, and results are the same in every run on the same device. */
 #ifndef RELIEVO_TISSUE_H
 #define RELIEVO_TISSUE_H
 

@@ -75,6 +75,30 @@ impl DistanceField {
         [self.boxes[0].low, self.boxes[0].high]
     }
 
+    /// Appends the boxes and triangles as a device reads them (`shaders/tissue/tissue_move.wgsl`) and returns the row where they
+    /// begin. A box has two rows: its low and high corners, and behind them the row of its second child or first triangle, and
+    /// how many triangles it has. A triangle has ten, in the order of the leaves: its corners, behind the first its number, and
+    /// its seven normals. Floats are bits. Fails if there are too many rows.
+    pub(crate) fn pack(&self, rows: &mut Vec<[u32; 4]>) -> Result<u32> {
+        let root = rows.len();
+        let triangles = root + 2 * self.boxes.len();
+        if triangles + 10 * self.order.len() > u32::MAX as usize {
+            return Err(Error::memory("the surface has too many triangles for a device").advise("use the processor"));
+        }
+        let row = |place: Vec3, last: u32| [place.x.to_bits(), place.y.to_bits(), place.z.to_bits(), last];
+        for node in &self.boxes {
+            let first = node.first as usize;
+            let first = if node.count > 0 { triangles + 10 * first } else { root + 2 * first };
+            rows.extend([row(node.low, first as u32), row(node.high, node.count)]);
+        }
+        for number in &self.order {
+            let [a, b, c] = self.triangles[*number as usize];
+            rows.extend([row(a, *number), row(b, 0), row(c, 0)]);
+            rows.extend(self.normals[*number as usize].map(|normal| row(normal, 0)));
+        }
+        Ok(root as u32)
+    }
+
     /// Returns the closest point. A triangle that is near, such as that of a neighbouring place, makes it faster.
     pub fn closest(&self, place: Vec3, near: Option<u32>) -> Closest {
         let mut best = (f32::INFINITY, 0u32, Vec3::ZERO, 0usize);

@@ -32,9 +32,15 @@ impl Slides {
         Ok(slides)
     }
 
-    /// Returns whether no node slides.
-    pub fn is_empty(&self) -> bool {
-        self.sliding.is_empty()
+    /// Returns the nodes that slide, and the surfaces they slide on.
+    pub fn parts(&self) -> (&[Sliding], &[DistanceField]) {
+        (&self.sliding, &self.fields)
+    }
+
+    /// Returns whether a node slides on several surfaces.
+    pub fn are_crossed(&self) -> bool {
+        let is_other = |(place, sliding): (u32, &Sliding)| self.of_node[sliding.node as usize] != place;
+        (0u32..).zip(&self.sliding).any(is_other)
     }
 
     /// Leaves out nodes that are held or driven along every axis.

@@ -90,12 +90,10 @@ impl Simulation {
     /// Returns why the processor takes the steps though a device is given; `None` if the device does, or there is none.
     pub fn device_refusal(&self) -> Option<&'static str> {
         self.on_device.as_ref()?;
-        let is_mesh = |collider: &crate::collider::Collider| matches!(collider.shape().0, Body::Mesh(_));
         let reasons = [
-            (!self.slides.is_empty(), "nodes slide on surfaces"),
+            (self.slides.are_crossed(), "nodes slide on several surfaces"),
             (self.self_contact.is_some(), "the model touches itself"),
             (!self.pressures.is_empty(), "pressures follow faces"),
-            (self.colliders.iter().any(is_mesh), "a collider is a mesh"),
             (self.options.halvings > 0, "steps may be halved"),
         ];
         reasons.into_iter().find(|(holds, _)| *holds).map(|(_, reason)| reason)
@@ -228,7 +226,7 @@ impl Work {
                 *place += 1;
             }
         }
-        let (scale, shapes) = match &elements.shape {
+        let (scale, gradients) = match &elements.shape {
             Form::Box(scale) => (*scale, Vec::new()),
             Form::Any { gradients, patterns } => ([0.0; 3], [gradients.as_slice(), patterns].concat()),
         };
@@ -248,17 +246,28 @@ impl Work {
                 (0..3).filter(|axis| drive.axes >> axis & 1 != 0).for_each(|axis| sets[axis] = number);
             }
         }
-        let bodies: Vec<Row> = simulation
-            .colliders
-            .iter()
-            .map(|collider| match collider.shape() {
-                (Body::Ball(radius), friction) => [*radius, friction, 0.0, 0.0],
-                (_, friction) => [-1.0, friction, 0.0, 0.0],
-            })
-            .collect();
-        let rest: Vec<Row> = model.nodes.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
+        // Bodies come first, and then the meshes that they and sliding nodes name.
+        let mut shapes = vec![[0u32; 4]; simulation.colliders.len()];
+        for (number, collider) in simulation.colliders.iter().enumerate() {
+            let (body, friction) = collider.shape();
+            let (radius, root) = match body {
+                Body::Floor => (-1.0, 0),
+                Body::Ball(radius) => (*radius, 0),
+                Body::Mesh(field) => (0.0, field.pack(&mut shapes)?),
+            };
+            shapes[number] = [f32::to_bits(radius), friction.to_bits(), root, 0];
+        }
+        let mut rest: Vec<Row> = model.nodes.iter().map(|[x, y, z]| [*x, *y, *z, 0.0]).collect();
+        let (sliding, fields) = simulation.slides.parts();
+        if !sliding.is_empty() {
+            let roots = fields.iter().map(|field| field.pack(&mut shapes)).collect::<Result<Vec<u32>>>()?;
+            for slide in sliding {
+                rest[slide.node as usize][3] = slide.distance;
+                driven[slide.node as usize][3] = 1 + roots[slide.surface as usize];
+            }
+        }
 
-        let stride = (simulation.activations.len() + simulation.drives.len() + 4 * bodies.len()).max(1);
+        let stride = (simulation.activations.len() + simulation.drives.len() + 4 * simulation.colliders.len()).max(1);
         let timeline = Buffer::new(device, "what changes with time", CHUNK as usize * stride)?;
         let displacements = Buffer::new(device, "displacements", nodes)?;
         let velocities = Buffer::new(device, "velocities", nodes)?;
@@ -266,19 +275,19 @@ impl Work {
             (Buffer::<Row>::new(device, "forces", 8 * slots)?, Buffer::new(device, "broken element", 1)?);
         let corners = sent(device, "corners", corners)?;
         let moduli = sent(device, "moduli", elements.moduli.clone())?;
-        let shapes = sent(device, "gradients", shapes)?;
+        let gradients = sent(device, "gradients", gradients)?;
         let layers = sent(device, "layers of fibres", elements.layers.clone())?;
         let (fibres, muscles) = (sent(device, "fibres", fibres)?, sent(device, "muscles of fibres", muscles)?);
         let (starts, list) = (sent(device, "corners of nodes", starts)?, sent(device, "corners by node", list)?);
         let (masses, rest) = (sent(device, "masses", simulation.masses.clone())?, sent(device, "nodes", rest)?);
         let loads = sent(device, "loads", simulation.loads.clone())?;
-        let (driven, bodies) = (sent(device, "driven nodes", driven)?, sent(device, "bodies", bodies)?);
+        let (driven, shapes) = (sent(device, "driven nodes", driven)?, sent(device, "bodies and surfaces", shapes)?);
 
         let read = [
             displacements.wgpu(),
             corners.wgpu(),
             moduli.wgpu(),
-            shapes.wgpu(),
+            gradients.wgpu(),
             layers.wgpu(),
             fibres.wgpu(),
             muscles.wgpu(),
@@ -294,7 +303,7 @@ impl Work {
             loads.wgpu(),
             driven.wgpu(),
             timeline.wgpu(),
-            bodies.wgpu(),
+            shapes.wgpu(),
         ];
         let written = [displacements.wgpu(), velocities.wgpu()];
         let move_groups = [device.bind(&move_nodes, 0, &read)?, device.bind(&move_nodes, 1, &written)?];

@@ -9,7 +9,7 @@ use relievo_tissue::{
 use crate::bodies::{block, gel};
 
 /// A gel that survives a fall.
-fn firm() -> Material {
+pub fn firm() -> Material {
     Material { shear: 2e4, bulk: 2e5, ..gel() }
 }
 

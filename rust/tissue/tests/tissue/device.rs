@@ -5,9 +5,12 @@ use relievo_core::progress::Silent;
 use relievo_gpu::Device;
 use relievo_testing::device;
 use relievo_tissue::{
-    Body, Collider, Curve, Drive, Fibre, Held, Lists, Material, Model, Muscle, Portion, Simulation, SimulationOptions,
-    State,
+    Body, Collider, Curve, DistanceField, Drive, Fibre, Held, Lists, Material, Model, Muscle, Portion, Shape, Simulation,
+    SimulationOptions, Sliding, State,
 };
+
+use crate::bodies;
+use crate::contact::{ball, firm};
 
 /// A block of two materials with a muscle along x in its upper half; its lower face is held. `bent` moves its nodes, so that
 /// no element is a box.
@@ -87,6 +90,7 @@ fn a_device_moves_nodes_as_the_processor_does() {
     // One device for all, since it compiles its kernels anew.
     let Some(device) = device() else { return };
     moves_as_the_processor(&device);
+    slides_and_meets_meshes(&device);
     leaves_the_rest_to_the_processor(&device);
     stops_before_an_element_is_inside_out(&device);
 }
@@ -115,6 +119,53 @@ fn moves_as_the_processor(device: &Device) {
         again.use_device(None);
         let next = difference(&run(&mut again, 1).displacements, &run(&mut theirs, 1).displacements);
         assert!(next < 1e-5, "{next}");
+    }
+}
+
+/// A block whose lowest nodes slide on a ball, and a ball of triangles with friction that comes down on it and turns.
+fn sliding() -> Simulation {
+    let (points, triangles) = ball(0.3, 24);
+    let mut model = bodies::block([0.2, 0.2, 0.05], [6, 6, 2], firm());
+    model.nodes.iter_mut().for_each(|at| *at = [at[0] - 0.1, at[1] - 0.1, at[2] + 0.31]);
+    let field = DistanceField::new(&points, &triangles).unwrap();
+    let lowest = model.nodes_within([-1.0, -1.0, 0.3], [1.0, 1.0, 0.311]);
+    let distance = |node: u32| field.closest(glam::Vec3::from(model.nodes[node as usize]), None).distance;
+    model.sliding =
+        lowest.iter().map(|node| Sliding { node: *node, surface: 0, distance: distance(*node) }).collect();
+    model.surfaces.push(Shape { name: "skull".into(), points, triangles });
+    let corner = model.nodes_within([-1.0, -1.0, 0.359], [-0.0999, -0.0999, 1.0]);
+    model.held = corner.into_iter().map(|node| Held { node, axes: 7 }).collect();
+    let options = SimulationOptions { gravity: [6.0, 3.0, -9.81], damping: 5.0, ..SimulationOptions::default() };
+    let mut made = Simulation::new(model, &options).unwrap();
+    let (points, triangles) = ball(0.05, 12);
+    let end = 200.0 * f64::from(made.steps().step);
+    let down = Curve::new(vec![(0.0, [0.01, 0.02, 0.411]), (end, [0.015, 0.02, 0.402])]).unwrap();
+    let turn = Curve::new(vec![(0.0, [0.0; 3]), (end, [0.0, 0.3, 0.1])]).unwrap();
+    let mesh = Body::Mesh(DistanceField::new(&points, &triangles).unwrap());
+    made.add_collider(Collider::new(mesh, 0.4, down, turn).unwrap());
+    made
+}
+
+fn slides_and_meets_meshes(device: &Device) {
+    let (mut ours, mut theirs) = (sliding(), sliding());
+    theirs.use_device(Some(device));
+    assert_eq!(theirs.device_refusal(), None);
+    let (a, b) = (run(&mut ours, 3), run(&mut theirs, 3));
+    let apart = difference(&a.velocities, &b.velocities);
+    println!("sliding nodes: velocities differ by {apart} after 3 steps");
+    assert!(apart < 1e-5, "{apart}");
+    let (a, b) = (run(&mut ours, 197), run(&mut theirs, 197));
+    let apart = difference(&a.displacements, &b.displacements);
+    println!("sliding nodes and a mesh: displacements differ by {apart} after 200 steps");
+    // The ball has pressed the upper face in.
+    assert!(b.displacements.iter().any(|u| u[2] < -0.002), "the mesh touches");
+    assert!(apart < 1e-3, "{apart}");
+    let (model, places) = (theirs.model(), theirs.positions());
+    let shape = &model.surfaces[0];
+    let field = DistanceField::new(&shape.points, &shape.triangles).unwrap();
+    for slide in &model.sliding {
+        let off = field.closest(glam::Vec3::from(places[slide.node as usize]), None).distance - slide.distance;
+        assert!(off.abs() < 1e-6, "{off}");
     }
 }
 
