@@ -49,6 +49,7 @@ pub fn run(report: &mut Report, peers: Option<&Path>) -> Result<()> {
             None => eprintln!("skipped: meshes/{name} is not there"),
         }
     }
+    largest(report, &context)?;
     textured::run(report, &context)?;
     progressive_cases(report, &context)
 }
@@ -144,6 +145,45 @@ fn case(report: &mut Report, context: &Context, peers: &[Peer], name: &str, mesh
         }
     }
     Ok(mine.median())
+}
+
+/// Models whose largest deviation is compared, besides those that all is measured of. The last two have parts that meet
+/// at edges of more than two triangles.
+const MODELS: [&str; 12] = [
+    "meshes/cheburashka.obj",
+    "meshes/beetle-alt.obj",
+    "ugly/cow.obj",
+    "ugly/octagonal_pocket.ply",
+    "ugly/teapot_unwelded.obj",
+    "ugly/bunny_zippered.ply",
+    "ugly/featuretype.ply",
+    "cages/suzanne.obj",
+    "cages/monsterfrog.obj",
+    "cages/bishop.obj",
+    "ugly/beetle.obj",
+    "ugly/cycloidal.ply",
+];
+/// How many of these have to be no farther than meshoptimizer's.
+const HELD: usize = 10;
+
+/// Measures the largest deviations of models, welded, beside meshoptimizer's.
+fn largest(report: &mut Report, context: &Context) -> Result<()> {
+    for (number, name) in MODELS.into_iter().enumerate() {
+        let Some(mesh) = shapes::model(context, name)? else {
+            eprintln!("skipped: {name} is not there");
+            continue;
+        };
+        let welded = relievo_lod::weld(&mesh.points, &mesh.triangles());
+        let mesh = (welded.points, welded.triangles);
+        let made = [ours(context, &mesh)?, theirs(&mesh)];
+        let [mine, peer] =
+            [Deviation::between(context, &mesh, &made[0])?, Deviation::between(context, &mesh, &made[1])?];
+        let [mine, peer] = [mine, peer].map(|deviation| Sample::new(vec![deviation.largest]));
+        let goal = if number < HELD { Goal::RatioAtMost(1.0) } else { Goal::None };
+        let case = format!("{name}, {} triangles: largest deviation", mesh.1.len());
+        report.add(&case, &mine, Some(("meshoptimizer", &peer)), "% of diagonal", goal);
+    }
+    Ok(())
 }
 
 /// Measures how far meshes deviate that were simplified to a bound, and to an estimate of the same length, beside what was

@@ -1,6 +1,7 @@
 //! Levels of detail of triangle meshes: simplification by parallel edge collapses, and progressive meshes.
 
 mod attributes;
+mod beside;
 mod connectivity;
 mod decimation;
 mod distance;
@@ -11,6 +12,7 @@ mod numbers;
 mod offset;
 mod open_fans;
 mod order;
+mod outliers;
 mod patch;
 mod patches;
 mod placement;

@@ -12,7 +12,7 @@ use crate::connectivity::Fan;
 use crate::decimation::{Decimation, Edge};
 
 /// Triangles that are looked at together.
-const LANES: usize = 8;
+pub const LANES: usize = 8;
 /// Groups of so many: two fans of [`Fan::MOST`] triangles.
 const GROUPS: usize = 2 * Fan::MOST / LANES;
 
@@ -113,7 +113,7 @@ const LEAST: f32 = 1e-37;
 
 /// Returns the square of the distance of a point from a triangle (Ericson 2005, Section 5.1.5), without a branch.
 #[inline(always)]
-fn distance_squared(p: [f32; 3], [a, b, c]: [[f32; 3]; 3]) -> f32 {
+pub fn distance_squared(p: [f32; 3], [a, b, c]: [[f32; 3]; 3]) -> f32 {
     let (ab, ac, bc, ap, bp) = (minus(b, a), minus(c, a), minus(c, b), minus(p, a), minus(p, b));
     let (d1, d2) = (dot(ab, ap), dot(ac, ap));
     let (ee, ff, ef) = (dot(ab, ab), dot(ac, ac), dot(ab, ac));
@@ -151,7 +151,7 @@ fn part(part: f32, whole: f32) -> f32 {
 }
 
 #[inline(always)]
-fn lesser(x: f32, y: f32) -> f32 {
+pub fn lesser(x: f32, y: f32) -> f32 {
     if x < y { x } else { y }
 }
 

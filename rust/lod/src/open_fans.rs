@@ -1,11 +1,11 @@
-//! Vertices that several open fans of triangles share, as where the points of one side of a seam are among those of the
-//! other. Each fan gets a vertex of its own, so that the edges of one are no obstacle to the collapses of the other, and
-//! gives it back at the end. The vertices stay where they are.
+//! Vertices that several fans of triangles share, as where the points of one side of a seam are among those of the other, or
+//! where sheets meet along an edge. Each fan gets a vertex of its own, so that the edges of one are no obstacle to the
+//! collapses of the other, and gives it back at the end. The vertices stay where they are.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-/// A mesh whose open fans have vertices of their own.
+/// A mesh whose fans have vertices of their own.
 pub struct OpenFans<'a> {
     pub points: Cow<'a, [[f32; 3]]>,
     pub triangles: Cow<'a, [[u32; 3]]>,
@@ -21,8 +21,8 @@ pub struct OpenFans<'a> {
 const MOST: u32 = 2;
 
 impl<'a> OpenFans<'a> {
-    /// Parts the open fans of a mesh whose indices are in range. Vertices at edges of more than two triangles, or of two
-    /// in the same direction, are left alone.
+    /// Parts the fans of a mesh whose indices are in range, also along edges of more than two triangles, or of two in the
+    /// same direction.
     pub fn part(points: &'a [[f32; 3]], triangles: &'a [[u32; 3]]) -> Self {
         let mut made = Self {
             points: Cow::Borrowed(points),
@@ -69,22 +69,16 @@ impl<'a> OpenFans<'a> {
     }
 
     /// Gives the vertices of triangles that are left back to what they were, but for those of edges that would then have
-    /// more triangles than two.
+    /// more triangles than two, or than before.
     pub fn join(&self, triangles: &mut [[u32; 3]]) {
         if self.origins.is_empty() {
             return;
         }
         let mut is_shared = vec![false; self.points.len()];
         self.shared.iter().for_each(|vertex| is_shared[*vertex as usize] = true);
-        let edges = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]];
-        let mut counts = HashMap::new();
-        for [from, to] in triangles.iter().flat_map(|it| edges(*it)) {
-            if is_shared[from as usize] && is_shared[to as usize] {
-                let [from, to] = [self.origin(from), self.origin(to)];
-                *counts.entry([from.min(to), from.max(to)]).or_insert(0u32) += 1;
-            }
-        }
-        counts.retain(|_, count| *count > MOST);
+        let before = self.edges(&self.triangles, &is_shared);
+        let mut counts = self.edges(triangles, &is_shared);
+        counts.retain(|edge, count| *count > MOST.max(before.get(edge).copied().unwrap_or(0)));
         for vertex in counts.into_keys().flatten() {
             is_shared[vertex as usize] = false;
         }
@@ -94,6 +88,18 @@ impl<'a> OpenFans<'a> {
                 *vertex = joined;
             }
         }
+    }
+
+    /// Counts the triangles of every edge between vertices that are shared, as if they were what they had been.
+    fn edges(&self, triangles: &[[u32; 3]], is_shared: &[bool]) -> HashMap<[u32; 2], u32> {
+        let mut counts = HashMap::new();
+        for [from, to] in triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]) {
+            if is_shared[from as usize] && is_shared[to as usize] {
+                let [from, to] = [self.origin(from), self.origin(to)];
+                *counts.entry([from.min(to), from.max(to)]).or_insert(0) += 1;
+            }
+        }
+        counts
     }
 }
 
@@ -112,42 +118,53 @@ fn open_corners(vertices: usize, triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
     corners.filter(|[vertex, _]| sums[*vertex as usize] != 0).collect()
 }
 
-/// Returns the fans of triangles at a vertex, if all are open and none has an edge that is not manifold; else none.
+/// Returns the fans of triangles at a vertex: those that are connected over edges of two triangles. None if a triangle has
+/// the vertex twice.
 fn fans(vertex: u32, corners: &[[u32; 2]], triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
     // What comes after the vertex and before it, in each triangle.
-    let mut ends = Vec::with_capacity(corners.len());
-    for [_, triangle] in corners {
+    let (mut after, mut before) = (Vec::with_capacity(corners.len()), Vec::with_capacity(corners.len()));
+    for (corner, [_, triangle]) in corners.iter().enumerate() {
         let at = triangles[*triangle as usize];
-        match at.iter().filter(|it| **it == vertex).count() {
-            1 => {
-                let place = (0..3).find(|place| at[*place] == vertex).unwrap_or(0);
-                ends.push((at[(place + 1) % 3], at[(place + 2) % 3], *triangle));
-            }
-            _ => return Vec::new(),
+        if at.iter().filter(|it| **it == vertex).count() != 1 {
+            return Vec::new();
         }
+        let place = (0..3).find(|place| at[*place] == vertex).unwrap_or(0);
+        after.push((at[(place + 1) % 3], corner));
+        before.push((at[(place + 2) % 3], corner));
     }
-    let mut after: Vec<_> = ends.iter().map(|(after, ..)| *after).collect();
-    let mut before: Vec<_> = ends.iter().map(|(_, before, _)| *before).collect();
     after.sort_unstable();
     before.sort_unstable();
-    if [&after, &before].iter().any(|list| list.windows(2).any(|pair| pair[0] == pair[1])) {
-        return Vec::new();
+    let same = |list: &[(u32, usize)], end: u32| {
+        let start = list.partition_point(|(it, _)| *it < end);
+        let count = list[start..].iter().take_while(|(it, _)| *it == end).count();
+        (count == 1).then(|| list[start].1)
+    };
+    // Every corner's fan, as the lowest corner known to be in it.
+    let mut lower: Vec<usize> = (0..corners.len()).collect();
+    let lowest = |lower: &mut Vec<usize>, mut corner: usize| {
+        while lower[corner] != corner {
+            lower[corner] = lower[lower[corner]];
+            corner = lower[corner];
+        }
+        corner
+    };
+    for ends in after.chunk_by(|one, other| one.0 == other.0) {
+        if let (Some(one), Some(other)) = (same(ends, ends[0].0), same(&before, ends[0].0)) {
+            let both = [one, other].map(|corner| lowest(&mut lower, corner));
+            lower[both[0].max(both[1])] = both[0].min(both[1]);
+        }
     }
-    let by_after: HashMap<u32, (u32, u32)> = ends.iter().map(|(after, before, it)| (*after, (*before, *it))).collect();
-    let starts = after.iter().filter(|after| before.binary_search(after).is_err());
-    let mut count = 0;
-    let fans: Vec<Vec<u32>> = starts
-        .map(|start| {
-            let (mut fan, mut at) = (Vec::new(), *start);
-            while let Some((before, triangle)) = by_after.get(&at) {
-                fan.push(*triangle);
-                at = *before;
-            }
-            count += fan.len();
-            fan
-        })
-        .collect();
-    if count == corners.len() { fans } else { Vec::new() }
+    let mut fans: Vec<Vec<u32>> = Vec::new();
+    let mut numbers = vec![0; corners.len()];
+    for (corner, [_, triangle]) in corners.iter().enumerate() {
+        let first = lowest(&mut lower, corner);
+        if first == corner {
+            numbers[corner] = fans.len();
+            fans.push(Vec::new());
+        }
+        fans[numbers[first]].push(*triangle);
+    }
+    fans
 }
 
 #[cfg(test)]
@@ -168,12 +185,20 @@ mod tests {
     }
 
     #[test]
-    fn closed_fans_and_edges_that_are_not_manifold_stay() {
+    fn closed_fans_stay_and_pages_of_a_book_are_parted() {
         let points = [[0.0; 3]; 7];
         let tetrahedron = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
         assert!(OpenFans::part(&points, &tetrahedron).shared.is_empty());
         let book = [[0, 1, 2], [0, 1, 3], [1, 0, 4], [0, 5, 6]];
-        assert!(!OpenFans::part(&points, &book).shared.contains(&0));
+        let parted = OpenFans::part(&points, &book);
+        assert_eq!(parted.shared.iter().filter(|it| [0, 1].contains(*it)).count(), 2);
+        assert!((0..3).all(|page| (0..page).all(|other| {
+            let pages = [page, other].map(|page| parted.triangles[page]);
+            pages[0].iter().filter(|it| pages[1].contains(it)).count() < 2
+        })));
+        let mut back = parted.triangles.to_vec();
+        parted.join(&mut back);
+        assert_eq!(back, book);
     }
 
     #[test]

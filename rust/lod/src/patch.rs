@@ -56,6 +56,8 @@ pub struct Pieces<'a> {
     pub is_locked: Vec<bool>,
     /// Corners at every vertex.
     pub valences: Vec<u32>,
+    /// The vertex that each was collapsed into, or itself.
+    pub joined: Vec<u32>,
 }
 
 /// A patch.
@@ -73,6 +75,8 @@ pub struct Patch {
     fans: [Fan; 2],
     around: Around,
     normals: Vec<(u32, Vec3)>,
+    /// Vertices that are gone, and what they were collapsed into.
+    joined: Vec<[u32; 2]>,
 }
 
 impl Pieces<'_> {
@@ -128,6 +132,7 @@ impl Patch {
             fans: Default::default(),
             around: Around::default(),
             normals: Vec::new(),
+            joined: Vec::new(),
         };
         made.find_costs(context);
         Ok(made)
@@ -285,7 +290,8 @@ impl Patch {
 
     /// Collapses an edge; what is around it is in the fans, and normals of triangles are found.
     fn collapse(&mut self, edge: &Edge, point: Vec4, cost: f32) {
-        let Self { work, queue, care, fans, normals, .. } = self;
+        let Self { work, queue, care, fans, normals, joined, .. } = self;
+        joined.push([edge.ends[1], edge.ends[0]]);
         let [kept, gone] = edge.ends.map(|end| end as usize);
         work.points[kept] = point;
         work.join_factors(kept, gone);
@@ -350,6 +356,9 @@ impl Patch {
     /// Gives what is known of vertices back to the whole.
     pub fn give_back(&self, pieces: &mut Pieces) {
         let mesh = &self.work.mesh;
+        for [gone, kept] in self.joined.iter().map(|both| both.map(|own| self.vertices[own as usize])) {
+            pieces.joined[gone as usize] = kept;
+        }
         for (own, vertex) in self.vertices.iter().enumerate() {
             if mesh.flags[own] & OUTSIDE == 0 && !mesh.is_gone(own as u32) {
                 pieces.points[*vertex as usize] = self.work.points[own];

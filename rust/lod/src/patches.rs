@@ -26,15 +26,24 @@ const STEP: f32 = 0.6;
 /// Cuts in a row without a collapse after which there is nothing left to collapse.
 const IDLE: usize = 2;
 
-/// Collapses edges until there are `faces` triangles, or none is left that deviates by at most `error`. Returns the
-/// triangles that are left, in the order of the input, and all points.
+/// A mesh whose edges were collapsed.
+pub struct Reduced {
+    /// Triangles that are left, in the order of the input.
+    pub triangles: Vec<[u32; 3]>,
+    /// Place and deviation of every vertex of the input.
+    pub points: Vec<Vec4>,
+    /// The vertex that each was collapsed into, or itself.
+    pub joined: Vec<u32>,
+}
+
+/// Collapses edges until there are `faces` triangles, or none is left that deviates by at most `error`.
 pub fn reduce(
     context: &Context,
     mut pieces: Pieces<'_>,
     faces: usize,
     error: f32,
     progress: &mut dyn Progress,
-) -> Result<(Vec<[u32; 3]>, Vec<Vec4>)> {
+) -> Result<Reduced> {
     let before = pieces.input.len();
     let serial = Context::serial();
     let bounds = bounds(&pieces.points);
@@ -96,7 +105,8 @@ pub fn reduce(
         };
     }
     progress.step(1.0, "simplify")?;
-    Ok((by_number(context, &pieces, left), pieces.points))
+    let triangles = by_number(context, &pieces, left);
+    Ok(Reduced { triangles, points: pieces.points, joined: pieces.joined })
 }
 
 /// The magnitude up to which edges have their turn in the next step, and how many triangles each patch may be rid of.
@@ -151,6 +161,7 @@ impl<'a> Pieces<'a> {
             factors: factors.to_vec(),
             is_locked,
             valences: vec![0; points.len()],
+            joined: (0..points.len() as u32).collect(),
         }
     }
 

@@ -13,6 +13,7 @@ use crate::connectivity::NONE;
 use crate::decimation::Decimation;
 use crate::error_bound::{self, Limits, Triangles};
 use crate::open_fans::OpenFans;
+use crate::outliers;
 use crate::patch::Pieces;
 use crate::patches;
 use crate::progressive::Recording;
@@ -114,8 +115,9 @@ const AHEAD: f32 = 1.25;
 const FEW: f32 = 0.25;
 
 /// Simplifies a mesh. Vertices and triangles keep their order; vertices at boundaries stay there; those of edges with
-/// more than two triangles, and those that several fans of triangles share, are not moved. Fails if there is no
-/// triangle, a coordinate is not finite, an index too large, or `progress` asks to stop.
+/// more than two triangles, and those that several fans of triangles share, are not moved. Without a limit of the
+/// deviation, vertices around the largest deviations are moved at the end, and edges turned, to make these smaller. Fails
+/// if there is no triangle, a coordinate is not finite, an index too large, or `progress` asks to stop.
 pub fn simplify(
     context: &Context,
     points: &[[f32; 3]],
@@ -133,9 +135,12 @@ pub fn simplify(
             let mesh = (&*parted.points, &*parted.triangles);
             let pieces = Pieces::new(mesh, 1.0 / scale, (&factors, &fixed), limits);
             let error = limits.error() / scale;
-            let (mut left, moved) = patches::reduce(context, pieces, options.faces, error, progress)?;
-            parted.join(&mut left);
-            Ok(finish(context, (left, moved), points, triangles, scale))
+            let mut reduced = patches::reduce(context, pieces, options.faces, error, progress)?;
+            if error == f32::INFINITY {
+                outliers::lessen(context, mesh, 1.0 / scale, &fixed, &mut reduced);
+            }
+            parted.join(&mut reduced.triangles);
+            Ok(finish(context, (reduced.triangles, reduced.points), points, triangles, scale))
         };
         simplified_within(context, (points, triangles), options, progress, run)
     })

@@ -264,7 +264,18 @@ fn the_bore_of_a_block_with_seams_is_not_torn() {
 
 #[test]
 fn the_largest_deviation_is_no_larger_than_meshoptimizers() {
-    let names = ["meshes/fandisk.obj", "ugly/cow.obj", "cages/armorguy.obj", "cages/bigguy.obj", "cages/t-rex.obj"];
+    let names = [
+        "meshes/fandisk.obj",
+        "meshes/cheburashka.obj",
+        "ugly/cow.obj",
+        "ugly/octagonal_pocket.ply",
+        "ugly/teapot_unwelded.obj",
+        "cages/suzanne.obj",
+        "cages/armorguy.obj",
+        "cages/bigguy.obj",
+        "cages/monsterfrog.obj",
+        "cages/t-rex.obj",
+    ];
     for name in names {
         let Some(mesh) = model(name) else { return };
         let faces = mesh.1.len() / 10;
