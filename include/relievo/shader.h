@@ -18,7 +18,13 @@
  *             then a factor for each of the n features; then for each example 1 or 0 for its class, and n features
  *   log       0 vectors of a weight other than 0; 1 all vectors; 2 sum of weights; then n accumulated features; then for
  *             each vector its weight and n features, as many as the buffer has room for; for RLV_SHADER_MASK in place of
- *             the features the membership of each pixel, row after row
+ *             the features the membership of each pixel, row after row; for RLV_SHADER_VERTICES in their place 6 + n numbers
+ *             of each vertex, instance after instance: its position in clip space, how many vectors of a weight other than 0
+ *             it took, the sum of their weights, and its accumulated features
+ *
+ * A fragment or compute shader acts on RLV_SHADER_CLASSIFY and RLV_SHADER_MASK, a vertex shader on the two other modes. Run a
+ * vertex shader once for each vertex that is asked for, for instance as a point; the vector of a pixel is the mean of those of
+ * the triangle that is seen there, weighted as its outputs are interpolated.
  *
  * A shader is never changed: its calls may run at the same time. Reading one takes milliseconds, on a thread of its own. */
 #ifndef RELIEVO_SHADER_H
@@ -72,7 +78,9 @@ typedef enum RlvShaderClass {
 typedef enum RlvShaderMode {
     RLV_SHADER_RENDER = 0,   /* nothing */
     RLV_SHADER_CLASSIFY = 1, /* logs the vectors of the pixel at a column and row */
-    RLV_SHADER_MASK = 2      /* logs the membership of each pixel of so many columns and rows */
+    RLV_SHADER_MASK = 2,     /* logs the membership of each pixel of so many columns and rows */
+    RLV_SHADER_CLASSIFY_VERTEX = 3, /* a vertex shader logs the vectors of a vertex of an instance */
+    RLV_SHADER_VERTICES = 4         /* a vertex shader lists so many vertices of so many instances */
 } RlvShaderMode;
 
 typedef struct RlvShaderOptions {
@@ -176,7 +184,8 @@ RLV_API RlvResult rlv_shader_layout(RlvShader shader, RlvShaderLayout *out);
 RLV_API RlvResult rlv_shader_feature(RlvShader shader, size_t index, RlvShaderFeature *out);
 
 /* Writes the words of the buffer of examples for a mode of RlvShaderMode, and their number to count. x and y are column and
- * row from the upper left corner to classify, columns and rows for a mask, and without meaning to render. words may be NULL to
+ * row from the upper left corner to classify a pixel, columns and rows for a mask, the indices of vertex and instance to
+ * classify a vertex, numbers of vertices and of instances to list them, and without meaning to render. words may be NULL to
  * ask for the number. Fails if there are more than capacity, or if an example is not finite or of no class. */
 RLV_API RlvResult rlv_shader_pack_examples(const RlvShaderExamples *examples, uint32_t mode, uint32_t x, uint32_t y,
                                            uint32_t *words, size_t capacity, size_t *count);

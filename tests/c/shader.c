@@ -140,7 +140,11 @@ static void check_membership(void) {
     CHECK_OK(rlv_shader_pack_examples(&examples, RLV_SHADER_CLASSIFY, 7, 9, words, 13, &count));
     CHECK(memcmp(words, expected_words, sizeof words) == 0);
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_shader_pack_examples(&examples, RLV_SHADER_MASK, 7, 9, words, 12, &count), "words");
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_shader_pack_examples(&examples, 3, 7, 9, words, 13, &count), "mode");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_shader_pack_examples(&examples, 5, 7, 9, words, 13, &count), "mode");
+    CHECK_OK(rlv_shader_pack_examples(&examples, RLV_SHADER_CLASSIFY_VERTEX, 7, 9, words, 13, &count));
+    CHECK(words[0] == 3 && words[1] == 7 && words[2] == 9);
+    CHECK_OK(rlv_shader_pack_examples(&examples, RLV_SHADER_VERTICES, 7, 9, words, 13, &count));
+    CHECK(words[0] == 4);
     /* Scaled by the range of 4, distances are a quarter: the ratio stays. */
     examples.is_scaled = 1;
     CHECK_OK(rlv_shader_membership(&examples, vectors[0], 4, 0, found));

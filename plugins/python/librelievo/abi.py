@@ -395,6 +395,8 @@ class RlvShaderMode(IntEnum):
     RENDER = 0
     CLASSIFY = 1
     MASK = 2
+    CLASSIFY_VERTEX = 3
+    VERTICES = 4
 
 
 class c_float_p(c_void_p):

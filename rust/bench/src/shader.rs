@@ -73,6 +73,35 @@ pub fn run(report: &mut Report, others: Option<&Path>) -> Result<()> {
     let goal = if is_software { Goal::None } else { Goal::RatioAtMost(2.0) };
     report.add(&case, &Sample::new(ours), Some(("plain shader", &Sample::new(theirs))), "ms", goal);
     report.add("classification of a pixel", &Sample::new(times), None, "ms", Goal::AtMost(5.0));
+    vertices(report, &device)
+}
+
+/// Measures the classification of a pixel by the vertices of its triangle.
+fn vertices(report: &mut Report, device: &Device) -> Result<()> {
+    const VERTICES: u32 = 6 * 96 * 96;
+    let source = |name, text: &str, stage| Source::new(name, text, Language::Glsl, stage);
+    let vertex = include_str!("../../../examples/shaders/terrain.vert");
+    let vertex = Shader::new(source("terrain.vert", vertex, Stage::Vertex))?;
+    let fragment = include_str!("../../../examples/shaders/terrain.frag");
+    let fragment = Shader::new(source("terrain.frag", fragment, Stage::Fragment))?;
+    let augmented = vertex.augment()?;
+    let program = Program::plain(&fragment)?.with_vertex(&vertex, Some(&augmented))?;
+    let mut inputs = Inputs { vertices: Some(VERTICES), ..Inputs::default() };
+    for (name, number) in [("turn", 0.6), ("tilt", 0.75), ("aspect", 1.7778)] {
+        inputs.numbers.insert(name.into(), vec![number]);
+    }
+    let size = [640, 360];
+    let runner = Runner::new(device, &program, None, size, &inputs)?;
+    let classes = Classes::of(&augmented);
+    let mut times = Vec::new();
+    for share in PIXELS {
+        let pixel = [0, 1].map(|axis| (share[axis] * size[axis] as f32) as u32);
+        let mut done = Ok(());
+        times.push(1e3 * seconds(|| done = runner.classify(&classes, pixel).map(drop)));
+        done?;
+    }
+    let case = format!("classification of a pixel of {VERTICES} vertices");
+    report.add(&case, &Sample::new(times), None, "ms", Goal::AtMost(5.0));
     Ok(())
 }
 

@@ -41,6 +41,8 @@ constants! {
     RLV_SHADER_RENDER = 0,
     RLV_SHADER_CLASSIFY = 1,
     RLV_SHADER_MASK = 2,
+    RLV_SHADER_CLASSIFY_VERTEX = 3,
+    RLV_SHADER_VERTICES = 4,
 }
 
 descriptor! {
@@ -394,6 +396,8 @@ entry! {
             RLV_SHADER_RENDER => Mode::Render,
             RLV_SHADER_CLASSIFY => Mode::Classify([x, y]),
             RLV_SHADER_MASK => Mode::Mask([x, y]),
+            RLV_SHADER_CLASSIFY_VERTEX => Mode::ClassifyVertex([x, y]),
+            RLV_SHADER_VERTICES => Mode::Vertices([x, y]),
             _ => {
                 return Err(Error::invalid(format!("there is no mode {mode}"))
                     .at("mode")

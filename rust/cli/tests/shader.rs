@@ -52,11 +52,56 @@ fn shaders_are_checked_marked_and_augmented_without_a_device() {
     assert!(wrong.contains("wrong.wgsl:6:") && wrong.contains("^^^^^^"), "{wrong}");
 }
 
+/// Whether there is a graphics device; where one is required, it fails without.
+fn has_device() -> bool {
+    let is_there = !relievo_gpu::adapters().is_empty();
+    let is_required = std::env::var_os("RELIEVO_GPU_TESTS").is_some_and(|it| it == "required");
+    assert!(is_there || !is_required, "there is no graphics device");
+    if !is_there {
+        println!("skipped: there is no graphics device");
+    }
+    is_there
+}
+
+#[test]
+fn vertex_shaders_run_with_a_fragment_shader_and_alone() {
+    if !has_device() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/shaders");
+    for name in ["terrain.toml", "terrain.vert", "terrain.frag"] {
+        std::fs::copy(examples.join(name), folder.join(name)).unwrap();
+    }
+    let classify =
+        ["shader", "classify", "terrain.toml", "--size", "160x90", "--positive", "88,34", "--negative", "60,48"];
+    let rest = ["--why", "80,54", "-o", "classes.json", "--json"];
+    let found: Value = serde_json::from_str(&done(folder, &[&classify[..], &rest[..]].concat())).unwrap();
+    assert_eq!((&found["names"][0], &found["pixels"][0]["taken"]), (&"Height".into(), &3.into()), "{found}");
+    let picture = ["shader", "run", "terrain.toml", "--size", "160x90", "--classes", "classes.json", "-o", "pair.exr"];
+    done(folder, &[&picture[..], &["--mask", "mask.png"]].concat());
+    // The fragment shader hands the colour on: the vertex shader alone draws the same.
+    let alone =
+        ["shader", "run", "terrain.vert", "--vertices", "55296", "--size", "160x90", "--classes", "classes.json"];
+    let set =
+        ["--set", "turn=0.6", "--set", "tilt=0.75", "--set", "aspect=1.7778", "-o", "alone.exr", "--mask", "again.png"];
+    done(folder, &[&alone[..], &set[..]].concat());
+    for names in [["pair.exr", "alone.exr"], ["mask.png", "again.png"]] {
+        let [a, b] = names.map(|name| std::fs::read(folder.join(name)).unwrap());
+        assert!(a == b, "{names:?}");
+    }
+    let values =
+        ["shader", "values", "terrain.vert", "--vertices", "55296", "--set", "aspect=1.5", "--pixel", "320,200"];
+    let values = done(folder, &values);
+    assert!(values.contains("Slope") && values.contains("the mean of 3"), "{values}");
+    let wrong = refused(folder, &["shader", "run", "terrain.frag", "--vertex", "terrain.frag", "-o", "x.png"]);
+    assert!(wrong.contains("no vertex entry point"), "{wrong}");
+}
+
 #[test]
 fn pixels_are_classified_and_classes_exported() {
-    if relievo_gpu::adapters().is_empty() {
-        assert!(std::env::var_os("RELIEVO_GPU_TESTS").is_none_or(|it| it != "required"), "there is no graphics device");
-        println!("skipped: there is no graphics device");
+    if !has_device() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();

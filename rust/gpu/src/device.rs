@@ -97,7 +97,10 @@ impl Device {
                 .advise("update the driver, or use the device `cpu`"));
         }
         let timing = options.timing && there.contains(Features::TIMESTAMP_QUERY);
-        let optional = Features::TIMESTAMP_QUERY | Features::POLYGON_MODE_LINE | Features::FLOAT32_FILTERABLE;
+        let optional = Features::TIMESTAMP_QUERY
+            | Features::POLYGON_MODE_LINE
+            | Features::FLOAT32_FILTERABLE
+            | Features::VERTEX_WRITABLE_STORAGE;
         let limits = adapter.limits();
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("relievo"),

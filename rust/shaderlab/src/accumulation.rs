@@ -56,24 +56,29 @@ impl Accumulation {
     pub fn of(self, features: usize, weights: &[f32], vectors: &[f32]) -> Result<Vec<f32>> {
         let mut sums = vec![0.0_f32; features];
         let mut total = 0.0_f32;
-        let mut taken = 0;
+        let mut taken = 0_u32;
         for (weight, vector) in weights.iter().zip(vectors.chunks_exact(features.max(1))) {
             if *weight == 0.0 {
                 continue;
             }
-            for (sum, value) in sums.iter_mut().zip(vector) {
-                *sum = match self {
-                    Self::Average | Self::Sum => *sum + weight * value,
-                    Self::Min if taken > 0 => sum.min(*value),
-                    Self::Max if taken > 0 => sum.max(*value),
-                    Self::First if taken > 0 => *sum,
-                    Self::Min | Self::Max | Self::First | Self::Last => *value,
-                };
-            }
+            self.add(&mut sums, taken, *weight, vector);
             total += weight;
             taken += 1;
         }
         self.finish(taken, total, sums)
+    }
+
+    /// Adds a vector, or with weight 1 the sums of several, to the sums of `taken` vectors before it.
+    pub(crate) fn add(self, sums: &mut [f32], taken: u32, weight: f32, vector: &[f32]) {
+        for (sum, value) in sums.iter_mut().zip(vector) {
+            *sum = match self {
+                Self::Average | Self::Sum => *sum + weight * value,
+                Self::Min if taken > 0 => sum.min(*value),
+                Self::Max if taken > 0 => sum.max(*value),
+                Self::First if taken > 0 => *sum,
+                Self::Min | Self::Max | Self::First | Self::Last => *value,
+            };
+        }
     }
 
     /// Makes the vector of a pixel of the sums that a device logged. Fails as [`Accumulation::of`] does.

@@ -8,6 +8,8 @@ use crate::edit::{Edit, Part, SpanMap, apply};
 use crate::fault::{Checked, Fault, Faults, Span};
 use crate::front::{Parsed, entries, parse, wgsl};
 use crate::instrument::{Instrument, glsl_place};
+use crate::lexer::{Kind, Token};
+use crate::outline::Function;
 use crate::shader::Shader;
 use crate::source::{Language, Stage};
 
@@ -96,8 +98,8 @@ impl Shader {
         if !faults.is_empty() {
             return Err(faults);
         }
-        self.begin(&mut edits)?;
-        let code = instrument.code(self.source.language);
+        let ends = self.begin(&mut edits)?;
+        let code = instrument.code(self.source.language, ends.is_some()) + ends.as_deref().unwrap_or_default();
         let text = &*self.source.text;
         match self.source.language {
             // At the end, where it moves no line of the user.
@@ -206,50 +208,125 @@ impl Shader {
         parts
     }
 
-    /// Adds to the entry points the call that states which pixel an invocation computes.
-    fn begin(&self, edits: &mut Vec<Edit>) -> Checked<()> {
+    /// Adds to the entry points the call that states which pixel or vertex an invocation computes, and to those of vertices one
+    /// that states where the vertex lies. Returns the functions that the latter need, if there is an entry point of vertices.
+    fn begin(&self, edits: &mut Vec<Edit>) -> Checked<Option<String>> {
         let text = &*self.source.text;
         if self.source.language == Language::Glsl {
-            let call = format!(" pel_begin({});", glsl_place(self.source.stage));
+            let is_vertex = self.source.stage == Stage::Vertex;
+            let begin = if is_vertex { "pel_begin_vertex" } else { "pel_begin" };
+            let call = format!(" {begin}({});", glsl_place(self.source.stage));
             if let Some([head, tail]) = &self.dialect.wrapper {
                 edits.push(Edit::insert(text.len(), format!("{head}{call}\n{tail}")));
-                return Ok(());
+                return Ok(None);
             }
             return match self.outline.functions.iter().find(|function| function.name == "main") {
                 Some(main) => {
                     edits.push(Edit::insert(main.body.start + 1, call));
-                    Ok(())
+                    if is_vertex {
+                        self.end_main(main, edits);
+                    }
+                    Ok(is_vertex.then(String::new))
                 }
                 None => Err(vec![Fault::new(0..0, "the shader has no function `main`")]),
             };
         }
-        let mut is_begun = false;
+        let takes = |meaning: &Meaning| matches!(meaning, Meaning::Vector { .. });
+        let becomes_code = |meaning: &Meaning| takes(meaning) || matches!(meaning, Meaning::Code { .. });
+        let (mut is_begun, mut ends) = (false, None);
         for (_, stage, entry) in entries(&self.parsed.module) {
-            if !self.is_annotated(entry) {
+            if !self.is_annotated(entry, becomes_code) {
                 continue;
             }
             let Some(function) = self.outline.functions.iter().find(|function| function.name == entry.name) else {
                 continue;
             };
-            let (place, parameter) = wgsl_place(&self.parsed.module, stage, entry);
-            if let Some(parameter) = parameter {
+            let (place, parameters) = wgsl_place(&self.parsed.module, stage, entry);
+            if !parameters.is_empty() {
                 let comma = if entry.function.arguments.is_empty() { "" } else { ", " };
-                edits.push(Edit::insert(function.parameters.start + 1, format!("{parameter}{comma}")));
+                let parameters = format!("{}{comma}", parameters.join(", "));
+                edits.push(Edit::insert(function.parameters.start + 1, parameters));
             }
-            edits.push(Edit::insert(function.body.start + 1, format!(" pel_begin({place});")));
             is_begun = true;
+            let begin = if stage == Stage::Vertex { "pel_begin_vertex" } else { "pel_begin" };
+            edits.push(Edit::insert(function.body.start + 1, format!(" {begin}({place});")));
+            if stage == Stage::Vertex {
+                let code: &mut String = ends.get_or_insert_default();
+                if self.is_annotated(entry, takes) {
+                    code.push_str(&self.end_entry(entry, function, edits));
+                }
+            }
         }
         if is_begun {
-            return Ok(());
+            return Ok(ends);
         }
         let fault = Fault::new(0..0, "no entry point of the shader takes a vector");
         Err(vec![fault.advise("call the annotated function from a vertex, fragment or compute entry point")])
     }
 
-    /// Returns whether an entry point, or a function that it calls, has an annotation that becomes code.
-    fn is_annotated(&self, entry: &naga::EntryPoint) -> bool {
-        let becomes_code = |meaning: &Meaning| matches!(meaning, Meaning::Vector { .. } | Meaning::Code { .. });
-        let annotated = self.annotations.iter().filter(|it| becomes_code(&it.meaning));
+    /// Returns the bytes of each `return` in a function, from the word to its `;`.
+    fn returns(&self, function: &Function) -> Vec<Span> {
+        let text = &*self.source.text;
+        let is_inside = |token: &&Token| function.body.contains(&token.span.start) && token.kind != Kind::Directive;
+        let mut code = self.tokens.iter().filter(is_inside).filter(|token| !token.is_comment());
+        let mut found = Vec::new();
+        while let Some(word) = code.find(|token| token.text(text) == "return") {
+            if let Some(end) = code.find(|token| token.text(text) == ";") {
+                found.push(word.span.start..end.span.start);
+            }
+        }
+        found
+    }
+
+    /// States the position of a vertex wherever the `main` of a GLSL shader ends.
+    fn end_main(&self, main: &Function, edits: &mut Vec<Edit>) {
+        const CALL: &str = "pel_end_vertex(gl_Position);";
+        let returns = self.returns(main);
+        for span in &returns {
+            edits.push(Edit::insert(span.start, format!("{{ {CALL} ")));
+            edits.push(Edit::insert(span.end + 1, " }"));
+        }
+        let text = &*self.source.text;
+        let close = main.body.end - 1;
+        let is_inside = |token: &&Token| main.body.contains(&token.span.start) && token.span.start < close;
+        let last = self.tokens.iter().filter(is_inside).rfind(|token| !token.is_comment());
+        // Front ends refuse statements behind a return of the same block.
+        let is_ended = last.is_some_and(|last| returns.iter().any(|span| span.end == last.span.start));
+        if !is_ended && text.get(close..).is_some_and(|rest| rest.starts_with('}')) {
+            edits.push(Edit::insert(close, format!("{CALL} ")));
+        }
+    }
+
+    /// States the position of a vertex wherever an entry point of WGSL returns, and returns the function that does so.
+    fn end_entry(&self, entry: &naga::EntryPoint, function: &Function, edits: &mut Vec<Edit>) -> String {
+        let name = &entry.name;
+        let Some(result) = &entry.function.result else { return String::new() };
+        let ty = &self.parsed.module.types[result.ty];
+        let is_position = |binding: &Option<naga::Binding>| {
+            matches!(binding, Some(naga::Binding::BuiltIn(naga::BuiltIn::Position { .. })))
+        };
+        let (type_name, position) = match &ty.inner {
+            naga::TypeInner::Struct { members, .. } => {
+                let member = members.iter().find(|member| is_position(&member.binding));
+                match (&ty.name, member.and_then(|member| member.name.as_ref())) {
+                    (Some(ty), Some(member)) => (ty.as_str(), format!("value.{member}")),
+                    _ => return String::new(),
+                }
+            }
+            _ => ("vec4<f32>", "value".to_owned()),
+        };
+        for span in self.returns(function) {
+            edits.push(Edit::insert(span.start + "return".len(), format!(" pel_end_{name}(")));
+            edits.push(Edit::insert(span.end, ")"));
+        }
+        format!(
+            "\nfn pel_end_{name}(value: {type_name}) -> {type_name} {{ pel_end_vertex({position}); return value; }}\n"
+        )
+    }
+
+    /// Returns whether an entry point, or a function that it calls, has an annotation of some meanings.
+    fn is_annotated(&self, entry: &naga::EntryPoint, meant: impl Fn(&Meaning) -> bool) -> bool {
+        let annotated = self.annotations.iter().filter(|it| meant(&it.meaning));
         let annotated: BTreeSet<&str> = annotated
             .filter_map(|it| self.outline.function_at(it.span.start))
             .map(|index| self.outline.functions[index].name.as_str())
@@ -293,40 +370,55 @@ fn free_place(module: &naga::Module) -> [u32; 2] {
     [GROUPS - 1, last.unwrap_or(0).min(u32::MAX - 1)]
 }
 
-/// Returns the expression of the coordinates of an invocation in WGSL, and the parameter to add for it, if any.
-fn wgsl_place(module: &naga::Module, stage: Stage, entry: &naga::EntryPoint) -> (String, Option<String>) {
-    let wanted = |built_in: &naga::BuiltIn| match stage {
-        Stage::Vertex => matches!(built_in, naga::BuiltIn::VertexIndex),
-        Stage::Fragment => matches!(built_in, naga::BuiltIn::Position { .. }),
-        Stage::Compute => matches!(built_in, naga::BuiltIn::GlobalInvocationId),
+/// Returns the expression of the coordinates of an invocation in WGSL, and the parameters to add for it.
+fn wgsl_place(module: &naga::Module, stage: Stage, entry: &naga::EntryPoint) -> (String, Vec<&'static str>) {
+    let mut added = Vec::new();
+    let mut value = |name: &str, parameter: &'static str, wanted: fn(&naga::BuiltIn) -> bool| {
+        built_in(module, entry, wanted).unwrap_or_else(|| {
+            added.push(parameter);
+            name.to_owned()
+        })
     };
-    let is_bound =
-        |binding: &Option<naga::Binding>| matches!(binding, Some(naga::Binding::BuiltIn(built_in)) if wanted(built_in));
-    let mut found = None;
-    for argument in &entry.function.arguments {
-        let Some(name) = &argument.name else { continue };
-        if is_bound(&argument.binding) {
-            found = Some(name.clone());
-        }
-        if let naga::TypeInner::Struct { members, .. } = &module.types[argument.ty].inner
-            && let Some(member) = members.iter().find(|member| is_bound(&member.binding))
-        {
-            found = member.name.as_ref().map(|member| format!("{name}.{member}"));
-        }
-    }
-    let (parameter, attribute) = match stage {
-        Stage::Vertex => ("pel_index", "@builtin(vertex_index) pel_index: u32"),
-        Stage::Fragment => ("pel_position", "@builtin(position) pel_position: vec4<f32>"),
-        Stage::Compute => ("pel_invocation", "@builtin(global_invocation_id) pel_invocation: vec3<u32>"),
-    };
-    let added = found.is_none().then(|| attribute.to_owned());
-    let place = found.unwrap_or_else(|| parameter.to_owned());
     let place = match stage {
-        Stage::Vertex => format!("vec2<u32>({place}, 0u)"),
-        Stage::Fragment => format!("vec2<u32>({place}.xy)"),
-        Stage::Compute => format!("{place}.xy"),
+        Stage::Vertex => {
+            let vertex = value("pel_index", "@builtin(vertex_index) pel_index: u32", |it| {
+                matches!(it, naga::BuiltIn::VertexIndex)
+            });
+            let instance = value("pel_instance", "@builtin(instance_index) pel_instance: u32", |it| {
+                matches!(it, naga::BuiltIn::InstanceIndex)
+            });
+            format!("vec2<u32>({vertex}, {instance})")
+        }
+        Stage::Fragment => {
+            let position = value("pel_position", "@builtin(position) pel_position: vec4<f32>", |it| {
+                matches!(it, naga::BuiltIn::Position { .. })
+            });
+            format!("vec2<u32>({position}.xy)")
+        }
+        Stage::Compute => {
+            let invocation =
+                value("pel_invocation", "@builtin(global_invocation_id) pel_invocation: vec3<u32>", |it| {
+                    matches!(it, naga::BuiltIn::GlobalInvocationId)
+                });
+            format!("{invocation}.xy")
+        }
     };
     (place, added)
+}
+
+/// Returns the expression of a built-in value among the parameters of an entry point.
+fn built_in(module: &naga::Module, entry: &naga::EntryPoint, wanted: fn(&naga::BuiltIn) -> bool) -> Option<String> {
+    let is_bound =
+        |binding: &Option<naga::Binding>| matches!(binding, Some(naga::Binding::BuiltIn(built_in)) if wanted(built_in));
+    entry.function.arguments.iter().find_map(|argument| {
+        let name = argument.name.as_ref()?;
+        if is_bound(&argument.binding) {
+            return Some(name.clone());
+        }
+        let naga::TypeInner::Struct { members, .. } = &module.types[argument.ty].inner else { return None };
+        let member = members.iter().find(|member| is_bound(&member.binding))?;
+        Some(format!("{name}.{}", member.name.as_ref()?))
+    })
 }
 
 impl Augmented {
@@ -336,7 +428,7 @@ impl Augmented {
     pub fn wgsl(&self, shader: &Shader) -> Result<String, Faults> {
         match self.language {
             Language::Wgsl => Ok(self.text.clone()),
-            Language::Glsl => wgsl(&self.parsed).map_err(Faults::of(shader.source())),
+            Language::Glsl => wgsl(&self.parsed, 0).map_err(Faults::of(shader.source())),
         }
     }
 }

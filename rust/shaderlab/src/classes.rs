@@ -48,6 +48,10 @@ pub enum Mode {
     Classify([u32; 2]),
     /// It also writes the membership of each pixel of a picture of these columns and rows.
     Mask([u32; 2]),
+    /// A vertex shader logs the vectors of a vertex of an instance.
+    ClassifyVertex([u32; 2]),
+    /// A vertex shader lists position and accumulated vector of so many vertices of so many instances.
+    Vertices([u32; 2]),
 }
 
 /// A classified pixel.
@@ -150,6 +154,8 @@ impl Classes {
             Mode::Render => (0, [0, 0]),
             Mode::Classify(pixel) => (1, pixel),
             Mode::Mask(size) => (2, size),
+            Mode::ClassifyVertex(vertex) => (3, vertex),
+            Mode::Vertices(count) => (4, count),
         };
         let count = self.examples.len() as u32;
         let mut words = Vec::with_capacity(EXAMPLES_HEAD + (self.features.len() + 1) * (self.examples.len() + 1));

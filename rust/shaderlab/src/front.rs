@@ -1,5 +1,6 @@
 //! Reading of shaders by naga's front ends, with faults at the bytes of the user's text.
 
+use std::borrow::Cow;
 use std::error::Error as _;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
@@ -89,14 +90,22 @@ fn parse_here(text: &str, language: Language, stage: Stage, map: &SpanMap) -> Ch
     }
 }
 
-/// Writes a shader as WGSL, the language that devices are given.
+/// Writes a shader as WGSL, the language that devices are given, with its bind groups numbered from `first_group` on.
 ///
 /// # Errors
 /// The shader uses what WGSL lacks.
-pub(crate) fn wgsl(parsed: &Parsed) -> Checked<String> {
+pub(crate) fn wgsl(parsed: &Parsed, first_group: u32) -> Checked<String> {
+    let mut module = Cow::Borrowed(&parsed.module);
+    if first_group > 0 {
+        for (_, variable) in module.to_mut().global_variables.iter_mut() {
+            if let Some(binding) = &mut variable.binding {
+                binding.group = binding.group.saturating_add(first_group);
+            }
+        }
+    }
     let written = on_deep_stack(|| {
         let flags = naga::back::wgsl::WriterFlags::empty();
-        naga::back::wgsl::write_string(&parsed.module, &parsed.info, flags).map_err(|error| error.to_string())
+        naga::back::wgsl::write_string(&module, &parsed.info, flags).map_err(|error| error.to_string())
     });
     let refused = |why: String| vec![Fault::new(0..0, format!("the shader cannot run on WebGPU: {why}"))];
     match written {

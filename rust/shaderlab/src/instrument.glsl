@@ -9,6 +9,7 @@ float pel_vector[FEATURES];
 bool pel_is_taken = false;
 bool pel_is_logged = false;
 bool pel_is_masked = false;
+bool pel_is_listed = false;
 uint pel_slot = 0u;
 uint pel_added = 0u;
 float pel_total = 0.0;
@@ -95,17 +96,19 @@ void pel_take(float weight) {
         }
         pel_all = pel_all + 1u;
     }
-    if (pel_is_masked && weight != 0.0 && pel_slot < words) {
+    if ((pel_is_masked || pel_is_listed) && weight != 0.0) {
         pel_total += weight;
-        float last[FEATURES] = pel_vector;
         for (uint i = 0u; i < FEATURESu; i++) {
             ADD_VECTOR;
         }
-        for (uint i = 0u; i < FEATURESu; i++) {
-            pel_vector[i] = PIXEL_FEATURE;
-        }
-        pel_log_values[pel_slot] = pel_confidence();
-        pel_vector = last;
         pel_added += 1u;
+        if (pel_is_masked && pel_slot < words) {
+            float last[FEATURES] = pel_vector;
+            for (uint i = 0u; i < FEATURESu; i++) {
+                pel_vector[i] = PIXEL_FEATURE;
+            }
+            pel_log_values[pel_slot] = pel_confidence();
+            pel_vector = last;
+        }
     }
 }

@@ -5,16 +5,19 @@
 //!
 //! | words | examples, read by the shader | | words | log, written by the shader |
 //! |---|---|---|---|---|
-//! | 0 | 0 to render, 1 to classify a pixel, 2 to make a mask | | 0 | vectors of the pixel with a weight other than 0 |
-//! | 1, 2 | x and y of the classified pixel, or columns and rows of the mask | | 1 | all vectors of the pixel |
+//! | 0 | the mode: 0 to render, 1 to classify a pixel, 2 to make a mask, 3 to classify a vertex, 4 to list vertices | | 0 | vectors with a weight other than 0 |
+//! | 1, 2 | x and y of the pixel, vertex and instance, or how many there are of each | | 1 | all vectors |
 //! | 3 | number of examples | | 2 | sum of weights, f32 |
 //! | 4 | exponent of the membership, f32 | | 3 | accumulated features, f32 |
 //! | 5 | a factor for each feature, f32 | | 3 + n | for each vector its weight and its n features, f32 |
 //! | 5 + n | for each example 1 or 0 for its class, and its n features, f32 | | | |
 //!
-//! Only the invocation of the classified pixel writes, so plain stores suffice. Of a mask each invocation writes the membership
-//! of its pixel, the number at its row and column in place of the accumulated features. Every index is checked against the length of
-//! its buffer. Pixels are the coordinates of fragments, of compute invocations, or the indices of vertices and instances.
+//! Only the invocation of the classified pixel or vertex writes, so plain stores suffice. Of a mask each invocation writes the
+//! membership of its pixel, the number at its row and column in place of the accumulated features. Of a list of vertices each
+//! invocation writes a record in their place: its position (4 numbers), how many vectors of a weight other than 0 it took, the
+//! sum of their weights, and its accumulated features. Every index is checked against the length of its buffer. Pixels are
+//! the coordinates of fragments and of compute invocations. Vertex shaders act on the modes 3 and 4 alone, other shaders on 1
+//! and 2 alone, so that a pipeline of both can have one buffer.
 
 use crate::accumulation::Accumulation;
 use crate::source::{Language, Stage};
@@ -23,6 +26,8 @@ use crate::source::{Language, Stage};
 pub const EXAMPLES_HEAD: usize = 5;
 /// Words of the log before the accumulated features.
 pub const LOG_HEAD: usize = 3;
+/// Numbers of the record of a vertex before its accumulated features.
+pub const VERTEX_HEAD: usize = 6;
 
 /// Largest difference of a feature between two vectors, so that squares of distances are finite.
 pub(crate) const MOST_DIFFERENCE: f32 = 1e18;
@@ -49,12 +54,13 @@ impl Instrument {
         }
     }
 
-    /// Returns the declarations and functions to add.
-    pub fn code(&self, language: Language) -> String {
-        let template = match language {
-            Language::Wgsl => include_str!("instrument.wgsl"),
-            Language::Glsl => include_str!("instrument.glsl"),
+    /// Returns the declarations and functions to add, with those of vertex shaders if `has_vertices`.
+    pub fn code(&self, language: Language, has_vertices: bool) -> String {
+        let [template, of_vertices] = match language {
+            Language::Wgsl => [include_str!("instrument.wgsl"), include_str!("instrument_vertex.wgsl")],
+            Language::Glsl => [include_str!("instrument.glsl"), include_str!("instrument_vertex.glsl")],
         };
+        let template = format!("{template}{}", if has_vertices { of_vertices } else { "" });
         // The front end of GLSL cannot read members of an unsized block by the name of an instance.
         let logged = match language {
             Language::Wgsl => "pel_log.values[i]",

@@ -7,6 +7,7 @@ var<private> pel_vector: array<f32, FEATURES>;
 var<private> pel_is_taken: bool;
 var<private> pel_is_logged: bool;
 var<private> pel_is_masked: bool;
+var<private> pel_is_listed: bool;
 var<private> pel_slot: u32;
 var<private> pel_added: u32;
 var<private> pel_total: f32;
@@ -42,18 +43,20 @@ fn pel_take(weight: f32) {
         }
         pel_log.taken = pel_log.taken + 1u;
     }
-    if (pel_is_masked && weight != 0.0 && pel_slot < arrayLength(&pel_log.values)) {
+    if ((pel_is_masked || pel_is_listed) && weight != 0.0) {
         pel_total += weight;
-        let last = pel_vector;
         for (var i = 0u; i < FEATURESu; i++) {
             ADD_VECTOR;
         }
-        for (var i = 0u; i < FEATURESu; i++) {
-            pel_vector[i] = PIXEL_FEATURE;
-        }
-        pel_log.values[pel_slot] = pel_confidence();
-        pel_vector = last;
         pel_added += 1u;
+        if (pel_is_masked && pel_slot < arrayLength(&pel_log.values)) {
+            let last = pel_vector;
+            for (var i = 0u; i < FEATURESu; i++) {
+                pel_vector[i] = PIXEL_FEATURE;
+            }
+            pel_log.values[pel_slot] = pel_confidence();
+            pel_vector = last;
+        }
     }
 }
 

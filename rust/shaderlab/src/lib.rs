@@ -48,11 +48,11 @@ pub use outline::Declared;
 pub use project::{Classified, Input, Project};
 pub use resource::{Field, FieldKind, Resource, ResourceKind};
 #[cfg(feature = "wgpu")]
-pub use runner::{Inputs, MOST_VECTORS, Program, Runner, Texture};
+pub use runner::{Inputs, MOST_VECTORS, MOST_VERTICES, Program, Runner, Texture, Textures};
 pub use shader::{Entry, Shader};
 pub use source::{Language, MOST_BYTES, Source, Stage};
 pub use transfer::{Transfer, membership_function};
 #[cfg(feature = "wgpu")]
-pub use values::Value;
+pub use values::{Setting, Value};
 pub use variable::Variable;
 pub use volume::Volume;

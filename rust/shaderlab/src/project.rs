@@ -41,6 +41,15 @@ pub struct Project {
     pub version: u32,
     /// The file of the shader, relative to the project.
     pub shader: PathBuf,
+    /// The file of the vertex shader that belongs to a fragment shader, relative to the project.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vertex: Option<PathBuf>,
+    /// The vertices to draw; left out, as many as the inputs of the vertex shader have, or 3.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vertices: Option<u32>,
+    /// How often they are drawn, with another `instance_index`; left out, once.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instances: Option<u32>,
     /// The entry point; left out, the only one that draws or computes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub entry: Option<String>,
@@ -52,7 +61,7 @@ pub struct Project {
     /// Whether features are scaled by their ranges.
     #[serde(default)]
     pub scaled: bool,
-    /// Numbers of uniforms by name.
+    /// Numbers of uniforms and of the inputs of vertex shaders by name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub set: BTreeMap<String, Vec<f64>>,
     /// Textures.
@@ -96,6 +105,7 @@ impl Project {
         let mut project = Self::parse(&text).map_err(|error| error.at(place))?;
         let folder = path.parent().unwrap_or(Path::new(""));
         project.shader = folder.join(&project.shader);
+        project.vertex = project.vertex.map(|vertex| folder.join(vertex));
         for input in &mut project.inputs {
             input.file = folder.join(&input.file);
         }
@@ -109,6 +119,7 @@ impl Project {
         let relative = |path: &Path| path.strip_prefix(folder).map_or_else(|_| path.to_owned(), Path::to_owned);
         let mut project = self.clone();
         project.shader = relative(&project.shader);
+        project.vertex = project.vertex.as_deref().map(relative);
         for input in &mut project.inputs {
             input.file = relative(&input.file);
         }

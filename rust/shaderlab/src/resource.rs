@@ -29,6 +29,29 @@ pub enum FieldKind {
     Unsigned,
 }
 
+impl FieldKind {
+    /// Returns the kind of a scalar of naga, if it is a number of 32 bits.
+    pub(crate) fn of(scalar: &naga::Scalar) -> Option<Self> {
+        let kind = match scalar.kind {
+            ScalarKind::Float => Self::Float,
+            ScalarKind::Sint => Self::Signed,
+            ScalarKind::Uint => Self::Unsigned,
+            _ => return None,
+        };
+        (scalar.width == 4).then_some(kind)
+    }
+
+    /// Returns the bytes of a number, as devices read it.
+    #[cfg(feature = "wgpu")]
+    pub(crate) fn bytes(self, number: f64) -> [u8; 4] {
+        match self {
+            Self::Float => (number as f32).to_ne_bytes(),
+            Self::Signed => (number as i32).to_ne_bytes(),
+            Self::Unsigned => (number as u32).to_ne_bytes(),
+        }
+    }
+}
+
 /// What a binding is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ResourceKind {
@@ -125,13 +148,7 @@ fn kind(module: &Module, variable: &naga::GlobalVariable) -> ResourceKind {
 /// Adds the numbers of a type at byte `at`.
 fn collect(module: &Module, ty: Handle<Type>, name: &str, at: u32, fields: &mut Vec<Field>) {
     let numbers = |scalar: &naga::Scalar, offsets: Vec<u32>| {
-        let kind = match scalar.kind {
-            ScalarKind::Float => FieldKind::Float,
-            ScalarKind::Sint => FieldKind::Signed,
-            ScalarKind::Uint => FieldKind::Unsigned,
-            _ => return None,
-        };
-        (scalar.width == 4).then(|| Field { name: name.to_owned(), offsets, kind })
+        FieldKind::of(scalar).map(|kind| Field { name: name.to_owned(), offsets, kind })
     };
     match &module.types[ty].inner {
         TypeInner::Scalar(scalar) => fields.extend(numbers(scalar, vec![at])),

@@ -1,27 +1,36 @@
 //! Running of shaders on a graphics device: pictures, and the feature vectors of single pixels.
 //!
-//! A fragment shader is drawn over the whole picture, with its own vertex shader where the module has one without vertex
-//! buffers, or with a triangle that covers the picture. A compute shader is dispatched with an invocation for each pixel and
-//! writes the picture to its 2-D storage texture. To classify, a fragment shader runs for one pixel alone.
+//! A fragment shader is drawn over the whole picture, with a triangle that covers the picture, or with its vertex shader. A
+//! vertex shader alone draws its triangles. A compute shader is dispatched with an invocation for each pixel and writes the
+//! picture to its 2-D storage texture. To classify, a fragment shader runs for one pixel alone. Of vertices, those of the
+//! triangle that is seen at the pixel are classified, each by a run of its own; its share in the pixel multiplies the weights of its
+//! vectors, so that a pixel has the interpolated vector, as a fragment shader has the interpolated outputs.
 
 mod bind;
+mod cover;
 mod draw;
+mod geometry;
 mod program;
 
+use std::ops::Range;
+
 use relievo_core::{Error, Result};
-use relievo_gpu::{Buffer, Device};
+use relievo_gpu::{Buffer, Device, wgpu};
 use relievo_render::Image;
 
 use crate::accumulation::Accumulation;
 use crate::classes::{Classes, MOST_EXAMPLES, Mode};
-use crate::instrument::{EXAMPLES_HEAD, LOG_HEAD};
-use crate::log::Log;
+use crate::instrument::{EXAMPLES_HEAD, LOG_HEAD, VERTEX_HEAD};
+use crate::log::{Log, Part};
 
-pub use bind::{Inputs, Texture};
+pub use bind::{Inputs, Texture, Textures};
+pub use geometry::MOST_VERTICES;
 pub use program::Program;
 
 use bind::Bound;
-use draw::Pipeline;
+use cover::{Cover, covers};
+use draw::{Pipeline, Run};
+use geometry::Geometry;
 
 /// Vectors of one pixel that the log keeps one by one. Later ones are still accumulated.
 pub const MOST_VECTORS: usize = 4096;
@@ -34,12 +43,24 @@ struct Instruments {
     accumulation: Accumulation,
 }
 
+/// The accumulated vectors of all vertices.
+struct Vertices {
+    /// Positions in clip space.
+    places: Vec<[f32; 4]>,
+    /// What each vertex logged, without single vectors.
+    parts: Vec<Part>,
+}
+
 /// A shader with its inputs on a graphics device.
 pub struct Runner {
     device: Device,
     pipeline: Pipeline,
     bound: Bound,
-    instruments: Option<Instruments>,
+    /// The buffers of the shader, and behind them those of a vertex shader of another text, if each is augmented.
+    instruments: Vec<Instruments>,
+    geometry: Option<Geometry>,
+    /// Whether pixels, and whether vertices, take vectors.
+    takes: [bool; 2],
     size: [u32; 2],
 }
 
@@ -56,9 +77,9 @@ fn place(pixel: [u32; 2]) -> String {
 impl Runner {
     /// Prepares a shader for pictures of `size` pixels.
     ///
-    /// `entry` names the fragment or compute entry point; it may be left out where there is one. Fails if there is none or more
-    /// than one, if an input is missing or of the wrong kind, if a name of a number is unknown, or if the device cannot run the
-    /// shader.
+    /// `entry` names the entry point; it may be left out where there is one that computes pixels, or else one of vertices.
+    /// Fails if there is none or more than one, if an input is missing or of the wrong kind, if a name of a number is unknown,
+    /// or if the device cannot run the shader: vectors of vertices need a device whose vertex shaders can write.
     pub fn new(
         device: &Device,
         program: &Program,
@@ -66,31 +87,54 @@ impl Runner {
         size: [u32; 2],
         inputs: &Inputs,
     ) -> Result<Self> {
+        Self::sharing(device, program, entry, size, inputs, &mut Textures::default())
+    }
+
+    /// Prepares a shader as [`Runner::new`] does, with the textures that `textures` has of these inputs on this device already;
+    /// those that it lacks are added.
+    pub fn sharing(
+        device: &Device,
+        program: &Program,
+        entry: Option<&str>,
+        size: [u32; 2],
+        inputs: &Inputs,
+        textures: &mut Textures,
+    ) -> Result<Self> {
         let most = device.limits().max_texture_dimension_2d;
         if size.iter().any(|edge| !(1..=most).contains(edge)) {
             return Err(Error::invalid(format!("a picture of {} × {} pixels cannot be drawn", size[0], size[1]))
                 .advise(format!("use 1 to {most} pixels along each edge")));
         }
-        let entry = program.entry(entry)?;
-        let instruments = match &program.instrument {
-            None => None,
-            Some(instrument) => {
-                let width = instrument.features + 1;
-                let examples = EXAMPLES_HEAD + instrument.features + MOST_EXAMPLES * width;
-                let pixels = size[0] as usize * size[1] as usize;
-                let log = LOG_HEAD + (instrument.features + MOST_VECTORS * width).max(pixels);
-                Some(Instruments {
-                    examples: Buffer::new(device, "examples", examples)?,
-                    log: Buffer::new(device, "log", log)?,
-                    features: instrument.features,
-                    accumulation: instrument.accumulation,
-                })
-            }
-        };
-        let buffers = instruments.as_ref().map(|it| [it.examples.wgpu(), it.log.wgpu()]);
-        let bound = Bound::new(device, program, size, inputs, buffers)?;
-        let pipeline = Pipeline::new(device, program, &entry, &bound, size)?;
-        Ok(Self { device: device.clone(), pipeline, bound, instruments, size })
+        let chosen = program.choose(entry, inputs)?;
+        let takes = [&chosen.pixels, &chosen.vertices].map(|point| point.as_ref().is_some_and(|it| it.is_marked));
+        if takes[1] && !device.wgpu().features().contains(wgpu::Features::VERTEX_WRITABLE_STORAGE) {
+            let what = format!("vertex shaders of {} cannot write their vectors", device.summary().name);
+            return Err(
+                Error::unsupported(what).advise("take the vectors in the fragment shader, or choose another device")
+            );
+        }
+        let attributes = chosen.vertices.as_ref().map_or(&[][..], |point| point.inputs.as_slice());
+        bind::check_names(program, inputs, attributes)?;
+        let geometry = chosen.vertices.as_ref().map(|point| Geometry::new(device, point, inputs)).transpose()?;
+        let listed = geometry.as_ref().filter(|_| takes[1]).map_or(0, Geometry::all);
+        let mut instruments = Vec::new();
+        for instrument in program.parts().filter_map(|part| part.instrument.as_ref()) {
+            let width = instrument.features + 1;
+            let examples = EXAMPLES_HEAD + instrument.features + MOST_EXAMPLES * width;
+            let pixels = size[0] as usize * size[1] as usize;
+            let vertices = listed * (VERTEX_HEAD + instrument.features);
+            let log = LOG_HEAD + (instrument.features + MOST_VECTORS * width).max(pixels).max(vertices);
+            instruments.push(Instruments {
+                examples: Buffer::new(device, "examples", examples)?,
+                log: Buffer::new(device, "log", log)?,
+                features: instrument.features,
+                accumulation: instrument.accumulation,
+            });
+        }
+        let buffers: Vec<_> = instruments.iter().map(|it| [it.examples.wgpu(), it.log.wgpu()]).collect();
+        let bound = Bound::new(device, program, size, inputs, textures, &buffers, takes[1])?;
+        let pipeline = Pipeline::new(device, program, &chosen, geometry.as_ref(), &bound, size)?;
+        Ok(Self { device: device.clone(), pipeline, bound, instruments, geometry, takes, size })
     }
 
     /// Returns the size of the picture.
@@ -98,35 +142,45 @@ impl Runner {
         self.size
     }
 
+    /// Returns the buffers of the shader that computes pixels, or else of the one that is augmented.
     fn instruments(&self) -> Result<&Instruments> {
-        self.instruments.as_ref().ok_or_else(|| {
+        self.instruments.first().ok_or_else(|| {
             Error::invalid("the shader is not augmented").advise("augment it before pixels are classified")
         })
     }
 
+    /// Returns the buffers that vertices write to.
+    fn vertex_instruments(&self) -> Result<&Instruments> {
+        self.instruments.last().ok_or_else(|| Error::internal("the vertex shader is not augmented"))
+    }
+
     /// Sends classes and a mode to the shader.
     fn send(&self, classes: &Classes, mode: Mode) -> Result<()> {
-        let instruments = self.instruments()?;
+        let features = self.instruments()?.features;
         classes.check()?;
-        if classes.features.len() != instruments.features {
-            let what =
-                format!("the classes have {} features, the shader {}", classes.features.len(), instruments.features);
+        if classes.features.len() != features {
+            let what = format!("the classes have {} features, the shader {features}", classes.features.len());
             return Err(Error::invalid(what).advise("classify the pixels again with this shader"));
         }
-        instruments.examples.write(&self.device, 0, &classes.words(mode))
+        let words = classes.words(mode);
+        self.instruments.iter().try_for_each(|it| it.examples.write(&self.device, 0, &words))
+    }
+
+    fn record(&self, frame: &mut relievo_gpu::Frame, run: Run) -> Result<()> {
+        self.pipeline.record(frame, &self.bound, self.geometry.as_ref(), self.size, run)
     }
 
     /// Runs the shader without reading anything back and waits until it is done.
     pub fn run(&self, classes: Option<&Classes>) -> Result<()> {
         self.start(classes)?;
         let mut frame = self.device.frame()?;
-        self.pipeline.record(&mut frame, &self.bound, self.size, None)?;
+        self.record(&mut frame, Run::All)?;
         frame.submit()?.wait()?;
         Ok(())
     }
 
     fn start(&self, classes: Option<&Classes>) -> Result<()> {
-        match (classes, &self.instruments) {
+        match (classes, self.instruments.first()) {
             (Some(classes), _) => self.send(classes, Mode::Render),
             (None, Some(instruments)) => {
                 self.send(&Classes::new(vec![String::new(); instruments.features]), Mode::Render)
@@ -140,40 +194,120 @@ impl Runner {
     pub fn picture(&self, classes: Option<&Classes>) -> Result<Image> {
         self.start(classes)?;
         let mut frame = self.device.frame()?;
-        self.pipeline.record(&mut frame, &self.bound, self.size, None)?;
+        self.record(&mut frame, Run::All)?;
         let read = self.pipeline.read(&self.device, &mut frame, &self.bound, self.size)?;
         let _submitted = frame.submit()?;
         self.pipeline.image(&read.get(&self.device)?, self.size)
     }
 
     /// Returns the membership of each pixel's vector, in one channel; 0.5 where the shader takes no vector.
+    ///
+    /// Fails if vertices and fragments take vectors: those of fragments are judged on the device, before they could be joined
+    /// with those of vertices.
     pub fn mask(&self, classes: &Classes) -> Result<Image> {
+        let [width, height] = self.size;
+        match self.takes {
+            [true, true] => {
+                return Err(Error::unsupported("vertices and fragments take vectors, which no mask joins")
+                    .advise("take the vectors in one of the two shaders"));
+            }
+            [false, true] => return self.mask_of_vertices(classes),
+            [_, false] => {}
+        }
         self.send(classes, Mode::Mask(self.size))?;
         let log = &self.instruments()?.log;
-        let pixels = self.size[0] as usize * self.size[1] as usize;
+        let pixels = width as usize * height as usize;
         log.write(&self.device, LOG_HEAD, &vec![0.5_f32.to_bits(); pixels])?;
         let mut frame = self.device.frame()?;
-        self.pipeline.record(&mut frame, &self.bound, self.size, None)?;
+        self.record(&mut frame, Run::All)?;
         let read = frame.read(log, LOG_HEAD..LOG_HEAD + pixels)?;
         let _submitted = frame.submit()?;
         let values = read.get(&self.device)?.into_iter().map(f32::from_bits).collect();
-        Image::from_data(self.size[0], self.size[1], 1, values)
+        Image::from_data(width, height, 1, values)
     }
 
-    /// Returns the vectors of a pixel, whose column and row count from the upper left corner.
+    /// As [`Runner::mask`], of the vectors of vertices: a list of them is made on the device, and pixels are judged here.
+    fn mask_of_vertices(&self, classes: &Classes) -> Result<Image> {
+        let [width, height] = self.size;
+        let Instruments { features, accumulation, .. } = *self.vertex_instruments()?;
+        let vertices = self.vertices(classes)?;
+        let value = |cover: &Option<Cover>| {
+            let Some(Cover { corners, shares, .. }) = cover else { return 0.5 };
+            let parts = corners.iter().zip(shares).map(|(corner, share)| (vertices.parts[*corner].clone(), *share));
+            let log = Log::join(parts.collect(), features, accumulation);
+            log.map_or(0.5, |log| classes.membership(&log.vector))
+        };
+        let values = self.covers(&vertices, [0..width, 0..height]).iter().map(value).collect();
+        Image::from_data(width, height, 1, values)
+    }
+
+    /// Returns what is seen of the vertices in an area of the picture.
+    fn covers(&self, vertices: &Vertices, area: [Range<u32>; 2]) -> Vec<Option<Cover>> {
+        let count = self.geometry.as_ref().map_or(0, |geometry| geometry.count[0] as usize);
+        covers(&vertices.places, count, self.size, area)
+    }
+
+    /// Takes the vectors of all vertices.
+    fn vertices(&self, classes: &Classes) -> Result<Vertices> {
+        let geometry = self.geometry.as_ref().ok_or_else(|| Error::internal("the shader has no vertices"))?;
+        let Instruments { features, log, .. } = self.vertex_instruments()?;
+        let [count, instances] = geometry.count;
+        self.send(classes, Mode::Vertices(geometry.count))?;
+        let mut frame = self.device.frame()?;
+        frame.clear(log);
+        self.record(&mut frame, Run::Vertices([0..count, 0..instances]))?;
+        let width = VERTEX_HEAD + features;
+        let read = frame.read(log, LOG_HEAD..LOG_HEAD + geometry.all() * width)?;
+        let _submitted = frame.submit()?;
+        let numbers: Vec<f32> = read.get(&self.device)?.into_iter().map(f32::from_bits).collect();
+        let place = |record: &[f32]| [record[0], record[1], record[2], record[3]];
+        let part = |record: &[f32]| Part {
+            weighted: record[4] as u32,
+            total: record[5],
+            sums: record[VERTEX_HEAD..].to_vec(),
+            ..Part::default()
+        };
+        let records = || numbers.chunks_exact(width);
+        Ok(Vertices { places: records().map(place).collect(), parts: records().map(part).collect() })
+    }
+
+    /// Returns the vectors of a pixel, whose column and row count from the upper left corner: those of the corners of the
+    /// triangle that is seen there, their weights multiplied by the corners' shares, and then those of the pixel itself.
     ///
     /// Fails if the pixel lies outside of the picture, or if the shader takes no vector of a weight other than 0 there.
     pub fn classify(&self, classes: &Classes, pixel: [u32; 2]) -> Result<Log> {
         self.check(pixel)?;
-        self.send(classes, Mode::Classify(pixel))?;
-        let instruments = self.instruments()?;
-        let count = instruments.features;
+        let Instruments { features, accumulation, .. } = *self.instruments()?;
+        let mut parts = Vec::new();
+        if self.takes[1] {
+            let vertices = self.vertices(classes)?;
+            let count = self.geometry.as_ref().map_or(1, |geometry| geometry.count[0] as usize);
+            let area = pixel.map(|at| at..at + 1);
+            if let Some(Some(Cover { corners, shares, .. })) = self.covers(&vertices, area).first() {
+                for (corner, share) in corners.iter().zip(shares) {
+                    let [vertex, instance] = [corner % count, corner / count].map(|index| index as u32);
+                    let run = Run::Vertices([vertex..vertex + 1, instance..instance + 1]);
+                    let mode = Mode::ClassifyVertex([vertex, instance]);
+                    parts.push((self.log(classes, mode, run, self.vertex_instruments()?)?, *share));
+                }
+            }
+        }
+        if self.takes[0] || !self.takes[1] {
+            parts.push((self.log(classes, Mode::Classify(pixel), Run::Pixel(pixel), self.instruments()?)?, 1.0));
+        }
+        Log::join(parts, features, accumulation).map_err(|error| error.at(place(pixel)))
+    }
+
+    /// Returns what the invocation that a mode names logs.
+    fn log(&self, classes: &Classes, mode: Mode, run: Run, instruments: &Instruments) -> Result<Part> {
+        let Instruments { features, log, .. } = instruments;
+        self.send(classes, mode)?;
         let mut frame = self.device.frame()?;
-        frame.clear(&instruments.log);
-        self.pipeline.record(&mut frame, &self.bound, self.size, Some(pixel))?;
-        let read = frame.read(&instruments.log, 0..LOG_HEAD + count + MOST_VECTORS * (count + 1))?;
+        frame.clear(log);
+        self.record(&mut frame, run)?;
+        let read = frame.read(log, 0..LOG_HEAD + features + MOST_VECTORS * (features + 1))?;
         let _submitted = frame.submit()?;
-        Log::of(&read.get(&self.device)?, count, instruments.accumulation).map_err(|error| error.at(place(pixel)))
+        Part::of(&read.get(&self.device)?, *features)
     }
 
     /// Fails if a pixel lies outside of the picture.

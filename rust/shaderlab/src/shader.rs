@@ -142,7 +142,7 @@ impl Shader {
     pub fn wgsl(&self) -> Result<String, Faults> {
         match self.source.language {
             Language::Wgsl => Ok(self.text.clone()),
-            Language::Glsl => wgsl(&self.parsed).map_err(Faults::of(&self.source)),
+            Language::Glsl => wgsl(&self.parsed, 0).map_err(Faults::of(&self.source)),
         }
     }
 

@@ -5,7 +5,7 @@ use relievo_gpu::Device;
 
 use crate::classes::Classes;
 use crate::log::Log;
-use crate::runner::{Inputs, Program, Runner};
+use crate::runner::{Inputs, Program, Runner, Textures};
 use crate::shader::Shader;
 use crate::source::Source;
 use crate::variable::Variable;
@@ -37,24 +37,48 @@ impl Value {
     }
 }
 
+/// What a shader runs with.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting<'a> {
+    /// The graphics device.
+    pub device: &'a Device,
+    /// The vertex shader of another text, for fragment shaders.
+    pub vertex: Option<&'a Shader>,
+    /// The entry point; left out, the only one.
+    pub entry: Option<&'a str>,
+    /// Columns and rows of the picture.
+    pub size: [u32; 2],
+    /// Textures and numbers.
+    pub inputs: &'a Inputs,
+}
+
+impl Setting<'_> {
+    fn runner(&self, program: Program, textures: &mut Textures) -> Result<Runner> {
+        let program = match self.vertex {
+            Some(vertex) => program.with_vertex(vertex, None)?,
+            None => program,
+        };
+        Runner::sharing(self.device, &program, self.entry, self.size, self.inputs, textures)
+    }
+}
+
 impl Shader {
-    /// Returns the values of each of [`Shader::variables`] at a pixel, counted from the upper left corner of a picture of
-    /// `size` pixels, where the variable is declared. Each is taken by a vector of that variable alone, in place of the
-    /// vectors of the shader.
+    /// Returns the values of each of [`Shader::variables`] at a pixel, counted from the upper left corner of the picture, where
+    /// the variable is declared. Each is taken by a vector of that variable alone, in place of the vectors of the shader. All
+    /// runs share the textures of `textures`, which are those of the setting's inputs on its device.
     ///
-    /// A variable has an error in its place if its declaration gives it no value, if the pixel does not pass it, if a value
-    /// is not finite, or if no statement can stand behind it. Fails if the pixel lies outside of the picture or the device
-    /// cannot run the shader.
+    /// A variable of a vertex shader has its values at the vertices of the triangle that is seen at the pixel; their mean is
+    /// the interpolated value. A variable has an error in its place if its declaration gives it no value, if the pixel does not
+    /// pass it, if a value is not finite, or if no statement can stand behind it. Fails if the pixel lies outside of the
+    /// picture or the device cannot run the shader.
     pub fn values(
         &self,
-        device: &Device,
-        entry: Option<&str>,
-        size: [u32; 2],
-        inputs: &Inputs,
+        setting: &Setting<'_>,
+        textures: &mut Textures,
         pixel: [u32; 2],
     ) -> Result<Vec<Result<Value>>> {
         let bare = Self::new(self.without_annotations())?;
-        Runner::new(device, &Program::plain(&bare)?, entry, size, inputs)?.check(pixel)?;
+        setting.runner(Program::plain(&bare)?, textures)?.check(pixel)?;
         let value = |(index, variable): (usize, &Variable)| {
             if !variable.is_initialized {
                 let what = format!("the declaration of `{}` gives it no value", variable.name);
@@ -63,7 +87,7 @@ impl Shader {
             let text = bare.with_vector(&[index], "1.0")?.into();
             let marked = Self::new(Source { text, ..bare.source.clone() })?;
             let augmented = marked.augment()?;
-            let runner = Runner::new(device, &Program::augmented(&marked, &augmented)?, entry, size, inputs)?;
+            let runner = setting.runner(Program::augmented(&marked, &augmented)?, textures)?;
             Ok(Value::of(&runner.classify(&Classes::of(&augmented), pixel)?))
         };
         Ok(bare.variables().iter().enumerate().map(value).collect())

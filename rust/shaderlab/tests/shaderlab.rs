@@ -8,6 +8,7 @@ mod shaderlab {
     mod dialect;
     mod hostile;
     mod membership;
+    mod vertex;
     mod volume;
 
     use relievo_shaderlab::{Augmented, Faults, Language, Shader, Source, Stage};

@@ -8,7 +8,7 @@ use relievo_gpu::Device;
 use relievo_render::Image;
 use relievo_shaderlab::{
     Augmented, Class, Classes, Classified, Diagnosis, Example, Explanation, Faults, Inputs, Log, Program, Project,
-    Runner, Shader, Source, Value,
+    Runner, Setting, Shader, Source, Textures, Value,
 };
 
 /// What a session begins with.
@@ -36,6 +36,9 @@ pub(crate) struct Note {
 /// A shader that was accepted and runs.
 struct Compiled {
     shader: Shader,
+    /// The vertex shader of another text.
+    vertex: Option<Shader>,
+    /// The shader that takes vectors.
     augmented: Option<Augmented>,
     runner: Runner,
 }
@@ -56,6 +59,8 @@ pub(crate) struct Values {
 /// An exploration of a shader.
 pub struct Session {
     opening: Opening,
+    /// The textures on the device, which do not change with the text.
+    textures: Textures,
     /// The text of the shader as it is edited.
     pub(crate) text: String,
     /// The text that was saved last.
@@ -91,6 +96,7 @@ impl Session {
         let saved = text.clone();
         let mut session = Self {
             opening,
+            textures: Textures::default(),
             text,
             saved,
             compiled: None,
@@ -163,11 +169,14 @@ impl Session {
         }
     }
 
-    fn compiled_text(&self) -> Result<std::result::Result<Compiled, Faults>> {
+    fn compiled_text(&mut self) -> Result<std::result::Result<Compiled, Faults>> {
         let Opening { device, project, inputs, size, .. } = &self.opening;
         let (language, stage) = Source::kind_of(&project.shader)
             .ok_or_else(|| Error::unsupported("the language of the shader is unknown"))?;
         let source = Source::new(project.shader.display().to_string(), self.text.as_str(), language, stage);
+        // The text of the vertex shader is not shown here: its faults are a message.
+        let vertex = project.vertex.as_deref().map(Source::read).transpose()?.map(Shader::new).transpose()?;
+        let of_vertices = vertex.as_ref().filter(|vertex| vertex.is_marked()).map(Shader::augment).transpose()?;
         let prepared = || -> std::result::Result<_, Faults> {
             let shader = Shader::new(source)?;
             let augmented = if shader.is_marked() { Some(shader.augment()?) } else { None };
@@ -181,8 +190,14 @@ impl Session {
             Ok(prepared) => prepared,
             Err(faults) => return Ok(Err(faults)),
         };
-        let runner = Runner::new(device, &program, project.entry.as_deref(), *size, inputs)?;
-        Ok(Ok(Compiled { shader, augmented, runner }))
+        let program = match &vertex {
+            Some(vertex) => program.with_vertex(vertex, of_vertices.as_ref())?,
+            None => program,
+        };
+        let entry = project.entry.as_deref();
+        let runner = Runner::sharing(device, &program, entry, *size, inputs, &mut self.textures)?;
+        let augmented = augmented.or(of_vertices);
+        Ok(Ok(Compiled { shader, vertex, augmented, runner }))
     }
 
     /// Takes the vectors of all examples anew. Examples without a vector leave the classes, and a message says so.
@@ -291,9 +306,11 @@ impl Session {
 
     /// Takes the values of all float variables at a pixel. Fails if the pixel lies outside of the picture.
     pub fn look(&mut self, pixel: [u32; 2]) -> Result<()> {
-        let Some(Compiled { shader, .. }) = &self.compiled else { return Ok(()) };
+        let Some(Compiled { shader, vertex, .. }) = &self.compiled else { return Ok(()) };
         let Opening { device, project, inputs, size, .. } = &self.opening;
-        let list = shader.values(device, project.entry.as_deref(), *size, inputs, pixel)?;
+        let (vertex, entry) = (vertex.as_ref(), project.entry.as_deref());
+        let setting = Setting { device, vertex, entry, size: *size, inputs };
+        let list = shader.values(&setting, &mut self.textures, pixel)?;
         self.values = Some(Values { pixel, list });
         Ok(())
     }
@@ -386,5 +403,40 @@ impl Session {
 
     pub(crate) fn device(&self) -> &Device {
         &self.opening.device
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_saved_is_rescued_and_faults_leave_the_picture() {
+        let Ok(device) = Device::open(&relievo_gpu::DeviceOptions::default()) else {
+            assert!(std::env::var_os("RELIEVO_GPU_TESTS").is_none_or(|it| it != "required"), "there is no device");
+            println!("skipped: there is no graphics device");
+            return;
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let shader = folder.path().join("ramp.wgsl");
+        let text = "@fragment fn fs(@location(0) uv: vec2<f32>) -> @location(0) vec4<f32> {\n    //. vector uv.x; 1.0\n    \
+            return vec4<f32>(uv, 0.0, 1.0);\n}\n";
+        std::fs::write(&shader, text).unwrap();
+        let file = folder.path().join("ramp.toml");
+        std::fs::write(&file, "version = 1\nshader = \"ramp.wgsl\"\nsize = [8, 4]\n").unwrap();
+        let project = Project::read(&file).unwrap();
+        let opening = Opening { device, project, file: Some(file), inputs: Inputs::default(), size: [8, 4] };
+        let mut session = Session::open(opening).unwrap();
+        assert!(!session.is_changed() && session.rescue().unwrap().is_none());
+        session.classify([6, 1], Class::Positive).unwrap();
+        let picture = session.picture().cloned();
+        session.text = text.replace("uv.x", "missing");
+        session.compile();
+        assert_eq!((session.notes[0].line, session.picture().cloned() == picture), (2, true), "{:?}", session.notes);
+        let rescued = session.rescue().unwrap().unwrap();
+        assert_eq!(rescued, folder.path().join("ramp.toml.rescued"));
+        assert!(std::fs::read_to_string(rescued).unwrap().contains("pixel = ["));
+        let kept = std::fs::read_to_string(folder.path().join("ramp.wgsl.rescued")).unwrap();
+        assert!(kept.contains("missing") && std::fs::read_to_string(&shader).unwrap() == text);
     }
 }

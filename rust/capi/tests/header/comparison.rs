@@ -946,6 +946,8 @@ constant!(RLV_SHADER_POSITIVE = 1);
 constant!(RLV_SHADER_RENDER = 0);
 constant!(RLV_SHADER_CLASSIFY = 1);
 constant!(RLV_SHADER_MASK = 2);
+constant!(RLV_SHADER_CLASSIFY_VERTEX = 3);
+constant!(RLV_SHADER_VERTICES = 4);
 layout!(RlvShaderOptions: 24, 8);
 layout!(RlvShaderVariable: 440, 8);
 layout!(RlvShaderLayout: 40, 4);
@@ -3674,6 +3676,7 @@ pub const NAMES: &[&str] = &[
     "RLV_SHADER_AUGMENTED_WGSL",
     "RLV_SHADER_AVERAGE",
     "RLV_SHADER_CLASSIFY",
+    "RLV_SHADER_CLASSIFY_VERTEX",
     "RLV_SHADER_COMPUTE",
     "RLV_SHADER_EXAMPLES_INIT",
     "RLV_SHADER_FEATURE_INIT",
@@ -3696,6 +3699,7 @@ pub const NAMES: &[&str] = &[
     "RLV_SHADER_SUM",
     "RLV_SHADER_VARIABLE_INIT",
     "RLV_SHADER_VERTEX",
+    "RLV_SHADER_VERTICES",
     "RLV_SHADER_WGSL",
     "RLV_SIMPLIFY_OPTIONS_INIT",
     "RLV_STAMP_OPTIONS_INIT",

@@ -15,10 +15,20 @@ use crate::limits::Limits;
 pub struct Options {
     /// A project (.toml), or a shader: .wgsl, .frag, .vert, .comp or .glsl.
     pub file: PathBuf,
+    /// The vertex shader of a fragment shader: .vert or .wgsl. Its bind groups follow those of the fragment shader.
+    #[arg(long, value_name = "FILE")]
+    vertex: Option<PathBuf>,
+    /// Vertices to draw, three for each triangle; left out, as many as the inputs of the vertex shader have, or 3.
+    #[arg(long, value_name = "COUNT")]
+    vertices: Option<u32>,
+    /// How often the vertices are drawn, with another instance_index.
+    #[arg(long, value_name = "COUNT")]
+    instances: Option<u32>,
     /// A texture of the shader: an image (.png, .exr) or a volume (.nii, .nii.gz, .vdb). May be repeated.
     #[arg(long = "input", value_name = "NAME=FILE")]
     inputs: Vec<String>,
-    /// Numbers of a uniform, with commas between them. May be repeated.
+    /// Numbers of a uniform, or of an input of the vertex shader, vertex after vertex, with commas between them. May be
+    /// repeated.
     #[arg(long = "set", value_name = "NAME=NUMBERS", allow_hyphen_values = true)]
     numbers: Vec<String>,
     /// Pixels of the picture: WIDTHxHEIGHT; left out, those of the project, or of the first image.
@@ -86,6 +96,9 @@ impl Options {
             false => Project {
                 version: 1,
                 shader: self.file.clone(),
+                vertex: None,
+                vertices: None,
+                instances: None,
                 entry: None,
                 size: [0; 2],
                 exponent: relievo_shaderlab::EXPONENT,
@@ -110,6 +123,9 @@ impl Options {
         }
         project.examples.extend(self.classified());
         project.entry = self.entry.clone().or(project.entry);
+        project.vertex = self.vertex.clone().or(project.vertex);
+        project.vertices = self.vertices.or(project.vertices);
+        project.instances = self.instances.or(project.instances);
         project.exponent = self.exponent.unwrap_or(project.exponent);
         project.scaled |= self.scaled;
         Ok(project)
@@ -119,7 +135,9 @@ impl Options {
     pub fn begin(&self) -> Result<Begun> {
         let project = self.project()?;
         let context = self.limits.context()?;
-        let (mut inputs, mut image_size) = (Inputs { numbers: project.set.clone(), ..Inputs::default() }, None);
+        let (vertices, instances) = (project.vertices, project.instances);
+        let mut inputs = Inputs { numbers: project.set.clone(), vertices, instances, ..Inputs::default() };
+        let mut image_size = None;
         for input in &project.inputs {
             let texture = texture(&context, &input.file)?;
             if let Texture::Image(image) = &texture {
@@ -141,15 +159,31 @@ impl Options {
             Ok(shader) => shader,
             Err(faults) => return Ok(Err(faults)),
         };
-        let needs_vectors = !project.examples.is_empty() || self.classes.is_some();
-        let prepared = match shader.is_marked() || needs_vectors {
-            true => shader.augment().and_then(|it| Ok((Program::augmented(&shader, &it)?, Some(it)))),
-            false => Program::plain(&shader).map(|program| (program, None)),
+        let vertex = match project.vertex.as_deref().map(super::read).transpose()?.transpose() {
+            Ok(vertex) => vertex,
+            Err(faults) => return Ok(Err(faults)),
         };
-        let (program, augmented) = match prepared {
+        let needs_vectors = !project.examples.is_empty() || self.classes.is_some();
+        // Vectors of the vertex shader alone are enough.
+        let is_marked = shader.is_marked() || (needs_vectors && !vertex.as_ref().is_some_and(Shader::is_marked));
+        let prepared = || -> std::result::Result<_, Faults> {
+            let augmented = if is_marked { Some(shader.augment()?) } else { None };
+            let program = match &augmented {
+                Some(augmented) => Program::augmented(&shader, augmented)?,
+                None => Program::plain(&shader)?,
+            };
+            let of_vertices = vertex.as_ref().filter(|vertex| vertex.is_marked()).map(Shader::augment).transpose()?;
+            Ok((program, augmented, of_vertices))
+        };
+        let (program, augmented, of_vertices) = match prepared() {
             Ok(prepared) => prepared,
             Err(faults) => return Ok(Err(faults)),
         };
+        let program = match &vertex {
+            Some(vertex) => program.with_vertex(vertex, of_vertices.as_ref())?,
+            None => program,
+        };
+        let augmented = augmented.or(of_vertices);
         let runner = Runner::new(&device, &program, project.entry.as_deref(), size, &inputs)
             .map_err(|error| error.at(project.shader.display().to_string()))?;
         let classes = match &augmented {

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::process::ExitCode;
 
 use relievo_core::Result;
-use relievo_shaderlab::{Shader, Source, Value, Variable};
+use relievo_shaderlab::{Setting, Shader, Source, Textures, Value, Variable};
 use serde_json::json;
 
 use super::opened::{Begun, Options};
@@ -29,7 +29,10 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Outcome {
     let Begun { project, inputs, size, device } = arguments.options.begin()?;
     let shader = sound!(Shader::new(Source::read(&project.shader)?));
-    let values = shader.values(&device, project.entry.as_deref(), size, &inputs, arguments.pixel)?;
+    let vertex = sound!(project.vertex.as_deref().map(super::read).transpose()?.transpose());
+    let (vertex, entry) = (vertex.as_ref(), project.entry.as_deref());
+    let setting = Setting { device: &device, vertex, entry, size, inputs: &inputs };
+    let values = shader.values(&setting, &mut Textures::default(), arguments.pixel)?;
     let text = if arguments.json { machine_readable(&shader, &values) } else { described(&shader, &values) };
     crate::print(&text)?;
     Ok(ExitCode::SUCCESS)

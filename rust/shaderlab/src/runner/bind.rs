@@ -1,6 +1,7 @@
 //! Inputs of a shader on a device: textures, samplers and uniforms in bind groups.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use half::f16;
 use relievo_core::{Error, Result, error::nearest};
@@ -8,8 +9,8 @@ use relievo_gpu::wgpu;
 use relievo_gpu::{Charge, Device};
 use relievo_render::Image;
 
-use super::program::Program;
-use crate::resource::{FieldKind, Resource, ResourceKind};
+use super::program::{Located, Program};
+use crate::resource::{Resource, ResourceKind};
 use crate::volume::Volume;
 
 /// A texture that a shader is given.
@@ -27,8 +28,32 @@ pub struct Inputs {
     /// Textures.
     pub textures: BTreeMap<String, Texture>,
     /// Numbers of uniforms. What is missing is 0, but for `resolution` and `iResolution`, the size of the picture, and of the
-    /// volume `NAME` `NAME_size`, its voxels, and `NAME_proportions`, its edges relative to the longest.
+    /// volume `NAME` `NAME_size`, its voxels, and `NAME_proportions`, its edges relative to the longest. Also the numbers of
+    /// a vertex shader's inputs, vertex after vertex.
     pub numbers: BTreeMap<String, Vec<f64>>,
+    /// How many vertices are drawn, three for each triangle; left out, as many as the vertex shader's inputs have, or 3.
+    pub vertices: Option<u32>,
+    /// How often they are drawn, with another `instance_index`; left out, once.
+    pub instances: Option<u32>,
+}
+
+/// Textures of one set of inputs on one device, which several runners share, so that each is converted and sent once.
+#[derive(Default)]
+pub struct Textures {
+    held: BTreeMap<String, Arc<Uploaded>>,
+}
+
+impl std::fmt::Debug for Textures {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.debug_set().entries(self.held.keys()).finish()
+    }
+}
+
+/// A texture on a device.
+struct Uploaded {
+    view: wgpu::TextureView,
+    dimensions: u32,
+    _charge: Charge,
 }
 
 /// Bind groups with what they hold.
@@ -38,49 +63,59 @@ pub(super) struct Bound {
     /// The storage texture that a compute shader writes, with its channels.
     pub target: Option<(wgpu::Texture, u32)>,
     _charges: Vec<Charge>,
+    _textures: Vec<Arc<Uploaded>>,
 }
 
 /// A resource on the device.
 enum Held {
     Buffer(wgpu::Buffer),
     View(wgpu::TextureView),
+    Texture(Arc<Uploaded>),
     Sampler(wgpu::Sampler),
 }
 
 impl Bound {
+    /// Binds the resources of a program and of its vertex shader. `instruments` has the buffers of examples and the log of each
+    /// of the two that is augmented; vertex shaders see the logs if `is_vertex_marked`.
     pub fn new(
         device: &Device,
         program: &Program,
         size: [u32; 2],
         inputs: &Inputs,
-        instruments: Option<[&wgpu::Buffer; 2]>,
+        textures: &mut Textures,
+        instruments: &[[&wgpu::Buffer; 2]],
+        is_vertex_marked: bool,
     ) -> Result<Self> {
-        check_names(program, inputs)?;
-        let mut maker = Maker { device, inputs, size, charges: Vec::new(), target: None };
-        let last = program.resources.iter().map(|resource| resource.group).max();
+        let textures = &mut textures.held;
+        let mut maker = Maker { device, inputs, size, textures, charges: Vec::new(), used: Vec::new(), target: None };
+        let mut all = Vec::new();
+        let mut buffers = instruments.iter();
+        for part in program.parts() {
+            let own = part.instrument.as_ref().and_then(|_| buffers.next());
+            all.extend(part.resources.iter().map(|resource| (resource, own.filter(|_| part.is_instrument(resource)))));
+        }
+        let last = all.iter().map(|(resource, _)| resource.group).max();
         let count = last.map_or(0, |last| last as usize + 1);
         if count > device.limits().max_bind_groups as usize {
             return Err(Error::unsupported(format!("the shader uses bind group {}", count - 1))
-                .advise("number the groups from 0"));
+                .advise("number the groups from 0; those of a vertex shader follow those of its fragment shader"));
         }
         let (mut layouts, mut groups) = (Vec::new(), Vec::new());
         for group in 0..count as u32 {
             let mut entries = Vec::new();
             let mut held = Vec::new();
-            for resource in program.resources.iter().filter(|resource| resource.group == group) {
-                let (ty, made) = match (instruments, program.is_instrument(resource)) {
-                    (Some([examples, log]), true) => match &resource.kind {
-                        ResourceKind::Storage { is_written: true } => (storage(false), Held::Buffer(log.clone())),
-                        _ => (storage(true), Held::Buffer(examples.clone())),
-                    },
-                    _ => maker.make(resource).map_err(|error| error.at(format!("`{}`", resource.name)))?,
+            for (resource, own) in all.iter().filter(|(resource, _)| resource.group == group) {
+                let mut visibility = wgpu::ShaderStages::FRAGMENT | wgpu::ShaderStages::COMPUTE;
+                let (ty, made) = match (own, &resource.kind) {
+                    (Some([_, log]), ResourceKind::Storage { is_written: true }) => {
+                        visibility.set(wgpu::ShaderStages::VERTEX, is_vertex_marked);
+                        (storage(false), Held::Buffer(wgpu::Buffer::clone(log)))
+                    }
+                    (Some([examples, _]), _) => (storage(true), Held::Buffer(wgpu::Buffer::clone(examples))),
+                    (None, _) => maker.make(resource).map_err(|error| error.at(format!("`{}`", resource.name)))?,
                 };
-                entries.push(wgpu::BindGroupLayoutEntry {
-                    binding: resource.binding,
-                    visibility: wgpu::ShaderStages::FRAGMENT | wgpu::ShaderStages::COMPUTE | vertex(&ty),
-                    ty,
-                    count: None,
-                });
+                visibility |= vertex(&ty);
+                entries.push(wgpu::BindGroupLayoutEntry { binding: resource.binding, visibility, ty, count: None });
                 held.push((resource.binding, made));
             }
             if entries.is_empty() {
@@ -97,6 +132,7 @@ impl Bound {
                     resource: match held {
                         Held::Buffer(buffer) => buffer.as_entire_binding(),
                         Held::View(view) => wgpu::BindingResource::TextureView(view),
+                        Held::Texture(texture) => wgpu::BindingResource::TextureView(&texture.view),
                         Held::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
                     },
                 })
@@ -105,15 +141,15 @@ impl Bound {
             groups.push(Some(device.guard(|| device.wgpu().create_bind_group(&descriptor))?));
             layouts.push(Some(layout));
         }
-        Ok(Self { layouts, groups, target: maker.target, _charges: maker.charges })
+        Ok(Self { layouts, groups, target: maker.target, _charges: maker.charges, _textures: maker.used })
     }
 }
 
-/// Fails if an input has a name that the shader lacks.
-fn check_names(program: &Program, inputs: &Inputs) -> Result<()> {
+/// Fails if an input has a name that the shader lacks. `attributes` are the inputs of its vertex shader.
+pub(super) fn check_names(program: &Program, inputs: &Inputs, attributes: &[Located]) -> Result<()> {
     let textures = || program.resources().filter(|it| matches!(it.kind, ResourceKind::Texture { .. }));
     let textures: Vec<&str> = textures().map(|resource| resource.name.as_str()).collect();
-    let mut numbers = Vec::new();
+    let mut numbers: Vec<&str> = attributes.iter().map(|input| input.name.as_str()).collect();
     for resource in program.resources() {
         match &resource.kind {
             ResourceKind::Uniforms { fields, .. } => numbers.extend(fields.iter().map(|field| field.name.as_str())),
@@ -158,7 +194,9 @@ struct Maker<'a> {
     device: &'a Device,
     inputs: &'a Inputs,
     size: [u32; 2],
+    textures: &'a mut BTreeMap<String, Arc<Uploaded>>,
     charges: Vec<Charge>,
+    used: Vec<Arc<Uploaded>>,
     target: Option<(wgpu::Texture, u32)>,
 }
 
@@ -184,7 +222,7 @@ impl Maker<'_> {
                 };
                 let sample_type = wgpu::TextureSampleType::Float { filterable: true };
                 let ty = wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false };
-                Ok((ty, Held::View(self.texture(resource, *dimensions)?)))
+                Ok((ty, Held::Texture(self.texture(resource, *dimensions)?)))
             }
             ResourceKind::Sampler => {
                 let descriptor = wgpu::SamplerDescriptor {
@@ -220,14 +258,9 @@ impl Maker<'_> {
             }
             let Some(numbers) = given.or(standard.as_ref()) else { continue };
             for (offset, number) in field.offsets.iter().zip(numbers) {
-                let word = match field.kind {
-                    FieldKind::Float => (*number as f32).to_ne_bytes(),
-                    FieldKind::Signed => (*number as i32).to_ne_bytes(),
-                    FieldKind::Unsigned => (*number as u32).to_ne_bytes(),
-                };
                 let at = *offset as usize;
                 if let Some(place) = bytes.get_mut(at..at + 4) {
-                    place.copy_from_slice(&word);
+                    place.copy_from_slice(&field.kind.bytes(*number));
                 }
             }
         }
@@ -259,7 +292,21 @@ impl Maker<'_> {
         Ok(Held::Buffer(made))
     }
 
-    fn texture(&mut self, resource: &Resource, dimensions: u32) -> Result<wgpu::TextureView> {
+    /// Returns a texture, made unless a runner made it before.
+    fn texture(&mut self, resource: &Resource, dimensions: u32) -> Result<Arc<Uploaded>> {
+        let made = match self.textures.get(&resource.name).filter(|held| held.dimensions == dimensions) {
+            Some(held) => Arc::clone(held),
+            None => {
+                let made = Arc::new(self.upload(resource, dimensions)?);
+                self.textures.insert(resource.name.clone(), Arc::clone(&made));
+                made
+            }
+        };
+        self.used.push(Arc::clone(&made));
+        Ok(made)
+    }
+
+    fn upload(&self, resource: &Resource, dimensions: u32) -> Result<Uploaded> {
         let given = self.inputs.textures.get(&resource.name).ok_or_else(|| {
             Error::invalid("the texture has no input").advise(match dimensions {
                 3 => "give it a volume: NIfTI or OpenVDB",
@@ -287,7 +334,7 @@ impl Maker<'_> {
             (false, 4) => (wgpu::TextureFormat::Rgba16Float, halves(&values)),
             (false, _) => (wgpu::TextureFormat::R16Float, halves(&values)),
         };
-        self.charges.push(device.charge(bytes.len() as u64)?);
+        let charge = device.charge(bytes.len() as u64)?;
         let extent = wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: size[2] };
         let dimension = if dimensions == 3 { wgpu::TextureDimension::D3 } else { wgpu::TextureDimension::D2 };
         let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
@@ -296,7 +343,8 @@ impl Maker<'_> {
         let layout =
             wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row as u32), rows_per_image: Some(size[1]) };
         device.guard(|| device.queue().write_texture(texture.as_image_copy(), &bytes, layout, extent))?;
-        Ok(texture.create_view(&wgpu::TextureViewDescriptor::default()))
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        Ok(Uploaded { view, dimensions, _charge: charge })
     }
 
     /// Makes the texture that a compute shader writes.

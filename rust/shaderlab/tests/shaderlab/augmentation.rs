@@ -54,21 +54,27 @@ fn every_form_of_an_annotation_is_understood() {
 #[test]
 fn vertices_are_classified_by_their_index() {
     let body = "    let h = p.z;\n    //. vector h; 1.0\n    return vec4<f32>(p, 1.0);\n}\n";
-    let place = "pel_begin(vec2<u32>(pel_index, 0u));";
+    let place = "pel_begin_vertex(vec2<u32>(pel_index, pel_instance));";
     for (arguments, place) in [
         ("@location(0) p: vec3<f32>", place),
-        ("@builtin(vertex_index) i: u32, @location(0) p: vec3<f32>", "pel_begin(vec2<u32>(i, 0u));"),
+        ("@builtin(vertex_index) i: u32, @location(0) p: vec3<f32>", "pel_begin_vertex(vec2<u32>(i, pel_instance));"),
+        ("@location(0) p: vec3<f32>, @builtin(instance_index) n: u32", "pel_begin_vertex(vec2<u32>(pel_index, n));"),
     ] {
         let text = format!("@vertex fn vs({arguments}) -> @builtin(position) vec4<f32> {{\n{body}");
         let (_, augmented) = augment(&text, Language::Wgsl).unwrap_or_else(|faults| panic!("{faults}"));
         assert!(augmented.text.contains(place), "{}", augmented.text);
         assert_eq!(augmented.sites[0].function, "vs");
+        assert!(augmented.text.contains("return pel_end_vs( vec4<f32>(p, 1.0));"), "{}", augmented.text);
     }
     let text = "#version 450\nlayout(location = 0) in vec3 p;\nvoid main() {\n    float h = p.z;\n    //. vector h; 1.0\n    \
         gl_Position = vec4(p, 1.0);\n}\n";
     let shader = Shader::new(Source::new("test", text, Language::Glsl, Stage::Vertex)).unwrap();
     let augmented = shader.augment().unwrap_or_else(|faults| panic!("{faults}"));
-    assert!(augmented.text.contains("pel_begin(uvec2(gl_VertexIndex, gl_InstanceIndex));"), "{}", augmented.text);
+    assert!(
+        augmented.text.contains("pel_begin_vertex(uvec2(gl_VertexIndex, gl_InstanceIndex));"),
+        "{}",
+        augmented.text
+    );
     // The log is a storage buffer that the vertex stage writes.
     assert!(augmented.wgsl(&shader).unwrap().contains("var<storage, read_write>"));
 }
@@ -155,6 +161,7 @@ fn entry_points_of_every_form_know_their_pixel() {
         let (_, augmented) = augment(&text, Language::Wgsl).unwrap_or_else(|faults| panic!("{faults}"));
         assert_eq!(
             augmented.text.matches("pel_begin(vec2").count()
+                + augmented.text.matches("pel_begin_vertex(vec2").count()
                 + augmented.text.matches("pel_begin(pel_").count()
                 + augmented.text.matches("pel_begin(id").count(),
             1,

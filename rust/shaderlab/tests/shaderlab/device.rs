@@ -1,10 +1,11 @@
 //! Shaders on a graphics device: pictures of plain and augmented shaders, logs, and both ways to run.
 
+use relievo_core::Result;
 use relievo_gpu::Device;
 use relievo_render::Image;
 use relievo_shaderlab::{
-    Accumulation, Class, Classes, Example, Inputs, Language, Log, Program, Runner, Shader, Source, Stage, Texture,
-    Volume,
+    Accumulation, Class, Classes, Example, Inputs, Language, Log, Program, Runner, Setting, Shader, Source, Stage,
+    Texture, Textures, Value, Volume,
 };
 
 const SIZE: [u32; 2] = [24, 16];
@@ -41,6 +42,12 @@ fn runners(device: &Device, shader: &Shader, inputs: &Inputs) -> (Runner, Runner
     let plain = Runner::new(device, &plain, None, SIZE, inputs).unwrap();
     let marked = Runner::new(device, &program, None, SIZE, inputs).unwrap();
     (plain, marked, Classes::of(&augmented))
+}
+
+/// The values of the variables of a shader without inputs at a pixel.
+fn values_at(device: &Device, shader: &Shader, pixel: [u32; 2]) -> Result<Vec<Result<Value>>> {
+    let setting = Setting { device, vertex: None, entry: None, size: SIZE, inputs: &Inputs::default() };
+    shader.values(&setting, &mut Textures::default(), pixel)
 }
 
 /// The vectors and weights that [`text`] takes at a pixel.
@@ -261,7 +268,7 @@ fn variables_have_their_values_at_a_pixel() {
     let text = text("max", "", false).replace("    let color", "    var late: f32;\n    late = sum;\n    let color");
     let shader = shader(&text, Language::Wgsl);
     let pixel = [7, 9];
-    let values = shader.values(&device, None, SIZE, &Inputs::default(), pixel).unwrap();
+    let values = values_at(&device, &shader, pixel).unwrap();
     let of = |name: &str| {
         let index = shader.variables().iter().position(|it| it.name == name).unwrap();
         values[index].as_ref()
@@ -276,7 +283,7 @@ fn variables_have_their_values_at_a_pixel() {
     let taken: f32 = (0..8).map(|i| x * i as f32 + y).filter(|v| *v > 1.0).sum();
     assert!((of("color").unwrap().mean[0] - 0.0625 * taken).abs() < 1e-5);
     assert!(of("late").unwrap_err().what.contains("gives it no value"));
-    assert!(shader.values(&device, None, SIZE, &Inputs::default(), [24, 0]).is_err());
+    assert!(values_at(&device, &shader, [24, 0]).is_err());
 }
 
 #[test]

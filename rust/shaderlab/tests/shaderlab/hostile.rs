@@ -91,3 +91,15 @@ fn deep_and_long_texts_are_refused_or_read() {
         look(&"uniform float a; #define b\n".repeat(count), Language::Glsl);
     }
 }
+
+#[test]
+fn what_webgpu_lacks_is_refused_when_the_shader_is_to_run() {
+    let text = "#version 450\nvoid main() {\n    float size = 2.0;\n    //. vector size; 1.0\n    gl_PointSize = size;\n    \
+        gl_Position = vec4(0.0);\n}\n";
+    let shader = Shader::new(Source::new("points.vert", text, Language::Glsl, Stage::Vertex)).unwrap();
+    let augmented = shader.augment().unwrap_or_else(|faults| panic!("{faults}"));
+    assert!(augmented.text.contains("pel_take("), "a host of Vulkan still gets its text");
+    for faults in [shader.wgsl().unwrap_err(), augmented.wgsl(&shader).unwrap_err()] {
+        assert!(faults.to_string().contains("cannot run on WebGPU"), "{faults}");
+    }
+}
