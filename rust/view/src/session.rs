@@ -363,7 +363,7 @@ impl Session {
 
     /// Writes what is not saved beside the files of the session, with the ending `.rescued`, and returns the file of the
     /// project; `None` where all is saved. Fails if a file cannot be written.
-    pub(crate) fn rescue(&self) -> Result<Option<PathBuf>> {
+    pub fn rescue(&self) -> Result<Option<PathBuf>> {
         if !self.is_changed() {
             return Ok(None);
         }
@@ -403,40 +403,5 @@ impl Session {
 
     pub(crate) fn device(&self) -> &Device {
         &self.opening.device
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_not_saved_is_rescued_and_faults_leave_the_picture() {
-        let Ok(device) = Device::open(&relievo_gpu::DeviceOptions::default()) else {
-            assert!(std::env::var_os("RELIEVO_GPU_TESTS").is_none_or(|it| it != "required"), "there is no device");
-            println!("skipped: there is no graphics device");
-            return;
-        };
-        let folder = tempfile::tempdir().unwrap();
-        let shader = folder.path().join("ramp.wgsl");
-        let text = "@fragment fn fs(@location(0) uv: vec2<f32>) -> @location(0) vec4<f32> {\n    //. vector uv.x; 1.0\n    \
-            return vec4<f32>(uv, 0.0, 1.0);\n}\n";
-        std::fs::write(&shader, text).unwrap();
-        let file = folder.path().join("ramp.toml");
-        std::fs::write(&file, "version = 1\nshader = \"ramp.wgsl\"\nsize = [8, 4]\n").unwrap();
-        let project = Project::read(&file).unwrap();
-        let opening = Opening { device, project, file: Some(file), inputs: Inputs::default(), size: [8, 4] };
-        let mut session = Session::open(opening).unwrap();
-        assert!(!session.is_changed() && session.rescue().unwrap().is_none());
-        session.classify([6, 1], Class::Positive).unwrap();
-        let picture = session.picture().cloned();
-        session.text = text.replace("uv.x", "missing");
-        session.compile();
-        assert_eq!((session.notes[0].line, session.picture().cloned() == picture), (2, true), "{:?}", session.notes);
-        let rescued = session.rescue().unwrap().unwrap();
-        assert_eq!(rescued, folder.path().join("ramp.toml.rescued"));
-        assert!(std::fs::read_to_string(rescued).unwrap().contains("pixel = ["));
-        let kept = std::fs::read_to_string(folder.path().join("ramp.wgsl.rescued")).unwrap();
-        assert!(kept.contains("missing") && std::fs::read_to_string(&shader).unwrap() == text);
     }
 }
