@@ -4,6 +4,8 @@ mod convert;
 mod files;
 mod info;
 mod mesh;
+#[cfg(feature = "server")]
+mod rank;
 mod render;
 mod sim;
 mod statistics;
@@ -37,6 +39,9 @@ pub struct Arguments {
 enum Task {
     /// Simulates a fluid of particles and writes its frames, or goes on where it was interrupted.
     Sim(sim::Arguments),
+    /// Simulates a fluid together with other processes, which connect by TCP, as one of their ranks.
+    #[cfg(feature = "server")]
+    Rank(rank::Arguments),
     /// Makes meshes of the surfaces of particles.
     Mesh(mesh::Arguments),
     /// Renders the surface of particles.
@@ -50,6 +55,8 @@ enum Task {
 pub fn run(arguments: &Arguments) -> Outcome {
     match &arguments.task {
         Task::Sim(arguments) => sim::run(arguments),
+        #[cfg(feature = "server")]
+        Task::Rank(arguments) => rank::run(arguments),
         Task::Mesh(arguments) => mesh::run(arguments),
         Task::Render(arguments) => render::run(arguments),
         Task::Info(arguments) => info::run(arguments),

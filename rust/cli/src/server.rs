@@ -10,7 +10,7 @@ pub mod steer;
 pub mod submit;
 pub mod watch;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use relievo_client::{Activity, Address, Client, ClientOptions, Status};
 use relievo_core::{Error, Result, file};
@@ -37,20 +37,21 @@ const LONGEST: u64 = 4096;
 impl Connection {
     /// Connects to the server.
     pub fn client(&self) -> Result<Client> {
-        let token = match &self.token_file {
-            None => String::new(),
-            Some(path) => {
-                let text = String::from_utf8(file::load(path, LONGEST)?);
-                let unfit = |_| Error::invalid("the token is not text").at(path.display().to_string());
-                text.map_err(unfit)?.trim().to_owned()
-            }
-        };
+        let token = token(self.token_file.as_deref())?;
         let address = self.server.clone();
         // Somebody who types an address wants to hear soon that there is nobody.
         let patience = std::time::Duration::from_secs(5);
         let authorities = self.tls_authority.clone();
         Client::connect(ClientOptions { address, token, authorities, patience, ..ClientOptions::default() })
     }
+}
+
+/// Reads the token in a file; without one it is empty.
+pub fn token(path: Option<&Path>) -> Result<String> {
+    let Some(path) = path else { return Ok(String::new()) };
+    let text = String::from_utf8(file::load(path, LONGEST)?);
+    let unfit = |_| Error::invalid("the token is not text").at(path.display().to_string());
+    Ok(text.map_err(unfit)?.trim().to_owned())
 }
 
 /// Returns the word for what a scene is doing.

@@ -7,7 +7,8 @@
 //!
 //! - [`Server`] listens and answers;
 //! - [`Store`] is the cache: content-addressed, checksummed, bounded in size, and whole after any crash;
-//! - [`Limits`] bound what a user may use.
+//! - [`Limits`] bound what a user may use;
+//! - [`RpcRanks`] carries messages between the domains of one fluid in several processes.
 
 mod connection;
 mod decoded;
@@ -23,6 +24,7 @@ mod library;
 mod metrics;
 mod object;
 mod options;
+mod ranks;
 mod record;
 mod scene;
 mod scheduler;
@@ -36,5 +38,6 @@ pub use fluid::FluidKind;
 pub use foam::FoamKind;
 pub use kind::{Kind, Opening, Simulation};
 pub use options::{Limits, ServerOptions};
+pub use ranks::{RankOptions, RpcRanks};
 pub use server::Server;
 pub use store::{Listed, Store};

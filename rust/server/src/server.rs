@@ -272,7 +272,8 @@ fn check_reach(options: &ServerOptions, users: &Users) -> Result<()> {
     Ok(())
 }
 
-fn resolve(host: &str, port: u16) -> Result<Vec<SocketAddr>> {
+/// Returns the addresses of a host.
+pub fn resolve(host: &str, port: u16) -> Result<Vec<SocketAddr>> {
     let failed = |error: std::io::Error| Error::new(ErrorKind::Io, error.to_string()).at(host);
     Ok((host, port).to_socket_addrs().map_err(failed)?.collect())
 }

@@ -3,6 +3,8 @@
 mod displaced;
 mod entries;
 mod pictures;
+#[cfg(feature = "server")]
+mod ranks;
 
 use std::collections::BTreeMap;
 use std::path::Path;

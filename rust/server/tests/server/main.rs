@@ -13,6 +13,7 @@ mod faults;
 mod foam;
 mod killed;
 mod python;
+mod ranks;
 mod steering;
 mod surfaces;
 mod transfer;

@@ -1,11 +1,12 @@
-//! The folder of the frames of a run.
+//! The folder of the frames of a run on ranks.
 
 use std::path::Path;
 
 use relievo_core::{Context, Error, ErrorKind, Result, file};
 use relievo_fluid::Checkpoint;
 use relievo_particleio::{Format, frames, path, write_frame};
-use relievo_simulation::Simulation;
+
+use crate::simulation::Simulation;
 
 /// A folder of frames, which are as far apart at rest, in metres.
 pub struct Folder<'a> {

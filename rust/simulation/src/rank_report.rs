@@ -5,13 +5,11 @@ use std::fmt::Write;
 use relievo_core::{Error, Result};
 use relievo_fluid::{Traffic, Transport};
 
-use crate::world::Ranks;
-
 /// Numbers that a rank reports.
 const NUMBERS: usize = 7;
 
 /// Returns a table of the ranks, from what each sent in so many steps, which took so many seconds with the frames.
-pub fn ranks(world: &mut Ranks, own: Traffic, steps: u64, elapsed: f64) -> Result<String> {
+pub fn report(ranks: &mut dyn Transport, own: Traffic, steps: u64, elapsed: f64) -> Result<String> {
     let own = [
         own.owned as f64,
         own.copies as f64,
@@ -25,7 +23,7 @@ pub fn ranks(world: &mut Ranks, own: Traffic, steps: u64, elapsed: f64) -> Resul
     let mut text = "rank  particles  copies  exchanges a step  migrated B a step  refreshed B a step  reduced B a step  % in exchanges\n".to_owned();
     let each = steps.max(1) as f64;
     let (mut most, mut sum) = (0.0f64, 0.0);
-    let all = world.gather(message)?;
+    let all = ranks.gather(message)?;
     for (rank, message) in all.iter().enumerate() {
         let numbers: Vec<f64> = message.as_chunks().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
         let [owned, copies, exchanges, migrated, refreshed, reduced, seconds] =
