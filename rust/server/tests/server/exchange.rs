@@ -1,4 +1,5 @@
-//! The calls that a client of version 1.0 of the protocol sends, as they went over the wire, and those of a version before it.
+//! The calls of a client that was built when the protocol was of version 1.0, recorded on their way over the wire, and the same
+//! as a version before it.
 
 use std::io::{Read, Write};
 
@@ -12,7 +13,7 @@ use super::faults::{raw, rest};
 use super::{local_frames, options, start};
 
 /// `hello`, `file.missing`, `scene.submit`, `scene.wait`, `frame.info`, `frame.fetch`, `frame.file`, `scene.list` and
-/// `scene.remove`, with the numbers 1 to 9.
+/// `scene.remove`, with the numbers 0 to 8.
 const CALLS: &[u8] = include_bytes!("../../../../tests/golden/exchange-1.0.msgpack");
 /// What is simulated in it.
 const SCENE: &str = "frames = 2\n[fluid]\nspacing = 0.05\n[basin]\nlow = [0, 0, 0]\nhigh = [0.4, 0.4, 0.4]\n[[block]]\n\
@@ -41,7 +42,7 @@ fn a_client_of_version_1_0_gets_what_it_asks_for() {
         assert!(read > 0, "the server closed the connection");
         bytes.extend_from_slice(&part[..read]);
     }
-    let results: Vec<&[u8]> = (1..)
+    let results: Vec<&[u8]> = (0..)
         .zip(messages(&bytes))
         .map(|(number, message)| match parse(message).unwrap() {
             Message::Response { id, error: [0xc0], result } if id == number => result,
@@ -74,7 +75,7 @@ fn a_client_of_an_older_protocol_gets_a_typed_error_and_nothing_else() {
     stream.shutdown(std::net::Shutdown::Write).unwrap();
     let answer = rest(stream);
     let answers: Vec<Message> = messages(&answer).into_iter().map(|it| parse(it).unwrap()).collect();
-    let [Message::Response { id: 1, error, result: [0xc0] }] = answers[..] else { panic!("{answer:x?}") };
+    let [Message::Response { id: 0, error, result: [0xc0] }] = answers[..] else { panic!("{answer:x?}") };
     let error = Error::from(decode::<Failure>(error).unwrap());
     assert_eq!(error.kind, ErrorKind::Unsupported);
     assert!(error.what.contains("0.9") && !error.remedy.is_empty(), "{error}");
