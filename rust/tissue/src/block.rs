@@ -4,6 +4,8 @@
 //! in rows of its own, a row for each of its nodes, and a node adds its rows in a fixed order. Neither depends on the
 //! threads, so forces have the same bits for any number of them.
 
+use std::ops::Range;
+
 use glam::Vec3;
 use relievo_core::{Error, Parts, Result};
 
@@ -97,7 +99,12 @@ impl Blocks {
 
     /// Returns the rows of a node.
     pub fn copies(&self, node: usize) -> &[u32] {
-        &self.copies[self.starts[node] as usize..self.starts[node + 1] as usize]
+        &self.copies[self.copies_range(node)]
+    }
+
+    /// Returns where the rows of a node are in `copies`.
+    pub fn copies_range(&self, node: usize) -> Range<usize> {
+        self.starts[node] as usize..self.starts[node + 1] as usize
     }
 }
 

@@ -6,6 +6,7 @@
 mod device;
 
 use glam::{DMat3, DVec3, Vec3};
+use relievo_core::simd::prefetch;
 use relievo_core::{Context, Error, ErrorKind, Progress, Result};
 
 use self::device::OnDevice;
@@ -22,6 +23,9 @@ use crate::stable::Steps;
 
 /// Nodes that are moved at a time.
 const PART: usize = 4096;
+
+/// Rows of forces that are fetched ahead of the one that is added.
+const AHEAD: usize = 64;
 
 /// The share of the stable step that relaxation takes at most: it begins where elements may be far from their rest.
 const CAUTION: f32 = 0.6;
@@ -386,6 +390,10 @@ impl Simulation {
         context.for_each_part(sums, 1, |block, sums| {
             let mut local = scratch.list::<Row>();
             local.extend(blocks.nodes(block).iter().map(|node| displacements[*node as usize]));
+            // Those of the next block come from memory meanwhile: a block's nodes lie in runs too short to be foreseen.
+            if block + 1 < blocks.len() {
+                blocks.nodes(block + 1).iter().for_each(|node| prefetch(displacements, *node as usize));
+            }
             sums.rows.fill([0.0; 4]);
             sums.broken[0] = elements.forces(context.level(), block, &local, &activations, sums.rows);
             Ok(())
@@ -423,8 +431,11 @@ impl Simulation {
                 if let Some(push) = pushes.get(node) {
                     (0..3).for_each(|axis| force[axis] += push[axis]);
                 }
-                for row in blocks.copies(node) {
-                    let row = &rows[*row as usize];
+                for at in blocks.copies_range(node) {
+                    if let Some(row) = blocks.copies.get(at + AHEAD) {
+                        prefetch(rows, *row as usize);
+                    }
+                    let row = &rows[blocks.copies[at] as usize];
                     (0..3).for_each(|axis| force[axis] -= row[axis]);
                 }
                 for axis in 0..3 {
