@@ -1,5 +1,6 @@
 //! Measurements: runs of ours and the peer's take turns, so that what else the machine does falls on both.
 
+use std::process::Command;
 use std::time::Instant;
 
 /// A quantity measured in several runs.
@@ -47,6 +48,13 @@ pub fn memory(what: &str) -> Option<f64> {
     let line = status.lines().find_map(|line| line.strip_prefix(what)?.strip_prefix(':'))?;
     let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kibibytes * 1024.0)
+}
+
+/// Bytes that this program prints when it is called anew to do one thing; `None` where it prints none.
+pub fn peak_of(name: &str, option: &str, value: &str) -> Option<f64> {
+    let program = std::env::current_exe().ok()?;
+    let told = Command::new(program).args([name, option, value]).output().ok()?;
+    String::from_utf8(told.stdout).ok()?.trim().parse().ok()
 }
 
 /// Seconds that all threads of this process have worked; 0 where the system does not tell.

@@ -1,12 +1,10 @@
 //! Bench `memory`, a part of `hosts`: the estimate of the memory that a surface of a cage takes, beside the peak of a process
 //! that makes it.
 
-use std::process::Command;
-
 use relievo_core::{Context, ContextOptions, Crease, Error, Mesh, Result};
 use relievo_surface::{Surface, SurfaceOptions};
 
-use crate::measure::{Sample, memory};
+use crate::measure::{Sample, memory, peak_of};
 use crate::report::{Goal, Report};
 use crate::shapes;
 
@@ -32,7 +30,7 @@ pub fn run(report: &mut Report) -> Result<()> {
             continue;
         };
         let estimated = Surface::expected_bytes(&context, &cage, &SurfaceOptions::default())? / MEGABYTE;
-        let Some(used) = peak_apart(name) else {
+        let Some(used) = peak_of("cage", "--cage", name) else {
             report.skip(name, "the system does not tell the peak of a process");
             continue;
         };
@@ -53,12 +51,6 @@ pub fn peak(name: &str) -> Result<()> {
     drop(surface);
     peak.iter().for_each(|bytes| println!("{bytes}"));
     Ok(())
-}
-
-/// Returns what [`peak`] prints in a process of its own; `None` where it cannot be known.
-fn peak_apart(name: &str) -> Option<f64> {
-    let told = Command::new(std::env::current_exe().ok()?).args(["cage", "--cage", name]).output().ok()?;
-    String::from_utf8(told.stdout).ok()?.trim().parse().ok()
 }
 
 fn context() -> Result<Context> {

@@ -2,13 +2,13 @@
 
 use glam::DVec3;
 use relievo_core::progress::Silent;
-use relievo_core::{Context, ContextOptions, Result};
+use relievo_core::{Context, ContextOptions, Error, Result};
 use relievo_tissue::{
     Binding, Description, FibreField, Layer, Material, Model, Muscle, NurbsMuscle, Shape, Simulation,
     SimulationOptions, Skin, Volume,
 };
 
-use crate::measure::{Sample, sample, seconds};
+use crate::measure::{Sample, memory, peak_of, sample, seconds};
 use crate::report::{Goal, Report};
 
 /// Steps of all elements that are timed together.
@@ -16,13 +16,29 @@ const ELEMENT_STEPS: u64 = 20_000_000;
 /// Points of the surface that is bound.
 const POINTS: u32 = 1_000_000;
 
+/// A model of the table: its radius and voxels in metres, its samples along an axis, the seconds that are the goal, and the
+/// megabytes that it took there.
+struct Row {
+    radius: f32,
+    voxel: f32,
+    samples: u32,
+    seconds: f64,
+    megabytes: f64,
+}
+
+const TABLE: [Row; 3] = [
+    Row { radius: 24.67e-3, voxel: 0.5e-3, samples: 4, seconds: 40.0, megabytes: 3250.0 },
+    Row { radius: 15.69e-3, voxel: 0.5e-3, samples: 4, seconds: 4.0, megabytes: 496.0 },
+    Row { radius: 38.3e-3, voxel: 2.5e-3, samples: 10, seconds: 4.0, megabytes: 148.0 },
+];
+/// Bytes of a megabyte.
+const MEGABYTE: f64 = 1e6;
+
 /// Measures creation, steps and binding.
 pub fn run(report: &mut Report) -> Result<()> {
     let context = Context::new(&ContextOptions::default())?;
-    for (radius, voxel, samples, goal) in
-        [(24.67e-3, 0.5e-3, 4, 40.0), (15.69e-3, 0.5e-3, 4, 4.0), (38.3e-3, 2.5e-3, 10, 4.0)]
-    {
-        creation(&context, report, (radius, voxel, samples), goal)?;
+    for row in 0..TABLE.len() {
+        creation(&context, report, row)?;
     }
     let core = Context::new(&ContextOptions { threads: 1, memory_limit: 0 })?;
     let mut rates = Vec::new();
@@ -35,18 +51,13 @@ pub fn run(report: &mut Report) -> Result<()> {
 }
 
 /// A ball of skin layers around a muscle, whose elements are as many as those of a row of the table.
-fn creation(
-    context: &Context,
-    report: &mut Report,
-    (radius, voxel, samples): (f32, f32, u32),
-    goal: f64,
-) -> Result<()> {
+fn described(&Row { radius, voxel, samples, .. }: &Row) -> Result<Description> {
     let material = |name: &str| Material::of_library(name);
     let skin = ball("skin", radius, 96);
     let muscle = muscle(f64::from(radius))?;
     let (points, triangles) = muscle.mesh(48, 64);
     let belly = Shape { name: "belly".into(), points, triangles };
-    let description = Description {
+    Ok(Description {
         cell: [voxel; 3],
         samples,
         share: 0.5,
@@ -75,10 +86,36 @@ fn creation(
             epidermis: Some((2, 2e-5)),
         }),
         ..Description::default()
-    };
+    })
+}
+
+/// Makes the model of a row, and says how long that takes and what a process that does it occupies at its peak.
+fn creation(context: &Context, report: &mut Report, number: usize) -> Result<()> {
+    let row = &TABLE[number];
+    let description = described(row)?;
     let elements = description.build(context, &mut Silent)?.0.elements.len();
+    let case = format!("creation, {elements} elements, {}³ samples", row.samples);
     let time = sample(1, || seconds(|| description.build(context, &mut Silent)));
-    report.add(&format!("creation, {elements} elements, {samples}³ samples"), &time, None, "s", Goal::AtMost(goal));
+    report.add(&case, &time, None, "s", Goal::AtMost(row.seconds));
+    let case = format!("{case}: memory");
+    match peak_of("creation", "--row", &number.to_string()) {
+        Some(bytes) => {
+            let [ours, paper] = [bytes / MEGABYTE, row.megabytes].map(|value| Sample::new(vec![value]));
+            report.add(&case, &ours, Some(("the paper", &paper)), "MB", Goal::RatioAtMost(0.6));
+        }
+        None => report.skip(&case, "the system does not tell the peak of a process"),
+    }
+    Ok(())
+}
+
+/// Prints how many bytes a process that makes the model of a row occupies at its peak.
+pub fn peak(row: usize) -> Result<()> {
+    let row = TABLE.get(row).ok_or_else(|| Error::invalid(format!("there is no row {row}")))?;
+    let context = Context::new(&ContextOptions::default())?;
+    let made = described(row)?.build(&context, &mut Silent)?;
+    let peak = memory("VmHWM");
+    drop(made);
+    peak.iter().for_each(|bytes| println!("{bytes}"));
     Ok(())
 }
 
