@@ -99,6 +99,8 @@ pub struct Energies {
 pub struct ElementState {
     /// Cauchy stress in Pa: xx, yy, zz, yz, zx, xy.
     pub stress: [f32; 6],
+    /// Green–Lagrange strain, as components of the tensor: xx, yy, zz, yz, zx, xy.
+    pub strain: [f32; 6],
     /// Von Mises stress in Pa.
     pub von_mises: f32,
     /// Principal stresses in Pa, the largest first.
@@ -653,17 +655,14 @@ impl Simulation {
         let (stress, _) = crate::stress::cauchy(f, shear, bulk, &fibres);
         let mean = (stress.x_axis.x + stress.y_axis.y + stress.z_axis.z) / 3.0;
         let deviator = stress - DMat3::from_diagonal(DVec3::splat(mean));
+        let strain = 0.5 * (f.transpose() * f - DMat3::IDENTITY);
+        let six = |of: DMat3| {
+            [of.x_axis.x, of.y_axis.y, of.z_axis.z, of.y_axis.z, of.z_axis.x, of.x_axis.y].map(|part| part as f32)
+        };
         let squares: f64 = deviator.to_cols_array().iter().map(|part| part * part).sum();
         Ok(ElementState {
-            stress: [
-                stress.x_axis.x,
-                stress.y_axis.y,
-                stress.z_axis.z,
-                stress.y_axis.z,
-                stress.z_axis.x,
-                stress.x_axis.y,
-            ]
-            .map(|part| part as f32),
+            stress: six(stress),
+            strain: six(strain),
             von_mises: (1.5 * squares).sqrt() as f32,
             principal: crate::stress::principal(stress).map(|part| part as f32),
             volume: f.determinant() as f32,

@@ -13,8 +13,8 @@ use crate::simulation::{ElementState, Simulation};
 const HEXAHEDRON: u8 = 12;
 
 impl Simulation {
-    /// Writes the present state as a `.vtu` file: displacements and velocities of nodes; stress, von Mises stress,
-    /// principal stresses, volume, fibre stretch and main material of elements.
+    /// Writes the present state as a `.vtu` file: displacements and velocities of nodes; stress, Green–Lagrange strain, von
+    /// Mises stress, principal stresses, volume, fibre stretch and main material of elements.
     pub fn write_vtu(&self, path: &Path, elements: &[ElementState]) -> Result<()> {
         let mut data = Appended::default();
         let state = self.state();
@@ -27,6 +27,8 @@ impl Simulation {
             let numbers = |of: fn(&ElementState) -> f32| elements.iter().map(of).collect::<Vec<f32>>();
             let stress: Vec<f32> = elements.iter().flat_map(|element| element.stress).collect();
             cells += &data.floats("stress", 6, &stress);
+            let strain: Vec<f32> = elements.iter().flat_map(|element| element.strain).collect();
+            cells += &data.floats("strain", 6, &strain);
             cells += &data.floats("von_mises", 1, &numbers(|element| element.von_mises));
             let principal: Vec<f32> = elements.iter().flat_map(|element| element.principal).collect();
             cells += &data.floats("principal_stress", 3, &principal);

@@ -134,6 +134,20 @@ fn a_stretched_cube_pulls_and_thins_as_the_neo_hookean_law_says() {
 }
 
 #[test]
+fn strains_are_those_of_a_linear_field() {
+    let context = Context::serial();
+    let model = distorted(block([0.2, 0.1, 0.1], [4, 2, 2], gel()), 0.2);
+    let mut simulation = Simulation::new(model.clone(), &still(1.0)).unwrap();
+    // F = [[1, 0.2, 0], [0, 1, 0], [0.1, 0, 1.1]], and (FᵀF − 1)/2.
+    simulation.set_state(displaced(&model, |[x, y, z]| [0.2 * y, 0.0, 0.1 * x + 0.1 * z])).unwrap();
+    for state in simulation.element_states(&context).unwrap() {
+        let expected = [0.005, 0.02, 0.105, 0.0, 0.055, 0.1];
+        let is_near = state.strain.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 2e-6);
+        assert!(is_near, "{:?}", state.strain);
+    }
+}
+
+#[test]
 fn a_rotated_block_has_no_force() {
     let context = Context::serial();
     let boxes = block([0.2, 0.1, 0.1], [4, 2, 2], gel());
