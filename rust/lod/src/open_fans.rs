@@ -3,7 +3,7 @@
 //! collapses of the other, and gives it back at the end. The vertices stay where they are.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// A mesh whose fans have vertices of their own.
 pub struct OpenFans<'a> {
@@ -18,12 +18,13 @@ pub struct OpenFans<'a> {
 }
 
 /// Triangles of an edge at most.
-const MOST: u32 = 2;
+const MOST: usize = 2;
 
 impl<'a> OpenFans<'a> {
     /// Parts the fans of a mesh whose indices are in range, also along edges of more than two triangles, or of two in the
-    /// same direction.
-    pub fn part(points: &'a [[f32; 3]], triangles: &'a [[u32; 3]]) -> Self {
+    /// same direction. Vertices where as many triangles go one way round as the other are looked at if they are in `more`,
+    /// in ascending order.
+    pub fn part(points: &'a [[f32; 3]], triangles: &'a [[u32; 3]], more: &[u32]) -> Self {
         let mut made = Self {
             points: Cow::Borrowed(points),
             triangles: Cow::Borrowed(triangles),
@@ -31,7 +32,7 @@ impl<'a> OpenFans<'a> {
             origins: Vec::new(),
             shared: Vec::new(),
         };
-        let mut corners = open_corners(points.len(), triangles);
+        let mut corners = open_corners(points.len(), triangles, more);
         corners.sort_unstable();
         for corners in corners.chunk_by(|[one, _], [other, _]| one == other) {
             let vertex = corners[0][0];
@@ -55,7 +56,7 @@ impl<'a> OpenFans<'a> {
     }
 
     /// Returns the vertex that one was.
-    fn origin(&self, vertex: u32) -> u32 {
+    pub fn origin(&self, vertex: u32) -> u32 {
         (vertex as usize).checked_sub(self.before).map_or(vertex, |added| self.origins[added])
     }
 
@@ -69,42 +70,45 @@ impl<'a> OpenFans<'a> {
     }
 
     /// Gives the vertices of triangles that are left back to what they were, but for those of edges that would then have
-    /// more triangles than two, or than before.
-    pub fn join(&self, triangles: &mut [[u32; 3]]) {
+    /// more triangles than two, unless there were such edges at both. `joined` is the vertex that each was collapsed into,
+    /// or itself.
+    pub fn join(&self, triangles: &mut [[u32; 3]], joined: &[u32]) {
         if self.origins.is_empty() {
             return;
         }
-        let mut is_shared = vec![false; self.points.len()];
-        self.shared.iter().for_each(|vertex| is_shared[*vertex as usize] = true);
-        let before = self.edges(&self.triangles, &is_shared);
-        let mut counts = self.edges(triangles, &is_shared);
-        counts.retain(|edge, count| *count > MOST.max(before.get(edge).copied().unwrap_or(0)));
-        for vertex in counts.into_keys().flatten() {
-            is_shared[vertex as usize] = false;
-        }
+        // A vertex that stays may go on under the name of one that was collapsed onto it.
+        let name = |mut vertex: u32| {
+            while joined[vertex as usize] != vertex {
+                vertex = joined[vertex as usize];
+            }
+            vertex
+        };
+        let origins: HashMap<u32, u32> = self.shared.iter().map(|vertex| (*vertex, self.origin(*vertex))).collect();
+        let now: HashMap<u32, u32> = origins.iter().map(|(vertex, origin)| (name(*vertex), *origin)).collect();
+        let was_more: HashSet<u32> = crowded(&self.triangles, &origins).flatten().collect();
+        let is_new = |edge: &[u32; 2]| !edge.iter().all(|end| was_more.contains(end));
+        let apart: HashSet<u32> = crowded(triangles, &now).filter(is_new).flatten().collect();
         for vertex in triangles.as_flattened_mut() {
-            let joined = self.origin(*vertex);
-            if is_shared[joined as usize] {
-                *vertex = joined;
+            if let Some(origin) = now.get(vertex).filter(|origin| !apart.contains(*origin)) {
+                *vertex = name(*origin);
             }
         }
-    }
-
-    /// Counts the triangles of every edge between vertices that are shared, as if they were what they had been.
-    fn edges(&self, triangles: &[[u32; 3]], is_shared: &[bool]) -> HashMap<[u32; 2], u32> {
-        let mut counts = HashMap::new();
-        for [from, to] in triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]) {
-            if is_shared[from as usize] && is_shared[to as usize] {
-                let [from, to] = [self.origin(from), self.origin(to)];
-                *counts.entry([from.min(to), from.max(to)]).or_insert(0) += 1;
-            }
-        }
-        counts
     }
 }
 
-/// Returns the vertices whose triangles are no closed fans, with each of their triangles.
-fn open_corners(vertices: usize, triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
+/// Returns the edges that would have more triangles than two if vertices were what `origins` has.
+fn crowded(triangles: &[[u32; 3]], origins: &HashMap<u32, u32>) -> impl Iterator<Item = [u32; 2]> {
+    let mut counts = HashMap::new();
+    for [from, to] in triangles.iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]) {
+        if let (Some(from), Some(to)) = (origins.get(from), origins.get(to)) {
+            *counts.entry([*from.min(to), *from.max(to)]).or_insert(0) += 1;
+        }
+    }
+    counts.into_iter().filter(|(_, count)| *count > MOST).map(|(edge, _)| edge)
+}
+
+/// Returns the vertices whose triangles are no closed fans, and those in `more`, with each of their triangles.
+fn open_corners(vertices: usize, triangles: &[[u32; 3]], more: &[u32]) -> Vec<[u32; 2]> {
     // Around a closed fan every other vertex comes once after it and once before it, so that this sum vanishes.
     let number = |vertex: u32| vertex.wrapping_add(1).wrapping_mul(0x9e37_79b1);
     let mut sums = vec![0u32; vertices];
@@ -114,6 +118,8 @@ fn open_corners(vertices: usize, triangles: &[[u32; 3]]) -> Vec<[u32; 2]> {
             *sum = sum.wrapping_add(number(*after)).wrapping_sub(number(*before));
         }
     }
+    // No sum that is looked at is 0.
+    more.iter().for_each(|vertex| sums[*vertex as usize] |= 1);
     let corners = (0..).zip(triangles).flat_map(|(number, triangle)| triangle.map(|vertex| [vertex, number]));
     corners.filter(|[vertex, _]| sums[*vertex as usize] != 0).collect()
 }
@@ -176,11 +182,12 @@ mod tests {
         let points = [[0.0; 3]; 7];
         // A fan of two triangles, one of one, and a triangle elsewhere.
         let triangles = [[0, 1, 2], [0, 2, 3], [4, 5, 0], [1, 6, 2]];
-        let parted = OpenFans::part(&points, &triangles);
+        let parted = OpenFans::part(&points, &triangles, &[]);
         assert_eq!(parted.shared, [0, 7]);
         assert_eq!(parted.triangles.iter().filter(|it| it.contains(&7)).count(), 1);
         let mut back = parted.triangles.to_vec();
-        parted.join(&mut back);
+        let joined: Vec<u32> = (0..parted.points.len() as u32).collect();
+        parted.join(&mut back, &joined);
         assert_eq!(back, triangles);
     }
 
@@ -188,16 +195,17 @@ mod tests {
     fn closed_fans_stay_and_pages_of_a_book_are_parted() {
         let points = [[0.0; 3]; 7];
         let tetrahedron = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
-        assert!(OpenFans::part(&points, &tetrahedron).shared.is_empty());
+        assert!(OpenFans::part(&points, &tetrahedron, &[]).shared.is_empty());
         let book = [[0, 1, 2], [0, 1, 3], [1, 0, 4], [0, 5, 6]];
-        let parted = OpenFans::part(&points, &book);
+        let parted = OpenFans::part(&points, &book, &[]);
         assert_eq!(parted.shared.iter().filter(|it| [0, 1].contains(*it)).count(), 2);
         assert!((0..3).all(|page| (0..page).all(|other| {
             let pages = [page, other].map(|page| parted.triangles[page]);
             pages[0].iter().filter(|it| pages[1].contains(it)).count() < 2
         })));
         let mut back = parted.triangles.to_vec();
-        parted.join(&mut back);
+        let joined: Vec<u32> = (0..parted.points.len() as u32).collect();
+        parted.join(&mut back, &joined);
         assert_eq!(back, book);
     }
 
@@ -205,7 +213,7 @@ mod tests {
     fn no_edge_gets_more_than_two_triangles() {
         let points = [[0.0; 3]; 8];
         let triangles = [[0, 1, 2], [0, 3, 4], [1, 5, 6], [0, 5, 7]];
-        let parted = OpenFans::part(&points, &triangles);
+        let parted = OpenFans::part(&points, &triangles, &[]);
         let [zeros, ones] = [0, 1].map(|vertex| {
             let mut all: Vec<u32> = parted.triangles.iter().flatten().copied().collect();
             all.retain(|it| *it == vertex || parted.shared.contains(it) && *it as usize >= points.len());
@@ -214,7 +222,8 @@ mod tests {
         assert!(zeros.len() > 2 && ones.len() > 1);
         let added = parted.points.len() as u32 - 1;
         let mut left = [[0, 1, 2], [8, 1, 3], [added, 0, 4]];
-        parted.join(&mut left);
+        let joined: Vec<u32> = (0..parted.points.len() as u32).collect();
+        parted.join(&mut left, &joined);
         let edge = |triangle: &&[u32; 3]| triangle.contains(&0) && triangle.contains(&1);
         assert!(left.iter().filter(edge).count() <= 2);
     }

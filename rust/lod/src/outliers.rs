@@ -496,6 +496,7 @@ mod tests {
             triangles: squares(2),
             points: points.iter().map(|[x, y, z]| Vec4::new(*x, *y, *z, 0.0)).collect(),
             joined: places().map(|(x, y)| at(x & !1, y & !1)).collect(),
+            is_locked: Vec::new(),
         };
         (points, squares(1), reduced)
     }

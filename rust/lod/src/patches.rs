@@ -34,6 +34,8 @@ pub struct Reduced {
     pub points: Vec<Vec4>,
     /// The vertex that each was collapsed into, or itself.
     pub joined: Vec<u32>,
+    /// Vertices that had to stay, those of edges that are not of two triangles in opposite directions among them.
+    pub is_locked: Vec<bool>,
 }
 
 /// Collapses edges until there are `faces` triangles, or none is left that deviates by at most `error`.
@@ -106,7 +108,7 @@ pub fn reduce(
     }
     progress.step(1.0, "simplify")?;
     let triangles = by_number(context, &pieces, left);
-    Ok(Reduced { triangles, points: pieces.points, joined: pieces.joined })
+    Ok(Reduced { triangles, points: pieces.points, joined: pieces.joined, is_locked: pieces.is_locked })
 }
 
 /// The magnitude up to which edges have their turn in the next step, and how many triangles each patch may be rid of.

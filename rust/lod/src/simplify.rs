@@ -6,17 +6,21 @@
 //! fifth that do not touch each other, at the same time. Where a vertex goes and what that costs is found from the
 //! triangles as they are then (Lindstrom, Turk 1998): `placement.rs`. Results do not depend on the number of threads.
 
+use std::collections::HashMap;
+
 use glam::Vec4;
 use relievo_core::{Context, Error, Progress, Result};
 
 use crate::connectivity::NONE;
 use crate::decimation::Decimation;
+use crate::doubles::Doubles;
 use crate::error_bound::{self, Limits, Triangles};
 use crate::open_fans::OpenFans;
 use crate::outliers;
 use crate::patch::Pieces;
-use crate::patches;
+use crate::patches::{self, Reduced};
 use crate::progressive::Recording;
+use crate::sheets::Sheets;
 use crate::watched::watched;
 
 /// When a simplification ends, at the first of these, and what it leaves alone.
@@ -114,10 +118,15 @@ const AHEAD: f32 = 1.25;
 /// Edges below the limit that are enough, as a share of those that are to be considered.
 const FEW: f32 = 0.25;
 
-/// Simplifies a mesh. Vertices and triangles keep their order; vertices at boundaries stay there; those of edges with
-/// more than two triangles, and those that several fans of triangles share, are not moved. Without a limit of the
-/// deviation, vertices around the largest deviations are moved at the end, and edges turned, to make these smaller. Fails
-/// if there is no triangle, a coordinate is not finite, an index too large, or `progress` asks to stop.
+/// Simplifications at most of a mesh whose curves, where sheets meet, or double parts leave too many triangles.
+const TRIES: usize = 5;
+
+/// Simplifies a mesh. Vertices and triangles keep their order, but for the other sides of triangles that are there back to
+/// back in a whole part, which come last. Vertices at boundaries stay there; those of edges with more than two triangles,
+/// and those that several fans of triangles share, are not moved. Without a limit of the deviation they become fewer along
+/// the curves where sheets meet, in all sheets at once, and vertices around the largest deviations are moved at the end,
+/// and edges turned, to make these smaller. Fails if there is no triangle, a coordinate is not finite, an index too large,
+/// or `progress` asks to stop.
 pub fn simplify(
     context: &Context,
     points: &[[f32; 3]],
@@ -126,24 +135,128 @@ pub fn simplify(
     progress: &mut dyn Progress,
 ) -> Result<Simplified> {
     check(context, points, triangles, options)?;
-    let scale = unit(points);
     watched(context, progress, |progress| {
-        let parted = OpenFans::part(points, triangles);
-        let fixed = [options.fixed(triangles), parted.shared.clone()].concat();
-        let factors = parted.factors(&options.factors);
+        let is_less = options.faces < triangles.len();
+        let doubles = if is_less { Doubles::find(points.len(), triangles) } else { None };
+        let sides = doubles.as_ref().map_or(triangles, |doubles| &doubles.triangles);
+        let locked = options.fixed(triangles);
+        let scale = unit(points);
+        let doubles = doubles.as_ref();
+        let whole = Whole { context, points, sides, doubles, locked: &locked, factors: &options.factors, scale };
+        let parted = OpenFans::part(points, sides, &[]);
         let run = |limits: &Limits, progress: &mut dyn Progress| {
-            let mesh = (&*parted.points, &*parted.triangles);
-            let pieces = Pieces::new(mesh, 1.0 / scale, (&factors, &fixed), limits);
-            let error = limits.error() / scale;
-            let mut reduced = patches::reduce(context, pieces, options.faces, error, progress)?;
-            if error == f32::INFINITY {
-                outliers::lessen(context, mesh, 1.0 / scale, &fixed, &mut reduced);
+            let mut faces = doubles.map_or(options.faces, |doubles| doubles.faces(options.faces));
+            let mut made = whole.simplify(&parted, limits, faces, progress)?;
+            // Of parts with two sides in a mesh with others, more or fewer may have been left than their share.
+            for _ in 1..TRIES {
+                let count = made.0.len();
+                let is_met = count <= options.faces && count + 2 >= options.faces;
+                if doubles.is_none() || is_met || limits.error() < f32::INFINITY {
+                    break;
+                }
+                let by = count.abs_diff(options.faces).div_ceil(2);
+                faces = if count > options.faces { faces.saturating_sub(by) } else { faces + by };
+                let mut again = |_: f32, stage: &str| progress.report(1.0, stage);
+                let other = whole.simplify(&parted, limits, faces, &mut again)?;
+                if other.0.len() <= options.faces || other.0.len() < count {
+                    made = other;
+                }
             }
-            parted.join(&mut reduced.triangles);
-            Ok(finish(context, (reduced.triangles, reduced.points), points, triangles, scale))
+            Ok(finish(context, made, points, triangles, scale))
         };
         simplified_within(context, (points, triangles), options, progress, run)
     })
+}
+
+/// A mesh without the other sides of its triangles, and what stays in it.
+struct Whole<'a> {
+    context: &'a Context,
+    points: &'a [[f32; 3]],
+    sides: &'a [[u32; 3]],
+    doubles: Option<&'a Doubles>,
+    locked: &'a [u32],
+    factors: &'a [f32],
+    /// What coordinates are divided by.
+    scale: f32,
+}
+
+impl Whole<'_> {
+    /// Simplifies the mesh, whose fans are parted, to `faces` triangles within limits. Returns the triangles that are left,
+    /// whose added vertices come after those of the input; and the places of all of them.
+    fn simplify(
+        &self,
+        parted: &OpenFans,
+        limits: &Limits,
+        faces: usize,
+        progress: &mut dyn Progress,
+    ) -> Result<(Vec<[u32; 3]>, Vec<Vec4>)> {
+        let mut reduced = self.reduce(parted, &HashMap::new(), limits, faces, progress)?;
+        let is_unlimited = limits.error() == f32::INFINITY;
+        if is_unlimited && self.may_have_curves(parted, &reduced) {
+            let sheets = Sheets::find(self.points, self.sides, 1.0 / self.scale, self.locked);
+            if let Some(mut sheets) = sheets.filter(|sheets| sheets.inner() > 0) {
+                // A curve has as many vertices less as others of a surface with so many triangles.
+                let mut inner = (sheets.inner() as f64 * (faces as f64 / self.sides.len() as f64).sqrt()) as usize;
+                for tries in 1.. {
+                    sheets.thin(inner);
+                    let left = sheets.left();
+                    let parted = OpenFans::part(self.points, &left, &sheets.vertices());
+                    let mut again = |_: f32, stage: &str| progress.report(1.0, stage);
+                    reduced = self.reduce(&parted, &sheets.deviations, limits, faces, &mut again)?;
+                    if reduced.triangles.len() <= faces || inner == 0 || tries == TRIES {
+                        return Ok(self.finished(&parted, reduced, true));
+                    }
+                    inner /= 2;
+                }
+            }
+        }
+        Ok(self.finished(parted, reduced, is_unlimited))
+    }
+
+    /// Collapses edges of the mesh, whose fans are parted and whose vertices deviate by so much.
+    fn reduce(
+        &self,
+        parted: &OpenFans,
+        deviations: &HashMap<u32, f32>,
+        limits: &Limits,
+        faces: usize,
+        progress: &mut dyn Progress,
+    ) -> Result<Reduced> {
+        let mesh = (&*parted.points, &*parted.triangles);
+        let fixed = [self.locked, &parted.shared].concat();
+        let factors = parted.factors(self.factors);
+        let mut pieces = Pieces::new(mesh, 1.0 / self.scale, (&factors, &fixed), limits);
+        for vertex in &parted.shared {
+            let place = &mut pieces.points[*vertex as usize];
+            place.w = place.w.max(deviations.get(&parted.origin(*vertex)).copied().unwrap_or(0.0));
+        }
+        patches::reduce(self.context, pieces, faces, limits.error() / self.scale, progress)
+    }
+
+    /// Whether there may be edges that are not of two triangles in opposite directions, or of one.
+    fn may_have_curves(&self, parted: &OpenFans, reduced: &Reduced) -> bool {
+        let mut is_known = vec![false; reduced.is_locked.len()];
+        self.locked.iter().for_each(|vertex| is_known[*vertex as usize] = true);
+        !parted.shared.is_empty() || reduced.is_locked.iter().zip(&is_known).any(|(is, is_known)| *is && !is_known)
+    }
+
+    /// Brings outliers nearer if there are no limits, joins fans, and gives double parts their other sides back. Returns
+    /// triangles and places.
+    fn finished(&self, parted: &OpenFans, mut reduced: Reduced, is_unlimited: bool) -> (Vec<[u32; 3]>, Vec<Vec4>) {
+        if is_unlimited {
+            let mesh = (&*parted.points, &*parted.triangles);
+            let fixed = [self.locked, &parted.shared].concat();
+            outliers::lessen(self.context, mesh, 1.0 / self.scale, &fixed, &mut reduced);
+        }
+        let mut left = reduced.triangles;
+        parted.join(&mut left, &reduced.joined);
+        if let Some(doubles) = self.doubles {
+            let is_double = |it: &&[u32; 3]| doubles.is_double(parted.origin(it[0]));
+            let others: Vec<[u32; 3]> = left.iter().filter(is_double).map(|[a, b, c]| [*a, *c, *b]).collect();
+            left.extend(others);
+        }
+        (left, reduced.points)
+    }
 }
 
 /// A result of simplification with an error of its own.

@@ -120,6 +120,75 @@ fn what_is_not_manifold_survives() {
     assert_eq!(made.triangles.iter().filter(|it| made.points[it[2] as usize] == [5.0, 1.0, 0.0]).count(), 2);
 }
 
+/// Pages of n × n squares that meet along a spine, bent.
+fn book(pages: u32, n: u32) -> Triangles {
+    let (mut points, mut triangles) = (Vec::new(), Vec::new());
+    let place = |page: u32, x: u32, y: u32| {
+        let (x, y) = (x as f32 / n as f32, y as f32 / n as f32);
+        let (sine, cosine) = (std::f32::consts::TAU * page as f32 / pages as f32 + 0.5 * (3.0 * x).sin()).sin_cos();
+        [x * cosine + 0.1 * (5.0 * y).sin(), x * sine, y]
+    };
+    points.extend((0..=n).map(|y| place(0, 0, y)));
+    for page in 0..pages {
+        let first = points.len() as u32;
+        points.extend((0..=n).flat_map(|y| (1..=n).map(move |x| (x, y))).map(|(x, y)| place(page, x, y)));
+        let at = |x: u32, y: u32| if x == 0 { y } else { first + y * n + x - 1 };
+        for (x, y) in (0..n).flat_map(|y| (0..n).map(move |x| (x, y))) {
+            let [a, b, c, d] = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    (points, triangles)
+}
+
+#[test]
+fn sheets_that_meet_along_a_curve_have_fewer_vertices_there_and_no_gap() {
+    for (pages, n) in [(3, 24), (4, 16)] {
+        let mesh = book(pages, n);
+        let faces = mesh.1.len() / 20;
+        let made = run(&mesh, &to(faces));
+        assert!(made.triangles.len() <= faces, "{} of {faces}", made.triangles.len());
+        // The spine is one line from end to end, with edges of all pages.
+        let is_spine = |point: &[f32; 3]| mesh.0[..=n as usize].contains(point);
+        let mut spine: Vec<u32> =
+            (0..).zip(&made.points).filter(|(_, point)| is_spine(point)).map(|(vertex, _)| vertex).collect();
+        spine.sort_unstable_by(|a, b| made.points[*a as usize][2].total_cmp(&made.points[*b as usize][2]));
+        assert!((3..n as usize / 2).contains(&spine.len()), "{} vertices", spine.len());
+        let ends = [spine[0], spine[spine.len() - 1]].map(|vertex| made.points[vertex as usize]);
+        assert_eq!(ends, [mesh.0[0], mesh.0[n as usize]]);
+        let edges = edges(&made.triangles);
+        let count = |a: u32, b: u32| edges.get(&[a.min(b), a.max(b)]).copied().unwrap_or(0);
+        assert!(spine.windows(2).all(|pair| count(pair[0], pair[1]) >= pages));
+    }
+}
+
+#[test]
+fn triangles_that_are_back_to_back_are_simplified_together() {
+    let (points, triangles) = lifted(30, |x, y| 0.1 * (5.0 * x).sin() * (4.0 * y).cos());
+    let both: Vec<[u32; 3]> = triangles.iter().flat_map(|[a, b, c]| [[*a, *b, *c], [*b, *a, *c]]).collect();
+    let made = run(&(points.clone(), both.clone()), &to(300));
+    assert!((298..=300).contains(&made.triangles.len()), "{}", made.triangles.len());
+    let single = run(&(points.clone(), triangles), &to(150));
+    assert_eq!(made.points, single.points);
+    // Every triangle has its other side.
+    let sorted = |it: &[u32; 3]| {
+        let mut it = *it;
+        it.sort_unstable();
+        it
+    };
+    let mut sides: Vec<_> = made.triangles.iter().map(sorted).collect();
+    sides.sort_unstable();
+    assert!(sides.chunk_by(|one, other| one == other).all(|pair| pair.len() == 2));
+    // Beside a part with one side, and by a limit of the deviation.
+    let (more, torus) = torus(30, 16);
+    let first = points.len() as u32;
+    let mixed = ([points, more].concat(), [both, torus.iter().map(|it| it.map(|it| it + first)).collect()].concat());
+    let made = run(&mixed, &to(400));
+    assert!((390..=400).contains(&made.triangles.len()), "{}", made.triangles.len());
+    let made = run(&mixed, &SimplifyOptions { error: 0.01, ..to(0) });
+    assert!(made.triangles.len() < mixed.1.len() / 2 && made.error <= 0.01, "{}", made.triangles.len());
+}
+
 #[test]
 fn triangles_apart_are_welded_where_they_meet() {
     let (points, triangles) = torus(20, 10);
