@@ -1,6 +1,7 @@
 //! Buckets of the plane with the faces of a map, to find the faces at a point.
 
 use crate::energy::Vec2;
+use crate::surface::NONE;
 
 /// Buckets along each side at most.
 const MOST: f64 = 512.0;
@@ -12,7 +13,10 @@ pub struct Buckets {
     low: Vec2,
     step: f64,
     counts: [usize; 2],
-    faces: Vec<Vec<(u32, [Vec2; 3])>>,
+    /// The last entry of each bucket, or [`NONE`].
+    last: Vec<u32>,
+    /// A face and the entry of its bucket before it.
+    entries: Vec<[u32; 2]>,
 }
 
 impl Buckets {
@@ -21,7 +25,9 @@ impl Buckets {
         let side = (count as f64 / FACES).sqrt().clamp(1.0, MOST);
         let step = ((high[0] - low[0]).max(high[1] - low[1]) / side).max(f64::MIN_POSITIVE);
         let counts = [0, 1].map(|axis| ((high[axis] - low[axis]) / step).ceil().clamp(1.0, MOST + 1.0) as usize);
-        Self { low, step, counts, faces: vec![Vec::new(); counts[0] * counts[1]] }
+        // A face reaches into three buckets, as most do.
+        let entries = Vec::with_capacity(3 * count);
+        Self { low, step, counts, last: vec![NONE; counts[0] * counts[1]], entries }
     }
 
     /// The buckets from a least to a largest coordinate, if there are any.
@@ -40,26 +46,29 @@ impl Buckets {
         });
         for row in rows {
             for column in columns.clone() {
-                self.faces[row * self.counts[0] + column].push((face, corners));
+                let entry = self.entries.len() as u32;
+                let last = std::mem::replace(&mut self.last[row * self.counts[0] + column], entry);
+                self.entries.push([face, last]);
             }
         }
     }
 
-    /// Returns the faces that hold a point, in the order in which they were added.
+    /// Returns the faces that reach into the bucket of a point, the one that was added last at first.
     pub fn at(&self, point: Vec2) -> impl Iterator<Item = u32> {
         let [columns, rows] = [0, 1].map(|axis| self.span(axis, point[axis], point[axis]));
         let bucket = rows.start * self.counts[0] + columns.start;
         let is_inside = point.iter().all(|place| place.is_finite()) && !columns.is_empty() && !rows.is_empty();
-        let faces = if is_inside { self.faces.get(bucket).map_or(&[][..], Vec::as_slice) } else { &[] };
-        let holds = move |corners: &[Vec2; 3]| {
-            let [a, b, c] = *corners;
-            let is_left =
-                |p: Vec2, q: Vec2| (q[0] - p[0]) * (point[1] - p[1]) - (q[1] - p[1]) * (point[0] - p[0]) > 0.0;
-            let sides = [is_left(a, b), is_left(b, c), is_left(c, a)];
-            sides == [true; 3] || sides == [false; 3]
-        };
-        faces.iter().filter(move |(_, corners)| holds(corners)).map(|(face, _)| *face)
+        let last = if is_inside { self.last.get(bucket).copied().unwrap_or(NONE) } else { NONE };
+        let entry = |at: u32| self.entries.get(at as usize);
+        std::iter::successors(entry(last), move |[_, before]| entry(*before)).map(|[face, _]| *face)
     }
+}
+
+/// Returns whether a triangle holds a point.
+pub fn holds([a, b, c]: [Vec2; 3], point: Vec2) -> bool {
+    let is_left = |p: Vec2, q: Vec2| (q[0] - p[0]) * (point[1] - p[1]) - (q[1] - p[1]) * (point[0] - p[0]) > 0.0;
+    let sides = [is_left(a, b), is_left(b, c), is_left(c, a)];
+    sides == [true; 3] || sides == [false; 3]
 }
 
 /// Returns the mean of three points.
@@ -74,11 +83,14 @@ mod tests {
     #[test]
     fn faces_are_found_where_they_are() {
         let mut buckets = Buckets::new(([0.0, 0.0], [1.0, 1.0]), 1000);
-        let corners = [[0.1, 0.1], [0.9, 0.2], [0.3, 0.8]];
-        buckets.insert(7, corners);
-        buckets.insert(8, [[0.0, 0.0], [3.0, 0.0], [0.0, 3.0]]);
-        assert_eq!(buckets.at(middle(corners)).collect::<Vec<_>>(), [7, 8]);
-        assert_eq!(buckets.at([0.95, 0.95]).collect::<Vec<_>>(), [8]);
+        let corners = [[[0.1, 0.1], [0.9, 0.2], [0.3, 0.8]], [[0.0, 0.0], [3.0, 0.0], [0.0, 3.0]]];
+        buckets.insert(7, corners[0]);
+        buckets.insert(8, corners[1]);
+        let found = |point: Vec2| -> Vec<u32> {
+            buckets.at(point).filter(|face| holds(corners[*face as usize - 7], point)).collect()
+        };
+        assert_eq!(found(middle(corners[0])), [8, 7]);
+        assert_eq!(found([0.95, 0.95]), [8]);
         assert_eq!(buckets.at([2.0, 0.5]).count() + buckets.at([f64::NAN, 0.0]).count(), 0);
     }
 }

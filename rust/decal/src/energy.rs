@@ -17,12 +17,13 @@ pub fn distance(a: Vec2, b: Vec2) -> f64 {
 /// The smallest ratio of height to longest edge that a rest triangle keeps.
 const THINNEST: f64 = 1e-5;
 
-/// The rest shape of a triangle: its area, and the gradients of the hat functions of its second and third vertex.
+/// The rest shape of a triangle, its first edge along the first axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Rest {
-    /// Area in square units of the plane.
-    pub area: f64,
-    gradients: [Vec2; 2],
+    /// The gradient of the hat function of the second vertex.
+    second: Vec2,
+    /// The gradient of that of the third vertex along the second axis; along the first it is 0.
+    third: f64,
 }
 
 /// The energy of a triangle with its derivatives by the positions of its three vertices.
@@ -50,15 +51,20 @@ impl Rest {
         let base = dot(first, first).sqrt().max(THINNEST * longest);
         let along = dot(first, second) / base;
         let height = (dot(second, second) - along * along).max(0.0).sqrt().max(THINNEST * longest);
-        Self { area: 0.5 * base * height, gradients: [[1.0 / base, -along / (base * height)], [0.0, 1.0 / height]] }
+        Self { second: [1.0 / base, -along / (base * height)], third: 1.0 / height }
+    }
+
+    /// Returns the area in square units of the plane.
+    pub fn area(&self) -> f64 {
+        0.5 / (self.second[0] * self.third)
     }
 
     /// Returns the Jacobian of the map that takes the rest triangle to these positions, row by row.
     pub fn jacobian(&self, positions: [Vec2; 3]) -> [Vec2; 2] {
-        let [g, h] = self.gradients;
+        let [x, y] = self.second;
         std::array::from_fn(|row| {
             let (a, b) = (positions[1][row] - positions[0][row], positions[2][row] - positions[0][row]);
-            [a * g[0] + b * h[0], a * g[1] + b * h[1]]
+            [a * x, a * y + b * self.third]
         })
     }
 
@@ -76,13 +82,13 @@ impl Rest {
             return f64::INFINITY;
         }
         let Terms { h, k } = Terms::new(determinant, epsilon);
-        self.area * (square * h[0] + k[0])
+        self.area() * (square * h[0] + k[0])
     }
 
     /// Returns the matrix of the energy `|J - R|²`, weighted by the area, for one coordinate.
     pub fn stiffness(&self) -> [[f64; 3]; 3] {
-        let hats = self.hats();
-        let product = |a: Vec2, b: Vec2| 2.0 * self.area * (a[0] * b[0] + a[1] * b[1]);
+        let (hats, weight) = (self.hats(), 2.0 * self.area());
+        let product = |a: Vec2, b: Vec2| weight * (a[0] * b[0] + a[1] * b[1]);
         std::array::from_fn(|row| std::array::from_fn(|column| product(hats[row], hats[column])))
     }
 
@@ -93,14 +99,14 @@ impl Rest {
         let (cos, sin) = (a + d, c - b);
         let norm = cos.hypot(sin);
         let (cos, sin) = if norm > 0.0 { (cos / norm, sin / norm) } else { (1.0, 0.0) };
-        let weight = 2.0 * self.area;
+        let weight = 2.0 * self.area();
         self.hats().map(|hat| [weight * (cos * hat[0] - sin * hat[1]), weight * (sin * hat[0] + cos * hat[1])])
     }
 
     /// The gradients of the hat functions.
     fn hats(&self) -> [Vec2; 3] {
-        let [g, h] = self.gradients;
-        [[-g[0] - h[0], -g[1] - h[1]], g, h]
+        let [x, y] = self.second;
+        [[-x, -y - self.third], [x, y], [0.0, self.third]]
     }
 
     /// Returns the energy with its derivatives.
@@ -108,7 +114,7 @@ impl Rest {
         let [[a, b], [c, d]] = self.jacobian(positions);
         // Singular values with their rotations; the smaller one has the sign of the determinant.
         let (e, f, g, h) = (0.5 * (a + d), 0.5 * (a - d), 0.5 * (c + b), 0.5 * (c - b));
-        let (q, r) = (e.hypot(h), f.hypot(g));
+        let (q, r) = ((e * e + h * h).sqrt(), (f * f + g * g).sqrt());
         let (larger, smaller) = (q + r, q - r);
         // The angles of both are half the sum and half the difference of those of (e, h) and (f, g).
         let ([cos_sum, sin_sum], [cos, sin]) = (unit(e, h, q), unit(f, g, r));
@@ -124,14 +130,14 @@ impl Rest {
         let o = 2.0 * square * h1 + first + second * determinant;
         // Eigenvectors of the block of the scalings.
         let (mean, half) = (0.5 * (p + s), 0.5 * (p - s));
-        let radius = half.hypot(o);
+        let radius = (half * half + o * o).sqrt();
         let [cos, sin] = unit(half, o, radius);
         let [cos, sin] = halved(cos, sin);
         let twist = (2.0 * h0 + first).max(0.0);
         let flip = (2.0 * h0 - first).max(0.0);
         let scalings = [(mean + radius).max(0.0), (mean - radius).max(0.0)];
 
-        let hats = self.hats();
+        let (hats, area) = (self.hats(), self.area());
         let mut gradient = [0.0; 6];
         let mut modes = [[0.0; 6]; 4];
         for (vertex, hat) in hats.iter().enumerate() {
@@ -141,13 +147,13 @@ impl Rest {
                 let target = mode.map_or(&mut gradient, |mode| &mut modes[mode]);
                 target[2 * vertex..2 * vertex + 2].copy_from_slice(&turned);
             };
-            put(None, self.area * slope[0] * w[0], self.area * slope[1] * w[1]);
+            put(None, area * slope[0] * w[0], area * slope[1] * w[1]);
             put(Some(0), cos * w[0], sin * w[1]);
             put(Some(1), -sin * w[0], cos * w[1]);
             put(Some(2), -w[1], w[0]);
             put(Some(3), w[1], w[0]);
         }
-        let weights = [scalings[0], scalings[1], 0.5 * twist, 0.5 * flip].map(|weight| weight * self.area);
+        let weights = [scalings[0], scalings[1], 0.5 * twist, 0.5 * flip].map(|weight| weight * area);
         let mut hessian = [[0.0; 6]; 6];
         for (mode, weight) in modes.iter().zip(weights) {
             for row in 0..6 {
@@ -157,7 +163,7 @@ impl Rest {
                 }
             }
         }
-        Derivatives { energy: self.area * (square * h0 + k0), gradient, hessian }
+        Derivatives { energy: area * (square * h0 + k0), gradient, hessian }
     }
 }
 
@@ -218,11 +224,10 @@ mod tests {
     #[test]
     fn an_isometry_has_the_least_energy_and_no_gradient() {
         let rest = Rest::new(CORNERS, 1.0);
-        let (along, height) =
-            (rest.gradients[0][1] / -rest.gradients[0][0] / rest.gradients[1][1], 1.0 / rest.gradients[1][1]);
-        let flat = [[0.0, 0.0], [1.0 / rest.gradients[0][0], 0.0], [along, height]];
+        let [x, y] = rest.second;
+        let flat = [[0.0, 0.0], [1.0 / x, 0.0], [-y / x / rest.third, 1.0 / rest.third]];
         let derivatives = rest.derivatives(flat, 0.0);
-        assert!((derivatives.energy - 4.0 * rest.area).abs() < 1e-12);
+        assert!((derivatives.energy - 4.0 * rest.area()).abs() < 1e-12);
         assert!(derivatives.gradient.iter().all(|value| value.abs() < 1e-12), "{:?}", derivatives.gradient);
     }
 

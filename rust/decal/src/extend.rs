@@ -9,6 +9,8 @@ use crate::factor::{PINNED, System};
 const ROUNDS: usize = 4;
 /// Rounds while triangles are flipped.
 const MOST: usize = 60;
+/// The residual of the positions, as a share of that of the origin.
+const TOLERANCE: f64 = 1e-6;
 
 /// Moves the vertices that are not fixed so that their triangles come near to rotated rest triangles. The result may have
 /// flipped triangles.
@@ -56,7 +58,7 @@ pub fn extend(faces: &[[u32; 3]], rest: &[Rest], is_fixed: &[bool], positions: &
                 }
             }
         }
-        system.solve(&mut side);
+        system.solve(&mut side, TOLERANCE);
         for (vertex, position) in positions.iter_mut().enumerate() {
             let row = system.row(vertex);
             if row != PINNED {

@@ -1,27 +1,33 @@
 //! Sparse symmetric systems over the free vertices of a patch, two unknowns each, solved by conjugate gradients.
 //!
-//! The preconditioner is faer's Cholesky factor of the matrix, scaled to a unit diagonal, in 32 bits. It has half the size of
-//! a factor in 64 bits, and is so near to the inverse that few steps suffice.
+//! The preconditioner scales the matrix to a unit matrix at each vertex, and takes the mean of the couplings of both
+//! coordinates: one number for each pair of neighbours. faer's Cholesky factor of that, in 32 bits, serves both coordinates and
+//! has an eighth of the size of a factor of the matrix itself in 64 bits.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
-use faer::sparse::linalg::amd;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+    CholeskySymbolicParams, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
 };
+use faer::sparse::linalg::{SymbolicSupernodalParams, amd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
-use faer::{Conj, MatMut, Par, Side};
+use faer::{Par, Side};
 use relievo_core::{Error, Result};
+
+use crate::triangular::{Work, solve};
 
 /// Stands for a vertex that is no unknown.
 pub const PINNED: u32 = u32::MAX;
 
 /// Attempts to factorise the preconditioner, with more on the diagonal each time.
 const ATTEMPTS: i32 = 5;
-/// The residual that a solution may have, as a share of that of zero, in the norm of the preconditioner.
-const TOLERANCE: f64 = 1e-8;
+/// Columns of the factor that are merged into one block, up to a share of zeros in it: fewer than faer's own shares, whose
+/// zeros were a quarter of the factor.
+const MERGED: [(usize, f64); 4] = [(4, 0.3), (16, 0.2), (48, 0.05), (usize::MAX, 0.02)];
 /// Steps of conjugate gradients.
 const STEPS: usize = 100;
+/// The least determinant of the block of a vertex, as a share of the square of its trace.
+const FLATTEST: f64 = 1e-12;
 
 /// A symmetric matrix of 2x2 blocks, one block row for each free vertex, and its preconditioner.
 pub struct System {
@@ -29,23 +35,24 @@ pub struct System {
     rows: Vec<u32>,
     /// The neighbours of each row with smaller numbers, sorted, with the blocks of their rows and its columns.
     lower: Lists,
-    blocks: Vec<[f64; 4]>,
+    blocks: Vec<[f32; 4]>,
     /// The first, the mixed and the last entry of the blocks on the diagonal.
     diagonal: Vec<[f64; 3]>,
     preconditioner: Preconditioner,
 }
 
-/// The factor of the matrix.
+/// The factor of the mean couplings.
 struct Preconditioner {
     /// The upper half, the diagonal last in each column.
     matrix: SymbolicSparseColMat<u32>,
     values: Vec<f32>,
-    /// Reciprocals of the roots of the diagonal.
-    scales: Vec<f64>,
+    /// The inverse roots of the blocks on the diagonal: their first, mixed and last entries.
+    roots: Vec<[f32; 3]>,
     symbolic: SymbolicCholesky<u32>,
     factor: Vec<f32>,
-    /// The right side and the solution.
-    side: Vec<f32>,
+    /// The right sides and the solutions of both coordinates.
+    side: Vec<[f32; 2]>,
+    work: Work,
     memory: MemBuffer,
 }
 
@@ -83,7 +90,7 @@ impl System {
         }
         drop(order);
         let lower = neighbours(free, faces, &rows);
-        let preconditioner = Preconditioner::new(free, &lower)?;
+        let preconditioner = Preconditioner::new(&lower)?;
         let (blocks, diagonal) = (vec![[0.0; 4]; lower.items.len()], vec![[0.0; 3]; free]);
         Ok(Self { rows, lower, blocks, diagonal, preconditioner })
     }
@@ -122,10 +129,10 @@ impl System {
             let (low, high) = if row < other { (at, 2 * after) } else { (2 * after, at) };
             if let Some(place) = self.lower.place(row.max(other) as usize, row.min(other)) {
                 let block = &mut self.blocks[place];
-                block[0] += matrix[low][high];
-                block[1] += matrix[low][high + 1];
-                block[2] += matrix[low + 1][high];
-                block[3] += matrix[low + 1][high + 1];
+                block[0] += matrix[low][high] as f32;
+                block[1] += matrix[low][high + 1] as f32;
+                block[2] += matrix[low + 1][high] as f32;
+                block[3] += matrix[low + 1][high + 1] as f32;
             }
         }
     }
@@ -136,15 +143,12 @@ impl System {
     /// An entry is not finite, or the entries differ too much in size.
     pub fn factorise(&mut self) -> Result<()> {
         let Self { lower, blocks, diagonal, preconditioner, .. } = self;
-        for (scales, [first, _, last]) in preconditioner.scales.as_chunks_mut::<2>().0.iter_mut().zip(diagonal.iter()) {
-            *scales = [first, last].map(|entry| entry.sqrt().recip());
-            if !scales.iter().all(|scale| scale.is_finite()) {
-                return Err(degenerate());
-            }
+        for (root, block) in preconditioner.roots.iter_mut().zip(diagonal.iter()) {
+            *root = inverse_root(*block).ok_or_else(degenerate)?;
         }
         for attempt in 0..ATTEMPTS {
             let shift = if attempt == 0 { 0.0 } else { 1e-6 * 10.0_f32.powi(attempt) };
-            preconditioner.fill(lower, blocks, diagonal, 1.0 + shift);
+            preconditioner.fill(lower, blocks, 1.0 + shift);
             if preconditioner.factorise() {
                 return Ok(());
             }
@@ -152,15 +156,17 @@ impl System {
         Err(degenerate())
     }
 
-    /// Replaces the right side, two numbers for each block row, by the solution.
-    pub fn solve(&mut self, side: &mut [f64]) {
+    /// Replaces the right side, two numbers for each block row, by the solution. Its residual is at most `tolerance`, as a
+    /// share of that of zero, in the norm of the preconditioner, unless that takes too many steps; the energy of any
+    /// solution is less than that of zero.
+    pub fn solve(&mut self, side: &mut [f64], tolerance: f64) {
         let count = side.len();
         let (mut solution, mut ahead, mut image) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
-        let mut residual = side.to_vec();
-        self.preconditioner.apply(&residual, &mut ahead);
+        // The right side becomes the residual.
+        self.preconditioner.apply(side, &mut ahead);
         let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let mut size = product(&residual, &ahead);
-        let enough = TOLERANCE * TOLERANCE * size;
+        let mut size = product(side, &ahead);
+        let enough = tolerance * tolerance * size;
         for _ in 0..STEPS {
             self.multiply(&ahead, &mut image);
             let curvature = product(&ahead, &image);
@@ -170,11 +176,11 @@ impl System {
             }
             for index in 0..count {
                 solution[index] += length * ahead[index];
-                residual[index] -= length * image[index];
+                side[index] -= length * image[index];
             }
             // From here on the image is the preconditioned residual.
-            self.preconditioner.apply(&residual, &mut image);
-            let left = product(&residual, &image);
+            self.preconditioner.apply(side, &mut image);
+            let left = product(side, &image);
             if !(left > enough) {
                 break;
             }
@@ -195,7 +201,7 @@ impl System {
             let mut sum = [first * x + mixed * y, mixed * x + last * y];
             let range = self.lower.range(row);
             for (other, block) in self.lower.items[range.clone()].iter().zip(&self.blocks[range]) {
-                let [u, v] = vector[*other as usize];
+                let ([u, v], block) = (vector[*other as usize], block.map(f64::from));
                 sum[0] += block[0] * u + block[2] * v;
                 sum[1] += block[1] * u + block[3] * v;
                 // Rows of smaller numbers have their own sums by now.
@@ -214,58 +220,61 @@ fn degenerate() -> Error {
         .advise("move the pins towards the places where the sticker lies without them, or remove some")
 }
 
+/// The inverse of the root of a symmetric block of two rows, by its first, mixed and last entry. None of one that is not
+/// finite or not positive.
+fn inverse_root([first, mixed, last]: [f64; 3]) -> Option<[f32; 3]> {
+    let trace = first + last;
+    let root = (first * last - mixed * mixed).max(FLATTEST * trace * trace).sqrt();
+    // The root is the block plus its determinant's root, over the root of its own trace.
+    let scale = (root * (trace + 2.0 * root).sqrt()).recip();
+    let entries = [(last + root) * scale, -mixed * scale, (first + root) * scale].map(|entry| entry as f32);
+    (trace > 0.0 && entries.iter().all(|entry| entry.is_finite())).then_some(entries)
+}
+
 impl Preconditioner {
-    fn new(count: usize, lower: &Lists) -> Result<Self> {
-        let mut starts = Vec::with_capacity(2 * count + 1);
-        let mut indices = Vec::with_capacity(3 * count + 4 * lower.items.len());
+    fn new(lower: &Lists) -> Result<Self> {
+        let count = lower.starts.len() - 1;
+        let mut starts = Vec::with_capacity(count + 1);
+        let mut indices = Vec::with_capacity(count + lower.items.len());
         starts.push(0_u32);
         for row in 0..count {
-            for column in 0..2 {
-                indices.extend(lower.items[lower.range(row)].iter().flat_map(|other| [2 * other, 2 * other + 1]));
-                indices.extend((0..=column).map(|part| 2 * row as u32 + part));
-                starts.push(indices.len() as u32);
-            }
+            indices.extend(&lower.items[lower.range(row)]);
+            indices.push(row as u32);
+            starts.push(indices.len() as u32);
         }
         let values = vec![0.0; indices.len()];
-        let matrix = SymbolicSparseColMat::new_checked(2 * count, 2 * count, starts, None, indices);
-        let symbolic = factorize_symbolic_cholesky(
-            matrix.as_ref(),
-            Side::Upper,
-            SymmetricOrdering::Identity,
-            CholeskySymbolicParams::default(),
-        )
-        .map_err(|_| Error::memory("the factor of the decal's linear system does not fit into memory"))?;
+        let matrix = SymbolicSparseColMat::new_checked(count, count, starts, None, indices);
+        let params = CholeskySymbolicParams {
+            supernodal_params: SymbolicSupernodalParams { relax: Some(&MERGED) },
+            ..CholeskySymbolicParams::default()
+        };
+        let symbolic =
+            factorize_symbolic_cholesky(matrix.as_ref(), Side::Upper, SymmetricOrdering::Identity, params)
+                .map_err(|_| Error::memory("the factor of the decal's linear system does not fit into memory"))?;
         let factor = vec![0.0; symbolic.len_val()];
         let need = symbolic.factorize_numeric_llt_scratch::<f32>(Par::Seq, Default::default());
-        let memory = MemBuffer::new(need.or(symbolic.solve_in_place_scratch::<f32>(1, Par::Seq)));
-        Ok(Self { matrix, values, scales: vec![1.0; 2 * count], symbolic, factor, side: vec![0.0; 2 * count], memory })
+        let (roots, side, work) = (vec![[0.0; 3]; count], vec![[0.0; 2]; count], Work::default());
+        Ok(Self { matrix, values, roots, symbolic, factor, side, work, memory: MemBuffer::new(need) })
     }
 
-    /// Sets the matrix to the scaled one, with `unit` on the diagonal.
-    fn fill(&mut self, lower: &Lists, blocks: &[[f64; 4]], diagonal: &[[f64; 3]], unit: f32) {
+    /// Sets the matrix to the mean couplings, with `unit` on the diagonal.
+    fn fill(&mut self, lower: &Lists, blocks: &[[f32; 4]], unit: f32) {
         let mut values = self.values.iter_mut();
-        let mut put = |value: f64| {
-            if let Some(place) = values.next() {
-                *place = value as f32;
-            }
-        };
-        let scales = self.scales.as_chunks::<2>().0;
-        for (row, [first, second]) in scales.iter().enumerate() {
+        for row in 0..self.roots.len() {
             let range = lower.range(row);
-            let above = || lower.items[range.clone()].iter().zip(&blocks[range.clone()]);
-            for (other, block) in above() {
-                let [x, y] = scales[*other as usize];
-                put(block[0] * x * first);
-                put(block[2] * y * first);
+            let [a, b, c] = self.roots[row].map(f64::from);
+            for (other, block) in lower.items[range.clone()].iter().zip(&blocks[range]) {
+                let ([p, q, r, s], [d, e, f]) = (block.map(f64::from), self.roots[*other as usize].map(f64::from));
+                // Half the trace of the block between both roots.
+                let coupling =
+                    0.5 * (p * (a * d + b * e) + q * (b * d + c * e) + r * (a * e + b * f) + s * (b * e + c * f));
+                if let Some(value) = values.next() {
+                    *value = coupling as f32;
+                }
             }
-            put(f64::from(unit));
-            for (other, block) in above() {
-                let [x, y] = scales[*other as usize];
-                put(block[1] * x * second);
-                put(block[3] * y * second);
+            if let Some(value) = values.next() {
+                *value = unit;
             }
-            put(diagonal[row][1] * first * second);
-            put(f64::from(unit));
         }
     }
 
@@ -285,19 +294,18 @@ impl Preconditioner {
 
     /// Solves for a right side.
     fn apply(&mut self, side: &[f64], solution: &mut [f64]) {
+        let largest = side.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
         // 32 bits hold any vector whose largest entry is 1.
-        let scaled = side.iter().zip(&self.scales).map(|(value, scale)| (value * scale).abs());
-        let norm = scaled.fold(0.0, f64::max);
-        let unit = if norm > 0.0 { norm } else { 1.0 };
-        for ((to, value), scale) in self.side.iter_mut().zip(side).zip(&self.scales) {
-            *to = (value * scale / unit) as f32;
+        let unit = if largest > 0.0 { largest } else { 1.0 };
+        let rows = self.roots.iter().zip(side.as_chunks::<2>().0);
+        for (place, ([a, b, c], [x, y])) in self.side.iter_mut().zip(rows) {
+            let (x, y) = ((x / unit) as f32, (y / unit) as f32);
+            *place = [a * x + b * y, b * x + c * y];
         }
-        let factor = LltRef::new(&self.symbolic, &self.factor);
-        let count = self.side.len();
-        let side = MatMut::from_column_major_slice_mut(&mut self.side, count, 1);
-        factor.solve_in_place_with_conj(Conj::No, side, Par::Seq, MemStack::new(&mut self.memory));
-        for ((to, value), scale) in solution.iter_mut().zip(&self.side).zip(&self.scales) {
-            *to = f64::from(*value) * scale * unit;
+        solve(&self.symbolic, &self.factor, &mut self.side, &mut self.work);
+        let rows = self.roots.iter().zip(&self.side);
+        for (place, ([a, b, c], [x, y])) in solution.as_chunks_mut::<2>().0.iter_mut().zip(rows) {
+            *place = [a * x + b * y, b * x + c * y].map(|value| f64::from(value) * unit);
         }
     }
 }
@@ -323,25 +331,44 @@ impl Lists {
 
 /// The neighbours of each row with smaller numbers, sorted.
 fn neighbours(count: usize, faces: &[[u32; 3]], rows: &[u32]) -> Lists {
-    let mut pairs: Vec<u64> = Vec::with_capacity(3 * faces.len());
-    for face in faces {
-        for corner in 0..3 {
-            let (a, b) = (rows[face[corner] as usize], rows[face[(corner + 1) % 3] as usize]);
-            if a != PINNED && b != PINNED && a != b {
-                pairs.push(u64::from(a.max(b)) << 32 | u64::from(a.min(b)));
+    let pairs = |face: &[u32; 3]| {
+        let [a, b, c] = face.map(|vertex| rows[vertex as usize]);
+        let pairs = [(a, b), (b, c), (c, a)].map(|(a, b)| (a.min(b), a.max(b)));
+        // That of a pinned vertex is the largest number.
+        pairs.into_iter().filter(|(low, high)| *high != PINNED && low != high)
+    };
+    let mut ends = vec![0_u32; count + 1];
+    for (_, high) in faces.iter().flat_map(pairs) {
+        ends[high as usize + 1] += 1;
+    }
+    for row in 0..count {
+        ends[row + 1] += ends[row];
+    }
+    let mut items = vec![0; ends[count] as usize];
+    let mut starts = ends.clone();
+    for (low, high) in faces.iter().flat_map(pairs) {
+        let place = &mut starts[high as usize];
+        items[*place as usize] = low;
+        *place += 1;
+    }
+    // Pairs of two faces occur twice.
+    let mut end = 0;
+    for row in 0..count {
+        let range = ends[row] as usize..ends[row + 1] as usize;
+        items[range.clone()].sort_unstable();
+        starts[row] = end as u32;
+        let first = end;
+        for index in range {
+            if end == first || items[end - 1] != items[index] {
+                items[end] = items[index];
+                end += 1;
             }
         }
     }
-    pairs.sort_unstable();
-    pairs.dedup();
-    let mut starts = vec![0; count + 1];
-    for pair in &pairs {
-        starts[(pair >> 32) as usize + 1] += 1;
-    }
-    for row in 0..count {
-        starts[row + 1] += starts[row];
-    }
-    Lists { starts, items: pairs.iter().map(|pair| *pair as u32).collect() }
+    starts[count] = end as u32;
+    items.truncate(end);
+    items.shrink_to_fit();
+    Lists { starts, items }
 }
 
 /// The place of each row in an order of little fill-in (approximate minimum degree).

@@ -8,11 +8,11 @@
 //! part of the image appears twice. Where two parts of the boundary meet on the surface, as behind a handle, the faces
 //! between them are added last, along a seam.
 
-use std::collections::{HashMap, HashSet, VecDeque};
+use std::collections::{HashSet, VecDeque};
 
 use relievo_core::{Error, Progress, Result};
 
-use crate::buckets::{Buckets, middle};
+use crate::buckets::{Buckets, holds, middle};
 use crate::coverage::coverage;
 use crate::energy::{Rest, Vec2, distance};
 use crate::extend::extend;
@@ -22,7 +22,7 @@ use crate::patch::{Joint, Patch};
 use crate::pins::name;
 use crate::relax::{Map, Relaxed, Stop};
 use crate::seed::Seed;
-use crate::surface::{Surface, dot, minus, previous};
+use crate::surface::{NONE, Surface, dot, minus, previous};
 
 /// Rounds after which growth gives up: the map does not settle.
 const ROUNDS: usize = 120;
@@ -36,6 +36,9 @@ const GROWTH: usize = 2;
 const LAYERS: usize = 4;
 /// Copies of a vertex within this many lengths of an edge are the same place of the sticker.
 const REACH: f64 = 4.0;
+/// How far from where its neighbour says a pin may be attached to a sticker that overlaps itself, as a share of the way to
+/// that neighbour.
+const ASTRAY: f64 = 0.75;
 /// How much more energy a patch may have once its seams are closed.
 const WORSE: f64 = 1.05;
 /// The least area in the plane of a face that is upright, as a share of its area on the surface.
@@ -218,7 +221,7 @@ impl Growth<'_> {
         for (face, triangle) in patch.faces.iter().zip(&patch.triangles) {
             let rest = Rest::new(surface.corners(*triangle), *scale);
             energy += rest.energy(face.map(|vertex| patch.positions[vertex as usize]), 0.0);
-            area += rest.area;
+            area += rest.area();
         }
         energy / area
     }
@@ -249,7 +252,7 @@ impl Growth<'_> {
     /// Adds faces and lowers the distortion, unless that leaves flipped triangles: then the patch stays what it was.
     fn advance(&mut self, faces: Faces, stop: Stop, progress: &mut dyn Progress) -> Grown<Advance> {
         let before = self.seed.patch.faces.len();
-        let kept = (self.seed.patch.clone(), self.seed.pins.clone());
+        let (mark, pins) = (self.seed.patch.mark(), self.seed.pins.clone());
         self.grow(faces)?;
         if self.seed.patch.faces.len() == before {
             return Ok(Advance::None);
@@ -263,7 +266,8 @@ impl Growth<'_> {
         match self.relax(stop, progress) {
             Ok(()) => Ok(Advance::Made),
             Err(Fault::Folded(_)) => {
-                (self.seed.patch, self.seed.pins) = kept;
+                self.seed.patch.revert(mark);
+                self.seed.pins = pins;
                 Ok(Advance::Undone)
             }
             Err(fault) => Err(fault),
@@ -302,11 +306,13 @@ impl Growth<'_> {
         let Seed { surface, patch, scale, .. } = &mut *self.seed;
         let rings = if let Faces::Rings(rings) = faces { rings } else { 1 };
         let layers = if self.limits.can_overlap { LAYERS } else { 1 };
-        let mut taken: HashMap<u32, usize> = HashMap::with_capacity(patch.triangles.len());
+        let mut taken = vec![0_u8; surface.triangles.len()];
         for triangle in &patch.triangles {
-            *taken.entry(*triangle).or_default() += 1;
+            let count = &mut taken[*triangle as usize];
+            *count = count.saturating_add(1);
         }
-        let mut counts: HashMap<u32, f64> = HashMap::new();
+        // Of each new vertex, the edges that suggested a place for it.
+        let (older, mut counts) = (patch.vertices.len(), Vec::<f64>::new());
         let mut plane = buckets(patch, self.outline);
         let most = patch.faces.len() * (1 + GROWTH) + 64;
         let mut queue: VecDeque<(u32, u32)> = patch.boundary().into_iter().map(|vertex| (vertex, 0)).collect();
@@ -319,7 +325,7 @@ impl Growth<'_> {
             let Some(half) = patch.beyond(surface, from) else {
                 continue;
             };
-            let layer = taken.get(&(half / 3)).copied().unwrap_or(0);
+            let layer = usize::from(taken[half as usize / 3]);
             if layer >= layers || !self.outline.touches(ends[0], ends[1]) {
                 continue;
             }
@@ -345,12 +351,13 @@ impl Growth<'_> {
                     // Beside an edge the plane may be taken by faces of a vertex with more than a full turn around it.
                     let is_beside = |face: u32| patch.faces[face as usize].iter().any(|end| [from, to].contains(end));
                     let corners = [ends[0], ends[1], position];
-                    if waits || plane.at(middle(corners)).any(|face| !is_beside(face)) {
+                    let at = middle(corners);
+                    if waits || plane.at(at).any(|face| !is_beside(face) && holds(patch.corners(face), at)) {
                         continue;
                     }
                     plane.insert(patch.faces.len() as u32, corners);
                     if let Some(vertex) = patch.add(surface, from, half, joint, position) {
-                        counts.insert(vertex, 1.0);
+                        counts.push(1.0);
                         queue.push_back((from, ring + 1));
                         queue.push_back((vertex, ring + 1));
                     }
@@ -362,7 +369,7 @@ impl Growth<'_> {
                         if area <= UPRIGHT * scale.powi(2) * surface.area(half / 3) {
                             continue;
                         }
-                    } else if let Some(count) = counts.get_mut(&third) {
+                    } else if let Some(count) = (third as usize).checked_sub(older).and_then(|at| counts.get_mut(at)) {
                         // A vertex of this round moves to the mean of the places that the edges around it suggest.
                         let guess = unfold(surface, half, ends, *scale);
                         *count += 1.0;
@@ -376,33 +383,36 @@ impl Growth<'_> {
                     queue.push_front((start, ring));
                 }
             }
-            *taken.entry(half / 3).or_default() += 1;
+            taken[half as usize / 3] += 1;
         }
+        patch.shrink();
         Ok(())
     }
 
     /// Places the vertices of the faces from `first` on that no older face has.
     fn extend(&mut self, first: usize) -> Result<()> {
         let Seed { surface, patch, scale, .. } = &mut *self.seed;
-        let mut number = HashMap::new();
+        let mut number = vec![NONE; patch.vertices.len()];
         let (mut is_fixed, mut positions) = (Vec::new(), Vec::new());
         let mut is_old = vec![false; patch.vertices.len()];
         for vertex in patch.faces[..first].as_flattened() {
             is_old[*vertex as usize] = true;
         }
         let mut local = |vertex: u32| {
-            *number.entry(vertex).or_insert_with(|| {
+            let local = &mut number[vertex as usize];
+            if *local == NONE {
+                *local = is_fixed.len() as u32;
                 is_fixed.push(is_old[vertex as usize]);
                 positions.push(patch.positions[vertex as usize]);
-                is_fixed.len() as u32 - 1
-            })
+            }
+            *local
         };
         let faces: Vec<[u32; 3]> = patch.faces[first..].iter().map(|face| face.map(&mut local)).collect();
         let rest: Vec<Rest> =
             patch.triangles[first..].iter().map(|triangle| Rest::new(surface.corners(*triangle), *scale)).collect();
         extend(&faces, &rest, &is_fixed, &mut positions)?;
-        for (vertex, local) in number {
-            patch.positions[vertex as usize] = positions[local as usize];
+        for (position, local) in patch.positions.iter_mut().zip(number).filter(|(_, local)| *local != NONE) {
+            *position = positions[local as usize];
         }
         Ok(())
     }
@@ -413,9 +423,22 @@ impl Growth<'_> {
             if self.seed.pins.iter().any(|(other, _)| *other == pin) {
                 continue;
             }
-            let patch = &self.seed.patch;
-            let far = |copy: &u32| distance(patch.positions[*copy as usize], self.places[pin]);
-            let nearest = patch.copies(self.vertices[pin]).min_by(|a, b| far(a).total_cmp(&far(b)));
+            let Seed { patch, pins, .. } = &*self.seed;
+            let place = self.places[pin];
+            let far = |copy: &u32| distance(patch.positions[*copy as usize], place);
+            let way = |other: &&(usize, u32)| distance(self.places[other.0], place);
+            let beside = pins.iter().min_by(|a, b| way(a).total_cmp(&way(b))).filter(|_| self.limits.can_overlap);
+            // A copy on another layer of the sticker lies elsewhere beside the nearest pin than the point of the image does.
+            let is_on_layer = |copy: &u32| {
+                beside.is_none_or(|other| {
+                    let (at, from) = (patch.positions[*copy as usize], patch.positions[other.1 as usize]);
+                    let target = self.places[other.0];
+                    let astray = [0, 1].map(|axis| (at[axis] - from[axis]) - (place[axis] - target[axis]));
+                    astray[0].hypot(astray[1]) <= ASTRAY * way(&other)
+                })
+            };
+            let copies = patch.copies(self.vertices[pin]).filter(is_on_layer);
+            let nearest = copies.min_by(|a, b| far(a).total_cmp(&far(b)));
             if let Some(copy) = nearest {
                 self.seed.pins.push((pin, copy));
             }
@@ -532,9 +555,12 @@ fn buckets(patch: &Patch, outline: &Outline) -> Buckets {
 fn doubled(patch: &Patch, outline: &Outline) -> Vec<bool> {
     let buckets = buckets(patch, outline);
     let is_doubled = |(face, vertices): (usize, &[u32; 3])| {
-        let older = buckets.at(middle(vertices.map(|vertex| patch.positions[vertex as usize])));
-        let mut older = older.take_while(|other| (*other as usize) < face);
-        older.any(|other| !patch.faces[other as usize].iter().any(|vertex| vertices.contains(vertex)))
+        let at = middle(patch.corners(face as u32));
+        let mut older = buckets.at(at).filter(|other| (*other as usize) < face);
+        older.any(|other| {
+            let is_beside = patch.faces[other as usize].iter().any(|vertex| vertices.contains(vertex));
+            !is_beside && holds(patch.corners(other), at)
+        })
     };
     patch.faces.iter().enumerate().map(is_doubled).collect()
 }

@@ -59,6 +59,7 @@ mod strip;
 mod surface;
 mod texels;
 mod texture;
+mod triangular;
 
 pub use applied::{Applied, Ground, next_recipe, recipes};
 pub use artwork::Artwork;

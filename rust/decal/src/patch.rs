@@ -4,8 +4,6 @@
 //! patch a topological disk: a face is added along one, two or three consecutive boundary edges, and removed where its
 //! edges on the boundary are connected.
 
-use std::collections::HashMap;
-
 use relievo_core::{Error, Result};
 
 use crate::energy::Vec2;
@@ -28,8 +26,18 @@ pub struct Patch {
     /// The half-edge of the surface from each boundary vertex to the next one, within the patch.
     halves: Vec<u32>,
     /// The first vertex at each vertex of the surface, and after each vertex the next one there, or [`NONE`].
-    first: HashMap<u32, u32>,
+    first: Vec<u32>,
     others: Vec<u32>,
+}
+
+/// What a patch was, before faces were added to it.
+#[derive(Debug)]
+pub struct Mark {
+    faces: usize,
+    positions: Vec<Vec2>,
+    next: Vec<u32>,
+    previous: Vec<u32>,
+    halves: Vec<u32>,
 }
 
 /// How a face beyond a boundary edge can be added.
@@ -60,7 +68,7 @@ impl Patch {
             positions,
             faces,
             triangles,
-            first: HashMap::with_capacity(count),
+            first: Vec::new(),
             others: Vec::with_capacity(count),
         };
         let refuse = || Error::invalid("the faces under the pins do not form a disk").at("seed of the decal");
@@ -131,20 +139,77 @@ impl Patch {
     /// Returns the copies of a vertex of the surface.
     pub fn copies(&self, vertex: u32) -> impl Iterator<Item = u32> {
         let after = |copy: &u32| Some(self.others[*copy as usize]).filter(|copy| *copy != NONE);
-        std::iter::successors(self.first.get(&vertex).copied(), after)
+        let first = self.first.get(vertex as usize).copied().filter(|copy| *copy != NONE);
+        std::iter::successors(first, after)
     }
 
     /// Lists the next vertex among the copies of a vertex of the surface, as the last one.
     fn enlist(&mut self, place: u32) {
         let vertex = self.others.len() as u32;
         self.others.push(NONE);
-        let mut copy = *self.first.entry(place).or_insert(vertex);
-        while copy != vertex {
-            let after = &mut self.others[copy as usize];
-            if *after == NONE {
-                *after = vertex;
+        if self.first.len() <= place as usize {
+            self.first.resize(place as usize + 1, NONE);
+        }
+        match self.copies(place).last() {
+            Some(copy) => self.others[copy as usize] = vertex,
+            None => self.first[place as usize] = vertex,
+        }
+    }
+
+    /// Removes the last vertex from the copies of a vertex of the surface.
+    fn delist(&mut self, place: u32) {
+        let vertex = self.others.len() as u32 - 1;
+        let before = self.copies(place).find(|copy| self.others[*copy as usize] == vertex);
+        match before {
+            Some(copy) => self.others[copy as usize] = NONE,
+            None => self.first[place as usize] = NONE,
+        }
+        self.others.pop();
+    }
+
+    /// Returns the positions of the corners of a face.
+    pub fn corners(&self, face: u32) -> [Vec2; 3] {
+        self.faces[face as usize].map(|vertex| self.positions[vertex as usize])
+    }
+
+    /// Returns what [`Self::revert`] needs to take back faces that are added and vertices that move from now on.
+    pub fn mark(&self) -> Mark {
+        Mark {
+            faces: self.faces.len(),
+            positions: self.positions.clone(),
+            next: self.next.clone(),
+            previous: self.previous.clone(),
+            halves: self.halves.clone(),
+        }
+    }
+
+    /// Makes the patch again what it was when it was marked. Between, faces were added only.
+    pub fn revert(&mut self, mark: Mark) {
+        let Mark { faces, positions, next, previous, halves } = mark;
+        while self.vertices.len() > positions.len() {
+            if let Some(place) = self.vertices.pop() {
+                self.delist(place);
             }
-            copy = *after;
+        }
+        self.faces.truncate(faces);
+        self.triangles.truncate(faces);
+        (self.positions, self.next, self.previous, self.halves) = (positions, next, previous, halves);
+    }
+
+    /// Gives memory back that was set aside for faces to be added.
+    pub fn shrink(&mut self) {
+        self.faces.shrink_to_fit();
+        self.triangles.shrink_to_fit();
+        self.positions.shrink_to_fit();
+        for list in [
+            &mut self.vertices,
+            &mut self.next,
+            &mut self.previous,
+            &mut self.halves,
+            &mut self.first,
+            &mut self.others,
+        ] {
+            list.shrink_to_fit();
         }
     }
 
@@ -356,6 +421,7 @@ impl Patch {
             kept.halves.push(self.halves[before]);
             kept.enlist(self.vertices[before]);
         }
+        kept.shrink();
         *self = kept;
         old
     }

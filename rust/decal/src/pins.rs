@@ -45,6 +45,10 @@ pub fn insert(surface: &Surface, places: &[Place]) -> Result<(Surface, Vec<u32>)
         sources: surface.sources.clone(),
         parts: HashMap::new(),
     };
+    // A place on an edge divides two faces, or more where other places have divided them before.
+    cells.points.reserve_exact(places.len());
+    cells.triangles.reserve_exact(4 * places.len());
+    cells.sources.reserve_exact(4 * places.len());
     let mut vertices: Vec<u32> = Vec::with_capacity(places.len());
     let mut pin_of = HashMap::with_capacity(places.len());
     for (pin, place) in places.iter().enumerate() {

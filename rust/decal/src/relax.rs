@@ -25,6 +25,12 @@ const RINGS: [usize; 2] = [5, 15];
 /// Faces of a map that moves as a whole to turn back triangles that its pins did not flip.
 const FEW: usize = 4096;
 
+/// The residual of the linear system of a step, as a share of that of no step. Maps of a surface before and after it is turned
+/// differ by about as much, since one may take a step of conjugate gradients more than the other.
+const TOLERANCE: f64 = 1e-5;
+/// That of steps that follow a dragged pin or turn triangles back, after which others come.
+const ROUGH: f64 = 1e-4;
+
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
 pub struct Stop {
@@ -77,7 +83,7 @@ impl Map<'_> {
 
     /// Returns whether the pins are at their targets, no triangle is flipped and the mean energy is at most `enough`.
     pub fn is_good(&self, enough: f64) -> bool {
-        let area: f64 = self.rest.iter().map(|rest| rest.area).sum();
+        let area: f64 = self.rest.iter().map(Rest::area).sum();
         self.is_arrived() && self.energy(0.0) <= enough * area
     }
 
@@ -123,7 +129,13 @@ impl Map<'_> {
     }
 
     /// Computes the Newton direction at the current positions and returns energy and slope along it.
-    fn direction(&self, system: &mut System, epsilon: f64, direction: &mut [Vec2]) -> Result<(f64, f64)> {
+    fn direction(
+        &self,
+        system: &mut System,
+        epsilon: f64,
+        tolerance: f64,
+        direction: &mut [Vec2],
+    ) -> Result<(f64, f64)> {
         for step in direction.iter_mut() {
             *step = [0.0; 2];
         }
@@ -133,7 +145,7 @@ impl Map<'_> {
         let mut side = vec![0.0; system.unknowns()];
         let mut gradient = vec![0.0; system.unknowns()];
         let mut energy = 0.0;
-        let area = self.rest.iter().map(|rest| rest.area).sum::<f64>();
+        let area = self.rest.iter().map(Rest::area).sum::<f64>();
         // Rotations of an isometric map cost nothing to second order; the shift keeps the matrix definite.
         system.clear(1e-7 * area / self.rest.len().max(1) as f64 + 1e-9);
         for (face, rest) in self.rest.iter().enumerate() {
@@ -163,7 +175,7 @@ impl Map<'_> {
             *side -= gradient;
         }
         system.factorise()?;
-        system.solve(&mut side);
+        system.solve(&mut side, tolerance);
         if let Some(hook) = self.hook {
             self.hold(hook, system, &mut side);
         }
@@ -190,7 +202,7 @@ impl Map<'_> {
             for (row, weight) in free() {
                 column[2 * row as usize + axis] = weight;
             }
-            system.solve(column);
+            system.solve(column, ROUGH);
         }
         let way = minus(hook.target, self.hooked(hook));
         let missing = [way[0] - point(side, 0), way[1] - point(side, 1)];
@@ -228,7 +240,7 @@ impl Map<'_> {
             if is_held && left == 0 {
                 return Ok(true);
             }
-            let (energy, slope) = self.direction(system, 0.0, &mut direction)?;
+            let (energy, slope) = self.direction(system, 0.0, ROUGH, &mut direction)?;
             let longest = (SAFE * self.first_flip(&direction)).min(1.0);
             if is_held {
                 left -= 1;
@@ -264,7 +276,7 @@ impl Map<'_> {
         let mut pulls = 0;
         while is_valid && !self.is_arrived() {
             progress.step(0.0, "pulling pins")?;
-            self.direction(system, 0.0, &mut direction)?;
+            self.direction(system, 0.0, TOLERANCE, &mut direction)?;
             let length = (SAFE * self.first_flip(&direction)).min(1.0);
             self.step(&direction, length);
             if length == 1.0 {
@@ -292,7 +304,7 @@ impl Map<'_> {
         }
         for step in 0..stop.steps {
             progress.step(step as f32 / stop.steps as f32, "lowering the distortion")?;
-            let (energy, slope) = self.direction(system, 0.0, &mut direction)?;
+            let (energy, slope) = self.direction(system, 0.0, TOLERANCE, &mut direction)?;
             if -slope <= stop.decrease * energy {
                 break;
             }
@@ -373,7 +385,7 @@ impl Map<'_> {
         let mut epsilon = (1e-6 + 0.04 * smallest * smallest).sqrt();
         for step in 0..UNTANGLING_STEPS {
             progress.step(step as f32 / UNTANGLING_STEPS as f32, "turning flipped triangles back")?;
-            let (energy, slope) = self.direction(system, epsilon, direction)?;
+            let (energy, slope) = self.direction(system, epsilon, ROUGH, direction)?;
             let is_lower = self.search(direction, 1.0, energy, slope, epsilon);
             let (_, smallest) = self.worst();
             if smallest > 0.0 {

@@ -55,11 +55,13 @@ fn a_sticker_with_many_pins_goes_around_a_finger_one_and_a_half_times() {
     let sticker = Sticker::whole([300, 100]).expect("a sticker");
     let settings = DecalSettings { overlap: true, ..DecalSettings::default() };
     // Columns and rows of pins, the taper of the finger, and how far pins are moved.
-    for (columns, rows, taper, step) in [(3, 2, 0.0, 0.02), (6, 1, 0.0, 0.0), (6, 2, 0.0, 0.02), (6, 2, 0.2, 0.01)] {
+    let cases =
+        [(3, 2, 0.0, 0.02), (6, 1, 0.0, 0.0), (6, 2, 0.0, 0.02), (6, 2, 0.2, 0.01), (4, 3, 0.3, 0.0), (4, 3, 0.6, 0.0)];
+    for (columns, rows, taper, step) in cases {
         let mesh = finger(48, taper);
         let pin = |index: u32| {
             let x = (f64::from(index % columns) + 0.5) / f64::from(columns);
-            let y = if rows == 1 { 0.5 } else { 0.2 + 0.6 * f64::from(index / columns) };
+            let y = if rows == 1 { 0.5 } else { 0.2 + 0.6 * f64::from(index / columns) / f64::from(rows - 1) };
             let (sin, cos) = (2.4 * f64::from(index)).sin_cos();
             // The second turn lies a little higher than the first.
             let height = 0.25 + 0.5 * y + 0.08 * (x - 0.5) + step * sin;
