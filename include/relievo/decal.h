@@ -101,8 +101,8 @@ typedef struct RlvDecalTexture {
 typedef struct RlvDecalReport {
     uint32_t struct_size;
     uint32_t reserved;
-    uint64_t changed_tiles;
-    uint64_t texels;        /* under the sticker */
+    uint64_t changed_tiles; /* of a triangle mesh: faces */
+    uint64_t texels;        /* under the sticker; of a triangle mesh: values */
     uint64_t refused_tiles; /* by the budget: the sticker is missing there */
 } RlvDecalReport;
 
@@ -114,8 +114,8 @@ typedef struct RlvDecalReport {
 RLV_API RlvResult rlv_decal_on_mesh(RlvMesh mesh, const RlvDecalOptions *options, const RlvDecalPin *pins, size_t count,
                                     size_t stride, RlvProgress progress, void *user, RlvDecal *out);
 
-/* Lays a sticker on the displaced Catmull-Clark surface of a detail as it was committed last, on triangles of
- * options->cells cells along an edge. Fails as rlv_decal_on_mesh, or if the detail is of a triangle mesh. */
+/* Lays a sticker on the displaced surface of a detail as it was committed last: of a Catmull-Clark surface on triangles of
+ * options->cells cells along an edge, of a triangle mesh on those that its layers have. Fails as rlv_decal_on_mesh. */
 RLV_API RlvResult rlv_decal_on_detail(RlvDetail detail, const RlvDecalOptions *options, const RlvDecalPin *pins,
                                       size_t count, size_t stride, RlvProgress progress, void *user, RlvDecal *out);
 
@@ -159,8 +159,8 @@ RLV_API RlvResult rlv_decal_emboss(RlvDecal decal, const RlvDecalImage *image, f
 /* Writes a decal that lies on a detail into a channel, with a blend mode and an opacity; ink may be NULL for its initial
  * values. In RLV_CHANNEL_VECTORS red moves along the image's direction to the right on the surface, green along the one
  * upwards, blue along the normal: by -height at 0, not at all at 0.5, by height at 1. Vectors have no layers. Fails, and
- * changes nothing, if the channel is another one, the detail has it not, the blend mode is not for it, or as
- * rlv_decal_paint. */
+ * changes nothing, if the channel is another one, the detail has it not, the blend mode is not for it, the vectors are those
+ * of a triangle mesh, or as rlv_decal_paint. */
 RLV_API RlvResult rlv_decal_write(RlvDecal decal, const RlvDecalImage *image, const RlvDecalInk *ink,
                                   RlvDecalReport *report);
 

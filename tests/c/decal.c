@@ -234,6 +234,63 @@ static void write_into_layers(RlvContext context, RlvMesh plane) {
     CHECK_OK(rlv_surface_release(surface));
 }
 
+/* Colours and displacement of a triangle mesh, whose quads are two triangles each. */
+static void write_on_triangles(RlvContext context, RlvMesh plane) {
+    RlvSurface surface = RLV_NULL;
+    RlvDetail detail = RLV_NULL;
+    RlvSurfaceOptions kind = RLV_SURFACE_OPTIONS_INIT;
+    RlvDetailOptions detail_options = RLV_DETAIL_OPTIONS_INIT;
+    RlvPaintOptions paint = RLV_PAINT_OPTIONS_INIT;
+    RlvDecalPin pins[4];
+    RlvDecalOptions options = RLV_DECAL_OPTIONS_INIT;
+    RlvDecalImage image = RLV_DECAL_IMAGE_INIT;
+    RlvDecalInk ink = RLV_DECAL_INK_INIT;
+    RlvDecalReport report = RLV_DECAL_REPORT_INIT;
+    RlvDecal decal = RLV_NULL;
+    const uint32_t inside = 2 * (4 * 10 + 4), outside = 2 * (1 * 10 + 1);
+    float color[4], height = 0.0f;
+    float *pixels = malloc(WIDTH * HEIGHT * 4);
+    CHECK(pixels != NULL);
+    for (size_t pixel = 0; pixel < WIDTH * HEIGHT; ++pixel) {
+        pixels[pixel] = 1.0f;
+    }
+    image.channels = 1;
+    image.pixels = pixels;
+    image.pixel_count = WIDTH * HEIGHT;
+    kind.kind = RLV_SURFACE_TRIANGLES;
+    CHECK_OK(rlv_surface_create(context, plane, &kind, &surface));
+    detail_options.tile_size = paint.tile_size = 16;
+    paint.color[0] = paint.color[1] = paint.color[2] = 0.0f;
+    CHECK_OK(rlv_detail_create(surface, &detail_options, NULL, &detail));
+    set_pins(pins);
+    options.width = WIDTH;
+    options.height = HEIGHT;
+    CHECK_OK(rlv_decal_on_detail(detail, &options, pins, 4, 0, NULL, NULL, &decal));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_paint(decal, &image, 1.0f, &report), "no colours");
+    CHECK_OK(rlv_detail_add_paint(detail, &paint));
+    CHECK_OK(rlv_decal_paint(decal, &image, 0.5f, &report));
+    /* From (3, 4) to (7, 6): 8 quads, and those around them at most. */
+    CHECK(report.refused_tiles == 0 && report.changed_tiles >= 16 && report.changed_tiles <= 48);
+    CHECK(report.texels > 16 * 100);
+    look(detail, inside, color, &height);
+    CHECK_NEAR(color[0], 0.5, 0.02);
+    look(detail, outside, color, &height);
+    CHECK_NEAR(color[0], 0.0, 1e-6);
+    CHECK_OK(rlv_decal_emboss(decal, &image, 0.25f, &report));
+    look(detail, inside, color, &height);
+    CHECK_NEAR(height, 0.25, 1e-3);
+    look(detail, outside, color, &height);
+    CHECK_NEAR(height, 0.0, 1e-6);
+    ink.channel = RLV_CHANNEL_VECTORS;
+    ink.blend = RLV_BLEND_ADD;
+    ink.height = 0.1f;
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_decal_write(decal, &image, &ink, &report), "triangle meshes");
+    CHECK_OK(rlv_decal_release(decal));
+    CHECK_OK(rlv_detail_release(detail));
+    CHECK_OK(rlv_surface_release(surface));
+    free(pixels);
+}
+
 /* A sheet with texture coordinates: the texture has the image where the decal lies, and a gutter around the sheet. */
 static void paint_texture(RlvContext context) {
     enum { SIDE = 100 };
@@ -454,6 +511,7 @@ int main(void) {
     RlvMesh plane = check_plane(context, 10, 10);
     lay_on_mesh(context, plane);
     write_into_layers(context, plane);
+    write_on_triangles(context, plane);
     paint_texture(context);
     cut_and_strip(context, plane);
     CHECK_OK(rlv_mesh_release(plane));

@@ -6,18 +6,20 @@ use std::sync::{Arc, RwLock};
 use relievo_bake::Gutter;
 use relievo_core::{Context, Error, Mesh, Progress, Result};
 use relievo_decal::{
-    Artwork, Contour, Decal, DecalSettings, Pin, Placement, Pose, Print, Printed, Sticker, nearest, paint_texture,
-    strip, triangulated,
+    Artwork, Contour, Decal, DecalSettings, Pin, Placement, Pose, Print, Printed, Sticker, TrianglePrint, nearest,
+    paint_texture, strip, triangulated,
 };
-use relievo_detail::DisplacedObject;
 use relievo_document::{Blend, Kind, Settings};
 use relievo_render::Image;
+use relievo_tiles::triangle::TriangleTessellation;
 use relievo_tiles::{Tessellation, uniform_rates};
 
 use crate::array::{Input, Output, Plain, present, put};
 use crate::context::{ContextObject, HostProgress, RlvProgress};
 use crate::descriptor::{check_optional, read_descriptor, read_optional, write_descriptor, write_optional};
-use crate::detail::{DetailObject, RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, RLV_CHANNEL_VECTORS, RlvDetail};
+use crate::detail::{
+    DetailObject, Object, RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, RLV_CHANNEL_VECTORS, RlvDetail,
+};
 use crate::layer::RLV_BLEND_NORMAL;
 use crate::mesh::{self, MeshObject, RlvMesh};
 use crate::registry::{self, handle, try_read, try_write};
@@ -124,9 +126,23 @@ descriptor! {
 pub struct DecalObject {
     context: Arc<ContextObject>,
     size: [u32; 2],
-    detail: Option<(Arc<DetailObject>, Tessellation)>,
+    detail: Option<(Arc<DetailObject>, Triangles)>,
     depths: Vec<f64>,
     placement: RwLock<Placement>,
+}
+
+/// The triangles of a detail, with their places on its faces.
+enum Triangles {
+    Cage(Tessellation),
+    Mesh(TriangleTessellation),
+}
+
+/// What of an image is written how.
+#[derive(Clone, Copy)]
+enum Writing {
+    Color(Settings),
+    Relief(f32, Settings),
+    Vectors(f32, Settings),
 }
 
 /// What a sticker is laid on.
@@ -230,9 +246,9 @@ impl Laying {
                 (None, place(&triangulated(&mesh))?)
             }
             Ground::Detail(object) => {
-                let tessellation = tessellate(&object.context.context, object, *cells)?;
-                let placement = place(&tessellation.mesh)?;
-                (Some((object.clone(), tessellation)), placement)
+                let triangles = tessellate(&object.context.context, object, *cells)?;
+                let placement = place(triangles.mesh())?;
+                (Some((object.clone(), triangles)), placement)
             }
         };
         registry::insert(DecalObject {
@@ -262,12 +278,28 @@ fn check_cells(cells: u32) -> Result<()> {
     Err(Error::invalid(format!("there are {cells} cells")).at("cells").advise("use a power of two"))
 }
 
+impl Triangles {
+    fn mesh(&self) -> &Mesh {
+        match self {
+            Self::Cage(made) => &made.mesh,
+            Self::Mesh(made) => &made.mesh,
+        }
+    }
+}
+
 /// The displaced surface of a detail as it was committed last.
-fn tessellate(context: &Context, detail: &DetailObject, cells: u32) -> Result<Tessellation> {
+fn tessellate(context: &Context, detail: &DetailObject, cells: u32) -> Result<Triangles> {
     let view = detail.view();
-    let Layers::Tiles(tiles) = &view.layers else { return Err(only_cages("decals")) };
-    let rates = uniform_rates(tiles.surface.topology(), cells);
-    tiles.displaced()?.tessellate(context, &view.cage, &rates)
+    match &view.layers {
+        Layers::Tiles(tiles) => {
+            let rates = uniform_rates(tiles.surface.topology(), cells);
+            Ok(Triangles::Cage(tiles.displaced()?.tessellate(context, &view.cage, &rates)?))
+        }
+        Layers::Triangles(mesh) => {
+            let (displaced, rates) = (mesh.displaced()?, |face| mesh.rates(face));
+            Ok(Triangles::Mesh(TriangleTessellation::new(context, &displaced, &mesh.normals, &view.cage, rates)?))
+        }
+    }
 }
 
 impl DecalObject {
@@ -284,20 +316,15 @@ impl DecalObject {
         unsafe { pixels(image, self.size, self.context.context.memory_limit()) }
     }
 
-    /// Writes the decal into its detail by `write`.
+    /// Writes the decal into its detail.
     ///
     /// # Safety
     /// `image` is NULL or a descriptor that starts with its size, with pixels of their count, and `report` NULL or a
     /// descriptor that starts with its size.
-    unsafe fn write(
-        &self,
-        image: *const RlvDecalImage,
-        report: *mut RlvDecalReport,
-        write: impl FnOnce(&Print, &mut DisplacedObject) -> Result<Printed>,
-    ) -> Result<()> {
+    unsafe fn write(&self, image: *const RlvDecalImage, report: *mut RlvDecalReport, writing: Writing) -> Result<()> {
         // SAFETY: promised by the caller.
         unsafe { check_optional(report) }?;
-        let Some((detail, tessellation)) = &self.detail else {
+        let Some((detail, triangles)) = &self.detail else {
             return Err(Error::invalid("it lies on a mesh").at("decal").advise("lay it with rlv_decal_on_detail"));
         };
         // SAFETY: promised by the caller.
@@ -308,8 +335,26 @@ impl DecalObject {
         drop(placement);
         let mut editor = detail.edit()?;
         let context = &self.context.context;
-        let print = Print { context, tessellation, decal: &decal, artwork: &artwork, depths: &self.depths };
-        let done = editor.tiles("decals").and_then(|object| write(&print, object));
+        let (decal, artwork, depths) = (&decal, &artwork, self.depths.as_slice());
+        let done: Result<Printed> = match (&mut editor.object, triangles) {
+            (Object::Tiles(object), Triangles::Cage(tessellation)) => {
+                let print = Print { context, tessellation, decal, artwork, depths };
+                match writing {
+                    Writing::Color(settings) => print.paint(object, &settings),
+                    Writing::Relief(height, settings) => print.emboss(object, height, &settings),
+                    Writing::Vectors(height, settings) => print.displace(object, height, &settings),
+                }
+            }
+            (Object::Triangles(object), Triangles::Mesh(ground)) => {
+                let print = TrianglePrint { context, ground, decal, artwork, depths };
+                match writing {
+                    Writing::Color(settings) => print.paint(object, &settings),
+                    Writing::Relief(height, settings) => print.emboss(object, height, &settings),
+                    Writing::Vectors(..) => Err(only_cages("decals of vector displacement")),
+                }
+            }
+            _ => Err(Error::internal("a decal lies on another kind of surface")),
+        };
         detail.leave(editor);
         let done = done?;
         let made = RlvDecalReport {
@@ -561,19 +606,13 @@ entry! {
     fn rlv_decal_paint(decal: RlvDecal, image: *const RlvDecalImage, opacity: f32, report: *mut RlvDecalReport) {
         let object = registry::get(decal)?;
         // SAFETY: the caller gives NULL or descriptors that start with their size, with pixels of their count.
-        unsafe {
-            object.write(image, report, |print, detail| {
-                print.paint(detail, &Settings { opacity, ..Settings::of(Kind::Rgba8) })
-            })
-        }
+        unsafe { object.write(image, report, Writing::Color(Settings { opacity, ..Settings::of(Kind::Rgba8) })) }
     }
 
     fn rlv_decal_emboss(decal: RlvDecal, image: *const RlvDecalImage, height: f32, report: *mut RlvDecalReport) {
         let object = registry::get(decal)?;
         // SAFETY: the caller gives NULL or descriptors that start with their size, with pixels of their count.
-        unsafe {
-            object.write(image, report, |print, detail| print.emboss(detail, height, &Settings::of(Kind::Scalar)))
-        }
+        unsafe { object.write(image, report, Writing::Relief(height, Settings::of(Kind::Scalar))) }
     }
 
     fn rlv_decal_write(
@@ -597,17 +636,18 @@ entry! {
             Error::invalid(format!("there is no blend mode {}", ink.blend)).at("ink").advise("use an RLV_BLEND_ value")
         })?;
         let settings = Settings { opacity: ink.opacity, blend: blend.0, visible: true };
-        // SAFETY: the caller gives NULL or descriptors that start with their size, with pixels of their count.
-        unsafe {
-            object.write(image, report, |print, detail| match ink.channel {
-                RLV_CHANNEL_COLOR => print.paint(detail, &settings),
-                RLV_CHANNEL_DISPLACEMENT => print.emboss(detail, ink.height, &settings),
-                RLV_CHANNEL_VECTORS => print.displace(detail, ink.height, &settings),
-                other => Err(Error::invalid(format!("decals are not written into channel {other}"))
+        let writing = match ink.channel {
+            RLV_CHANNEL_COLOR => Writing::Color(settings),
+            RLV_CHANNEL_DISPLACEMENT => Writing::Relief(ink.height, settings),
+            RLV_CHANNEL_VECTORS => Writing::Vectors(ink.height, settings),
+            other => {
+                return Err(Error::invalid(format!("decals are not written into channel {other}"))
                     .at("ink")
-                    .advise("use colour, displacement or vectors")),
-            })
-        }
+                    .advise("use colour, displacement or vectors"));
+            }
+        };
+        // SAFETY: the caller gives NULL or descriptors that start with their size, with pixels of their count.
+        unsafe { object.write(image, report, writing) }
     }
 
     fn rlv_decal_paint_texture(
@@ -737,7 +777,7 @@ entry! {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size, `count` places, room for `capacity` pins
         // or NULL, and for a length or NULL.
         unsafe {
-            write_strip(&ground.mesh, limit, options, (curve, count, stride), (pins, capacity), pin_count, length)
+            write_strip(ground.mesh(), limit, options, (curve, count, stride), (pins, capacity), pin_count, length)
         }
     }
 }

@@ -217,6 +217,56 @@ fn stickers_are_cut_along_their_alpha_and_lie_along_curves() {
 }
 
 #[test]
+fn a_sticker_is_painted_and_embossed_on_the_triangles_of_a_mesh() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    files(folder);
+    let apply = |more: &[&str]| {
+        let arguments = ["decal", "apply", "plane.obj", "--image", "red.png", "--texels", "16"];
+        relievo(folder, &[&arguments[..], &PINS, more].concat())
+    };
+    let painted = apply(&["-o", "painted.relievo", "--triangles", "--picture", "painted.png", "--json"]);
+    assert!(painted.status.success(), "{}", text(&painted.stderr));
+    let report: Value = serde_json::from_str(&text(&painted.stdout)).unwrap();
+    // The sticker is 3 by 2 units, and touches at most 5 by 4 squares of two triangles.
+    let faces = report["tiles"].as_u64().unwrap();
+    assert!((12..=40).contains(&faces) && report["refused"] == 0, "{report}");
+    let picture = read_png(&folder.join("painted.png"), u64::MAX).unwrap();
+    let red = picture.data().chunks_exact(picture.channels() as usize);
+    assert!(red.filter(|pixel| pixel[0] > 0.1 && pixel[1] < 0.05).count() > 20_000);
+
+    // The document is of triangles, so that the flag is not needed again.
+    let raised =
+        apply(&["-o", "raised.relievo", "--document", "painted.relievo", "--layer", "relief", "--height", "0.2"]);
+    assert!(raised.status.success(), "{}", text(&raised.stderr));
+    let document = Document::open(&folder.join("raised.relievo"), u64::MAX).unwrap();
+    assert!(document.topology().is_of_triangles() && document.recipes().is_empty());
+    assert!(document.layer("decal").is_some_and(|layer| layer.kind() == Kind::Rgba8 && !layer.blocks().is_empty()));
+    assert!(document.layer("relief").is_some_and(|layer| layer.kind() == Kind::Scalar && !layer.blocks().is_empty()));
+    done(folder, &["doc", "export", "raised.relievo", "plane.obj", "-o", "raised.ply"]);
+    let mesh = relievo_meshio::read(&relievo_core::Context::serial(), &folder.join("raised.ply")).unwrap();
+    let relievo_core::Values::F32(colors) = &mesh.attribute("color").unwrap().values else { panic!() };
+    let mut counts = [0; 2];
+    for (point, color) in mesh.points.iter().zip(colors.chunks_exact(3)) {
+        let [x, y, z] = point.map(f64::from);
+        // Red has a luminance of 0.2126. A segment is up to 0.09 long.
+        let (part, red, height) = match (x.abs() - 1.5).max(y.abs() - 1.0) {
+            away if away > 0.1 => (0, 0.5, 0.0),
+            away if away < -0.1 => (1, 1.0, 0.2 * 0.2126),
+            _ => continue,
+        };
+        counts[part] += 1;
+        assert!((f64::from(color[0]) - red).abs() < 0.01 && (z - height).abs() < 1e-3, "{point:?} {color:?}");
+    }
+    assert!(counts[0] > 30 && counts[1] > 500, "{counts:?}");
+
+    let refused =
+        apply(&["-o", "none.relievo", "--document", "painted.relievo", "--layer", "decal", "--height", "0.2"]);
+    assert!(!refused.status.success() && text(&refused.stderr).contains("the layer holds"));
+    assert!(!folder.join("none.relievo").exists());
+}
+
+#[test]
 fn a_sticker_is_painted_into_a_texture_with_a_gutter() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

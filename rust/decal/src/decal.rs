@@ -406,6 +406,26 @@ impl Decal {
         if weights > 0.0 { sum / weights } else { 0.0 }
     }
 
+    /// Fails if there are depths, but not one for each pin.
+    ///
+    /// # Errors
+    /// There are more or fewer, and not none.
+    pub fn check_depths(&self, depths: &[f64]) -> Result<()> {
+        let pins = self.pins.len();
+        if depths.is_empty() || depths.len() == pins {
+            return Ok(());
+        }
+        Err(Error::invalid(format!("there are {} depths for {pins} pins", depths.len()))
+            .at("decal")
+            .advise("give one depth for each pin, or none"))
+    }
+
+    /// Returns a number that orders places of the image that lie on one place of the surface, the largest on top: the
+    /// [`Self::depth`], or how far on the right the place is where pins have no depths.
+    pub fn height(&self, place: Vec2, depths: &[f64]) -> f64 {
+        if depths.is_empty() { place[0] } else { self.depth(place, depths) }
+    }
+
     /// Returns the decal as a mesh with attributes `uv` and `normal` of its points and `decal` of its faces, the face of the
     /// surface under each, lifted off the surface by `offset`.
     pub fn mesh(&self, offset: f64) -> Mesh {

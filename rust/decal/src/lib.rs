@@ -13,7 +13,7 @@
 //! A [`Placement`] keeps what a decal was made of and follows: pins that are dragged and surfaces that are posed.
 //!
 //! A [`Print`] writes a decal into the colours, the displacement and the vector displacement of a surface, through the
-//! texels that [`draw`] finds (Section 6). A [`Ground`] does it in a layer for each decal, and keeps its [`Recipe`] in the
+//! texels that [`draw`] finds (Section 6), a [`TrianglePrint`] into the colours or the displacement of a triangle mesh. A [`Ground`] does it in a layer for each decal, and keeps its [`Recipe`] in the
 //! document, from which the decal is taken up again.
 //!
 //! [`paint_texture`] paints it into the texture of a mesh with texture coordinates, for which [`charts`] says where its faces
@@ -59,6 +59,7 @@ mod strip;
 mod surface;
 mod texels;
 mod texture;
+mod triangle_print;
 mod triangular;
 
 pub use applied::{Applied, Ground, next_recipe, recipes};
@@ -78,3 +79,4 @@ pub use scatter::{Scatter, scatter};
 pub use strip::{Strip, strip};
 pub use texels::{Chart, Window, draw};
 pub use texture::{Pixels, charts, paint_texture, triangulated};
+pub use triangle_print::TrianglePrint;

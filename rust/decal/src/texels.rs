@@ -75,11 +75,7 @@ pub fn draw(
             .at("decal")
             .advise("give the mesh that the decal lies on, with a chart for each face"));
     }
-    if !depths.is_empty() && depths.len() != decal.pins.len() {
-        return Err(Error::invalid(format!("there are {} depths for {} pins", depths.len(), decal.pins.len()))
-            .at("decal")
-            .advise("give one depth for each pin, or none"));
-    }
+    decal.check_depths(depths)?;
     let mut windows: BTreeMap<(u32, u32, u32), Vec<Piece>> = BTreeMap::new();
     for (triangle, face) in decal.triangles.iter().zip(&decal.faces) {
         let chart = &charts[*face as usize];

@@ -5,7 +5,10 @@
 
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_decal::{Artwork, Contour, Decal, DecalSettings, Pin, Pose, Sticker, emboss, lay, nearest, paint, strip};
+use relievo_decal::{
+    Artwork, Contour, Decal, DecalSettings, Pin, Pose, Sticker, TrianglePrint, emboss, lay, nearest, paint, strip,
+};
+use relievo_document::{Kind, Settings};
 use relievo_render::{Image, read_image};
 use relievo_tiles::triangle::TriangleTessellation;
 use relievo_tiles::{Tessellation, uniform_rates};
@@ -14,7 +17,6 @@ use crate::description::DecalEntry;
 use crate::paths::Paths;
 use crate::refusals::Refusals;
 use crate::strokes::{activate, choose_layer};
-use crate::triangle_print::TrianglePrint;
 use crate::world::{Item, World};
 
 /// The sticker of a decal with its image, and a number for what its pixels are.
@@ -154,25 +156,23 @@ fn put(context: &Context, world: &mut World, index: usize, entry: &DecalEntry, r
         Some(name) => choose_layer(context, world, &[entry.object], name, entry.height.is_none())?,
         None => Vec::new(),
     };
-    let (item, Loaded { artwork, size, .. }) = world.item_and_sticker(entry.object, index)?;
-    let refused = match (item, &ground) {
-        (Item::Surface(surface), Ground::Surface(ground)) => {
-            let printed = match entry.height {
-                Some(height) => emboss(context, surface, ground, &decal, artwork, &depths, height),
-                None => paint(context, surface, ground, &decal, artwork, &depths, entry.opacity),
-            };
-            printed.map(|printed| printed.refused)
-        }
+    let (item, Loaded { artwork, .. }) = world.item_and_sticker(entry.object, index)?;
+    let printed = match (item, &ground) {
+        (Item::Surface(surface), Ground::Surface(ground)) => match entry.height {
+            Some(height) => emboss(context, surface, ground, &decal, artwork, &depths, height),
+            None => paint(context, surface, ground, &decal, artwork, &depths, entry.opacity),
+        },
         (Item::Triangles(item), Ground::Triangles(ground)) => {
-            let print = TrianglePrint { context, ground, decal: &decal, artwork, size: *size, depths: &depths };
+            let print = TrianglePrint { context, ground, decal: &decal, artwork, depths: &depths };
+            let opacity = entry.opacity;
             match entry.height {
-                Some(height) => print.emboss(&mut item.object, height),
-                None => print.paint(&mut item.object, entry.opacity),
+                Some(height) => print.emboss(&mut item.object, height, &Settings::of(Kind::Scalar)),
+                None => print.paint(&mut item.object, &Settings { opacity, ..Settings::of(Kind::Rgba8) }),
             }
         }
         _ => Err(Error::internal("a decal lies on another kind of surface")),
     };
     activate(context, world, &active)?;
-    refusals.add(entry.object, &refused?);
+    refusals.add(entry.object, &printed?.refused);
     Ok(())
 }

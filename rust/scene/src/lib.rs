@@ -55,8 +55,6 @@ pub mod tessellation;
 pub mod tissue;
 mod tissues;
 pub mod trace;
-#[cfg(feature = "decal")]
-mod triangle_print;
 pub mod triangles;
 mod views;
 #[cfg_attr(not(feature = "crowd"), path = "walking_absent.rs")]

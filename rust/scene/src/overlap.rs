@@ -3,29 +3,13 @@
 use std::collections::{BTreeMap, BinaryHeap};
 
 use glam::{DVec2, DVec3};
-use relievo_core::{Error, Mesh, Result};
+use relievo_core::{Mesh, Result};
 use relievo_decal::Decal;
 
 /// The way over which a mesh rises by an offset, in offsets.
 const RAMP: f64 = 8.0;
 /// How far two triangles may reach into one another without overlapping, as a share of their face.
 const TOUCH: f64 = 1e-6;
-
-/// Fails if there are depths, but not one for each pin of a decal.
-pub fn check_depths(decal: &Decal, depths: &[f64]) -> Result<()> {
-    let pins = decal.pins.len();
-    if depths.is_empty() || depths.len() == pins {
-        return Ok(());
-    }
-    Err(Error::invalid(format!("there are {} depths for {pins} pins", depths.len()))
-        .at("decal")
-        .advise("give one depth for each pin, or none"))
-}
-
-/// Returns the depth of a place of the image by those of the pins, or how far on the right it lies where pins have none.
-pub fn depth(decal: &Decal, place: [f64; 2], depths: &[f64]) -> f64 {
-    if depths.is_empty() { place[0] } else { decal.depth(place, depths) }
-}
 
 /// Returns a decal as a mesh, as [`Decal::mesh`] does, lifted off the surface by `offset`, and where the sticker overlaps
 /// itself by as many offsets as parts lie below. `depths` are those of the pins: the part near pins of larger depths lies on
@@ -34,7 +18,7 @@ pub fn depth(decal: &Decal, place: [f64; 2], depths: &[f64]) -> f64 {
 /// # Errors
 /// There are depths, but not one for each pin.
 pub fn lifted(decal: &Decal, depths: &[f64], offset: f64) -> Result<Mesh> {
-    check_depths(decal, depths)?;
+    decal.check_depths(depths)?;
     let mut mesh = decal.mesh(0.0);
     let lifts = levels(decal, depths, offset);
     for (vertex, point) in mesh.points.iter_mut().enumerate() {
@@ -113,7 +97,7 @@ pub fn parts_below(decal: &Decal, depths: &[f64]) -> Vec<u32> {
         let places = decal.triangles[triangle].map(|vertex| DVec2::from(decal.uv[vertex as usize]));
         (places[0] + places[1] + places[2]) / 3.0
     };
-    let height = |triangle: usize| depth(decal, middle(triangle).to_array(), depths);
+    let height = |triangle: usize| decal.height(middle(triangle).to_array(), depths);
     let mut below = vec![0; decal.triangles.len()];
     for mut triangles in on_faces.into_values().filter(|triangles| triangles.len() > 1) {
         triangles.sort_by(|a, b| height(*a).total_cmp(&height(*b)));

@@ -1,5 +1,7 @@
 //! `relievo decal apply`
 
+mod triangles;
+
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -30,6 +32,10 @@ pub struct Arguments {
     /// The document to write.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
+    /// Write into the triangles of the mesh themselves, not into the limit surface of which the mesh is the cage. So it is
+    /// also where `--document` is of triangles. The document then keeps no recipe of the decal.
+    #[arg(long)]
+    triangles: bool,
     /// The document of the mesh to go on from; left out, a new one.
     #[arg(long, value_name = "FILE")]
     document: Option<PathBuf>,
@@ -45,10 +51,10 @@ pub struct Arguments {
     height: Option<f32>,
     #[command(flatten)]
     depths: Depths,
-    /// Texels along each edge of a face, of a layer that is added: a power of two.
+    /// Texels along each edge of a face, of a layer that is added: a power of two; on triangles 8 to 64.
     #[arg(long, value_name = "TEXELS", default_value_t = 64)]
     texels: u32,
-    /// Cells along each edge of a face that the sticker is laid on: a power of two.
+    /// Cells along each edge of a face that the sticker is laid on: a power of two. Triangles have those of their layers.
     #[arg(long, value_name = "CELLS", default_value_t = 8)]
     cells: u32,
     #[command(flatten)]
@@ -62,7 +68,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     let context = common.limits.context()?;
     let cage = relievo_meshio::read(&context, &common.file)?;
-    let Opened { mut object, mut notes, recipes, layer, is_new } = arguments.object(&context, &cage)?;
+    let opened = arguments.document.as_ref().map(|path| Document::open(path, context.memory_limit())).transpose()?;
+    if arguments.triangles || opened.as_ref().is_some_and(|document| document.topology().is_of_triangles()) {
+        return triangles::run(arguments, context, &cage, opened);
+    }
+    let Opened { mut object, mut notes, recipes, layer, is_new } = arguments.object(&context, &cage, opened)?;
     let tessellation = tessellate(&context, &object, &cage, arguments.cells)?;
     let laid = common.lay_on(context, triangulated(&tessellation.mesh))?;
     let context = &laid.context;
@@ -84,10 +94,14 @@ pub fn run(arguments: &Arguments) -> Outcome {
         let surface = tessellate(context, &object, &cage, SHOWN)?;
         picture::draw_painted(&laid, &surface, object.colors(), file)?;
     }
-    let quality = &laid.decal.quality;
+    report(arguments, &laid, &printed, &notes)
+}
+
+/// Prints what was written.
+fn report(arguments: &Arguments, laid: &super::Laid, printed: &Printed, notes: &[String]) -> Outcome {
     let output = arguments.output.display().to_string();
-    let text = if common.json {
-        let mut value = super::machine_readable(common, &laid);
+    let text = if arguments.common.json {
+        let mut value = super::machine_readable(&arguments.common, laid);
         value["output"] = json!(output);
         value["tiles"] = json!(printed.tiles.len());
         value["texels"] = json!(printed.texels);
@@ -97,7 +111,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         let notes: String = notes.iter().map(|note| format!("note: {note}\n")).collect();
         format!(
             "{notes}{output}\n{}texels                 {} in {} tiles\n",
-            super::described(quality),
+            super::described(&laid.decal.quality),
             printed.texels,
             printed.tiles.len()
         )
@@ -126,7 +140,7 @@ struct Opened {
 
 impl Arguments {
     /// The surface with the layers of the document, the one to be written into active.
-    fn object(&self, context: &Context, cage: &Mesh) -> Result<Opened> {
+    fn object(&self, context: &Context, cage: &Mesh, document: Option<Document>) -> Result<Opened> {
         let isolation = self.isolation.isolation;
         let (options, lowered) = Surface::choose_isolation(context, cage, &SurfaceOptions::default(), isolation)?;
         let surface = Surface::new(context, cage, &options)?;
@@ -137,9 +151,8 @@ impl Arguments {
         let displacement = Displacement::new(topology.clone(), &channel)?;
         let mut object = DisplacedObject::new(context, surface, &cage.points, displacement, DAffine3::IDENTITY)?;
         let mut recipes = Vec::new();
-        if let Some(path) = &self.document {
+        if let (Some(path), Some(document)) = (&self.document, document) {
             let place = |error: Error| error.at(path.display().to_string());
-            let document = Document::open(path, budget)?;
             notes.extend(document.fit(cage).map_err(place)?);
             notes.extend(document.notes.iter().cloned());
             let left = object.take_up(context, &document, budget).map_err(place)?;
@@ -149,6 +162,13 @@ impl Arguments {
         if self.height.is_none() && object.colors().is_none() {
             object.set_paint(Paint::<Rgba8>::of_color(topology, Vec4::new(0.5, 0.5, 0.5, 1.0), &channel)?)?;
         }
+        let (layer, is_new) = self.choose_layer(context, &mut object)?;
+        Ok(Opened { object, notes, recipes, layer, is_new })
+    }
+
+    /// Makes the layer to be written into the active one, and adds it where there is none of its name. Returns its number,
+    /// and whether it was added.
+    fn choose_layer(&self, context: &Context, object: &mut impl LayeredObject) -> Result<(u32, bool)> {
         let kind = if self.height.is_some() { Kind::Scalar } else { Kind::Rgba8 };
         let found = object.layers().into_iter().find(|layer| layer.name == self.layer);
         let is_new = found.is_none();
@@ -162,7 +182,7 @@ impl Arguments {
             None => object.add_layer(context, kind, &self.layer, Settings::of(kind), self.texels)?.0,
         };
         object.set_active_layer(context, layer)?;
-        Ok(Opened { object, notes, recipes, layer, is_new })
+        Ok((layer, is_new))
     }
 
     /// What the decal in a layer of its own was made of.

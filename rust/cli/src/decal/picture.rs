@@ -97,6 +97,17 @@ pub fn draw_painted(laid: &Laid, surface: &Tessellation, colors: Option<AnyField
     write_png(file, &shot(&laid.context, &front, None, vec![mesh], &color)?)
 }
 
+/// Draws a mesh with the colours of its points from the front of the decal.
+pub fn draw_colored(laid: &Laid, mesh: relievo_core::Mesh, file: &Path) -> Result<()> {
+    let view = Front::of(laid).view()?;
+    let mut scene = Scene::new()?;
+    let material = Material { base_color: GREY, specular: 0.0, roughness: 0.5 };
+    let object = scene.add_object(DAffine3::IDENTITY, material)?;
+    scene.set_mesh(object, 0, Mesh::of_tessellation(mesh))?;
+    let light = scene.render(&laid.context, &view)?.color;
+    write_png(file, &reduced(&light, |_, color| color)?)
+}
+
 /// Where a decal is looked at from.
 struct Front {
     center: DVec3,
@@ -171,14 +182,22 @@ fn shot(
             }
         }
     }
+    reduced(&light, |ray, light| {
+        let reflectance = reflectances[ray].unwrap_or(GREY);
+        std::array::from_fn(|axis| reflectance[axis] * light[axis])
+    })
+}
+
+/// The means over the rays of each pixel of what `shade` makes of the number and the colour of a ray.
+fn reduced(light: &Image, shade: impl Fn(usize, [f32; 3]) -> [f32; 3]) -> Result<Image> {
     let mut picture = Image::new(SIZE, SIZE, 3)?;
     for y in 0..SIZE {
         for x in 0..SIZE {
             let mut sum = [0.0; 3];
             for (row, column) in (0..RAYS * RAYS).map(|ray| (RAYS * y + ray / RAYS, RAYS * x + ray % RAYS)) {
-                let reflectance = reflectances[(row * RAYS * SIZE + column) as usize].unwrap_or(GREY);
-                for (axis, sum) in sum.iter_mut().enumerate() {
-                    *sum += reflectance[axis] * light.color(column, row)[axis] / (RAYS * RAYS) as f32;
+                let color = shade((row * RAYS * SIZE + column) as usize, light.color(column, row));
+                for (sum, value) in sum.iter_mut().zip(color) {
+                    *sum += value / (RAYS * RAYS) as f32;
                 }
             }
             picture.set_color(x, y, sum);

@@ -9,7 +9,6 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3, Vec4};
 use half::f16;
 use relievo_core::{Context, Error, Result};
-use relievo_decal::{Artwork, Decal};
 use relievo_detail::{LayeredObject, TriangleObject};
 use relievo_document::{Kind, Settings};
 use relievo_surface::TriangleTopology;
@@ -18,7 +17,9 @@ use relievo_tiles::triangle::{
 };
 use relievo_tiles::{ColorTexel, Layered, by_format};
 
-use crate::overlap::{check_depths, depth};
+use crate::artwork::Artwork;
+use crate::decal::Decal;
+use crate::print::{Printed, check_height};
 
 /// Samples along each side of the surroundings of a vertex.
 const SAMPLES: u32 = 4;
@@ -28,8 +29,8 @@ const SLACK: f64 = 1e-4;
 /// Places of the image that are closer, in widths and heights of it, are one place in two triangles of the decal.
 const SAME: f64 = 1e-3;
 
-/// A decal with its image and the triangle mesh that it lies on, to be written.
-pub(crate) struct TrianglePrint<'a> {
+/// A decal with its image and the triangle mesh that it lies on, to be written into layers of that mesh.
+pub struct TrianglePrint<'a> {
     /// Runs the work.
     pub context: &'a Context,
     /// The tessellation of the displaced mesh that the decal lies on.
@@ -38,9 +39,7 @@ pub(crate) struct TrianglePrint<'a> {
     pub decal: &'a Decal,
     /// Its image.
     pub artwork: &'a Artwork,
-    /// Columns and rows of the image.
-    pub size: [f64; 2],
-    /// Depths of the pins, or none.
+    /// The depth of each pin, or none: see [`Decal::height`].
     pub depths: &'a [f64],
 }
 
@@ -67,68 +66,71 @@ enum Element {
 type Colored = (Element, Vec<[f32; 4]>);
 
 impl TrianglePrint<'_> {
-    /// Puts the decal over the active layer of colour, with an opacity. Returns the faces that the budget refused.
+    /// Puts the decal over the active layer of colour, with a blend mode and an opacity. Tiles of the result are faces, its
+    /// texels values.
     ///
     /// # Errors
-    /// The mesh has no colours, or the active layer cannot be seen; or there are depths, but not one for each pin.
-    pub fn paint(&self, object: &mut TriangleObject, opacity: f32) -> Result<Vec<u32>> {
-        let settings = Settings { opacity, ..Settings::of(Kind::Rgba8) };
-        settings.check(Kind::Rgba8)?;
+    /// The mesh has no colours, or the active layer cannot be seen; the settings are not those of a colour; there are depths,
+    /// but not one for each pin; or the decal lies on another mesh.
+    pub fn paint(&self, object: &mut TriangleObject, settings: &Settings) -> Result<Printed> {
+        settings.check(Kind::Rgba8).map_err(|error| error.at("decal"))?;
         let mut paint = object.take_paint()?;
-        let done = by_format!(&mut paint, paint => self.over(paint, &settings));
+        let done = by_format!(&mut paint, paint => self.over(paint, settings));
         object.put_paint(paint);
         self.settle(object, done?)
     }
 
-    /// Raises the active layer of displacement by `height`, in object units, times the luminance of the image and its alpha.
-    /// Returns the faces that the budget refused.
+    /// Raises the active layer of displacement by `height`, in object units, times the luminance of the image and its alpha,
+    /// with a blend mode and an opacity.
     ///
     /// # Errors
-    /// As [`Self::paint`].
-    pub fn emboss(&self, object: &mut TriangleObject, height: f32) -> Result<Vec<u32>> {
-        let refused = self.write(object.displacement_mut(), |old: f16, [red, green, blue, alpha]| {
+    /// As [`Self::paint`]; the height is not in -60000 to 60000.
+    pub fn emboss(&self, object: &mut TriangleObject, height: f32, settings: &Settings) -> Result<Printed> {
+        check_height(height)?;
+        settings.check(Kind::Scalar).map_err(|error| error.at("decal"))?;
+        let done = self.write(object.displacement_mut(), |old: f16, [red, green, blue, alpha]| {
             // The luminance of Rec.709; colours are premultiplied.
             let relief = height * (0.2126 * red + 0.7152 * green + 0.0722 * blue) / alpha;
-            let settings = Settings { opacity: alpha, ..Settings::of(Kind::Scalar) };
+            let settings = Settings { opacity: settings.opacity * alpha, ..*settings };
             f16::of_sum(f16::blend(old.sum(), relief, &settings))
         })?;
-        self.settle(object, refused)
+        self.settle(object, done)
     }
 
-    fn settle(&self, object: &mut TriangleObject, mut refused: Vec<u32>) -> Result<Vec<u32>> {
-        refused.extend(object.settle(self.context)?);
+    fn settle(&self, object: &mut TriangleObject, mut done: Printed) -> Result<Printed> {
+        done.refuse(object.settle(self.context)?);
         object.renew(self.context)?;
-        refused.sort_unstable();
-        refused.dedup();
-        Ok(refused)
+        Ok(done)
     }
 
     fn over<T: ColorTexel + Layered<Sum = Vec4>>(
         &self,
         paint: &mut TriangleChannel<T>,
         settings: &Settings,
-    ) -> Result<Vec<u32>> {
+    ) -> Result<Printed> {
         self.write(paint, |old: T, color| T::of_sum(T::blend(old.sum(), Vec4::from(color), settings)))
     }
 
     /// Changes the values under the decal: `change` makes a new value of an old one and a colour, which is not transparent.
-    /// Returns the faces that the budget refused, ascending.
     fn write<T: Layered>(
         &self,
         channel: &mut TriangleChannel<T>,
         change: impl Fn(T, [f32; 4]) -> T + Sync,
-    ) -> Result<Vec<u32>> {
-        check_depths(self.decal, self.depths)?;
+    ) -> Result<Printed> {
+        self.decal.check_depths(self.depths)?;
         let (topology, pattern) = (channel.field().topology().clone(), channel.field().pattern());
         let colored = self.colored(&topology, pattern)?;
         let mut faces: Vec<u32> = colored.iter().flat_map(|(element, _)| element.faces(&topology)).collect();
         faces.sort_unstable();
         faces.dedup();
-        let sets = TriangleSets { allocate: faces.clone(), modify: faces, ..TriangleSets::default() };
+        let sets = TriangleSets { allocate: faces.clone(), modify: faces.clone(), ..TriangleSets::default() };
         let refused = channel.apply(self.context, pattern, &sets)?;
+        faces.retain(|face| refused.binary_search(face).is_err());
         let field = channel.field();
-        let new = |block: &[T], colors: &[[f32; 4]]| -> Vec<T> {
+        let mut count = 0;
+        let mut new = |block: &[T], colors: &[[f32; 4]]| -> Vec<T> {
             let pairs = block.iter().zip(colors);
+            count += pairs.clone().filter(|(_, color)| color[3] > 0.0).count() as u64;
             pairs.map(|(old, color)| if color[3] > 0.0 { change(*old, *color) } else { *old }).collect()
         };
         let mut values = TriangleValues::default();
@@ -152,7 +154,7 @@ impl TrianglePrint<'_> {
             }
         }
         channel.write(values)?;
-        Ok(refused)
+        Ok(Printed { tiles: faces, texels: count, refused })
     }
 
     /// The elements under the decal, in order, with their colours.
@@ -212,8 +214,8 @@ impl TrianglePrint<'_> {
 
     /// The colour of what lies at a vertex of the pattern, one over the other: the mean around it.
     fn color(&self, mut hits: Vec<(DVec2, [DVec2; 2])>, pattern: Pattern) -> [f32; 4] {
-        let size = DVec2::from(self.size);
-        let height = |(uv, _): &(DVec2, [DVec2; 2])| depth(self.decal, uv.to_array(), self.depths);
+        let size = DVec2::from(self.artwork.sticker().size);
+        let height = |(uv, _): &(DVec2, [DVec2; 2])| self.decal.height(uv.to_array(), self.depths);
         hits.sort_by(|a, b| height(a).total_cmp(&height(b)));
         let mut seen: Vec<DVec2> = Vec::new();
         let mut color = [0.0_f32; 4];
