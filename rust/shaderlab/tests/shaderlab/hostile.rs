@@ -12,9 +12,23 @@ const GOOD: &str = "@group(0) @binding(0) var<uniform> u: vec4<f32>;\n\
 const OLD: &str = "#version 120\nuniform sampler2D t; // a\nuniform float k, l;\nvarying vec2 uv;\n#define A(x) texture2D(t, x)\n\
     void main() {\n    float a = A(uv).r * k;\n    //. vector a; l; 1.0\n    gl_FragColor = vec4(a /*. * confidence */);\n}\n";
 
+const VERTEX: &str = "struct Out { @location(0) a: f32, @builtin(position) at: vec4<f32> }\n\
+    fn lift(p: vec3<f32>) -> f32 { let h = p.z; //. vector h; p.x; 1.0\n return h; }\n\
+    @vertex fn vs(@location(0) p: vec3<f32>, @builtin(instance_index) n: u32) -> Out {\n    var out: Out;\n    \
+    if p.x > 1.0 { return Out(lift(p), vec4<f32>(p, /*. confidence + */ 1.0)); }\n    for (var i = 0u; i < n; i++) {\n        \
+    if i > 3u { return out; }\n    }\n    return out;\n}\n";
+
+const OLD_VERTEX: &str = "attribute vec3 p;\nuniform float k;\nvarying float h;\nvoid main(void) {\n    h = p.z * k;\n    \
+    //. vector h; 1.0\n    gl_Position = vec4(p, 1.0);\n    if (k > 1.0) return; else h = 2.0;\n    { return; }\n}\n";
+
 /// Reads and augments a text and looks at all of its variables. Faults are fine, and can be printed.
 fn look(text: &str, language: Language) {
-    match Shader::new(Source::new("test", text, language, Stage::Fragment)) {
+    look_at(text, language, Stage::Fragment);
+}
+
+/// As [`look`], for a stage.
+fn look_at(text: &str, language: Language, stage: Stage) {
+    match Shader::new(Source::new("test", text, language, stage)) {
         Err(faults) => assert!(!faults.to_string().is_empty()),
         Ok(shader) => {
             for (index, variable) in shader.variables().iter().enumerate() {
@@ -38,6 +52,14 @@ proptest! {
         let start = at.min(text.len());
         let end = (start + length).min(text.len());
         look(&format!("{}{junk}{}", &text[..start], &text[end..]), language);
+    }
+
+    #[test]
+    fn changed_vertex_shaders_are_read_or_refused(at in 0_usize..560, length in 0_usize..12, junk in "[ -~\n.;{}()/*éß]{0,6}", is_old: bool) {
+        let (text, language) = if is_old { (OLD_VERTEX, Language::Glsl) } else { (VERTEX, Language::Wgsl) };
+        let start = at.min(text.len());
+        let end = (start + length).min(text.len());
+        look_at(&format!("{}{junk}{}", &text[..start], &text[end..]), language, Stage::Vertex);
     }
 
     #[test]
@@ -89,6 +111,18 @@ fn deep_and_long_texts_are_refused_or_read() {
         look(&"{".repeat(count), Language::Glsl);
         look(&"float a(".repeat(count), Language::Glsl);
         look(&"uniform float a; #define b\n".repeat(count), Language::Glsl);
+    }
+}
+
+#[test]
+fn every_return_of_a_vertex_shader_is_augmented() {
+    for (text, language, count) in [(VERTEX, Language::Wgsl, 3), (OLD_VERTEX, Language::Glsl, 3)] {
+        let shader =
+            Shader::new(Source::new("test", text, language, Stage::Vertex)).unwrap_or_else(|it| panic!("{it}"));
+        let augmented = shader.augment().unwrap_or_else(|faults| panic!("{faults}"));
+        let call = if language == Language::Wgsl { "return pel_end_vs(" } else { "pel_end_vertex(gl_Position);" };
+        assert_eq!(augmented.text.matches(call).count(), count, "{}", augmented.text);
+        augmented.wgsl(&shader).unwrap_or_else(|faults| panic!("{faults}"));
     }
 }
 
