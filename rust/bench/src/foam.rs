@@ -5,12 +5,13 @@
 mod ray_caster;
 
 use glam::{DVec3, Vec3};
+use relievo_comparison::{PIXELS_PER_DEGREE, compare};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Result};
 use relievo_fluid::{Diffuse, DiffuseOptions, DiffuseParticles, DiffuseSettings, FluidFrame};
 use relievo_gpu::{AdapterKind, Device, DeviceOptions, PassTime};
 use relievo_render::foam::{Environment, Foam, FoamKind, FoamParticle, FoamSettings, FoamView, Lens, Scenery};
-use relievo_render::{Camera, Image};
+use relievo_render::{Camera, Image, Picture, write_png};
 
 use self::ray_caster::{Transport, Volume};
 use crate::measure::{Sample, memory, seconds};
@@ -158,7 +159,7 @@ fn table(
         picture =
             Some(foam.finish(context, &light, &mut Silent).and_then(|layers| layers.composite(context, &background)));
     });
-    picture.transpose()?;
+    let picture = picture.transpose()?;
     let milliseconds = |seconds: f64| Sample::new(vec![1000.0 * seconds]);
     let case = |what: &str| case(name, count, size, what);
     let peer = |paper: f64| Sample::new(vec![paper]);
@@ -174,14 +175,40 @@ fn table(
         let all: Vec<_> = (0..count).map(particle).collect();
         let mut volume = None;
         let made = seconds(|| volume = Some(Volume::new(&all, RADIUS)));
-        let Some(volume) = volume else { return Ok(()) };
+        let (Some(volume), Some(picture)) = (volume, picture) else { return Ok(()) };
+        let mut cast = Vec::new();
         for (what, transport) in
             [("absorption and emission", Transport::AbsorptionEmission), ("scattering", Transport::Scattering)]
         {
-            let cast = milliseconds(made + seconds(|| volume.render(context, &view, transport)));
+            let mut image = None;
+            let time = milliseconds(made + seconds(|| image = Some(volume.render(context, &view, transport))));
             let name = format!("ray casting, {what}");
-            report.add(&case("total"), &milliseconds(splatting + shading), Some((&name, &cast)), "ms", Goal::None);
+            report.add(&case("total"), &milliseconds(splatting + shading), Some((&name, &time)), "ms", Goal::None);
+            cast.extend(image.map(|image| (what, image)));
         }
+        pictures(report, &case, &picture, &cast)?;
+    }
+    Ok(())
+}
+
+/// Compares the picture with those of the peers, and these with each other, by the mean FLIP error. The folder
+/// `RELIEVO_FOAM_PICTURES`, where it is set, gets the pictures.
+fn pictures(report: &mut Report, case: &dyn Fn(&str) -> String, ours: &Image, peers: &[(&str, Image)]) -> Result<()> {
+    let picture = |image: &Image| Picture { color: image.clone(), alpha: None, depth: None, normal: None };
+    let flip = |reference: &Image, image: &Image| -> Result<Sample> {
+        let found = compare(&picture(reference), &picture(image), PIXELS_PER_DEGREE)?;
+        Ok(Sample::new(vec![found.flip.mean]))
+    };
+    for (what, peer) in peers {
+        report.add(&case(&format!("FLIP beside ray casting, {what}")), &flip(peer, ours)?, None, "", Goal::None);
+    }
+    if let [(_, first), (_, second)] = peers {
+        report.add(&case("FLIP of both ray castings"), &flip(first, second)?, None, "", Goal::None);
+    }
+    if let Some(folder) = std::env::var_os("RELIEVO_FOAM_PICTURES") {
+        let folder = std::path::Path::new(&folder);
+        write_png(&folder.join("screen space.png"), ours)?;
+        peers.iter().try_for_each(|(what, image)| write_png(&folder.join(format!("{what}.png")), image))?;
     }
     Ok(())
 }
