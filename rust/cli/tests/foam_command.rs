@@ -84,6 +84,58 @@ fn foam_of_a_dam_is_made_resumed_rendered_and_composited() {
     assert!(!relievo(at, &["foam", "info", "frames"]).status.success());
 }
 
+/// Renders an exported medium from above by POV-Ray, a pixel for each column of cells, and compares with the light that these
+/// scatter.
+fn check_medium(at: &Path, declared: &str, [width, depth, height]: [usize; 3], cells: &[u8], most: f64) {
+    let numbers = |word: &str| -> Vec<f64> {
+        let list = declared.split_once(&format!("{word} <")).unwrap().1.split('>').next().unwrap();
+        list.split(',').map(|number| number.trim().parse().unwrap()).collect()
+    };
+    let (extent, low) = (numbers("scale"), numbers("translate"));
+    let [x, y] = [0, 1].map(|axis| low[axis] + 0.5 * extent[axis]);
+    let scene = format!(
+        "#version 3.7;\nglobal_settings {{ assumed_gamma 1 }}\n#include \"all.inc\"\n\
+         camera {{ orthographic location <{x}, {y}, 50> direction -z right x * {} up y * {} }}\n\
+         light_source {{ <{x}, {y}, 1000> rgb 1 parallel point_at <{x}, {y}, 0> }}\nobject {{ Relievo_Foam }}\n",
+        extent[0], extent[1]
+    );
+    std::fs::write(at.join("medium.pov"), scene).unwrap();
+    let size = [format!("+W{width}"), format!("+H{depth}")];
+    let mut povray = Command::new("povray");
+    povray.args(["+Imedium.pov", "+Omedium.png", "-D", "-A"]).args(size).current_dir(at);
+    let drawn = match povray.output() {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            println!("skipped: povray is not installed");
+            return;
+        }
+        drawn => drawn.unwrap(),
+    };
+    assert!(drawn.status.success(), "{}", String::from_utf8_lossy(&drawn.stderr));
+    let picture = relievo_render::read_png(&at.join("medium.png"), u64::MAX).unwrap();
+    let cell = extent[2] / height as f64;
+    let value = |index: usize| f64::from(u16::from_be_bytes([cells[2 * index], cells[2 * index + 1]])) / 65_535.0;
+    let seen: Vec<_> = (0..width * depth)
+        .map(|pixel| f64::from(picture.color((pixel % width) as u32, (pixel / width) as u32)[0]))
+        .collect();
+    let expected = |column: usize, row: usize| {
+        let through: f64 = (0..height).map(|z| value((z * depth + depth - 1 - row) * width + column)).sum();
+        1.0 - (-most * cell * through).exp()
+    };
+    // How alike both are, as they stand and with the columns or the rows in reverse.
+    let [alike, across, along] = [[false, false], [true, false], [false, true]].map(|[is_across, is_along]| {
+        let place = |pixel: usize| {
+            let [column, row] = [pixel % width, pixel / width];
+            [if is_across { width - 1 - column } else { column }, if is_along { depth - 1 - row } else { row }]
+        };
+        let pairs = || (0..width * depth).map(|pixel| (place(pixel), seen[pixel]));
+        let pairs: Vec<_> = pairs().map(|([column, row], seen)| [expected(column, row), seen]).collect();
+        let mean = [0, 1].map(|which| pairs.iter().map(|pair| pair[which]).sum::<f64>() / pairs.len() as f64);
+        let moment = |a: usize, b: usize| pairs.iter().map(|it| (it[a] - mean[a]) * (it[b] - mean[b])).sum::<f64>();
+        moment(0, 1) / (moment(0, 0) * moment(1, 1)).sqrt()
+    });
+    assert!(alike > 0.8 && alike > across + 0.05 && alike > along + 0.02, "{alike} {across} {along}");
+}
+
 /// Exports the last frame of a folder for other renderers and reads the files again.
 fn check_exports(at: &Path, count: u64) {
     let export = |more: &[&str]| relievo(at, &[&["foam", "export", "foam/0008.rlvfluid"], more].concat());
@@ -102,6 +154,7 @@ fn check_exports(at: &Path, count: u64) {
     let greatest = count as f64 * std::f64::consts::PI * 0.03 * 0.03;
     assert!((0.05..0.33).contains(&(sections / greatest)), "{sections} {greatest}");
     assert!(declared.contains("density_file df3 \"all.df3\""), "{declared}");
+    check_medium(at, &declared, [sizes[0], sizes[1], sizes[2]], &file[6..], most);
 
     let all = export(&[&["-o", "all.ply"], &radius[..]].concat());
     assert!(String::from_utf8_lossy(&all.stdout).contains(&format!("{count} particles")), "{all:?}");
