@@ -5,8 +5,8 @@ use relievo_core::progress::Silent;
 use relievo_gpu::Device;
 use relievo_testing::device;
 use relievo_tissue::{
-    Body, Collider, Curve, DistanceField, Drive, Fibre, Held, Lists, Material, Model, Muscle, Portion, Shape, Simulation,
-    SimulationOptions, Sliding, State,
+    Body, Collider, Curve, DistanceField, Drive, Fibre, Held, Lists, Material, Model, Muscle, Portion, Shape,
+    Simulation, SimulationOptions, Sliding, State,
 };
 
 use crate::bodies;
@@ -130,8 +130,7 @@ fn sliding() -> Simulation {
     let field = DistanceField::new(&points, &triangles).unwrap();
     let lowest = model.nodes_within([-1.0, -1.0, 0.3], [1.0, 1.0, 0.311]);
     let distance = |node: u32| field.closest(glam::Vec3::from(model.nodes[node as usize]), None).distance;
-    model.sliding =
-        lowest.iter().map(|node| Sliding { node: *node, surface: 0, distance: distance(*node) }).collect();
+    model.sliding = lowest.iter().map(|node| Sliding { node: *node, surface: 0, distance: distance(*node) }).collect();
     model.surfaces.push(Shape { name: "skull".into(), points, triangles });
     let corner = model.nodes_within([-1.0, -1.0, 0.359], [-0.0999, -0.0999, 1.0]);
     model.held = corner.into_iter().map(|node| Held { node, axes: 7 }).collect();
