@@ -50,10 +50,17 @@ pub fn write_glb(path: &Path, instances: &[Instance]) -> Result<()> {
         return Err(named(Error::invalid("there is no mesh to write")));
     }
     let (json, buffer) = writer.finish();
+    store(path, &json, &buffer)
+}
+
+/// Writes the description and the buffer of a GLB. The length of the buffer is a multiple of four.
+pub(crate) fn store(path: &Path, json: &Value, buffer: &[u8]) -> Result<()> {
     let mut text = json.to_string().into_bytes();
     text.resize(text.len().next_multiple_of(4), b' ');
     let length = u32::try_from(12 + 8 + text.len() + 8 + buffer.len());
-    let length = length.map_err(|_| named(Error::unsupported("a GLB holds at most 4 GiB").advise("split the mesh")))?;
+    let error =
+        || Error::unsupported("a GLB holds at most 4 GiB").at(path.display().to_string()).advise("split the mesh");
+    let length = length.map_err(|_| error())?;
     file::store(path, |out| {
         let mut word = |value: u32| out.write_all(&value.to_le_bytes());
         word(u32::from_le_bytes(*b"glTF"))?;
@@ -64,7 +71,7 @@ pub fn write_glb(path: &Path, instances: &[Instance]) -> Result<()> {
         out.write_all(&text)?;
         out.write_all(&(buffer.len() as u32).to_le_bytes())?;
         out.write_all(b"BIN\0")?;
-        out.write_all(&buffer)
+        out.write_all(buffer)
     })
 }
 
@@ -73,18 +80,20 @@ const ARRAY_BUFFER: u32 = 34962;
 /// glTF's number for an array of indices.
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 /// glTF's number for 32-bit floats.
-const FLOAT: u32 = 5126;
+pub(crate) const FLOAT: u32 = 5126;
+/// glTF's number for 16-bit unsigned integers.
+const UNSIGNED_SHORT: u32 = 5123;
 /// glTF's number for 32-bit unsigned integers.
 const UNSIGNED_INT: u32 = 5125;
 
-/// Collects the buffer and its description. Every array is of four-byte numbers, so that all are aligned.
+/// Collects the buffer and its description. Every element of an array has a multiple of four bytes, so that all are aligned.
 #[derive(Default)]
-struct Writer {
+pub(crate) struct Writer {
     buffer: Vec<u8>,
     views: Vec<Value>,
-    accessors: Vec<Value>,
+    pub accessors: Vec<Value>,
     meshes: Vec<Value>,
-    nodes: Vec<Value>,
+    pub nodes: Vec<Value>,
     materials: Vec<Value>,
     /// Materials by the names that instances give.
     named: HashMap<String, usize>,
@@ -92,11 +101,22 @@ struct Writer {
 
 impl Writer {
     fn add(&mut self, instance: &Instance) -> Result<()> {
-        let mesh = instance.mesh;
-        mesh.check()?;
         if !instance.transform.is_finite() {
             return Err(Error::invalid("its transform is not finite"));
         }
+        let mesh = self.mesh(instance, false)?;
+        let mut node = json!({ "name": instance.name, "mesh": mesh });
+        if instance.transform != DAffine3::IDENTITY {
+            node["matrix"] = json!(glam::DMat4::from(instance.transform).to_cols_array());
+        }
+        self.nodes.push(node);
+        Ok(())
+    }
+
+    /// Adds the mesh of an instance, with its point attributes `joints` and `weights` if it is skinned. Returns its number.
+    pub fn mesh(&mut self, instance: &Instance, is_skinned: bool) -> Result<usize> {
+        let mesh = instance.mesh;
+        mesh.check()?;
         let vertices = Vertices::of(mesh);
         if vertices.triangles.is_empty() {
             return Err(Error::invalid("all its faces are holes").advise("leave the mesh out"));
@@ -131,13 +151,24 @@ impl Writer {
             let values = vertices.gather(|[.., color]| colors.value::<4>(color));
             attributes.insert("COLOR_0".into(), json!(self.floats(values.as_flattened(), 4)));
         }
+        if is_skinned {
+            let (joints, weights) = influences(mesh)?;
+            let joints = vertices.gather(|[point, ..]| joints[point as usize]);
+            let view = self.view(bytemuck::cast_slice(joints.as_flattened()), Some(ARRAY_BUFFER));
+            self.accessors.push(json!({
+                "bufferView": view, "componentType": UNSIGNED_SHORT, "count": joints.len(), "type": "VEC4",
+            }));
+            attributes.insert("JOINTS_0".into(), json!(self.accessors.len() - 1));
+            let weights = vertices.gather(|[point, ..]| weights[point as usize]);
+            attributes.insert("WEIGHTS_0".into(), json!(self.floats(weights.as_flattened(), 4)));
+        }
         let mut primitives = Vec::new();
         for name in instance.materials {
             self.material(name);
         }
         for (slot, triangles) in by_slot(mesh, &vertices.triangles) {
             let indices = triangles.as_flattened();
-            let view = self.view(bytemuck::cast_slice(indices), ELEMENT_ARRAY_BUFFER);
+            let view = self.view(bytemuck::cast_slice(indices), Some(ELEMENT_ARRAY_BUFFER));
             self.accessors.push(json!({
                 "bufferView": view, "componentType": UNSIGNED_INT, "count": indices.len(), "type": "SCALAR",
             }));
@@ -155,12 +186,7 @@ impl Writer {
             primitives.push(primitive);
         }
         self.meshes.push(json!({ "name": instance.name, "primitives": primitives }));
-        let mut node = json!({ "name": instance.name, "mesh": self.meshes.len() - 1 });
-        if instance.transform != DAffine3::IDENTITY {
-            node["matrix"] = json!(glam::DMat4::from(instance.transform).to_cols_array());
-        }
-        self.nodes.push(node);
-        Ok(())
+        Ok(self.meshes.len() - 1)
     }
 
     /// The material of this name, made when first asked for; none without a name.
@@ -176,17 +202,19 @@ impl Writer {
         Some(self.materials.len() - 1)
     }
 
-    fn view(&mut self, bytes: &[u8], target: u32) -> usize {
-        self.views.push(json!({
-            "buffer": 0, "byteOffset": self.buffer.len(), "byteLength": bytes.len(), "target": target,
-        }));
+    pub fn view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
+        let mut view = json!({ "buffer": 0, "byteOffset": self.buffer.len(), "byteLength": bytes.len() });
+        if let Some(target) = target {
+            view["target"] = json!(target);
+        }
+        self.views.push(view);
         // The format is little-endian, as every processor Relievo runs on.
         self.buffer.extend_from_slice(bytes);
         self.views.len() - 1
     }
 
     fn floats(&mut self, values: &[f32], width: usize) -> usize {
-        let view = self.view(bytemuck::cast_slice(values), ARRAY_BUFFER);
+        let view = self.view(bytemuck::cast_slice(values), Some(ARRAY_BUFFER));
         let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][width - 1];
         self.accessors.push(json!({
             "bufferView": view, "componentType": FLOAT, "count": values.len() / width, "type": kind,
@@ -194,7 +222,8 @@ impl Writer {
         self.accessors.len() - 1
     }
 
-    fn finish(self) -> (Value, Vec<u8>) {
+    /// Returns the description, with every node in the scene, and the buffer.
+    pub fn finish(self) -> (Value, Vec<u8>) {
         let mut json = json!({
             "asset": { "version": "2.0", "generator": concat!("Relievo ", env!("CARGO_PKG_VERSION")) },
             "scene": 0,
@@ -211,6 +240,23 @@ impl Writer {
         }
         (json, self.buffer)
     }
+}
+
+/// Returns the joints and weights of every point of a mesh.
+fn influences(mesh: &Mesh) -> Result<(Vec<[u16; 4]>, &[[f32; 4]])> {
+    let of = |name: &str| {
+        let found =
+            mesh.attribute(name).filter(|it| it.domain == Domain::Point && it.width == 4 && it.indices.is_none());
+        found.map(|found| &found.values)
+    };
+    let (Some(Values::U32(joints)), Some(Values::F32(weights))) = (of("joints"), of("weights")) else {
+        return Err(Error::invalid("the mesh has no joints or no weights on its points"));
+    };
+    let narrow = |joint: &u32| {
+        u16::try_from(*joint).map_err(|_| Error::unsupported(format!("glTF has no joint {joint}, only up to 65535")))
+    };
+    let joints = joints.iter().map(narrow).collect::<Result<Vec<u16>>>()?;
+    Ok((joints.as_chunks::<4>().0.to_vec(), weights.as_chunks::<4>().0))
 }
 
 /// The triangles of every material slot of `mesh`, slots ascending; all together if it has none.

@@ -7,8 +7,10 @@
 
 mod color;
 mod corners;
+mod glb_levels;
 mod glb_writer;
 mod gltf;
+mod instancers;
 mod merge;
 mod model;
 mod notes;
@@ -38,8 +40,10 @@ use std::path::Path;
 
 use relievo_core::{Context, Error, Mesh, Result, budget, file};
 
+pub use glb_levels::{Joint, JointClip, Levels, write_glb_levels};
 pub use glb_writer::{Instance, write_glb};
 pub use gltf::{Open, read_gltf};
+pub use instancers::{Copied, PointInstancer};
 pub use model::{Animation, Channel, Interpolation, Model, Node, Part, Placement, Property, ShapeKeys, Skin};
 pub use obj::read_obj;
 pub use obj_writer::write_obj;
@@ -54,9 +58,9 @@ pub use stl::read_stl;
 pub use summary::Summary;
 pub use transform::{Kind, Operation};
 #[cfg(feature = "openusd")]
-pub use usd::read_usd;
+pub use usd::{read_usd, read_usd_instancers};
 #[cfg(not(feature = "openusd"))]
-pub use usd_absent::{StageWriter, read_usd, write_usd};
+pub use usd_absent::{StageWriter, read_usd, read_usd_instancers, write_usd};
 #[cfg(feature = "openusd")]
 pub use usd_writer::{StageWriter, write_usd};
 
@@ -127,6 +131,22 @@ pub fn read(context: &Context, path: &Path) -> Result<Mesh> {
 pub fn read_model(context: &Context, path: &Path) -> Result<Model> {
     let folder = path.parent().unwrap_or(Path::new(""));
     read_model_within(context, path, &Root::below(folder)?)
+}
+
+/// Reads the point instancers of a USD stage; files that it names are opened only below its own folder.
+///
+/// # Errors
+/// The file is no USD stage, or as [`read_usd_instancers`].
+pub fn read_point_instancers(context: &Context, path: &Path) -> Result<Vec<PointInstancer>> {
+    let named = |error: Error| error.at(path.display().to_string());
+    let limit = context.memory_limit();
+    let bytes = file::load(path, limit)?;
+    if Format::of(path, &bytes).map_err(named)? != Format::Usd {
+        return Err(named(Error::unsupported("the file is no USD stage").advise("give .usda, .usdc or .usd")));
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let left = limit - bytes.len() as u64;
+    read_usd_instancers(bytes, left, folder, &Root::below(folder)?).map_err(named)
 }
 
 /// As [`read_model`]; files that it names are opened only where `root` allows.

@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use relievo_core::error::nearest;
 use relievo_core::{Context, Domain, Error, ErrorKind, Mesh, Result, Values};
 
-use crate::model::{Channel, Interpolation, Model, Node, Part, Placement, Property, ShapeKeys, Skin};
+use crate::model::{Animation, Channel, Interpolation, Model, Node, Part, Placement, Property, ShapeKeys, Skin};
 use crate::transform;
 
 /// A model at one time, in its own space.
@@ -64,13 +64,7 @@ impl Model {
     ///
     /// Fails if there is no such animation or the time is not finite.
     pub fn pose(&self, context: &Context, animation: usize, time: f64) -> Result<Pose> {
-        let animation = self.animations.get(animation).ok_or_else(|| {
-            Error::new(ErrorKind::NotFound, format!("there is no animation {animation}"))
-                .advise(format!("the file has {} animations counted from 0", self.animations.len()))
-        })?;
-        if !time.is_finite() {
-            return Err(Error::invalid(format!("the time {time} is not finite")).advise("use seconds"));
-        }
+        let animation = self.animation_at(animation, time)?;
         let mut curves = Curves::at_rest(self);
         for channel in &animation.channels {
             curves.apply(channel, time);
@@ -86,6 +80,29 @@ impl Model {
             }
         }
         Ok(self.assemble(context, &curves))
+    }
+
+    /// Returns the weights of the morph targets of every node at `time` seconds of an animation.
+    ///
+    /// # Errors
+    /// There is no such animation, or the time is not finite.
+    pub fn morph_weights(&self, animation: usize, time: f64) -> Result<Vec<Vec<f64>>> {
+        let animation = self.animation_at(animation, time)?;
+        let mut curves = Curves::at_rest(self);
+        let weights = animation.channels.iter().filter(|channel| channel.property == Property::Weights);
+        weights.for_each(|channel| curves.apply(channel, time));
+        Ok(curves.weights)
+    }
+
+    fn animation_at(&self, animation: usize, time: f64) -> Result<&Animation> {
+        let found = self.animations.get(animation).ok_or_else(|| {
+            Error::new(ErrorKind::NotFound, format!("there is no animation {animation}"))
+                .advise(format!("the file has {} animations counted from 0", self.animations.len()))
+        })?;
+        if !time.is_finite() {
+            return Err(Error::invalid(format!("the time {time} is not finite")).advise("use seconds"));
+        }
+        Ok(found)
     }
 
     /// One mesh of all instances at rest, in the model's space. Attributes are united by name, where one part lacks

@@ -7,6 +7,7 @@
 
 mod binary;
 mod hierarchy;
+mod instancers;
 mod layer;
 mod polygons;
 mod stage;
@@ -28,6 +29,7 @@ use polygons::Slots;
 use stage::{Prim, Stage, word};
 use value::number;
 
+pub use instancers::read_usd_instancers;
 pub(crate) use layer::fenced;
 
 /// The name of the animation of a stage on which something moves.
@@ -40,27 +42,10 @@ pub const ANIMATION: &str = "stage";
 /// that cannot be opened, and what only other renderers need are left out with a note.
 pub fn read_usd(bytes: Vec<u8>, memory_limit: u64, folder: &Path, root: &Root) -> Result<Model> {
     let mut stage = Stage::open(bytes, Budget::new(memory_limit), folder, root)?;
-    let scalar = |stage: &Stage, name: &str| -> Result<Option<f64>> {
-        Ok(stage.metadata(name)?.and_then(|value| number(&value)).filter(|number| number.is_finite()))
-    };
-    let positive = |number: &f64| *number > 0.0;
-    let rate = match scalar(&stage, "timeCodesPerSecond")?.filter(positive) {
-        Some(rate) => rate,
-        None => scalar(&stage, "framesPerSecond")?.filter(positive).unwrap_or(24.0),
-    };
-    let clock = Clock { start: scalar(&stage, "startTimeCode")?.unwrap_or(0.0), rate };
-    let unit = scalar(&stage, "metersPerUnit")?.filter(positive).unwrap_or_else(|| {
-        stage.note("the stage does not say its unit, which then is the centimetre");
-        0.01
-    });
-    let axes = match stage.metadata("upAxis")?.as_deref().and_then(word) {
-        // x stays, z becomes y.
-        Some("Z") => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
-        _ => DMat3::IDENTITY,
-    };
+    let (clock, space) = opened(&stage)?;
     let mut reader =
         Reader { model: Model::default(), slots: Slots::default(), animation: Animation::default(), clock };
-    reader.node("", None, Placement::Matrix(DAffine3::from_mat3(axes * unit)), None);
+    reader.node("", None, Placement::Matrix(space), None);
     let top = stage.top();
     reader.prims(&mut stage, &top)?;
     let Reader { mut model, slots, mut animation, .. } = reader;
@@ -75,6 +60,29 @@ pub fn read_usd(bytes: Vec<u8>, memory_limit: u64, folder: &Path, root: &Root) -
     model.is_converted = true;
     model.notes = stage.into_notes();
     Ok(model)
+}
+
+/// Returns the clock of a stage, and the map from its space to metres with y up.
+fn opened(stage: &Stage) -> Result<(Clock, DAffine3)> {
+    let scalar = |name: &str| -> Result<Option<f64>> {
+        Ok(stage.metadata(name)?.and_then(|value| number(&value)).filter(|number| number.is_finite()))
+    };
+    let positive = |number: &f64| *number > 0.0;
+    let rate = match scalar("timeCodesPerSecond")?.filter(positive) {
+        Some(rate) => rate,
+        None => scalar("framesPerSecond")?.filter(positive).unwrap_or(24.0),
+    };
+    let clock = Clock { start: scalar("startTimeCode")?.unwrap_or(0.0), rate };
+    let unit = scalar("metersPerUnit")?.filter(positive).unwrap_or_else(|| {
+        stage.note("the stage does not say its unit, which then is the centimetre");
+        0.01
+    });
+    let axes = match stage.metadata("upAxis")?.as_deref().and_then(word) {
+        // x stays, z becomes y.
+        Some("Z") => DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y),
+        _ => DMat3::IDENTITY,
+    };
+    Ok((clock, DAffine3::from_mat3(axes * unit)))
 }
 
 /// What prims are turned into.

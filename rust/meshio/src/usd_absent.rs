@@ -6,6 +6,7 @@ use std::path::Path;
 use relievo_core::{Error, Result};
 
 use crate::glb_writer::Instance;
+use crate::instancers::PointInstancer;
 use crate::model::Model;
 use crate::root::Root;
 use crate::stage_options::StageOptions;
@@ -17,6 +18,11 @@ fn absent() -> Error {
 
 /// Fails.
 pub fn read_usd(_: Vec<u8>, _: u64, _: &Path, _: &Root) -> Result<Model> {
+    Err(absent())
+}
+
+/// Fails.
+pub fn read_usd_instancers(_: Vec<u8>, _: u64, _: &Path, _: &Root) -> Result<Vec<PointInstancer>> {
     Err(absent())
 }
 

@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
-use glam::DAffine3;
+use glam::{DAffine3, DQuat, DVec3};
 use relievo_core::{Attribute, Context, Crease, Domain, ErrorKind, Mesh, Result, Values};
-use relievo_meshio::{Instance, Model, Root, StageOptions, StageWriter, read, read_model, read_usd, write};
+use relievo_meshio::{
+    Instance, Model, PointInstancer, Root, StageOptions, StageWriter, read, read_model, read_usd, read_usd_instancers,
+    write,
+};
 
 fn stage(text: &str) -> Result<Model> {
     read_usd(text.as_bytes().to_vec(), 1 << 28, Path::new("."), &Root::none())
@@ -404,4 +407,68 @@ fn frames_become_time_samples_with_velocities() {
     assert!(error.is_some_and(|error| error.kind == ErrorKind::Memory));
     assert!(StageWriter::new(&options, 1).unwrap().finish(&folder.path().join("b.usda")).is_err());
     assert!(StageWriter::new(&StageOptions { meters_per_unit: f64::NAN, ..options }, 1).is_err());
+}
+
+fn instancers(text: &str) -> Result<Vec<PointInstancer>> {
+    read_usd_instancers(text.as_bytes().to_vec(), 1 << 28, Path::new("."), &Root::none())
+}
+
+/// Copies in centimetres with z up, below a prim that is moved; the last two are off.
+const COPIES: &str = r#"#usda 1.0
+(
+    metersPerUnit = 0.01
+    upAxis = "Z"
+)
+def Xform "square"
+{
+    double3 xformOp:translate = (100, 0, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+    def PointInstancer "people" (
+        inactiveIds = [7]
+    )
+    {
+        rel prototypes = [</square/people/tall>, </square/people/small>]
+        int[] protoIndices = [0, 1, 0, 1]
+        int64[] ids = [3, 5, 7, 9]
+        int64[] invisibleIds = [9]
+        point3f[] positions = [(0, 0, 0), (200, 100, 50), (1, 1, 1), (1, 1, 1)]
+        quath[] orientations = [(1, 0, 0, 0), (0.5, 0, 0, 0.5), (1, 0, 0, 0), (1, 0, 0, 0)]
+        float3[] scales = [(1, 1, 1), (2, 2, 2), (1, 1, 1), (1, 1, 1)]
+        vector3f[] velocities = [(0, 0, 0), (40, 0, 0), (0, 0, 0), (0, 0, 0)]
+        string[] primvars:clip = ["nod", "bow", "bow", "bow"]
+        float[] primvars:phase = [0.5]
+        def Xform "tall" { }
+        def Xform "small" { }
+    }
+}
+"#;
+
+#[test]
+fn copies_of_point_instancers_are_placed_in_metres_with_y_up() {
+    let found = instancers(COPIES).unwrap();
+    assert_eq!(found.len(), 1);
+    assert_eq!((found[0].path.as_str(), found[0].prototypes[1].as_str()), ("/square/people", "/square/people/small"));
+    let copies = &found[0].copies;
+    assert_eq!(copies.len(), 2, "{copies:?}");
+    let (first, second) = (&copies[0], &copies[1]);
+    assert_eq!((first.prototype, first.clip.as_str(), first.phase), (0, "nod", 0.5));
+    assert!(first.transform.abs_diff_eq(DAffine3::from_translation(DVec3::X), 1e-12), "{first:?}");
+    assert_eq!((second.prototype, second.clip.as_str(), second.phase), (1, "bow", 0.5));
+    // z up at (300, 100, 50) is y up at (3, 0.5, -1), and a quarter turn about z one about y.
+    let quarter = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2);
+    let expected = DAffine3::from_scale_rotation_translation(DVec3::splat(2.0), quarter, DVec3::new(3.0, 0.5, -1.0));
+    assert!(second.transform.abs_diff_eq(expected, 1e-6), "{second:?}");
+    assert!(second.velocity.abs_diff_eq(DVec3::new(0.4, 0.0, 0.0), 1e-6));
+    // Damage is an error that names the prim.
+    for (from, to) in [
+        ("[0, 1, 0, 1]", "[0, 2, 0, 1]"),
+        ("[0, 1, 0, 1]", "[0, 1, 0]"),
+        ("(200, 100, 50)", "(inf, 100, 50)"),
+        ("(0.5, 0, 0, 0.5)", "(0, 0, 0, 0)"),
+        ("= [0.5]", "= [0.5, 1]"),
+    ] {
+        let error = instancers(&COPIES.replace(from, to)).unwrap_err();
+        assert!(error.to_string().contains("/square/people"), "{error}");
+    }
+    assert!(instancers("#usda 1.0\ndef Xform \"a\" { }\n").unwrap().is_empty());
 }
