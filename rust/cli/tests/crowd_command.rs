@@ -241,3 +241,106 @@ fn wrong_arguments_and_files_are_refused() {
     fails(at, &["crowd", "export", "a.rcrowd", "-o", "a.ply", "--error=-1"], "error");
     fails(at, &["crowd", "export", "a.rcrowd", "-o", "a.ply", "--clip", "nod"], "nod");
 }
+
+#[test]
+fn levels_of_detail_are_written_for_other_engines() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write_arm(at);
+    done(at, &["crowd", "build", "arm.gltf", "-o", "arm.rcrowd", "--pose-rate", "4", "--cluster-triangles", "40"]);
+    let text = done(at, &["crowd", "export", "arm.rcrowd", "-o", "levels.glb", "--levels", "3", "--pixels", "2"]);
+    assert!(text.contains(&format!("level 0: {TRIANGLES} triangles")) && text.contains("level 2"), "{text}");
+    let bytes = std::fs::read(at.join("levels.glb")).unwrap();
+    let length = u32::from_le_bytes([bytes[12], bytes[13], bytes[14], bytes[15]]) as usize;
+    let file: Value = serde_json::from_slice(&bytes[20..20 + length]).unwrap();
+    assert_eq!(file["nodes"][0]["extensions"]["MSFT_lod"]["ids"], json!([1, 2]));
+    let coverages: Vec<f64> = file["nodes"][0]["extras"]["MSFT_screencoverage"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|value| value.as_f64().unwrap())
+        .collect();
+    // Coarser levels have larger errors, so they cover less where they are good enough.
+    assert!(coverages.len() == 3 && coverages[0] > coverages[1] && coverages[2] == 0.0, "{coverages:?}");
+    // The scene has the finest level and the bones, none below another.
+    assert_eq!(file["scenes"][0]["nodes"], json!([0, 3, 4]));
+    assert_eq!(file["animations"].as_array().unwrap().len(), 2);
+    fails(at, &["crowd", "export", "arm.rcrowd", "-o", "levels.ply", "--levels", "3"], ".glb");
+    fails(at, &["crowd", "export", "arm.rcrowd", "-o", "levels.glb", "--levels", "3", "--error", "1"], "--error");
+}
+
+#[test]
+fn point_instancers_of_a_stage_place_agents() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write_arm(at);
+    done(at, &["crowd", "build", "arm.gltf", "-o", "arm.rcrowd", "--pose-rate", "4", "--cluster-triangles", "40"]);
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    // Centimetres with z up; the third copy is off.
+    let stage = format!(
+        r#"#usda 1.0
+(
+    metersPerUnit = 0.01
+    upAxis = "Z"
+)
+def PointInstancer "people" (
+    inactiveIds = [7]
+)
+{{
+    rel prototypes = [</people/tall>, </people/small>]
+    int[] protoIndices = [0, 1, 0]
+    int64[] ids = [3, 5, 7]
+    point3f[] positions = [(0, 0, 0), (200, 100, 0), (0, 0, 0)]
+    quatf[] orientationsf = [(1, 0, 0, 0), ({half}, 0, 0, {half}), (1, 0, 0, 0)]
+    float3[] scales = [(1, 1, 1), (1.5, 1.5, 1.5), (1, 1, 1)]
+    vector3f[] velocities = [(0, 0, 0), (40, 0, 0), (0, 0, 0)]
+    string[] primvars:clip = ["nod", "bow", "bow"]
+    float[] primvars:phase = [0.5, 0, 0]
+    def Xform "tall" {{ }}
+    def Xform "small" {{ }}
+}}
+"#
+    );
+    std::fs::write(at.join("agents.usda"), stage).unwrap();
+    std::fs::write(at.join("agents.txt"), "0 0 0 0 1 nod 0.5 0\n2 0 -1 90 1.5 bow 0 1 0.4\n").unwrap();
+    let fixed = ["arm.rcrowd", "arm.rcrowd", "--eye", "1,1,8", "--target", "1,1,0", "--time", "0.5"];
+    let view = |agents: &str| read(at, &[&["crowd", "view"], &fixed[..], &["--json", "--agents", agents]].concat());
+    let (stage, list) = (view("agents.usda"), view("agents.txt"));
+    assert_eq!(list["in_view"].as_u64(), Some(2));
+    assert_eq!(stage, list);
+    let render = |agents: &str, name: &str| {
+        let more = ["crowd", "render", "-o", name, "--size", "64x48", "--samples", "1", "--agents", agents];
+        done(at, &[&more[..], &fixed].concat());
+        relievo_render::read_png(&at.join(name), u64::MAX).unwrap()
+    };
+    let (one, other) = (render("agents.usda", "stage.png"), render("agents.txt", "list.png"));
+    let far = one.data().iter().zip(other.data()).filter(|(a, b)| a != b).count();
+    assert!(far <= one.data().len() / 100, "{far} of {} numbers differ", one.data().len());
+    fails(at, &["crowd", "view", "arm.rcrowd", "--agents", "agents.usda"], "prototype 1");
+    std::fs::write(at.join("none.usda"), "#usda 1.0\ndef Xform \"a\" { }\n").unwrap();
+    fails(at, &["crowd", "view", "arm.rcrowd", "--agents", "none.usda"], "point instancer");
+}
+
+#[test]
+fn clusters_are_read_while_a_crowd_is_viewed() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    write_arm(at);
+    done(at, &["crowd", "build", "arm.gltf", "-o", "arm.rcrowd", "--pose-rate", "4", "--cluster-triangles", "40"]);
+    std::fs::write(at.join("agents.txt"), "0 0 0 0 1 bow 0\n1 0 -9 0 1 bow 0\n").unwrap();
+    let shared = ["crowd", "view", "arm.rcrowd", "--agents", "agents.txt", "--eye", "0,1,4", "--target", "0,1,0"];
+    let view = |more: &[&str]| read(at, &[&shared[..], &["--json"], more].concat());
+    let whole = view(&[]);
+    let frames = view(&["--budget", "1", "--read", "8", "--frames", "12", "--step", "0"]);
+    let number = |frame: &Value, key: &str| frame[key].as_u64().unwrap();
+    let frames = frames.as_array().unwrap();
+    assert!(number(&frames[0], "read_clusters") == 8 && number(&frames[0], "missing_clusters") > 0, "{frames:?}");
+    assert!(number(&frames[0], "shown_triangles") < number(&whole, "triangles"));
+    // In the end the cut is there.
+    assert_eq!(number(&frames[11], "missing_clusters"), 0);
+    assert_eq!(frames[11]["shown_triangles"], whole["triangles"]);
+    let few = view(&["--budget", "0.01"]);
+    assert!(number(&few, "resident_bytes") <= 10_486 && number(&few, "missing_clusters") > 0, "{few}");
+    fails(at, &[&shared[..], &["--budget", "0.0001"]].concat(), "budget");
+    fails(at, &[&shared[..], &["--budget", "1", "--occlusion"]].concat(), "--occlusion");
+}

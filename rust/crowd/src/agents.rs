@@ -1,13 +1,15 @@
-//! Lists of agents as text: one agent a line.
+//! Lists of agents as text, one agent a line, and point instancers of USD stages.
 //!
 //! A line has the place x y z, the heading in degrees about the y axis, the scale, the name or number of the clip, the
 //! phase in seconds, the number of the model (0 if left out) and its speed in world units a second along its heading, the
 //! model's z axis (0 if left out). What follows a `#` is a remark.
 
 use std::fmt::Write;
+use std::path::Path;
 
 use glam::{DAffine3, DQuat, DVec3};
-use relievo_core::{Error, Result};
+use relievo_core::{Context, Error, Result, file};
+use relievo_meshio::PointInstancer;
 
 use crate::crowd::{Agent, MOST_AGENTS};
 use crate::hierarchy::CrowdModel;
@@ -55,6 +57,64 @@ pub fn parse_walkers(text: &str, models: &[&CrowdModel]) -> Result<Vec<Walker>> 
         agents.push(agent(&columns, models).map_err(|error| error.at(format!("line {}", number + 1)))?);
     }
     Ok(agents)
+}
+
+/// Reads the agents of some models from a file: a list as text, or the point instancers of a USD stage. There the model of
+/// a copy is the place of its prototype among all prototypes of the stage, the primvars `clip` and `phase` of an instancer
+/// say what copies do, and velocities where they walk; lengths become metres and y becomes up.
+///
+/// # Errors
+/// The file cannot be read, or as [`parse_walkers`].
+pub fn read_walkers(context: &Context, path: &Path, models: &[&CrowdModel]) -> Result<Vec<Walker>> {
+    let place = |error: Error| error.at(path.display().to_string());
+    let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+    if matches!(extension.as_deref(), Some("usd" | "usda" | "usdc")) {
+        let instancers = relievo_meshio::read_point_instancers(context, path)?;
+        return copied(&instancers, models).map_err(place);
+    }
+    let bytes = file::load(path, context.memory_limit())?;
+    let text = String::from_utf8(bytes)
+        .map_err(|_| place(Error::invalid("the list of agents is not text").advise("write it in UTF-8")))?;
+    parse_walkers(&text, models).map_err(place)
+}
+
+/// Returns the copies of point instancers as agents.
+fn copied(instancers: &[PointInstancer], models: &[&CrowdModel]) -> Result<Vec<Walker>> {
+    let mut prototypes: Vec<&str> = Vec::new();
+    let mut walkers = Vec::new();
+    for instancer in instancers {
+        let numbers: Vec<usize> = instancer
+            .prototypes
+            .iter()
+            .map(|path| {
+                prototypes.iter().position(|known| known == path).unwrap_or_else(|| {
+                    prototypes.push(path);
+                    prototypes.len() - 1
+                })
+            })
+            .collect();
+        for (number, copy) in instancer.copies.iter().enumerate() {
+            let place = |error: Error| error.at(format!("copy {number}")).at(instancer.path.clone());
+            let model = numbers[copy.prototype as usize];
+            let found = models.get(model).ok_or_else(|| {
+                place(
+                    Error::invalid(format!("prototype {model} of the stage has no model"))
+                        .advise("give a crowd model for every prototype, in their order"),
+                )
+            })?;
+            if walkers.len() >= MOST_AGENTS {
+                return Err(Error::unsupported(format!("a crowd has at most {MOST_AGENTS} agents")));
+            }
+            let clip = if copy.clip.is_empty() { 0 } else { clip_index(found, &copy.clip).map_err(place)? };
+            let agent = Agent { model: model as u32, clip, phase: copy.phase, transform: copy.transform };
+            walkers.push(Walker { agent, velocity: copy.velocity });
+        }
+    }
+    match walkers.is_empty() {
+        true => Err(Error::invalid("the stage has no point instancer with copies")
+            .advise("export the crowd as a PointInstancer, or write a list of agents")),
+        false => Ok(walkers),
+    }
 }
 
 fn agent(columns: &[&str], models: &[&CrowdModel]) -> Result<Walker> {

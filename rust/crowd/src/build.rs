@@ -17,6 +17,12 @@ use crate::representative::representatives;
 
 /// Share of the triangles that a simplification may leave to count as one.
 const LEFT: f64 = 0.85;
+/// Share of the triangles that a level has of those of the level before.
+const SHARE: f64 = 0.5;
+/// The same once the whole surface is one group: there are no parts to choose cuts from, so levels are nearer.
+const WHOLE_SHARE: f64 = 0.8;
+/// Clusters of the whole surface, in groups, from which it is one.
+const WHOLE: usize = 2;
 /// Groups that small models have at the first level.
 const GROUPS: usize = 8;
 /// Clusters of a group in small models.
@@ -59,18 +65,35 @@ struct Simplified {
     exceeded: u64,
 }
 
+/// The whole surface when it first was one group. Without neighbours it can be simplified from there to each level anew, and
+/// distances are measured from it: the sum of those from level to level would be several times as large.
+pub(crate) struct Base {
+    pub faces: Vec<Face>,
+    /// Its distance from the input's surface at most.
+    pub error: f32,
+}
+
 pub(crate) fn build(
     context: &Context,
-    model: &Model,
-    animations: &[usize],
+    (model, animations): (&Model, &[usize]),
     settings: &BuildSettings,
+    clusters: Option<&[Vec<u32>]>,
     progress: &mut dyn Progress,
 ) -> Result<CrowdModel> {
     progress.step(0.0, "read poses")?;
-    let character = Character::from_model(context, model)?;
-    let clips = clip::sample(context, model, &character, animations, settings.pose_rate)?;
-    let builder = Builder::new(context, &character, &clips, settings)?;
-    let made = builder.run(context, settings, progress)?;
+    let (character, morphs) = Character::animated(context, model, animations)?;
+    let clips = clip::sample(context, model, (&character, &morphs), animations, settings.pose_rate)?;
+    let mut builder = Builder::new(context, &character, &clips, settings)?;
+    let most = settings.cluster_triangles as usize;
+    let leaves = match clusters {
+        None => partition::leaves(&character, &builder.places, &builder.levels, builder.size, most),
+        Some(clusters) => {
+            check_clusters(&character, clusters, most)?;
+            builder.levels.fill(0.0);
+            clusters.to_vec()
+        }
+    };
+    let made = builder.run(context, settings, &leaves, progress)?;
     Ok(builder.finished(made, &clips))
 }
 
@@ -129,9 +152,14 @@ impl<'a> Builder<'a> {
         made
     }
 
-    fn run(&self, context: &Context, settings: &BuildSettings, progress: &mut dyn Progress) -> Result<CrowdModel> {
+    fn run(
+        &self,
+        context: &Context,
+        settings: &BuildSettings,
+        leaves: &[Vec<u32>],
+        progress: &mut dyn Progress,
+    ) -> Result<CrowdModel> {
         let most = settings.cluster_triangles as usize;
-        let pieces = partition::leaves(self.character, &self.places, &self.levels, self.size, most);
         let mut made = CrowdModel {
             input_triangles: self.character.triangles.len() as u32,
             report: self.report(),
@@ -142,27 +170,36 @@ impl<'a> Builder<'a> {
             let triangle = *triangle as usize;
             (self.character.triangles[triangle], self.character.materials[triangle])
         };
-        for piece in &pieces {
+        for piece in leaves {
             self.add(&mut made, piece.iter().map(face).collect(), NONE, 0);
         }
         let mut front: Vec<u32> = (0..made.clusters.len() as u32).collect();
         // Larger groups have fewer places on borders, smaller ones leave more choice to cuts.
         let group = (front.len() / GROUPS).clamp(FEWEST, settings.group_clusters as usize);
+        let mut base: Option<Base> = None;
         for level in 1..=MOST_LEVELS {
-            // Each level has about half of the triangles of the one before.
+            // Most levels have about half of the triangles of the one before.
             let start = 1.0 - 0.5f32.powi(level as i32 - 1);
             let span = [start, 0.5 * (1.0 + start)];
-            let groups = grouping::grouped(&made, &self.places, &front, group, self.size);
+            if base.is_none() && front.len() <= WHOLE * group {
+                front.sort_unstable();
+                let error = self.group(&made, &front, (0.0, None)).error;
+                base = Some(Base { faces: made.faces(&front), error });
+            }
+            let (groups, share) = match base {
+                None => (grouping::grouped(&made, &self.places, &front, group, self.size), SHARE),
+                Some(_) => (vec![front.clone()], WHOLE_SHARE),
+            };
             let owners = self.owners(&made, &groups);
             let results = context.map_watched(groups.len(), progress, ("simplify", span), |group| {
-                self.simplify(&made, &groups[group], (group as u32, &owners), most)
+                self.simplify(&made, &groups[group], (group as u32, &owners), base.as_ref(), (share, most))
             })?;
             let mut next = Vec::new();
             let mut is_done = true;
             for (clusters, result) in groups.iter().zip(results) {
                 match result? {
                     Some(result) => {
-                        next.extend(self.replace(&mut made, clusters, result));
+                        next.extend(self.replace(&mut made, clusters, result, base.as_ref()));
                         is_done = false;
                     }
                     None => next.extend(clusters),
@@ -182,8 +219,9 @@ impl<'a> Builder<'a> {
         vertices.map(|vertex| self.levels[*vertex as usize]).fold(0.0, f32::max)
     }
 
-    /// Returns a group of clusters with the error of its simplification, above the groups below it.
-    pub fn group(&self, made: &CrowdModel, clusters: &[u32], added: f32) -> Group {
+    /// Returns a group of clusters with the error of its simplification, above the groups below it. `added` is the distance
+    /// that was measured from those clusters, or from a base.
+    pub fn group(&self, made: &CrowdModel, clusters: &[u32], (added, base): (f32, Option<&Base>)) -> Group {
         let mut group = Group { error: 0.0, low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3], depth: 1 };
         for cluster in clusters {
             for vertex in made.triangles(*cluster).iter().flatten() {
@@ -197,7 +235,9 @@ impl<'a> Builder<'a> {
             }
         }
         // Rounding must not bring the sum below what it bounds.
-        group.error = if added > 0.0 { (group.error + added).next_up() } else { group.error };
+        let from = base.map_or(group.error, |base| base.error);
+        let error = if added > 0.0 { (from + added).next_up() } else { from };
+        group.error = group.error.max(error);
         group
     }
 
@@ -212,9 +252,9 @@ impl<'a> Builder<'a> {
     }
 
     /// Makes a group of clusters with what they were simplified to. Returns the new clusters.
-    fn replace(&self, made: &mut CrowdModel, clusters: &[u32], result: Simplified) -> Vec<u32> {
+    fn replace(&self, made: &mut CrowdModel, clusters: &[u32], result: Simplified, base: Option<&Base>) -> Vec<u32> {
         let number = made.groups.len() as u32;
-        let group = self.group(made, clusters, result.added);
+        let group = self.group(made, clusters, (result.added, base));
         clusters.iter().for_each(|cluster| made.clusters[*cluster as usize].used_by = number);
         made.report.measured += result.measured;
         made.report.exceeded += result.exceeded;
@@ -235,35 +275,30 @@ impl<'a> Builder<'a> {
         owners
     }
 
-    /// Simplifies the clusters of a group to half. Returns nothing where too little could be removed.
+    /// Simplifies the clusters of a group to a share of their triangles. Returns nothing where too little could be removed.
     fn simplify(
         &self,
         made: &CrowdModel,
         clusters: &[u32],
         (number, owners): (u32, &[u32]),
-        most: usize,
+        base: Option<&Base>,
+        (share, most): (f64, usize),
     ) -> Result<Option<Simplified>> {
-        let faces: Vec<Face> = clusters
-            .iter()
-            .flat_map(|cluster| {
-                let Cluster { first, count, .. } = made.clusters[*cluster as usize];
-                let range = first as usize..(first + count) as usize;
-                let materials = made.character.materials[range.clone()].iter();
-                made.character.triangles[range].iter().copied().zip(materials.copied())
-            })
-            .collect();
-        let is_locked = |place: u32| owners[place as usize] != number;
+        let faces = made.faces(clusters);
+        // The whole surface has no neighbours.
+        let is_locked = |place: u32| base.is_none() && owners[place as usize] != number;
         let input = collapse::Input {
             character: self.character,
             places: &self.places,
             posed: &self.posed,
             is_locked: &is_locked,
         };
-        let left = collapse::simplify(&input, &faces, faces.len() / 2);
+        let before = base.map_or(&faces, |base| &base.faces);
+        let left = collapse::simplify(&input, before, (share * faces.len() as f64) as usize);
         if left.is_empty() || left.len() as f64 > LEFT * faces.len() as f64 {
             return Ok(None);
         }
-        let (added, measured, exceeded) = self.measure(&faces, &left)?;
+        let (added, measured, exceeded) = self.measure(before, &left)?;
         let center = |face: u32| partition::center(self.character, left[face as usize].0);
         let pieces = partition::cut((0..left.len() as u32).collect(), most, &center);
         let pieces = pieces.iter().map(|piece| piece.iter().map(|face| left[*face as usize]).collect()).collect();
@@ -307,6 +342,9 @@ impl<'a> Builder<'a> {
     /// Whether all vertices follow one bone that keeps all lengths.
     fn is_rigid(&self, vertices: &[u32]) -> bool {
         let bone = |vertex: &u32| {
+            if !self.character.morphs.of(*vertex as usize).is_empty() {
+                return None;
+            }
             let influence = &self.character.influences[*vertex as usize];
             let mut used = influence.bones.iter().zip(influence.weights).filter(|(_, weight)| *weight > 0.0);
             used.next().map(|(bone, _)| *bone).filter(|_| used.next().is_none())
@@ -401,10 +439,32 @@ fn rigid_bones(skeletons: &[&Skeleton]) -> Vec<bool> {
     (0..count).map(is_rigid).collect()
 }
 
+/// Fails unless every triangle is in one cluster and no cluster has more than `most`, or none.
+fn check_clusters(character: &Character, clusters: &[Vec<u32>], most: usize) -> Result<()> {
+    let mut is_used = vec![false; character.triangles.len()];
+    for (number, cluster) in clusters.iter().enumerate() {
+        let place = |what: String| Err(Error::invalid(what).at(format!("cluster {number}")));
+        if cluster.is_empty() || cluster.len() > most {
+            return place(format!("it has {} triangles, not 1 to {most}", cluster.len()));
+        }
+        for triangle in cluster {
+            match is_used.get_mut(*triangle as usize) {
+                Some(is_used) if !*is_used => *is_used = true,
+                _ => return place(format!("triangle {triangle} does not exist or is in two clusters")),
+            }
+        }
+    }
+    match is_used.iter().position(|is_used| !is_used) {
+        Some(triangle) => Err(Error::invalid(format!("triangle {triangle} is in no cluster"))),
+        None => Ok(()),
+    }
+}
+
 /// Fails if what a build keeps for every vertex does not fit.
 fn check_memory(context: &Context, character: &Character, poses: usize) -> Result<()> {
     let bones = (poses * (character.bones.len() + character.parents.len())) as u64;
-    let bytes = 160 * (character.points.len() + 2 * character.triangles.len()) as u64 + 200 * bones;
+    let weights = (4 * poses * character.morphs.count as usize) as u64;
+    let bytes = 160 * (character.points.len() + 2 * character.triangles.len()) as u64 + 200 * bones + 2 * weights;
     if bytes > context.memory_limit() {
         return Err(Error::memory(format!("the hierarchy needs {bytes} bytes, more than the memory limit"))
             .advise("raise the memory limit, or split the model"));

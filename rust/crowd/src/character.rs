@@ -3,11 +3,13 @@
 //! All meshes that a file shows become one list of vertices and one of triangles, so that clusters may reach across
 //! meshes and materials. Lengths are units of the file.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{DAffine3, DVec3};
 use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result, Values};
-use relievo_meshio::{Model, Node, Part};
+use relievo_meshio::{Model, Node, Part, Property};
+
+use crate::morph::{MOST_MORPHS, MorphOffset, Morphs};
 
 /// Bones that a character may have; they are numbered in 16 bits.
 pub const MOST_BONES: usize = 1 << 16;
@@ -53,14 +55,42 @@ pub struct Character {
     pub bones: Vec<Bone>,
     /// Parent of every node of the skeleton; it comes before its children.
     pub parents: Vec<Option<u32>>,
+    /// Morph targets that clips move.
+    pub morphs: Morphs,
+}
+
+/// A node of a file whose morph targets move.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MorphNode {
+    pub node: usize,
+    /// The first of its morph targets among those of the character.
+    pub first: usize,
+    pub count: usize,
 }
 
 impl Character {
-    /// Makes a character of all that a file shows. Morph targets keep their weights at rest.
+    /// Makes a character of all that a file shows. All morph targets keep their weights at rest.
     ///
     /// # Errors
     /// There are no triangles, or too many triangles or bones; a mesh is malformed.
     pub fn from_model(context: &Context, model: &Model) -> Result<Self> {
+        Ok(Self::animated(context, model, &[])?.0)
+    }
+
+    /// As [`Self::from_model`]; morph targets that one of some animations moves become [`Self::morphs`]. Returns also the
+    /// nodes that have them.
+    ///
+    /// # Errors
+    /// As [`Self::from_model`], or there are too many morph targets.
+    pub(crate) fn animated(context: &Context, model: &Model, animations: &[usize]) -> Result<(Self, Vec<MorphNode>)> {
+        let moving: HashSet<usize> = animations
+            .iter()
+            .filter_map(|index| model.animations.get(*index))
+            .flat_map(|animation| &animation.channels)
+            .filter(|channel| channel.property == Property::Weights)
+            .map(|channel| channel.node)
+            .collect();
+        let mut nodes = Vec::new();
         let mut made = Self {
             material_names: model.materials.clone(),
             parents: model.nodes.iter().map(|node| node.parent.map(|parent| parent as u32)).collect(),
@@ -70,11 +100,21 @@ impl Character {
         let mut bones = HashMap::new();
         for (node, shape) in shown(model).zip(&rest.shapes) {
             let (index, node, part) = node;
-            made.append(model, (index, node, part), shape.mirrored, &mut bones)
+            let first = made.morphs.count;
+            let moved = moving.contains(&index).then_some(first);
+            made.append(model, (index, node, part), moved, shape.mirrored, &mut bones)
                 .map_err(|error| error.at(format!("mesh `{}`", part.name)))?;
+            if moved.is_some() {
+                let count = made.morphs.count - first;
+                nodes.push(MorphNode { node: index, first: first as usize, count: count as usize });
+            }
+        }
+        match made.morphs.count {
+            0 => made.morphs = Morphs::default(),
+            _ => made.morphs.starts.push(made.morphs.offsets.len() as u32),
         }
         made.check()?;
-        Ok(made)
+        Ok((made, nodes))
     }
 
     /// Checks that all indices exist, numbers are finite and lists have the length they need.
@@ -120,6 +160,9 @@ impl Character {
                 return Err(Error::invalid(format!("the attribute `{}` does not fit the vertices", attribute.name)));
             }
         }
+        if !self.morphs.fits(points) {
+            return Err(Error::invalid("the morph targets do not fit the vertices"));
+        }
         let nodes = self.parents.len() as u32;
         if self.bones.iter().any(|bone| bone.node >= nodes || !bone.inverse_bind.is_finite()) {
             return Err(Error::invalid("a bone has no node or is not finite"));
@@ -143,6 +186,7 @@ impl Character {
         &mut self,
         model: &Model,
         (index, node, part): (usize, &Node, &Part),
+        moved: Option<u32>,
         is_mirrored: bool,
         bones: &mut HashMap<(usize, Option<usize>), u16>,
     ) -> Result<()> {
@@ -169,7 +213,7 @@ impl Character {
             }
             None => vec![bone((index, None), index, DAffine3::IDENTITY)?],
         };
-        let points = morphed(node, part);
+        let points = if moved.is_some() { part.mesh.points.clone() } else { morphed(node, part) };
         let influences = influences(&part.mesh, skin.is_some(), &palette);
         let split = Split::of(&part.mesh);
         let first = self.points.len();
@@ -178,6 +222,7 @@ impl Character {
         }
         self.points.extend(split.points.iter().map(|point| points[*point as usize]));
         self.influences.extend(split.points.iter().map(|point| influences[*point as usize]));
+        self.add_offsets(part, &split, moved)?;
         self.unite(&part.mesh, &split, first);
         let slots = part.mesh.attribute("material").filter(|slots| slots.domain == Domain::Face);
         for (triangle, face) in &split.triangles {
@@ -191,6 +236,30 @@ impl Character {
                 _ => 0,
             });
         }
+        Ok(())
+    }
+
+    /// Gives the last vertices the offsets of the morph targets of their mesh, which count from `moved`.
+    fn add_offsets(&mut self, part: &Part, split: &Split, moved: Option<u32>) -> Result<()> {
+        let targets = if moved.is_some() { part.targets.as_slice() } else { &[] };
+        let first = moved.unwrap_or_default();
+        if first as usize + targets.len() > MOST_MORPHS {
+            return Err(Error::unsupported(format!("the clips move more than {MOST_MORPHS} morph targets"))
+                .advise("build from fewer clips"));
+        }
+        for point in &split.points {
+            self.morphs.starts.push(self.morphs.offsets.len() as u32);
+            for (target, morph) in targets.iter().zip(first..) {
+                let offset = target.get(*point as usize).copied().unwrap_or_default();
+                if offset != [0.0; 3] {
+                    self.morphs.offsets.push(MorphOffset { morph, offset });
+                }
+            }
+        }
+        if self.morphs.offsets.len() > u32::MAX as usize {
+            return Err(Error::unsupported("the morph targets have 2^32 or more offsets").advise("split the model"));
+        }
+        self.morphs.count += targets.len() as u32;
         Ok(())
     }
 

@@ -7,7 +7,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
 use relievo_meshio::Model;
 
-use crate::character::Character;
+use crate::character::{Character, MorphNode};
 
 /// Poses of all clips of a character at most.
 pub const MOST_POSES: usize = 1 << 14;
@@ -15,11 +15,13 @@ pub const MOST_POSES: usize = 1 << 14;
 /// The affine map of a bone from the space of the vertices at binding to the model's: three rows of four numbers.
 pub type BoneMatrix = [[f32; 4]; 3];
 
-/// A pose: the maps of all bones.
+/// A pose: the maps of all bones, and the weights of all morph targets.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pose {
     /// One map for each of [`Character::bones`].
     pub bones: Vec<BoneMatrix>,
+    /// One weight for each of [`Character::morphs`].
+    pub weights: Vec<f32>,
 }
 
 /// An animation as a loop of poses.
@@ -42,23 +44,25 @@ impl Clip {
     }
 }
 
-/// The skeleton in a pose while a hierarchy is built: the maps of all nodes and of all bones, in f64.
+/// The skeleton in a pose while a hierarchy is built: the maps of all nodes and of all bones, in f64, and the weights of
+/// morph targets.
 #[derive(Clone, Debug)]
 pub(crate) struct Skeleton {
     pub nodes: Vec<DAffine3>,
     pub bones: Vec<DAffine3>,
+    pub weights: Vec<f32>,
 }
 
 impl Skeleton {
-    fn of(character: &Character, nodes: Vec<DAffine3>) -> Self {
+    fn of(character: &Character, nodes: Vec<DAffine3>, weights: Vec<f32>) -> Self {
         let bones = character.bones.iter().map(|bone| nodes[bone.node as usize] * bone.inverse_bind).collect();
-        Self { nodes, bones }
+        Self { nodes, bones, weights }
     }
 
     /// Returns the position of a vertex in this pose.
     pub fn place(&self, character: &Character, vertex: usize) -> DVec3 {
         let influence = &character.influences[vertex];
-        let point = DVec3::from(character.points[vertex].map(f64::from));
+        let point = DVec3::from(character.morphed(vertex, &self.weights).map(f64::from));
         let parts = influence.bones.iter().zip(influence.weights).filter(|(_, weight)| *weight > 0.0);
         parts.map(|(bone, weight)| self.bones[usize::from(*bone)].transform_point3(point) * f64::from(weight)).sum()
     }
@@ -69,7 +73,7 @@ impl Skeleton {
             let [x, y, z] = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis];
             std::array::from_fn(|row| [x[row], y[row], z[row], map.translation[row]].map(|value| value as f32))
         };
-        Pose { bones: self.bones.iter().map(rows).collect() }
+        Pose { bones: self.bones.iter().map(rows).collect(), weights: self.weights.clone() }
     }
 }
 
@@ -80,15 +84,15 @@ pub(crate) struct Sampled {
     pub skeletons: Vec<Skeleton>,
 }
 
-/// Samples the animations of a model that `wanted` gives by index at `rate` poses a second. Without any, the only pose is
-/// that at rest.
+/// Samples the animations of a model that `wanted` gives by index at `rate` poses a second, with the weights of the morph
+/// targets of some nodes. Without any animation, the only pose is that at rest.
 ///
 /// # Errors
 /// An animation does not exist, there are more than [`MOST_POSES`] poses, or a matrix is not finite.
 pub(crate) fn sample(
     context: &Context,
     model: &Model,
-    character: &Character,
+    (character, morphs): (&Character, &[MorphNode]),
     wanted: &[usize],
     rate: f32,
 ) -> Result<Vec<Sampled>> {
@@ -98,7 +102,7 @@ pub(crate) fn sample(
         (node.mesh, node.skin) = (None, None);
     }
     if wanted.is_empty() {
-        let rest = Skeleton::of(character, bare.rest(context).matrices);
+        let rest = Skeleton::of(character, bare.rest(context).matrices, vec![0.0; character.morphs.count as usize]);
         return checked(vec![Sampled { name: "rest".into(), rate, skeletons: vec![rest] }]);
     }
     let mut clips = Vec::new();
@@ -117,8 +121,17 @@ pub(crate) fn sample(
                 .advise("lower the rate, or build from fewer clips"));
         }
         let skeletons = (0..poses as usize).map(|frame| {
-            let pose = bare.pose(context, index, start + frame as f64 / f64::from(rate))?;
-            Ok(Skeleton::of(character, pose.matrices))
+            let time = start + frame as f64 / f64::from(rate);
+            let pose = bare.pose(context, index, time)?;
+            let mut weights = vec![0.0; character.morphs.count as usize];
+            if !morphs.is_empty() {
+                let of_nodes = model.morph_weights(index, time)?;
+                for MorphNode { node, first, count } in morphs {
+                    let own = weights[*first..first + count].iter_mut();
+                    own.zip(&of_nodes[*node]).for_each(|(weight, from)| *weight = *from as f32);
+                }
+            }
+            Ok(Skeleton::of(character, pose.matrices, weights))
         });
         let skeletons = skeletons.collect::<Result<Vec<_>>>()?;
         let name = if animation.name.is_empty() { index.to_string() } else { animation.name.clone() };
@@ -130,10 +143,12 @@ pub(crate) fn sample(
 fn checked(clips: Vec<Sampled>) -> Result<Vec<Sampled>> {
     for clip in &clips {
         let finite = |skeleton: &Skeleton| {
-            skeleton.bones.iter().all(|bone| Vec3::is_finite(bone.translation.as_vec3()) && bone.is_finite())
+            let has_bones =
+                skeleton.bones.iter().all(|bone| Vec3::is_finite(bone.translation.as_vec3()) && bone.is_finite());
+            has_bones && skeleton.weights.iter().all(|weight| weight.is_finite())
         };
         if let Some(frame) = clip.skeletons.iter().position(|skeleton| !finite(skeleton)) {
-            return Err(Error::invalid("a bone is not finite")
+            return Err(Error::invalid("a bone or a weight is not finite")
                 .at(format!("clip `{}`, pose {frame}", clip.name))
                 .advise("repair the animation and export it again"));
         }

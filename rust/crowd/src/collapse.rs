@@ -1,5 +1,6 @@
-//! Simplification of a group of clusters over several poses (Section 4.3): edges are collapsed onto one of their ends in
-//! the order of quadrics (Garland, Heckbert 1997) that are summed over the poses (Mohr, Gleicher 2003).
+//! Simplification of a group of clusters over several poses (Section 4.3): edges are collapsed onto one of their ends in the
+//! order of the mean distance from planes (quadrics; Garland, Heckbert 1997) in the worst pose, or of the distance of the
+//! removed places from what is left there if that is larger.
 //!
 //! Because vertices stay vertices of the character, skin weights and attributes need no interpolation, and all levels
 //! share one list of vertices. A vertex of a removed place becomes the vertex of the same chart at the other end, with the
@@ -15,7 +16,7 @@ use crate::places::Places;
 
 /// Weight of the planes that hold borders and seams, beside that of the triangles.
 const EDGE_WEIGHT: f64 = 1.0;
-/// Cost of the length of an edge beside its quadrics, which decides where the surface is flat.
+/// Cost of the squared length of an edge beside the squared distance, which decides where the surface is flat.
 const LENGTH: f64 = 1e-7;
 /// Least cosine between the normals of a triangle before and after a collapse.
 const TURN: f32 = 0.2;
@@ -41,16 +42,16 @@ pub(crate) fn simplify(input: &Input, faces: &[Face], target: usize) -> Vec<Face
     kept.map(|(face, _)| *face).collect()
 }
 
-/// A quadric in symmetric form: xx, yy, zz, xy, xz, yz, then the linear part and the constant.
+/// A quadric in symmetric form: xx, yy, zz, xy, xz, yz, then the linear part, the constant and the sum of the weights.
 #[derive(Clone, Copy, Default)]
-struct Quadric([f64; 10]);
+struct Quadric([f64; 11]);
 
 impl Quadric {
     /// Adds the square of the distance from a plane, times a weight.
     fn add_plane(&mut self, normal: DVec3, point: DVec3, weight: f64) {
         let [x, y, z] = normal.to_array();
         let d = -normal.dot(point);
-        let parts = [x * x, y * y, z * z, x * y, x * z, y * z, x * d, y * d, z * d, d * d];
+        let parts = [x * x, y * y, z * z, x * y, x * z, y * z, x * d, y * d, z * d, d * d, 1.0];
         self.0.iter_mut().zip(parts).for_each(|(sum, part)| *sum += weight * part);
     }
 
@@ -58,13 +59,52 @@ impl Quadric {
         self.0.iter_mut().zip(other.0).for_each(|(sum, part)| *sum += part);
     }
 
+    /// Returns the sum of the weights.
+    fn weight(&self) -> f64 {
+        self.0[10]
+    }
+
+    /// Returns the weighted sum of the squared distances of a point.
     fn at(&self, point: DVec3) -> f64 {
-        let [xx, yy, zz, xy, xz, yz, x, y, z, c] = self.0;
+        let [xx, yy, zz, xy, xz, yz, x, y, z, c, _] = self.0;
         let p = point;
         let square = xx * p.x * p.x + yy * p.y * p.y + zz * p.z * p.z;
         let mixed = xy * p.x * p.y + xz * p.x * p.z + yz * p.y * p.z;
         square + 2.0 * (mixed + x * p.x + y * p.y + z * p.z) + c
     }
+}
+
+/// Returns the squared distance of a point from a triangle (Ericson, Real-Time Collision Detection, 2005, Section 5.1.5).
+fn squared(point: Vec3, [a, b, c]: [Vec3; 3]) -> f32 {
+    let (ab, ac, ap) = (b - a, c - a, point - a);
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return ap.length_squared();
+    }
+    let bp = point - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return bp.length_squared();
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        return (ap - ab * (d1 / (d1 - d3))).length_squared();
+    }
+    let cp = point - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return cp.length_squared();
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        return (ap - ac * (d2 / (d2 - d6))).length_squared();
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
+        return (bp - (c - b) * ((d4 - d3) / ((d4 - d3) + (d5 - d6)))).length_squared();
+    }
+    let scale = 1.0 / (va + vb + vc);
+    (ap - ab * (vb * scale) - ac * (vc * scale)).length_squared()
 }
 
 /// A collapse of one place onto a neighbour. The cheapest is the greatest, ties go to the lower places.
@@ -73,6 +113,8 @@ struct Candidate {
     cost: f64,
     from: u32,
     to: u32,
+    /// Whether the cost holds the distances of the removed places.
+    is_measured: bool,
     /// Changes of both places when the cost was found.
     stamp: u32,
 }
@@ -107,6 +149,8 @@ struct Work<'a> {
     quadrics: Vec<Quadric>,
     /// Positions in the same order.
     points: Vec<Vec3>,
+    /// Places that were removed for each place, directly or not.
+    removed: Vec<Vec<u32>>,
     changes: Vec<u32>,
     queue: BinaryHeap<Candidate>,
     live: usize,
@@ -137,6 +181,7 @@ impl<'a> Work<'a> {
             is_locked: numbers.iter().map(|place| (input.is_locked)(*place)).collect(),
             quadrics: vec![Quadric::default(); numbers.len() * poses],
             points: points.collect(),
+            removed: vec![Vec::new(); numbers.len()],
             changes: vec![0; numbers.len()],
             queue: BinaryHeap::new(),
             live: faces.len(),
@@ -295,17 +340,64 @@ impl<'a> Work<'a> {
     fn candidate(&self, from: u32, to: u32) -> Candidate {
         let poses = self.poses();
         let (first, second) = (from as usize * poses, to as usize * poses);
-        let mut cost = 0.0;
+        let mut cost = 0.0f64;
         for pose in 0..poses {
             let point = self.points[second + pose].as_dvec3();
             let length = point.distance_squared(self.points[first + pose].as_dvec3());
-            let both = self.quadrics[first + pose].at(point) + self.quadrics[second + pose].at(point);
-            cost += both.max(0.0) + LENGTH * length * length;
+            let (own, other) = (&self.quadrics[first + pose], &self.quadrics[second + pose]);
+            let mean =
+                (own.at(point) + other.at(point)).max(0.0) / (own.weight() + other.weight()).max(f64::MIN_POSITIVE);
+            cost = cost.max(mean + LENGTH * length);
         }
-        Candidate { cost, from, to, stamp: self.changes[from as usize] + self.changes[to as usize] }
+        Candidate { cost, from, to, is_measured: false, stamp: self.changes[from as usize] + self.changes[to as usize] }
     }
 
+    /// Returns the largest squared distance, over all poses, of the places that were removed for both ends of a collapse
+    /// from the triangles that it leaves there.
+    fn deviation(&self, from: u32, to: u32) -> f64 {
+        let left = |index: &u32| {
+            let corners = self.corners[*index as usize];
+            !(corners.contains(&from) && corners.contains(&to))
+        };
+        let triangles = self.living(from).chain(self.living(to)).filter(left);
+        let triangles: Vec<[u32; 3]> = triangles
+            .map(|index| self.corners[index as usize].map(|corner| if corner == from { to } else { corner }))
+            .collect();
+        let gone = || std::iter::once(from).chain(self.removed[from as usize].iter().copied());
+        let mut most = 0.0f32;
+        for pose in 0..self.poses() {
+            for place in gone().chain(self.removed[to as usize].iter().copied()) {
+                let point = self.point(place, pose);
+                let mut nearest = f32::INFINITY;
+                for corners in &triangles {
+                    nearest = nearest.min(squared(point, corners.map(|corner| self.point(corner, pose))));
+                    if nearest <= most {
+                        break;
+                    }
+                }
+                most = most.max(nearest);
+            }
+        }
+        f64::from(most)
+    }
+
+    /// Collapses until `target` triangles are left or no collapse is possible. What a neighbour did not allow at first may be
+    /// possible once it has changed, so all collapses are looked at again while some succeed.
     fn run(&mut self, target: usize) {
+        loop {
+            let before = self.live;
+            self.round(target);
+            if self.live <= target || self.live == before {
+                return;
+            }
+            for place in 0..self.numbers.len() as u32 {
+                self.push_from(place);
+            }
+        }
+    }
+
+    /// Collapses until `target` triangles are left or no candidate is.
+    fn round(&mut self, target: usize) {
         while self.live > target {
             let Some(candidate) = self.queue.pop() else { return };
             let Candidate { from, to, stamp, .. } = candidate;
@@ -313,6 +405,13 @@ impl<'a> Work<'a> {
                 continue;
             }
             let Some(charts) = self.allowed(from, to) else { continue };
+            if !candidate.is_measured {
+                let cost = self.deviation(from, to);
+                if cost > candidate.cost {
+                    self.queue.push(Candidate { cost, is_measured: true, ..candidate });
+                    continue;
+                }
+            }
             self.collapse(from, to, &charts);
         }
     }
@@ -407,6 +506,8 @@ impl<'a> Work<'a> {
             self.corners[index as usize][at] = to;
             self.around[to as usize].push(index);
         }
+        let gone = std::mem::take(&mut self.removed[from as usize]);
+        self.removed[to as usize].extend(std::iter::once(from).chain(gone));
         let poses = self.poses();
         for pose in 0..poses {
             let moved = self.quadrics[from as usize * poses + pose];

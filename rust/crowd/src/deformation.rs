@@ -14,7 +14,8 @@ pub(crate) fn levels(context: &Context, character: &Character, skeletons: &[&Ske
         skeletons.iter().map(|skeleton| skeleton.nodes.iter().map(|node| node.inverse()).collect()).collect();
     context.map(character.points.len(), |vertex| {
         let influence = &character.influences[vertex];
-        if influence.weights.iter().filter(|weight| **weight > 0.0).count() == 1 {
+        let is_still = character.morphs.of(vertex).is_empty();
+        if is_still && influence.weights.iter().filter(|weight| **weight > 0.0).count() == 1 {
             return 0.0;
         }
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);

@@ -48,6 +48,10 @@ pub struct DrawList {
     pub instances: Vec<Instance>,
     /// Skin matrices of the poses that are shown, one pose after the other: one for each bone of the model.
     pub matrices: Vec<BoneMatrix>,
+    /// Weights of the morph targets of these poses, one pose after the other.
+    pub weights: Vec<f32>,
+    /// The first of the weights of the pose of every instance.
+    pub first_weights: Vec<u32>,
 }
 
 impl DrawList {
@@ -60,6 +64,8 @@ impl DrawList {
         self.clusters.clear();
         self.instances.clear();
         self.matrices.clear();
+        self.weights.clear();
+        self.first_weights.clear();
         let starts = starts(crowd)?;
         let model = |agent: u32| crowd.agents()[agent as usize].model;
         let mut order: Vec<usize> = (0..frame.drawn.len()).collect();
@@ -68,7 +74,7 @@ impl DrawList {
             (agent, Drawn::Step(step)) => (model(agent), step, 0),
             (agent, Drawn::Mixed { .. }) => (model(agent), u32::MAX, agent),
         });
-        let mut poses: HashMap<(u32, u32, usize), u32> = HashMap::new();
+        let mut poses: HashMap<(u32, u32, usize), [u32; 2]> = HashMap::new();
         let is_alike = |a: &usize, b: &usize| match (frame.drawn[*a], frame.drawn[*b]) {
             ((one, Drawn::Step(a)), (other, Drawn::Step(b))) => a == b && model(one) == model(other),
             _ => false,
@@ -79,16 +85,18 @@ impl DrawList {
                 let agent = frame.drawn[*at].0;
                 let found = &crowd.agents()[agent as usize];
                 let key = (found.model, found.clip, crowd.pose(found, time));
-                let first_matrix = match poses.get(&key) {
+                let [first_matrix, first_weight] = match poses.get(&key) {
                     Some(first) => *first,
                     None => {
-                        let first = u32::try_from(self.matrices.len()).map_err(|_| too_large("matrices"))?;
-                        let clip = &crowd.models()[key.0 as usize].clips[key.1 as usize];
-                        self.matrices.extend(&clip.poses[key.2].bones);
-                        poses.insert(key, first);
-                        first
+                        let matrix = u32::try_from(self.matrices.len()).map_err(|_| too_large("matrices"))?;
+                        let weight = u32::try_from(self.weights.len()).map_err(|_| too_large("weights"))?;
+                        let pose = &crowd.models()[key.0 as usize].clips[key.1 as usize].poses[key.2];
+                        self.matrices.extend(&pose.bones);
+                        self.weights.extend(&pose.weights);
+                        *poses.entry(key).or_insert([matrix, weight])
                     }
                 };
+                self.first_weights.push(first_weight);
                 let map = found.transform;
                 let columns = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis, map.translation];
                 let transform = std::array::from_fn(|row| columns.map(|column| column[row] as f32));

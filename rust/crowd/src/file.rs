@@ -4,11 +4,13 @@
 //! chunks: the bytes it has, those it has compressed (zstd), the sum of the latter, and these. The first four chunks are
 //! skeleton, hierarchy, vertices and poses; then comes one chunk a cluster, the coarsest first, so that a beginning of the
 //! clusters is a whole model of fewer triangles. The hierarchy has the lengths of the chunks, so that [`Reader`] finds
-//! each cluster without reading the others. Columns of numbers are split into planes of bytes.
+//! each cluster without reading the others. Columns of numbers are split into planes of bytes. Version 2 has the offsets of
+//! morph targets behind the vertices and their weights behind the poses; models without any are of version 1.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 use relievo_core::{Attribute, Budget, Context, Domain, Error, Result, Values, file};
@@ -16,9 +18,11 @@ use relievo_core::{Attribute, Budget, Context, Domain, Error, Result, Values, fi
 use crate::character::{Bone, Character, Influence};
 use crate::clip::{Clip, MOST_POSES, Pose};
 use crate::hierarchy::{Cluster, CrowdModel, Group, NONE, Report};
+use crate::morph::{MOST_MORPHS, MorphOffset, Morphs};
 
 const SIGNATURE: &[u8; 8] = b"RLVCROWD";
-const VERSION: u32 = 1;
+/// The version of models without morph targets, and of those with.
+const VERSIONS: [u32; 2] = [1, 2];
 /// Bytes of the head, with its sum.
 const HEAD: usize = 8 + 4 + 9 * 4 + 4;
 /// Bytes before each chunk.
@@ -35,7 +39,7 @@ pub struct Reader {
     file: File,
     path: String,
     /// The model without the triangles of clusters: their lists are full of zeros.
-    model: CrowdModel,
+    model: Arc<CrowdModel>,
     /// Where the chunk of every cluster begins, and its length.
     chunks: Vec<(u64, u32)>,
 }
@@ -52,12 +56,17 @@ impl Reader {
         let mut input = std::io::BufReader::new(&file);
         let (model, chunks) = read_all_but_triangles(&mut input, length, context.memory_limit())
             .map_err(|error| error.at(name.clone()))?;
-        Ok(Self { file, path: name, model, chunks })
+        Ok(Self { file, path: name, model: Arc::new(model), chunks })
     }
 
     /// Returns the model; its triangles are not read, only their number is right.
     pub fn model(&self) -> &CrowdModel {
         &self.model
+    }
+
+    /// Returns the same, for a crowd that is cut while clusters are read.
+    pub fn shared(&self) -> Arc<CrowdModel> {
+        Arc::clone(&self.model)
     }
 
     /// Reads a cluster: its triangles and their materials.
@@ -108,7 +117,7 @@ impl CrowdModel {
             character.attributes.len(),
         ];
         let mut head = SIGNATURE.to_vec();
-        head.extend(VERSION.to_le_bytes());
+        head.extend(VERSIONS[usize::from(character.morphs.count > 0)].to_le_bytes());
         head.extend(counts.into_iter().flat_map(|count| (count as u32).to_le_bytes()));
         head.extend(crc32fast::hash(&head).to_le_bytes());
         out.write_all(&head)?;
@@ -180,6 +189,10 @@ impl CrowdModel {
         out.number(representatives);
         out.0.extend([measured, exceeded].iter().flat_map(|count| count.to_le_bytes()));
         out.floats(self.low.into_iter().chain(self.high));
+        if character.morphs.count > 0 {
+            out.number(character.morphs.count);
+            out.number(character.morphs.offsets.len() as u32);
+        }
         out.0
     }
 
@@ -213,6 +226,12 @@ impl CrowdModel {
             let (Values::F32(values), width) = (&attribute.values, attribute.width as usize) else { continue };
             (0..width).for_each(|at| out.floats(values.iter().skip(at).step_by(width).copied()));
         }
+        if character.morphs.count > 0 {
+            let Morphs { starts, offsets, .. } = &character.morphs;
+            out.numbers(&starts.windows(2).map(|pair| pair[1] - pair[0]).collect::<Vec<_>>());
+            out.numbers(&offsets.iter().map(|it| it.morph).collect::<Vec<_>>());
+            (0..3).for_each(|axis| out.floats(offsets.iter().map(|it| it.offset[axis])));
+        }
         out.0
     }
 
@@ -222,6 +241,7 @@ impl CrowdModel {
         for (row, column) in (0..3).flat_map(|row| (0..4).map(move |column| (row, column))) {
             out.floats(poses().flat_map(|pose| pose.bones.iter().map(move |bone| bone[row][column])));
         }
+        out.floats(poses().flat_map(|pose| pose.weights.iter().copied()));
         out.0
     }
 
@@ -365,6 +385,7 @@ struct Counts {
     nodes: usize,
     clips: usize,
     attributes: usize,
+    has_morphs: bool,
 }
 
 fn read_head(input: &mut impl Read) -> Result<Counts> {
@@ -375,8 +396,9 @@ fn read_head(input: &mut impl Read) -> Result<Counts> {
     }
     let number = |at: usize| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]);
     let version = number(8);
-    if version != VERSION {
-        return Err(Error::unsupported(format!("the file is of version {version}, this program reads {VERSION}"))
+    if !VERSIONS.contains(&version) {
+        let newest = VERSIONS[1];
+        return Err(Error::unsupported(format!("the file is of version {version}, this program reads up to {newest}"))
             .advise("use a newer Relievo, or build the file again"));
     }
     if number(HEAD - 4) != crc32fast::hash(&head[..HEAD - 4]) {
@@ -393,6 +415,7 @@ fn read_head(input: &mut impl Read) -> Result<Counts> {
         nodes: count(6),
         clips: count(7),
         attributes: count(8),
+        has_morphs: version == VERSIONS[1],
     })
 }
 
@@ -435,9 +458,10 @@ fn read_all_but_triangles(input: &mut (impl Read + Seek), length: u64, memory_li
     let (skeleton, hierarchy) = (chunk("skeleton")?, chunk("hierarchy")?);
     let (vertices, poses) = (chunk("vertices")?, chunk("poses")?);
     let mut model = CrowdModel { input_triangles: counts.input_triangles, ..CrowdModel::default() };
-    let frames = read_skeleton(&skeleton, &counts, &mut model).map_err(|error| error.at("skeleton"))?;
+    let (frames, offsets) = read_skeleton(&skeleton, &counts, &mut model).map_err(|error| error.at("skeleton"))?;
     let lengths = read_hierarchy(&hierarchy, &counts, &mut model).map_err(|error| error.at("hierarchy"))?;
-    read_vertices(&vertices, &counts, &mut model).map_err(|error| error.at("vertices"))?;
+    budget.charge(if offsets > 0 { 4 * counts.vertices as u64 } else { 0 })?;
+    read_vertices(&vertices, (&counts, offsets), &mut model).map_err(|error| error.at("vertices"))?;
     read_poses(&poses, &frames, &mut model).map_err(|error| error.at("poses"))?;
     budget.charge(16 * counts.triangles as u64)?;
     // The clusters vouch for the number of triangles.
@@ -456,8 +480,8 @@ fn read_all_but_triangles(input: &mut (impl Read + Seek), length: u64, memory_li
     Ok((model, chunks))
 }
 
-/// Returns the number of poses of each clip.
-fn read_skeleton(bytes: &[u8], counts: &Counts, model: &mut CrowdModel) -> Result<Vec<usize>> {
+/// Returns the number of poses of each clip, and the number of offsets of morph targets.
+fn read_skeleton(bytes: &[u8], counts: &Counts, model: &mut CrowdModel) -> Result<(Vec<usize>, usize)> {
     let mut rows = Rows(bytes);
     let character = &mut model.character;
     for _ in 0..rows.number()? {
@@ -496,8 +520,15 @@ fn read_skeleton(bytes: &[u8], counts: &Counts, model: &mut CrowdModel) -> Resul
     model.report = Report { poses, representatives, measured: rows.long()?, exceeded: rows.long()? };
     let bounds = rows.floats(6)?;
     (model.low, model.high) = ([bounds[0], bounds[1], bounds[2]], [bounds[3], bounds[4], bounds[5]]);
+    let mut offsets = 0;
+    if counts.has_morphs {
+        (model.character.morphs.count, offsets) = (rows.number()?, rows.number()? as usize);
+        if !(1..=MOST_MORPHS).contains(&(model.character.morphs.count as usize)) {
+            return Err(damaged("the number of morph targets is wrong"));
+        }
+    }
     rows.end()?;
-    Ok(frames)
+    Ok((frames, offsets))
 }
 
 /// Returns the lengths of the chunks of clusters, the coarsest first.
@@ -538,7 +569,7 @@ fn read_hierarchy(bytes: &[u8], counts: &Counts, model: &mut CrowdModel) -> Resu
     Ok(lengths)
 }
 
-fn read_vertices(bytes: &[u8], counts: &Counts, model: &mut CrowdModel) -> Result<()> {
+fn read_vertices(bytes: &[u8], (counts, offsets): (&Counts, usize), model: &mut CrowdModel) -> Result<()> {
     let mut rows = Rows(bytes);
     let count = counts.vertices;
     let axes = [rows.floats(count)?, rows.floats(count)?, rows.floats(count)?];
@@ -561,6 +592,19 @@ fn read_vertices(bytes: &[u8], counts: &Counts, model: &mut CrowdModel) -> Resul
         }
         attribute.values = Values::F32(values);
     }
+    if counts.has_morphs {
+        let morphs = &mut character.morphs;
+        let mut sum = 0u32;
+        morphs.starts.push(0);
+        for own in rows.numbers(count)? {
+            sum = sum.checked_add(own).ok_or_else(|| damaged("there are too many offsets"))?;
+            morphs.starts.push(sum);
+        }
+        let targets = rows.numbers(offsets)?;
+        let axes = [rows.floats(offsets)?, rows.floats(offsets)?, rows.floats(offsets)?];
+        let offset = |(at, morph): (usize, u32)| MorphOffset { morph, offset: [axes[0][at], axes[1][at], axes[2][at]] };
+        morphs.offsets = targets.into_iter().enumerate().map(offset).collect();
+    }
     rows.end()
 }
 
@@ -573,8 +617,13 @@ fn read_poses(bytes: &[u8], frames: &[usize], model: &mut CrowdModel) -> Result<
     for _ in 0..12 {
         columns.push(rows.floats(total)?);
     }
+    let morphs = model.character.morphs.count as usize;
+    let weights = rows.floats(poses.checked_mul(morphs).ok_or_else(|| damaged("there are too many weights"))?)?;
     let matrix = |at: usize| std::array::from_fn(|row| std::array::from_fn(|column| columns[4 * row + column][at]));
-    let mut made = (0..poses).map(|pose| Pose { bones: (0..bones).map(|bone| matrix(pose * bones + bone)).collect() });
+    let mut made = (0..poses).map(|pose| Pose {
+        bones: (0..bones).map(|bone| matrix(pose * bones + bone)).collect(),
+        weights: weights[pose * morphs..(pose + 1) * morphs].to_vec(),
+    });
     for (clip, count) in model.clips.iter_mut().zip(frames) {
         clip.poses = made.by_ref().take(*count).collect();
     }
@@ -616,7 +665,10 @@ impl CrowdModel {
         if self.clips.is_empty() {
             return Err(damaged("there is no clip"));
         }
-        let fits = |pose: &Pose| pose.bones.len() == self.character.bones.len();
+        let fits = |pose: &Pose| {
+            let character = &self.character;
+            pose.bones.len() == character.bones.len() && pose.weights.len() == character.morphs.count as usize
+        };
         if !self.clips.iter().all(|clip| clip.rate > 0.0 && !clip.poses.is_empty() && clip.poses.iter().all(fits)) {
             return Err(damaged("a clip does not fit the bones"));
         }

@@ -2,7 +2,8 @@
 //!
 //! The paper joins two clusters and simplifies both together, so that the border between two branches stays as fine as
 //! the input up to the root. Here groups of 4 to 16 clusters are simplified together and divided into clusters anew,
-//! so that borders differ from level to level. Places on the border of a group stay while it is simplified. The clusters
+//! so that borders differ from level to level. Places on the border of a group stay while it is simplified. Once few clusters
+//! are left, all of them are one group without a border. The clusters
 //! of a group are either all drawn coarse or all fine, and a group is coarse only if all below it are, because errors and
 //! boxes grow upwards. That makes every cut free of cracks.
 
@@ -109,7 +110,23 @@ impl CrowdModel {
         progress: &mut dyn Progress,
     ) -> Result<Self> {
         settings.check()?;
-        build::build(context, model, animations, settings, progress)
+        build::build(context, (model, animations), settings, None, progress)
+    }
+
+    /// As [`Self::build`], from clusters that the caller made: lists of the triangles of [`Character::from_model`]. They are
+    /// joined by their common edges alone, whatever their deformation.
+    ///
+    /// # Errors
+    /// As [`Self::build`], or a triangle is not in exactly one cluster, or a cluster has none or more than the settings say.
+    pub fn build_from(
+        context: &Context,
+        (model, animations): (&relievo_meshio::Model, &[usize]),
+        clusters: &[Vec<u32>],
+        settings: &BuildSettings,
+        progress: &mut dyn Progress,
+    ) -> Result<Self> {
+        settings.check()?;
+        build::build(context, (model, animations), settings, Some(clusters), progress)
     }
 
     /// Returns the clusters that are drawn where an error of `allowed` in units of the model may be seen, in order. 0 gives
@@ -142,6 +159,17 @@ impl CrowdModel {
     pub fn triangles(&self, cluster: u32) -> &[[u32; 3]] {
         let Cluster { first, count, .. } = self.clusters[cluster as usize];
         &self.character.triangles[first as usize..(first + count) as usize]
+    }
+
+    /// Returns the triangles of clusters with their materials.
+    pub(crate) fn faces(&self, clusters: &[u32]) -> Vec<([u32; 3], u32)> {
+        let of = |cluster: &u32| {
+            let Cluster { first, count, .. } = self.clusters[*cluster as usize];
+            let range = first as usize..(first + count) as usize;
+            let materials = self.character.materials[range.clone()].iter();
+            self.character.triangles[range].iter().copied().zip(materials.copied())
+        };
+        clusters.iter().flat_map(of).collect()
     }
 
     /// Returns the diagonal of the box around all poses.

@@ -17,6 +17,11 @@ impl CrowdModel {
     pub fn mesh(&self, context: &Context, clusters: &[u32], pose: &Pose) -> Result<Mesh> {
         let points = skin(context, &self.character, pose, Blend::Linear)?;
         let normals = skin_normals(context, &self.character, pose, Blend::Linear)?;
+        Ok(self.gathered(clusters, &points, &normals).0)
+    }
+
+    /// Makes a mesh of clusters with the vertices that they use, at `points` with `normals`. Returns also the vertices.
+    pub(crate) fn gathered(&self, clusters: &[u32], points: &[[f32; 3]], normals: &[[f32; 3]]) -> (Mesh, Vec<usize>) {
         let mut numbers = HashMap::new();
         let mut used: Vec<usize> = Vec::new();
         let (mut triangles, mut materials) = (Vec::new(), Vec::new());
@@ -50,6 +55,6 @@ impl CrowdModel {
             values: Values::U32(materials),
             indices: None,
         });
-        Ok(mesh)
+        (mesh, used)
     }
 }

@@ -1,4 +1,4 @@
-//! Places: vertices that are at one point and follow the same bones, whatever their attributes are.
+//! Places: vertices that are at one point and follow the same bones and morph targets, whatever their attributes are.
 //!
 //! Edges, borders and collapses are those of places. A place with a seam has several charts: groups of vertices that
 //! agree in everything but their normal.
@@ -28,10 +28,14 @@ impl Places {
             .points
             .iter()
             .zip(&character.influences)
-            .zip(0..)
+            .zip(0u32..)
             .map(|((point, influence), vertex)| {
                 // 0 and -0 are one place.
-                let key = (point.map(|value| (value + 0.0).to_bits()), ordered(influence));
+                let offsets = character.morphs.of(vertex as usize).iter();
+                let offsets: Vec<u32> = offsets
+                    .flat_map(|it| std::iter::once(it.morph).chain(it.offset.map(|value| (value + 0.0).to_bits())))
+                    .collect();
+                let key = (point.map(|value| (value + 0.0).to_bits()), ordered(influence), offsets);
                 *places.entry(key).or_insert_with(|| {
                     vertices.push(vertex);
                     vertices.len() as u32 - 1

@@ -6,10 +6,9 @@
 use relievo_core::{Context, Error, Progress, Result};
 use relievo_meshio::Model;
 
-use crate::build::Builder;
+use crate::build::{Base, Builder};
 use crate::character::Character;
 use crate::clip;
-use crate::collapse::Face;
 use crate::hierarchy::{BuildSettings, CrowdModel, NONE};
 use crate::places::Places;
 
@@ -51,9 +50,9 @@ impl CrowdModel {
     ) -> Result<(Self, Refit)> {
         settings.check()?;
         progress.step(0.0, "read poses")?;
-        let character = Character::from_model(context, source)?;
+        let (character, morphs) = Character::animated(context, source, animations)?;
         self.check_same(&character)?;
-        let clips = clip::sample(context, source, &character, animations, settings.pose_rate)?;
+        let clips = clip::sample(context, source, (&character, &morphs), animations, settings.pose_rate)?;
         let builder = Builder::new(context, &character, &clips, settings)?;
         let mut before: Vec<Vec<u32>> = vec![Vec::new(); self.groups.len()];
         let mut after = before.clone();
@@ -65,12 +64,12 @@ impl CrowdModel {
                 list.push(number);
             }
         }
-        let faces = |clusters: &[u32]| -> Vec<Face> {
-            let triangles = clusters.iter().flat_map(|cluster| self.triangles(*cluster));
-            triangles.map(|triangle| (*triangle, 0)).collect()
-        };
+        // Distances are from where they were measured when the hierarchy was built.
+        let is_whole = self.whole(&before, &after);
+        let first = is_whole.iter().position(|is_whole| *is_whole).unwrap_or_default();
         let measured = context.map_watched(self.groups.len(), progress, ("measure", [0.0, 1.0]), |group| {
-            builder.measure(&faces(&before[group]), &faces(&after[group]))
+            let from = if is_whole[group] { first } else { group };
+            builder.measure(&self.faces(&before[from]), &self.faces(&after[group]))
         })?;
         let mut made = Self {
             character: Character {
@@ -87,10 +86,15 @@ impl CrowdModel {
             made.clusters[cluster as usize].deformation = deformation;
         }
         let mut found = Refit::default();
+        let mut base = None;
         // Groups come after those below them.
         for (number, result) in measured.into_iter().enumerate() {
             let (added, poses, exceeded) = result?;
-            let group = builder.group(&made, &before[number], added);
+            if is_whole[number] && base.is_none() {
+                let error = builder.group(&made, &before[number], (0.0, None)).error;
+                base = Some(Base { faces: Vec::new(), error });
+            }
+            let group = builder.group(&made, &before[number], (added, base.as_ref().filter(|_| is_whole[number])));
             found.grown += u32::from(group.error > self.groups[number].error);
             made.report.measured += poses;
             made.report.exceeded += exceeded;
@@ -102,6 +106,19 @@ impl CrowdModel {
             SHARES.into_iter().map(|share| triangles(&made, share) / triangles(self, share)).fold(0.0, f64::max);
         progress.step(1.0, "measure")?;
         Ok((made, found))
+    }
+
+    /// Returns which groups have all clusters of a level.
+    fn whole(&self, before: &[Vec<u32>], after: &[Vec<u32>]) -> Vec<bool> {
+        let mut open = self.clusters.iter().filter(|cluster| cluster.made_by == NONE).count();
+        let lists = before.iter().zip(after);
+        lists
+            .map(|(before, after)| {
+                let is_whole = before.len() == open;
+                open = open + after.len() - before.len();
+                is_whole
+            })
+            .collect()
     }
 
     /// Fails unless a character has the triangles of the input, and one place wherever the input has one.

@@ -29,7 +29,8 @@ pub(crate) fn representatives(character: &Character, skeletons: &[&Skeleton], di
     chosen
 }
 
-/// Returns the places of all bones that move vertices, for each pose, relative to their mean.
+/// Returns the places of all bones that move vertices, for each pose, relative to their mean; then how far each morph target
+/// moves a vertex.
 fn bone_places(character: &Character, skeletons: &[&Skeleton]) -> Vec<Vec<f64>> {
     let mut centers = vec![(DVec3::ZERO, 0.0); character.bones.len()];
     for (point, influence) in character.points.iter().zip(&character.influences) {
@@ -39,11 +40,13 @@ fn bone_places(character: &Character, skeletons: &[&Skeleton]) -> Vec<Vec<f64>> 
             center.1 += f64::from(weight);
         }
     }
+    let extents = character.morphs.extents();
     let place = |skeleton: &Skeleton| {
         let used = centers.iter().zip(&skeleton.bones).filter(|((_, weight), _)| *weight > 0.0);
         let places: Vec<DVec3> = used.map(|((sum, weight), bone)| bone.transform_point3(*sum / *weight)).collect();
         let mean = places.iter().sum::<DVec3>() / places.len().max(1) as f64;
-        places.iter().flat_map(|place| (*place - mean).to_array()).collect()
+        let morphs = extents.iter().zip(&skeleton.weights).map(|(extent, weight)| extent * f64::from(*weight));
+        places.iter().flat_map(|place| (*place - mean).to_array()).chain(morphs).collect()
     };
     skeletons.iter().map(|skeleton| place(skeleton)).collect()
 }

@@ -37,21 +37,20 @@ enum Bones<'a> {
 /// Returns the positions of all vertices of a character in a pose.
 ///
 /// # Errors
-/// The pose has another number of bones than the character.
+/// The pose has another number of bones or morph targets than the character.
 pub fn skin(context: &Context, character: &Character, pose: &Pose, blend: Blend) -> Result<Vec<[f32; 3]>> {
     let bones = prepare(character, pose, blend)?;
-    let points = character.points.iter().zip(&character.influences).collect::<Vec<_>>();
-    Ok(context.map(points.len(), |index| {
-        let (point, influence) = points[index];
-        let (linear, translation) = blended(&bones, influence);
-        (linear * Vec3::from(*point) + translation).to_array()
+    Ok(context.map(character.points.len(), |index| {
+        let point = character.morphed(index, &pose.weights);
+        let (linear, translation) = blended(&bones, &character.influences[index]);
+        (linear * Vec3::from(point) + translation).to_array()
     }))
 }
 
 /// Returns unit normals of all vertices in a pose, from the attribute `normal`; none if the character lacks it.
 ///
 /// # Errors
-/// The pose has another number of bones than the character.
+/// The pose has another number of bones or morph targets than the character.
 pub fn skin_normals(context: &Context, character: &Character, pose: &Pose, blend: Blend) -> Result<Vec<[f32; 3]>> {
     let bones = prepare(character, pose, blend)?;
     let Some(normals) = character.values("normal").map(|values| values.as_chunks::<3>().0) else {
@@ -71,6 +70,13 @@ fn prepare<'a>(character: &Character, pose: &'a Pose, blend: Blend) -> Result<Bo
     if pose.bones.len() != character.bones.len() {
         let counts = (pose.bones.len(), character.bones.len());
         return Err(Error::invalid(format!("the pose has {} bones and the character {}", counts.0, counts.1)));
+    }
+    if pose.weights.len() != character.morphs.count as usize {
+        let counts = (pose.weights.len(), character.morphs.count);
+        return Err(Error::invalid(format!(
+            "the pose has {} weights and the character {} morph targets",
+            counts.0, counts.1
+        )));
     }
     Ok(match blend {
         Blend::Linear => Bones::Linear(&pose.bones),

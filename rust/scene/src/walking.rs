@@ -10,9 +10,9 @@ use std::sync::Arc;
 
 use glam::DAffine3;
 use relievo_core::progress::Silent;
-use relievo_core::{Context, Error, Result, file};
+use relievo_core::{Context, Error, Result};
 use relievo_crowd::{
-    Agent, Blend, BuildSettings, Cluster, Crowd, CrowdModel, CrowdView, Frame, Walker, parse_walkers, skin, skin_normals,
+    Agent, Blend, BuildSettings, Cluster, Crowd, CrowdModel, CrowdView, Frame, Walker, read_walkers, skin, skin_normals,
 };
 use relievo_render as render;
 
@@ -35,11 +35,7 @@ impl Loaded {
     /// A file cannot be read, is damaged, has no triangles or no such clip; a line of the list is unusable.
     pub fn new(context: &Context, paths: &Paths, scene: &Scene, entry: &CrowdEntry) -> Result<Self> {
         let model = model(context, &paths.resolve(&entry.file.text)?, entry)?;
-        let path = paths.resolve(&entry.agents.text)?;
-        let place = |error: Error| error.at(path.display().to_string());
-        let text = String::from_utf8(file::load(&path, context.memory_limit())?)
-            .map_err(|_| place(Error::invalid("the list of agents is not text").advise("write it in UTF-8")))?;
-        let walkers = parse_walkers(&text, &[&model]).map_err(place)?;
+        let walkers = read_walkers(context, &paths.resolve(&entry.agents.text)?, &[&model])?;
         let space = DAffine3::from_mat3(scene.up.from_y_up() * (1.0 / scene.metres));
         let loaded = Self { model: Arc::new(model), walkers, space };
         // Agents that cannot be placed are found before the first frame.

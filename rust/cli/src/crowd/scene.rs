@@ -5,8 +5,11 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use relievo_core::{Context, Error, Result, file};
-use relievo_crowd::{Crowd, CrowdModel, CrowdView, Culled, Frame, Occlusion, PixelView, Walker, parse_walkers, square};
+use relievo_core::{Context, Error, Result};
+use relievo_crowd::{
+    Crowd, CrowdModel, CrowdView, Culled, Frame, Occlusion, PixelView, Stream, Walker, parse_walkers, read_walkers,
+    square,
+};
 use relievo_render::Camera;
 use serde_json::{Value, json};
 
@@ -21,6 +24,13 @@ const EXAMPLE: &str = "Example: relievo crowd view robot.rcrowd --square 1000 --
 pub struct ViewArguments {
     #[command(flatten)]
     pub scene: SceneArguments,
+    /// Read clusters from the files while they are drawn, and keep their triangles within so many mebibytes for each model;
+    /// left out, whole files are read. What has not been read is drawn coarser.
+    #[arg(long, value_name = "MIB", conflicts_with = "occlusion")]
+    budget: Option<f64>,
+    /// Clusters of a model that are read in a frame at most.
+    #[arg(long, value_name = "N", default_value_t = 1024, requires = "budget")]
+    read: u32,
     /// Print JSON for programs.
     #[arg(long)]
     json: bool,
@@ -33,7 +43,9 @@ pub struct SceneArguments {
     #[arg(required = true, value_name = "FILE.rcrowd")]
     models: Vec<PathBuf>,
     /// The agents, one a line: x y z, heading in degrees about y, scale, clip, phase in seconds, the number of the
-    /// model (0 if left out) and the speed along the heading in units a second (0 if left out).
+    /// model (0 if left out) and the speed along the heading in units a second (0 if left out). Or a USD stage (.usda,
+    /// .usdc) whose point instancers place them: a model for each prototype in order, clips and phases by the primvars
+    /// `clip` and `phase`, walks by velocities.
     #[arg(long, value_name = "FILE", required_unless_present = "square")]
     agents: Option<PathBuf>,
     /// In place of a file, so many agents of the first model on a square.
@@ -96,6 +108,17 @@ pub struct Shown {
     /// Agents in view, hidden or not.
     in_view: usize,
     culled: Option<Culled>,
+    streamed: Option<StreamedFrame>,
+}
+
+/// What was read for a frame, of all models.
+#[derive(Clone, Copy, Default)]
+struct StreamedFrame {
+    read: u32,
+    missing: u32,
+    bytes: u64,
+    /// Triangles that are drawn while clusters are missing.
+    triangles: u64,
 }
 
 impl Scene {
@@ -115,37 +138,61 @@ impl Scene {
         let pixels = PixelView { eye: camera.eye, axes: camera.axes, fov: camera.fov, size: self.size };
         let cull = |occlusion: &mut Occlusion| occlusion.cull(&self.context, &self.crowd, (&pixels, time), &mut frame);
         let culled = self.occlusion.as_mut().map(cull).transpose()?;
-        Ok(Shown { time, frame, full, in_view, culled })
+        Ok(Shown { time, frame, full, in_view, culled, streamed: None })
+    }
+
+    /// Reads what a frame draws, and counts what is drawn in place of clusters that are missing.
+    fn stream(&self, streams: &mut [Stream], frame: &Frame, most: u32) -> Result<StreamedFrame> {
+        let mut cuts: Vec<Vec<u32>> = vec![Vec::new(); streams.len()];
+        let model = |agent: u32| self.crowd.agents()[agent as usize].model as usize;
+        for drawn in &frame.drawn {
+            cuts[model(drawn.0)].extend(self.crowd.clusters(frame, *drawn));
+        }
+        let mut sum = StreamedFrame::default();
+        for (stream, cut) in streams.iter_mut().zip(&mut cuts) {
+            cut.sort_unstable();
+            cut.dedup();
+            let done = stream.request(cut, most)?;
+            sum.read += done.read;
+            sum.missing += done.missing;
+            sum.bytes += stream.bytes();
+        }
+        for drawn in &frame.drawn {
+            let stream = &streams[model(drawn.0)];
+            sum.triangles += stream.model().triangle_count(&stream.shown(self.crowd.clusters(frame, *drawn)));
+        }
+        Ok(sum)
     }
 }
 
 impl SceneArguments {
     /// Reads the models and agents.
     pub fn open(&self) -> Result<Scene> {
+        let context = self.limits.context()?;
+        let models = self.models.iter().map(|path| CrowdModel::load(&context, path).map(Arc::new));
+        let models = models.collect::<Result<Vec<_>>>()?;
+        self.place(context, models)
+    }
+
+    /// Reads the agents of some models.
+    fn place(&self, context: Context, models: Vec<Arc<CrowdModel>>) -> Result<Scene> {
         if !(self.time.is_finite() && self.step.is_finite()) {
             return Err(Error::invalid("a time is not finite").at("--time or --step").advise("give seconds"));
         }
-        let context = self.limits.context()?;
-        let models = self.models.iter().map(|path| CrowdModel::load(&context, path)).collect::<Result<Vec<_>>>()?;
-        let references: Vec<&CrowdModel> = models.iter().collect();
-        let (text, place) = match (&self.agents, self.square) {
-            (Some(path), _) => {
-                let bytes = file::load(path, context.memory_limit())?;
-                let place = path.display().to_string();
-                let text = String::from_utf8(bytes).map_err(|_| Error::invalid("it is no text").at(place.clone()))?;
-                (text, place)
-            }
+        let references: Vec<&CrowdModel> = models.iter().map(Arc::as_ref).collect();
+        let walkers = match (&self.agents, self.square) {
+            (Some(path), _) => read_walkers(&context, path, &references)?,
             (None, count) => {
                 let count = count.unwrap_or(1);
                 if count == 0 || count > relievo_crowd::MOST_AGENTS {
                     return Err(Error::invalid(format!("{count} agents")).at("--square").advise("give 1 to 16777216"));
                 }
                 let spacing = self.spacing * f64::from(models[0].size());
-                (square(&models[0], count, spacing), "--square".into())
+                let text = square(&models[0], count, spacing);
+                parse_walkers(&text, &references).map_err(|error| error.at("--square"))?
             }
         };
-        let walkers = parse_walkers(&text, &references).map_err(|error| error.at(place))?;
-        let mut crowd = Crowd::new(models.into_iter().map(Arc::new).collect());
+        let mut crowd = Crowd::new(models);
         for (index, walker) in walkers.iter().enumerate() {
             crowd.add(walker.agent).map_err(|error| error.at(format!("agent {index}")))?;
         }
@@ -201,6 +248,12 @@ impl Shown {
             value["hidden_triangles"] = json!(culled.hidden_triangles);
             value["occluder_triangles"] = json!(culled.occluder_triangles);
         }
+        if let Some(streamed) = self.streamed {
+            value["read_clusters"] = json!(streamed.read);
+            value["missing_clusters"] = json!(streamed.missing);
+            value["resident_bytes"] = json!(streamed.bytes);
+            value["shown_triangles"] = json!(streamed.triangles);
+        }
         value
     }
 
@@ -214,18 +267,44 @@ impl Shown {
                 culled.hidden, culled.hidden_triangles, culled.occluder_triangles
             ),
         });
+        let streamed = self.streamed.map_or(String::new(), |streamed| {
+            format!(
+                "read                   {} clusters, {} are missing, {} bytes are in memory\n\
+                 shown so far           {} triangles\n",
+                streamed.read, streamed.missing, streamed.bytes, streamed.triangles
+            )
+        });
         format!(
             "agents                 {agents}\nin view                {}\n{hidden}clusters               {}\n\
-             triangles              {}\nat full resolution     {} triangles, of which {share:.2} % are drawn\n",
+             triangles              {}\nat full resolution     {} triangles, of which {share:.2} % are drawn\n{streamed}",
             self.in_view, self.frame.clusters, self.frame.triangles, self.full,
         )
     }
 }
 
 pub fn run(arguments: &ViewArguments) -> Outcome {
-    let mut scene = arguments.scene.open()?;
+    let mut streams = Vec::new();
+    let mut scene = match arguments.budget {
+        None => arguments.scene.open()?,
+        Some(budget) => {
+            if !(budget > 0.0 && budget <= 1e9) {
+                return Err(Error::invalid(format!("{budget} mebibytes"))
+                    .at("--budget")
+                    .advise("give more than 0")
+                    .into());
+            }
+            let (context, bytes) = (arguments.scene.limits.context()?, (budget * f64::from(1 << 20)) as u64);
+            let open = |path: &PathBuf| Stream::open(&context, path, bytes);
+            streams = arguments.scene.models.iter().map(open).collect::<Result<Vec<_>>>()?;
+            let models = streams.iter().map(Stream::shared).collect();
+            arguments.scene.place(context, models)?
+        }
+    };
     let (mut text, mut values) = (String::new(), Vec::new());
-    arguments.scene.for_each_frame(&mut scene, |scene, shown| {
+    arguments.scene.for_each_frame(&mut scene, |scene, mut shown| {
+        if !streams.is_empty() {
+            shown.streamed = Some(scene.stream(&mut streams, &shown.frame, arguments.read)?);
+        }
         let agents = scene.crowd.agents().len();
         if arguments.scene.frames > 1 {
             text += &format!("time                   {} s\n", shown.time);

@@ -113,3 +113,23 @@ pub fn walking(name: &str, clip: &str) -> Option<(Model, CrowdModel)> {
     let built = CrowdModel::build(&context, &model, &[clip], &settings, &mut Silent).unwrap();
     Some((model, built))
 }
+
+/// Makes an arm whose middle swells while it bends, by a morph target of the same clip.
+pub fn swelling_arm(rings: usize, sides: usize) -> Model {
+    let mut model = arm(rings, sides);
+    let part = &mut model.meshes[0];
+    let offset = |point: &[f32; 3]| {
+        let bump = 1.5 * (1.0 - (point[1] - 1.5).abs()).max(0.0);
+        [bump * point[0], 0.0, bump * point[2]]
+    };
+    part.targets = vec![part.mesh.points.iter().map(offset).collect()];
+    part.weights = vec![0.0];
+    model.animations[0].channels.push(Channel {
+        node: 0,
+        property: Property::Weights,
+        interpolation: Interpolation::Linear,
+        times: vec![0.0, 0.25, 1.0],
+        values: vec![0.0, 1.0, 0.0],
+    });
+    model
+}

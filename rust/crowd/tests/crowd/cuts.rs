@@ -9,7 +9,7 @@ use relievo_testing::Random;
 use crate::arm::{arm, built, walking};
 
 /// Returns the points of vertices that are at one place with the same bones as numbers.
-fn places(character: &Character) -> Vec<u32> {
+pub fn places(character: &Character) -> Vec<u32> {
     let mut known = HashMap::new();
     let keys = character.points.iter().zip(&character.influences).map(|(point, influence)| {
         (point.map(|value| (value + 0.0).to_bits()), influence.bones, influence.weights.map(f32::to_bits))
@@ -22,7 +22,7 @@ fn places(character: &Character) -> Vec<u32> {
 }
 
 /// Returns how often every directed edge of places is there, less than its reverse: all 0 in a closed surface.
-fn borders<'a>(places: &[u32], triangles: impl Iterator<Item = &'a [u32; 3]>) -> HashMap<(u32, u32), i32> {
+pub fn borders<'a>(places: &[u32], triangles: impl Iterator<Item = &'a [u32; 3]>) -> HashMap<(u32, u32), i32> {
     let mut counts = HashMap::new();
     for triangle in triangles {
         let [a, b, c] = triangle.map(|vertex| places[vertex as usize]);

@@ -4,14 +4,17 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
 use relievo_core::Context;
-use relievo_crowd::{Agent, Blend, Crowd, CrowdView, DrawList, Frame, skin};
+use relievo_core::progress::Silent;
+use relievo_crowd::{Agent, Blend, BuildSettings, Crowd, CrowdModel, CrowdView, DrawList, Frame, skin};
 
-use crate::arm::built;
+use crate::arm::{built, swelling_arm};
 
 #[test]
 fn instanced_draws_show_what_the_frame_has() {
     let context = Context::serial();
-    let models = [Arc::new(built(30, 16)), Arc::new(built(12, 8))];
+    let settings = BuildSettings { cluster_triangles: 40, pose_rate: 12.0, ..BuildSettings::default() };
+    let swelling = CrowdModel::build(&context, &swelling_arm(12, 8), &[0], &settings, &mut Silent).unwrap();
+    let models = [Arc::new(built(30, 16)), Arc::new(swelling)];
     let mut crowd = Crowd::new(models.to_vec());
     for index in 0..60 {
         let place = DVec3::new(f64::from(index % 6) - 3.0, 0.0, -12.0 * f64::from(index / 6));
@@ -47,14 +50,22 @@ fn instanced_draws_show_what_the_frame_has() {
     shown.sort_unstable();
     expected.sort_unstable();
     assert_eq!(shown, expected);
-    // A vertex by the matrices of its instance is where skinning puts it.
-    for instance in &list.instances {
+    // A vertex by the weights and matrices of its instance is where skinning puts it.
+    assert_eq!(list.first_weights.len(), list.instances.len());
+    let mut moved = 0;
+    for (instance, first_weight) in list.instances.iter().zip(&list.first_weights) {
         let agent = &crowd.agents()[instance.agent as usize];
         let model = &models[agent.model as usize];
         let pose = &model.clips[0].poses[crowd.pose(agent, 0.25)];
         let points = skin(&context, &model.character, pose, Blend::Linear).unwrap();
         let vertex = model.character.points.len() / 2;
-        let (point, influence) = (Vec3::from(model.character.points[vertex]), model.character.influences[vertex]);
+        let influence = model.character.influences[vertex];
+        let mut point = Vec3::from(model.character.points[vertex]);
+        for found in model.character.morphs.of(vertex) {
+            let weight = list.weights[(first_weight + found.morph) as usize];
+            point += weight * Vec3::from(found.offset);
+            moved += u32::from(weight > 0.0);
+        }
         let mapped = |rows: &[[f32; 4]; 3], point: Vec3| {
             Vec3::from_array(rows.map(|[x, y, z, w]| x * point.x + y * point.y + z * point.z + w))
         };
@@ -67,4 +78,5 @@ fn instanced_draws_show_what_the_frame_has() {
         let expected = agent.transform.transform_point3(Vec3::from(points[vertex]).as_dvec3()).as_vec3();
         assert!(mapped(&instance.transform, posed).distance(expected) < 1e-4);
     }
+    assert!(moved > 0);
 }

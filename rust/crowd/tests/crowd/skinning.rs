@@ -161,7 +161,8 @@ fn dual_quaternions_keep_the_volume_of_a_twist_and_agree_where_one_bone_rules() 
     let context = Context::serial();
     let character = Character::from_model(&context, &arm(40, 16)).unwrap();
     let (angle, scale) = (2.4f32, 1.5f32);
-    let pose = Pose { bones: vec![turned(0.0, scale), turned(angle, scale), turned(angle, scale)] };
+    let pose =
+        Pose { bones: vec![turned(0.0, scale), turned(angle, scale), turned(angle, scale)], weights: Vec::new() };
     let linear = skin(&context, &character, &pose, Blend::Linear).unwrap();
     let dual = skin(&context, &character, &pose, Blend::DualQuaternion).unwrap();
     let mut blends = 0;
