@@ -12,7 +12,9 @@ use std::sync::Arc;
 use relievo_core::budget::Budget;
 use relievo_core::{Context, Error, Result};
 use relievo_document::record::Location;
-use relievo_document::{Change, Direction, Document, Edit, Entry, Head, Journal, Recipe, Settings, Stamps, recipe};
+use relievo_document::{
+    Change, Direction, Document, Edit, Entry, Head, Journal, Log, Recipe, Settings, Stamps, Storage, recipe,
+};
 use relievo_tiles::Blocks;
 
 /// A layer at one moment.
@@ -125,6 +127,9 @@ pub struct Changed {
     pub bytes: u64,
 }
 
+/// A journal of all edits, and where the input and the edit of each are in it, with its number.
+type Written = (Journal, Vec<(Location, (Location, u64))>);
+
 /// The edits of an object. See the [module](self).
 #[derive(Debug)]
 pub struct History {
@@ -173,7 +178,18 @@ impl History {
     ///
     /// Fails if it is damaged or another program works on it.
     pub fn open(path: &Path, limit: u64, memory: u64) -> Result<(Document, Self)> {
-        let (document, log, journal) = Journal::open(path, limit)?;
+        Ok(Self::opened(Journal::open(path, limit)?, memory))
+    }
+
+    /// Opens the document in `storage`, as [`Self::open`] does with a file.
+    ///
+    /// # Errors
+    /// It is damaged, or the storage cannot be read or written.
+    pub fn open_in(storage: Box<dyn Storage>, limit: u64, memory: u64) -> Result<(Document, Self)> {
+        Ok(Self::opened(Journal::open_in(storage, limit)?, memory))
+    }
+
+    fn opened((document, log, journal): (Document, Log, Journal), memory: u64) -> (Document, Self) {
         let step = |entry: &Entry| Step {
             input: Kept { bytes: entry.input.is_none().then(Vec::new), place: entry.input },
             edit: Kept { bytes: None, place: Some(entry.edit) },
@@ -186,23 +202,47 @@ impl History {
         history.journal = Some(journal);
         history.known = Some(heads(&document));
         history.recipes = document.recipes().to_vec();
-        Ok((document, history))
+        (document, history)
     }
 
     /// Writes `document`, the object in its present state, to `path` with all its edits and recipes, and journals to it from now
     /// on. Where it does already, nothing but [`Self::sync`] is left to do. Fails, and goes on as before, if it cannot
     /// be written or another program works on the file.
     pub fn save(&mut self, path: &Path, document: &Document) -> Result<()> {
+        if self.path() == Some(path) && self.open.is_none() {
+            return self.sync();
+        }
+        let written = self.written(document, |document| Journal::create(path, document))?;
+        self.go_on(written, document);
+        Ok(())
+    }
+
+    /// As [`Self::save`], to `storage`.
+    ///
+    /// # Errors
+    /// The storage cannot be written; edits then go to where they went.
+    pub fn save_in(&mut self, storage: Box<dyn Storage>, document: &Document) -> Result<()> {
+        let written = self.written(document, |document| Journal::create_in(storage, document))?;
+        self.go_on(written, document);
+        Ok(())
+    }
+
+    /// The bytes of a file that [`Self::save`] would write. Edits go on to where they went.
+    ///
+    /// # Errors
+    /// An edit is under way, or the system has no memory for them.
+    pub fn to_bytes(&mut self, document: &Document) -> Result<Vec<u8>> {
+        let memory = || Box::new(std::io::Cursor::new(Vec::new()));
+        self.written(document, |document| Journal::create_in(memory(), document))?.0.to_bytes()
+    }
+
+    /// A journal that `create` makes of `document`, with all edits and recipes, and where they are in it.
+    fn written(&mut self, document: &Document, create: impl FnOnce(&Document) -> Result<Journal>) -> Result<Written> {
         if self.open.is_some() {
             return Err(Error::invalid("an edit is under way").advise("end it first"));
         }
-        if self.path() == Some(path) {
-            return self.sync();
-        }
-        let lists = [&self.done, &self.undone].map(Vec::len);
-        let mut edits = Vec::with_capacity(lists[0] + lists[1]);
         let mut journal = if document.recipes() == self.recipes {
-            Journal::create(path, document)?
+            create(document)?
         } else {
             let mut document = document.clone();
             let changes = recipe::difference(document.recipes(), &self.recipes);
@@ -210,20 +250,26 @@ impl History {
                 let [_, after] = change.states;
                 document.put_recipe(change.id, after)
             })?;
-            Journal::create(path, &document)?
+            create(&document)?
         };
+        let lists = [&self.done, &self.undone].map(Vec::len);
+        let mut edits = Vec::with_capacity(lists[0] + lists[1]);
         for index in 0..lists[0] + lists[1] {
             let (input, payload) = (self.text(index)?, self.payload(index)?);
             let input = journal.input(&input)?;
             edits.push((input, journal.carry(&payload, index < lists[0])?));
         }
+        Ok((journal, edits))
+    }
+
+    /// Journals to what was written of `document` from now on.
+    fn go_on(&mut self, (journal, edits): Written, document: &Document) {
         for (step, (input, (edit, sequence))) in self.done.iter_mut().chain(&mut self.undone).zip(edits) {
             (step.input.place, step.edit.place, step.sequence) = (Some(input), Some(edit), sequence);
         }
         self.journal = Some(journal);
         self.known = Some(heads(document));
         self.spill = None;
-        Ok(())
     }
 
     /// The document it journals to.

@@ -73,38 +73,36 @@ impl fmt::Display for Damage {
 impl Document {
     /// Writes it to `path`. The file appears under its name when it is complete.
     pub fn write(&self, path: &Path) -> Result<()> {
-        self.write_with(path, |_| Ok(()))
+        let head = self.head()?;
+        file::store(path, |out| self.write_parts(&head, out))
     }
 
-    /// As [`Self::write`], followed by what `rest` writes.
-    pub(crate) fn write_with(
-        &self,
-        path: &Path,
-        rest: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
-    ) -> Result<()> {
-        let (head, index) = self.head()?;
-        file::store(path, |out| {
-            out.write_all(&head)?;
-            out.write_all(&index)?;
-            self.layers.iter().flat_map(|layer| &layer.blocks).try_for_each(|block| out.write_all(&block.packed))?;
-            out.write_all(&index)?;
-            out.write_all(&head)?;
-            rest(out)
-        })
+    /// Writes the bytes of its file to `out`.
+    ///
+    /// # Errors
+    /// `out` cannot be written.
+    pub fn write_to(&self, out: &mut dyn Write) -> Result<()> {
+        self.write_parts(&self.head()?, out).map_err(failed)
     }
 
     /// The bytes of its file.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
-        let (head, index) = self.head()?;
-        let mut bytes = [&head[..], &index].concat();
-        self.layers.iter().flat_map(|layer| &layer.blocks).for_each(|block| bytes.extend_from_slice(&block.packed));
-        bytes.extend_from_slice(&index);
-        bytes.extend_from_slice(&head);
+        let mut bytes = Vec::new();
+        self.write_to(&mut bytes)?;
         Ok(bytes)
     }
 
+    /// Writes the header and index that [`Self::head`] returned, the blocks, and the second copies.
+    pub(crate) fn write_parts(&self, (head, index): &(Vec<u8>, Vec<u8>), out: &mut dyn Write) -> std::io::Result<()> {
+        out.write_all(head)?;
+        out.write_all(index)?;
+        self.layers.iter().flat_map(|layer| &layer.blocks).try_for_each(|block| out.write_all(&block.packed))?;
+        out.write_all(index)?;
+        out.write_all(head)
+    }
+
     /// Header and packed index.
-    fn head(&self) -> Result<(Vec<u8>, Vec<u8>)> {
+    pub(crate) fn head(&self) -> Result<(Vec<u8>, Vec<u8>)> {
         let raw = self.index();
         let index = zstd::bulk::compress(&raw, COMPRESSION)
             .map_err(|error| Error::internal(format!("the index cannot be compressed: {error}")))?;

@@ -7,7 +7,7 @@
 //! them. Against a failure of power [`Journal::sync`] waits until they are on the disk.
 
 use std::fs::{File, OpenOptions, TryLockError};
-use std::io::{Read, Seek, SeekFrom, Write};
+use std::io::{Cursor, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, ErrorKind, Result, file};
@@ -16,12 +16,13 @@ use crate::Document;
 use crate::format::{self, Damage};
 use crate::record::{self, Location, RecordKind};
 use crate::replay::{self, Entry, Log};
+use crate::storage::{self, Storage};
 
-/// A file that records are appended to.
+/// A file that records are appended to, or another storage.
 #[derive(Debug)]
 pub struct Journal {
-    file: File,
-    /// The document; `None` for a temporary file.
+    storage: Box<dyn Storage>,
+    /// The file of the document; `None` for other storage.
     path: Option<PathBuf>,
     end: u64,
     next: u64,
@@ -33,7 +34,7 @@ pub const MAX_INPUT: usize = 16 << 20;
 impl Journal {
     /// A journal in a temporary file, which is gone with it.
     pub fn temporary() -> Result<Self> {
-        Ok(Self { file: file::temporary()?, path: None, end: 0, next: 0 })
+        Ok(Self { storage: Box::new(file::temporary()?), path: None, end: 0, next: 0 })
     }
 
     /// Writes `document` to `path`, in place of what may be there, and begins its journal. Fails if another program
@@ -46,7 +47,17 @@ impl Journal {
         document.write(path)?;
         let mut file = lock(path)?;
         let end = replay::length(&mut file)?;
-        Ok(Self { file, path: Some(path.to_path_buf()), end, next: 0 })
+        Ok(Self { storage: Box::new(file), path: Some(path.to_path_buf()), end, next: 0 })
+    }
+
+    /// Writes `document` to `storage`, in place of what may be there, and begins its journal.
+    ///
+    /// # Errors
+    /// The storage cannot be written; what it holds then is no document.
+    pub fn create_in(mut storage: Box<dyn Storage>, document: &Document) -> Result<Self> {
+        storage::replace(&mut *storage, |out| document.write_to(out))?;
+        let end = replay::length(&mut storage)?;
+        Ok(Self { storage, path: None, end, next: 0 })
     }
 
     /// Opens the document at `path`, which may occupy `limit` bytes with what is made of it, to go on working on it.
@@ -60,8 +71,11 @@ impl Journal {
         let found = format::read(&mut file, limit).map_err(place)?;
         let (document, log) = found.sound().map_err(place)?;
         if document.version < format::VERSION {
-            let edits = log.done.iter().map(|entry| (entry, true));
-            write_with_edits(path, &document, &mut file, edits.chain(log.undone.iter().map(|entry| (entry, false))))?;
+            let head = document.head()?;
+            file::store(path, |out| {
+                document.write_parts(&head, out)?;
+                write_edits(&mut file, all(&log), out)
+            })?;
             drop(file);
             let (mut renewed, mut edits, journal) = Self::open(path, limit)?;
             (renewed.notes, edits.under_way) = (document.notes, log.under_way);
@@ -70,8 +84,43 @@ impl Journal {
         // An input without its edit is left behind too.
         let failed = |error: std::io::Error| Error::io(path, &error);
         file.set_len(log.end).map_err(failed)?;
-        let journal = Self { file, path: Some(path.to_path_buf()), end: log.end, next: log.next };
+        let journal = Self { storage: Box::new(file), path: Some(path.to_path_buf()), end: log.end, next: log.next };
         Ok((document.with_source(path), log, journal))
+    }
+
+    /// Opens the document in `storage`, as [`Self::open`] does with a file.
+    ///
+    /// # Errors
+    /// It is damaged, or the storage cannot be read or cut off.
+    pub fn open_in(mut storage: Box<dyn Storage>, limit: u64) -> Result<(Document, Log, Self)> {
+        let (document, log) = format::read(&mut storage, limit)?.sound()?;
+        if document.version < format::VERSION {
+            let mut renewed = Cursor::new(Vec::new());
+            document.write_to(&mut renewed)?;
+            write_edits(&mut storage, all(&log), &mut renewed).map_err(record::failed)?;
+            let renewed = renewed.into_inner();
+            storage::replace(&mut *storage, |out| out.write_all(&renewed).map_err(record::failed))?;
+            drop(renewed);
+            let (mut again, mut edits, journal) = Self::open_in(storage, limit)?;
+            (again.notes, edits.under_way) = (document.notes, log.under_way);
+            return Ok((again, edits, journal));
+        }
+        storage.cut(log.end).map_err(record::failed)?;
+        let journal = Self { storage, path: None, end: log.end, next: log.next };
+        Ok((document, log, journal))
+    }
+
+    /// All bytes of the document and its journal.
+    ///
+    /// # Errors
+    /// The storage cannot be read, or the system has no memory for them.
+    pub fn to_bytes(&mut self) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let length = usize::try_from(self.end).unwrap_or(usize::MAX);
+        bytes.try_reserve_exact(length).map_err(|_| Error::memory("the system has no memory for the document"))?;
+        let read = self.storage.rewind().and_then(|()| (&mut self.storage).take(self.end).read_to_end(&mut bytes));
+        read.map_err(|error| self.place(record::failed(error)))?;
+        Ok(bytes)
     }
 
     /// Begins a journal of something else than a document at `path`, in place of what may be there. `head` says what it
@@ -81,7 +130,8 @@ impl Journal {
             lock(path)?;
         }
         file::store(path, |out| out.write_all(head))?;
-        Ok(Self { file: lock(path)?, path: Some(path.to_path_buf()), end: head.len() as u64, next: 0 })
+        let storage = Box::new(lock(path)?);
+        Ok(Self { storage, path: Some(path.to_path_buf()), end: head.len() as u64, next: 0 })
     }
 
     /// Takes up a journal that [`Self::beside`] began with `head`, none of whose records has more than `limit` bytes. What a
@@ -104,11 +154,11 @@ impl Journal {
             return Err(place(Error::invalid(what)).advise("move it away to begin another one"));
         }
         file.set_len(log.end).map_err(failed)?;
-        let journal = Self { file, path: Some(path.to_path_buf()), end: log.end, next: log.next };
+        let journal = Self { storage: Box::new(file), path: Some(path.to_path_buf()), end: log.end, next: log.next };
         Ok((log, journal))
     }
 
-    /// Its file; `None` for a temporary one.
+    /// Its file; `None` for a temporary one and for other storage.
     pub fn path(&self) -> Option<&Path> {
         self.path.as_deref()
     }
@@ -121,7 +171,7 @@ impl Journal {
     fn place(&self, error: Error) -> Error {
         match &self.path {
             Some(path) => error.at(path.display().to_string()),
-            None => error.at("temporary file of the history"),
+            None => error.at("storage of the history"),
         }
     }
 
@@ -160,7 +210,7 @@ impl Journal {
     pub fn withdraw(&mut self, location: Location) -> Result<()> {
         let start = location.offset - record::HEAD as u64;
         if self.end == location.offset + location.length + record::TAIL as u64 {
-            self.file.set_len(start).map_err(|error| self.place(record::failed(error)))?;
+            self.storage.cut(start).map_err(|error| self.place(record::failed(error)))?;
             self.end = start;
             self.next -= 1;
         }
@@ -179,7 +229,7 @@ impl Journal {
 
     /// The payload at `location`. Fails if the file was changed since by somebody else.
     pub fn read(&mut self, location: Location) -> Result<Vec<u8>> {
-        record::read_payload(&mut self.file, location).map_err(|error| self.place(error))
+        record::read_payload(&mut self.storage, location).map_err(|error| self.place(error))
     }
 
     /// The text of an input.
@@ -189,16 +239,16 @@ impl Journal {
 
     /// Waits until all records are on the disk.
     pub fn sync(&self) -> Result<()> {
-        self.file.sync_data().map_err(|error| self.place(record::failed(error)))
+        self.storage.sync().map_err(|error| self.place(record::failed(error)))
     }
 
     /// Where a record of that payload would be after this one: nothing of it is there yet.
     fn append(&mut self, kind: RecordKind, payload: &[u8]) -> Result<(Location, u64)> {
         let (bytes, crc) = record::frame(kind, self.next, payload);
-        let written = self.file.seek(SeekFrom::Start(self.end)).and_then(|_| self.file.write_all(&bytes));
+        let written = self.storage.seek(SeekFrom::Start(self.end)).and_then(|_| self.storage.write_all(&bytes));
         if let Err(error) = written {
             // So that the next record does not follow half of this one.
-            let _ = self.file.set_len(self.end);
+            let _ = self.storage.cut(self.end);
             return Err(self.place(record::failed(error)).advise("make room on the disk; the edit is not confirmed"));
         }
         let offset = self.end + record::HEAD as u64;
@@ -253,32 +303,37 @@ pub fn compact(path: &Path, limit: u64, keep: usize) -> Result<Compacted> {
     let edits = log.done.len().saturating_sub(keep);
     let undone = if keep > 0 { log.undone.as_slice() } else { &[] };
     let kept = log.done[edits..].iter().map(|entry| (entry, true)).chain(undone.iter().map(|entry| (entry, false)));
-    write_with_edits(path, &document, &mut file, kept)?;
+    let head = document.head()?;
+    file::store(path, |out| {
+        document.write_parts(&head, out)?;
+        write_edits(&mut file, kept, out)
+    })?;
     let undone = log.undone.len() - undone.len();
     Ok(Compacted { edits, undone, bytes: [before, size()?], note: log.note() })
 }
 
-/// Writes `document` to `path` and after it those edits of the journal in `file` that can be undone (true) or made
-/// again.
-fn write_with_edits<'a>(
-    path: &Path,
-    document: &Document,
-    file: &mut File,
+/// All edits of a journal, with whether they can be undone (true) or made again.
+fn all(log: &Log) -> impl Iterator<Item = (&Entry, bool)> {
+    log.done.iter().map(|entry| (entry, true)).chain(log.undone.iter().map(|entry| (entry, false)))
+}
+
+/// Writes `edits` of the journal in `source`, which can be undone (true) or made again, as the journal of another base.
+fn write_edits<'a>(
+    source: &mut (impl Read + Seek),
     edits: impl Iterator<Item = (&'a Entry, bool)>,
-) -> Result<()> {
+    out: &mut dyn Write,
+) -> std::io::Result<()> {
     let mut next = 0;
-    document.write_with(path, |out| {
-        for (entry, done) in edits {
-            let kind = if done { RecordKind::Past } else { RecordKind::Future };
-            let input = entry.input.map(|input| (RecordKind::Input, input));
-            for (kind, location) in input.into_iter().chain([(kind, entry.edit)]) {
-                let payload = record::read_payload(file, location).map_err(std::io::Error::other)?;
-                out.write_all(&record::frame(kind, next, &payload).0)?;
-                next += 1;
-            }
+    for (entry, done) in edits {
+        let kind = if done { RecordKind::Past } else { RecordKind::Future };
+        let input = entry.input.map(|input| (RecordKind::Input, input));
+        for (kind, location) in input.into_iter().chain([(kind, entry.edit)]) {
+            let payload = record::read_payload(source, location).map_err(std::io::Error::other)?;
+            out.write_all(&record::frame(kind, next, &payload).0)?;
+            next += 1;
         }
-        Ok(())
-    })
+    }
+    Ok(())
 }
 
 /// What [`repair`] did.

@@ -5,6 +5,7 @@
 //! - How it lies in a file, and what of a file is damaged: [`format`](mod@format).
 //! - How blocks leave memory: [`pages`].
 //! - What things on the layers were made of: [`recipe`].
+//! - Where it lies otherwise than in a file: [`storage`].
 //! - How it is worked on: a [`journal`] of [`record`]s, each [`edit`] one of them, and their [`replay`].
 //!
 //! A document knows tiles by their numbers and blocks by their bytes; what they mean is for those who own them.
@@ -22,6 +23,7 @@ pub mod pages;
 pub mod recipe;
 pub mod record;
 pub mod replay;
+pub mod storage;
 mod summary;
 pub mod topology;
 
@@ -34,6 +36,7 @@ pub use layer::{Block, Kind, Layer};
 pub use pages::{Page, PageFile, PageStore};
 pub use recipe::{Recipe, RecipeChange};
 pub use replay::{Entry, Log};
+pub use storage::Storage;
 pub use topology::{Difference, Topology};
 
 use std::sync::Arc;

@@ -4,4 +4,5 @@
 mod format;
 mod journal;
 mod model;
+mod storage;
 mod triangles;
