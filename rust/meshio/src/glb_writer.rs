@@ -41,38 +41,53 @@ impl<'a> Instance<'a> {
 /// Fails, and leaves no file, if a mesh cannot be used (see [`Mesh::check`]), there are none, a transform is not
 /// finite, the file would be larger than the format's 4 GiB, or the system refuses.
 pub fn write_glb(path: &Path, instances: &[Instance]) -> Result<()> {
-    let named = |error: Error| error.at(path.display().to_string());
+    let (json, buffer) = described(instances).map_err(|error| error.at(path.display().to_string()))?;
+    store(path, &json, &buffer)
+}
+
+/// The bytes of the file that [`write_glb`] writes. Fails as that does.
+pub(crate) fn glb_bytes(instances: &[Instance]) -> Result<Vec<u8>> {
+    let (json, buffer) = described(instances)?;
+    let mut bytes = Vec::new();
+    let (head, text) = head(&json, &buffer)?;
+    write_parts(&head, &text, &buffer, &mut bytes).map_err(|error| Error::internal(error.to_string()))?;
+    Ok(bytes)
+}
+
+/// The description and the buffer of a GLB of instances.
+fn described(instances: &[Instance]) -> Result<(Value, Vec<u8>)> {
     let mut writer = Writer::default();
     for (index, instance) in instances.iter().enumerate() {
-        writer.add(instance).map_err(|error| named(error.at(format!("instance {index} `{}`", instance.name))))?;
+        writer.add(instance).map_err(|error| error.at(format!("instance {index} `{}`", instance.name)))?;
     }
     if instances.is_empty() {
-        return Err(named(Error::invalid("there is no mesh to write")));
+        return Err(Error::invalid("there is no mesh to write"));
     }
-    let (json, buffer) = writer.finish();
-    store(path, &json, &buffer)
+    Ok(writer.finish())
 }
 
 /// Writes the description and the buffer of a GLB. The length of the buffer is a multiple of four.
 pub(crate) fn store(path: &Path, json: &Value, buffer: &[u8]) -> Result<()> {
+    let (head, text) = head(json, buffer).map_err(|error| error.at(path.display().to_string()))?;
+    file::store(path, |out| write_parts(&head, &text, buffer, out))
+}
+
+/// The five words that a GLB begins with, and its text.
+fn head(json: &Value, buffer: &[u8]) -> Result<([u32; 5], Vec<u8>)> {
     let mut text = json.to_string().into_bytes();
     text.resize(text.len().next_multiple_of(4), b' ');
     let length = u32::try_from(12 + 8 + text.len() + 8 + buffer.len());
-    let error =
-        || Error::unsupported("a GLB holds at most 4 GiB").at(path.display().to_string()).advise("split the mesh");
-    let length = length.map_err(|_| error())?;
-    file::store(path, |out| {
-        let mut word = |value: u32| out.write_all(&value.to_le_bytes());
-        word(u32::from_le_bytes(*b"glTF"))?;
-        word(2)?;
-        word(length)?;
-        word(text.len() as u32)?;
-        word(u32::from_le_bytes(*b"JSON"))?;
-        out.write_all(&text)?;
-        out.write_all(&(buffer.len() as u32).to_le_bytes())?;
-        out.write_all(b"BIN\0")?;
-        out.write_all(buffer)
-    })
+    let length = length.map_err(|_| Error::unsupported("a GLB holds at most 4 GiB").advise("split the mesh"))?;
+    let words = [u32::from_le_bytes(*b"glTF"), 2, length, text.len() as u32, u32::from_le_bytes(*b"JSON")];
+    Ok((words, text))
+}
+
+fn write_parts(head: &[u32; 5], text: &[u8], buffer: &[u8], out: &mut impl Write) -> std::io::Result<()> {
+    head.iter().try_for_each(|word| out.write_all(&word.to_le_bytes()))?;
+    out.write_all(text)?;
+    out.write_all(&(buffer.len() as u32).to_le_bytes())?;
+    out.write_all(b"BIN\0")?;
+    out.write_all(buffer)
 }
 
 /// glTF's number for an array of vertex attributes.

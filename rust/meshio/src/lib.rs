@@ -80,8 +80,8 @@ enum Format {
 }
 
 impl Format {
-    /// The format that the first bytes of a file show, or else its extension.
-    fn of(path: &Path, bytes: &[u8]) -> Result<Self> {
+    /// The format that the first bytes of a file show, or else its extension, in letters of any case.
+    fn of(extension: &str, bytes: &[u8]) -> Result<Self> {
         if bytes.starts_with(b"glTF") {
             return Ok(Self::Gltf);
         }
@@ -91,20 +91,24 @@ impl Format {
         if bytes.starts_with(USD_MAGIC) || bytes.starts_with(b"#usda ") {
             return Ok(Self::Usd);
         }
-        let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-        match extension.as_deref() {
-            Some("obj") => Ok(Self::Obj),
-            Some("ply") => Ok(Self::Ply),
-            Some("glb" | "gltf") => Ok(Self::Gltf),
-            Some("stl") => Ok(Self::Stl),
-            Some("off") => Ok(Self::Off),
-            Some("usd" | "usda" | "usdc" | "usdz") => Ok(Self::Usd),
-            Some("bpt") => Ok(Self::Patches),
+        match extension.to_ascii_lowercase().as_str() {
+            "obj" => Ok(Self::Obj),
+            "ply" => Ok(Self::Ply),
+            "glb" | "gltf" => Ok(Self::Gltf),
+            "stl" => Ok(Self::Stl),
+            "off" => Ok(Self::Off),
+            "usd" | "usda" | "usdc" | "usdz" => Ok(Self::Usd),
+            "bpt" => Ok(Self::Patches),
             _ if patches::is_patches(bytes) => Ok(Self::Patches),
             _ => Err(Error::unsupported("the format of the file is not known")
                 .advise("use OBJ, PLY, GLB, glTF, USD, STL or OFF")),
         }
     }
+}
+
+/// The extension of a path, without the dot; empty if it has none.
+fn extension(path: &Path) -> String {
+    path.extension().map(|extension| extension.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
 /// Whether the file at `path` holds Bézier patches, by its extension or its first lines.
@@ -115,7 +119,7 @@ pub fn holds_patches(path: &Path) -> Result<bool> {
     let mut head = Vec::new();
     let file = file::open(path)?;
     file.take(4096).read_to_end(&mut head).map_err(|error| Error::io(path, &error))?;
-    Ok(matches!(Format::of(path, &head), Ok(Format::Patches)))
+    Ok(matches!(Format::of(&extension(path), &head), Ok(Format::Patches)))
 }
 
 /// Reads a file as one mesh, at rest if it is animated. See [`read_model`].
@@ -156,8 +160,23 @@ pub fn read_model_within(context: &Context, path: &Path, root: &Root) -> Result<
     let bytes = file::load(path, limit)?;
     let left = limit - bytes.len() as u64;
     let folder = path.parent().unwrap_or(Path::new(""));
+    decode(&extension(path), bytes, left, (folder, root)).map_err(named)
+}
+
+/// Reads the bytes of a file as one mesh, at rest if it is animated. `extension` is that of the file, without the dot, for
+/// formats that do not begin with a sign of their own.
+///
+/// # Errors
+/// As [`read`], with the memory limit for what is made of the bytes; or the file needs another one.
+pub fn parse(context: &Context, extension: &str, bytes: Vec<u8>) -> Result<Mesh> {
+    let model = decode(extension, bytes, context.memory_limit(), (Path::new(""), &Root::none()))?;
+    model.into_merged_mesh(context)
+}
+
+/// Reads everything that bytes hold; files that they name from a folder are opened where a root allows.
+fn decode(extension: &str, bytes: Vec<u8>, left: u64, (folder, root): (&Path, &Root)) -> Result<Model> {
     let open = |name: &str, most: u64| file::load(&root.resolve(folder, name)?, most);
-    let model = match Format::of(path, &bytes).map_err(named)? {
+    match Format::of(extension, &bytes)? {
         Format::Patches => Err(Error::unsupported("the file holds Bézier patches and no mesh")
             .advise("make a mesh of it by `relievo tessellate`")),
         Format::Obj => read_obj(&bytes, left),
@@ -166,21 +185,34 @@ pub fn read_model_within(context: &Context, path: &Path, root: &Root) -> Result<
         Format::Stl => read_stl(&bytes, left),
         Format::Off => read_off(&bytes, left),
         Format::Usd => read_usd(bytes, left, folder, root),
-    };
-    model.map_err(named)
+    }
 }
 
 /// Writes a mesh as OBJ, PLY, GLB or USD, as the extension of the path says. See [`write_obj`], [`write_ply`],
 /// [`write_glb`] and [`write_usd`].
 pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-    match extension.as_deref() {
-        Some("obj") => write_obj(path, mesh, &[]),
-        Some("ply") => write_ply(path, mesh),
-        Some("glb") => write_glb(path, &[Instance::new("mesh", mesh)]),
-        Some("usd" | "usda") => write_usd(path, &[Instance::new("mesh", mesh)], &StageOptions::default()),
+    match extension(path).to_ascii_lowercase().as_str() {
+        "obj" => write_obj(path, mesh, &[]),
+        "ply" => write_ply(path, mesh),
+        "glb" => write_glb(path, &[Instance::new("mesh", mesh)]),
+        "usd" | "usda" => write_usd(path, &[Instance::new("mesh", mesh)], &StageOptions::default()),
         _ => Err(Error::unsupported("the format to write is not known")
             .at(path.display().to_string())
             .advise("use the extension .obj, .ply, .glb or .usda")),
+    }
+}
+
+/// The bytes of the file that [`write`] would write with the extension `obj`, `ply` or `glb`, in letters of any case.
+///
+/// # Errors
+/// As [`write`], or the extension is another.
+pub fn to_bytes(extension: &str, mesh: &Mesh) -> Result<Vec<u8>> {
+    match extension.to_ascii_lowercase().as_str() {
+        "obj" => obj_writer::obj_bytes(mesh),
+        "ply" => ply_writer::ply_bytes(mesh),
+        "glb" => glb_writer::glb_bytes(&[Instance::new("mesh", mesh)]),
+        other => Err(Error::unsupported(format!("bytes of the format {other:?} are not written"))
+            .at("format")
+            .advise("use obj, ply or glb")),
     }
 }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::Write;
 use std::path::Path;
 
-use relievo_core::{Mesh, Result, Values};
+use relievo_core::{Error, Mesh, Result, Values};
 
 use crate::corners::CornerValues;
 use crate::file;
@@ -15,6 +15,14 @@ use crate::file;
 pub fn write_obj(path: &Path, mesh: &Mesh, materials: &[String]) -> Result<()> {
     mesh.check().map_err(|error| error.at(path.display().to_string()))?;
     file::store(path, |out| encode(mesh, materials, out))
+}
+
+/// The bytes of the file that [`write_obj`] writes without materials. Fails as that does.
+pub(crate) fn obj_bytes(mesh: &Mesh) -> Result<Vec<u8>> {
+    mesh.check()?;
+    let mut bytes = Vec::new();
+    encode(mesh, &[], &mut bytes).map_err(|error| Error::internal(error.to_string()))?;
+    Ok(bytes)
 }
 
 /// A float in the fewest digits that read back as the same one.

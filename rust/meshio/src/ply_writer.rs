@@ -14,12 +14,24 @@ use crate::file;
 /// Fails, and leaves no file, if the mesh cannot be used (see [`Mesh::check`]), its indices do not fit the format's
 /// signed numbers, or the system refuses.
 pub fn write_ply(path: &Path, mesh: &Mesh) -> Result<()> {
-    let named = |error: Error| error.at(path.display().to_string());
-    mesh.check().map_err(named)?;
-    if i32::try_from(mesh.points.len()).is_err() {
-        return Err(named(Error::unsupported("PLY holds at most 2^31 points").advise("write GLB or split the mesh")));
-    }
+    check(mesh).map_err(|error| error.at(path.display().to_string()))?;
     file::store(path, |out| encode(mesh, out))
+}
+
+/// The bytes of the file that [`write_ply`] writes. Fails as that does.
+pub(crate) fn ply_bytes(mesh: &Mesh) -> Result<Vec<u8>> {
+    check(mesh)?;
+    let mut bytes = Vec::new();
+    encode(mesh, &mut bytes).map_err(|error| Error::internal(error.to_string()))?;
+    Ok(bytes)
+}
+
+fn check(mesh: &Mesh) -> Result<()> {
+    mesh.check()?;
+    match i32::try_from(mesh.points.len()) {
+        Ok(_) => Ok(()),
+        Err(_) => Err(Error::unsupported("PLY holds at most 2^31 points").advise("write GLB or split the mesh")),
+    }
 }
 
 /// Writes points without faces, such as particles, as binary PLY, with values of theirs.

@@ -157,10 +157,23 @@ impl Faces {
 impl Progressive {
     /// Writes a file, which is there when it is complete. Fails too if not all of the mesh was read.
     pub fn save(&self, context: &Context, path: &Path) -> Result<()> {
-        if self.floor != Cut::FINEST {
-            return Err(Error::invalid("not all of it was read").advise("copy the file it is read from"));
-        }
+        self.check_whole()?;
         file::store(path, |out| self.write(context, out))
+    }
+
+    /// The bytes of the file that [`Self::save`] writes. Fails as that does.
+    pub fn to_bytes(&self, context: &Context) -> Result<Vec<u8>> {
+        self.check_whole()?;
+        let mut bytes = Vec::new();
+        self.write(context, &mut bytes).map_err(|error| Error::internal(error.to_string()))?;
+        Ok(bytes)
+    }
+
+    fn check_whole(&self) -> Result<()> {
+        match self.floor == Cut::FINEST {
+            true => Ok(()),
+            false => Err(Error::invalid("not all of it was read").advise("copy the file it is read from")),
+        }
     }
 
     /// Writes the mesh.
