@@ -10,6 +10,7 @@
 #ifndef RELIEVO_CROWD_H
 #define RELIEVO_CROWD_H
 
+#include "relievo/bytes.h"
 #include "relievo/mesh.h"
 #include "relievo/parameter.h"
 
@@ -195,6 +196,12 @@ RLV_API RlvResult rlv_crowd_model_read(RlvContext context, const char *path, Rlv
 
 /* Writes a model (.rcrowd), which is there when it is complete. Fails if the file cannot be written. */
 RLV_API RlvResult rlv_crowd_model_write(RlvCrowdModel model, const char *path);
+
+/* As rlv_crowd_model_read, from the size bytes of a file. Fails as that does. */
+RLV_API RlvResult rlv_crowd_model_read_bytes(RlvContext context, const uint8_t *bytes, size_t size, RlvCrowdModel *out);
+
+/* Makes the bytes of the file that rlv_crowd_model_write writes. No failure of its own. */
+RLV_API RlvResult rlv_crowd_model_write_bytes(RlvCrowdModel model, RlvBytes *out);
 
 RLV_API RlvResult rlv_crowd_model_retain(RlvCrowdModel model);
 RLV_API RlvResult rlv_crowd_model_release(RlvCrowdModel model);

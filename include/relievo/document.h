@@ -3,14 +3,17 @@
  * A document follows a detail. What is done between rlv_document_begin and rlv_document_end is one edit, whatever it
  * is: strokes, imprints, blocks, layers; it costs what it changed. With a file, every edit is handed to the operating
  * system before rlv_document_end returns: if the host is killed then, opening the file brings every edit that was
- * ended, and says what was under way. Two documents of one detail do not know of each other.
+ * ended, and says what was under way. A stream of the host takes the place of a file, and bytes that of a copy of it. Two
+ * documents of one detail do not know of each other.
  *
  * All functions on a document edit its detail and return RLV_ERROR_BUSY while another edit is at work; commit the
  * detail to see what they did. */
 #ifndef RELIEVO_DOCUMENT_H
 #define RELIEVO_DOCUMENT_H
 
+#include "relievo/bytes.h"
 #include "relievo/detail.h"
+#include "relievo/stream.h"
 
 typedef struct RlvDocument {
     uint64_t id;
@@ -74,6 +77,20 @@ RLV_API RlvResult rlv_document_create(RlvDetail detail, const char *path, uint64
  * the detail, or another program works on it. */
 RLV_API RlvResult rlv_document_open(RlvDetail detail, const char *path, uint64_t memory, RlvDocument *out);
 
+/* As rlv_document_create, in a stream of the host in place of a file: what is there is replaced, and every edit is written
+ * before rlv_document_end returns. A host that ends within a write has a document that opens without the edit. Fails too if
+ * the stream lacks a callback. */
+RLV_API RlvResult rlv_document_create_stream(RlvDetail detail, const RlvStream *stream, uint64_t memory, RlvDocument *out);
+
+/* As rlv_document_open, from a stream of the host, to which new edits are appended. The stream is this document's alone until
+ * it is released; tiles that leave memory go to a temporary file. Fails too if the stream lacks a callback. */
+RLV_API RlvResult rlv_document_open_stream(RlvDetail detail, const RlvStream *stream, uint64_t memory, RlvDocument *out);
+
+/* As rlv_document_open, from size bytes that rlv_document_save_bytes made or a file holds; they are copied. New edits stay in
+ * memory until the document is saved. Fails as rlv_document_open does. */
+RLV_API RlvResult rlv_document_open_bytes(RlvDetail detail, const uint8_t *bytes, size_t size, uint64_t memory,
+                                          RlvDocument *out);
+
 RLV_API RlvResult rlv_document_retain(RlvDocument document);
 RLV_API RlvResult rlv_document_release(RlvDocument document);
 
@@ -102,6 +119,14 @@ RLV_API RlvResult rlv_document_redo(RlvDocument document, RlvDocumentChanges *ch
  * file cannot be written; edits then go to where they went. */
 RLV_API RlvResult rlv_document_save(RlvDocument document, const char *path);
 
+/* As rlv_document_save, to a stream of the host, whose bytes it replaces. Fails too if the stream lacks a callback; what the
+ * stream holds is then no document. */
+RLV_API RlvResult rlv_document_save_stream(RlvDocument document, const RlvStream *stream);
+
+/* Makes bytes of the detail with its history, the same as the file that rlv_document_save writes. Edits go on to where they
+ * went. Fails if an edit is under way, and with RLV_ERROR_MEMORY if there is no room. */
+RLV_API RlvResult rlv_document_save_bytes(RlvDocument document, RlvBytes *out);
+
 /* Waits until all edits are on the disk, where a failure of power does not reach them. Fails if the file cannot be
  * written. */
 RLV_API RlvResult rlv_document_sync(RlvDocument document);
@@ -114,6 +139,9 @@ RLV_API RlvResult rlv_document_compact(RlvContext context, const char *path, siz
 /* The mesh that a document was made on, as far as the file has it: points, faces and holes, but no creases and no
  * attributes. The file may be hostile. Fails with RLV_ERROR_NOT_FOUND if it has no points. */
 RLV_API RlvResult rlv_document_mesh(RlvContext context, const char *path, RlvMesh *out);
+
+/* As rlv_document_mesh, of the size bytes of a document. Fails as that does. */
+RLV_API RlvResult rlv_document_mesh_bytes(RlvContext context, const uint8_t *bytes, size_t size, RlvMesh *out);
 
 /* Takes the layers of the document at path to another mesh and writes them as the document at to_path: every texel
  * takes what the nearest place of the old surface that faces the same way has. Both are seen without their

@@ -7,6 +7,7 @@
 #ifndef RELIEVO_FLUID_H
 #define RELIEVO_FLUID_H
 
+#include "relievo/bytes.h"
 #include "relievo/particles.h"
 
 typedef struct RlvFluid {
@@ -334,11 +335,10 @@ RLV_API RlvResult rlv_fluid_save(RlvFluid fluid, const char *path);
  * or is of another spacing, and with RLV_ERROR_MEMORY as rlv_fluid_add does. */
 RLV_API RlvResult rlv_fluid_restore(RlvFluid fluid, const char *path);
 
-/* The same to bytes of the host; bytes may be NULL, and size receives how many there are. To ask for the size takes as long as to
- * write them. Fails, and writes nothing, if there is room for fewer. */
-RLV_API RlvResult rlv_fluid_save_bytes(RlvFluid fluid, uint8_t *bytes, size_t capacity, size_t *size);
+/* Makes the bytes of the file that rlv_fluid_save writes. No failure of its own. */
+RLV_API RlvResult rlv_fluid_save_bytes(RlvFluid fluid, RlvBytes *out);
 
-/* Mutating. The same from bytes of the host. Fails as rlv_fluid_restore does. */
+/* Mutating. As rlv_fluid_restore, from the size bytes of such a file. Fails as rlv_fluid_restore does. */
 RLV_API RlvResult rlv_fluid_restore_bytes(RlvFluid fluid, const uint8_t *bytes, size_t size);
 
 /* Makes a picture of the particles as they are now, in the order of numbers, with velocities, channels, the time and the spacing,

@@ -7,7 +7,7 @@
 #ifndef RELIEVO_MESH_H
 #define RELIEVO_MESH_H
 
-#include "relievo/context.h"
+#include "relievo/bytes.h"
 
 typedef struct RlvMesh {
     uint64_t id;
@@ -115,6 +115,16 @@ RLV_API RlvResult rlv_mesh_read(RlvContext context, const char *path, RlvMesh *o
  * metres and y for the axis that points up. The file appears whole or not at all. Fails if
  * the extension is another, the format cannot hold the mesh, or the file cannot be written. */
 RLV_API RlvResult rlv_mesh_write(RlvMesh mesh, const char *path);
+
+/* As rlv_mesh_read, from the size bytes of a file. format is the extension of the file, such as "obj" or "glb"; PLY, GLB and
+ * USD are known by their first bytes too. Files that it names are not opened: a glTF that needs one is refused, and what
+ * else they hold is left out. Fails as rlv_mesh_read does. */
+RLV_API RlvResult rlv_mesh_read_bytes(RlvContext context, const char *format, const uint8_t *bytes, size_t size,
+                                      RlvMesh *out);
+
+/* Makes the bytes of the file that rlv_mesh_write writes; format is "obj", "ply" or "glb". Fails if it is another, or the
+ * format cannot hold the mesh. */
+RLV_API RlvResult rlv_mesh_write_bytes(RlvMesh mesh, const char *format, RlvBytes *out);
 
 /* Makes a mesh of a mesh's triangles in which no edge is longer than longest_edge object units, which is above 0:
  * longer ones are halved from both sides, so that nothing opens, and attributes are carried along. What triangles are

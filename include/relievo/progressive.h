@@ -7,6 +7,7 @@
 #ifndef RELIEVO_PROGRESSIVE_H
 #define RELIEVO_PROGRESSIVE_H
 
+#include "relievo/bytes.h"
 #include "relievo/simplify.h"
 
 typedef struct RlvProgressive {
@@ -57,6 +58,13 @@ RLV_API RlvResult rlv_progressive_read(RlvContext context, const char *path, siz
 /* Writes a file (.rlvpm), compressed, whose beginning is a coarser mesh. path is UTF-8. The file appears whole or not at
  * all. Fails if it cannot be written. */
 RLV_API RlvResult rlv_progressive_write(RlvProgressive progressive, const char *path);
+
+/* As rlv_progressive_read, from the size bytes of a file. Fails as that does. */
+RLV_API RlvResult rlv_progressive_read_bytes(RlvContext context, const uint8_t *bytes, size_t size, size_t triangles,
+                                             RlvProgressive *out);
+
+/* Makes the bytes of the file that rlv_progressive_write writes. Fails if not all of the mesh was read. */
+RLV_API RlvResult rlv_progressive_write_bytes(RlvProgressive progressive, RlvBytes *out);
 
 RLV_API RlvResult rlv_progressive_retain(RlvProgressive progressive);
 RLV_API RlvResult rlv_progressive_release(RlvProgressive progressive);

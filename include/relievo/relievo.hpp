@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -132,6 +133,67 @@ public:
     void reset_stats() const { check(rlv_context_reset_stats(get())); }
 };
 
+/// See relievo/bytes.h.
+class Bytes : public Reference<RlvBytes, rlv_bytes_retain, rlv_bytes_release> {
+public:
+    using Reference::Reference;
+
+    /// Valid as long as a reference is there.
+    const std::uint8_t *data() const {
+        const std::uint8_t *data = nullptr;
+        std::size_t size = 0;
+        check(rlv_bytes_get(get(), &data, &size));
+        return data;
+    }
+
+    std::size_t size() const {
+        const std::uint8_t *data = nullptr;
+        std::size_t size = 0;
+        check(rlv_bytes_get(get(), &data, &size));
+        return size;
+    }
+};
+
+/// Storage of the host in which a document lives; see relievo/stream.h. A function that throws fails its call.
+class Storage {
+public:
+    virtual ~Storage() = default;
+    virtual void read(std::uint64_t place, std::uint8_t *bytes, std::size_t size) = 0;
+    virtual void write(std::uint64_t place, const std::uint8_t *bytes, std::size_t size) = 0;
+    virtual std::uint64_t length() = 0;
+    virtual void cut(std::uint64_t length) = 0;
+    virtual void sync() {}
+
+    /// A table for one call, which keeps the storage until its document uses it no longer.
+    static RlvStream stream(std::shared_ptr<Storage> storage) {
+        RlvStream made = RLV_STREAM_INIT;
+        made.user = new std::shared_ptr<Storage>(std::move(storage));
+        made.read = [](void *user, std::uint64_t place, std::uint8_t *bytes, std::size_t size) {
+            return answer([&] { of(user).read(place, bytes, size); });
+        };
+        made.write = [](void *user, std::uint64_t place, const std::uint8_t *bytes, std::size_t size) {
+            return answer([&] { of(user).write(place, bytes, size); });
+        };
+        made.length = [](void *user, std::uint64_t *length) { return answer([&] { *length = of(user).length(); }); };
+        made.cut = [](void *user, std::uint64_t length) { return answer([&] { of(user).cut(length); }); };
+        made.sync = [](void *user) { return answer([&] { of(user).sync(); }); };
+        made.close = [](void *user) { delete static_cast<std::shared_ptr<Storage> *>(user); };
+        return made;
+    }
+
+private:
+    static Storage &of(void *user) { return **static_cast<std::shared_ptr<Storage> *>(user); }
+
+    template <class Work> static std::uint32_t answer(Work &&work) noexcept {
+        try {
+            std::forward<Work>(work)();
+            return 0;
+        } catch (...) {
+            return 1;
+        }
+    }
+};
+
 /// See relievo/mesh.h.
 class Mesh : public Reference<RlvMesh, rlv_mesh_retain, rlv_mesh_release> {
 public:
@@ -163,6 +225,20 @@ public:
     }
 
     void write(const std::string &path) const { check(rlv_mesh_write(get(), path.c_str())); }
+
+    /// From the bytes of a file with the extension `format`.
+    static Mesh read_bytes(const Context &context, const std::string &format, const std::uint8_t *bytes, std::size_t size) {
+        Mesh made;
+        check(rlv_mesh_read_bytes(context.get(), format.c_str(), bytes, size, made.out()));
+        return made;
+    }
+
+    /// As "obj", "ply" or "glb".
+    Bytes write_bytes(const std::string &format) const {
+        RlvBytes made{0};
+        check(rlv_mesh_write_bytes(get(), format.c_str(), &made));
+        return Bytes(made);
+    }
 
     /// Its triangles, split until no edge is longer.
     Mesh split(double longest_edge) const {
@@ -753,6 +829,27 @@ public:
         return made;
     }
 
+    /// In storage of the host in place of a file.
+    static Document create(const Detail &detail, std::shared_ptr<Storage> storage, std::uint64_t memory = 0) {
+        Document made;
+        const RlvStream stream = Storage::stream(std::move(storage));
+        check(rlv_document_create_stream(detail.get(), &stream, memory, made.out()));
+        return made;
+    }
+
+    static Document open(const Detail &detail, std::shared_ptr<Storage> storage, std::uint64_t memory = 0) {
+        Document made;
+        const RlvStream stream = Storage::stream(std::move(storage));
+        check(rlv_document_open_stream(detail.get(), &stream, memory, made.out()));
+        return made;
+    }
+
+    static Document open_bytes(const Detail &detail, const std::uint8_t *bytes, std::size_t size, std::uint64_t memory = 0) {
+        Document made;
+        check(rlv_document_open_bytes(detail.get(), bytes, size, memory, made.out()));
+        return made;
+    }
+
     RlvDocumentInfo info() const {
         RlvDocumentInfo info = RLV_DOCUMENT_INFO_INIT;
         check(rlv_document_info(get(), &info));
@@ -793,7 +890,26 @@ public:
         return Mesh(made);
     }
 
+    /// The mesh that a document in bytes was made on.
+    static Mesh mesh(const Context &context, const std::uint8_t *bytes, std::size_t size) {
+        RlvMesh made{0};
+        check(rlv_document_mesh_bytes(context.get(), bytes, size, &made));
+        return Mesh(made);
+    }
+
     void save(const std::string &path) const { check(rlv_document_save(get(), path.c_str())); }
+
+    void save(std::shared_ptr<Storage> storage) const {
+        const RlvStream stream = Storage::stream(std::move(storage));
+        check(rlv_document_save_stream(get(), &stream));
+    }
+
+    Bytes save_bytes() const {
+        RlvBytes made{0};
+        check(rlv_document_save_bytes(get(), &made));
+        return Bytes(made);
+    }
+
     void sync() const { check(rlv_document_sync(get())); }
 };
 
@@ -892,20 +1008,43 @@ public:
         return made;
     }
 
+    /// One that follows a tessellation; see update.
+    static Caster create(const Tessellation &tessellation) {
+        Caster made;
+        check(rlv_caster_create_tessellation(tessellation.get(), made.out()));
+        return made;
+    }
+
+    /// Goes to the last update of the tessellation.
+    void update() const { check(rlv_caster_update(get())); }
+
     std::vector<RlvHit> cast(const std::vector<CastRay> &rays, float max_distance = 0.0f) const {
         std::vector<RlvHit> hits(rays.size());
-        RlvRayArrays arrays = RLV_RAY_ARRAYS_INIT;
-        if (rays.empty()) {
-            return hits;
-        }
-        arrays.count = rays.size();
-        arrays.origins = rays.front().origin.data();
-        arrays.directions = rays.front().direction.data();
-        arrays.origin_stride = arrays.direction_stride = sizeof(CastRay);
+        RlvRayArrays arrays = arrays_of(rays, max_distance);
         arrays.hits = hits.data();
-        arrays.max_distance = max_distance;
         check(rlv_caster_cast(get(), &arrays));
         return hits;
+    }
+
+    /// 1 for each ray that hits anything, 0 for the others.
+    std::vector<std::uint8_t> occluded(const std::vector<CastRay> &rays, float max_distance = 0.0f) const {
+        std::vector<std::uint8_t> found(rays.size());
+        const RlvRayArrays arrays = arrays_of(rays, max_distance);
+        check(rlv_caster_occluded(get(), &arrays, found.data(), 0));
+        return found;
+    }
+
+private:
+    static RlvRayArrays arrays_of(const std::vector<CastRay> &rays, float max_distance) {
+        RlvRayArrays arrays = RLV_RAY_ARRAYS_INIT;
+        arrays.count = rays.size();
+        if (!rays.empty()) {
+            arrays.origins = rays.front().origin.data();
+            arrays.directions = rays.front().direction.data();
+        }
+        arrays.origin_stride = arrays.direction_stride = sizeof(CastRay);
+        arrays.max_distance = max_distance;
+        return arrays;
     }
 };
 
@@ -1167,6 +1306,18 @@ public:
     }
 
     void write(const std::string &path) const { check(rlv_crowd_model_write(get(), path.c_str())); }
+
+    static CrowdModel read_bytes(const Context &context, const std::uint8_t *bytes, std::size_t size) {
+        CrowdModel made;
+        check(rlv_crowd_model_read_bytes(context.get(), bytes, size, made.out()));
+        return made;
+    }
+
+    Bytes write_bytes() const {
+        RlvBytes made{0};
+        check(rlv_crowd_model_write_bytes(get(), &made));
+        return Bytes(made);
+    }
 
     RlvCrowdModelInfo info() const {
         RlvCrowdModelInfo info = RLV_CROWD_MODEL_INFO_INIT;
@@ -1509,6 +1660,19 @@ public:
     }
 
     void write(const std::string &path) const { check(rlv_progressive_write(get(), path.c_str())); }
+
+    static Progressive read_bytes(const Context &context, const std::uint8_t *bytes, std::size_t size,
+                                  std::size_t triangles = SIZE_MAX) {
+        Progressive made;
+        check(rlv_progressive_read_bytes(context.get(), bytes, size, triangles, made.out()));
+        return made;
+    }
+
+    Bytes write_bytes() const {
+        RlvBytes made{0};
+        check(rlv_progressive_write_bytes(get(), &made));
+        return Bytes(made);
+    }
 
     RlvProgressiveInfo info() const {
         RlvProgressiveInfo info = RLV_PROGRESSIVE_INFO_INIT;
@@ -2454,16 +2618,14 @@ public:
     /// Goes on from such a file, with the same options, walls, colliders and sources.
     void restore(const std::string &path) const { check(rlv_fluid_restore(get(), path.c_str())); }
 
-    std::vector<std::uint8_t> save_bytes() const {
-        std::size_t size = 0;
-        check(rlv_fluid_save_bytes(get(), nullptr, 0, &size));
-        std::vector<std::uint8_t> bytes(size);
-        check(rlv_fluid_save_bytes(get(), bytes.data(), bytes.size(), &size));
-        return bytes;
+    Bytes save_bytes() const {
+        RlvBytes made{0};
+        check(rlv_fluid_save_bytes(get(), &made));
+        return Bytes(made);
     }
 
-    void restore_bytes(const std::vector<std::uint8_t> &bytes) const {
-        check(rlv_fluid_restore_bytes(get(), bytes.data(), bytes.size()));
+    void restore_bytes(const std::uint8_t *bytes, std::size_t size) const {
+        check(rlv_fluid_restore_bytes(get(), bytes, size));
     }
 
     /// A picture of the particles as they are now, for files.
@@ -2693,6 +2855,17 @@ public:
 
     void save(const std::string &path) const { check(rlv_tissue_simulation_save(get(), path.c_str())); }
     void restore(const std::string &path) const { check(rlv_tissue_simulation_restore(get(), path.c_str())); }
+
+    Bytes save_bytes() const {
+        RlvBytes made{0};
+        check(rlv_tissue_simulation_save_bytes(get(), &made));
+        return Bytes(made);
+    }
+
+    void restore_bytes(const std::uint8_t *bytes, std::size_t size) const {
+        check(rlv_tissue_simulation_restore_bytes(get(), bytes, size));
+    }
+
     void write_vtu(const std::string &path) const { check(rlv_tissue_simulation_write_vtu(get(), path.c_str())); }
     void write_vdb(const std::string &path) const { check(rlv_tissue_simulation_write_vdb(get(), path.c_str())); }
 
@@ -2749,6 +2922,18 @@ public:
     }
 
     void write(const std::string &path) const { check(rlv_tissue_write(get(), path.c_str())); }
+
+    static Tissue read_bytes(const Context &context, const std::uint8_t *bytes, std::size_t size) {
+        Tissue made;
+        check(rlv_tissue_read_bytes(context.get(), bytes, size, made.out()));
+        return made;
+    }
+
+    Bytes write_bytes() const {
+        RlvBytes made{0};
+        check(rlv_tissue_write_bytes(get(), &made));
+        return Bytes(made);
+    }
 
     RlvTissueInfo info() const {
         RlvTissueInfo info = RLV_TISSUE_INFO_INIT;

@@ -11,6 +11,7 @@
 #ifndef RELIEVO_TISSUE_H
 #define RELIEVO_TISSUE_H
 
+#include "relievo/bytes.h"
 #include "relievo/grid.h"
 #include "relievo/mesh.h"
 
@@ -306,6 +307,12 @@ RLV_API RlvResult rlv_tissue_read(RlvContext context, const char *path, RlvTissu
  * it is complete. Fails if the system refuses. */
 RLV_API RlvResult rlv_tissue_write(RlvTissue tissue, const char *path);
 
+/* As rlv_tissue_read, from the size bytes of a .rtissue. Fails as that does. */
+RLV_API RlvResult rlv_tissue_read_bytes(RlvContext context, const uint8_t *bytes, size_t size, RlvTissue *out);
+
+/* Makes the bytes of the .rtissue that rlv_tissue_write writes. No failure of its own. */
+RLV_API RlvResult rlv_tissue_write_bytes(RlvTissue tissue, RlvBytes *out);
+
 RLV_API RlvResult rlv_tissue_retain(RlvTissue tissue);
 RLV_API RlvResult rlv_tissue_release(RlvTissue tissue);
 
@@ -416,6 +423,12 @@ RLV_API RlvResult rlv_tissue_simulation_save(RlvTissueSimulation simulation, con
 /* Goes on from a state file. Activations, drives, loads, pressures and colliders stay. Fails, and changes nothing, if the file
  * is damaged or of another model. */
 RLV_API RlvResult rlv_tissue_simulation_restore(RlvTissueSimulation simulation, const char *path);
+
+/* Makes the bytes of the file that rlv_tissue_simulation_save writes. No failure of its own. */
+RLV_API RlvResult rlv_tissue_simulation_save_bytes(RlvTissueSimulation simulation, RlvBytes *out);
+
+/* As rlv_tissue_simulation_restore, from the size bytes of a state file. Fails as that does. */
+RLV_API RlvResult rlv_tissue_simulation_restore_bytes(RlvTissueSimulation simulation, const uint8_t *bytes, size_t size);
 
 /* Writes the state for VTK, .vtu: displacements, velocities, stresses, volumes, stretches and materials. Fails if the system
  * refuses. */

@@ -124,6 +124,18 @@ static void check_models(RlvContext context, RlvCrowdModel model) {
     CHECK_OK(rlv_crowd_model_info(again, &other));
     CHECK(memcmp(&info, &other, sizeof info) == 0);
     CHECK_OK(rlv_crowd_model_release(again));
+
+    RlvBytes bytes = RLV_NULL;
+    const uint8_t *data = NULL;
+    size_t size = 0;
+    CHECK_OK(rlv_crowd_model_write_bytes(model, &bytes));
+    CHECK_OK(rlv_bytes_get(bytes, &data, &size));
+    CHECK_OK(rlv_crowd_model_read_bytes(context, data, size, &again));
+    CHECK_OK(rlv_crowd_model_info(again, &other));
+    CHECK(memcmp(&info, &other, sizeof info) == 0);
+    CHECK_OK(rlv_crowd_model_release(again));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_read_bytes(context, data, size / 2, &again), "bytes");
+    CHECK_OK(rlv_bytes_release(bytes));
 }
 
 /* Vertices are those of the file, clusters follow one another, and meshes have the triangles of their clusters. */

@@ -42,7 +42,7 @@ static RlvResult channel_info(uint64_t id) { RlvAttributeInfo out = RLV_ATTRIBUT
 static RlvResult get_channel(uint64_t id) { return rlv_fluid_get_channel((RlvFluid){id}, 0, NULL, 0, 0); }
 static RlvResult save(uint64_t id) { return rlv_fluid_save((RlvFluid){id}, "never.rlvfluid"); }
 static RlvResult restore(uint64_t id) { return rlv_fluid_restore((RlvFluid){id}, "never.rlvfluid"); }
-static RlvResult save_bytes(uint64_t id) { size_t out; return rlv_fluid_save_bytes((RlvFluid){id}, NULL, 0, &out); }
+static RlvResult save_bytes(uint64_t id) { RlvBytes out; return rlv_fluid_save_bytes((RlvFluid){id}, &out); }
 static RlvResult restore_bytes(uint64_t id) { return rlv_fluid_restore_bytes((RlvFluid){id}, NULL, 0); }
 static RlvResult particles_of(uint64_t id) { RlvParticles out; return rlv_fluid_particles((RlvFluid){id}, &out); }
 static RlvResult add_particles(uint64_t id) { return rlv_fluid_add_particles((RlvFluid){id}, (RlvParticles){id}); }

@@ -72,19 +72,17 @@ static void check_same(RlvFluid fluid, RlvFluid other) {
 
 static void check_goes_on(RlvContext context, uint32_t solver) {
     RlvFluid fluid = basin(context, solver, 0.02f), filed = basin(context, solver, 0.02f), other = basin(context, solver, 0.02f);
-    size_t size = 0, again = 0;
+    RlvBytes made = RLV_NULL;
+    const uint8_t *bytes = NULL;
+    size_t size = 0;
     const uint32_t gone[2] = {5, 100};
     CHECK_OK(rlv_fluid_add_box(fluid, low, high, NULL));
     CHECK_OK(rlv_fluid_advance(fluid, 0.03, NULL, NULL, NULL));
     CHECK_OK(rlv_fluid_remove(fluid, gone, 2, 0, NULL));
     CHECK_OK(rlv_fluid_save(fluid, path));
-    CHECK_OK(rlv_fluid_save_bytes(fluid, NULL, 0, &size));
-    uint8_t *bytes = (uint8_t *)malloc(size);
-    CHECK(bytes != NULL);
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_save_bytes(fluid, bytes, size - 1, &again), "room");
-    CHECK(again == 0);
-    CHECK_OK(rlv_fluid_save_bytes(fluid, bytes, size, &again));
-    CHECK(again == size && memcmp(bytes, "RLVFLUID", 8) == 0);
+    CHECK_OK(rlv_fluid_save_bytes(fluid, &made));
+    CHECK_OK(rlv_bytes_get(made, &bytes, &size));
+    CHECK(size > 8 && memcmp(bytes, "RLVFLUID", 8) == 0);
     CHECK_OK(rlv_fluid_restore(filed, path));
     CHECK_OK(rlv_fluid_restore_bytes(other, bytes, size));
     check_same(fluid, other);
@@ -101,7 +99,7 @@ static void check_goes_on(RlvContext context, uint32_t solver) {
     CHECK_OK(rlv_fluid_restore_bytes(filed, bytes, size));
     CHECK_OK(rlv_fluid_advance(filed, 0.01, NULL, NULL, NULL));
     check_same(fluid, filed);
-    free(bytes);
+    CHECK_OK(rlv_bytes_release(made));
     CHECK_OK(rlv_fluid_release(fluid));
     CHECK_OK(rlv_fluid_release(filed));
     CHECK_OK(rlv_fluid_release(other));
@@ -114,10 +112,14 @@ static void check_refused(RlvContext context) {
     size_t size = 0;
     CHECK_OK(rlv_fluid_add_box(fluid, low, high, NULL));
     CHECK_OK(rlv_fluid_advance(fluid, 0.01, NULL, NULL, NULL));
-    CHECK_OK(rlv_fluid_save_bytes(fluid, NULL, 0, &size));
+    RlvBytes made = RLV_NULL;
+    const uint8_t *data = NULL;
+    CHECK_OK(rlv_fluid_save_bytes(fluid, &made));
+    CHECK_OK(rlv_bytes_get(made, &data, &size));
     uint8_t *bytes = (uint8_t *)malloc(size);
     CHECK(bytes != NULL);
-    CHECK_OK(rlv_fluid_save_bytes(fluid, bytes, size, &size));
+    memcpy(bytes, data, size);
+    CHECK_OK(rlv_bytes_release(made));
     const size_t count = count_of(fluid);
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_restore_bytes(coarse, bytes, size), "apart");
     CHECK(count_of(coarse) == 0);
@@ -132,7 +134,7 @@ static void check_refused(RlvContext context) {
         bytes[at] ^= 0x55;
     }
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_restore_bytes(fluid, NULL, 8), "bytes");
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_save_bytes(fluid, bytes, size, NULL), "size");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_save_bytes(fluid, NULL), "out");
     CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_fluid_restore(fluid, "no/such/file.rlvfluid"), "no/such/file");
     CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_fluid_save(fluid, "no/such/file.rlvfluid"), "no/such/file");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_save(fluid, NULL), "path");

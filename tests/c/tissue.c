@@ -122,6 +122,17 @@ static void build(RlvContext context) {
     CHECK_OK(rlv_tissue_info(other, &again));
     CHECK(again.checksum == info.checksum && again.bound_count == 1);
     CHECK_OK(rlv_tissue_release(other));
+    RlvBytes bytes = RLV_NULL;
+    const uint8_t *data = NULL;
+    size_t size = 0;
+    CHECK_OK(rlv_tissue_write_bytes(tissue, &bytes));
+    CHECK_OK(rlv_bytes_get(bytes, &data, &size));
+    CHECK_OK(rlv_tissue_read_bytes(context, data, size, &other));
+    CHECK_OK(rlv_tissue_info(other, &again));
+    CHECK(again.checksum == info.checksum && again.bound_count == 1);
+    CHECK_OK(rlv_tissue_release(other));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_tissue_read_bytes(context, data, size - 1, &refused), "bytes");
+    CHECK_OK(rlv_bytes_release(bytes));
     CHECK_OK(rlv_tissue_write(tissue, "tissue_test.inp"));
     CHECK_OK(rlv_tissue_read(context, "tissue_test.inp", &other));
     CHECK_OK(rlv_tissue_info(other, &again));
@@ -289,6 +300,14 @@ static void simulate(RlvContext context) {
 
     /* A state that is kept goes on to the same bits, as a job as well. */
     float here[225 * 3], there[225 * 3], speeds[225 * 3];
+    RlvBytes state = RLV_NULL;
+    const uint8_t *data = NULL;
+    size_t size = 0;
+    CHECK_OK(rlv_tissue_simulation_save_bytes(simulation, &state));
+    CHECK_OK(rlv_bytes_get(state, &data, &size));
+    CHECK_OK(rlv_tissue_simulation_restore_bytes(other, data, size));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_tissue_simulation_restore_bytes(other, data, size / 2), "bytes");
+    CHECK_OK(rlv_bytes_release(state));
     CHECK_OK(rlv_tissue_simulation_save(simulation, "tissue_test.rtstate"));
     CHECK_OK(rlv_tissue_simulation_restore(other, "tissue_test.rtstate"));
     CHECK_OK(rlv_tissue_simulation_advance(simulation, 0.01, NULL, NULL));

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <memory>
 #include <stdexcept>
 
 #define CHECK(condition)                                                              \
@@ -22,6 +23,28 @@ static bool alive(const relievo::Mesh &mesh) {
     RlvMeshInfo info = RLV_MESH_INFO_INIT;
     return rlv_mesh_info(mesh.get(), &info) == RLV_OK;
 }
+
+/// Storage in memory, which can be full.
+class Memory : public relievo::Storage {
+public:
+    std::vector<std::uint8_t> bytes;
+    bool is_full = false;
+
+    void read(std::uint64_t place, std::uint8_t *into, std::size_t size) override {
+        std::copy_n(bytes.data() + place, size, into);
+    }
+
+    void write(std::uint64_t place, const std::uint8_t *from, std::size_t size) override {
+        if (is_full) {
+            throw std::runtime_error("no room");
+        }
+        bytes.resize(std::max<std::size_t>(bytes.size(), place + size));
+        std::copy_n(from, size, bytes.data() + place);
+    }
+
+    std::uint64_t length() override { return bytes.size(); }
+    void cut(std::uint64_t length) override { bytes.resize(length); }
+};
 
 /// Soft tissue: a block that is built, held, pressed and advanced, and its skin.
 static void tissue(const relievo::Context &context, const relievo::Mesh &solid) {
@@ -128,6 +151,7 @@ int main() {
     const auto hits = caster.cast({{{1.5f, 0.5f, 3.0f}, {0, 0, -1}}, {{9, 9, 9}, {0, 0, -1}}});
     CHECK(hits[0].face == 1 && std::abs(hits[0].distance - 3.0f) < 1e-5f);
     CHECK(hits[1].face == RLV_NO_ELEMENT && std::isinf(hits[1].distance));
+    CHECK((caster.occluded({{{1.5f, 0.5f, 3.0f}, {0, 0, -1}}, {{9, 9, 9}, {0, 0, -1}}}) == std::vector<std::uint8_t>{1, 0}));
 
     // A box over the plane, its underside 0.2 below it.
     std::vector<Float3> corners;
@@ -217,6 +241,24 @@ int main() {
     drawn.commit();
     CHECK(drawn.read_block(0) == before);
 
+    // A document in storage of the host; what that throws fails the call.
+    const auto stored = std::make_shared<Memory>();
+    document.save(stored);
+    const auto saved = document.save_bytes();
+    CHECK(saved.size() == stored->bytes.size() && std::equal(stored->bytes.begin(), stored->bytes.end(), saved.data()));
+    CHECK(document.redo().is_done == 1 && document.undo().is_done == 1 && stored->bytes.size() > saved.size());
+    stored->is_full = true;
+    try {
+        document.redo();
+        CHECK(false);
+    } catch (const relievo::Error &error) {
+        CHECK(error.result() == RLV_ERROR_IO);
+    }
+    stored->is_full = false;
+    const auto kept_elsewhere = relievo::Detail::create(surface, coarse);
+    CHECK(relievo::Document::open_bytes(kept_elsewhere, saved.data(), saved.size()).info().redo_count == 2);
+    CHECK(relievo::Document::mesh(context, saved.data(), saved.size()).info().face_count > 0);
+
     // Bakes, Ptex and transfers; what a callback throws comes out.
     RlvAttributeArrays coordinates = RLV_ATTRIBUTE_ARRAYS_INIT;
     const float uvs[] = {0, 0, .5f, 0, .5f, 1, 0, 1, .5f, 0, 1, 0, 1, 1, .5f, 1};
@@ -288,6 +330,10 @@ int main() {
 
     const auto hit = relievo::Caster::create(detail).cast({{{0.5f, 0.5f, 3.0f}, {0, 0, -1}}});
     CHECK(hit[0].tile == 0 && std::abs(hit[0].position[2] - dent.displacements[0]) < 1e-3f);
+    const auto followed = relievo::Tessellation::create(detail);
+    const auto following = relievo::Caster::create(followed);
+    following.update();
+    CHECK(std::abs(following.cast({{{0.5f, 0.5f, 3.0f}, {0, 0, -1}}})[0].distance - hit[0].distance) < 1e-5f);
 
     // A progress callback that throws cancels, and its exception comes out.
     const auto start = relievo::moved(0, 0, 0), end = relievo::moved(0.5, 0, 0);
@@ -533,7 +579,8 @@ int main() {
     CHECK(second.info().particle_count == 2 && second.info().channel_count == 0);
     fluid.save("wrapper_particles.rlvfluid");
     second.restore("wrapper_particles.rlvfluid");
-    third.restore_bytes(fluid.save_bytes());
+    const auto as_bytes = fluid.save_bytes();
+    third.restore_bytes(as_bytes.data(), as_bytes.size());
     CHECK(second.state().points == fluid.state().points && third.state().births == fluid.state().births);
     std::remove("wrapper_particles.rlvfluid");
     const auto surface_of = fluid.isosurface();

@@ -1,5 +1,6 @@
 """Every noun of the package, against closed forms and against one another; failures, cancelling and threads."""
 
+import io
 import json
 import multiprocessing
 import os
@@ -59,11 +60,14 @@ class Tissues(unittest.TestCase):
                 simulation.get("strains")
             with tempfile.TemporaryDirectory() as folder, self.block.simulate() as other:
                 simulation.save(Path(folder, "a.rtstate"))
+                other.restore_bytes(simulation.save_bytes())
                 other.restore(Path(folder, "a.rtstate"))
                 numpy.testing.assert_array_equal(other.get("positions")["positions"], found["positions"])
                 simulation.write_vtu(Path(folder, "a.vtu"))
                 self.block.write(Path(folder, "a.rtissue"))
                 with rl.Tissue.read(self.context, Path(folder, "a.rtissue")) as read:
+                    self.assertEqual(read.info.checksum, self.block.info.checksum)
+                with rl.Tissue.read_bytes(self.context, self.block.write_bytes()) as read:
                     self.assertEqual(read.info.checksum, self.block.info.checksum)
 
     def test_balls_press_and_jobs_advance(self):
@@ -916,6 +920,7 @@ class Crowds(unittest.TestCase):
         path = Path(self.folder.name) / "waves.rcrowd"
         model.write(path)
         self.assertEqual(rl.CrowdModel.read(self.context, path).info, info)
+        self.assertEqual(rl.CrowdModel.read_bytes(self.context, model.write_bytes()).info, info)
         started = job.crowd_model(self.context, self.path, cluster_triangles=40)
         started.wait()
         self.assertEqual(started.result().info, info)
@@ -1290,6 +1295,51 @@ class Details(unittest.TestCase):
             )
             self.assertAlmostEqual(report.area, 4.0, delta=0.01)
 
+    def test_documents_live_in_bytes_and_in_files_of_python(self):
+        detail = flat_detail(self.context, tile_size=32)
+        file = io.BytesIO()
+        kept = rl.Document(detail, file=file)
+        brush = rl.Brush(self.context, {"radius": 0.4}, action="sculpt", height=0.1)
+        for y in (-0.5, 0.5):
+            with kept.edit("a line"):
+                stroke.run(detail, brush, [(-0.7, y, 0), (0.7, y, 0)])
+        detail.commit()
+        kept.undo()
+        kept.redo()
+        data = file.getvalue()
+        self.assertGreater(len(kept.save_bytes()), 100)
+        second = io.BytesIO(b"what was here before")
+        kept.save_file(second)
+        self.assertEqual(kept.save_bytes(), second.getvalue())
+        kept.sync()
+        kept.release()
+        for opened in (rl.Document.open_bytes, lambda *args: rl.Document.open_file(args[0], io.BytesIO(args[1]))):
+            other = flat_detail(self.context, tile_size=32)
+            with opened(other, data) as again:
+                other.commit()
+                self.assertEqual(heights(other).tobytes(), heights(detail).tobytes())
+                self.assertEqual(again.info.undo_count, 2)
+        self.assertEqual(document.mesh_of_bytes(self.context, data).info.face_count, 16)
+        with self.assertRaisesRegex(rl.Invalid, "bytes"):
+            rl.Document.open_bytes(flat_detail(self.context, tile_size=32), data[:40])
+
+        class Full(io.BytesIO):
+            def write(self, data):
+                raise OSError("no room")
+
+        with self.assertRaises(rl.FileFailure) as caught:
+            rl.Document(detail, file=Full())
+        self.assertEqual(str(caught.exception.__cause__), "no room")
+
+    def test_meshes_go_to_bytes_and_back(self):
+        points, corners, _ = shapes.grid(6)
+        mesh = rl.Mesh(self.context, points, corners, 4)
+        for name in ("obj", "ply", "glb"):
+            with rl.Mesh.read_bytes(self.context, mesh.write_bytes(name), name) as again:
+                self.assertEqual(again.info.face_count, 72 if name == "glb" else 36)
+        with rl.Progressive(mesh) as whole, rl.Progressive.read_bytes(self.context, whole.write_bytes()) as again:
+            self.assertEqual(again.info, whole.info)
+
     def test_bakes_and_ptex(self):
         detail = flat_detail(self.context, tile_size=32)
         brush = rl.Brush(self.context, {"radius": 0.5, "reach": 4}, action="sculpt", falloff="constant", height=0.25)
@@ -1331,6 +1381,18 @@ class Details(unittest.TestCase):
         self.assertAlmostEqual(float(hits["distance"][0]), 2.0, places=5)
         numpy.testing.assert_allclose(hits["position"][0], [0.1, 0.2, 0], atol=1e-5)
         self.assertTrue(numpy.isinf(hits["distance"][1]))
+        followed = rl.Tessellation(detail, coarse=32, fine=32)
+        caster = rl.Caster.of_tessellation(followed)
+        rays = [[0.1, 0.2, 2], [0.1, 0.2, 2], [5, 5, 5]], [[0, 0, -1]] * 3
+        self.assertEqual(caster.occluded(*rays, max_distance=[1.9, 2.1, 9]).tolist(), [False, True, False])
+        brush = rl.Brush(self.context, {"radius": 0.5, "reach": 4}, action="sculpt", falloff="constant", height=0.25)
+        stroke.run(detail, brush, [(0.1, 0.2, 0), (0.11, 0.2, 0)])
+        detail.commit()
+        followed.update()
+        caster.update()
+        self.assertAlmostEqual(float(caster.cast(*rays)["distance"][0]), 1.75, places=2)
+        with self.assertRaisesRegex(rl.Invalid, "max_distances"):
+            caster.occluded(*rays, max_distance=[1, 2])
 
     def test_a_procedural_has_primitives_and_says_what_is_at_hits(self):
         detail = flat_detail(self.context)

@@ -508,6 +508,12 @@ class RlvAdapterInfo(Structure):
     ]
 
 
+class RlvBytes(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
 class RlvMesh(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -1144,6 +1150,10 @@ class RlvRayArrays(Structure):
         ("hit_stride", c_size_t),
         ("min_distance", c_float),
         ("max_distance", c_float),
+        ("min_distances", c_float_p),
+        ("min_distance_stride", c_size_t),
+        ("max_distances", c_float_p),
+        ("max_distance_stride", c_size_t),
     ]
 
 
@@ -2019,6 +2029,33 @@ class RlvDiffuseArrays(Structure):
         ("ages", c_float_p),
         ("lifetimes", c_float_p),
         ("lives", c_float_p),
+    ]
+
+
+RlvStreamRead = ctypes.CFUNCTYPE(c_uint32, c_void_p, c_uint64, c_uint8_p, c_size_t)
+
+RlvStreamWrite = ctypes.CFUNCTYPE(c_uint32, c_void_p, c_uint64, c_uint8_p, c_size_t)
+
+RlvStreamLength = ctypes.CFUNCTYPE(c_uint32, c_void_p, c_uint64_p)
+
+RlvStreamCut = ctypes.CFUNCTYPE(c_uint32, c_void_p, c_uint64)
+
+RlvStreamSync = ctypes.CFUNCTYPE(c_uint32, c_void_p)
+
+RlvStreamClose = ctypes.CFUNCTYPE(None, c_void_p)
+
+
+class RlvStream(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("user", c_void_p),
+        ("read", RlvStreamRead),
+        ("write", RlvStreamWrite),
+        ("length", RlvStreamLength),
+        ("cut", RlvStreamCut),
+        ("sync", RlvStreamSync),
+        ("close", RlvStreamClose),
     ]
 
 
@@ -2980,7 +3017,7 @@ INIT = {
     RlvTessellationChanges: (ctypes.sizeof(RlvTessellationChanges), 0, 0, 0, (0,), (0,),),
     RlvBufferInfo: (ctypes.sizeof(RlvBufferInfo), 0, 0, 0, 0, 0,),
     RlvBufferVulkan: (ctypes.sizeof(RlvBufferVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
-    RlvRayArrays: (ctypes.sizeof(RlvRayArrays), 0, 0, None, 0, None, 0, None, 0, 0, 0,),
+    RlvRayArrays: (ctypes.sizeof(RlvRayArrays), 0, 0, None, 0, None, 0, None, 0, 0, 0, None, 0, None, 0,),
     RlvIsosurfaceOptions: (ctypes.sizeof(RlvIsosurfaceOptions), 1, 0.01, 0.0, 8.0, 0.6, 0.9, 0.0, 0.0, 12.0,),
     RlvIsosurfaceParticles: (ctypes.sizeof(RlvIsosurfaceParticles), 0, 0, None, 0, None, 0, None, 0,),
     RlvIsosurfaceInfo: (ctypes.sizeof(RlvIsosurfaceInfo), 0, 0, 0.0, 0.0, 0.0, 0.0,),
@@ -3031,6 +3068,7 @@ INIT = {
     RlvDiffuseReport: (ctypes.sizeof(RlvDiffuseReport), 0, 0, 0, 0,),
     RlvDiffusePotentials: (ctypes.sizeof(RlvDiffusePotentials), 0, 0, None, None, None,),
     RlvDiffuseArrays: (ctypes.sizeof(RlvDiffuseArrays), 0, 0, None, None, None, None, None, None, None,),
+    RlvStream: (ctypes.sizeof(RlvStream), 0, None, None, None, None, None, None, None,),
     RlvDocumentInfo: (ctypes.sizeof(RlvDocumentInfo), 0, 0, 0, 0,),
     RlvDocumentChanges: (ctypes.sizeof(RlvDocumentChanges), 0, 0, 0, 0,),
     RlvTransferOptions: (ctypes.sizeof(RlvTransferOptions), 0, (0,), 0.0,),
@@ -3102,9 +3140,14 @@ FUNCTIONS = {
     "rlv_context_stats": (RlvResult, [("context", RlvContext), ("stats", POINTER(RlvContextStat)), ("capacity", c_size_t), ("count", c_size_t_p)]),
     "rlv_context_reset_stats": (RlvResult, [("context", RlvContext)]),
     "rlv_adapter_list": (RlvResult, [("adapters", POINTER(RlvAdapterInfo)), ("capacity", c_size_t), ("count", c_size_t_p)]),
+    "rlv_bytes_retain": (RlvResult, [("bytes", RlvBytes)]),
+    "rlv_bytes_release": (RlvResult, [("bytes", RlvBytes)]),
+    "rlv_bytes_get": (RlvResult, [("bytes", RlvBytes), ("data", POINTER(c_uint8_p)), ("size", c_size_t_p)]),
     "rlv_mesh_create": (RlvResult, [("context", RlvContext), ("arrays", POINTER(RlvMeshArrays)), ("out", POINTER(RlvMesh))]),
     "rlv_mesh_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvMesh))]),
     "rlv_mesh_write": (RlvResult, [("mesh", RlvMesh), ("path", c_char_p)]),
+    "rlv_mesh_read_bytes": (RlvResult, [("context", RlvContext), ("format", c_char_p), ("bytes", c_uint8_p), ("size", c_size_t), ("out", POINTER(RlvMesh))]),
+    "rlv_mesh_write_bytes": (RlvResult, [("mesh", RlvMesh), ("format", c_char_p), ("out", POINTER(RlvBytes))]),
     "rlv_mesh_split": (RlvResult, [("mesh", RlvMesh), ("longest_edge", c_double), ("out", POINTER(RlvMesh))]),
     "rlv_mesh_retain": (RlvResult, [("mesh", RlvMesh)]),
     "rlv_mesh_release": (RlvResult, [("mesh", RlvMesh)]),
@@ -3121,6 +3164,8 @@ FUNCTIONS = {
     "rlv_progressive_create": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvProgressiveOptions)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvProgressive))]),
     "rlv_progressive_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("triangles", c_size_t), ("out", POINTER(RlvProgressive))]),
     "rlv_progressive_write": (RlvResult, [("progressive", RlvProgressive), ("path", c_char_p)]),
+    "rlv_progressive_read_bytes": (RlvResult, [("context", RlvContext), ("bytes", c_uint8_p), ("size", c_size_t), ("triangles", c_size_t), ("out", POINTER(RlvProgressive))]),
+    "rlv_progressive_write_bytes": (RlvResult, [("progressive", RlvProgressive), ("out", POINTER(RlvBytes))]),
     "rlv_progressive_retain": (RlvResult, [("progressive", RlvProgressive)]),
     "rlv_progressive_release": (RlvResult, [("progressive", RlvProgressive)]),
     "rlv_progressive_info": (RlvResult, [("progressive", RlvProgressive), ("out", POINTER(RlvProgressiveInfo))]),
@@ -3203,9 +3248,12 @@ FUNCTIONS = {
     "rlv_buffer_read": (RlvResult, [("buffer", RlvBuffer), ("first", c_size_t), ("count", c_size_t), ("points", c_float_p), ("stride", c_size_t)]),
     "rlv_caster_create_mesh": (RlvResult, [("context", RlvContext), ("mesh", RlvMesh), ("out", POINTER(RlvCaster))]),
     "rlv_caster_create_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvCaster))]),
+    "rlv_caster_create_tessellation": (RlvResult, [("tessellation", RlvTessellation), ("out", POINTER(RlvCaster))]),
+    "rlv_caster_update": (RlvResult, [("caster", RlvCaster)]),
     "rlv_caster_retain": (RlvResult, [("caster", RlvCaster)]),
     "rlv_caster_release": (RlvResult, [("caster", RlvCaster)]),
     "rlv_caster_cast": (RlvResult, [("caster", RlvCaster), ("arrays", POINTER(RlvRayArrays))]),
+    "rlv_caster_occluded": (RlvResult, [("caster", RlvCaster), ("arrays", POINTER(RlvRayArrays)), ("occluded", c_uint8_p), ("stride", c_size_t)]),
     "rlv_isosurface_create": (RlvResult, [("context", RlvContext), ("particles", POINTER(RlvIsosurfaceParticles)), ("options", POINTER(RlvIsosurfaceOptions)), ("out", POINTER(RlvIsosurface))]),
     "rlv_isosurface_retain": (RlvResult, [("isosurface", RlvIsosurface)]),
     "rlv_isosurface_release": (RlvResult, [("isosurface", RlvIsosurface)]),
@@ -3261,6 +3309,8 @@ FUNCTIONS = {
     "rlv_crowd_model_build": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("clips", POINTER(RlvCrowdClipName)), ("clip_count", c_size_t), ("settings", POINTER(RlvCrowdBuildSettings)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvCrowdModel))]),
     "rlv_crowd_model_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvCrowdModel))]),
     "rlv_crowd_model_write": (RlvResult, [("model", RlvCrowdModel), ("path", c_char_p)]),
+    "rlv_crowd_model_read_bytes": (RlvResult, [("context", RlvContext), ("bytes", c_uint8_p), ("size", c_size_t), ("out", POINTER(RlvCrowdModel))]),
+    "rlv_crowd_model_write_bytes": (RlvResult, [("model", RlvCrowdModel), ("out", POINTER(RlvBytes))]),
     "rlv_crowd_model_retain": (RlvResult, [("model", RlvCrowdModel)]),
     "rlv_crowd_model_release": (RlvResult, [("model", RlvCrowdModel)]),
     "rlv_crowd_model_info": (RlvResult, [("model", RlvCrowdModel), ("out", POINTER(RlvCrowdModelInfo))]),
@@ -3362,6 +3412,9 @@ FUNCTIONS = {
     "rlv_diffuse_restore": (RlvResult, [("diffuse", RlvDiffuse), ("path", c_char_p)]),
     "rlv_document_create": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
     "rlv_document_open": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
+    "rlv_document_create_stream": (RlvResult, [("detail", RlvDetail), ("stream", POINTER(RlvStream)), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
+    "rlv_document_open_stream": (RlvResult, [("detail", RlvDetail), ("stream", POINTER(RlvStream)), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
+    "rlv_document_open_bytes": (RlvResult, [("detail", RlvDetail), ("bytes", c_uint8_p), ("size", c_size_t), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
     "rlv_document_retain": (RlvResult, [("document", RlvDocument)]),
     "rlv_document_release": (RlvResult, [("document", RlvDocument)]),
     "rlv_document_info": (RlvResult, [("document", RlvDocument), ("out", POINTER(RlvDocumentInfo))]),
@@ -3371,9 +3424,12 @@ FUNCTIONS = {
     "rlv_document_undo": (RlvResult, [("document", RlvDocument), ("changes", POINTER(RlvDocumentChanges))]),
     "rlv_document_redo": (RlvResult, [("document", RlvDocument), ("changes", POINTER(RlvDocumentChanges))]),
     "rlv_document_save": (RlvResult, [("document", RlvDocument), ("path", c_char_p)]),
+    "rlv_document_save_stream": (RlvResult, [("document", RlvDocument), ("stream", POINTER(RlvStream))]),
+    "rlv_document_save_bytes": (RlvResult, [("document", RlvDocument), ("out", POINTER(RlvBytes))]),
     "rlv_document_sync": (RlvResult, [("document", RlvDocument)]),
     "rlv_document_compact": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("keep", c_size_t)]),
     "rlv_document_mesh": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvMesh))]),
+    "rlv_document_mesh_bytes": (RlvResult, [("context", RlvContext), ("bytes", c_uint8_p), ("size", c_size_t), ("out", POINTER(RlvMesh))]),
     "rlv_document_transfer": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("to", RlvMesh), ("to_path", c_char_p), ("options", POINTER(RlvTransferOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvTransferReport))]),
     "rlv_fluid_create": (RlvResult, [("context", RlvContext), ("options", POINTER(RlvFluidOptions)), ("out", POINTER(RlvFluid))]),
     "rlv_fluid_retain": (RlvResult, [("fluid", RlvFluid)]),
@@ -3405,7 +3461,7 @@ FUNCTIONS = {
     "rlv_fluid_get_channel": (RlvResult, [("fluid", RlvFluid), ("index", c_uint32), ("values", c_float_p), ("capacity", c_size_t), ("stride", c_size_t)]),
     "rlv_fluid_save": (RlvResult, [("fluid", RlvFluid), ("path", c_char_p)]),
     "rlv_fluid_restore": (RlvResult, [("fluid", RlvFluid), ("path", c_char_p)]),
-    "rlv_fluid_save_bytes": (RlvResult, [("fluid", RlvFluid), ("bytes", c_uint8_p), ("capacity", c_size_t), ("size", c_size_t_p)]),
+    "rlv_fluid_save_bytes": (RlvResult, [("fluid", RlvFluid), ("out", POINTER(RlvBytes))]),
     "rlv_fluid_restore_bytes": (RlvResult, [("fluid", RlvFluid), ("bytes", c_uint8_p), ("size", c_size_t)]),
     "rlv_fluid_particles": (RlvResult, [("fluid", RlvFluid), ("out", POINTER(RlvParticles))]),
     "rlv_fluid_add_particles": (RlvResult, [("fluid", RlvFluid), ("particles", RlvParticles)]),
@@ -3466,6 +3522,8 @@ FUNCTIONS = {
     "rlv_tissue_from_grid": (RlvResult, [("grid", RlvGrid), ("labels", POINTER(RlvTissueLabels)), ("report", POINTER(RlvTissueReport)), ("out", POINTER(RlvTissue))]),
     "rlv_tissue_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvTissue))]),
     "rlv_tissue_write": (RlvResult, [("tissue", RlvTissue), ("path", c_char_p)]),
+    "rlv_tissue_read_bytes": (RlvResult, [("context", RlvContext), ("bytes", c_uint8_p), ("size", c_size_t), ("out", POINTER(RlvTissue))]),
+    "rlv_tissue_write_bytes": (RlvResult, [("tissue", RlvTissue), ("out", POINTER(RlvBytes))]),
     "rlv_tissue_retain": (RlvResult, [("tissue", RlvTissue)]),
     "rlv_tissue_release": (RlvResult, [("tissue", RlvTissue)]),
     "rlv_tissue_info": (RlvResult, [("tissue", RlvTissue), ("out", POINTER(RlvTissueInfo))]),
@@ -3497,6 +3555,8 @@ FUNCTIONS = {
     "rlv_tissue_simulation_mesh": (RlvResult, [("simulation", RlvTissueSimulation), ("index", c_uint32), ("out", POINTER(RlvMesh))]),
     "rlv_tissue_simulation_save": (RlvResult, [("simulation", RlvTissueSimulation), ("path", c_char_p)]),
     "rlv_tissue_simulation_restore": (RlvResult, [("simulation", RlvTissueSimulation), ("path", c_char_p)]),
+    "rlv_tissue_simulation_save_bytes": (RlvResult, [("simulation", RlvTissueSimulation), ("out", POINTER(RlvBytes))]),
+    "rlv_tissue_simulation_restore_bytes": (RlvResult, [("simulation", RlvTissueSimulation), ("bytes", c_uint8_p), ("size", c_size_t)]),
     "rlv_tissue_simulation_write_vtu": (RlvResult, [("simulation", RlvTissueSimulation), ("path", c_char_p)]),
     "rlv_tissue_simulation_write_vdb": (RlvResult, [("simulation", RlvTissueSimulation), ("path", c_char_p)]),
     "rlv_job_tessellate": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvJob))]),

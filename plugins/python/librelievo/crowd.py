@@ -7,6 +7,7 @@ import numpy
 from . import abi, library, record
 from .array import address
 from .error import Invalid
+from .bytes import given, made
 from .handle import Handle, path_bytes, text_bytes
 from .mesh import Mesh
 from .parameter import address_of, table
@@ -68,6 +69,16 @@ class CrowdModel(Handle):
     def write(self, path):
         """Writes the model (.rcrowd)."""
         library.call("rlv_crowd_model_write", self.handle, path_bytes(path))
+
+    @classmethod
+    def read_bytes(cls, context, data):
+        """As `read`, from the bytes of a file."""
+        address, size, _kept = given(data)
+        return cls.of("rlv_crowd_model_read_bytes", context.handle, address, size)
+
+    def write_bytes(self):
+        """The bytes of the file that `write` writes."""
+        return made("rlv_crowd_model_write_bytes", self.handle)
 
     @property
     def info(self):

@@ -4,18 +4,28 @@ import contextlib
 import ctypes
 
 from . import abi, library, record
+from .bytes import given, made
 from .handle import Handle, path_bytes, text_bytes
 from .mesh import Mesh
 from .progress import watched
+from .stream import Stream
 
 
 class Document(Handle):
     """Follows a detail. What is done between `begin` and `end` is one edit."""
 
     noun, kind = "document", abi.RlvDocument
+    stream = None
 
-    def __init__(self, detail, path=None, memory=0):
-        """Follows the detail from now on; `path` is the file, which is written at once and replaces what is there."""
+    def __init__(self, detail, path=None, memory=0, file=None):
+        """Follows the detail from now on; `path` is the file, which is written at once and replaces what is there, or
+        `file` one of Python's, such as io.BytesIO."""
+        if file is not None:
+            stream = Stream(file)
+            with stream.taken() as table:
+                super().__init__("rlv_document_create_stream", detail.handle, table, memory)
+            self.stream = stream
+            return
         path = None if path is None else path_bytes(path)
         super().__init__("rlv_document_create", detail.handle, path, memory)
 
@@ -23,6 +33,25 @@ class Document(Handle):
     def open(cls, detail, path, memory=0):
         """Opens a file and gives the detail its layers and its history."""
         return cls.of("rlv_document_open", detail.handle, path_bytes(path), memory)
+
+    @classmethod
+    def open_file(cls, detail, file, memory=0):
+        """As `open`, from a file of Python's, to which edits are appended."""
+        stream = Stream(file)
+        with stream.taken() as table:
+            opened = cls.of("rlv_document_open_stream", detail.handle, table, memory)
+        opened.stream = stream
+        return opened
+
+    @classmethod
+    def open_bytes(cls, detail, data, memory=0):
+        """As `open`, from bytes, which are copied."""
+        address, size, _kept = given(data)
+        return cls.of("rlv_document_open_bytes", detail.handle, address, size, memory)
+
+    def _call(self, function, *arguments):
+        with contextlib.nullcontext() if self.stream is None else self.stream.explained():
+            library.call(function, self.handle, *arguments)
 
     @property
     def info(self):
@@ -33,7 +62,7 @@ class Document(Handle):
 
     def begin(self, text=None):
         """Begins an edit; the text is what the file tells of one that was never ended."""
-        library.call("rlv_document_begin", self.handle, text_bytes(text))
+        self._call("rlv_document_begin", text_bytes(text))
 
     def end(self):
         """Ends the edit."""
@@ -41,7 +70,7 @@ class Document(Handle):
 
     def abandon(self):
         """Takes the edit that was begun back."""
-        library.call("rlv_document_abandon", self.handle)
+        self._call("rlv_document_abandon")
 
     @contextlib.contextmanager
     def edit(self, text=None):
@@ -64,16 +93,28 @@ class Document(Handle):
 
     def _changes(self, function):
         out = record.empty(abi.RlvDocumentChanges)
-        library.call(function, self.handle, ctypes.byref(out))
+        self._call(function, ctypes.byref(out))
         return record.read(out)
 
     def save(self, path):
         """Writes the detail with its history to a file and keeps edits there from now on."""
-        library.call("rlv_document_save", self.handle, path_bytes(path))
+        self._call("rlv_document_save", path_bytes(path))
+        self.stream = None
+
+    def save_file(self, file):
+        """As `save`, to a file of Python's, whose bytes are replaced."""
+        stream = Stream(file)
+        with stream.taken() as table:
+            library.call("rlv_document_save_stream", self.handle, table)
+        self.stream = stream
+
+    def save_bytes(self):
+        """The bytes of the file that `save` would write; edits go on to where they went."""
+        return made("rlv_document_save_bytes", self.handle)
 
     def sync(self):
         """Waits until all edits are on the disk."""
-        library.call("rlv_document_sync", self.handle)
+        self._call("rlv_document_sync")
 
 
 def compact(context, path, keep=0):
@@ -84,6 +125,12 @@ def compact(context, path, keep=0):
 def mesh(context, path):
     """The mesh that a document was made on."""
     return Mesh.of("rlv_document_mesh", context.handle, path_bytes(path))
+
+
+def mesh_of_bytes(context, data):
+    """The mesh that the document in bytes was made on."""
+    address, size, _kept = given(data)
+    return Mesh.of("rlv_document_mesh_bytes", context.handle, address, size)
 
 
 def transfer_arguments(path, to, to_path, source, reach):

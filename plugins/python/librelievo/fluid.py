@@ -9,6 +9,7 @@ from .array import Reading, address, writing
 from .array import matrix as matrix_of
 from .channel import find_channel, read_channel
 from .error import Invalid
+from .bytes import given, made
 from .handle import Handle, path_bytes
 from .isosurface import Isosurface, isosurface_options, set_channels
 from .parameter import address_of
@@ -235,16 +236,12 @@ class Fluid(Handle):
 
     def save_bytes(self):
         """All that it goes on from, as bytes."""
-        size = ctypes.c_size_t()
-        library.call("rlv_fluid_save_bytes", self.handle, None, 0, address_of(size))
-        made, place, _stride = writing(None, size.value, numpy.uint8, 0, "bytes")
-        library.call("rlv_fluid_save_bytes", self.handle, place, size.value, address_of(size))
-        return made.tobytes()
+        return made("rlv_fluid_save_bytes", self.handle)
 
     def restore_bytes(self, state):
         """Goes on from such bytes."""
-        state = Reading(numpy.frombuffer(state, numpy.uint8), numpy.uint8, 0, "state")
-        library.call("rlv_fluid_restore_bytes", self.handle, state.address, state.count)
+        address, size, _kept = given(state)
+        library.call("rlv_fluid_restore_bytes", self.handle, address, size)
 
     def particles(self):
         """A picture of the particles as they are now, for files."""

@@ -7,6 +7,7 @@ import numpy
 
 from . import abi, library, record
 from .array import Reading, writing
+from .bytes import given, made
 from .handle import Handle, path_bytes, text_bytes
 from .parameter import address_of
 from .progress import watched
@@ -112,6 +113,16 @@ class Mesh(Handle):
     def write(self, path):
         """Writes OBJ, PLY, GLB or USD, as the extension says."""
         library.call("rlv_mesh_write", self.handle, path_bytes(path))
+
+    @classmethod
+    def read_bytes(cls, context, data, format):
+        """As `read`, from the bytes of a file; `format` is its extension, such as "obj"."""
+        address, size, _kept = given(data)
+        return cls.of("rlv_mesh_read_bytes", context.handle, text_bytes(format), address, size)
+
+    def write_bytes(self, format):
+        """The bytes of the file that `write` writes; `format` is "obj", "ply" or "glb"."""
+        return made("rlv_mesh_write_bytes", self.handle, text_bytes(format))
 
     def split(self, longest_edge):
         """A mesh of this one's triangles in which no edge is longer."""

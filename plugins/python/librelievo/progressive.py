@@ -6,6 +6,7 @@ import numpy
 
 from . import abi, library, record
 from .array import Reading
+from .bytes import given, made
 from .handle import Handle, path_bytes
 from .mesh import weights_of
 from .progress import watched
@@ -46,6 +47,17 @@ class Progressive(Handle):
     def write(self, path):
         """Writes a file (.rlvpm)."""
         library.call("rlv_progressive_write", self.handle, path_bytes(path))
+
+    @classmethod
+    def read_bytes(cls, context, data, triangles=None):
+        """As `read`, from the bytes of a file."""
+        address, size, _kept = given(data)
+        most = ctypes.c_size_t(-1).value if triangles is None else triangles
+        return cls.of("rlv_progressive_read_bytes", context.handle, address, size, most)
+
+    def write_bytes(self):
+        """The bytes of the file that `write` writes."""
+        return made("rlv_progressive_write_bytes", self.handle)
 
     @property
     def info(self):

@@ -7,6 +7,7 @@ import numpy
 from . import abi, library, record
 from .array import Reading, writing
 from .error import Invalid
+from .bytes import given, made
 from .handle import Handle, path_bytes, text_bytes
 from .mesh import Mesh
 from .parameter import address_of
@@ -186,6 +187,16 @@ class Tissue(Handle):
     def write(self, path):
         """Writes the model, .rtissue or .inp."""
         library.call("rlv_tissue_write", self.handle, path_bytes(path))
+
+    @classmethod
+    def read_bytes(cls, context, data):
+        """As `read`, from the bytes of a .rtissue."""
+        address, size, _kept = given(data)
+        return cls.of("rlv_tissue_read_bytes", context.handle, address, size)
+
+    def write_bytes(self):
+        """The bytes of the .rtissue that `write` writes."""
+        return made("rlv_tissue_write_bytes", self.handle)
 
     @property
     def info(self):
@@ -375,6 +386,15 @@ class TissueSimulation(Handle):
     def restore(self, path):
         """Goes on from such a file of the same model."""
         library.call("rlv_tissue_simulation_restore", self.handle, path_bytes(path))
+
+    def save_bytes(self):
+        """The bytes of the file that `save` writes."""
+        return made("rlv_tissue_simulation_save_bytes", self.handle)
+
+    def restore_bytes(self, data):
+        """As `restore`, from the bytes of a file."""
+        address, size, _kept = given(data)
+        library.call("rlv_tissue_simulation_restore_bytes", self.handle, address, size)
 
     def write_vtu(self, path):
         """Writes the state for VTK."""

@@ -13,6 +13,7 @@ use relievo_crowd::{
 use relievo_render::Camera;
 
 use crate::array::{Input, Output, Plain, fixed, present, put, text};
+use crate::bytes::{self, RlvBytes};
 use crate::context::{ContextObject, HostProgress, RLV_NAME_SIZE, RLV_TEXT_SIZE, RlvContext, RlvProgress};
 use crate::descriptor::{check_optional, read_descriptor, write_descriptor, write_optional};
 use crate::mesh::{self, RlvMesh};
@@ -403,6 +404,28 @@ entry! {
         // SAFETY: the caller gives NULL or a NUL-terminated text.
         let path = unsafe { text("path", path) }?;
         object.model.save(Path::new(path))
+    }
+
+    fn rlv_crowd_model_read_bytes(context: RlvContext, bytes: *const u8, size: usize, out: *mut RlvCrowdModel) {
+        present("out", out)?;
+        let context = registry::get(context)?;
+        let limit = context.context.memory_limit();
+        // SAFETY: the caller promises `size` bytes.
+        let bytes = unsafe { bytes::take(bytes, size, limit) }?;
+        let model = CrowdModel::from_bytes(&bytes, limit).map_err(|error| error.at("bytes"))?;
+        let handle = register(context, model)?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_crowd_model_write_bytes(model: RlvCrowdModel, out: *mut RlvBytes) {
+        present("out", out)?;
+        let object = registry::get(model)?;
+        let mut made = Vec::new();
+        object.model.write(&mut made).map_err(|error| Error::internal(error.to_string()))?;
+        // SAFETY: checked above.
+        unsafe { bytes::give(made, out) }
     }
 
     fn rlv_crowd_model_retain(model: RlvCrowdModel) {

@@ -1,6 +1,7 @@
 //! Documents that are worked on; see `include/relievo/document.h`.
 
 use std::ffi::{c_char, c_void};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
@@ -11,11 +12,13 @@ use relievo_detail::{History, LayeredObject, Recorded};
 use relievo_document::Document;
 
 use crate::array::{present, put, text};
+use crate::bytes::{self, RlvBytes};
 use crate::context::{ContextObject, HostProgress, RLV_LOG_WARNING, RlvContext, RlvProgress};
 use crate::descriptor::{check_optional, read_optional, write_descriptor, write_optional};
 use crate::detail::{DetailObject, Object, RlvDetail, each, fit_traces};
 use crate::mesh::{self, RlvMesh};
 use crate::registry::{self, broken, busy, handle, try_read};
+use crate::stream::{HostStream, RlvStream};
 
 handle!(RlvDocument, 10, DocumentObject);
 
@@ -89,6 +92,39 @@ fn document_of(detail: &DetailObject, object: &mut Object) -> Result<Document> {
     };
     each!(object, object => object.store(context, &mut document))?;
     Ok(document)
+}
+
+/// Makes a document of what `open` returns, whose layers the detail takes up; messages name it `place`.
+fn opened(
+    detail: &Arc<DetailObject>,
+    place: &str,
+    open: impl FnOnce() -> Result<(Document, History)>,
+) -> Result<RlvDocument> {
+    let context = &detail.context.context;
+    let mut editor = detail.edit()?;
+    let (document, history) = open()?;
+    let mut notes = document.notes.clone();
+    let cage = detail.view().cage.clone();
+    let fits = match editor.object {
+        Object::Tiles(_) => document.fit(&cage),
+        Object::Triangles(_) => document.fit_triangles(&cage).map(|()| None),
+    };
+    notes.extend(fits.map_err(|error| error.at(place))?);
+    let budget = editor.budget();
+    let unknown = each!(&mut editor.object, object => object.take_up(context, &document, budget))?;
+    if let Object::Tiles(object) = &mut editor.object {
+        fit_traces(context, object)?;
+    }
+    notes.extend(unknown.into_iter().map(|name| format!("layer `{name}` of the document is left out")));
+    // The log may call back.
+    drop(editor);
+    notes.iter().for_each(|note| detail.context.log(RLV_LOG_WARNING, &format!("{place}: {note}")));
+    registry::insert(DocumentObject { detail: detail.clone(), history: Mutex::new(history) })
+}
+
+/// The mesh that a document was made on.
+fn mesh_of(document: &Document) -> Result<Mesh> {
+    document.mesh().ok_or_else(|| Error::new(ErrorKind::NotFound, "the document does not have the points of its mesh"))
 }
 
 fn or_default(memory: u64) -> u64 {
@@ -214,25 +250,52 @@ entry! {
         // SAFETY: the caller gives a NUL-terminated text.
         let path = unsafe { text("path", path) }?;
         let context = &detail.context.context;
-        let mut editor = detail.edit()?;
-        let (document, history) = History::open(Path::new(path), context.memory_limit(), or_default(memory))?;
-        let mut notes = document.notes.clone();
-        let cage = detail.view().cage.clone();
-        let fits = match editor.object {
-            Object::Tiles(_) => document.fit(&cage),
-            Object::Triangles(_) => document.fit_triangles(&cage).map(|()| None),
-        };
-        notes.extend(fits.map_err(|error| error.at(path))?);
-        let budget = editor.budget();
-        let unknown = each!(&mut editor.object, object => object.take_up(context, &document, budget))?;
-        if let Object::Tiles(object) = &mut editor.object {
-            fit_traces(context, object)?;
-        }
-        notes.extend(unknown.into_iter().map(|name| format!("layer `{name}` of the document is left out")));
-        // The log may call back.
-        drop(editor);
-        notes.iter().for_each(|note| detail.context.log(RLV_LOG_WARNING, &format!("{path}: {note}")));
-        let handle = registry::insert(DocumentObject { detail: detail.clone(), history: Mutex::new(history) })?;
+        let open = || History::open(Path::new(path), context.memory_limit(), or_default(memory));
+        let handle = opened(&detail, path, open)?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_document_create_stream(detail: RlvDetail, stream: *const RlvStream, memory: u64, out: *mut RlvDocument) {
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size, with callbacks as the header demands.
+        let stream = unsafe { HostStream::read(stream) }?;
+        present("out", out)?;
+        let detail = registry::get(detail)?;
+        let mut history = History::new(or_default(memory));
+        let document = document_of(&detail, &mut detail.edit()?.object)?;
+        history.save_in(stream, &document)?;
+        let handle = registry::insert(DocumentObject { detail, history: Mutex::new(history) })?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_document_open_stream(detail: RlvDetail, stream: *const RlvStream, memory: u64, out: *mut RlvDocument) {
+        // SAFETY: as for `rlv_document_create_stream`.
+        let stream = unsafe { HostStream::read(stream) }?;
+        present("out", out)?;
+        let detail = registry::get(detail)?;
+        let limit = detail.context.context.memory_limit();
+        let handle = opened(&detail, "stream", || History::open_in(stream, limit, or_default(memory)))?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_document_open_bytes(
+        detail: RlvDetail,
+        bytes: *const u8,
+        size: usize,
+        memory: u64,
+        out: *mut RlvDocument,
+    ) {
+        present("out", out)?;
+        let detail = registry::get(detail)?;
+        let limit = detail.context.context.memory_limit();
+        // SAFETY: the caller promises `size` bytes.
+        let bytes = Box::new(Cursor::new(unsafe { bytes::take(bytes, size, limit) }?));
+        let handle = opened(&detail, "bytes", || History::open_in(bytes, limit, or_default(memory)))?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -296,6 +359,24 @@ entry! {
         history.save(Path::new(path), &made)
     }
 
+    fn rlv_document_save_stream(document: RlvDocument, stream: *const RlvStream) {
+        // SAFETY: as for `rlv_document_create_stream`.
+        let stream = unsafe { HostStream::read(stream) }?;
+        let document = registry::get(document)?;
+        let mut history = document.history()?;
+        let made = document_of(&document.detail, &mut document.detail.edit()?.object)?;
+        history.save_in(stream, &made)
+    }
+
+    fn rlv_document_save_bytes(document: RlvDocument, out: *mut RlvBytes) {
+        present("out", out)?;
+        let document = registry::get(document)?;
+        let mut history = document.history()?;
+        let made = document_of(&document.detail, &mut document.detail.edit()?.object)?;
+        // SAFETY: checked above.
+        unsafe { bytes::give(history.to_bytes(&made)?, out) }
+    }
+
     fn rlv_document_sync(document: RlvDocument) {
         registry::get(document)?.history()?.sync()
     }
@@ -317,9 +398,20 @@ entry! {
         // SAFETY: the caller gives a NUL-terminated text.
         let path = unsafe { text("path", path) }?;
         let document = Document::open(Path::new(path), context.context.memory_limit())?;
-        let mesh = document.mesh().ok_or_else(|| {
-            Error::new(ErrorKind::NotFound, "the document does not have the points of its mesh").at(path)
-        })?;
+        let mesh = mesh_of(&document).map_err(|error| error.at(path))?;
+        let handle = mesh::register(context, mesh)?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_document_mesh_bytes(context: RlvContext, bytes: *const u8, size: usize, out: *mut RlvMesh) {
+        present("out", out)?;
+        let context = registry::get(context)?;
+        let limit = context.context.memory_limit();
+        // SAFETY: the caller promises `size` bytes.
+        let bytes = unsafe { bytes::take(bytes, size, limit) }?;
+        let mesh = Document::parse(&bytes, limit).and_then(|document| mesh_of(&document)).map_err(|error| error.at("bytes"))?;
         let handle = mesh::register(context, mesh)?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };

@@ -8,6 +8,7 @@ use relievo_core::{Attribute, Crease, Domain, Error, ErrorKind, Mesh, Result, Va
 use relievo_surface::triangle::split;
 
 use crate::array::{Input, Output, fixed, present, put, reserve, text};
+use crate::bytes::{self, RlvBytes};
 use crate::context::{ContextObject, RLV_NAME_SIZE, RlvContext};
 use crate::descriptor::{read_descriptor, write_descriptor};
 use crate::registry::{self, handle, try_read, try_write};
@@ -318,6 +319,35 @@ entry! {
         // SAFETY: the caller promises NULL or a NUL-terminated string.
         let path = unsafe { text("path", path) }?;
         relievo_meshio::write(Path::new(path), &*try_read(&object.mesh, "mesh")?)
+    }
+
+    fn rlv_mesh_read_bytes(
+        context: RlvContext,
+        format: *const c_char,
+        bytes: *const u8,
+        size: usize,
+        out: *mut RlvMesh,
+    ) {
+        present("out", out)?;
+        let context = registry::get(context)?;
+        // SAFETY: the caller promises NULL or a NUL-terminated string, and `size` bytes.
+        let (format, bytes) = unsafe { (text("format", format)?, bytes::take(bytes, size, context.context.memory_limit())?) };
+        let mesh = relievo_meshio::parse(&context.context, format, bytes).map_err(|error| error.at("bytes"))?;
+        mesh.check().map_err(|error| offer_repair(error, "rlv_repair_arrays").at("bytes"))?;
+        let handle = register(context, mesh)?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_mesh_write_bytes(mesh: RlvMesh, format: *const c_char, out: *mut RlvBytes) {
+        present("out", out)?;
+        let object = registry::get(mesh)?;
+        // SAFETY: the caller promises NULL or a NUL-terminated string.
+        let format = unsafe { text("format", format) }?;
+        let made = relievo_meshio::to_bytes(format, &*try_read(&object.mesh, "mesh")?)?;
+        // SAFETY: checked above.
+        unsafe { bytes::give(made, out) }
     }
 
     fn rlv_mesh_split(mesh: RlvMesh, longest_edge: f64, out: *mut RlvMesh) {

@@ -9,6 +9,7 @@ use relievo_lod::progressive::{BuildOptions, DeviceHierarchy, Extents};
 use relievo_lod::{AttributeOptions, Progressive, Welded, weld};
 
 use crate::array::{Input, present, put, text};
+use crate::bytes::{self, RlvBytes};
 use crate::context::{ContextObject, HostProgress, RlvContext, RlvProgress};
 use crate::descriptor::{read_optional, write_descriptor};
 use crate::mesh::{MeshObject, RlvAttributeInfo, RlvMesh};
@@ -208,6 +209,31 @@ entry! {
         // SAFETY: the caller gives NULL or a NUL-terminated text.
         let path = unsafe { text("path", path) }?;
         object.mesh.save(&object.context.context, Path::new(path))
+    }
+
+    fn rlv_progressive_read_bytes(
+        context: RlvContext,
+        bytes: *const u8,
+        size: usize,
+        triangles: usize,
+        out: *mut RlvProgressive,
+    ) {
+        present("out", out)?;
+        let context = registry::get(context)?;
+        // SAFETY: the caller promises `size` bytes.
+        let bytes = unsafe { bytes::take(bytes, size, context.context.memory_limit()) }?;
+        let mesh = Progressive::read(&context.context, &mut bytes.as_slice(), triangles).map_err(|error| error.at("bytes"))?;
+        let made = register(context, mesh)?;
+        // SAFETY: checked above.
+        unsafe { put(out, made) };
+        Ok(())
+    }
+
+    fn rlv_progressive_write_bytes(progressive: RlvProgressive, out: *mut RlvBytes) {
+        present("out", out)?;
+        let object = registry::get(progressive)?;
+        // SAFETY: checked above.
+        unsafe { bytes::give(object.mesh.to_bytes(&object.context.context)?, out) }
     }
 
     fn rlv_progressive_retain(progressive: RlvProgressive) {

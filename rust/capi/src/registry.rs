@@ -20,7 +20,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-pub const NOUNS: [&str; 34] = [
+pub const NOUNS: [&str; 35] = [
     "nothing",
     "context",
     "mesh",
@@ -55,6 +55,7 @@ pub const NOUNS: [&str; 34] = [
     "diffuse",
     "crowd model",
     "crowd",
+    "bytes",
 ];
 
 /// Defines the handle type of a noun.

@@ -13,6 +13,7 @@ use relievo_tissue::{Binding, Held, Model, NodeSet};
 pub use self::build::*;
 pub use self::simulation::*;
 use crate::array::{Input, Output, Plain, fixed, present, put, text};
+use crate::bytes::{self, RlvBytes};
 use crate::context::{ContextObject, HostProgress, RLV_NAME_SIZE, RlvContext, RlvProgress};
 use crate::descriptor::{check_optional, write_descriptor, write_optional};
 use crate::grid::{self, RlvGrid};
@@ -251,6 +252,25 @@ entry! {
         let path = Path::new(unsafe { text("path", path) }?);
         let model = try_read(&object.model, "tissue")?;
         if is_named(path, "inp") { model.write_inp(path) } else { model.write(path) }
+    }
+
+    fn rlv_tissue_read_bytes(context: RlvContext, bytes: *const u8, size: usize, out: *mut RlvTissue) {
+        present("out", out)?;
+        let context = registry::get(context)?;
+        // SAFETY: the caller promises `size` bytes.
+        let bytes = unsafe { bytes::take(bytes, size, context.context.memory_limit()) }?;
+        let made = register(context, Model::decode(&bytes).map_err(|error| error.at("bytes"))?)?;
+        // SAFETY: checked above.
+        unsafe { put(out, made) };
+        Ok(())
+    }
+
+    fn rlv_tissue_write_bytes(tissue: RlvTissue, out: *mut RlvBytes) {
+        present("out", out)?;
+        let object = registry::get(tissue)?;
+        let made = try_read(&object.model, "tissue")?.encode();
+        // SAFETY: checked above.
+        unsafe { bytes::give(made, out) }
     }
 
     fn rlv_tissue_retain(tissue: RlvTissue) {

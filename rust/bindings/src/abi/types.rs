@@ -129,7 +129,7 @@ impl Type {
                 Self::Char => Ok("c_char_p".into()),
                 Self::Number(number) => Ok(format!("{}_p", number.python)),
                 Self::Named(name) => Ok(format!("POINTER({name})")),
-                Self::Pointer(inner, _) if matches!(**inner, Self::Named(_)) => {
+                Self::Pointer(inner, _) if matches!(**inner, Self::Named(_) | Self::Number(_)) => {
                     Ok(format!("POINTER({})", to.python()?))
                 }
                 _ => Err(format!("Python has no declaration of {}", self.c(""))),

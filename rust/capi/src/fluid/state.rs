@@ -9,7 +9,8 @@ use relievo_fluid::{Batch, Checkpoint, ParticleChannel};
 use relievo_particleio::{Particles, encode_frame, read_frame, write_frame};
 
 use super::{FluidObject, RlvFluid, width};
-use crate::array::{Input, Output, present, put, text};
+use crate::array::{present, put, text};
+use crate::bytes::{self, RlvBytes};
 use crate::particles::{self, RlvParticles};
 use crate::registry::{self, try_read};
 
@@ -59,26 +60,20 @@ entry! {
         object.restore(&bytes).map_err(|error| error.at(path))
     }
 
-    fn rlv_fluid_save_bytes(fluid: RlvFluid, bytes: *mut u8, capacity: usize, size: *mut usize) {
-        present("size", size)?;
+    fn rlv_fluid_save_bytes(fluid: RlvFluid, out: *mut RlvBytes) {
+        present("out", out)?;
         let object = registry::get(fluid)?;
-        // SAFETY: the caller promises NULL or room for `capacity` bytes.
-        let room = unsafe { Output::optional("bytes", bytes, capacity, 0) }?;
         let (particles, state) = object.save()?;
         let made = encode_frame(&object.context.context, &particles, Some(&state))?;
-        if let Some(room) = room {
-            room.holds("bytes", made.len())?.fill(made.iter().copied());
-        }
         // SAFETY: checked above.
-        unsafe { put(size, made.len()) };
-        Ok(())
+        unsafe { bytes::give(made, out) }
     }
 
     fn rlv_fluid_restore_bytes(fluid: RlvFluid, bytes: *const u8, size: usize) {
         let object = registry::get(fluid)?;
         // SAFETY: the caller promises `size` bytes.
-        let bytes = unsafe { Input::new("bytes", bytes, size, 0) }?;
-        object.restore(&bytes.to_vec("bytes", object.context.context.memory_limit())?)
+        let bytes = unsafe { bytes::take(bytes, size, object.context.context.memory_limit()) }?;
+        object.restore(&bytes).map_err(|error| error.at("bytes"))
     }
 
     fn rlv_fluid_particles(fluid: RlvFluid, out: *mut RlvParticles) {

@@ -12,6 +12,7 @@ use relievo_tissue::{
 
 use super::{RLV_TISSUE_BALL, RLV_TISSUE_FLOOR, RLV_TISSUE_MESH, RlvTissue, check_axes, item, nodes_of};
 use crate::array::{Input, Output, Plain, present, put, text};
+use crate::bytes::{self, RlvBytes};
 use crate::context::{ContextObject, HostProgress, RlvProgress};
 use crate::descriptor::{check_optional, read_descriptor, read_optional, write_descriptor, write_optional};
 use crate::mesh::{self, RlvMesh};
@@ -131,6 +132,15 @@ impl TissueSimulationObject {
 
     fn change<T>(&self, work: impl FnOnce(&mut Simulation) -> Result<T>) -> Result<T> {
         work(&mut *try_write(&self.simulation, "tissue simulation")?)
+    }
+
+    /// Goes on from a state that was read from `place`.
+    fn restore(&self, saved: SavedState, place: &str) -> Result<()> {
+        if saved.identity != self.checksum {
+            let error = Error::invalid("it is the state of another model").at(place);
+            return Err(error.advise("take a state of this model"));
+        }
+        self.change(|simulation| simulation.set_state(saved.state).map_err(|error| error.at(place)))
     }
 
     fn look<T>(&self, work: impl FnOnce(&Simulation) -> Result<T>) -> Result<T> {
@@ -547,15 +557,30 @@ entry! {
         })
     }
 
+    fn rlv_tissue_simulation_save_bytes(simulation: RlvTissueSimulation, out: *mut RlvBytes) {
+        present("out", out)?;
+        let object = registry::get(simulation)?;
+        let level = object.context.context.level().name().to_owned();
+        let made = object.look(|simulation| {
+            let state = simulation.state().clone();
+            Ok(SavedState { identity: object.checksum, level, state }.encode())
+        })?;
+        // SAFETY: checked above.
+        unsafe { bytes::give(made, out) }
+    }
+
+    fn rlv_tissue_simulation_restore_bytes(simulation: RlvTissueSimulation, bytes: *const u8, size: usize) {
+        let object = registry::get(simulation)?;
+        // SAFETY: the caller promises `size` bytes.
+        let bytes = unsafe { bytes::take(bytes, size, object.context.context.memory_limit()) }?;
+        object.restore(SavedState::decode(&bytes).map_err(|error| error.at("bytes"))?, "bytes")
+    }
+
     fn rlv_tissue_simulation_restore(simulation: RlvTissueSimulation, path: *const c_char) {
         let object = registry::get(simulation)?;
         // SAFETY: the caller gives a NUL-terminated text.
         let path = unsafe { text("path", path) }?;
-        let saved = SavedState::read(&object.context.context, Path::new(path))?;
-        if saved.identity != object.checksum {
-            return Err(Error::invalid("it is the state of another model").at(path).advise("take a state of this model"));
-        }
-        object.change(|simulation| simulation.set_state(saved.state).map_err(|error| error.at(path)))
+        object.restore(SavedState::read(&object.context.context, Path::new(path))?, path)
     }
 
     fn rlv_tissue_simulation_write_vtu(simulation: RlvTissueSimulation, path: *const c_char) {

@@ -6,6 +6,7 @@ use relievo::version::*;
 use relievo::error::*;
 use relievo::context::*;
 use relievo::adapter::*;
+use relievo::bytes::*;
 use relievo::mesh::*;
 use relievo::simplify::*;
 use relievo::progressive::*;
@@ -32,6 +33,7 @@ use relievo::stroke::*;
 use relievo::level::*;
 use relievo::device_level::*;
 use relievo::diffuse::*;
+use relievo::stream::*;
 use relievo::document::*;
 use relievo::fluid::*;
 use relievo::foam::*;
@@ -94,6 +96,10 @@ constant!(RLV_ADAPTER_VIRTUAL = 2);
 constant!(RLV_ADAPTER_SOFTWARE = 3);
 layout!(RlvAdapterInfo: 584, 8);
 function!(rlv_adapter_list: unsafe extern "C" fn(*mut RlvAdapterInfo, usize, *mut usize) -> RlvResult);
+layout!(RlvBytes: 8, 8);
+function!(rlv_bytes_retain: unsafe extern "C" fn(RlvBytes) -> RlvResult);
+function!(rlv_bytes_release: unsafe extern "C" fn(RlvBytes) -> RlvResult);
+function!(rlv_bytes_get: unsafe extern "C" fn(RlvBytes, *mut *const u8, *mut usize) -> RlvResult);
 layout!(RlvMesh: 8, 8);
 constant!(RLV_DOMAIN_POINT = 0);
 constant!(RLV_DOMAIN_CORNER = 1);
@@ -107,6 +113,8 @@ layout!(RlvAttributeInfo: 80, 8);
 function!(rlv_mesh_create: unsafe extern "C" fn(RlvContext, *const RlvMeshArrays, *mut RlvMesh) -> RlvResult);
 function!(rlv_mesh_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvMesh) -> RlvResult);
 function!(rlv_mesh_write: unsafe extern "C" fn(RlvMesh, *const c_char) -> RlvResult);
+function!(rlv_mesh_read_bytes: unsafe extern "C" fn(RlvContext, *const c_char, *const u8, usize, *mut RlvMesh) -> RlvResult);
+function!(rlv_mesh_write_bytes: unsafe extern "C" fn(RlvMesh, *const c_char, *mut RlvBytes) -> RlvResult);
 function!(rlv_mesh_split: unsafe extern "C" fn(RlvMesh, f64, *mut RlvMesh) -> RlvResult);
 function!(rlv_mesh_retain: unsafe extern "C" fn(RlvMesh) -> RlvResult);
 function!(rlv_mesh_release: unsafe extern "C" fn(RlvMesh) -> RlvResult);
@@ -128,6 +136,8 @@ layout!(RlvProgressiveInfo: 64, 8);
 function!(rlv_progressive_create: unsafe extern "C" fn(RlvMesh, *const RlvProgressiveOptions, RlvProgress, *mut c_void, *mut RlvProgressive) -> RlvResult);
 function!(rlv_progressive_read: unsafe extern "C" fn(RlvContext, *const c_char, usize, *mut RlvProgressive) -> RlvResult);
 function!(rlv_progressive_write: unsafe extern "C" fn(RlvProgressive, *const c_char) -> RlvResult);
+function!(rlv_progressive_read_bytes: unsafe extern "C" fn(RlvContext, *const u8, usize, usize, *mut RlvProgressive) -> RlvResult);
+function!(rlv_progressive_write_bytes: unsafe extern "C" fn(RlvProgressive, *mut RlvBytes) -> RlvResult);
 function!(rlv_progressive_retain: unsafe extern "C" fn(RlvProgressive) -> RlvResult);
 function!(rlv_progressive_release: unsafe extern "C" fn(RlvProgressive) -> RlvResult);
 function!(rlv_progressive_info: unsafe extern "C" fn(RlvProgressive, *mut RlvProgressiveInfo) -> RlvResult);
@@ -303,12 +313,15 @@ function!(rlv_buffer_read: unsafe extern "C" fn(RlvBuffer, usize, usize, *mut f3
 layout!(RlvCaster: 8, 8);
 constant!(RLV_NO_ELEMENT = 4294967295);
 layout!(RlvHit: 44, 4);
-layout!(RlvRayArrays: 72, 8);
+layout!(RlvRayArrays: 104, 8);
 function!(rlv_caster_create_mesh: unsafe extern "C" fn(RlvContext, RlvMesh, *mut RlvCaster) -> RlvResult);
 function!(rlv_caster_create_detail: unsafe extern "C" fn(RlvDetail, *const RlvTessellateOptions, *mut RlvCaster) -> RlvResult);
+function!(rlv_caster_create_tessellation: unsafe extern "C" fn(RlvTessellation, *mut RlvCaster) -> RlvResult);
+function!(rlv_caster_update: unsafe extern "C" fn(RlvCaster) -> RlvResult);
 function!(rlv_caster_retain: unsafe extern "C" fn(RlvCaster) -> RlvResult);
 function!(rlv_caster_release: unsafe extern "C" fn(RlvCaster) -> RlvResult);
 function!(rlv_caster_cast: unsafe extern "C" fn(RlvCaster, *const RlvRayArrays) -> RlvResult);
+function!(rlv_caster_occluded: unsafe extern "C" fn(RlvCaster, *const RlvRayArrays, *mut u8, usize) -> RlvResult);
 layout!(RlvIsosurface: 8, 8);
 constant!(RLV_ISOSURFACE_BLOBS = 0);
 constant!(RLV_ISOSURFACE_ZHU_BRIDSON = 1);
@@ -428,6 +441,8 @@ function!(rlv_crowd_params: unsafe extern "C" fn(*mut *const RlvParameter, *mut 
 function!(rlv_crowd_model_build: unsafe extern "C" fn(RlvContext, *const c_char, *const RlvCrowdClipName, usize, *const RlvCrowdBuildSettings, RlvProgress, *mut c_void, *mut RlvCrowdModel) -> RlvResult);
 function!(rlv_crowd_model_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvCrowdModel) -> RlvResult);
 function!(rlv_crowd_model_write: unsafe extern "C" fn(RlvCrowdModel, *const c_char) -> RlvResult);
+function!(rlv_crowd_model_read_bytes: unsafe extern "C" fn(RlvContext, *const u8, usize, *mut RlvCrowdModel) -> RlvResult);
+function!(rlv_crowd_model_write_bytes: unsafe extern "C" fn(RlvCrowdModel, *mut RlvBytes) -> RlvResult);
 function!(rlv_crowd_model_retain: unsafe extern "C" fn(RlvCrowdModel) -> RlvResult);
 function!(rlv_crowd_model_release: unsafe extern "C" fn(RlvCrowdModel) -> RlvResult);
 function!(rlv_crowd_model_info: unsafe extern "C" fn(RlvCrowdModel, *mut RlvCrowdModelInfo) -> RlvResult);
@@ -575,6 +590,13 @@ function!(rlv_diffuse_get: unsafe extern "C" fn(RlvDiffuse, *const RlvDiffuseArr
 function!(rlv_diffuse_particles: unsafe extern "C" fn(RlvDiffuse, f64, *mut RlvParticles) -> RlvResult);
 function!(rlv_diffuse_save: unsafe extern "C" fn(RlvDiffuse, *const c_char, f64) -> RlvResult);
 function!(rlv_diffuse_restore: unsafe extern "C" fn(RlvDiffuse, *const c_char) -> RlvResult);
+alias!(RlvStreamRead = Option<unsafe extern "C" fn(*mut c_void, u64, *mut u8, usize) -> u32>);
+alias!(RlvStreamWrite = Option<unsafe extern "C" fn(*mut c_void, u64, *const u8, usize) -> u32>);
+alias!(RlvStreamLength = Option<unsafe extern "C" fn(*mut c_void, *mut u64) -> u32>);
+alias!(RlvStreamCut = Option<unsafe extern "C" fn(*mut c_void, u64) -> u32>);
+alias!(RlvStreamSync = Option<unsafe extern "C" fn(*mut c_void) -> u32>);
+alias!(RlvStreamClose = Option<unsafe extern "C" fn(*mut c_void)>);
+layout!(RlvStream: 64, 8);
 layout!(RlvDocument: 8, 8);
 layout!(RlvDocumentInfo: 32, 8);
 layout!(RlvDocumentChanges: 32, 8);
@@ -582,6 +604,9 @@ layout!(RlvTransferOptions: 24, 8);
 layout!(RlvTransferReport: 48, 8);
 function!(rlv_document_create: unsafe extern "C" fn(RlvDetail, *const c_char, u64, *mut RlvDocument) -> RlvResult);
 function!(rlv_document_open: unsafe extern "C" fn(RlvDetail, *const c_char, u64, *mut RlvDocument) -> RlvResult);
+function!(rlv_document_create_stream: unsafe extern "C" fn(RlvDetail, *const RlvStream, u64, *mut RlvDocument) -> RlvResult);
+function!(rlv_document_open_stream: unsafe extern "C" fn(RlvDetail, *const RlvStream, u64, *mut RlvDocument) -> RlvResult);
+function!(rlv_document_open_bytes: unsafe extern "C" fn(RlvDetail, *const u8, usize, u64, *mut RlvDocument) -> RlvResult);
 function!(rlv_document_retain: unsafe extern "C" fn(RlvDocument) -> RlvResult);
 function!(rlv_document_release: unsafe extern "C" fn(RlvDocument) -> RlvResult);
 function!(rlv_document_info: unsafe extern "C" fn(RlvDocument, *mut RlvDocumentInfo) -> RlvResult);
@@ -591,9 +616,12 @@ function!(rlv_document_abandon: unsafe extern "C" fn(RlvDocument) -> RlvResult);
 function!(rlv_document_undo: unsafe extern "C" fn(RlvDocument, *mut RlvDocumentChanges) -> RlvResult);
 function!(rlv_document_redo: unsafe extern "C" fn(RlvDocument, *mut RlvDocumentChanges) -> RlvResult);
 function!(rlv_document_save: unsafe extern "C" fn(RlvDocument, *const c_char) -> RlvResult);
+function!(rlv_document_save_stream: unsafe extern "C" fn(RlvDocument, *const RlvStream) -> RlvResult);
+function!(rlv_document_save_bytes: unsafe extern "C" fn(RlvDocument, *mut RlvBytes) -> RlvResult);
 function!(rlv_document_sync: unsafe extern "C" fn(RlvDocument) -> RlvResult);
 function!(rlv_document_compact: unsafe extern "C" fn(RlvContext, *const c_char, usize) -> RlvResult);
 function!(rlv_document_mesh: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvMesh) -> RlvResult);
+function!(rlv_document_mesh_bytes: unsafe extern "C" fn(RlvContext, *const u8, usize, *mut RlvMesh) -> RlvResult);
 function!(rlv_document_transfer: unsafe extern "C" fn(RlvContext, *const c_char, RlvMesh, *const c_char, *const RlvTransferOptions, RlvProgress, *mut c_void, *mut RlvTransferReport) -> RlvResult);
 layout!(RlvFluid: 8, 8);
 constant!(RLV_FLUID_WENDLAND = 0);
@@ -653,7 +681,7 @@ function!(rlv_fluid_channel_info: unsafe extern "C" fn(RlvFluid, u32, *mut RlvAt
 function!(rlv_fluid_get_channel: unsafe extern "C" fn(RlvFluid, u32, *mut f32, usize, usize) -> RlvResult);
 function!(rlv_fluid_save: unsafe extern "C" fn(RlvFluid, *const c_char) -> RlvResult);
 function!(rlv_fluid_restore: unsafe extern "C" fn(RlvFluid, *const c_char) -> RlvResult);
-function!(rlv_fluid_save_bytes: unsafe extern "C" fn(RlvFluid, *mut u8, usize, *mut usize) -> RlvResult);
+function!(rlv_fluid_save_bytes: unsafe extern "C" fn(RlvFluid, *mut RlvBytes) -> RlvResult);
 function!(rlv_fluid_restore_bytes: unsafe extern "C" fn(RlvFluid, *const u8, usize) -> RlvResult);
 function!(rlv_fluid_particles: unsafe extern "C" fn(RlvFluid, *mut RlvParticles) -> RlvResult);
 function!(rlv_fluid_add_particles: unsafe extern "C" fn(RlvFluid, RlvParticles) -> RlvResult);
@@ -796,6 +824,8 @@ function!(rlv_tissue_scan: unsafe extern "C" fn(RlvContext, *const c_char, *cons
 function!(rlv_tissue_from_grid: unsafe extern "C" fn(RlvGrid, *const RlvTissueLabels, *mut RlvTissueReport, *mut RlvTissue) -> RlvResult);
 function!(rlv_tissue_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvTissue) -> RlvResult);
 function!(rlv_tissue_write: unsafe extern "C" fn(RlvTissue, *const c_char) -> RlvResult);
+function!(rlv_tissue_read_bytes: unsafe extern "C" fn(RlvContext, *const u8, usize, *mut RlvTissue) -> RlvResult);
+function!(rlv_tissue_write_bytes: unsafe extern "C" fn(RlvTissue, *mut RlvBytes) -> RlvResult);
 function!(rlv_tissue_retain: unsafe extern "C" fn(RlvTissue) -> RlvResult);
 function!(rlv_tissue_release: unsafe extern "C" fn(RlvTissue) -> RlvResult);
 function!(rlv_tissue_info: unsafe extern "C" fn(RlvTissue, *mut RlvTissueInfo) -> RlvResult);
@@ -827,6 +857,8 @@ function!(rlv_tissue_simulation_get_bound: unsafe extern "C" fn(RlvTissueSimulat
 function!(rlv_tissue_simulation_mesh: unsafe extern "C" fn(RlvTissueSimulation, u32, *mut RlvMesh) -> RlvResult);
 function!(rlv_tissue_simulation_save: unsafe extern "C" fn(RlvTissueSimulation, *const c_char) -> RlvResult);
 function!(rlv_tissue_simulation_restore: unsafe extern "C" fn(RlvTissueSimulation, *const c_char) -> RlvResult);
+function!(rlv_tissue_simulation_save_bytes: unsafe extern "C" fn(RlvTissueSimulation, *mut RlvBytes) -> RlvResult);
+function!(rlv_tissue_simulation_restore_bytes: unsafe extern "C" fn(RlvTissueSimulation, *const u8, usize) -> RlvResult);
 function!(rlv_tissue_simulation_write_vtu: unsafe extern "C" fn(RlvTissueSimulation, *const c_char) -> RlvResult);
 function!(rlv_tissue_simulation_write_vdb: unsafe extern "C" fn(RlvTissueSimulation, *const c_char) -> RlvResult);
 layout!(RlvJob: 8, 8);
@@ -1013,6 +1045,9 @@ pub fn offsets(list: &mut Offsets) {
         backend: [u8; 48] = 24,
         name: [u8; 256] = 72,
         driver: [u8; 256] = 328,
+    });
+    fields!(list, RlvBytes {
+        id: u64 = 0,
     });
     fields!(list, RlvMesh {
         id: u64 = 0,
@@ -1496,6 +1531,10 @@ pub fn offsets(list: &mut Offsets) {
         hit_stride: usize = 56,
         min_distance: f32 = 64,
         max_distance: f32 = 68,
+        min_distances: *const f32 = 72,
+        min_distance_stride: usize = 80,
+        max_distances: *const f32 = 88,
+        max_distance_stride: usize = 96,
     });
     fields!(list, RlvIsosurface {
         id: u64 = 0,
@@ -2137,6 +2176,17 @@ pub fn offsets(list: &mut Offsets) {
         ages: *mut f32 = 48,
         lifetimes: *mut f32 = 56,
         lives: *mut f32 = 64,
+    });
+    fields!(list, RlvStream {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        user: *mut c_void = 8,
+        read: RlvStreamRead = 16,
+        write: RlvStreamWrite = 24,
+        length: RlvStreamLength = 32,
+        cut: RlvStreamCut = 40,
+        sync: RlvStreamSync = 48,
+        close: RlvStreamClose = 56,
     });
     fields!(list, RlvDocument {
         id: u64 = 0,
@@ -3704,6 +3754,7 @@ pub const NAMES: &[&str] = &[
     "RLV_SIMPLIFY_OPTIONS_INIT",
     "RLV_STAMP_OPTIONS_INIT",
     "RLV_STAMP_SETTINGS_INIT",
+    "RLV_STREAM_INIT",
     "RLV_STROKE_REPORT_INIT",
     "RLV_SURFACE_CATMULL_CLARK",
     "RLV_SURFACE_INFO_INIT",

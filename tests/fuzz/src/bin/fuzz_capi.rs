@@ -1143,9 +1143,11 @@ fn states(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     // SAFETY: the size is there, and then the bytes.
     let kept = unsafe {
         let mut kept = Vec::new();
-        if called(rlv_fluid_save_bytes(fluid, null_mut(), 0, &mut size)) {
-            kept = vec![0_u8; size];
-            assert!(called(rlv_fluid_save_bytes(fluid, kept.as_mut_ptr(), size, &mut size)));
+        let (mut held, mut data) = (RlvBytes::default(), null());
+        if called(rlv_fluid_save_bytes(fluid, &mut held)) {
+            assert!(called(rlv_bytes_get(held, &mut data, &mut size)));
+            kept = std::slice::from_raw_parts(data, size).to_vec();
+            assert!(called(rlv_bytes_release(held)));
             assert!(called(rlv_fluid_restore_bytes(fluid, kept.as_ptr(), size)), "what was saved is restored");
         }
         kept

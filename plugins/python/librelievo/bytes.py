@@ -1,0 +1,34 @@
+"""Bytes: what files would hold, for hosts that keep it in files of their own."""
+
+import ctypes
+
+import numpy
+
+from . import abi, library
+from .array import Reading
+from .handle import Handle
+from .parameter import address_of
+
+
+class Bytes(Handle):
+    """Bytes that the library made."""
+
+    noun, kind = "bytes", abi.RlvBytes
+
+    def copy(self):
+        """The bytes as Python's own."""
+        data, size = abi.c_uint8_p(), ctypes.c_size_t()
+        library.call("rlv_bytes_get", self.handle, ctypes.byref(data), address_of(size))
+        return ctypes.string_at(data.value, size.value)
+
+
+def made(function, *arguments):
+    """The bytes that a function makes whose last argument receives them."""
+    with Bytes.of(function, *arguments) as held:
+        return held.copy()
+
+
+def given(data):
+    """Address and size of bytes, and what keeps them there."""
+    reading = Reading(numpy.frombuffer(data, numpy.uint8), numpy.uint8, 0, "data")
+    return reading.address, reading.count, reading
