@@ -1,6 +1,7 @@
 /* Relievo: casting of rays against meshes and details.
  *
- * A caster is a picture of the geometry at the time it was made; it does not change. Rays are traced by Embree, which
+ * A caster is a picture of the geometry at the time it was made, or follows a tessellation and changes where its host says
+ * so. Rays are traced by Embree, which
  * is loaded with symbols of its own: a host that links another version of Embree is not affected and does not affect
  * it. */
 #ifndef RELIEVO_CASTER_H
@@ -38,11 +39,16 @@ typedef struct RlvRayArrays {
     size_t direction_stride;
     RlvHit *hits; /* the closest hit of every ray */
     size_t hit_stride;
-    float min_distance; /* smallest distance of a hit, 0 or more */
+    float min_distance; /* smallest distance of a hit, 0 or more, in multiples of the direction */
     float max_distance; /* largest distance of a hit; 0 for no limit */
+    const float *min_distances; /* smallest distance of each ray in place of min_distance; NULL for that one */
+    size_t min_distance_stride;
+    const float *max_distances; /* largest distance of each ray in place of max_distance, which may be infinite; NULL for
+                                   that one */
+    size_t max_distance_stride;
 } RlvRayArrays;
 
-#define RLV_RAY_ARRAYS_INIT {sizeof(RlvRayArrays), 0, 0, NULL, 0, NULL, 0, NULL, 0, 0, 0}
+#define RLV_RAY_ARRAYS_INIT {sizeof(RlvRayArrays), 0, 0, NULL, 0, NULL, 0, NULL, 0, 0, 0, NULL, 0, NULL, 0}
 
 /* Makes a caster for the triangles of a mesh, which may be released or changed afterwards. Faces are cut as
  * rlv_mesh_get_triangles does. Fails with RLV_ERROR_UNSUPPORTED or RLV_ERROR_NOT_FOUND if there is no Embree 3.13
@@ -54,11 +60,25 @@ RLV_API RlvResult rlv_caster_create_mesh(RlvContext context, RlvMesh mesh, RlvCa
  * rlv_caster_create_mesh and rlv_tessellate_detail do. */
 RLV_API RlvResult rlv_caster_create_detail(RlvDetail detail, const RlvTessellateOptions *options, RlvCaster *out);
 
+/* Makes a caster for the triangles of a tessellation, as it was updated last, and keeps the tessellation alive. Its hits are
+ * those of a caster of the detail with the same options. Fails as rlv_caster_create_mesh does. */
+RLV_API RlvResult rlv_caster_create_tessellation(RlvTessellation tessellation, RlvCaster *out);
+
+/* Mutating: brings a caster to the last update of its tessellation. After one update it costs what that wrote; after several
+ * all points are moved, and where triangles were rebuilt all is made anew. Fails if the caster follows nothing, and with
+ * RLV_ERROR_BUSY while rays are cast or the tessellation is updated. */
+RLV_API RlvResult rlv_caster_update(RlvCaster caster);
+
 RLV_API RlvResult rlv_caster_retain(RlvCaster caster);
 RLV_API RlvResult rlv_caster_release(RlvCaster caster);
 
-/* Casts rays. A ray hits nothing if a number of it is not finite or beyond 1e12, which is as far as Embree goes, or if
- * its direction is zero; the others of the call are cast. Fails if min_distance is negative or above max_distance. */
+/* Casts rays. A ray hits nothing if a number of its origin or direction is not finite or beyond 1e12, which is as far as
+ * Embree goes, if its direction is zero, or if a distance of its own is no number, negative or its smallest is above its
+ * largest; the others of the call are cast. Fails if min_distance is negative or above max_distance. */
 RLV_API RlvResult rlv_caster_cast(RlvCaster caster, const RlvRayArrays *arrays);
+
+/* Finds out whether rays hit anything between their distances, which is faster than to find what they hit first: writes 1 or
+ * 0 for each to occluded, stride bytes apart, 0 for packed. hits of arrays is not used. Fails as rlv_caster_cast does. */
+RLV_API RlvResult rlv_caster_occluded(RlvCaster caster, const RlvRayArrays *arrays, uint8_t *occluded, size_t stride);
 
 #endif

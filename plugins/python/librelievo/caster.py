@@ -26,18 +26,50 @@ class Caster(Handle):
         """Makes a caster for a detail as it was committed last; options are the fields of RlvTessellateOptions."""
         return cls.of("rlv_caster_create_detail", detail.handle, tessellate_options(options))
 
+    @classmethod
+    def of_tessellation(cls, tessellation):
+        """Makes a caster that follows a tessellation; see `update`."""
+        return cls.of("rlv_caster_create_tessellation", tessellation.handle)
+
+    def update(self):
+        """Goes to the last update of the tessellation."""
+        library.call("rlv_caster_update", self.handle)
+
     def cast(self, origins, directions, min_distance=0.0, max_distance=0.0):
         """The closest hit of every ray, an array of the fields of RlvHit: distance, face, tile, u, v, position,
-        normal."""
-        origins = Reading(origins, numpy.float32, 3, "origins")
-        directions = Reading(directions, numpy.float32, 3, "directions")
-        if origins.count != directions.count:
-            raise Invalid(f"directions: there are {directions.count} for {origins.count} origins")
-        hits = numpy.empty(origins.count, HIT)
-        arrays = record.fill(abi.RlvRayArrays, {"min_distance": min_distance, "max_distance": max_distance})
-        arrays.count = origins.count
-        arrays.origins, arrays.origin_stride = origins.address, origins.stride
-        arrays.directions, arrays.direction_stride = directions.address, directions.stride
+        normal. Distances are one number for all rays, or one for each."""
+        arrays, _kept = ray_arrays(origins, directions, min_distance, max_distance)
+        hits = numpy.empty(arrays.count, HIT)
         arrays.hits = ctypes.cast(hits.__array_interface__["data"][0], ctypes.POINTER(abi.RlvHit))
         library.call("rlv_caster_cast", self.handle, ctypes.byref(arrays))
         return hits
+
+    def occluded(self, origins, directions, min_distance=0.0, max_distance=0.0):
+        """Whether each ray hits anything, as bools."""
+        arrays, _kept = ray_arrays(origins, directions, min_distance, max_distance)
+        found = numpy.empty(arrays.count, numpy.uint8)
+        library.call("rlv_caster_occluded", self.handle, ctypes.byref(arrays), found.__array_interface__["data"][0], 0)
+        return found.view(bool)
+
+
+def ray_arrays(origins, directions, min_distance, max_distance):
+    """RlvRayArrays without hits, and the arrays that it points to."""
+    arrays, kept = record.empty(abi.RlvRayArrays), []
+
+    def reading(values, width, name):
+        kept.append(Reading(values, numpy.float32, width, name))
+        if kept[-1].count != kept[0].count:
+            raise Invalid(f"{name}: there are {kept[-1].count} for {kept[0].count} origins")
+        return kept[-1].address, kept[-1].stride
+
+    arrays.origins, arrays.origin_stride = reading(origins, 3, "origins")
+    arrays.directions, arrays.direction_stride = reading(directions, 3, "directions")
+    arrays.count = kept[0].count
+    for name, value in (("min_distance", min_distance), ("max_distance", max_distance)):
+        if numpy.ndim(value) == 0:
+            setattr(arrays, name, value)
+        else:
+            address, stride = reading(value, 0, f"{name}s")
+            setattr(arrays, f"{name}s", address)
+            setattr(arrays, f"{name}_stride", stride)
+    return arrays, kept

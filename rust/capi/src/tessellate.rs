@@ -266,6 +266,11 @@ pub struct Vertices<'a> {
     pub points: &'a [[f32; 3]],
     pub normals: &'a [[f32; 3]],
     pub corners: &'a [u32],
+    /// The tile of every triangle, and the parameters of its corners there.
+    pub tiles: &'a [u32],
+    pub parameters: &'a [[f32; 2]],
+    /// The commit that they are of.
+    pub view: &'a Arc<View>,
     /// First and number of the points that the last update wrote.
     pub ranges: &'a [[u32; 2]],
     /// Number of the last update.
@@ -285,15 +290,23 @@ impl TessellationObject {
         &self.detail.context
     }
 
+    pub fn shared_context(&self) -> Arc<ContextObject> {
+        self.detail.context.clone()
+    }
+
     /// Calls `look` with what the last update left; fails as busy while another one is at work.
     pub fn with_vertices<R>(&self, look: impl FnOnce(&Vertices<'_>) -> Result<R>) -> Result<R> {
         let kept = try_read(&self.kept, "tessellation")?;
-        let Kept { serial, rebuilt, ranges, follower, .. } = &*kept;
+        let Kept { serial, rebuilt, ranges, follower, view } = &*kept;
         let mesh = follower.mesh();
+        let (tiles, parameters) = follower.places();
         look(&Vertices {
             points: &mesh.points,
             normals: kept.normals()?,
             corners: &mesh.corners,
+            tiles,
+            parameters,
+            view,
             ranges,
             serial: *serial,
             rebuilt: *rebuilt,
@@ -335,6 +348,14 @@ impl Follower {
         match self {
             Self::Tiles { made, .. } => &made.mesh,
             Self::Triangles { made, .. } => &made.mesh,
+        }
+    }
+
+    /// The tile of every triangle, and the parameters of its corners there.
+    fn places(&self) -> (&[u32], &[[f32; 2]]) {
+        match self {
+            Self::Tiles { made, .. } => (&made.tiles, &made.parameters),
+            Self::Triangles { made, .. } => (&made.tiles, &made.parameters),
         }
     }
 

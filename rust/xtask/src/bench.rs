@@ -41,7 +41,7 @@ fn measure(command: &mut Command, json: bool) -> Outcome {
 }
 
 fn hosts(json: bool) -> Outcome {
-    call(cargo().args(["build", "--release", "--quiet", "--package", "relievo-capi"]))?;
+    call(cargo().args(["build", "--release", "--quiet", "--package", "relievo-capi", "--package", "relievo-cli"]))?;
     for name in ["embree_rate", "call_rate"] {
         suite::build_host(name)?;
         measure(&mut Command::new(target().join("hosts").join(name)), json)?;

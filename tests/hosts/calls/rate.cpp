@@ -127,9 +127,9 @@ RlvHit meet(RlvCaster caster, float x, float y) {
 /// Strokes of a brush on 200,000 faces, an event at a time as a modal tool has them.
 void brush_events(RlvContext context) {
     const RlvDetail detail = plane(context, 447, 8);
-    RlvTessellateOptions cells = RLV_TESSELLATE_OPTIONS_INIT;
-    cells.coarse = cells.fine = 1;
     Follower follower(detail, 1);
+    RlvCaster caster = RLV_NULL;
+    CHECK_OK(rlv_caster_create_tessellation(follower.handle, &caster));
     for (const uint32_t action : {uint32_t(RLV_BRUSH_SCULPT), uint32_t(RLV_BRUSH_PAINT)}) {
         RlvBrushOptions options = RLV_BRUSH_OPTIONS_INIT;
         RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
@@ -141,11 +141,10 @@ void brush_events(RlvContext context) {
         CHECK_OK(rlv_brush_create(context, &options, &settings, &brush));
         const std::string name = action == RLV_BRUSH_SCULPT ? "sculpting" : "painting";
         Call event(name + ": an event"), cast("  ray"), extend("  dabs"), commit("  commit"), update("  triangles"), fetch("  copies");
-        Call *const stages[] = {&cast, &extend, &commit, &update, &fetch};
+        Call refit("  caster");
+        Call *const stages[] = {&cast, &extend, &commit, &update, &fetch, &refit};
         for (const float y : {0.1f, 0.1f, 0.13f}) {
-            RlvCaster caster = RLV_NULL;
             RlvStroke stroke = RLV_NULL;
-            CHECK_OK(rlv_caster_create_detail(detail, &cells, &caster));
             CHECK_OK(rlv_stroke_begin(detail, brush, &stroke));
             for (int step = 0; step < 60; ++step) {
                 RlvStrokePoint point = {{0.0, 0.0, 0.0}, 1.0, -1.0};
@@ -159,6 +158,7 @@ void brush_events(RlvContext context) {
                 CHECK(step < 2 || changes.tile_count > 0);
                 update.measure([&] { follower.update(); });
                 fetch.measure([&] { follower.fetch(); });
+                refit.measure([&] { CHECK_OK(rlv_caster_update(caster)); });
                 Cost sum;
                 for (const Call *stage : stages) {
                     const Cost &cost = stage->costs.back();
@@ -168,14 +168,14 @@ void brush_events(RlvContext context) {
             }
             CHECK_OK(rlv_stroke_end(stroke, nullptr));
             CHECK_OK(rlv_stroke_release(stroke));
-            CHECK_OK(rlv_caster_release(caster));
         }
         event.print(8.0);
         for (const Call *stage : stages) {
-            stage->print(0.0, stage == &extend);
+            stage->print(stage == &refit ? 1.0 : 0.0, stage == &extend || stage == &refit);
         }
         CHECK_OK(rlv_brush_release(brush));
     }
+    CHECK_OK(rlv_caster_release(caster));
     CHECK_OK(rlv_detail_release(detail));
 }
 
