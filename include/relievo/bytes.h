@@ -14,7 +14,7 @@ typedef struct RlvBytes {
 RLV_API RlvResult rlv_bytes_retain(RlvBytes bytes);
 RLV_API RlvResult rlv_bytes_release(RlvBytes bytes);
 
-/* Where the bytes are and how many there are, both not NULL. They stay there, unchanged, until the last reference is released.
+/* Where the bytes are and how many there are, both not NULL. They live until the last reference is released.
  * No failure of its own. */
 RLV_API RlvResult rlv_bytes_get(RlvBytes bytes, const uint8_t **data, size_t *size);
 

@@ -24,6 +24,9 @@ static RlvResult merge_layer(uint64_t id) { return rlv_layer_merge((RlvDetail){i
 static RlvResult flatten(uint64_t id) { return rlv_layer_flatten((RlvDetail){id}); }
 static RlvResult create_document(uint64_t id) { RlvDocument out; return rlv_document_create((RlvDetail){id}, NULL, 0, &out); }
 static RlvResult open_document(uint64_t id) { RlvDocument out; return rlv_document_open((RlvDetail){id}, "a.relievo", 0, &out); }
+static RlvResult open_bytes(uint64_t id) { RlvDocument out; return rlv_document_open_bytes((RlvDetail){id}, (const uint8_t *)"a", 1, 0, &out); }
+static RlvResult save_bytes(uint64_t id) { RlvBytes out; return rlv_document_save_bytes((RlvDocument){id}, &out); }
+static RlvResult mesh_of_bytes(uint64_t id) { RlvMesh out; return rlv_document_mesh_bytes((RlvContext){id}, (const uint8_t *)"a", 1, &out); }
 static RlvResult retain_document(uint64_t id) { return rlv_document_retain((RlvDocument){id}); }
 static RlvResult release_document(uint64_t id) { return rlv_document_release((RlvDocument){id}); }
 static RlvResult document_info(uint64_t id) { RlvDocumentInfo out = RLV_DOCUMENT_INFO_INIT; return rlv_document_info((RlvDocument){id}, &out); }
@@ -136,6 +139,7 @@ static const struct {
     {retain_document, DOCUMENT},  {release_document, DOCUMENT},  {document_info, DOCUMENT},     {begin, DOCUMENT},
     {end, DOCUMENT},              {abandon, DOCUMENT},           {undo, DOCUMENT},              {redo, DOCUMENT},
     {save, DOCUMENT},             {sync_document, DOCUMENT},     {compact, CONTEXT},            {document_mesh, CONTEXT},
+    {open_bytes, DETAIL},          {save_bytes, DOCUMENT},        {mesh_of_bytes, CONTEXT},
     {transfer, CONTEXT},          {open_picture, CONTEXT},       {retain_picture, PICTURE},     {release_picture, PICTURE},
     {picture_info, PICTURE},      {picture_image, PICTURE},      {picture_meta, PICTURE},       {read_picture, PICTURE},
     {create_procedural, DETAIL},  {create_moving, PROCEDURAL},   {retain_procedural, PROCEDURAL},
