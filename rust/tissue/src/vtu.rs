@@ -25,10 +25,9 @@ impl Simulation {
         let mut cells = String::new();
         if elements.len() == self.model().elements.len() {
             let numbers = |of: fn(&ElementState) -> f32| elements.iter().map(of).collect::<Vec<f32>>();
-            let stress: Vec<f32> = elements.iter().flat_map(|element| element.stress).collect();
-            cells += &data.floats("stress", 6, &stress);
-            let strain: Vec<f32> = elements.iter().flat_map(|element| element.strain).collect();
-            cells += &data.floats("strain", 6, &strain);
+            let tensors = |of: fn(&ElementState) -> [f32; 6]| elements.iter().flat_map(|element| in_vtk(of(element)));
+            cells += &data.floats("stress", 6, &tensors(|element| element.stress).collect::<Vec<f32>>());
+            cells += &data.floats("strain", 6, &tensors(|element| element.strain).collect::<Vec<f32>>());
             cells += &data.floats("von_mises", 1, &numbers(|element| element.von_mises));
             let principal: Vec<f32> = elements.iter().flat_map(|element| element.principal).collect();
             cells += &data.floats("principal_stress", 3, &principal);
@@ -55,6 +54,11 @@ impl Simulation {
             out.write_all(b"\n</AppendedData>\n</VTKFile>\n")
         })
     }
+}
+
+/// The components of a symmetric tensor in VTK's order, xx, yy, zz, xy, yz, xz, from xx, yy, zz, yz, zx, xy.
+fn in_vtk([xx, yy, zz, yz, zx, xy]: [f32; 6]) -> [f32; 6] {
+    [xx, yy, zz, xy, yz, zx]
 }
 
 /// Bytes at the end of the file, each array with its length first.

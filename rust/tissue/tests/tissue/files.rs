@@ -167,7 +167,10 @@ fn a_grid_for_vtk_has_what_it_announces() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.vtu");
     let simulation = Simulation::new(model(), &SimulationOptions::default()).unwrap();
-    simulation.write_vtu(&path, &simulation.element_states(&context).unwrap()).unwrap();
+    let mut states = simulation.element_states(&context).unwrap();
+    // xx, yy, zz, yz, zx, xy.
+    states[0].stress = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
+    simulation.write_vtu(&path, &states).unwrap();
     let bytes = std::fs::read(&path).unwrap();
     let text = String::from_utf8_lossy(&bytes);
     assert!(text.contains("NumberOfPoints=\"12\" NumberOfCells=\"2\"") && text.ends_with("</VTKFile>\n"));
@@ -176,6 +179,11 @@ fn a_grid_for_vtk_has_what_it_announces() {
     let mut lengths = Vec::new();
     for _ in 0..13 {
         let length = u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
+        if lengths.len() == 2 {
+            let tensor: Vec<f32> =
+                bytes[at + 8..at + 32].as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
+            assert_eq!(tensor, [1.0, 2.0, 3.0, 6.0, 4.0, 5.0], "VTK's order: xx, yy, zz, xy, yz, xz");
+        }
         lengths.push(length);
         at += 8 + length as usize;
     }
