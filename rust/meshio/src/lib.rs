@@ -145,7 +145,7 @@ pub fn read_point_instancers(context: &Context, path: &Path) -> Result<Vec<Point
     let named = |error: Error| error.at(path.display().to_string());
     let limit = context.memory_limit();
     let bytes = file::load(path, limit)?;
-    if Format::of(path, &bytes).map_err(named)? != Format::Usd {
+    if Format::of(&extension(path), &bytes).map_err(named)? != Format::Usd {
         return Err(named(Error::unsupported("the file is no USD stage").advise("give .usda, .usdc or .usd")));
     }
     let folder = path.parent().unwrap_or(Path::new(""));
