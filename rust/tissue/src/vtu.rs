@@ -25,7 +25,7 @@ impl Simulation {
         let mut cells = String::new();
         if elements.len() == self.model().elements.len() {
             let numbers = |of: fn(&ElementState) -> f32| elements.iter().map(of).collect::<Vec<f32>>();
-            let tensors = |of: fn(&ElementState) -> [f32; 6]| elements.iter().flat_map(|element| in_vtk(of(element)));
+            let tensors = |of: fn(&ElementState) -> [f32; 6]| elements.iter().flat_map(move |element| in_vtk(of(element)));
             cells += &data.floats("stress", 6, &tensors(|element| element.stress).collect::<Vec<f32>>());
             cells += &data.floats("strain", 6, &tensors(|element| element.strain).collect::<Vec<f32>>());
             cells += &data.floats("von_mises", 1, &numbers(|element| element.von_mises));
