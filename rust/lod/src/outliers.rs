@@ -530,7 +530,7 @@ mod tests {
         // Waves that were halved everywhere alike.
         let waves: Vec<[f32; 3]> = (0..)
             .zip(&points)
-            .map(|(at, [x, y, _])| [*x, *y, if at % (SIDE + 1) % 2 == 0 { 0.0 } else { 0.01 }])
+            .map(|(at, [x, y, _])| [*x, *y, if (at % (SIDE + 1)).is_multiple_of(2) { 0.0 } else { 0.01 }])
             .collect();
         let (_, _, mut reduced) = peak();
         reduced.points = points.iter().map(|[x, y, _]| Vec4::new(*x, *y, 0.0, 0.0)).collect();
