@@ -255,6 +255,7 @@ mod tests {
             ("*const ::std::ffi::c_char", "const char *it", "c_char_p"),
             ("*mut ::std::ffi::c_void", "void *it", "c_void_p"),
             ("*mut *const RlvParameter", "const RlvParameter **it", "POINTER(POINTER(RlvParameter))"),
+            ("*mut *const u8", "const uint8_t **it", "POINTER(c_uint8_p)"),
             ("[f64; 12usize]", "double it[12]", "c_double * 12"),
             ("RlvMesh", "RlvMesh it", "RlvMesh"),
         ] {
@@ -263,7 +264,7 @@ mod tests {
         }
         assert_eq!(of("[::std::ffi::c_char; 48usize]").unwrap().rust(), "[u8; 48]");
         assert!(of("::std::ffi::c_long").unwrap_err().contains("c_long"));
-        assert!(of("*mut *mut f32").unwrap().python().is_err());
+        assert!(of("*mut *mut *mut f32").unwrap().python().is_err());
     }
 
     #[test]
