@@ -11,6 +11,7 @@ use libfuzzer_sys::fuzz_target;
 use relievo_abi::bake::*;
 use relievo_abi::bezier::*;
 use relievo_abi::brush::*;
+use relievo_abi::bytes::*;
 use relievo_abi::caster::*;
 use relievo_abi::collider::*;
 use relievo_abi::context::*;
