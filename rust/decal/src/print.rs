@@ -10,6 +10,7 @@ use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_detail::{DisplacedObject, LayeredObject};
 use relievo_document::{Blend, Kind, Settings};
+use relievo_render::color::luminance;
 use relievo_tiles::{Channel, ColorTexel, Layered, Sets, Tessellation, Texel, Vector, by_format};
 
 use crate::artwork::Artwork;
@@ -93,6 +94,14 @@ pub fn check_opacity(opacity: f32) -> Result<()> {
     Err(Error::invalid(format!("the opacity is {opacity}")).at("decal").advise("use 0 to 1"))
 }
 
+/// A displacement that is raised by `height` times the luminance of a premultiplied colour that is not transparent.
+pub fn raised(old: f16, color: [f32; 4], height: f32, settings: &Settings) -> f16 {
+    let [red, green, blue, alpha] = color;
+    let relief = height * luminance([red, green, blue]) / alpha;
+    let settings = Settings { opacity: settings.opacity * alpha, ..*settings };
+    f16::of_sum(f16::blend(old.sum(), relief, &settings))
+}
+
 impl Print<'_> {
     /// Puts the decal on the texels of the active layer of colour, with the blend mode and opacity of `settings`.
     ///
@@ -117,12 +126,7 @@ impl Print<'_> {
     pub fn emboss(&self, object: &mut DisplacedObject, height: f32, settings: &Settings) -> Result<Printed> {
         check_height(height)?;
         settings.check(Kind::Scalar).map_err(|error| error.at("decal"))?;
-        let mut done = self.write(object.displacement_mut(), |old: f16, [red, green, blue, alpha], _| {
-            // The luminance of Rec.709; colours are premultiplied.
-            let relief = height * (0.2126 * red + 0.7152 * green + 0.0722 * blue) / alpha;
-            let settings = Settings { opacity: settings.opacity * alpha, ..*settings };
-            f16::of_sum(f16::blend(old.sum(), relief, &settings))
-        })?;
+        let mut done = self.write(object.displacement_mut(), |old, color, _| raised(old, color, height, settings))?;
         done.refuse(object.settle(self.context)?);
         Ok(done)
     }

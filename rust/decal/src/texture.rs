@@ -5,6 +5,7 @@
 
 use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result, Values};
 use relievo_render::Image;
+use relievo_render::color::luminance;
 
 use crate::artwork::Artwork;
 use crate::decal::Decal;
@@ -138,8 +139,7 @@ fn over(pixel: &mut [f32], [red, green, blue, alpha]: [f32; 4]) {
     if whole <= 0.0 {
         return;
     }
-    // The luminance of Rec.709 for grey pictures.
-    let grey = [0.2126 * red + 0.7152 * green + 0.0722 * blue];
+    let grey = [luminance([red, green, blue])];
     let (colors, count) = if pixel.len() < 3 { (&grey[..], 1) } else { (&[red, green, blue][..], 3) };
     for (value, color) in pixel[..count].iter_mut().zip(colors) {
         *value = (color + below * *value) / whole;

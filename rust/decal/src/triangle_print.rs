@@ -7,7 +7,6 @@
 use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3, Vec4};
-use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_detail::{LayeredObject, TriangleObject};
 use relievo_document::{Kind, Settings};
@@ -19,7 +18,7 @@ use relievo_tiles::{ColorTexel, Layered, by_format};
 
 use crate::artwork::Artwork;
 use crate::decal::Decal;
-use crate::print::{Printed, check_height};
+use crate::print::{Printed, check_height, raised};
 
 /// Samples along each side of the surroundings of a vertex.
 const SAMPLES: u32 = 4;
@@ -88,12 +87,7 @@ impl TrianglePrint<'_> {
     pub fn emboss(&self, object: &mut TriangleObject, height: f32, settings: &Settings) -> Result<Printed> {
         check_height(height)?;
         settings.check(Kind::Scalar).map_err(|error| error.at("decal"))?;
-        let done = self.write(object.displacement_mut(), |old: f16, [red, green, blue, alpha]| {
-            // The luminance of Rec.709; colours are premultiplied.
-            let relief = height * (0.2126 * red + 0.7152 * green + 0.0722 * blue) / alpha;
-            let settings = Settings { opacity: settings.opacity * alpha, ..*settings };
-            f16::of_sum(f16::blend(old.sum(), relief, &settings))
-        })?;
+        let done = self.write(object.displacement_mut(), |old, color| raised(old, color, height, settings))?;
         self.settle(object, done)
     }
 
