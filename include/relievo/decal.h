@@ -114,8 +114,9 @@ typedef struct RlvDecalReport {
 RLV_API RlvResult rlv_decal_on_mesh(RlvMesh mesh, const RlvDecalOptions *options, const RlvDecalPin *pins, size_t count,
                                     size_t stride, RlvProgress progress, void *user, RlvDecal *out);
 
-/* Lays a sticker on the displaced surface of a detail as it was committed last: of a Catmull-Clark surface on triangles of
- * options->cells cells along an edge, of a triangle mesh on those that its layers have. Fails as rlv_decal_on_mesh. */
+/* Lays a sticker on the displaced surface of a detail as it was committed last. A Catmull-Clark surface is
+ * divided into options->cells cells along an edge for it, a triangle mesh as finely as its layers are. Fails as
+ * rlv_decal_on_mesh. */
 RLV_API RlvResult rlv_decal_on_detail(RlvDetail detail, const RlvDecalOptions *options, const RlvDecalPin *pins,
                                       size_t count, size_t stride, RlvProgress progress, void *user, RlvDecal *out);
 

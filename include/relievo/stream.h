@@ -19,7 +19,7 @@ typedef uint32_t (*RlvStreamWrite)(void *user, uint64_t place, const uint8_t *by
 /* Writes how many bytes the stream has to length. */
 typedef uint32_t (*RlvStreamLength)(void *user, uint64_t *length);
 
-/* Cuts the stream off after length bytes, at most those that it has. */
+/* Cuts the stream off after length bytes; length is at most its present length. */
 typedef uint32_t (*RlvStreamCut)(void *user, uint64_t length);
 
 /* Returns when all that was written is safe against a failure of power. */

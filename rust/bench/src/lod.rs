@@ -147,7 +147,7 @@ fn case(report: &mut Report, context: &Context, peers: &[Peer], name: &str, mesh
     Ok(mine.median())
 }
 
-/// Models whose largest deviation is compared, besides those that all is measured of. The last two have parts that meet
+/// Models of which the largest deviation alone is compared. The last two have parts that meet
 /// at edges of more than two triangles.
 const MODELS: [&str; 12] = [
     "meshes/cheburashka.obj",

@@ -31,7 +31,7 @@ pub struct Stream {
     bytes: u64,
     resident: Vec<Option<Resident>>,
     requests: u64,
-    /// Clusters that each group simplifies, and those that it makes.
+    /// The clusters that each group simplifies, and the clusters that it makes.
     below: Vec<Vec<u32>>,
     above: Vec<Vec<u32>>,
 }

@@ -238,7 +238,7 @@ impl<'a> Beside<'a> {
         self.turned.get(&vertex).map_or_else(|| self.stars.list(vertex), Vec::as_slice)
     }
 
-    /// Returns some vertices and those that share a triangle with them, in order.
+    /// Returns `vertices` and all vertices that share a triangle with one of them, ascending.
     pub fn grown(&self, vertices: &[u32]) -> Vec<u32> {
         let around = vertices.iter().flat_map(|vertex| self.star(*vertex));
         let mut grown: Vec<u32> = around.flat_map(|triangle| self.triangles[*triangle as usize]).collect();
