@@ -5,11 +5,20 @@ The library knows layers by names: that of the active one is "uv" or "color", ot
 """
 
 import math
+from collections import namedtuple
 
 import librelievo as rl
 import numpy
 
 from . import mesh as meshes
+
+# What a cage has beside its active texture coordinates: the name that the library knows it by, its kind ("uv", "color" or
+# "groups"), its names in Blender, the type and domain there, and the values, None once the library has them.
+Carried = namedtuple("Carried", ["key", "kind", "names", "type", "domain", "values"])
+# The paint of the detail on a result; an attribute of the cage with this name stays on the cage.
+PAINT = "Relievo"
+# Steps of the weights of vertex groups on a result: Blender sets one weight for many points at once.
+WEIGHTS = 1024
 
 # Numbers on points and corners that a progressive mesh keeps, and bytes of a name in the library.
 NUMBERS, NAME = 16, 47
@@ -154,3 +163,74 @@ def _put_colors(data, level, name, values, is_point):
     else:
         colors[:, : values.shape[1]] = at_corners
     layer.data.foreach_set("color", colors.reshape(-1))
+
+
+def of_cage(target):
+    """Returns what the mesh of an object carries to its result beside materials: all layers of texture coordinates in
+    their order, colours, and the weights of vertex groups, four to an attribute."""
+    data, found = target.data, []
+    active = data.uv_layers.active
+    for layer in data.uv_layers if len(data.loops) else ():
+        is_active = layer.name == active.name
+        values = None if is_active else meshes.get_uvs(data, layer)
+        found.append(Carried("uv" if is_active else f"carried {len(found)}", "uv", [layer.name], "", "corner", values))
+    for layer in data.color_attributes:
+        if layer.name != PAINT and len(layer.data):
+            values = numpy.empty((len(layer.data), 4), numpy.float32)
+            layer.data.foreach_get("color", values.reshape(-1))
+            domain = "point" if layer.domain == "POINT" else "corner"
+            found.append(Carried(f"carried {len(found)}", "color", [layer.name], layer.data_type, domain, values))
+    names = [group.name for group in target.vertex_groups]
+    if names:
+        weights = numpy.zeros((len(data.vertices), len(names)), numpy.float32)
+        for number, vertex in enumerate(data.vertices):
+            for element in vertex.groups:
+                if element.group < len(names):
+                    weights[number, element.group] = element.weight
+        for first in range(0, len(names), 4):
+            part = numpy.ascontiguousarray(weights[:, first : first + 4])
+            found.append(Carried(f"carried {len(found)}", "groups", names[first : first + 4], "", "point", part))
+    return found
+
+
+def values_of(made, carried):
+    """Returns what a tessellation's mesh has of attributes of its cage: pairs of what is carried and its values, at
+    corners or points; without Blender's data."""
+    found = []
+    for entry in carried:
+        attribute = made.attribute(entry.key)
+        values = attribute.values if attribute.indices is None else attribute.values[attribute.indices]
+        found.append((entry, numpy.ascontiguousarray(values, numpy.float32)))
+    return found
+
+
+def put_carried(result, found):
+    """Gives a result what `values_of` has found."""
+    data = result.data
+    for entry, values in found:
+        if entry.kind == "uv":
+            layer = data.uv_layers.get(entry.names[0]) or data.uv_layers.new(name=entry.names[0], do_init=False)
+            meshes.set_uvs(data, layer, values)
+            if entry.key == "uv":
+                data.uv_layers.active = layer
+                layer.active_render = True
+        elif entry.kind == "color":
+            layer = data.color_attributes.get(entry.names[0])
+            if layer is None:
+                domain = "POINT" if entry.domain == "point" else "CORNER"
+                layer = data.color_attributes.new(entry.names[0], entry.type, domain)
+            layer.data.foreach_set("color", values.reshape(-1))
+        else:
+            for column, name in enumerate(entry.names):
+                _put_weights(result, name, values[:, column])
+
+
+def _put_weights(result, name, weights):
+    """Gives the points of a result their weights in a group, in steps of 1/1024."""
+    group = result.vertex_groups.get(name) or result.vertex_groups.new(name=name)
+    steps = numpy.rint(numpy.clip(weights, 0.0, 1.0) * WEIGHTS).astype(numpy.int32)
+    order = numpy.argsort(steps, kind="stable")
+    levels, first = numpy.unique(steps[order], return_index=True)
+    for level, points in zip(levels.tolist(), numpy.split(order, first[1:])):
+        if level:
+            group.add(points.tolist(), level / WEIGHTS, "REPLACE")

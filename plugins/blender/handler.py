@@ -4,7 +4,7 @@
 import bpy
 from bpy.app.handlers import persistent
 
-from . import cache, job, playback, preview, progressive, state
+from . import cache, job, playback, preview, progressive, state, view
 
 
 @persistent
@@ -40,6 +40,17 @@ def after_load(*_):
         print(f"Relievo: {', '.join(newer)}: edited with a newer add-on; update it to edit them")
 
 
+@persistent
+def graph_updated(scene, depsgraph):
+    """Results follow the materials of their objects."""
+    if not depsgraph.id_type_updated("OBJECT") or not playback.may_write(scene):
+        return
+    for update in depsgraph.updates:
+        changed = update.id.original
+        if isinstance(changed, bpy.types.Object) and changed.type == "MESH" and changed.relievo.result is not None:
+            view.follow_materials(changed)
+
+
 PLACES = [
     ("undo_post", after_undo),
     ("redo_post", after_undo),
@@ -50,6 +61,7 @@ PLACES = [
     ("frame_change_post", playback.frame_changed),
     ("frame_change_post", preview.frame_changed),
     ("depsgraph_update_post", preview.graph_updated),
+    ("depsgraph_update_post", graph_updated),
     ("render_init", playback.render_begins),
     ("render_complete", playback.render_ends),
     ("render_cancel", playback.render_ends),

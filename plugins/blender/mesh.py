@@ -163,6 +163,8 @@ class Source:
         self.points, self.corners, self.sizes = get_points(mesh), get_corners(mesh), get_sizes(mesh)
         self.creases, self.tips = get_creases(mesh) if attributes else (None, None)
         self.uvs = get_uvs(mesh) if attributes else None
+        # Further attributes: names, values and domains.
+        self.attributes = []
 
     def build(self):
         """A mesh of the library, without Blender's data."""
@@ -173,6 +175,8 @@ class Source:
             # Corners of a point with the same coordinates share them, so that they are subdivided as one.
             values, indices = _welded(self.corners, self.uvs)
             made.add_attribute("uv", values, "corner", indices=indices)
+        for attribute in self.attributes:
+            made.add_attribute(*attribute)
         return made
 
 

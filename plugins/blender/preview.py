@@ -71,7 +71,7 @@ class Preview:
         result = target.relievo.result
         if state.is_used(result):
             result.relievo.is_preview = True
-            view.write(result, clone)
+            view.write(target, clone)
             self.shown += 1
 
     def turn(self, context, patience=0.0):

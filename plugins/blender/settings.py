@@ -385,6 +385,8 @@ class RelievoObject(bpy.types.PropertyGroup):
     )
     repair_report: bpy.props.StringProperty(description="What the last repair found and changed, in lines")
     cache_id: bpy.props.StringProperty(description="What names of this object's bakes have in common")
+    materials: bpy.props.StringProperty(description="The materials that a result has taken from its object, as JSON")
+    faces: bpy.props.StringProperty(description="The checksum of the materials of faces that a result has taken")
     is_preview: bpy.props.BoolProperty(description="Whether the result shows what is not there")
     kind: bpy.props.EnumProperty(
         name="Surface",

@@ -15,12 +15,19 @@ import bpy
 import librelievo as rl
 import numpy
 
-from . import document, job, mesh, native, settings, stroke
+from . import attribute, document, job, mesh, native, settings, stroke
 from .error import Refused
 
 # Version of what objects keep; a file with a newer one is refused with a message. 2 has with every stroke where the
 # object was, pressure curves and its revision, and the layers; 3 has the document in pieces.
 FORMAT = 3
+# The attribute that numbers the faces of a cage.
+FACE = "cage face"
+# Modifiers that make faces which the surface of a cage has not.
+GENERATING = {
+    "ARRAY", "BEVEL", "BOOLEAN", "BUILD", "DECIMATE", "EDGE_SPLIT", "MASK", "MESH_TO_VOLUME", "MIRROR", "REMESH", "SCREW",
+    "SKIN", "SOLIDIFY", "TRIANGULATE", "VOLUME_TO_MESH", "WELD", "WIREFRAME",
+}
 # Triangles of the picture of a surface that the pointer meets.
 PICK_CELLS = 2**19
 
@@ -37,6 +44,11 @@ class State:
         self.settings = settings_key(target)
         self.topology = topology_of(cage)
         self.cage, self.kind = mesh.Source(cage), options.kind
+        carried = attribute.of_cage(target)
+        self.cage.attributes = [(entry.key, entry.values, entry.domain) for entry in carried if entry.values is not None]
+        self.cage.attributes.append((FACE, numpy.arange(len(cage.polygons), dtype=numpy.uint32), "face"))
+        # What the result takes from the cage, the values aside, and the face of the cage of each of its triangles.
+        self.carried, self.faces = [entry._replace(values=None) for entry in carried], None
         self.rest = self.pose = self.cage.points
         triangles = options.kind == "TRIANGLES"
         self.tile_size = int(options.segments if triangles else options.tile_size)
@@ -351,6 +363,21 @@ def check(target):
         raise Refused("Leave edit mode first")
 
 
+def check_modifiers(target):
+    """Refuses an object whose modifiers make faces, before its first edit: the surface is that of its mesh alone, and what
+    a mirror or an array adds would vanish."""
+    names = [
+        modifier.name
+        for modifier in target.modifiers
+        if modifier.type in GENERATING and (modifier.show_viewport or modifier.show_render)
+    ]
+    if names:
+        raise Refused(
+            f"{target.name} has the modifier {', '.join(names)}, whose faces would vanish: apply it first (its menu > Apply), "
+            "or remove it"
+        )
+
+
 def opening(target):
     """Steps (see `job`) that make the state of an object where there is none yet, and return it."""
     check(target)
@@ -373,6 +400,7 @@ def opening(target):
         state.release()
         del _states[state.uid]
     if not options.uid:
+        check_modifiers(target)
         options.uid, options.format = uuid.uuid4().hex, FORMAT
     state = State(target, options.uid, found)
     yield from _building(state)

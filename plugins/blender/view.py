@@ -5,11 +5,14 @@ Its triangles are the same for good on subdivision surfaces, so that only positi
 of triangle meshes are made anew where they have become finer.
 """
 
+import json
+import zlib
+
 import bpy
 import librelievo as rl
 import numpy
 
-from . import job, mesh, settings, state as states
+from . import attribute, job, mesh, settings, state as states
 
 
 def ensuring(target, state):
@@ -21,8 +24,6 @@ def ensuring(target, state):
         result.parent = target
         for collection in target.users_collection or [bpy.context.scene.collection]:
             collection.objects.link(result)
-        for material in target.data.materials:
-            result.data.materials.append(material)
         target.relievo.result = result
         target.display_type = "WIRE"
         target.hide_render = True
@@ -42,9 +43,10 @@ def refreshing(target, state):
     """Steps that write what changed since the last refresh to the result object, if there is one."""
     if target.relievo.result is None:
         return
+    follow_materials(target)
     cells = settings.cells_of(target, state.detail.info.tile_count)
     yield 0.0, 1.0, lambda _progress: follow(state, cells)
-    write(target.relievo.result, state)
+    write(target, state)
 
 
 def refresh(target, state):
@@ -66,14 +68,58 @@ def follow(state, cells):
         for first, end in _spans(state.tessellation.changed_ranges()):
             state.tessellation.positions(first, end - first, state.positions[first:end])
     if rebuilt:
-        with state.tessellation.mesh() as made:
-            state.filling = mesh.Filling.of(made)
+        state.filling = _filling(state)
     if state.detail.info.painted_count or state.colors is not None:
         count = len(state.positions)
         if state.colors is None or len(state.colors) != count:
             state.colors = numpy.ones((count, 4), numpy.float32)
         state.tessellation.colors(out=state.colors[:, :3])
     state.seen = state.now()
+
+
+def _filling(state):
+    """Returns the triangles of a state with what its cage carries to them, without Blender's data."""
+    with state.tessellation.mesh() as made:
+        filling = mesh.Filling.of(made)
+        filling.uvs, filling.carried = None, attribute.values_of(made, state.carried)
+        state.faces = made.attribute(states.FACE).values.reshape(-1)
+    return filling
+
+
+def follow_materials(target):
+    """Gives the result of an object the materials that the object has, slot by slot and face by face, where these have
+    changed since the last time: what was assigned to the result itself stays until then."""
+    result = target.relievo.result
+    if not states.is_used(result):
+        return
+    slots, faces = [slot.material for slot in target.material_slots], mesh.get_materials(target.data)
+    names = json.dumps([material and material.name_full for material in slots])
+    if result.relievo.materials != names:
+        _set_slots(result.data.materials, slots)
+        result.relievo.materials = names
+    checksum = "" if faces is None else f"{zlib.crc32(faces):08x}"
+    state = states.existing(target)
+    if result.relievo.faces != checksum and state is not None and state.faces is not None:
+        _set_faces(target, result, state)
+        result.relievo.faces = checksum
+
+
+def _set_slots(materials, slots):
+    while len(materials) > len(slots):
+        materials.pop()
+    for number, material in enumerate(slots):
+        if number < len(materials):
+            materials[number] = material
+        else:
+            materials.append(material)
+
+
+def _set_faces(target, result, state):
+    """Gives the triangles of a result the materials of the faces of the cage."""
+    faces = mesh.get_materials(target.data)
+    if len(state.faces) == len(result.data.polygons) and (faces is None or len(faces) > state.faces.max(initial=0)):
+        mesh.set_materials(result.data, 0 if faces is None else faces[state.faces])
+        result.data.update()
 
 
 # Points between two ranges that are copied with them: as quick as another call.
@@ -89,16 +135,16 @@ def _spans(ranges):
     return zip(firsts[[0, *(cuts + 1)]].tolist(), ends[[*cuts, -1]].tolist())
 
 
-def write(result, state):
-    """Writes the points and colours of a state to a result."""
+def write(target, state):
+    """Writes the points and colours of a state to the result of an object."""
+    result = target.relievo.result
     data = result.data
     if state.filling is not None or len(data.vertices) != len(state.positions):
-        if state.filling is None:
-            with state.tessellation.mesh() as made:
-                state.filling = mesh.Filling.of(made)
+        filling, state.filling = state.filling or _filling(state), None
         data.clear_geometry()
-        state.filling.fill(data)
-        state.filling = None
+        filling.fill(data)
+        attribute.put_carried(result, filling.carried)
+        _set_faces(target, result, state)
     mesh.set_points(data, state.positions)
     if state.colors is None and data.attributes.get("Relievo") is not None:
         state.colors = numpy.ones((len(state.positions), 4), numpy.float32)

@@ -94,6 +94,92 @@ class Strokes(Case):
             host.draw(field, [[0, 0, 0], [0.1, 0, 0]])
 
 
+class Carried(Case):
+    """What a cage has reaches its result: slots and faces of materials, texture coordinates, colours, vertex groups."""
+
+    def dressed(self, kind="CATMULL_CLARK"):
+        """A sheet of 16 faces, its right half of another material."""
+        field = host.field()
+        field.relievo.kind, field.relievo.cells = kind, "4"
+        data, points = field.data, host.positions(field)
+        second = data.uv_layers.new(name="Lightmap")
+        at = points[self.relievo.mesh.get_corners(data)]
+        second.data.foreach_set("uv", (at[:, :2] / 4 + 0.25).astype(numpy.float32).ravel())
+        for name in ("left", "right"):
+            data.materials.append(bpy.data.materials.new(name))
+        centres = numpy.array([face.center for face in data.polygons])
+        data.polygons.foreach_set("material_index", (centres[:, 0] > 0).astype(numpy.int32))
+        tint = data.color_attributes.new("Tint", "FLOAT_COLOR", "POINT")
+        tint.data.foreach_set("color", numpy.column_stack([points / 2 + 0.5, numpy.ones(len(points))]).ravel())
+        group = field.vertex_groups.new(name="Slope")
+        for number, point in enumerate(points):
+            group.add([number], float(point[0] / 2 + 0.5), "REPLACE")
+        return field
+
+    def check(self, field):
+        result = field.relievo.result
+        data, points = result.data, host.positions(result)
+        corners = self.relievo.mesh.get_corners(data)
+        self.assertEqual([layer.name for layer in data.uv_layers], ["UVMap", "Lightmap"])
+        self.assertEqual(data.uv_layers.active.name, field.data.uv_layers.active.name)
+        uvs = self.relievo.mesh.get_uvs(data, data.uv_layers["Lightmap"])
+        flat = self.relievo.mesh.get_uvs(data, data.uv_layers["UVMap"])
+        # Both maps are straight, so that one tells the place on the other.
+        numpy.testing.assert_allclose(uvs, flat / 2, atol=1e-5)
+        places = numpy.empty((len(points), 2))
+        places[corners] = flat * 2 - 1
+        centres = numpy.array([places[face.vertices].mean(0) for face in data.polygons])
+        self.assertEqual([face.material_index for face in data.polygons], (centres[:, 0] > 0).astype(int).tolist())
+        tint = numpy.empty((len(points), 4), numpy.float32)
+        data.color_attributes["Tint"].data.foreach_get("color", tint.ravel())
+        numpy.testing.assert_allclose(tint[:, :2], places / 2 + 0.5, atol=1e-5)
+        group = result.vertex_groups["Slope"]
+        weights = [group.weight(number) if vertex.groups else 0.0 for number, vertex in enumerate(data.vertices)]
+        numpy.testing.assert_allclose(weights, places[:, 0] / 2 + 0.5, atol=1e-3)
+
+    def test_a_result_has_what_its_cage_has(self):
+        for kind in ("CATMULL_CLARK", "TRIANGLES"):
+            field = self.dressed(kind)
+            host.draw(field, [[-0.5, 0.25, 0], [0.5, 0.25, 0]], radius=0.3, height=0.2)
+            self.check(field)
+            # The triangles are made anew.
+            field.relievo.cells = "8"
+            host.draw(field, [[-0.5, -0.25, 0], [0.5, -0.25, 0]], radius=0.3, height=0.2)
+            self.check(field)
+            self.setUp()
+
+    def test_materials_that_change_later_reach_the_result(self):
+        field = self.dressed()
+        host.draw(field, [[-0.5, 0.25, 0], [0.5, 0.25, 0]])
+        result = field.relievo.result
+        self.assertEqual([slot.name for slot in result.material_slots], ["left", "right"])
+        other = bpy.data.materials.new("other")
+        field.data.materials[0] = other
+        field.data.materials.append(bpy.data.materials.new("third"))
+        field.data.polygons.foreach_set("material_index", [2] * 16)
+        field.data.update()
+        bpy.context.view_layer.update()
+        self.assertEqual([slot.name for slot in result.material_slots], ["other", "right", "third"])
+        self.assertEqual({face.material_index for face in result.data.polygons}, {2})
+        # What was assigned to the result stays until the object has others.
+        result.data.materials[1] = other
+        bpy.context.view_layer.update()
+        host.draw(field, [[-0.5, -0.25, 0], [0.5, -0.25, 0]])
+        self.assertEqual([slot.name for slot in result.material_slots], ["other", "other", "third"])
+
+    def test_modifiers_that_make_faces_are_refused(self):
+        for kind in ("MIRROR", "ARRAY"):
+            field = host.field(name=kind)
+            modifier = field.modifiers.new("Half", kind)
+            with self.assertRaisesRegex(RuntimeError, "modifier Half, whose faces would vanish: apply it"):
+                host.draw(field, [[0, 0, 0], [0.1, 0, 0]])
+            self.assertEqual((field.relievo.uid, field.relievo.result, field.hide_render), ("", None, False))
+            host.select(field)
+            bpy.ops.object.modifier_apply(modifier=modifier.name)
+            self.assertEqual(host.draw(field, [[0, 0, 0], [0.1, 0, 0]]), {"FINISHED"})
+            self.assertGreater(len(field.data.polygons), 16)
+
+
 class Undo(Case):
     def edit(self, chance, target, ball):
         """Something at random by an operator; says whether anything was done."""
