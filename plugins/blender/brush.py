@@ -11,8 +11,8 @@ import librelievo as rl
 import numpy
 from bpy_extras import view3d_utils
 
-from . import job, settings, state, stroke, view
-from .error import Refused
+from . import job, lengths, settings, state, stroke, view
+from .error import Refused, said
 
 
 def brush_of(scene, action):
@@ -32,6 +32,7 @@ def active_layer(made, kept):
 def opening(context, target, action):
     """Steps that make the state of an object, in its place and pose, with what the brush needs; they return it."""
     made = yield from state.opening(target)
+    lengths.follow(context.scene, target)
     yield from state.placing(made, target, context.evaluated_depsgraph_get())
     if action == "SCULPT" and context.scene.relievo.brush.sculpt_mode.lower() in stroke.BENDING:
         yield 0.0, 0.0, lambda _progress: made.add_vectors()
@@ -96,7 +97,7 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         try:
             points = rl.stroke.points_of(json.loads(self.points))
         except (ValueError, rl.RelievoError) as failure:
-            raise Refused(f"The points are not a list of x, y, z, pressure and time: {failure}") from None
+            raise Refused(f"The points are not a list of x, y, z, pressure and time: {said(failure)}") from None
         target = state.source_of(context.active_object)
         made = yield from opening(context, target, self.action)
         self.warn(made.take_notes())
@@ -150,7 +151,7 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
             self.stroke = rl.Stroke(made.detail, brush)
         except self.failures as failure:
             self.end_wait(context)
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
             return {"CANCELLED"}
         try:
             for pointer in self.pending:
@@ -207,7 +208,7 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
             # The object has not got the stroke, and the detail follows the object.
             self.state.follow(self.target.relievo.revision)
             view.refresh(self.target, self.state)
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
             return {"CANCELLED"}
         view.refresh(self.target, self.state)
         # The next press meets the surface as it is now.
@@ -229,7 +230,7 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         self.state.abandon()
         view.refresh(self.target, self.state)
         if failure is not None:
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
         return {"CANCELLED"}
 
     def extend(self, context, pointer):

@@ -10,7 +10,7 @@ import librelievo as rl
 import numpy
 
 from . import brush, job, pointer, pose, progressive, stroke
-from .error import Refused
+from .error import Refused, said
 
 HINT = "Draw on the level; release to keep it, Esc: cancel"
 
@@ -45,7 +45,7 @@ class RELIEVO_OT_levels_sculpt(pointer.Edit, bpy.types.Operator):
         try:
             points = rl.stroke.points_of(json.loads(self.points))
         except (ValueError, rl.RelievoError) as failure:
-            raise Refused(f"The points are not a list of x, y, z, pressure and time: {failure}") from None
+            raise Refused(f"The points are not a list of x, y, z, pressure and time: {said(failure)}") from None
         points[:, :3] = points[:, :3] @ inverse[:3, :3].T + inverse[:3, 3]
         return points.tolist()
 
@@ -64,7 +64,7 @@ class RELIEVO_OT_levels_sculpt(pointer.Edit, bpy.types.Operator):
         try:
             self.begin(context)
         except self.failures as failure:
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
             return {"CANCELLED"}
         # The button of the panel waits for a press in the view.
         self.is_held = event.type == "LEFTMOUSE" and event.value == "PRESS" and context.region == self.region
@@ -74,7 +74,7 @@ class RELIEVO_OT_levels_sculpt(pointer.Edit, bpy.types.Operator):
             if self.is_held:
                 self.extend(context, event)
         except self.failures as failure:
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
             return self.cancelled(context)
         return {"RUNNING_MODAL"}
 
@@ -93,7 +93,7 @@ class RELIEVO_OT_levels_sculpt(pointer.Edit, bpy.types.Operator):
             elif event.type in {"ESC", "RIGHTMOUSE"} and event.value == "PRESS":
                 return self.cancelled(context)
         except self.failures as failure:
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
             return self.cancelled(context)
         except BaseException:
             self.cancelled(context)

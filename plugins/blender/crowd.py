@@ -20,7 +20,7 @@ from bpy.app.handlers import persistent
 from mathutils import Matrix
 
 from . import cache, job, mesh, native, playback, state
-from .error import Refused
+from .error import Refused, said
 
 # Ratio of the errors of neighbouring meshes, so that instances share them.
 STEP = math.sqrt(2)
@@ -319,7 +319,7 @@ def frame_changed(scene, *_):
         try:
             show(target, scene)
         except Operator.failures as failure:
-            print(f"Relievo: the crowd of {target.name} cannot be shown: {failure}")
+            print(f"Relievo: the crowd of {target.name} cannot be shown: {said(failure)}")
 
 
 def register():

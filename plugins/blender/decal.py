@@ -8,8 +8,8 @@ import numpy
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
-from . import job, mesh, native, pose, state, stroke, view
-from .error import Refused
+from . import job, lengths, mesh, native, pose, state, stroke, view
+from .error import Refused, said
 
 # Pixels of the screen within which a pin is taken hold of.
 NEAR = 30.0
@@ -197,6 +197,7 @@ class RELIEVO_OT_decal_pin_add(OnDecal, bpy.types.Operator):
 
     def execute(self, context):
         options = owner_of(context.active_object).relievo.decal
+        lengths.follow_decal(owner_of(context.active_object))
         pin = options.pins.add()
         pin.image, pin.position = self.image, self.position
         options.active = len(options.pins) - 1
@@ -329,7 +330,7 @@ class RELIEVO_OT_decal_pin_drag(OnDecal, bpy.types.Operator):
                 drag.end()
                 raise
         except self.failures as failure:
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
             return {"CANCELLED"}
         self.report({"INFO"}, told(quality))
         return {"FINISHED"}
@@ -344,7 +345,7 @@ class RELIEVO_OT_decal_pin_drag(OnDecal, bpy.types.Operator):
         try:
             return self.respond(context, event)
         except self.failures as failure:
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
             return self.ended(context, {"CANCELLED"})
 
     def respond(self, context, event):
@@ -366,7 +367,7 @@ class RELIEVO_OT_decal_pin_drag(OnDecal, bpy.types.Operator):
                     self.drag.move(hit)
                 except rl.RelievoError as failure:
                     # The pin stays where the decal could follow last.
-                    context.workspace.status_text_set(str(failure))
+                    context.workspace.status_text_set(said(failure))
             context.area.tag_redraw()
         elif event.type == "LEFTMOUSE" and event.value == "RELEASE":
             self.position = self.drag.position

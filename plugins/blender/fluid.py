@@ -10,7 +10,7 @@ import numpy
 from mathutils.kdtree import KDTree
 
 from . import cache, frames, job, mesh, native, remote
-from .error import Refused
+from .error import Refused, said
 
 # Types of objects that have a mesh when they are evaluated.
 TYPES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
@@ -78,7 +78,7 @@ class Pouring:
             with self.shape.section(self.direction) as made:
                 fluid.add_emitter(made, speed=self.speed)
         except rl.RelievoError as failure:
-            raise Refused(f"{self.name} cannot pour: {failure}") from None
+            raise Refused(f"{self.name} cannot pour: {said(failure)}") from None
 
 
 def apart(places, others, distance):
@@ -304,7 +304,7 @@ class RELIEVO_OT_fluid_clear(OnDomain, bpy.types.Operator):
             elif folder:
                 self.report({"INFO"}, f"{folder} stays: it is not this object's alone")
         except OSError as failure:
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
             return {"CANCELLED"}
         domain.relievo.fluid.cache = ""
         if is_shown:

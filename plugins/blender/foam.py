@@ -10,7 +10,7 @@ import numpy
 from bpy.app.handlers import persistent
 
 from . import cache, fluid, foam_picture, frames, job, mesh, native, playback, settings, state
-from .error import Refused
+from .error import Refused, said
 from .panel import Panel, draw_table
 
 # Kinds by their numbers, and the colours in which they are shown.
@@ -226,7 +226,7 @@ def show(domain, frame):
     try:
         put(domain, particles(path))
     except (OSError, ValueError, rl.RelievoError) as failure:
-        return f"The foam of frame {frame} of {domain.name} cannot be shown: {failure}"
+        return f"The foam of frame {frame} of {domain.name} cannot be shown: {said(failure)}"
     return ""
 
 

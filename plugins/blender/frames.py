@@ -13,6 +13,7 @@ import numpy
 from bpy.app.handlers import persistent
 
 from . import cache, mesh, native, playback, settings, state
+from .error import said
 
 # What files of frames begin with, by what they have, and their extensions.
 PARTICLES, SURFACE, FOAM = "particles", "surface", "foam"
@@ -87,12 +88,12 @@ def read(path, *names):
                 raise ValueError("it is of a newer add-on; update it")
             found = [kept[name] for name in names]
     except (KeyError, EOFError, TypeError) as failure:
-        raise ValueError(f"it is damaged: {failure}") from None
+        raise ValueError(f"it is damaged: {said(failure)}") from None
     except Exception as failure:
         # A file that is no .zip any more raises what modules of Python please to.
         if isinstance(failure, (OSError, ValueError)):
             raise
-        raise ValueError(f"it is damaged: {failure}") from None
+        raise ValueError(f"it is damaged: {said(failure)}") from None
     return found
 
 
@@ -186,7 +187,7 @@ def show(domain, frame):
         else:
             put(options.result, points, None, velocities)
     except (OSError, ValueError, rl.RelievoError) as failure:
-        return f"Frame {frame} of {domain.name} cannot be shown: {failure}"
+        return f"Frame {frame} of {domain.name} cannot be shown: {said(failure)}"
     return ""
 
 

@@ -12,7 +12,7 @@ import numpy
 from bpy_extras import view3d_utils
 
 from . import job, overlay, pointer, progressive, settings
-from .error import Refused
+from .error import Refused, said
 
 # What a notch of the wheel multiplies the radius by.
 NOTCH = 1.1
@@ -79,7 +79,7 @@ class RELIEVO_OT_levels_edit(pointer.Edit, bpy.types.Operator):
         try:
             self.begin(context)
         except self.failures as failure:
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
             return {"CANCELLED"}
         self.is_held, self.is_turning, self.place = False, False, None
         handle = context.scene.relievo.handle
@@ -123,8 +123,8 @@ class RELIEVO_OT_levels_edit(pointer.Edit, bpy.types.Operator):
                 # The view may be turned before something is held.
                 return {"PASS_THROUGH"}
         except self.failures as failure:
-            self.report({"ERROR"}, str(failure))
-            return self.cancelled(context)
+            # Nothing was changed; another radius or place may do.
+            self.report({"WARNING"}, said(failure))
         except BaseException:
             self.cancelled(context)
             raise

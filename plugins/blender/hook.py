@@ -13,7 +13,7 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import job, levels, playback, pose, progressive
-from .error import Refused
+from .error import Refused, said
 
 
 def _hooked(scene):
@@ -34,7 +34,7 @@ def follow(target, graph=None, is_sure=False):
             job.run(progressive.showing(target, graph))
             progressive.tell(target, "")
     except progressive.FAILURES as failure:
-        progressive.tell(target, str(failure))
+        progressive.tell(target, said(failure))
 
 
 @persistent
@@ -89,7 +89,7 @@ class RELIEVO_OT_levels_hook(levels.OnLevels, bpy.types.Operator):
                 raise Refused("Select the objects that are to be hooks as well, and the object with levels last")
             places = [pose.placed(target, other) for other in others]
         except progressive.FAILURES as failure:
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
             return {"CANCELLED"}
         if not len(options.hooks):
             options.hooked_at = json.dumps(progressive.measure_of(options))

@@ -9,8 +9,12 @@ import librelievo as rl
 import numpy
 from librelievo import bake, imprint
 
-from . import cache, job, material, mesh, native, playback, settings, state, view
+from . import cache, job, lengths, material, mesh, native, playback, settings, state, view
 from .error import Refused
+
+
+# Places at which a surface is looked at for clipped displacement.
+PLACES = 2**18
 
 
 class Presser:
@@ -98,6 +102,7 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
             bpy.ops.screen.animation_cancel(restore_frame=False)
         made = yield from state.opening(target)
         self.warn(made.take_notes())
+        lengths.follow(scene, target)
         options, now = settings.values(scene.relievo.imprint), scene.frame_current
         result = yield from view.ensuring(target, made)
         bake_path = cache.new(target) if self.cache or self.images else ""
@@ -135,6 +140,8 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
                 yield from view.refreshing(target, made)
                 if points is not None:
                     points.add(made.positions)
+            box = []
+            yield 1.0, 1.0, lambda _progress: box.append(is_clipped(made, options["max_displacement"]))
             yield 1.0, 1.0, lambda _progress: made.end()
         except BaseException:
             # The end itself may have failed, which takes it back too.
@@ -147,6 +154,8 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
             playback.resume(target, kept)
             raise
         made.record(target)
+        if box[0]:
+            self.warn([clipping(target, options)])
         scene.frame_set(now)
         if points is not None:
             points.close()
@@ -167,6 +176,30 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
         if pictures is not None:
             path = pictures.replace("####", f"{frame:04d}")
             bake.write(made.detail, path, progress, quantity="displacement", width=self.size, height=self.size)
+
+
+def is_clipped(made, limit):
+    """Returns whether the displacement of a state reaches its limit anywhere, in object units inwards, at the middles of as
+    many cells as `PLACES` allows. Without Blender's data."""
+    count = made.detail.info.tile_count
+    cells = settings.automatic_cells(count, PLACES)
+    steps = (numpy.arange(cells, dtype=numpy.float32) + 0.5) / cells
+    grid = numpy.stack(numpy.meshgrid(steps, steps), -1).reshape(-1, 2)
+    if made.kind == "TRIANGLES":
+        # The upper half of the square is turned over into the triangle.
+        beyond = grid.sum(1) > 1
+        grid[beyond] = 1 - grid[beyond]
+    tiles = numpy.repeat(numpy.arange(count, dtype=numpy.uint32), len(grid))
+    heights = made.detail.evaluate(tiles, numpy.tile(grid, (count, 1)), ["displacements"])["displacements"]
+    return bool(len(heights)) and float(heights.min()) <= -limit * (1.0 - 1e-3)
+
+
+def clipping(target, options):
+    """Returns what the user reads where the displacement reaches its limit."""
+    return (
+        f"{target.name} gives way by {options['max_displacement']:g} at most, and the dent is clipped there; raise Max "
+        "displacement in the panel for deeper ones"
+    )
 
 
 def simulated_from(scene, first):

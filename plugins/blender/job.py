@@ -9,6 +9,8 @@ import time
 import bpy
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
+from .error import said
+
 # What the main thread may wait for a step before it lets Blender go on, seconds: a frame.
 FRAME = 1 / 60
 
@@ -122,7 +124,7 @@ class Steps:
         try:
             run(self.steps(context))
         except self.failures as failure:
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
             return {"CANCELLED"}
         return {"FINISHED"}
 
@@ -139,7 +141,7 @@ class Steps:
             if self.is_quick and self.work.advance(FRAME):
                 return {"FINISHED"}
         except self.failures as failure:
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
             return {"CANCELLED"}
         working.append(self.work)
         context.window_manager.progress_begin(0, 100)
@@ -159,7 +161,7 @@ class Steps:
                 return self.done(context, answer)
         except self.failures as failure:
             if not self.work.is_cancelled:
-                self.report({"ERROR"}, str(failure))
+                self.report({"ERROR"}, said(failure))
             return self.done(context, {"CANCELLED"})
         except BaseException:
             self.done(context, {"CANCELLED"})

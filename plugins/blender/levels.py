@@ -8,7 +8,7 @@ import bpy
 import librelievo as rl
 
 from . import attribute, job, mesh, native, progressive
-from .error import Refused
+from .error import Refused, said
 
 
 class OnLevels:
@@ -92,7 +92,7 @@ class RELIEVO_OT_levels_clear(OnLevels, bpy.types.Operator):
                 if original is None:
                     raise Refused(f"The levels of {target.name} were read from a file, and there is no original mesh")
         except Refused as failure:
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
             return {"CANCELLED"}
         progressive.clear(target)
         if self.keep == "ORIGINAL":

@@ -5,7 +5,8 @@ the last one, and what is there at the release is kept as one edit."""
 import numpy
 from bpy_extras import view3d_utils
 
-from . import job, levels, pose, progressive
+from . import job, lengths, levels, pose, progressive
+from .error import said
 
 
 class Edit(levels.OnLevels, job.Steps):
@@ -19,6 +20,7 @@ class Edit(levels.OnLevels, job.Steps):
     def steps(self, context):
         """The whole edit at once."""
         target = context.active_object
+        lengths.follow(context.scene, target)
         measure = progressive.measure_of(target.relievo.progressive)
         shown = yield from progressive.opening(target)
         self.prepare(context, target, shown)
@@ -40,6 +42,7 @@ class Edit(levels.OnLevels, job.Steps):
     def begin(self, context):
         """Gets ready for the pointer. Fails as edits do."""
         self.target = context.active_object
+        lengths.follow(context.scene, self.target)
         self.world = numpy.array(self.target.matrix_world)
         self.inverse = pose.inverse_of(self.target)
         self.measure = progressive.measure_of(self.target.relievo.progressive)
@@ -94,7 +97,7 @@ class Edit(levels.OnLevels, job.Steps):
             self.take_back()
             progressive.write_moved(self.target, self.shown)
         except self.failures as failure:
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
         return self.done_drawing(context, {"CANCELLED"})
 
     def done_drawing(self, context, answer):

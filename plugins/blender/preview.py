@@ -10,8 +10,8 @@ import bpy
 import librelievo as rl
 from bpy.app.handlers import persistent
 
-from . import imprint, job, mesh, settings, state, view
-from .error import Refused
+from . import imprint, job, lengths, mesh, settings, state, view
+from .error import Refused, said
 
 # How often the main thread looks after the preview, seconds.
 PERIOD = 0.02
@@ -89,7 +89,7 @@ class Preview:
         except (Refused, rl.RelievoError, OSError) as failure:
             cancelled, self.worker = self.worker.is_cancelled, None
             if not cancelled:
-                self.message = str(failure)
+                self.message = said(failure)
         return self.worker is not None or self.is_wanted
 
     def is_edited(self):
@@ -236,6 +236,7 @@ class RELIEVO_OT_preview(job.Steps, bpy.types.Operator):
             raise Refused("Select the objects that press, then the one that they dent as the last")
         made = yield from state.opening(target)
         self.warn(made.take_notes())
+        lengths.follow(context.scene, target)
         yield from state.placing(made, target, context.evaluated_depsgraph_get())
         yield from view.ensuring(target, made)
         made.record(target)

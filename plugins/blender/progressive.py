@@ -16,7 +16,7 @@ import librelievo as rl
 import numpy
 
 from . import attribute, job, mesh, native, pose, settings, stroke
-from .error import Refused
+from .error import Refused, said
 
 # Version of what objects keep; a file with a newer one is refused with a message. Edits of the first are handles alone,
 # and only the third has hooks.
@@ -139,7 +139,7 @@ class Shown:
             try:
                 self.edit(text)
             except (ValueError, *STRANGE, rl.RelievoError) as failure:
-                raise Refused(f"Edit {number} cannot be made again: {failure}; undo it, or clear the levels") from None
+                raise Refused(f"Edit {number} cannot be made again: {said(failure)}; undo it, or clear the levels") from None
 
     def bring(self, measure):
         """Goes to a level, and has its points and triangles."""
@@ -276,7 +276,7 @@ def posed(target, graph=None):
         level = json.loads(options.hooked_at)
         check_measure(level)
     except (ValueError, *STRANGE) as failure:
-        raise Refused(f"The level of the hooks of {target.name} is damaged: {failure}; release them") from None
+        raise Refused(f"The level of the hooks of {target.name} is damaged: {said(failure)}; release them") from None
     return text_of(level, moved, held)
 
 
@@ -321,7 +321,7 @@ def opening(target, wanted=None):
         try:
             shown.stamps[key] = stroke.kept_array(target, key)
         except ValueError as failure:
-            print(f"Relievo: a stamp of {name} is lost: {failure}")
+            print(f"Relievo: a stamp of {name} is lost: {said(failure)}")
     yield 0.5, 0.9, lambda progress: shown.follow(wanted, progress)
     return shown
 
@@ -392,7 +392,7 @@ def changed(target):
         job.run(showing(target))
         tell(target, "")
     except FAILURES as failure:
-        tell(target, str(failure))
+        tell(target, said(failure))
 
 
 def tell(target, trouble):

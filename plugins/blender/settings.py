@@ -421,6 +421,7 @@ class RelievoScene(bpy.types.PropertyGroup):
         name="Traces", description="Keep where and how deep contact was, for bakes", default=False
     )
     handle: bpy.props.PointerProperty(type=RelievoHandle)
+    lengths: bpy.props.StringProperty(description="Lengths that follow the size of objects (see `lengths.py`), as JSON")
 
 
 CLASSES = [

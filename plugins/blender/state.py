@@ -16,7 +16,7 @@ import librelievo as rl
 import numpy
 
 from . import attribute, document, job, mesh, native, settings, stroke
-from .error import Refused
+from .error import Refused, said
 
 # Version of what objects keep; a file with a newer one is refused with a message. 2 has with every stroke where the
 # object was, pressure curves and its revision, and the layers; 3 has the document in pieces.
@@ -119,7 +119,7 @@ class State:
                     rl.stroke.run(self.detail, stroke.brush(kept, pixels), kept["points"])
             except rl.RelievoError as failure:
                 lost += 1
-                print(f"Relievo: a stroke of {self.owner} cannot be made again: {failure}")
+                print(f"Relievo: a stroke of {self.owner} cannot be made again: {said(failure)}")
                 continue
             made += 1
             self.detail.commit()
@@ -308,7 +308,7 @@ def kept_layers(target):
     try:
         return stroke.checked_layers(json.loads(target.relievo.layers or "[]"))
     except ValueError as failure:
-        print(f"Relievo: the layers that {target.name} keeps are damaged: {failure}")
+        print(f"Relievo: the layers that {target.name} keeps are damaged: {said(failure)}")
         return []
 
 
@@ -506,7 +506,7 @@ def follow_all():
             try:
                 state.follow(target.relievo.revision)
             except rl.RelievoError as failure:
-                print(f"Relievo: {target.name}: {failure}")
+                print(f"Relievo: {target.name}: {said(failure)}")
 
 
 def forget(target):

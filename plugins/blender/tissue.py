@@ -10,7 +10,7 @@ import librelievo as rl
 import numpy
 
 from . import cache, job, mesh, native
-from .error import Refused
+from .error import Refused, said
 from .fluid import TYPES, Shape
 from .panel import Panel
 
@@ -308,7 +308,7 @@ class RELIEVO_OT_tissue_clear(OnCollection, bpy.types.Operator):
                 if path and not is_shared and cache.is_own(one, path) and os.path.exists(path):
                     os.remove(path)
             except OSError as failure:
-                self.report({"ERROR"}, str(failure))
+                self.report({"ERROR"}, said(failure))
                 return {"CANCELLED"}
         return {"FINISHED"}
 

@@ -7,7 +7,7 @@ import os
 import bpy
 
 from . import cache, frames, job, preferences
-from .error import Refused
+from .error import Refused, said
 
 
 def used():
@@ -39,7 +39,7 @@ class RELIEVO_OT_cache_clean(bpy.types.Operator):
         try:
             count = len(found())
         except (Refused, OSError) as failure:
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
             return {"CANCELLED"}
         text = f"{count} files and folders are removed. Undo and older copies of this .blend file may play them."
         return job.ask(self, context, event, text)
@@ -53,7 +53,7 @@ class RELIEVO_OT_cache_clean(bpy.types.Operator):
                 else:
                     os.remove(path)
         except (Refused, OSError) as failure:
-            self.report({"ERROR"}, str(failure))
+            self.report({"ERROR"}, said(failure))
             return {"CANCELLED"}
         self.report({"INFO"}, f"{len(paths)} files and folders were removed")
         return {"FINISHED"}

@@ -12,6 +12,7 @@ import unittest
 from pathlib import Path
 
 import bpy
+import mathutils
 import numpy
 
 sys.path.append(str(Path(__file__).resolve().parent))
@@ -178,6 +179,66 @@ class Carried(Case):
             bpy.ops.object.modifier_apply(modifier=modifier.name)
             self.assertEqual(host.draw(field, [[0, 0, 0], [0.1, 0, 0]]), {"FINISHED"})
             self.assertGreater(len(field.data.polygons), 16)
+
+
+class Lengths(Case):
+    """Defaults follow the size of the object; what was set stays; what is clipped is said."""
+
+    def scaled(self, size):
+        field = host.field()
+        field.data.transform(mathutils.Matrix.Scale(size / 2, 4))
+        bpy.context.view_layer.update()
+        return field
+
+    def test_defaults_follow_the_object(self):
+        field, scene = self.scaled(4000), bpy.context.scene.relievo
+        host.draw(field, [[-500, 500, 0], [500, 500, 0]])
+        self.assertEqual([scene.brush.settings.radius, scene.brush.height], [200, 200])
+        self.assertGreater(host.positions(field.relievo.result)[:, 2].max(), 150)
+        self.assertEqual([scene.imprint.max_displacement, scene.handle.radius], [2000, 1000])
+        small = host.field(name="small")
+        host.draw(small, [[-0.5, 0.5, 0], [0.5, 0.5, 0]])
+        self.assertEqual(round(scene.brush.settings.radius, 6), 0.1)
+        # In the world it is 4 long, in its own space 2.
+        large = host.field(name="large")
+        large.scale = (2, 2, 2)
+        bpy.context.view_layer.update()
+        host.draw(large, [[-0.5, 0.5, 0], [0.5, 0.5, 0]])
+        self.assertEqual([round(scene.brush.settings.radius, 6), round(scene.brush.height, 6)], [0.2, 0.1])
+
+    def test_lengths_that_were_set_stay(self):
+        field, scene = self.scaled(40), bpy.context.scene.relievo
+        host.draw(field, [[-5, 5, 0], [5, 5, 0]], radius=0.1, height=0.5)
+        self.assertEqual([round(scene.brush.settings.radius, 6), scene.brush.height], [0.1, 0.5])
+        self.assertEqual(scene.handle.radius, 10)
+        scene.handle.radius = 3
+        host.draw(host.field(name="small"), [[-0.5, 0.5, 0], [0.5, 0.5, 0]])
+        self.assertEqual([round(scene.brush.settings.radius, 6), scene.brush.height, scene.handle.radius], [0.1, 0.5, 3])
+
+    def test_a_clipped_dent_is_said(self):
+        from relievo import imprint
+
+        field, scene = self.scaled(4000), bpy.context.scene
+        scene.frame_end, scene.relievo.imprint.voxels = 1, 2**16
+        ball = host.ball(300)
+        ball.location = (0, 500, 200)
+        for limit, wanted in ((1, 1), (2000, 100)):
+            if limit == 1:
+                scene.relievo.imprint.max_displacement = limit
+            else:
+                scene.relievo.imprint.property_unset("max_displacement")
+            host.select(field, ball)
+            made = host.operator(imprint.RELIEVO_OT_imprint, frame_start=-1, frame_end=-1, cache=False, images=False, image_size=64)
+            told = made.gi_frame.f_locals["self"].told
+            self.relievo.job.run(made)
+            self.assertAlmostEqual(-float(host.positions(field.relievo.result)[:, 2].min()), wanted, delta=0.05 * wanted)
+            self.assertEqual([("clipped" in text) for text in told], [True] if limit == 1 else [])
+
+    def test_failures_do_not_name_functions(self):
+        with self.assertRaises(RuntimeError) as caught:
+            host.draw(host.field(), [[0, 0, 0, 7]])
+        self.assertIn("the pressure of point 0 is 7; use 0 to 1", str(caught.exception))
+        self.assertNotIn("rlv_", str(caught.exception))
 
 
 class Undo(Case):
