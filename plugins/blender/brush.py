@@ -334,6 +334,8 @@ def draw_header(context, layout, mode):
     group = context.scene.relievo.brush
     layout.prop(group, mode, text="")
     layout.prop(group, "color" if mode == "paint_mode" else "height")
+    if mode == "sculpt_mode" and group.sculpt_mode == "DRAW":
+        layout.prop(group, "accumulate")
     layout.prop(group.settings, "radius")
     layout.prop(group.settings, "strength")
 

@@ -98,6 +98,8 @@ class RELIEVO_PT_brush(Panel, bpy.types.Panel):
         group, column = context.scene.relievo.brush, self.column()
         for name in ("paint_mode", "color", "sculpt_mode", "height", "falloff"):
             column.prop(group, name)
+            if name == "height" and group.sculpt_mode == "DRAW":
+                column.prop(group, "accumulate")
         draw_table(column, group.settings)
 
 

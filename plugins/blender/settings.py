@@ -112,7 +112,12 @@ class RelievoBrush(bpy.types.PropertyGroup):
     color: bpy.props.FloatVectorProperty(
         name="Colour", subtype="COLOR", size=4, min=0, max=10000, soft_max=1, default=(0.6, 0.03, 0.02, 1)
     )
-    height: bpy.props.FloatProperty(name="Height", description="What a dab raises, object units", default=0.1)
+    height: bpy.props.FloatProperty(
+        name="Height", description="What a stroke raises, or a dab if it accumulates, object units", default=0.1
+    )
+    accumulate: bpy.props.BoolProperty(
+        name="Accumulate", description="Let the dabs of a stroke that draws add up, past the height", default=False
+    )
     stamp: bpy.props.PointerProperty(name="Stamp", description="Image of the brush", type=bpy.types.Image)
     curves: bpy.props.PointerProperty(
         name="Pressure curves", description="What pressure is taken as for size, strength and angle", type=bpy.types.NodeTree

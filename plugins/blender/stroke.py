@@ -21,10 +21,14 @@ ARRAYS, SHAPE = "relievo_array_", struct.Struct("<III")
 def describe(scene, action):
     """The brush that the scene's settings say, as a stroke keeps it, and the pixels of its stamp or None."""
     group = scene.relievo.brush
+    mode = (group.paint_mode if action == "PAINT" else group.sculpt_mode).lower()
+    if mode == "draw" and not group.accumulate:
+        # The dabs of a layer reach its height together.
+        mode = "layer"
     kept = {
         "options": {
             "action": action.lower(),
-            "mode": (group.paint_mode if action == "PAINT" else group.sculpt_mode).lower(),
+            "mode": mode,
             "falloff": group.falloff.lower(),
             "color": list(group.color),
             "height": group.height,

@@ -59,6 +59,20 @@ class Strokes(Case):
         self.assertEqual(len(field.relievo.strokes), 2)
         self.assertEqual(len(json.loads(field.relievo.strokes[0].text)["points"]), 2)
 
+    def test_a_stroke_raises_its_height_at_most(self):
+        field, group = host.field(), bpy.context.scene.relievo.brush
+        self.assertEqual((group.sculpt_mode, group.accumulate), ("DRAW", False))
+        there_and_back = [[-0.5, 0.25, 0], [0.5, 0.25, 0], [-0.5, 0.25, 0]]
+        # Every stroke raises once more.
+        for number in (1, 2):
+            host.draw(field, there_and_back, radius=0.3, height=0.1)
+            self.assertAlmostEqual(float(host.positions(field.relievo.result)[:, 2].max()), 0.1 * number, delta=4e-3)
+        other = host.field(name="other")
+        host.draw(other, there_and_back, radius=0.3, height=-0.1)
+        self.assertAlmostEqual(float(host.positions(other.relievo.result)[:, 2].min()), -0.1, delta=2e-3)
+        host.draw(field, there_and_back, radius=0.3, height=0.1, accumulate=True)
+        self.assertGreater(float(host.positions(field.relievo.result)[:, 2].max()), 0.5)
+
     def test_symmetry_and_pressure(self):
         field = host.field()
         field.relievo.cells = "32"

@@ -514,7 +514,7 @@ class Strokes(Case):
             numpy.testing.assert_array_equal(shape(ball), before)
         self.draw(ball, [[0, 0, 1]], jitter_position=0.0)
         kept = ball.relievo.progressive.edits[0].text
-        for old, new in (("draw", "carve"), ("sculpt", "paint"), ('"points": [[', '"points": [[7, '), ('"curves": {}', '"curves": 3')):
+        for old, new in (("layer", "carve"), ("sculpt", "paint"), ('"points": [[', '"points": [[7, '), ('"curves": {}', '"curves": 3')):
             self.assertIn(old, kept)
             ball.relievo.progressive.edits[0].text = kept.replace(old, new, 1)
             self.refused(lambda: self.draw(ball, [[0, 0, 1]]), "Edit 1 cannot be made again")
