@@ -91,17 +91,22 @@ fn vertices(report: &mut Report, device: &Device) -> Result<()> {
         inputs.numbers.insert(name.into(), vec![number]);
     }
     let size = [640, 360];
-    let runner = Runner::new(device, &program, None, size, &inputs)?;
     let classes = Classes::of(&augmented);
-    let mut times = Vec::new();
+    let [mut first, mut later] = [Vec::new(), Vec::new()];
     for share in PIXELS {
         let pixel = [0, 1].map(|axis| (share[axis] * size[axis] as f32) as u32);
-        let mut done = Ok(());
-        times.push(1e3 * seconds(|| done = runner.classify(&classes, pixel).map(drop)));
-        done?;
+        let runner = Runner::new(device, &program, None, size, &inputs)?;
+        // The first pixel of a runner lists the vertices; the runner retains the list.
+        for times in [&mut first, &mut later] {
+            let mut done = Ok(());
+            times.push(1e3 * seconds(|| done = runner.classify(&classes, pixel).map(drop)));
+            done?;
+        }
     }
     let case = format!("classification of a pixel of {VERTICES} vertices");
-    report.add(&case, &Sample::new(times), None, "ms", Goal::AtMost(5.0));
+    report.add(&case, &Sample::new(later), None, "ms", Goal::AtMost(5.0));
+    let case = format!("the first pixel of {VERTICES} vertices, which lists them");
+    report.add(&case, &Sample::new(first), None, "ms", Goal::AtMost(5.0));
     Ok(())
 }
 

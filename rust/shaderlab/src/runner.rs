@@ -13,6 +13,7 @@ mod geometry;
 mod program;
 
 use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use relievo_core::{Error, Result};
 use relievo_gpu::{Buffer, Device, wgpu};
@@ -43,12 +44,34 @@ struct Instruments {
     accumulation: Accumulation,
 }
 
+impl Instruments {
+    /// Returns the words of the log of one invocation.
+    fn logged(&self) -> usize {
+        LOG_HEAD + self.features + MOST_VECTORS * (self.features + 1)
+    }
+}
+
 /// The accumulated vectors of all vertices.
 struct Vertices {
-    /// Positions in clip space.
-    places: Vec<[f32; 4]>,
-    /// What each vertex logged, without single vectors.
-    parts: Vec<Part>,
+    /// The words that the vertex shader read: those of the classes where it uses `confidence`, otherwise none.
+    key: Vec<u32>,
+    /// The records of the vertices, one after the other (see [`crate::instrument`]).
+    records: Vec<f32>,
+    /// The numbers of a record.
+    width: usize,
+}
+
+impl Vertices {
+    /// Returns the position of a vertex in clip space.
+    fn place(&self, vertex: usize) -> [f32; 4] {
+        std::array::from_fn(|axis| self.records[vertex * self.width + axis])
+    }
+
+    /// Returns what a vertex logged, without single vectors.
+    fn part(&self, vertex: usize) -> Part {
+        let record = &self.records[vertex * self.width..][..self.width];
+        Part { weighted: record[4] as u32, total: record[5], sums: record[VERTEX_HEAD..].to_vec(), ..Part::default() }
+    }
 }
 
 /// A shader with its inputs on a graphics device.
@@ -61,6 +84,10 @@ pub struct Runner {
     geometry: Option<Geometry>,
     /// Whether pixels, and whether vertices, take vectors.
     takes: [bool; 2],
+    /// Whether the vertex shader uses `confidence`, so that its outputs depend on the classes.
+    judges: bool,
+    /// The list of vertices made last. Text, inputs and vertices of a runner never change, so only classes can outdate it.
+    vertices: Mutex<Option<Arc<Vertices>>>,
     size: [u32; 2],
 }
 
@@ -134,7 +161,9 @@ impl Runner {
         let buffers: Vec<_> = instruments.iter().map(|it| [it.examples.wgpu(), it.log.wgpu()]).collect();
         let bound = Bound::new(device, program, size, inputs, textures, &buffers, takes[1])?;
         let pipeline = Pipeline::new(device, program, &chosen, geometry.as_ref(), &bound, size)?;
-        Ok(Self { device: device.clone(), pipeline, bound, instruments, geometry, takes, size })
+        let judges = program.vertex.as_deref().unwrap_or(program).judges;
+        let vertices = Mutex::default();
+        Ok(Self { device: device.clone(), pipeline, bound, instruments, geometry, takes, judges, vertices, size })
     }
 
     /// Returns the size of the picture.
@@ -154,15 +183,20 @@ impl Runner {
         self.instruments.last().ok_or_else(|| Error::internal("the vertex shader is not augmented"))
     }
 
-    /// Sends classes and a mode to the shader.
-    fn send(&self, classes: &Classes, mode: Mode) -> Result<()> {
+    /// Returns the words that the shader reads of classes in a mode. Fails if the classes do not fit the shader.
+    fn words(&self, classes: &Classes, mode: Mode) -> Result<Vec<u32>> {
         let features = self.instruments()?.features;
         classes.check()?;
         if classes.features.len() != features {
             let what = format!("the classes have {} features, the shader {features}", classes.features.len());
             return Err(Error::invalid(what).advise("classify the pixels again with this shader"));
         }
-        let words = classes.words(mode);
+        Ok(classes.words(mode))
+    }
+
+    /// Sends classes and a mode to the shader.
+    fn send(&self, classes: &Classes, mode: Mode) -> Result<()> {
+        let words = self.words(classes, mode)?;
         self.instruments.iter().try_for_each(|it| it.examples.write(&self.device, 0, &words))
     }
 
@@ -233,7 +267,7 @@ impl Runner {
         let vertices = self.vertices(classes)?;
         let value = |cover: &Option<Cover>| {
             let Some(Cover { corners, shares, .. }) = cover else { return 0.5 };
-            let parts = corners.iter().zip(shares).map(|(corner, share)| (vertices.parts[*corner].clone(), *share));
+            let parts = corners.iter().zip(shares).map(|(corner, share)| (vertices.part(*corner), *share));
             let log = Log::join(parts.collect(), features, accumulation);
             log.map_or(0.5, |log| classes.membership(&log.vector))
         };
@@ -243,32 +277,35 @@ impl Runner {
 
     /// Returns what is seen of the vertices in an area of the picture.
     fn covers(&self, vertices: &Vertices, area: [Range<u32>; 2]) -> Vec<Option<Cover>> {
-        let count = self.geometry.as_ref().map_or(0, |geometry| geometry.count[0] as usize);
-        covers(&vertices.places, count, self.size, area)
+        let count = self.geometry.as_ref().map_or([0; 2], |geometry| geometry.count).map(|count| count as usize);
+        covers(|vertex| vertices.place(vertex), count, self.size, area)
     }
 
-    /// Takes the vectors of all vertices.
-    fn vertices(&self, classes: &Classes) -> Result<Vertices> {
+    /// Returns the vectors of all vertices: the list made last while it holds, and a new one where the vertex shader judges
+    /// by other classes now.
+    fn vertices(&self, classes: &Classes) -> Result<Arc<Vertices>> {
         let geometry = self.geometry.as_ref().ok_or_else(|| Error::internal("the shader has no vertices"))?;
         let Instruments { features, log, .. } = self.vertex_instruments()?;
         let [count, instances] = geometry.count;
-        self.send(classes, Mode::Vertices(geometry.count))?;
+        let mode = Mode::Vertices(geometry.count);
+        let mut key = self.words(classes, mode)?;
+        if !self.judges {
+            key.clear();
+        }
+        let mut held = self.vertices.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(vertices) = held.as_ref().filter(|vertices| vertices.key == key) {
+            return Ok(Arc::clone(vertices));
+        }
+        *held = None;
+        self.send(classes, mode)?;
         let mut frame = self.device.frame()?;
         frame.clear(log);
         self.record(&mut frame, Run::Vertices([0..count, 0..instances]))?;
         let width = VERTEX_HEAD + features;
         let read = frame.read(log, LOG_HEAD..LOG_HEAD + geometry.all() * width)?;
         let _submitted = frame.submit()?;
-        let numbers: Vec<f32> = read.get(&self.device)?.into_iter().map(f32::from_bits).collect();
-        let place = |record: &[f32]| [record[0], record[1], record[2], record[3]];
-        let part = |record: &[f32]| Part {
-            weighted: record[4] as u32,
-            total: record[5],
-            sums: record[VERTEX_HEAD..].to_vec(),
-            ..Part::default()
-        };
-        let records = || numbers.chunks_exact(width);
-        Ok(Vertices { places: records().map(place).collect(), parts: records().map(part).collect() })
+        let records = read.get(&self.device)?.into_iter().map(f32::from_bits).collect();
+        Ok(Arc::clone(held.insert(Arc::new(Vertices { key, records, width }))))
     }
 
     /// Returns the vectors of a pixel, whose column and row count from the upper left corner: those of the corners of the
@@ -303,9 +340,10 @@ impl Runner {
         let Instruments { features, log, .. } = instruments;
         self.send(classes, mode)?;
         let mut frame = self.device.frame()?;
-        frame.clear(log);
+        // What lists and masks wrote behind the log of one invocation is not read.
+        frame.encoder().clear_buffer(log.wgpu(), 0, Some(4 * instruments.logged() as u64));
         self.record(&mut frame, run)?;
-        let read = frame.read(log, 0..LOG_HEAD + features + MOST_VECTORS * (features + 1))?;
+        let read = frame.read(log, 0..instruments.logged())?;
         let _submitted = frame.submit()?;
         Part::of(&read.get(&self.device)?, *features)
     }
@@ -316,5 +354,73 @@ impl Runner {
             return Ok(());
         }
         Err(Error::invalid(format!("the picture has {} × {} pixels", self.size[0], self.size[1])).at(place(pixel)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Class, Example, Language, Shader, Source, Stage};
+
+    /// A triangle over the whole picture that `confidence`, a parameter and the numbers of its vertices move.
+    const TEXT: &str = "@group(0) @binding(0) var<uniform> shift: vec4<f32>;\n\
+        struct Out { @builtin(position) at: vec4<f32>, @location(0) shade: f32 }\n\
+        @vertex fn vs(@location(0) place: vec2<f32>) -> Out {\n    var out: Out;\n    let v = place.x + 2.0 * place.y;\n    \
+        //. vector v; shift.y; 1.0\n    var moved = 0.0;\n    CODE\n    \
+        out.at = vec4<f32>(place.x + moved + shift.x, place.y, 0.5, 1.0);\n    out.shade = v;\n    return out;\n}\n\
+        @fragment fn fs(in: Out) -> @location(0) vec4<f32> { return vec4<f32>(in.shade); }\n";
+
+    fn made(device: &Device, text: &str, inputs: &Inputs) -> (Runner, Classes) {
+        let shader = Shader::new(Source::new("test", text, Language::Wgsl, Stage::Fragment)).unwrap();
+        let augmented = shader.augment().unwrap();
+        let program = Program::augmented(&shader, &augmented).unwrap();
+        (Runner::new(device, &program, None, [12, 8], inputs).unwrap(), Classes::of(&augmented))
+    }
+
+    #[test]
+    fn the_list_of_vertices_is_retained_until_what_it_depends_on_changes() {
+        let Some(device) = relievo_testing::device() else { return };
+        let mut inputs = Inputs::default();
+        inputs.numbers.insert("shift".into(), vec![0.0, 3.0, 0.0, 0.0]);
+        inputs.numbers.insert("place".into(), vec![-1.0, -1.0, 3.0, -1.0, -1.0, 3.0, -1.0, -1.0, 9.0, -1.0, -1.0, 9.0]);
+        inputs.vertices = Some(3);
+        let judging = TEXT.replace("CODE", "/*. moved = 4.0 * confidence - 2.0; */");
+        let plain = TEXT.replace("CODE", "");
+        let sure = |classes: &Classes, class| {
+            let example = |class, value| Example { pixel: [0, 0], class, vector: vec![value, 3.0] };
+            let other = if class == Class::Positive { Class::Negative } else { Class::Positive };
+            let mut classes = classes.clone();
+            classes.examples = vec![example(class, -3.0), example(other, 5.0)];
+            classes
+        };
+        // A shader without `confidence` has one list for all classes.
+        let (runner, none) = made(&device, &plain, &inputs);
+        let list = runner.vertices(&none).unwrap();
+        assert!(Arc::ptr_eq(&list, &runner.vertices(&sure(&none, Class::Positive)).unwrap()));
+        assert!(runner.vertices(&Classes::new(vec!["one".into()])).is_err());
+        assert!(runner.classify(&none, [6, 4]).is_ok() && Arc::ptr_eq(&list, &runner.vertices(&none).unwrap()));
+        // Classes, parameters, vertices and text in turn: each result is that of a new runner, and each differs.
+        let (runner, none) = made(&device, &judging, &inputs);
+        let mut seen = Vec::new();
+        for classes in [none.clone(), sure(&none, Class::Positive), sure(&none, Class::Negative), none.clone()] {
+            let list = runner.vertices(&classes).unwrap();
+            assert!(Arc::ptr_eq(&list, &runner.vertices(&classes).unwrap()));
+            let new = made(&device, &judging, &inputs).0;
+            let log = |runner: &Runner| runner.classify(&classes, [6, 4]).ok();
+            assert_eq!(log(&runner), log(&new));
+            assert_eq!(runner.mask(&classes).unwrap().data(), new.mask(&classes).unwrap().data());
+            seen.push((log(&runner), list.records.clone()));
+        }
+        assert_eq!(seen[0], seen[3]);
+        assert!(seen[0].0.is_some() && seen[0] != seen[1] && seen[1] != seen[2] && seen[0] != seen[2], "{seen:?}");
+        let [mut moved, mut other] = [inputs.clone(), inputs.clone()];
+        moved.numbers.insert("shift".into(), vec![0.25, 3.0, 0.0, 0.0]);
+        other.vertices = Some(6);
+        for (text, inputs) in [(&judging, &moved), (&judging, &other), (&plain, &inputs)] {
+            let (changed, _) = made(&device, text, inputs);
+            let records = changed.vertices(&none).unwrap().records.clone();
+            assert_eq!(records, made(&device, text, inputs).0.vertices(&none).unwrap().records);
+            assert!(seen.iter().all(|(_, seen)| *seen != records) || text == &plain);
+        }
     }
 }

@@ -54,24 +54,26 @@ impl Triangle {
     }
 }
 
-/// Returns what is seen at each pixel of an area, row after row. `places` are the positions in clip space of the vertices of
-/// all instances, `count` the vertices of an instance, three to a triangle. Of two triangles the nearer is seen, of two at
-/// one depth the later.
+/// Returns what is seen at each pixel of an area, row after row. `place` returns the position in clip space of a vertex;
+/// `count` has the vertices of an instance, three to a triangle, and the instances, whose vertices follow one another. Of two
+/// triangles the nearer is seen, of two at one depth the later.
 pub(super) fn covers(
-    places: &[[f32; 4]],
-    count: usize,
+    place: impl Fn(usize) -> [f32; 4],
+    [count, instances]: [usize; 2],
     size: [u32; 2],
     area: [std::ops::Range<u32>; 2],
 ) -> Vec<Option<Cover>> {
     let [columns, rows] = &area;
     let mut seen: Vec<Option<Cover>> = vec![None; columns.len() * rows.len()];
-    let instances = places.chunks_exact(count.max(1)).enumerate();
-    let triangles = instances.flat_map(|(instance, places)| {
-        places.as_chunks::<3>().0.iter().enumerate().map(move |(at, corners)| (instance * count + 3 * at, corners))
-    });
-    for (first, corners) in triangles {
-        let Some(triangle) = Triangle::of(*corners) else { continue };
+    let triangles = (0..instances).flat_map(|instance| (0..count / 3).map(move |at| instance * count + 3 * at));
+    for first in triangles {
+        let corners = &[place(first), place(first + 1), place(first + 2)];
+        // For one pixel nearly all triangles end here.
         let [across, down] = bounds(corners, size, &area);
+        if across.is_empty() || down.is_empty() {
+            continue;
+        }
+        let Some(triangle) = Triangle::of(*corners) else { continue };
         for row in down {
             for column in across.clone() {
                 let place = [(column, size[0], 1.0), (row, size[1], -1.0)]
@@ -108,6 +110,15 @@ fn bounds(corners: &[[f32; 4]; 3], size: [u32; 2], area: &[std::ops::Range<u32>;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn covers(
+        places: &[[f32; 4]],
+        count: usize,
+        size: [u32; 2],
+        area: [std::ops::Range<u32>; 2],
+    ) -> Vec<Option<Cover>> {
+        super::covers(|vertex| places[vertex], [count, places.len() / count], size, area)
+    }
 
     #[test]
     fn shares_are_those_of_the_perspective_and_the_nearest_triangle_is_seen() {

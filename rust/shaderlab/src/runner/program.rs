@@ -57,6 +57,8 @@ pub struct Program {
     pub(super) points: Vec<Point>,
     pub(super) resources: Vec<Resource>,
     pub(super) instrument: Option<Instrument>,
+    /// Whether it uses `confidence`.
+    pub(super) judges: bool,
     /// The vertex shader of another text.
     pub(super) vertex: Option<Box<Program>>,
 }
@@ -69,12 +71,14 @@ impl Program {
 
     /// Makes a program of an augmented shader. Fails as [`Program::plain`] does.
     pub fn augmented(shader: &Shader, augmented: &Augmented) -> std::result::Result<Self, Faults> {
-        Ok(Self::of(&augmented.parsed, augmented.wgsl(shader)?, Some(instrument(augmented))))
+        Ok(Self::of(&augmented.parsed, augmented.wgsl(shader)?, Some(augmented)))
     }
 
-    fn of(parsed: &Parsed, text: String, instrument: Option<Instrument>) -> Self {
+    fn of(parsed: &Parsed, text: String, augmented: Option<&Augmented>) -> Self {
+        let instrument = augmented.map(instrument);
         let points = points(parsed, instrument.as_ref());
-        Self { text, points, resources: resources(&parsed.module), instrument, vertex: None }
+        let judges = augmented.is_some_and(|it| it.uses_confidence);
+        Self { text, points, resources: resources(&parsed.module), instrument, judges, vertex: None }
     }
 
     /// Adds a vertex shader of another text, plain or augmented, to the program of a fragment shader. Its bind groups follow
@@ -86,7 +90,7 @@ impl Program {
         let first = self.resources.iter().map(|resource| resource.group.saturating_add(1)).max().unwrap_or(0);
         let parsed = augmented.map_or(&shader.parsed, |it| &it.parsed);
         let text = wgsl(parsed, first).map_err(Faults::of(&shader.source))?;
-        let mut vertex = Self::of(parsed, text, augmented.map(instrument));
+        let mut vertex = Self::of(parsed, text, augmented);
         let place = || shader.source.name.clone();
         match vertex.points.iter().filter(|point| point.stage == Stage::Vertex).count() {
             1 => {}
