@@ -15,8 +15,6 @@ from . import mesh as meshes
 # What a cage has beside its active texture coordinates: the name that the library knows it by, its kind ("uv", "color" or
 # "groups"), its names in Blender, the type and domain there, and the values, None once the library has them.
 Carried = namedtuple("Carried", ["key", "kind", "names", "type", "domain", "values"])
-# The paint of the detail on a result; an attribute of the cage with this name stays on the cage.
-PAINT = "Relievo"
 # Steps of the weights of vertex groups on a result: Blender sets one weight for many points at once.
 WEIGHTS = 1024
 
@@ -175,7 +173,8 @@ def of_cage(target):
         values = None if is_active else meshes.get_uvs(data, layer)
         found.append(Carried("uv" if is_active else f"carried {len(found)}", "uv", [layer.name], "", "corner", values))
     for layer in data.color_attributes:
-        if layer.name != PAINT and len(layer.data):
+        # That of the paint's name would be in its way.
+        if layer.name != meshes.PAINT and len(layer.data):
             values = numpy.empty((len(layer.data), 4), numpy.float32)
             layer.data.foreach_get("color", values.reshape(-1))
             domain = "point" if layer.domain == "POINT" else "corner"

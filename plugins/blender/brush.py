@@ -80,6 +80,8 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
     def begin(self, context, made, target):
         """What every stroke starts with. Returns the brush."""
         self.target, self.drawn = target, []
+        if self.action == "PAINT":
+            view.reveal_paint(context)
         brush, (self.kept, self.pixels) = brush_of(context.scene, self.action)
         self.kept["matrix"] = state.world(target).tolist()
         self.kept["layer"], self.kept["layers"] = active_layer(made, self.kept), state.layers_of(made.detail)
@@ -112,6 +114,7 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         self.drawn = points.tolist()
         self.keep(made)
         yield from view.ensuring(target, made)
+        self.warn(made.take_notes())
 
     def invoke(self, context, event):
         if self.points or context.region_data is None:
@@ -211,6 +214,7 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
             self.report({"ERROR"}, said(failure))
             return {"CANCELLED"}
         view.refresh(self.target, self.state)
+        self.warn(self.state.take_notes())
         # The next press meets the surface as it is now.
         threading.Thread(target=self.state.try_pick, daemon=True).start()
         return {"FINISHED"}

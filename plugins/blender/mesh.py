@@ -253,11 +253,19 @@ class Filling:
             set_uvs(mesh, mesh.uv_layers.new(name="UVMap"), self.uvs)
 
 
+# The name of the attribute that paint goes to.
+PAINT = "Relievo"
+
+
 def color_attribute(mesh):
-    """The attribute that colours go to, made if it is missing."""
-    found = mesh.attributes.get("Relievo")
+    """The attribute that paint goes to, made if it is missing: then it is the one that the view shows."""
+    found = mesh.attributes.get(PAINT)
     if found is None:
-        found = mesh.attributes.new("Relievo", "FLOAT_COLOR", "POINT")
+        found = mesh.attributes.new(PAINT, "FLOAT_COLOR", "POINT")
+        mesh.color_attributes.active_color = mesh.color_attributes[PAINT]
+        mesh.color_attributes.render_color_index = mesh.color_attributes.active_color_index
+        # Making it the active one may move the attributes.
+        found = mesh.attributes[PAINT]
     return found
 
 

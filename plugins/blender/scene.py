@@ -267,7 +267,7 @@ class RELIEVO_OT_export_scene(job.FileSteps, bpy.types.Operator):
                 if not triangles:
                     size["paint_size"] = made.tile_size
                 lines.append(f"detail = {table(size)}")
-                lines.append("colour = [0.8, 0.8, 0.8]")
+                lines.append(f"colour = {text(made.ground)}")
                 if layers:
                     lines.append(f"layers = [{', '.join(table(layer) for layer in layers)}]")
                 if self.start == "DOCUMENT":

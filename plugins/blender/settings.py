@@ -390,6 +390,10 @@ class RelievoObject(bpy.types.PropertyGroup):
     )
     repair_report: bpy.props.StringProperty(description="What the last repair found and changed, in lines")
     cache_id: bpy.props.StringProperty(description="What names of this object's bakes have in common")
+    ground: bpy.props.FloatVectorProperty(
+        description="The colour of what is not painted, linear Rec.709", size=3, default=(0.8, 0.8, 0.8)
+    )
+    shows_paint: bpy.props.BoolProperty(description="Whether the materials of a result were made to show its paint")
     materials: bpy.props.StringProperty(description="The materials that a result has taken from its object, as JSON")
     faces: bpy.props.StringProperty(description="The checksum of the materials of faces that a result has taken")
     is_preview: bpy.props.BoolProperty(description="Whether the result shows what is not there")

@@ -15,7 +15,7 @@ import bpy
 import librelievo as rl
 import numpy
 
-from . import attribute, document, job, mesh, native, settings, stroke
+from . import attribute, document, job, material, mesh, native, settings, stroke
 from .error import Refused, said
 
 # Version of what objects keep; a file with a newer one is refused with a message. 2 has with every stroke where the
@@ -52,6 +52,7 @@ class State:
         self.rest = self.pose = self.cage.points
         triangles = options.kind == "TRIANGLES"
         self.tile_size = int(options.segments if triangles else options.tile_size)
+        self.ground = tuple(options.ground)
         self.with_traces = bpy.context.scene.relievo.traces
         self.path = document.path_of(uid)
         # The document that is opened, if there is one, and the marks of its file (see `document.write`).
@@ -82,7 +83,7 @@ class State:
             progress(0.5, "surface")
         self.detail = rl.Detail(self.surface, tile_size=self.tile_size)
         size = {} if self.kind == "TRIANGLES" else {"tile_size": self.tile_size}
-        self.detail.add_paint(color=(0.8, 0.8, 0.8, 1.0), **size)
+        self.detail.add_paint(color=(*self.ground, 1.0), **size)
         if self.with_traces:
             self.detail.add_traces()
         if self.found is None:
@@ -401,7 +402,7 @@ def opening(target):
         del _states[state.uid]
     if not options.uid:
         check_modifiers(target)
-        options.uid, options.format = uuid.uuid4().hex, FORMAT
+        options.uid, options.format, options.ground = uuid.uuid4().hex, FORMAT, material.ground_of(target)
     state = State(target, options.uid, found)
     yield from _building(state)
     yield 0.9, 1.0, lambda _progress: came.append(state.follow(wanted))

@@ -14,6 +14,8 @@ from . import mesh, native, settings
 
 # Modes that move surfaces along all three axes, which needs a channel of its own.
 BENDING = {"pinch", "vector"}
+# Distance between the dabs of strokes that do not accumulate, at most, as a share of the radius.
+SPACING = 0.125
 # What objects keep of stamps and poses: three sizes, then the packed numbers, under a name with their checksum.
 ARRAYS, SHAPE = "relievo_array_", struct.Struct("<III")
 
@@ -22,9 +24,11 @@ def describe(scene, action):
     """The brush that the scene's settings say, as a stroke keeps it, and the pixels of its stamp or None."""
     group = scene.relievo.brush
     mode = (group.paint_mode if action == "PAINT" else group.sculpt_mode).lower()
-    if mode == "draw" and not group.accumulate:
-        # The dabs of a layer reach its height together.
+    brush_settings = settings.values(group.settings)
+    if action == "SCULPT" and mode == "draw" and not group.accumulate:
+        # The dabs of a layer reach its height together. They do not add up, so that gaps between them would show.
         mode = "layer"
+        brush_settings["spacing"] = min(brush_settings["spacing"], SPACING)
     kept = {
         "options": {
             "action": action.lower(),
@@ -33,7 +37,7 @@ def describe(scene, action):
             "color": list(group.color),
             "height": group.height,
         },
-        "settings": settings.values(group.settings),
+        "settings": brush_settings,
         "stamp": None,
         "curves": settings.curves(group),
     }

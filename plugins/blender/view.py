@@ -12,7 +12,7 @@ import bpy
 import librelievo as rl
 import numpy
 
-from . import attribute, job, mesh, settings, state as states
+from . import attribute, job, material, mesh, settings, state as states
 
 
 def ensuring(target, state):
@@ -97,11 +97,32 @@ def follow_materials(target):
     if result.relievo.materials != names:
         _set_slots(result.data.materials, slots)
         result.relievo.materials = names
+        if result.relievo.shows_paint:
+            material.show_paint(result, target.relievo.ground, f"{target.name} paint")
     checksum = "" if faces is None else f"{zlib.crc32(faces):08x}"
     state = states.existing(target)
     if result.relievo.faces != checksum and state is not None and state.faces is not None:
         _set_faces(target, result, state)
         result.relievo.faces = checksum
+
+
+def _show_paint(target, state):
+    """Has the materials of a result show its paint; what the user should know goes to the notes of the state."""
+    result = target.relievo.result
+    result.relievo.shows_paint = True
+    left = material.show_paint(result, target.relievo.ground, f"{target.name} paint")
+    if left:
+        state.notes.append(
+            f"Paint is not seen in {', '.join(left)}, whose base colour has nodes or differs from the first material's: put the "
+            f"attribute {mesh.PAINT} into its nodes"
+        )
+
+
+def reveal_paint(context):
+    """Has a solid view show colour attributes in place of materials."""
+    space = context.space_data
+    if space is not None and space.type == "VIEW_3D" and space.shading.color_type == "MATERIAL":
+        space.shading.color_type = "VERTEX"
 
 
 def _set_slots(materials, slots):
@@ -146,8 +167,10 @@ def write(target, state):
         attribute.put_carried(result, filling.carried)
         _set_faces(target, result, state)
     mesh.set_points(data, state.positions)
-    if state.colors is None and data.attributes.get("Relievo") is not None:
+    if state.colors is None and data.attributes.get(mesh.PAINT) is not None:
         state.colors = numpy.ones((len(state.positions), 4), numpy.float32)
         state.tessellation.colors(out=state.colors[:, :3])
     if state.colors is not None:
+        if not result.relievo.shows_paint:
+            _show_paint(target, state)
         mesh.color_attribute(data).data.foreach_set("color", state.colors.reshape(-1))

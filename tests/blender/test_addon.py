@@ -63,10 +63,13 @@ class Strokes(Case):
         field, group = host.field(), bpy.context.scene.relievo.brush
         self.assertEqual((group.sculpt_mode, group.accumulate), ("DRAW", False))
         there_and_back = [[-0.5, 0.25, 0], [0.5, 0.25, 0], [-0.5, 0.25, 0]]
-        # Every stroke raises once more.
+        # Every stroke raises once more. Its ridge is straight, without a trace of the dabs.
         for number in (1, 2):
             host.draw(field, there_and_back, radius=0.3, height=0.1)
-            self.assertAlmostEqual(float(host.positions(field.relievo.result)[:, 2].max()), 0.1 * number, delta=4e-3)
+            points = host.positions(field.relievo.result)
+            self.assertAlmostEqual(float(points[:, 2].max()), 0.1 * number, delta=4e-3)
+            ridge = points[(abs(points[:, 0]) < 0.4) & (abs(points[:, 1] - 0.25) < 1e-3), 2]
+            self.assertGreater(float(ridge.min()), 0.98 * float(ridge.max()))
         other = host.field(name="other")
         host.draw(other, there_and_back, radius=0.3, height=-0.1)
         self.assertAlmostEqual(float(host.positions(other.relievo.result)[:, 2].min()), -0.1, delta=2e-3)
@@ -181,6 +184,28 @@ class Carried(Case):
         bpy.context.view_layer.update()
         host.draw(field, [[-0.5, -0.25, 0], [0.5, -0.25, 0]])
         self.assertEqual([slot.name for slot in result.material_slots], ["other", "other", "third"])
+
+    def test_paint_is_in_the_materials_that_can_show_it(self):
+        field = self.dressed()
+        left, right = field.data.materials
+        for made in (left, right):
+            made.use_nodes = True
+        surface = right.node_tree.nodes["Principled BSDF"]
+        surface.inputs["Base Color"].default_value = (0, 0, 1, 1)
+        host.draw(field, [[-0.5, 0.25, 0], [0.5, 0.25, 0]])
+        self.assertNotIn("Relievo paint", left.node_tree.nodes)
+        from relievo import brush
+
+        points = json.dumps([[-0.5, 0.25, 0], [0.5, 0.25, 0]])
+        host.select(field)
+        steps = host.operator(brush.RELIEVO_OT_stroke, action="PAINT", points=points)
+        told = steps.gi_frame.f_locals["self"].told
+        self.relievo.job.run(steps)
+        self.assertEqual(len(told), 1)
+        self.assertIn("Paint is not seen in right, whose base colour", told[0])
+        self.assertIn("Relievo paint", left.node_tree.nodes)
+        self.assertEqual(len(right.node_tree.nodes), 2)
+        self.assertEqual(field.relievo.result.data.color_attributes.active_color.name, "Relievo")
 
     def test_modifiers_that_make_faces_are_refused(self):
         for kind in ("MIRROR", "ARRAY"):

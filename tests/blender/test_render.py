@@ -136,6 +136,37 @@ class Renders(unittest.TestCase):
             mesh = self.render(os.path.join(folder, "mesh.blend"), 3, False)
             self.assertLess(float(numpy.abs(mesh - without[3]).mean()), 0.06)
 
+    def test_paint_renders_from_the_first_stroke(self):
+        """Beside a mesh of the same material without paint, which stays as it was."""
+        scene = bpy.context.scene
+        scene.render.resolution_x = scene.render.resolution_y = 8
+        scene.cycles.samples = 1
+        with host.folder() as folder:
+            for material in (None, bpy.data.materials.new("blue")):
+                field, other = host.field(), host.field(1, "other")
+                field.location.x, other.location.x = -1, 1
+                if material is not None:
+                    material.use_nodes = True
+                    material.node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (0.05, 0.05, 0.6, 1)
+                    for one in (field, other):
+                        one.data.materials.append(material)
+                bpy.context.view_layer.update()
+                host.draw(field, [[-1, 0.5, 0], [-0.8, 0.5, 0]], "PAINT", radius=0.8, color=(1, 0, 0, 1), falloff="CONSTANT")
+                scene.camera.data.ortho_scale = 4.0
+                scene.render.filepath = os.path.join(folder, "paint.exr")
+                bpy.ops.render.render(write_still=True)
+                image = bpy.data.images.load(scene.render.filepath, check_existing=False)
+                pixels = numpy.array(image.pixels[:]).reshape(8, 8, -1)[::-1]
+                painted, plain, beside = pixels[2, 1], pixels[5, 1], pixels[3, 6]
+                self.assertGreater(painted[0], 3 * max(painted[1:3]))
+                for pixel in (plain, beside):
+                    if material is None:
+                        self.assertLess(pixel[:3].max(), 1.3 * pixel[:3].min())
+                    else:
+                        self.assertGreater(pixel[2], 3 * max(pixel[:2]))
+                for one in (field.relievo.result, field, other):
+                    bpy.data.objects.remove(one)
+
     def test_colours_in_the_material_render_without_the_addon(self):
         with host.folder() as folder:
             field = host.field()

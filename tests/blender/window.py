@@ -128,7 +128,7 @@ def play():
     only_our_panels()
     space = area().spaces.active
     space.show_region_ui = True
-    space.shading.type, space.shading.color_type = "SOLID", "VERTEX"
+    space.shading.type, space.shading.color_type = "SOLID", "MATERIAL"
     with override():
         bpy.ops.view3d.view_axis(type="TOP")
         bpy.ops.view3d.view_all()
