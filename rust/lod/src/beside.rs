@@ -4,8 +4,9 @@
 //! What a vertex of the input is near is known from the collapses: the triangles around the vertex that it has become.
 
 use std::collections::HashMap;
+use std::sync::OnceLock;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, Vec4};
 use relievo_core::Context;
 use relievo_core::simd::{Arithmetic, Level};
 use relievo_surface::triangle::closest;
@@ -90,6 +91,7 @@ fn squares([a, b, c]: &Group, point: [f32; 3]) -> [f32; LANES] {
 }
 
 /// Lists of numbers, one after the other.
+#[derive(Default)]
 pub struct Lists {
     starts: Vec<u32>,
     pub numbers: Vec<u32>,
@@ -168,8 +170,11 @@ pub struct Beside<'a> {
     pub becomes: Vec<u32>,
     /// Distances of members, in the order of their list, or more than that.
     pub far: Vec<f32>,
-    /// Triangles of the input at members of some vertices.
-    pub beneath: HashMap<u32, Vec<Group>>,
+    /// What every vertex is estimated to deviate by.
+    estimates: Vec<f32>,
+    /// Triangles of the input at the members of vertices for which they were collected, and their groups once needed.
+    owned: Lists,
+    beneath: Vec<OnceLock<Vec<Group>>>,
 }
 
 impl<'a> Beside<'a> {
@@ -179,26 +184,38 @@ impl<'a> Beside<'a> {
         (input, scale): (Triangles<'a>, f32),
         (names, numbers): (&[u32], &[u32]),
         triangles: Vec<[u32; 3]>,
-        reduced: &mut Reduced,
+        reduced: &Reduced,
     ) -> Self {
-        let joined = &mut reduced.joined;
-        for vertex in 0..joined.len() {
-            let mut at = vertex;
-            while joined[at] != at as u32 {
-                joined[at] = joined[joined[at] as usize];
-                at = joined[at] as usize;
-            }
-            joined[vertex] = at as u32;
-        }
-        let becomes: Vec<u32> = joined.iter().map(|vertex| numbers[*vertex as usize]).collect();
         let count = names.len();
-        let members = Lists::new(count, becomes.iter().copied().zip(0..).filter(|(now, _)| *now != NONE));
+        let becomes = context.map(reduced.joined.len(), |vertex| {
+            let mut at = vertex;
+            while reduced.joined[at] != at as u32 {
+                at = reduced.joined[at] as usize;
+            }
+            numbers[at]
+        });
         let corners = (0..).zip(&triangles).flat_map(|(at, triangle)| triangle.map(|vertex| (vertex, at)));
-        let stars = Lists::new(count, corners);
-        let points: Vec<Vec3> = names.iter().map(|name| reduced.points[*name as usize].truncate()).collect();
-        let (turned, beneath) = (HashMap::new(), HashMap::new());
-        let (level, far) = (context.level(), Vec::new());
-        let mut made = Self { level, input, scale, points, triangles, stars, turned, members, becomes, far, beneath };
+        let (members, stars) = context.join(
+            || Lists::new(count, becomes.iter().copied().zip(0..).filter(|(now, _)| *now != NONE)),
+            || Lists::new(count, corners),
+        );
+        let places = || names.iter().map(|name| reduced.points[*name as usize]);
+        let points: Vec<Vec3> = places().map(Vec4::truncate).collect();
+        let mut made = Self {
+            level: context.level(),
+            input,
+            scale,
+            points,
+            triangles,
+            stars,
+            turned: HashMap::new(),
+            members,
+            becomes,
+            far: Vec::new(),
+            estimates: places().map(|place| place.w).collect(),
+            owned: Lists::default(),
+            beneath: Vec::new(),
+        };
         let found = context.map(count.div_ceil(PART), |part| {
             let (mut groups, mut places, mut found, mut all) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
             for vertex in (part * PART) as u32..count.min((part + 1) * PART) as u32 {
@@ -247,6 +264,24 @@ impl<'a> Beside<'a> {
         grown
     }
 
+    /// Adds the vertices that are within so many edges of some vertices to these.
+    pub fn widen(&self, vertices: &mut Vec<u32>, edges: usize) {
+        let mut is_in = vec![false; self.points.len()];
+        vertices.iter().for_each(|vertex| is_in[*vertex as usize] = true);
+        let mut from = 0;
+        for _ in 0..edges {
+            for at in std::mem::replace(&mut from, vertices.len())..vertices.len() {
+                for triangle in self.star(vertices[at]) {
+                    for vertex in self.triangles[*triangle as usize] {
+                        if !std::mem::replace(&mut is_in[vertex as usize], true) {
+                            vertices.push(vertex);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     /// Returns the triangles at some vertices, in order.
     pub fn at(&self, vertices: &[u32]) -> Vec<u32> {
         let mut triangles: Vec<u32> = vertices.iter().flat_map(|vertex| self.star(*vertex)).copied().collect();
@@ -255,21 +290,13 @@ impl<'a> Beside<'a> {
         triangles
     }
 
-    /// Returns six times the volume that both surfaces enclose with a point, the input's first, and the area of the
-    /// simplified one. The point matters for open surfaces alone.
-    pub fn volumes(&self, context: &Context, point: Vec3) -> ([f64; 2], f64) {
-        let sums = |count: usize, corners: &(dyn Fn(u32) -> [Vec3; 3] + Sync)| {
-            let parts = context.map(count.div_ceil(MANY), |part| {
-                (part * MANY..count.min((part + 1) * MANY)).fold([0.0; 2], |[volume, area], at| {
-                    let [a, b, c] = corners(at as u32).map(|corner| (corner - point).as_dvec3());
-                    [volume + sixfold([a, b, c]), area + 0.5 * (b - a).cross(c - a).length()]
-                })
-            });
-            parts.iter().fold([0.0; 2], |sum, part| [sum[0] + part[0], sum[1] + part[1]])
+    /// Returns the area of the simplified mesh.
+    pub fn area(&self) -> f64 {
+        let area = |at: u32| {
+            let [a, b, c] = self.corners(at).map(Vec3::as_dvec3);
+            0.5 * (b - a).cross(c - a).length()
         };
-        let [before, _] = sums(self.input.1.len(), &|at| self.beneath_corners(at));
-        let [after, area] = sums(self.triangles.len(), &|at| self.corners(at));
-        ([before, after], area)
+        (0..self.triangles.len() as u32).map(area).sum()
     }
 
     /// Finds the nearest triangle of a place, from the ones at a vertex to those around them as long as they are nearer.
@@ -320,14 +347,42 @@ impl<'a> Beside<'a> {
         }
     }
 
-    /// Lists the triangles of the input at the members of every vertex.
-    pub fn owners(&self) -> Lists {
-        let pairs = (0..).zip(self.input.1).flat_map(|(at, triangle)| {
-            let [a, b, c] = triangle.map(|member| self.becomes[member as usize]);
-            let all = [a, if b == a { NONE } else { b }, if c == a || c == b { NONE } else { c }];
-            all.into_iter().filter(|owner| *owner != NONE).map(move |owner| (owner, at))
+    /// Returns the vertices that are estimated to deviate by more than `floor`.
+    pub fn doubtful(&self, floor: f32) -> impl Iterator<Item = u32> {
+        (0..).zip(&self.estimates).filter(move |(_, estimate)| **estimate > floor).map(|(vertex, _)| vertex)
+    }
+
+    /// Collects the triangles of the input at the members of some vertices.
+    pub fn collect(&mut self, context: &Context, vertices: &[u32]) {
+        let mut is_in = vec![false; self.points.len()];
+        vertices.iter().for_each(|vertex| is_in[*vertex as usize] = true);
+        let triangles = self.input.1;
+        let pairs = context.map(triangles.len().div_ceil(MANY), |part| {
+            let mut pairs = Vec::new();
+            for at in part * MANY..triangles.len().min((part + 1) * MANY) {
+                let [a, b, c] = triangles[at].map(|member| self.becomes[member as usize]);
+                let all = [a, if b == a { NONE } else { b }, if c == a || c == b { NONE } else { c }];
+                let is_asked = |owner: &u32| *owner != NONE && is_in[*owner as usize];
+                pairs.extend(all.into_iter().filter(is_asked).map(|owner| (owner, at as u32)));
+            }
+            pairs
         });
-        Lists::new(self.points.len(), pairs)
+        self.owned = Lists::new(self.points.len(), pairs.iter().flatten().copied());
+        self.beneath = vec![OnceLock::new(); self.points.len()];
+    }
+
+    /// Whether the triangles of the input at the members of a vertex were collected.
+    pub fn is_collected(&self, vertex: u32) -> bool {
+        !self.owned.range(vertex).is_empty()
+    }
+
+    /// Returns the triangles of the input at the members of a vertex, if they were collected.
+    pub fn beneath(&self, vertex: u32) -> &[Group] {
+        self.beneath[vertex as usize].get_or_init(|| {
+            let mut groups = Vec::new();
+            grouped(self.owned.list(vertex).iter().map(|it| self.beneath_corners(*it)), &mut groups);
+            groups
+        })
     }
 
     /// Returns the vertices around a spot.
@@ -396,20 +451,28 @@ impl<'a> Beside<'a> {
         found.concat()
     }
 
-    /// Finds corners, middles of edges and centres of triangles that are farther than `floor` from the input.
-    pub fn far_samples(&self, context: &Context, owners: &Lists, floor: f32) -> Vec<(f32, Spot)> {
-        let count = self.points.len();
-        let found = context.map(count.div_ceil(PART), |part| {
-            let (mut groups, mut all) = (Vec::new(), Vec::new());
+    /// Finds corners, middles of edges and centres of triangles at some vertices that are farther than `floor` from the
+    /// input. What is beneath these vertices and those two edges around has to be collected.
+    pub fn far_samples(&self, context: &Context, vertices: &[u32], floor: f32) -> Vec<(f32, Spot)> {
+        let mut is_in = vec![false; self.points.len()];
+        vertices.iter().for_each(|vertex| is_in[*vertex as usize] = true);
+        let near = floor * floor;
+        let found = context.map(vertices.len().div_ceil(PART), |part| {
+            let mut all = Vec::new();
             let (mut spots, mut places, mut found) = (Vec::new(), Vec::<[f32; 3]>::new(), Vec::new());
-            for vertex in (part * PART) as u32..count.min((part + 1) * PART) as u32 {
-                grouped(owners.list(vertex).iter().map(|it| self.beneath_corners(*it)), &mut groups);
+            let (mut others, mut squares) = (Vec::new(), Vec::new());
+            for vertex in &vertices[part * PART..vertices.len().min((part + 1) * PART)] {
+                // The lowest vertex of a spot is the first to look at it.
+                let is_first = |other: &u32| other >= vertex || !is_in[*other as usize];
                 spots.clear();
-                spots.push(Spot::Corner(vertex));
-                for it in self.star(vertex) {
-                    spots.push(Spot::Centre(*it));
-                    for other in self.triangles[*it as usize].into_iter().filter(|other| *other != vertex) {
-                        let middle = Spot::Middle(vertex.min(other), vertex.max(other));
+                spots.push(Spot::Corner(*vertex));
+                for it in self.star(*vertex) {
+                    let triangle = self.triangles[*it as usize];
+                    if triangle.iter().all(is_first) {
+                        spots.push(Spot::Centre(*it));
+                    }
+                    for other in triangle.into_iter().filter(|other| other != vertex && is_first(other)) {
+                        let middle = Spot::Middle(*vertex.min(&other), *vertex.max(&other));
                         if !spots.contains(&middle) {
                             spots.push(middle);
                         }
@@ -417,33 +480,29 @@ impl<'a> Beside<'a> {
                 }
                 places.clear();
                 places.extend(spots.iter().map(|spot| self.middle_of(&self.vertices(*spot)).to_array()));
-                beyond(self.level, &groups, &places, floor * floor, &mut found);
-                all.extend(found.iter().map(|at| spots[*at]));
+                beyond(self.level, self.beneath(*vertex), &places, near, &mut found);
+                for at in &found {
+                    let (around, place) = (self.vertices(spots[*at]), [places[*at]]);
+                    let is_near = around.iter().filter(|other| *other != vertex).any(|other| {
+                        beyond(self.level, self.beneath(*other), &place, near, &mut others);
+                        others.is_empty()
+                    });
+                    if is_near {
+                        continue;
+                    }
+                    let mut least = f32::INFINITY;
+                    for other in self.grown(&around) {
+                        gaps(self.level, self.beneath(other), &place, &mut squares);
+                        least = squares.iter().copied().fold(least, f32::min);
+                    }
+                    if least > near {
+                        all.push((least.sqrt(), spots[*at]));
+                    }
+                }
             }
             all
         });
-        let mut found = found.concat();
-        found.sort_unstable();
-        let mut far = Vec::new();
-        for same in found.chunk_by(|one, other| one == other) {
-            // It is near the input if it is near what is beneath one of its vertices.
-            let around = self.vertices(same[0]);
-            if same.len() < around.len() {
-                continue;
-            }
-            let place = self.middle_of(&around);
-            let mut beneath: Vec<u32> = self.grown(&around).iter().flat_map(|it| owners.list(*it)).copied().collect();
-            beneath.sort_unstable();
-            beneath.dedup();
-            let (mut groups, mut squares) = (Vec::new(), Vec::new());
-            grouped(beneath.iter().map(|it| self.beneath_corners(*it)), &mut groups);
-            gaps(self.level, &groups, &[place.to_array()], &mut squares);
-            let distance = squares[0].sqrt();
-            if distance > floor {
-                far.push((distance, same[0]));
-            }
-        }
-        far
+        found.concat()
     }
 
     /// Returns the vertices that move a spot, with their shares, and the way that it should go. `None` if it is there no
@@ -461,7 +520,7 @@ impl<'a> Beside<'a> {
         }
         let place = self.middle_of(&vertices);
         let mut best = Vec3::INFINITY;
-        for group in self.grown(&vertices).iter().filter_map(|vertex| self.beneath.get(vertex)).flatten() {
+        for group in self.grown(&vertices).iter().flat_map(|vertex| self.beneath(*vertex)) {
             for lane in 0..LANES {
                 let corners = group.map(|corner| Vec3::from_array(corner.map(|values| values[lane])));
                 let shares = closest(place.as_dvec3(), corners.map(|corner| corner.as_dvec3()));

@@ -120,6 +120,9 @@ fn open_corners(vertices: usize, triangles: &[[u32; 3]], more: &[u32]) -> Vec<[u
     }
     // No sum that is looked at is 0.
     more.iter().for_each(|vertex| sums[*vertex as usize] |= 1);
+    if sums.iter().all(|sum| *sum == 0) {
+        return Vec::new();
+    }
     let corners = (0..).zip(triangles).flat_map(|(number, triangle)| triangle.map(|vertex| [vertex, number]));
     corners.filter(|[vertex, _]| sums[*vertex as usize] != 0).collect()
 }

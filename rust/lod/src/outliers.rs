@@ -18,8 +18,9 @@ use crate::patches::Reduced;
 
 /// The share of the largest deviation that is sought.
 const GOAL: f32 = 0.7;
-/// Deviations up to this many times the root mean square are no outliers.
-const ORDINARY: f32 = 3.0;
+/// Deviations up to this many times the root mean square are no outliers: of an input of at most [`COARSE`] triangles, and
+/// of others.
+const ORDINARY: [f32; 2] = [3.0, 6.0];
 /// What is not farther is rounding, where the largest coordinate is 1.
 const LEAST: f32 = 1e-6;
 /// Changes at most.
@@ -34,11 +35,12 @@ const STEPS: [f32; 3] = [0.6, 0.35, 0.15];
 const SMALLER: f32 = 0.98;
 /// The least cosine between the normals of a triangle before and after a change.
 const TURNED: f32 = 0.3;
-/// Triangles of an input at most whose centres are looked at too: of others they are as near as their corners, or nearly.
+/// Triangles of an input at most whose centres are looked at too, and all samples of the result: of others they are as near
+/// as what is around them, or nearly.
 const COARSE: usize = 4096;
-/// Distances of a point from eight triangles that may be measured for changes, at least, and for each triangle of the
-/// input: changes then take a fifth of the time of a simplification at most, but for very small meshes.
-const EFFORT: [usize; 2] = [6000, 3];
+/// Distances of a point from eight triangles that may be measured for changes: at least, for each triangle of the input,
+/// and at most.
+const EFFORT: [usize; 3] = [6000, 3, 120_000];
 /// What a change that is tried, and a way that is found, count for beside the distances that are measured.
 const TRIAL: usize = 60;
 /// Places that are measured before it is looked at whether one is too far.
@@ -74,7 +76,7 @@ struct Tried {
 struct Repair<'a> {
     beside: Beside<'a>,
     is_still: Vec<bool>,
-    /// Six times the volume that the surface encloses more than the input does, and its largest magnitude.
+    /// Six times what the changes add to the volume, and its largest magnitude.
     excess: f64,
     room: f64,
     /// What is left of the effort.
@@ -108,7 +110,7 @@ pub fn lessen(context: &Context, input: Triangles, scale: f32, fixed: &[u32], re
             is_still[now as usize] = true;
         }
     }
-    let effort = EFFORT[0].max(EFFORT[1] * input.1.len());
+    let effort = (EFFORT[1] * input.1.len()).clamp(EFFORT[0], EFFORT[2]);
     let mut repair = Repair { beside, is_still, excess: 0.0, room: 0.0, effort };
     repair.run(context);
     let beside = repair.beside;
@@ -157,7 +159,8 @@ impl Repair<'_> {
         let count = beside.far.len();
         let squares: f64 = beside.far.iter().map(|far| f64::from(*far).powi(2)).sum();
         let mean = (squares / count.max(1) as f64).sqrt();
-        let ordinary = ORDINARY * mean as f32;
+        let is_coarse = beside.input_triangles().len() <= COARSE;
+        let ordinary = ORDINARY[usize::from(!is_coarse)] * mean as f32;
         let mut waiting: BinaryHeap<(u32, u32)> = beside
             .far
             .iter()
@@ -180,30 +183,28 @@ impl Repair<'_> {
                 seeds.push((found, Spot::Member(at)));
             }
         }
-        let owners = beside.owners();
         let floor = ordinary.max(GOAL * most);
-        if beside.input_triangles().len() <= COARSE {
+        let mut looked: Vec<u32> = seeds.iter().flat_map(|(_, spot)| beside.vertices(*spot)).collect();
+        looked.extend(beside.doubtful(if is_coarse { -1.0 } else { floor }));
+        if looked.is_empty() {
+            return None;
+        }
+        looked.sort_unstable();
+        looked.dedup();
+        let mut near = looked.clone();
+        beside.widen(&mut near, 3);
+        beside.collect(context, &near);
+        if is_coarse {
             seeds.extend(beside.far_inner(context, floor));
         }
-        seeds.extend(beside.far_samples(context, &owners, floor));
+        seeds.extend(beside.far_samples(context, &looked, floor));
         let most = seeds.iter().fold(0.0f32, |most, (found, _)| most.max(*found));
         let goal = ordinary.max(GOAL * most);
         seeds.retain(|(found, _)| *found > goal);
         if seeds.is_empty() || most <= LEAST {
             return None;
         }
-        let mut near: Vec<u32> = seeds.iter().flat_map(|(_, spot)| beside.vertices(*spot)).collect();
-        for _ in 0..3 {
-            near = beside.grown(&near);
-        }
-        for vertex in near {
-            let mut groups = Vec::new();
-            grouped(owners.list(vertex).iter().map(|it| beside.beneath_corners(*it)), &mut groups);
-            beside.beneath.insert(vertex, groups);
-        }
-        let ([before, after], area) = beside.volumes(context, beside.points[0]);
-        self.excess = after - before;
-        self.room = self.excess.abs().max(6.0 * SHIFT * mean * area);
+        self.room = 6.0 * SHIFT * mean * beside.area();
         Some((seeds, goal))
     }
 
@@ -325,12 +326,11 @@ impl Repair<'_> {
             let around = |corners: [Vec3; 3]| sixfold(corners.map(|corner| (corner - from).as_dvec3()));
             volume += around(corners) - around(beside.corners(*it));
         }
-        let excess = self.excess + volume;
-        if excess.abs() > self.room && excess.abs() > self.excess.abs() {
+        if (self.excess + volume).abs() > self.room {
             return None;
         }
         let around = beside.grown(&vertices);
-        if around.iter().any(|it| !beside.beneath.contains_key(it) && !beside.members.list(*it).is_empty()) {
+        if !around.iter().all(|it| beside.is_collected(*it)) {
             return None;
         }
         let moved = match &change {
@@ -387,7 +387,7 @@ impl Repair<'_> {
     fn above(&self, place: Vec3, owners: &[u32], limit: f32, effort: &mut usize) -> f32 {
         let mut found = Vec::new();
         let mut least = f32::INFINITY;
-        for groups in owners.iter().filter_map(|owner| self.beside.beneath.get(owner)) {
+        for groups in owners.iter().map(|owner| self.beside.beneath(*owner)) {
             gaps(self.beside.level, groups, &[place.to_array()], &mut found);
             *effort = effort.saturating_sub(groups.len());
             least = found.iter().copied().fold(least, f32::min);
@@ -465,21 +465,19 @@ fn measure(
 #[cfg(test)]
 mod tests {
     use glam::Vec4;
+    use relievo_core::ContextOptions;
     use relievo_core::progress::Silent;
 
     use super::*;
     use crate::distance::distance;
 
-    /// Squares along a side.
-    const SIDE: u32 = 40;
+    /// Squares along a side of a coarse input, and of one with more triangles.
+    const SIDES: [u32; 2] = [40, 60];
 
-    fn at(x: u32, y: u32) -> u32 {
-        y * (SIDE + 1) + x
-    }
-
-    fn squares(step: u32) -> Vec<[u32; 3]> {
-        let corners = (0..SIDE).step_by(step as usize).flat_map(|y| {
-            (0..SIDE)
+    fn squares(side: u32, step: u32) -> Vec<[u32; 3]> {
+        let at = |x: u32, y: u32| y * (side + 1) + x;
+        let corners = (0..side).step_by(step as usize).flat_map(|y| {
+            (0..side)
                 .step_by(step as usize)
                 .map(move |x| [at(x, y), at(x + step, y), at(x + step, y + step), at(x, y + step)])
         });
@@ -487,18 +485,18 @@ mod tests {
     }
 
     /// A flat square with a peak, and one with every second vertex of it, which lost the peak.
-    fn peak() -> (Vec<[f32; 3]>, Vec<[u32; 3]>, Reduced) {
-        let places = || (0..=SIDE).flat_map(|y| (0..=SIDE).map(move |x| (x, y)));
+    fn peak(side: u32) -> (Vec<[f32; 3]>, Vec<[u32; 3]>, Reduced) {
+        let places = || (0..=side).flat_map(|y| (0..=side).map(move |x| (x, y)));
         let height = |place| if place == (20, 19) { 0.02 } else { 0.0 };
         let points: Vec<[f32; 3]> =
-            places().map(|(x, y)| [x as f32 / SIDE as f32, y as f32 / SIDE as f32, height((x, y))]).collect();
+            places().map(|(x, y)| [x as f32 / side as f32, y as f32 / side as f32, height((x, y))]).collect();
         let reduced = Reduced {
-            triangles: squares(2),
+            triangles: squares(side, 2),
             points: points.iter().map(|[x, y, z]| Vec4::new(*x, *y, *z, 0.0)).collect(),
-            joined: places().map(|(x, y)| at(x & !1, y & !1)).collect(),
+            joined: places().map(|(x, y)| (y & !1) * (side + 1) + (x & !1)).collect(),
             is_locked: Vec::new(),
         };
-        (points, squares(1), reduced)
+        (points, squares(side, 1), reduced)
     }
 
     fn far(input: Triangles, reduced: &Reduced) -> f32 {
@@ -508,21 +506,46 @@ mod tests {
 
     #[test]
     fn a_peak_that_was_lost_is_nearer_for_as_many_triangles() {
-        let (points, triangles, mut reduced) = peak();
+        for side in SIDES {
+            let (points, triangles, mut reduced) = peak(side);
+            let input: Triangles = (&points, &triangles);
+            let before = (far(input, &reduced), reduced.triangles.len());
+            assert!((before.0 - 0.02).abs() < 1e-6);
+            lessen(&Context::serial(), input, 1.0, &[], &mut reduced);
+            assert!(far(input, &reduced) < 0.75 * before.0, "{}", far(input, &reduced));
+            assert_eq!(reduced.triangles.len(), before.1);
+            // The surface stays where it was on average. One of the points is the peak itself.
+            let lifted: f32 = reduced.points.iter().map(|point| point.z).sum();
+            assert!(lifted < 3.0 * 0.02, "{lifted}");
+            let (_, _, mut other) = peak(side);
+            let context = Context::new(&ContextOptions { threads: 3, memory_limit: 0 }).unwrap();
+            lessen(&context, input, 1.0, &[], &mut other);
+            assert_eq!((&other.triangles, &other.points), (&reduced.triangles, &reduced.points));
+        }
+    }
+
+    #[test]
+    fn a_vertex_far_from_a_large_input_is_nearer() {
+        let side = SIDES[1];
+        let (mut points, triangles, mut reduced) = peak(side);
+        points.iter_mut().for_each(|point| point[2] = 0.0);
+        reduced.points.iter_mut().for_each(|point| point.z = 0.0);
+        let vertex = (20 * (side + 1) + 20) as usize;
         let input: Triangles = (&points, &triangles);
-        let before = (far(input, &reduced), reduced.triangles.len());
-        assert!((before.0 - 0.02).abs() < 1e-6);
-        lessen(&Context::serial(), input, 1.0, &[], &mut reduced);
-        assert!(far(input, &reduced) < 0.75 * before.0, "{}", far(input, &reduced));
-        assert_eq!(reduced.triangles.len(), before.1);
-        // The surface stays where it was on average. One of the points is the peak itself.
-        let lifted: f32 = reduced.points.iter().map(|point| point.z).sum();
-        assert!(lifted < 3.0 * 0.02, "{lifted}");
+        let lifted = |height: f32, estimate: f32, reduced: &mut Reduced| {
+            reduced.points[vertex] = Vec4::new(points[vertex][0], points[vertex][1], height, estimate);
+            lessen(&Context::serial(), input, 1.0, &[], reduced);
+            reduced.points[vertex].z
+        };
+        // The surface as it is, and where its estimate is large but nothing is far.
+        assert_eq!(lifted(0.0, 0.0, &mut reduced), 0.0);
+        assert_eq!(lifted(0.0, 0.02, &mut reduced), 0.0);
+        assert!(lifted(0.02, 0.02, &mut reduced) < 0.75 * 0.02);
     }
 
     #[test]
     fn fixed_vertices_stay_and_so_does_what_is_no_outlier() {
-        let (points, triangles, mut reduced) = peak();
+        let (points, triangles, mut reduced) = peak(SIDES[0]);
         let before = (reduced.triangles.clone(), reduced.points.clone());
         let all: Vec<u32> = (0..points.len() as u32).collect();
         lessen(&Context::serial(), (&points, &triangles), 1.0, &all, &mut reduced);
@@ -530,9 +553,9 @@ mod tests {
         // Waves that were halved everywhere alike.
         let waves: Vec<[f32; 3]> = (0..)
             .zip(&points)
-            .map(|(at, [x, y, _])| [*x, *y, if (at % (SIDE + 1)).is_multiple_of(2) { 0.0 } else { 0.01 }])
+            .map(|(at, [x, y, _])| [*x, *y, if (at % (SIDES[0] + 1)).is_multiple_of(2) { 0.0 } else { 0.01 }])
             .collect();
-        let (_, _, mut reduced) = peak();
+        let (_, _, mut reduced) = peak(SIDES[0]);
         reduced.points = points.iter().map(|[x, y, _]| Vec4::new(*x, *y, 0.0, 0.0)).collect();
         let before = reduced.points.clone();
         lessen(&Context::serial(), (&waves, &triangles), 1.0, &[], &mut reduced);

@@ -137,13 +137,16 @@ pub fn simplify(
     check(context, points, triangles, options)?;
     watched(context, progress, |progress| {
         let is_less = options.faces < triangles.len();
-        let doubles = if is_less { Doubles::find(points.len(), triangles) } else { None };
+        let (doubles, parted) = context.join(
+            || if is_less { Doubles::find(points.len(), triangles) } else { None },
+            || OpenFans::part(points, triangles, &[]),
+        );
         let sides = doubles.as_ref().map_or(triangles, |doubles| &doubles.triangles);
         let locked = options.fixed(triangles);
         let scale = unit(points);
         let doubles = doubles.as_ref();
         let whole = Whole { context, points, sides, doubles, locked: &locked, factors: &options.factors, scale };
-        let parted = OpenFans::part(points, sides, &[]);
+        let parted = if doubles.is_some() { OpenFans::part(points, sides, &[]) } else { parted };
         let run = |limits: &Limits, progress: &mut dyn Progress| {
             let mut faces = doubles.map_or(options.faces, |doubles| doubles.faces(options.faces));
             let mut made = whole.simplify(&parted, limits, faces, progress)?;
