@@ -7,6 +7,7 @@ import os
 import bpy
 import librelievo as rl
 import numpy
+from mathutils.bvhtree import BVHTree
 from mathutils.kdtree import KDTree
 
 from . import cache, frames, job, mesh, native, remote
@@ -16,6 +17,8 @@ from .error import Refused, said
 TYPES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
 # The share of the spacing by which particles of a fill keep away from those that are there.
 APART = 0.9
+# The same for the walls of the domain and for colliders: what begins nearer is under pressure and flies off.
+CLEAR = 0.499
 
 
 class Shape:
@@ -48,13 +51,29 @@ class Shape:
             hits = caster.cast(places, numpy.tile(direction, (len(places), 1)))
         return numpy.isfinite(hits["distance"]) & (hits["normal"] @ direction > 0)
 
+    def clear_of(self, places, distance):
+        """Returns which places are no nearer to its surface than a distance; without Blender's data."""
+        clear = numpy.ones(len(places), bool)
+        low, high = self.points.min(0) - distance, self.points.max(0) + distance
+        near = numpy.flatnonzero(((places > low) & (places < high)).all(1))
+        if len(near):
+            tree = BVHTree.FromPolygons(self.points.tolist(), self.corners.reshape(-1, 3).tolist(), all_triangles=True)
+            clear[near] = [tree.find_nearest(place, distance)[0] is None for place in places[near].tolist()]
+        return clear
+
     def section(self, direction):
         """Its outline along a direction, as a flat mesh before it that faces there; without Blender's data."""
         points, corners = self.points.astype(float), self.corners.reshape(-1, 3)
         a, b, c = (points[corners[:, number]] for number in range(3))
         along = points @ direction
         flat = points + numpy.outer(along.max() - along, direction)
-        seen = corners[numpy.cross(b - a, c - a) @ direction > 0].ravel()
+        facing = numpy.cross(b - a, c - a) @ direction
+        seen = corners[facing > 0].ravel()
+        if not len(seen):
+            # A sheet that faces away pours all the same.
+            seen = corners[facing < 0][:, ::-1].ravel()
+        if not len(seen):
+            raise Refused(f"{self.name} pours along its own faces, which have no outline there; turn it or its velocity")
         return rl.Mesh(native.context(), flat.astype(numpy.float32), seen.astype(numpy.uint32), 3)
 
 
@@ -102,6 +121,12 @@ def of_role(scene, role):
     return [one for one in scene.objects if one.type in TYPES and one.relievo.fluid.role == role]
 
 
+def hide_fills(scene):
+    """Has fills be drawn as wires and left out of renders, since their fluid takes their place."""
+    for one in of_role(scene, "FILL"):
+        one.display_type, one.hide_render = "WIRE", True
+
+
 class Simulation:
     """The fluid of a domain, and what is in it."""
 
@@ -144,18 +169,31 @@ class Simulation:
                 self.fluid.add_collider(made, **how)
         for shape, velocity in self.fills:
             self.fill(shape, velocity)
+        if not self.pourings:
+            self.check_filled()
+
+    def check_filled(self):
+        """Refuses a fluid without a particle."""
+        if not self.fluid.info.particle_count:
+            names = ", ".join([shape.name for shape, _velocity in self.fills] or [pouring.name for pouring in self.pourings])
+            raise Refused(
+                f"There is no particle of {names} in the domain: move it into the box, close its mesh, or give the domain a "
+                "smaller spacing"
+            )
 
     def fill(self, shape, velocity):
-        """Fills a shape in the box, but not what is in colliders and beside particles that are there already."""
+        """Fills a shape in the box, but not what is in or beside colliders, beside the walls of the box, and beside particles
+        that are there already."""
         before = self.fluid.get("points")["points"]
         with shape.build() as made:
             self.fluid.fill(made, velocity=velocity)
         found = self.fluid.get("points", "numbers")
         # Numbers rise, and so new particles come last.
         places, numbers = found["points"][len(before) :], found["numbers"][len(before) :]
-        kept = ((places > self.low) & (places < self.high)).all(1)
+        distance = CLEAR * self.spacing
+        kept = ((places > self.low + distance) & (places < self.high - distance)).all(1)
         for _target, _how, collider in self.colliders:
-            kept &= ~collider.inside(places)
+            kept &= ~collider.inside(places) & collider.clear_of(places, distance)
         kept &= apart(places, before, APART * self.spacing)
         if not kept.all():
             self.fluid.remove(numbers[~kept])
@@ -220,16 +258,21 @@ class RELIEVO_OT_fluid_simulate(OnDomain, job.Steps, bpy.types.Operator):
                 scene.frame_set(now)
                 if not os.listdir(folder):
                     os.rmdir(folder)
+            hide_fills(scene)
             trouble = frames.show(domain, now)
             if trouble:
                 raise Refused(trouble)
             self.report({"INFO"}, f"{result.name}: {span} frames of the server")
             return
+        # Particles of the frame that has most.
+        most = [0]
         try:
             yield 0.0, 1.0 / span, simulation.begin
+            most[0] = simulation.fluid.info.particle_count
             yield 1.0 / span, 1.0 / span, lambda _progress: simulation.store(folder, first)
             result = frames.result_of(domain)
             frames.begin(domain, folder)
+            hide_fills(scene)
             options.first = options.last = first
             for frame in range(first + 1, last + 1):
                 scene.frame_set(frame)
@@ -238,6 +281,7 @@ class RELIEVO_OT_fluid_simulate(OnDomain, job.Steps, bpy.types.Operator):
                 def work(progress, frame=frame):
                     simulation.advance(progress)
                     simulation.store(folder, frame)
+                    most[0] = max(most[0], simulation.fluid.info.particle_count)
 
                 yield (frame - first) / span, (frame - first + 1) / span, work
                 options.last = frame
@@ -248,6 +292,8 @@ class RELIEVO_OT_fluid_simulate(OnDomain, job.Steps, bpy.types.Operator):
         trouble = frames.show(domain, now)
         if trouble:
             raise Refused(trouble)
+        if not most[0]:
+            simulation.check_filled()
         self.report({"INFO"}, f"{result.name}: {simulation.fluid.info.particle_count} particles, {span} frames")
 
 

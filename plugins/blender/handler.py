@@ -42,8 +42,12 @@ def after_load(*_):
 
 @persistent
 def graph_updated(scene, depsgraph):
-    """Results follow the materials of their objects."""
-    if not depsgraph.id_type_updated("OBJECT") or not playback.may_write(scene):
+    """Results follow the materials of their objects, and objects that lost their result are seen again."""
+    if not playback.may_write(scene):
+        return
+    if depsgraph.id_type_updated("SCENE"):
+        view.show_lost(scene.objects)
+    if not depsgraph.id_type_updated("OBJECT"):
         return
     for update in depsgraph.updates:
         changed = update.id.original

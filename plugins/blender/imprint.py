@@ -63,7 +63,7 @@ def pressers_of(context, target):
         for other in context.selected_objects
         if other.type in {"MESH", "CURVE", "SURFACE", "META", "FONT"}
         and state.source_of(other) != target
-        and other.relievo.source is None
+        and state.source_of(other) == other
     ]
 
 

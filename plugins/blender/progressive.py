@@ -15,7 +15,7 @@ import bpy
 import librelievo as rl
 import numpy
 
-from . import attribute, job, mesh, native, pose, settings, stroke
+from . import attribute, job, mesh, native, pose, settings, state, stroke
 from .error import Refused, said
 
 # Version of what objects keep; a file with a newer one is refused with a message. Edits of the first are handles alone,
@@ -236,7 +236,7 @@ def check_kept(target):
 def check(target):
     """Refuses objects whose mesh cannot be written to."""
     check_kept(target)
-    if target.relievo.source is not None:
+    if state.source_of(target) != target:
         raise Refused(f"{target.name} is the result of {target.relievo.source.name}, which writes to its mesh")
     if target.relievo.uid:
         raise Refused(f"{target.name} has detail, which needs the faces that are there; clear the detail first")

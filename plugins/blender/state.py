@@ -331,8 +331,8 @@ def is_used(target):
 
 
 def source_of(target):
-    """The object that a result belongs to, or the object itself."""
-    if target is not None and is_used(target.relievo.source):
+    """The object that a result belongs to, or the object itself. A copy of a result is an object of its own."""
+    if target is not None and is_used(target.relievo.source) and target.relievo.source.relievo.result == target:
         return target.relievo.source
     return target
 
@@ -386,6 +386,7 @@ def opening(target):
     native.context()
     if options.uid:
         _separate(target)
+    _follow_result(target)
     state, wanted, came = existing(target), options.revision, []
     if state is not None:
         if state.topology != topology_of(target.data):
@@ -409,6 +410,32 @@ def opening(target):
     if not came[-1]:
         raise Refused(f"The document of {target.name} cannot go to this step; undo or redo further, or clear the detail")
     return state
+
+
+def _follow_result(target):
+    """Moves an object to where its result was moved, since that is what is seen. Raises Refused where the object would not
+    stay there."""
+    result = target.relievo.result
+    if not is_used(result) or result.relievo.source != target:
+        return
+    if result.parent == target:
+        away = mesh.matrix_of(result.matrix_parent_inverse @ result.matrix_basis)
+        if numpy.allclose(away, numpy.eye(4), atol=1e-6):
+            return
+    elif numpy.allclose(world(result), world(target), atol=1e-6):
+        return
+    animation = target.animation_data
+    if len(target.constraints) or (animation is not None and (animation.action is not None or len(animation.drivers))):
+        raise Refused(
+            f"{result.name} was moved away from {target.name}, which is animated: clear its location, rotation and scale, or "
+            f"move {target.name}"
+        )
+    place = result.matrix_world.copy()
+    result.parent = target
+    result.matrix_parent_inverse.identity()
+    result.matrix_basis.identity()
+    target.matrix_world = place
+    bpy.context.view_layer.update()
 
 
 def _found(target):

@@ -125,6 +125,18 @@ def reveal_paint(context):
         space.shading.color_type = "VERTEX"
 
 
+def show_lost(targets):
+    """Shows objects again whose result was deleted, or that are copies without a result of their own: they would be wires
+    that do not render. The next edit makes them a result."""
+    for target in targets:
+        options = target.relievo
+        if not options.uid or options.result is None or target.library is not None:
+            continue
+        if not states.is_used(options.result) or options.result.relievo.source != target:
+            options.result = None
+            target.display_type, target.hide_render = "TEXTURED", False
+
+
 def _set_slots(materials, slots):
     while len(materials) > len(slots):
         materials.pop()

@@ -220,6 +220,65 @@ class Carried(Case):
             self.assertGreater(len(field.data.polygons), 16)
 
 
+class VisibleResults(Case):
+    """What is seen is moved, copied and deleted like any object."""
+
+    def stroked(self):
+        field = host.field()
+        host.draw(field, [[-0.5, 0.25, 0], [0.5, 0.25, 0]], radius=0.2)
+        return field, field.relievo.result
+
+    def test_a_moved_result_takes_its_object_along(self):
+        field, result = self.stroked()
+        result.location, result.rotation_euler.z = (3, 0, 1), 0.5
+        bpy.context.view_layer.update()
+        place = numpy.array(result.matrix_world)
+        at = place @ [[-0.3, 0.3], [-0.5, -0.5], [0, 0], [1, 1]]
+        before = host.positions(result)
+        self.assertEqual(host.draw(result, at[:3].T.tolist(), radius=0.2), {"FINISHED"})
+        bpy.context.view_layer.update()
+        for one in (field, result):
+            numpy.testing.assert_allclose(numpy.array(one.matrix_world), place, atol=1e-6)
+        raised = host.positions(result)[:, 2] - before[:, 2]
+        self.assertAlmostEqual(float(raised.max()), 0.1, delta=5e-3)
+        self.assertLess(numpy.abs(before[raised.argmax(), :2] - (0, -0.5)).max(), 0.35)
+        # An animated object goes back to its place, so that it is the user's to choose.
+        field.keyframe_insert("location", frame=1)
+        result.location.x += 1
+        bpy.context.view_layer.update()
+        with self.assertRaisesRegex(RuntimeError, "field Relievo was moved away from field, which is animated"):
+            host.draw(result, [[0, 0, 0], [0.1, 0, 0]])
+
+    def test_a_copy_of_a_result_is_an_object_of_its_own(self):
+        field, result = self.stroked()
+        host.select(result)
+        bpy.ops.object.duplicate()
+        copy = bpy.context.active_object
+        copy.location.x += 3
+        bpy.context.view_layer.update()
+        before = self.relievo.state.of(field).detail.info.revision
+        copy.relievo.kind = "TRIANGLES"
+        host.draw(copy, [[2.5, -0.25, 0], [3.5, -0.25, 0]], radius=0.2)
+        self.assertEqual(self.relievo.state.of(field).detail.info.revision, before)
+        self.assertNotIn(copy.relievo.result, (None, result))
+        self.assertEqual(len(copy.relievo.strokes), 1)
+
+    def test_an_object_whose_result_is_deleted_is_seen(self):
+        field, result = self.stroked()
+        self.assertEqual((field.display_type, field.hide_render), ("WIRE", True))
+        host.select(result)
+        bpy.ops.object.delete()
+        bpy.context.view_layer.update()
+        self.assertEqual((field.display_type, field.hide_render), ("TEXTURED", False))
+        host.draw(field, [[-0.5, -0.25, 0], [0.5, -0.25, 0]], radius=0.2)
+        result = field.relievo.result
+        self.assertEqual((field.display_type, field.hide_render), ("WIRE", True))
+        # Both strokes are there.
+        points = host.positions(result)
+        self.assertGreater(points[points[:, 1] > 0, 2].max(), 0.08)
+        self.assertGreater(points[points[:, 1] < 0, 2].max(), 0.08)
+
+
 class Lengths(Case):
     """Defaults follow the size of the object; what was set stays; what is clipped is said."""
 

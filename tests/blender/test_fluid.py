@@ -58,6 +58,51 @@ class Case(unittest.TestCase):
         self.assertNotIn("Traceback", str(caught.exception))
 
 
+class Starts(Case):
+    """How a fluid begins: at rest, with particles, in place of its fill."""
+
+    def test_nothing_begins_under_pressure(self):
+        """A fill that reaches out of the box and lies around a pillar only falls in its first frame, as it is not on the floor
+        yet."""
+        self.part("FILL", "fill", (-0.03, -0.03, -0.03), (0.3, 0.43, 0.4))
+        self.part("COLLIDER", "pillar", (0.1, 0.1, -0.1), (0.21, 0.21, 0.7))
+        bpy.context.scene.frame_end = 2
+        result = self.simulate()
+        bpy.context.scene.frame_set(2)
+        velocities = numpy.empty((len(result.data.vertices), 3), numpy.float32)
+        result.data.attributes["velocity"].data.foreach_get("vector", velocities.ravel())
+        self.assertGreater(len(velocities), 150)
+        fall = 9.81 / bpy.context.scene.render.fps
+        self.assertAlmostEqual(float(numpy.linalg.norm(velocities, axis=1).max()), fall, delta=0.1 * fall)
+
+    def test_an_emitter_that_faces_away_pours(self):
+        counts = []
+        for number, order in enumerate(([0, 1, 2, 3], [3, 2, 1, 0])):
+            corners = numpy.array([[0.2, 0.1, 0.4], [0.4, 0.1, 0.4], [0.4, 0.3, 0.4], [0.2, 0.3, 0.4]])
+            sheet = host.add(f"sheet {number}", corners, [order], 4)
+            sheet.relievo.fluid.role, sheet.relievo.fluid.velocity = "EMITTER", (0, 0, -1)
+            counts.append(len(self.simulate().data.vertices) or len(self.at(6)))
+            if number:
+                sheet.relievo.fluid.velocity = (1, 0, 0)
+                self.refused(bpy.ops.relievo.fluid_simulate, "sheet 1 pours along its own faces")
+            sheet.relievo.fluid.role = "NONE"
+        self.assertGreater(counts[0], 0)
+        self.assertEqual(counts[0], counts[1])
+
+    def test_no_particle_is_no_success(self):
+        fill = self.part("FILL", "fill", (2, 2, 2), (2.3, 2.3, 2.3))
+        self.refused(bpy.ops.relievo.fluid_simulate, "There is no particle of fill in the domain: move it into the box")
+        self.assertFalse(fill.hide_render)
+        fill.relievo.fluid.role = "NONE"
+        self.part("EMITTER", "tap", (2, 2, 2), (2.3, 2.3, 2.3), velocity=(0, 0, -1))
+        self.refused(bpy.ops.relievo.fluid_simulate, "There is no particle of tap in the domain")
+
+    def test_a_fill_gives_way_to_its_fluid(self):
+        fill = self.part("FILL", "fill", (0, 0, 0), (0.3, 0.4, 0.4))
+        self.simulate()
+        self.assertEqual((fill.display_type, fill.hide_render), ("WIRE", True))
+
+
 class OnServer(Case):
     """What a server simulates; RELIEVO_COMMAND names the command that serves."""
 
