@@ -13,6 +13,8 @@ from . import cache, job, lengths, material, mesh, native, playback, settings, s
 from .error import Refused
 
 
+# Shares of an imprint that are done when the detail is open, and when the result is there.
+OPENED, SEEN = 0.05, 0.1
 # Places at which a surface is looked at for clipped displacement.
 PLACES = 2**18
 
@@ -100,11 +102,11 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
         last = scene.frame_end if self.frame_end < 0 else self.frame_end
         if context.screen is not None and context.screen.is_animation_playing:
             bpy.ops.screen.animation_cancel(restore_frame=False)
-        made = yield from state.opening(target)
+        made = yield from job.within(0.0, OPENED, state.opening(target))
         self.warn(made.take_notes())
         lengths.follow(scene, target)
         options, now = settings.values(scene.relievo.imprint), scene.frame_current
-        result = yield from view.ensuring(target, made)
+        result = yield from job.within(OPENED, SEEN, view.ensuring(target, made))
         bake_path = cache.new(target) if self.cache or self.images else ""
         points = cache.PointCache(f"{bake_path}.pc2", first) if self.cache else None
         pictures = f"{bake_path}_####.exr" if self.images else None
@@ -116,7 +118,7 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
             for frame in range(simulated_from(scene, first), first):
                 # Simulations come to a frame only through those before it.
                 scene.frame_set(frame)
-                yield 0.0, 0.0, lambda _progress: None
+                yield SEEN, SEEN, lambda _progress: None
             scene.frame_set(first)
             depsgraph = context.evaluated_depsgraph_get()
             colliders = [Presser(other, depsgraph) for other in pressers]
@@ -135,9 +137,10 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
                     made.set_pose(pose)
                     self.press(made, colliders, options, (frame, frame / fps, carried), pictures, progress)
 
-                span = last - first + 1
-                yield (frame - first) / span, (frame - first + 1) / span, work
-                yield from view.refreshing(target, made)
+                span = (1.0 - SEEN) / (last - first + 1)
+                begin = SEEN + (frame - first) * span
+                yield begin, begin + 0.9 * span, work
+                yield from job.within(begin + 0.9 * span, begin + span, view.refreshing(target, made))
                 if points is not None:
                     points.add(made.positions)
             box = []
@@ -169,13 +172,22 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
         if made.detail.channel_info("traces").is_there:
             with contextlib.suppress(rl.Invalid):
                 made.detail.advance(time)
+        parts = len(colliders) + (pictures is not None)
         for index, collider in enumerate(colliders):
             which = {"pair": index, "frame": max(frame, 0)}
-            collider.press(made.detail, options, which, progress, carried)
+            collider.press(made.detail, options, which, part_of(progress, index, parts), carried)
         made.detail.commit()
         if pictures is not None:
             path = pictures.replace("####", f"{frame:04d}")
-            bake.write(made.detail, path, progress, quantity="displacement", width=self.size, height=self.size)
+            size = {"width": self.size, "height": self.size}
+            bake.write(made.detail, path, part_of(progress, parts - 1, parts), quantity="displacement", **size)
+
+
+def part_of(progress, index, count):
+    """Returns the progress callback of one of several equal parts of what `progress` is told, None for None."""
+    if progress is None:
+        return None
+    return lambda fraction, stage=None: progress((index + fraction) / count, stage)
 
 
 def is_clipped(made, limit):

@@ -30,6 +30,21 @@ def run(steps):
         return end.value
 
 
+def within(first, last, steps):
+    """Steps that are a part of others: their shares of the whole go from `first` to `last`. Returns what they return."""
+    try:
+        begin, end, function = next(steps)
+        while True:
+            try:
+                yield first + begin * (last - first), first + end * (last - first), function
+            except BaseException as failure:
+                begin, end, function = steps.throw(failure)
+            else:
+                begin, end, function = next(steps)
+    except StopIteration as done:
+        return done.value
+
+
 class Worker:
     """A generator whose functions run on a thread, one after the other."""
 

@@ -189,6 +189,35 @@ class Following(Case):
         self.assertTrue(all(0 <= share <= 1 for share in shares))
 
 
+class Progress(Case):
+    def test_progress_of_an_imprint_never_falls(self):
+        from relievo import imprint, job
+
+        shares, field = [], host.field()
+        balls = [host.ball(0.2, f"ball {number}", rings=6) for number in range(2)]
+        for ball, x in zip(balls, (-0.4, 0.4)):
+            for frame in (1, 4):
+                ball.location = (x + 0.1 * frame, 0, 0.15)
+                ball.keyframe_insert("location", frame=frame)
+        scene = bpy.context.scene
+        scene.frame_start, scene.frame_end, scene.relievo.imprint.voxels = 1, 4, 2**12
+        host.select(field, *balls)
+
+        class Noting(job.Worker):
+            def progress(self, fraction, stage=None):
+                answer = super().progress(fraction, stage)
+                shares.append(self.share)
+                return answer
+
+        work = Noting(host.operator(imprint.RELIEVO_OT_imprint, frame_start=-1, frame_end=-1, cache=False, images=False, image_size=16))
+        while not work.advance(0.01):
+            shares.append(work.share)
+        self.assertEqual(shares, sorted(shares))
+        self.assertEqual(work.share, 1.0)
+        # Every ball of every frame has told where it is.
+        self.assertGreater(len(set(shares)), 8)
+
+
 class Previews(Case):
     def preview(self):
         from relievo import preview
