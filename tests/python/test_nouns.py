@@ -274,6 +274,47 @@ def mesh_edges(mesh):
     return max(numpy.linalg.norm(points[triangles[:, k]] - points[triangles[:, k - 1]], axis=1).max() for k in range(3))
 
 
+class Misuses(unittest.TestCase):
+    def test_what_cannot_be_used_is_said_in_a_sentence(self):
+        """Arguments of wrong types are errors of the library that name them, and not Python's own."""
+        context, points, quads = rl.Context(threads=1), numpy.eye(4, 3, dtype=numpy.float32), [[0, 1, 2, 3]]
+        mesh = rl.Mesh(context, points, quads)
+        detail = rl.Detail(rl.Surface(context, mesh), tile_size=8)
+        detail.commit()
+        brush = rl.Brush(context)
+        for wanted, misuse in (
+            ("context: an object of the library is needed, not NoneType", lambda: rl.Mesh(None, points, quads)),
+            ("surface: an object of the kind Surface is needed, not Mesh", lambda: rl.Detail(mesh)),
+            ("context: an object of the kind Context is needed, not Mesh", lambda: rl.Surface(mesh, context)),
+            ("brush: an object of the library", lambda: stroke.run(detail, None, [[0, 0, 0]])),
+            ("points: an array of numbers is needed", lambda: rl.Mesh(context, [[0, 0, 0], [1]], quads)),
+            ("points: an array of numbers is needed", lambda: stroke.run(detail, brush, "abc")),
+            ("matrix: an array of numbers is needed", lambda: detail.set_transform("x")),
+            ("creases: a pair of elements and their sharpness", lambda: rl.Mesh(context, points, quads, creases=3)),
+            ("longest_edge: a number is needed, not None", lambda: mesh.split(None)),
+            ("path: a text or a path is needed, not int", lambda: rl.Mesh.read(context, 3)),
+            ("text: a text is needed, not int", lambda: mesh.attribute(3)),
+            ("data: bytes are needed, not str", lambda: rl.Mesh.read_bytes(context, "abc", "obj")),
+            ("a dictionary of BrushSettings is needed, not list", lambda: rl.Brush(context, [1])),
+            ("weights: a dictionary", lambda: mesh.simplify(triangles=1, weights=3)),
+            ("progress: a function is needed, not int", lambda: mesh.simplify(triangles=1, progress=3)),
+            ("curve: `None` is unknown; there are size, strength, angle", lambda: brush.set_curve(None, [[0, 0]])),
+            ("wanted: a list of names is needed", lambda: detail.evaluate([0], [[0, 0]], "positions")),
+        ):
+            with self.assertRaises(rl.Invalid) as caught:
+                misuse()
+            self.assertIn(wanted, str(caught.exception))
+
+    def test_rows_of_corners_are_faces(self):
+        context, points = rl.Context(threads=1), numpy.eye(4, 3, dtype=numpy.float32)
+        for rows in ([[0, 1, 2, 3]], [[0, 1, 2], [1, 2, 3]]):
+            sizes, corners = rl.Mesh(context, points, rows).faces()
+            self.assertEqual(sizes.tolist(), [len(row) for row in rows])
+            self.assertEqual(corners.reshape(len(rows), -1).tolist(), rows)
+        with self.assertRaisesRegex(rl.Invalid, "corners"):
+            rl.Mesh(context, points, numpy.zeros((1, 2, 2), int))
+
+
 class Surfaces(unittest.TestCase):
     def setUp(self):
         self.context = rl.Context(threads=1)

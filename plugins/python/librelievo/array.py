@@ -9,6 +9,22 @@ import numpy
 from .error import Invalid
 
 
+def numbers(values, name, kind=None):
+    """An array of values, of a type if one is given. Invalid where they are not numbers in rows of one length."""
+    try:
+        return numpy.asarray(values, kind)
+    except (TypeError, ValueError) as problem:
+        raise Invalid(f"{name}: an array of numbers is needed: {problem}") from None
+
+
+def number(value, name):
+    """A float; Invalid where the value is none."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise Invalid(f"{name}: a number is needed, not {value!r}") from None
+
+
 class Reading:
     """An array that the library reads; it lives as long as this."""
 
@@ -19,14 +35,14 @@ class Reading:
         if values is None:
             self.array, self.address, self.count, self.stride = None, None, 0, 0
             return
-        array = numpy.asarray(values)
+        array = numbers(values, name)
         if array.dtype != kind:
             integers = numpy.issubdtype(kind, numpy.integer)
             if integers and array.size and not numpy.issubdtype(array.dtype, numpy.integer):
                 raise Invalid(f"{name}: integers are needed, not {array.dtype}")
             if integers and array.size and (array.min() < 0 or array.max() > numpy.iinfo(kind).max):
                 raise Invalid(f"{name}: numbers from 0 to {numpy.iinfo(kind).max} are needed")
-            array = array.astype(kind)
+            array = numbers(array, name, kind)
         if width and array.ndim == 1 and array.size % width == 0:
             array = array.reshape(-1, width)
         if array.ndim != (2 if width else 1) or (width and array.shape[1] != width):
@@ -62,7 +78,7 @@ def matrix(values):
     """An affine map as twelve doubles in columns, from a 4 by 4 or 3 by 4 matrix of rows; None stays None."""
     if values is None:
         return None
-    rows = numpy.asarray(values, numpy.float64)
+    rows = numbers(values, "matrix", numpy.float64)
     if rows.shape not in ((4, 4), (3, 4)):
         raise Invalid(f"matrix: 4 by 4 or 3 by 4 numbers are needed, not {rows.shape}")
     return numpy.ascontiguousarray(rows[:3].T)

@@ -3,7 +3,7 @@
 import ctypes
 
 from . import abi, library, record
-from .handle import Handle
+from .handle import Handle, held
 from .progressive import Progressive
 
 
@@ -13,7 +13,7 @@ class Arrival(Handle):
     noun, kind = "arrival", abi.RlvArrival
 
     def __init__(self, context):
-        super().__init__("rlv_arrival_create", context.handle)
+        super().__init__("rlv_arrival_create", held(context, "context"))
 
     def push(self, data):
         """Takes the next bytes, and says what is there then: triangles of the finest mesh, and whether that is all."""

@@ -6,7 +6,7 @@ from collections import namedtuple
 import numpy
 
 from . import abi, library, record
-from .handle import path_bytes, text_bytes
+from .handle import held, path_bytes, text_bytes
 from .progress import Callback, raising, watched
 
 Picture = namedtuple("Picture", ["udim", "pixels", "covered"])
@@ -41,7 +41,7 @@ def run(detail, progress=None, **options):
     report = record.empty(abi.RlvBakeReport)
     with watched(progress) as callback, raising(receiver):
         arguments = (options_of(options), receiver.function, callback, None, ctypes.byref(report))
-        library.call("rlv_bake_run", detail.handle, *arguments)
+        library.call("rlv_bake_run", held(detail, "detail"), *arguments)
     return pictures, record.read(report)
 
 
@@ -56,5 +56,5 @@ def write(detail, path, progress=None, **options):
     report = record.empty(abi.RlvBakeReport)
     with watched(progress) as callback:
         arguments = (options_of(options), path_bytes(path), callback, None, ctypes.byref(report))
-        library.call("rlv_bake_write", detail.handle, *arguments)
+        library.call("rlv_bake_write", held(detail, "detail"), *arguments)
     return record.read(report)

@@ -7,7 +7,7 @@ import numpy
 from . import abi, library, record
 from .array import Reading, writing
 from .evaluate import evaluate
-from .handle import Handle, path_bytes
+from .handle import Handle, held, path_bytes
 from .mesh import Mesh
 from .parameter import address_of
 
@@ -26,12 +26,12 @@ class Bezier(Handle):
         arrays.points, arrays.point_count, arrays.point_stride = points.address, points.count, points.stride
         arrays.weights, arrays.weight_stride = weights.address, weights.stride
         arrays.indices, arrays.index_count, arrays.index_stride = named.address, named.count, named.stride
-        super().__init__("rlv_bezier_create", context.handle, ctypes.byref(arrays))
+        super().__init__("rlv_bezier_create", held(context, "context"), ctypes.byref(arrays))
 
     @classmethod
     def read(cls, context, path):
         """The patches of a file."""
-        return cls.of("rlv_bezier_read", context.handle, path_bytes(path))
+        return cls.of("rlv_bezier_read", held(context, "context"), path_bytes(path))
 
     @property
     def info(self):

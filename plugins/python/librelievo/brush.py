@@ -5,9 +5,9 @@ import ctypes
 import numpy
 
 from . import abi, library, parameter, record
-from .array import Reading
+from .array import Reading, numbers
 from .error import Invalid
-from .handle import Handle
+from .handle import Handle, held
 
 
 def params():
@@ -39,7 +39,7 @@ class Brush(Handle):
         """`settings` is a dictionary of fields of RlvBrushSettings; options are the fields of RlvBrushOptions: action
         ("paint" or "sculpt"), mode ("mix", "draw" and so on), falloff, color, height."""
         settings = ctypes.byref(record.fill(abi.RlvBrushSettings, settings))
-        super().__init__("rlv_brush_create", context.handle, options_of(options), settings)
+        super().__init__("rlv_brush_create", held(context, "context"), options_of(options), settings)
 
     def set(self, settings=None, **options):
         """Gives the brush other options and settings; stamp and curves stay."""
@@ -48,8 +48,8 @@ class Brush(Handle):
 
     def set_curve(self, curve, points):
         """What pressure is taken as for "size", "strength" or "angle": pairs of a pressure and what it is taken as."""
-        number = record.named(abi.RlvCurve, curve, "curve") if isinstance(curve, str) else int(curve)
-        points = Reading(numpy.ascontiguousarray(points, numpy.float64), numpy.float64, 2, "points")
+        number = record.named(abi.RlvCurve, curve, "curve")
+        points = Reading(numpy.ascontiguousarray(numbers(points, "points", numpy.float64)), numpy.float64, 2, "points")
         library.call("rlv_brush_set_curve", self.handle, number, points.address, points.count)
 
     def set_stamp(self, pixels, settings=None, channel=0):
@@ -58,7 +58,7 @@ class Brush(Handle):
         settings = ctypes.byref(record.fill(abi.RlvStampSettings, settings))
         if pixels is None:
             return library.call("rlv_brush_set_stamp", self.handle, None, settings)
-        pixels = numpy.ascontiguousarray(pixels, numpy.float32)
+        pixels = numpy.ascontiguousarray(numbers(pixels, "pixels", numpy.float32))
         if pixels.ndim == 2:
             pixels = pixels[:, :, None]
         if pixels.ndim != 3:

@@ -6,7 +6,7 @@ import numpy
 
 from . import abi, library, record
 from .array import writing
-from .handle import Handle
+from .handle import Handle, held
 
 
 class Buffer(Handle):
@@ -15,7 +15,7 @@ class Buffer(Handle):
     noun, kind = "buffer", abi.RlvBuffer
 
     def __init__(self, tessellation):
-        super().__init__("rlv_buffer_create", tessellation.handle)
+        super().__init__("rlv_buffer_create", held(tessellation, "tessellation"))
 
     @property
     def info(self):

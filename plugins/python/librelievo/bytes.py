@@ -6,6 +6,7 @@ import numpy
 
 from . import abi, library
 from .array import Reading
+from .error import Invalid
 from .handle import Handle
 from .parameter import address_of
 
@@ -30,5 +31,9 @@ def made(function, *arguments):
 
 def given(data):
     """Address and size of bytes, and what keeps them there."""
-    reading = Reading(numpy.frombuffer(data, numpy.uint8), numpy.uint8, 0, "data")
+    try:
+        array = numpy.frombuffer(data, numpy.uint8)
+    except (TypeError, ValueError):
+        raise Invalid(f"data: bytes are needed, not {type(data).__name__}") from None
+    reading = Reading(array, numpy.uint8, 0, "data")
     return reading.address, reading.count, reading

@@ -7,7 +7,7 @@ import numpy
 from . import abi, library, record
 from .array import Reading
 from .error import Invalid
-from .handle import Handle
+from .handle import Handle, held
 from .surface import tessellate_options
 
 HIT = numpy.dtype(abi.RlvHit)
@@ -19,17 +19,17 @@ class Caster(Handle):
     noun, kind = "caster", abi.RlvCaster
 
     def __init__(self, context, mesh):
-        super().__init__("rlv_caster_create_mesh", context.handle, mesh.handle)
+        super().__init__("rlv_caster_create_mesh", held(context, "context"), held(mesh, "mesh"))
 
     @classmethod
     def of_detail(cls, detail, **options):
         """Makes a caster for a detail as it was committed last; options are the fields of RlvTessellateOptions."""
-        return cls.of("rlv_caster_create_detail", detail.handle, tessellate_options(options))
+        return cls.of("rlv_caster_create_detail", held(detail, "detail"), tessellate_options(options))
 
     @classmethod
     def of_tessellation(cls, tessellation):
         """Makes a caster that follows a tessellation; see `update`."""
-        return cls.of("rlv_caster_create_tessellation", tessellation.handle)
+        return cls.of("rlv_caster_create_tessellation", held(tessellation, "tessellation"))
 
     def update(self):
         """Goes to the last update of the tessellation."""

@@ -5,8 +5,8 @@ import ctypes
 import numpy
 
 from . import abi, library, parameter, record
-from .array import Reading, address, matrix
-from .handle import Handle
+from .array import Reading, address, matrix, number
+from .handle import Handle, held
 from .surface import tessellate_options
 
 
@@ -18,19 +18,19 @@ class Collider(Handle):
     def __init__(self, context, mesh, matrix_world=None):
         """Makes a collider of a mesh."""
         place = matrix(matrix_world)
-        super().__init__("rlv_collider_create_mesh", context.handle, mesh.handle, address(place))
+        super().__init__("rlv_collider_create_mesh", held(context, "context"), held(mesh, "mesh"), address(place))
 
     @classmethod
     def of_surface(cls, surface, matrix_world=None, **options):
         """Makes a collider of a limit surface in its present pose."""
         place = matrix(matrix_world)
         options = tessellate_options(options)
-        return cls.of("rlv_collider_create_surface", surface.handle, options, address(place))
+        return cls.of("rlv_collider_create_surface", held(surface, "surface"), options, address(place))
 
     @classmethod
     def of_detail(cls, detail, **options):
         """Makes a collider of a detail as it was committed last."""
-        return cls.of("rlv_collider_create_detail", detail.handle, tessellate_options(options))
+        return cls.of("rlv_collider_create_detail", held(detail, "detail"), tessellate_options(options))
 
     @property
     def info(self):
@@ -54,7 +54,7 @@ class Collider(Handle):
         place = Reading([place], numpy.float64, 3, "place")
         normal = Reading([normal], numpy.float64, 3, "normal")
         settings = ctypes.byref(record.fill(abi.RlvToolSettings, settings))
-        arguments = (place.address, normal.address, float(force), settings)
+        arguments = (place.address, normal.address, number(force, "force"), settings)
         library.call("rlv_collider_press", self.handle, *arguments)
 
 

@@ -6,7 +6,7 @@ import numpy
 
 from . import abi, library, record
 from .array import writing
-from .handle import Handle
+from .handle import Handle, held
 from .parameter import address_of
 
 
@@ -16,7 +16,7 @@ class ColorBuffer(Handle):
     noun, kind = "color_buffer", abi.RlvColorBuffer
 
     def __init__(self, detail):
-        super().__init__("rlv_color_buffer_create", detail.handle)
+        super().__init__("rlv_color_buffer_create", held(detail, "detail"))
 
     @property
     def info(self):

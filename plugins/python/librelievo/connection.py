@@ -8,7 +8,7 @@ import numpy
 
 from . import abi, library, record
 from .array import Reading
-from .handle import Handle, path_bytes, text_bytes
+from .handle import Handle, held, path_bytes, text_bytes
 from .mesh import Mesh
 from .particles import Particles
 from .progress import watched
@@ -43,7 +43,7 @@ class Connection(Handle):
         options = record.fill(abi.RlvClientOptions, {"timeout": timeout, "patience": patience})
         options.address, options.token = text_bytes(address), text_bytes(token)
         options.authorities = None if authorities is None else path_bytes(authorities)
-        super().__init__("rlv_client_connect", context.handle, ctypes.byref(options))
+        super().__init__("rlv_client_connect", held(context, "context"), ctypes.byref(options))
 
     @property
     def info(self):

@@ -8,7 +8,7 @@ from . import abi, library, record
 from .array import address
 from .error import Invalid
 from .bytes import given, made
-from .handle import Handle, path_bytes, text_bytes
+from .handle import Handle, held, path_bytes, text_bytes
 from .mesh import Mesh
 from .parameter import address_of, table
 from .progress import watched
@@ -59,12 +59,12 @@ class CrowdModel(Handle):
         """Builds the hierarchy of a file for its clips of these names, or for all; see RlvCrowdBuildSettings."""
         given, _kept = arguments(path, clips, settings)
         with watched(progress) as callback:
-            return cls.of("rlv_crowd_model_build", context.handle, *given, callback, None)
+            return cls.of("rlv_crowd_model_build", held(context, "context"), *given, callback, None)
 
     @classmethod
     def read(cls, context, path):
         """Reads a model (.rcrowd)."""
-        return cls.of("rlv_crowd_model_read", context.handle, path_bytes(path))
+        return cls.of("rlv_crowd_model_read", held(context, "context"), path_bytes(path))
 
     def write(self, path):
         """Writes the model (.rcrowd)."""
@@ -74,7 +74,7 @@ class CrowdModel(Handle):
     def read_bytes(cls, context, data):
         """As `read`, from the bytes of a file."""
         address, size, _kept = given(data)
-        return cls.of("rlv_crowd_model_read_bytes", context.handle, address, size)
+        return cls.of("rlv_crowd_model_read_bytes", held(context, "context"), address, size)
 
     def write_bytes(self):
         """The bytes of the file that `write` writes."""
@@ -147,8 +147,8 @@ class Crowd(Handle):
 
     def __init__(self, context, models):
         """Makes a crowd of models, without agents."""
-        handles = (abi.RlvCrowdModel * len(models))(*(model.handle for model in models))
-        super().__init__("rlv_crowd_create", context.handle, handles, len(models))
+        handles = (abi.RlvCrowdModel * len(models))(*(held(model, "model") for model in models))
+        super().__init__("rlv_crowd_create", held(context, "context"), handles, len(models))
 
     def add(self, transforms, clips=0, phases=0.0, models=0):
         """Adds agents and returns the number of the first; see `agents_of`."""

@@ -7,7 +7,7 @@ import numpy
 from . import abi, library, record
 from .array import Reading
 from .error import Invalid
-from .handle import Handle
+from .handle import Handle, held
 from .mesh import Mesh, set_array
 from .progress import watched
 
@@ -96,7 +96,7 @@ def _strip(function, ground, curve, size, outline, options):
     first = pins.ctypes.data_as(ctypes.POINTER(abi.RlvDecalPin))
     places = curve.address, curve.count, curve.stride
     library.call(
-        function, ground.handle, given, *places, first, STRIP, ctypes.byref(count), ctypes.byref(length)
+        function, held(ground, "ground"), given, *places, first, STRIP, ctypes.byref(count), ctypes.byref(length)
     )
     del kept
     made = [(tuple(pin["image"].tolist()), tuple(pin["position"].tolist())) for pin in pins[: count.value]]
@@ -122,7 +122,7 @@ class Decal(Handle):
     def _on(cls, function, ground, pins, size, outline, progress, options):
         given, kept = arguments(pins, size, outline, **options)
         with watched(progress) as callback:
-            made = cls.of(function, ground.handle, *given, callback, None)
+            made = cls.of(function, held(ground, "ground"), *given, callback, None)
         del kept
         return made
 

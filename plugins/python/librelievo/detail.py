@@ -5,9 +5,9 @@ import ctypes
 import numpy
 
 from . import abi, library, record
-from .array import Reading, address, matrix, writing
+from .array import Reading, address, matrix, number, writing
 from .evaluate import evaluate
-from .handle import Handle, path_bytes
+from .handle import Handle, held, path_bytes
 from .layer import Layers
 from .mesh import Mesh
 from .parameter import address_of
@@ -35,7 +35,7 @@ class Detail(Handle):
         sizes = Reading(face_sizes, numpy.uint32, 2, "face_sizes")
         options.face_sizes, options.face_size_count, options.face_size_stride = sizes.address, sizes.count, sizes.stride
         place = matrix(matrix_world)
-        super().__init__("rlv_detail_create", surface.handle, ctypes.byref(options), address(place))
+        super().__init__("rlv_detail_create", held(surface, "surface"), ctypes.byref(options), address(place))
 
     @property
     def info(self):
@@ -83,7 +83,7 @@ class Detail(Handle):
 
     def advance(self, time):
         """Comes to a time in seconds."""
-        library.call("rlv_detail_advance", self.handle, float(time))
+        library.call("rlv_detail_advance", self.handle, number(time, "time"))
 
     def channel_info(self, channel):
         """A channel ("displacement", "color", "vectors", "traces") as it was committed last."""

@@ -7,7 +7,7 @@ import numpy
 from . import abi, library, record
 from .array import Reading, address
 from .error import Invalid
-from .handle import Handle, path_bytes
+from .handle import Handle, held, path_bytes
 from .parameter import table
 from .particles import Particles
 from .progress import watched
@@ -55,7 +55,7 @@ class Diffuse(Handle):
             options.update(has_bounds=1, low=bounds[0], high=bounds[1])
         options = record.fill(abi.RlvDiffuseOptions, options)
         settings = record.fill(abi.RlvDiffuseSettings, settings)
-        super().__init__("rlv_diffuse_create", context.handle, ctypes.byref(options), ctypes.byref(settings))
+        super().__init__("rlv_diffuse_create", held(context, "context"), ctypes.byref(options), ctypes.byref(settings))
 
     @property
     def info(self):

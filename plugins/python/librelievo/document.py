@@ -5,7 +5,7 @@ import ctypes
 
 from . import abi, library, record
 from .bytes import given, made
-from .handle import Handle, path_bytes, text_bytes
+from .handle import Handle, held, path_bytes, text_bytes
 from .mesh import Mesh
 from .progress import watched
 from .stream import Stream
@@ -23,23 +23,23 @@ class Document(Handle):
         if file is not None:
             stream = Stream(file)
             with stream.taken() as table:
-                super().__init__("rlv_document_create_stream", detail.handle, table, memory)
+                super().__init__("rlv_document_create_stream", held(detail, "detail"), table, memory)
             self.stream = stream
             return
         path = None if path is None else path_bytes(path)
-        super().__init__("rlv_document_create", detail.handle, path, memory)
+        super().__init__("rlv_document_create", held(detail, "detail"), path, memory)
 
     @classmethod
     def open(cls, detail, path, memory=0):
         """Opens a file and gives the detail its layers and its history."""
-        return cls.of("rlv_document_open", detail.handle, path_bytes(path), memory)
+        return cls.of("rlv_document_open", held(detail, "detail"), path_bytes(path), memory)
 
     @classmethod
     def open_file(cls, detail, file, memory=0):
         """As `open`, from a file of Python's, to which edits are appended."""
         stream = Stream(file)
         with stream.taken() as table:
-            opened = cls.of("rlv_document_open_stream", detail.handle, table, memory)
+            opened = cls.of("rlv_document_open_stream", held(detail, "detail"), table, memory)
         opened.stream = stream
         return opened
 
@@ -47,7 +47,7 @@ class Document(Handle):
     def open_bytes(cls, detail, data, memory=0):
         """As `open`, from bytes, which are copied."""
         address, size, _kept = given(data)
-        return cls.of("rlv_document_open_bytes", detail.handle, address, size, memory)
+        return cls.of("rlv_document_open_bytes", held(detail, "detail"), address, size, memory)
 
     def _call(self, function, *arguments):
         with contextlib.nullcontext() if self.stream is None else self.stream.explained():
@@ -119,18 +119,18 @@ class Document(Handle):
 
 def compact(context, path, keep=0):
     """Folds the history of a file that no document has open into its layers, but for the last edits."""
-    library.call("rlv_document_compact", context.handle, path_bytes(path), keep)
+    library.call("rlv_document_compact", held(context, "context"), path_bytes(path), keep)
 
 
 def mesh(context, path):
     """The mesh that a document was made on."""
-    return Mesh.of("rlv_document_mesh", context.handle, path_bytes(path))
+    return Mesh.of("rlv_document_mesh", held(context, "context"), path_bytes(path))
 
 
 def mesh_of_bytes(context, data):
     """The mesh that the document in bytes was made on."""
     address, size, _kept = given(data)
-    return Mesh.of("rlv_document_mesh_bytes", context.handle, address, size)
+    return Mesh.of("rlv_document_mesh_bytes", held(context, "context"), address, size)
 
 
 def transfer_arguments(path, to, to_path, source, reach):
@@ -138,8 +138,8 @@ def transfer_arguments(path, to, to_path, source, reach):
     options = record.empty(abi.RlvTransferOptions)
     options.reach = reach
     if source is not None:
-        setattr(options, "from", source.handle)
-    return (path_bytes(path), to.handle, path_bytes(to_path), ctypes.byref(options))
+        setattr(options, "from", held(source, "source"))
+    return (path_bytes(path), held(to, "to"), path_bytes(to_path), ctypes.byref(options))
 
 
 def transfer(context, path, to, to_path, source=None, reach=0.0, progress=None):
@@ -147,5 +147,5 @@ def transfer(context, path, to, to_path, source=None, reach=0.0, progress=None):
     report = record.empty(abi.RlvTransferReport)
     files = transfer_arguments(path, to, to_path, source, reach)
     with watched(progress) as callback:
-        library.call("rlv_document_transfer", context.handle, *files, callback, None, ctypes.byref(report))
+        library.call("rlv_document_transfer", held(context, "context"), *files, callback, None, ctypes.byref(report))
     return record.read(report)

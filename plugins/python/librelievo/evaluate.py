@@ -1,6 +1,7 @@
 """Evaluation of surfaces and details at arrays of places."""
 
 import ctypes
+from collections.abc import Iterable
 
 import numpy
 
@@ -38,6 +39,8 @@ def evaluate(function, handle, tiles, uvs, wanted, footprints=None, out=None):
     if footprints is not None and steps.count != tiles.count:
         raise Invalid(f"footprints: there are {steps.count} for {tiles.count} places")
     arrays.footprints, arrays.footprint_stride = steps.address, steps.stride
+    if isinstance(wanted, str) or not isinstance(wanted, Iterable):
+        raise Invalid(f"wanted: a list of names is needed, not {wanted!r}; there are {', '.join(OUTPUTS)}")
     results = {}
     for name in wanted:
         if name not in OUTPUTS:

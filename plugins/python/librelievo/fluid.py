@@ -10,7 +10,7 @@ from .array import matrix as matrix_of
 from .channel import find_channel, read_channel
 from .error import Invalid
 from .bytes import given, made
-from .handle import Handle, path_bytes
+from .handle import Handle, held, path_bytes
 from .isosurface import Isosurface, isosurface_options, set_channels
 from .parameter import address_of
 from .particles import Particles
@@ -48,7 +48,7 @@ class Fluid(Handle):
     def __init__(self, context, **options):
         """Without particles and walls; options are the fields of RlvFluidOptions."""
         told = record.fill(abi.RlvFluidOptions, options, kernels=abi.RlvFluidKernels, steps=abi.RlvFluidSteps, solver=abi.RlvFluidSolver)
-        super().__init__("rlv_fluid_create", context.handle, ctypes.byref(told))
+        super().__init__("rlv_fluid_create", held(context, "context"), ctypes.byref(told))
 
     @property
     def info(self):
@@ -83,7 +83,7 @@ class Fluid(Handle):
     def fill(self, mesh, matrix=None, velocity=(0, 0, 0)):
         """Fills a closed mesh, and returns how many particles there are in it."""
         placed, velocity, added = matrix_of(matrix), _vector(velocity, "velocity"), ctypes.c_size_t()
-        given = (mesh.handle, address(placed), velocity.address, address_of(added))
+        given = (held(mesh, "mesh"), address(placed), velocity.address, address_of(added))
         library.call("rlv_fluid_fill", self.handle, *given)
         return added.value
 
@@ -94,7 +94,7 @@ class Fluid(Handle):
         if mesh is not None:
             options.setdefault("shape", "surface")
         told = record.fill(abi.RlvFluidEmitterOptions, options, shape=abi.RlvFluidEmitterShape)
-        handle = abi.RlvMesh() if mesh is None else mesh.handle
+        handle = abi.RlvMesh() if mesh is None else held(mesh, "mesh")
         entries, _kept = set_channels({name: numpy.reshape(value, (1, -1)) for name, value in (channels or {}).items()})
         told.channels, told.channel_count = entries, len(entries)
         library.call("rlv_fluid_add_emitter", self.handle, ctypes.byref(told), handle, address(placed))
@@ -107,7 +107,7 @@ class Fluid(Handle):
     def add_sink_mesh(self, mesh, matrix=None):
         """Takes away particles inside of a closed mesh."""
         placed = matrix_of(matrix)
-        library.call("rlv_fluid_add_sink_mesh", self.handle, mesh.handle, address(placed))
+        library.call("rlv_fluid_add_sink_mesh", self.handle, held(mesh, "mesh"), address(placed))
 
     def clear_sources(self):
         """Forgets all emitters and sinks."""
@@ -155,7 +155,7 @@ class Fluid(Handle):
         RlvFluidColliderOptions."""
         number, placed = ctypes.c_uint32(), matrix_of(matrix)
         told = record.fill(abi.RlvFluidColliderOptions, options, contact=abi.RlvFluidContact)
-        given = (mesh.handle, address(placed), ctypes.byref(told), address_of(number))
+        given = (held(mesh, "mesh"), address(placed), ctypes.byref(told), address_of(number))
         library.call("rlv_fluid_add_collider", self.handle, *given)
         return number.value
 
@@ -249,7 +249,7 @@ class Fluid(Handle):
 
     def add_particles(self, particles):
         """Adds particles, such as those of a file, with what they carry."""
-        library.call("rlv_fluid_add_particles", self.handle, particles.handle)
+        library.call("rlv_fluid_add_particles", self.handle, held(particles, "particles"))
 
     def isosurface(self, **options):
         """The surface of the particles where they are now; options are the fields of RlvIsosurfaceOptions, of which the

@@ -7,7 +7,7 @@ import numpy
 from . import abi, library, record
 from .array import Reading, address
 from .error import Invalid
-from .handle import Handle
+from .handle import Handle, held
 from .parameter import table
 from .progress import watched
 
@@ -44,7 +44,7 @@ class Foam(Handle):
         kept = [depths(solids, shape, "solids"), depths(fluid, shape, "fluid")]
         view.solids, view.fluid = (address(array) for array in kept)
         settings = record.fill(abi.RlvFoamSettings, settings)
-        super().__init__("rlv_foam_create", context.handle, ctypes.byref(view), ctypes.byref(settings))
+        super().__init__("rlv_foam_create", held(context, "context"), ctypes.byref(view), ctypes.byref(settings))
 
     def add(self, positions, ids=None, kinds=None, lives=None, velocities=None):
         """Adds particles at positions (n, 3) in metres, with ids, values of FoamKind, and shares of their lives that have

@@ -8,9 +8,9 @@ import ctypes
 import numpy
 
 from . import abi, library, parameter, record
-from .array import Reading
+from .array import Reading, number
 from .error import Invalid
-from .handle import Handle, path_bytes, text_bytes
+from .handle import Handle, held, path_bytes, text_bytes
 from .mesh import Mesh
 from .progress import watched
 
@@ -44,11 +44,11 @@ def is_available():
 def info(context, path):
     """Describes the grids of a file, one RlvGridInfo each. Needs no module."""
     count = ctypes.c_size_t()
-    library.call("rlv_grid_file_count", context.handle, path_bytes(path), parameter.address_of(count))
+    library.call("rlv_grid_file_count", held(context, "context"), path_bytes(path), parameter.address_of(count))
     found = []
     for index in range(count.value):
         out = record.empty(abi.RlvGridInfo)
-        library.call("rlv_grid_file_info", context.handle, path_bytes(path), index, ctypes.byref(out))
+        library.call("rlv_grid_file_info", held(context, "context"), path_bytes(path), index, ctypes.byref(out))
         found.append(record.read(out))
     return found
 
@@ -56,7 +56,7 @@ def info(context, path):
 def file_metadata(context, path, name):
     """Returns an entry of the metadata of a file as text. Needs no module."""
     value = ctypes.create_string_buffer(1 << 16)
-    library.call("rlv_grid_file_metadata", context.handle, path_bytes(path), text_bytes(name), value, len(value))
+    library.call("rlv_grid_file_metadata", held(context, "context"), path_bytes(path), text_bytes(name), value, len(value))
     return value.value.decode("utf-8", "replace")
 
 
@@ -70,7 +70,7 @@ def write(path, grids, pack="blosc", half=False, stream=False):
     if pack not in PACKINGS:
         raise Invalid(f"pack: {pack!r} is unknown; there are 'blosc', 'zip' and None")
     bits = int(PACKINGS[pack]) | (abi.RlvGridWriting.HALF if half else 0) | (abi.RlvGridWriting.STREAM if stream else 0)
-    handles = (abi.RlvGrid * len(grids))(*(grid.handle for grid in grids))
+    handles = (abi.RlvGrid * len(grids))(*(held(grid, "grid") for grid in grids))
     library.call("rlv_grid_write", handles, len(grids), path_bytes(path), int(bits))
 
 
@@ -79,7 +79,7 @@ def labels(level_sets, numbers):
     numbers = numpy.ascontiguousarray(numbers, numpy.int32)
     if numbers.shape != (len(level_sets),):
         raise Invalid(f"numbers: there are {numbers.size} for {len(level_sets)} level sets")
-    handles = (abi.RlvGrid * len(level_sets))(*(grid.handle for grid in level_sets))
+    handles = (abi.RlvGrid * len(level_sets))(*(held(grid, "grid") for grid in level_sets))
     return Grid.of("rlv_grid_labels", handles, numbers.ctypes.data, len(level_sets))
 
 
@@ -99,7 +99,7 @@ class Grid(Handle):
         """Makes an empty grid of a kind: "float", "double", "bool", "mask", "int32", "int64", "vec3s", "vec3d", "vec3i"."""
         number = record.named(abi.RlvGridKind, kind, "kind") if isinstance(kind, str) else int(kind)
         background = numpy.ascontiguousarray(numpy.broadcast_to(background, (3,)), numpy.float64)
-        super().__init__("rlv_grid_create", context.handle, number, background.ctypes.data, voxel)
+        super().__init__("rlv_grid_create", held(context, "context"), number, background.ctypes.data, voxel)
 
     @classmethod
     def read(cls, context, path, name=None, bounds=None, progress=None):
@@ -110,20 +110,20 @@ class Grid(Handle):
         place = None if box is None else box.ctypes.data
         with watched(progress) as callback:
             return cls.of(
-                "rlv_grid_read", context.handle, path_bytes(path), text_bytes(name), place, callback, None
+                "rlv_grid_read", held(context, "context"), path_bytes(path), text_bytes(name), place, callback, None
             )
 
     @classmethod
     def from_mesh(cls, mesh, progress=None, **settings):
         """Makes a level set of a closed mesh; settings are `voxel` and `band`."""
         with watched(progress) as callback:
-            return cls.of("rlv_grid_from_mesh", mesh.handle, settings_of(settings), callback, None)
+            return cls.of("rlv_grid_from_mesh", held(mesh, "mesh"), settings_of(settings), callback, None)
 
     @classmethod
     def from_particles(cls, particles, progress=None, **settings):
         """Makes a level set of balls at particles; settings are `voxel`, `band` and `radius`."""
         with watched(progress) as callback:
-            return cls.of("rlv_grid_from_particles", particles.handle, settings_of(settings), callback, None)
+            return cls.of("rlv_grid_from_particles", held(particles, "particles"), settings_of(settings), callback, None)
 
     def write(self, path, pack="blosc", half=False, stream=False):
         """Writes it as the only grid of a file."""
@@ -160,7 +160,7 @@ class Grid(Handle):
         matrix = numpy.ascontiguousarray(matrix, numpy.float64)
         if voxels.shape != (2, 3) or matrix.shape != (4, 3):
             raise Invalid("voxels: two corners are needed, and matrix: four rows of three numbers")
-        library.call("rlv_grid_set_frustum", self.handle, voxels.ctypes.data, float(taper), float(depth), matrix.ctypes.data)
+        library.call("rlv_grid_set_frustum", self.handle, voxels.ctypes.data, number(taper, "taper"), number(depth, "depth"), matrix.ctypes.data)
 
     @property
     def metadata_types(self):
@@ -253,7 +253,7 @@ class Grid(Handle):
         """Combines it with another grid: "union", "intersection" or "difference"."""
         number = record.named(abi.RlvGridOperation, operation, "operation")
         with watched(progress) as callback:
-            return Grid.of("rlv_grid_combine", self.handle, other.handle, number, callback, None)
+            return Grid.of("rlv_grid_combine", self.handle, held(other, "other"), number, callback, None)
 
     def label_mask(self, label):
         """Makes a mask of the voxels with a label."""

@@ -2,8 +2,10 @@
 collected. Objects keep alive what they need, so the order does not matter."""
 
 import ctypes
+import os
 
 from . import library
+from .error import Invalid
 
 
 class Handle:
@@ -43,11 +45,20 @@ class Handle:
             pass
 
 
+def held(thing, name):
+    """The handle of an object of the library, which an argument of that name is to be."""
+    handle = getattr(thing, "handle", None)
+    if handle is None:
+        raise Invalid(f"{name}: an object of the library is needed, not {type(thing).__name__}")
+    return handle
+
+
 def path_bytes(path):
     """A path as the library takes it: UTF-8."""
-    import os
-
-    data = os.fspath(path)
+    try:
+        data = os.fspath(path)
+    except TypeError:
+        raise Invalid(f"path: a text or a path is needed, not {type(path).__name__}") from None
     data = data.encode("utf-8", "surrogateescape") if isinstance(data, str) else data
     return whole(data)
 
@@ -55,10 +66,12 @@ def path_bytes(path):
 def whole(data):
     """Bytes that C sees all of."""
     if b"\0" in data:
-        raise ValueError("a text with a NUL in it")
+        raise Invalid("text: a NUL in it ends it for the library; leave it out")
     return data
 
 
 def text_bytes(text):
     """A text as the library takes it; None stays None."""
+    if text is not None and not isinstance(text, str):
+        raise Invalid(f"text: a text is needed, not {type(text).__name__}")
     return None if text is None else whole(text.encode("utf-8"))

@@ -7,6 +7,7 @@ import numpy
 from . import abi, library, parameter, record
 from .array import Reading, address, matrix
 from .error import Invalid
+from .handle import held
 from .progress import watched
 
 
@@ -29,7 +30,7 @@ def run(detail, collider, settings=None, moment=None):
     """Presses the collider into the detail where both are. Returns what it did; commit to see it."""
     report = record.empty(abi.RlvImprintReport)
     arguments = (settings_of(settings), moment_of(moment), ctypes.byref(report))
-    library.call("rlv_imprint_run", detail.handle, collider.handle, *arguments)
+    library.call("rlv_imprint_run", held(detail, "detail"), held(collider, "collider"), *arguments)
     return record.read(report)
 
 
@@ -40,7 +41,7 @@ def sweep(detail, collider, before, after, settings=None, moment=None, progress=
     options = (address(before), address(after), settings_of(settings), moment_of(moment))
     with watched(progress) as callback:
         arguments = (*options, callback, None, ctypes.byref(report))
-        library.call("rlv_imprint_sweep", detail.handle, collider.handle, *arguments)
+        library.call("rlv_imprint_sweep", held(detail, "detail"), held(collider, "collider"), *arguments)
     return record.read(report)
 
 
@@ -71,7 +72,7 @@ def sweep_points(detail, collider, before, after, settings=None, moment=None, pr
     options = (settings_of(settings), moment_of(moment))
     with watched(progress) as callback:
         arguments = (*path.arguments(), *options, callback, None, ctypes.byref(report))
-        library.call("rlv_imprint_sweep_points", detail.handle, collider.handle, *arguments)
+        library.call("rlv_imprint_sweep_points", held(detail, "detail"), held(collider, "collider"), *arguments)
     return record.read(report)
 
 
@@ -80,5 +81,5 @@ def collide(first, second, first_settings=None, second_settings=None, moment=Non
     reports = record.empty(abi.RlvImprintReport), record.empty(abi.RlvImprintReport)
     options = (settings_of(first_settings), settings_of(second_settings), moment_of(moment))
     outputs = [ctypes.byref(report) for report in reports]
-    library.call("rlv_imprint_collide", first.handle, second.handle, *options, *outputs)
+    library.call("rlv_imprint_collide", held(first, "first"), held(second, "second"), *options, *outputs)
     return tuple(record.read(report) for report in reports)

@@ -8,7 +8,7 @@ import numpy
 from . import abi, library, record
 from .array import Reading, writing
 from .error import Invalid
-from .handle import Handle, text_bytes
+from .handle import Handle, held, text_bytes
 from .mesh import Mesh, set_array
 from .progress import watched
 
@@ -66,7 +66,7 @@ class Isosurface(Handle):
         particles.velocities, particles.velocity_stride = velocities.address, velocities.stride
         particles.blind, particles.blind_stride = blind.address, blind.stride
         told = ctypes.byref(isosurface_options(options))
-        super().__init__("rlv_isosurface_create", context.handle, ctypes.byref(particles), told)
+        super().__init__("rlv_isosurface_create", held(context, "context"), ctypes.byref(particles), told)
 
     @property
     def info(self):

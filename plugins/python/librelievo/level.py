@@ -6,8 +6,8 @@ from collections import namedtuple
 import numpy
 
 from . import abi, library, record
-from .array import Reading, writing
-from .handle import Handle, path_bytes
+from .array import Reading, number, writing
+from .handle import Handle, held, path_bytes
 from .mesh import Mesh
 from .parameter import address_of
 from .progress import watched
@@ -124,7 +124,7 @@ class Level(_Room, Handle):
     noun, kind = "level", abi.RlvLevel
 
     def __init__(self, whole):
-        super().__init__("rlv_level_create", whole.handle)
+        super().__init__("rlv_level_create", held(whole, "whole"))
         self._make_room(whole.info)
 
     @property
@@ -136,17 +136,17 @@ class Level(_Room, Handle):
 
     def take_up(self, more):
         """Goes on with more of the same progressive mesh, which has arrived since."""
-        library.call("rlv_level_take_up", self.handle, more.handle)
+        library.call("rlv_level_take_up", self.handle, held(more, "more"))
 
     def set_error(self, error):
         """Becomes the coarsest mesh whose estimated deviation is no more."""
-        library.call("rlv_level_set_error", self.handle, float(error))
+        library.call("rlv_level_set_error", self.handle, number(error, "error"))
 
     def set_bound(self, bound, progress=None):
         """Becomes a coarse mesh whose distance from the finest is measured and at most `bound`. Returns the distance."""
         distance = ctypes.c_float()
         with watched(progress) as callback:
-            library.call("rlv_level_set_bound", self.handle, float(bound), callback, None, address_of(distance))
+            library.call("rlv_level_set_bound", self.handle, number(bound, "bound"), callback, None, address_of(distance))
         return distance.value
 
     def set_triangles(self, triangles=None):
@@ -173,7 +173,7 @@ class Level(_Room, Handle):
         what it did; see RlvLevelSculpted."""
         rows, out = points_of(points), record.empty(abi.RlvLevelSculpted)
         place = ctypes.cast(rows.__array_interface__["data"][0], ctypes.POINTER(abi.RlvStrokePoint))
-        library.call("rlv_level_sculpt", self.handle, brush.handle, place, len(rows), 0, ctypes.byref(out))
+        library.call("rlv_level_sculpt", self.handle, held(brush, "brush"), place, len(rows), 0, ctypes.byref(out))
         return record.read(out)
 
     def undo(self):
@@ -193,7 +193,7 @@ class Level(_Room, Handle):
     def set_time(self, time):
         """Makes the edits over time as they are at a time in seconds. Returns how many vertices were reached."""
         reached = ctypes.c_size_t()
-        library.call("rlv_level_set_time", self.handle, float(time), address_of(reached))
+        library.call("rlv_level_set_time", self.handle, number(time, "time"), address_of(reached))
         return reached.value
 
     def clear_motions(self):
@@ -254,7 +254,7 @@ class DeviceLevel(_Room, Handle):
     noun, kind = "device_level", abi.RlvDeviceLevel
 
     def __init__(self, whole):
-        super().__init__("rlv_device_level_create", whole.handle)
+        super().__init__("rlv_device_level_create", held(whole, "whole"))
         self._make_room(whole.info)
 
     @property
@@ -266,7 +266,7 @@ class DeviceLevel(_Room, Handle):
 
     def set_error(self, error):
         """Becomes the coarsest mesh that deviates by no more."""
-        library.call("rlv_device_level_set_error", self.handle, float(error))
+        library.call("rlv_device_level_set_error", self.handle, number(error, "error"))
 
     def set_triangles(self, triangles=None):
         """Becomes the finest mesh of at most so many triangles, None for the finest of all."""
@@ -304,7 +304,7 @@ class DeviceLevel(_Room, Handle):
     def set_time(self, time):
         """Makes the edits over time as they are at a time in seconds. Returns how many vertices were reached."""
         reached = ctypes.c_size_t()
-        library.call("rlv_device_level_set_time", self.handle, float(time), address_of(reached))
+        library.call("rlv_device_level_set_time", self.handle, number(time, "time"), address_of(reached))
         return reached.value
 
     def clear_motions(self):

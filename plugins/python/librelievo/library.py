@@ -116,9 +116,23 @@ def version():
     return number >> 22, number >> 12 & 0x3FF, number & 0xFFF
 
 
+def refusal(name, problem):
+    """What ctypes' complaint about an argument of a function means to a user."""
+    found = re.match(r"argument (\d+): \w+: (?:expected Rlv(\w+) instance instead of (\w+))?", problem)
+    if found is None:
+        return problem
+    place = abi.FUNCTIONS[name][1][int(found[1]) - 1][0]
+    if found[2] is None:
+        return f"{place}: this cannot be used here: {problem[found.end():]}"
+    return f"{place}: an object of the kind {found[2]} is needed, not {found[3].removeprefix('Rlv')}"
+
+
 def call(name, *arguments):
     """Calls a function that returns RlvResult; a failure is an exception."""
     library = _loaded or load()
-    result = getattr(library, name)(*arguments)
+    try:
+        result = getattr(library, name)(*arguments)
+    except ctypes.ArgumentError as problem:
+        raise error.Invalid(refusal(name, str(problem))) from None
     if result != abi.RLV_OK:
         raise error.last(library, result)

@@ -2,13 +2,14 @@
 
 import ctypes
 from collections import namedtuple
+from collections.abc import Mapping
 
 import numpy
 
 from . import abi, library, record
-from .array import Reading, writing
+from .array import Reading, number, numbers, writing
 from .bytes import given, made
-from .handle import Handle, path_bytes, text_bytes
+from .handle import Handle, held, path_bytes, text_bytes
 from .parameter import address_of
 from .progress import watched
 
@@ -25,6 +26,8 @@ def set_array(struct, reading, pointer, count, stride):
 
 def weights_of(weights, left_out):
     """RlvSimplifyWeights of weights by names of attributes, and of names that are left out; None for none."""
+    if weights is not None and not isinstance(weights, Mapping):
+        raise record.Invalid(f"weights: a dictionary by names of attributes is needed, not {type(weights).__name__}")
     pairs = [(name, weight, 0) for name, weight in (weights or {}).items()] + [(name, 0.0, 1) for name in left_out or ()]
     return (abi.RlvSimplifyWeight * len(pairs))(*((text_bytes(name), *rest) for name, *rest in pairs))
 
@@ -45,9 +48,25 @@ def simplify_options(
     return options, (entries, locked, factors)
 
 
+def pair_of(pair, name):
+    """Elements and their sharpness, two of None for None."""
+    if pair is None:
+        return None, None
+    try:
+        elements, sharpness = pair
+    except (TypeError, ValueError):
+        raise record.Invalid(f"{name}: a pair of elements and their sharpness is needed") from None
+    return elements, sharpness
+
+
 def arrays_of(points, corners, face_sizes, creases=None, sharp_points=None, holes=None):
     """RlvMeshArrays as `Mesh` takes them, and the arrays that it points to."""
     arrays = record.empty(abi.RlvMeshArrays)
+    corners = numbers(corners, "corners")
+    if corners.ndim == 2 and corners.shape[1]:
+        # A row is a face.
+        face_sizes = corners.shape[1] if face_sizes is None else face_sizes
+        corners = corners.reshape(-1)
     corners = Reading(corners, numpy.uint32, 0, "corners")
     points = Reading(points, numpy.float32, 3, "points")
     if isinstance(face_sizes, (int, numpy.integer)):
@@ -59,12 +78,12 @@ def arrays_of(points, corners, face_sizes, creases=None, sharp_points=None, hole
         set_array(arrays, sizes, "face_sizes", "face_count", "face_stride")
     set_array(arrays, points, "points", "point_count", "point_stride")
     set_array(arrays, corners, "corners", "corner_count", "corner_stride")
-    edges, edge_sharpness = creases if creases is not None else (None, None)
+    edges, edge_sharpness = pair_of(creases, "creases")
     edges = Reading(edges, numpy.uint32, 2, "creases")
     edge_sharpness = Reading(edge_sharpness, numpy.float32, 0, "crease sharpness")
     set_array(arrays, edges, "creases", "crease_count", "crease_stride")
     arrays.crease_sharpness, arrays.crease_sharpness_stride = edge_sharpness.address, edge_sharpness.stride
-    tips, tip_sharpness = sharp_points if sharp_points is not None else (None, None)
+    tips, tip_sharpness = pair_of(sharp_points, "sharp_points")
     tips = Reading(tips, numpy.uint32, 0, "sharp_points")
     tip_sharpness = Reading(tip_sharpness, numpy.float32, 0, "sharp point sharpness")
     set_array(arrays, tips, "sharp_points", "sharp_point_count", "sharp_point_stride")
@@ -78,7 +97,7 @@ def arrays_of(points, corners, face_sizes, creases=None, sharp_points=None, hole
 
 def attribute_arrays(name, values, domain, indices=None):
     """RlvAttributeArrays as `Mesh.add_attribute` takes them, and the arrays that it points to."""
-    values = numpy.asarray(values)
+    values = numbers(values, name)
     kind = abi.RlvType.U32 if numpy.issubdtype(values.dtype, numpy.integer) else abi.RlvType.F32
     if values.ndim == 1:
         values = values.reshape(-1, 1)
@@ -97,18 +116,19 @@ class Mesh(Handle):
 
     noun, kind = "mesh", abi.RlvMesh
 
-    def __init__(self, context, points, corners, face_sizes, creases=None, sharp_points=None, holes=None):
-        """Makes a mesh of points (n, 3), the point of every corner, and the size of every face or one number for all.
+    def __init__(self, context, points, corners, face_sizes=None, creases=None, sharp_points=None, holes=None):
+        """Makes a mesh of points (n, 3), the point of every corner, and the size of every face or one number for all. Corners
+        may be rows, one for each face, as (n, 4) for quads; face_sizes is the length of the rows then, if it is left out.
 
         `creases` is a pair of edges (n, 2) and their sharpness, `sharp_points` one of points and their sharpness: 0 to
         10. `holes` are faces that shape their neighbours but have no surface."""
         arrays, _kept = arrays_of(points, corners, face_sizes, creases, sharp_points, holes)
-        super().__init__("rlv_mesh_create", context.handle, ctypes.byref(arrays))
+        super().__init__("rlv_mesh_create", held(context, "context"), ctypes.byref(arrays))
 
     @classmethod
     def read(cls, context, path):
         """Reads OBJ, PLY, glTF, GLB, USD, STL or OFF."""
-        return cls.of("rlv_mesh_read", context.handle, path_bytes(path))
+        return cls.of("rlv_mesh_read", held(context, "context"), path_bytes(path))
 
     def write(self, path):
         """Writes OBJ, PLY, GLB or USD, as the extension says."""
@@ -118,7 +138,7 @@ class Mesh(Handle):
     def read_bytes(cls, context, data, format):
         """As `read`, from the bytes of a file; `format` is its extension, such as "obj"."""
         address, size, _kept = given(data)
-        return cls.of("rlv_mesh_read_bytes", context.handle, text_bytes(format), address, size)
+        return cls.of("rlv_mesh_read_bytes", held(context, "context"), text_bytes(format), address, size)
 
     def write_bytes(self, format):
         """The bytes of the file that `write` writes; `format` is "obj", "ply" or "glb"."""
@@ -126,7 +146,7 @@ class Mesh(Handle):
 
     def split(self, longest_edge):
         """A mesh of this one's triangles in which no edge is longer."""
-        return Mesh.of("rlv_mesh_split", self.handle, float(longest_edge))
+        return Mesh.of("rlv_mesh_split", self.handle, number(longest_edge, "longest_edge"))
 
     def simplify(
         self,

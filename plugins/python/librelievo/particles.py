@@ -8,7 +8,7 @@ from . import abi, library, record
 from .array import Reading, writing
 from .channel import find_channel, read_channel
 from .error import Invalid
-from .handle import Handle, path_bytes
+from .handle import Handle, held, path_bytes
 from .isosurface import Isosurface, isosurface_options, set_channels
 
 
@@ -32,12 +32,12 @@ class Particles(Handle):
         arrays.count, arrays.points, arrays.point_stride = points.count, points.address, points.stride
         arrays.numbers, arrays.number_stride = numbers.address, numbers.stride
         arrays.channels, arrays.channel_count = entries, len(entries)
-        super().__init__("rlv_particles_create", context.handle, ctypes.byref(arrays))
+        super().__init__("rlv_particles_create", held(context, "context"), ctypes.byref(arrays))
 
     @classmethod
     def read(cls, context, path):
         """Of a file: a frame of a cache, classic .bgeo, legacy VTK, PLY, OpenVDB's points, or the points of a mesh."""
-        return cls.of("rlv_particles_read", context.handle, path_bytes(path))
+        return cls.of("rlv_particles_read", held(context, "context"), path_bytes(path))
 
     def write(self, path):
         """Writes .rlvfluid, .bgeo, .vtk, .ply or .vdb."""

@@ -5,7 +5,7 @@ import ctypes
 import numpy
 
 from . import abi, library, record
-from .handle import Handle, path_bytes
+from .handle import Handle, held, path_bytes
 
 TYPES = {
     abi.RlvPictureType.U8: numpy.uint8,
@@ -23,7 +23,7 @@ class Picture(Handle):
     noun, kind = "picture", abi.RlvPicture
 
     def __init__(self, context, path):
-        super().__init__("rlv_picture_open", context.handle, path_bytes(path))
+        super().__init__("rlv_picture_open", held(context, "context"), path_bytes(path))
 
     @property
     def info(self):

@@ -7,7 +7,7 @@ import numpy
 from . import abi, library, record
 from .array import Reading, writing
 from .error import Invalid
-from .handle import Handle
+from .handle import Handle, held
 
 
 class Procedural(Handle):
@@ -18,7 +18,7 @@ class Procedural(Handle):
     def __init__(self, detail, **options):
         """Options are the fields of RlvProceduralOptions."""
         options = ctypes.byref(record.fill(abi.RlvProceduralOptions, options))
-        super().__init__("rlv_procedural_create", detail.handle, options)
+        super().__init__("rlv_procedural_create", held(detail, "detail"), options)
 
     def moving(self, end):
         """The surface that moves from here to the detail as it was committed last."""

@@ -4,7 +4,7 @@ returning False. An exception in it cancels too, and comes out of the call."""
 import contextlib
 
 from . import abi
-from .error import Cancelled, text
+from .error import Cancelled, Invalid, text
 
 
 class Callback:
@@ -27,6 +27,8 @@ class Callback:
 @contextlib.contextmanager
 def watched(progress):
     """The callback for a call, NULL for None; raises what `progress` raised."""
+    if progress is not None and not callable(progress):
+        raise Invalid(f"progress: a function is needed, not {type(progress).__name__}")
     callback = Callback(abi.RlvProgress, None)
     if progress is not None:
         callback.function = abi.RlvProgress(

@@ -7,7 +7,7 @@ import numpy
 from . import abi, library, record
 from .array import Reading
 from .bytes import given, made
-from .handle import Handle, path_bytes
+from .handle import Handle, held, path_bytes
 from .mesh import weights_of
 from .progress import watched
 
@@ -35,14 +35,14 @@ class Progressive(Handle):
         by names of attributes, which may be {}, or names that are `left_out` it has the attributes of the mesh."""
         options, kept = options_of(base_triangles, locked, weights, left_out)
         with watched(progress) as callback:
-            super().__init__("rlv_progressive_create", mesh.handle, ctypes.byref(options), callback, None)
+            super().__init__("rlv_progressive_create", held(mesh, "mesh"), ctypes.byref(options), callback, None)
         del kept
 
     @classmethod
     def read(cls, context, path, triangles=None):
         """Reads a file, or as much of it as so many triangles need."""
         most = ctypes.c_size_t(-1).value if triangles is None else triangles
-        return cls.of("rlv_progressive_read", context.handle, path_bytes(path), most)
+        return cls.of("rlv_progressive_read", held(context, "context"), path_bytes(path), most)
 
     def write(self, path):
         """Writes a file (.rlvpm)."""
@@ -53,7 +53,7 @@ class Progressive(Handle):
         """As `read`, from the bytes of a file."""
         address, size, _kept = given(data)
         most = ctypes.c_size_t(-1).value if triangles is None else triangles
-        return cls.of("rlv_progressive_read_bytes", context.handle, address, size, most)
+        return cls.of("rlv_progressive_read_bytes", held(context, "context"), address, size, most)
 
     def write_bytes(self):
         """The bytes of the file that `write` writes."""

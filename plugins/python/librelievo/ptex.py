@@ -4,14 +4,14 @@ import ctypes
 
 from . import abi, library, record
 from .detail import number_of
-from .handle import path_bytes
+from .handle import held, path_bytes
 from .progress import watched
 
 
 def write(detail, channel, path, progress=None):
     """Writes a channel of a detail as it was committed last."""
     with watched(progress) as callback:
-        library.call("rlv_ptex_write", detail.handle, number_of(channel), path_bytes(path), callback, None)
+        library.call("rlv_ptex_write", held(detail, "detail"), number_of(channel), path_bytes(path), callback, None)
 
 
 def options_of(options):
@@ -25,5 +25,5 @@ def read(detail, path, progress=None, **options):
     report = record.empty(abi.RlvPtexReport)
     with watched(progress) as callback:
         arguments = (path_bytes(path), options, callback, None, ctypes.byref(report))
-        library.call("rlv_ptex_read", detail.handle, *arguments)
+        library.call("rlv_ptex_read", held(detail, "detail"), *arguments)
     return record.read(report)

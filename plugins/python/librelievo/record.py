@@ -2,6 +2,7 @@
 
 import ctypes
 from collections import namedtuple
+from collections.abc import Mapping
 from enum import IntEnum
 
 from . import abi
@@ -15,6 +16,8 @@ def fill(struct, values, **enums):
     """A struct with its initial values, some replaced by `values`, whose keys are its fields. A field that `enums`
     knows may be given by the name of its value in small letters."""
     made = struct(*_initial(struct))
+    if values is not None and not isinstance(values, Mapping):
+        raise Invalid(f"a dictionary of {struct.__name__.removeprefix('Rlv')} is needed, not {type(values).__name__}")
     names = {name for name, _ in struct._fields_ if name not in _HIDDEN}
     for name, value in (values or {}).items():
         if name not in names:
@@ -37,10 +40,12 @@ def fill(struct, values, **enums):
 
 
 def named(enum, name, place):
-    """The value of an enum that has the name, in small letters."""
+    """The value of an enum that has the name, in small letters, or is the value."""
+    if isinstance(name, int):
+        return int(name)
     try:
         return int(enum[name.upper()])
-    except KeyError:
+    except (KeyError, AttributeError):
         known = ", ".join(entry.name.lower() for entry in enum)
         raise Invalid(f"{place}: `{name}` is unknown; there are {known}") from None
 

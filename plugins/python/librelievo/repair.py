@@ -4,7 +4,7 @@ import ctypes
 from collections import namedtuple
 
 from . import abi, library, parameter, record
-from .handle import path_bytes
+from .handle import held, path_bytes
 from .mesh import Mesh, arrays_of, attribute_arrays
 from .progress import watched
 
@@ -39,18 +39,18 @@ def check(mesh, progress=None, **settings):
     """Reports holes, non-manifold, misoriented, degenerate and doubled elements; see RlvRepairReport."""
     report = record.empty(abi.RlvRepairReport)
     with watched(progress) as callback:
-        library.call("rlv_repair_check", mesh.handle, settings_of(settings), callback, None, ctypes.byref(report))
+        library.call("rlv_repair_check", held(mesh, "mesh"), settings_of(settings), callback, None, ctypes.byref(report))
     return report_of(report)
 
 
 def mesh(mesh, progress=None, **settings):
     """Makes a repaired mesh of a mesh. Returns it and the report."""
-    return _made("rlv_repair_mesh", progress, settings, mesh.handle)
+    return _made("rlv_repair_mesh", progress, settings, held(mesh, "mesh"))
 
 
 def read(context, path, progress=None, **settings):
     """Makes a repaired mesh of a file, also of one that `Mesh.read` refuses. Returns it and the report."""
-    return _made("rlv_repair_read", progress, settings, context.handle, path_bytes(path))
+    return _made("rlv_repair_read", progress, settings, held(context, "context"), path_bytes(path))
 
 
 def arrays(context, points, corners, face_sizes, attributes=(), progress=None, **settings):
@@ -59,7 +59,7 @@ def arrays(context, points, corners, face_sizes, attributes=(), progress=None, *
     `attributes` are tuples as `Mesh.add_attribute` takes them: name, values, domain, and indices or nothing."""
     given, kept = arrays_of(points, corners, face_sizes)
     structs, values = _attributes(attributes)
-    told = (context.handle, ctypes.byref(given), structs, len(structs))
+    told = (held(context, "context"), ctypes.byref(given), structs, len(structs))
     made = _made("rlv_repair_arrays", progress, settings, *told)
     del kept, values
     return made

@@ -8,15 +8,16 @@ import ctypes
 import numpy
 
 from . import abi, library, record
+from .array import numbers
 from .error import Invalid
-from .handle import Handle
+from .handle import Handle, held
 
 POINT_WIDTH = ctypes.sizeof(abi.RlvStrokePoint) // 8
 
 
 def points_of(points):
     """The points of a stroke as rows of five doubles: full pressure and no time where none is given."""
-    given = numpy.asarray(points, numpy.float64)
+    given = numbers(points, "points", numpy.float64)
     if given.ndim == 1:
         given = given.reshape(1, -1)
     if given.ndim != 2 or not 3 <= given.shape[1] <= POINT_WIDTH:
@@ -38,7 +39,7 @@ def call(function, handle, points, *before):
 
 def run(detail, brush, points):
     """Makes a whole stroke and returns what it did; commit to see it."""
-    return call("rlv_stroke_run", detail.handle, points, brush.handle)
+    return call("rlv_stroke_run", held(detail, "detail"), points, held(brush, "brush"))
 
 
 class Stroke(Handle):
@@ -47,7 +48,7 @@ class Stroke(Handle):
     noun, kind = "stroke", abi.RlvStroke
 
     def __init__(self, detail, brush):
-        super().__init__("rlv_stroke_begin", detail.handle, brush.handle)
+        super().__init__("rlv_stroke_begin", held(detail, "detail"), held(brush, "brush"))
 
     def extend(self, points):
         """Goes on to the points and makes the dabs on the way."""

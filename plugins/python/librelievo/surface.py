@@ -7,7 +7,7 @@ import numpy
 from . import abi, library, record
 from .array import Reading
 from .evaluate import evaluate
-from .handle import Handle
+from .handle import Handle, held
 from .mesh import Mesh
 from .parameter import address_of
 
@@ -27,7 +27,7 @@ class Surface(Handle):
         patch_limit."""
         enums = {"kind": abi.RlvSurfaceKind, "boundary": abi.RlvBoundary}
         options = record.fill(abi.RlvSurfaceOptions, options, **enums)
-        super().__init__("rlv_surface_create", context.handle, cage.handle, ctypes.byref(options))
+        super().__init__("rlv_surface_create", held(context, "context"), held(cage, "cage"), ctypes.byref(options))
 
     @property
     def info(self):

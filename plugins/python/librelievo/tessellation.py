@@ -6,7 +6,7 @@ import numpy
 
 from . import abi, library, record
 from .array import writing
-from .handle import Handle
+from .handle import Handle, held
 from .mesh import Mesh
 from .parameter import address_of
 from .surface import tessellate_options
@@ -19,7 +19,7 @@ class Tessellation(Handle):
 
     def __init__(self, detail, **options):
         """Options are the fields of RlvTessellateOptions."""
-        super().__init__("rlv_tessellation_create", detail.handle, tessellate_options(options))
+        super().__init__("rlv_tessellation_create", held(detail, "detail"), tessellate_options(options))
 
     @property
     def info(self):

@@ -8,7 +8,7 @@ from . import abi, library, record
 from .array import Reading, writing
 from .error import Invalid
 from .bytes import given, made
-from .handle import Handle, path_bytes, text_bytes
+from .handle import Handle, held, path_bytes, text_bytes
 from .mesh import Mesh
 from .parameter import address_of
 from .progress import watched
@@ -101,7 +101,7 @@ def description_of(cell, materials, volumes, surfaces=(), skin=None, layers=(), 
     _set(made, "surface", surfaces)
     _set(made, "layer", layers)
     if skin is not None:
-        made.skin = skin.handle
+        made.skin = held(skin, "skin")
     if epidermis is not None:
         given = known.index(epidermis)
         made.epidermis_material, made.epidermis_thickness = given["material"], given["thickness"]
@@ -144,7 +144,7 @@ class Tissue(Handle):
         report = record.empty(abi.RlvTissueReport)
         with watched(progress) as callback:
             arguments = (ctypes.byref(given), callback, None, ctypes.byref(report))
-            super().__init__("rlv_tissue_build", context.handle, *arguments)
+            super().__init__("rlv_tissue_build", held(context, "context"), *arguments)
         self.report = record.read(report)
         del kept
 
@@ -159,7 +159,7 @@ class Tissue(Handle):
         ]
         if any(reading.count != 3 for reading in numbers):
             raise Invalid("low, cell and counts: three numbers each are needed")
-        made = cls.of("rlv_tissue_block", context.handle, *(it.address for it in numbers), ctypes.byref(entry))
+        made = cls.of("rlv_tissue_block", held(context, "context"), *(it.address for it in numbers), ctypes.byref(entry))
         del kept
         return made
 
@@ -167,7 +167,7 @@ class Tissue(Handle):
     def scan(cls, context, path, materials, labels, block=1, share=0.5):
         """Makes a model of a labelled scan, a file of NIfTI-1; labels are dictionaries of `material`, `low` and `high`."""
         given, kept = labels_of(materials, labels, block, share)
-        made = cls.of("rlv_tissue_scan", context.handle, path_bytes(path), ctypes.byref(given), None)
+        made = cls.of("rlv_tissue_scan", held(context, "context"), path_bytes(path), ctypes.byref(given), None)
         del kept
         return made
 
@@ -175,14 +175,14 @@ class Tissue(Handle):
     def from_grid(cls, grid, materials, labels, block=1, share=0.5):
         """Makes a model of the active voxels of a grid: a level set, fog or labels."""
         given, kept = labels_of(materials, labels, block, share)
-        made = cls.of("rlv_tissue_from_grid", grid.handle, ctypes.byref(given), None)
+        made = cls.of("rlv_tissue_from_grid", held(grid, "grid"), ctypes.byref(given), None)
         del kept
         return made
 
     @classmethod
     def read(cls, context, path):
         """Reads a model, .rtissue or .inp."""
-        return cls.of("rlv_tissue_read", context.handle, path_bytes(path))
+        return cls.of("rlv_tissue_read", held(context, "context"), path_bytes(path))
 
     def write(self, path):
         """Writes the model, .rtissue or .inp."""
@@ -192,7 +192,7 @@ class Tissue(Handle):
     def read_bytes(cls, context, data):
         """As `read`, from the bytes of a .rtissue."""
         address, size, _kept = given(data)
-        return cls.of("rlv_tissue_read_bytes", context.handle, address, size)
+        return cls.of("rlv_tissue_read_bytes", held(context, "context"), address, size)
 
     def write_bytes(self):
         """The bytes of the .rtissue that `write` writes."""
@@ -262,7 +262,7 @@ class Tissue(Handle):
     def bind(self, name, mesh):
         """Binds a mesh to the elements, and returns its index."""
         index = ctypes.c_uint32()
-        library.call("rlv_tissue_bind", self.handle, text_bytes(name), mesh.handle, address_of(index))
+        library.call("rlv_tissue_bind", self.handle, text_bytes(name), held(mesh, "mesh"), address_of(index))
         return index.value
 
     def simulate(self, **options):
@@ -330,7 +330,7 @@ class TissueSimulation(Handle):
         _, turns = _curve([(key[0], key[2] if len(key) > 2 else (0, 0, 0)) for key in keys], 3, "keys")
         made.times, made.translations, made.rotations = times.address, places.address, turns.address
         if mesh is not None:
-            made.mesh = mesh.handle
+            made.mesh = held(mesh, "mesh")
         library.call("rlv_tissue_simulation_add_collider", self.handle, ctypes.byref(made))
 
     def step(self, count=1):
