@@ -163,6 +163,41 @@ class Declarations(unittest.TestCase):
         self.assertEqual(sorted(listed), sorted(abi.FUNCTIONS))
 
 
+class Package(unittest.TestCase):
+    """What is written by hand: every module but the declarations."""
+
+    def modules(self):
+        folder = ROOT / "plugins" / "python" / "librelievo"
+        return [path for path in sorted(folder.glob("*.py")) if path.name != "abi.py"]
+
+    def test_every_function_has_hints(self):
+        self.assertTrue((ROOT / "plugins" / "python" / "librelievo" / "py.typed").exists())
+        bare, count = [], 0
+        for path in self.modules():
+            for node in ast.walk(ast.parse(path.read_text())):
+                if not isinstance(node, ast.FunctionDef):
+                    continue
+                count += 1
+                listed = node.args.posonlyargs + node.args.args + node.args.kwonlyargs
+                listed += [more for more in (node.args.vararg, node.args.kwarg) if more is not None]
+                hinted = all(one.annotation is not None for one in listed if one.arg not in ("self", "cls"))
+                if not hinted or node.returns is None:
+                    bare.append(f"{path.name}: {node.name}")
+        self.assertEqual(bare, [])
+        self.assertGreater(count, 500)
+
+    def test_texts_name_what_the_package_has(self):
+        """Structs of C are those of `librelievo.abi` here."""
+        for path in self.modules():
+            tree = ast.parse(path.read_text())
+            kinds = (ast.Module, ast.ClassDef, ast.FunctionDef)
+            for text in (ast.get_docstring(node) or "" for node in ast.walk(tree) if isinstance(node, kinds)):
+                for name in re.findall(r"Rlv[A-Z]\w+", text):
+                    self.assertIn(f"`abi.{name}`", text, path.name)
+                    self.assertTrue(hasattr(abi, name), f"{path.name}: {name}")
+                self.assertNotIn("rlv_", text, path.name)
+
+
 class Coverage(unittest.TestCase):
     def test_the_package_calls_every_function(self):
         """Counting references is the affair of objects, so nobody calls _retain; releases are called by their noun."""

@@ -81,6 +81,9 @@ class Wheel(unittest.TestCase):
             self.assertEqual(len(folders), 2, (part, folders))
             self.assertFalse([folder for folder in folders if str(folder).startswith(("/lib", "/usr/lib"))])
 
+    def test_type_checkers_find_the_hints(self):
+        self.assertTrue((self.folder / "librelievo" / "py.typed").exists())
+
     def test_licences_are_there(self):
         found = {path.name for path in self.folder.glob("librelievo-*.dist-info/**/*")}
         for name in ("LICENSE-MIT", "LICENSE-APACHE", "libosdcpu3.5.0", "libembree3-3", "libopenmesh1", "libtbb12", "libgomp1"):

@@ -4,6 +4,8 @@ A module per noun of the C ABI: its headers in include/relievo say what everythi
 Arrays are NumPy's, failures are exceptions, and options are keywords called as the fields of the structs.
 """
 
+from __future__ import annotations
+
 try:
     import numpy  # noqa: F401
 except ImportError:

@@ -4,12 +4,16 @@ What is read is passed as it lies where its type fits and its numbers are packed
 otherwise. What is written must fit.
 """
 
+from __future__ import annotations
+
+from typing import Any
 import numpy
 
 from .error import Invalid
+from .hint import Array
 
 
-def numbers(values, name, kind=None):
+def numbers(values: Any, name: str, kind: Any = None) -> Array:
     """An array of values, of a type if one is given. Invalid where they are not numbers in rows of one length."""
     try:
         return numpy.asarray(values, kind)
@@ -17,7 +21,7 @@ def numbers(values, name, kind=None):
         raise Invalid(f"{name}: an array of numbers is needed: {problem}") from None
 
 
-def number(value, name):
+def number(value: Any, name: str) -> float:
     """A float; Invalid where the value is none."""
     try:
         return float(value)
@@ -30,7 +34,7 @@ class Reading:
 
     __slots__ = ("array", "address", "count", "stride")
 
-    def __init__(self, values, kind, width, name):
+    def __init__(self, values: Any, kind: Any, width: Any, name: str) -> None:
         """`width` is the numbers of a value, 0 for values of one number in an array of one dimension."""
         if values is None:
             self.array, self.address, self.count, self.stride = None, None, 0, 0
@@ -46,7 +50,9 @@ class Reading:
         if width and array.ndim == 1 and array.size % width == 0:
             array = array.reshape(-1, width)
         if array.ndim != (2 if width else 1) or (width and array.shape[1] != width):
-            raise Invalid(f"{name}: the shape {(len(array) if array.ndim else 1, width) if width else ('n',)} is needed, not {array.shape}")
+            raise Invalid(
+                f"{name}: the shape {(len(array) if array.ndim else 1, width) if width else ('n',)} is needed, not {array.shape}"
+            )
         packed = not width or width == 1 or array.strides[1] == array.itemsize
         if not packed or (len(array) > 1 and array.strides[0] < array.itemsize * max(width, 1)):
             array = numpy.ascontiguousarray(array)
@@ -55,7 +61,7 @@ class Reading:
         self.stride = array.strides[0] if len(array) > 1 else 0
 
 
-def writing(out, count, kind, width, name):
+def writing(out: Any, count: Any, kind: Any, width: Any, name: str) -> tuple[Array, int, int]:
     """The array that the library writes: `out`, or a new one. Returns it with its address and stride."""
     shape = (count, width) if width else (count,)
     if out is None:
@@ -74,7 +80,7 @@ def writing(out, count, kind, width, name):
     return out, view.__array_interface__["data"][0], view.strides[0] if count > 1 else 0
 
 
-def matrix(values):
+def matrix(values: Any) -> Array | None:
     """An affine map as twelve doubles in columns, from a 4 by 4 or 3 by 4 matrix of rows; None stays None."""
     if values is None:
         return None
@@ -84,6 +90,6 @@ def matrix(values):
     return numpy.ascontiguousarray(rows[:3].T)
 
 
-def address(array):
+def address(array: Any) -> int | None:
     """The address of a packed array, None for None."""
     return None if array is None else array.__array_interface__["data"][0]

@@ -1,13 +1,20 @@
 """Bakes: pictures of a detail on the texture coordinates of its cage."""
 
+from __future__ import annotations
+
 import ctypes
 from collections import namedtuple
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
 from . import abi, library, record
 from .handle import held, path_bytes, text_bytes
+from .hint import FilePath, Progress
 from .progress import Callback, raising, watched
+
+if TYPE_CHECKING:
+    from .detail import Detail
 
 Picture = namedtuple("Picture", ["udim", "pixels", "covered"])
 ENUMS = {
@@ -18,19 +25,19 @@ ENUMS = {
 }
 
 
-def options_of(options):
-    """RlvBakeOptions from keywords."""
+def options_of(options: Any) -> Any:
+    """`abi.RlvBakeOptions` from keywords."""
     if options.get("uv") is not None:
         options = {**options, "uv": text_bytes(options["uv"])}
     return ctypes.byref(record.fill(abi.RlvBakeOptions, options, **ENUMS))
 
 
-def run(detail, progress=None, **options):
+def run(detail: Detail, progress: Progress | None = None, **options: Any) -> tuple[Any, ...]:
     """Bakes to memory: pictures (height, width, channels) with the row of the largest t first, and a report. Options
-    are the fields of RlvBakeOptions."""
+    are the fields of `abi.RlvBakeOptions`."""
     pictures = []
 
-    def keep(place):
+    def keep(place: Any) -> None:
         given = ctypes.cast(place, ctypes.POINTER(abi.RlvBakePicture)).contents
         shape = (given.height, given.width)
         pixels = _copy(given.pixels, numpy.float32, (*shape, given.channels))
@@ -45,13 +52,13 @@ def run(detail, progress=None, **options):
     return pictures, record.read(report)
 
 
-def _copy(pointer, kind, shape):
+def _copy(pointer: Any, kind: Any, shape: Any) -> Any:
     size = int(numpy.prod(shape)) * numpy.dtype(kind).itemsize
     buffer = (ctypes.c_uint8 * size).from_address(pointer.value)
     return numpy.frombuffer(buffer, kind).reshape(shape).copy()
 
 
-def write(detail, path, progress=None, **options):
+def write(detail: Detail, path: FilePath, progress: Progress | None = None, **options: Any) -> Any:
     """Bakes to files, .exr or .png as the extension says."""
     report = record.empty(abi.RlvBakeReport)
     with watched(progress) as callback:

@@ -1,6 +1,9 @@
 """Brushes, which paint or sculpt details."""
 
+from __future__ import annotations
+
 import ctypes
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
@@ -8,20 +11,25 @@ from . import abi, library, parameter, record
 from .array import Reading, numbers
 from .error import Invalid
 from .handle import Handle, held
+from .hint import ArrayLike, Settings
+
+if TYPE_CHECKING:
+    from .context import Context
+    from .parameter import Parameter
 
 
-def params():
-    """What RlvBrushSettings has."""
+def params() -> list[Parameter]:
+    """What `abi.RlvBrushSettings` has."""
     return parameter.table("rlv_brush_params")
 
 
-def stamp_params():
-    """What RlvStampSettings has."""
+def stamp_params() -> list[Parameter]:
+    """What `abi.RlvStampSettings` has."""
     return parameter.table("rlv_brush_stamp_params")
 
 
-def options_of(options):
-    """RlvBrushOptions from keywords; a mode by name is that of the action."""
+def options_of(options: Any) -> Any:
+    """`abi.RlvBrushOptions` from keywords; a mode by name is that of the action."""
     action = options.get("action", abi.RlvBrushAction.PAINT)
     if isinstance(action, str):
         action = record.named(abi.RlvBrushAction, action, "action")
@@ -35,26 +43,26 @@ class Brush(Handle):
 
     noun, kind = "brush", abi.RlvBrush
 
-    def __init__(self, context, settings=None, **options):
-        """`settings` is a dictionary of fields of RlvBrushSettings; options are the fields of RlvBrushOptions: action
-        ("paint" or "sculpt"), mode ("mix", "draw" and so on), falloff, color, height."""
+    def __init__(self, context: Context, settings: Settings | None = None, **options: Any) -> None:
+        """`settings` is a dictionary of fields of `abi.RlvBrushSettings`; options are the fields of `abi.RlvBrushOptions`:
+        action ("paint" or "sculpt"), mode ("mix", "draw" and so on), falloff, color, height."""
         settings = ctypes.byref(record.fill(abi.RlvBrushSettings, settings))
         super().__init__("rlv_brush_create", held(context, "context"), options_of(options), settings)
 
-    def set(self, settings=None, **options):
+    def set(self, settings: Settings | None = None, **options: Any) -> None:
         """Gives the brush other options and settings; stamp and curves stay."""
         settings = ctypes.byref(record.fill(abi.RlvBrushSettings, settings))
         library.call("rlv_brush_set", self.handle, options_of(options), settings)
 
-    def set_curve(self, curve, points):
+    def set_curve(self, curve: str | int, points: ArrayLike) -> None:
         """What pressure is taken as for "size", "strength" or "angle": pairs of a pressure and what it is taken as."""
         number = record.named(abi.RlvCurve, curve, "curve")
         points = Reading(numpy.ascontiguousarray(numbers(points, "points", numpy.float64)), numpy.float64, 2, "points")
         library.call("rlv_brush_set_curve", self.handle, number, points.address, points.count)
 
-    def set_stamp(self, pixels, settings=None, channel=0):
+    def set_stamp(self, pixels: ArrayLike | None, settings: Settings | None = None, channel: int = 0) -> None:
         """Gives the brush an image (height, width, channels) from the top row on, or none for None. `settings` are the
-        fields of RlvStampSettings."""
+        fields of `abi.RlvStampSettings`."""
         settings = ctypes.byref(record.fill(abi.RlvStampSettings, settings))
         if pixels is None:
             return library.call("rlv_brush_set_stamp", self.handle, None, settings)

@@ -1,12 +1,19 @@
 """Buffers: triangles of a tessellation in the memory of a graphics device."""
 
+from __future__ import annotations
+
 import ctypes
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
 from . import abi, library, record
 from .array import writing
 from .handle import Handle, held
+from .hint import Array
+
+if TYPE_CHECKING:
+    from .tessellation import Tessellation
 
 
 class Buffer(Handle):
@@ -14,29 +21,29 @@ class Buffer(Handle):
 
     noun, kind = "buffer", abi.RlvBuffer
 
-    def __init__(self, tessellation):
+    def __init__(self, tessellation: Tessellation) -> None:
         super().__init__("rlv_buffer_create", held(tessellation, "tessellation"))
 
     @property
-    def info(self):
+    def info(self) -> Any:
         """Counts and bytes."""
         out = record.empty(abi.RlvBufferInfo)
         library.call("rlv_buffer_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def update(self):
+    def update(self) -> Any:
         """Brings it to the tessellation's last update and says what was written."""
         out = record.empty(abi.RlvBufferInfo)
         library.call("rlv_buffer_update", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def vulkan(self):
+    def vulkan(self) -> Any:
         """Its Vulkan objects as numbers; see buffer.h for who may use them when."""
         out = record.empty(abi.RlvBufferVulkan)
         library.call("rlv_buffer_vulkan", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def points(self, first=0, count=None, out=None):
+    def points(self, first: int = 0, count: int | None = None, out: Array | None = None) -> Array:
         """Positions and unit normals (n, 6), copied back from the device."""
         count = self.info.point_count - first if count is None else count
         out, place, stride = writing(out, count, numpy.float32, 6, "points")

@@ -1,6 +1,9 @@
 """Casting of rays against meshes and details."""
 
+from __future__ import annotations
+
 import ctypes
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
@@ -8,7 +11,14 @@ from . import abi, library, record
 from .array import Reading
 from .error import Invalid
 from .handle import Handle, held
+from .hint import Array, ArrayLike
 from .surface import tessellate_options
+
+if TYPE_CHECKING:
+    from .context import Context
+    from .detail import Detail
+    from .mesh import Mesh
+    from .tessellation import Tessellation
 
 HIT = numpy.dtype(abi.RlvHit)
 
@@ -18,25 +28,27 @@ class Caster(Handle):
 
     noun, kind = "caster", abi.RlvCaster
 
-    def __init__(self, context, mesh):
+    def __init__(self, context: Context, mesh: Mesh) -> None:
         super().__init__("rlv_caster_create_mesh", held(context, "context"), held(mesh, "mesh"))
 
     @classmethod
-    def of_detail(cls, detail, **options):
-        """Makes a caster for a detail as it was committed last; options are the fields of RlvTessellateOptions."""
+    def of_detail(cls, detail: Detail, **options: Any) -> Caster:
+        """Makes a caster for a detail as it was committed last; options are the fields of `abi.RlvTessellateOptions`."""
         return cls.of("rlv_caster_create_detail", held(detail, "detail"), tessellate_options(options))
 
     @classmethod
-    def of_tessellation(cls, tessellation):
+    def of_tessellation(cls, tessellation: Tessellation) -> Caster:
         """Makes a caster that follows a tessellation; see `update`."""
         return cls.of("rlv_caster_create_tessellation", held(tessellation, "tessellation"))
 
-    def update(self):
+    def update(self) -> None:
         """Goes to the last update of the tessellation."""
         library.call("rlv_caster_update", self.handle)
 
-    def cast(self, origins, directions, min_distance=0.0, max_distance=0.0):
-        """The closest hit of every ray, an array of the fields of RlvHit: distance, face, tile, u, v, position,
+    def cast(
+        self, origins: ArrayLike, directions: ArrayLike, min_distance: ArrayLike = 0.0, max_distance: ArrayLike = 0.0
+    ) -> Array:
+        """The closest hit of every ray, an array of the fields of `abi.RlvHit`: distance, face, tile, u, v, position,
         normal. Distances are one number for all rays, or one for each."""
         arrays, _kept = ray_arrays(origins, directions, min_distance, max_distance)
         hits = numpy.empty(arrays.count, HIT)
@@ -44,7 +56,9 @@ class Caster(Handle):
         library.call("rlv_caster_cast", self.handle, ctypes.byref(arrays))
         return hits
 
-    def occluded(self, origins, directions, min_distance=0.0, max_distance=0.0):
+    def occluded(
+        self, origins: ArrayLike, directions: ArrayLike, min_distance: ArrayLike = 0.0, max_distance: ArrayLike = 0.0
+    ) -> Array:
         """Whether each ray hits anything, as bools."""
         arrays, _kept = ray_arrays(origins, directions, min_distance, max_distance)
         found = numpy.empty(arrays.count, numpy.uint8)
@@ -52,11 +66,11 @@ class Caster(Handle):
         return found.view(bool)
 
 
-def ray_arrays(origins, directions, min_distance, max_distance):
-    """RlvRayArrays without hits, and the arrays that it points to."""
+def ray_arrays(origins: Any, directions: Any, min_distance: Any, max_distance: Any) -> tuple[Any, ...]:
+    """`abi.RlvRayArrays` without hits, and the arrays that it points to."""
     arrays, kept = record.empty(abi.RlvRayArrays), []
 
-    def reading(values, width, name):
+    def reading(values: Any, width: Any, name: str) -> tuple[Any, ...]:
         kept.append(Reading(values, numpy.float32, width, name))
         if kept[-1].count != kept[0].count:
             raise Invalid(f"{name}: there are {kept[-1].count} for {kept[0].count} origins")

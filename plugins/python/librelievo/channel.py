@@ -1,6 +1,9 @@
 """What particles carry: arrays by names."""
 
+from __future__ import annotations
+
 import ctypes
+from typing import Any
 
 import numpy
 
@@ -10,7 +13,7 @@ from .handle import text_bytes
 from .parameter import address_of
 
 
-def read_channel(handle, functions, index):
+def read_channel(handle: Any, functions: Any, index: Any) -> tuple[Any, ...]:
     """The name and values (n, 1 to 4) of a channel by its index. Functions find a channel, tell of it and get it."""
     _find, tell, get = functions
     out = record.empty(abi.RlvAttributeInfo)
@@ -20,7 +23,7 @@ def read_channel(handle, functions, index):
     return bytes(out.name).decode(), values
 
 
-def find_channel(handle, functions, name):
+def find_channel(handle: Any, functions: Any, name: str) -> Any:
     """The values of a channel by its name."""
     index = ctypes.c_uint32()
     library.call(functions[0], handle, text_bytes(name), address_of(index))

@@ -7,13 +7,18 @@
 
 Every method may be repeated, so a call whose connection breaks is made again on a new one."""
 
+from __future__ import annotations
+
 import hashlib
 import os
 import socket
 import ssl
 import time
+from collections.abc import Mapping
+from typing import Any
 
 from . import error, messagepack
+from .hint import FilePath, Progress
 
 # Version of the protocol, and bytes of a part of a file.
 VERSION, PART = [1, 1], 4 << 20
@@ -31,14 +36,14 @@ KINDS = {
 }
 
 
-def failure(parts):
+def failure(parts: Any) -> Any:
     """The exception of an error of the protocol."""
     what, place, remedy = (parts.get(name, "") for name in ("what", "place", "remedy"))
     message = (f"{place}: " if place else "") + what + (f"; {remedy}" if remedy else "")
     return KINDS.get(parts.get("kind"), error.RelievoError)(message, what, place, remedy)
 
 
-def address_of(text):
+def address_of(text: Any) -> tuple[Any, ...]:
     """The family and the address of `host:port`, `[host]:port`, `tls://host:port` or `unix:/path`, and whether connections are
     encrypted."""
     if text.startswith("unix:"):
@@ -50,7 +55,7 @@ def address_of(text):
     return None, (host.strip("[]"), int(port)), encrypted
 
 
-def encryption(authority):
+def encryption(authority: Any) -> Any:
     """The settings of encrypted connections to a server whose certificate is one of an authority, a file in PEM."""
     if not authority:
         raise error.Invalid("there are no certificates to check the server's against; name a file with those of its authority")
@@ -63,7 +68,14 @@ def encryption(authority):
 class Client:
     """A connection to a server that is made again when it breaks, for up to `patience` seconds."""
 
-    def __init__(self, address="127.0.0.1:7350", token="", patience=10.0, timeout=60.0, authority=""):
+    def __init__(
+        self,
+        address: str = "127.0.0.1:7350",
+        token: str = "",
+        patience: float = 10.0,
+        timeout: float = 60.0,
+        authority: FilePath = "",
+    ) -> None:
         """`authority` is a file with the certificates, in PEM, that a server at tls:// is checked against."""
         *self.address, encrypted = address_of(address)
         self.token, self.patience, self.timeout = token, patience, timeout
@@ -71,19 +83,19 @@ class Client:
         self.link, self.count, self.welcome = None, 0, None
         self._retry(lambda: None)
 
-    def __enter__(self):
+    def __enter__(self) -> Client:
         return self
 
-    def __exit__(self, *_exception):
+    def __exit__(self, *_exception: Any) -> None:
         self.close()
 
-    def close(self):
+    def close(self) -> None:
         """Closes the connection."""
         if self.link is not None:
             self.link.close()
             self.link = None
 
-    def _retry(self, task):
+    def _retry(self, task: Any) -> Any:
         until, pause = time.monotonic() + self.patience, 0.02
         while True:
             try:
@@ -103,7 +115,7 @@ class Client:
             time.sleep(pause)
             pause = min(1.0, 2 * pause)
 
-    def _greet(self):
+    def _greet(self) -> None:
         family, address = self.address
         if family is None:
             self.link = socket.create_connection(address, self.timeout)
@@ -120,7 +132,7 @@ class Client:
             self.close()
             raise
 
-    def _take(self, count):
+    def _take(self, count: Any) -> bytes:
         """The next bytes from the server."""
         taken = bytearray()
         while len(taken) < count:
@@ -130,7 +142,7 @@ class Client:
             taken += part
         return bytes(taken)
 
-    def _exchange(self, method, parameters):
+    def _exchange(self, method: Any, parameters: Any) -> Any:
         self.count += 1
         self.link.sendall(messagepack.packed([0, self.count, method, [parameters]]))
         while True:
@@ -143,11 +155,11 @@ class Client:
                     raise failure(problem)
                 return result
 
-    def call(self, method, **parameters):
+    def call(self, method: str, **parameters: Any) -> Any:
         """Calls a method and returns its result."""
         return self._retry(lambda: self._exchange(method, parameters))
 
-    def send_files(self, files):
+    def send_files(self, files: Mapping[str, Any] | None) -> Any:
         """Sends those of the files, paths by their names in a description, that the server lacks. Returns their hashes."""
         hashes = {}
         for name, path in files.items():
@@ -165,16 +177,18 @@ class Client:
                         break
         return hashes
 
-    def submit(self, scene, description, files=None, kind="fluid"):
+    def submit(
+        self, scene: str, description: str | bytes, files: Mapping[str, Any] | None = None, kind: str = "fluid"
+    ) -> dict[str, Any]:
         """Has the server simulate a description, with the files, paths by their names, that it names. Returns the status."""
         hashes = self.send_files(files or {})
         return self.call("scene.submit", scene=scene, kind=kind, description=description, files=hashes)
 
-    def status(self, scene):
+    def status(self, scene: str) -> dict[str, Any]:
         """What a scene is doing."""
         return self.call("scene.status", scene=scene)
 
-    def wait(self, scene, frame, progress=None):
+    def wait(self, scene: str, frame: int, progress: Progress | None = None) -> dict[str, Any]:
         """Waits until a frame is stored and returns the status. Fails where the scene stops before."""
         while True:
             status = self.call("scene.wait", scene=scene, frame=frame, seconds=0.2)
@@ -188,16 +202,16 @@ class Client:
             if progress is not None and not progress(min(1.0, part), "simulate"):
                 raise error.Cancelled("the caller cancelled the operation")
 
-    def fetch(self, scene, frame, path):
+    def fetch(self, scene: str, frame: int, path: FilePath) -> None:
         """Writes a frame to a file, which has its name when it is whole."""
         self._save(path, "frame.file", scene=scene, frame=frame)
 
-    def fetch_surface(self, scene, frame, path, form="mesh", settings=""):
-        """Writes the surface of a frame, which the server makes, to a file: a `mesh` in binary PLY or a `level_set` in OpenVDB's
-        format. `settings` are keys and values in TOML, such as `cell = 1.0` in spacings."""
+    def fetch_surface(self, scene: str, frame: int, path: FilePath, form: str = "mesh", settings: str = "") -> None:
+        """Writes the surface of a frame, which the server makes, to a file: a `mesh` in binary PLY or a `level_set` in
+        OpenVDB's format. `settings` are keys and values in TOML, such as `cell = 1.0` in spacings."""
         self._save(path, "frame.surface", scene=scene, frame=frame, form=form, settings=settings)
 
-    def _save(self, path, method, **parameters):
+    def _save(self, path: Any, method: Any, **parameters: Any) -> None:
         unfinished, size, key = f"{path}.unfinished", 0, None
         with open(unfinished, "wb") as file:
             while True:
@@ -210,14 +224,14 @@ class Client:
                     break
         os.replace(unfinished, path)
 
-    def steer(self, scene, frame, changes):
+    def steer(self, scene: str, frame: int, changes: str | Mapping[str, Any]) -> dict[str, Any]:
         """Changes keys of a description after a frame."""
         return self.call("scene.steer", scene=scene, frame=frame, changes=changes)
 
-    def cancel(self, scene):
+    def cancel(self, scene: str) -> dict[str, Any]:
         """Stops a scene. Its frames stay."""
         return self.call("scene.cancel", scene=scene)
 
-    def remove(self, scene):
+    def remove(self, scene: str) -> None:
         """Has the server forget a scene."""
         self.call("scene.remove", scene=scene)

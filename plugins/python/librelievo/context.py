@@ -1,6 +1,10 @@
 """Contexts, which own the threads that work, the memory limit and the statistics."""
 
+from __future__ import annotations
+
 import ctypes
+from collections.abc import Callable
+from typing import Any
 
 import numpy
 
@@ -16,8 +20,8 @@ class Context(Handle):
 
     noun, kind = "context", abi.RlvContext
 
-    def __init__(self, **options):
-        """Options are the fields of RlvContextOptions: device ("cpu", "gpu", "auto"), adapter, threads, memory_limit,
+    def __init__(self, **options: Any) -> None:
+        """Options are the fields of `abi.RlvContextOptions`: device ("cpu", "gpu", "auto"), adapter, threads, memory_limit,
         device_memory_limit."""
         if options.get("adapter") is not None:
             options["adapter"] = text_bytes(options["adapter"])
@@ -26,23 +30,23 @@ class Context(Handle):
         self._log = abi.RlvLog()
 
     @property
-    def info(self):
+    def info(self) -> Any:
         """Device, threads, memory limits, instruction level, and why there is no graphics device if one was asked for."""
         out = record.empty(abi.RlvContextInfo)
         library.call("rlv_context_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def close_device(self):
+    def close_device(self) -> None:
         """Lets the graphics device go; the processor takes over."""
         library.call("rlv_context_close_device", self.handle)
 
-    def set_log(self, log):
+    def set_log(self, log: Callable[[int, str], Any] | None) -> None:
         """`log(level, text)` gets what is worth knowing but no failure; None for silence."""
         function = abi.RlvLog(lambda _user, level, line: log(abi.RlvLogLevel(level), text(line))) if log else abi.RlvLog()
         library.call("rlv_context_set_log", self.handle, function, None)
         self._log = function
 
-    def stats(self):
+    def stats(self) -> list[Any]:
         """Time and counts per stage since the last reset: rows of stage, quantity, total and samples."""
         count = ctypes.c_size_t()
         library.call("rlv_context_stats", self.handle, None, 0, address_of(count))
@@ -51,6 +55,6 @@ class Context(Handle):
         library.call("rlv_context_stats", self.handle, pointer, len(rows), address_of(count))
         return [record.read(pointer[index]) for index in range(count.value)]
 
-    def reset_stats(self):
+    def reset_stats(self) -> None:
         """Forgets the statistics."""
         library.call("rlv_context_reset_stats", self.handle)

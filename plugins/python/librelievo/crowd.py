@@ -1,6 +1,10 @@
 """Crowds of articulated models, each drawn with as many triangles as its pixels deserve in its pose."""
 
+from __future__ import annotations
+
 import ctypes
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
@@ -9,9 +13,14 @@ from .array import address
 from .error import Invalid
 from .bytes import given, made
 from .handle import Handle, held, path_bytes, text_bytes
+from .hint import Array, ArrayLike, FilePath, Progress
 from .mesh import Mesh
 from .parameter import address_of, table
 from .progress import watched
+
+if TYPE_CHECKING:
+    from .context import Context
+    from .parameter import Parameter
 
 AGENT = numpy.dtype(abi.RlvCrowdAgent)
 CLUSTER = numpy.dtype(abi.RlvCrowdCluster)
@@ -20,12 +29,12 @@ INSTANCE = numpy.dtype(abi.RlvCrowdInstance)
 VERTICES = {"points": 3, "normals": 3, "uvs": 2, "bones": 4, "weights": 4}
 
 
-def params():
-    """The fields of RlvCrowdBuildSettings with ranges, units and help."""
+def params() -> list[Parameter]:
+    """The fields of `abi.RlvCrowdBuildSettings` with ranges, units and help."""
     return table("rlv_crowd_params")
 
 
-def arguments(path, clips, settings):
+def arguments(path: Any, clips: Any, settings: Any) -> tuple[Any, ...]:
     """What the functions that build a model take after the context, and what keeps its texts."""
     names = [text_bytes(str(clip)) for clip in clips or ()]
     entries = (abi.RlvCrowdClipName * len(names))(*((name,) for name in names))
@@ -33,8 +42,8 @@ def arguments(path, clips, settings):
     return (path_bytes(path), entries, len(names), ctypes.byref(made)), (names, entries, made)
 
 
-def agents_of(transforms, clips=0, phases=0.0, models=0):
-    """An array of RlvCrowdAgent of transforms (n, 3, 4) or (n, 4, 4) of rows, with the clip, the phase in seconds and the
+def agents_of(transforms: Any, clips: int = 0, phases: float = 0.0, models: int = 0) -> Any:
+    """An array of `abi.RlvCrowdAgent` of transforms (n, 3, 4) or (n, 4, 4) of rows, with the clip, the phase in seconds and the
     model of each, or one for all."""
     rows = numpy.asarray(transforms, numpy.float64)
     if rows.ndim != 3 or rows.shape[1:] not in ((3, 4), (4, 4)):
@@ -55,40 +64,42 @@ class CrowdModel(Handle):
     noun, kind = "crowd_model", abi.RlvCrowdModel
 
     @classmethod
-    def build(cls, context, path, clips=None, progress=None, **settings):
-        """Builds the hierarchy of a file for its clips of these names, or for all; see RlvCrowdBuildSettings."""
+    def build(
+        cls, context: Context, path: FilePath, clips: Any = None, progress: Progress | None = None, **settings: Any
+    ) -> CrowdModel:
+        """Builds the hierarchy of a file for its clips of these names, or for all; see `abi.RlvCrowdBuildSettings`."""
         given, _kept = arguments(path, clips, settings)
         with watched(progress) as callback:
             return cls.of("rlv_crowd_model_build", held(context, "context"), *given, callback, None)
 
     @classmethod
-    def read(cls, context, path):
+    def read(cls, context: Context, path: FilePath) -> CrowdModel:
         """Reads a model (.rcrowd)."""
         return cls.of("rlv_crowd_model_read", held(context, "context"), path_bytes(path))
 
-    def write(self, path):
+    def write(self, path: FilePath) -> None:
         """Writes the model (.rcrowd)."""
         library.call("rlv_crowd_model_write", self.handle, path_bytes(path))
 
     @classmethod
-    def read_bytes(cls, context, data):
+    def read_bytes(cls, context: Context, data: bytes | bytearray | memoryview) -> CrowdModel:
         """As `read`, from the bytes of a file."""
         address, size, _kept = given(data)
         return cls.of("rlv_crowd_model_read_bytes", held(context, "context"), address, size)
 
-    def write_bytes(self):
+    def write_bytes(self) -> bytes:
         """The bytes of the file that `write` writes."""
         return made("rlv_crowd_model_write_bytes", self.handle)
 
     @property
-    def info(self):
-        """Counts and bounds; see RlvCrowdModelInfo."""
+    def info(self) -> Any:
+        """Counts and bounds; see `abi.RlvCrowdModelInfo`."""
         out = record.empty(abi.RlvCrowdModelInfo)
         library.call("rlv_crowd_model_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
     @property
-    def clips(self):
+    def clips(self) -> Any:
         """Name, rate and number of poses of every clip."""
         found = []
         for clip in range(self.info.clip_count):
@@ -98,7 +109,7 @@ class CrowdModel(Handle):
         return found
 
     @property
-    def materials(self):
+    def materials(self) -> Any:
         """The names of the materials, which the triangles give by their numbers."""
         found = []
         for material in range(self.info.material_count):
@@ -107,7 +118,7 @@ class CrowdModel(Handle):
             found.append(record.read(out).name)
         return found
 
-    def vertices(self, *names):
+    def vertices(self, *names: str) -> Any:
         """The arrays of these names: points (n, 3), normals (n, 3), uvs (n, 2), bones (n, 4), weights (n, 4)."""
         count = self.info.vertex_count
         given, arrays = record.fill(abi.RlvCrowdVertices, {"capacity": count}), {}
@@ -120,7 +131,7 @@ class CrowdModel(Handle):
         library.call("rlv_crowd_model_get_vertices", self.handle, ctypes.byref(given))
         return arrays
 
-    def triangles(self):
+    def triangles(self) -> tuple[Array, Array]:
         """The vertices (n, 3) and the materials (n) of the triangles of all clusters, one cluster after the other."""
         count = self.info.triangle_count
         triangles, materials = numpy.empty((count, 3), numpy.uint32), numpy.empty(count, numpy.uint32)
@@ -128,14 +139,14 @@ class CrowdModel(Handle):
         library.call("rlv_crowd_model_get_triangles", self.handle, *places, count)
         return triangles, materials
 
-    def clusters(self):
-        """An array of RlvCrowdCluster."""
+    def clusters(self) -> Any:
+        """An array of `abi.RlvCrowdCluster`."""
         clusters = numpy.zeros(self.info.cluster_count, CLUSTER)
         place = clusters.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdCluster))
         library.call("rlv_crowd_model_get_clusters", self.handle, place, len(clusters), 0)
         return clusters
 
-    def mesh(self, error=0.0, clip=0, pose=0):
+    def mesh(self, error: float = 0.0, clip: int = 0, pose: int = 0) -> Mesh:
         """A mesh of the coarsest clusters within an error, in units of the model, in a pose of a clip."""
         return Mesh.of("rlv_crowd_model_mesh", self.handle, error, clip, pose)
 
@@ -145,27 +156,37 @@ class Crowd(Handle):
 
     noun, kind = "crowd", abi.RlvCrowd
 
-    def __init__(self, context, models):
+    def __init__(self, context: Context, models: Any) -> None:
         """Makes a crowd of models, without agents."""
         handles = (abi.RlvCrowdModel * len(models))(*(held(model, "model") for model in models))
         super().__init__("rlv_crowd_create", held(context, "context"), handles, len(models))
 
-    def add(self, transforms, clips=0, phases=0.0, models=0):
+    def add(self, transforms: ArrayLike, clips: Any = 0, phases: ArrayLike = 0.0, models: Any = 0) -> int:
         """Adds agents and returns the number of the first; see `agents_of`."""
         agents, first = agents_of(transforms, clips, phases, models), ctypes.c_uint32()
         place = agents.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdAgent))
         library.call("rlv_crowd_add", self.handle, place, len(agents), 0, address_of(first))
         return first.value
 
-    def set(self, first, transforms, clips=0, phases=0.0, models=0):
+    def set(self, first: int, transforms: ArrayLike, clips: Any = 0, phases: ArrayLike = 0.0, models: Any = 0) -> None:
         """Moves the agents from number `first` on, or gives them other clips."""
         agents = agents_of(transforms, clips, phases, models)
         place = agents.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdAgent))
         library.call("rlv_crowd_set", self.handle, first, place, len(agents), 0)
 
-    def cut(self, size, eye, target, up=(0, 1, 0), fov=0.6, tolerance=0.5, time=0.0, occlusion=False):
-        """Finds what a view draws, and returns counts; see RlvCrowdFrame. `size` is (width, height) in pixels, `tolerance`
-        the error that may be seen, in pixels; `occlusion` leaves out agents that others hide."""
+    def cut(
+        self,
+        size: Sequence[int],
+        eye: ArrayLike | Sequence[Any],
+        target: ArrayLike | Sequence[Any],
+        up: ArrayLike | Sequence[Any] = (0, 1, 0),
+        fov: float = 0.6,
+        tolerance: float = 0.5,
+        time: float = 0.0,
+        occlusion: bool = False,
+    ) -> Any:
+        """Finds what a view draws, and returns counts; see `abi.RlvCrowdFrame`. `size` is (width, height) in pixels,
+        `tolerance` the error that may be seen, in pixels; `occlusion` leaves out agents that others hide."""
         width, height = size
         given = {"width": width, "height": height, "tolerance": tolerance, "eye": eye, "target": target, "up": up}
         view = record.fill(abi.RlvCrowdView, {**given, "fov": fov, "time": time, "occlusion": int(occlusion)})
@@ -173,9 +194,9 @@ class Crowd(Handle):
         library.call("rlv_crowd_cut", self.handle, ctypes.byref(view), ctypes.byref(self._frame))
         return record.read(self._frame)
 
-    def draws(self):
-        """What the last cut found: arrays of RlvCrowdDraw, of model and cluster (n, 2) of each draw, of RlvCrowdInstance,
-        and of skin matrices (n, 3, 4)."""
+    def draws(self) -> tuple[Any, ...]:
+        """What the last cut found: arrays of `abi.RlvCrowdDraw`, of model and cluster (n, 2) of each draw, of
+        `abi.RlvCrowdInstance`, and of skin matrices (n, 3, 4)."""
         frame = getattr(self, "_frame", None) or record.empty(abi.RlvCrowdFrame)
         draws, clusters = numpy.zeros(frame.draw_count, DRAW), numpy.empty((frame.draw_count, 2), numpy.uint32)
         instances = numpy.zeros(frame.agent_count, INSTANCE)

@@ -1,6 +1,10 @@
 """Decals: stickers cut out of an image that lie on a surface exactly at given points."""
 
+from __future__ import annotations
+
 import ctypes
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
@@ -8,16 +12,21 @@ from . import abi, library, record
 from .array import Reading
 from .error import Invalid
 from .handle import Handle, held
+from .hint import Array, ArrayLike, Progress
 from .mesh import Mesh, set_array
 from .progress import watched
+
+if TYPE_CHECKING:
+    from .detail import Detail
 
 PIN = numpy.dtype(abi.RlvDecalPin)
 # The most pins of a strip.
 STRIP = 512
 
 
-def pins_of(pins):
-    """An array of RlvDecalPin of pairs or triples: a point of the image (2), a position (3), and the depth, 0 if left out."""
+def pins_of(pins: Any) -> Any:
+    """An array of `abi.RlvDecalPin` of pairs or triples: a point of the image (2), a position (3), and the depth, 0 if left
+    out."""
     made = numpy.zeros(len(pins), PIN)
     for at, pin in enumerate(pins):
         if len(pin) not in (2, 3):
@@ -29,9 +38,9 @@ def pins_of(pins):
     return made
 
 
-def arguments(pins, size, outline=None, **options):
+def arguments(pins: Any, size: Any, outline: Any = None, **options: Any) -> tuple[Any, ...]:
     """What the functions that lay a sticker take after the surface, and what keeps their arrays. `size` is the width and
-    the height of the image, `outline` an array (n, 2); options are the fields of RlvDecalOptions."""
+    the height of the image, `outline` an array (n, 2); options are the fields of `abi.RlvDecalOptions`."""
     width, height = size
     made = record.fill(abi.RlvDecalOptions, {"width": width, "height": height, **options})
     corners, pins = Reading(outline, numpy.float64, 2, "outline"), pins_of(pins)
@@ -40,14 +49,14 @@ def arguments(pins, size, outline=None, **options):
     return (ctypes.byref(made), first, len(pins), 0), (made, corners, pins)
 
 
-def _numbers(values, count, name):
+def _numbers(values: Any, count: Any, name: str) -> Any:
     array = numpy.ascontiguousarray(values, numpy.float64)
     if array.shape != (count,):
         raise Invalid(f"{name}: {count} numbers are needed")
     return array
 
 
-def _pixels(values, name):
+def _pixels(values: Any, name: str) -> Any:
     pixels = numpy.ascontiguousarray(values, numpy.float32)
     if pixels.ndim == 2:
         pixels = pixels[:, :, None]
@@ -56,8 +65,8 @@ def _pixels(values, name):
     return pixels
 
 
-def image_of(values):
-    """An RlvDecalImage of an array (height, width, channels), and what keeps its pixels."""
+def image_of(values: Any) -> tuple[Any, ...]:
+    """An `abi.RlvDecalImage` of an array (height, width, channels), and what keeps its pixels."""
     pixels = _pixels(values, "image")
     given = record.empty(abi.RlvDecalImage)
     given.channels, given.pixel_count = pixels.shape[2], pixels.shape[0] * pixels.shape[1]
@@ -65,7 +74,7 @@ def image_of(values):
     return given, pixels
 
 
-def contour(image, level=0.5, tolerance=0.5):
+def contour(image: ArrayLike, level: float = 0.5, tolerance: float = 0.5) -> Array:
     """The outline of an image by its alpha: corners (n, 2), counter-clockwise, in pixels from its lower left corner. `image`
     has the shape (height, width, 4), rows from the top."""
     given, kept = image_of(image)
@@ -78,26 +87,26 @@ def contour(image, level=0.5, tolerance=0.5):
     return corners
 
 
-def strip_on_mesh(mesh, curve, size, outline=None, **options):
+def strip_on_mesh(mesh: Mesh, curve: ArrayLike, size: Sequence[float], outline: ArrayLike | None = None, **options: Any) -> Any:
     """Pins for a strip along a curve through places (n, 3) of a mesh, and the length of the curve; see `arguments`."""
     return _strip("rlv_decal_strip_on_mesh", mesh, curve, size, outline, options)
 
 
-def strip_on_detail(detail, curve, size, outline=None, **options):
+def strip_on_detail(
+    detail: Detail, curve: ArrayLike, size: Sequence[float], outline: ArrayLike | None = None, **options: Any
+) -> Any:
     """As `strip_on_mesh`, on the committed surface of a detail."""
     return _strip("rlv_decal_strip_on_detail", detail, curve, size, outline, options)
 
 
-def _strip(function, ground, curve, size, outline, options):
+def _strip(function: str, ground: Any, curve: Any, size: Any, outline: Any, options: Any) -> tuple[Any, ...]:
     (given, *_), kept = arguments([], size, outline, **options)
     curve = Reading(curve, numpy.float64, 3, "curve")
     pins = numpy.zeros(STRIP, PIN)
     count, length = ctypes.c_size_t(), ctypes.c_double()
     first = pins.ctypes.data_as(ctypes.POINTER(abi.RlvDecalPin))
     places = curve.address, curve.count, curve.stride
-    library.call(
-        function, held(ground, "ground"), given, *places, first, STRIP, ctypes.byref(count), ctypes.byref(length)
-    )
+    library.call(function, held(ground, "ground"), given, *places, first, STRIP, ctypes.byref(count), ctypes.byref(length))
     del kept
     made = [(tuple(pin["image"].tolist()), tuple(pin["position"].tolist())) for pin in pins[: count.value]]
     return made, length.value
@@ -109,17 +118,33 @@ class Decal(Handle):
     noun, kind = "decal", abi.RlvDecal
 
     @classmethod
-    def on_mesh(cls, mesh, pins, size, outline=None, progress=None, **options):
+    def on_mesh(
+        cls,
+        mesh: Mesh,
+        pins: Sequence[Any],
+        size: Sequence[float],
+        outline: ArrayLike | None = None,
+        progress: Progress | None = None,
+        **options: Any,
+    ) -> Decal:
         """Lays a sticker on the triangles of a mesh; see `arguments`."""
         return cls._on("rlv_decal_on_mesh", mesh, pins, size, outline, progress, options)
 
     @classmethod
-    def on_detail(cls, detail, pins, size, outline=None, progress=None, **options):
+    def on_detail(
+        cls,
+        detail: Detail,
+        pins: Sequence[Any],
+        size: Sequence[float],
+        outline: ArrayLike | None = None,
+        progress: Progress | None = None,
+        **options: Any,
+    ) -> Decal:
         """Lays a sticker on the committed surface of a detail; see `arguments`."""
         return cls._on("rlv_decal_on_detail", detail, pins, size, outline, progress, options)
 
     @classmethod
-    def _on(cls, function, ground, pins, size, outline, progress, options):
+    def _on(cls, function: str, ground: Any, pins: Any, size: Any, outline: Any, progress: Any, options: Any) -> Decal:
         given, kept = arguments(pins, size, outline, **options)
         with watched(progress) as callback:
             made = cls.of(function, held(ground, "ground"), *given, callback, None)
@@ -127,54 +152,54 @@ class Decal(Handle):
         return made
 
     @property
-    def quality(self):
-        """Stretch, angles, coverage, flips and overlaps; see RlvDecalQuality."""
+    def quality(self) -> Any:
+        """Stretch, angles, coverage, flips and overlaps; see `abi.RlvDecalQuality`."""
         out = record.empty(abi.RlvDecalQuality)
         library.call("rlv_decal_quality", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def mesh(self, offset=0.0):
+    def mesh(self, offset: float = 0.0) -> Mesh:
         """Makes a mesh of it with `uv` and `normal`, lifted off the surface by an offset."""
         return Mesh.of("rlv_decal_mesh", self.handle, offset)
 
-    def drag_pin(self, pin, position):
+    def drag_pin(self, pin: int, position: ArrayLike) -> None:
         """Moves a pin to the place of the surface nearest to a position; `settle` ends it."""
         position = _numbers(position, 3, "position")
         library.call("rlv_decal_drag_pin", self.handle, pin, position.ctypes.data)
 
-    def move_image(self, pin, image, progress=None):
+    def move_image(self, pin: int, image: ArrayLike, progress: Progress | None = None) -> None:
         """Moves the point of the image that a pin belongs to, in pixels."""
         image = _numbers(image, 2, "image")
         with watched(progress) as callback:
             library.call("rlv_decal_move_image", self.handle, pin, image.ctypes.data, callback, None)
 
-    def pose(self, points, progress=None):
+    def pose(self, points: ArrayLike, progress: Progress | None = None) -> None:
         """Lays it anew where the points (n, 3) of its mesh moved."""
         points = Reading(points, numpy.float32, 3, "points")
         with watched(progress) as callback:
             library.call("rlv_decal_pose", self.handle, points.address, points.count, points.stride, callback, None)
 
-    def settle(self, progress=None):
+    def settle(self, progress: Progress | None = None) -> None:
         """Lowers the distortion, and lets it grow and shrink until it covers the sticker."""
         with watched(progress) as callback:
             library.call("rlv_decal_settle", self.handle, callback, None)
 
-    def paint(self, image, opacity=1.0):
+    def paint(self, image: ArrayLike, opacity: float = 1.0) -> Any:
         """Paints it over the active layer of colour of its detail. `image` has the shape (height, width, channels), rows
         from the top, linear."""
         return self._write("rlv_decal_paint", image, opacity)
 
-    def emboss(self, image, height):
+    def emboss(self, image: ArrayLike, height: float) -> Any:
         """Raises the displacement of its detail by a height where the image is white and opaque."""
         return self._write("rlv_decal_emboss", image, height)
 
-    def write(self, image, **ink):
-        """Writes it into a channel of its detail, with a blend mode and an opacity; `ink` has the fields of RlvDecalInk, with
-        channel and blend mode as numbers or names."""
+    def write(self, image: ArrayLike, **ink: Any) -> Any:
+        """Writes it into a channel of its detail, with a blend mode and an opacity; `ink` has the fields of `abi.RlvDecalInk`,
+        with channel and blend mode as numbers or names."""
         given = record.fill(abi.RlvDecalInk, ink, channel=abi.RlvChannel, blend=abi.RlvBlend)
         return self._write("rlv_decal_write", image, ctypes.byref(given))
 
-    def paint_texture(self, image, texture, opacity=1.0, gutter=8):
+    def paint_texture(self, image: ArrayLike, texture: ArrayLike, opacity: float = 1.0, gutter: int = 8) -> tuple[Any, ...]:
         """Paints it over the texture of its mesh with texture coordinates. `image` and `texture` have the shape (height,
         width, channels), rows from the top, linear. Returns the new texture and the number of pixels that it changed."""
         given, kept = image_of(image)
@@ -190,7 +215,7 @@ class Decal(Handle):
         del kept
         return pixels.reshape(numpy.shape(texture)), painted.value
 
-    def _write(self, function, image, amount):
+    def _write(self, function: str, image: Any, amount: Any) -> Any:
         given, kept = image_of(image)
         report = record.empty(abi.RlvDecalReport)
         library.call(function, self.handle, ctypes.byref(given), amount, ctypes.byref(report))

@@ -1,6 +1,9 @@
 """Diffuse particles: the spray, foam and bubbles of a fluid, made from its frames."""
 
+from __future__ import annotations
+
 import ctypes
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
@@ -8,11 +11,16 @@ from . import abi, library, record
 from .array import Reading, address
 from .error import Invalid
 from .handle import Handle, held, path_bytes
+from .hint import Array, ArrayLike, FilePath, Progress
 from .parameter import table
 from .particles import Particles
 from .progress import watched
 
-# The fields of RlvDiffuseArrays, their types and numbers a particle.
+if TYPE_CHECKING:
+    from .context import Context
+    from .parameter import Parameter
+
+# The fields of `abi.RlvDiffuseArrays`, their types and numbers a particle.
 FIELDS = {
     "positions": (numpy.float32, 3),
     "velocities": (numpy.float32, 3),
@@ -25,12 +33,12 @@ FIELDS = {
 POTENTIALS = ("air", "crests", "energies")
 
 
-def params():
-    """The fields of RlvDiffuseSettings with ranges, units and help."""
+def params() -> list[Parameter]:
+    """The fields of `abi.RlvDiffuseSettings` with ranges, units and help."""
     return table("rlv_diffuse_params")
 
 
-def _fluid(positions, velocities):
+def _fluid(positions: Any, velocities: Any) -> tuple[Any, ...]:
     """The struct of a fluid's frame, and the arrays that it points to."""
     positions = Reading(positions, numpy.float32, 3, "positions")
     velocities = Reading(velocities, numpy.float32, 3, "velocities")
@@ -47,9 +55,11 @@ class Diffuse(Handle):
 
     noun, kind = "diffuse", abi.RlvDiffuse
 
-    def __init__(self, context, spacing, gravity=(0, 0, -9.81), bounds=None, **settings):
+    def __init__(
+        self, context: Context, spacing: float, gravity: ArrayLike = (0, 0, -9.81), bounds: Any = None, **settings: Any
+    ) -> None:
         """`spacing` is the distance between the fluid's particles at rest in metres, `bounds` two corners of a box outside of
-        which particles are removed; settings are the fields of RlvDiffuseSettings."""
+        which particles are removed; settings are the fields of `abi.RlvDiffuseSettings`."""
         options = {"spacing": spacing, "gravity": gravity}
         if bounds is not None:
             options.update(has_bounds=1, low=bounds[0], high=bounds[1])
@@ -58,13 +68,13 @@ class Diffuse(Handle):
         super().__init__("rlv_diffuse_create", held(context, "context"), ctypes.byref(options), ctypes.byref(settings))
 
     @property
-    def info(self):
+    def info(self) -> Any:
         """The number of particles, and of frames and births so far."""
         out = record.empty(abi.RlvDiffuseInfo)
         library.call("rlv_diffuse_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def advance(self, positions, velocities, seconds, progress=None):
+    def advance(self, positions: ArrayLike, velocities: ArrayLike, seconds: float, progress: Progress | None = None) -> Any:
         """Moves the particles by so many seconds to the end of a frame of the fluid, of positions and velocities (n, 3), and
         adds the new ones; what the frame did."""
         (fluid, _kept), report = _fluid(positions, velocities), record.empty(abi.RlvDiffuseReport)
@@ -73,7 +83,7 @@ class Diffuse(Handle):
             library.call("rlv_diffuse_advance", self.handle, *given)
         return record.read(report)
 
-    def potentials(self, positions, velocities):
+    def potentials(self, positions: ArrayLike, velocities: ArrayLike) -> Any:
         """The potentials of a fluid's particles, each (n) from 0 to 1: `air`, `crests` and `energies`."""
         fluid, _kept = _fluid(positions, velocities)
         found = {name: numpy.empty(fluid.count, numpy.float32) for name in POTENTIALS}
@@ -84,9 +94,9 @@ class Diffuse(Handle):
         library.call("rlv_diffuse_potentials", self.handle, ctypes.byref(fluid), ctypes.byref(arrays))
         return found
 
-    def get(self, *names):
-        """The particles by the names of arrays of RlvDiffuseArrays, all of them if none is given. Positions, ids, kinds and
-        lives are what `Foam.add` takes."""
+    def get(self, *names: str) -> dict[str, Array]:
+        """The particles by the names of arrays of `abi.RlvDiffuseArrays`, all of them if none is given. Positions, ids, kinds
+        and lives are what `Foam.add` takes."""
         unknown = set(names) - FIELDS.keys()
         if unknown:
             raise Invalid(f"{min(unknown)}: unknown; there are {', '.join(FIELDS)}")
@@ -99,14 +109,14 @@ class Diffuse(Handle):
         library.call("rlv_diffuse_get", self.handle, ctypes.byref(arrays))
         return found
 
-    def particles(self, time=0.0):
+    def particles(self, time: float = 0.0) -> Particles:
         """A copy of the particles for files, at a time in seconds."""
         return Particles.of("rlv_diffuse_particles", self.handle, time)
 
-    def save(self, path, time=0.0):
+    def save(self, path: FilePath, time: float = 0.0) -> None:
         """Writes the particles and what a run continues from to a file."""
         library.call("rlv_diffuse_save", self.handle, path_bytes(path), time)
 
-    def restore(self, path):
+    def restore(self, path: FilePath) -> None:
         """Continues from such a file, with the options and settings of this run."""
         library.call("rlv_diffuse_restore", self.handle, path_bytes(path))

@@ -1,6 +1,9 @@
 """Failures of the library as exceptions, in parts: what went wrong, where, and what can be done about it."""
 
+from __future__ import annotations
+
 import ctypes
+from typing import Any
 
 from . import abi
 
@@ -8,7 +11,9 @@ from . import abi
 class RelievoError(Exception):
     """A call failed. `str()` is one line for the user; `what`, `place` and `remedy` are its parts."""
 
-    def __init__(self, message, what="", place="", remedy="", result=abi.RLV_ERROR_INVALID):
+    def __init__(
+        self, message: Any, what: str = "", place: str = "", remedy: str = "", result: Any = abi.RLV_ERROR_INVALID
+    ) -> None:
         super().__init__(message)
         self.what, self.place, self.remedy, self.result = what or message, place, remedy, result
 
@@ -66,12 +71,12 @@ KINDS = {
 }
 
 
-def text(value):
+def text(value: Any) -> str:
     """A string of the library."""
     return (value or b"").decode("utf-8", "replace")
 
 
-def last(library, result):
+def last(library: Any, result: Any) -> Any:
     """The last failure of this thread as an exception."""
     error = abi.RlvError(*abi.INIT[abi.RlvError])
     library.rlv_error_get(ctypes.byref(error))

@@ -1,7 +1,10 @@
 """Evaluation of surfaces and details at arrays of places."""
 
+from __future__ import annotations
+
 import ctypes
 from collections.abc import Iterable
+from typing import Any
 
 import numpy
 
@@ -9,7 +12,7 @@ from . import abi, library, record
 from .array import Reading, writing
 from .error import Invalid
 
-# What can be wanted: its field of RlvEvaluateArrays, that of its stride, and its numbers a place.
+# What can be wanted: its field of `abi.RlvEvaluateArrays`, that of its stride, and its numbers a place.
 OUTPUTS = {
     "positions": ("position_stride", 3),
     "normals": ("normal_stride", 3),
@@ -25,7 +28,7 @@ OUTPUTS = {
 }
 
 
-def evaluate(function, handle, tiles, uvs, wanted, footprints=None, out=None):
+def evaluate(function: str, handle: Any, tiles: Any, uvs: Any, wanted: Any, footprints: Any = None, out: Any = None) -> Any:
     """What is wanted at the places (tile, u, v): a dictionary of arrays, those of `out` where it has them."""
     arrays = record.empty(abi.RlvEvaluateArrays)
     tiles = Reading(tiles, numpy.uint32, 0, "tiles")

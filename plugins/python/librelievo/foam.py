@@ -1,6 +1,9 @@
 """Foam of particles over finished pictures, in screen space."""
 
+from __future__ import annotations
+
 import ctypes
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
@@ -8,18 +11,24 @@ from . import abi, library, record
 from .array import Reading, address
 from .error import Invalid
 from .handle import Handle, held
+from .hint import ArrayLike, Progress
 from .parameter import table
 from .progress import watched
+
+if TYPE_CHECKING:
+    from .context import Context
+    from .fluid import Fluid
+    from .parameter import Parameter
 
 LAYERS = {"intensity": 1, "thickness": 1, "depth": 1, "normal": 3, "occlusion": 1, "irradiance": 3}
 
 
-def params():
-    """The fields of RlvFoamSettings with ranges, units and help."""
+def params() -> list[Parameter]:
+    """The fields of `abi.RlvFoamSettings` with ranges, units and help."""
     return table("rlv_foam_params")
 
 
-def depths(values, shape, name):
+def depths(values: Any, shape: Any, name: str) -> Any:
     """Depths as an array of the picture's shape; None stays None."""
     if values is None:
         return None
@@ -34,9 +43,21 @@ class Foam(Handle):
 
     noun, kind = "foam", abi.RlvFoam
 
-    def __init__(self, context, size, eye, target, up=(0, 0, 1), fov=0.6, orthographic=0, solids=None, fluid=None, **settings):
+    def __init__(
+        self,
+        context: Context,
+        size: Any,
+        eye: ArrayLike,
+        target: ArrayLike,
+        up: ArrayLike = (0, 0, 1),
+        fov: float = 0.6,
+        orthographic: int = 0,
+        solids: Any = None,
+        fluid: Fluid | None = None,
+        **settings: Any,
+    ) -> None:
         """`size` is (width, height); depths are arrays (height, width) in metres; settings are the fields of
-        RlvFoamSettings."""
+        `abi.RlvFoamSettings`."""
         self.size = tuple(size)
         shape = (self.size[1], self.size[0])
         given = {"width": shape[1], "height": shape[0], "eye": eye, "target": target, "up": up, "fov": fov}
@@ -46,7 +67,14 @@ class Foam(Handle):
         settings = record.fill(abi.RlvFoamSettings, settings)
         super().__init__("rlv_foam_create", held(context, "context"), ctypes.byref(view), ctypes.byref(settings))
 
-    def add(self, positions, ids=None, kinds=None, lives=None, velocities=None):
+    def add(
+        self,
+        positions: ArrayLike,
+        ids: ArrayLike | None = None,
+        kinds: ArrayLike | None = None,
+        lives: ArrayLike | None = None,
+        velocities: ArrayLike | None = None,
+    ) -> None:
         """Adds particles at positions (n, 3) in metres, with ids, values of FoamKind, and shares of their lives that have
         passed, each (n) if it is given; velocities (n, 3) in m/s move them while the shutter of the settings is open."""
         readings = {
@@ -64,7 +92,7 @@ class Foam(Handle):
             setattr(particles, stride, reading.stride)
         library.call("rlv_foam_add", self.handle, ctypes.byref(particles))
 
-    def shade(self, radiance=None, up=(0, 0, 1), progress=None):
+    def shade(self, radiance: ArrayLike | None = None, up: ArrayLike = (0, 0, 1), progress: Progress | None = None) -> None:
         """Makes the layers, lit by a picture (height, 2 height, 3) by latitude and longitude, or white from everywhere."""
         light = None
         if radiance is not None:
@@ -76,7 +104,7 @@ class Foam(Handle):
         with watched(progress) as callback:
             library.call("rlv_foam_shade", self.handle, None if light is None else ctypes.byref(light), callback, None)
 
-    def layers(self):
+    def layers(self) -> Any:
         """The layers by their names, arrays (height, width), of normals and irradiance (height, width, 3)."""
         width, height = self.size
         found, arrays = {}, record.fill(abi.RlvFoamLayers, {})
@@ -86,7 +114,7 @@ class Foam(Handle):
         library.call("rlv_foam_get", self.handle, ctypes.byref(arrays))
         return found
 
-    def composite(self, background):
+    def composite(self, background: Any) -> Any:
         """The picture (height, width, 3 or 4) with the foam over it."""
         background = numpy.ascontiguousarray(background, numpy.float32)
         if background.ndim != 3 or background.shape[:2] != (self.size[1], self.size[0]):

@@ -3,7 +3,11 @@
 OpenVDB is opened on demand, through the module of the package relievo-openvdb; without it calls raise NotFound.
 """
 
+from __future__ import annotations
+
 import ctypes
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
@@ -11,8 +15,13 @@ from . import abi, library, parameter, record
 from .array import Reading, number
 from .error import Invalid
 from .handle import Handle, held, path_bytes, text_bytes
+from .hint import Array, ArrayLike, FilePath, Progress
 from .mesh import Mesh
 from .progress import watched
+
+if TYPE_CHECKING:
+    from .context import Context
+    from .parameter import Parameter
 
 # The NumPy type of a value, and how many numbers it has.
 TYPES = {
@@ -30,19 +39,19 @@ TYPES = {
 PACKINGS = {"blosc": abi.RlvGridWriting.PACK_BLOSC, "zip": abi.RlvGridWriting.PACK_ZIP, None: abi.RlvGridWriting.PACK_NONE}
 
 
-def params():
-    """Describes the fields of RlvGridSettings."""
+def params() -> list[Parameter]:
+    """Describes the fields of `abi.RlvGridSettings`."""
     return parameter.table("rlv_grid_params")
 
 
-def is_available():
+def is_available() -> bool:
     """Opens the module of OpenVDB; raises NotFound, with what to install, where there is none."""
     library.call("rlv_grid_available")
     return True
 
 
-def info(context, path):
-    """Describes the grids of a file, one RlvGridInfo each. Needs no module."""
+def info(context: Context, path: FilePath) -> Any:
+    """Describes the grids of a file, one `abi.RlvGridInfo` each. Needs no module."""
     count = ctypes.c_size_t()
     library.call("rlv_grid_file_count", held(context, "context"), path_bytes(path), parameter.address_of(count))
     found = []
@@ -53,19 +62,19 @@ def info(context, path):
     return found
 
 
-def file_metadata(context, path, name):
+def file_metadata(context: Context, path: FilePath, name: str) -> Any:
     """Returns an entry of the metadata of a file as text. Needs no module."""
     value = ctypes.create_string_buffer(1 << 16)
     library.call("rlv_grid_file_metadata", held(context, "context"), path_bytes(path), text_bytes(name), value, len(value))
     return value.value.decode("utf-8", "replace")
 
 
-def settings_of(settings):
-    """RlvGridSettings from keywords."""
+def settings_of(settings: Any) -> Any:
+    """`abi.RlvGridSettings` from keywords."""
     return ctypes.byref(record.fill(abi.RlvGridSettings, settings))
 
 
-def write(path, grids, pack="blosc", half=False, stream=False):
+def write(path: FilePath, grids: Any, pack: str | None = "blosc", half: bool = False, stream: bool = False) -> None:
     """Writes grids to a file: packed by "blosc", "zip" or None, with 16 bits a number if `half`."""
     if pack not in PACKINGS:
         raise Invalid(f"pack: {pack!r} is unknown; there are 'blosc', 'zip' and None")
@@ -74,7 +83,7 @@ def write(path, grids, pack="blosc", half=False, stream=False):
     library.call("rlv_grid_write", handles, len(grids), path_bytes(path), int(bits))
 
 
-def labels(level_sets, numbers):
+def labels(level_sets: Any, numbers: Any) -> Grid:
     """Makes a grid of int32 labels of level sets: inside of each its number, 0 outside of all."""
     numbers = numpy.ascontiguousarray(numbers, numpy.int32)
     if numbers.shape != (len(level_sets),):
@@ -83,7 +92,7 @@ def labels(level_sets, numbers):
     return Grid.of("rlv_grid_labels", handles, numbers.ctypes.data, len(level_sets))
 
 
-def _triple(values, kind, name):
+def _triple(values: Any, kind: Any, name: str) -> Any:
     array = numpy.ascontiguousarray(values, kind)
     if array.shape != (3,):
         raise Invalid(f"{name}: three numbers are needed")
@@ -95,64 +104,71 @@ class Grid(Handle):
 
     noun, kind = "grid", abi.RlvGrid
 
-    def __init__(self, context, kind="float", background=0.0, voxel=1.0):
+    def __init__(self, context: Context, kind: Any = "float", background: Any = 0.0, voxel: Any = 1.0) -> None:
         """Makes an empty grid of a kind: "float", "double", "bool", "mask", "int32", "int64", "vec3s", "vec3d", "vec3i"."""
         number = record.named(abi.RlvGridKind, kind, "kind") if isinstance(kind, str) else int(kind)
         background = numpy.ascontiguousarray(numpy.broadcast_to(background, (3,)), numpy.float64)
         super().__init__("rlv_grid_create", held(context, "context"), number, background.ctypes.data, voxel)
 
     @classmethod
-    def read(cls, context, path, name=None, bounds=None, progress=None):
+    def read(
+        cls,
+        context: Context,
+        path: FilePath,
+        name: str | None = None,
+        bounds: ArrayLike | None = None,
+        progress: Progress | None = None,
+    ) -> Grid:
         """Reads a grid of a file: the first, or the one called `name`; of `bounds` (2, 3) only what is in that box."""
         box = None if bounds is None else numpy.ascontiguousarray(bounds, numpy.float64)
         if box is not None and box.shape != (2, 3):
             raise Invalid("bounds: the lowest and the highest corner are needed")
         place = None if box is None else box.ctypes.data
         with watched(progress) as callback:
-            return cls.of(
-                "rlv_grid_read", held(context, "context"), path_bytes(path), text_bytes(name), place, callback, None
-            )
+            return cls.of("rlv_grid_read", held(context, "context"), path_bytes(path), text_bytes(name), place, callback, None)
 
     @classmethod
-    def from_mesh(cls, mesh, progress=None, **settings):
+    def from_mesh(cls, mesh: Mesh, progress: Progress | None = None, **settings: Any) -> Grid:
         """Makes a level set of a closed mesh; settings are `voxel` and `band`."""
         with watched(progress) as callback:
             return cls.of("rlv_grid_from_mesh", held(mesh, "mesh"), settings_of(settings), callback, None)
 
     @classmethod
-    def from_particles(cls, particles, progress=None, **settings):
+    def from_particles(cls, particles: Any, progress: Progress | None = None, **settings: Any) -> Grid:
         """Makes a level set of balls at particles; settings are `voxel`, `band` and `radius`."""
         with watched(progress) as callback:
             return cls.of("rlv_grid_from_particles", held(particles, "particles"), settings_of(settings), callback, None)
 
-    def write(self, path, pack="blosc", half=False, stream=False):
+    def write(self, path: FilePath, pack: str | None = "blosc", half: bool = False, stream: bool = False) -> None:
         """Writes it as the only grid of a file."""
         write(path, [self], pack, half, stream)
 
     @property
-    def info(self):
+    def info(self) -> Any:
         """Its kind, class, transform, bounds, counts and name."""
         out = record.empty(abi.RlvGridInfo)
         library.call("rlv_grid_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def set_name(self, name):
+    def set_name(self, name: str) -> None:
         """Names it."""
         library.call("rlv_grid_set_name", self.handle, text_bytes(name))
 
-    def set_class(self, meaning):
+    def set_class(self, meaning: Any) -> None:
         """Says what its values mean: "unknown", "level_set", "fog" or "staggered"."""
         number = record.named(abi.RlvGridClass, meaning, "class") if isinstance(meaning, str) else int(meaning)
         library.call("rlv_grid_set_class", self.handle, number)
 
-    def set_matrix(self, matrix):
+    def set_matrix(self, matrix: ArrayLike) -> None:
         """Sets its transform: what the axes of voxels go to and the origin, (4, 3)."""
         matrix = numpy.ascontiguousarray(matrix, numpy.float64)
         if matrix.shape != (4, 3):
             raise Invalid("matrix: four rows of three numbers are needed")
         library.call("rlv_grid_set_matrix", self.handle, matrix.ctypes.data)
 
-    def set_frustum(self, voxels, taper, depth, matrix=numpy.vstack([numpy.eye(3), numpy.zeros(3)])):
+    def set_frustum(
+        self, voxels: Any, taper: float, depth: float, matrix: ArrayLike = numpy.vstack([numpy.eye(3), numpy.zeros(3)])
+    ) -> None:
         """Makes its transform a camera's frustum: `voxels`, the lowest and highest corner of a box (2, 3), becomes a pyramid
         whose near plane is `taper` times as wide as its far plane and whose depth is `depth` times the width of the near
         plane; `matrix` (4, 3) follows it."""
@@ -160,10 +176,17 @@ class Grid(Handle):
         matrix = numpy.ascontiguousarray(matrix, numpy.float64)
         if voxels.shape != (2, 3) or matrix.shape != (4, 3):
             raise Invalid("voxels: two corners are needed, and matrix: four rows of three numbers")
-        library.call("rlv_grid_set_frustum", self.handle, voxels.ctypes.data, number(taper, "taper"), number(depth, "depth"), matrix.ctypes.data)
+        library.call(
+            "rlv_grid_set_frustum",
+            self.handle,
+            voxels.ctypes.data,
+            number(taper, "taper"),
+            number(depth, "depth"),
+            matrix.ctypes.data,
+        )
 
     @property
-    def metadata_types(self):
+    def metadata_types(self) -> Any:
         """The names of its entries of metadata and their types."""
         count = ctypes.c_size_t()
         library.call("rlv_grid_metadata_count", self.handle, parameter.address_of(count))
@@ -174,13 +197,13 @@ class Grid(Handle):
             types[name.value.decode("utf-8", "replace")] = kind.value.decode("utf-8", "replace")
         return types
 
-    def metadata(self, name):
+    def metadata(self, name: str) -> Any:
         """Returns an entry of its metadata as text."""
         value = ctypes.create_string_buffer(1 << 16)
         library.call("rlv_grid_metadata", self.handle, text_bytes(name), value, len(value))
         return value.value.decode("utf-8", "replace")
 
-    def set_metadata(self, name, value):
+    def set_metadata(self, name: str, value: Any) -> None:
         """Sets an entry of its metadata to a text, a bool, an int or a float."""
         kinds = {str: "string", bool: "bool", int: "int64", float: "double"}
         if type(value) not in kinds:
@@ -188,7 +211,7 @@ class Grid(Handle):
         text = str(value).lower() if isinstance(value, bool) else str(value)
         library.call("rlv_grid_set_metadata", self.handle, text_bytes(name), text_bytes(kinds[type(value)]), text_bytes(text))
 
-    def sample(self, points, linear=True):
+    def sample(self, points: ArrayLike, linear: bool = True) -> Array:
         """Returns the values at points (n, 3) of the world, (n) or (n, 3), as doubles."""
         width = TYPES[self.info.kind][1]
         points = Reading(numpy.asarray(points, numpy.float64), numpy.float64, 3, "points")
@@ -198,7 +221,7 @@ class Grid(Handle):
         )
         return out[:, 0] if width == 1 else out
 
-    def block(self, low=None, size=None):
+    def block(self, low: ArrayLike | None = None, size: Sequence[int] | None = None) -> Array:
         """Returns a block of voxels as an array (x, y, z) or (x, y, z, 3); of all active voxels if it is not stated."""
         about = self.info
         kind, width = TYPES[about.kind]
@@ -214,7 +237,7 @@ class Grid(Handle):
         library.call("rlv_grid_get_block", self.handle, low.ctypes.data, counts.ctypes.data, out.ctypes.data, out.nbytes)
         return out
 
-    def set_block(self, low, values, tolerance=0.0):
+    def set_block(self, low: ArrayLike, values: ArrayLike, tolerance: float = 0.0) -> None:
         """Sets a block of voxels from `low` on to an array (x, y, z) or (x, y, z, 3); values within `tolerance` of the
         background become it and are not active."""
         kind, width = TYPES[self.info.kind]
@@ -232,29 +255,29 @@ class Grid(Handle):
             tolerance,
         )
 
-    def mesh(self, progress=None, **settings):
+    def mesh(self, progress: Progress | None = None, **settings: Any) -> Mesh:
         """Meshes the surface where it has a value; settings are `value` and `adaptivity`."""
         with watched(progress) as callback:
             return Mesh.of("rlv_grid_mesh", self.handle, settings_of(settings), callback, None)
 
-    def change(self, change, progress=None, **settings):
+    def change(self, change: Any, progress: Progress | None = None, **settings: Any) -> Grid:
         """Makes a grid of it: "offset", "mean", "gaussian", "median", "laplacian", "mean_curvature", "resample", "to_fog" or
         "to_level_set"."""
         number = record.named(abi.RlvGridChange, change, "change") if isinstance(change, str) else int(change)
         with watched(progress) as callback:
             return Grid.of("rlv_grid_change", self.handle, number, settings_of(settings), callback, None)
 
-    def convert(self, kind):
+    def convert(self, kind: Any) -> Grid:
         """Makes a grid of another kind."""
         number = record.named(abi.RlvGridKind, kind, "kind") if isinstance(kind, str) else int(kind)
         return Grid.of("rlv_grid_convert", self.handle, number)
 
-    def combine(self, other, operation="union", progress=None):
+    def combine(self, other: Grid, operation: str = "union", progress: Progress | None = None) -> Grid:
         """Combines it with another grid: "union", "intersection" or "difference"."""
         number = record.named(abi.RlvGridOperation, operation, "operation")
         with watched(progress) as callback:
             return Grid.of("rlv_grid_combine", self.handle, held(other, "other"), number, callback, None)
 
-    def label_mask(self, label):
+    def label_mask(self, label: int) -> Grid:
         """Makes a mask of the voxels with a label."""
         return Grid.of("rlv_grid_label_mask", self.handle, label)

@@ -1,51 +1,57 @@
 """Objects of the library. Each owns one reference, which it gives back when it is released, leaves a `with`, or is
 collected. Objects keep alive what they need, so the order does not matter."""
 
+from __future__ import annotations
+
 import ctypes
 import os
+from typing import TYPE_CHECKING, Any
 
 from . import library
 from .error import Invalid
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 class Handle:
     """An object of the library. `noun` is what its functions are called after."""
 
-    noun = ""
-    kind = None
+    noun: str = ""
+    kind: Any = None
 
-    def __init__(self, function, *arguments):
+    def __init__(self, function: Any, *arguments: Any) -> None:
         """Makes the object by a function whose last argument receives it."""
         self.handle = self.kind()
         library.call(function, *arguments, ctypes.byref(self.handle))
 
     @classmethod
-    def of(cls, function, *arguments):
+    def of(cls, function: Any, *arguments: Any) -> Self:
         """The object that another function than the constructor's makes."""
         made = cls.__new__(cls)
         Handle.__init__(made, function, *arguments)
         return made
 
-    def release(self):
+    def release(self) -> None:
         """Gives the object back; it must not be used afterwards. Does nothing the second time."""
         handle, self.handle = getattr(self, "handle", None), self.kind()
         if handle is not None and handle.id:
             library.call(f"rlv_{self.noun}_release", handle)
 
-    def __enter__(self):
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: Any) -> None:
         self.release()
 
-    def __del__(self):
+    def __del__(self) -> None:
         try:
             self.release()
         except Exception:  # At the end of the interpreter nothing is left to tell it to.
             pass
 
 
-def held(thing, name):
+def held(thing: Any, name: Any) -> Any:
     """The handle of an object of the library, which an argument of that name is to be."""
     handle = getattr(thing, "handle", None)
     if handle is None:
@@ -53,7 +59,7 @@ def held(thing, name):
     return handle
 
 
-def path_bytes(path):
+def path_bytes(path: Any) -> bytes:
     """A path as the library takes it: UTF-8."""
     try:
         data = os.fspath(path)
@@ -63,14 +69,14 @@ def path_bytes(path):
     return whole(data)
 
 
-def whole(data):
+def whole(data: Any) -> bytes:
     """Bytes that C sees all of."""
     if b"\0" in data:
         raise Invalid("text: a NUL in it ends it for the library; leave it out")
     return data
 
 
-def text_bytes(text):
+def text_bytes(text: Any) -> bytes | None:
     """A text as the library takes it; None stays None."""
     if text is not None and not isinstance(text, str):
         raise Invalid(f"text: a text is needed, not {type(text).__name__}")

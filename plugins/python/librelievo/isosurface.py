@@ -1,7 +1,10 @@
 """Surfaces of fluids of particles, as meshes and for rays without a mesh."""
 
+from __future__ import annotations
+
 import ctypes
 from collections import namedtuple
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
@@ -9,8 +12,12 @@ from . import abi, library, record
 from .array import Reading, writing
 from .error import Invalid
 from .handle import Handle, held, text_bytes
+from .hint import Array, ArrayLike, Progress
 from .mesh import Mesh, set_array
 from .progress import watched
+
+if TYPE_CHECKING:
+    from .context import Context
 
 RAY = numpy.dtype(abi.RlvIsosurfaceRay)
 HIT = numpy.dtype(abi.RlvIsosurfaceHit)
@@ -19,20 +26,20 @@ Classified = namedtuple("Classified", ["classes", "surface_count", "blind_count"
 Classified.__doc__ = "An RlvIsosurfaceClass for each particle, how many of each there are, and the share that is kept."
 
 
-def isosurface_options(options):
-    """RlvIsosurfaceOptions of keywords; the function may be given by its name, such as "zhu_bridson"."""
+def isosurface_options(options: Any) -> Any:
+    """`abi.RlvIsosurfaceOptions` of keywords; the function may be given by its name, such as "zhu_bridson"."""
     return record.fill(abi.RlvIsosurfaceOptions, options, function=abi.RlvIsosurfaceFunction)
 
 
-def mesh_options(channels=None, **options):
-    """RlvIsosurfaceMeshOptions, and what keeps their arrays. `channels` are arrays (n, 1 to 4) by their names."""
+def mesh_options(channels: Any = None, **options: Any) -> tuple[Any, ...]:
+    """`abi.RlvIsosurfaceMeshOptions`, and what keeps their arrays. `channels` are arrays (n, 1 to 4) by their names."""
     made, kept = record.fill(abi.RlvIsosurfaceMeshOptions, options), set_channels(channels)
     made.channels, made.channel_count = kept[0], len(kept[0])
     return made, kept
 
 
-def set_channels(channels):
-    """An array of RlvAttributeArrays of arrays (n, 1 to 4) by their names, and what keeps their numbers."""
+def set_channels(channels: Any) -> tuple[Any, ...]:
+    """An array of `abi.RlvAttributeArrays` of arrays (n, 1 to 4) by their names, and what keeps their numbers."""
     kept, entries = [], (abi.RlvAttributeArrays * len(channels or {}))()
     for at, (name, values) in enumerate((channels or {}).items()):
         values = numpy.asarray(values, numpy.float32)
@@ -51,9 +58,11 @@ class Isosurface(Handle):
 
     noun, kind = "isosurface", abi.RlvIsosurface
 
-    def __init__(self, context, points, velocities=None, blind=None, **options):
+    def __init__(
+        self, context: Context, points: ArrayLike, velocities: ArrayLike | None = None, blind: Any = None, **options: Any
+    ) -> None:
         """Of points (n, 3) in metres, with velocities (n, 3) in m/s and flags (n) of blind particles if there are any;
-        options are the fields of RlvIsosurfaceOptions."""
+        options are the fields of `abi.RlvIsosurfaceOptions`."""
         points = Reading(points, numpy.float32, 3, "points")
         velocities = Reading(velocities, numpy.float32, 3, "velocities")
         blind = Reading(None if blind is None else numpy.asarray(blind, numpy.uint8), numpy.uint8, 0, "blind")
@@ -69,20 +78,20 @@ class Isosurface(Handle):
         super().__init__("rlv_isosurface_create", held(context, "context"), ctypes.byref(particles), told)
 
     @property
-    def info(self):
+    def info(self) -> Any:
         """Counts and reaches."""
         out = record.empty(abi.RlvIsosurfaceInfo)
         library.call("rlv_isosurface_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def mesh(self, channels=None, progress=None, **options):
+    def mesh(self, channels: Any = None, progress: Progress | None = None, **options: Any) -> Mesh:
         """The mesh of it; `channels` are arrays of particles by the names of the attributes that vertices get, options the
-        fields of RlvIsosurfaceMeshOptions."""
+        fields of `abi.RlvIsosurfaceMeshOptions`."""
         told, _kept = mesh_options(channels, **options)
         with watched(progress) as callback:
             return Mesh.of("rlv_isosurface_mesh", self.handle, ctypes.byref(told), callback, None)
 
-    def classify(self, threshold=None, progress=None):
+    def classify(self, threshold: float | None = None, progress: Progress | None = None) -> Any:
         """Which particles the surface needs: blind ones are nearer than a threshold, the influence if there is none."""
         count = self.info.particle_count
         classes, place, stride = writing(None, count, numpy.uint8, 0, "classes")
@@ -92,8 +101,15 @@ class Isosurface(Handle):
             library.call("rlv_isosurface_classify", self.handle, *told, ctypes.byref(out))
         return Classified(classes, *record.read(out))
 
-    def cast(self, origins, directions, min_distance=0.0, max_distance=0.0, times=0.0):
-        """The first hit of every ray, an array of the fields of RlvIsosurfaceHit: distance, position, normal, velocity,
+    def cast(
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        min_distance: ArrayLike = 0.0,
+        max_distance: ArrayLike = 0.0,
+        times: ArrayLike = 0.0,
+    ) -> Any:
+        """The first hit of every ray, an array of the fields of `abi.RlvIsosurfaceHit`: distance, position, normal, velocity,
         enters. Distances and times are one for all or one for each."""
         origins = numpy.asarray(origins, numpy.float32).reshape(-1, 3)
         directions = numpy.asarray(directions, numpy.float32).reshape(-1, 3)
@@ -108,8 +124,8 @@ class Isosurface(Handle):
         return hits
 
     @property
-    def table(self):
-        """The struct RlvIsosurfaceTable, for a renderer as long as this object lives."""
+    def table(self) -> Array:
+        """The struct `abi.RlvIsosurfaceTable`, for a renderer as long as this object lives."""
         out = record.empty(abi.RlvIsosurfaceTable)
         library.call("rlv_isosurface_table", self.handle, ctypes.byref(out))
         return out

@@ -1,7 +1,10 @@
 """Jobs: long calls in the background. Nothing of Python runs on their threads: texts for the log of the context come with
 `poll` and `wait`."""
 
+from __future__ import annotations
+
 import ctypes
+from typing import TYPE_CHECKING, Any
 
 from . import abi, library, record
 from .array import address, matrix
@@ -16,6 +19,7 @@ from .document import transfer_arguments
 from .grid import Grid
 from .grid import settings_of as grid_settings
 from .handle import Handle, held, path_bytes, text_bytes
+from .hint import FilePath, Settings
 from .imprint import Deforming, moment_of, settings_of
 from .isosurface import mesh_options
 from .mesh import Mesh, simplify_options
@@ -28,36 +32,42 @@ from .repair import report_of, settings_of as repair_settings
 from .surface import tessellate_options
 from .tissue import Tissue, description_of
 
+if TYPE_CHECKING:
+    from .collider import Collider
+    from .context import Context
+    from .detail import Detail
+    from .isosurface import Isosurface
+
 
 class Job(Handle):
     """A call that runs. One that is let go of while it runs is cancelled."""
 
     noun, kind = "job", abi.RlvJob
 
-    def poll(self):
+    def poll(self) -> Any:
         """How far it is: state, result, fraction, stage."""
         out = record.empty(abi.RlvJobInfo)
         library.call("rlv_job_poll", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def wait(self, seconds=None):
+    def wait(self, seconds: float | None = None) -> Any:
         """Waits for its end, no longer than that; how far it is then."""
         out = record.empty(abi.RlvJobInfo)
         library.call("rlv_job_wait", self.handle, -1.0 if seconds is None else seconds, ctypes.byref(out))
         return record.read(out)
 
-    def cancel(self):
+    def cancel(self) -> None:
         """Asks it to stop."""
         library.call("rlv_job_cancel", self.handle)
 
-    def result(self):
+    def result(self) -> Any:
         """What the call returns; raises what it raises, and Busy while it runs."""
         library.call("rlv_job_result", self.handle)
         return self._fetch(self)
 
 
-def _report(function, struct):
-    def fetch(job):
+def _report(function: str, struct: Any) -> Any:
+    def fetch(job: Any) -> Any:
         report = record.empty(struct)
         library.call(function, held(job, "job"), ctypes.byref(report))
         return record.read(report)
@@ -65,19 +75,26 @@ def _report(function, struct):
     return fetch
 
 
-def _started(fetch, function, *arguments):
+def _started(fetch: Any, function: str, *arguments: Any) -> Any:
     job = Job.of(function, *arguments)
     job._fetch = fetch
     return job
 
 
-def tessellate(detail, **options):
+def tessellate(detail: Any, **options: Any) -> Any:
     """Starts `Detail.tessellate`; the result is the mesh."""
     fetch = lambda job: Mesh.of("rlv_job_mesh", held(job, "job"))
     return _started(fetch, "rlv_job_tessellate", held(detail, "detail"), tessellate_options(options))
 
 
-def sweep(detail, collider, before, after, settings=None, moment=None):
+def sweep(
+    detail: Detail,
+    collider: Collider,
+    before: Any,
+    after: Any,
+    settings: Settings | None = None,
+    moment: Settings | None = None,
+) -> Any:
     """Starts `imprint.sweep`; the result is its report."""
     before, after = matrix(before), matrix(after)
     arguments = (address(before), address(after), settings_of(settings), moment_of(moment))
@@ -85,7 +102,14 @@ def sweep(detail, collider, before, after, settings=None, moment=None):
     return _started(fetch, "rlv_job_sweep", held(detail, "detail"), held(collider, "collider"), *arguments)
 
 
-def sweep_points(detail, collider, before, after, settings=None, moment=None):
+def sweep_points(
+    detail: Detail,
+    collider: Collider,
+    before: Any,
+    after: Any,
+    settings: Settings | None = None,
+    moment: Settings | None = None,
+) -> Any:
     """Starts `imprint.sweep_points`; the result is its report."""
     path = Deforming(before, after)
     fetch = _report("rlv_job_imprint_report", abi.RlvImprintReport)
@@ -93,41 +117,41 @@ def sweep_points(detail, collider, before, after, settings=None, moment=None):
     return _started(fetch, "rlv_job_sweep_points", held(detail, "detail"), held(collider, "collider"), *arguments)
 
 
-def decal_on_mesh(mesh, pins, size, outline=None, **options):
+def decal_on_mesh(mesh: Any, pins: Any, size: Any, outline: Any = None, **options: Any) -> Any:
     """Starts `Decal.on_mesh`; the result is the decal."""
     return _decal("rlv_job_decal_on_mesh", mesh, pins, size, outline, options)
 
 
-def decal_on_detail(detail, pins, size, outline=None, **options):
+def decal_on_detail(detail: Any, pins: Any, size: Any, outline: Any = None, **options: Any) -> Any:
     """Starts `Decal.on_detail`; the result is the decal."""
     return _decal("rlv_job_decal_on_detail", detail, pins, size, outline, options)
 
 
-def _decal(function, ground, pins, size, outline, options):
+def _decal(function: str, ground: Any, pins: Any, size: Any, outline: Any, options: Any) -> Any:
     given, kept = decal_arguments(pins, size, outline, **options)
     made = _started(lambda job: Decal.of("rlv_job_decal", held(job, "job")), function, held(ground, "ground"), *given)
     del kept
     return made
 
 
-def write(detail, path, **options):
+def write(detail: Detail, path: FilePath, **options: Any) -> Any:
     """Starts `bake.write`; the result is its report."""
     fetch = _report("rlv_job_bake_report", abi.RlvBakeReport)
     return _started(fetch, "rlv_job_bake", held(detail, "detail"), options_of(options), path_bytes(path))
 
 
-def write_ptex(detail, channel, path):
+def write_ptex(detail: Any, channel: Any, path: Any) -> Any:
     """Starts `ptex.write`; there is no result."""
     return _started(lambda job: None, "rlv_job_ptex_write", held(detail, "detail"), number_of(channel), path_bytes(path))
 
 
-def read_ptex(detail, path, **options):
+def read_ptex(detail: Any, path: Any, **options: Any) -> Any:
     """Starts `ptex.read`; the result is its report."""
     fetch = _report("rlv_job_ptex_report", abi.RlvPtexReport)
     return _started(fetch, "rlv_job_ptex_read", held(detail, "detail"), path_bytes(path), ptex_options(options))
 
 
-def build(mesh, base_triangles=None, locked=None, weights=None, left_out=None):
+def build(mesh: Any, base_triangles: Any = None, locked: Any = None, weights: Any = None, left_out: Any = None) -> Any:
     """Starts `Progressive(mesh)`; the result is the progressive mesh."""
     options, kept = progressive_options(base_triangles, locked, weights, left_out)
     fetch = lambda job: Progressive.of("rlv_job_progressive_mesh", held(job, "job"))
@@ -136,10 +160,10 @@ def build(mesh, base_triangles=None, locked=None, weights=None, left_out=None):
     return made
 
 
-def simplify(mesh, **options):
+def simplify(mesh: Any, **options: Any) -> Any:
     """Starts `Mesh.simplify`; the result is the mesh, and how far it deviates."""
 
-    def fetch(job):
+    def fetch(job: Any) -> tuple[Any, ...]:
         deviation = ctypes.c_float()
         library.call("rlv_job_simplify_error", held(job, "job"), address_of(deviation))
         return Mesh.of("rlv_job_mesh", held(job, "job")), deviation.value
@@ -150,10 +174,10 @@ def simplify(mesh, **options):
     return made
 
 
-def repair(mesh, **settings):
+def repair(mesh: Any, **settings: Any) -> Any:
     """Starts `repair.mesh`; the result is the repaired mesh and the report."""
 
-    def fetch(job):
+    def fetch(job: Any) -> tuple[Any, ...]:
         report = record.empty(abi.RlvRepairReport)
         library.call("rlv_job_repair_report", held(job, "job"), ctypes.byref(report))
         return Mesh.of("rlv_job_mesh", held(job, "job")), report_of(report)
@@ -161,11 +185,11 @@ def repair(mesh, **settings):
     return _started(fetch, "rlv_job_repair", held(mesh, "mesh"), repair_settings(settings))
 
 
-def build_tissue(context, cell, materials, volumes, **description):
+def build_tissue(context: Any, cell: Any, materials: Any, volumes: Any, **description: Any) -> Any:
     """Starts `Tissue(context)`; the result is the model."""
     given, kept = description_of(cell, materials, volumes, **description)
 
-    def fetch(job):
+    def fetch(job: Any) -> Any:
         made = Tissue.of("rlv_job_tissue", held(job, "job"))
         made.report = _report("rlv_job_tissue_report", abi.RlvTissueReport)(job)
         return made
@@ -175,26 +199,28 @@ def build_tissue(context, cell, materials, volumes, **description):
     return made
 
 
-def crowd_model(context, path, clips=None, **settings):
+def crowd_model(context: Any, path: Any, clips: Any = None, **settings: Any) -> Any:
     """Starts `CrowdModel.build`; the result is the model."""
     given, kept = crowd_arguments(path, clips, settings)
-    made = _started(lambda job: CrowdModel.of("rlv_job_crowd_model", held(job, "job")), "rlv_job_crowd", held(context, "context"), *given)
+    made = _started(
+        lambda job: CrowdModel.of("rlv_job_crowd_model", held(job, "job")), "rlv_job_crowd", held(context, "context"), *given
+    )
     del kept
     return made
 
 
-def advance_tissue(simulation, seconds):
+def advance_tissue(simulation: Any, seconds: Any) -> Any:
     """Starts `TissueSimulation.advance`; there is no result."""
     return _started(lambda job: None, "rlv_job_tissue_advance", held(simulation, "simulation"), seconds)
 
 
-def advance(fluid, seconds):
+def advance(fluid: Any, seconds: Any) -> Any:
     """Starts `Fluid.advance`; the result is its report."""
     fetch = _report("rlv_job_fluid_report", abi.RlvFluidReport)
     return _started(fetch, "rlv_job_fluid", held(fluid, "fluid"), seconds)
 
 
-def mesh(isosurface, channels=None, **options):
+def mesh(isosurface: Isosurface, channels: Any = None, **options: Any) -> Any:
     """Starts `Isosurface.mesh`; the result is the mesh."""
     options, kept = mesh_options(channels, **options)
     fetch = lambda job: Mesh.of("rlv_job_mesh", held(job, "job"))
@@ -203,40 +229,42 @@ def mesh(isosurface, channels=None, **options):
     return made
 
 
-def transfer(context, path, to, to_path, source=None, reach=0.0):
+def transfer(context: Context, path: FilePath, to: Any, to_path: FilePath, source: Any = None, reach: float = 0.0) -> Any:
     """Starts `document.transfer`; the result is its report."""
     fetch = _report("rlv_job_transfer_report", abi.RlvTransferReport)
     arguments = transfer_arguments(path, to, to_path, source, reach)
     return _started(fetch, "rlv_job_transfer", held(context, "context"), *arguments)
 
 
-def _grid(job):
+def _grid(job: Any) -> Grid:
     return Grid.of("rlv_job_grid", held(job, "job"))
 
 
-def read_grid(context, path, name=None):
+def read_grid(context: Any, path: Any, name: Any = None) -> Any:
     """Starts `Grid.read`; the result is the grid."""
     return _started(_grid, "rlv_job_grid_read", held(context, "context"), path_bytes(path), text_bytes(name), None)
 
 
-def grid_from_mesh(mesh, **settings):
+def grid_from_mesh(mesh: Any, **settings: Any) -> Any:
     """Starts `Grid.from_mesh`; the result is the grid."""
     return _started(_grid, "rlv_job_grid_from_mesh", held(mesh, "mesh"), grid_settings(settings))
 
 
-def change_grid(grid, change, **settings):
+def change_grid(grid: Any, change: Any, **settings: Any) -> Any:
     """Starts `Grid.change`; the result is the grid."""
     number = record.named(abi.RlvGridChange, change, "change")
     return _started(_grid, "rlv_job_grid_change", held(grid, "grid"), number, grid_settings(settings))
 
 
-def mesh_grid(grid, **settings):
+def mesh_grid(grid: Any, **settings: Any) -> Any:
     """Starts `Grid.mesh`; the result is the mesh."""
     fetch = lambda job: Mesh.of("rlv_job_mesh", held(job, "job"))
     return _started(fetch, "rlv_job_grid_mesh", held(grid, "grid"), grid_settings(settings))
 
 
-def submit_scene(connection, name, description, files=None, kind="fluid", is_forced=False):
+def submit_scene(
+    connection: Any, name: str, description: Any, files: Any = None, kind: str = "fluid", is_forced: bool = False
+) -> Any:
     """Starts `Connection.submit`; the result is the status of the scene."""
     scene, kept = scene_of(name, description, files, kind, is_forced)
     fetch = _report("rlv_job_client_status", abi.RlvClientStatus)
@@ -245,14 +273,22 @@ def submit_scene(connection, name, description, files=None, kind="fluid", is_for
     return made
 
 
-def fetch_frame(connection, scene, frame, particles="all", channels=None, half=False, plain=False):
+def fetch_frame(
+    connection: Any,
+    scene: Any,
+    frame: Any,
+    particles: str = "all",
+    channels: Any = None,
+    half: bool = False,
+    plain: bool = False,
+) -> Any:
     """Starts `Connection.wait` and `fetch`; the result is the particles."""
     how = fetch_of(particles, channels, half, plain)
     fetch = lambda job: Particles.of("rlv_job_particles", held(job, "job"))
     return _started(fetch, "rlv_job_client_fetch", held(connection, "connection"), text_bytes(scene), frame, ctypes.byref(how))
 
 
-def fetch_frame_mesh(connection, scene, frame, settings=""):
+def fetch_frame_mesh(connection: Any, scene: Any, frame: Any, settings: str = "") -> Any:
     """Starts `Connection.wait` and `fetch_mesh`; the result is the mesh."""
     fetch = lambda job: Mesh.of("rlv_job_mesh", held(job, "job"))
     arguments = (text_bytes(scene), frame, text_bytes(settings))

@@ -1,18 +1,26 @@
 """Levels: meshes of a progressive mesh that become finer and coarser in place and are edited at any level."""
 
+from __future__ import annotations
+
 import ctypes
 from collections import namedtuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
 from . import abi, library, record
 from .array import Reading, number, writing
 from .handle import Handle, held, path_bytes
+from .hint import ArrayLike, FilePath, Progress
 from .mesh import Mesh
 from .parameter import address_of
 from .progress import watched
 from .progressive import Progressive, options_of
 from .stroke import points_of
+
+if TYPE_CHECKING:
+    from .brush import Brush
 
 Region = namedtuple("Region", ["center", "radius", "falloff"], defaults=["smooth"])
 Region.__doc__ = "A ball in which something has an influence, and how that falls to its border."
@@ -25,7 +33,7 @@ GripTrack = namedtuple("GripTrack", ["region", "keys"])
 GripTrack.__doc__ = "A handle over time: the region it grabs, and its keys."
 
 
-def _region(region):
+def _region(region: Any) -> Any:
     made = abi.RlvLevelRegion()
     made.center[:] = [float(value) for value in region.center]
     made.radius = region.radius
@@ -33,7 +41,7 @@ def _region(region):
     return made
 
 
-def _grip(grip):
+def _grip(grip: Any) -> Any:
     made = abi.RlvLevelHandle()
     made.region = _region(grip.region)
     made.translation[:] = [float(value) for value in grip.translation]
@@ -42,7 +50,7 @@ def _grip(grip):
     return made
 
 
-def _key(key):
+def _key(key: Any) -> Any:
     made = abi.RlvLevelKey()
     made.time, made.angle = float(key.time), float(key.angle)
     made.translation[:] = [float(value) for value in key.translation]
@@ -50,14 +58,14 @@ def _key(key):
     return made
 
 
-def _track(track):
+def _track(track: Any) -> Any:
     keys = (abi.RlvLevelKey * len(track.keys))(*map(_key, track.keys))
     made = abi.RlvLevelTrack()
     made.region, made.keys, made.key_count = _region(track.region), keys, len(keys)
     return made
 
 
-def _edit(grips, anchors):
+def _edit(grips: Any, anchors: Any) -> tuple[Any, ...]:
     """An edit, and what it points to."""
     handles = (abi.RlvLevelHandle * len(grips))(*map(_grip, grips))
     held = (abi.RlvLevelRegion * len(anchors))(*map(_region, anchors))
@@ -67,7 +75,7 @@ def _edit(grips, anchors):
     return edit, (handles, held)
 
 
-def _motion(tracks, anchors):
+def _motion(tracks: Any, anchors: Any) -> tuple[Any, ...]:
     """An edit over time, and what it points to."""
     rows = (abi.RlvLevelTrack * len(tracks))(*map(_track, tracks))
     held = (abi.RlvLevelRegion * len(anchors))(*map(_region, anchors))
@@ -77,7 +85,7 @@ def _motion(tracks, anchors):
     return motion, (rows, held)
 
 
-def _view(planes, fields):
+def _view(planes: Any, fields: Any) -> tuple[Any, ...]:
     """A view, and what it points to."""
     made = record.fill(abi.RlvLevelView, fields)
     kept = Reading(planes, numpy.float32, 4, "planes")
@@ -90,7 +98,7 @@ class _Room:
     that stay where they are. So are `wedges` (n, 3), of every triangle, `wedge_values` and `face_values`, of every wedge
     and triangle the numbers of all attributes; without any these have no columns."""
 
-    def _make_room(self, info):
+    def _make_room(self, info: Any) -> None:
         room = self._room = record.empty(abi.RlvLevelBuffers)
         points, room.points, _ = writing(None, info.vertex_count, numpy.float32, 3, "points")
         normals, room.normals, _ = writing(None, info.vertex_count, numpy.float32, 3, "normals")
@@ -108,7 +116,7 @@ class _Room:
         self._attributes = (wedges, wedge_values, face_values)
         self.wedges, self.wedge_values, self.face_values = wedges[:0], wedge_values[:0], face_values[:0]
 
-    def _show(self, out):
+    def _show(self, out: Any) -> None:
         """Has the arrays as long as an update says."""
         points, normals, triangles = self._arrays
         self.points, self.normals = points[: out.vertex_count], normals[: out.vertex_count]
@@ -123,44 +131,44 @@ class Level(_Room, Handle):
 
     noun, kind = "level", abi.RlvLevel
 
-    def __init__(self, whole):
+    def __init__(self, whole: Progressive) -> None:
         super().__init__("rlv_level_create", held(whole, "whole"))
         self._make_room(whole.info)
 
     @property
-    def info(self):
+    def info(self) -> Any:
         """Counts, and edits that can be taken back and made again."""
         out = record.empty(abi.RlvLevelInfo)
         library.call("rlv_level_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def take_up(self, more):
+    def take_up(self, more: Progressive) -> None:
         """Goes on with more of the same progressive mesh, which has arrived since."""
         library.call("rlv_level_take_up", self.handle, held(more, "more"))
 
-    def set_error(self, error):
+    def set_error(self, error: float) -> None:
         """Becomes the coarsest mesh whose estimated deviation is no more."""
         library.call("rlv_level_set_error", self.handle, number(error, "error"))
 
-    def set_bound(self, bound, progress=None):
+    def set_bound(self, bound: float, progress: Progress | None = None) -> float:
         """Becomes a coarse mesh whose distance from the finest is measured and at most `bound`. Returns the distance."""
         distance = ctypes.c_float()
         with watched(progress) as callback:
             library.call("rlv_level_set_bound", self.handle, number(bound, "bound"), callback, None, address_of(distance))
         return distance.value
 
-    def set_triangles(self, triangles=None):
+    def set_triangles(self, triangles: int | None = None) -> None:
         """Becomes the finest mesh of at most so many triangles, None for the finest of all."""
         most = ctypes.c_size_t(-1).value if triangles is None else triangles
         library.call("rlv_level_set_triangles", self.handle, most)
 
-    def set_view(self, planes=None, **view):
-        """Becomes as fine as a view needs it, by the fields of RlvLevelView; `planes` (n, 4) bound what is seen."""
+    def set_view(self, planes: ArrayLike | None = None, **view: Any) -> None:
+        """Becomes as fine as a view needs it, by the fields of `abi.RlvLevelView`; `planes` (n, 4) bound what is seen."""
         made, kept = _view(planes, view)
         library.call("rlv_level_set_view", self.handle, ctypes.byref(made))
         del kept
 
-    def edit(self, grips, anchors=()):
+    def edit(self, grips: Any, anchors: Sequence[Any] = ()) -> float:
         """Moves and turns regions by `Grip`s, anchored in `Region`s. Returns how many vertices were reached."""
         edit, kept = _edit(grips, anchors)
         reached = ctypes.c_size_t()
@@ -168,62 +176,63 @@ class Level(_Room, Handle):
         del kept
         return reached.value
 
-    def sculpt(self, brush, points):
+    def sculpt(self, brush: Brush, points: ArrayLike) -> Any:
         """Makes a whole stroke of a brush that sculpts, as one edit; points as strokes over details have them. Returns
-        what it did; see RlvLevelSculpted."""
+        what it did; see `abi.RlvLevelSculpted`."""
         rows, out = points_of(points), record.empty(abi.RlvLevelSculpted)
         place = ctypes.cast(rows.__array_interface__["data"][0], ctypes.POINTER(abi.RlvStrokePoint))
         library.call("rlv_level_sculpt", self.handle, held(brush, "brush"), place, len(rows), 0, ctypes.byref(out))
         return record.read(out)
 
-    def undo(self):
+    def undo(self) -> None:
         """Takes the last edit back."""
         library.call("rlv_level_undo", self.handle)
 
-    def redo(self):
+    def redo(self) -> None:
         """Makes the edit again that was taken back last."""
         library.call("rlv_level_redo", self.handle)
 
-    def add_motion(self, tracks, anchors=()):
+    def add_motion(self, tracks: Any, anchors: Sequence[Any] = ()) -> None:
         """Adds an edit over time by `GripTrack`s, anchored in `Region`s, of the mesh as fine as it is now."""
         motion, kept = _motion(tracks, anchors)
         library.call("rlv_level_add_motion", self.handle, ctypes.byref(motion))
         del kept
 
-    def set_time(self, time):
+    def set_time(self, time: float) -> Any:
         """Makes the edits over time as they are at a time in seconds. Returns how many vertices were reached."""
         reached = ctypes.c_size_t()
         library.call("rlv_level_set_time", self.handle, number(time, "time"), address_of(reached))
         return reached.value
 
-    def clear_motions(self):
+    def clear_motions(self) -> None:
         """Forgets the edits over time, and puts the mesh at rest."""
         library.call("rlv_level_clear_motions", self.handle)
 
-    def open_journal(self, path):
+    def open_journal(self, path: FilePath) -> None:
         """Writes the edits that follow down in a file, after making those again that a killed host left there."""
         library.call("rlv_level_open_journal", self.handle, path_bytes(path))
 
-    def sync_journal(self):
+    def sync_journal(self) -> None:
         """Waits until all edits are on the disk."""
         library.call("rlv_level_sync_journal", self.handle)
 
-    def close_journal(self):
+    def close_journal(self) -> None:
         """Lets go of the journal: edits that follow are not written down."""
         library.call("rlv_level_close_journal", self.handle)
 
-    def update(self):
-        """Brings `points`, `normals`, `triangles` and attributes up to date. Returns what was written; see RlvLevelUpdate."""
+    def update(self) -> Any:
+        """Brings `points`, `normals`, `triangles` and attributes up to date. Returns what was written; see
+        `abi.RlvLevelUpdate`."""
         out = record.empty(abi.RlvLevelUpdate)
         library.call("rlv_level_update", self.handle, ctypes.byref(self._room), ctypes.byref(out))
         self._show(out)
         return record.read(out)
 
-    def mesh(self):
+    def mesh(self) -> Mesh:
         """A mesh of it as it is now."""
         return Mesh.of("rlv_level_mesh", self.handle)
 
-    def misplaced(self, most=None):
+    def misplaced(self, most: int | None = None) -> tuple[Any, ...]:
         """The splits that are out of order, the worst one first: rows of a point, what it tells that it deviates by, and
         what it does. At most so many of them, None for all; and how many there are."""
         count = ctypes.c_size_t()
@@ -235,7 +244,9 @@ class Level(_Room, Handle):
         rows = numpy.ctypeslib.as_array(ctypes.cast(found, ctypes.POINTER(ctypes.c_float)), (most, 5)) if most else []
         return numpy.array(rows[: count.value], numpy.float32).reshape(-1, 5), count.value
 
-    def rebuild(self, base_triangles=None, locked=None, progress=None):
+    def rebuild(
+        self, base_triangles: int | None = None, locked: ArrayLike | None = None, progress: Progress | None = None
+    ) -> Any:
         """A progressive mesh that is built anew of the finest level with its edits; as `Progressive` is."""
         options, kept = options_of(base_triangles, locked)
         with watched(progress) as callback:
@@ -243,7 +254,7 @@ class Level(_Room, Handle):
         del kept
         return made
 
-    def settle(self):
+    def settle(self) -> Progressive:
         """A progressive mesh of its own that has the edits at all levels."""
         return Progressive.of("rlv_level_settle", self.handle)
 
@@ -253,33 +264,33 @@ class DeviceLevel(_Room, Handle):
 
     noun, kind = "device_level", abi.RlvDeviceLevel
 
-    def __init__(self, whole):
+    def __init__(self, whole: Progressive) -> None:
         super().__init__("rlv_device_level_create", held(whole, "whole"))
         self._make_room(whole.info)
 
     @property
-    def info(self):
+    def info(self) -> Any:
         """Counts, and edits that can be taken back and made again."""
         out = record.empty(abi.RlvDeviceLevelInfo)
         library.call("rlv_device_level_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def set_error(self, error):
+    def set_error(self, error: float) -> None:
         """Becomes the coarsest mesh that deviates by no more."""
         library.call("rlv_device_level_set_error", self.handle, number(error, "error"))
 
-    def set_triangles(self, triangles=None):
+    def set_triangles(self, triangles: int | None = None) -> None:
         """Becomes the finest mesh of at most so many triangles, None for the finest of all."""
         most = ctypes.c_size_t(-1).value if triangles is None else triangles
         library.call("rlv_device_level_set_triangles", self.handle, most)
 
-    def set_view(self, planes=None, **view):
-        """Becomes as fine as a view needs it, by the fields of RlvLevelView; `planes` (n, 4) bound what is seen."""
+    def set_view(self, planes: ArrayLike | None = None, **view: Any) -> None:
+        """Becomes as fine as a view needs it, by the fields of `abi.RlvLevelView`; `planes` (n, 4) bound what is seen."""
         made, kept = _view(planes, view)
         library.call("rlv_device_level_set_view", self.handle, ctypes.byref(made))
         del kept
 
-    def edit(self, grips, anchors=()):
+    def edit(self, grips: Any, anchors: Sequence[Any] = ()) -> float:
         """Moves and turns regions by `Grip`s, anchored in `Region`s. Returns how many vertices were reached."""
         edit, kept = _edit(grips, anchors)
         reached = ctypes.c_size_t()
@@ -287,39 +298,39 @@ class DeviceLevel(_Room, Handle):
         del kept
         return reached.value
 
-    def undo(self):
+    def undo(self) -> None:
         """Takes the last edit back."""
         library.call("rlv_device_level_undo", self.handle)
 
-    def redo(self):
+    def redo(self) -> None:
         """Makes the edit again that was taken back last."""
         library.call("rlv_device_level_redo", self.handle)
 
-    def add_motion(self, tracks, anchors=()):
+    def add_motion(self, tracks: Any, anchors: Sequence[Any] = ()) -> None:
         """Adds an edit over time by `GripTrack`s, anchored in `Region`s, of the mesh as fine as it is now."""
         motion, kept = _motion(tracks, anchors)
         library.call("rlv_device_level_add_motion", self.handle, ctypes.byref(motion))
         del kept
 
-    def set_time(self, time):
+    def set_time(self, time: float) -> Any:
         """Makes the edits over time as they are at a time in seconds. Returns how many vertices were reached."""
         reached = ctypes.c_size_t()
         library.call("rlv_device_level_set_time", self.handle, number(time, "time"), address_of(reached))
         return reached.value
 
-    def clear_motions(self):
+    def clear_motions(self) -> None:
         """Forgets the edits over time, and puts the mesh at rest."""
         library.call("rlv_device_level_clear_motions", self.handle)
 
-    def read(self):
+    def read(self) -> Any:
         """Copies the mesh to `points`, `normals`, `triangles` and attributes. Returns how much there is; see
-        RlvLevelUpdate."""
+        `abi.RlvLevelUpdate`."""
         out = record.empty(abi.RlvLevelUpdate)
         library.call("rlv_device_level_read", self.handle, ctypes.byref(self._room), ctypes.byref(out))
         self._show(out)
         return record.read(out)
 
-    def vulkan(self):
+    def vulkan(self) -> Any:
         """Its Vulkan objects as numbers; see buffer.h for who may use them when."""
         out = record.empty(abi.RlvDeviceLevelVulkan)
         library.call("rlv_device_level_vulkan", self.handle, ctypes.byref(out))

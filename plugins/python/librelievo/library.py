@@ -4,14 +4,20 @@ It is the file that the environment variable RELIEVO_LIBRARY names, or else the 
 or else the one that the system knows by its SONAME. It is loaded at the first call, with symbols of its own.
 """
 
+from __future__ import annotations
+
 import ctypes
 import os
 import platform
 import re
 import threading
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from . import abi, error
+
+if TYPE_CHECKING:
+    from .error import LibraryMissing
 
 SONAME = f"librelievo.so.{abi.RLV_VERSION_MAJOR}.{abi.RLV_VERSION_MINOR}"
 HERE = Path(__file__).resolve().parent
@@ -22,7 +28,7 @@ _lock = threading.Lock()
 _loaded = None
 
 
-def candidates():
+def candidates() -> list[str]:
     """Files and names to load, in order."""
     named = os.environ.get("RELIEVO_LIBRARY")
     if named:
@@ -31,7 +37,7 @@ def candidates():
     return [str(inside)] if inside.exists() else [SONAME]
 
 
-def explain(name, problem):
+def explain(name: str, problem: Any) -> tuple[str, str]:
     """What the dynamic linker's complaint means to a user, and what to do."""
     problem = str(problem)
     if found := re.search(r"version [`'](GLIBC(?:XX)?_[\d.]+)' not found", problem):
@@ -55,13 +61,13 @@ def explain(name, problem):
     return f"the Relievo library cannot be loaded: {problem}", "install the wheel for this system anew"
 
 
-def missing(what, remedy, place=""):
+def missing(what: Any, remedy: Any, place: str = "") -> error.LibraryMissing:
     """The exception for a library that cannot be used."""
     where = f"{place}: " if place else ""
     return error.LibraryMissing(f"{where}{what}; {remedy}", what, place, remedy, abi.RLV_ERROR_NOT_FOUND)
 
 
-def declare(library):
+def declare(library: Any) -> None:
     """Gives every function its types. A function that is not there is an old or foreign library."""
     for name, (result, arguments) in abi.FUNCTIONS.items():
         try:
@@ -72,7 +78,7 @@ def declare(library):
         function.argtypes = [kind for _, kind in arguments]
 
 
-def load():
+def load() -> Any:
     """The library, loaded at the first call."""
     global _loaded
     with _lock:
@@ -81,7 +87,7 @@ def load():
         return _loaded
 
 
-def open_library():
+def open_library() -> Any:
     for name in candidates():
         try:
             library = ctypes.CDLL(name)
@@ -102,7 +108,7 @@ def open_library():
     raise missing("there is no library to load", "install the wheel for this system")
 
 
-def use_own_libraries(folder):
+def use_own_libraries(folder: Any) -> None:
     """Names the Embree and the OpenMesh that a wheel brings, so that they are found before those of the system."""
     for variable, file in OPENED.items():
         own = folder / file
@@ -110,25 +116,25 @@ def use_own_libraries(folder):
             os.environ[variable] = str(own)
 
 
-def version():
+def version() -> tuple[int, int, int]:
     """The version of the library that is loaded: three numbers."""
     number = load().rlv_version()
     return number >> 22, number >> 12 & 0x3FF, number & 0xFFF
 
 
-def refusal(name, problem):
+def refusal(name: str, problem: Any) -> str:
     """What ctypes' complaint about an argument of a function means to a user."""
     found = re.match(r"argument (\d+): \w+: (?:expected Rlv(\w+) instance instead of (\w+))?", problem)
     if found is None:
         return problem
     place = abi.FUNCTIONS[name][1][int(found[1]) - 1][0]
     if found[2] is None:
-        return f"{place}: this cannot be used here: {problem[found.end():]}"
+        return f"{place}: this cannot be used here: {problem[found.end() :]}"
     return f"{place}: an object of the kind {found[2]} is needed, not {found[3].removeprefix('Rlv')}"
 
 
-def call(name, *arguments):
-    """Calls a function that returns RlvResult; a failure is an exception."""
+def call(name: str, *arguments: Any) -> None:
+    """Calls a function that returns `abi.RlvResult`; a failure is an exception."""
     library = _loaded or load()
     try:
         result = getattr(library, name)(*arguments)

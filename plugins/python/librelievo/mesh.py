@@ -1,8 +1,11 @@
 """Polygon meshes with attributes and subdivision tags."""
 
+from __future__ import annotations
+
 import ctypes
 from collections import namedtuple
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
@@ -10,22 +13,26 @@ from . import abi, library, record
 from .array import Reading, number, numbers, writing
 from .bytes import given, made
 from .handle import Handle, held, path_bytes, text_bytes
+from .hint import Array, ArrayLike, FilePath, Progress
 from .parameter import address_of
 from .progress import watched
+
+if TYPE_CHECKING:
+    from .context import Context
 
 Attribute = namedtuple("Attribute", ["name", "domain", "values", "indices"])
 TYPES = {abi.RlvType.F32: numpy.float32, abi.RlvType.U32: numpy.uint32}
 
 
-def set_array(struct, reading, pointer, count, stride):
+def set_array(struct: Any, reading: Any, pointer: Any, count: Any, stride: Any) -> None:
     """Puts an array into the three fields that a struct has for it."""
     setattr(struct, pointer, reading.address)
     setattr(struct, count, reading.count)
     setattr(struct, stride, reading.stride)
 
 
-def weights_of(weights, left_out):
-    """RlvSimplifyWeights of weights by names of attributes, and of names that are left out; None for none."""
+def weights_of(weights: Any, left_out: Any) -> tuple[Any, ...]:
+    """An array of `abi.RlvSimplifyWeight` of weights by names of attributes, and of names that are left out; None for none."""
     if weights is not None and not isinstance(weights, Mapping):
         raise record.Invalid(f"weights: a dictionary by names of attributes is needed, not {type(weights).__name__}")
     pairs = [(name, weight, 0) for name, weight in (weights or {}).items()] + [(name, 0.0, 1) for name in left_out or ()]
@@ -33,9 +40,16 @@ def weights_of(weights, left_out):
 
 
 def simplify_options(
-    triangles=0, error=None, weights=None, left_out=(), locked=None, factors=None, bound=None, is_border_locked=False
-):
-    """RlvSimplifyOptions, and the arrays that it points to."""
+    triangles: int = 0,
+    error: Any = None,
+    weights: Any = None,
+    left_out: Any = (),
+    locked: Any = None,
+    factors: Any = None,
+    bound: Any = None,
+    is_border_locked: bool = False,
+) -> tuple[Any, ...]:
+    """`abi.RlvSimplifyOptions`, and the arrays that it points to."""
     entries = weights_of(weights, left_out)
     options = record.empty(abi.RlvSimplifyOptions)
     options.triangles, options.error = triangles, -1.0 if error is None else error
@@ -48,7 +62,7 @@ def simplify_options(
     return options, (entries, locked, factors)
 
 
-def pair_of(pair, name):
+def pair_of(pair: Any, name: str) -> tuple[Any, ...]:
     """Elements and their sharpness, two of None for None."""
     if pair is None:
         return None, None
@@ -59,8 +73,10 @@ def pair_of(pair, name):
     return elements, sharpness
 
 
-def arrays_of(points, corners, face_sizes, creases=None, sharp_points=None, holes=None):
-    """RlvMeshArrays as `Mesh` takes them, and the arrays that it points to."""
+def arrays_of(
+    points: Any, corners: Any, face_sizes: Any, creases: Any = None, sharp_points: Any = None, holes: Any = None
+) -> tuple[Any, ...]:
+    """`abi.RlvMeshArrays` as `Mesh` takes them, and the arrays that it points to."""
     arrays = record.empty(abi.RlvMeshArrays)
     corners = numbers(corners, "corners")
     if corners.ndim == 2 and corners.shape[1]:
@@ -95,8 +111,8 @@ def arrays_of(points, corners, face_sizes, creases=None, sharp_points=None, hole
     return arrays, (corners, points, sizes, edges, edge_sharpness, tips, tip_sharpness, holes)
 
 
-def attribute_arrays(name, values, domain, indices=None):
-    """RlvAttributeArrays as `Mesh.add_attribute` takes them, and the arrays that it points to."""
+def attribute_arrays(name: str, values: Any, domain: Any, indices: Any = None) -> tuple[Any, ...]:
+    """`abi.RlvAttributeArrays` as `Mesh.add_attribute` takes them, and the arrays that it points to."""
     values = numbers(values, name)
     kind = abi.RlvType.U32 if numpy.issubdtype(values.dtype, numpy.integer) else abi.RlvType.F32
     if values.ndim == 1:
@@ -116,7 +132,16 @@ class Mesh(Handle):
 
     noun, kind = "mesh", abi.RlvMesh
 
-    def __init__(self, context, points, corners, face_sizes=None, creases=None, sharp_points=None, holes=None):
+    def __init__(
+        self,
+        context: Context,
+        points: ArrayLike,
+        corners: ArrayLike,
+        face_sizes: ArrayLike | None = None,
+        creases: tuple[ArrayLike, ArrayLike] | None = None,
+        sharp_points: tuple[ArrayLike, ArrayLike] | None = None,
+        holes: ArrayLike | None = None,
+    ) -> None:
         """Makes a mesh of points (n, 3), the point of every corner, and the size of every face or one number for all. Corners
         may be rows, one for each face, as (n, 4) for quads; face_sizes is the length of the rows then, if it is left out.
 
@@ -126,41 +151,41 @@ class Mesh(Handle):
         super().__init__("rlv_mesh_create", held(context, "context"), ctypes.byref(arrays))
 
     @classmethod
-    def read(cls, context, path):
+    def read(cls, context: Context, path: FilePath) -> Mesh:
         """Reads OBJ, PLY, glTF, GLB, USD, STL or OFF."""
         return cls.of("rlv_mesh_read", held(context, "context"), path_bytes(path))
 
-    def write(self, path):
+    def write(self, path: FilePath) -> None:
         """Writes OBJ, PLY, GLB or USD, as the extension says."""
         library.call("rlv_mesh_write", self.handle, path_bytes(path))
 
     @classmethod
-    def read_bytes(cls, context, data, format):
+    def read_bytes(cls, context: Context, data: bytes | bytearray | memoryview, format: str) -> Mesh:
         """As `read`, from the bytes of a file; `format` is its extension, such as "obj"."""
         address, size, _kept = given(data)
         return cls.of("rlv_mesh_read_bytes", held(context, "context"), text_bytes(format), address, size)
 
-    def write_bytes(self, format):
+    def write_bytes(self, format: str) -> bytes:
         """The bytes of the file that `write` writes; `format` is "obj", "ply" or "glb"."""
         return made("rlv_mesh_write_bytes", self.handle, text_bytes(format))
 
-    def split(self, longest_edge):
+    def split(self, longest_edge: float) -> Mesh:
         """A mesh of this one's triangles in which no edge is longer."""
         return Mesh.of("rlv_mesh_split", self.handle, number(longest_edge, "longest_edge"))
 
     def simplify(
         self,
-        triangles=0,
-        error=None,
-        weights=None,
-        left_out=(),
-        locked=None,
-        factors=None,
-        progress=None,
-        bound=None,
-        is_border_locked=False,
-    ):
-        """A mesh of fewer triangles with the attributes of this one, and how far it deviates; see RlvSimplifyOptions.
+        triangles: int = 0,
+        error: float | None = None,
+        weights: Mapping[str, float] | None = None,
+        left_out: Iterable[str] | None = (),
+        locked: ArrayLike | None = None,
+        factors: ArrayLike | None = None,
+        progress: Progress | None = None,
+        bound: float | None = None,
+        is_border_locked: bool = False,
+    ) -> tuple[Mesh, float]:
+        """A mesh of fewer triangles with the attributes of this one, and how far it deviates; see `abi.RlvSimplifyOptions`.
 
         `error` is an estimate, `bound` a distance that is measured and never exceeded. `weights` are by names of
         attributes, `locked` points stay, `factors` (one a point) multiply what is lost there."""
@@ -172,25 +197,25 @@ class Mesh(Handle):
         return made, deviation.value
 
     @property
-    def info(self):
+    def info(self) -> Any:
         """Counts and bounds."""
         out = record.empty(abi.RlvMeshInfo)
         library.call("rlv_mesh_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def set_points(self, points):
+    def set_points(self, points: ArrayLike) -> None:
         """Moves the points."""
         points = Reading(points, numpy.float32, 3, "points")
         library.call("rlv_mesh_set_points", self.handle, points.address, points.count, points.stride)
 
-    def points(self, out=None):
+    def points(self, out: Array | None = None) -> Array:
         """The positions (n, 3), written to `out` if it is given."""
         count = self.info.point_count
         out, place, stride = writing(out, count, numpy.float32, 3, "points")
         library.call("rlv_mesh_get_points", self.handle, place, count, stride)
         return out
 
-    def faces(self):
+    def faces(self) -> tuple[Array, Array]:
         """The size of every face and the point of every corner."""
         info = self.info
         sizes, sizes_at, _ = writing(None, info.face_count, numpy.uint32, 0, "face_sizes")
@@ -198,29 +223,29 @@ class Mesh(Handle):
         library.call("rlv_mesh_get_faces", self.handle, sizes_at, len(sizes), corners_at, len(corners))
         return sizes, corners
 
-    def triangles(self, out=None):
+    def triangles(self, out: Array | None = None) -> Array:
         """The faces as triangles (n, 3), fanned from their first corners, without holes."""
         count = self.info.triangle_count
         out, place, stride = writing(out, count, numpy.uint32, 3, "triangles")
         library.call("rlv_mesh_get_triangles", self.handle, place, count, stride)
         return out
 
-    def add_attribute(self, name, values, domain, indices=None):
+    def add_attribute(self, name: str, values: ArrayLike, domain: str | int, indices: ArrayLike | None = None) -> None:
         """Adds an attribute of 1 to 4 floats or integers on "point", "corner" or "face"."""
         arrays, _kept = attribute_arrays(name, values, domain, indices)
         library.call("rlv_mesh_add_attribute", self.handle, ctypes.byref(arrays))
 
-    def attribute_info(self, index):
+    def attribute_info(self, index: int) -> Any:
         """What the attribute at an index is."""
         out = record.empty(abi.RlvAttributeInfo)
         library.call("rlv_mesh_attribute_info", self.handle, index, ctypes.byref(out))
         return record.read(out)
 
-    def attribute_names(self):
+    def attribute_names(self) -> list[str]:
         """The names of all attributes."""
         return [self.attribute_info(index).name for index in range(self.info.attribute_count)]
 
-    def attribute(self, name):
+    def attribute(self, name: str) -> Attribute:
         """An attribute by its name: its values (n, width) and its indices, None without any."""
         index = ctypes.c_uint32()
         library.call("rlv_mesh_find_attribute", self.handle, text_bytes(name), address_of(index))

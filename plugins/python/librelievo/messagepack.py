@@ -2,7 +2,10 @@
 
 It is written here because Blender's Python has no msgpack."""
 
+from __future__ import annotations
+
 import struct
+from typing import Any
 
 # Lists and maps within each other at most, and bytes of a text at most.
 DEPTH, LONGEST = 16, 16 << 20
@@ -15,7 +18,7 @@ SIZES = {0xC4: ">B", 0xC5: ">H", 0xC6: ">I", 0xD9: ">B", 0xDA: ">H", 0xDB: ">I",
 CONSTANTS = {0xC0: None, 0xC2: False, 0xC3: True}
 
 
-def _head(size, short, most, markers):
+def _head(size: Any, short: Any, most: Any, markers: Any) -> bytes:
     """The head of something of a size: in a byte up to `most`, or behind a marker."""
     if size <= most:
         return bytes([short | size])
@@ -25,7 +28,7 @@ def _head(size, short, most, markers):
     raise ValueError(f"{size} items or bytes are too many")
 
 
-def packed(value):
+def packed(value: Any) -> Any:
     """Encodes a value."""
     if value is None or isinstance(value, bool):
         return bytes([{None: 0xC0, False: 0xC2, True: 0xC3}[value]])
@@ -48,7 +51,7 @@ def packed(value):
     raise TypeError(f"{type(value).__name__} cannot be sent")
 
 
-def read(take, depth=0):
+def read(take: Any, depth: int = 0) -> Any:
     """Decodes a value of the bytes that `take(count)` returns. Fails with ValueError if the bytes encode no value."""
     if depth > DEPTH:
         raise ValueError("a message is too deep")

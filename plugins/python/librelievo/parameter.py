@@ -1,7 +1,10 @@
 """Tables of parameters, from which a host can make its panels."""
 
+from __future__ import annotations
+
 import ctypes
 from dataclasses import dataclass
+from typing import Any
 
 from . import abi, library
 from .error import text
@@ -20,19 +23,19 @@ class Parameter:
     value: float
 
 
-def table(function):
-    """What rlv_<noun>_params describes, in order."""
+def table(function: str) -> list[Parameter]:
+    """Reads the table of parameters that a function of the library describes, in order."""
     entries, count = ctypes.POINTER(abi.RlvParameter)(), ctypes.c_size_t()
     library.call(function, ctypes.byref(entries), address_of(count))
     return [_read(entries[index]) for index in range(count.value)]
 
 
-def address_of(number):
+def address_of(number: Any) -> int:
     """The address of a number that a function writes."""
     return ctypes.addressof(number)
 
 
-def _read(entry):
+def _read(entry: Any) -> Parameter:
     kind = abi.RlvParameterKind(entry.kind)
     number = float if kind == abi.RlvParameterKind.F32 else int
     names = (text(entry.name), kind, text(entry.unit), text(entry.help))

@@ -1,6 +1,10 @@
 """Particles at a time, and their files."""
 
+from __future__ import annotations
+
 import ctypes
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
@@ -9,7 +13,11 @@ from .array import Reading, writing
 from .channel import find_channel, read_channel
 from .error import Invalid
 from .handle import Handle, held, path_bytes
+from .hint import Array, ArrayLike, FilePath
 from .isosurface import Isosurface, isosurface_options, set_channels
+
+if TYPE_CHECKING:
+    from .context import Context
 
 
 CHANNEL = ("rlv_particles_find_channel", "rlv_particles_channel_info", "rlv_particles_get_channel")
@@ -20,7 +28,15 @@ class Particles(Handle):
 
     noun, kind = "particles", abi.RlvParticles
 
-    def __init__(self, context, points, channels=None, numbers=None, time=None, spacing=0.0):
+    def __init__(
+        self,
+        context: Context,
+        points: ArrayLike,
+        channels: Mapping[str, ArrayLike] | None = None,
+        numbers: ArrayLike | None = None,
+        time: float | None = None,
+        spacing: float = 0.0,
+    ) -> None:
         """Of points (n, 3) in metres, with `channels` (n, 1 to 4) by their names, numbers (n), a time in seconds and how far
         particles are apart at rest in metres, if they are known."""
         points = Reading(points, numpy.float32, 3, "points")
@@ -35,29 +51,29 @@ class Particles(Handle):
         super().__init__("rlv_particles_create", held(context, "context"), ctypes.byref(arrays))
 
     @classmethod
-    def read(cls, context, path):
+    def read(cls, context: Context, path: FilePath) -> Particles:
         """Of a file: a frame of a cache, classic .bgeo, legacy VTK, PLY, OpenVDB's points, or the points of a mesh."""
         return cls.of("rlv_particles_read", held(context, "context"), path_bytes(path))
 
-    def write(self, path):
+    def write(self, path: FilePath) -> None:
         """Writes .rlvfluid, .bgeo, .vtk, .ply or .vdb."""
         library.call("rlv_particles_write", self.handle, path_bytes(path))
 
     @property
-    def info(self):
+    def info(self) -> Any:
         """How many there are, and what they have."""
         out = record.empty(abi.RlvParticlesInfo)
         library.call("rlv_particles_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def points(self, out=None):
+    def points(self, out: Array | None = None) -> Array:
         """Their places, (n, 3) in metres."""
         count = self.info.count
         out, place, stride = writing(out, count, numpy.float32, 3, "points")
         library.call("rlv_particles_get_points", self.handle, place, count, stride)
         return out
 
-    def numbers(self):
+    def numbers(self) -> Array | None:
         """Their numbers (n), None if they have none."""
         info = self.info
         if not info.has_numbers:
@@ -66,21 +82,21 @@ class Particles(Handle):
         library.call("rlv_particles_get_numbers", self.handle, place, info.count, stride)
         return out
 
-    def channel(self, name):
+    def channel(self, name: str) -> Array:
         """What they carry by a name, (n, 1 to 4)."""
         return find_channel(self.handle, CHANNEL, name)
 
-    def channels(self):
+    def channels(self) -> dict[str, Array]:
         """All that they carry, (n, 1 to 4) by names."""
         return dict(read_channel(self.handle, CHANNEL, index) for index in range(self.info.channel_count))
 
-    def keep(self, classes):
+    def keep(self, classes: Iterable[int]) -> Particles:
         """Those that a surface needs, with the channel `blind`, by the classes of `Isosurface.classify`."""
         classes = Reading(classes, numpy.uint8, 0, "classes")
         return Particles.of("rlv_particles_keep", self.handle, classes.address, classes.count, classes.stride)
 
-    def isosurface(self, **options):
-        """Their surface; options are the fields of RlvIsosurfaceOptions, of which the radius is half the spacing if none is
-        given and that is known."""
+    def isosurface(self, **options: Any) -> Isosurface:
+        """Their surface; options are the fields of `abi.RlvIsosurfaceOptions`, of which the radius is half the spacing if none
+        is given and that is known."""
         told = ctypes.byref(isosurface_options(options)) if options else None
         return Isosurface.of("rlv_particles_isosurface", self.handle, told)

@@ -1,11 +1,18 @@
 """Documents and Ptex files as images with reductions."""
 
+from __future__ import annotations
+
 import ctypes
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
 from . import abi, library, record
 from .handle import Handle, held, path_bytes
+from .hint import Array, FilePath
+
+if TYPE_CHECKING:
+    from .context import Context
 
 TYPES = {
     abi.RlvPictureType.U8: numpy.uint8,
@@ -22,22 +29,22 @@ class Picture(Handle):
 
     noun, kind = "picture", abi.RlvPicture
 
-    def __init__(self, context, path):
+    def __init__(self, context: Context, path: FilePath) -> None:
         super().__init__("rlv_picture_open", held(context, "context"), path_bytes(path))
 
     @property
-    def info(self):
+    def info(self) -> Any:
         out = record.empty(abi.RlvPictureInfo)
         library.call("rlv_picture_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def image(self, image):
+    def image(self, image: int) -> Any:
         """What an image is."""
         out = record.empty(abi.RlvPictureImage)
         library.call("rlv_picture_image", self.handle, image, ctypes.byref(out))
         return record.read(out)
 
-    def meta(self):
+    def meta(self) -> Any:
         """What is said of the whole file: texts and arrays of numbers by their names."""
         found = {}
         for index in range(self.info.meta_count):
@@ -50,7 +57,9 @@ class Picture(Handle):
             found[out.name.decode("utf-8", "replace")] = value
         return found
 
-    def read(self, image, level=0, x=0, y=0, width=None, height=None):
+    def read(
+        self, image: int, level: int = 0, x: int = 0, y: int = 0, width: int | None = None, height: float | None = None
+    ) -> Array:
         """Pixels of a level, an array of rows, columns and channels; all of them unless a part is named."""
         info = self.image(image)
         width = max(info.width >> level, 1) - x if width is None else width

@@ -1,6 +1,9 @@
 """Displaced surfaces as user geometry of a renderer's own Embree scene."""
 
+from __future__ import annotations
+
 import ctypes
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
@@ -8,6 +11,10 @@ from . import abi, library, record
 from .array import Reading, writing
 from .error import Invalid
 from .handle import Handle, held
+from .hint import Array, ArrayLike
+
+if TYPE_CHECKING:
+    from .detail import Detail
 
 
 class Procedural(Handle):
@@ -15,29 +22,29 @@ class Procedural(Handle):
 
     noun, kind = "procedural", abi.RlvProcedural
 
-    def __init__(self, detail, **options):
-        """Options are the fields of RlvProceduralOptions."""
+    def __init__(self, detail: Detail, **options: Any) -> None:
+        """Options are the fields of `abi.RlvProceduralOptions`."""
         options = ctypes.byref(record.fill(abi.RlvProceduralOptions, options))
         super().__init__("rlv_procedural_create", held(detail, "detail"), options)
 
-    def moving(self, end):
+    def moving(self, end: Any) -> Any:
         """The surface that moves from here to the detail as it was committed last."""
         return self.of("rlv_procedural_create_moving", self.handle, end.handle)
 
     @property
-    def info(self):
+    def info(self) -> Any:
         out = record.empty(abi.RlvProceduralInfo)
         library.call("rlv_procedural_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
     @property
-    def table(self):
-        """The struct RlvProceduralTable, for a renderer as long as this object lives."""
+    def table(self) -> Array:
+        """The struct `abi.RlvProceduralTable`, for a renderer as long as this object lives."""
         out = record.empty(abi.RlvProceduralTable)
         library.call("rlv_procedural_table", self.handle, ctypes.byref(out))
         return out
 
-    def evaluate(self, primitives, uvs, times=None, colors=False):
+    def evaluate(self, primitives: ArrayLike, uvs: ArrayLike, times: ArrayLike | None = None, colors: bool = False) -> Any:
         """What is at hits, a dictionary: tiles, positions, normals, and colors if they are wanted."""
         primitives = Reading(primitives, numpy.uint32, 0, "primitives")
         uvs = Reading(uvs, numpy.float32, 2, "uvs")

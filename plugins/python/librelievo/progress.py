@@ -1,7 +1,11 @@
 """Progress of long calls. `progress(fraction, stage)` is called on the thread that made the call; it cancels by
 returning False. An exception in it cancels too, and comes out of the call."""
 
+from __future__ import annotations
+
 import contextlib
+from collections.abc import Iterator
+from typing import Any
 
 from . import abi
 from .error import Cancelled, Invalid, text
@@ -10,11 +14,11 @@ from .error import Cancelled, Invalid, text
 class Callback:
     """A Python function as the library calls it; keeps the exception that it raised."""
 
-    def __init__(self, kind, function):
+    def __init__(self, kind: Any, function: str) -> None:
         self.failure = None
         self.function = kind(function) if function else kind()
 
-    def answer(self, call, *arguments):
+    def answer(self, call: Any, *arguments: Any) -> Any:
         """What the library is told after `call`."""
         try:
             going_on = call(*arguments)
@@ -25,21 +29,19 @@ class Callback:
 
 
 @contextlib.contextmanager
-def watched(progress):
+def watched(progress: Any) -> Iterator[Any]:
     """The callback for a call, NULL for None; raises what `progress` raised."""
     if progress is not None and not callable(progress):
         raise Invalid(f"progress: a function is needed, not {type(progress).__name__}")
     callback = Callback(abi.RlvProgress, None)
     if progress is not None:
-        callback.function = abi.RlvProgress(
-            lambda _user, fraction, stage: callback.answer(progress, fraction, text(stage))
-        )
+        callback.function = abi.RlvProgress(lambda _user, fraction, stage: callback.answer(progress, fraction, text(stage)))
     with raising(callback):
         yield callback.function
 
 
 @contextlib.contextmanager
-def raising(callback):
+def raising(callback: Any) -> Iterator[Any]:
     """Raises what a callback raised in place of the cancel that it led to."""
     try:
         yield

@@ -1,9 +1,12 @@
 """Structs of the C ABI, filled from keywords and read as named tuples."""
 
+from __future__ import annotations
+
 import ctypes
 from collections import namedtuple
 from collections.abc import Mapping
 from enum import IntEnum
+from typing import Any
 
 from . import abi
 from .error import Invalid
@@ -12,7 +15,7 @@ _HIDDEN = ("struct_size", "reserved")
 _tuples = {}
 
 
-def fill(struct, values, **enums):
+def fill(struct: Any, values: Any, **enums: Any) -> Any:
     """A struct with its initial values, some replaced by `values`, whose keys are its fields. A field that `enums`
     knows may be given by the name of its value in small letters."""
     made = struct(*_initial(struct))
@@ -39,7 +42,7 @@ def fill(struct, values, **enums):
     return made
 
 
-def named(enum, name, place):
+def named(enum: Any, name: str, place: str) -> int:
     """The value of an enum that has the name, in small letters, or is the value."""
     if isinstance(name, int):
         return int(name)
@@ -50,7 +53,7 @@ def named(enum, name, place):
         raise Invalid(f"{place}: `{name}` is unknown; there are {known}") from None
 
 
-def _initial(struct):
+def _initial(struct: Any) -> Any:
     initial = abi.INIT.get(struct, ())
     filled = []
     for value, (_, kind) in zip(initial, struct._fields_):
@@ -62,12 +65,12 @@ def _initial(struct):
     return filled
 
 
-def empty(struct):
+def empty(struct: Any) -> Any:
     """A struct that a function writes."""
     return struct(*_initial(struct))
 
 
-def read(struct):
+def read(struct: Any) -> Any:
     """A struct as a named tuple of numbers, texts, tuples and structs of its own, without its size."""
     kind = type(struct)
     names = [name for name, _ in kind._fields_ if name not in _HIDDEN]

@@ -1,9 +1,12 @@
 """Strokes of brushes over details: at once, or drawn as the points come.
 
-Points are arrays (n, 3) of places, (n, 4) with the pressure, or (n, 5) with the time too, as RlvStrokePoint has them.
+Points are arrays (n, 3) of places, (n, 4) with the pressure, or (n, 5) with the time too, as `abi.RlvStrokePoint` has them.
 """
 
+from __future__ import annotations
+
 import ctypes
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
@@ -11,11 +14,16 @@ from . import abi, library, record
 from .array import numbers
 from .error import Invalid
 from .handle import Handle, held
+from .hint import Array, ArrayLike
+
+if TYPE_CHECKING:
+    from .brush import Brush
+    from .detail import Detail
 
 POINT_WIDTH = ctypes.sizeof(abi.RlvStrokePoint) // 8
 
 
-def points_of(points):
+def points_of(points: Any) -> Array:
     """The points of a stroke as rows of five doubles: full pressure and no time where none is given."""
     given = numbers(points, "points", numpy.float64)
     if given.ndim == 1:
@@ -28,7 +36,7 @@ def points_of(points):
     return rows
 
 
-def call(function, handle, points, *before):
+def call(function: str, handle: Any, points: Any, *before: Any) -> Any:
     """Calls a function that takes points and reports."""
     rows = points_of(points)
     report = record.empty(abi.RlvStrokeReport)
@@ -37,7 +45,7 @@ def call(function, handle, points, *before):
     return record.read(report)
 
 
-def run(detail, brush, points):
+def run(detail: Detail, brush: Brush, points: ArrayLike) -> Any:
     """Makes a whole stroke and returns what it did; commit to see it."""
     return call("rlv_stroke_run", held(detail, "detail"), points, held(brush, "brush"))
 
@@ -47,14 +55,14 @@ class Stroke(Handle):
 
     noun, kind = "stroke", abi.RlvStroke
 
-    def __init__(self, detail, brush):
+    def __init__(self, detail: Detail, brush: Brush) -> None:
         super().__init__("rlv_stroke_begin", held(detail, "detail"), held(brush, "brush"))
 
-    def extend(self, points):
+    def extend(self, points: ArrayLike) -> Any:
         """Goes on to the points and makes the dabs on the way."""
         return call("rlv_stroke_extend", self.handle, points)
 
-    def end(self):
+    def end(self) -> Any:
         """Makes what dabs are left and ends the stroke."""
         report = record.empty(abi.RlvStrokeReport)
         library.call("rlv_stroke_end", self.handle, ctypes.byref(report))

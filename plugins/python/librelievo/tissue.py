@@ -1,6 +1,9 @@
 """Finite-element models of soft tissue, and their simulation."""
 
+from __future__ import annotations
+
 import ctypes
+from typing import TYPE_CHECKING, Any
 
 import numpy
 
@@ -9,11 +12,16 @@ from .array import Reading, writing
 from .error import Invalid
 from .bytes import given, made
 from .handle import Handle, held, path_bytes, text_bytes
+from .hint import Array, ArrayLike, FilePath, Progress
 from .mesh import Mesh
 from .parameter import address_of
 from .progress import watched
 
-# What `TissueSimulation.get` knows: the fields of RlvTissueArrays, whether they are of nodes, and numbers of each.
+if TYPE_CHECKING:
+    from .context import Context
+    from .grid import Grid
+
+# What `TissueSimulation.get` knows: the fields of `abi.RlvTissueArrays`, whether they are of nodes, and numbers of each.
 FIELDS = {
     "positions": (True, 3),
     "velocities": (True, 3),
@@ -26,7 +34,7 @@ FIELDS = {
 AXES = {"x": 1, "y": 2, "z": 4}
 
 
-def axes_of(axes):
+def axes_of(axes: Any) -> Any:
     """The bits of axes: a number, or letters such as `xz`."""
     if isinstance(axes, str):
         unknown = set(axes) - AXES.keys()
@@ -36,7 +44,7 @@ def axes_of(axes):
     return int(axes)
 
 
-def _entries(struct, rows, **enums):
+def _entries(struct: Any, rows: Any, **enums: Any) -> tuple[Any, ...]:
     """An array of structs of dictionaries of their fields; texts become bytes and meshes handles."""
     made = (struct * len(rows))()
     kept = []
@@ -53,7 +61,7 @@ def _entries(struct, rows, **enums):
     return made, kept
 
 
-def _set(struct, name, entries):
+def _set(struct: Any, name: str, entries: Any) -> None:
     setattr(struct, f"{name}s", entries)
     setattr(struct, f"{name}_count", len(entries))
 
@@ -61,11 +69,11 @@ def _set(struct, name, entries):
 class _Materials:
     """Materials, which volumes, layers and labels name."""
 
-    def __init__(self, materials):
+    def __init__(self, materials: Any) -> None:
         self.names = [material.get("name") for material in materials]
         self.entries, self.kept = _entries(abi.RlvTissueMaterial, materials)
 
-    def index(self, row):
+    def index(self, row: Any) -> Any:
         """The fields of what has a material, with its index."""
         material = row.get("material", 0)
         if isinstance(material, str):
@@ -75,8 +83,18 @@ class _Materials:
         return {**row, "material": material}
 
 
-def description_of(cell, materials, volumes, surfaces=(), skin=None, layers=(), epidermis=None, bend=None, **options):
-    """RlvTissueDescription, and what keeps its arrays; see `Tissue`."""
+def description_of(
+    cell: Any,
+    materials: Any,
+    volumes: Any,
+    surfaces: Any = (),
+    skin: Any = None,
+    layers: Any = (),
+    epidermis: Any = None,
+    bend: Any = None,
+    **options: Any,
+) -> tuple[Any, ...]:
+    """`abi.RlvTissueDescription`, and what keeps its arrays; see `Tissue`."""
     known = _Materials(materials)
     rows, kept = [], [known]
     for volume in map(known.index, volumes):
@@ -111,8 +129,8 @@ def description_of(cell, materials, volumes, surfaces=(), skin=None, layers=(), 
     return made, (kept, volumes, texts, surfaces, names, layers)
 
 
-def labels_of(materials, labels, block=1, share=0.5):
-    """RlvTissueLabels of dictionaries with `material`, `low` and `high`, and what keeps its arrays."""
+def labels_of(materials: Any, labels: Any, block: int = 1, share: float = 0.5) -> tuple[Any, ...]:
+    """`abi.RlvTissueLabels` of dictionaries with `material`, `low` and `high`, and what keeps its arrays."""
     known = _Materials(materials)
     entries, _ = _entries(abi.RlvTissueLabel, [known.index(label) for label in labels])
     made = record.fill(abi.RlvTissueLabels, {"block": block, "share": share})
@@ -121,7 +139,7 @@ def labels_of(materials, labels, block=1, share=0.5):
     return made, (known, entries)
 
 
-def _curve(keys, width, name):
+def _curve(keys: Any, width: Any, name: str) -> tuple[Any, ...]:
     """Times and values of keys, pairs of a time and a value."""
     times = Reading(numpy.array([key[0] for key in keys], numpy.float64), numpy.float64, 0, "times")
     values = numpy.array([key[1] for key in keys], numpy.float32).reshape(len(keys), *([width] if width else []))
@@ -134,12 +152,14 @@ class Tissue(Handle):
     noun, kind = "tissue", abi.RlvTissue
     report = None  # of a model that was built: what from
 
-    def __init__(self, context, cell, materials, volumes, progress=None, **description):
+    def __init__(
+        self, context: Context, cell: Any, materials: Any, volumes: Any, progress: Progress | None = None, **description: Any
+    ) -> None:
         """Builds a model of voxels of a size in metres, one number or three. Materials, volumes, surfaces and layers are
-        dictionaries of the fields of RlvTissueMaterial, RlvTissueVolume, RlvTissueSurface and RlvTissueLayer, with names or
-        indices of materials, objects of Mesh, and rings as arrays (rings, points, 3 or 4). `skin` is a mesh and `epidermis`
-        a dictionary of `material` and `thickness`. `bend` has two radii in metres, across and upwards, to which a block
-        whose skin is the plane y = 0 is bent."""
+        dictionaries of the fields of `abi.RlvTissueMaterial`, `abi.RlvTissueVolume`, `abi.RlvTissueSurface` and
+        `abi.RlvTissueLayer`, with names or indices of materials, objects of Mesh, and rings as arrays (rings, points, 3 or 4).
+        `skin` is a mesh and `epidermis` a dictionary of `material` and `thickness`. `bend` has two radii in metres, across and
+        upwards, to which a block whose skin is the plane y = 0 is bent."""
         given, kept = description_of(cell, materials, volumes, **description)
         report = record.empty(abi.RlvTissueReport)
         with watched(progress) as callback:
@@ -149,8 +169,8 @@ class Tissue(Handle):
         del kept
 
     @classmethod
-    def block(cls, context, low, cell, counts, **material):
-        """Makes a block of equal boxes; the material has the fields of RlvTissueMaterial."""
+    def block(cls, context: Context, low: ArrayLike, cell: Any, counts: Any, **material: Any) -> Any:
+        """Makes a block of equal boxes; the material has the fields of `abi.RlvTissueMaterial`."""
         (entry,), kept = _entries(abi.RlvTissueMaterial, [{"name": "material", **material}])
         numbers = [
             Reading(numpy.array(low, numpy.float32), numpy.float32, 0, "low"),
@@ -164,7 +184,7 @@ class Tissue(Handle):
         return made
 
     @classmethod
-    def scan(cls, context, path, materials, labels, block=1, share=0.5):
+    def scan(cls, context: Context, path: FilePath, materials: Any, labels: Any, block: int = 1, share: float = 0.5) -> Any:
         """Makes a model of a labelled scan, a file of NIfTI-1; labels are dictionaries of `material`, `low` and `high`."""
         given, kept = labels_of(materials, labels, block, share)
         made = cls.of("rlv_tissue_scan", held(context, "context"), path_bytes(path), ctypes.byref(given), None)
@@ -172,7 +192,7 @@ class Tissue(Handle):
         return made
 
     @classmethod
-    def from_grid(cls, grid, materials, labels, block=1, share=0.5):
+    def from_grid(cls, grid: Grid, materials: Any, labels: Any, block: int = 1, share: float = 0.5) -> Any:
         """Makes a model of the active voxels of a grid: a level set, fog or labels."""
         given, kept = labels_of(materials, labels, block, share)
         made = cls.of("rlv_tissue_from_grid", held(grid, "grid"), ctypes.byref(given), None)
@@ -180,38 +200,38 @@ class Tissue(Handle):
         return made
 
     @classmethod
-    def read(cls, context, path):
+    def read(cls, context: Context, path: FilePath) -> Tissue:
         """Reads a model, .rtissue or .inp."""
         return cls.of("rlv_tissue_read", held(context, "context"), path_bytes(path))
 
-    def write(self, path):
+    def write(self, path: FilePath) -> None:
         """Writes the model, .rtissue or .inp."""
         library.call("rlv_tissue_write", self.handle, path_bytes(path))
 
     @classmethod
-    def read_bytes(cls, context, data):
+    def read_bytes(cls, context: Context, data: bytes | bytearray | memoryview) -> Tissue:
         """As `read`, from the bytes of a .rtissue."""
         address, size, _kept = given(data)
         return cls.of("rlv_tissue_read_bytes", held(context, "context"), address, size)
 
-    def write_bytes(self):
+    def write_bytes(self) -> bytes:
         """The bytes of the .rtissue that `write` writes."""
         return made("rlv_tissue_write_bytes", self.handle)
 
     @property
-    def info(self):
-        """Counts, sizes and the checksum; see RlvTissueInfo."""
+    def info(self) -> Any:
+        """Counts, sizes and the checksum; see `abi.RlvTissueInfo`."""
         out = record.empty(abi.RlvTissueInfo)
         library.call("rlv_tissue_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def nodes(self):
+    def nodes(self) -> Any:
         """The nodes at rest, (n, 3) in metres."""
         made, place, stride = writing(None, self.info.node_count, numpy.float32, 3, "nodes")
         library.call("rlv_tissue_get_nodes", self.handle, place, len(made), stride)
         return made
 
-    def elements(self):
+    def elements(self) -> tuple[Any, ...]:
         """The nodes of the elements, (n, 8) in VTK's order, and the material of each with the largest share."""
         count = self.info.element_count
         nodes, place, _ = writing(None, count, numpy.uint32, 8, "nodes")
@@ -219,7 +239,7 @@ class Tissue(Handle):
         library.call("rlv_tissue_get_elements", self.handle, place, main, count)
         return nodes, materials
 
-    def muscles(self):
+    def muscles(self) -> Any:
         """The muscles in order: stiffness, strength and name."""
         found = []
         for index in range(self.info.muscle_count):
@@ -228,13 +248,13 @@ class Tissue(Handle):
             found.append(record.read(out))
         return found
 
-    def find_muscle(self, name):
+    def find_muscle(self, name: str) -> int:
         """The index of the muscle of a name."""
         index = ctypes.c_uint32()
         library.call("rlv_tissue_find_muscle", self.handle, text_bytes(name), address_of(index))
         return index.value
 
-    def set(self, name):
+    def set(self, name: str) -> Any:
         """The nodes of the set of a name."""
         index = ctypes.c_uint32()
         library.call("rlv_tissue_find_set", self.handle, text_bytes(name), address_of(index))
@@ -244,7 +264,7 @@ class Tissue(Handle):
         library.call("rlv_tissue_get_set", self.handle, index.value, place, out.count)
         return made
 
-    def add_set(self, name, low, high):
+    def add_set(self, name: str, low: ArrayLike, high: ArrayLike) -> Any:
         """Adds a set of the nodes within a box, and returns its nodes."""
         corners = [numpy.ascontiguousarray(corner, numpy.float32) for corner in (low, high)]
         if any(corner.shape != (3,) for corner in corners):
@@ -254,19 +274,19 @@ class Tissue(Handle):
         library.call("rlv_tissue_add_set", self.handle, text_bytes(name), *places, address_of(index))
         return self.set(name)
 
-    def hold(self, nodes, axes="xyz"):
+    def hold(self, nodes: Any, axes: str = "xyz") -> None:
         """Holds nodes along axes."""
         nodes = Reading(nodes, numpy.uint32, 0, "nodes")
         library.call("rlv_tissue_hold", self.handle, nodes.address, nodes.count, nodes.stride, axes_of(axes))
 
-    def bind(self, name, mesh):
+    def bind(self, name: str, mesh: Mesh | None) -> int:
         """Binds a mesh to the elements, and returns its index."""
         index = ctypes.c_uint32()
         library.call("rlv_tissue_bind", self.handle, text_bytes(name), held(mesh, "mesh"), address_of(index))
         return index.value
 
-    def simulate(self, **options):
-        """Makes a simulation at rest; options are the fields of RlvTissueOptions."""
+    def simulate(self, **options: Any) -> TissueSimulation:
+        """Makes a simulation at rest; options are the fields of `abi.RlvTissueOptions`."""
         given = record.fill(abi.RlvTissueOptions, options)
         return TissueSimulation.of("rlv_tissue_simulate", self.handle, ctypes.byref(given))._of(self)
 
@@ -276,51 +296,53 @@ class TissueSimulation(Handle):
 
     noun, kind = "tissue_simulation", abi.RlvTissueSimulation
 
-    def _of(self, tissue):
+    def _of(self, tissue: Any) -> TissueSimulation:
         info = tissue.info
         self._counts = {True: info.node_count, False: info.element_count}
         return self
 
     @property
-    def info(self):
-        """The step and the time; see RlvTissueSimulationInfo."""
+    def info(self) -> Any:
+        """The step and the time; see `abi.RlvTissueSimulationInfo`."""
         out = record.empty(abi.RlvTissueSimulationInfo)
         library.call("rlv_tissue_simulation_info", self.handle, ctypes.byref(out))
         return record.read(out)
 
     @property
-    def energies(self):
+    def energies(self) -> Any:
         """Kinetic, elastic and potential energy in J."""
         out = record.empty(abi.RlvTissueEnergies)
         library.call("rlv_tissue_simulation_energies", self.handle, ctypes.byref(out))
         return record.read(out)
 
-    def activate(self, muscle, keys):
+    def activate(self, muscle: Any, keys: Any) -> None:
         """Sets the activation of a muscle by pairs of time and activation, 0 to 1."""
         times, values = _curve(keys, 0, "keys")
         given = (times.address, values.address, times.count)
         library.call("rlv_tissue_simulation_activate", self.handle, muscle, *given)
 
-    def drive(self, nodes, keys=(), axes="xyz"):
+    def drive(self, nodes: Any, keys: Any = (), axes: str = "xyz") -> None:
         """Moves nodes along axes by pairs of time and displacement; without keys they stay where they are."""
         nodes = Reading(numpy.ascontiguousarray(nodes), numpy.uint32, 0, "nodes")
         times, values = _curve(keys, 3, "keys")
         given = (nodes.address, nodes.count, axes_of(axes), times.address, values.address, times.count)
         library.call("rlv_tissue_simulation_drive", self.handle, *given)
 
-    def load(self, forces):
+    def load(self, forces: Any) -> None:
         """Sets the forces on all nodes, (n, 3) in N."""
         forces = Reading(forces, numpy.float32, 3, "forces")
         library.call("rlv_tissue_simulation_load", self.handle, forces.address, forces.count, forces.stride)
 
-    def press(self, nodes, keys):
+    def press(self, nodes: Any, keys: Any) -> None:
         """Presses on the outer faces of which all nodes are among some, by pairs of time and pressure in Pa."""
         nodes = Reading(numpy.ascontiguousarray(nodes), numpy.uint32, 0, "nodes")
         times, values = _curve(keys, 0, "keys")
         given = (nodes.address, nodes.count, times.address, values.address, times.count)
         library.call("rlv_tissue_simulation_press", self.handle, *given)
 
-    def add_collider(self, mesh=None, radius=None, friction=0.0, keys=()):
+    def add_collider(
+        self, mesh: Mesh | None = None, radius: float | None = None, friction: float = 0.0, keys: Any = ()
+    ) -> None:
         """Adds a body that nodes do not enter: a closed mesh, a ball of a radius, or a floor. Keys are triples of time,
         translation and rotation vector."""
         body = "mesh" if mesh is not None else "floor" if radius is None else "ball"
@@ -333,16 +355,16 @@ class TissueSimulation(Handle):
             made.mesh = held(mesh, "mesh")
         library.call("rlv_tissue_simulation_add_collider", self.handle, ctypes.byref(made))
 
-    def step(self, count=1):
+    def step(self, count: int = 1) -> None:
         """Takes steps."""
         library.call("rlv_tissue_simulation_step", self.handle, count)
 
-    def advance(self, seconds, progress=None):
+    def advance(self, seconds: float, progress: Progress | None = None) -> None:
         """Takes steps that end at or just after so many seconds more."""
         with watched(progress) as callback:
             library.call("rlv_tissue_simulation_advance", self.handle, seconds, callback, None)
 
-    def relax(self, tolerance=1e-3, steps=20_000, progress=None):
+    def relax(self, tolerance: float = 1e-3, steps: int = 20_000, progress: Progress | None = None) -> Any:
         """Goes to rest; returns whether it is, and what forces are left."""
         out = record.empty(abi.RlvTissueRelaxation)
         with watched(progress) as callback:
@@ -350,9 +372,9 @@ class TissueSimulation(Handle):
             library.call("rlv_tissue_simulation_relax", self.handle, *given)
         return record.read(out)
 
-    def get(self, *names, **into):
-        """What nodes and elements have, by names of arrays of RlvTissueArrays: a dictionary. Arrays that are given by name
-        are written to."""
+    def get(self, *names: str, **into: Any) -> dict[str, Array]:
+        """What nodes and elements have, by names of arrays of `abi.RlvTissueArrays`: a dictionary. Arrays that are given by
+        name are written to."""
         wanted = dict.fromkeys(names) | into
         unknown = wanted.keys() - FIELDS.keys()
         if unknown:
@@ -369,37 +391,37 @@ class TissueSimulation(Handle):
         library.call("rlv_tissue_simulation_get", self.handle, ctypes.byref(arrays))
         return found
 
-    def mesh(self, index=0):
+    def mesh(self, index: int = 0) -> Mesh:
         """A bound surface in the present state, with its velocity."""
         return Mesh.of("rlv_tissue_simulation_mesh", self.handle, index)
 
-    def bound_points(self, index, out):
+    def bound_points(self, index: int, out: Array) -> Any:
         """Writes the points of a bound surface into an array (n, 3) of floats, and returns it."""
         found, place, stride = writing(out, len(out), numpy.float32, 3, "points")
         library.call("rlv_tissue_simulation_get_bound", self.handle, index, place, len(out), stride)
         return found
 
-    def save(self, path):
+    def save(self, path: FilePath) -> None:
         """Writes the state, .rtstate."""
         library.call("rlv_tissue_simulation_save", self.handle, path_bytes(path))
 
-    def restore(self, path):
+    def restore(self, path: FilePath) -> None:
         """Goes on from such a file of the same model."""
         library.call("rlv_tissue_simulation_restore", self.handle, path_bytes(path))
 
-    def save_bytes(self):
+    def save_bytes(self) -> bytes:
         """The bytes of the file that `save` writes."""
         return made("rlv_tissue_simulation_save_bytes", self.handle)
 
-    def restore_bytes(self, data):
+    def restore_bytes(self, data: bytes | bytearray | memoryview) -> None:
         """As `restore`, from the bytes of a file."""
         address, size, _kept = given(data)
         library.call("rlv_tissue_simulation_restore_bytes", self.handle, address, size)
 
-    def write_vtu(self, path):
+    def write_vtu(self, path: FilePath) -> None:
         """Writes the state for VTK."""
         library.call("rlv_tissue_simulation_write_vtu", self.handle, path_bytes(path))
 
-    def write_vdb(self, path):
+    def write_vdb(self, path: FilePath) -> None:
         """Writes grids of materials, stresses and volumes for OpenVDB."""
         library.call("rlv_tissue_simulation_write_vdb", self.handle, path_bytes(path))
