@@ -5,6 +5,7 @@
 
 use std::collections::HashMap;
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use glam::{DVec3, Vec3, Vec4};
 use relievo_core::Context;
@@ -187,10 +188,15 @@ impl<'a> Beside<'a> {
         reduced: &Reduced,
     ) -> Self {
         let count = names.len();
-        let becomes = context.map(reduced.joined.len(), |vertex| {
+        // Ways are halved as they are gone, whichever thread goes first: long ones would be gone again and again.
+        let joined = context.map(reduced.joined.len(), |vertex| AtomicU32::new(reduced.joined[vertex]));
+        let becomes = context.map(joined.len(), |vertex| {
+            let next = |at: usize| joined[at].load(Relaxed) as usize;
             let mut at = vertex;
-            while reduced.joined[at] != at as u32 {
-                at = reduced.joined[at] as usize;
+            while next(at) != at {
+                let after = next(next(at));
+                joined[at].store(after as u32, Relaxed);
+                at = after;
             }
             numbers[at]
         });
