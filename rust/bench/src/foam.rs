@@ -1,20 +1,21 @@
 //! Bench `foam`: Table 1 of Akinci et al. 2013 anew, on the processor and on a graphics device: pictures of 0.82 to 29
 //! million particles, the intensity alone and all passes, beside ray casting through a volume of the same particles; the
-//! time of the passes behind the splatting; memory; and the rates at which diffuse particles are made and moved.
+//! time of the passes behind the splatting, also for each pixel that foam covers; the memory of a process that draws, beside
+//! its bound; and the rates at which diffuse particles are made and moved.
 
 mod ray_caster;
 
 use glam::{DVec3, Vec3};
 use relievo_comparison::{PIXELS_PER_DEGREE, compare};
 use relievo_core::progress::Silent;
-use relievo_core::{Context, ContextOptions, Result};
+use relievo_core::{Context, ContextOptions, Error, Result};
 use relievo_fluid::{Diffuse, DiffuseOptions, DiffuseParticles, DiffuseSettings, FluidFrame};
 use relievo_gpu::{AdapterKind, Device, DeviceOptions, PassTime};
 use relievo_render::foam::{Environment, Foam, FoamKind, FoamParticle, FoamSettings, FoamView, Lens, Scenery};
 use relievo_render::{Camera, Image, Picture, write_png};
 
 use self::ray_caster::{Transport, Volume};
-use crate::measure::{Sample, memory, seconds};
+use crate::measure::{Sample, core_seconds, memory, peak_of, seconds};
 use crate::report::{Goal, Report};
 
 const PAPER: &str = "Akinci 2013, GTX 480";
@@ -27,8 +28,13 @@ const SCENES: [(&str, usize, [u32; 2], [f64; 2]); 4] = [
     ("Flood", 29_000_000, [1280, 960], [33.0, 235.0]),
 ];
 
+/// Sizes in which the processor draws every scene.
+const SIZES: [[u32; 2]; 2] = [[800, 600], [1280, 960]];
+
 /// Particles that are made at a time, as a reader of a frame would.
 const CHUNK: usize = 1 << 18;
+/// Bytes of a particle of a chunk, and of a pixel, that drawing may take.
+const BOUND: [usize; 2] = [24, 64];
 const RADIUS: f32 = 0.01;
 /// Particles at most where the graphics device is the processor itself.
 const SOFTWARE: usize = 1_000_000;
@@ -36,9 +42,13 @@ const SOFTWARE: usize = 1_000_000;
 /// Measures every case into `report`.
 pub fn run(report: &mut Report) -> Result<()> {
     let context = &Context::new(&ContextOptions::default())?;
-    for (name, count, size, paper) in SCENES {
-        table(report, context, name, count, size, paper)?;
+    for size in SIZES {
+        let mut fewest = None;
+        for scene in SCENES {
+            table(report, context, scene, size, &mut fewest)?;
+        }
     }
+    drawing(report)?;
     generation(report)?;
     // A device that is the processor itself takes memory of the process, of which the rows above have the peak.
     match Device::open(&DeviceOptions { timing: true, ..DeviceOptions::default() }) {
@@ -132,46 +142,64 @@ fn on_device(
     Ok(())
 }
 
+/// Makes the particles of a scene in chunks and adds them. Returns the seconds that adding takes.
+fn add(context: &Context, foam: &mut Foam, count: usize) -> Result<f64> {
+    let (mut time, mut result) = (0.0, Ok(()));
+    for first in (0..count).step_by(CHUNK) {
+        let chunk: Vec<_> = (first..count.min(first + CHUNK)).map(particle).collect();
+        time += seconds(|| result = foam.add(context, &chunk));
+        result?;
+        result = Ok(());
+    }
+    Ok(time)
+}
+
+/// Measures a scene by the processor in one size. `fewest` has the processor's nanoseconds behind the splatting for each
+/// covered pixel of the scene that came first in this size.
 fn table(
     report: &mut Report,
     context: &Context,
-    name: &str,
-    count: usize,
+    (name, count, size_of_paper, paper): (&str, usize, [u32; 2], [f64; 2]),
     size: [u32; 2],
-    paper: [f64; 2],
+    fewest: &mut Option<Sample>,
 ) -> Result<()> {
     let view = view_of(size)?;
     let settings = FoamSettings { radius: RADIUS, ..FoamSettings::default() };
     let light = Environment::uniform([1.0; 3])?;
     let background = Image::new(size[0], size[1], 3)?;
-    let particles = |first: usize| (first..count.min(first + CHUNK)).map(particle).collect::<Vec<_>>();
-    let (mut splatting, mut result) = (0.0, Ok(()));
     let mut foam = Foam::new(context, settings, view, &Scenery::default())?;
-    for first in (0..count).step_by(CHUNK) {
-        let chunk = particles(first);
-        splatting += seconds(|| result = foam.add(context, &chunk));
-        result?;
-        result = Ok(());
-    }
+    let splatting = add(context, &mut foam, count)?;
     // Depth, thickness and intensity without the passes behind them.
-    let mut picture = None;
-    let shading = seconds(|| {
-        picture =
-            Some(foam.finish(context, &light, &mut Silent).and_then(|layers| layers.composite(context, &background)));
-    });
+    let worked = core_seconds();
+    let (mut layers, mut picture) = (None, None);
+    let mut shading = seconds(|| layers = Some(foam.finish(context, &light, &mut Silent)));
+    let layers = layers.ok_or_else(|| Error::internal("nothing was drawn"))??;
+    shading += seconds(|| picture = Some(layers.composite(context, &background)));
+    let worked = core_seconds() - worked;
     let picture = picture.transpose()?;
+    let covered = layers.intensity().iter().filter(|intensity| **intensity > 0.0).count();
+    drop(layers);
     let milliseconds = |seconds: f64| Sample::new(vec![1000.0 * seconds]);
     let case = |what: &str| case(name, count, size, what);
     let peer = |paper: f64| Sample::new(vec![paper]);
-    report.add(&case("intensity"), &milliseconds(splatting), Some((PAPER, &peer(paper[0]))), "ms", Goal::None);
+    let [first, all] = paper.map(peer);
+    let paper = |sample| (size == size_of_paper).then_some((PAPER, sample));
+    report.add(&case("intensity"), &milliseconds(splatting), paper(&first), "ms", Goal::None);
     let goal = if count == 9_000_000 { Goal::AtMost(3000.0) } else { Goal::None };
-    report.add(&case("total"), &milliseconds(splatting + shading), Some((PAPER, &peer(paper[1]))), "ms", goal);
+    report.add(&case("total"), &milliseconds(splatting + shading), paper(&all), "ms", goal);
     report.add(&case("radiance and composition"), &milliseconds(shading), None, "ms", Goal::None);
-    if let Some(bytes) = memory("VmHWM") {
-        report.add(&case("peak memory of the process"), &Sample::new(vec![bytes / 1e6]), None, "MB", Goal::None);
+    // Both threads together, so that other programs on the machine do not count.
+    let each = Sample::new(vec![1e9 * worked / covered.max(1) as f64]);
+    let what = format!("the same by the processor's clock, each of {covered} covered pixels");
+    match fewest {
+        Some(fewest) => {
+            report.add(&case(&what), &each, Some(("fewest particles", fewest)), "ns", Goal::RatioAtMost(1.1));
+        }
+        None => report.add(&case(&what), &each, None, "ns", Goal::None),
     }
+    fewest.get_or_insert(each);
     // The peers need all particles at once, and are measured where that is little.
-    if count <= 1_000_000 {
+    if count <= 1_000_000 && size == size_of_paper {
         let all: Vec<_> = (0..count).map(particle).collect();
         let mut volume = None;
         let made = seconds(|| volume = Some(Volume::new(&all, RADIUS)));
@@ -188,6 +216,54 @@ fn table(
         }
         pictures(report, &case, &picture, &cast)?;
     }
+    Ok(())
+}
+
+/// Holds the memory that a process takes to draw the larger scenes against its bound.
+fn drawing(report: &mut Report) -> Result<()> {
+    for (row, size) in SIZES.into_iter().enumerate() {
+        for (column, (name, count, ..)) in SCENES.into_iter().enumerate().filter(|(_, scene)| scene.1 != 15_000_000) {
+            let case = case(name, count, size, "memory of drawing, with a chunk of 262,144 particles");
+            let Some(bytes) = peak_of("drawing", "--row", &(row * SCENES.len() + column).to_string()) else {
+                report.skip(&case, "the system does not tell the peak of a process");
+                continue;
+            };
+            let bound = BOUND[0] * CHUNK + BOUND[1] * size[0] as usize * size[1] as usize;
+            let [ours, bound] = [bytes, bound as f64].map(|bytes| Sample::new(vec![bytes / 1e6]));
+            report.add(
+                &case,
+                &ours,
+                Some(("24 bytes a particle of it and 64 a pixel", &bound)),
+                "MB",
+                Goal::RatioAtMost(1.0),
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Prints how many bytes drawing a row of the table takes at the peak: those of the renderer, of its picture, and of the chunk
+/// of particles that it is given.
+pub fn peak(row: usize) -> Result<()> {
+    let place = || Error::invalid(format!("there is no row {row}"));
+    let size = *SIZES.get(row / SCENES.len()).ok_or_else(place)?;
+    let count = SCENES[row % SCENES.len()].1;
+    let context = &Context::new(&ContextOptions::default())?;
+    let light = Environment::uniform([1.0; 3])?;
+    let draw = |count: usize, size: [u32; 2], background: &Image| -> Result<Image> {
+        let settings = FoamSettings { radius: RADIUS, ..FoamSettings::default() };
+        let mut foam = Foam::new(context, settings, view_of(size)?, &Scenery::default())?;
+        add(context, &mut foam, count)?;
+        foam.finish(context, &light, &mut Silent)?.composite(context, background)
+    };
+    // Code and tables are in memory before.
+    draw(1000, [64, 64], &Image::new(64, 64, 3)?)?;
+    let background = Image::from_data(size[0], size[1], 3, vec![0.5; 3 * size[0] as usize * size[1] as usize])?;
+    let before = memory("VmRSS");
+    let picture = draw(count, size, &background)?;
+    let peak = memory("VmHWM").zip(before).map(|(peak, before)| peak - before);
+    drop(picture);
+    peak.iter().for_each(|bytes| println!("{bytes}"));
     Ok(())
 }
 

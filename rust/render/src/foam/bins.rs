@@ -13,6 +13,8 @@ use super::thickness::{Thickness, of_sum};
 
 /// Side of a tile in pixels.
 const SIDE: u32 = 64;
+/// Pixels of a tile.
+const PIXELS: usize = (SIDE * SIDE) as usize;
 /// Particles whose bins are in memory at a time, and those of a task.
 const CHUNK: usize = 1 << 18;
 const PART: usize = 1 << 13;
@@ -28,10 +30,10 @@ struct Pixel {
 
 /// Pixels of a tile, row after row; a tile at the border has those beyond it too.
 #[derive(Debug)]
-struct Tile {
+struct Tile<'a> {
     left: u32,
     top: u32,
-    pixels: Vec<Pixel>,
+    pixels: &'a mut [Pixel],
 }
 
 /// What particles are drawn with.
@@ -48,7 +50,8 @@ pub struct Drawing<'a> {
 #[derive(Debug)]
 pub struct Tiles {
     columns: u32,
-    tiles: Vec<Tile>,
+    /// Those of all tiles, one after the other: one block of memory, which goes back to the system as a whole.
+    pixels: Vec<Pixel>,
 }
 
 impl Tiles {
@@ -61,12 +64,8 @@ impl Tiles {
     /// Makes empty tiles.
     pub fn new(view: &FoamView) -> Self {
         let columns = view.width.div_ceil(SIDE);
-        let tile = |number: u32| Tile {
-            left: number % columns * SIDE,
-            top: number / columns * SIDE,
-            pixels: vec![Pixel::default(); (SIDE * SIDE) as usize],
-        };
-        Self { columns, tiles: (0..columns * view.height.div_ceil(SIDE)).map(tile).collect() }
+        let tiles = columns as usize * view.height.div_ceil(SIDE) as usize;
+        Self { columns, pixels: vec![Pixel::default(); tiles * PIXELS] }
     }
 
     /// Draws particles with a share of their thickness.
@@ -76,7 +75,12 @@ impl Tiles {
                 let first = part * PART;
                 self.bins(with, &chunk[first..chunk.len().min(first + PART)], first)
             });
-            context.for_each_mut(&mut self.tiles, |number, tile| {
+            let tiles = (0..).zip(self.pixels.chunks_exact_mut(PIXELS)).map(|(number, pixels)| Tile {
+                left: number % self.columns * SIDE,
+                top: number / self.columns * SIDE,
+                pixels,
+            });
+            context.for_each_mut(&mut tiles.collect::<Vec<_>>(), |number, tile| {
                 for bin in &bins {
                     let from = bin.partition_point(|entry| entry >> 32 < number as u64);
                     for entry in bin[from..].iter().take_while(|entry| **entry >> 32 == number as u64) {
@@ -112,18 +116,26 @@ impl Tiles {
     }
 
     /// Returns the nearest fragments and the thickness of all pixels of a view.
-    pub fn finish(self, view: &FoamView) -> (Surfaces, Vec<f32>) {
-        let pixel = |x: u32, y: u32| {
-            let tile = &self.tiles[(y / SIDE * self.columns + x / SIDE) as usize];
-            &tile.pixels[(y % SIDE * SIDE + x % SIDE) as usize]
-        };
-        let places = || (0..view.height).flat_map(|y| (0..view.width).map(move |x| (x, y)));
-        let surfaces = Surfaces {
-            depth: places().map(|(x, y)| pixel(x, y).nearest.depth).collect(),
-            search: places().map(|(x, y)| pixel(x, y).nearest.search).collect(),
-            disc: places().map(|(x, y)| [pixel(x, y).nearest.u, pixel(x, y).nearest.v]).collect(),
-        };
-        (surfaces, places().map(|(x, y)| of_sum(pixel(x, y).thickness)).collect())
+    pub fn finish(self, context: &Context, view: &FoamView) -> (Surfaces, Vec<f32>) {
+        let (width, pixels) = (view.width as usize, view.pixels());
+        let mut surfaces =
+            Surfaces { depth: vec![0.0; pixels], search: vec![0.0; pixels], disc: vec![[0.0; 2]; pixels] };
+        let mut thickness = vec![0.0; pixels];
+        let Surfaces { depth, search, disc } = &mut surfaces;
+        let lists = depth.chunks_mut(width).zip(search.chunks_mut(width));
+        let lists = lists.zip(disc.chunks_mut(width)).zip(thickness.chunks_mut(width));
+        context.for_each_mut(&mut lists.collect::<Vec<_>>(), |y, (((depth, search), disc), thickness)| {
+            let first = y / SIDE as usize * self.columns as usize;
+            for (x, thickness) in thickness.iter_mut().enumerate() {
+                let tile = &self.pixels[(first + x / SIDE as usize) * PIXELS..][..PIXELS];
+                let pixel = &tile[y % SIDE as usize * SIDE as usize + x % SIDE as usize];
+                depth[x] = pixel.nearest.depth;
+                search[x] = pixel.nearest.search;
+                disc[x] = [pixel.nearest.u, pixel.nearest.v];
+                *thickness = of_sum(pixel.thickness);
+            }
+        });
+        (surfaces, thickness)
     }
 }
 
@@ -134,7 +146,7 @@ impl Drawing<'_> {
     }
 }
 
-impl Tile {
+impl Tile<'_> {
     /// Draws a sprite into the tile of a picture.
     fn draw(&mut self, sprite: &Sprite, with: Drawing<'_>) {
         let Drawing { view, depths, thickness, .. } = with;

@@ -28,15 +28,17 @@ impl FoamLayers {
         if let Some(device) = &self.device {
             return device.composite(background);
         }
-        let rows =
-            context.map(height as usize, |y| (0..width as usize).map(|x| self.foam_color(x, y)).collect::<Vec<_>>());
         let mut picture = background.clone();
-        let pixels = picture.data_mut().chunks_exact_mut(background.channels() as usize);
-        for ((pixel, color), intensity) in pixels.zip(rows.into_iter().flatten()).zip(&self.intensity) {
-            for (value, foam) in pixel.iter_mut().zip(color.to_array()) {
-                *value = (1.0 - intensity) * *value + intensity * foam;
+        let channels = background.channels() as usize;
+        let mut rows: Vec<_> = picture.data_mut().chunks_mut(channels * width as usize).collect();
+        context.for_each_mut(&mut rows, |y, row| {
+            let intensities = &self.intensity[y * width as usize..];
+            for (x, (pixel, intensity)) in row.chunks_exact_mut(channels).zip(intensities).enumerate() {
+                for (value, foam) in pixel.iter_mut().zip(self.foam_color(x, y).to_array()) {
+                    *value = (1.0 - intensity) * *value + intensity * foam;
+                }
             }
-        }
+        });
         Ok(picture)
     }
 

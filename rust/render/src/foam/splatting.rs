@@ -143,9 +143,11 @@ impl Foam {
             Executor::Processor { tiles, depths, .. } => (tiles, depths),
             Executor::Device(splats) => return splats.finish(context, (settings, view), environment, progress),
         };
-        let (surfaces, thickness) = tiles.finish(&view);
-        let intensity = thickness.iter().map(|thickness| intensity(*thickness, settings.rho_mod, settings.rho_exp));
-        let intensity: Vec<f32> = intensity.collect();
+        let (surfaces, thickness) = tiles.finish(context, &view);
+        let mut intensities = Vec::new();
+        let of_pixel = |pixel: usize| intensity(thickness[pixel], settings.rho_mod, settings.rho_exp);
+        context.map_into(thickness.len(), &mut intensities, of_pixel);
+        let intensity = intensities;
         let of = Shading {
             settings: &settings,
             view: &view,
