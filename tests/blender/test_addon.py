@@ -118,7 +118,7 @@ class Carried(Case):
     def dressed(self, kind="CATMULL_CLARK"):
         """A sheet of 16 faces, its right half of another material."""
         field = host.field()
-        field.relievo.kind, field.relievo.cells = kind, "4"
+        field.relievo.kind, field.relievo.segments, field.relievo.cells = kind, "8", "2"
         data, points = field.data, host.positions(field)
         second = data.uv_layers.new(name="Lightmap")
         at = points[self.relievo.mesh.get_corners(data)]
@@ -161,7 +161,7 @@ class Carried(Case):
             host.draw(field, [[-0.5, 0.25, 0], [0.5, 0.25, 0]], radius=0.3, height=0.2)
             self.check(field)
             # The triangles are made anew.
-            field.relievo.cells = "8"
+            field.relievo.cells = "4"
             host.draw(field, [[-0.5, -0.25, 0], [0.5, -0.25, 0]], radius=0.3, height=0.2)
             self.check(field)
             self.setUp()
@@ -225,6 +225,7 @@ class VisibleResults(Case):
 
     def stroked(self):
         field = host.field()
+        field.relievo.cells = "8"
         host.draw(field, [[-0.5, 0.25, 0], [0.5, 0.25, 0]], radius=0.2)
         return field, field.relievo.result
 
@@ -257,7 +258,7 @@ class VisibleResults(Case):
         copy.location.x += 3
         bpy.context.view_layer.update()
         before = self.relievo.state.of(field).detail.info.revision
-        copy.relievo.kind = "TRIANGLES"
+        copy.relievo.kind, copy.relievo.segments = "TRIANGLES", "8"
         host.draw(copy, [[2.5, -0.25, 0], [3.5, -0.25, 0]], radius=0.2)
         self.assertEqual(self.relievo.state.of(field).detail.info.revision, before)
         self.assertNotIn(copy.relievo.result, (None, result))
