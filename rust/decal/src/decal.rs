@@ -56,7 +56,7 @@ impl DecalSettings {
     }
 
     pub(crate) fn stop(&self) -> Stop {
-        Stop { steps: self.steps as usize, decrease: self.decrease, enough: 0.0 }
+        Stop { steps: self.steps as usize, decrease: self.decrease, enough: 0.0, residual: 1e-5 }
     }
 }
 

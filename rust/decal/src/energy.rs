@@ -14,6 +14,8 @@ pub fn distance(a: Vec2, b: Vec2) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
+/// The largest slope of a hat function, and the inverse of the least one of its sizes: 32 bits hold its square.
+const LARGEST: f64 = 1e18;
 /// The smallest ratio of height to longest edge that a rest triangle keeps.
 const THINNEST: f64 = 1e-5;
 
@@ -21,10 +23,15 @@ const THINNEST: f64 = 1e-5;
 #[derive(Clone, Copy, Debug)]
 pub struct Rest {
     /// The gradient of the hat function of the second vertex.
-    second: Vec2,
+    second: [f32; 2],
     /// The gradient of that of the third vertex along the second axis; along the first it is 0.
-    third: f64,
+    third: f32,
 }
+
+/// The second derivatives of an energy of a triangle between its first and second, second and third, third and first
+/// corner: by x and x, x and y, y and x, y and y. Those of a corner alone follow, as moving all corners together costs
+/// nothing.
+pub type Couplings = [[f64; 4]; 3];
 
 /// The energy of a triangle with its derivatives by the positions of its three vertices.
 #[derive(Clone, Copy, Debug)]
@@ -32,9 +39,9 @@ pub struct Derivatives {
     /// The energy, weighted by the area.
     pub energy: f64,
     /// The derivatives by x and y of each vertex.
-    pub gradient: [f64; 6],
+    pub gradient: [Vec2; 3],
     /// The projected second derivatives.
-    pub hessian: [[f64; 6]; 6],
+    pub couplings: Couplings,
 }
 
 impl Rest {
@@ -51,20 +58,28 @@ impl Rest {
         let base = dot(first, first).sqrt().max(THINNEST * longest);
         let along = dot(first, second) / base;
         let height = (dot(second, second) - along * along).max(0.0).sqrt().max(THINNEST * longest);
-        Self { second: [1.0 / base, -along / (base * height)], third: 1.0 / height }
+        let narrow = |value: f64, least: f64| value.clamp(least, LARGEST) as f32;
+        let (first, cross) = (narrow(1.0 / base, 1.0 / LARGEST), narrow(-along / (base * height), -LARGEST));
+        Self { second: [first, cross], third: narrow(1.0 / height, 1.0 / LARGEST) }
+    }
+
+    /// The gradients of the hat functions of the second and of the third vertex, the latter along the second axis.
+    fn slopes(&self) -> (Vec2, f64) {
+        (self.second.map(f64::from), f64::from(self.third))
     }
 
     /// Returns the area in square units of the plane.
     pub fn area(&self) -> f64 {
-        0.5 / (self.second[0] * self.third)
+        let ([x, _], third) = self.slopes();
+        0.5 / (x * third)
     }
 
     /// Returns the Jacobian of the map that takes the rest triangle to these positions, row by row.
     pub fn jacobian(&self, positions: [Vec2; 3]) -> [Vec2; 2] {
-        let [x, y] = self.second;
+        let ([x, y], third) = self.slopes();
         std::array::from_fn(|row| {
             let (a, b) = (positions[1][row] - positions[0][row], positions[2][row] - positions[0][row]);
-            [a * x, a * y + b * self.third]
+            [a * x, a * y + b * third]
         })
     }
 
@@ -105,65 +120,60 @@ impl Rest {
 
     /// The gradients of the hat functions.
     fn hats(&self) -> [Vec2; 3] {
-        let [x, y] = self.second;
-        [[-x, -y - self.third], [x, y], [0.0, self.third]]
+        let ([x, y], third) = self.slopes();
+        [[-x, -y - third], [x, y], [0.0, third]]
     }
 
     /// Returns the energy with its derivatives.
+    ///
+    /// Vectors of the plane are complex numbers here: products of two hat gradients turn by twice the angle by which the
+    /// gradients turn, so that no half angles are needed.
     pub fn derivatives(&self, positions: [Vec2; 3], epsilon: f64) -> Derivatives {
         let [[a, b], [c, d]] = self.jacobian(positions);
-        // Singular values with their rotations; the smaller one has the sign of the determinant.
+        // The rotation and the reflection that the Jacobian is the sum of; their norms give the singular values, of which
+        // the smaller one has the sign of the determinant.
         let (e, f, g, h) = (0.5 * (a + d), 0.5 * (a - d), 0.5 * (c + b), 0.5 * (c - b));
         let (q, r) = ((e * e + h * h).sqrt(), (f * f + g * g).sqrt());
         let (larger, smaller) = (q + r, q - r);
-        // The angles of both are half the sum and half the difference of those of (e, h) and (f, g).
-        let ([cos_sum, sin_sum], [cos, sin]) = (unit(e, h, q), unit(f, g, r));
-        let [left_cos, left_sin] = halved(cos_sum * cos - sin_sum * sin, sin_sum * cos + cos_sum * sin);
-        let (right_cos, right_sin) = (cos_sum * left_cos + sin_sum * left_sin, sin_sum * left_cos - cos_sum * left_sin);
+        let (rotation, reflection) = (unit(e, h, q), unit(f, g, r));
+        // Twice the angles that the singular vectors of the plane and of the rest triangle have.
+        let left = times(rotation, reflection);
+        let right = times(rotation, [reflection[0], -reflection[1]]);
 
-        let (square, determinant) = (larger * larger + smaller * smaller, larger * smaller);
+        let (square, determinant) = (a * a + b * b + c * c + d * d, a * d - b * c);
         let Terms { h: [h0, h1, h2], k: [k0, k1, k2] } = Terms::new(determinant, epsilon);
         let (first, second) = (square * h1 + k1, square * h2 + k2);
-        let slope = [2.0 * larger * h0 + first * smaller, 2.0 * smaller * h0 + first * larger];
         let p = 2.0 * h0 + 4.0 * determinant * h1 + second * smaller * smaller;
         let s = 2.0 * h0 + 4.0 * determinant * h1 + second * larger * larger;
         let o = 2.0 * square * h1 + first + second * determinant;
-        // Eigenvectors of the block of the scalings.
+        // The block of the scalings without its negative eigenvalues: the mean and half the difference of the diagonal,
+        // and the other entry.
         let (mean, half) = (0.5 * (p + s), 0.5 * (p - s));
         let radius = (half * half + o * o).sqrt();
+        let (most, least) = ((mean + radius).max(0.0), (mean - radius).max(0.0));
         let [cos, sin] = unit(half, o, radius);
-        let [cos, sin] = halved(cos, sin);
-        let twist = (2.0 * h0 + first).max(0.0);
-        let flip = (2.0 * h0 - first).max(0.0);
-        let scalings = [(mean + radius).max(0.0), (mean - radius).max(0.0)];
+        let (mean, half, other) = (0.5 * (most + least), 0.5 * (most - least) * cos, 0.5 * (most - least) * sin);
+        let (twist, flip) = (0.5 * (2.0 * h0 + first).max(0.0), 0.5 * (2.0 * h0 - first).max(0.0));
+        let (shears, skew) = (flip + twist, flip - twist);
 
         let (hats, area) = (self.hats(), self.area());
-        let mut gradient = [0.0; 6];
-        let mut modes = [[0.0; 6]; 4];
-        for (vertex, hat) in hats.iter().enumerate() {
-            let w = [right_cos * hat[0] - right_sin * hat[1], right_sin * hat[0] + right_cos * hat[1]];
-            let mut put = |mode: Option<usize>, x: f64, y: f64| {
-                let turned = [left_cos * x - left_sin * y, left_sin * x + left_cos * y];
-                let target = mode.map_or(&mut gradient, |mode| &mut modes[mode]);
-                target[2 * vertex..2 * vertex + 2].copy_from_slice(&turned);
-            };
-            put(None, area * slope[0] * w[0], area * slope[1] * w[1]);
-            put(Some(0), cos * w[0], sin * w[1]);
-            put(Some(1), -sin * w[0], cos * w[1]);
-            put(Some(2), -w[1], w[0]);
-            put(Some(3), w[1], w[0]);
-        }
-        let weights = [scalings[0], scalings[1], 0.5 * twist, 0.5 * flip].map(|weight| weight * area);
-        let mut hessian = [[0.0; 6]; 6];
-        for (mode, weight) in modes.iter().zip(weights) {
-            for row in 0..6 {
-                let scaled = weight * mode[row];
-                for column in 0..6 {
-                    hessian[row][column] += scaled * mode[column];
-                }
-            }
-        }
-        Derivatives { energy: area * (square * h0 + k0), gradient, hessian }
+        // The derivatives by the Jacobian.
+        let (scaled, mirrored) = (2.0 * h0 * area, first * area);
+        let stress = [
+            [scaled * a + mirrored * d, scaled * b - mirrored * c],
+            [scaled * c - mirrored * b, scaled * d + mirrored * a],
+        ];
+        let gradient = hats.map(|[x, y]| stress.map(|[along, across]| along * x + across * y));
+        let couplings = [(0, 1), (1, 2), (2, 0)].map(|(from, to)| {
+            let ([x, y], [u, v]) = (hats[from], hats[to]);
+            let (inner, outer) = (area * (x * u + y * v), area * (x * v - y * u));
+            let [real, imaginary] = times(right, [area * (x * u - y * v), area * (x * v + y * u)]);
+            let trace = (mean + shears) * inner + half * real;
+            let turned = times(left, [half * inner + (mean - shears) * real, (other + skew) * imaginary]);
+            let anti = (other - skew) * outer;
+            [trace + turned[0], turned[1] + anti, turned[1] - anti, trace - turned[0]].map(|entry| 0.5 * entry)
+        });
+        Derivatives { energy: area * (square * h0 + k0), gradient, couplings }
     }
 }
 
@@ -172,16 +182,9 @@ fn unit(x: f64, y: f64, norm: f64) -> Vec2 {
     if norm > 0.0 { [x / norm, y / norm] } else { [1.0, 0.0] }
 }
 
-/// Cosine and sine of half an angle, from -π/2 to π/2, of those of the angle.
-fn halved(cos: f64, sin: f64) -> Vec2 {
-    let half = |value: f64| (0.5 * value).max(0.0).sqrt();
-    if cos >= 0.0 {
-        let root = half(1.0 + cos);
-        [root, 0.5 * sin / root]
-    } else {
-        let root = half(1.0 - cos).copysign(sin);
-        [0.5 * sin / root, root]
-    }
+/// The product of two complex numbers.
+fn times(a: Vec2, b: Vec2) -> Vec2 {
+    [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }
 
 /// The parts of the energy that depend on the determinant alone, with two derivatives: `|J|² h + k`.
@@ -224,11 +227,11 @@ mod tests {
     #[test]
     fn an_isometry_has_the_least_energy_and_no_gradient() {
         let rest = Rest::new(CORNERS, 1.0);
-        let [x, y] = rest.second;
-        let flat = [[0.0, 0.0], [1.0 / x, 0.0], [-y / x / rest.third, 1.0 / rest.third]];
+        let ([x, y], third) = rest.slopes();
+        let flat = [[0.0, 0.0], [1.0 / x, 0.0], [-y / x / third, 1.0 / third]];
         let derivatives = rest.derivatives(flat, 0.0);
         assert!((derivatives.energy - 4.0 * rest.area()).abs() < 1e-12);
-        assert!(derivatives.gradient.iter().all(|value| value.abs() < 1e-12), "{:?}", derivatives.gradient);
+        assert!(derivatives.gradient.as_flattened().iter().all(|value| value.abs() < 1e-12), "{derivatives:?}");
     }
 
     #[test]
@@ -250,7 +253,7 @@ mod tests {
                     rest.energy(moved, epsilon)
                 };
                 let slope = (moved(1e-6) - moved(-1e-6)) / 2e-6;
-                let expected = derivatives.gradient[unknown];
+                let expected = derivatives.gradient[unknown / 2][unknown % 2];
                 assert!((slope - expected).abs() < 1e-5 * (1.0 + expected.abs()), "{unknown}: {slope} {expected}");
             }
         }
@@ -270,9 +273,24 @@ mod tests {
             };
             let (above, below) = (gradient(1e-5), gradient(-1e-5));
             for row in 0..6 {
-                let expected = (above[row] - below[row]) / 2e-5;
-                assert!((derivatives.hessian[row][unknown] - expected).abs() < 1e-4, "{row} {unknown}");
+                let (corner, axis, other) = (row / 2, row % 2, unknown / 2);
+                let expected = (above[corner][axis] - below[corner][axis]) / 2e-5;
+                let found: f64 = if corner == other {
+                    let others = [(corner + 1) % 3, (corner + 2) % 3];
+                    -others
+                        .map(|other| entry(&derivatives.couplings, corner, other, axis, unknown % 2))
+                        .iter()
+                        .sum::<f64>()
+                } else {
+                    entry(&derivatives.couplings, corner, other, axis, unknown % 2)
+                };
+                assert!((found - expected).abs() < 1e-4, "{row} {unknown}: {found} {expected}");
             }
         }
+    }
+
+    /// The second derivative by coordinates of two corners.
+    fn entry(couplings: &Couplings, from: usize, to: usize, row: usize, column: usize) -> f64 {
+        if (from + 1) % 3 == to { couplings[from][2 * row + column] } else { couplings[to][2 * column + row] }
     }
 }

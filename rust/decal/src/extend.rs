@@ -9,8 +9,8 @@ use crate::factor::{PINNED, System};
 const ROUNDS: usize = 4;
 /// Rounds while triangles are flipped.
 const MOST: usize = 60;
-/// The residual of the positions, as a share of that of the origin.
-const TOLERANCE: f64 = 1e-6;
+/// The residual of the moves of a round, as a share of that of none.
+const TOLERANCE: f64 = 1e-4;
 
 /// Moves the vertices that are not fixed so that their triangles come near to rotated rest triangles. The result may have
 /// flipped triangles.
@@ -19,19 +19,17 @@ const TOLERANCE: f64 = 1e-6;
 /// A new vertex is not joined to a fixed one, or memory does not suffice.
 pub fn extend(faces: &[[u32; 3]], rest: &[Rest], is_fixed: &[bool], positions: &mut [Vec2]) -> Result<()> {
     let mut system = System::new(positions.len(), faces, is_fixed)?;
-    if system.unknowns() == 0 {
+    if system.free() == 0 {
         return Ok(());
     }
-    system.clear(1e-12);
+    system.clear();
     for (face, rest) in rest.iter().enumerate() {
         let stiffness = rest.stiffness();
-        let part = |row: usize, column: usize| {
-            if row % 2 == column % 2 { stiffness[row / 2][column / 2] } else { 0.0 }
-        };
-        system.add(faces[face], &std::array::from_fn(|row| std::array::from_fn(|column| part(row, column))));
+        let coupling = |corner: usize| stiffness[corner][(corner + 1) % 3];
+        system.add(faces[face], &[0, 1, 2].map(|corner| [coupling(corner), 0.0, 0.0, coupling(corner)]));
     }
-    system.factorise()?;
-    let mut side = vec![0.0; system.unknowns()];
+    system.prepare()?;
+    let mut side = vec![[0.0; 2]; system.free()];
     for round in 0..MOST {
         let is_flipped = |(face, rest): (usize, &Rest)| {
             rest.determinant(faces[face].map(|vertex| positions[vertex as usize])) <= 0.0
@@ -39,10 +37,12 @@ pub fn extend(faces: &[[u32; 3]], rest: &[Rest], is_fixed: &[bool], positions: &
         if round >= ROUNDS && !rest.iter().enumerate().any(is_flipped) {
             break;
         }
-        side.fill(0.0);
+        // The forces that are left, which the moves of this round balance.
+        side.fill([0.0; 2]);
         for (face, rest) in rest.iter().enumerate() {
             let vertices = faces[face];
-            let forces = rest.rotation_forces(vertices.map(|vertex| positions[vertex as usize]));
+            let places = vertices.map(|vertex| positions[vertex as usize]);
+            let forces = rest.rotation_forces(places);
             let stiffness = rest.stiffness();
             for corner in 0..3 {
                 let row = system.row(vertices[corner] as usize);
@@ -50,11 +50,8 @@ pub fn extend(faces: &[[u32; 3]], rest: &[Rest], is_fixed: &[bool], positions: &
                     continue;
                 }
                 for axis in 0..2 {
-                    let entry = &mut side[2 * row as usize + axis];
-                    *entry += forces[corner][axis];
-                    for other in (0..3).filter(|other| is_fixed[vertices[*other] as usize]) {
-                        *entry -= stiffness[corner][other] * positions[vertices[other] as usize][axis];
-                    }
+                    let held: f64 = (0..3).map(|other| stiffness[corner][other] * places[other][axis]).sum();
+                    side[row as usize][axis] += (forces[corner][axis] - held) as f32;
                 }
             }
         }
@@ -62,7 +59,7 @@ pub fn extend(faces: &[[u32; 3]], rest: &[Rest], is_fixed: &[bool], positions: &
         for (vertex, position) in positions.iter_mut().enumerate() {
             let row = system.row(vertex);
             if row != PINNED {
-                *position = [side[2 * row as usize], side[2 * row as usize + 1]];
+                *position = [0, 1].map(|axis| position[axis] + f64::from(side[row as usize][axis]));
             }
         }
     }

@@ -1,19 +1,25 @@
 //! Sparse symmetric systems over the free vertices of a patch, two unknowns each, solved by conjugate gradients.
 //!
-//! The preconditioner scales the matrix to a unit matrix at each vertex, and takes the mean of the couplings of both
+//! The matrix is scaled to a unit matrix at each vertex. The preconditioner takes the mean of the couplings of both
 //! coordinates: one number for each pair of neighbours. faer's Cholesky factor of that, in 32 bits, serves both coordinates and
-//! has an eighth of the size of a factor of the matrix itself in 64 bits.
+//! has an eighth of the size of a factor of the matrix itself in 64 bits. It serves the matrices of further steps too, until
+//! conjugate gradients take more steps with it. Matrix and vectors have 32 bits as well; sums of products have 64.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::Par;
+use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
-use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+use faer::sparse::linalg::cholesky::simplicial::{
+    prefactorize_symbolic_cholesky, prefactorize_symbolic_cholesky_scratch,
+};
+use faer::sparse::linalg::cholesky::supernodal::{
+    SymbolicSupernodalCholesky, factorize_supernodal_numeric_llt, factorize_supernodal_numeric_llt_scratch,
+    factorize_supernodal_symbolic_cholesky, factorize_supernodal_symbolic_cholesky_scratch,
 };
 use faer::sparse::linalg::{SymbolicSupernodalParams, amd};
-use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
-use faer::{Par, Side};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
 use relievo_core::{Error, Result};
 
+use crate::energy::Couplings;
 use crate::triangular::{Work, solve};
 
 /// Stands for a vertex that is no unknown.
@@ -26,39 +32,36 @@ const ATTEMPTS: i32 = 5;
 const MERGED: [(usize, f64); 4] = [(4, 0.3), (16, 0.2), (48, 0.05), (usize::MAX, 0.02)];
 /// Steps of conjugate gradients.
 const STEPS: usize = 100;
-/// The least determinant of the block of a vertex, as a share of the square of its trace.
-const FLATTEST: f64 = 1e-12;
+/// Steps more than with a new factor that cost as much as a new factor.
+const PATIENCE: usize = 4;
+/// The least determinant of the block of a vertex, as a share of the square of its trace: 32 bits hold no smaller one.
+const FLATTEST: f64 = 1e-6;
+
+/// A vector with two numbers for each free vertex.
+pub type Pairs = Vec<[f32; 2]>;
 
 /// A symmetric matrix of 2x2 blocks, one block row for each free vertex, and its preconditioner.
 pub struct System {
     /// The block row of each vertex, or [`PINNED`]. Rows are in an order of little fill-in.
     rows: Vec<u32>,
-    /// The neighbours of each row with smaller numbers, sorted, with the blocks of their rows and its columns.
-    lower: Lists,
+    /// Each row, followed by its neighbours with larger numbers.
+    upper: Lists,
+    /// The blocks of the neighbours: rows of the smaller number, columns of the larger one.
     blocks: Vec<[f32; 4]>,
-    /// The first, the mixed and the last entry of the blocks on the diagonal.
-    diagonal: Vec<[f64; 3]>,
-    preconditioner: Preconditioner,
-}
-
-/// The factor of the mean couplings.
-struct Preconditioner {
-    /// The upper half, the diagonal last in each column.
-    matrix: SymbolicSparseColMat<u32>,
-    values: Vec<f32>,
-    /// The inverse roots of the blocks on the diagonal: their first, mixed and last entries.
-    roots: Vec<[f32; 3]>,
-    symbolic: SymbolicCholesky<u32>,
+    /// The first, the mixed and the last entry of the blocks on the diagonal, or of the inverse of their roots once the
+    /// matrix is scaled.
+    diagonal: Vec<[f32; 3]>,
+    symbolic: SymbolicSupernodalCholesky<u32>,
     factor: Vec<f32>,
-    /// The right sides and the solutions of both coordinates.
-    side: Vec<[f32; 2]>,
+    /// Steps of conjugate gradients that a new factor takes.
+    steps: Option<usize>,
+    is_stale: bool,
     work: Work,
-    memory: MemBuffer,
 }
 
 impl std::fmt::Debug for System {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        out.debug_struct("System").field("unknowns", &self.unknowns()).finish_non_exhaustive()
+        out.debug_struct("System").field("free", &self.free()).finish_non_exhaustive()
     }
 }
 
@@ -90,14 +93,17 @@ impl System {
         }
         drop(order);
         let lower = neighbours(free, faces, &rows);
-        let preconditioner = Preconditioner::new(&lower)?;
-        let (blocks, diagonal) = (vec![[0.0; 4]; lower.items.len()], vec![[0.0; 3]; free]);
-        Ok(Self { rows, lower, blocks, diagonal, preconditioner })
+        let upper = lower.mirrored();
+        let symbolic = structure(lower)?;
+        let (blocks, diagonal) = (vec![[0.0; 4]; upper.items.len() - free], vec![[0.0; 3]; free]);
+        let factor = vec![0.0; symbolic.len_val()];
+        let (steps, is_stale, work) = (None, true, Work::default());
+        Ok(Self { rows, upper, blocks, diagonal, symbolic, factor, steps, is_stale, work })
     }
 
-    /// Returns the number of unknowns.
-    pub fn unknowns(&self) -> usize {
-        2 * self.diagonal.len()
+    /// Returns the number of free vertices.
+    pub fn free(&self) -> usize {
+        self.diagonal.len()
     }
 
     /// Returns the block row of a vertex, or [`PINNED`].
@@ -105,113 +111,200 @@ impl System {
         self.rows[vertex]
     }
 
-    /// Sets every entry to zero, those of the diagonal to `shift`.
-    pub fn clear(&mut self, shift: f64) {
+    /// Sets every entry to zero.
+    pub fn clear(&mut self) {
         self.blocks.fill([0.0; 4]);
-        self.diagonal.fill([shift, 0.0, shift]);
+        self.diagonal.fill([0.0; 3]);
     }
 
-    /// Adds the matrix of a face, two rows and columns for each of its corners.
-    pub fn add(&mut self, face: [u32; 3], matrix: &[[f64; 6]; 6]) {
+    /// Adds the second derivatives of the energy of a face.
+    pub fn add(&mut self, face: [u32; 3], couplings: &Couplings) {
         let rows = face.map(|vertex| self.rows[vertex as usize]);
-        for (corner, row) in rows.into_iter().enumerate().filter(|(_, row)| *row != PINNED) {
-            let at = 2 * corner;
-            let entries = &mut self.diagonal[row as usize];
-            entries[0] += matrix[at][at];
-            entries[1] += matrix[at][at + 1];
-            entries[2] += matrix[at + 1][at + 1];
-            let after = (corner + 1) % 3;
-            let other = rows[after];
-            if other == PINNED || other == row {
+        for corner in 0..3 {
+            let (row, after, before) = (rows[corner], (corner + 1) % 3, (corner + 2) % 3);
+            if row == PINNED {
                 continue;
             }
-            // Rows of the smaller number, columns of the larger one.
-            let (low, high) = if row < other { (at, 2 * after) } else { (2 * after, at) };
-            if let Some(place) = self.lower.place(row.max(other) as usize, row.min(other)) {
-                let block = &mut self.blocks[place];
-                block[0] += matrix[low][high] as f32;
-                block[1] += matrix[low][high + 1] as f32;
-                block[2] += matrix[low + 1][high] as f32;
-                block[3] += matrix[low + 1][high + 1] as f32;
+            // Rows of a matrix of energies that do not change when all corners move together have the sum 0. The couplings
+            // of a flat triangle may be far larger than it.
+            let ([p, q, _, s], [a, _, c, d]) = (couplings[corner], couplings[before]);
+            let [first, mixed, last] = &mut self.diagonal[row as usize];
+            *first -= (p + a) as f32;
+            *mixed -= (q + c) as f32;
+            *last -= (s + d) as f32;
+            let other = rows[after];
+            if other == PINNED || row == other {
+                continue;
+            }
+            let [p, q, r, s] = couplings[corner].map(|entry| entry as f32);
+            if let Some(block) = self.block(row.min(other), row.max(other)) {
+                let (q, r) = if row < other { (q, r) } else { (r, q) };
+                *block = [block[0] + p, block[1] + q, block[2] + r, block[3] + s];
             }
         }
     }
 
-    /// Factorises the preconditioner. Where rounding made it indefinite, the diagonal grows until it is not.
+    /// The block of two rows.
+    fn block(&mut self, low: u32, high: u32) -> Option<&mut [f32; 4]> {
+        let range = self.upper.range(low as usize);
+        let within = self.upper.items[range.clone()].iter().position(|other| *other == high)?;
+        // Each row up to this one has an entry for itself, without a block.
+        self.blocks.get_mut(range.start + within - low as usize - 1)
+    }
+
+    /// Scales the matrix, and factorises the preconditioner anew if that of another matrix does not serve.
     ///
     /// # Errors
     /// An entry is not finite, or the entries differ too much in size.
-    pub fn factorise(&mut self) -> Result<()> {
-        let Self { lower, blocks, diagonal, preconditioner, .. } = self;
-        for (root, block) in preconditioner.roots.iter_mut().zip(diagonal.iter()) {
-            *root = inverse_root(*block).ok_or_else(degenerate)?;
+    pub fn prepare(&mut self) -> Result<()> {
+        for block in &mut self.diagonal {
+            *block = inverse_root(block.map(f64::from)).ok_or_else(degenerate)?;
         }
+        for row in 0..self.diagonal.len() {
+            let [a, b, c] = self.diagonal[row];
+            let range = self.upper.range(row);
+            let others = &self.upper.items[range.start + 1..range.end];
+            for (other, block) in others.iter().zip(&mut self.blocks[range.start - row..]) {
+                let ([p, q, r, s], [d, e, f]) = (*block, self.diagonal[*other as usize]);
+                let (p, q, r, s) = (a * p + b * r, a * q + b * s, b * p + c * r, b * q + c * s);
+                *block = [p * d + q * e, p * e + q * f, r * d + s * e, r * e + s * f];
+            }
+        }
+        if self.is_stale { self.factorise() } else { Ok(()) }
+    }
+
+    /// Factorises the preconditioner. Where rounding made it indefinite, the diagonal grows until it is not.
+    fn factorise(&mut self) -> Result<()> {
+        let count = self.diagonal.len();
+        let matrix = SymbolicSparseColMatRef::new_checked(count, count, &self.upper.starts, None, &self.upper.items);
+        let need = factorize_supernodal_numeric_llt_scratch::<u32, f32>(&self.symbolic, Par::Seq, Default::default());
+        let (mut values, mut memory) = (vec![0.0; self.upper.items.len()], MemBuffer::new(need));
         for attempt in 0..ATTEMPTS {
             let shift = if attempt == 0 { 0.0 } else { 1e-6 * 10.0_f32.powi(attempt) };
-            preconditioner.fill(lower, blocks, 1.0 + shift);
-            if preconditioner.factorise() {
+            let mut blocks = self.blocks.iter();
+            for row in 0..count {
+                let range = self.upper.range(row);
+                values[range.start] = 1.0 + shift;
+                for (value, [first, .., last]) in values[range.start + 1..range.end].iter_mut().zip(&mut blocks) {
+                    *value = 0.5 * (first + last);
+                }
+            }
+            let made = factorize_supernodal_numeric_llt(
+                &mut self.factor,
+                SparseColMatRef::new(matrix, &values),
+                LltRegularization::default(),
+                &self.symbolic,
+                Par::Seq,
+                MemStack::new(&mut memory),
+                Default::default(),
+            );
+            if made.is_ok() && self.factor.iter().all(|value| value.is_finite()) {
+                (self.steps, self.is_stale) = (None, false);
                 return Ok(());
             }
         }
         Err(degenerate())
     }
 
-    /// Replaces the right side, two numbers for each block row, by the solution. Its residual is at most `tolerance`, as a
-    /// share of that of zero, in the norm of the preconditioner, unless that takes too many steps; the energy of any
-    /// solution is less than that of zero.
-    pub fn solve(&mut self, side: &mut [f64], tolerance: f64) {
+    /// Replaces the right side, a pair for each block row, by the solution. Its residual is at most `tolerance`, as a share of
+    /// that of zero, in the norm of the preconditioner, unless that takes too many steps; the energy of any solution is less
+    /// than that of zero. Returns the scalar product of the right side and the solution.
+    pub fn solve(&mut self, side: &mut Pairs, tolerance: f64) -> f64 {
         let count = side.len();
-        let (mut solution, mut ahead, mut image) = (vec![0.0; count], vec![0.0; count], vec![0.0; count]);
-        // The right side becomes the residual.
-        self.preconditioner.apply(side, &mut ahead);
-        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (mut solution, mut ahead, mut image) =
+            (vec![[0.0; 2]; count], vec![[0.0; 2]; count], vec![[0.0; 2]; count]);
+        // The scaled right side becomes the residual.
+        self.scale(side);
+        self.precondition(side, &mut ahead);
         let mut size = product(side, &ahead);
         let enough = tolerance * tolerance * size;
-        for _ in 0..STEPS {
+        let (mut total, mut steps) = (0.0, 0);
+        while steps < STEPS {
             self.multiply(&ahead, &mut image);
             let curvature = product(&ahead, &image);
             let length = size / curvature;
             if !(curvature > 0.0 && length.is_finite()) {
                 break;
             }
-            for index in 0..count {
-                solution[index] += length * ahead[index];
-                side[index] -= length * image[index];
+            steps += 1;
+            total += length * size;
+            let length = length as f32;
+            for (((solution, side), ahead), image) in solution.iter_mut().zip(side.iter_mut()).zip(&ahead).zip(&image) {
+                for axis in 0..2 {
+                    solution[axis] += length * ahead[axis];
+                    side[axis] -= length * image[axis];
+                }
             }
             // From here on the image is the preconditioned residual.
-            self.preconditioner.apply(side, &mut image);
+            self.precondition(side, &mut image);
             let left = product(side, &image);
             if !(left > enough) {
                 break;
             }
-            let share = left / size;
+            let share = (left / size) as f32;
             size = left;
-            for (ahead, other) in ahead.iter_mut().zip(&image) {
-                *ahead = other + share * *ahead;
+            for (ahead, image) in ahead.iter_mut().zip(&image) {
+                *ahead = [0, 1].map(|axis| image[axis] + share * ahead[axis]);
             }
+        }
+        match self.steps {
+            Some(few) => self.is_stale |= steps > few + PATIENCE,
+            None => self.steps = Some(steps),
         }
         side.copy_from_slice(&solution);
+        self.scale(side);
+        total
     }
 
-    /// Multiplies the matrix by a vector.
-    fn multiply(&self, vector: &[f64], image: &mut [f64]) {
-        let (vector, image) = (vector.as_chunks::<2>().0, image.as_chunks_mut::<2>().0);
-        for (row, [first, mixed, last]) in self.diagonal.iter().enumerate() {
-            let [x, y] = vector[row];
-            let mut sum = [first * x + mixed * y, mixed * x + last * y];
-            let range = self.lower.range(row);
-            for (other, block) in self.lower.items[range.clone()].iter().zip(&self.blocks[range]) {
-                let ([u, v], block) = (vector[*other as usize], block.map(f64::from));
-                sum[0] += block[0] * u + block[2] * v;
-                sum[1] += block[1] * u + block[3] * v;
-                // Rows of smaller numbers have their own sums by now.
-                let below = &mut image[*other as usize];
-                below[0] += block[0] * x + block[1] * y;
-                below[1] += block[2] * x + block[3] * y;
-            }
-            image[row] = sum;
+    /// Multiplies a vector by the inverse roots of the diagonal.
+    fn scale(&self, vector: &mut Pairs) {
+        for (pair, [a, b, c]) in vector.iter_mut().zip(&self.diagonal) {
+            let [x, y] = *pair;
+            *pair = [a * x + b * y, b * x + c * y];
         }
     }
+
+    /// Solves with the factor of the preconditioner.
+    fn precondition(&mut self, side: &Pairs, solution: &mut Pairs) {
+        solution.copy_from_slice(side);
+        solve(&self.symbolic, &self.factor, solution, &mut self.work);
+    }
+
+    /// Multiplies the scaled matrix by a vector.
+    fn multiply(&self, vector: &Pairs, image: &mut Pairs) {
+        image.copy_from_slice(vector);
+        let mut blocks = self.blocks.iter();
+        for (row, [x, y]) in vector.iter().enumerate() {
+            let range = self.upper.range(row);
+            let [mut first, mut second] = [0.0; 2];
+            for (other, [p, q, r, s]) in self.upper.items[range.start + 1..range.end].iter().zip(&mut blocks) {
+                let [u, v] = vector[*other as usize];
+                first += p * u + q * v;
+                second += r * u + s * v;
+                let above = &mut image[*other as usize];
+                above[0] += p * x + r * y;
+                above[1] += q * x + s * y;
+            }
+            image[row][0] += first;
+            image[row][1] += second;
+        }
+    }
+}
+
+/// The scalar product of two vectors.
+fn product(a: &Pairs, b: &Pairs) -> f64 {
+    let (first, rest) = a.as_chunks::<4>();
+    let (second, others) = b.as_chunks::<4>();
+    let mut sums = [[0.0_f64; 2]; 4];
+    for (a, b) in first.iter().zip(second) {
+        for lane in 0..4 {
+            for axis in 0..2 {
+                sums[lane][axis] += f64::from(a[lane][axis]) * f64::from(b[lane][axis]);
+            }
+        }
+    }
+    let rest = rest.as_flattened().iter().zip(others.as_flattened()).map(|(a, b)| f64::from(*a) * f64::from(*b));
+    sums.as_flattened().iter().sum::<f64>() + rest.sum::<f64>()
 }
 
 fn degenerate() -> Error {
@@ -231,83 +324,20 @@ fn inverse_root([first, mixed, last]: [f64; 3]) -> Option<[f32; 3]> {
     (trace > 0.0 && entries.iter().all(|entry| entry.is_finite())).then_some(entries)
 }
 
-impl Preconditioner {
-    fn new(lower: &Lists) -> Result<Self> {
-        let count = lower.starts.len() - 1;
-        let mut starts = Vec::with_capacity(count + 1);
-        let mut indices = Vec::with_capacity(count + lower.items.len());
-        starts.push(0_u32);
-        for row in 0..count {
-            indices.extend(&lower.items[lower.range(row)]);
-            indices.push(row as u32);
-            starts.push(indices.len() as u32);
-        }
-        let values = vec![0.0; indices.len()];
-        let matrix = SymbolicSparseColMat::new_checked(count, count, starts, None, indices);
-        let params = CholeskySymbolicParams {
-            supernodal_params: SymbolicSupernodalParams { relax: Some(&MERGED) },
-            ..CholeskySymbolicParams::default()
-        };
-        let symbolic =
-            factorize_symbolic_cholesky(matrix.as_ref(), Side::Upper, SymmetricOrdering::Identity, params)
-                .map_err(|_| Error::memory("the factor of the decal's linear system does not fit into memory"))?;
-        let factor = vec![0.0; symbolic.len_val()];
-        let need = symbolic.factorize_numeric_llt_scratch::<f32>(Par::Seq, Default::default());
-        let (roots, side, work) = (vec![[0.0; 3]; count], vec![[0.0; 2]; count], Work::default());
-        Ok(Self { matrix, values, roots, symbolic, factor, side, work, memory: MemBuffer::new(need) })
-    }
-
-    /// Sets the matrix to the mean couplings, with `unit` on the diagonal.
-    fn fill(&mut self, lower: &Lists, blocks: &[[f32; 4]], unit: f32) {
-        let mut values = self.values.iter_mut();
-        for row in 0..self.roots.len() {
-            let range = lower.range(row);
-            let [a, b, c] = self.roots[row].map(f64::from);
-            for (other, block) in lower.items[range.clone()].iter().zip(&blocks[range]) {
-                let ([p, q, r, s], [d, e, f]) = (block.map(f64::from), self.roots[*other as usize].map(f64::from));
-                // Half the trace of the block between both roots.
-                let coupling =
-                    0.5 * (p * (a * d + b * e) + q * (b * d + c * e) + r * (a * e + b * f) + s * (b * e + c * f));
-                if let Some(value) = values.next() {
-                    *value = coupling as f32;
-                }
-            }
-            if let Some(value) = values.next() {
-                *value = unit;
-            }
-        }
-    }
-
-    /// Factorises the matrix. Returns whether it is positive definite.
-    fn factorise(&mut self) -> bool {
-        let factor = self.symbolic.factorize_numeric_llt(
-            &mut self.factor,
-            SparseColMatRef::new(self.matrix.as_ref(), &self.values),
-            Side::Upper,
-            LltRegularization::default(),
-            Par::Seq,
-            MemStack::new(&mut self.memory),
-            Default::default(),
-        );
-        factor.is_ok() && self.factor.iter().all(|value| value.is_finite())
-    }
-
-    /// Solves for a right side.
-    fn apply(&mut self, side: &[f64], solution: &mut [f64]) {
-        let largest = side.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
-        // 32 bits hold any vector whose largest entry is 1.
-        let unit = if largest > 0.0 { largest } else { 1.0 };
-        let rows = self.roots.iter().zip(side.as_chunks::<2>().0);
-        for (place, ([a, b, c], [x, y])) in self.side.iter_mut().zip(rows) {
-            let (x, y) = ((x / unit) as f32, (y / unit) as f32);
-            *place = [a * x + b * y, b * x + c * y];
-        }
-        solve(&self.symbolic, &self.factor, &mut self.side, &mut self.work);
-        let rows = self.roots.iter().zip(&self.side);
-        for (place, ([a, b, c], [x, y])) in solution.as_chunks_mut::<2>().0.iter_mut().zip(rows) {
-            *place = [a * x + b * y, b * x + c * y].map(|value| f64::from(value) * unit);
-        }
-    }
+/// The structure of the factor of a matrix with these neighbours.
+fn structure(lower: Lists) -> Result<SymbolicSupernodalCholesky<u32>> {
+    let count = lower.starts.len() - 1;
+    let need = StackReq::or(
+        prefactorize_symbolic_cholesky_scratch::<u32>(count, lower.items.len()),
+        factorize_supernodal_symbolic_cholesky_scratch::<u32>(count),
+    );
+    let matrix = SymbolicSparseColMat::new_checked(count, count, lower.starts, None, lower.items);
+    let (mut parents, mut counts, mut memory) = (vec![0; count], vec![0; count], MemBuffer::new(need));
+    let memory = MemStack::new(&mut memory);
+    let parents = prefactorize_symbolic_cholesky(&mut parents, &mut counts, matrix.as_ref(), memory);
+    let params = SymbolicSupernodalParams { relax: Some(&MERGED) };
+    factorize_supernodal_symbolic_cholesky(matrix.as_ref(), parents, &counts, memory, params)
+        .map_err(|_| Error::memory("the factor of the decal's linear system does not fit into memory"))
 }
 
 /// Lists of numbers, one after the other.
@@ -321,11 +351,27 @@ impl Lists {
         self.starts[list] as usize..self.starts[list + 1] as usize
     }
 
-    /// The place of an item among all.
-    fn place(&self, list: usize, item: u32) -> Option<usize> {
-        let range = self.range(list);
-        let within = self.items[range.clone()].iter().position(|other| *other == item)?;
-        Some(range.start + within)
+    /// The other direction: each number, followed by the numbers of the lists that it is in.
+    fn mirrored(&self) -> Self {
+        let count = self.starts.len() - 1;
+        let mut starts = vec![0_u32; count + 1];
+        for item in &self.items {
+            starts[*item as usize + 1] += 1;
+        }
+        for list in 0..count {
+            starts[list + 1] += starts[list] + 1;
+        }
+        let mut items = vec![0; self.items.len() + count];
+        let mut ends = starts.clone();
+        for list in 0..count {
+            let of = self.items[self.range(list)].iter().copied().chain([list as u32]);
+            for item in of {
+                let end = &mut ends[item as usize];
+                items[*end as usize] = list as u32;
+                *end += 1;
+            }
+        }
+        Self { starts, items }
     }
 }
 

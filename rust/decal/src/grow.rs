@@ -9,6 +9,7 @@
 //! between them are added last, along a seam.
 
 use std::collections::{HashSet, VecDeque};
+use std::ops::Range;
 
 use relievo_core::{Error, Progress, Result};
 
@@ -20,7 +21,7 @@ use crate::factor::System;
 use crate::outline::Outline;
 use crate::patch::{Joint, Patch};
 use crate::pins::name;
-use crate::relax::{Map, Relaxed, Stop};
+use crate::relax::{Map, Part, Relaxed, Stop, spread};
 use crate::seed::Seed;
 use crate::surface::{NONE, Surface, dot, minus, previous};
 
@@ -43,6 +44,17 @@ const ASTRAY: f64 = 0.75;
 const WORSE: f64 = 1.05;
 /// The least area in the plane of a face that is upright, as a share of its area on the surface.
 const UPRIGHT: f64 = 1e-3;
+
+/// When to stop while the patch grows.
+const ROUGH: Stop = Stop { steps: 8, decrease: 0.02, enough: 4.05, residual: 1e-4 };
+/// How much more energy than the mean one, for each unit of area, a new face may have without a relaxation.
+const DISTORTED: f64 = 2.0;
+/// New faces of a patch of this many times their number are relaxed with those around them alone.
+const FEW: usize = 64;
+/// A patch of this many times the faces that were added to it at the end is not relaxed anew.
+const FEWER: usize = 512;
+/// Rings around new faces that move to lower the distortion of these.
+const NEAR: usize = 3;
 
 /// Why a patch cannot cover a sticker.
 #[derive(Debug)]
@@ -138,17 +150,28 @@ impl Growth<'_> {
     /// # Errors
     /// A pin cannot be reached or makes triangles flip, the patch grows beyond its limit, or the caller cancels.
     pub fn run(&mut self, stop: Stop, progress: &mut dyn Progress) -> Grown<()> {
-        let rough = Stop { steps: 8, decrease: 0.02, enough: 4.05 };
-        if self.is_free {
-            self.cover(rough, progress)?;
+        // Pins that pull at a patch which covers the sticker say where it grows on. One that is stuck needs faces before it is
+        // bent, as its fronts meet elsewhere then.
+        let is_pulled = if self.is_free {
+            self.cover(progress)?;
+            let is_whole = is_covered(self.seed, self.outline);
             self.align();
             self.is_free = false;
+            if is_whole {
+                self.attach();
+            }
+            is_whole && self.seed.pins.len() == self.places.len()
         } else {
-            self.relax(rough, progress)?;
+            true
+        };
+        if is_pulled {
+            self.relax(ROUGH, progress)?;
         }
-        self.cover(rough, progress)?;
+        self.cover(progress)?;
         self.attach();
-        self.relax(rough, progress)?;
+        if !self.is_arrived() {
+            self.relax(ROUGH, progress)?;
+        }
         if let Some(missing) = (0..self.places.len()).find(|pin| self.seed.pins.iter().all(|other| other.0 != *pin)) {
             return Err(Fault::Unreached(missing));
         }
@@ -161,7 +184,7 @@ impl Growth<'_> {
     /// As [`Self::run`].
     pub fn settle(&mut self, stop: Stop, progress: &mut dyn Progress) -> Grown<()> {
         self.relax(stop, progress)?;
-        self.cover(stop, progress)?;
+        self.cover(progress)?;
         self.finish(stop, progress)
     }
 
@@ -174,11 +197,13 @@ impl Growth<'_> {
             if is_covered(self.seed, self.outline) {
                 break;
             }
-            self.cover(stop, progress)?;
-            if self.seed.patch.faces.len() == before {
+            self.cover(progress)?;
+            let added = self.seed.patch.faces.len() - before;
+            self.peel();
+            // A few faces, which lie as rigidly as the others let them, change nothing elsewhere.
+            if FEWER * added <= before {
                 break;
             }
-            self.peel();
             self.relax(stop, progress)?;
         }
         self.peel();
@@ -192,19 +217,21 @@ impl Growth<'_> {
             is_fixed[*vertex as usize] = true;
         }
         let Some((patch, number)) = self.seed.patch.zipped(&self.seed.surface, &is_fixed)? else { return Ok(()) };
-        let (before, energy) = (once(self.seed, self.outline), self.energy());
+        let (before, energy) = (once(self.seed, self.outline), self.energy(0..self.seed.patch.faces.len()));
         let kept = (std::mem::replace(&mut self.seed.patch, patch), self.seed.pins.clone());
         for (_, vertex) in &mut self.seed.pins {
             *vertex = number[*vertex as usize];
         }
         let done = self.relax(stop, progress).and_then(|()| {
             if !is_covered(self.seed, self.outline) {
-                self.cover(stop, progress)?;
+                self.cover(progress)?;
             }
             self.peel();
             Ok(())
         });
-        let is_better = done.is_ok() && once(self.seed, self.outline) > before && self.energy() <= WORSE * energy;
+        let is_better = done.is_ok()
+            && once(self.seed, self.outline) > before
+            && self.energy(0..self.seed.patch.faces.len()) <= WORSE * energy;
         if !is_better {
             (self.seed.patch, self.seed.pins) = kept;
         }
@@ -214,26 +241,33 @@ impl Growth<'_> {
         }
     }
 
-    /// The mean energy for each unit of area: 4 at an isometric map.
-    fn energy(&self) -> f64 {
+    /// The mean energy of some faces for each unit of area: 4 at an isometric map.
+    fn energy(&self, faces: Range<usize>) -> f64 {
+        self.energies(faces).0
+    }
+
+    /// The mean and the largest energy of some faces for each unit of area.
+    fn energies(&self, faces: Range<usize>) -> (f64, f64) {
         let Seed { surface, patch, scale, .. } = &*self.seed;
-        let (mut energy, mut area) = (0.0, 0.0);
-        for (face, triangle) in patch.faces.iter().zip(&patch.triangles) {
+        let (mut energy, mut area, mut largest) = (0.0, 0.0, 0.0_f64);
+        for (face, triangle) in patch.faces[faces.clone()].iter().zip(&patch.triangles[faces]) {
             let rest = Rest::new(surface.corners(*triangle), *scale);
-            energy += rest.energy(face.map(|vertex| patch.positions[vertex as usize]), 0.0);
+            let own = rest.energy(face.map(|vertex| patch.positions[vertex as usize]), 0.0);
+            energy += own;
             area += rest.area();
+            largest = largest.max(own / rest.area());
         }
-        energy / area
+        (energy / area, largest)
     }
 
     /// Adds faces until no boundary edge with a face beyond touches the region.
-    fn cover(&mut self, stop: Stop, progress: &mut dyn Progress) -> Grown<()> {
+    fn cover(&mut self, progress: &mut dyn Progress) -> Grown<()> {
         let mut faces = Faces::Rings(RINGS);
         // Faces of an upright ring may let the next whole ring through.
         let mut is_eased = false;
         for round in 0..ROUNDS {
             progress.step((round as f32 / ROUNDS as f32).sqrt(), "growing the patch")?;
-            let advance = self.advance(faces, stop, progress)?;
+            let advance = self.advance(faces, progress)?;
             let was_eased = std::mem::replace(&mut is_eased, faces == Faces::Upright && advance == Advance::Made);
             faces = match (faces, advance) {
                 (Faces::Rings(rings), Advance::Made) => Faces::Rings((2 * rings).min(RINGS)),
@@ -249,8 +283,9 @@ impl Growth<'_> {
         Ok(())
     }
 
-    /// Adds faces and lowers the distortion, unless that leaves flipped triangles: then the patch stays what it was.
-    fn advance(&mut self, faces: Faces, stop: Stop, progress: &mut dyn Progress) -> Grown<Advance> {
+    /// Adds faces, and lowers the distortion where they are more distorted than the others, unless that leaves flipped
+    /// triangles: then the patch stays what it was.
+    fn advance(&mut self, faces: Faces, progress: &mut dyn Progress) -> Grown<Advance> {
         let before = self.seed.patch.faces.len();
         let (mark, pins) = (self.seed.patch.mark(), self.seed.pins.clone());
         self.grow(faces)?;
@@ -263,7 +298,15 @@ impl Growth<'_> {
                 self.attach();
             }
         }
-        match self.relax(stop, progress) {
+        let most = self.energy(0..before).max(ROUGH.enough);
+        if self.is_arrived() {
+            let faces = before..self.seed.patch.faces.len();
+            let is_few = FEW * faces.len() <= before;
+            if self.is_smooth(before, most) || (is_few && self.smooth(before, most, progress)?) {
+                return Ok(Advance::Made);
+            }
+        }
+        match self.relax(ROUGH, progress) {
             Ok(()) => Ok(Advance::Made),
             Err(Fault::Folded(_)) => {
                 self.seed.patch.revert(mark);
@@ -272,6 +315,38 @@ impl Growth<'_> {
             }
             Err(fault) => Err(fault),
         }
+    }
+
+    /// Whether the faces from `first` on are hardly more distorted than `most`, an energy for each unit of area.
+    fn is_smooth(&self, first: usize, most: f64) -> bool {
+        let (mean, largest) = self.energies(first..self.seed.patch.faces.len());
+        mean <= most && largest <= DISTORTED * most
+    }
+
+    /// Lowers the distortion of the faces from `first` on by moving the vertices within some rings of them. Returns whether
+    /// they are smooth then.
+    fn smooth(&mut self, first: usize, most: f64, progress: &mut dyn Progress) -> Result<bool> {
+        let Seed { surface, patch, pins, scale } = &mut *self.seed;
+        let mut is_free = vec![false; patch.vertices.len()];
+        for vertex in patch.faces[first..].as_flattened() {
+            is_free[*vertex as usize] = true;
+        }
+        spread(&patch.faces, &mut is_free, NEAR);
+        for (_, vertex) in pins {
+            is_free[*vertex as usize] = false;
+        }
+        let rest = |face: usize| Rest::new(surface.corners(patch.triangles[face]), *scale);
+        let Some(mut part) = Part::new(&patch.faces, &patch.positions, &is_free, rest)? else { return Ok(false) };
+        if part.relax(ROUGH, progress)? != Relaxed::Valid {
+            return Ok(false);
+        }
+        part.move_back(&mut patch.positions);
+        Ok(self.is_smooth(first, most))
+    }
+
+    /// Whether each pin that the patch holds is at its place.
+    fn is_arrived(&self) -> bool {
+        self.seed.pins.iter().all(|(pin, vertex)| self.seed.patch.positions[*vertex as usize] == self.places[*pin])
     }
 
     /// Moves and turns the patch so that the pins come near to their places (Umeyama 1991, without a change of scale).

@@ -35,9 +35,8 @@ pub struct Patch {
 pub struct Mark {
     faces: usize,
     positions: Vec<Vec2>,
-    next: Vec<u32>,
-    previous: Vec<u32>,
-    halves: Vec<u32>,
+    /// The vertices of the boundary, with the next and the previous one and the half-edge of the surface.
+    boundary: Vec<[u32; 4]>,
 }
 
 /// How a face beyond a boundary edge can be added.
@@ -174,18 +173,17 @@ impl Patch {
 
     /// Returns what [`Self::revert`] needs to take back faces that are added and vertices that move from now on.
     pub fn mark(&self) -> Mark {
-        Mark {
-            faces: self.faces.len(),
-            positions: self.positions.clone(),
-            next: self.next.clone(),
-            previous: self.previous.clone(),
-            halves: self.halves.clone(),
-        }
+        let links = |vertex: u32| {
+            let at = vertex as usize;
+            [vertex, self.next[at], self.previous[at], self.halves[at]]
+        };
+        let boundary = (0..self.vertices.len() as u32).filter(|vertex| self.is_boundary(*vertex)).map(links).collect();
+        Mark { faces: self.faces.len(), positions: self.positions.clone(), boundary }
     }
 
     /// Makes the patch again what it was when it was marked. Between, faces were added only.
     pub fn revert(&mut self, mark: Mark) {
-        let Mark { faces, positions, next, previous, halves } = mark;
+        let Mark { faces, positions, boundary } = mark;
         while self.vertices.len() > positions.len() {
             if let Some(place) = self.vertices.pop() {
                 self.delist(place);
@@ -193,7 +191,15 @@ impl Patch {
         }
         self.faces.truncate(faces);
         self.triangles.truncate(faces);
-        (self.positions, self.next, self.previous, self.halves) = (positions, next, previous, halves);
+        for list in [&mut self.next, &mut self.previous, &mut self.halves] {
+            list.truncate(positions.len());
+            list.fill(NONE);
+        }
+        for [vertex, next, previous, half] in boundary {
+            let at = vertex as usize;
+            (self.next[at], self.previous[at], self.halves[at]) = (next, previous, half);
+        }
+        self.positions = positions;
     }
 
     /// Gives memory back that was set aside for faces to be added.

@@ -22,7 +22,7 @@ use crate::surface::{Surface, Vec3, cross, dot, minus};
 /// Newton steps of an update after the pin arrived.
 const STEPS: usize = 1;
 /// How near a dragged pin comes to its place in the image, in widths of the image.
-const NEAR: f64 = 1e-9;
+const NEAR: f64 = 1e-8;
 
 /// A sticker on a surface.
 #[derive(Debug)]

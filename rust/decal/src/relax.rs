@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use relievo_core::{Error, Progress, Result};
 
 use crate::energy::{Rest, Vec2};
-use crate::factor::{PINNED, System};
+use crate::factor::{PINNED, Pairs, System};
 
 /// The share of the way to the first flip that a step may go.
 const SAFE: f64 = 0.9;
@@ -25,11 +25,10 @@ const RINGS: [usize; 2] = [5, 15];
 /// Faces of a map that moves as a whole to turn back triangles that its pins did not flip.
 const FEW: usize = 4096;
 
-/// The residual of the linear system of a step, as a share of that of no step. Maps of a surface before and after it is turned
-/// differ by about as much, since one may take a step of conjugate gradients more than the other.
-const TOLERANCE: f64 = 1e-5;
 /// That of steps that follow a dragged pin or turn triangles back, after which others come.
 const ROUGH: f64 = 1e-4;
+/// That of the moves that a force at a dragged pin makes.
+const HELD: f64 = 1e-3;
 
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
@@ -40,6 +39,9 @@ pub struct Stop {
     pub decrease: f64,
     /// The energy for each unit of area, 4 at an isometric map, that needs no step at all.
     pub enough: f64,
+    /// The residual of the linear system of a step, as a share of that of no step. Maps of a surface before and after it is
+    /// turned differ by about as much, since one may take a step of conjugate gradients more than the other.
+    pub residual: f64,
 }
 
 /// The outcome of a relaxation.
@@ -105,19 +107,19 @@ impl Map<'_> {
         determinants.fold((0, f64::INFINITY), |worst, other| if other.1 < worst.1 { other } else { worst })
     }
 
-    fn step(&mut self, direction: &[Vec2], length: f64) {
+    fn step(&mut self, direction: &Pairs, length: f64) {
         for (position, step) in self.positions.iter_mut().zip(direction) {
-            position[0] += length * step[0];
-            position[1] += length * step[1];
+            position[0] += length * f64::from(step[0]);
+            position[1] += length * f64::from(step[1]);
         }
     }
 
     /// The step at which the first triangle loses its area.
-    fn first_flip(&self, direction: &[Vec2]) -> f64 {
+    fn first_flip(&self, direction: &Pairs) -> f64 {
         let mut first = f64::INFINITY;
         for face in self.faces {
             let [a, b, c] = face.map(|vertex| self.positions[vertex as usize]);
-            let [u, v, w] = face.map(|vertex| direction[vertex as usize]);
+            let [u, v, w] = face.map(|vertex| direction[vertex as usize].map(f64::from));
             let (p, q) = (minus(b, a), minus(c, a));
             let (r, s) = (minus(v, u), minus(w, u));
             // Twice the area after a step of length t: constant + linear t + square t².
@@ -128,96 +130,91 @@ impl Map<'_> {
         first
     }
 
-    /// Computes the Newton direction at the current positions and returns energy and slope along it.
+    /// Computes the Newton direction at the current positions and returns energy and slope along it. There is no slope of
+    /// pins on their way.
     fn direction(
         &self,
         system: &mut System,
         epsilon: f64,
         tolerance: f64,
-        direction: &mut [Vec2],
+        direction: &mut Pairs,
     ) -> Result<(f64, f64)> {
-        for step in direction.iter_mut() {
-            *step = [0.0; 2];
-        }
+        direction.fill([0.0; 2]);
+        let mut is_pulled = false;
         for (vertex, target) in self.pins {
-            direction[*vertex as usize] = minus(*target, self.positions[*vertex as usize]);
+            let way = minus(*target, self.positions[*vertex as usize]);
+            is_pulled |= way != [0.0; 2];
+            direction[*vertex as usize] = way.map(|value| value as f32);
         }
-        let mut side = vec![0.0; system.unknowns()];
-        let mut gradient = vec![0.0; system.unknowns()];
+        let mut side = vec![[0.0_f32; 2]; system.free()];
         let mut energy = 0.0;
-        let area = self.rest.iter().map(Rest::area).sum::<f64>();
-        // Rotations of an isometric map cost nothing to second order; the shift keeps the matrix definite.
-        system.clear(1e-7 * area / self.rest.len().max(1) as f64 + 1e-9);
+        system.clear();
         for (face, rest) in self.rest.iter().enumerate() {
             let found = rest.derivatives(self.corners(face), epsilon);
             energy += found.energy;
             let vertices = self.faces[face];
-            system.add(vertices, &found.hessian);
-            let moves = vertices.map(|vertex| direction[vertex as usize]);
+            system.add(vertices, &found.couplings);
             let rows = vertices.map(|vertex| system.row(vertex as usize));
-            let moved = (0..3).filter(|corner| rows[*corner] == PINNED && moves[*corner] != [0.0; 2]);
-            let moved: u32 = moved.map(|corner| 1 << corner).sum();
-            for corner in 0..3 {
-                if rows[corner] == PINNED {
-                    continue;
-                }
-                for part in 0..2 {
-                    let row = 2 * rows[corner] as usize + part;
-                    gradient[row] += found.gradient[2 * corner + part];
-                    for other in (0..3).filter(|other| moved & 1 << other != 0) {
-                        let entries = &found.hessian[2 * corner + part][2 * other..];
-                        side[row] -= entries[0] * moves[other][0] + entries[1] * moves[other][1];
-                    }
+            for (row, slopes) in rows.into_iter().zip(found.gradient).filter(|(row, _)| *row != PINNED) {
+                let force = &mut side[row as usize];
+                *force = [force[0] - slopes[0] as f32, force[1] - slopes[1] as f32];
+            }
+            for corner in (0..3).filter(|corner| is_pulled && rows[*corner] == PINNED) {
+                let [x, y] = direction[vertices[corner] as usize].map(f64::from);
+                let (after, before) = ((corner + 1) % 3, (corner + 2) % 3);
+                let ([p, q, r, s], [a, b, c, d]) = (found.couplings[corner], found.couplings[before]);
+                let forces = [(after, [p * x + r * y, q * x + s * y]), (before, [a * x + b * y, c * x + d * y])];
+                for (other, [x, y]) in forces.into_iter().filter(|(other, _)| rows[*other] != PINNED) {
+                    let force = &mut side[rows[other] as usize];
+                    *force = [force[0] - x as f32, force[1] - y as f32];
                 }
             }
         }
-        for (side, gradient) in side.iter_mut().zip(&gradient) {
-            *side -= gradient;
-        }
-        system.factorise()?;
-        system.solve(&mut side, tolerance);
+        system.prepare()?;
+        let mut slope = -system.solve(&mut side, tolerance);
         if let Some(hook) = self.hook {
-            self.hold(hook, system, &mut side);
+            slope += self.hold(hook, system, &mut side);
         }
-        let slope = side.iter().zip(&gradient).map(|(step, gradient)| step * gradient).sum();
         for (vertex, step) in direction.iter_mut().enumerate() {
             let row = system.row(vertex);
             if row != PINNED {
-                *step = [side[2 * row as usize], side[2 * row as usize + 1]];
+                *step = side[row as usize];
             }
         }
         Ok((energy, slope))
     }
 
     /// Changes a Newton step so that the point of the hook moves to its target: adds the least change, in the metric of the
-    /// matrix, that does so.
-    fn hold(&self, hook: Hook, system: &mut System, side: &mut [f64]) {
+    /// matrix, that does so. Returns the change of the slope.
+    fn hold(&self, hook: Hook, system: &mut System, side: &mut Pairs) -> f64 {
         let rows = self.faces[hook.face].map(|vertex| system.row(vertex as usize));
         let free = || rows.into_iter().zip(hook.weights).filter(|(row, _)| *row != PINNED);
-        let point = |values: &[f64], axis: usize| -> f64 {
-            free().map(|(row, weight)| weight * values[2 * row as usize + axis]).sum()
+        let point = |values: &Pairs, axis: usize| -> f64 {
+            free().map(|(row, weight)| weight * f64::from(values[row as usize][axis])).sum()
         };
-        let mut columns = [vec![0.0; side.len()], vec![0.0; side.len()]];
+        let mut columns = [vec![[0.0; 2]; side.len()], vec![[0.0; 2]; side.len()]];
         for (axis, column) in columns.iter_mut().enumerate() {
             for (row, weight) in free() {
-                column[2 * row as usize + axis] = weight;
+                column[row as usize][axis] = weight as f32;
             }
-            system.solve(column, ROUGH);
+            system.solve(column, HELD);
         }
-        let way = minus(hook.target, self.hooked(hook));
-        let missing = [way[0] - point(side, 0), way[1] - point(side, 1)];
+        let (way, moved) = (minus(hook.target, self.hooked(hook)), [point(side, 0), point(side, 1)]);
+        let missing = minus(way, moved);
         let [[a, b], [c, d]] = [0, 1].map(|row| [0, 1].map(|column| point(&columns[column], row)));
         let determinant = a * d - b * c;
-        if determinant <= 0.0 {
+        if !(determinant > 0.0) {
             // Every vertex of the face is pinned.
-            return;
+            return 0.0;
         }
         let shares = [(d * missing[0] - b * missing[1]) / determinant, (a * missing[1] - c * missing[0]) / determinant];
         for (column, share) in columns.iter().zip(shares) {
             for (step, change) in side.iter_mut().zip(column) {
-                *step += share * change;
+                *step = [0, 1].map(|axis| step[axis] + (share * f64::from(change[axis])) as f32);
             }
         }
+        // The forces along a column are what the step without it moves the point by, as the matrix is symmetric.
+        -(shares[0] * moved[0] + shares[1] * moved[1])
     }
 
     /// Where the point of the hook is in the plane.
@@ -233,7 +230,7 @@ impl Map<'_> {
     /// The map degenerates, or memory does not suffice.
     pub fn follow(&mut self, system: &mut System, steps: usize, tolerance: f64) -> Result<bool> {
         let Some(hook) = self.hook else { return Ok(true) };
-        let mut direction = vec![[0.0; 2]; self.positions.len()];
+        let mut direction = vec![[0.0_f32; 2]; self.positions.len()];
         let mut left = steps;
         for _ in 0..PULLING_STEPS {
             let is_held = crate::energy::distance(self.hooked(hook), hook.target) <= tolerance;
@@ -271,12 +268,12 @@ impl Map<'_> {
     /// # Errors
     /// The caller cancels, or memory does not suffice.
     pub fn relax(&mut self, system: &mut System, stop: Stop, progress: &mut dyn Progress) -> Result<Relaxed> {
-        let mut direction = vec![[0.0; 2]; self.positions.len()];
+        let mut direction = vec![[0.0_f32; 2]; self.positions.len()];
         let mut is_valid = self.worst().1 > 0.0;
         let mut pulls = 0;
         while is_valid && !self.is_arrived() {
             progress.step(0.0, "pulling pins")?;
-            self.direction(system, 0.0, TOLERANCE, &mut direction)?;
+            self.direction(system, 0.0, stop.residual, &mut direction)?;
             let length = (SAFE * self.first_flip(&direction)).min(1.0);
             self.step(&direction, length);
             if length == 1.0 {
@@ -302,16 +299,20 @@ impl Map<'_> {
                 return Ok(Relaxed::Flipped(face));
             }
         }
+        let mut before = None;
         for step in 0..stop.steps {
             progress.step(step as f32 / stop.steps as f32, "lowering the distortion")?;
-            let (energy, slope) = self.direction(system, 0.0, TOLERANCE, &mut direction)?;
-            if -slope <= stop.decrease * energy {
-                break;
-            }
+            let (energy, slope) = self.direction(system, 0.0, stop.residual, &mut direction)?;
             let longest = (SAFE * self.first_flip(&direction)).min(1.0);
             if !self.search(&direction, longest, energy, slope, 0.0) {
                 break;
             }
+            // The next decrease is at most as large a share of this one as this one is of the last one.
+            let share = before.map_or(1.0, |before: f64| (slope / before).min(1.0));
+            if -slope * share <= stop.decrease * energy {
+                break;
+            }
+            before = Some(slope);
         }
         Ok(Relaxed::Valid)
     }
@@ -325,59 +326,27 @@ impl Map<'_> {
                 self.faces[face].iter().for_each(|vertex| is_near[*vertex as usize] = true);
             }
         }
-        for _ in 0..rings {
-            let before = is_near.clone();
-            for face in self.faces.iter().filter(|face| face.iter().any(|vertex| before[*vertex as usize])) {
-                face.iter().for_each(|vertex| is_near[*vertex as usize] = true);
-            }
-        }
-        let mut is_free = is_near;
+        spread(self.faces, &mut is_near, rings);
         for (vertex, _) in self.pins {
-            is_free[*vertex as usize] = false;
+            is_near[*vertex as usize] = false;
         }
-        let near: Vec<usize> = (0..self.faces.len())
-            .filter(|face| self.faces[*face].iter().any(|vertex| is_free[*vertex as usize]))
-            .collect();
-        if near.is_empty() || 2 * near.len() > self.faces.len() {
+        let Some(mut part) = Part::new(self.faces, self.positions, &is_near, |face| self.rest[face])? else {
+            return Ok(false);
+        };
+        if 2 * part.faces.len() > self.faces.len() {
             return Ok(false);
         }
-        let mut number = HashMap::new();
-        let mut vertices = Vec::new();
-        let faces: Vec<[u32; 3]> = near
-            .iter()
-            .map(|face| {
-                self.faces[*face].map(|vertex| {
-                    *number.entry(vertex).or_insert_with(|| {
-                        vertices.push(vertex as usize);
-                        vertices.len() as u32 - 1
-                    })
-                })
-            })
-            .collect();
-        let rest: Vec<Rest> = near.iter().map(|face| self.rest[*face]).collect();
-        let mut positions: Vec<Vec2> = vertices.iter().map(|vertex| self.positions[*vertex]).collect();
-        let is_held: Vec<bool> = vertices.iter().map(|vertex| !is_free[*vertex]).collect();
-        let held = (0..).zip(&positions).filter(|(vertex, _)| is_held[*vertex as usize]);
-        let pins: Vec<(u32, Vec2)> = held.map(|(vertex, place)| (vertex, *place)).collect();
-        let mut system = System::new(vertices.len(), &faces, &is_held)?;
-        let mut direction = vec![[0.0; 2]; vertices.len()];
-        let mut map = Map { faces: &faces, rest: &rest, positions: &mut positions, pins: &pins, hook: None };
-        if map.untangle(&mut system, &mut direction, progress)? != Relaxed::Valid {
+        let mut direction = vec![[0.0; 2]; part.vertices.len()];
+        let (mut map, system) = part.map();
+        if map.untangle(system, &mut direction, progress)? != Relaxed::Valid {
             return Ok(false);
         }
-        for (vertex, position) in vertices.iter().zip(&positions) {
-            self.positions[*vertex] = *position;
-        }
+        part.move_back(self.positions);
         Ok(self.worst().1 > 0.0)
     }
 
     /// Turns flipped triangles back.
-    fn untangle(
-        &mut self,
-        system: &mut System,
-        direction: &mut [Vec2],
-        progress: &mut dyn Progress,
-    ) -> Result<Relaxed> {
+    fn untangle(&mut self, system: &mut System, direction: &mut Pairs, progress: &mut dyn Progress) -> Result<Relaxed> {
         let (_, smallest) = self.worst();
         if smallest > 0.0 {
             return Ok(Relaxed::Valid);
@@ -405,7 +374,7 @@ impl Map<'_> {
     }
 
     /// Steps along a direction of descent until the energy decreases enough (Armijo 1966). Returns whether it did.
-    fn search(&mut self, direction: &[Vec2], longest: f64, energy: f64, slope: f64, epsilon: f64) -> bool {
+    fn search(&mut self, direction: &Pairs, longest: f64, energy: f64, slope: f64, epsilon: f64) -> bool {
         let mut length = longest;
         self.step(direction, length);
         for _ in 0..40 {
@@ -417,6 +386,81 @@ impl Map<'_> {
         }
         self.step(direction, -length);
         false
+    }
+}
+
+/// Adds the vertices within some rings of faces.
+pub fn spread(faces: &[[u32; 3]], is_near: &mut Vec<bool>, rings: usize) {
+    for _ in 0..rings {
+        let before = is_near.clone();
+        for face in faces.iter().filter(|face| face.iter().any(|vertex| before[*vertex as usize])) {
+            face.iter().for_each(|vertex| is_near[*vertex as usize] = true);
+        }
+    }
+}
+
+/// The faces of a map around its free vertices, as a map of its own that holds all other vertices.
+pub struct Part {
+    vertices: Vec<u32>,
+    faces: Vec<[u32; 3]>,
+    rest: Vec<Rest>,
+    positions: Vec<Vec2>,
+    held: Vec<(u32, Vec2)>,
+    system: System,
+}
+
+impl Part {
+    /// Makes the part of a map whose faces have the shapes that `rest` returns. There is none without free vertices.
+    ///
+    /// # Errors
+    /// Memory does not suffice.
+    pub fn new(
+        faces: &[[u32; 3]],
+        positions: &[Vec2],
+        is_free: &[bool],
+        rest: impl Fn(usize) -> Rest,
+    ) -> Result<Option<Self>> {
+        let is_near = |face: &usize| faces[*face].iter().any(|vertex| is_free[*vertex as usize]);
+        let near: Vec<usize> = (0..faces.len()).filter(is_near).collect();
+        if near.is_empty() {
+            return Ok(None);
+        }
+        let mut number = HashMap::new();
+        let mut vertices = Vec::new();
+        let mut local = |vertex: u32| {
+            *number.entry(vertex).or_insert_with(|| {
+                vertices.push(vertex);
+                vertices.len() as u32 - 1
+            })
+        };
+        let faces: Vec<[u32; 3]> = near.iter().map(|face| faces[*face].map(&mut local)).collect();
+        let positions: Vec<Vec2> = vertices.iter().map(|vertex| positions[*vertex as usize]).collect();
+        let is_held: Vec<bool> = vertices.iter().map(|vertex| !is_free[*vertex as usize]).collect();
+        let held = (0..).zip(&positions).filter(|(vertex, _)| is_held[*vertex as usize]);
+        let held = held.map(|(vertex, place)| (vertex, *place)).collect();
+        let system = System::new(vertices.len(), &faces, &is_held)?;
+        Ok(Some(Self { vertices, faces, rest: near.into_iter().map(rest).collect(), positions, held, system }))
+    }
+
+    fn map(&mut self) -> (Map<'_>, &mut System) {
+        let Self { faces, rest, positions, held, system, .. } = self;
+        (Map { faces, rest, positions, pins: held, hook: None }, system)
+    }
+
+    /// Lowers the distortion, as [`Map::relax`] does.
+    ///
+    /// # Errors
+    /// As [`Map::relax`].
+    pub fn relax(&mut self, stop: Stop, progress: &mut dyn Progress) -> Result<Relaxed> {
+        let (mut map, system) = self.map();
+        map.relax(system, stop, progress)
+    }
+
+    /// Moves the vertices of the map that the part was taken out of.
+    pub fn move_back(&self, positions: &mut [Vec2]) {
+        for (vertex, position) in self.vertices.iter().zip(&self.positions) {
+            positions[*vertex as usize] = *position;
+        }
     }
 }
 

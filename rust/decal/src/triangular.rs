@@ -3,9 +3,7 @@
 //! A factor of a patch consists of many small dense blocks. Calls of a library for each of them take longer than the
 //! arithmetic, so the columns of each block are read here, once for both sides.
 
-use faer::sparse::linalg::cholesky::simplicial::SymbolicSimplicialCholesky;
 use faer::sparse::linalg::cholesky::supernodal::SymbolicSupernodalCholesky;
-use faer::sparse::linalg::cholesky::{SymbolicCholesky, SymbolicCholeskyRaw};
 
 /// Partial sums of a scalar product.
 const LANES: usize = 8;
@@ -17,45 +15,9 @@ pub struct Work {
     second: Vec<f32>,
 }
 
-/// Replaces right sides by solutions. The rows of the factor are in the order of the sides.
-pub fn solve(symbolic: &SymbolicCholesky<u32>, factor: &[f32], sides: &mut [[f32; 2]], work: &mut Work) {
-    match symbolic.raw() {
-        SymbolicCholeskyRaw::Simplicial(columns) => solve_columns(columns, factor, sides),
-        SymbolicCholeskyRaw::Supernodal(blocks) => solve_blocks(blocks, factor, sides, work),
-    }
-}
-
-/// The diagonal comes first in each column.
-fn solve_columns(symbolic: &SymbolicSimplicialCholesky<u32>, factor: &[f32], sides: &mut [[f32; 2]]) {
-    let (starts, rows) = (symbolic.col_ptr(), symbolic.row_idx());
-    let column = |at: usize| {
-        let range = starts[at] as usize..starts[at + 1] as usize;
-        (&rows[range.start + 1..range.end], &factor[range])
-    };
-    for at in 0..sides.len() {
-        let (rows, values) = column(at);
-        let [x, y] = sides[at].map(|side| side / values[0]);
-        sides[at] = [x, y];
-        for (row, value) in rows.iter().zip(&values[1..]) {
-            let side = &mut sides[*row as usize];
-            side[0] -= value * x;
-            side[1] -= value * y;
-        }
-    }
-    for at in (0..sides.len()).rev() {
-        let (rows, values) = column(at);
-        let [mut x, mut y] = sides[at];
-        for (row, value) in rows.iter().zip(&values[1..]) {
-            let side = sides[*row as usize];
-            x -= value * side[0];
-            y -= value * side[1];
-        }
-        sides[at] = [x / values[0], y / values[0]];
-    }
-}
-
-/// A block has the rows of its own columns and after them those of its pattern, column by column.
-fn solve_blocks(symbolic: &SymbolicSupernodalCholesky<u32>, factor: &[f32], sides: &mut [[f32; 2]], work: &mut Work) {
+/// Replaces right sides by solutions. The rows of the factor are in the order of the sides. A block of the factor has the rows
+/// of its own columns and after them those of its pattern, column by column.
+pub fn solve(symbolic: &SymbolicSupernodalCholesky<u32>, factor: &[f32], sides: &mut [[f32; 2]], work: &mut Work) {
     let (starts, ends) = (symbolic.supernode_begin(), symbolic.supernode_end());
     let (rows, patterns) = (symbolic.row_idx(), symbolic.col_ptr_for_row_idx());
     let places = symbolic.col_ptr_for_val();
@@ -138,7 +100,9 @@ mod tests {
     use faer::dyn_stack::{MemBuffer, MemStack};
     use faer::linalg::cholesky::llt::factor::LltRegularization;
     use faer::sparse::linalg::SupernodalThreshold;
-    use faer::sparse::linalg::cholesky::{CholeskySymbolicParams, SymmetricOrdering, factorize_symbolic_cholesky};
+    use faer::sparse::linalg::cholesky::{
+        CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky,
+    };
     use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
     use faer::{Par, Side};
 
@@ -163,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn both_kinds_of_factors_solve_for_both_sides() {
+    fn a_factor_solves_for_both_sides() {
         let (matrix, values) = matrix(20);
         let expected = |row: usize| [(row as f32).sin(), (0.3 * row as f32).cos()];
         let count = matrix.nrows();
@@ -177,36 +141,28 @@ mod tests {
                 }
             }
         }
-        for threshold in [SupernodalThreshold::FORCE_SIMPLICIAL, SupernodalThreshold::FORCE_SUPERNODAL] {
-            let params = CholeskySymbolicParams {
-                supernodal_flop_ratio_threshold: threshold,
-                ..CholeskySymbolicParams::default()
-            };
-            let ordering = SymmetricOrdering::Identity;
-            let symbolic =
-                factorize_symbolic_cholesky(matrix.as_ref(), Side::Upper, ordering, params).expect("a factor");
-            let mut factor = vec![0.0; symbolic.len_val()];
-            let mut memory =
-                MemBuffer::new(symbolic.factorize_numeric_llt_scratch::<f32>(Par::Seq, Default::default()));
-            let made = symbolic.factorize_numeric_llt(
-                &mut factor,
-                SparseColMatRef::new(matrix.as_ref(), &values),
-                Side::Upper,
-                LltRegularization::default(),
-                Par::Seq,
-                MemStack::new(&mut memory),
-                Default::default(),
-            );
-            assert!(made.is_ok());
-            let mut found = sides.clone();
-            solve(&symbolic, &factor, &mut found, &mut Work::default());
-            for (row, found) in found.iter().enumerate() {
-                let expected = expected(row);
-                assert!(
-                    (0..2).all(|axis| (found[axis] - expected[axis]).abs() < 1e-5),
-                    "{row}: {found:?} {expected:?}"
-                );
-            }
+        let threshold = SupernodalThreshold::FORCE_SUPERNODAL;
+        let params =
+            CholeskySymbolicParams { supernodal_flop_ratio_threshold: threshold, ..CholeskySymbolicParams::default() };
+        let symbolic = factorize_symbolic_cholesky(matrix.as_ref(), Side::Upper, SymmetricOrdering::Identity, params)
+            .expect("a factor");
+        let mut factor = vec![0.0; symbolic.len_val()];
+        let mut memory = MemBuffer::new(symbolic.factorize_numeric_llt_scratch::<f32>(Par::Seq, Default::default()));
+        let made = symbolic.factorize_numeric_llt(
+            &mut factor,
+            SparseColMatRef::new(matrix.as_ref(), &values),
+            Side::Upper,
+            LltRegularization::default(),
+            Par::Seq,
+            MemStack::new(&mut memory),
+            Default::default(),
+        );
+        assert!(made.is_ok());
+        let SymbolicCholeskyRaw::Supernodal(blocks) = symbolic.raw() else { panic!("no blocks") };
+        solve(blocks, &factor, &mut sides, &mut Work::default());
+        for (row, found) in sides.iter().enumerate() {
+            let expected = expected(row);
+            assert!((0..2).all(|axis| (found[axis] - expected[axis]).abs() < 1e-5), "{row}: {found:?} {expected:?}");
         }
     }
 }
