@@ -2846,6 +2846,36 @@ public:
     /// Copies the state into arrays that have room for all nodes and elements.
     void get_arrays(const RlvTissueArrays &arrays) const { check(rlv_tissue_simulation_get(get(), &arrays)); }
 
+    /// Returns the Green-Lagrange strains of as many elements as the model has: xx, yy, zz, yz, zx and xy.
+    std::vector<std::array<float, 6>> strains(std::size_t element_count) const {
+        std::vector<std::array<float, 6>> strains(element_count);
+        RlvTissueArrays arrays = RLV_TISSUE_ARRAYS_INIT;
+        arrays.element_count = element_count;
+        arrays.strains = strains.empty() ? nullptr : strains.front().data();
+        get_arrays(arrays);
+        return strains;
+    }
+
+    /// Returns the principal strains of as many elements as the model has, the largest first.
+    std::vector<Float3> principal_strains(std::size_t element_count) const {
+        std::vector<Float3> strains(element_count);
+        RlvTissueArrays arrays = RLV_TISSUE_ARRAYS_INIT;
+        arrays.element_count = element_count;
+        arrays.principal_strains = strains.empty() ? nullptr : strains.front().data();
+        get_arrays(arrays);
+        return strains;
+    }
+
+    /// Returns the pressures in Pa with which colliders press on as many nodes as the model has.
+    std::vector<float> contact_pressures(std::size_t node_count) const {
+        std::vector<float> pressures(node_count);
+        RlvTissueArrays arrays = RLV_TISSUE_ARRAYS_INIT;
+        arrays.node_count = node_count;
+        arrays.contact_pressures = pressures.data();
+        get_arrays(arrays);
+        return pressures;
+    }
+
     /// Returns a bound surface in the present state, with its velocity.
     Mesh mesh(std::uint32_t index) const {
         RlvMesh made = RLV_NULL;

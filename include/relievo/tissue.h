@@ -273,9 +273,13 @@ typedef struct RlvTissueArrays {
     float *von_mises;          /* von Mises stress, Pa */
     float *volumes;            /* volume as a share of that at rest */
     float *fibre_stretches;    /* stretch of the first family of fibres; 1 where there is none */
+    float *strains;            /* six numbers an element, Green-Lagrange strain, of the tensor: xx, yy, zz, yz, zx, xy */
+    float *principal_strains;  /* three numbers an element, the largest first: (l * l - 1) / 2 for a stretch l */
+    float *contact_pressures;  /* a number a node, Pa: with which colliders press on it, 0 where none touches */
 } RlvTissueArrays;
 
-#define RLV_TISSUE_ARRAYS_INIT {sizeof(RlvTissueArrays), 0, 0, NULL, NULL, 0, NULL, NULL, NULL, NULL, NULL}
+#define RLV_TISSUE_ARRAYS_INIT \
+    {sizeof(RlvTissueArrays), 0, 0, NULL, NULL, 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL}
 
 /* Builds a model from surfaces. The six borders of the grid become the sets x-, x+, y-, y+, z- and z+. progress and report
  * may be NULL. Fails if a number is out of range, a material does not exist, the surface of a volume is open or inside out,
@@ -406,7 +410,10 @@ RLV_API RlvResult rlv_tissue_simulation_advance(RlvTissueSimulation simulation, 
 RLV_API RlvResult rlv_tissue_simulation_relax(RlvTissueSimulation simulation, float tolerance, uint64_t steps,
                                               RlvProgress progress, void *user, RlvTissueRelaxation *out);
 
-/* Copies the state of nodes and elements. Fails, and copies nothing, if there is not room for all. */
+/* Copies the state of nodes and elements. The pressure of contact is the force, normal to a collider, that balances all other
+ * forces on the node, by the node's share of the outer faces that look at the collider; contact of the model with itself is
+ * left out. Fails, and copies nothing, if there is not room for all, or an element is inside out where pressures are asked
+ * for. */
 RLV_API RlvResult rlv_tissue_simulation_get(RlvTissueSimulation simulation, const RlvTissueArrays *arrays);
 
 /* Copies the points of a bound surface, three numbers each in metres. Fails if it does not exist, or there is not room for
@@ -430,8 +437,8 @@ RLV_API RlvResult rlv_tissue_simulation_save_bytes(RlvTissueSimulation simulatio
 /* As rlv_tissue_simulation_restore, from the size bytes of a state file. Fails as that does. */
 RLV_API RlvResult rlv_tissue_simulation_restore_bytes(RlvTissueSimulation simulation, const uint8_t *bytes, size_t size);
 
-/* Writes the state for VTK, .vtu: displacements, velocities, stresses, volumes, stretches and materials. Fails if the system
- * refuses. */
+/* Writes the state for VTK, .vtu: displacements, velocities, pressures of contact, stresses, strains, volumes, stretches and
+ * materials. Fails if an element is inside out, or the system refuses. */
 RLV_API RlvResult rlv_tissue_simulation_write_vtu(RlvTissueSimulation simulation, const char *path);
 
 /* Writes an OpenVDB file with grids of the elements at rest: labels of materials, von Mises stress and volume. Fails if the

@@ -361,6 +361,7 @@ static void simulate(RlvContext context) {
     CHECK_OK(rlv_mesh_release(collider.mesh));
     CHECK_OK(rlv_tissue_simulation_advance(other, 0.01, NULL, NULL));
     float stresses[128 * 6], principal[128 * 3], von_mises[128], volumes[128];
+    float strains[128 * 6], principal_strains[128 * 3], contact_pressures[225];
     memset(&arrays, 0, sizeof arrays);
     arrays.struct_size = sizeof arrays;
     arrays.element_count = 128;
@@ -368,7 +369,21 @@ static void simulate(RlvContext context) {
     arrays.principal_stresses = principal;
     arrays.von_mises = von_mises;
     arrays.volumes = volumes;
+    arrays.strains = strains;
+    arrays.principal_strains = principal_strains;
     CHECK_OK(rlv_tissue_simulation_get(other, &arrays));
+    arrays.contact_pressures = contact_pressures;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_tissue_simulation_get(other, &arrays), "node_count");
+    arrays.node_count = 225;
+    CHECK_OK(rlv_tissue_simulation_get(other, &arrays));
+    for (size_t node = 0; node < 225; ++node) {
+        CHECK(contact_pressures[node] >= 0.0f && contact_pressures[node] < 1e6f);
+    }
+    for (size_t element = 0; element < 128; ++element) {
+        const float *p = principal_strains + 3 * element, *e = strains + 6 * element;
+        CHECK(p[0] >= p[1] && p[1] >= p[2]);
+        CHECK_NEAR(p[0] + p[1] + p[2], e[0] + e[1] + e[2], 1e-5);
+    }
     for (size_t element = 0; element < 128; ++element) {
         const float *p = principal + 3 * element, *s = stresses + 6 * element;
         CHECK(p[0] >= p[1] && p[1] >= p[2] && volumes[element] > 0.5f);

@@ -83,6 +83,12 @@ static void tissue(const relievo::Context &context, const relievo::Mesh &solid) 
     advancing.wait();
     advancing.result();
     CHECK(moving.info().seconds >= 0.02 && moving.energies().kinetic > 0.0);
+    const auto strains = moving.principal_strains(64);
+    CHECK(moving.strains(64)[0][2] < 0.0f);
+    for (const auto &strain : strains) {
+        CHECK(strain[0] >= strain[1] && strain[1] >= strain[2] && strain[2] < 0.0f);
+    }
+    CHECK(moving.contact_pressures(125) == std::vector<float>(125, 0.0f));
     const auto skin_points = moving.mesh(skin).points();
     CHECK(skin_points[4][2] < 0.999f && skin_points[0][2] == 0.0f);
     try {

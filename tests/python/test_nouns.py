@@ -56,8 +56,14 @@ class Tissues(unittest.TestCase):
             self.assertLess(found["positions"][top, 2].mean(), 0.0985)
             numpy.testing.assert_array_equal(found["positions"][self.low], self.block.nodes()[self.low])
             self.assertTrue((found["volumes"] < 1).any())
+            results = simulation.get("strains", "principal_strains", "contact_pressures")
+            numpy.testing.assert_allclose(
+                results["strains"][:, :3].sum(axis=1), results["principal_strains"].sum(axis=1), atol=1e-6
+            )
+            pressures = results["contact_pressures"]
+            self.assertEqual((pressures.shape, pressures.max()), ((125,), 0))
             with self.assertRaisesRegex(rl.Invalid, "velocities"):
-                simulation.get("strains")
+                simulation.get("strain")
             with tempfile.TemporaryDirectory() as folder, self.block.simulate() as other:
                 simulation.save(Path(folder, "a.rtstate"))
                 other.restore_bytes(simulation.save_bytes())
@@ -81,6 +87,8 @@ class Tissues(unittest.TestCase):
             distances = numpy.linalg.norm(places - (0.05, 0.05, 0.12), axis=1)
             self.assertGreater(distances.min(), 0.0299)
             self.assertGreater(simulation.energies.kinetic, 0)
+            simulation.relax(1e-3, 400)
+            self.assertGreater(simulation.get("contact_pressures")["contact_pressures"].max(), 100)
 
     def test_muscles_of_rings_pull(self):
         points, corners = shapes.cube()

@@ -2764,6 +2764,9 @@ class RlvTissueArrays(Structure):
         ("von_mises", c_float_p),
         ("volumes", c_float_p),
         ("fibre_stretches", c_float_p),
+        ("strains", c_float_p),
+        ("principal_strains", c_float_p),
+        ("contact_pressures", c_float_p),
     ]
 
 
@@ -3110,7 +3113,7 @@ INIT = {
     RlvTissueEnergies: (ctypes.sizeof(RlvTissueEnergies), 0, 0, 0, 0,),
     RlvTissueRelaxation: (ctypes.sizeof(RlvTissueRelaxation), 0, 0, 0, 0,),
     RlvTissueCollider: (ctypes.sizeof(RlvTissueCollider), 0, (0,), 0, 0, None, None, None, 0,),
-    RlvTissueArrays: (ctypes.sizeof(RlvTissueArrays), 0, 0, None, None, 0, None, None, None, None, None,),
+    RlvTissueArrays: (ctypes.sizeof(RlvTissueArrays), 0, 0, None, None, 0, None, None, None, None, None, None, None, None,),
     RlvJobInfo: (ctypes.sizeof(RlvJobInfo), 0, 0, 0.0, (0,),),
     RlvPictureInfo: (ctypes.sizeof(RlvPictureInfo), 0, 0, 0, 0, 0,),
     RlvPictureImage: (ctypes.sizeof(RlvPictureImage), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1.0, 0, (0,),),

@@ -30,6 +30,9 @@ FIELDS = {
     "von_mises": (False, 0),
     "volumes": (False, 0),
     "fibre_stretches": (False, 0),
+    "strains": (False, 6),
+    "principal_strains": (False, 3),
+    "contact_pressures": (True, 0),
 }
 AXES = {"x": 1, "y": 2, "z": 4}
 

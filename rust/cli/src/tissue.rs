@@ -28,7 +28,7 @@ enum Task {
     Build(build::Arguments),
     /// Simulates a model and writes its frames, or goes on where it was interrupted.
     Sim(sim::Arguments),
-    /// Renders a model or its frames, coloured by material, stress, strain or muscle.
+    /// Renders a model or its frames, coloured by material, stress, strain, contact pressure or muscle.
     Render(render::Arguments),
     /// Says what is in a model or a frame.
     Info(info::Arguments),

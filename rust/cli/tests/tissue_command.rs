@@ -99,6 +99,52 @@ fn a_block_is_made_pressed_and_rendered() {
 }
 
 #[test]
+fn contact_pressure_and_strain_are_shown_where_the_ball_presses() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("block.toml"), BLOCK).unwrap();
+    std::fs::write(folder.join("press.toml"), PRESS.replace("block.rtissue", "block.toml")).unwrap();
+    done(folder, &["tissue", "sim", "press.toml", "-o", "frames", "--vtu"]);
+    let vtu = String::from_utf8_lossy(&std::fs::read(folder.join("frames/0003.vtu")).unwrap()).into_owned();
+    assert!(vtu.contains("\"contact_pressure\"") && vtu.contains("\"principal_strain\""));
+    // Seen from above: the darkest colour at the rim, brighter ones in the middle where the ball is, which is left out.
+    let picture = |show: &str| {
+        let view = ["--show", show, "--eye", "0.03,0.029,0.3", "--target", "0.03,0.03,0", "--size", "60x60"];
+        done(folder, &[&["tissue", "render", "press.toml", "frames/0003.rtstate", "-o", "a.png"], &view[..]].concat());
+        relievo_render::read_png(&folder.join("a.png"), u64::MAX).unwrap()
+    };
+    for show in ["pressure", "strain", "volume"] {
+        let sheet = picture(show);
+        let differ = (0..60).any(|x| sheet.color(x, 30) != sheet.color(x, 12));
+        assert!(differ, "{show}");
+    }
+    done(folder, &["tissue", "build", "block.toml", "-o", "block.rtissue"]);
+    let refusal = refused(folder, &["tissue", "render", "block.rtissue", "-o", "a.png", "--show", "pressure"]);
+    assert!(refusal.contains("description (.toml)"), "{refusal}");
+}
+
+#[test]
+fn a_collider_that_swallows_the_model_leaves_whole_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    std::fs::write(folder.join("block.toml"), BLOCK).unwrap();
+    let (keys, _) = PRESS.split_once("[[collider]]").unwrap();
+    let ball = "[[collider]]\nball = 0.2\nkeys = [{ time = 0.02, at = [0.03, 0.03, 0.5] }, \
+        { time = 0.021, at = [0.03, 0.03, 0.02] }]\n";
+    std::fs::write(folder.join("press.toml"), keys.replace("block.rtissue", "block.toml") + ball).unwrap();
+    for _ in 0..2 {
+        let said = refused(folder, &["tissue", "sim", "press.toml", "-o", "frames", "--vtu"]);
+        assert!(said.contains("frame 3") && said.contains("collider 0") && said.contains("begin outside"), "{said}");
+        for frame in ["0000", "0001", "0002"] {
+            info(folder, &format!("frames/{frame}.rtstate"));
+            let vtu = std::fs::read(folder.join(format!("frames/{frame}.vtu"))).unwrap();
+            assert!(vtu.ends_with(b"</VTKFile>\n"));
+        }
+        assert_eq!(std::fs::read_dir(folder.join("frames")).unwrap().count(), 6, "nothing else is there");
+    }
+}
+
+#[test]
 fn models_go_to_abaqus_and_come_back() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

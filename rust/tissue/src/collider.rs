@@ -106,26 +106,43 @@ impl Collider {
 
     /// Returns the signed distance of a place in the body's space and the normal there, if it is inside.
     fn inside(&self, place: Vec3) -> Option<(f32, Vec3)> {
-        match &self.body {
-            Body::Floor => (place.z < 0.0).then_some((place.z, Vec3::Z)),
+        let (distance, normal) = self.within(place, 0.0)?;
+        (distance < 0.0).then_some((distance, normal))
+    }
+
+    /// Returns the signed distance of a place in the body's space and the normal there, if it is at most `margin`.
+    fn within(&self, place: Vec3, margin: f32) -> Option<(f32, Vec3)> {
+        let (distance, normal) = match &self.body {
+            Body::Floor => (place.z, Vec3::Z),
             Body::Ball(radius) => {
                 let length = place.length();
-                (length < *radius).then(|| (length - radius, place.try_normalize().unwrap_or(Vec3::Z)))
+                (length - radius, place.try_normalize().unwrap_or(Vec3::Z))
             }
             Body::Mesh(field) => {
                 let [low, high] = field.bounds();
-                if place.cmplt(low).any() || place.cmpgt(high).any() {
+                if place.cmplt(low - margin).any() || place.cmpgt(high + margin).any() {
                     return None;
                 }
                 let closest = field.closest(place, None);
-                let normal = (closest.point - place).try_normalize().unwrap_or(closest.normal);
-                (closest.distance < 0.0).then_some((closest.distance, normal))
+                let away = if closest.distance < 0.0 { closest.point - place } else { place - closest.point };
+                // On the surface the way to it is nothing but rounding.
+                let away = away.try_normalize().filter(|_| closest.distance.abs() > margin);
+                (closest.distance, away.unwrap_or(closest.normal))
             }
-        }
+        };
+        (distance <= margin).then_some((distance, normal))
+    }
+
+    /// Returns the normal of the body in a pose at a place of the world that is inside of it or at most `margin` away.
+    pub(crate) fn touched(&self, pose: DAffine3, place: DVec3, margin: f32) -> Option<Vec3> {
+        let own = pose.inverse().transform_point3(place).as_vec3();
+        let (_, normal) = self.within(own, margin)?;
+        Some(pose.transform_vector3(normal.as_dvec3()).as_vec3())
     }
 
     /// Puts nodes that are inside on the surface. The body moved for `dt` seconds before the present time, or stands still
-    /// if that is `None`.
+    /// if that is `None`. Fails, and moves nothing, if all nodes are inside: they would lie on the surface, without a volume
+    /// between them. `witness` is a node that was outside, with which the search for one begins.
     pub(crate) fn push(
         &self,
         context: &Context,
@@ -133,11 +150,22 @@ impl Collider {
         masses: &[Row],
         state: &mut State,
         dt: Option<f32>,
+        witness: &mut usize,
     ) -> Result<()> {
         let time = state.seconds;
         let pose = self.pose(time);
         let moved = dt.map(|dt| (self.pose(time - f64::from(dt)), f64::from(dt)));
         let back = pose.inverse();
+        let is_outside = |node: &usize| {
+            let own = back.transform_point3(place(nodes, state, *node));
+            self.inside(own.as_vec3()).is_none()
+        };
+        if !is_outside(witness) {
+            *witness = (0..nodes.len()).find(is_outside).ok_or_else(|| {
+                let what = format!("all {} nodes are inside of the collider at {time:.6} s", nodes.len());
+                Error::invalid(what).advise("let it begin outside of the model, or move it more slowly")
+            })?;
+        }
         let parts = (state.displacements.as_mut_slice(), state.velocities.as_mut_slice());
         context.for_each_part(parts, 4096, |first, (displacements, velocities)| {
             for (at, (u, v)) in displacements.iter_mut().zip(velocities).enumerate() {
@@ -167,6 +195,11 @@ impl Collider {
             Ok(())
         })
     }
+}
+
+/// Returns where a node is, in metres.
+pub(crate) fn place(nodes: &[[f32; 3]], state: &State, node: usize) -> DVec3 {
+    (Vec3::from(nodes[node]) + Vec3::from_slice(&state.displacements[node])).as_dvec3()
 }
 
 /// Returns the pose at a time: even motion between two, and the first or the last outside of them.

@@ -16,6 +16,7 @@ mod binding;
 mod block;
 mod build;
 mod collider;
+mod contact;
 mod curve;
 mod distance;
 mod element;

@@ -49,7 +49,7 @@ impl Pressure {
 
 /// Returns the area of a bilinear quad as a vector, weighted by the shape function of each corner: the integrals, which two
 /// Gauss points along each side give exactly.
-fn areas([a, b, c, d]: [Vec3; 4]) -> [Vec3; 4] {
+pub(crate) fn areas([a, b, c, d]: [Vec3; 4]) -> [Vec3; 4] {
     let mut shares = [Vec3::ZERO; 4];
     for [u, v] in [[LOW, LOW], [HIGH, LOW], [HIGH, HIGH], [LOW, HIGH]] {
         let along_u = (b - a) * (1.0 - v) + (c - d) * v;

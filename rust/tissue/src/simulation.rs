@@ -11,7 +11,8 @@ use relievo_core::{Context, Error, ErrorKind, Progress, Result};
 
 use self::device::OnDevice;
 use crate::block::{Row, Sums};
-use crate::collider::Collider;
+use crate::collider::{Collider, place};
+use crate::contact;
 use crate::curve::Curve;
 use crate::element::Elements;
 use crate::model::Model;
@@ -56,6 +57,8 @@ pub struct Simulation {
     drives: Vec<Drive>,
     slides: Slides,
     colliders: Vec<Collider>,
+    /// For each collider a node that was outside of it.
+    witnesses: Vec<usize>,
     self_contact: Option<SelfContact>,
     /// Stretches of steps that were gone again by shorter ones.
     halved: u64,
@@ -105,6 +108,8 @@ pub struct ElementState {
     pub von_mises: f32,
     /// Principal stresses in Pa, the largest first.
     pub principal: [f32; 3],
+    /// Principal Green–Lagrange strains, the largest first: (λ² − 1)/2 for a stretch λ.
+    pub principal_strain: [f32; 3],
     /// Volume as a share of that at rest.
     pub volume: f32,
     /// Stretch of the first family of fibres; 1 where there is none.
@@ -164,6 +169,7 @@ impl Simulation {
             drives: Vec::new(),
             slides,
             colliders: Vec::new(),
+            witnesses: Vec::new(),
             self_contact,
             halved: 0,
             on_device: None,
@@ -254,6 +260,7 @@ impl Simulation {
     pub fn add_collider(&mut self, collider: Collider) {
         self.forget_device();
         self.colliders.push(collider);
+        self.witnesses.push(0);
     }
 
     /// Lets a device be sent again what changed.
@@ -373,11 +380,19 @@ impl Simulation {
 
     /// Computes what elements and pressures exert on nodes. Fails if an element is inside out.
     fn forces(&mut self, context: &Context, seconds: f64) -> Result<()> {
+        let mut exerted = (std::mem::take(&mut self.rows), std::mem::take(&mut self.pushes));
+        let outcome = self.exert(context, seconds, &mut exerted);
+        (self.rows, self.pushes) = exerted;
+        outcome
+    }
+
+    /// Writes what elements exert on nodes, by rows of blocks, and what pressures do. Fails if an element is inside out.
+    fn exert(&self, context: &Context, seconds: f64, (rows, pushes): &mut (Vec<Row>, Vec<Row>)) -> Result<()> {
         if !self.pressures.is_empty() {
-            self.pushes.clear();
-            self.pushes.resize(self.masses.len(), [0.0; 4]);
+            pushes.clear();
+            pushes.resize(self.masses.len(), [0.0; 4]);
             let bodies = (self.model.nodes.as_slice(), self.state.displacements.as_slice());
-            self.pressures.iter().for_each(|pressure| pressure.add(context, seconds, bodies, &mut self.pushes));
+            self.pressures.iter().for_each(|pressure| pressure.add(context, seconds, bodies, pushes));
         }
         let mut activations: Vec<Row> =
             self.activations.iter().map(|curve| [curve.at(seconds)[0], 0.0, 0.0, 0.0]).collect();
@@ -387,7 +402,7 @@ impl Simulation {
         let blocks = &elements.blocks;
         let displacements = &self.state.displacements;
         let mut broken = vec![false; blocks.len()];
-        let sums = Sums { starts: &blocks.rows, rows: &mut self.rows, broken: &mut broken };
+        let sums = Sums { starts: &blocks.rows, rows, broken: &mut broken };
         let scratch = context.scratch();
         context.for_each_part(sums, 1, |block, sums| {
             let mut local = scratch.list::<Row>();
@@ -412,9 +427,26 @@ impl Simulation {
             Err(_) => Some((element, f64::NAN)),
         });
         let (element, volume) = found.unwrap_or((0, f64::NAN));
+        let place = |node: &u32| place(&self.model.nodes, &self.state, *node as usize);
+        let corners = self.model.elements.get(element).map(|corners| corners.each_ref().map(place));
+        let presses = |collider: &Collider| {
+            let pose = collider.pose(self.state.seconds);
+            let margin = |a: DVec3, b: DVec3| contact::MARGIN * a.distance(b) as f32;
+            let touches = |corners: [DVec3; 8]| {
+                corners.iter().any(|at| collider.touched(pose, *at, margin(corners[0], corners[6])).is_some())
+            };
+            corners.is_some_and(touches)
+        };
+        let advice = match self.colliders.iter().position(presses) {
+            Some(index) => format!(
+                "collider {index} presses on it: let the collider begin outside of the model, or move more slowly, or take a \
+                 shorter step"
+            ),
+            None => "take a shorter step, slower motion, less activation or stiffer material".to_owned(),
+        };
         Error::invalid(format!("the element has {volume:.3} times its volume after {:.6} s", self.state.seconds))
             .at(format!("element {element}"))
-            .advise("take a shorter step, slower motion, less activation or stiffer material")
+            .advise(advice)
     }
 
     /// Goes on by a step of `dt` seconds, with velocities that change for `kick` seconds.
@@ -469,8 +501,10 @@ impl Simulation {
         if let Some(contact) = &mut self.self_contact {
             contact.keep(context, &self.model, &self.masses, &mut self.state);
         }
-        for collider in &self.colliders {
-            collider.push(context, &self.model.nodes, &self.masses, &mut self.state, moves.then_some(dt))?;
+        for (index, (collider, witness)) in self.colliders.iter().zip(&mut self.witnesses).enumerate() {
+            let (nodes, masses, moved) = (&self.model.nodes, &self.masses, moves.then_some(dt));
+            let pushed = collider.push(context, nodes, masses, &mut self.state, moved, witness);
+            pushed.map_err(|error| error.at(format!("collider {index}")))?;
         }
         self.slides.keep(context, &self.model.nodes, &mut self.state, dt);
         Ok(())
@@ -606,6 +640,38 @@ impl Simulation {
         Ok((0..self.masses.len()).map(|node| self.inner(node).to_array()).collect())
     }
 
+    /// Returns the pressures in Pa with which colliders press on the nodes in the present state, 0 where none touches: the
+    /// force of contact along the collider's normal, by the node's share of the outer faces that look at the collider. Where
+    /// several touch a node, the largest counts.
+    ///
+    /// The force is the one that balances elements, loads, pressures, gravity and damping along the normal: that of a node
+    /// which the collider holds at rest or in even motion. It depends on the state alone. Contact of the model with itself is
+    /// left out. Fails if an element is inside out.
+    pub fn contact_pressures(&self, context: &Context) -> Result<Vec<f32>> {
+        if self.colliders.is_empty() {
+            return Ok(vec![0.0; self.masses.len()]);
+        }
+        let mut exerted = (vec![[0.0; 4]; self.rows.len()], Vec::new());
+        self.exert(context, self.state.seconds, &mut exerted)?;
+        let (rows, pushes) = exerted;
+        let gravity = Vec3::from(self.options.gravity);
+        let balance = |node: usize| {
+            let of = |rows: &[Row]| rows.get(node).map_or(Vec3::ZERO, |row| Vec3::from_slice(row));
+            let copies = self.elements.blocks.copies(node).iter();
+            let inner: Vec3 = copies.map(|row| Vec3::from_slice(&rows[*row as usize])).sum();
+            let velocity = Vec3::from_slice(&self.state.velocities[node]);
+            let mass = self.masses[node][3];
+            of(&self.loads) + of(&pushes) - inner + mass * (gravity - self.options.damping * velocity)
+        };
+        let surface = contact::Surface::new(&self.model, &self.state);
+        let mut pressures = vec![0f32; self.masses.len()];
+        for collider in &self.colliders {
+            let found = surface.pressures(context, collider, (&self.model.nodes, &self.state, &self.masses), &balance);
+            pressures.iter_mut().zip(found).for_each(|(most, other)| *most = most.max(other));
+        }
+        Ok(pressures)
+    }
+
     /// Returns where the nodes are, in metres.
     pub fn positions(&self) -> Vec<[f32; 3]> {
         let moved = |(node, u): (&[f32; 3], &Row)| std::array::from_fn(|axis| node[axis] + u[axis]);
@@ -665,6 +731,7 @@ impl Simulation {
             strain: six(strain),
             von_mises: (1.5 * squares).sqrt() as f32,
             principal: crate::stress::principal(stress).map(|part| part as f32),
+            principal_strain: crate::stress::principal(strain).map(|part| part as f32),
             volume: f.determinant() as f32,
             fibre_stretch: fibres.first().map_or(1.0, |fibre| (f * fibre.direction).length() as f32),
         })

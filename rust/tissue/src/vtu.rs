@@ -13,24 +13,30 @@ use crate::simulation::{ElementState, Simulation};
 const HEXAHEDRON: u8 = 12;
 
 impl Simulation {
-    /// Writes the present state as a `.vtu` file: displacements and velocities of nodes; stress, Green–Lagrange strain, von
-    /// Mises stress, principal stresses, volume, fibre stretch and main material of elements.
-    pub fn write_vtu(&self, path: &Path, elements: &[ElementState]) -> Result<()> {
+    /// Writes the present state as a `.vtu` file: displacements, velocities and contact pressures of nodes; stress,
+    /// Green–Lagrange strain, von Mises stress, principal stresses and strains, volume, fibre stretch and main material of
+    /// elements. Lists of another length than the model has nodes or elements are left out.
+    pub fn write_vtu(&self, path: &Path, elements: &[ElementState], pressures: &[f32]) -> Result<()> {
         let mut data = Appended::default();
         let state = self.state();
         let rows = |rows: &[[f32; 4]]| rows.iter().flat_map(|row| [row[0], row[1], row[2]]).collect::<Vec<f32>>();
         let mut points = String::new();
         points += &data.floats("displacement", 3, &rows(&state.displacements));
         points += &data.floats("velocity", 3, &rows(&state.velocities));
+        if pressures.len() == self.model().nodes.len() {
+            points += &data.floats("contact_pressure", 1, pressures);
+        }
         let mut cells = String::new();
         if elements.len() == self.model().elements.len() {
             let numbers = |of: fn(&ElementState) -> f32| elements.iter().map(of).collect::<Vec<f32>>();
-            let tensors = |of: fn(&ElementState) -> [f32; 6]| elements.iter().flat_map(move |element| in_vtk(of(element)));
+            let tensors =
+                |of: fn(&ElementState) -> [f32; 6]| elements.iter().flat_map(move |element| in_vtk(of(element)));
             cells += &data.floats("stress", 6, &tensors(|element| element.stress).collect::<Vec<f32>>());
             cells += &data.floats("strain", 6, &tensors(|element| element.strain).collect::<Vec<f32>>());
             cells += &data.floats("von_mises", 1, &numbers(|element| element.von_mises));
-            let principal: Vec<f32> = elements.iter().flat_map(|element| element.principal).collect();
-            cells += &data.floats("principal_stress", 3, &principal);
+            let principal = |of: fn(&ElementState) -> [f32; 3]| elements.iter().flat_map(of).collect::<Vec<f32>>();
+            cells += &data.floats("principal_stress", 3, &principal(|element| element.principal));
+            cells += &data.floats("principal_strain", 3, &principal(|element| element.principal_strain));
             cells += &data.floats("volume", 1, &numbers(|element| element.volume));
             cells += &data.floats("fibre_stretch", 1, &numbers(|element| element.fibre_stretch));
         }

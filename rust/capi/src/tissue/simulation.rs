@@ -95,6 +95,9 @@ descriptor! {
         von_mises: *mut f32,
         volumes: *mut f32,
         fibre_stretches: *mut f32,
+        strains: *mut f32,
+        principal_strains: *mut f32,
+        contact_pressures: *mut f32,
     }
 }
 
@@ -438,58 +441,68 @@ entry! {
         let given = unsafe { read_descriptor(arrays, default) }?;
         object.look(|simulation| {
             let (nodes, elements) = (given.node_count, given.element_count);
-            // SAFETY: the caller promises room for so many nodes and elements in each array that is not NULL.
-            let (vectors, tensors, principal, scalars) = unsafe {
-                (
-                    [("positions", given.positions), ("velocities", given.velocities)]
-                        .map(|(name, to)| Output::<[f32; 3]>::optional(name, to.cast(), nodes, 0)),
-                    Output::<[f32; 6]>::optional("stresses", given.stresses.cast(), elements, 0)?,
-                    Output::<[f32; 3]>::optional(
-                        "principal_stresses",
-                        given.principal_stresses.cast(),
-                        elements,
-                        0,
-                    )?,
-                    [
-                        ("von_mises", given.von_mises),
-                        ("volumes", given.volumes),
-                        ("fibre_stretches", given.fibre_stretches),
-                    ]
-                    .map(|(name, to)| Output::<f32>::optional(name, to, elements, 0)),
-                )
+            let (count, cells) = (simulation.model().nodes.len(), simulation.model().elements.len());
+            let of_node = |name: &str, to: *mut f32| {
+                // SAFETY: the caller promises room for so many nodes in each array that is not NULL.
+                let out = unsafe { Output::<[f32; 3]>::optional(name, to.cast(), nodes, 0) }?;
+                out.map(|out| out.holds("node_count", count)).transpose()
             };
-            let model = simulation.model();
-            let (needed, cells) = (model.nodes.len(), model.elements.len());
-            let [positions, velocities] = vectors;
-            let (positions, velocities) = (positions?, velocities?);
-            let [von_mises, volumes, stretches] = scalars;
-            let (von_mises, volumes, stretches) = (von_mises?, volumes?, stretches?);
-            for out in [positions, velocities].into_iter().flatten() {
-                out.holds("node_count", needed)?;
-            }
-            tensors.map(|out| out.holds("element_count", cells)).transpose()?;
-            principal.map(|out| out.holds("element_count", cells)).transpose()?;
-            for out in [von_mises, volumes, stretches].into_iter().flatten() {
-                out.holds("element_count", cells)?;
-            }
+            let of_element = |name: &str, to: *mut f32| {
+                // SAFETY: the caller promises room for so many elements in each array that is not NULL.
+                let out = unsafe { Output::<f32>::optional(name, to, elements, 0) }?;
+                out.map(|out| out.holds("element_count", cells)).transpose()
+            };
+            let triples = |name: &str, to: *mut f32| {
+                // SAFETY: as above, with three numbers each.
+                let out = unsafe { Output::<[f32; 3]>::optional(name, to.cast(), elements, 0) }?;
+                out.map(|out| out.holds("element_count", cells)).transpose()
+            };
+            let tensors = |name: &str, to: *mut f32| {
+                // SAFETY: as above, with six numbers each.
+                let out = unsafe { Output::<[f32; 6]>::optional(name, to.cast(), elements, 0) }?;
+                out.map(|out| out.holds("element_count", cells)).transpose()
+            };
+            let positions = of_node("positions", given.positions)?;
+            let velocities = of_node("velocities", given.velocities)?;
+            // SAFETY: as above, with a number a node.
+            let pressures = unsafe { Output::<f32>::optional("contact_pressures", given.contact_pressures, nodes, 0) }?;
+            let pressures = pressures.map(|out| out.holds("node_count", count)).transpose()?;
+            let stresses = tensors("stresses", given.stresses)?;
+            let strains = tensors("strains", given.strains)?;
+            let principal_stresses = triples("principal_stresses", given.principal_stresses)?;
+            let principal_strains = triples("principal_strains", given.principal_strains)?;
+            let von_mises = of_element("von_mises", given.von_mises)?;
+            let volumes = of_element("volumes", given.volumes)?;
+            let stretches = of_element("fibre_stretches", given.fibre_stretches)?;
+            // What can fail comes before the first array is written to.
+            let context = &object.context.context;
+            let pressed = match pressures {
+                Some(_) => simulation.contact_pressures(context)?,
+                None => Vec::new(),
+            };
+            let is_wanted = [stresses.is_some(), strains.is_some(), von_mises.is_some(), volumes.is_some()].contains(&true)
+                || [principal_stresses.is_some(), principal_strains.is_some(), stretches.is_some()].contains(&true);
+            let states = if is_wanted { simulation.element_states(context)? } else { Vec::new() };
             if let Some(out) = positions {
                 out.fill(simulation.positions());
             }
             if let Some(out) = velocities {
                 out.fill(simulation.state().velocities.iter().map(|row| [row[0], row[1], row[2]]));
             }
-            let is_wanted = tensors.is_some()
-                || principal.is_some()
-                || [von_mises, volumes, stretches].iter().any(Option::is_some);
-            if !is_wanted {
-                return Ok(());
+            if let Some(out) = pressures {
+                out.fill(pressed);
             }
-            let states = simulation.element_states(&object.context.context)?;
-            if let Some(out) = tensors {
+            if let Some(out) = stresses {
                 out.fill(states.iter().map(|state| state.stress));
             }
-            if let Some(out) = principal {
+            if let Some(out) = strains {
+                out.fill(states.iter().map(|state| state.strain));
+            }
+            if let Some(out) = principal_stresses {
                 out.fill(states.iter().map(|state| state.principal));
+            }
+            if let Some(out) = principal_strains {
+                out.fill(states.iter().map(|state| state.principal_strain));
             }
             if let Some(out) = von_mises {
                 out.fill(states.iter().map(|state| state.von_mises));
@@ -588,8 +601,9 @@ entry! {
         // SAFETY: the caller gives a NUL-terminated text.
         let path = unsafe { text("path", path) }?;
         object.look(|simulation| {
-            let states = simulation.element_states(&object.context.context)?;
-            simulation.write_vtu(Path::new(path), &states)
+            let context = &object.context.context;
+            let (states, pressures) = (simulation.element_states(context)?, simulation.contact_pressures(context)?);
+            simulation.write_vtu(Path::new(path), &states, &pressures)
         })
     }
 

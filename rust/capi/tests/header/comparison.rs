@@ -817,7 +817,7 @@ layout!(RlvTissueSimulationInfo: 48, 8);
 layout!(RlvTissueEnergies: 32, 8);
 layout!(RlvTissueRelaxation: 24, 8);
 layout!(RlvTissueCollider: 56, 8);
-layout!(RlvTissueArrays: 80, 8);
+layout!(RlvTissueArrays: 104, 8);
 function!(rlv_tissue_build: unsafe extern "C" fn(RlvContext, *const RlvTissueDescription, RlvProgress, *mut c_void, *mut RlvTissueReport, *mut RlvTissue) -> RlvResult);
 function!(rlv_tissue_block: unsafe extern "C" fn(RlvContext, *const f32, *const f32, *const u32, *const RlvTissueMaterial, *mut RlvTissue) -> RlvResult);
 function!(rlv_tissue_scan: unsafe extern "C" fn(RlvContext, *const c_char, *const RlvTissueLabels, *mut RlvTissueReport, *mut RlvTissue) -> RlvResult);
@@ -2742,6 +2742,9 @@ pub fn offsets(list: &mut Offsets) {
         von_mises: *mut f32 = 56,
         volumes: *mut f32 = 64,
         fibre_stretches: *mut f32 = 72,
+        strains: *mut f32 = 80,
+        principal_strains: *mut f32 = 88,
+        contact_pressures: *mut f32 = 96,
     });
     fields!(list, RlvJob {
         id: u64 = 0,

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use relievo_core::{Context, Result};
 use relievo_render as render;
 use relievo_render::color::Color;
-use relievo_tissue::{ElementState, Simulation};
+use relievo_tissue::{Anchor, ElementState, Model, Simulation};
 
 use super::render::{Cut, Show};
 
@@ -31,9 +31,27 @@ const VIRIDIS: [Color; 6] = [
     [0.984, 0.799, 0.018],
 ];
 
-/// Colours of elements and their legend.
+/// What has colours.
+pub enum Paint {
+    /// Each element one.
+    Elements(Vec<Color>),
+    /// Each node one, with colours in between inside of elements.
+    Nodes(Vec<Color>),
+}
+
+impl Paint {
+    /// Returns the colour of an element at one of its nodes.
+    fn at(&self, element: usize, node: u32) -> Color {
+        match self {
+            Self::Elements(colors) => colors[element],
+            Self::Nodes(colors) => colors[node as usize],
+        }
+    }
+}
+
+/// Colours and their legend.
 pub struct Coloring {
-    pub colors: Vec<Color>,
+    pub paint: Paint,
     pub legend: Vec<(Color, String)>,
 }
 
@@ -44,7 +62,7 @@ fn viridis(share: f32) -> Color {
     std::array::from_fn(|part| VIRIDIS[low][part] + (at - low as f32) * (VIRIDIS[low + 1][part] - VIRIDIS[low][part]))
 }
 
-/// Returns the colours of the elements. `most` is what the brightest colour stands for; left out, nearly the largest value.
+/// Returns the colours of a model. `most` is what the brightest colour stands for; left out, nearly the largest value.
 pub fn coloring(context: &Context, simulation: &Simulation, show: Show, most: Option<f32>) -> Result<Coloring> {
     let model = simulation.model();
     match show {
@@ -59,7 +77,8 @@ pub fn coloring(context: &Context, simulation: &Simulation, show: Show, most: Op
             };
             let legend =
                 (0..).zip(&model.materials).map(|(at, material)| (COLORS[at % COLORS.len()], material.name.clone()));
-            Ok(Coloring { colors: (0..model.elements.len()).map(color).collect(), legend: legend.collect() })
+            let paint = Paint::Elements((0..model.elements.len()).map(color).collect());
+            Ok(Coloring { paint, legend: legend.collect() })
         }
         Show::Muscle => {
             let color = |element: usize| {
@@ -71,99 +90,127 @@ pub fn coloring(context: &Context, simulation: &Simulation, show: Show, most: Op
                 sum.map(|part| part.clamp(0.0, 1.0))
             };
             let legend = (0..).zip(&model.muscles).map(|(at, muscle)| (COLORS[at % COLORS.len()], muscle.name.clone()));
-            Ok(Coloring { colors: (0..model.elements.len()).map(color).collect(), legend: legend.collect() })
+            let paint = Paint::Elements((0..model.elements.len()).map(color).collect());
+            Ok(Coloring { paint, legend: legend.collect() })
         }
-        Show::Stress => {
-            let states = simulation.element_states(context)?;
-            Ok(measured(&states, most, "Pa", |state| state.von_mises))
+        Show::Stress => of_elements(context, simulation, most, "Pa", |state| state.von_mises),
+        Show::Strain => of_elements(context, simulation, most, "", |state| {
+            state.principal_strain.iter().fold(0.0, |most: f32, strain| most.max(strain.abs()))
+        }),
+        Show::Volume => of_elements(context, simulation, most, "of volume", |state| (state.volume - 1.0).abs()),
+        Show::Pressure => {
+            let pressures = simulation.contact_pressures(context)?;
+            // Most nodes touch nothing.
+            let touched: Vec<f32> = pressures.iter().copied().filter(|pressure| *pressure > 0.0).collect();
+            let (most, legend) = scale(touched, most, "Pa");
+            let colors = pressures.iter().map(|pressure| viridis(pressure / most)).collect();
+            Ok(Coloring { paint: Paint::Nodes(colors), legend })
         }
-        Show::Strain => {
-            let states = simulation.element_states(context)?;
-            Ok(measured(&states, most, "of volume", |state| (state.volume - 1.0).abs()))
-        }
-        Show::Surface => Ok(Coloring { colors: vec![PALE; model.elements.len()], legend: Vec::new() }),
+        Show::Surface => Ok(Coloring { paint: Paint::Elements(vec![PALE; model.elements.len()]), legend: Vec::new() }),
     }
 }
 
-fn measured(states: &[ElementState], most: Option<f32>, unit: &str, of: impl Fn(&ElementState) -> f32) -> Coloring {
-    let values: Vec<f32> = states.iter().map(of).collect();
-    let mut sorted = values.clone();
-    sorted.sort_unstable_by(f32::total_cmp);
+fn of_elements(
+    context: &Context,
+    simulation: &Simulation,
+    most: Option<f32>,
+    unit: &str,
+    of: impl Fn(&ElementState) -> f32,
+) -> Result<Coloring> {
+    let values: Vec<f32> = simulation.element_states(context)?.iter().map(of).collect();
+    let (most, legend) = scale(values.clone(), most, unit);
+    let colors = values.iter().map(|value| viridis(value / most)).collect();
+    Ok(Coloring { paint: Paint::Elements(colors), legend })
+}
+
+/// Returns what the brightest colour stands for, and the legend.
+fn scale(mut values: Vec<f32>, most: Option<f32>, unit: &str) -> (f32, Vec<(Color, String)>) {
+    values.sort_unstable_by(f32::total_cmp);
     // A few elements at edges have far more than all others.
-    let most = most.unwrap_or_else(|| sorted[(sorted.len() - 1) * 98 / 100]);
+    let nearly = || values.get(values.len().saturating_sub(1) * 98 / 100).copied().unwrap_or(0.0);
+    let most = most.unwrap_or_else(nearly);
     let most = if most > 0.0 { most } else { 1.0 };
     let legend = (0..=4).rev().map(|step| {
         let share = step as f32 / 4.0;
-        (viridis(share), format!("{:.3e} {unit}", share * most))
+        (viridis(share), format!("{:.3e} {unit}", share * most).trim_end().to_owned())
     });
-    Coloring { colors: values.iter().map(|value| viridis(value / most)).collect(), legend: legend.collect() }
+    (most, legend.collect())
 }
 
 /// Tetrahedra that fill a hexahedron, around its diagonal from corner 0 to corner 6.
 const TETRAHEDRA: [[usize; 4]; 6] =
     [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]];
 
-/// Returns the outer faces of what a cut leaves as seen from `eye`, and the faces that it lays open, each with the colour of
-/// its element.
-pub fn faces(simulation: &Simulation, cut: Option<Cut>, eye: DVec3, colors: &[Color]) -> render::Mesh {
+/// A corner of a face: where it is, its colour, and its distance from the plane of a cut.
+#[derive(Clone, Copy)]
+struct Corner {
+    at: Vec3,
+    color: Color,
+    distance: f32,
+}
+
+/// Returns the outer faces of what a cut leaves as seen from `eye`, and the faces that it lays open, in the colours of
+/// elements or nodes.
+pub fn faces(simulation: &Simulation, cut: Option<Cut>, eye: DVec3, paint: &Paint) -> render::Mesh {
     let model = simulation.model();
     let positions = simulation.positions();
     let mut mesh = render::Mesh::default();
-    let Some(cut) = cut else {
-        for (element, nodes) in model.outer_faces() {
-            add(&mut mesh, &nodes.map(|node| Vec3::from(positions[node as usize])), colors[element as usize]);
-        }
-        return mesh;
-    };
-    let sign = if eye[cut.axis] > f64::from(cut.at) { 1.0 } else { -1.0 };
-    // Places with their distances from the plane at rest, above 0 on the camera's side.
-    let place = |node: u32| {
-        let distance = sign * (model.nodes[node as usize][cut.axis] - cut.at);
-        (Vec3::from(positions[node as usize]), distance)
+    let sign = if cut.is_some_and(|cut| eye[cut.axis] > f64::from(cut.at)) { 1.0 } else { -1.0 };
+    // Distances from the plane are those at rest, above 0 on the camera's side.
+    let corner = |element: usize, node: u32| Corner {
+        at: Vec3::from(positions[node as usize]),
+        color: paint.at(element, node),
+        distance: cut.map_or(0.0, |cut| sign * (model.nodes[node as usize][cut.axis] - cut.at)),
     };
     for (element, nodes) in model.outer_faces() {
-        add(&mut mesh, &clipped(&nodes.map(place)), colors[element as usize]);
+        add(&mut mesh, &clipped(&nodes.map(|node| corner(element as usize, node))));
+    }
+    if cut.is_none() {
+        return mesh;
     }
     for (element, nodes) in model.elements.iter().enumerate() {
-        let corners = nodes.map(place);
-        if corners.iter().all(|(_, distance)| *distance <= 0.0) || corners.iter().all(|(_, distance)| *distance > 0.0) {
+        let corners = nodes.map(|node| corner(element, node));
+        let kept = corners.iter().filter(|corner| corner.distance <= 0.0).count();
+        if kept == 0 || kept == corners.len() {
             continue;
         }
         for tetrahedron in TETRAHEDRA {
             let mut face = section(&tetrahedron.map(|corner| corners[corner]));
             if let [a, b, c, ..] = face[..]
-                && (b - a).cross(c - a).dot(eye.as_vec3() - a) < 0.0
+                && (b.at - a.at).cross(c.at - a.at).dot(eye.as_vec3() - a.at) < 0.0
             {
                 face.reverse();
             }
-            add(&mut mesh, &face, colors[element]);
+            add(&mut mesh, &face);
         }
     }
     mesh
 }
 
-/// Adds a convex polygon of one colour.
-fn add(mesh: &mut render::Mesh, polygon: &[Vec3], color: Color) {
+/// Adds a convex polygon.
+fn add(mesh: &mut render::Mesh, polygon: &[Corner]) {
     let first = mesh.points.len() as u32;
-    mesh.points.extend(polygon.iter().map(|point| point.to_array()));
-    mesh.colors.extend(polygon.iter().map(|_| color));
+    mesh.points.extend(polygon.iter().map(|corner| corner.at.to_array()));
+    mesh.colors.extend(polygon.iter().map(|corner| corner.color));
     mesh.triangles.extend((2..polygon.len() as u32).map(|at| [first, first + at - 1, first + at]));
 }
 
-/// Returns where the distance is 0 between two places, of which one has a distance above 0.
-fn between((a, near): (Vec3, f32), (b, far): (Vec3, f32)) -> Vec3 {
-    a.lerp(b, (near / (near - far)).clamp(0.0, 1.0))
+/// Returns where the distance is 0 between two corners, of which one has a distance above 0.
+fn between(a: Corner, b: Corner) -> Corner {
+    let share = (a.distance / (a.distance - b.distance)).clamp(0.0, 1.0);
+    let color = Vec3::from(a.color).lerp(b.color.into(), share).to_array();
+    Corner { at: a.at.lerp(b.at, share), color, distance: 0.0 }
 }
 
 /// Returns the part of a polygon whose distances are at most 0.
-fn clipped(polygon: &[(Vec3, f32)]) -> Vec<Vec3> {
+fn clipped(polygon: &[Corner]) -> Vec<Corner> {
     let mut kept = Vec::new();
     for (at, from) in polygon.iter().enumerate() {
         let to = &polygon[(at + 1) % polygon.len()];
-        if from.1 <= 0.0 {
-            kept.push(from.0);
+        if from.distance <= 0.0 {
+            kept.push(*from);
         }
-        if (from.1 <= 0.0) != (to.1 <= 0.0) {
+        if (from.distance <= 0.0) != (to.distance <= 0.0) {
             kept.push(between(*from, *to));
         }
     }
@@ -171,8 +218,8 @@ fn clipped(polygon: &[(Vec3, f32)]) -> Vec<Vec3> {
 }
 
 /// Returns the triangle or quadrilateral in which distances of a tetrahedron are 0; empty if there is none.
-fn section(corners: &[(Vec3, f32); 4]) -> Vec<Vec3> {
-    let (inside, outside): (Vec<_>, Vec<_>) = corners.iter().copied().partition(|(_, distance)| *distance <= 0.0);
+fn section(corners: &[Corner; 4]) -> Vec<Corner> {
+    let (inside, outside): (Vec<_>, Vec<_>) = corners.iter().copied().partition(|corner| corner.distance <= 0.0);
     match (&inside[..], &outside[..]) {
         ([one], others) | (others, [one]) => others.iter().map(|other| between(*one, *other)).collect(),
         ([a, b], [c, d]) => vec![between(*a, *c), between(*a, *d), between(*b, *d), between(*b, *c)],
@@ -180,8 +227,8 @@ fn section(corners: &[(Vec3, f32); 4]) -> Vec<Vec3> {
     }
 }
 
-/// Returns the bound surfaces, smooth, with colours of the elements that they follow.
-pub fn surfaces(context: &Context, simulation: &Simulation, colors: &[Color]) -> Vec<render::Mesh> {
+/// Returns the bound surfaces, smooth, with colours of the elements, or of the nearest nodes, that they follow.
+pub fn surfaces(context: &Context, simulation: &Simulation, paint: &Paint) -> Vec<render::Mesh> {
     let model = simulation.model();
     let mesh = |binding: &relievo_tissue::Binding| {
         let points = binding.points(context, model, &simulation.state().displacements);
@@ -193,7 +240,7 @@ pub fn surfaces(context: &Context, simulation: &Simulation, colors: &[Color]) ->
         }
         render::Mesh {
             normals: normals.into_iter().map(|normal| normal.normalize_or(Vec3::Z).to_array()).collect(),
-            colors: binding.anchors.iter().map(|anchor| colors[anchor.element as usize]).collect(),
+            colors: binding.anchors.iter().map(|anchor| color(model, paint, anchor)).collect(),
             triangles: binding.triangles.clone(),
             points,
             ..render::Mesh::default()
@@ -202,9 +249,23 @@ pub fn surfaces(context: &Context, simulation: &Simulation, colors: &[Color]) ->
     model.bindings.iter().map(mesh).collect()
 }
 
+/// Returns the colour of a point that follows an element: that of the element, or of its corner nearest to the point.
+fn color(model: &Model, paint: &Paint, anchor: &Anchor) -> Color {
+    let upper = anchor.weights.map(|weight| weight > 0.5);
+    // Corners go around the lower face, then around the upper one.
+    let around = match upper {
+        [false, false, _] => 0,
+        [true, false, _] => 1,
+        [true, true, _] => 2,
+        [false, true, _] => 3,
+    };
+    let element = anchor.element as usize;
+    paint.at(element, model.elements[element][if upper[2] { around + 4 } else { around }])
+}
+
 #[cfg(test)]
 mod tests {
-    use relievo_tissue::{Material, Model, SimulationOptions};
+    use relievo_tissue::{Material, SimulationOptions};
 
     use super::*;
 
@@ -221,19 +282,34 @@ mod tests {
     fn a_cut_goes_through_elements_and_closes_what_it_leaves() {
         let gel = Material { name: "gel".into(), density: 1000.0, shear: 1000.0, bulk: 1e4 };
         let model = Model::block([0.0; 3], [1.0, 2.0, 1.0], [3, 2, 2], gel).unwrap();
-        let colors = vec![[0.5; 3]; model.elements.len()];
+        let paint = Paint::Elements(vec![[0.5; 3]; model.elements.len()]);
         let simulation = Simulation::new(model, &SimulationOptions::default()).unwrap();
         let eye = DVec3::new(9.0, 1.0, 1.0);
-        let [area, volume] = measures(&faces(&simulation, None, eye, &colors));
+        let [area, volume] = measures(&faces(&simulation, None, eye, &paint));
         assert!((area - 52.0).abs() < 1e-3 && (volume - 24.0).abs() < 1e-3, "{area} {volume}");
         // In the middle of elements, of the side away from the eye, which is closed.
         for (at, length) in [(1.3, 1.3), (2.0, 2.0)] {
             let cut = Cut { axis: 0, at };
-            let [area, volume] = measures(&faces(&simulation, Some(cut), eye, &colors));
+            let [area, volume] = measures(&faces(&simulation, Some(cut), eye, &paint));
             assert!((area - (16.0 + 12.0 * length)).abs() < 1e-3, "{at}: {area}");
             assert!((volume - 8.0 * length).abs() < 1e-3, "{at}: {volume}");
         }
-        let [_, volume] = measures(&faces(&simulation, Some(Cut { axis: 0, at: 1.3 }), -eye, &colors));
+        let [_, volume] = measures(&faces(&simulation, Some(Cut { axis: 0, at: 1.3 }), -eye, &paint));
         assert!((volume - 8.0 * 1.7).abs() < 1e-3, "{volume}");
+        // Colours of nodes stay linear across a cut.
+        let model = simulation.model();
+        let color = |[x, y, z]: [f32; 3]| [x / 3.0, y / 4.0, z / 2.0];
+        let paint = Paint::Nodes(model.nodes.iter().map(|node| color(*node)).collect());
+        for cut in [None, Some(Cut { axis: 0, at: 1.3 })] {
+            let mesh = faces(&simulation, cut, eye, &paint);
+            let is_near =
+                |(point, found): (&[f32; 3], &Color)| Vec3::from(color(*point)).distance((*found).into()) < 1e-6;
+            assert!(mesh.points.iter().zip(&mesh.colors).all(is_near), "{cut:?}");
+        }
+        for corner in 0..8 {
+            let at = model.nodes[model.elements[0][corner] as usize];
+            let weights = [at[0], 0.5 * at[1], at[2]].map(|at| 0.2 + 0.7 * at);
+            assert_eq!(super::color(model, &paint, &Anchor { element: 0, weights }), color(at), "{corner}");
+        }
     }
 }

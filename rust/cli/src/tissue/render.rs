@@ -77,8 +77,12 @@ pub enum Show {
     Muscle,
     /// Von Mises stress.
     Stress,
-    /// Change of volume.
+    /// The largest principal Green–Lagrange strain, of either sign.
     Strain,
+    /// Change of volume.
+    Volume,
+    /// The pressure with which colliders of the description, which are left out, press on the nodes.
+    Pressure,
     /// Nothing: one colour.
     Surface,
 }
@@ -108,6 +112,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
         return Err(Error::unsupported("the format to write is not known")
             .at(arguments.output.display().to_string())
             .advise("use the extension .png")
+            .into());
+    }
+    if arguments.show == Show::Pressure && !is_named(&arguments.model, "toml") {
+        return Err(Error::unsupported("a model has no colliders that press on it")
+            .at(arguments.model.display().to_string())
+            .advise("give the description (.toml) of its simulation")
             .into());
     }
     let context = arguments.limits.context()?;
@@ -168,13 +178,14 @@ impl Arguments {
         let mut scene = Scene::new()?;
         let object = scene.add_object(DAffine3::IDENTITY, Material::default())?;
         if self.bound {
-            for (number, mesh) in (0..).zip(surfaces(context, simulation, &coloring.colors)) {
+            for (number, mesh) in (0..).zip(surfaces(context, simulation, &coloring.paint)) {
                 scene.set_mesh(object, number, mesh)?;
             }
         } else {
-            scene.set_mesh(object, 0, faces(simulation, self.cut, view.camera.eye, &coloring.colors))?;
+            scene.set_mesh(object, 0, faces(simulation, self.cut, view.camera.eye, &coloring.paint))?;
         }
-        if let Some(motion) = motion {
+        // Colliders would hide where they press.
+        if let Some(motion) = motion.filter(|_| self.show != Show::Pressure) {
             let steel = Material { base_color: STEEL, specular: 0.3, roughness: 0.3 };
             for (points, triangles) in motion.solids(context, simulation.state().seconds)? {
                 let solid = scene.add_object(DAffine3::IDENTITY, steel)?;

@@ -28,7 +28,7 @@ pub struct Arguments {
     /// Writes the bound surfaces of each frame too, as `NAME.0000.ply` or another format of meshes.
     #[arg(long, value_enum, value_name = "FORMAT")]
     surfaces: Option<MeshFormat>,
-    /// Writes each frame for VTK too, as `0000.vtu`.
+    /// Writes each frame for VTK too, as `0000.vtu`, with stress, strain and contact pressure.
     #[arg(long)]
     vtu: bool,
     /// Writes grids of each frame for OpenVDB too, as `0000.vdb`: materials, stresses and volumes of the elements at rest.
@@ -173,7 +173,8 @@ fn store(
     }
     if arguments.vtu {
         let states = simulation.element_states(context)?;
-        simulation.write_vtu(&folder.join(format!("{frame:04}.vtu")), &states)?;
+        let pressures = simulation.contact_pressures(context)?;
+        simulation.write_vtu(&folder.join(format!("{frame:04}.vtu")), &states, &pressures)?;
     }
     if arguments.vdb {
         let states = simulation.element_states(context)?;

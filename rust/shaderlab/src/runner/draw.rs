@@ -219,18 +219,22 @@ impl Pipeline {
         let groups = || (0..).zip(&bound.groups).filter_map(|(index, group)| Some((index, group.as_ref()?)));
         match self {
             Self::Draw(drawing) => {
+                // Runs of vertices leave the picture alone: clearing it would take longer than they do.
+                let draws = !matches!(run, Run::Vertices(_));
+                let clear = wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT);
                 let attachment = wgpu::RenderPassColorAttachment {
                     view: &drawing.view,
                     depth_slice: None,
                     resolve_target: None,
                     ops: wgpu::Operations {
-                        load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                        load: if draws { clear } else { wgpu::LoadOp::Load },
                         store: wgpu::StoreOp::Store,
                     },
                 };
+                let load = if draws { wgpu::LoadOp::Clear(1.0) } else { wgpu::LoadOp::Load };
                 let depth = drawing.depth.as_ref().map(|view| wgpu::RenderPassDepthStencilAttachment {
                     view,
-                    depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(1.0), store: wgpu::StoreOp::Discard }),
+                    depth_ops: Some(wgpu::Operations { load, store: wgpu::StoreOp::Store }),
                     stencil_ops: None,
                 });
                 let descriptor = wgpu::RenderPassDescriptor {

@@ -138,3 +138,139 @@ fn sliding_nodes_keep_their_distance_from_a_sphere() {
     }
     assert!(moved > 1e-3, "{moved}");
 }
+
+/// The upper nodes of a block with their shares of a load that is even over its faces, which sum to 1.
+fn shares(model: &Model, height: f32) -> Vec<(usize, f32)> {
+    let nodes = model.nodes_within([-1.0, -1.0, height - 1e-4], [1.0, 1.0, height + 1e-4]);
+    let most: [f32; 2] =
+        [0, 1].map(|axis| nodes.iter().map(|node| model.nodes[*node as usize][axis]).fold(0.0, f32::max));
+    let weight = |node: &u32| {
+        let at = model.nodes[*node as usize];
+        (0..2).map(|axis| if at[axis] < 1e-6 || at[axis] > most[axis] - 1e-6 { 0.5f32 } else { 1.0 }).product::<f32>()
+    };
+    let sum: f32 = nodes.iter().map(weight).sum();
+    nodes.iter().map(|node| (*node as usize, weight(node) / sum)).collect()
+}
+
+/// The area over which some nodes are spread out at present.
+fn area(simulation: &Simulation, nodes: &[(usize, f32)]) -> f32 {
+    let places = simulation.positions();
+    let side = |axis: usize| {
+        let along = nodes.iter().map(|(node, _)| places[*node][axis]);
+        along.clone().fold(f32::MIN, f32::max) - along.fold(f32::MAX, f32::min)
+    };
+    side(0) * side(1)
+}
+
+#[test]
+fn a_block_presses_on_the_floor_with_its_weight_and_load_by_the_area() {
+    let context = Context::serial();
+    let size = [0.1, 0.08, 0.06];
+    let none = Curve::constant([0.0; 3]);
+    for gravity in [0.0, 9.81] {
+        let options = SimulationOptions { gravity: [0.0, 0.0, -gravity], ..SimulationOptions::default() };
+        let mut simulation = Simulation::new(block(size, [5, 4, 3], firm()), &options).unwrap();
+        assert!(simulation.contact_pressures(&context).unwrap().iter().all(|pressure| *pressure == 0.0));
+        simulation.add_collider(Collider::new(Body::Floor, 0.0, none.clone(), none.clone()).unwrap());
+        let (upper, lower) = (shares(simulation.model(), size[2]), shares(simulation.model(), 0.0));
+        let load = 3.0;
+        let mut forces = vec![[0.0; 3]; simulation.model().nodes.len()];
+        upper.iter().for_each(|(node, share)| forces[*node][2] = -load * share);
+        simulation.load(&forces).unwrap();
+        simulation.relax(&context, 1e-5, 1500, &mut Silent).unwrap();
+        let pressures = simulation.contact_pressures(&context).unwrap();
+        let weight = gravity * 1000.0 * size.iter().product::<f32>();
+        let expected = (load + weight) / area(&simulation, &lower);
+        let mean: f32 = lower.iter().map(|(node, share)| share * pressures[*node]).sum();
+        assert!((mean - expected).abs() < 5e-3 * expected, "{mean} Pa is not {expected}");
+        for (node, pressure) in pressures.iter().enumerate() {
+            let is_low = lower.iter().any(|(other, _)| *other == node);
+            // Lower layers spread out more under the weight of those above, so that the rim presses less.
+            let off = (pressure - expected).abs() / expected;
+            let most = if gravity == 0.0 { 0.01 } else { 0.2 };
+            assert!(if is_low { off < most } else { *pressure == 0.0 }, "node {node}: {pressure} Pa, not {expected}");
+        }
+    }
+}
+
+#[test]
+fn a_plate_presses_with_the_reaction_of_the_held_side_by_the_area() {
+    let context = Context::serial();
+    let size = [0.1, 0.1, 0.06];
+    let mut model = block(size, [4, 4, 3], firm());
+    model.held =
+        model.nodes_within([-1.0; 3], [1.0, 1.0, 1e-4]).into_iter().map(|node| Held { node, axes: 4 }).collect();
+    let options = SimulationOptions { gravity: [0.0; 3], ..SimulationOptions::default() };
+    // A floor upside down, and a mesh of a plate.
+    let above = |at: f32| (Curve::constant([0.0, 0.0, at]), Curve::constant([std::f32::consts::PI, 0.0, 0.0]));
+    let (points, triangles) = ball(0.5, 24);
+    let points: Vec<_> = points.iter().map(|[x, y, z]| [*x, *y, if *z < 0.0 { 0.0 } else { *z }]).collect();
+    let plate = Body::Mesh(DistanceField::new(&points, &triangles).unwrap());
+    let plates =
+        [(Body::Floor, above(0.057)), (plate, (Curve::constant([0.05, 0.05, 0.057]), Curve::constant([0.0; 3])))];
+    for (body, (translation, rotation)) in plates {
+        let mut simulation = Simulation::new(model.clone(), &options).unwrap();
+        simulation.add_collider(Collider::new(body, 0.0, translation, rotation).unwrap());
+        simulation.relax(&context, 1e-5, 1500, &mut Silent).unwrap();
+        let (upper, lower) = (shares(simulation.model(), size[2]), shares(simulation.model(), 0.0));
+        let held: Vec<u32> = lower.iter().map(|(node, _)| *node as u32).collect();
+        let force = simulation.reaction(&context, &held).unwrap()[2].abs() as f32;
+        let pressures = simulation.contact_pressures(&context).unwrap();
+        let mean: f32 = upper.iter().map(|(node, share)| share * pressures[*node]).sum();
+        let expected = force / area(&simulation, &upper);
+        assert!(expected > 1000.0 && (mean - expected).abs() < 5e-3 * expected, "{mean} Pa is not {expected}");
+        // Uniaxial: the pressure is the stress.
+        let states = simulation.element_states(&context).unwrap();
+        assert!(states.iter().all(|state| (state.stress[2] + expected).abs() < 0.02 * expected));
+        assert!(states.iter().all(|state| (state.principal_strain[2] - 0.5 * (0.95 * 0.95 - 1.0)).abs() < 1e-4));
+    }
+}
+
+#[test]
+fn colliders_that_swallow_the_model_are_named_and_leave_numbers_finite() {
+    let context = Context::serial();
+    let (points, triangles) = ball(1.0, 24);
+    let bodies =
+        [Body::Floor, Body::Ball(1.0), Body::Mesh(DistanceField::new(&points, &triangles).unwrap()), Body::Ball(0.03)];
+    let still = || Curve::constant([0.0; 3]);
+    let at = |z: f32| [0.05, 0.05, z];
+    for (index, body) in bodies.into_iter().enumerate() {
+        // From the start, or all at once after some steps; the small ball is in the middle of the model.
+        let within = if index == 0 { 0.5 } else { 0.05 };
+        let beyond = if index == 0 { -0.5 } else { 5.0 };
+        let jump = Curve::new(vec![(0.0, at(beyond)), (0.002, at(beyond)), (0.00201, at(within))]).unwrap();
+        for (path, halvings, held) in
+            [(Curve::constant(at(within)), 0, false), (jump.clone(), 0, true), (jump, 2, false)]
+        {
+            let mut model = block([0.1; 3], [4; 3], firm());
+            if held {
+                let low = model.nodes_within([-1.0; 3], [1.0, 1.0, 1e-4]);
+                model.held = low.into_iter().map(|node| Held { node, axes: 7 }).collect();
+            }
+            let options = SimulationOptions { halvings, ..SimulationOptions::default() };
+            let mut simulation = Simulation::new(model, &options).unwrap();
+            simulation.add_collider(Collider::new(body.clone(), 0.3, path, still()).unwrap());
+            let steps = (0.003 / simulation.steps().step) as u64;
+            let outcome = simulation.advance(&context, steps, &mut Silent);
+            match outcome {
+                Err(error) => {
+                    // The small ball throws elements about, which turn inside out also where it is not.
+                    let (said, small) = (error.to_string(), index == 3);
+                    assert!(said.contains(if small { "shorter step" } else { "begin outside" }), "{index}: {said}");
+                    assert!(small || said.contains("collider 0"), "{index}: {said}");
+                }
+                Ok(()) => assert_eq!(index, 3, "a body that swallows all is an error"),
+            }
+            let places = simulation.positions();
+            // Nodes may have been thrown, but not out of the world.
+            let is_bounded = |at: &f32| at.is_finite() && at.abs() < 100.0;
+            assert!(places.as_flattened().iter().all(is_bounded), "{index}: {places:?}");
+        }
+        // Relaxation does not begin.
+        let mut simulation = Simulation::new(block([0.1; 3], [4; 3], firm()), &SimulationOptions::default()).unwrap();
+        simulation.add_collider(Collider::new(body, 0.3, Curve::constant(at(within)), still()).unwrap());
+        let outcome = simulation.relax(&context, 1e-3, 300, &mut Silent);
+        assert!(outcome.is_err() || index == 3, "{index}");
+        assert!(simulation.positions().as_flattened().iter().all(|at| at.is_finite()));
+    }
+}

@@ -1893,6 +1893,8 @@ fn simulations(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let mut arrays: RlvTissueArrays = sized(bytes)?;
     (arrays.positions, arrays.node_count) = (positions.as_mut_ptr(), bytes.int_in_range(0..=128)?);
     (arrays.stresses, arrays.element_count) = (stresses.as_mut_ptr(), bytes.int_in_range(0..=64)?);
+    let (mut strains, mut pressures) = ([0.0_f32; 6 * 64], [0.0_f32; 128]);
+    (arrays.strains, arrays.contact_pressures) = (strains.as_mut_ptr(), pressures.as_mut_ptr());
     let (tolerance, which) = (number(bytes)?, bytes.int_in_range(0..=2)?);
     let mut mesh = RlvMesh { id: UNTOUCHED };
     // SAFETY: descriptors are sized, arrays have the room that is said, texts end, and the user pointer is what the callback
