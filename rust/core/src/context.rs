@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use crate::parallel::{self, Slots};
+use crate::parallel::{Executor, Scheduler, Slots};
 use crate::parts::Parts;
 use crate::scratch::Scratch;
 use crate::simd::Level;
@@ -31,7 +31,7 @@ pub struct Context {
 
 #[derive(Debug)]
 struct Inner {
-    pool: Option<rayon::ThreadPool>,
+    executor: Executor,
     level: Level,
     memory_limit: u64,
     stats: Stats,
@@ -50,36 +50,49 @@ impl Context {
             return Err(Error::invalid(format!("{threads} threads are too many"))
                 .advise(format!("ask for at most {MAX_THREADS}, or 0 for one per core")));
         }
-        let pool = if threads == 1 {
-            None
+        let executor = if threads == 1 {
+            Executor::Serial
         } else {
             let build = rayon::ThreadPoolBuilder::new()
                 .num_threads(threads)
                 .thread_name(|index| format!("relievo-{index}"))
                 .build();
-            Some(build.map_err(|error| Error::internal(format!("cannot start {threads} threads: {error}")))?)
+            let pool = build.map_err(|error| Error::internal(format!("cannot start {threads} threads: {error}")))?;
+            Executor::Pool(Arc::new(pool))
         };
-        let level = Level::detect()?;
-        let inner = Inner {
-            pool,
-            level,
-            memory_limit: options.memory_limit,
-            stats: Stats::default(),
-            scratch: Scratch::default(),
-        };
-        Ok(Self { inner: Arc::new(inner) })
+        Self::on(executor, options.memory_limit)
+    }
+
+    /// Makes a context that works on the threads of `other`, and has a memory limit of its own in bytes, 0 for none. Fails
+    /// if `RELIEVO_SIMD` names no level of this processor.
+    pub fn sharing(other: &Self, memory_limit: u64) -> Result<Self> {
+        Self::on(other.inner.executor.clone(), memory_limit)
+    }
+
+    /// Makes a context that works on the threads of the host, and starts none. `memory_limit` is in bytes, 0 for none.
+    /// Fails if `RELIEVO_SIMD` names no level of this processor.
+    pub fn scheduled(scheduler: Arc<dyn Scheduler>, memory_limit: u64) -> Result<Self> {
+        Self::on(Executor::Host(scheduler), memory_limit)
     }
 
     /// A context that stays on the calling thread. A `RELIEVO_SIMD` that names no level of this processor is ignored.
     pub fn serial() -> Self {
         let level = Level::detect().unwrap_or_else(|_| Level::best());
-        let inner = Inner { pool: None, level, memory_limit: 0, stats: Stats::default(), scratch: Scratch::default() };
+        Self::at_level(Executor::Serial, level, 0)
+    }
+
+    fn on(executor: Executor, memory_limit: u64) -> Result<Self> {
+        Ok(Self::at_level(executor, Level::detect()?, memory_limit))
+    }
+
+    fn at_level(executor: Executor, level: Level, memory_limit: u64) -> Self {
+        let inner = Inner { executor, level, memory_limit, stats: Stats::default(), scratch: Scratch::default() };
         Self { inner: Arc::new(inner) }
     }
 
     /// How many threads work.
     pub fn threads(&self) -> usize {
-        self.pool().map_or(1, rayon::ThreadPool::current_num_threads)
+        self.executor().threads()
     }
 
     /// The instruction level of the SIMD kernels.
@@ -106,20 +119,29 @@ impl Context {
     /// first, which counts where stages take less than a millisecond.
     pub fn within<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
         let (mut work, mut result) = (Some(work), None);
-        parallel::within(self.pool(), &mut || result = work.take().map(|work| work()));
+        self.executor().within(&mut || result = work.take().map(|work| work()));
         result.expect("work runs once")
     }
 
     /// Calls `work` for every index below `count`, in any order.
     pub fn for_each(&self, count: usize, work: impl Fn(usize) + Sync) {
-        parallel::run(self.pool(), count, &|range| range.for_each(&work));
+        self.executor().run(count, &|range| range.for_each(&work));
     }
 
     /// Calls `work` for every item and its index, in any order.
     pub fn for_each_mut<T: Send>(&self, items: &mut [T], work: impl Fn(usize, &mut T) + Sync) {
-        match self.pool() {
-            Some(pool) if items.len() > 1 => {
+        match self.executor() {
+            Executor::Pool(pool) if items.len() > 1 => {
                 pool.install(|| items.par_iter_mut().enumerate().for_each(|(index, item)| work(index, item)));
+            }
+            Executor::Host(_) if items.len() > 1 => {
+                let size = self.executor().piece(items.len());
+                let pieces = Slots::new(items.chunks_mut(size));
+                self.for_each(pieces.len(), |piece| {
+                    pieces.with(piece, |items| {
+                        items.iter_mut().enumerate().for_each(|(at, item)| work(piece * size + at, item));
+                    });
+                });
             }
             _ => items.iter_mut().enumerate().for_each(|(index, item)| work(index, item)),
         }
@@ -127,9 +149,9 @@ impl Context {
 
     /// Returns the results of `work` for every index below `count`, in order.
     pub fn map<R: Send>(&self, count: usize, work: impl Fn(usize) -> R + Sync) -> Vec<R> {
-        let size = parallel::piece(self.pool(), count);
+        let size = self.executor().piece(count);
         let pieces = Slots::new((0..count.div_ceil(size)).map(|_| Vec::new()));
-        parallel::run(self.pool(), pieces.len(), &|range| {
+        self.executor().run(pieces.len(), &|range| {
             for piece in range {
                 let indices = piece * size..((piece + 1) * size).min(count);
                 pieces.with(piece, |list| list.extend(indices.map(&work)));
@@ -142,10 +164,17 @@ impl Context {
         results
     }
 
-    /// As [`Self::map`], in place of what `out` holds, whose memory is used again: warm calls ask for none.
+    /// As [`Self::map`], in place of what `out` holds, whose memory is used again: warm calls ask for none, but on a
+    /// scheduler of the host for the pieces.
     pub fn map_into<R: Send>(&self, count: usize, out: &mut Vec<R>, work: impl Fn(usize) -> R + Sync) {
-        match self.pool() {
-            Some(pool) if count > 1 => pool.install(|| (0..count).into_par_iter().map(&work).collect_into_vec(out)),
+        match self.executor() {
+            Executor::Pool(pool) if count > 1 => {
+                pool.install(|| (0..count).into_par_iter().map(&work).collect_into_vec(out));
+            }
+            Executor::Host(_) if count > 1 => {
+                out.clear();
+                out.append(&mut self.map(count, work));
+            }
             _ => {
                 out.clear();
                 out.extend((0..count).map(work));
@@ -162,8 +191,25 @@ impl Context {
         work: impl Fn(usize, P) -> Result<()> + Sync,
     ) -> Result<()> {
         let size = size.max(1);
-        match self.pool() {
-            Some(pool) if parts.len() > size => pool.install(|| halve(parts, 0, size, &work, true)),
+        match self.executor() {
+            Executor::Pool(pool) if parts.len() > size => pool.install(|| halve(parts, 0, size, &work, true)),
+            Executor::Host(_) if parts.len() > size => {
+                // Whole calls of `work` to a piece, so that what it is called with does not depend on the threads.
+                let piece = size * self.executor().piece(parts.len().div_ceil(size));
+                let (mut pieces, mut rest) = (Vec::new(), parts);
+                while rest.len() > piece {
+                    let (low, high) = rest.split_at(piece);
+                    pieces.push(Some(low));
+                    rest = high;
+                }
+                pieces.push(Some(rest));
+                let pieces = Slots::new(pieces.into_iter());
+                let done = self.map(pieces.len(), |index| match pieces.with(index, Option::take) {
+                    Some(parts) => halve(parts, index * piece, size, &work, false),
+                    None => Ok(()),
+                });
+                done.into_iter().collect()
+            }
             _ => halve(parts, 0, size, &work, false),
         }
     }
@@ -191,12 +237,12 @@ impl Context {
     pub fn join<A: Send, B: Send>(&self, a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
         let (mut a, mut b) = (Some(a), Some(b));
         let (mut first, mut second) = (None, None);
-        parallel::join(self.pool(), &mut || first = a.take().map(|a| a()), &mut || second = b.take().map(|b| b()));
+        self.executor().join(&mut || first = a.take().map(|a| a()), &mut || second = b.take().map(|b| b()));
         (first.expect("work runs once"), second.expect("work runs once"))
     }
 
-    fn pool(&self) -> Option<&rayon::ThreadPool> {
-        self.inner.pool.as_ref()
+    fn executor(&self) -> &Executor {
+        &self.inner.executor
     }
 }
 
@@ -221,14 +267,46 @@ fn halve<P: Parts>(
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
     use super::*;
+
+    /// Threads of a host, which begin with the last index and count their calls.
+    struct Backwards(usize, AtomicUsize);
+
+    impl Scheduler for Backwards {
+        fn threads(&self) -> usize {
+            self.0
+        }
+
+        fn run(&self, count: usize, body: &(dyn Fn(usize) + Sync)) {
+            self.1.fetch_add(count, Ordering::Relaxed);
+            let next = AtomicUsize::new(count);
+            std::thread::scope(|scope| {
+                for _ in 0..self.0 {
+                    scope.spawn(|| {
+                        while let Ok(left) =
+                            next.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1))
+                        {
+                            body(left - 1);
+                        }
+                    });
+                }
+            });
+        }
+    }
 
     #[test]
     fn one_and_many_threads_give_the_same_results_in_order() {
         let serial = Context::serial().map(1000, |index| index * index);
-        for threads in [1, 2, 5] {
-            let context = Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
+        let own = |threads| Context::new(&ContextOptions { threads, memory_limit: 0 }).unwrap();
+        let host = Arc::new(Backwards(3, AtomicUsize::new(0)));
+        let hosted = Context::scheduled(host.clone(), 0).unwrap();
+        let shared = Context::sharing(&own(5), 0).unwrap();
+        for (context, threads) in [(own(1), 1), (own(2), 2), (own(5), 5), (shared, 5), (hosted.clone(), 3)] {
             assert_eq!(context.threads(), threads);
+            assert_eq!(context.join(|| 3, || "four"), (3, "four"));
+            assert_eq!(context.within(|| context.map(9, |index| index)), (0..9).collect::<Vec<_>>());
             assert_eq!(context.map(1000, |index| index * index), serial);
             let mut items = vec![0; 1000];
             context.for_each_mut(&mut items, |index, item| *item = index * index);
@@ -246,6 +324,8 @@ mod tests {
             assert!(done.unwrap_err().to_string().contains("128"));
             assert_eq!(squares, serial);
         }
+        // Every loop above ran on it: two pieces of a join, nine of a map, and many of the others.
+        assert!(host.1.load(Ordering::Relaxed) > 2 + 9 + 4 * 100);
     }
 
     #[test]

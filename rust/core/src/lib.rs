@@ -21,6 +21,7 @@ pub use context::{Context, ContextOptions};
 pub use error::{Error, ErrorKind, Result};
 pub use falloff::Falloff;
 pub use mesh::{Attribute, Crease, Domain, Mesh, Values};
+pub use parallel::Scheduler;
 pub use parameter::{Parameter, ParameterKind};
 pub use parts::Parts;
 pub use progress::Progress;
