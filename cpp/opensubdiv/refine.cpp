@@ -5,6 +5,7 @@
 #include <opensubdiv/far/patchTableFactory.h>
 #include <opensubdiv/far/stencilTableFactory.h>
 #include <opensubdiv/far/topologyDescriptor.h>
+#include <opensubdiv/version.h>
 
 #include "relievo-opensubdiv/src/bridge.rs.h"
 
@@ -54,6 +55,8 @@ Far::PatchTableFactory::Options table_options(const Cage& cage, uint32_t isolati
 }
 
 } // namespace
+
+uint32_t version_number() { return OPENSUBDIV_VERSION_NUMBER; }
 
 // Counts faces and vertices up to level 4, with creases up to level 5. By then features are isolated from one another, and
 // every further level adds as many for points and creases that are patches of their own. Other creases, those that cross,

@@ -15,6 +15,7 @@ pub const BINDINGS: &[Binding] = &[
             "rtcGetDeviceError",
             "rtcGetDeviceProperty",
             "rtcSetDeviceErrorFunction",
+            "rtcSetDeviceMemoryMonitorFunction",
             "rtcNewScene",
             "rtcReleaseScene",
             "rtcSetSceneFlags",

@@ -23,6 +23,6 @@ pub use evaluate::{Order, Sample, SampleSlices, Samples};
 pub use grid::{Destination, Grid, Placement};
 pub use patch::{Patch, PatchForm};
 pub use place::Place;
-pub use relievo_opensubdiv::BoundaryRule;
+pub use relievo_opensubdiv::{BoundaryRule, version as opensubdiv_version};
 pub use topology::{Incidence, Link, RingClass, Segment, Side, TileTopology};
 pub use triangle::{DeviceMesh, MESH_GROUP, TriangleSide, TriangleSurface, TriangleTopology};

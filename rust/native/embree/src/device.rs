@@ -1,6 +1,8 @@
 //! An Embree device: what scenes and geometries are made from.
 
 use std::ffi::{CStr, c_char, c_void};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicI64, AtomicPtr, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use relievo_core::{Error, Result};
@@ -21,6 +23,36 @@ struct Inner {
     table: &'static Table,
     handle: RTCDevice,
     message: Box<Message>,
+    /// Boxed, since Embree has its address.
+    #[expect(dead_code, reason = "called by Embree until the device is released")]
+    monitor: Option<Box<Monitored>>,
+}
+
+/// Hears of bytes that Embree takes or, below 0, gives back, on any thread. Where it answers false to bytes above 0, these
+/// are not given back later, and the call that needs them fails with [`ErrorKind::Memory`](relievo_core::ErrorKind::Memory).
+pub type Monitor = Arc<dyn Fn(i64) -> bool + Send + Sync>;
+
+/// A monitor and the refused bytes that Embree allocated nevertheless and will free: it asks before some allocations and
+/// after others.
+struct Monitored {
+    monitor: Monitor,
+    refused: AtomicI64,
+}
+
+impl Monitored {
+    fn ask(&self, bytes: i64, after: bool) -> bool {
+        if bytes >= 0 {
+            let granted = (self.monitor)(bytes);
+            if !granted && after {
+                self.refused.fetch_add(bytes, Ordering::Relaxed);
+            }
+            return granted;
+        }
+        let part = |refused: i64| Some(refused - refused.min(-bytes));
+        let refused = self.refused.fetch_update(Ordering::Relaxed, Ordering::Relaxed, part).unwrap_or(0);
+        let freed = bytes + refused.min(-bytes);
+        freed == 0 || (self.monitor)(freed)
+    }
 }
 
 /// The last error message, written by Embree's callback.
@@ -40,20 +72,34 @@ unsafe extern "C" fn note_error(user: *mut c_void, code: RTCError, message: *con
     *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(format!("{text} (Embree's error {code})"));
 }
 
+unsafe extern "C" fn ask_monitor(user: *mut c_void, bytes: isize, after: bool) -> bool {
+    // SAFETY: `user` is the device's monitor, which outlives the device.
+    let monitored = unsafe { &*user.cast::<Monitored>() };
+    catch_unwind(AssertUnwindSafe(|| monitored.ask(bytes as i64, after))).unwrap_or(true)
+}
+
 impl Device {
     /// Makes a device.
     ///
     /// # Errors
     /// Embree is missing, of another version, or makes no device.
     pub fn new() -> Result<Self> {
+        Self::with_monitor(None)
+    }
+
+    /// Makes a device whose allocations `monitor` hears of.
+    ///
+    /// # Errors
+    /// As for [`Self::new`].
+    pub fn with_monitor(monitor: Option<Monitor>) -> Result<Self> {
         let table = table()?;
         let handle = match &table.arena {
             Some(arena) => {
-                let made = std::sync::atomic::AtomicPtr::new(std::ptr::null_mut());
+                let made = AtomicPtr::new(std::ptr::null_mut());
                 arena.run(&|| {
                     // SAFETY: the configuration is a terminated string.
                     let handle = unsafe { table.embree.rtcNewDevice(c"set_affinity=0".as_ptr()) };
-                    made.store(handle, std::sync::atomic::Ordering::Release);
+                    made.store(handle, Ordering::Release);
                 });
                 made.into_inner()
             }
@@ -72,7 +118,29 @@ impl Device {
             let message = std::ptr::from_ref(&*message).cast_mut().cast();
             table.embree.rtcSetDeviceErrorFunction(handle, Some(note_error), message);
         }
-        Ok(Self { inner: Arc::new(Inner { table, handle, message }) })
+        let monitor = monitor.map(|monitor| Box::new(Monitored { monitor, refused: AtomicI64::new(0) }));
+        if let Some(monitor) = &monitor {
+            // SAFETY: the monitor is boxed and lives as long as the device.
+            unsafe {
+                let user = std::ptr::from_ref(&**monitor).cast_mut().cast();
+                table.embree.rtcSetDeviceMemoryMonitorFunction(handle, Some(ask_monitor), user);
+            }
+        }
+        Ok(Self { inner: Arc::new(Inner { table, handle, message, monitor }) })
+    }
+
+    /// Builds what changed in a scene, on the calling thread alone: outside of an arena TBB would start threads.
+    ///
+    /// # Safety
+    /// The scene is alive, of this device, and nobody else uses it.
+    pub(crate) unsafe fn commit(&self, scene: RTCScene) {
+        let scene = AtomicPtr::new(scene);
+        // SAFETY: promised by the caller.
+        let commit = || unsafe { self.table().embree.rtcCommitScene(scene.load(Ordering::Acquire)) };
+        match &self.table().arena {
+            Some(arena) => arena.run(&commit),
+            None => commit(),
+        }
     }
 
     pub(crate) fn table(&self) -> &'static Table {

@@ -12,7 +12,7 @@ mod scene;
 mod subdivision;
 mod table;
 
-pub use device::Device;
+pub use device::{Device, Monitor};
 pub use scene::{Hit, ObjectId, Ray, Scene, Tracer};
 pub use subdivision::{Boundary, Cage, Evaluation, Subdivision};
 

@@ -241,14 +241,14 @@ impl Scene {
         for object in self.objects.values_mut().filter(|object| object.dirty) {
             // SAFETY: the scene and its geometries are alive; the borrow keeps others from using them.
             unsafe {
-                embree.rtcCommitScene(object.scene.handle);
+                self.device.commit(object.scene.handle);
                 embree.rtcCommitGeometry(object.instance.handle);
             }
             object.dirty = false;
         }
         if self.dirty {
             // SAFETY: as above.
-            unsafe { embree.rtcCommitScene(self.top.handle) };
+            unsafe { self.device.commit(self.top.handle) };
             self.dirty = false;
         }
         self.device.check()?;

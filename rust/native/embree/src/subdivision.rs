@@ -86,7 +86,7 @@ impl Subdivision {
             embree.rtcSetGeometrySubdivisionMode(geometry.handle, 0, mode);
             embree.rtcCommitGeometry(geometry.handle);
             embree.rtcAttachGeometryByID(scene.handle, geometry.handle, 0);
-            embree.rtcCommitScene(scene.handle);
+            device.commit(scene.handle);
         }
         device.check()?;
         Ok(Self { geometry, face_sizes: cage.face_sizes.to_vec(), _scene: scene })

@@ -57,6 +57,8 @@ pub mod ffi {
 
         type Table;
         fn expected_sizes(cage: &Cage, first: u32, sizes: &mut [Sizes]) -> Result<()>;
+        /// Major * 10,000 + minor * 100 + patch of the headers.
+        fn version_number() -> u32;
         fn refine(cage: &Cage) -> Result<UniquePtr<Table>>;
         fn tile_count(self: &Table) -> i32;
         fn patches(self: &Table) -> &[Patch];

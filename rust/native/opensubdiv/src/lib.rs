@@ -8,3 +8,9 @@ pub mod reference;
 mod table;
 
 pub use table::{BoundaryRule, Expected, Options, PatchKind, PatchRecord, Table};
+
+/// Returns the version of OpenSubdiv that this was built with: `[major, minor, patch]`.
+pub fn version() -> [u32; 3] {
+    let number = bridge::ffi::version_number();
+    [number / 10_000, number / 100 % 100, number % 100]
+}

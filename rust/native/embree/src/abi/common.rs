@@ -29,6 +29,9 @@ pub type RTCErrorFunction = ::std::option::Option<
         str_: *const ::std::ffi::c_char,
     ),
 >;
+pub type RTCMemoryMonitorFunction = ::std::option::Option<
+    unsafe extern "C" fn(ptr: *mut ::std::ffi::c_void, bytes: isize, post: bool) -> bool,
+>;
 pub const RTC_BUFFER_TYPE_INDEX: RTCBufferType = 0;
 pub const RTC_BUFFER_TYPE_VERTEX: RTCBufferType = 1;
 pub const RTC_BUFFER_TYPE_FACE: RTCBufferType = 16;
@@ -225,6 +228,11 @@ pub struct Embree {
         error: RTCErrorFunction,
         userPtr: *mut ::std::ffi::c_void,
     ),
+    pub rtcSetDeviceMemoryMonitorFunction: unsafe extern "C" fn(
+        device: RTCDevice,
+        memoryMonitor: RTCMemoryMonitorFunction,
+        userPtr: *mut ::std::ffi::c_void,
+    ),
     pub rtcNewGeometry: unsafe extern "C" fn(
         device: RTCDevice,
         type_: RTCGeometryType,
@@ -312,6 +320,10 @@ impl Embree {
             __library.get(b"rtcSetDeviceErrorFunction\0")
         }
             .map(|sym| *sym)?;
+        let rtcSetDeviceMemoryMonitorFunction = unsafe {
+            __library.get(b"rtcSetDeviceMemoryMonitorFunction\0")
+        }
+            .map(|sym| *sym)?;
         let rtcNewGeometry = unsafe { __library.get(b"rtcNewGeometry\0") }
             .map(|sym| *sym)?;
         let rtcReleaseGeometry = unsafe { __library.get(b"rtcReleaseGeometry\0") }
@@ -370,6 +382,7 @@ impl Embree {
             rtcGetDeviceProperty,
             rtcGetDeviceError,
             rtcSetDeviceErrorFunction,
+            rtcSetDeviceMemoryMonitorFunction,
             rtcNewGeometry,
             rtcReleaseGeometry,
             rtcCommitGeometry,
@@ -413,6 +426,16 @@ impl Embree {
         userPtr: *mut ::std::ffi::c_void,
     ) {
         unsafe { (self.rtcSetDeviceErrorFunction)(device, error, userPtr) }
+    }
+    pub unsafe fn rtcSetDeviceMemoryMonitorFunction(
+        &self,
+        device: RTCDevice,
+        memoryMonitor: RTCMemoryMonitorFunction,
+        userPtr: *mut ::std::ffi::c_void,
+    ) {
+        unsafe {
+            (self.rtcSetDeviceMemoryMonitorFunction)(device, memoryMonitor, userPtr)
+        }
     }
     pub unsafe fn rtcNewGeometry(
         &self,
