@@ -9,7 +9,7 @@
  *   An object stays alive while others need it: releasing a mesh does not hurt the surface made from it.
  * - Every function may be called from any thread. Calls that do not change an object may run at the same time. A call
  *   that changes an object ("mutating" in the headers) needs it alone; nobody waits, the later call returns
- *   RLV_ERROR_BUSY. Calls on a surface or a detail read a snapshot, so they neither cause nor get RLV_ERROR_BUSY
+ *   RLV_ERROR_BUSY, and says which function is at work; rlv_object_wait waits. Calls on a surface or a detail read a snapshot, so they neither cause nor get RLV_ERROR_BUSY
  *   while it is being changed.
  * - Arrays are pointer, count and stride in bytes from one element to the next, 0 for packed. They are borrowed for the
  *   call. NULL is allowed where the count is 0 or the header says so. Floats must be finite.
@@ -17,7 +17,8 @@
  *   floats that are not finite, at numbers of enums that it does not know, and at a struct_size that it does not know.
  *   "No failure of its own" in the headers says that it fails at nothing else.
  * - Structs that begin with struct_size are started from their RLV_..._INIT and may grow in later versions.
- * - Callbacks run on the thread that made the call, must not throw, and may call into the library.
+ * - Callbacks run on the thread that made the call, must not throw, and may call into the library. Those that say so run
+ *   on others: the host's loop and tasks, monitors of memory, and what is called when a job ends.
  * - A forked child has none of its parent's threads: calls on objects made before the fork fail there with
  *   RLV_ERROR_UNSUPPORTED. They may be released; a context made in the child works. */
 #ifndef RELIEVO_CONTEXT_H
@@ -36,6 +37,21 @@ typedef enum RlvDevice {
                            where there is none */
 } RlvDevice;
 
+/* Does the piece of a loop that has the index. work is what the loop got. */
+typedef void (*RlvLoopBody)(void *work, size_t index);
+
+/* The host's parallel loop: calls body(work, index) once for every index below count, on any threads and in any order, and
+ * returns when all of these calls have returned. It is called on the threads of calls into the library and, for loops
+ * within loops, on the threads that run body; so it must allow loops within loops, as TBB's does. Pieces that it leaves
+ * out run on the calling thread. It must not throw. */
+typedef void (*RlvLoop)(void *user, size_t count, RlvLoopBody body, void *work);
+
+/* Does all of a task. */
+typedef void (*RlvTask)(void *work);
+
+/* Has task(work) run once, on a thread of the host, and returns without waiting for it. It must not throw. */
+typedef void (*RlvSpawn)(void *user, RlvTask task, void *work);
+
 typedef struct RlvContextOptions {
     uint32_t struct_size;
     uint32_t device;       /* RlvDevice */
@@ -45,9 +61,15 @@ typedef struct RlvContextOptions {
     uint64_t device_memory_limit; /* bytes that buffers on the graphics device may occupy together; 0 for no limit */
     const char *adapter; /* UTF-8: which graphics device, by a part of its name in letters of any case; NULL or "" for the
                             best, as rlv_adapter_list orders them. Not read for RLV_DEVICE_CPU. */
+    RlvContext shared;   /* the context whose threads, or host_loop, this one uses too; RLV_NULL for threads of its own.
+                            Needs threads = 0 and host_loop = NULL. */
+    RlvLoop host_loop;   /* the host's parallel loop in place of threads of the context; then `threads` says how many
+                            threads of the host work on it, 0 for one per core. NULL for none. */
+    RlvSpawn host_spawn; /* runs jobs on threads of the host; see relievo/job.h. NULL for a thread a job. */
+    void *host_user;     /* first argument of host_loop and host_spawn; valid as long as the context or an object of it */
 } RlvContextOptions;
 
-#define RLV_CONTEXT_OPTIONS_INIT {sizeof(RlvContextOptions), RLV_DEVICE_CPU, 0, 0, 0, 0, NULL}
+#define RLV_CONTEXT_OPTIONS_INIT {sizeof(RlvContextOptions), RLV_DEVICE_CPU, 0, 0, 0, 0, NULL, {0}, NULL, NULL, NULL}
 
 typedef struct RlvContextInfo {
     uint32_t struct_size;
@@ -83,6 +105,14 @@ typedef enum RlvLogLevel { RLV_LOG_INFO = 0, RLV_LOG_WARNING = 1 } RlvLogLevel;
 /* Receives what is worth knowing but no failure: an accepted non-manifold cage, a refused tile. UTF-8, no newline. */
 typedef void (*RlvLog)(void *user, uint32_t level, const char *text);
 
+/* Which threads work. Everything that a context computes on the processor runs on the calling thread and on one of these:
+ * its own threads, which are made here and end with it; those of a context that it shares; or those of host_loop. With
+ * threads = 1, and with host_loop, the context starts no thread. What runs elsewhere:
+ * - OpenSubdiv refines on the calling thread, and its libgomp starts no threads. Embree builds on the calling thread,
+ *   inside a TBB arena of one thread, so that TBB starts none either.
+ * - OpenVDB's operations on grids run on the threads of the TBB that its module loads.
+ * - A job has a thread of its own, unless host_spawn runs it. Drivers of graphics devices start what they like. */
+
 /* Makes a context. options may be NULL for the defaults. Fails with RLV_ERROR_NOT_FOUND if RLV_DEVICE_GPU is asked for
  * and there is no graphics device, or none of that name, and with RLV_ERROR_UNSUPPORTED if it lacks something or the
  * library was built without graphics devices; with RLV_DEVICE_AUTO the processor works then, and rlv_context_info says
@@ -109,6 +139,18 @@ RLV_API RlvResult rlv_context_close_device(RlvContext context);
  * on the thread that made the logging call; user must stay valid until another callback or NULL is set and the calls in
  * progress have returned. No failure of its own. */
 RLV_API RlvResult rlv_context_set_log(RlvContext context, RlvLog callback, void *user);
+
+/* Hears of bytes that large objects of a context take or, below 0, give back: the arrays of meshes as they are made, and all
+ * that Embree allocates for casters. Returns RlvProgressAnswer: after RLV_PROGRESS_CANCEL to bytes above 0 the call that
+ * needs them fails with RLV_ERROR_MEMORY and changes nothing; refused bytes are not given back later. Answers to bytes
+ * below 0 count for nothing. Called on any thread that works, maybe on several at once and under locks of Embree: it must
+ * be quick and must not call into the library. */
+typedef uint32_t (*RlvMemoryMonitor)(void *user, int64_t bytes);
+
+/* Sets the monitor of memory of the objects that are made with the context afterwards, and of the earlier ones; NULL, the
+ * initial state, for none. user must stay valid until another monitor or NULL is set and the calls in progress have
+ * returned. No failure of its own. */
+RLV_API RlvResult rlv_context_set_memory_monitor(RlvContext context, RlvMemoryMonitor callback, void *user);
 
 /* Time and counts per stage since the last reset, ordered by stage and quantity. Writes up to capacity rows to stats
  * and their number to count. stats may be NULL to ask for the number. Fails if there are more rows than capacity. */

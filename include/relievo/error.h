@@ -22,6 +22,23 @@ enum {
     RLV_ERROR_DEVICE = 9       /* a graphics device failed or was lost; what was committed is kept */
 };
 
+/* What an element of a failure is. */
+typedef enum RlvElement {
+    RLV_ELEMENT_NONE = 0,     /* the failure is about no single element */
+    RLV_ELEMENT_POINT = 1,    /* a point, vertex or node */
+    RLV_ELEMENT_CORNER = 2,   /* a corner of a face */
+    RLV_ELEMENT_EDGE = 3,
+    RLV_ELEMENT_FACE = 4,
+    RLV_ELEMENT_TRIANGLE = 5,
+    RLV_ELEMENT_TILE = 6,
+    RLV_ELEMENT_PATCH = 7,
+    RLV_ELEMENT_ITEM = 8,     /* an element of an array that place names */
+    RLV_ELEMENT_PARTICLE = 9,
+    RLV_ELEMENT_LINE = 10,    /* of a file of text, from 1 */
+    RLV_ELEMENT_PIN = 11,     /* of a decal */
+    RLV_ELEMENT_CREASE = 12
+} RlvElement;
+
 /* What failed, in parts. The texts are UTF-8, may be empty, and live until the next failure on the same thread. */
 typedef struct RlvError {
     uint32_t struct_size;
@@ -30,9 +47,13 @@ typedef struct RlvError {
     const char *what;    /* what went wrong */
     const char *place;   /* where: the function, then the argument, file and line, or element */
     const char *remedy;  /* what can be done about it */
+    uint32_t code;       /* number of the sentence `what`, the same whatever numbers and quoted names it has, for tables of
+                            translations; stable as long as the sentence is, 0 for none */
+    uint32_t element_kind; /* RlvElement: what `element` counts */
+    uint64_t element;      /* number of the innermost element that place or what names, from 0; 0 for none */
 } RlvError;
 
-#define RLV_ERROR_INIT {sizeof(RlvError), RLV_OK, NULL, NULL, NULL, NULL}
+#define RLV_ERROR_INIT {sizeof(RlvError), RLV_OK, NULL, NULL, NULL, NULL, 0, RLV_ELEMENT_NONE, 0}
 
 /* The message of the last failed call on this thread, UTF-8, "" if there was none. Never NULL. It lives until the next
  * failure on this thread. */

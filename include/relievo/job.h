@@ -7,7 +7,10 @@
  *
  * A job has a thread besides those of its context. Nothing of the host is called on it: texts for the log wait, and are
  * handed over by rlv_job_poll and rlv_job_wait on the thread that calls those. When its last reference is released, a
- * job that still runs is asked to stop, and the release does not wait; wait before the process ends. */
+ * job that still runs is asked to stop, and the release does not wait; wait before the process ends.
+ *
+ * In a context with host_spawn a job is a task of the host: the function that starts it returns at once, what fails fails
+ * as a job, and rlv_job_wait must not be called on the only thread that could run the task. */
 #ifndef RELIEVO_JOB_H
 #define RELIEVO_JOB_H
 
@@ -160,6 +163,14 @@ RLV_API RlvResult rlv_job_poll(RlvJob job, RlvJobInfo *out);
 /* Waits until the job has ended, but no longer than seconds; -1 for as long as it takes. Then as rlv_job_poll: state is
  * RLV_JOB_RUNNING if the time was up. Fails if seconds is another number below 0 or not finite. */
 RLV_API RlvResult rlv_job_wait(RlvJob job, double seconds, RlvJobInfo *out);
+
+/* Called when a job has ended. */
+typedef void (*RlvJobDone)(void *user);
+
+/* Sets what is called once when the job has ended, on the thread that ran it: on the calling thread at once if it has ended
+ * already. It may ask for the job, but should not do long work. The last one counts; NULL for none. user must stay valid
+ * until the call, or until NULL is set on a job that still runs. No failure of its own. */
+RLV_API RlvResult rlv_job_notify(RlvJob job, RlvJobDone callback, void *user);
 
 /* Asks the job to stop, and does not wait. It ends as cancelled when it notices, or as done if it was too late. No
  * failure of its own. */

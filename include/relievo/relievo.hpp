@@ -25,18 +25,27 @@ using Triangle = std::array<std::uint32_t, 3>;
 /// A failed call. what() is the whole message; the parts say what went wrong, where, and what can be done.
 class Error : public std::runtime_error {
 public:
-    Error(RlvResult result, const std::string &message, std::string reason, std::string place, std::string remedy)
+    Error(RlvResult result, const std::string &message, std::string reason, std::string place, std::string remedy,
+          std::uint32_t code = 0, RlvElement element_kind = RLV_ELEMENT_NONE, std::uint64_t element = 0)
         : std::runtime_error(message), result_(result), reason_(std::move(reason)), place_(std::move(place)),
-          remedy_(std::move(remedy)) {}
+          remedy_(std::move(remedy)), code_(code), element_kind_(element_kind), element_(element) {}
 
     RlvResult result() const noexcept { return result_; }
     const std::string &reason() const noexcept { return reason_; }
     const std::string &place() const noexcept { return place_; }
     const std::string &remedy() const noexcept { return remedy_; }
+    /// Number of the sentence of reason(), for tables of translations; see RlvError.
+    std::uint32_t code() const noexcept { return code_; }
+    /// What element() counts; RLV_ELEMENT_NONE where the failure is about no single element.
+    RlvElement element_kind() const noexcept { return element_kind_; }
+    std::uint64_t element() const noexcept { return element_; }
 
 private:
     RlvResult result_;
     std::string reason_, place_, remedy_;
+    std::uint32_t code_;
+    RlvElement element_kind_;
+    std::uint64_t element_;
 };
 
 /// Throws the calling thread's last error unless result is RLV_OK.
@@ -48,7 +57,8 @@ inline void check(RlvResult result) {
     if (rlv_error_get(&error) != RLV_OK) {
         throw Error(result, "an error without a text", "", "", "");
     }
-    throw Error(result, error.message, error.what, error.place, error.remedy);
+    throw Error(result, error.message, error.what, error.place, error.remedy, error.code,
+                static_cast<RlvElement>(error.element_kind), error.element);
 }
 
 /// One reference to an object of the library. Copies share the object.
@@ -95,6 +105,31 @@ inline std::vector<RlvAdapterInfo> adapters() {
     return rows;
 }
 
+/// What the loaded library can do on this machine; see relievo/capability.h.
+inline RlvCapability capability() {
+    RlvCapability out = RLV_CAPABILITY_INIT;
+    check(rlv_capability_get(&out));
+    return out;
+}
+
+/// The formats of files that can be read or written, by content; see relievo/capability.h.
+inline std::vector<RlvCapabilityFormat> formats() {
+    // The module of OpenVDB may be installed between the two calls; then there is room for it.
+    std::size_t count = 0;
+    check(rlv_capability_list(nullptr, 0, &count));
+    std::vector<RlvCapabilityFormat> rows(count + 4);
+    check(rlv_capability_list(rows.data(), rows.size(), &count));
+    rows.resize(count);
+    return rows;
+}
+
+/// Waits until no call is at work on an object, no longer than seconds; -1 for as long as it takes. See relievo/object.h.
+template <class Object> RlvObjectInfo wait(const Object &object, double seconds = -1.0) {
+    RlvObjectInfo info = RLV_OBJECT_INFO_INIT;
+    check(rlv_object_wait(object.get().id, seconds, &info));
+    return info;
+}
+
 /// See relievo/context.h.
 class Context : public Reference<RlvContext, rlv_context_retain, rlv_context_release> {
 public:
@@ -116,6 +151,10 @@ public:
     void close_device() const { check(rlv_context_close_device(get())); }
 
     void set_log(RlvLog callback, void *user) const { check(rlv_context_set_log(get(), callback, user)); }
+
+    void set_memory_monitor(RlvMemoryMonitor callback, void *user) const {
+        check(rlv_context_set_memory_monitor(get(), callback, user));
+    }
 
     std::vector<RlvContextStat> stats() const {
         // Other threads may add rows between the two calls; then the second one is made again.
@@ -3320,6 +3359,9 @@ public:
         check(rlv_job_wait(get(), seconds, &info));
         return info;
     }
+
+    /// Has callback(user) called once when it has ended, on the thread that ran it.
+    void notify(RlvJobDone callback, void *user) const { check(rlv_job_notify(get(), callback, user)); }
 
     void cancel() const { check(rlv_job_cancel(get())); }
     /// Throws what the call failed at.

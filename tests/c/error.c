@@ -37,6 +37,36 @@ int main(void) {
     CHECK(strcmp(before, rlv_last_error()) == 0);
     CHECK_OK(rlv_context_release(context));
 
+    /* In numbers: the element, and the sentence whatever numbers it has. */
+    CHECK_OK(rlv_context_create(NULL, &context));
+    float points[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
+    uint32_t corners[6] = {0, 1, 2, 1, 3, 2}, codes[2];
+    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
+    RlvMesh mesh = RLV_NULL;
+    arrays.points = points;
+    arrays.point_count = 4;
+    arrays.face_size = 3;
+    arrays.face_count = 2;
+    arrays.corners = corners;
+    arrays.corner_count = 6;
+    for (int k = 0; k < 2; ++k) {
+        corners[3 + k] = 77 + 100 * (uint32_t)k;
+        CHECK(rlv_mesh_create(context, &arrays, &mesh) == RLV_ERROR_INVALID);
+        CHECK_OK(rlv_error_get(&error));
+        CHECK(error.element_kind == RLV_ELEMENT_CORNER && error.element == (uint64_t)k);
+        codes[k] = error.code;
+        corners[3 + k] = (uint32_t)(k == 0 ? 1 : 3);
+    }
+    CHECK(codes[0] == codes[1] && codes[0] != 0);
+    points[7] = NAN;
+    CHECK(rlv_mesh_create(context, &arrays, &mesh) == RLV_ERROR_INVALID);
+    CHECK_OK(rlv_error_get(&error));
+    CHECK(error.element_kind == RLV_ELEMENT_POINT && error.element == 2 && error.code != codes[0] && error.code != 0);
+    CHECK_OK(rlv_context_release(context));
+    CHECK(rlv_context_release(context) == RLV_ERROR_INVALID);
+    CHECK_OK(rlv_error_get(&error));
+    CHECK(error.element_kind == RLV_ELEMENT_NONE && error.element == 0 && error.code != 0);
+
     /* Descriptors must say their size. */
     error.struct_size = 0;
     CHECK(rlv_error_get(&error) == RLV_ERROR_INVALID);

@@ -771,5 +771,27 @@ int main() {
         }
     }
     tissue(context, solid);
+
+    // What there is, who works, failures in numbers, and a job that says when it ends.
+    CHECK(relievo::capability().version == rlv_version() && relievo::formats().size() > 8);
+    CHECK(relievo::wait(solid).is_busy == 0 && std::string(relievo::wait(context, 0.0).noun) == "context");
+    try {
+        relievo::Mesh::create(context, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {3}, {0, 1, 9});
+        CHECK(false);
+    } catch (const relievo::Error &error) {
+        CHECK(error.element_kind() == RLV_ELEMENT_CORNER && error.element() == 2 && error.code() != 0);
+    }
+    int ended = 0;
+    gridding.notify([](void *user) { ++*static_cast<int *>(user); }, &ended);
+    CHECK(ended == 1);
+    long long bytes = 0;
+    context.set_memory_monitor(
+        [](void *user, std::int64_t taken) {
+            *static_cast<long long *>(user) += taken;
+            return std::uint32_t(RLV_PROGRESS_CONTINUE);
+        },
+        &bytes);
+    CHECK(solid.split(0.5).triangles().size() > 12 && bytes == 0);
+    context.set_memory_monitor(nullptr, nullptr);
     return 0;
 }

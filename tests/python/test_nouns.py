@@ -37,6 +37,54 @@ def heights(detail):
     return detail.evaluate(tiles, numpy.full((len(tiles), 2), 0.5), ["displacements"])["displacements"]
 
 
+class Hosts(unittest.TestCase):
+    """What a host asks of the library besides its nouns."""
+
+    def test_capabilities_and_formats(self):
+        found = rl.capability()
+        self.assertGreaterEqual(found.opensubdiv_version, (3 << 22) + (5 << 12))
+        self.assertEqual(rl.Context().info.threads, found.cores)
+        rows = {(row.content, row.extension): row for row in rl.formats()}
+        self.assertTrue(rows[rl.Content.MESH, "obj"].can_write_bytes)
+        self.assertFalse(rows[rl.Content.MESH, "gltf"].can_write)
+
+    def test_failures_have_numbers(self):
+        with self.assertRaises(rl.Invalid) as failed:
+            rl.Mesh(rl.Context(threads=1), numpy.eye(3, dtype="f4"), [0, 1, 9], 3)
+        self.assertEqual((failed.exception.element_kind, failed.exception.element), (rl.Element.CORNER, 2))
+        self.assertNotEqual(failed.exception.code, 0)
+
+    def test_threads_are_shared_memory_is_watched_and_jobs_say_when_they_end(self):
+        with self.assertRaisesRegex(rl.Invalid, "shared"):
+            rl.Context(shared=rl.Context(threads=2), threads=3)
+        context = rl.Context(shared=rl.Context(threads=2))
+        self.assertEqual(context.info.threads, 2)
+        taken, limit = [0], [1 << 20]
+
+        def watch(count):
+            if count > 0 and taken[0] + count > limit[0]:
+                return False
+            taken[0] += count
+
+        context.set_memory_monitor(watch)
+        points, corners, _ = shapes.grid(4)
+        mesh = rl.Mesh(context, points, corners, 4)
+        self.assertEqual(taken[0], 12 * len(points) + 20 * 16)
+        limit[0] = 0
+        with self.assertRaises(rl.MemoryLimit):
+            rl.Mesh(context, points, corners, 4)
+        mesh.release()
+        self.assertEqual(taken[0], 0)
+        context.set_memory_monitor(None)
+        detail = flat_detail(context)
+        self.assertEqual((detail.wait_idle(0).is_busy, detail.wait_idle().noun), (0, "detail"))
+        ended = threading.Event()
+        running = job.tessellate(detail)
+        running.notify(ended.set)
+        self.assertTrue(ended.wait(60))
+        self.assertEqual(running.wait().state, rl.JobState.DONE)
+
+
 class Tissues(unittest.TestCase):
     """A block of gel that stands on its lower side, and one with a muscle of rings."""
 

@@ -17,7 +17,9 @@ from .abi import RlvAdapterKind as AdapterKind
 from .abi import RlvBrushAction as BrushAction
 from .abi import RlvChannel as Channel
 from .abi import RlvClientState as ClientState
+from .abi import RlvContent as Content
 from .abi import RlvDevice as Device
+from .abi import RlvElement as Element
 from .abi import RlvFoamKind as FoamKind
 from .abi import RlvIsosurfaceClass as IsosurfaceClass
 from .abi import RlvJobState as JobState
@@ -29,6 +31,7 @@ from .arrival import Arrival
 from .bezier import Bezier
 from .brush import Brush
 from .buffer import Buffer
+from .capability import capability, formats
 from .caster import Caster
 from .collider import Collider
 from .color_buffer import ColorBuffer

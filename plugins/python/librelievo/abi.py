@@ -30,6 +30,22 @@ RLV_PICTURE_NAME_SIZE = 264
 RLV_PICTURE_NONE = 4294967295
 
 
+class RlvElement(IntEnum):
+    NONE = 0
+    POINT = 1
+    CORNER = 2
+    EDGE = 3
+    FACE = 4
+    TRIANGLE = 5
+    TILE = 6
+    PATCH = 7
+    ITEM = 8
+    PARTICLE = 9
+    LINE = 10
+    PIN = 11
+    CREASE = 12
+
+
 class RlvDevice(IntEnum):
     CPU = 0
     GPU = 1
@@ -157,6 +173,16 @@ class RlvCurve(IntEnum):
     SIZE = 0
     STRENGTH = 1
     ANGLE = 2
+
+
+class RlvContent(IntEnum):
+    MESH = 0
+    PATCHES = 1
+    PARTICLES = 2
+    GRID = 3
+    TEXTURE = 4
+    DOCUMENT = 5
+    PROGRESSIVE = 6
 
 
 class RlvIsosurfaceFunction(IntEnum):
@@ -446,6 +472,9 @@ class RlvError(Structure):
         ("what", c_char_p),
         ("place", c_char_p),
         ("remedy", c_char_p),
+        ("code", c_uint32),
+        ("element_kind", c_uint32),
+        ("element", c_uint64),
     ]
 
 
@@ -453,6 +482,15 @@ class RlvContext(Structure):
     _fields_ = [
         ("id", c_uint64),
     ]
+
+
+RlvLoopBody = ctypes.CFUNCTYPE(None, c_void_p, c_size_t)
+
+RlvLoop = ctypes.CFUNCTYPE(None, c_void_p, c_size_t, RlvLoopBody, c_void_p)
+
+RlvTask = ctypes.CFUNCTYPE(None, c_void_p)
+
+RlvSpawn = ctypes.CFUNCTYPE(None, c_void_p, RlvTask, c_void_p)
 
 
 class RlvContextOptions(Structure):
@@ -464,6 +502,10 @@ class RlvContextOptions(Structure):
         ("memory_limit", c_uint64),
         ("device_memory_limit", c_uint64),
         ("adapter", c_char_p),
+        ("shared", RlvContext),
+        ("host_loop", RlvLoop),
+        ("host_spawn", RlvSpawn),
+        ("host_user", c_void_p),
     ]
 
 
@@ -494,6 +536,8 @@ class RlvContextStat(Structure):
 RlvProgress = ctypes.CFUNCTYPE(c_uint32, c_void_p, c_float, c_char_p)
 
 RlvLog = ctypes.CFUNCTYPE(None, c_void_p, c_uint32, c_char_p)
+
+RlvMemoryMonitor = ctypes.CFUNCTYPE(c_uint32, c_void_p, c_int64)
 
 
 class RlvAdapterInfo(Structure):
@@ -1116,6 +1160,37 @@ class RlvBufferVulkan(Structure):
         ("queue", c_uint64),
         ("points", c_uint64),
         ("triangles", c_uint64),
+    ]
+
+
+class RlvCapability(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("version", c_uint32),
+        ("embree_version", c_uint32),
+        ("opensubdiv_version", c_uint32),
+        ("openvdb_version", c_uint32),
+        ("has_devices", c_uint32),
+        ("has_usd", c_uint32),
+        ("has_shaders", c_uint32),
+        ("has_tls", c_uint32),
+        ("adapter_count", c_uint32),
+        ("cores", c_uint32),
+        ("max_threads", c_uint32),
+        ("max_isolation", c_uint32),
+        ("reserved", c_uint32),
+        ("max_objects", c_uint64),
+        ("simd", c_char * 48),
+    ]
+
+
+class RlvCapabilityFormat(Structure):
+    _fields_ = [
+        ("content", c_uint32),
+        ("can_read", c_uint32),
+        ("can_write", c_uint32),
+        ("can_write_bytes", c_uint32),
+        ("extension", c_char * 48),
     ]
 
 
@@ -2786,6 +2861,18 @@ class RlvJobInfo(Structure):
     ]
 
 
+RlvJobDone = ctypes.CFUNCTYPE(None, c_void_p)
+
+
+class RlvObjectInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_busy", c_uint32),
+        ("noun", c_char * 48),
+        ("worker", c_char * 48),
+    ]
+
+
 class RlvPicture(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -2981,8 +3068,8 @@ class RlvShaderExamples(Structure):
 
 
 INIT = {
-    RlvError: (ctypes.sizeof(RlvError), 0, None, None, None, None,),
-    RlvContextOptions: (ctypes.sizeof(RlvContextOptions), 0, 0, 0, 0, 0, None,),
+    RlvError: (ctypes.sizeof(RlvError), 0, None, None, None, None, 0, 0, 0,),
+    RlvContextOptions: (ctypes.sizeof(RlvContextOptions), 0, 0, 0, 0, 0, None, (0,), None, None, None,),
     RlvContextInfo: (ctypes.sizeof(RlvContextInfo), 0, 0, 0, 0, (0,), 0, 0, (0,), (0,),),
     RlvMeshArrays: (ctypes.sizeof(RlvMeshArrays), 0, None, 0, 0, None, 0, 0, None, 0, 0, None, None, 0, 0, 0, None, None, 0, 0, 0, None, 0, 0,),
     RlvMeshInfo: (ctypes.sizeof(RlvMeshInfo), 0, 0, 0, 0, 0, 0, 0, 0, (0,), (0,),),
@@ -3020,6 +3107,7 @@ INIT = {
     RlvTessellationChanges: (ctypes.sizeof(RlvTessellationChanges), 0, 0, 0, (0,), (0,),),
     RlvBufferInfo: (ctypes.sizeof(RlvBufferInfo), 0, 0, 0, 0, 0,),
     RlvBufferVulkan: (ctypes.sizeof(RlvBufferVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvCapability: (ctypes.sizeof(RlvCapability), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, (0,),),
     RlvRayArrays: (ctypes.sizeof(RlvRayArrays), 0, 0, None, 0, None, 0, None, 0, 0, 0, None, 0, None, 0,),
     RlvIsosurfaceOptions: (ctypes.sizeof(RlvIsosurfaceOptions), 1, 0.01, 0.0, 8.0, 0.6, 0.9, 0.0, 0.0, 12.0,),
     RlvIsosurfaceParticles: (ctypes.sizeof(RlvIsosurfaceParticles), 0, 0, None, 0, None, 0, None, 0,),
@@ -3115,6 +3203,7 @@ INIT = {
     RlvTissueCollider: (ctypes.sizeof(RlvTissueCollider), 0, (0,), 0, 0, None, None, None, 0,),
     RlvTissueArrays: (ctypes.sizeof(RlvTissueArrays), 0, 0, None, None, 0, None, None, None, None, None, None, None, None,),
     RlvJobInfo: (ctypes.sizeof(RlvJobInfo), 0, 0, 0.0, (0,),),
+    RlvObjectInfo: (ctypes.sizeof(RlvObjectInfo), 0, (0,), (0,),),
     RlvPictureInfo: (ctypes.sizeof(RlvPictureInfo), 0, 0, 0, 0, 0,),
     RlvPictureImage: (ctypes.sizeof(RlvPictureImage), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1.0, 0, (0,),),
     RlvPictureMeta: (ctypes.sizeof(RlvPictureMeta), 0, 0, None, None,),
@@ -3140,6 +3229,7 @@ FUNCTIONS = {
     "rlv_context_info": (RlvResult, [("context", RlvContext), ("out", POINTER(RlvContextInfo))]),
     "rlv_context_close_device": (RlvResult, [("context", RlvContext)]),
     "rlv_context_set_log": (RlvResult, [("context", RlvContext), ("callback", RlvLog), ("user", c_void_p)]),
+    "rlv_context_set_memory_monitor": (RlvResult, [("context", RlvContext), ("callback", RlvMemoryMonitor), ("user", c_void_p)]),
     "rlv_context_stats": (RlvResult, [("context", RlvContext), ("stats", POINTER(RlvContextStat)), ("capacity", c_size_t), ("count", c_size_t_p)]),
     "rlv_context_reset_stats": (RlvResult, [("context", RlvContext)]),
     "rlv_adapter_list": (RlvResult, [("adapters", POINTER(RlvAdapterInfo)), ("capacity", c_size_t), ("count", c_size_t_p)]),
@@ -3249,6 +3339,8 @@ FUNCTIONS = {
     "rlv_buffer_info": (RlvResult, [("buffer", RlvBuffer), ("out", POINTER(RlvBufferInfo))]),
     "rlv_buffer_vulkan": (RlvResult, [("buffer", RlvBuffer), ("out", POINTER(RlvBufferVulkan))]),
     "rlv_buffer_read": (RlvResult, [("buffer", RlvBuffer), ("first", c_size_t), ("count", c_size_t), ("points", c_float_p), ("stride", c_size_t)]),
+    "rlv_capability_get": (RlvResult, [("out", POINTER(RlvCapability))]),
+    "rlv_capability_list": (RlvResult, [("formats", POINTER(RlvCapabilityFormat)), ("capacity", c_size_t), ("count", c_size_t_p)]),
     "rlv_caster_create_mesh": (RlvResult, [("context", RlvContext), ("mesh", RlvMesh), ("out", POINTER(RlvCaster))]),
     "rlv_caster_create_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvCaster))]),
     "rlv_caster_create_tessellation": (RlvResult, [("tessellation", RlvTessellation), ("out", POINTER(RlvCaster))]),
@@ -3590,6 +3682,7 @@ FUNCTIONS = {
     "rlv_job_release": (RlvResult, [("job", RlvJob)]),
     "rlv_job_poll": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvJobInfo))]),
     "rlv_job_wait": (RlvResult, [("job", RlvJob), ("seconds", c_double), ("out", POINTER(RlvJobInfo))]),
+    "rlv_job_notify": (RlvResult, [("job", RlvJob), ("callback", RlvJobDone), ("user", c_void_p)]),
     "rlv_job_cancel": (RlvResult, [("job", RlvJob)]),
     "rlv_job_result": (RlvResult, [("job", RlvJob)]),
     "rlv_job_mesh": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvMesh))]),
@@ -3608,6 +3701,7 @@ FUNCTIONS = {
     "rlv_job_fluid_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvFluidReport))]),
     "rlv_job_ptex_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvPtexReport))]),
     "rlv_job_transfer_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvTransferReport))]),
+    "rlv_object_wait": (RlvResult, [("id", c_uint64), ("seconds", c_double), ("out", POINTER(RlvObjectInfo))]),
     "rlv_picture_open": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvPicture))]),
     "rlv_picture_retain": (RlvResult, [("picture", RlvPicture)]),
     "rlv_picture_release": (RlvResult, [("picture", RlvPicture)]),

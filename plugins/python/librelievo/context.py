@@ -22,12 +22,15 @@ class Context(Handle):
 
     def __init__(self, **options: Any) -> None:
         """Options are the fields of `abi.RlvContextOptions`: device ("cpu", "gpu", "auto"), adapter, threads, memory_limit,
-        device_memory_limit."""
+        device_memory_limit, and shared, a context whose threads this one uses."""
+        if options.get("shared") is not None:
+            options["shared"] = options["shared"].handle
         if options.get("adapter") is not None:
             options["adapter"] = text_bytes(options["adapter"])
         options = record.fill(abi.RlvContextOptions, options, device=abi.RlvDevice)
         super().__init__("rlv_context_create", ctypes.byref(options))
         self._log = abi.RlvLog()
+        self._monitor = abi.RlvMemoryMonitor()
 
     @property
     def info(self) -> Any:
@@ -45,6 +48,18 @@ class Context(Handle):
         function = abi.RlvLog(lambda _user, level, line: log(abi.RlvLogLevel(level), text(line))) if log else abi.RlvLog()
         library.call("rlv_context_set_log", self.handle, function, None)
         self._log = function
+
+    def set_memory_monitor(self, monitor: Callable[[int], bool | None] | None) -> None:
+        """`monitor(bytes)` hears of bytes that meshes and casters take or, below 0, give back, on any thread; where it
+        returns False, the call that needs them fails with MemoryLimit. None for no monitor."""
+
+        def answer(_user: Any, taken: int) -> int:
+            refused = monitor(taken) is False
+            return abi.RlvProgressAnswer.CANCEL if refused else abi.RlvProgressAnswer.CONTINUE
+
+        function = abi.RlvMemoryMonitor(answer) if monitor else abi.RlvMemoryMonitor()
+        library.call("rlv_context_set_memory_monitor", self.handle, function, None)
+        self._monitor = function
 
     def stats(self) -> list[Any]:
         """Time and counts per stage since the last reset: rows of stage, quantity, total and samples."""

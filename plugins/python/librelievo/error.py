@@ -9,7 +9,10 @@ from . import abi
 
 
 class RelievoError(Exception):
-    """A call failed. `str()` is one line for the user; `what`, `place` and `remedy` are its parts."""
+    """A call failed. `str()` is one line for the user; `what`, `place` and `remedy` are its parts, `code` is a number of
+    the sentence for tables of translations, and `element` the number of the `element_kind` that it is about."""
+
+    code, element_kind, element = 0, abi.RlvElement.NONE, 0
 
     def __init__(
         self, message: Any, what: str = "", place: str = "", remedy: str = "", result: Any = abi.RLV_ERROR_INVALID
@@ -81,4 +84,7 @@ def last(library: Any, result: Any) -> Any:
     error = abi.RlvError(*abi.INIT[abi.RlvError])
     library.rlv_error_get(ctypes.byref(error))
     parts = [text(part) for part in (error.message, error.what, error.place, error.remedy)]
-    return KINDS.get(result, RelievoError)(parts[0] or f"the library answered {result}", *parts[1:], result=result)
+    failure = KINDS.get(result, RelievoError)(parts[0] or f"the library answered {result}", *parts[1:], result=result)
+    failure.code, failure.element = error.code, error.element
+    failure.element_kind = abi.RlvElement(error.element_kind)
+    return failure

@@ -7,7 +7,7 @@ import ctypes
 import os
 from typing import TYPE_CHECKING, Any
 
-from . import library
+from . import abi, library, record
 from .error import Invalid
 
 if TYPE_CHECKING:
@@ -37,6 +37,12 @@ class Handle:
         handle, self.handle = getattr(self, "handle", None), self.kind()
         if handle is not None and handle.id:
             library.call(f"rlv_{self.noun}_release", handle)
+
+    def wait_idle(self, seconds: float | None = None) -> Any:
+        """Waits until no call is at work on it, no longer than that: is_busy, noun, and the worker if it is busy."""
+        out = record.empty(abi.RlvObjectInfo)
+        library.call("rlv_object_wait", self.handle.id, -1.0 if seconds is None else seconds, ctypes.byref(out))
+        return record.read(out)
 
     def __enter__(self) -> Self:
         return self

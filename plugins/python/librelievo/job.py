@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from . import abi, library, record
@@ -38,6 +39,9 @@ if TYPE_CHECKING:
     from .detail import Detail
     from .isosurface import Isosurface
 
+# Functions that jobs call when they end, and whether they were called.
+_notices: list[list[Any]] = []
+
 
 class Job(Handle):
     """A call that runs. One that is let go of while it runs is cancelled."""
@@ -55,6 +59,23 @@ class Job(Handle):
         out = record.empty(abi.RlvJobInfo)
         library.call("rlv_job_wait", self.handle, -1.0 if seconds is None else seconds, ctypes.byref(out))
         return record.read(out)
+
+    def notify(self, done: Callable[[], Any] | None) -> None:
+        """Has `done()` called once when it has ended, on its thread, or here at once if it has ended; None for nothing."""
+        # The library may call it when this object is gone, so it lives until a later call finds that it was made.
+        _notices[:] = [notice for notice in _notices if not notice[1]]
+        notice: list[Any] = [None, False]
+
+        def run(_user: Any) -> None:
+            try:
+                done()
+            finally:
+                notice[1] = True
+
+        notice[0] = abi.RlvJobDone(run) if done else abi.RlvJobDone()
+        library.call("rlv_job_notify", self.handle, notice[0], None)
+        if done:
+            _notices.append(notice)
 
     def cancel(self) -> None:
         """Asks it to stop."""

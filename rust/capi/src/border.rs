@@ -7,6 +7,7 @@ use std::sync::Once;
 use relievo_core::{Error, Result};
 
 use crate::error::{self, RLV_OK, RlvResult};
+use crate::work;
 
 thread_local! {
     /// Where this thread panicked last; read right after the panic was caught.
@@ -39,7 +40,7 @@ pub fn caught<T>(body: impl FnOnce() -> Result<T>) -> Result<T> {
 
 /// Runs the body of the function called `name`.
 pub fn enter(name: &'static str, body: impl FnOnce() -> Result<()>) -> RlvResult {
-    match caught(body) {
+    match caught(|| work::named(name, body)) {
         Ok(()) => RLV_OK,
         Err(failure) => error::remember(failure.at(name)),
     }

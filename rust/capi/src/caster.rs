@@ -160,7 +160,7 @@ impl CasterObject {
 
 impl Geometry {
     fn following(context: &ContextObject, vertices: &Vertices<'_>) -> Result<Self> {
-        let mut scene = Scene::new(&Device::new()?)?;
+        let mut scene = Scene::new(&device(context)?)?;
         let chunks = context.context.stats().time("caster.build", || {
             let chunks = Chunks::new(&mut scene, vertices.points, vertices.corners)?;
             scene.commit().map(|_| chunks)
@@ -250,8 +250,14 @@ impl Geometry {
     }
 }
 
+/// A device of Embree whose memory the host's monitor hears of.
+fn device(context: &ContextObject) -> Result<Device> {
+    let memory = Arc::clone(&context.memory);
+    Device::with_monitor(Some(Arc::new(move |bytes| memory.ask(bytes))))
+}
+
 fn build(context: &ContextObject, points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<Scene> {
-    let mut scene = Scene::new(&Device::new()?)?;
+    let mut scene = Scene::new(&device(context)?)?;
     let object = scene.add_object()?;
     context.context.stats().time("caster.build", || {
         scene.set_mesh(object, 0, points, triangles)?;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::ffi::{CString, c_char, c_void};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use relievo_core::{Context, ContextOptions, Error, Progress, Result};
 use relievo_gpu::{AdapterChoice, Device, DeviceOptions};
@@ -10,7 +10,9 @@ use relievo_gpu::{AdapterChoice, Device, DeviceOptions};
 use crate::array::{Output, fixed, present, put, text};
 use crate::descriptor::{check_descriptor, read_optional};
 use crate::fork;
+use crate::host::{HostLoop, HostSpawn, RlvLoop, RlvSpawn};
 use crate::log::{self, HostLog};
+use crate::memory::{Memory, RlvMemoryMonitor};
 use crate::registry::{self, handle};
 
 pub use crate::log::RlvLog;
@@ -39,6 +41,10 @@ descriptor! {
         memory_limit: u64,
         device_memory_limit: u64,
         adapter: *const c_char,
+        shared: RlvContext,
+        host_loop: RlvLoop,
+        host_spawn: RlvSpawn,
+        host_user: *mut c_void,
     }
 }
 
@@ -78,6 +84,10 @@ pub struct ContextObject {
     /// The graphics device it was given, or why it has none though one was asked for.
     device: std::result::Result<Device, Option<Error>>,
     device_memory_limit: u64,
+    /// How the host runs jobs, if it does.
+    pub spawn: Option<HostSpawn>,
+    /// The host's monitor of memory.
+    pub memory: Arc<Memory>,
     log: Mutex<HostLog>,
     totals: Mutex<Totals>,
 }
@@ -141,6 +151,9 @@ impl ContextObject {
     }
 }
 
+/// Threads that a context may have.
+pub const MAX_THREADS: u32 = 1024;
+
 /// Events after which they are added up.
 const MANY_EVENTS: usize = 256;
 
@@ -171,6 +184,30 @@ unsafe fn open(options: &RlvContextOptions, unnamed: AdapterChoice) -> Result<De
     Device::open(&options).map_err(|error| error.at("device"))
 }
 
+/// The executor that is asked for: on threads of its own, of another context, or of the host.
+fn executor_of(given: &RlvContextOptions) -> Result<Context> {
+    if given.threads > MAX_THREADS {
+        return Err(Error::invalid(format!("{} threads are too many", given.threads))
+            .at("threads")
+            .advise(format!("ask for at most {MAX_THREADS}, or 0 for one per core")));
+    }
+    let threads = given.threads as usize;
+    if given.shared.id != 0 {
+        if given.host_loop.is_some() || threads != 0 {
+            return Err(Error::invalid("a context that shares threads has none of its own")
+                .at("shared")
+                .advise("leave threads 0 and host_loop NULL"));
+        }
+        return Context::sharing(&registry::get(given.shared)?.context, given.memory_limit);
+    }
+    let Some(run) = given.host_loop else {
+        return Context::new(&ContextOptions { threads, memory_limit: given.memory_limit });
+    };
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = if threads == 0 { cores() } else { threads };
+    Context::scheduled(Arc::new(HostLoop { run, user: given.host_user, threads }), given.memory_limit)
+}
+
 entry! {
     fn rlv_context_create(options: *const RlvContextOptions, out: *mut RlvContext) {
         present("out", out)?;
@@ -183,13 +220,16 @@ entry! {
             memory_limit: 0,
             device_memory_limit: 0,
             adapter: std::ptr::null(),
+            shared: RlvContext { id: 0 },
+            host_loop: None,
+            host_spawn: None,
+            host_user: std::ptr::null_mut(),
         };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let given = unsafe { read_optional(options, default) }?;
         // SAFETY: the caller gives NULL or a NUL-terminated text.
         let open = |unnamed| unsafe { open(&given, unnamed) };
-        let options = ContextOptions { threads: given.threads as usize, memory_limit: given.memory_limit };
-        let context = Context::new(&options)?;
+        let context = executor_of(&given)?;
         let device = match given.device {
             RLV_DEVICE_CPU => Err(None),
             RLV_DEVICE_GPU => Ok(open(AdapterChoice::Best)?),
@@ -202,6 +242,8 @@ entry! {
             context,
             device,
             device_memory_limit: given.device_memory_limit,
+            spawn: given.host_spawn.map(|spawn| HostSpawn { spawn, user: given.host_user }),
+            memory: Arc::default(),
             log: Mutex::new(HostLog { callback: None, user: std::ptr::null_mut() }),
             totals: Mutex::default(),
         };
@@ -250,6 +292,11 @@ entry! {
     fn rlv_context_set_log(context: RlvContext, callback: RlvLog, user: *mut c_void) {
         let object = registry::get(context)?;
         *object.log.lock().unwrap_or_else(PoisonError::into_inner) = HostLog { callback, user };
+        Ok(())
+    }
+
+    fn rlv_context_set_memory_monitor(context: RlvContext, callback: RlvMemoryMonitor, user: *mut c_void) {
+        registry::get(context)?.memory.set(callback, user);
         Ok(())
     }
 

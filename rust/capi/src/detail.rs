@@ -2,7 +2,7 @@
 
 use std::ffi::{c_char, c_void};
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
 use relievo_core::{Context, Error, ErrorKind, Result, Retired};
@@ -17,10 +17,11 @@ use relievo_tiles::{
 use crate::array::{Input, Output, present, put, text};
 use crate::context::{ContextObject, RLV_LOG_WARNING};
 use crate::descriptor::{check_descriptor, read_optional, write_descriptor};
-use crate::registry::{self, broken, busy, handle};
+use crate::registry::{self, handle, try_lock};
 use crate::shape::{Shape, only_cages};
 use crate::surface::{Pose, RlvSurface};
 use crate::view::{CHANNELS, ChannelState, Layers, View};
+use crate::work::Held;
 
 handle!(RlvDetail, 4, DetailObject);
 
@@ -201,21 +202,16 @@ pub struct DetailObject {
 impl DetailObject {
     /// The detail for a call that edits it; fails as busy while another one does. Poses and commits that nobody looks at
     /// any more are free for it to write to.
-    pub fn edit(&self) -> Result<MutexGuard<'_, Editor>> {
-        match self.editor.try_lock() {
-            Ok(mut editor) => {
-                self.context.gather();
-                let live = self.view();
-                editor.views.for_each_free(|view| view.let_go(&live));
-                Ok(editor)
-            }
-            Err(TryLockError::WouldBlock) => Err(busy("detail")),
-            Err(TryLockError::Poisoned(_)) => Err(broken("detail")),
-        }
+    pub fn edit(&self) -> Result<Held<MutexGuard<'_, Editor>>> {
+        let mut editor = try_lock(&self.editor, "detail")?;
+        self.context.gather();
+        let live = self.view();
+        editor.views.for_each_free(|view| view.let_go(&live));
+        Ok(editor)
     }
 
     /// Ends an edit. The host hears, once the detail is free, if the processor had to take over from the graphics device.
-    pub fn leave(&self, mut editor: MutexGuard<'_, Editor>) {
+    pub fn leave(&self, mut editor: Held<MutexGuard<'_, Editor>>) {
         let fault = match &mut editor.object {
             Object::Tiles(object) => object.take_device_fault(),
             Object::Triangles(object) => object.take_device_fault(),

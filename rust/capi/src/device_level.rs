@@ -14,7 +14,8 @@ use crate::level::{
     nothing, read_view,
 };
 use crate::progressive::{ProgressiveObject, RlvProgressive};
-use crate::registry::{self, broken, handle, try_read, try_write};
+use crate::registry::{self, handle, try_read, try_write};
+use crate::work::broken;
 
 handle!(RlvDeviceLevel, 20, DeviceLevelObject);
 

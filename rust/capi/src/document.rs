@@ -3,7 +3,7 @@
 use std::ffi::{c_char, c_void};
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use relievo_bake::transfer::{TransferOptions, transfer_watched};
 use relievo_core::{Context, Error, ErrorKind, Mesh, Progress, Result};
@@ -17,8 +17,9 @@ use crate::context::{ContextObject, HostProgress, RLV_LOG_WARNING, RlvContext, R
 use crate::descriptor::{check_optional, read_optional, write_descriptor, write_optional};
 use crate::detail::{DetailObject, Object, RlvDetail, each, fit_traces};
 use crate::mesh::{self, RlvMesh};
-use crate::registry::{self, broken, busy, handle, try_read};
+use crate::registry::{self, handle, try_lock, try_read};
 use crate::stream::{HostStream, RlvStream};
+use crate::work::Held;
 
 handle!(RlvDocument, 10, DocumentObject);
 
@@ -73,12 +74,8 @@ pub struct DocumentObject {
 const MEMORY: u64 = 256 << 20;
 
 impl DocumentObject {
-    fn history(&self) -> Result<MutexGuard<'_, History>> {
-        match self.history.try_lock() {
-            Ok(history) => Ok(history),
-            Err(TryLockError::WouldBlock) => Err(busy("document")),
-            Err(TryLockError::Poisoned(_)) => Err(broken("document")),
-        }
+    fn history(&self) -> Result<Held<MutexGuard<'_, History>>> {
+        try_lock(&self.history, "document")
     }
 }
 

@@ -6,6 +6,7 @@ use std::ffi::{CString, c_char};
 use relievo_core::{Error, ErrorKind};
 
 use crate::descriptor::write_descriptor;
+use crate::element;
 
 pub type RlvResult = i32;
 
@@ -21,6 +22,19 @@ constants! {
     RLV_ERROR_CANCELLED = 7,
     RLV_ERROR_INTERNAL = 8,
     RLV_ERROR_DEVICE = 9,
+    RLV_ELEMENT_NONE = 0,
+    RLV_ELEMENT_POINT = 1,
+    RLV_ELEMENT_CORNER = 2,
+    RLV_ELEMENT_EDGE = 3,
+    RLV_ELEMENT_FACE = 4,
+    RLV_ELEMENT_TRIANGLE = 5,
+    RLV_ELEMENT_TILE = 6,
+    RLV_ELEMENT_PATCH = 7,
+    RLV_ELEMENT_ITEM = 8,
+    RLV_ELEMENT_PARTICLE = 9,
+    RLV_ELEMENT_LINE = 10,
+    RLV_ELEMENT_PIN = 11,
+    RLV_ELEMENT_CREASE = 12,
 }
 
 descriptor! {
@@ -31,6 +45,9 @@ descriptor! {
         what: *const c_char,
         place: *const c_char,
         remedy: *const c_char,
+        code: u32,
+        element_kind: u32,
+        element: u64,
     }
 }
 
@@ -41,6 +58,8 @@ struct Last {
     what: CString,
     place: CString,
     remedy: CString,
+    code: u32,
+    element: (u32, u64),
 }
 
 thread_local! {
@@ -50,6 +69,8 @@ thread_local! {
         what: CString::default(),
         place: CString::default(),
         remedy: CString::default(),
+        code: 0,
+        element: (RLV_ELEMENT_NONE as u32, 0),
     });
 }
 
@@ -83,6 +104,8 @@ pub fn remember(failure: Error) -> RlvResult {
             what: c_string(&failure.what),
             place: c_string(&failure.place),
             remedy: c_string(&failure.remedy),
+            code: element::code(&failure.what),
+            element: element::element(&failure.place, &failure.what),
         };
     });
     result
@@ -105,6 +128,9 @@ entry! {
                 what: last.what.as_ptr(),
                 place: last.place.as_ptr(),
                 remedy: last.remedy.as_ptr(),
+                code: last.code,
+                element_kind: last.element.0,
+                element: last.element.1,
             };
             // SAFETY: the caller gives a descriptor that starts with its size, or NULL.
             unsafe { write_descriptor(out, error) }

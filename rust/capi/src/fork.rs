@@ -2,18 +2,19 @@
 //!
 //! A forked child has the memory of its parent and none of its threads but the one that forked. A call that waits for a
 //! thread of the parent, of a context's pool or of a graphics driver, would never return, so the registry refuses objects
-//! made before the fork. The fork waits for the registry's lock, so that the child never inherits it locked by a thread
-//! that is gone.
+//! made before the fork. The fork waits for the locks of the registry and of the list of workers, so that the child never
+//! inherits them locked by a thread that is gone.
 
 use std::cell::RefCell;
 use std::ffi::c_int;
 use std::sync::Once;
 
 use crate::registry::{self, Locked};
+use crate::work::{self, Workers};
 
 thread_local! {
-    /// The registry's lock while this thread forks.
-    static LOCKED: RefCell<Option<Locked>> = const { RefCell::new(None) };
+    /// The locks of the registry and of the list of workers while this thread forks.
+    static LOCKED: RefCell<Option<(Locked, Workers)>> = const { RefCell::new(None) };
 }
 
 #[cfg(unix)]
@@ -39,8 +40,8 @@ pub fn watch() {
 }
 
 extern "C" fn prepare() {
-    // A thread that is being torn down has no place for the lock; then it forks without.
-    let _ = LOCKED.try_with(|locked| *locked.borrow_mut() = Some(registry::lock()));
+    // A thread that is being torn down has no place for the locks; then it forks without.
+    let _ = LOCKED.try_with(|locked| *locked.borrow_mut() = Some((registry::lock(), work::lock())));
 }
 
 extern "C" fn parent() {
@@ -49,5 +50,10 @@ extern "C" fn parent() {
 
 extern "C" fn child() {
     registry::forked();
+    let _ = LOCKED.try_with(|locked| {
+        if let Some((_, workers)) = locked.borrow_mut().as_mut() {
+            workers.forget();
+        }
+    });
     parent();
 }

@@ -3,7 +3,7 @@
 //! A call that runs as a job tells its progress as any other. The first word of it says that it has all that it needs for
 //! itself, and is what the function that starts it waits for: so what can be refused is refused there.
 
-use std::ffi::c_char;
+use std::ffi::{c_char, c_void};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -30,14 +30,16 @@ use crate::imprint::{self, RlvImprintMoment, RlvImprintReport, RlvImprintSetting
 use crate::isosurface::{Meshing, RlvIsosurface, RlvIsosurfaceMeshOptions};
 use crate::log::{self, Queue};
 use crate::mesh::RlvMesh;
+use crate::object::duration;
 use crate::particles::RlvParticles;
 use crate::progressive::{Build, RlvProgressive, RlvProgressiveOptions};
 use crate::ptex::{Export, Import, RlvPtexOptions, RlvPtexReport};
-use crate::registry::{self, busy, handle};
+use crate::registry::{self, handle};
 use crate::repair::{RepairJob, RlvRepairReport, RlvRepairSettings};
 use crate::simplify::{RlvSimplifyOptions, Simplification};
 use crate::tessellate::{self, RlvTessellateOptions};
 use crate::tissue::{Building, RlvTissue, RlvTissueDescription, RlvTissueReport, RlvTissueSimulation};
+use crate::work::{self, busy};
 
 handle!(RlvJob, 13, JobObject);
 
@@ -126,6 +128,26 @@ struct State {
     fraction: f32,
     stage: String,
     ended: Option<Result<Product>>,
+    notice: Option<Notice>,
+}
+
+/// `RlvJobDone`: NULL, or a function that gets its user pointer.
+pub type RlvJobDone = Option<unsafe extern "C" fn(*mut c_void)>;
+
+/// What the host is called with when a job ends.
+struct Notice {
+    callback: unsafe extern "C" fn(*mut c_void),
+    user: *mut c_void,
+}
+
+// SAFETY: the pointer is only handed back to its owner's function, which the header says runs on the job's thread.
+unsafe impl Send for Notice {}
+
+impl Notice {
+    fn send(&self) {
+        // SAFETY: the host gave this function for this pointer.
+        unsafe { (self.callback)(self.user) };
+    }
 }
 
 /// What a job shares with its thread.
@@ -200,8 +222,8 @@ impl JobObject {
         drop(state);
         if number != RLV_JOB_RUNNING {
             let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
-            // It has nothing left to do; a panic of it was caught.
-            thread.map(JoinHandle::join);
+            // It has nothing left to do; a panic of it was caught. What is called when it ends may ask on that thread.
+            thread.filter(|thread| thread.thread().id() != std::thread::current().id()).map(JoinHandle::join);
         }
         // The host's callback may ask for the job again.
         messages.iter().for_each(|(level, text)| self.context.log(*level, text));
@@ -221,22 +243,36 @@ impl JobObject {
 }
 
 fn still_running() -> Error {
-    Error { remedy: "wait for it with rlv_job_wait".into(), ..busy("job") }
+    Error { remedy: "wait for it with rlv_job_wait".into(), ..busy("job", None) }
 }
 
-/// Starts `work` on a thread of its own. Returns when it has reported progress for the first time, or ended; what fails
-/// before that fails here.
+/// Starts `call` on a thread of its own, or of the host. Returns when it has reported progress for the first time, or
+/// ended, and what fails before that fails here; on a thread of the host it returns at once.
 fn start(
     context: &Arc<ContextObject>,
-    work: impl FnOnce(&mut dyn Progress) -> Result<Product> + Send + 'static,
+    call: impl FnOnce(&mut dyn Progress) -> Result<Product> + Send + 'static,
 ) -> Result<RlvJob> {
     let shared = Arc::new(Shared::default());
     let inside = Arc::clone(&shared);
+    let function = work::function();
     let run = move || {
-        let ended = log::collect(&inside.messages, || caught(|| work(&mut JobProgress(Arc::clone(&inside)))));
-        inside.state().ended = Some(ended);
+        let job = || caught(|| call(&mut JobProgress(Arc::clone(&inside))));
+        let ended = work::named(function, || log::collect(&inside.messages, job));
+        let mut state = inside.state();
+        state.ended = Some(ended);
+        let notice = state.notice.take();
+        drop(state);
         inside.changed.notify_all();
+        notice.iter().for_each(Notice::send);
     };
+    let object =
+        |thread| JobObject { context: Arc::clone(context), shared: Arc::clone(&shared), thread: Mutex::new(thread) };
+    if let Some(spawn) = context.spawn {
+        // The host may begin it when this call has returned, so nothing is waited for here.
+        let job = registry::insert(object(None))?;
+        spawn.begin(Box::new(run));
+        return Ok(job);
+    }
     let thread = std::thread::Builder::new().name("relievo-job".into()).spawn(run).map_err(|error| {
         Error::memory(format!("the system gives no thread: {error}")).advise("wait for other jobs first")
     })?;
@@ -252,7 +288,7 @@ fn start(
         return Err(error);
     }
     drop(state);
-    registry::insert(JobObject { context: Arc::clone(context), shared, thread: Mutex::new(Some(thread)) })
+    registry::insert(object(Some(thread)))
 }
 
 /// Starts what makes a grid.
@@ -623,18 +659,23 @@ entry! {
     }
 
     fn rlv_job_wait(job: RlvJob, seconds: f64, out: *mut RlvJobInfo) {
-        let time = match seconds {
-            -1.0 => None,
-            // Longer than anything counts: as long as it takes.
-            _ if seconds.is_finite() && seconds >= 0.0 => Duration::try_from_secs_f64(seconds).ok(),
-            _ => {
-                return Err(Error::invalid(format!("{seconds} seconds are no time to wait"))
-                    .at("seconds")
-                    .advise("use 0 or more, or -1 for as long as it takes"));
-            }
-        };
+        let time = duration(seconds)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe { wait(job, time, out) }
+    }
+
+    fn rlv_job_notify(job: RlvJob, callback: RlvJobDone, user: *mut c_void) {
+        let job = registry::get(job)?;
+        let mut state = job.shared.state();
+        let notice = callback.map(|callback| Notice { callback, user });
+        if state.ended.is_some() {
+            // The callback may ask for the job again.
+            drop(state);
+            notice.iter().for_each(Notice::send);
+        } else {
+            state.notice = notice;
+        }
+        Ok(())
     }
 
     fn rlv_job_cancel(job: RlvJob) {

@@ -18,8 +18,9 @@ use crate::context::{ContextObject, HostProgress, RLV_LOG_WARNING, RlvProgress};
 use crate::descriptor::{check_optional, read_descriptor, write_descriptor, write_optional};
 use crate::mesh::{self, RlvMesh};
 use crate::progressive::{self, ProgressiveObject, RlvProgressive, RlvProgressiveOptions};
-use crate::registry::{self, broken, handle, try_read, try_write};
+use crate::registry::{self, handle, try_read, try_write};
 use crate::stroke::{RlvStrokePoint, points_of};
+use crate::work::broken;
 
 handle!(RlvLevel, 17, LevelObject);
 

@@ -11,6 +11,7 @@ use crate::array::{Input, Output, fixed, present, put, reserve, text};
 use crate::bytes::{self, RlvBytes};
 use crate::context::{ContextObject, RLV_NAME_SIZE, RlvContext};
 use crate::descriptor::{read_descriptor, write_descriptor};
+use crate::memory::{Admitted, mesh_bytes};
 use crate::registry::{self, handle, try_read, try_write};
 
 handle!(RlvMesh, 2, MeshObject);
@@ -101,6 +102,8 @@ descriptor! {
 pub struct MeshObject {
     pub context: Arc<ContextObject>,
     pub mesh: RwLock<Mesh>,
+    #[expect(dead_code, reason = "given back when it is dropped")]
+    admitted: Admitted,
 }
 
 impl RlvAttributeInfo {
@@ -132,9 +135,10 @@ fn offer_repair(error: Error, call: &str) -> Error {
     error.advise(remedy)
 }
 
-/// Registers a checked mesh.
+/// Registers a checked mesh. Fails if the host refuses its bytes.
 pub fn register(context: Arc<ContextObject>, mesh: Mesh) -> Result<RlvMesh> {
-    registry::insert(MeshObject { context, mesh: RwLock::new(mesh) })
+    let admitted = context.memory.admit("mesh", mesh_bytes(&mesh))?;
+    registry::insert(MeshObject { context, mesh: RwLock::new(mesh), admitted })
 }
 
 /// Copies the arrays, refusing what has no room within the memory limit of the context.

@@ -13,8 +13,9 @@ use crate::bytes::{self, RlvBytes};
 use crate::context::{ContextObject, HostProgress, RlvContext, RlvProgress};
 use crate::descriptor::{read_optional, write_descriptor};
 use crate::mesh::{MeshObject, RlvAttributeInfo, RlvMesh};
-use crate::registry::{self, broken, handle, try_read};
+use crate::registry::{self, handle, try_read};
 use crate::simplify::{RlvSimplifyWeight, attributes_of};
+use crate::work::broken;
 
 handle!(RlvProgressive, 16, ProgressiveObject);
 

@@ -3,9 +3,11 @@
 
 use std::any::Any;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
-use relievo_core::{Error, ErrorKind, Result};
+use relievo_core::{Error, Result};
+
+use crate::work::{self, Held};
 
 /// A handle type and what it stands for.
 pub trait Handle: Copy {
@@ -181,17 +183,34 @@ pub fn insert<H: Handle>(object: H::Object) -> Result<H> {
     Ok(H::of(id))
 }
 
+/// What a handle with the id is of, and its object, whatever noun it is.
+pub fn any(id: u64) -> Result<(&'static str, Arc<dyn Any + Send + Sync>)> {
+    let registry = reading();
+    let dead = || {
+        let what = if id == 0 { "the handle is NULL".into() } else { format!("the handle {id:#x} is not alive") };
+        Error::invalid(what).at("object").advise("pass the id of a living handle")
+    };
+    let slot = registry.slots.get((id & 0xffff_ffff) as usize);
+    let slot = slot.filter(|slot| slot.id == id && slot.references > 0).ok_or_else(dead)?;
+    if slot.forks != forks() {
+        return Err(inherited((id >> 56) as u8));
+    }
+    Ok((noun((id >> 56) as u8), slot.object.clone().ok_or_else(dead)?))
+}
+
+fn inherited(tag: u8) -> Error {
+    Error::unsupported("the process was forked after this object was made, and its threads stayed behind")
+        .at(noun(tag))
+        .advise("make a context and its objects in the child; in Python start processes by \"spawn\"")
+}
+
 /// The object of a handle, which stays alive while the returned reference does, even if C releases the handle.
 pub fn get<H: Handle>(handle: H) -> Result<Arc<H::Object>> {
     let registry = reading();
     let index = registry.slot(handle)?;
     let slot = &registry.slots[index];
     if slot.forks != forks() {
-        return Err(Error::unsupported(
-            "the process was forked after this object was made, and its threads stayed behind",
-        )
-        .at(noun(H::TAG))
-        .advise("make a context and its objects in the child; in Python start processes by \"spawn\""));
+        return Err(inherited(H::TAG));
     }
     let object = slot.object.clone();
     object.and_then(|object| object.downcast().ok()).ok_or_else(|| refuse::<H>(handle.id()))
@@ -231,31 +250,16 @@ pub fn release<H: Handle>(handle: H) -> Result<()> {
 }
 
 /// Reads `lock` without waiting; fails as busy while a mutating call is at work.
-pub fn try_read<'a, T>(lock: &'a RwLock<T>, noun: &str) -> Result<RwLockReadGuard<'a, T>> {
-    match lock.try_read() {
-        Ok(guard) => Ok(guard),
-        Err(TryLockError::WouldBlock) => Err(busy(noun)),
-        Err(TryLockError::Poisoned(_)) => Err(broken(noun)),
-    }
+pub fn try_read<'a, T>(lock: &'a RwLock<T>, noun: &str) -> Result<Held<RwLockReadGuard<'a, T>>> {
+    work::hold(lock, lock.try_read(), noun)
 }
 
 /// Takes `lock` exclusively without waiting; fails as busy while any other call is at work.
-pub fn try_write<'a, T>(lock: &'a RwLock<T>, noun: &str) -> Result<RwLockWriteGuard<'a, T>> {
-    match lock.try_write() {
-        Ok(guard) => Ok(guard),
-        Err(TryLockError::WouldBlock) => Err(busy(noun)),
-        Err(TryLockError::Poisoned(_)) => Err(broken(noun)),
-    }
+pub fn try_write<'a, T>(lock: &'a RwLock<T>, noun: &str) -> Result<Held<RwLockWriteGuard<'a, T>>> {
+    work::hold(lock, lock.try_write(), noun)
 }
 
-/// The error of a call that cannot have an object for itself.
-pub fn busy(noun: &str) -> Error {
-    Error::new(ErrorKind::Busy, "another call is at work on it")
-        .at(noun)
-        .advise("call again when that call has returned; calls that change an object need it alone")
-}
-
-/// The error of an object that a panic left in an unknown state.
-pub fn broken(noun: &str) -> Error {
-    Error::internal("an earlier call failed inside and left it unusable").at(noun).advise("release it and make another")
+/// Takes `lock` without waiting; fails as busy while another call is at work.
+pub fn try_lock<'a, T>(lock: &'a Mutex<T>, noun: &str) -> Result<Held<MutexGuard<'a, T>>> {
+    work::hold(lock, lock.try_lock(), noun)
 }

@@ -1,6 +1,6 @@
 //! Strokes; see `include/relievo/stroke.h`.
 
-use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use glam::DVec3;
 use relievo_core::{Context, Error, List, Result};
@@ -10,7 +10,8 @@ use crate::array::{Input, Plain, present, put, reserve};
 use crate::brush::RlvBrush;
 use crate::descriptor::{check_optional, write_optional};
 use crate::detail::{DetailObject, RlvDetail, log_refusal};
-use crate::registry::{self, broken, busy, handle, try_read};
+use crate::registry::{self, handle, try_lock, try_read};
+use crate::work::Held;
 
 handle!(RlvStroke, 9, StrokeObject);
 
@@ -55,12 +56,8 @@ pub struct StrokeObject {
 }
 
 impl StrokeObject {
-    fn open(&self) -> Result<MutexGuard<'_, Option<OpenStroke>>> {
-        match self.open.try_lock() {
-            Ok(open) => Ok(open),
-            Err(TryLockError::WouldBlock) => Err(busy("stroke")),
-            Err(TryLockError::Poisoned(_)) => Err(broken("stroke")),
-        }
+    fn open(&self) -> Result<Held<MutexGuard<'_, Option<OpenStroke>>>> {
+        try_lock(&self.open, "stroke")
     }
 }
 

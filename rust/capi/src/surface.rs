@@ -1,6 +1,6 @@
 //! Surfaces; see `include/relievo/surface.h`.
 
-use std::sync::{Arc, Mutex, PoisonError, RwLock, TryLockError};
+use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
 use glam::Vec3;
 use relievo_core::{Error, Mesh};
@@ -10,8 +10,9 @@ use crate::array::{Input, present, put};
 use crate::context::{ContextObject, RLV_LOG_INFO, RlvContext};
 use crate::descriptor::{read_optional, write_descriptor};
 use crate::mesh::RlvMesh;
-use crate::registry::{self, busy, handle, try_read};
+use crate::registry::{self, handle, try_read};
 use crate::shape::Shape;
+use crate::work::hold_empty;
 
 handle!(RlvSurface, 3, SurfaceObject);
 
@@ -202,12 +203,7 @@ entry! {
         // SAFETY: the caller promises `count` points.
         let points = unsafe { Input::new("points", points.cast::<[f32; 3]>(), count, stride) }?;
         let points = points.to_vec("points", object.context.context.memory_limit())?;
-        let _alone = match object.posing.try_lock() {
-            Ok(guard) => guard,
-            // The lock guards no data, so an earlier panic broke nothing.
-            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
-            Err(TryLockError::WouldBlock) => return Err(busy("surface")),
-        };
+        let _alone = hold_empty(&object.posing, "surface")?;
         let shape = object.snapshot().shape.posed(&object.context.context, &points)?;
         let posed = Pose { shape, points: points.into() };
         *object.pose.write().unwrap_or_else(PoisonError::into_inner) = posed;

@@ -9,5 +9,10 @@ constants! {
 
 #[unsafe(no_mangle)]
 pub extern "C" fn rlv_version() -> u32 {
-    RLV_VERSION_MAJOR << 22 | RLV_VERSION_MINOR << 12 | RLV_VERSION_PATCH
+    version_of(RLV_VERSION_MAJOR, RLV_VERSION_MINOR, RLV_VERSION_PATCH)
+}
+
+/// A version as one number, as `RLV_MAKE_VERSION` makes it.
+pub const fn version_of(major: u32, minor: u32, patch: u32) -> u32 {
+    major << 22 | minor << 12 | patch
 }

@@ -124,6 +124,63 @@ RlvHit meet(RlvCaster caster, float x, float y) {
     return hit;
 }
 
+/// A loop of a host that stays on the calling thread, and how often it was run: what is left is what handing over costs.
+void loop_here(void *user, size_t count, RlvLoopBody body, void *work) {
+    ++*static_cast<size_t *>(user);
+    for (size_t index = 0; index < count; ++index) {
+        body(work, index);
+    }
+}
+
+/// What a loop costs more on a scheduler of the host than in a context of one thread, which has none.
+void host_loops() {
+    size_t loops = 0;
+    double micros[2];
+    for (int hosted = 0; hosted < 2; ++hosted) {
+        RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
+        RlvContext context = RLV_NULL;
+        options.threads = 1;
+        if (hosted) {
+            options.host_loop = loop_here;
+            options.host_user = &loops;
+        }
+        CHECK_OK(rlv_context_create(&options, &context));
+        const RlvMesh mesh = square(context, 8);
+        RlvSurface surface = RLV_NULL;
+        CHECK_OK(rlv_surface_create(context, mesh, nullptr, &surface));
+        std::vector<uint32_t> tiles(4096);
+        std::vector<float> uvs(2 * tiles.size(), 0.5f), positions(3 * tiles.size());
+        for (size_t k = 0; k < tiles.size(); ++k) {
+            tiles[k] = uint32_t(k % 64);
+        }
+        RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
+        arrays.count = tiles.size();
+        arrays.tiles = tiles.data();
+        arrays.uvs = uvs.data();
+        arrays.positions = positions.data();
+        loops = 0;
+        std::vector<double> times;
+        for (int k = 0; k < 2000; ++k) {
+            const double start = now();
+            CHECK_OK(rlv_evaluate_surface(surface, &arrays));
+            times.push_back(1e3 * (now() - start));
+        }
+        micros[hosted] = median(times);
+        CHECK_OK(rlv_surface_release(surface));
+        CHECK_OK(rlv_mesh_release(mesh));
+        CHECK_OK(rlv_context_release(context));
+    }
+    const double more = (micros[1] - micros[0]) / std::max(1.0, double(loops) / 2000.0);
+    if (json) {
+        std::printf("{\"bench\":\"hosts\",\"case\":\"a loop of the host\",\"ours\":%g,\"peer\":null,\"peer_name\":null,"
+                    "\"unit\":\"us\",\"ratio\":null,\"goal\":\"<= 2 us\",\"met\":%s}\n",
+                    more, more <= 2.0 ? "true" : "false");
+    } else {
+        std::printf("%-40s %8.3f us more than none, %.1f loops a call of %.1f us  <= 2 us  %s\n", "a loop of the host", more,
+                    double(loops) / 2000.0, micros[0], more <= 2.0 ? "yes" : "NO");
+    }
+}
+
 /// Strokes of a brush on 200,000 faces, an event at a time as a modal tool has them.
 void brush_events(RlvContext context) {
     const RlvDetail detail = plane(context, 447, 8);
@@ -264,6 +321,7 @@ void imprint_frames(RlvContext context) {
 
 int main(int argc, char **argv) {
     json = argc > 1 && std::strcmp(argv[1], "--json") == 0;
+    host_loops();
     RlvContext context = RLV_NULL;
     CHECK_OK(rlv_context_create(nullptr, &context));
     brush_events(context);

@@ -20,6 +20,7 @@ use relievo::parameter::*;
 use relievo::brush::*;
 use relievo::tessellate::*;
 use relievo::buffer::*;
+use relievo::capability::*;
 use relievo::caster::*;
 use relievo::isosurface::*;
 use relievo::particles::*;
@@ -43,6 +44,7 @@ use relievo::ptex::*;
 use relievo::repair::*;
 use relievo::tissue::*;
 use relievo::job::*;
+use relievo::object::*;
 use relievo::picture::*;
 use relievo::procedural::*;
 use relievo::shader::*;
@@ -66,14 +68,31 @@ constant!(RLV_ERROR_BUSY = 6);
 constant!(RLV_ERROR_CANCELLED = 7);
 constant!(RLV_ERROR_INTERNAL = 8);
 constant!(RLV_ERROR_DEVICE = 9);
-layout!(RlvError: 40, 8);
+constant!(RLV_ELEMENT_NONE = 0);
+constant!(RLV_ELEMENT_POINT = 1);
+constant!(RLV_ELEMENT_CORNER = 2);
+constant!(RLV_ELEMENT_EDGE = 3);
+constant!(RLV_ELEMENT_FACE = 4);
+constant!(RLV_ELEMENT_TRIANGLE = 5);
+constant!(RLV_ELEMENT_TILE = 6);
+constant!(RLV_ELEMENT_PATCH = 7);
+constant!(RLV_ELEMENT_ITEM = 8);
+constant!(RLV_ELEMENT_PARTICLE = 9);
+constant!(RLV_ELEMENT_LINE = 10);
+constant!(RLV_ELEMENT_PIN = 11);
+constant!(RLV_ELEMENT_CREASE = 12);
+layout!(RlvError: 56, 8);
 function!(rlv_last_error: unsafe extern "C" fn() -> *const c_char);
 function!(rlv_error_get: unsafe extern "C" fn(*mut RlvError) -> RlvResult);
 layout!(RlvContext: 8, 8);
 constant!(RLV_DEVICE_CPU = 0);
 constant!(RLV_DEVICE_GPU = 1);
 constant!(RLV_DEVICE_AUTO = 2);
-layout!(RlvContextOptions: 40, 8);
+alias!(RlvLoopBody = Option<unsafe extern "C" fn(*mut c_void, usize)>);
+alias!(RlvLoop = Option<unsafe extern "C" fn(*mut c_void, usize, RlvLoopBody, *mut c_void)>);
+alias!(RlvTask = Option<unsafe extern "C" fn(*mut c_void)>);
+alias!(RlvSpawn = Option<unsafe extern "C" fn(*mut c_void, RlvTask, *mut c_void)>);
+layout!(RlvContextOptions: 72, 8);
 layout!(RlvContextInfo: 600, 8);
 layout!(RlvContextStat: 112, 8);
 constant!(RLV_PROGRESS_CONTINUE = 0);
@@ -88,6 +107,8 @@ function!(rlv_context_release: unsafe extern "C" fn(RlvContext) -> RlvResult);
 function!(rlv_context_info: unsafe extern "C" fn(RlvContext, *mut RlvContextInfo) -> RlvResult);
 function!(rlv_context_close_device: unsafe extern "C" fn(RlvContext) -> RlvResult);
 function!(rlv_context_set_log: unsafe extern "C" fn(RlvContext, RlvLog, *mut c_void) -> RlvResult);
+alias!(RlvMemoryMonitor = Option<unsafe extern "C" fn(*mut c_void, i64) -> u32>);
+function!(rlv_context_set_memory_monitor: unsafe extern "C" fn(RlvContext, RlvMemoryMonitor, *mut c_void) -> RlvResult);
 function!(rlv_context_stats: unsafe extern "C" fn(RlvContext, *mut RlvContextStat, usize, *mut usize) -> RlvResult);
 function!(rlv_context_reset_stats: unsafe extern "C" fn(RlvContext) -> RlvResult);
 constant!(RLV_ADAPTER_DISCRETE = 0);
@@ -310,6 +331,17 @@ function!(rlv_buffer_update: unsafe extern "C" fn(RlvBuffer, *mut RlvBufferInfo)
 function!(rlv_buffer_info: unsafe extern "C" fn(RlvBuffer, *mut RlvBufferInfo) -> RlvResult);
 function!(rlv_buffer_vulkan: unsafe extern "C" fn(RlvBuffer, *mut RlvBufferVulkan) -> RlvResult);
 function!(rlv_buffer_read: unsafe extern "C" fn(RlvBuffer, usize, usize, *mut f32, usize) -> RlvResult);
+layout!(RlvCapability: 112, 8);
+constant!(RLV_CONTENT_MESH = 0);
+constant!(RLV_CONTENT_PATCHES = 1);
+constant!(RLV_CONTENT_PARTICLES = 2);
+constant!(RLV_CONTENT_GRID = 3);
+constant!(RLV_CONTENT_TEXTURE = 4);
+constant!(RLV_CONTENT_DOCUMENT = 5);
+constant!(RLV_CONTENT_PROGRESSIVE = 6);
+layout!(RlvCapabilityFormat: 64, 4);
+function!(rlv_capability_get: unsafe extern "C" fn(*mut RlvCapability) -> RlvResult);
+function!(rlv_capability_list: unsafe extern "C" fn(*mut RlvCapabilityFormat, usize, *mut usize) -> RlvResult);
 layout!(RlvCaster: 8, 8);
 constant!(RLV_NO_ELEMENT = 4294967295);
 layout!(RlvHit: 44, 4);
@@ -895,6 +927,8 @@ function!(rlv_job_retain: unsafe extern "C" fn(RlvJob) -> RlvResult);
 function!(rlv_job_release: unsafe extern "C" fn(RlvJob) -> RlvResult);
 function!(rlv_job_poll: unsafe extern "C" fn(RlvJob, *mut RlvJobInfo) -> RlvResult);
 function!(rlv_job_wait: unsafe extern "C" fn(RlvJob, f64, *mut RlvJobInfo) -> RlvResult);
+alias!(RlvJobDone = Option<unsafe extern "C" fn(*mut c_void)>);
+function!(rlv_job_notify: unsafe extern "C" fn(RlvJob, RlvJobDone, *mut c_void) -> RlvResult);
 function!(rlv_job_cancel: unsafe extern "C" fn(RlvJob) -> RlvResult);
 function!(rlv_job_result: unsafe extern "C" fn(RlvJob) -> RlvResult);
 function!(rlv_job_mesh: unsafe extern "C" fn(RlvJob, *mut RlvMesh) -> RlvResult);
@@ -913,6 +947,8 @@ function!(rlv_job_bake_report: unsafe extern "C" fn(RlvJob, *mut RlvBakeReport) 
 function!(rlv_job_fluid_report: unsafe extern "C" fn(RlvJob, *mut RlvFluidReport) -> RlvResult);
 function!(rlv_job_ptex_report: unsafe extern "C" fn(RlvJob, *mut RlvPtexReport) -> RlvResult);
 function!(rlv_job_transfer_report: unsafe extern "C" fn(RlvJob, *mut RlvTransferReport) -> RlvResult);
+layout!(RlvObjectInfo: 104, 4);
+function!(rlv_object_wait: unsafe extern "C" fn(u64, f64, *mut RlvObjectInfo) -> RlvResult);
 constant!(RLV_PICTURE_NAME_SIZE = 264);
 constant!(RLV_PICTURE_NONE = 4294967295);
 layout!(RlvPicture: 8, 8);
@@ -1006,6 +1042,9 @@ pub fn offsets(list: &mut Offsets) {
         what: *const c_char = 16,
         place: *const c_char = 24,
         remedy: *const c_char = 32,
+        code: u32 = 40,
+        element_kind: u32 = 44,
+        element: u64 = 48,
     });
     fields!(list, RlvContext {
         id: u64 = 0,
@@ -1018,6 +1057,10 @@ pub fn offsets(list: &mut Offsets) {
         memory_limit: u64 = 16,
         device_memory_limit: u64 = 24,
         adapter: *const c_char = 32,
+        shared: RlvContext = 40,
+        host_loop: RlvLoop = 48,
+        host_spawn: RlvSpawn = 56,
+        host_user: *mut c_void = 64,
     });
     fields!(list, RlvContextInfo {
         struct_size: u32 = 0,
@@ -1506,6 +1549,31 @@ pub fn offsets(list: &mut Offsets) {
         queue: u64 = 40,
         points: u64 = 48,
         triangles: u64 = 56,
+    });
+    fields!(list, RlvCapability {
+        struct_size: u32 = 0,
+        version: u32 = 4,
+        embree_version: u32 = 8,
+        opensubdiv_version: u32 = 12,
+        openvdb_version: u32 = 16,
+        has_devices: u32 = 20,
+        has_usd: u32 = 24,
+        has_shaders: u32 = 28,
+        has_tls: u32 = 32,
+        adapter_count: u32 = 36,
+        cores: u32 = 40,
+        max_threads: u32 = 44,
+        max_isolation: u32 = 48,
+        reserved: u32 = 52,
+        max_objects: u64 = 56,
+        simd: [u8; 48] = 64,
+    });
+    fields!(list, RlvCapabilityFormat {
+        content: u32 = 0,
+        can_read: u32 = 4,
+        can_write: u32 = 8,
+        can_write_bytes: u32 = 12,
+        extension: [u8; 48] = 16,
     });
     fields!(list, RlvCaster {
         id: u64 = 0,
@@ -2756,6 +2824,12 @@ pub fn offsets(list: &mut Offsets) {
         fraction: f32 = 12,
         stage: [u8; 48] = 16,
     });
+    fields!(list, RlvObjectInfo {
+        struct_size: u32 = 0,
+        is_busy: u32 = 4,
+        noun: [u8; 48] = 8,
+        worker: [u8; 48] = 56,
+    });
     fields!(list, RlvPicture {
         id: u64 = 0,
     });
@@ -3468,6 +3542,7 @@ pub const NAMES: &[&str] = &[
     "RLV_BRUSH_SETTINGS_INIT",
     "RLV_BUFFER_INFO_INIT",
     "RLV_BUFFER_VULKAN_INIT",
+    "RLV_CAPABILITY_INIT",
     "RLV_CHANNEL_COLOR",
     "RLV_CHANNEL_DISPLACEMENT",
     "RLV_CHANNEL_INFO_INIT",
@@ -3499,6 +3574,13 @@ pub const NAMES: &[&str] = &[
     "RLV_COLOR_BUFFER_VULKAN_INIT",
     "RLV_COLOR_RGBA16F",
     "RLV_COLOR_RGBA8",
+    "RLV_CONTENT_DOCUMENT",
+    "RLV_CONTENT_GRID",
+    "RLV_CONTENT_MESH",
+    "RLV_CONTENT_PARTICLES",
+    "RLV_CONTENT_PATCHES",
+    "RLV_CONTENT_PROGRESSIVE",
+    "RLV_CONTENT_TEXTURE",
     "RLV_CONTEXT_INFO_INIT",
     "RLV_CONTEXT_OPTIONS_INIT",
     "RLV_CROWD_BUFFERS_INIT",
@@ -3540,6 +3622,19 @@ pub const NAMES: &[&str] = &[
     "RLV_DOMAIN_CORNER",
     "RLV_DOMAIN_FACE",
     "RLV_DOMAIN_POINT",
+    "RLV_ELEMENT_CORNER",
+    "RLV_ELEMENT_CREASE",
+    "RLV_ELEMENT_EDGE",
+    "RLV_ELEMENT_FACE",
+    "RLV_ELEMENT_ITEM",
+    "RLV_ELEMENT_LINE",
+    "RLV_ELEMENT_NONE",
+    "RLV_ELEMENT_PARTICLE",
+    "RLV_ELEMENT_PATCH",
+    "RLV_ELEMENT_PIN",
+    "RLV_ELEMENT_POINT",
+    "RLV_ELEMENT_TILE",
+    "RLV_ELEMENT_TRIANGLE",
     "RLV_ERROR_BUSY",
     "RLV_ERROR_CANCELLED",
     "RLV_ERROR_DEVICE",
@@ -3666,6 +3761,7 @@ pub const NAMES: &[&str] = &[
     "RLV_NAME_SIZE",
     "RLV_NO_ELEMENT",
     "RLV_NULL",
+    "RLV_OBJECT_INFO_INIT",
     "RLV_OK",
     "RLV_PAINT_ADD",
     "RLV_PAINT_BLUR",
