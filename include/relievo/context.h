@@ -17,8 +17,8 @@
  *   floats that are not finite, at numbers of enums that it does not know, and at a struct_size that it does not know.
  *   "No failure of its own" in the headers says that it fails at nothing else.
  * - Structs that begin with struct_size are started from their RLV_..._INIT and may grow in later versions.
- * - Callbacks run on the thread that made the call, must not throw, and may call into the library. Those that say so run
- *   on others: the host's loop and tasks, monitors of memory, and what is called when a job ends.
+ * - Callbacks run on the thread that made the call, must not throw, and may call into the library. Some run
+ *   on other threads, as their comments say: the host's loop and tasks, monitors of memory, notices of jobs.
  * - A forked child has none of its parent's threads: calls on objects made before the fork fail there with
  *   RLV_ERROR_UNSUPPORTED. They may be released; a context made in the child works. */
 #ifndef RELIEVO_CONTEXT_H

@@ -99,7 +99,7 @@ type Work = Box<dyn FnOnce() + Send>;
 unsafe extern "C" fn run_task(work: *mut c_void) {
     // SAFETY: the pointer is the box that `begin` gave away; the header says that a task is run once.
     let work = unsafe { Box::from_raw(work.cast::<Work>()) };
-    // Jobs catch their own panics, and nothing is left to be told of another.
+    // Jobs catch their own panics, and nobody waits for another.
     let _ = catch_unwind(AssertUnwindSafe(*work));
 }
 
