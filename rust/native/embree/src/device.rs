@@ -253,3 +253,54 @@ impl GeometryOwner {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Scene;
+
+    /// A grid of 2 × 60 × 60 triangles.
+    fn build(device: &Device) -> Result<Scene> {
+        let points: Vec<[f32; 3]> = (0..61 * 61).map(|k| [(k % 61) as f32, (k / 61) as f32, 0.0]).collect();
+        let triangles: Vec<[u32; 3]> = (0..60 * 60)
+            .map(|k| k / 60 * 61 + k % 60)
+            .flat_map(|first| [[first, first + 1, first + 62], [first, first + 62, first + 61]])
+            .collect();
+        let mut scene = Scene::new(device)?;
+        let object = scene.add_object()?;
+        scene.set_mesh(object, 0, &points, &triangles)?;
+        scene.commit()?;
+        Ok(scene)
+    }
+
+    #[test]
+    fn a_monitor_hears_of_every_byte_and_refuses() {
+        let (taken, most) = (Arc::new(AtomicI64::new(0)), Arc::new(AtomicI64::new(i64::MAX)));
+        let (sum, limit) = (Arc::clone(&taken), Arc::clone(&most));
+        let monitor: Monitor = Arc::new(move |bytes| {
+            let granted = bytes <= 0 || sum.load(Ordering::Relaxed) + bytes <= limit.load(Ordering::Relaxed);
+            if granted {
+                sum.fetch_add(bytes, Ordering::Relaxed);
+            }
+            granted
+        });
+        let device = Device::with_monitor(Some(monitor)).unwrap();
+        let empty = taken.load(Ordering::Relaxed);
+        drop(build(&device).unwrap());
+        assert_eq!(taken.load(Ordering::Relaxed), empty);
+        let scene = build(&device).unwrap();
+        let whole = taken.load(Ordering::Relaxed) - empty;
+        assert!(whole > 12 * 61 * 61 + 12 * 2 * 60 * 60);
+        drop(scene);
+        for share in 0..4 {
+            most.store(empty + whole * share / 4, Ordering::Relaxed);
+            let refused = build(&device).err().map(|error| error.kind);
+            assert_eq!(refused, Some(relievo_core::ErrorKind::Memory));
+            assert_eq!(taken.load(Ordering::Relaxed), empty, "after a share of {share} in 4");
+        }
+        most.store(i64::MAX, Ordering::Relaxed);
+        drop(build(&device).unwrap());
+        drop(device);
+        assert_eq!(taken.load(Ordering::Relaxed), 0);
+    }
+}
