@@ -5,7 +5,7 @@
 #include <dirent.h>
 #include <pthread.h>
 
-enum { WORKERS = 2, SIDE = 4, POINTS = 1 << 16 };
+enum { WORKERS = 2, SIDE = 4, POINTS = 4096 };
 
 /* How many threads the process has. */
 static int tasks(void) {
@@ -118,11 +118,14 @@ static size_t compute(RlvContext context, float *points) {
     RlvCaster caster = RLV_NULL;
     RlvImprintSettings settings = RLV_IMPRINT_SETTINGS_INIT;
     RlvTessellateOptions cells = RLV_TESSELLATE_OPTIONS_INIT;
+    RlvDetailOptions small = RLV_DETAIL_OPTIONS_INIT;
     RlvMeshInfo info = RLV_MESH_INFO_INIT;
     settings.voxels = 1 << 15;
+    small.tile_size = 16;
+    cells.coarse = cells.fine = 8;
     settings.sub_steps = 4;
     CHECK_OK(rlv_surface_create(context, plane, NULL, &surface));
-    CHECK_OK(rlv_detail_create(surface, NULL, NULL, &detail));
+    CHECK_OK(rlv_detail_create(surface, &small, NULL, &detail));
     check_stroke(context, detail, RLV_BRUSH_SCULPT, 3.5, 3.0, 0.5f);
     CHECK_OK(rlv_collider_create_mesh(context, ball, from, &collider));
     CHECK_OK(rlv_imprint_sweep(detail, collider, from, to, &settings, NULL, NULL, NULL, NULL));

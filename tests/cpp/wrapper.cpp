@@ -791,7 +791,8 @@ int main() {
             return std::uint32_t(RLV_PROGRESS_CONTINUE);
         },
         &bytes);
-    CHECK(solid.split(0.5).triangles().size() > 12 && bytes == 0);
+    CHECK(solid.split(0.5).triangles().size() > 12);
+    CHECK(bytes == 0);
     context.set_memory_monitor(nullptr, nullptr);
     return 0;
 }

@@ -10,12 +10,14 @@ use relievo_gpu::{AdapterChoice, Device, DeviceOptions};
 use crate::array::{Output, fixed, present, put, text};
 use crate::descriptor::{check_descriptor, read_optional};
 use crate::fork;
-use crate::host::{HostLoop, HostSpawn, RlvLoop, RlvSpawn};
+use crate::host::{HostLoop, HostSpawn};
 use crate::log::{self, HostLog};
-use crate::memory::{Memory, RlvMemoryMonitor};
+use crate::memory::Memory;
 use crate::registry::{self, handle};
 
+pub use crate::host::{RlvLoop, RlvLoopBody, RlvSpawn, RlvTask};
 pub use crate::log::RlvLog;
+pub use crate::memory::RlvMemoryMonitor;
 
 handle!(RlvContext, 1, ContextObject);
 

@@ -9,13 +9,13 @@ use std::sync::{Mutex, PoisonError};
 use relievo_core::Scheduler;
 
 /// `RlvLoopBody`: does the piece of a loop that has an index.
-pub type RlvLoopBody = unsafe extern "C" fn(*mut c_void, usize);
+pub type RlvLoopBody = Option<unsafe extern "C" fn(*mut c_void, usize)>;
 
 /// `RlvLoop`: NULL, or the host's parallel loop.
 pub type RlvLoop = Option<unsafe extern "C" fn(*mut c_void, usize, RlvLoopBody, *mut c_void)>;
 
 /// `RlvTask`: does all of a task.
-pub type RlvTask = unsafe extern "C" fn(*mut c_void);
+pub type RlvTask = Option<unsafe extern "C" fn(*mut c_void)>;
 
 /// `RlvSpawn`: NULL, or what begins a task on a thread of the host.
 pub type RlvSpawn = Option<unsafe extern "C" fn(*mut c_void, RlvTask, *mut c_void)>;
@@ -68,7 +68,7 @@ impl Scheduler for HostLoop {
         let taken = (0..count).map(|_| AtomicBool::new(false)).collect();
         let pass = Pass { body, taken, done: AtomicUsize::new(0), panic: Mutex::new(None) };
         // SAFETY: the host gave this function for this pointer; the pass lives until the end of this call.
-        unsafe { (self.run)(self.user, count, call, std::ptr::from_ref(&pass).cast_mut().cast()) };
+        unsafe { (self.run)(self.user, count, Some(call), std::ptr::from_ref(&pass).cast_mut().cast()) };
         if pass.done.load(Ordering::Acquire) < count {
             // What the host left out; then what it began and did not wait for.
             (0..count).for_each(|index| pass.call(index));
@@ -107,6 +107,6 @@ impl HostSpawn {
     /// Has the host run `work` once, on a thread of its own choice.
     pub fn begin(&self, work: Work) {
         // SAFETY: the host gave this function for this pointer, and runs the task once.
-        unsafe { (self.spawn)(self.user, run_task, Box::into_raw(Box::new(work)).cast()) };
+        unsafe { (self.spawn)(self.user, Some(run_task), Box::into_raw(Box::new(work)).cast()) };
     }
 }
