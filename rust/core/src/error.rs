@@ -73,8 +73,13 @@ impl Error {
             std::io::ErrorKind::NotFound => ErrorKind::NotFound,
             _ => ErrorKind::Io,
         };
-        let error = Self::new(kind, cause.to_string()).at(path.display().to_string());
+        let what = match cause.kind() {
+            std::io::ErrorKind::UnexpectedEof => "the file ends too early".into(),
+            _ => cause.to_string(),
+        };
+        let error = Self::new(kind, what).at(path.display().to_string());
         match cause.kind() {
+            std::io::ErrorKind::UnexpectedEof => error.advise("it was cut off: copy it or write it again"),
             std::io::ErrorKind::NotFound => error.advise("check the name and the folder it is sought in"),
             std::io::ErrorKind::PermissionDenied => error.advise("check the rights of the file and its folder"),
             _ => error,

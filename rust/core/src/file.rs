@@ -52,11 +52,24 @@ pub fn load(path: &Path, limit: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// Returns the error of the system alone, without the name of a temporary file that says nothing to the user.
+fn without_temporary_name(error: std::io::Error) -> std::io::Error {
+    match error.get_ref().and_then(|inner| inner.source()) {
+        Some(cause) => std::io::Error::new(error.kind(), cause.to_string()),
+        None => error,
+    }
+}
+
 /// Makes the file at `path` from what `write` writes. It appears under its name when it is complete; until then it
-/// has another name in the same folder, and after an error it is gone.
+/// has another name in the same folder, and after an error it is gone. A file that is replaced leaves its permissions, and
+/// of a symbolic link the file that it names is replaced.
 pub fn store(path: &Path, write: impl FnOnce(&mut BufWriter<&mut File>) -> std::io::Result<()>) -> Result<()> {
-    let failed = |error: std::io::Error| Error::io(path, &error).advise("check the folder, its rights and its space");
-    let folder = match path.parent() {
+    let failed = |error: std::io::Error| {
+        Error::io(path, &without_temporary_name(error)).advise("check the folder, its rights and its space")
+    };
+    let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
+    let replaced = std::fs::metadata(&target).ok().filter(std::fs::Metadata::is_file);
+    let folder = match target.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
@@ -72,12 +85,30 @@ pub fn store(path: &Path, write: impl FnOnce(&mut BufWriter<&mut File>) -> std::
     let mut out = BufWriter::with_capacity(1 << 18, temporary.as_file_mut());
     write(&mut out).and_then(|()| out.flush()).map_err(failed)?;
     drop(out);
-    temporary.persist(path).map(drop).map_err(|error| failed(error.error))
+    if let Some(replaced) = replaced {
+        temporary.as_file().set_permissions(replaced.permissions()).map_err(failed)?;
+    }
+    temporary.persist(&target).map(drop).map_err(|error| failed(error.error))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn links_and_permissions_stay() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let [file, link] = ["a.bin", "b.bin"].map(|name| folder.path().join(name));
+        std::fs::write(&file, b"old").unwrap();
+        std::fs::set_permissions(&file, std::fs::Permissions::from_mode(0o640)).unwrap();
+        std::os::unix::fs::symlink("a.bin", &link).unwrap();
+        store(&link, |out| out.write_all(b"new")).unwrap();
+        assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(std::fs::read(&file).unwrap(), b"new");
+        assert_eq!(std::fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o640);
+    }
 
     #[test]
     fn a_failed_write_leaves_the_old_file_and_nothing_else() {
@@ -93,5 +124,7 @@ mod tests {
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
         assert_eq!(load(&path, 2).unwrap_err().kind, crate::ErrorKind::Memory);
         assert!(load(folder.path(), 100).is_err());
+        let lost = store(&folder.path().join("none/b.bin"), |_| Ok(())).unwrap_err().to_string();
+        assert!(lost.contains("b.bin: No such file") && !lost.contains(".relievo-"), "{lost}");
     }
 }
