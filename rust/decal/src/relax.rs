@@ -390,9 +390,9 @@ impl Map<'_> {
 }
 
 /// Adds the vertices within some rings of faces.
-pub fn spread(faces: &[[u32; 3]], is_near: &mut Vec<bool>, rings: usize) {
+pub fn spread(faces: &[[u32; 3]], is_near: &mut [bool], rings: usize) {
     for _ in 0..rings {
-        let before = is_near.clone();
+        let before = is_near.to_vec();
         for face in faces.iter().filter(|face| face.iter().any(|vertex| before[*vertex as usize])) {
             face.iter().for_each(|vertex| is_near[*vertex as usize] = true);
         }
