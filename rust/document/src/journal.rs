@@ -276,6 +276,35 @@ fn lock(path: &Path) -> Result<File> {
     }
 }
 
+/// An edit of a document, as [`list_edits`] reads it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ListedEdit {
+    /// Whether it is made; otherwise it is undone.
+    pub is_done: bool,
+    /// Bytes of what it changed.
+    pub bytes: u64,
+    /// What it was made of; empty where the journal does not have it.
+    pub input: String,
+}
+
+/// Lists the edits of the document at `path`, the oldest first; undone ones follow in the order in which they are made
+/// again. The file is not changed, and may be in use. Returns the note of [`Log::note`] too.
+///
+/// # Errors
+/// The file cannot be read, or is damaged.
+pub fn list_edits(path: &Path, limit: u64) -> Result<(Vec<ListedEdit>, Option<String>)> {
+    let place = |error: Error| error.at(path.display().to_string());
+    let mut file = file::open(path)?;
+    let (_, log) = format::read(&mut file, limit).and_then(format::Found::sound).map_err(place)?;
+    let done = log.done.iter().map(|entry| (true, entry));
+    let edits = done.chain(log.undone.iter().rev().map(|entry| (false, entry))).map(|(is_done, entry)| {
+        let input = entry.input.map(|input| record::read_payload(&mut file, input).map_err(place)).transpose()?;
+        let input = String::from_utf8_lossy(&input.unwrap_or_default()).into_owned();
+        Ok(ListedEdit { is_done, bytes: entry.edit.length, input })
+    });
+    Ok((edits.collect::<Result<_>>()?, log.note()))
+}
+
 /// What [`compact`] did.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Compacted {

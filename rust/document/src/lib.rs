@@ -30,7 +30,7 @@ pub mod topology;
 pub use edit::{Change, Direction, Edit};
 pub use format::{Damage, examine};
 pub use head::{Blend, Head, Settings, Stamps};
-pub use journal::{Journal, compact, repair};
+pub use journal::{Journal, ListedEdit, compact, list_edits, repair};
 pub use lattice::Lattice;
 pub use layer::{Block, Kind, Layer};
 pub use pages::{Page, PageFile, PageStore};
