@@ -107,11 +107,12 @@ typedef struct RlvAttributeInfo {
 RLV_API RlvResult rlv_mesh_create(RlvContext context, const RlvMeshArrays *arrays, RlvMesh *out);
 
 /* Reads a file as one mesh: OBJ with its subdivision tags "t crease" and "t corner", PLY, glTF or GLB at rest, STL,
- * OFF, USD (.usda, .usdc, .usd) at rest in metres with y up. path is UTF-8. The file may be hostile: the context's memory limit bounds what reading it takes, files that it
- * names are opened only below its own folder, and the message of a refusal names the line or element. */
+ * OFF, USD (.usda, .usdc, .usd) at rest in metres with y up, and each of them packed by gzip (.ply.gz). path is UTF-8.
+ * The file may be hostile: the context's memory limit bounds what reading it takes, files that it names are opened only
+ * below its own folder, and the message of a refusal names the line or element. */
 RLV_API RlvResult rlv_mesh_read(RlvContext context, const char *path, RlvMesh *out);
 
-/* Writes a mesh as OBJ, PLY, GLB or USD (.usda, .usd), as the extension of the path says. USD takes lengths for
+/* Writes a mesh as OBJ, PLY, GLB, USD (.usda, .usd), STL or OFF, as the extension of the path says. USD takes lengths for
  * metres and y for the axis that points up. The file appears whole or not at all. Fails if
  * the extension is another, the format cannot hold the mesh, or the file cannot be written. */
 RLV_API RlvResult rlv_mesh_write(RlvMesh mesh, const char *path);

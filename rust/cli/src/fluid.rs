@@ -8,6 +8,7 @@ mod mesh;
 mod rank;
 mod render;
 mod sim;
+mod spacing;
 mod statistics;
 mod surface;
 

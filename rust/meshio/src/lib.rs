@@ -17,6 +17,7 @@ mod notes;
 mod obj;
 mod obj_writer;
 mod off;
+mod off_writer;
 mod patches;
 mod ply;
 mod ply_header;
@@ -25,6 +26,7 @@ mod pose;
 mod root;
 mod stage_options;
 mod stl;
+mod stl_writer;
 mod summary;
 mod text;
 mod transform;
@@ -48,6 +50,7 @@ pub use model::{Animation, Channel, Interpolation, Model, Node, Part, Placement,
 pub use obj::read_obj;
 pub use obj_writer::write_obj;
 pub use off::read_off;
+pub use off_writer::write_off;
 pub use patches::{Patches, parse_patches, read_patches, write_bpt};
 pub use ply::read_ply;
 pub use ply_writer::{write_ply, write_points_ply};
@@ -55,6 +58,7 @@ pub use pose::{Pose, Shape};
 pub use root::Root;
 pub use stage_options::StageOptions;
 pub use stl::read_stl;
+pub use stl_writer::write_stl;
 pub use summary::Summary;
 pub use transform::{Kind, Operation};
 #[cfg(feature = "openusd")]
@@ -66,6 +70,9 @@ pub use usd_writer::{StageWriter, write_usd};
 
 /// The first bytes of a binary layer of USD.
 const USD_MAGIC: &[u8] = b"PXR-USDC";
+
+/// The first bytes of a file that gzip packed.
+const GZIP_MAGIC: &[u8] = b"\x1f\x8b";
 
 /// Formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -111,6 +118,38 @@ fn extension(path: &Path) -> String {
     path.extension().map(|extension| extension.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
+/// Returns the extension and the bytes of a file, unpacked if gzip packed it: `.ply.gz` has the extension `ply`.
+///
+/// # Errors
+/// The file cannot be read, is damaged, or has more than `limit` bytes packed and unpacked together.
+fn load(path: &Path, limit: u64) -> Result<(String, Vec<u8>)> {
+    let named = |error: Error| error.at(path.display().to_string());
+    let packed = file::load(path, limit)?;
+    if !packed.starts_with(GZIP_MAGIC) {
+        return Ok((extension(path), packed));
+    }
+    let left = limit - packed.len() as u64;
+    let mut bytes = Vec::new();
+    let mut reader = flate2::read::MultiGzDecoder::new(packed.as_slice()).take(left.saturating_add(1));
+    let mut piece = vec![0; 1 << 16];
+    loop {
+        let count = match reader.read(&mut piece) {
+            Ok(0) => break,
+            Ok(count) => count,
+            Err(error) => {
+                let what = format!("the file packed by gzip is damaged: {error}");
+                return Err(named(Error::invalid(what).advise("pack it again")));
+            }
+        };
+        if bytes.len() as u64 + count as u64 > left || bytes.try_reserve(count).is_err() {
+            let what = format!("the file is larger than the memory limit of {limit} bytes when it is unpacked");
+            return Err(named(Error::memory(what).advise("raise the memory limit, or split the file")));
+        }
+        bytes.extend_from_slice(&piece[..count]);
+    }
+    Ok((extension(&path.with_extension("")), bytes))
+}
+
 /// Whether the file at `path` holds Bézier patches, by its extension or its first lines.
 ///
 /// # Errors
@@ -119,7 +158,7 @@ pub fn holds_patches(path: &Path) -> Result<bool> {
     let mut head = Vec::new();
     let file = file::open(path)?;
     file.take(4096).read_to_end(&mut head).map_err(|error| Error::io(path, &error))?;
-    Ok(matches!(Format::of(&extension(path), &head), Ok(Format::Patches)))
+    Ok(!head.starts_with(GZIP_MAGIC) && matches!(Format::of(&extension(path), &head), Ok(Format::Patches)))
 }
 
 /// Reads a file as one mesh, at rest if it is animated. See [`read_model`].
@@ -128,7 +167,7 @@ pub fn read(context: &Context, path: &Path) -> Result<Mesh> {
     model.into_merged_mesh(context).map_err(|error| error.at(path.display().to_string()))
 }
 
-/// Reads everything a file holds. Files that it names are opened only below its own folder.
+/// Reads everything a file holds, unpacked if gzip packed it (`.ply.gz`). Files that it names are opened only below its own folder.
 ///
 /// The context's memory limit bounds the file and what is made of it together. Indices are in range and numbers
 /// finite in what is returned; whether the faces can be used says [`Mesh::check`].
@@ -144,8 +183,8 @@ pub fn read_model(context: &Context, path: &Path) -> Result<Model> {
 pub fn read_point_instancers(context: &Context, path: &Path) -> Result<Vec<PointInstancer>> {
     let named = |error: Error| error.at(path.display().to_string());
     let limit = context.memory_limit();
-    let bytes = file::load(path, limit)?;
-    if Format::of(&extension(path), &bytes).map_err(named)? != Format::Usd {
+    let (extension, bytes) = load(path, limit)?;
+    if Format::of(&extension, &bytes).map_err(named)? != Format::Usd {
         return Err(named(Error::unsupported("the file is no USD stage").advise("give .usda, .usdc or .usd")));
     }
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -157,10 +196,10 @@ pub fn read_point_instancers(context: &Context, path: &Path) -> Result<Vec<Point
 pub fn read_model_within(context: &Context, path: &Path, root: &Root) -> Result<Model> {
     let named = |error: Error| error.at(path.display().to_string());
     let limit = context.memory_limit();
-    let bytes = file::load(path, limit)?;
+    let (extension, bytes) = load(path, limit)?;
     let left = limit - bytes.len() as u64;
     let folder = path.parent().unwrap_or(Path::new(""));
-    decode(&extension(path), bytes, left, (folder, root)).map_err(named)
+    decode(&extension, bytes, left, (folder, root)).map_err(named)
 }
 
 /// Reads the bytes of a file as one mesh, at rest if it is animated. `extension` is that of the file, without the dot, for
@@ -188,17 +227,19 @@ fn decode(extension: &str, bytes: Vec<u8>, left: u64, (folder, root): (&Path, &R
     }
 }
 
-/// Writes a mesh as OBJ, PLY, GLB or USD, as the extension of the path says. See [`write_obj`], [`write_ply`],
-/// [`write_glb`] and [`write_usd`].
+/// Writes a mesh as OBJ, PLY, GLB, USD, STL or OFF, as the extension of the path says. See [`write_obj`], [`write_ply`],
+/// [`write_glb`], [`write_usd`], [`write_stl`] and [`write_off`].
 pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
     match extension(path).to_ascii_lowercase().as_str() {
         "obj" => write_obj(path, mesh, &[]),
         "ply" => write_ply(path, mesh),
         "glb" => write_glb(path, &[Instance::new("mesh", mesh)]),
         "usd" | "usda" => write_usd(path, &[Instance::new("mesh", mesh)], &StageOptions::default()),
+        "stl" => write_stl(path, mesh),
+        "off" => write_off(path, mesh),
         _ => Err(Error::unsupported("the format to write is not known")
             .at(path.display().to_string())
-            .advise("use the extension .obj, .ply, .glb or .usda")),
+            .advise("use the extension .obj, .ply, .glb, .usda, .stl or .off")),
     }
 }
 

@@ -5,10 +5,12 @@
 //! become metres and y becomes up, as in glTF: both by the node above all others. Second 0 is the stage's
 //! `startTimeCode`, or time code 0.
 
+mod archive;
 mod binary;
 mod hierarchy;
 mod instancers;
 mod layer;
+mod old_names;
 mod polygons;
 mod stage;
 mod text;

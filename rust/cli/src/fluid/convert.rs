@@ -41,6 +41,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     for (from, to) in &pairs {
         let mut particles = super::read(&context, from)?;
         count += particles.points.len();
+        particles.spacing = surface.given_spacing().or(particles.spacing);
         if surface.is_selective() {
             let all = particles.points.len();
             let selection =

@@ -16,7 +16,7 @@ pub struct Arguments {
     /// The particles: a frame of a cache, a classic .bgeo, a legacy .vtk, a .vdb, the points of a mesh file, or a folder of frames.
     #[arg(value_name = "PARTICLES")]
     from: PathBuf,
-    /// The mesh to write: .ply, .glb, .obj or .usda, or .vdb for a level set. Of a folder, the folder for the meshes, which
+    /// The mesh to write: .ply, .glb, .obj, .usda, .stl or .off, or .vdb for a level set. Of a folder, the folder for the meshes, which
     /// are PLY.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,

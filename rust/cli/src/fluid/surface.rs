@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use relievo_core::progress::Silent;
-use relievo_core::{Context, Error, Mesh, Result, Values};
+use relievo_core::{Context, Mesh, Result, Values};
 use relievo_fluid::{Surface, SurfaceFunction, Visibility, classify, classify_on};
 use relievo_gpu::Device as GraphicsDevice;
 use relievo_particleio::{Channel, Particles, frame_bytes};
@@ -52,7 +52,8 @@ enum Kept {
 
 #[derive(clap::Args)]
 pub struct Options {
-    /// Distance between particles at rest, in metres; without it, what the file says.
+    /// Distance between particles at rest, in metres; without it, what the file says, or else the median distance between
+    /// nearest neighbours in the first file, which is printed.
     #[arg(long, value_name = "METRES")]
     spacing: Option<f32>,
     /// What the surface is of.
@@ -71,6 +72,9 @@ pub struct Options {
     /// A part of the name of the graphics device; left out, the best there is.
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
+    /// The spacing that was estimated for a file without one.
+    #[arg(skip)]
+    estimated: OnceCell<f32>,
     /// The graphics device, opened when it is first needed.
     #[arg(skip)]
     opened: OnceCell<Option<GraphicsDevice>>,
@@ -87,11 +91,25 @@ pub struct Selection {
 }
 
 impl Options {
-    /// How far particles are apart at rest, in metres. Fails if nobody says so.
-    pub fn spacing(&self, particles: &Particles) -> Result<f32> {
+    /// Returns the spacing that was asked for, in metres.
+    pub fn given_spacing(&self) -> Option<f32> {
         self.spacing
-            .or(particles.spacing)
-            .ok_or_else(|| Error::invalid("the file does not say how far particles are apart").advise("give --spacing"))
+    }
+
+    /// Returns how far particles are apart at rest, in metres. An estimate is printed once, and holds for all files.
+    ///
+    /// # Errors
+    /// Neither the command nor the file says it, and it cannot be estimated.
+    pub fn spacing(&self, particles: &Particles) -> Result<f32> {
+        if let Some(spacing) = self.spacing.or(particles.spacing).or(self.estimated.get().copied()) {
+            return Ok(spacing);
+        }
+        let estimate = super::spacing::estimate(&particles.points)?;
+        eprintln!(
+            "note: the file does not say how far particles are apart; {estimate} m is the median distance between nearest \
+             neighbours, --spacing sets another"
+        );
+        Ok(*self.estimated.get_or_init(|| estimate))
     }
 
     /// The surface of particles.

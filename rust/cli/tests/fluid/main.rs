@@ -256,6 +256,14 @@ fn frames_are_told_of_and_converted() {
         if format != "ply" {
             assert!((found["seconds"].as_f64().unwrap() - 0.04).abs() < 1e-6, "{found}");
             assert_eq!(found["spacing"], cached["spacing"]);
+        } else {
+            // PLY has no place for it: it is estimated, or given.
+            let mesh = relievo(folder.path(), &["fluid", "mesh", "ply/0000.ply", "-o", "estimated.ply"]);
+            let note = text(&mesh.stderr);
+            assert!(mesh.status.success() && note.contains(" m is the median distance"), "{mesh:?}");
+            let given = ["fluid", "convert", "ply/0002.ply", "given.rlvfluid", "--spacing", "0.0625"];
+            assert!(relievo(folder.path(), &given).status.success());
+            assert_eq!(info("given.rlvfluid")["spacing"], 0.0625);
         }
         // The frames that a simulation writes in that format are the same.
         let done = relievo(folder.path(), &["fluid", "sim", "dam.toml", "-o", direct, "--format", format]);

@@ -1,4 +1,4 @@
-//! A layer: what one file says about paths. Text or binary; archives are not opened.
+//! A layer: what one file says about paths. Text or binary, or an archive that begins with one of them.
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -8,7 +8,7 @@ use openusd::sdf::{Data, Path, Value};
 use relievo_core::{Error, Result};
 
 use super::binary::Binary;
-use super::text;
+use super::{archive, old_names, text};
 use crate::USD_MAGIC;
 use crate::budget::Budget;
 
@@ -20,12 +20,12 @@ pub(crate) enum Layer {
 
 impl Layer {
     /// Reads a file. Fails if it is neither text nor binary, is damaged, or needs more than the budget has.
-    pub fn open(bytes: Vec<u8>, budget: &mut Budget) -> Result<Self> {
+    pub fn open(mut bytes: Vec<u8>, budget: &mut Budget) -> Result<Self> {
+        if bytes.starts_with(archive::MAGIC) {
+            bytes = archive::root_layer(bytes)?;
+        }
         if bytes.starts_with(USD_MAGIC) {
             return Ok(Self::Binary(Box::new(Binary::open(bytes, budget)?)));
-        }
-        if bytes.starts_with(b"PK") {
-            return Err(Error::unsupported("the file is an archive (.usdz)").advise("unpack it: it is a zip file"));
         }
         if !bytes.starts_with(b"#usda ") {
             return Err(Error::invalid("the file is not USD").advise("use .usda or .usdc, or .usd with either in it"));
@@ -34,6 +34,10 @@ impl Layer {
             Error::invalid("the text is not UTF-8").at(format!("byte {}", error.utf8_error().valid_up_to()))
         })?;
         text::bound(&text, budget)?;
+        let text = old_names::replaced(&text);
+        if let Cow::Owned(renamed) = &text {
+            budget.charge(renamed.len() as u64)?;
+        }
         Ok(Self::Text(fenced(|| openusd::usda::parse(&text))?))
     }
 

@@ -174,7 +174,7 @@ fn glb_keeps_material_slots_with_their_names() {
 #[test]
 fn meshes_that_cannot_be_used_are_not_written() {
     let folder = tempfile::tempdir().unwrap();
-    for extension in ["obj", "ply", "glb"] {
+    for extension in ["obj", "ply", "glb", "stl", "off"] {
         let path = folder.path().join("bad").with_extension(extension);
         assert!(write(&path, &Mesh::default()).unwrap_err().to_string().contains("empty"));
         assert!(!path.exists());
@@ -185,6 +185,29 @@ fn meshes_that_cannot_be_used_are_not_written() {
     assert!(write(&folder.path().join("bad.xyz"), &rich()).is_err());
     assert!(write(Path::new("/none/such/folder/a.obj"), &rich()).is_err());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn files_that_gzip_packed_are_read_within_the_limit() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = folder.path().join("a.obj");
+    write(&plain, &rich()).unwrap();
+    let bytes = std::fs::read(&plain).unwrap();
+    let pack = |bytes: &[u8]| {
+        let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+        std::io::Write::write_all(&mut packer, bytes).unwrap();
+        packer.finish().unwrap()
+    };
+    let path = folder.path().join("a.obj.gz");
+    let packed = pack(&bytes);
+    std::fs::write(&path, &packed).unwrap();
+    assert_eq!(read(&Context::serial(), &path).unwrap(), read(&Context::serial(), &plain).unwrap());
+    std::fs::write(&path, &packed[..packed.len() - 9]).unwrap();
+    assert!(read(&Context::serial(), &path).unwrap_err().to_string().contains("gzip is damaged"));
+    // 64 MiB of blanks in 64 KiB.
+    std::fs::write(&path, pack(&vec![b' '; 64 << 20])).unwrap();
+    let small = Context::new(&relievo_core::ContextOptions { threads: 1, memory_limit: 1 << 20 }).unwrap();
+    assert_eq!(read(&small, &path).unwrap_err().kind, relievo_core::ErrorKind::Memory);
 }
 
 /// Every known mesh survives OBJ, bit by bit, and PLY and GLB in its points and faces.
