@@ -68,6 +68,11 @@ pub struct PtexReport {
     pub enlarged: usize,
     /// Channels of the file that were not taken.
     pub ignored: usize,
+    /// Texels of colour in corners of faces that are another colour now: where other than four faces meet at a point, or
+    /// faces of different sizes, each has the mean there, so that look-ups are continuous.
+    pub averaged: usize,
+    /// The most that a component of one of those texels changed by.
+    pub largest_average: f32,
     /// The farthest that a value of the channel is from that of the file, relative to the largest; displacement alone.
     pub deviation: f32,
 }
@@ -85,6 +90,13 @@ impl fmt::Display for PtexReport {
         }
         if self.ignored > 0 {
             write!(out, "; {} channels ignored", self.ignored)?;
+        }
+        if self.averaged > 0 {
+            write!(
+                out,
+                "; {} texels in corners of faces are the mean of the faces at a point, by up to {:.3}",
+                self.averaged, self.largest_average
+            )?;
         }
         Ok(())
     }
@@ -312,15 +324,32 @@ fn paint<T: ColorTexel, B: AsRef<[u8]> + Sync>(
     restored::allocate(&mut paint, &tiles)?;
     let field = paint.field().clone();
     let batches = tiles.len().div_ceil(BATCH);
+    let mut corners: Vec<[Vec4; 4]> = Vec::with_capacity(tiles.len());
     for (batch, tiles) in tiles.chunks(BATCH).enumerate() {
         progress.step(batch as f32 / batches as f32, "ptex.read")?;
         let read =
             context.map(tiles.len(), |index| source.colors::<T>(tiles[index], field.size(tiles[index]) as usize));
         let read = read.into_iter().collect::<Result<Vec<_>>>()?;
         restored::fill(context, &mut paint, tiles, &read)?;
+        corners.extend(tiles.iter().zip(&read).map(|(tile, texels)| corner_colors(texels, field.size(*tile), 0)));
     }
     restored::settle(context, &mut paint, &tiles)?;
+    for (tile, before) in tiles.iter().zip(corners) {
+        let Some(block) = paint.field().block(*tile) else { continue };
+        for (before, after) in before.iter().zip(corner_colors(block, field.size(*tile), 1)) {
+            let change = (*before - after).abs().max_element();
+            report.averaged += usize::from(change > 0.0);
+            report.largest_average = report.largest_average.max(change);
+        }
+    }
     Ok(paint)
+}
+
+/// Returns the colours in the corners of a tile of `size` texels a side, around which there are `ring` more.
+fn corner_colors<T: ColorTexel>(texels: &[T], size: u32, ring: usize) -> [Vec4; 4] {
+    let (size, stride) = (size as usize, size as usize + 2 * ring);
+    let ends = [ring, ring + size - 1];
+    [0, 1, 2, 3].map(|corner| texels[ends[corner / 2] * stride + ends[corner % 2]].color())
 }
 
 /// Tiles whose texels are held at a time.

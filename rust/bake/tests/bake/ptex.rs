@@ -7,7 +7,7 @@ use relievo_core::{Context, ContextOptions, Mesh};
 use relievo_ptex::{Borders, DataType, EdgeFilter, Face, Format, MeshType, MetaValue, Neighbor, Reader, Writer};
 use relievo_surface::Surface;
 use relievo_testing::Random;
-use relievo_tiles::{Displacement, Paint, Rgba8, Rgba16, Vector, VectorDisplacement};
+use relievo_tiles::{ColorTexel, Displacement, Paint, Rgba8, Rgba16, Vector, VectorDisplacement};
 
 use crate::support::{cages, options, same_tiles, scribble, surface};
 
@@ -170,6 +170,30 @@ fn faces_of_any_shape_and_type_are_taken_and_counted() {
     let Imported::Rgba8(back) = back else { panic!("{back:?}") };
     assert_eq!(back.field().blank(), Rgba8([128, 128, 128, 255]));
     assert_eq!(back.allocated_count(), 1 + usize::from(back.field().is_allocated(1)));
+}
+
+#[test]
+fn corner_texels_that_become_a_mean_are_counted() {
+    let context = Context::serial();
+    let surface = surface(&two_quads());
+    let color = |size: [(u8, u8); 2]| {
+        let file =
+            pair(format(DataType::F32, 3), size, |face, u, v, _| if face == 0 { 0.25 * u } else { 1.0 - 0.25 * v });
+        let (back, report) = from_ptex(&context, &surface, &file, &OPTIONS).unwrap();
+        let Imported::Rgba16(back) = back else { panic!("{back:?}") };
+        (back, report)
+    };
+    // Faces of one size are continuous there without it.
+    assert_eq!(color([(3, 3), (3, 3)]).1.averaged, 0);
+    // Both ends of the edge between the faces: two texels each.
+    let (back, report) = color([(3, 3), (4, 4)]);
+    assert_eq!(report.averaged, 4);
+    let corner = |tile: u32, at: usize| back.field().block(tile).unwrap()[at].color().x;
+    let before = [0.25 * 7.5 / 8.0, 1.0 - 0.25 * 0.5 / 16.0];
+    let mean = 0.5 * (before[0] + before[1]);
+    assert!((corner(0, 10 + 8) - mean).abs() < 1e-3 && (corner(1, 18 + 1) - mean).abs() < 1e-3);
+    assert!(report.largest_average > mean - before[0] - 2e-3, "{report}");
+    assert!(report.to_string().contains("4 texels in corners of faces"), "{report}");
 }
 
 #[test]
