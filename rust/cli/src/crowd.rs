@@ -9,6 +9,7 @@ mod scene;
 
 use clap::Subcommand;
 
+pub use self::info::tell;
 use crate::Outcome;
 
 #[derive(clap::Args)]

@@ -1,5 +1,7 @@
 //! `relievo doc`
 
+mod edits;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -23,6 +25,12 @@ enum Task {
     Repair(Named),
     /// Folds the edits of a document into its layers, which makes the file smaller; they can no longer be undone.
     Compact(Compact),
+    /// Lists the edits of a document.
+    Log(edits::Listed),
+    /// Undoes the last edits of a document.
+    Undo(edits::Moved),
+    /// Makes undone edits of a document again.
+    Redo(edits::Moved),
     /// Takes a document along: as Ptex, as a map on the texture coordinates of the mesh, or as a displaced mesh.
     Export(export::Arguments),
     /// Takes the layers of a document to another mesh, and says what of that mesh is uncovered.
@@ -54,6 +62,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Task::Check(arguments) => check(arguments),
         Task::Repair(arguments) => mend(arguments),
         Task::Compact(arguments) => fold(arguments),
+        Task::Log(arguments) => edits::list(arguments),
+        Task::Undo(arguments) => edits::undo(arguments),
+        Task::Redo(arguments) => edits::redo(arguments),
         Task::Export(arguments) => export::run(arguments),
         Task::Transfer(arguments) => transfer::run(arguments),
         Task::Import(arguments) => import::run(arguments),

@@ -6,10 +6,10 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use relievo_bake::atlas::{Atlas, PictureTexel, table_of, write_atlas, write_tiles};
 use relievo_bake::opened::{ColorLayer, Opened};
-use relievo_bake::ptex::to_ptex;
+use relievo_bake::ptex::to_ptex_watched;
 use relievo_bake::quantity::largest_part;
 use relievo_bake::{
-    Axes, BakeOptions, Handedness, MapFormat, Meaning, Quantity, Scaling, Space, bake, numbered, write_map,
+    Axes, BakeOptions, Handedness, MapFormat, Meaning, Quantity, Scaling, Space, bake_watched, numbered, write_map,
 };
 use relievo_core::{Context, Error, Mesh, Result};
 use relievo_document::{Document, Kind};
@@ -17,6 +17,7 @@ use relievo_meshio::write;
 use relievo_surface::Surface;
 use relievo_tiles::{Displaced, Displacement, Field, VectorDisplacement};
 
+use crate::bar::Bar;
 use crate::{Outcome, displaced, triangles};
 
 #[derive(clap::Args)]
@@ -25,7 +26,7 @@ pub struct Arguments {
     file: PathBuf,
     /// The mesh it was made on.
     mesh: PathBuf,
-    /// What to write: .ptx for a layer as Ptex, .exr or .png for a bake, .ply, .glb, .obj or .usda for a displaced
+    /// What to write: .ptx for a layer as Ptex, .exr or .png for a bake, .ply, .glb, .obj, .usda, .stl or .off for a displaced
     /// mesh with the colours of its vertices.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -137,11 +138,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
                 .advise("add --bake displacement, vector, normal, colour, mask, depth or time, or --atlas, or --tiles")
                 .into());
         }
-        Some("ply" | "glb" | "obj" | "usd" | "usda") => mesh,
+        Some("ply" | "glb" | "obj" | "usd" | "usda" | "stl" | "off") => mesh,
         _ => {
             return Err(Error::unsupported("the format to write is not known")
                 .at(arguments.output.display().to_string())
-                .advise("use the extension .ptx, .exr, .png, .ply, .glb, .obj or .usda")
+                .advise("use the extension .ptx, .exr, .png, .ply, .glb, .obj, .usda, .stl or .off")
                 .into());
         }
     };
@@ -213,10 +214,12 @@ fn take(arguments: &Arguments, context: &Context, opened: &Opened<'_>) -> Result
 
 fn ptex(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<String> {
     let writer = match take(arguments, context, work.opened)? {
-        Taken::Displacement(made) => to_ptex(context, work.cage, made.field())?,
-        Taken::Vectors(made) => to_ptex(context, work.cage, made.field())?,
-        Taken::Colors(ColorLayer::Rgba8(paint)) => to_ptex(context, work.cage, paint.field())?,
-        Taken::Colors(ColorLayer::Rgba16(paint)) => to_ptex(context, work.cage, paint.field())?,
+        Taken::Displacement(made) => to_ptex_watched(context, work.cage, made.field(), &mut Bar::new())?,
+        Taken::Vectors(made) => to_ptex_watched(context, work.cage, made.field(), &mut Bar::new())?,
+        Taken::Colors(ColorLayer::Rgba8(paint)) => to_ptex_watched(context, work.cage, paint.field(), &mut Bar::new())?,
+        Taken::Colors(ColorLayer::Rgba16(paint)) => {
+            to_ptex_watched(context, work.cage, paint.field(), &mut Bar::new())?
+        }
     };
     writer.write(&arguments.output)?;
     Ok(format!("{}: {} faces\n", arguments.output.display(), work.opened.surface().tile_count()))
@@ -363,7 +366,7 @@ fn write_maps(arguments: &Arguments, context: &Context, limit: &Surface, quantit
     let scaling = scaling(arguments, quantity, quantity.largest())?;
     let options = bake_options(arguments);
     let mut files = String::new();
-    let report = bake(context, limit, quantity, &options, |map| {
+    let report = bake_watched(context, limit, quantity, &options, &mut Bar::new(), |map| {
         let path =
             if arguments.udim { numbered(&arguments.output, "<UDIM>", map.udim) } else { arguments.output.clone() };
         write_map(context, &path, &map, quantity.meaning(), &scaling)?;

@@ -8,7 +8,10 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ("Surfaces and their details", &["stroke", "doc", "tessellate"]),
     ("Meshes", &["mesh", "simplify", "progressive", "decal", "crowd"]),
     ("Fluids, soft tissue and grids", &["fluid", "foam", "plot", "tissue", "grid"]),
-    ("Simulation servers and farms", &["serve", "submit", "status", "watch", "fetch", "steer", "control", "cache", "farm"]),
+    (
+        "Simulation servers and farms",
+        &["serve", "submit", "status", "watch", "fetch", "steer", "control", "cache", "farm"],
+    ),
     ("Pictures", &["draw", "compare", "shader"]),
     ("Files and devices", &["info", "devices"]),
 ];

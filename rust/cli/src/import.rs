@@ -5,13 +5,14 @@ use std::process::ExitCode;
 
 use clap::ValueEnum;
 use relievo_bake::gather::from_atlas;
-use relievo_bake::ptex::{Imported, PtexImport, PtexKind, from_ptex};
+use relievo_bake::ptex::{Imported, PtexImport, PtexKind, from_ptex_watched};
 use relievo_core::{Context, Error};
 use relievo_document::Document;
 use relievo_ptex::Reader;
 use relievo_surface::{Surface, SurfaceOptions};
 
 use crate::Outcome;
+use crate::bar::Bar;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -71,7 +72,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
                 KindName::Colour => PtexKind::Color,
             });
             let options = PtexImport { kind, budget, eight_bits: false };
-            let (imported, report) = from_ptex(&context, &surface, &reader, &options).map_err(named)?;
+            let (imported, report) =
+                from_ptex_watched(&context, &surface, &reader, &options, &mut Bar::new()).map_err(named)?;
             (imported, format!("{}: {report}\n", arguments.file.display()))
         }
     };

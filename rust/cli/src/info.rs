@@ -15,8 +15,9 @@ use crate::Outcome;
 
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// The mesh file, a file of Bézier patches, a Ptex file by the extension .ptx or .ptex, a document by .relievo, or
-    /// particles by .rlvfluid, .bgeo, .vtk or .vdb, or a folder of their frames.
+    /// The mesh file, a file of Bézier patches, a Ptex file by the extension .ptx or .ptex, a document by .relievo, a
+    /// progressive mesh by .rlvpm, a crowd model by .rcrowd, soft tissue by .rtissue or .rtstate, or particles by .rlvfluid,
+    /// .bgeo, .vtk or .vdb, or a folder of their frames.
     file: PathBuf,
     /// Print JSON for programs.
     #[arg(long)]
@@ -36,6 +37,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
         return document(arguments);
     }
     let context = crate::context(arguments.memory_limit)?;
+    match extension.as_deref() {
+        Some("rlvpm") => return crate::progressive::tell(&context, &arguments.file, arguments.json),
+        Some("rcrowd") => return crate::crowd::tell(&context, &arguments.file, arguments.json),
+        Some("rtissue" | "rtstate") => return crate::tissue::tell(&context, &arguments.file, arguments.json),
+        _ => {}
+    }
     if matches!(extension.as_deref(), Some("rlvfluid" | "bgeo" | "vtk" | "vdb")) || arguments.file.is_dir() {
         return crate::fluid::tell(&context, &arguments.file, arguments.json);
     }
@@ -101,9 +108,19 @@ fn texture(arguments: &Arguments) -> Outcome {
 fn document(arguments: &Arguments) -> Outcome {
     let limit = if arguments.memory_limit == 0 { u64::MAX } else { arguments.memory_limit };
     let document = Document::open(&arguments.file, limit)?;
+    let (edits, _) = relievo_document::list_edits(&arguments.file, limit)?;
+    let done = edits.iter().filter(|edit| edit.is_done).count();
+    let undone = edits.len() - done;
     let text = match arguments.json {
-        true => format!("{:#}\n", machine_readable_document(&document)),
-        false => format!("{}\n{document}\n", arguments.file.display()),
+        true => {
+            let mut value = machine_readable_document(&document);
+            value["edits"] = json!({ "done": done, "undone": undone });
+            format!("{value:#}\n")
+        }
+        false => format!(
+            "{}\n{document}\n  edits: {done} can be undone, {undone} can be made again\n",
+            arguments.file.display()
+        ),
     };
     crate::print(&text)?;
     Ok(ExitCode::SUCCESS)

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Error};
 use relievo_scene::description::{Up, When};
 use relievo_scene::showing::Showing;
 use relievo_scene::stepper::RunOptions;
 
 use crate::Outcome;
+use crate::bar::Bar;
 use crate::run::{folder_of, range};
 
 #[derive(clap::Args)]
@@ -102,7 +102,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         rebake: false,
         device: None,
     };
-    let summary = relievo_scene::stepper::run_baked(&context, scene, &options, &mut Silent)?;
+    let summary = relievo_scene::stepper::run_baked(&context, scene, &options, &mut Bar::new())?;
     for note in &summary.notes {
         eprintln!("note: {note}");
     }

@@ -9,14 +9,15 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::Subcommand;
-use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::Device;
 use relievo_lod::Progressive;
 use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit as MeshEdit, EditJournal, Front, Input};
+use serde_json::json;
 
 use self::picture::{Drawing, Panel};
 use crate::Outcome;
+use crate::bar::Bar;
 use crate::edits::Change;
 use crate::limits::Limits;
 use crate::run::Device as Kind;
@@ -79,7 +80,7 @@ struct Show {
 struct Export {
     /// The progressive mesh.
     file: PathBuf,
-    /// The mesh to write: .ply, .glb, .obj or .usda.
+    /// The mesh to write: .ply, .glb, .obj, .usda, .stl or .off.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// A coarse level whose surface is nowhere farther from that of the finest, nor that from it, in units of the mesh. The
@@ -200,7 +201,7 @@ fn build(arguments: &Build) -> Outcome {
     let options = BuildOptions { faces: arguments.faces, ..BuildOptions::default() };
     let attributes = arguments.attributes.options();
     let (built, left_out) =
-        Progressive::build_mesh(&context, &mesh, &options, &attributes, &mut Silent).map_err(|error| {
+        Progressive::build_mesh(&context, &mesh, &options, &attributes, &mut Bar::new()).map_err(|error| {
             crate::mesh::offered(error, &mesh, &arguments.mesh).at(arguments.mesh.display().to_string())
         })?;
     left_out.iter().for_each(|name| eprintln!("note: {name} is left out"));
@@ -225,16 +226,9 @@ fn show(arguments: &Show) -> Outcome {
     let splits = mesh.splits();
     let error =
         splits.filter(|(split, key, _)| !cut.has(*key, *split)).map(|(_, key, _)| key.error()).fold(0.0, f32::max);
-    let names: Vec<&str> = mesh.attributes().iter().map(|attribute| attribute.name.as_str()).collect();
-    let attributes = if names.is_empty() { String::new() } else { format!("  attributes: {}\n", names.join(", ")) };
+    tell_levels(&mesh, &arguments.file, false)?;
     crate::print(&format!(
-        "{}\n{attributes}  finest: {} vertices, {} triangles\n  base: {} vertices, {} triangles\n  \
-         this level: {} vertices, {} triangles, estimated deviation {error}\n",
-        arguments.file.display(),
-        mesh.vertex_count(),
-        mesh.triangle_count(),
-        mesh.base_vertices().len(),
-        mesh.base_faces().len(),
+        "  this level: {} vertices, {} triangles, estimated deviation {error}\n",
         active.vertex_count(),
         active.triangle_count(),
     ))?;
@@ -244,6 +238,38 @@ fn show(arguments: &Show) -> Outcome {
         arguments.drawing.draw(&context, device.as_ref(), &panels)?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Prints what is in the progressive mesh at `path`, `for_programs` as JSON.
+pub fn tell(context: &Context, path: &Path, for_programs: bool) -> Outcome {
+    tell_levels(&Progressive::open(context, path, usize::MAX)?, path, for_programs)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn tell_levels(mesh: &Progressive, path: &Path, for_programs: bool) -> Result<()> {
+    let names: Vec<&str> = mesh.attributes().iter().map(|attribute| attribute.name.as_str()).collect();
+    let finest = (mesh.vertex_count(), mesh.triangle_count());
+    let base = (mesh.base_vertices().len(), mesh.base_faces().len());
+    let text = match for_programs {
+        true => {
+            let level = |(vertices, triangles)| json!({ "vertices": vertices, "triangles": triangles });
+            let value = json!({ "attributes": names, "finest": level(finest), "base": level(base) });
+            format!("{value:#}\n")
+        }
+        false => {
+            let attributes =
+                if names.is_empty() { String::new() } else { format!("  attributes: {}\n", names.join(", ")) };
+            format!(
+                "{}\n{attributes}  finest: {} vertices, {} triangles\n  base: {} vertices, {} triangles\n",
+                path.display(),
+                finest.0,
+                finest.1,
+                base.0,
+                base.1,
+            )
+        }
+    };
+    crate::print(&text)
 }
 
 /// The level that is asked for, or what a list of edits does.
@@ -366,7 +392,7 @@ fn export(arguments: &Export) -> Outcome {
         None
     };
     let distance = match bound {
-        Some(bound) => format!(", distance at most {}", active.adapt_within(&context, bound, &mut Silent)?),
+        Some(bound) => format!(", distance at most {}", active.adapt_within(&context, bound, &mut Bar::new())?),
         None => {
             let Export { error_estimate: error, faces, ratio, .. } = *arguments;
             active.adapt(&context, Level { error, faces, ratio }.cut(&mesh)?);
@@ -415,7 +441,7 @@ fn edit(arguments: &Edit) -> Outcome {
     };
     let made = if arguments.rebuild {
         let options = BuildOptions { faces: mesh.base_faces().len(), ..BuildOptions::default() };
-        active.rebuilt(&context, &options, &mut Silent)?
+        active.rebuilt(&context, &options, &mut Bar::new())?
     } else {
         let misplaced = active.misplaced(&context).len();
         if misplaced > 0 {

@@ -6,11 +6,11 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use relievo_core::progress::Silent;
 use relievo_core::{Error, Mesh, Result};
 use relievo_lod::{AttributeOptions, SimplifiedMesh, SimplifyOptions, simplify_mesh};
 
 use crate::Outcome;
+use crate::bar::Bar;
 
 #[derive(clap::Args)]
 #[command(group = clap::ArgGroup::new("goal").required(true).multiple(true))]
@@ -19,7 +19,7 @@ pub struct Arguments {
     /// USD stage become one, at rest. Skins, animations, morph targets, nodes, names and textures are not written; a note on
     /// standard error counts what the file has of each.
     file: PathBuf,
-    /// The mesh to write: .ply, .glb, .obj or .usda. Several levels are as many files, numbered from 1 before the
+    /// The mesh to write: .ply, .glb, .obj, .usda, .stl or .off. Several levels are as many files, numbered from 1 before the
     /// extension: less-1.glb, less-2.glb.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
@@ -143,7 +143,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let goals = (0..count).map(|level| arguments.goal(level, &mesh, before)).collect::<Result<Vec<_>>>()?;
     for (level, options) in goals.iter().enumerate() {
         let SimplifiedMesh { mesh: made, error, left_out } =
-            simplify_mesh(&context, &mesh, options, &attributes, &mut Silent).map_err(|error| {
+            simplify_mesh(&context, &mesh, options, &attributes, &mut Bar::new()).map_err(|error| {
                 crate::mesh::offered(error, &mesh, &arguments.file).at(arguments.file.display().to_string())
             })?;
         let is_first = level == 0;

@@ -16,7 +16,7 @@ pub struct Arguments {
     mesh: PathBuf,
     /// The list of strokes: a scene file with `[[strokes]]` and no objects; `relievo schema` shows the keys.
     strokes: PathBuf,
-    /// File to write, once for each: a document (.relievo), or the displaced mesh (.obj, .ply, .glb, .usda).
+    /// File to write, once for each: a document (.relievo), or the displaced mesh (.obj, .ply, .glb, .usda, .stl, .off).
     #[arg(short, long, value_name = "FILE", required = true)]
     out: Vec<PathBuf>,
     /// Take the mesh's own triangles for the surface, as a document of triangles does by itself.

@@ -13,7 +13,7 @@ use crate::Outcome;
 pub struct Arguments {
     /// The file of Bézier patches: .bpt, or a list of indices and points.
     file: PathBuf,
-    /// What to write: .ply, .glb, .obj or .usda for a mesh, .bpt for the patches as they are.
+    /// What to write: .ply, .glb, .obj, .usda, .stl or .off for a mesh, .bpt for the patches as they are.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// The level of all patches: each is divided into 2^(level + 1) − 1 quads a side.

@@ -13,6 +13,7 @@ use relievo_core::{Context, Result};
 use relievo_scene::tissue::{is_named, read_model};
 use relievo_tissue::{Model, SavedState, Simulation};
 
+pub use self::info::tell;
 use crate::Outcome;
 use crate::limits::Limits;
 

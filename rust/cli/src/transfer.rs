@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use relievo_bake::transfer::{TransferOptions, transfer};
+use relievo_bake::transfer::{TransferOptions, transfer_watched};
 use relievo_document::Document;
 
 use crate::Outcome;
+use crate::bar::Bar;
 use crate::limits::Isolation;
 
 #[derive(clap::Args)]
@@ -38,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let from = arguments.from.as_ref().map(|path| relievo_meshio::read(&context, path)).transpose()?;
     let mesh = relievo_meshio::read(&context, &arguments.mesh)?;
     let options = TransferOptions { reach: arguments.reach, isolation: arguments.isolation.isolation };
-    let (made, report) = transfer(&context, &document, from.as_ref(), &mesh, &options)
+    let (made, report) = transfer_watched(&context, &document, from.as_ref(), &mesh, &options, &mut Bar::new())
         .map_err(|error| error.at(arguments.file.display().to_string()))?;
     made.write(&arguments.output)?;
     let notes: String = document.notes.iter().map(|note| format!("note: {note}\n")).collect();

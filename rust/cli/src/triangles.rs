@@ -6,7 +6,6 @@ use std::path::Path;
 use glam::DAffine3;
 use relievo_bake::triangles::{TriangleColors, TriangleQuantity, bake_triangles};
 use relievo_bake::{BakeOptions, MapFormat, Meaning, Scaling, numbered, write_map};
-use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Mesh, Result};
 use relievo_detail::{LayeredObject, TriangleObject};
 use relievo_document::{Document, Settings};
@@ -14,6 +13,8 @@ use relievo_meshio::write;
 use relievo_surface::TriangleSurface;
 use relievo_tiles::by_format;
 use relievo_tiles::triangle::{TriangleChannel, TriangleOptions, TriangleTessellation};
+
+use crate::bar::Bar;
 
 /// A bake that is asked for.
 pub struct Bake<'a> {
@@ -41,12 +42,12 @@ pub fn export(
 ) -> Result<String> {
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
     let bake = match (extension.as_deref(), bake) {
-        (Some("ply" | "glb" | "obj" | "usd" | "usda"), _) => None,
+        (Some("ply" | "glb" | "obj" | "usd" | "usda" | "stl" | "off"), _) => None,
         (Some("exr" | "png"), Some(bake)) => Some(bake),
         _ => {
             return Err(Error::unsupported("documents of triangle meshes are exported as meshes and bakes alone")
                 .at(path.display().to_string())
-                .advise("use the extension .ply, .glb, .obj or .usda, or .exr or .png and --bake"));
+                .advise("use the extension .ply, .glb, .obj, .usda, .stl or .off, or .exr or .png and --bake"));
         }
     };
     let object = shown(context, document, mesh, layer)?;
@@ -76,7 +77,7 @@ fn write_maps(context: &Context, object: &TriangleObject, mesh: &Mesh, path: &Pa
     let scaling = Scaling { scale: scale.unwrap_or(fitting.scale), mid_level: mid_level.unwrap_or(fitting.mid_level) };
     scaling.check()?;
     let mut files = String::new();
-    let report = bake_triangles(context, (mesh, uv), &quantity, options, &mut Silent, |map| {
+    let report = bake_triangles(context, (mesh, uv), &quantity, options, &mut Bar::new(), |map| {
         let udim = options.udim.then(|| numbered(path, "<UDIM>", map.udim));
         let path = udim.as_deref().unwrap_or(path);
         write_map(context, path, &map, *meaning, &scaling)?;

@@ -45,7 +45,7 @@ pub struct Replay {
 }
 
 /// Extensions of meshes that can be written.
-const MESHES: [&str; 5] = ["obj", "ply", "glb", "usd", "usda"];
+const MESHES: [&str; 7] = ["obj", "ply", "glb", "usd", "usda", "stl", "off"];
 
 /// Makes the strokes and writes the files. Returns what was done, and what the user should know.
 ///

@@ -1,9 +1,10 @@
 //! `relievo crowd info`
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use relievo_core::Context;
 use relievo_crowd::{CrowdModel, Reader};
 use serde_json::{Value, json};
 
@@ -28,10 +29,14 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    let context = arguments.limits.context()?;
-    let reader = Reader::open(&context, &arguments.file)?;
+    tell(&arguments.limits.context()?, &arguments.file, arguments.json)
+}
+
+/// Prints what is in the model at `path`, `for_programs` as JSON.
+pub fn tell(context: &Context, path: &Path, for_programs: bool) -> Outcome {
+    let reader = Reader::open(context, path)?;
     let model = reader.model();
-    let text = if arguments.json { format!("{:#}\n", machine_readable(model)) } else { described(model) };
+    let text = if for_programs { format!("{:#}\n", machine_readable(model)) } else { described(model) };
     crate::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -18,7 +18,7 @@ const EXAMPLE: &str = "Example: relievo decal mesh head.ply -o logo.glb --image 
 pub struct Arguments {
     #[command(flatten)]
     common: Common,
-    /// The mesh to write: .ply, .glb, .obj or .usda.
+    /// The mesh to write: .ply, .glb, .obj, .usda, .stl or .off.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// How far the decal lies above the surface, in units of the mesh. Where the sticker overlaps itself, each part lies this

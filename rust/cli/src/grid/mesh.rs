@@ -16,7 +16,7 @@ pub struct Arguments {
     /// The OpenVDB file.
     #[arg(value_name = "FILE.vdb")]
     from: PathBuf,
-    /// The mesh to write: .ply, .glb, .obj or .usda.
+    /// The mesh to write: .ply, .glb, .obj, .usda, .stl or .off.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// The grid; the first that can be read if it is left out.

@@ -16,7 +16,7 @@ const EXAMPLE: &str = "Example: relievo mesh repair scan.stl -o scan.ply --toler
 pub struct Arguments {
     #[command(flatten)]
     common: Common,
-    /// The mesh to write: .ply, .glb, .obj or .usda. It may be the one that is read.
+    /// The mesh to write: .ply, .glb, .obj, .usda, .stl or .off. It may be the one that is read.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Leave holes of more edges open; 0 fills holes of any size.

@@ -1,6 +1,6 @@
 //! `relievo tissue info`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use relievo_core::{Context, Result};
@@ -25,15 +25,19 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    let context = arguments.limits.context()?;
-    let value = match is_named(&arguments.path, "rtstate") {
-        true => frame(&context, arguments)?,
-        false => model(&context, arguments)?,
+    tell(&arguments.limits.context()?, &arguments.path, arguments.json)
+}
+
+/// Prints what is in the model or frame at `path`, `for_programs` as JSON.
+pub fn tell(context: &Context, path: &Path, for_programs: bool) -> Outcome {
+    let value = match is_named(path, "rtstate") {
+        true => frame(context, path)?,
+        false => model(context, path)?,
     };
-    let text = match (&value, arguments.json) {
+    let text = match (&value, for_programs) {
         (Value::Object(entries), false) => {
             let line = |(name, value): (&String, &Value)| format!("  {name}: {}\n", plain(value));
-            format!("{}\n{}", arguments.path.display(), entries.iter().map(line).collect::<String>())
+            format!("{}\n{}", path.display(), entries.iter().map(line).collect::<String>())
         }
         _ => format!("{value:#}\n"),
     };
@@ -49,8 +53,8 @@ fn plain(value: &Value) -> String {
     }
 }
 
-fn frame(context: &Context, arguments: &Arguments) -> Result<Value> {
-    let SavedState { level, state, .. } = SavedState::read(context, &arguments.path)?;
+fn frame(context: &Context, path: &Path) -> Result<Value> {
+    let SavedState { level, state, .. } = SavedState::read(context, path)?;
     let size = |row: &[f32; 4]| row[..3].iter().map(|part| part * part).sum::<f32>().sqrt();
     let most = |rows: &[[f32; 4]]| rows.iter().map(size).fold(0f32, f32::max);
     Ok(json!({
@@ -64,8 +68,8 @@ fn frame(context: &Context, arguments: &Arguments) -> Result<Value> {
     }))
 }
 
-fn model(context: &Context, arguments: &Arguments) -> Result<Value> {
-    let model = super::model(context, &arguments.path)?;
+fn model(context: &Context, path: &Path) -> Result<Value> {
+    let model = super::model(context, path)?;
     let material = |material: &relievo_tissue::Material| {
         format!("{} ({:.4e} Pa, {} kg/m³)", material.name, material.young(), material.density)
     };

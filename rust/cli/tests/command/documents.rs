@@ -69,3 +69,45 @@ fn the_edits_of_a_document_are_checked_and_folded() {
     let check = text(&relievo(folder.path(), &["doc", "check", "a.relievo"]).stdout);
     assert!(check.contains("no damage") && !check.contains("under way"), "{check}");
 }
+
+#[test]
+fn edits_are_listed_undone_and_made_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/document-2.relievo");
+    let path = folder.path().join("a.relievo");
+    std::fs::copy(golden, &path).unwrap();
+    let shown = |arguments: &[&str]| {
+        let output = relievo(folder.path(), arguments);
+        assert!(output.status.success(), "{arguments:?}: {output:?}");
+        text(&output.stdout)
+    };
+    let list = || {
+        let list: serde_json::Value = serde_json::from_str(&shown(&["doc", "log", "a.relievo", "--json"])).unwrap();
+        let edits = list["edits"].as_array().unwrap().clone();
+        edits.into_iter().map(|edit| (edit["done"] == true, edit["input"].as_str().unwrap().to_string())).collect()
+    };
+    let before: Vec<(bool, String)> = list();
+    let done = before.iter().filter(|(done, _)| *done).count();
+    assert!(done >= 2 && before.iter().all(|(_, input)| input.starts_with("edit ")), "{before:?}");
+    let layers = || {
+        let info: serde_json::Value = serde_json::from_str(&shown(&["info", "a.relievo", "--json"])).unwrap();
+        info["layers"].clone()
+    };
+    let first = layers();
+    assert!(shown(&["doc", "undo", "a.relievo", "--edits", "2"]).contains("2 edits are undone"));
+    let after = list();
+    assert_eq!(after.iter().filter(|(done, _)| *done).count(), done - 2);
+    let inputs = |edits: &[(bool, String)]| edits.iter().map(|(_, input)| input.clone()).collect::<Vec<_>>();
+    assert_eq!(inputs(&after), inputs(&before));
+    assert_ne!(layers(), first);
+    let log = shown(&["doc", "log", "a.relievo"]);
+    assert!(log.contains(&format!("{}: undone, ", done - 1)), "{log}");
+    assert!(shown(&["info", "a.relievo"]).contains(&format!("edits: {} can be undone", done - 2)));
+    // More than there are: nothing changes.
+    let refused = relievo(folder.path(), &["doc", "undo", "a.relievo", "--edits", "1000"]);
+    assert!(!refused.status.success() && text(&refused.stderr).contains("1000 are asked for"), "{refused:?}");
+    assert_eq!(list(), after);
+    shown(&["doc", "redo", "a.relievo", "--edits", "2"]);
+    assert_eq!((list(), layers()), (before, first));
+    assert!(shown(&["doc", "check", "a.relievo"]).contains("no damage"));
+}
