@@ -6,6 +6,7 @@ use std::sync::Once;
 
 use relievo_core::{Error, Result};
 
+use crate::arithmetic::HostArithmetic;
 use crate::error::{self, RLV_OK, RlvResult};
 use crate::work;
 
@@ -28,6 +29,7 @@ pub fn caught<T>(body: impl FnOnce() -> Result<T>) -> Result<T> {
             }));
         }
     });
+    let _host = HostArithmetic::replace();
     catch_unwind(AssertUnwindSafe(body)).unwrap_or_else(|payload| {
         let text = payload.downcast_ref::<String>().map(String::as_str);
         let text = text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no message");

@@ -8,6 +8,8 @@ use std::sync::{Mutex, PoisonError};
 
 use relievo_core::Scheduler;
 
+use crate::arithmetic::HostArithmetic;
+
 /// `RlvLoopBody`: does the piece of a loop that has an index.
 pub type RlvLoopBody = Option<unsafe extern "C" fn(*mut c_void, usize)>;
 
@@ -55,6 +57,7 @@ impl Pass<'_> {
 }
 
 unsafe extern "C" fn call(pass: *mut c_void, index: usize) {
+    let _host = HostArithmetic::replace();
     // SAFETY: the host passes on the pointer that it got, within its loop, through which the pass lives.
     unsafe { &*pass.cast::<Pass>() }.call(index);
 }
@@ -97,6 +100,7 @@ unsafe impl Sync for HostSpawn {}
 type Work = Box<dyn FnOnce() + Send>;
 
 unsafe extern "C" fn run_task(work: *mut c_void) {
+    let _host = HostArithmetic::replace();
     // SAFETY: the pointer is the box that `begin` gave away; the header says that a task is run once.
     let work = unsafe { Box::from_raw(work.cast::<Work>()) };
     // Jobs catch their own panics, and nobody waits for another.

@@ -10,6 +10,7 @@
 
 #[macro_use]
 pub mod border;
+mod arithmetic;
 pub mod array;
 #[macro_use]
 pub mod descriptor;
