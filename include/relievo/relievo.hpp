@@ -1,11 +1,14 @@
 // Relievo in C++17: objects that release themselves, arrays as vectors, failures as exceptions. Header only; everything
-// is a thin layer over the C functions of the same names, whose headers say what they do.
+// is a thin layer over the C functions of the same names, whose headers say what they do. Where a program is compiled
+// without exceptions, a failure prints its message to stderr and aborts: call the C functions to go on after failures.
 #ifndef RELIEVO_RELIEVO_HPP
 #define RELIEVO_RELIEVO_HPP
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -15,6 +18,16 @@
 #include <vector>
 
 #include "relievo/relievo.h"
+
+#if defined(__cpp_exceptions) || defined(_CPPUNWIND)
+#define RELIEVO_TRY try
+#define RELIEVO_CATCH catch (...)
+#define RELIEVO_RETHROW throw
+#else
+#define RELIEVO_TRY if (true)
+#define RELIEVO_CATCH else
+#define RELIEVO_RETHROW static_cast<void>(0)
+#endif
 
 namespace relievo {
 
@@ -48,6 +61,16 @@ private:
     std::uint64_t element_;
 };
 
+/// Throws failure, or prints its message and aborts where there are no exceptions.
+template <class Failure> [[noreturn]] void raise(const Failure &failure) {
+#if defined(__cpp_exceptions) || defined(_CPPUNWIND)
+    throw failure;
+#else
+    std::fprintf(stderr, "relievo: %s\n", failure.what());
+    std::abort();
+#endif
+}
+
 /// Throws the calling thread's last error unless result is RLV_OK.
 inline void check(RlvResult result) {
     if (result == RLV_OK) {
@@ -55,10 +78,10 @@ inline void check(RlvResult result) {
     }
     RlvError error = RLV_ERROR_INIT;
     if (rlv_error_get(&error) != RLV_OK) {
-        throw Error(result, "an error without a text", "", "", "");
+        raise(Error(result, "an error without a text", "", "", ""));
     }
-    throw Error(result, error.message, error.what, error.place, error.remedy, error.code,
-                static_cast<RlvElement>(error.element_kind), error.element);
+    raise(Error(result, error.message, error.what, error.place, error.remedy, error.code,
+                static_cast<RlvElement>(error.element_kind), error.element));
 }
 
 /// One reference to an object of the library. Copies share the object.
@@ -224,10 +247,10 @@ private:
     static Storage &of(void *user) { return **static_cast<std::shared_ptr<Storage> *>(user); }
 
     template <class Work> static std::uint32_t answer(Work &&work) noexcept {
-        try {
+        RELIEVO_TRY {
             std::forward<Work>(work)();
             return 0;
-        } catch (...) {
+        } RELIEVO_CATCH {
             return 1;
         }
     }
@@ -347,8 +370,8 @@ private:
         const std::uint32_t index = find_attribute(name);
         const RlvAttributeInfo info = attribute_info(index);
         if (info.type != type) {
-            throw Error(RLV_ERROR_INVALID, "attribute `" + name + "` has numbers of another type",
-                        "it has numbers of another type", "attribute `" + name + "`", "");
+            raise(Error(RLV_ERROR_INVALID, "attribute `" + name + "` has numbers of another type",
+                        "it has numbers of another type", "attribute `" + name + "`", ""));
         }
         std::vector<Number> values(info.value_count * info.width);
         check(rlv_mesh_get_attribute(get(), index, values.data(), values.size(), nullptr, 0));
@@ -605,8 +628,8 @@ public:
     void get_points(Range range, std::vector<Float3> &positions, std::vector<Float3> &normals) const {
         const std::size_t end = std::size_t{range.first} + range.count;
         if (end > positions.size() || end > normals.size()) {
-            throw Error(RLV_ERROR_INVALID, "the arrays end before the range", "the arrays end before the range",
-                        "get_points", "make them as long as info().point_count");
+            raise(Error(RLV_ERROR_INVALID, "the arrays end before the range", "the arrays end before the range",
+                        "get_points", "make them as long as info().point_count"));
         }
         if (range.count > 0) {
             check(rlv_tessellation_get_points(get(), range.first, range.count, positions[range.first].data(), 0,
@@ -685,9 +708,9 @@ public:
 
     /// Runs what may throw; the answer is that of a callback.
     template <class Work> std::uint32_t run(Work &&work) noexcept {
-        try {
+        RELIEVO_TRY {
             return std::forward<Work>(work)() ? RLV_PROGRESS_CONTINUE : RLV_PROGRESS_CANCEL;
-        } catch (...) {
+        } RELIEVO_CATCH {
             thrown_ = std::current_exception();
             return RLV_PROGRESS_CANCEL;
         }
@@ -733,7 +756,7 @@ inline RlvImprintReport sweep(const Detail &detail, const Collider &collider, co
                               const RlvImprintMoment &moment = RLV_IMPRINT_MOMENT_INIT,
                               const Progress &progress = nullptr) {
     if (from_points.size() != to_points.size()) {
-        throw std::invalid_argument("sweep: a collider has as many points before as after");
+        raise(std::invalid_argument("sweep: a collider has as many points before as after"));
     }
     Watch watch(progress);
     RlvImprintReport report = RLV_IMPRINT_REPORT_INIT;
@@ -758,14 +781,14 @@ inline RlvBakeReport bake(const Detail &detail, const RlvBakeOptions &options,
                           const std::function<void(const RlvBakePicture &)> &receive,
                           const Progress &progress = nullptr) {
     struct Baking : Watch {
-        Baking(const Progress &progress, const std::function<void(const RlvBakePicture &)> &receive)
-            : Watch(progress), receive(receive) {}
+        Baking(const Progress &watched, const std::function<void(const RlvBakePicture &)> &each)
+            : Watch(watched), receive(each) {}
         const std::function<void(const RlvBakePicture &)> &receive;
     } baking(progress, receive);
     const RlvBakeReceiver each = [](void *user, const RlvBakePicture *picture) -> std::uint32_t {
-        Baking &baking = *static_cast<Baking *>(static_cast<Watch *>(user));
-        return baking.run([&] {
-            baking.receive(*picture);
+        Baking &own = *static_cast<Baking *>(static_cast<Watch *>(user));
+        return own.run([&] {
+            own.receive(*picture);
             return true;
         });
     };
@@ -898,11 +921,11 @@ public:
     /// Calls `work`, whose edits become one; an exception takes them back and goes on.
     template <class Work> RlvDocumentChanges edit(const std::string &input, Work &&work) const {
         check(rlv_document_begin(get(), input.c_str()));
-        try {
+        RELIEVO_TRY {
             std::forward<Work>(work)();
-        } catch (...) {
+        } RELIEVO_CATCH {
             rlv_document_abandon(get());
-            throw;
+            RELIEVO_RETHROW;
         }
         RlvDocumentChanges changes = RLV_DOCUMENT_CHANGES_INIT;
         check(rlv_document_end(get(), &changes));
@@ -978,8 +1001,8 @@ public:
     void set_stamp(std::uint32_t width, std::uint32_t height, std::uint32_t channels, const std::vector<float> &pixels,
                    const RlvStampSettings &settings = RLV_STAMP_SETTINGS_INIT, std::uint32_t channel = 0) const {
         if (pixels.size() != std::size_t{width} * height * channels) {
-            throw Error(RLV_ERROR_INVALID, "stamp: the pixels are not as many as its size says",
-                        "the pixels are not as many as its size says", "stamp", "give width * height * channels numbers");
+            raise(Error(RLV_ERROR_INVALID, "stamp: the pixels are not as many as its size says",
+                        "the pixels are not as many as its size says", "stamp", "give width * height * channels numbers"));
         }
         RlvStampOptions options = RLV_STAMP_OPTIONS_INIT;
         options.channel = channel;
@@ -1213,8 +1236,8 @@ public:
     std::vector<unsigned char> read(std::uint32_t index, std::uint32_t level = 0) const {
         const RlvPictureImage image = this->image(index);
         if (level >= image.level_count) {
-            throw Error(RLV_ERROR_INVALID, "read: there is no such level", "there is no such level", "read",
-                        "levels are counted from 0 to image().level_count - 1");
+            raise(Error(RLV_ERROR_INVALID, "read: there is no such level", "there is no such level", "read",
+                        "levels are counted from 0 to image().level_count - 1"));
         }
         const std::uint32_t width = image.width >> level, height = image.height >> level;
         const std::size_t number = image.type == RLV_PICTURE_U8 ? 1 : image.type == RLV_PICTURE_F32 ? 4 : 2;
@@ -1256,8 +1279,8 @@ public:
         arrays.indices = indices.empty() ? nullptr : indices.data();
         arrays.index_count = indices.size();
         if (!weights.empty() && weights.size() != points.size()) {
-            throw Error(RLV_ERROR_INVALID, "weights: there is not one for every point",
-                        "there is not one for every point", "weights", "");
+            raise(Error(RLV_ERROR_INVALID, "weights: there is not one for every point",
+                        "there is not one for every point", "weights", ""));
         }
         arrays.weights = weights.empty() ? nullptr : weights.data();
         return create(context, arrays);
@@ -2074,7 +2097,7 @@ public:
     /// Returns the picture with the foam over it; it has 3 or 4 channels.
     std::vector<float> composite(const std::vector<float> &background, std::uint32_t channels) const {
         if (background.size() != pixels_ * channels) {
-            throw std::invalid_argument("Foam::composite: the picture has as many numbers as pixels have channels");
+            raise(std::invalid_argument("Foam::composite: the picture has as many numbers as pixels have channels"));
         }
         std::vector<float> picture(background.size());
         check(rlv_foam_composite(get(), background.data(), channels, picture.data()));
@@ -2182,7 +2205,7 @@ public:
 private:
     static RlvDiffuseFluid fluid(const std::vector<Float3> &positions, const std::vector<Float3> &velocities) {
         if (positions.size() != velocities.size()) {
-            throw std::invalid_argument("Diffuse: there are as many velocities as positions");
+            raise(std::invalid_argument("Diffuse: there are as many velocities as positions"));
         }
         RlvDiffuseFluid given = RLV_DIFFUSE_FLUID_INIT;
         given.count = positions.size();
@@ -2219,7 +2242,7 @@ struct ShaderExamples {
     std::vector<float> membership(const std::vector<float> &given) const {
         const RlvShaderExamples examples = record();
         if (given.size() % feature_count != 0) {
-            throw std::invalid_argument("ShaderExamples::membership: a vector is incomplete");
+            raise(std::invalid_argument("ShaderExamples::membership: a vector is incomplete"));
         }
         std::vector<float> found(given.size() / feature_count);
         check(rlv_shader_membership(&examples, given.data(), found.size(), 0, found.data()));
@@ -2229,7 +2252,7 @@ struct ShaderExamples {
 private:
     RlvShaderExamples record() const {
         if (feature_count == 0 || vectors.size() != classes.size() * feature_count) {
-            throw std::invalid_argument("ShaderExamples: each example has a class and feature_count numbers");
+            raise(std::invalid_argument("ShaderExamples: each example has a class and feature_count numbers"));
         }
         RlvShaderExamples examples = RLV_SHADER_EXAMPLES_INIT;
         examples.feature_count = feature_count;
@@ -2319,7 +2342,7 @@ public:
                              const std::vector<Float3> &velocities = {}, const std::vector<std::uint8_t> &blind = {}) {
         if ((!velocities.empty() && velocities.size() != points.size()) ||
             (!blind.empty() && blind.size() != points.size())) {
-            throw std::invalid_argument("Isosurface::create: there are as many velocities and flags as points, or none");
+            raise(std::invalid_argument("Isosurface::create: there are as many velocities and flags as points, or none"));
         }
         RlvIsosurfaceParticles particles = RLV_ISOSURFACE_PARTICLES_INIT;
         Isosurface made;
@@ -2385,7 +2408,7 @@ public:
                             const std::vector<ParticleChannel> &channels = {}, float spacing = 0.0f,
                             const std::vector<std::uint32_t> &numbers = {}) {
         if (!numbers.empty() && numbers.size() != points.size()) {
-            throw std::invalid_argument("Particles::create: there are as many numbers as points, or none");
+            raise(std::invalid_argument("Particles::create: there are as many numbers as points, or none"));
         }
         const std::vector<RlvAttributeArrays> list = ParticleChannel::arrays(channels);
         RlvParticlesArrays arrays = RLV_PARTICLES_ARRAYS_INIT;
@@ -2507,7 +2530,7 @@ public:
     void add(const std::vector<Float3> &points, const std::vector<Float3> &velocities, float lifetime = 0.0f,
              const std::vector<ParticleChannel> &channels = {}) const {
         if (velocities.size() != points.size()) {
-            throw std::invalid_argument("Fluid::add: there are as many velocities as points");
+            raise(std::invalid_argument("Fluid::add: there are as many velocities as points"));
         }
         const std::vector<RlvAttributeArrays> arrays = ParticleChannel::arrays(channels);
         RlvFluidParticles particles = RLV_FLUID_PARTICLES_INIT;
@@ -2577,7 +2600,7 @@ public:
 
     void move_walls(const std::vector<Float3> &points, const std::vector<Float3> &velocities) const {
         if (velocities.size() != points.size()) {
-            throw std::invalid_argument("Fluid::move_walls: there are as many velocities as points");
+            raise(std::invalid_argument("Fluid::move_walls: there are as many velocities as points"));
         }
         check(rlv_fluid_move_walls(get(), reinterpret_cast<const float *>(points.data()), 0,
                                    reinterpret_cast<const float *>(velocities.data()), 0, points.size()));
@@ -3223,7 +3246,7 @@ public:
                      const RlvImprintSettings &settings = RLV_IMPRINT_SETTINGS_INIT,
                      const RlvImprintMoment &moment = RLV_IMPRINT_MOMENT_INIT) {
         if (from_points.size() != to_points.size()) {
-            throw std::invalid_argument("sweep: a collider has as many points before as after");
+            raise(std::invalid_argument("sweep: a collider has as many points before as after"));
         }
         Job made;
         check(rlv_job_sweep_points(detail.get(), collider.get(), from.data(), to.data(),
@@ -3532,5 +3555,9 @@ public:
 };
 
 } // namespace relievo
+
+#undef RELIEVO_TRY
+#undef RELIEVO_CATCH
+#undef RELIEVO_RETHROW
 
 #endif

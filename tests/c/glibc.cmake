@@ -1,0 +1,42 @@
+# Checks that the library needs no function that glibc 2.28 lacks.
+#
+# A linker takes the newest version of a symbol that its machine has, so that a library built on a newer system does not load
+# on an older one. This check is about the functions themselves: of every symbol of a version above 2.28, LIBC or LIBM must
+# have a version of at most 2.28 too, unless the symbol is weak or glibc linked it statically before it exported it.
+cmake_policy(VERSION 3.25)
+execute_process(COMMAND ${OBJDUMP} -T ${LIBRARY} OUTPUT_VARIABLE needed COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${OBJDUMP} -T ${LIBC} OUTPUT_VARIABLE libc COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${OBJDUMP} -T ${LIBM} OUTPUT_VARIABLE libm COMMAND_ERROR_IS_FATAL ANY)
+# Exported since 2.33; before, libc_nonshared.a had them.
+set(linked stat64 fstat64 lstat64 fstatat64 mknod mknodat stat fstat lstat fstatat)
+
+string(REGEX MATCHALL "[^\n]*\\*UND\\*[^\n]*" lines "${needed}")
+list(LENGTH lines count)
+if(count LESS 50)
+  message(FATAL_ERROR "${OBJDUMP} lists ${count} symbols of ${LIBRARY}")
+endif()
+set(missing "")
+foreach(line IN LISTS lines)
+  if(NOT line MATCHES "^[0-9a-f]+ .(.)[^*]*\\*UND\\*.*\\(GLIBC_2\\.([0-9]+)[0-9.]*\\) ([A-Za-z0-9_]+)$")
+    continue()
+  endif()
+  set(binding "${CMAKE_MATCH_1}")
+  set(minor ${CMAKE_MATCH_2})
+  set(name ${CMAKE_MATCH_3})
+  if(minor LESS_EQUAL 28 OR binding STREQUAL "w" OR name IN_LIST linked)
+    continue()
+  endif()
+  string(REGEX MATCHALL "GLIBC_2\\.[0-9]+[0-9.]*\\)? +${name}\n" versions "${libc}${libm}")
+  set(is_old FALSE)
+  foreach(version IN LISTS versions)
+    if(version MATCHES "GLIBC_2\\.([0-9]+)" AND CMAKE_MATCH_1 LESS_EQUAL 28)
+      set(is_old TRUE)
+    endif()
+  endforeach()
+  if(NOT is_old)
+    list(APPEND missing "${name} (2.${minor})")
+  endif()
+endforeach()
+if(missing)
+  message(FATAL_ERROR "the library needs functions that glibc 2.28 lacks: ${missing}")
+endif()
