@@ -158,10 +158,7 @@ unsafe fn read_options(options: *const RlvDiffuseOptions, settings: DiffuseSetti
 ///
 /// # Safety
 /// The pointer is NULL or has room for `capacity` elements.
-unsafe fn room<T: Plain>(
-    (name, pointer, capacity): (&str, *mut T, usize),
-    needed: usize,
-) -> Result<Option<Output<T>>> {
+unsafe fn room<T: Plain>((name, pointer, capacity): (&str, *mut T, usize), needed: usize) -> Result<Option<Output<T>>> {
     // SAFETY: promised by the caller.
     let out = unsafe { Output::optional(name, pointer, capacity, 0) }?;
     out.map(|out| out.holds(name, needed)).transpose()

@@ -80,7 +80,8 @@ fn first<A: Lanes>(v: A, value: A::F) -> f32 {
 pub(crate) const WIDEST: usize = 16;
 
 /// The numbers of lanes.
-pub(crate) const LANES: [f32; WIDEST] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
+pub(crate) const LANES: [f32; WIDEST] =
+    [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
 
 /// See [`Profile::Gaussian`].
 #[derive(Clone, Copy)]

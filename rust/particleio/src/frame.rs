@@ -186,8 +186,9 @@ impl Header {
     fn read(bytes: &[u8]) -> Result<Self> {
         let mut file = Bytes(bytes);
         if file.array()? != MAGIC {
-            return Err(Error::invalid("the file does not begin with `RLVFLUID`")
-                .advise("check that it is a frame of a cache"));
+            return Err(
+                Error::invalid("the file does not begin with `RLVFLUID`").advise("check that it is a frame of a cache")
+            );
         }
         let version = u32::from_le_bytes(file.array()?);
         if version == 0 || version > VERSION {

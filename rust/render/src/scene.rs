@@ -224,8 +224,7 @@ impl Scene {
         let mut taken = Vec::with_capacity(hidden.len());
         for id in hidden {
             let object = self.object(*id)?;
-            let (embree, implicit, meshes) =
-                (object.id, object.implicit.take(), std::mem::take(&mut object.meshes));
+            let (embree, implicit, meshes) = (object.id, object.implicit.take(), std::mem::take(&mut object.meshes));
             for number in (0..meshes.len()).filter(|number| meshes[*number].is_some()) {
                 self.embree.remove_mesh(embree, number as u32)?;
             }

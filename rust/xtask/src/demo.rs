@@ -21,7 +21,16 @@ pub fn run(yes: bool, device: &str) -> Outcome {
     }
     packages::install(packages::BUILD, yes)?;
     // With the library selected, crates are built with the features that a build of everything gives them.
-    call(cargo().args(["build", "--release", "--package", "relievo-cli", "--package", "relievo-capi", "--bin", "relievo"]))?;
+    call(cargo().args([
+        "build",
+        "--release",
+        "--package",
+        "relievo-cli",
+        "--package",
+        "relievo-capi",
+        "--bin",
+        "relievo",
+    ]))?;
     if device != "cpu" {
         let relievo = target().join("release/relievo");
         call(Command::new(relievo).current_dir(root()).args(["run", SCENE, "--out", OUT, "--device", device]))?;

@@ -29,7 +29,10 @@ pub fn run(report: &mut Report) -> Result<()> {
             return Ok(());
         }
     };
-    let own = opening(&module.path().display().to_string(), "library.rlvdb_initialize(1, ctypes.create_string_buffer(65536))");
+    let own = opening(
+        &module.path().display().to_string(),
+        "library.rlvdb_initialize(1, ctypes.create_string_buffer(65536))",
+    );
     let alone = opening("libopenvdb.so.10.0", "");
     match own {
         Some(own) => {

@@ -163,7 +163,6 @@ unsafe impl Descriptor for Wide {
     const FIRST_SIZE: usize = size_of::<Wide>();
 }
 
-
 #[test]
 fn sizes_are_understood_in_both_directions() {
     let default = Small { struct_size: 8, a: 7 };
@@ -214,7 +213,8 @@ fn numbers_of_modes_and_falloffs_are_those_of_their_names() {
 
 #[test]
 fn numbers_of_blend_modes_are_those_of_documents() {
-    let names = relievo::layer::CONSTANTS.iter().filter_map(|(name, value)| Some((*value, name.strip_prefix("RLV_BLEND_")?)));
+    let names =
+        relievo::layer::CONSTANTS.iter().filter_map(|(name, value)| Some((*value, name.strip_prefix("RLV_BLEND_")?)));
     let of_c: Vec<(i64, String)> = names.map(|(value, name)| (value, name.to_lowercase())).collect();
     let expected: Vec<(i64, String)> = (0..).zip(Blend::NAMES.map(|(_, name)| name.to_string())).collect();
     assert_eq!(of_c, expected);

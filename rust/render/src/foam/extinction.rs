@@ -5,10 +5,10 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use relievo_core::{Context, Error, Result};
 
+use super::FoamParticle;
 use super::depth::radius;
 use super::falloff::falloff;
 use super::settings::FoamSettings;
-use super::FoamParticle;
 
 /// Values of a grid at most.
 const MOST: f64 = 67_108_864.0;
@@ -33,12 +33,16 @@ impl Extinction {
     pub fn new(context: &Context, settings: FoamSettings, [low, high]: [DVec3; 2], cell: f64) -> Result<Self> {
         settings.check()?;
         let counts = ((high - low) / cell).ceil() + 3.0;
-        let is_possible = cell > 0.0 && (counts.cmpge(DVec3::splat(3.0)) & counts.cmple(DVec3::splat(MOST_ALONG))).all();
+        let is_possible =
+            cell > 0.0 && (counts.cmpge(DVec3::splat(3.0)) & counts.cmple(DVec3::splat(MOST_ALONG))).all();
         let count = counts.element_product();
         if !is_possible || count > MOST {
-            return Err(Error::invalid(format!("a grid of {} × {} × {} values cannot be made", counts.x, counts.y, counts.z))
-                .at("cell")
-                .advise("use larger cells"));
+            return Err(Error::invalid(format!(
+                "a grid of {} × {} × {} values cannot be made",
+                counts.x, counts.y, counts.z
+            ))
+            .at("cell")
+            .advise("use larger cells"));
         }
         if 8.0 * count > context.memory_limit() as f64 {
             return Err(Error::memory(format!("a grid of foam needs {} bytes", 8.0 * count))
