@@ -71,10 +71,11 @@ fn formats() -> Vec<Format> {
     const ALL: [bool; 3] = [true, true, true];
     let mut formats: Vec<Format> =
         vec![(RLV_CONTENT_MESH, "obj", ALL), (RLV_CONTENT_MESH, "ply", ALL), (RLV_CONTENT_MESH, "glb", ALL)];
-    formats.extend(["gltf", "stl", "off"].map(|extension| (RLV_CONTENT_MESH, extension, READ)));
+    formats.extend(["stl", "off"].map(|extension| (RLV_CONTENT_MESH, extension, FILE)));
+    formats.push((RLV_CONTENT_MESH, "gltf", READ));
     if cfg!(feature = "openusd") {
         formats.extend(["usd", "usda"].map(|extension| (RLV_CONTENT_MESH, extension, FILE)));
-        formats.push((RLV_CONTENT_MESH, "usdc", READ));
+        formats.extend(["usdc", "usdz"].map(|extension| (RLV_CONTENT_MESH, extension, READ)));
     }
     formats.push((RLV_CONTENT_PATCHES, "bpt", READ));
     formats.extend(["rlvfluid", "bgeo", "vtk", "ply"].map(|extension| (RLV_CONTENT_PARTICLES, extension, FILE)));

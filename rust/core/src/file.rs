@@ -54,9 +54,10 @@ pub fn load(path: &Path, limit: u64) -> Result<Vec<u8>> {
 
 /// Returns the error of the system alone, without the name of a temporary file that says nothing to the user.
 fn without_temporary_name(error: std::io::Error) -> std::io::Error {
-    match error.get_ref().and_then(|inner| inner.source()) {
-        Some(cause) => std::io::Error::new(error.kind(), cause.to_string()),
-        None => error,
+    let text = error.to_string();
+    match text.rfind(" at path \"") {
+        Some(end) if error.raw_os_error().is_none() => std::io::Error::new(error.kind(), &text[..end]),
+        _ => error,
     }
 }
 

@@ -60,7 +60,7 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
         if !known {
             return Err(Error::invalid("it is neither a document nor a mesh")
                 .at(path.display().to_string())
-                .advise("let it end in .relievo, .obj, .ply, .glb or .usda")
+                .advise("let it end in .relievo, .obj, .ply, .glb, .usda, .stl or .off")
                 .into());
         }
     }

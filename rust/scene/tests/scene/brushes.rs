@@ -204,7 +204,7 @@ fn a_list_of_strokes_in_two_goes_is_the_list_in_one() {
     assert!(mesh.attribute("color").is_some());
     // What cannot be is said and nothing is written.
     for (strokes, output, says) in [
-        ("first.toml", "a.stl", ".relievo, .obj"),
+        ("first.toml", "a.fbx", ".relievo, .obj"),
         ("none.toml", "a.ply", "none.toml"),
         ("bad.toml", "a.ply", "truncated"),
         ("scene.toml", "a.ply", "relievo run"),
