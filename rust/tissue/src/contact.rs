@@ -35,6 +35,11 @@ impl Surface {
         Self { faces, shares, margin }
     }
 
+    /// Returns the distance within which nodes touch, in metres.
+    pub fn margin(&self) -> f32 {
+        self.margin
+    }
+
     /// Returns the pressure of a collider on each node in Pa, 0 where it does not touch. `balance` returns the sum of all other
     /// forces on a node in N.
     pub fn pressures(

@@ -555,12 +555,13 @@ impl Simulation {
         let mut before = None;
         let mut damping = 0.2;
         let mut relaxation = Relaxation { steps: 0, unbalanced: [f32::INFINITY, 0.0], is_at_rest: false };
+        let margin = if self.colliders.is_empty() { 0.0 } else { contact::Surface::new(&self.model, &self.state).margin() };
         for step in 0..most {
             relaxation.steps = step;
             self.forces(context, self.state.seconds)?;
             if step % WINDOW == 0 {
                 progress.step(step as f32 / most as f32, "relaxation")?;
-                relaxation.unbalanced = self.unbalanced();
+                relaxation.unbalanced = self.unbalanced(context, margin);
                 relaxation.is_at_rest = relaxation.unbalanced[0] <= tolerance * relaxation.unbalanced[1];
                 if relaxation.is_at_rest && step > 0 {
                     break;
@@ -601,17 +602,29 @@ impl Simulation {
         Some(square.clamp(1e-9, 0.25).sqrt() as f32)
     }
 
-    /// Returns the largest unbalanced force on a node that may move, and the largest force of elements or loads on a node.
-    fn unbalanced(&self) -> [f32; 2] {
-        let mut most = [0f32; 2];
-        for (node, masses) in self.masses.iter().enumerate() {
+    /// Returns the largest unbalanced force on a node that may move, and the largest force of elements or loads on a node. What
+    /// a collider within `margin` holds is balanced: a force into it, and along it what its friction allows.
+    fn unbalanced(&self, context: &Context, margin: f32) -> [f32; 2] {
+        let poses: Vec<_> = self.colliders.iter().map(|collider| collider.pose(self.state.seconds)).collect();
+        let forces = context.map(self.masses.len(), |node| {
             let inner = self.inner(node);
             let sum = self.outer(node) - inner;
-            let free = Vec3::from_slice(masses).map(|inverse| if inverse > 0.0 { 1.0 } else { 0.0 });
-            let held = self.slides.free_part(node, &self.model.nodes, &self.state, sum * free);
-            most = [most[0].max(held.length()), most[1].max(inner.length())];
-        }
-        most
+            let free = Vec3::from_slice(&self.masses[node]).map(|inverse| if inverse > 0.0 { 1.0 } else { 0.0 });
+            let mut left = self.slides.free_part(node, &self.model.nodes, &self.state, sum * free);
+            for (collider, pose) in self.colliders.iter().zip(&poses) {
+                let Some(normal) = collider.touched(*pose, place(&self.model.nodes, &self.state, node), margin) else {
+                    continue;
+                };
+                let pressing = -left.dot(normal);
+                if pressing > 0.0 {
+                    let along = left + pressing * normal;
+                    let (_, friction) = collider.shape();
+                    left = along * (1.0 - friction * pressing / along.length().max(f32::MIN_POSITIVE)).max(0.0);
+                }
+            }
+            [left.length(), inner.length()]
+        });
+        forces.into_iter().fold([0.0; 2], |most, force| [most[0].max(force[0]), most[1].max(force[1])])
     }
 
     /// Returns the force of loads and pressures on a node, in N.

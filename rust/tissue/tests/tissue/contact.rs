@@ -177,7 +177,8 @@ fn a_block_presses_on_the_floor_with_its_weight_and_load_by_the_area() {
         let mut forces = vec![[0.0; 3]; simulation.model().nodes.len()];
         upper.iter().for_each(|(node, share)| forces[*node][2] = -load * share);
         simulation.load(&forces).unwrap();
-        simulation.relax(&context, 1e-5, 1500, &mut Silent).unwrap();
+        let rest = simulation.relax(&context, 1e-4, 20_000, &mut Silent).unwrap();
+        assert!(rest.is_at_rest && rest.steps < 20_000, "{rest:?}");
         let pressures = simulation.contact_pressures(&context).unwrap();
         let weight = gravity * 1000.0 * size.iter().product::<f32>();
         let expected = (load + weight) / area(&simulation, &lower);
@@ -211,7 +212,8 @@ fn a_plate_presses_with_the_reaction_of_the_held_side_by_the_area() {
     for (body, (translation, rotation)) in plates {
         let mut simulation = Simulation::new(model.clone(), &options).unwrap();
         simulation.add_collider(Collider::new(body, 0.0, translation, rotation).unwrap());
-        simulation.relax(&context, 1e-5, 1500, &mut Silent).unwrap();
+        let rest = simulation.relax(&context, 1e-4, 20_000, &mut Silent).unwrap();
+        assert!(rest.is_at_rest && rest.steps < 20_000, "{rest:?}");
         let (upper, lower) = (shares(simulation.model(), size[2]), shares(simulation.model(), 0.0));
         let held: Vec<u32> = lower.iter().map(|(node, _)| *node as u32).collect();
         let force = simulation.reaction(&context, &held).unwrap()[2].abs() as f32;
