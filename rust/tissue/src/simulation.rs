@@ -555,7 +555,8 @@ impl Simulation {
         let mut before = None;
         let mut damping = 0.2;
         let mut relaxation = Relaxation { steps: 0, unbalanced: [f32::INFINITY, 0.0], is_at_rest: false };
-        let margin = if self.colliders.is_empty() { 0.0 } else { contact::Surface::new(&self.model, &self.state).margin() };
+        let margin =
+            if self.colliders.is_empty() { 0.0 } else { contact::Surface::new(&self.model, &self.state).margin() };
         for step in 0..most {
             relaxation.steps = step;
             self.forces(context, self.state.seconds)?;
