@@ -62,8 +62,8 @@ class Starts(Case):
     """How a fluid begins: at rest, with particles, in place of its fill."""
 
     def test_nothing_begins_under_pressure(self):
-        """A fill that reaches out of the box and lies around a pillar only falls in its first frame, as it is not on the floor
-        yet."""
+        """A fill reaches out of the box and lies around a pillar. It does not touch the floor, so in its first frame it falls
+        and nothing else moves it."""
         self.part("FILL", "fill", (-0.03, -0.03, -0.03), (0.3, 0.43, 0.4))
         self.part("COLLIDER", "pillar", (0.1, 0.1, -0.1), (0.21, 0.21, 0.7))
         bpy.context.scene.frame_end = 2

@@ -537,7 +537,7 @@ mod tests {
             lessen(&Context::serial(), input, 1.0, &[], reduced);
             reduced.points[vertex].z
         };
-        // The surface as it is, and where its estimate is large but nothing is far.
+        // A vertex on the input stays, also where its estimated deviation is large.
         assert_eq!(lifted(0.0, 0.0, &mut reduced), 0.0);
         assert_eq!(lifted(0.0, 0.02, &mut reduced), 0.0);
         assert!(lifted(0.02, 0.02, &mut reduced) < 0.75 * 0.02);
