@@ -120,7 +120,7 @@ impl SelfContact {
             let high = corners.into_iter().fold(Vec3::NEG_INFINITY, Vec3::max) + margin;
             let (low, high) = (self.cell(low), self.cell(high));
             // An element that is drawn out over many cells is found too late rather than filling memory.
-            if (0..3).any(|axis| high[axis] - low[axis] > 64) {
+            if (0..3).any(|axis| high[axis].saturating_sub(low[axis]) > 64) {
                 continue;
             }
             for x in low[0]..=high[0] {

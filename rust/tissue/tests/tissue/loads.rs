@@ -91,6 +91,24 @@ fn two_blocks(gap: f32, shift: f32) -> (Model, usize) {
 }
 
 #[test]
+fn a_step_ends_though_an_element_is_drawn_out_of_all_bounds() {
+    let model = block([0.1, 0.1, 0.05], [2, 2, 1], gel());
+    let count = model.nodes.len();
+    let options = SimulationOptions { self_friction: Some(0.5), ..still() };
+    for far in [1e15, f32::MAX] {
+        let mut simulation = Simulation::new(model.clone(), &options).unwrap();
+        let mut state =
+            State { displacements: vec![[0.0; 4]; count], velocities: vec![[0.0; 4]; count], ..State::default() };
+        state.velocities[0][0] = -far;
+        state.velocities[1][0] = far;
+        simulation.set_state(state).unwrap();
+        // The next step finds the element inside out.
+        let _ = simulation.advance(&Context::serial(), 1, &mut Silent);
+        assert!(simulation.advance(&Context::serial(), 1, &mut Silent).is_err());
+    }
+}
+
+#[test]
 fn blocks_of_one_model_that_collide_keep_their_momentum_and_gain_no_energy() {
     let context = Context::serial();
     for (friction, along) in [(0.0, 0.0), (0.5, 0.4)] {
