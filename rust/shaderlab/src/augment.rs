@@ -1,6 +1,6 @@
 //! Augmentation: the annotations of a shader become code that takes, logs and judges vectors (Section 4.1).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 use crate::accumulation::Accumulation;
 use crate::annotation::Meaning;
@@ -11,7 +11,7 @@ use crate::instrument::{Instrument, glsl_place};
 use crate::lexer::{Kind, Token};
 use crate::outline::Function;
 use crate::shader::Shader;
-use crate::source::{Language, Stage};
+use crate::source::{Language, Source, Stage};
 
 /// A feature of the vectors of a shader.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -52,8 +52,9 @@ pub struct Augmented {
     pub binding: u32,
     /// Which bytes of the text come from which bytes of the user's text.
     pub map: SpanMap,
+    /// The module of the text, where `is_whole`; otherwise functions without vectors return zero in it.
     pub(crate) parsed: Parsed,
-    language: Language,
+    is_whole: bool,
 }
 
 /// Bind groups that every device has.
@@ -106,10 +107,53 @@ impl Shader {
             Language::Wgsl => edits.push(Edit::insert(text.len(), code)),
             Language::Glsl => edits[self.dialect.prelude].parts.push(Part::New(code)),
         }
+        // Inserted code of users can branch, and what it calls then matters to how control flows.
+        let settled = if uses_confidence { Vec::new() } else { self.settled(&edits) };
+        let is_whole = settled.is_empty();
+        let checked = (!is_whole).then(|| apply(text, [edits.clone(), settled].concat()));
         let (text, map) = apply(text, edits);
-        let parsed = parse(&text, self.source.language, self.source.stage, &map)?;
-        let language = self.source.language;
-        Ok(Augmented { text, features, accumulation, sites, uses_confidence, group, binding, map, parsed, language })
+        let (read, origin) = checked.as_ref().map_or((&text, &map), |(read, origin)| (read, origin));
+        let parsed = parse(read, self.source.language, self.source.stage, origin)?;
+        Ok(Augmented { text, features, accumulation, sites, uses_confidence, group, binding, map, parsed, is_whole })
+    }
+
+    /// Returns edits that leave of each function that `edits` do not change, and that calls none which they do, a body that
+    /// returns zero: the front end has accepted these functions already, and only how they are called is to be checked again.
+    ///
+    /// Functions of GLSL can share a name and stay. So do those whose effects reach their callers beyond a value: `discard`,
+    /// and what needs uniform control flow.
+    fn settled(&self, edits: &[Edit]) -> Vec<Edit> {
+        if self.source.language == Language::Glsl {
+            return Vec::new();
+        }
+        let Parsed { module, info, .. } = &self.parsed;
+        let is_changed = |function: &Function| edits.iter().any(|edit| function.body.contains(&edit.span.start));
+        let changed: BTreeSet<&str> =
+            self.outline.functions.iter().filter(|it| is_changed(it)).map(|it| it.name.as_str()).collect();
+        let (mut reaching, mut settled) = (HashSet::new(), HashSet::new());
+        // Functions come after those that they call.
+        for (handle, function) in module.functions.iter() {
+            let name = function.name.as_deref().unwrap_or_default();
+            let own = &info[handle];
+            if changed.contains(name) || calls(&function.body).iter().any(|called| reaching.contains(called)) {
+                reaching.insert(handle);
+            } else if !own.may_kill && own.uniformity.requirements.is_empty() {
+                settled.insert(name);
+            }
+        }
+        let settle = |function: &Function| {
+            let head = function.parameters.end..function.body.start;
+            let first = self.tokens.partition_point(|token| token.span.start < head.start);
+            let code = self.tokens[first..].iter().take_while(|token| token.span.start < head.end);
+            let result: String =
+                code.filter(|it| !it.is_comment()).map(|token| token.text(&self.source.text)).collect();
+            let body = match result.strip_prefix("->") {
+                Some(result) => format!("{{return {result}();}}"),
+                None => "{}".to_owned(),
+            };
+            Edit::replace(function.body.clone(), body)
+        };
+        self.outline.functions.iter().filter(|it| settled.contains(it.name.as_str())).map(settle).collect()
     }
 
     /// Returns the features and the accumulation that the annotations state.
@@ -336,27 +380,36 @@ impl Shader {
         }
         let module = &self.parsed.module;
         let mut seen = BTreeSet::new();
-        let mut blocks = vec![&entry.function.body];
-        while let Some(block) = blocks.pop() {
-            for statement in block {
-                match statement {
-                    naga::Statement::Block(inner) => blocks.push(inner),
-                    naga::Statement::If { accept, reject, .. } => blocks.extend([accept, reject]),
-                    naga::Statement::Switch { cases, .. } => blocks.extend(cases.iter().map(|case| &case.body)),
-                    naga::Statement::Loop { body, continuing, .. } => blocks.extend([body, continuing]),
-                    naga::Statement::Call { function, .. } if seen.insert(*function) => {
-                        let called = &module.functions[*function];
-                        if called.name.as_deref().is_some_and(|name| annotated.contains(name)) {
-                            return true;
-                        }
-                        blocks.push(&called.body);
-                    }
-                    _ => {}
+        let mut left = calls(&entry.function.body);
+        while let Some(function) = left.pop() {
+            if seen.insert(function) {
+                let called = &module.functions[function];
+                if called.name.as_deref().is_some_and(|name| annotated.contains(name)) {
+                    return true;
                 }
+                left.extend(calls(&called.body));
             }
         }
         false
     }
+}
+
+/// Returns the functions that a block calls.
+fn calls(block: &naga::Block) -> Vec<naga::Handle<naga::Function>> {
+    let (mut found, mut blocks) = (Vec::new(), vec![block]);
+    while let Some(block) = blocks.pop() {
+        for statement in block {
+            match statement {
+                naga::Statement::Block(inner) => blocks.push(inner),
+                naga::Statement::If { accept, reject, .. } => blocks.extend([accept, reject]),
+                naga::Statement::Switch { cases, .. } => blocks.extend(cases.iter().map(|case| &case.body)),
+                naga::Statement::Loop { body, continuing, .. } => blocks.extend([body, continuing]),
+                naga::Statement::Call { function, .. } => found.push(*function),
+                _ => {}
+            }
+        }
+    }
+    found
 }
 
 /// Returns a bind group and the first of two bindings that a module leaves free: in a group of their own, or else the last.
@@ -426,9 +479,60 @@ impl Augmented {
     ///
     /// Fails if the shader uses what WGSL lacks.
     pub fn wgsl(&self, shader: &Shader) -> Result<String, Faults> {
-        match self.language {
+        match shader.source.language {
             Language::Wgsl => Ok(self.text.clone()),
-            Language::Glsl => wgsl(&self.parsed, 0).map_err(Faults::of(shader.source())),
+            Language::Glsl => self.numbered(shader, 0),
         }
+    }
+
+    /// Returns the text in WGSL as [`Augmented::wgsl`] does, written anew with its bind groups numbered from `first_group` on.
+    pub(crate) fn numbered(&self, shader: &Shader, first_group: u32) -> Result<String, Faults> {
+        let Source { language, stage, .. } = shader.source;
+        let written = || match self.is_whole {
+            true => wgsl(&self.parsed, first_group),
+            false => wgsl(&parse(&self.text, language, stage, &self.map)?, first_group),
+        };
+        written().map_err(Faults::of(shader.source()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn functions_that_take_no_vector_are_checked_once_and_stay_in_the_text() {
+        let text = "@group(0) @binding(0) var<uniform> factor: f32;\n\
+            fn plain(a: f32) -> vec2<f32> /* of a */ { return vec2<f32>(a, 0.625); }\n\
+            fn nothing() {}\n\
+            fn kills(a: f32) -> f32 { if (a > 9.0) { discard; } return 0.375; }\n\
+            fn taking(a: f32) -> f32 {\n    let b = plain(a).y + kills(a);\n    //. vector b; 1.0\n    return b;\n}\n\
+            fn between(a: f32) -> f32 { nothing(); return 0.875 * taking(a); }\n\
+            @fragment fn fs(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {\n    \
+            return vec4<f32>(between(at.x * factor));\n}\n";
+        let made = |text: &str| {
+            let shader = Shader::new(Source::new("test", text, Language::Wgsl, Stage::Fragment)).unwrap();
+            let augmented = shader.augment().unwrap();
+            (shader, augmented)
+        };
+        let (shader, augmented) = made(text);
+        let checked = wgsl(&augmented.parsed, 0).unwrap();
+        let seen = |text: &str| ["0.625", "0.375", "0.875", "pel_take("].map(|it| text.contains(it));
+        assert_eq!(seen(&checked), [false, true, true, true], "{checked}");
+        assert!(!augmented.is_whole);
+        for whole in [augmented.wgsl(&shader).unwrap(), augmented.numbered(&shader, 0).unwrap()] {
+            assert_eq!(seen(&whole), [true; 4], "{whole}");
+        }
+        assert!(augmented.numbered(&shader, 2).unwrap().contains("@group(2)"));
+        // What is called keeps its type, and where the user inserts code all is checked.
+        let fault = Shader::new(Source::new(
+            "test",
+            text.replace("vector b;", "vector plain(a);"),
+            Language::Wgsl,
+            Stage::Fragment,
+        ));
+        let faults = fault.unwrap().augment().unwrap_err();
+        assert_eq!(faults.place(&faults.list[0].span).0, 7, "{faults}");
+        assert!(made(&text.replace("return b;", "return b /*. * confidence */;")).1.is_whole);
     }
 }

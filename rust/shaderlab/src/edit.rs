@@ -38,6 +38,16 @@ pub struct SpanMap {
 }
 
 impl SpanMap {
+    /// Returns the map of a text that is not edited.
+    pub(crate) fn whole(text: &str) -> Self {
+        Self { pieces: vec![(0, 0..text.len(), true)] }
+    }
+
+    /// Says that the edited text has, from byte `at` on, a copy of bytes of the user's text. Calls go in the order of `at`.
+    pub(crate) fn copy(&mut self, at: usize, from: Span) {
+        self.pieces.push((at, from, true));
+    }
+
     /// Returns the bytes of the user's text from which byte `at` of the edited text comes, one byte or all that an edit
     /// replaced, and whether it was copied.
     fn origin(&self, at: usize) -> (Span, bool) {

@@ -6,8 +6,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
+use crate::compact::compact;
 use crate::edit::SpanMap;
 use crate::fault::{Checked, Fault, Span};
+use crate::lexer::tokens;
 use crate::source::{Language, Stage};
 
 /// A shader that naga has read and checked.
@@ -15,6 +17,15 @@ use crate::source::{Language, Stage};
 pub(crate) struct Parsed {
     pub module: naga::Module,
     pub info: ModuleInfo,
+    /// Leads from what the front end read to the text that was given.
+    map: SpanMap,
+}
+
+impl Parsed {
+    /// Returns the bytes of a span of the module in the text that was given.
+    pub fn range(&self, span: naga::Span) -> Span {
+        self.map.source(range(span))
+    }
 }
 
 /// Bytes of the stack on which shaders are read. Front ends recurse for each bracket, operator and branch; the lexer bounds
@@ -46,9 +57,17 @@ pub(crate) fn parse(text: &str, language: Language, stage: Stage, map: &SpanMap)
 }
 
 fn parse_here(text: &str, language: Language, stage: Stage, map: &SpanMap) -> Checked<Parsed> {
-    let origin = |span: naga::Span| map.source(span.to_range().unwrap_or_default());
+    // The preprocessor of GLSL needs its lines.
+    let (text, own) = match language {
+        Language::Wgsl => {
+            let (text, own) = compact(text, &tokens(text, language)?);
+            (Cow::Owned(text), own)
+        }
+        Language::Glsl => (Cow::Borrowed(text), SpanMap::whole(text)),
+    };
+    let origin = |span: naga::Span| map.source(own.source(range(span)));
     let module = match language {
-        Language::Wgsl => naga::front::wgsl::parse_str(text).map_err(|error| {
+        Language::Wgsl => naga::front::wgsl::parse_str(&text).map_err(|error| {
             let mut labels = error.labels();
             let first = labels.next();
             let span = first.as_ref().map_or(0..0, |(span, _)| origin(*span));
@@ -63,7 +82,7 @@ fn parse_here(text: &str, language: Language, stage: Stage, map: &SpanMap) -> Ch
         })?,
         Language::Glsl => {
             let options = naga::front::glsl::Options::from(stage.naga());
-            naga::front::glsl::Frontend::default().parse(&options, text).map_err(|found| {
+            naga::front::glsl::Frontend::default().parse(&options, &text).map_err(|found| {
                 let list: Vec<_> =
                     found.errors.iter().map(|error| Fault::new(origin(error.meta), error.kind.to_string())).collect();
                 if list.is_empty() { vec![Fault::new(0..0, "the shader cannot be read")] } else { list }
@@ -72,7 +91,7 @@ fn parse_here(text: &str, language: Language, stage: Stage, map: &SpanMap) -> Ch
     };
     let checked = Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&module);
     match checked {
-        Ok(info) => Ok(Parsed { module, info }),
+        Ok(info) => Ok(Parsed { module, info, map: own }),
         Err(error) => {
             let mut what = error.as_inner().to_string();
             let mut cause = error.as_inner().source();
@@ -125,6 +144,6 @@ pub(crate) fn entries(module: &naga::Module) -> impl Iterator<Item = (usize, Sta
 }
 
 /// Returns the bytes of a span of naga.
-pub(crate) fn range(span: naga::Span) -> Span {
+fn range(span: naga::Span) -> Span {
     span.to_range().unwrap_or_default()
 }

@@ -98,6 +98,10 @@ impl Lexer<'_> {
     fn next(&mut self) -> Result<Option<Token>, Fault> {
         loop {
             let Some(first) = self.rest().chars().next() else { return Ok(None) };
+            if first == ' ' {
+                self.at += 1;
+                continue;
+            }
             if is_break(self.language, first) {
                 self.starts_line = true;
             } else if !first.is_whitespace() && first != '\u{feff}' {
@@ -128,7 +132,7 @@ impl Lexer<'_> {
     /// Takes a word, a number or an operator.
     fn plain(&mut self) -> Kind {
         let rest = self.rest();
-        let is_part = |it: char| it.is_alphanumeric() || it == '_';
+        let is_part = |it: char| it.is_ascii_alphanumeric() || it == '_' || (!it.is_ascii() && it.is_alphanumeric());
         let first = rest.chars().next().unwrap_or(' ');
         let second = rest[first.len_utf8()..].chars().next();
         let (kind, length) = if first.is_ascii_digit() || (first == '.' && second.is_some_and(|it| it.is_ascii_digit()))
@@ -146,9 +150,11 @@ impl Lexer<'_> {
             });
             (Kind::Number, length.unwrap_or(rest.len()))
         } else if is_part(first) {
-            (Kind::Word, rest.find(|it: char| !is_part(it)).unwrap_or(rest.len()))
+            (Kind::Word, word_end(rest, is_part))
         } else {
-            let operator = OPERATORS.iter().find(|operator| rest.starts_with(**operator));
+            // Most symbols are followed by what ends no operator.
+            let may_go_on = second.is_some_and(|it| matches!(it, '<' | '>' | '=' | '&' | '|' | '^' | '+' | '-'));
+            let operator = OPERATORS.iter().find(|operator| may_go_on && rest.starts_with(**operator));
             (Kind::Symbol, operator.map_or(first.len_utf8(), |operator| operator.len()))
         };
         self.at += length;
@@ -206,6 +212,15 @@ impl Lexer<'_> {
             return Err(fault.advise("move it to a line of its own"));
         }
         Ok(end)
+    }
+}
+
+/// Returns the end of the word at the start of a text.
+fn word_end(text: &str, is_part: impl Fn(char) -> bool) -> usize {
+    let plain = text.bytes().position(|it| !it.is_ascii_alphanumeric() && it != b'_').unwrap_or(text.len());
+    match text.as_bytes().get(plain) {
+        Some(next) if !next.is_ascii() => text.find(|it: char| !is_part(it)).unwrap_or(text.len()),
+        _ => plain,
     }
 }
 

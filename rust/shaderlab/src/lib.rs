@@ -14,6 +14,7 @@ pub mod accumulation;
 pub mod annotation;
 mod augment;
 mod classes;
+mod compact;
 mod diagnosis;
 mod dialect;
 mod edit;

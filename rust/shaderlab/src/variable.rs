@@ -5,7 +5,7 @@ use naga::proc::TypeResolution;
 use crate::annotation::{Annotation, Meaning};
 use crate::edit::{Edit, apply};
 use crate::fault::{Fault, Faults, Span};
-use crate::front::{Parsed, range};
+use crate::front::Parsed;
 use crate::outline::{Declaration, Declared, FLOATS, Outline};
 use crate::shader::Shader;
 use crate::source::{Language, Source};
@@ -98,7 +98,7 @@ fn floats(inner: &naga::TypeInner) -> Option<u32> {
 
 /// Returns the floats of a WGSL variable by its type in the module of naga.
 fn components(parsed: &Parsed, outline: &Outline, declaration: &Declaration) -> Option<u32> {
-    let Parsed { module, info } = parsed;
+    let Parsed { module, info, .. } = parsed;
     let inner = |handle: naga::Handle<naga::Type>| &module.types[handle].inner;
     let name = declaration.name.as_str();
     let is_named = |other: &Option<String>| other.as_deref() == Some(name);
@@ -121,7 +121,7 @@ fn components(parsed: &Parsed, outline: &Outline, declaration: &Declaration) -> 
     // The declaration's own statement tells two variables of one name apart.
     let statement = declaration.place.start..declaration.usable.unwrap_or(declaration.place.end);
     let is_here = |span: naga::Span| {
-        let at = range(span);
+        let at = parsed.range(span);
         at.start < statement.end && statement.start < at.end
     };
     let locals = || body.local_variables.iter().filter(|(_, it)| is_named(&it.name));

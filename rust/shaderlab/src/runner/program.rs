@@ -89,7 +89,10 @@ impl Program {
     pub fn with_vertex(mut self, shader: &Shader, augmented: Option<&Augmented>) -> Result<Self> {
         let first = self.resources.iter().map(|resource| resource.group.saturating_add(1)).max().unwrap_or(0);
         let parsed = augmented.map_or(&shader.parsed, |it| &it.parsed);
-        let text = wgsl(parsed, first).map_err(Faults::of(&shader.source))?;
+        let text = match augmented {
+            Some(augmented) => augmented.numbered(shader, first)?,
+            None => wgsl(parsed, first).map_err(Faults::of(&shader.source))?,
+        };
         let mut vertex = Self::of(parsed, text, augmented);
         let place = || shader.source.name.clone();
         match vertex.points.iter().filter(|point| point.stage == Stage::Vertex).count() {

@@ -27,6 +27,11 @@ fn every_kernel_is_augmented() {
         let marked = Shader::new(source).unwrap_or_else(|faults| panic!("{faults}"));
         let result = marked.augment().unwrap_or_else(|faults| panic!("{faults}"));
         assert_eq!(result.features.len(), variables[chosen].components as usize);
+        // The augmentation checks what it changed; here the whole text is checked.
+        let module = naga::front::wgsl::parse_str(&result.text).unwrap_or_else(|error| panic!("{error}"));
+        let flags = naga::valid::ValidationFlags::all();
+        let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::all());
+        validator.validate(&module).unwrap_or_else(|error| panic!("{error}"));
         augmented += 1;
     }
     assert!(entered > 60 && augmented > 20, "{augmented} of {entered}");
