@@ -12,8 +12,9 @@ mod draw;
 mod geometry;
 mod program;
 
+use std::borrow::Cow;
 use std::ops::Range;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use relievo_core::{Error, Result};
 use relievo_gpu::{Buffer, Device, wgpu};
@@ -74,6 +75,18 @@ impl Vertices {
     }
 }
 
+/// A list of vertices.
+#[derive(Default)]
+enum List {
+    /// There is none.
+    #[default]
+    Missing,
+    /// The log on the device has it, and the host has not read it yet: its key.
+    Logged(Vec<u32>),
+    /// The host has it.
+    Read(Arc<Vertices>),
+}
+
 /// A shader with its inputs on a graphics device.
 pub struct Runner {
     device: Device,
@@ -87,7 +100,7 @@ pub struct Runner {
     /// Whether the vertex shader uses `confidence`, so that its outputs depend on the classes.
     judges: bool,
     /// The list of vertices made last. Text, inputs and vertices of a runner never change, so only classes can outdate it.
-    vertices: Mutex<Option<Arc<Vertices>>>,
+    vertices: Mutex<List>,
     size: [u32; 2],
 }
 
@@ -206,31 +219,56 @@ impl Runner {
 
     /// Runs the shader without reading anything back and waits until it is done.
     pub fn run(&self, classes: Option<&Classes>) -> Result<()> {
-        self.start(classes)?;
         let mut frame = self.device.frame()?;
+        let list = self.start(&mut frame, classes)?;
         self.record(&mut frame, Run::All)?;
-        frame.submit()?.wait()?;
+        let submitted = frame.submit()?;
+        self.list(list);
+        submitted.wait()?;
         Ok(())
     }
 
-    fn start(&self, classes: Option<&Classes>) -> Result<()> {
-        match (classes, self.instruments.first()) {
-            (Some(classes), _) => self.send(classes, Mode::Render),
-            (None, Some(instruments)) => {
-                self.send(&Classes::new(vec![String::new(); instruments.features]), Mode::Render)
+    /// Sends what the shader reads when it draws. A first picture lists the vertices as well, which run for it anyway, so that
+    /// no pixel waits for them later: then returns the list of vertices, still empty, and the key of what is listed.
+    fn start(
+        &self,
+        frame: &mut relievo_gpu::Frame,
+        classes: Option<&Classes>,
+    ) -> Result<Option<(MutexGuard<'_, List>, Vec<u32>)>> {
+        let Some(instruments) = self.instruments.first() else { return Ok(None) };
+        let none = || Classes::new(vec![String::new(); instruments.features]);
+        let classes = classes.map_or_else(|| Cow::Owned(none()), Cow::Borrowed);
+        if let (true, Some(geometry)) = (self.takes[1], &self.geometry) {
+            let held = self.held();
+            if matches!(*held, List::Missing) {
+                // To fragment shaders, this mode is the one to render.
+                let mode = Mode::Vertices(geometry.count);
+                let key = self.key(&classes, mode)?;
+                self.send(&classes, mode)?;
+                frame.clear(&self.vertex_instruments()?.log);
+                return Ok(Some((held, key)));
             }
-            (None, None) => Ok(()),
+        }
+        self.send(&classes, Mode::Render)?;
+        Ok(None)
+    }
+
+    /// Notes that a picture that was submitted lists the vertices, if it does.
+    fn list(&self, listed: Option<(MutexGuard<'_, List>, Vec<u32>)>) {
+        if let Some((mut held, key)) = listed {
+            *held = List::Logged(key);
         }
     }
 
     /// Returns the picture of the shader, with the membership that `classes` give; an augmented shader without classes has
     /// the membership 0.5 everywhere. Channels are those that the shader writes, without any conversion of colours.
     pub fn picture(&self, classes: Option<&Classes>) -> Result<Image> {
-        self.start(classes)?;
         let mut frame = self.device.frame()?;
+        let list = self.start(&mut frame, classes)?;
         self.record(&mut frame, Run::All)?;
         let read = self.pipeline.read(&self.device, &mut frame, &self.bound, self.size)?;
         let _submitted = frame.submit()?;
+        self.list(list);
         self.pipeline.image(&read.get(&self.device)?, self.size)
     }
 
@@ -281,31 +319,46 @@ impl Runner {
         covers(|vertex| vertices.place(vertex), count, self.size, area)
     }
 
-    /// Returns the vectors of all vertices: the list made last while it holds, and a new one where the vertex shader judges
-    /// by other classes now.
+    fn held(&self) -> MutexGuard<'_, List> {
+        self.vertices.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Returns the words that a list of vertices depends on: those of the classes where the vertex shader uses `confidence`.
+    /// Fails if the classes do not fit the shader.
+    fn key(&self, classes: &Classes, mode: Mode) -> Result<Vec<u32>> {
+        let words = self.words(classes, mode)?;
+        Ok(if self.judges { words } else { Vec::new() })
+    }
+
+    /// Returns the vectors of all vertices: the list made last while it holds, and a new one where there is none or where the
+    /// vertex shader judges by other classes now.
     fn vertices(&self, classes: &Classes) -> Result<Arc<Vertices>> {
         let geometry = self.geometry.as_ref().ok_or_else(|| Error::internal("the shader has no vertices"))?;
         let Instruments { features, log, .. } = self.vertex_instruments()?;
         let [count, instances] = geometry.count;
         let mode = Mode::Vertices(geometry.count);
-        let mut key = self.words(classes, mode)?;
-        if !self.judges {
-            key.clear();
-        }
-        let mut held = self.vertices.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(vertices) = held.as_ref().filter(|vertices| vertices.key == key) {
-            return Ok(Arc::clone(vertices));
-        }
-        *held = None;
-        self.send(classes, mode)?;
+        let key = self.key(classes, mode)?;
+        let mut held = self.held();
         let mut frame = self.device.frame()?;
-        frame.clear(log);
-        self.record(&mut frame, Run::Vertices([0..count, 0..instances]))?;
+        match std::mem::take(&mut *held) {
+            List::Read(vertices) if vertices.key == key => {
+                *held = List::Read(Arc::clone(&vertices));
+                return Ok(vertices);
+            }
+            List::Logged(listed) if listed == key => {}
+            _ => {
+                self.send(classes, mode)?;
+                frame.clear(log);
+                self.record(&mut frame, Run::Vertices([0..count, 0..instances]))?;
+            }
+        }
         let width = VERTEX_HEAD + features;
         let read = frame.read(log, LOG_HEAD..LOG_HEAD + geometry.all() * width)?;
         let _submitted = frame.submit()?;
         let records = read.get(&self.device)?.into_iter().map(f32::from_bits).collect();
-        Ok(Arc::clone(held.insert(Arc::new(Vertices { key, records, width }))))
+        let vertices = Arc::new(Vertices { key, records, width });
+        *held = List::Read(Arc::clone(&vertices));
+        Ok(vertices)
     }
 
     /// Returns the vectors of a pixel, whose column and row count from the upper left corner: those of the corners of the
@@ -413,6 +466,24 @@ mod tests {
         }
         assert_eq!(seen[0], seen[3]);
         assert!(seen[0].0.is_some() && seen[0] != seen[1] && seen[1] != seen[2] && seen[0] != seen[2], "{seen:?}");
+        // A first picture lists the vertices as well, and is the same as a later one.
+        for text in [&plain, &judging] {
+            let classes = [none.clone(), sure(&none, Class::Positive)];
+            for (drawn, asked) in [(0, 0), (0, 1), (1, 0), (1, 1)].map(|it| (&classes[it.0], &classes[it.1])) {
+                let [(runner, _), (new, _)] = [made(&device, text, &inputs), made(&device, text, &inputs)];
+                let first = runner.picture(Some(drawn)).unwrap();
+                assert!(matches!(*runner.held(), List::Logged(_)));
+                assert_eq!(runner.classify(asked, [6, 4]).ok(), new.classify(asked, [6, 4]).ok());
+                assert_eq!(runner.vertices(asked).unwrap().records, new.vertices(asked).unwrap().records);
+                assert!(matches!(*runner.held(), List::Read(_)));
+                assert_eq!(first.data(), new.picture(Some(drawn)).unwrap().data());
+                assert_eq!(first.data(), runner.picture(Some(drawn)).unwrap().data());
+            }
+            let (runner, _) = made(&device, text, &inputs);
+            assert!(runner.picture(Some(&Classes::new(vec!["one".into()]))).is_err());
+            runner.run(None).unwrap();
+            assert!(matches!(*runner.held(), List::Logged(_)));
+        }
         let [mut moved, mut other] = [inputs.clone(), inputs.clone()];
         moved.numbers.insert("shift".into(), vec![0.25, 3.0, 0.0, 0.0]);
         other.vertices = Some(6);
