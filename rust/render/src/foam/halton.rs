@@ -43,9 +43,26 @@ impl Ball {
         &self.counts
     }
 
+    /// Returns how many of the first `count` samples of the cube lie within the ball.
+    pub fn count(&self, count: u32) -> usize {
+        self.counts[(count as usize).min(self.counts.len() - 1)] as usize
+    }
+
     /// Returns those of the first `count` samples of the cube.
     pub fn of(&self, count: u32) -> &[Sample] {
-        &self.samples[..self.counts[(count as usize).min(self.counts.len() - 1)] as usize]
+        &self.samples[..self.count(count)]
+    }
+
+    /// Returns the coordinates and the weights of all samples as columns, which are filled with zeros to a multiple of
+    /// `lanes`.
+    pub fn columns(&self, lanes: usize) -> [Vec<f32>; 4] {
+        let length = self.samples.len().next_multiple_of(lanes);
+        let column = |of: fn(&Sample) -> f32| {
+            let mut column: Vec<f32> = self.samples.iter().map(of).collect();
+            column.resize(length, 0.0);
+            column
+        };
+        [column(|it| it.place.x), column(|it| it.place.y), column(|it| it.place.z), column(|it| it.weight)]
     }
 }
 

@@ -60,7 +60,7 @@ pub struct Projection {
     eye: DVec3,
     /// Columns: right, up, and against the direction of view.
     pub(super) axes: Mat3,
-    middle: Vec2,
+    pub(super) middle: Vec2,
     /// Pixels of a metre at a depth of 1 m, or at any depth.
     pub(super) scale: f32,
     pub(super) is_parallel: bool,
