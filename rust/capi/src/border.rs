@@ -19,6 +19,11 @@ static QUIET: Once = Once::new();
 
 /// Runs `body`; a panic in it becomes an error.
 pub fn caught<T>(body: impl FnOnce() -> Result<T>) -> Result<T> {
+    guarded(body).unwrap_or_else(Err)
+}
+
+/// Runs `body` with the library's arithmetic; a panic in it becomes an error.
+fn guarded<T>(body: impl FnOnce() -> T) -> Result<T> {
     // A library stays silent; the place of a panic goes into the error instead of the standard error stream.
     QUIET.call_once(|| {
         if !cfg!(test) {
@@ -30,22 +35,25 @@ pub fn caught<T>(body: impl FnOnce() -> Result<T>) -> Result<T> {
         }
     });
     let _host = HostArithmetic::replace();
-    catch_unwind(AssertUnwindSafe(body)).unwrap_or_else(|payload| {
+    catch_unwind(AssertUnwindSafe(body)).map_err(|payload| {
         let text = payload.downcast_ref::<String>().map(String::as_str);
         let text = text.or_else(|| payload.downcast_ref::<&str>().copied()).unwrap_or("no message");
         let place = PANIC_PLACE.try_with(|last| std::mem::take(&mut *last.borrow_mut())).unwrap_or_default();
         let failure = Error::internal(format!("a fault inside Relievo: {text}"));
         let failure = if place.is_empty() { failure } else { failure.at(place) };
-        Err(failure.advise("please report it; release the objects of this call"))
+        failure.advise("please report it; release the objects of this call")
     })
 }
 
 /// Runs the body of the function called `name`.
 pub fn enter(name: &'static str, body: impl FnOnce() -> Result<()>) -> RlvResult {
-    match caught(|| work::named(name, body)) {
+    let failed = |failure: Error| error::remember(failure.at(name));
+    // Errors are large: only their number leaves the body.
+    let done = guarded(|| match work::named(name, body) {
         Ok(()) => RLV_OK,
-        Err(failure) => error::remember(failure.at(name)),
-    }
+        Err(failure) => failed(failure),
+    });
+    done.unwrap_or_else(failed)
 }
 
 /// Defines functions of the C ABI. The body returns `Result<()>` and writes outputs as its last step.

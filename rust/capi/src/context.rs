@@ -109,10 +109,10 @@ impl ContextObject {
     }
 
     /// Why the processor works where a graphics device was asked for.
-    fn fallback(&self) -> Option<Error> {
+    fn fallback(&self) -> Option<String> {
         match &self.device {
-            Ok(device) => device.check().err(),
-            Err(reason) => reason.clone(),
+            Ok(device) => device.check().err().map(|reason| reason.to_string()),
+            Err(reason) => reason.as_ref().map(ToString::to_string),
         }
     }
 
@@ -266,7 +266,7 @@ entry! {
     fn rlv_context_info(context: RlvContext, out: *mut RlvContextInfo) {
         let object = registry::get(context)?;
         let limit = object.context.memory_limit();
-        let fallback = object.fallback().map(|reason| reason.to_string());
+        let fallback = object.fallback();
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe {
             write_fields!(out: RlvContextInfo {

@@ -1,7 +1,7 @@
 //! The registry of handles. A handle is a 64-bit id: 8 bits say which noun it is, 24 bits count how often its slot was
 //! used before, 32 bits are the slot. An id that was never given out, was released, or is another noun's is an error.
 
-use std::any::Any;
+use std::any::{Any, TypeId};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
@@ -96,6 +96,8 @@ struct Slot {
     /// Forks before the object was made.
     forks: u32,
     object: Option<Arc<dyn Any + Send + Sync>>,
+    /// The type of the object: to ask the object itself takes a call and a wait for its result.
+    kind: TypeId,
 }
 
 struct Registry {
@@ -174,12 +176,13 @@ pub fn insert<H: Handle>(object: H::Object) -> Result<H> {
         None => {
             let index = u32::try_from(registry.slots.len())
                 .map_err(|_| Error::memory("too many objects are alive").advise("release some"))?;
-            registry.slots.push(Slot { id: 0, references: 0, forks: 0, object: None });
+            registry.slots.push(Slot { id: 0, references: 0, forks: 0, object: None, kind: TypeId::of::<()>() });
             (index, 1)
         }
     };
     let id = u64::from(H::TAG) << 56 | generation << 32 | u64::from(index);
-    registry.slots[index as usize] = Slot { id, references: 1, forks: forks(), object: Some(object) };
+    let kind = TypeId::of::<H::Object>();
+    registry.slots[index as usize] = Slot { id, references: 1, forks: forks(), object: Some(object), kind };
     Ok(H::of(id))
 }
 
@@ -212,8 +215,14 @@ pub fn get<H: Handle>(handle: H) -> Result<Arc<H::Object>> {
     if slot.forks != forks() {
         return Err(inherited(H::TAG));
     }
-    let object = slot.object.clone();
-    object.and_then(|object| object.downcast().ok()).ok_or_else(|| refuse::<H>(handle.id()))
+    match &slot.object {
+        Some(object) if slot.kind == TypeId::of::<H::Object>() => {
+            let object = Arc::into_raw(Arc::clone(object)).cast::<H::Object>();
+            // SAFETY: the pointer comes from `into_raw`, and `insert`, which alone fills slots, made the object of this type.
+            Ok(unsafe { Arc::from_raw(object) })
+        }
+        _ => Err(refuse::<H>(handle.id())),
+    }
 }
 
 /// Adds a reference.

@@ -17,12 +17,19 @@ thread_local! {
     static FUNCTION: Cell<&'static str> = const { Cell::new("") };
 }
 
+/// The function that this thread ran before, which it runs again when the value is dropped.
+struct Before(&'static str);
+
+impl Drop for Before {
+    fn drop(&mut self) {
+        let _ = FUNCTION.try_with(|function| function.set(self.0));
+    }
+}
+
 /// Runs `body` as the function called `name`.
 pub fn named<T>(name: &'static str, body: impl FnOnce() -> T) -> T {
-    let before = FUNCTION.try_with(|function| function.replace(name)).unwrap_or("");
-    let result = body();
-    let _ = FUNCTION.try_with(|function| function.set(before));
-    result
+    let _before = Before(FUNCTION.try_with(|function| function.replace(name)).unwrap_or(""));
+    body()
 }
 
 /// The function that this thread runs, "" if it runs none.
