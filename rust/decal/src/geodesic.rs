@@ -8,9 +8,10 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use relievo_core::{Error, Result};
+use relievo_core::{Error, Mesh, Result};
 
 use crate::energy::Vec2;
+use crate::pins::{Place, insert};
 use crate::surface::{NONE, Surface, Vec3, between, dot, length, minus, previous};
 
 /// Angles this much below π count as straight.
@@ -57,6 +58,19 @@ impl Crossing {
         let (from, to) = (surface.origin(self.half), surface.target(self.half));
         between(surface.points[from as usize], surface.points[to as usize], self.share)
     }
+}
+
+/// Returns the points of a geodesic between two places of a mesh of triangles: both places, and between them the points where
+/// it crosses edges. No small change shortens it; a way around another side of the mesh may be shorter.
+///
+/// # Errors
+/// The mesh is unusable, a place does not exist, no path joins the places, or as [`geodesic`].
+pub fn shortest_path(mesh: &Mesh, places: [Place; 2]) -> Result<Vec<Vec3>> {
+    let (surface, vertices) = insert(&Surface::new(mesh)?, &places)?;
+    let path = geodesic(&surface, vertices[0], vertices[1])?.ok_or_else(|| {
+        Error::invalid("no path joins the places").at("geodesic").advise("give places on one component of the mesh")
+    })?;
+    Ok(path.points(&surface))
 }
 
 /// Returns a geodesic between two vertices, or `None` where no path joins them.

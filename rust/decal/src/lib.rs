@@ -19,7 +19,8 @@
 //! [`paint_texture`] paints it into the texture of a mesh with texture coordinates, for which [`charts`] says where its faces
 //! lie.
 //!
-//! [`Sticker::of_alpha`] cuts a sticker out of an image along its alpha; [`strip`] places one along a curve.
+//! [`Sticker::of_alpha`] cuts a sticker out of an image along its alpha; [`strip`] places one along a curve, and
+//! [`shortest_path`] joins two places as the paths between pins do.
 //!
 //! [`exponential`] lays a sticker around one point in a fraction of the time, [`scatter`] many of them, and [`project`]
 //! projects one; all give the same kind of decal without the promises of exact pins and of no flips.
@@ -67,6 +68,7 @@ pub use artwork::Artwork;
 pub use contour::Contour;
 pub use decal::{Decal, DecalSettings, Pose, Sticker, lay};
 pub use exponential::exponential;
+pub use geodesic::shortest_path;
 pub use nearest::nearest;
 pub use outline::Outline;
 pub use pins::{Pin, Place};

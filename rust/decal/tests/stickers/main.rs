@@ -1,5 +1,6 @@
 //! Decals as a user of the crate sees them.
 
+mod geodesics;
 mod hostile;
 mod lay;
 mod models;

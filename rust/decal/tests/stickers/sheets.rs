@@ -1,5 +1,7 @@
 //! Sheets of triangles whose answer is known.
 
+use std::collections::{HashMap, HashSet};
+
 use relievo_core::Mesh;
 use relievo_decal::Place;
 
@@ -31,5 +33,34 @@ pub fn on_sheet(count: u32, u: f64, v: f64) -> Place {
         Place { face, barycentric: [1.0 - s, s - t, t] }
     } else {
         Place { face: face + 1, barycentric: [1.0 - t, s, t - s] }
+    }
+}
+
+/// How often the boundary of a disk turns around in the plane: the sum of the angles between its edges, in full turns. It is 1
+/// for a map without folds that is injective around each vertex, and larger where the faces around a vertex inside take more
+/// than a full turn.
+pub fn turns(triangles: &[[u32; 3]], uv: &[[f64; 2]]) -> f64 {
+    let edges = triangles.iter().flat_map(|[a, b, c]| [(*a, *b), (*b, *c), (*c, *a)]);
+    let edges: HashSet<(u32, u32)> = edges.collect();
+    let after: HashMap<u32, u32> = edges.iter().copied().filter(|(from, to)| !edges.contains(&(*to, *from))).collect();
+    let way = |from: u32, to: u32| [0, 1].map(|axis| uv[to as usize][axis] - uv[from as usize][axis]);
+    let angle = |(from, to): (&u32, &u32)| {
+        let ([a, b], [c, d]) = (way(*from, *to), way(*to, after[to]));
+        (a * d - b * c).atan2(a * c + b * d)
+    };
+    after.iter().map(angle).sum::<f64>() / std::f64::consts::TAU
+}
+
+/// A fan of faces around a vertex that goes around it `count` times, all of them upright.
+#[test]
+fn the_boundary_of_a_fan_turns_as_often_as_the_fan() {
+    for count in 1..=3_u32 {
+        let steps = 7 * count;
+        let place = |step: u32| (std::f64::consts::TAU * f64::from(step) / 7.0).sin_cos();
+        let around = (0..steps).map(|step| [place(step).1, place(step).0]);
+        let uv: Vec<[f64; 2]> = std::iter::once([0.0; 2]).chain(around).collect();
+        let triangles: Vec<[u32; 3]> = (0..steps).map(|step| [0, 1 + step, 1 + (step + 1) % steps]).collect();
+        let found = turns(&triangles, &uv);
+        assert!((found - f64::from(count)).abs() < 1e-9, "{found}, and not {count}");
     }
 }

@@ -1,5 +1,6 @@
 //! Stickers wound around a finger more than once, and a face on a head.
 
+use crate::sheets::turns;
 use relievo_core::Mesh;
 use relievo_core::progress::Silent;
 use relievo_decal::{Decal, DecalSettings, Pin, Sticker, lay, nearest};
@@ -76,6 +77,7 @@ fn a_sticker_with_many_pins_goes_around_a_finger_one_and_a_half_times() {
         let quality = decal.quality;
         assert!(off(&decal, &pins, [300.0, 100.0]) < 1e-9, "{name}");
         assert!(decal.is_disk().expect("a manifold"), "{name}");
+        assert!((turns(&decal.triangles, &decal.uv) - 1.0).abs() < 1e-6, "{name}");
         assert!(quality.flips == 0 && quality.l2 < 1.1, "{name}: {quality:?}");
         assert!(quality.coverage > 0.999 && quality.doubled < 0.01, "{name}: {quality:?}");
         // Half a turn of a band of half the height, of two triangles a quad.
