@@ -2,6 +2,7 @@
 //! draws its own in parallel.
 
 use relievo_core::Context;
+use relievo_core::simd::prefetch;
 
 use super::FoamParticle;
 use super::depth::{Nearest, Sprite};
@@ -18,6 +19,8 @@ const PIXELS: usize = (SIDE * SIDE) as usize;
 /// Particles whose bins are in memory at a time, and those of a task.
 const CHUNK: usize = 1 << 18;
 const PART: usize = 1 << 13;
+/// How many entries of a bin before it is drawn a particle is asked from memory.
+const AHEAD: usize = 8;
 /// Bytes of a particle's entries in bins at most; see `docs/limits.md`.
 const BIN_BYTES: u64 = 16;
 
@@ -83,7 +86,10 @@ impl Tiles {
             context.for_each_mut(&mut tiles.collect::<Vec<_>>(), |number, tile| {
                 for bin in &bins {
                     let from = bin.partition_point(|entry| entry >> 32 < number as u64);
-                    for entry in bin[from..].iter().take_while(|entry| **entry >> 32 == number as u64) {
+                    let ahead = bin.iter().skip(from + AHEAD).chain(std::iter::repeat(&0));
+                    let own = bin[from..].iter().take_while(|entry| **entry >> 32 == number as u64);
+                    for (entry, next) in own.zip(ahead) {
+                        prefetch(chunk, *next as u32 as usize);
                         let particle = &chunk[*entry as u32 as usize];
                         if let Some(mut sprite) = with.sprite(particle) {
                             sprite.share *= share;
@@ -99,7 +105,8 @@ impl Tiles {
     fn bins(&self, with: Drawing<'_>, particles: &[FoamParticle], first: usize) -> Vec<u64> {
         let mut bins = Vec::with_capacity(particles.len());
         for (particle, number) in particles.iter().zip(first as u64..) {
-            let Some(sprite) = with.sprite(particle) else { continue };
+            // What is too old to be seen is left out where it is drawn, so that lifetimes are looked at once.
+            let Some(sprite) = Sprite::unfaded(with.projection, with.settings, particle) else { continue };
             let [left, right] = Sprite::span(sprite.middle.x, sprite.drawn, with.view.width);
             let [top, bottom] = Sprite::span(sprite.middle.y, sprite.drawn, with.view.height);
             if left >= right || top >= bottom {

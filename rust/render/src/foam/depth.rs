@@ -68,6 +68,15 @@ impl Sprite {
         thickness: &Thickness,
         particle: &FoamParticle,
     ) -> Option<Self> {
+        let mut sprite = Self::unfaded(projection, settings, particle)?;
+        sprite.share *= thickness.of_life(particle.life);
+        (sprite.share > 0.0).then_some(sprite)
+    }
+
+    /// Returns the sprite that a particle has at the beginning of its life; `None` if it is behind the camera or nearer than the
+    /// settings allow.
+    #[inline]
+    pub fn unfaded(projection: &Projection, settings: &FoamSettings, particle: &FoamParticle) -> Option<Self> {
         let place = projection.to_eye(particle.position);
         let middle = projection.to_picture(place);
         // A number that is infinite or none is in no range.
@@ -79,11 +88,9 @@ impl Sprite {
         }
         let radius = radius(settings, particle);
         let search = radius * projection.scale(place.z);
-        let drawn = search.hypot(blur(projection, settings, place.z)).max(LEAST_RADIUS);
-        let share = thickness.of_life(particle.life) * (search / drawn).powi(2);
-        if share <= 0.0 {
-            return None;
-        }
+        let wide = if settings.aperture > 0.0 { search.hypot(blur(projection, settings, place.z)) } else { search };
+        let drawn = wide.max(LEAST_RADIUS);
+        let share = (search / drawn).powi(2);
         Some(Self { middle, depth: place.z, radius, search, drawn, share, kind: particle.kind, id: particle.id })
     }
 
@@ -91,9 +98,11 @@ impl Sprite {
     #[inline]
     pub fn span(middle: f32, drawn: f32, size: u32) -> [u32; 2] {
         // Pixels have their middles at halves; a conversion of a negative number gives 0.
-        let first = (middle - drawn - 0.5).ceil().max(0.0) as u32;
-        let end = ((middle + drawn - 0.5).floor() + 1.0).max(0.0) as u32;
-        [first.min(size), end.min(size)]
+        let (first, last) = (middle - drawn - 0.5, middle + drawn - 0.5);
+        let below = first as u32;
+        let begin = below.saturating_add(u32::from((below as f32) < first));
+        let end = if last < 0.0 { 0 } else { (last as u32).saturating_add(1) };
+        [begin.min(size), end.min(size)]
     }
 
     /// Returns the fragment at the middle of a pixel; `None` outside of the disc.

@@ -3,7 +3,13 @@
 /// Returns the falloff f(x, b, n, m) = (1 − (x/b)ⁿ)ᵐ, which is 0 beyond `b` and 1 at 0 (Akinci et al. 2013, Equation 1).
 pub fn falloff(x: f32, b: f32, n: f32, m: f32) -> f32 {
     let share = x / b;
-    if share <= 1.0 { (1.0 - share.max(0.0).powf(n)).max(0.0).powf(m) } else { 0.0 }
+    if share > 1.0 || share.is_nan() {
+        return 0.0;
+    }
+    let share = share.max(0.0);
+    // The exponent of lifetimes is 2 unless it is set, and this is done for every particle.
+    let powered = if n == 2.0 { share * share } else { share.powf(n) };
+    (1.0 - powered).max(0.0).powf(m)
 }
 
 /// Cells of a table. Between its entries the falloffs of particles are off by less than 1e-5.

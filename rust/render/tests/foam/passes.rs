@@ -192,6 +192,117 @@ fn a_flat_sheet_is_not_occluded_and_a_corner_is_the_more_the_further_it_closes()
     assert!((found - 0.5).abs() < 0.05, "{found}");
 }
 
+/// Returns the digits of an index mirrored at the point.
+fn mirrored(mut index: u32, base: u32) -> f64 {
+    let (mut value, mut digit) = (0.0, 1.0);
+    while index > 0 {
+        digit /= f64::from(base);
+        value += digit * f64::from(index % base);
+        index /= base;
+    }
+    value
+}
+
+/// Occlusion of a pixel of `view()` or of its parallel form by the formulas of Section 2.4.1, sample by sample in f64.
+fn occlusion_of(
+    settings: &FoamSettings,
+    view: &FoamView,
+    found: &FoamLayers,
+    [fluid, solids]: [&Image; 2],
+    at: usize,
+) -> f64 {
+    let half = 0.5 * f64::from(SIZE);
+    let scale_at = |depth: f64| match view.lens {
+        Lens::Perspective => half / 0.4f64.tan() / depth,
+        Lens::Orthographic(metres) => f64::from(SIZE) / metres,
+    };
+    let depth = f64::from(found.depth()[at]);
+    let [x, y] = [at % SIZE as usize, at / SIZE as usize].map(|at| at as f64 + 0.5);
+    let metres = scale_at(depth).recip();
+    let place = DVec3::new((x - half) * metres, (half - y) * metres, depth);
+    let [nx, ny, nz] = found.normal(at).map(f64::from);
+    let share = |there: f64, front: f32, opacity: f32| {
+        let behind = there - f64::from(front);
+        let near = (1.0 - behind / f64::from(settings.ao_max_occl_dist)).max(0.0);
+        if behind > 0.0 { near * near * f64::from(opacity) } else { 0.0 }
+    };
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for pass in 0..settings.ao_passes {
+        let radius = found.search_radius()[at] * (settings.ao_init_sr_fac + settings.ao_sr_inc_fac * pass as f32);
+        let count = (0.75 * std::f64::consts::PI * f64::from(radius).powi(3) * f64::from(settings.ao_s_dens)) as u32;
+        for index in 1..=count.min(settings.ao_max_samp).max(settings.ao_min_samp) {
+            let mut offset = DVec3::from([2, 3, 5].map(|base| 2.0 * mirrored(index, base) - 1.0));
+            if offset.length() > 1.0 {
+                continue;
+            }
+            let weight = (1.0 - offset.length()).powi(2);
+            if settings.ao_hemisphere.is_on() && offset.dot(DVec3::new(nx, ny, -nz)) < 0.0 {
+                offset = -offset;
+            }
+            let there = place + f64::from(radius) * metres * offset;
+            let [column, row] = [half + scale_at(there.z) * there.x, half - scale_at(there.z) * there.y];
+            if there.z <= 0.0 || column.min(row) < 0.0 || column.max(row) >= f64::from(SIZE) {
+                continue;
+            }
+            let pixel = row as usize * SIZE as usize + column as usize;
+            let foam = share(there.z, found.depth()[pixel], found.intensity()[pixel]);
+            let fluid = share(there.z, fluid.data()[pixel], settings.ao_fluid_opacity);
+            let solids = share(there.z, solids.data()[pixel], settings.ao_solid_opacity);
+            weights += weight;
+            sum += weight * (foam + fluid + solids).min(1.0);
+        }
+    }
+    if weights > 0.0 { sum / weights } else { 0.0 }
+}
+
+#[test]
+fn occlusion_is_that_of_the_formulas_sample_by_sample() {
+    // Over the whole picture and its border, so that samples leave it, and near the camera, so that they come behind that.
+    let (mut cloud, mut number) = (vec![particle([0.1, 0.08, 4.6], 9, FoamKind::Spray)], numbers());
+    for id in 0..300 {
+        cloud.push(particle([0; 3].map(|_| 4.4 * number() - 2.2), id, FoamKind::Foam));
+    }
+    let solids = depths(|x| if x < 0.3 { f32::INFINITY } else { 7.0 - x });
+    let scenes = [Scenery::default(), Scenery { fluid: depths(|x| 5.0 + x), solids }];
+    let nothing = Image::from_data(SIZE, SIZE, 1, vec![f32::INFINITY; (SIZE * SIZE) as usize]).unwrap();
+    let context = Context::serial();
+    for (settings, lens) in [
+        (FoamSettings { radius: 0.2, ao_max_samp: 100, ..FoamSettings::default() }, Lens::Perspective),
+        (
+            FoamSettings { radius: 0.2, ao_max_samp: 41, ao_min_samp: 41, ao_passes: 2, ..FoamSettings::default() },
+            // Not a height at which many samples lie at the borders of pixels.
+            Lens::Orthographic(3.917),
+        ),
+        (
+            FoamSettings {
+                radius: 0.2,
+                ao_max_samp: 64,
+                ao_hemisphere: Switch::OFF,
+                ao_max_occl_dist: 0.5,
+                ..FoamSettings::default()
+            },
+            Lens::Perspective,
+        ),
+    ] {
+        let view = FoamView { lens, ..view() };
+        for scenery in &scenes {
+            let mut foam = Foam::new(&context, settings, view, scenery).unwrap();
+            foam.add(&context, &cloud).unwrap();
+            let found = foam.finish(&context, &white(), &mut Silent).unwrap();
+            let lists = [&scenery.fluid, &scenery.solids].map(|image| image.as_ref().unwrap_or(&nothing));
+            let covered: Vec<_> = (0..(SIZE * SIZE) as usize).filter(|at| found.intensity()[*at] > 0.0).collect();
+            let far = covered.iter().filter(|at| {
+                let expected = occlusion_of(&settings, &view, &found, lists, **at);
+                (f64::from(found.occlusion()[**at]) - expected).abs() > 1e-4
+            });
+            // A sample at the border of two pixels may be in either.
+            let (far, mean) = (far.count(), found.occlusion().iter().sum::<f32>() / covered.len() as f32);
+            assert!(covered.len() > 500 && mean > 0.01, "{} {mean}", covered.len());
+            assert!(far <= covered.len() / 200, "{far} of {} pixels", covered.len());
+        }
+    }
+}
+
 #[test]
 fn a_white_environment_lights_with_one_and_a_sun_from_its_side() {
     let sphere = [particle([0.0; 3], 0, FoamKind::Foam)];
