@@ -142,16 +142,19 @@ fn on_device(
     Ok(())
 }
 
-/// Makes the particles of a scene in chunks and adds them. Returns the seconds that adding takes.
-fn add(context: &Context, foam: &mut Foam, count: usize) -> Result<f64> {
-    let (mut time, mut result) = (0.0, Ok(()));
+/// Makes the particles of a scene in chunks and adds them. Returns the seconds that adding takes, and those that all threads
+/// together work for it.
+fn add(context: &Context, foam: &mut Foam, count: usize) -> Result<[f64; 2]> {
+    let (mut time, mut worked, mut result) = (0.0, 0.0, Ok(()));
     for first in (0..count).step_by(CHUNK) {
         let chunk: Vec<_> = (first..count.min(first + CHUNK)).map(particle).collect();
+        let before = core_seconds();
         time += seconds(|| result = foam.add(context, &chunk));
+        worked += core_seconds() - before;
         result?;
         result = Ok(());
     }
-    Ok(time)
+    Ok([time, worked])
 }
 
 /// Measures a scene by the processor in one size. `fewest` has the processor's nanoseconds behind the splatting for each
@@ -168,7 +171,7 @@ fn table(
     let light = Environment::uniform([1.0; 3])?;
     let background = Image::new(size[0], size[1], 3)?;
     let mut foam = Foam::new(context, settings, view, &Scenery::default())?;
-    let splatting = add(context, &mut foam, count)?;
+    let [splatting, added] = add(context, &mut foam, count)?;
     // Depth, thickness and intensity without the passes behind them.
     let worked = core_seconds();
     let (mut layers, mut picture) = (None, None);
@@ -187,6 +190,9 @@ fn table(
     report.add(&case("intensity"), &milliseconds(splatting), paper(&first), "ms", Goal::None);
     let goal = if count == 9_000_000 { Goal::AtMost(3000.0) } else { Goal::None };
     report.add(&case("total"), &milliseconds(splatting + shading), paper(&all), "ms", goal);
+    let share = (added + worked) / context.threads() as f64;
+    let what = format!("the same by the processor's clock, each of {} threads", context.threads());
+    report.add(&case(&what), &milliseconds(share), None, "ms", Goal::None);
     report.add(&case("radiance and composition"), &milliseconds(shading), None, "ms", Goal::None);
     // Both threads together, so that other programs on the machine do not count.
     let each = Sample::new(vec![1e9 * worked / covered.max(1) as f64]);

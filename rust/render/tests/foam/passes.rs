@@ -1,9 +1,12 @@
 //! Screen-space foam against closed forms: one particle of each kind, occlusion, irradiance and composition; order and
 //! threads; and what is refused.
 
+use std::process::Command;
+
 use glam::DVec3;
 use relievo_core::parameter::Switch;
 use relievo_core::progress::Silent;
+use relievo_core::simd::Level;
 use relievo_core::{Context, ContextOptions, ErrorKind};
 use relievo_render::foam::{
     Environment, Extinction, Foam, FoamKind, FoamLayers, FoamParticle, FoamSettings, FoamView, Lens, Scenery,
@@ -300,6 +303,19 @@ fn occlusion_is_that_of_the_formulas_sample_by_sample() {
             assert!(covered.len() > 500 && mean > 0.01, "{} {mean}", covered.len());
             assert!(far <= covered.len() / 200, "{far} of {} pixels", covered.len());
         }
+    }
+}
+
+#[test]
+fn occlusion_is_the_same_at_every_instruction_level() {
+    let name = "occlusion_is_that_of_the_formulas_sample_by_sample";
+    for (level, level_name) in Level::NAMES.into_iter().filter(|(level, _)| *level < Level::best()) {
+        // The level of a context is that of its process.
+        let mut again = Command::new(std::env::current_exe().unwrap());
+        let found =
+            again.args(["--exact", &format!("passes::{name}")]).env("RELIEVO_SIMD", level_name).output().unwrap();
+        let text = String::from_utf8_lossy(&found.stdout).into_owned();
+        assert!(found.status.success() && text.contains("1 passed"), "{level:?}: {text}");
     }
 }
 
