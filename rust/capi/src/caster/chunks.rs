@@ -4,9 +4,9 @@ use glam::Vec3;
 use relievo_core::{Error, Result};
 use relievo_embree::{ObjectId, Scene};
 
-/// Triangles of a chunk: so few that building one anew takes a tenth of a millisecond, so many that the hierarchy above the
-/// chunks is small.
-const CHUNK: usize = 512;
+/// Triangles of a chunk: so few that fitting one to moved points takes hundredths of a millisecond, so many that the hierarchy
+/// above the chunks, which is built anew each time, is small.
+const CHUNK: usize = 1024;
 
 /// The chunks of triangles in a scene, each a mesh of one object, of triangles that lie together.
 pub struct Chunks {
@@ -48,7 +48,7 @@ impl Chunks {
             used.iter().enumerate().for_each(|(at, point)| local[*point as usize] = at as u32);
             let places: Vec<[f32; 3]> = used.iter().map(|point| points[*point as usize]).collect();
             let triangles: Vec<[u32; 3]> = of_chunk().map(|corners| corners.map(|at| local[at as usize])).collect();
-            scene.set_mesh(object, chunk as u32, &places, &triangles)?;
+            scene.set_moving_mesh(object, chunk as u32, &places, &triangles)?;
             numbers.push(used);
         }
         let mut starts = vec![0_u32; points.len() + 1];

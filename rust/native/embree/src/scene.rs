@@ -165,6 +165,35 @@ impl Scene {
     /// # Errors
     /// A triangle names a point that does not exist, or memory runs out.
     pub fn set_mesh(&mut self, object: ObjectId, mesh: u32, points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<()> {
+        let quality =
+            if triangles.len() <= SMALL_MESH { abi::RTC_BUILD_QUALITY_MEDIUM } else { abi::RTC_BUILD_QUALITY_LOW };
+        self.add_mesh(object, mesh, points, triangles, quality)
+    }
+
+    /// Does what [`Scene::set_mesh`] does for a mesh whose points move a little at a time: after [`Scene::move_points`] a
+    /// commit fits the boxes of its hierarchy, in a fraction of the time that building it takes. Where points move far
+    /// between one another, rays take longer than in a mesh that is set anew.
+    ///
+    /// # Errors
+    /// Those of [`Scene::set_mesh`].
+    pub fn set_moving_mesh(
+        &mut self,
+        object: ObjectId,
+        mesh: u32,
+        points: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+    ) -> Result<()> {
+        self.add_mesh(object, mesh, points, triangles, abi::RTC_BUILD_QUALITY_REFIT)
+    }
+
+    fn add_mesh(
+        &mut self,
+        object: ObjectId,
+        mesh: u32,
+        points: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        quality: abi::RTCBuildQuality,
+    ) -> Result<()> {
         self.remove_mesh(object, mesh)?;
         if mesh == INVALID_ID || u32::try_from(triangles.len()).is_err() {
             return Err(Error::invalid("a mesh has too large a number or too many triangles"));
@@ -182,8 +211,6 @@ impl Scene {
         geometry.fill(abi::RTC_BUFFER_TYPE_VERTEX, abi::RTC_FORMAT_FLOAT3, &padded(points))?;
         geometry.fill(abi::RTC_BUFFER_TYPE_INDEX, abi::RTC_FORMAT_UINT3, triangles)?;
         let scene = self.object(object)?.scene.handle;
-        let quality =
-            if triangles.len() <= SMALL_MESH { abi::RTC_BUILD_QUALITY_MEDIUM } else { abi::RTC_BUILD_QUALITY_LOW };
         // SAFETY: all handles are alive and the number is free.
         unsafe {
             embree.rtcSetGeometryBuildQuality(geometry.handle, quality);
@@ -551,6 +578,37 @@ mod tests {
         assert!(scene.commit().unwrap().occluded(&ray));
         scene.remove_object(object).unwrap();
         assert!(!scene.commit().unwrap().occluded(&ray));
+    }
+
+    #[test]
+    fn moving_meshes_have_the_hits_of_meshes_that_are_set_anew() {
+        let mut random = Sequence(3);
+        let device = Device::new().unwrap();
+        let [mut moving, mut anew] = [(); 2].map(|()| Scene::new(&device).unwrap());
+        let object = moving.add_object().unwrap();
+        let objects = (object, anew.add_object().unwrap());
+        let mut points: Vec<[f32; 3]> = (0..900).map(|_| random.point(4.0)).collect();
+        let triangles: Vec<[u32; 3]> = (0..300).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect();
+        moving.set_moving_mesh(objects.0, 5, &points, &triangles).unwrap();
+        moving.commit().unwrap();
+        let mut hits = 0;
+        for step in 0..6 {
+            for point in &mut points {
+                let offset = random.point(if step < 4 { 0.2 } else { 4.0 });
+                *point = std::array::from_fn(|axis| point[axis] + offset[axis]);
+            }
+            moving.move_points(objects.0, 5, &points).unwrap();
+            anew.set_mesh(objects.1, 5, &points, &triangles).unwrap();
+            let (moving, anew) = (moving.commit().unwrap(), anew.commit().unwrap());
+            for _ in 0..300 {
+                let ray = Ray::new(random.point(6.0), random.point(1.0));
+                let (found, expected) = (moving.intersect(&ray), anew.intersect(&ray));
+                let named = |hit: Option<Hit>| hit.map(|hit| (hit.mesh, hit.primitive, hit.t.to_bits()));
+                assert_eq!(named(found), named(expected));
+                hits += u32::from(found.is_some());
+            }
+        }
+        assert!(hits > 500, "{hits} hits say too little");
     }
 
     #[test]

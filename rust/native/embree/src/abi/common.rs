@@ -11,6 +11,7 @@ pub const RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR: RTCFormat = 37428;
 pub type RTCFormat = ::std::ffi::c_uint;
 pub const RTC_BUILD_QUALITY_LOW: RTCBuildQuality = 0;
 pub const RTC_BUILD_QUALITY_MEDIUM: RTCBuildQuality = 1;
+pub const RTC_BUILD_QUALITY_REFIT: RTCBuildQuality = 3;
 pub type RTCBuildQuality = ::std::ffi::c_uint;
 #[repr(C)]
 #[derive(Debug)]
