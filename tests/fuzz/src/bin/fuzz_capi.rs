@@ -12,6 +12,7 @@ use relievo_abi::bake::*;
 use relievo_abi::bezier::*;
 use relievo_abi::brush::*;
 use relievo_abi::bytes::*;
+use relievo_abi::capability::*;
 use relievo_abi::caster::*;
 use relievo_abi::collider::*;
 use relievo_abi::context::*;
@@ -30,6 +31,7 @@ use relievo_abi::job::*;
 use relievo_abi::layer::*;
 use relievo_abi::level::*;
 use relievo_abi::mesh::*;
+use relievo_abi::object::*;
 use relievo_abi::particles::*;
 use relievo_abi::procedural::*;
 use relievo_abi::progressive::*;
@@ -1354,6 +1356,58 @@ fn background(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     Ok(())
 }
 
+/// A parallel loop of a host that does the pieces from the last to the first, and one of them twice.
+unsafe extern "C" fn backwards(_: *mut c_void, count: usize, body: RlvLoopBody, work: *mut c_void) {
+    let Some(body) = body else { return };
+    for index in (0..count).rev().chain((count > 0).then_some(0)) {
+        // SAFETY: the work is that of this loop, and the index lies below the count.
+        unsafe { body(work, index) };
+    }
+}
+
+/// Begins a task on a thread of a host.
+unsafe extern "C" fn begin(_: *mut c_void, task: RlvTask, work: *mut c_void) {
+    let (Some(task), work) = (task, work.expose_provenance()) else { return };
+    // SAFETY: a task runs once, on any thread.
+    std::thread::spawn(move || unsafe { task(std::ptr::with_exposed_provenance_mut(work)) });
+}
+
+unsafe extern "C" fn notified(_: *mut c_void) {}
+
+/// What a host asks and gives apart from geometry: threads, capabilities, notices of jobs, and waiting for objects.
+fn hosts(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
+    let mut options: RlvContextOptions = sized(bytes)?;
+    (options.threads, options.memory_limit) = (bytes.int_in_range(0..=3)?, 1 << 24);
+    let [runs, begins, shares]: [bool; 3] = bytes.arbitrary()?;
+    options.host_loop = runs.then_some(backwards);
+    options.host_spawn = begins.then_some(begin);
+    options.shared.id = if shares { handles.pick(bytes, 0)? } else { 0 };
+    let mut out = RlvContext { id: UNTOUCHED };
+    let (mut info, mut capability): (RlvObjectInfo, RlvCapability) = (sized(bytes)?, sized(bytes)?);
+    let noun = bytes.int_in_range(0..=24)?;
+    let (object, job) = (handles.pick(bytes, noun)?, RlvJob { id: handles.pick(bytes, 12)? });
+    let seconds = if bytes.ratio(1, 4)? { f64::from(number(bytes)?) / 1024.0 } else { 0.0 };
+    let room = bytes.int_in_range(0..=64_usize)?;
+    // SAFETY: rows are plain numbers.
+    let mut rows: Vec<RlvCapabilityFormat> = vec![unsafe { std::mem::zeroed() }; room];
+    let mut found = UNTOUCHED as usize;
+    // SAFETY: descriptors are sized, rows have the room that is told, and the functions are those of a host.
+    unsafe {
+        if handles.contexts.len() < 8 {
+            made(rlv_context_create(&options, &mut out), out.id, &mut handles.contexts);
+        }
+        called(rlv_job_notify(job, bytes.arbitrary::<bool>()?.then_some(notified), null_mut()));
+        called(rlv_object_wait(object, seconds.min(0.01), &mut info));
+        // It asks the drivers of graphics devices, which takes long.
+        if bytes.ratio(1, 16)? {
+            called(rlv_capability_get(&mut capability));
+        }
+        let listed = called(rlv_capability_list(rows.as_mut_ptr(), room, &mut found));
+        assert!(!listed || found <= room, "{found} formats in room for {room}");
+    }
+    Ok(())
+}
+
 /// Retains or releases a handle as the given noun.
 fn count_reference(noun: usize, id: u64, retain: bool) -> RlvResult {
     // SAFETY: handles are checked by the library, whatever their number.
@@ -1960,6 +2014,7 @@ fn sequence(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             35 => strips(bytes, handles)?,
             36 => tissues(bytes, handles)?,
             37 => simulations(bytes, handles)?,
+            _ if bytes.ratio(1, 4)? => hosts(bytes, handles)?,
             _ => {
                 let noun = bytes.int_in_range(0..=24)?;
                 let id = handles.pick(bytes, noun)?;
