@@ -185,8 +185,7 @@ impl Laying<'_> {
         progress.step(0.0, "joining the pins")?;
         let (limits, stop) = (settings.limits(), settings.stop());
         let mut grow = |mut seed: Seed, heading: Option<(u32, Vec2)>, is_free: bool| -> Grown<Seed> {
-            Growth { seed: &mut seed, vertices, places, outline, heading, is_free, trims: false, limits }
-                .run(stop, progress)?;
+            Growth { seed: &mut seed, vertices, places, outline, heading, is_free, limits }.run(stop, progress)?;
             Ok(seed)
         };
         if places.len() == 1 {

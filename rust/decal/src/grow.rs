@@ -27,9 +27,6 @@ use crate::surface::{NONE, Surface, dot, minus, previous};
 
 /// Rounds after which growth gives up: the map does not settle.
 const ROUNDS: usize = 120;
-/// Rounds after which a patch gives back faces that a relaxation of the whole map moved out of the region. Without an end,
-/// faces at the border could leave and come back forever.
-const TRIMMED: usize = 12;
 /// Passes of removal, relaxation and growth at the end.
 const PASSES: usize = 4;
 /// Rings of faces that a round adds at most.
@@ -116,8 +113,6 @@ enum Advance {
     None,
     /// The patch has new faces.
     Made,
-    /// The patch has new faces, and the whole map was relaxed.
-    Relaxed,
     /// The new faces could not be mapped without flips and were removed again.
     Undone,
 }
@@ -145,8 +140,6 @@ pub struct Growth<'a> {
     pub heading: Option<(u32, Vec2)>,
     /// Whether the patch grows with the pins of the seed alone at first, and is pulled to the others at the end.
     pub is_free: bool,
-    /// Whether the patch gives faces back, as it grows, that a relaxation moved out of the region.
-    pub trims: bool,
     /// Bounds.
     pub limits: Limits,
 }
@@ -167,8 +160,6 @@ impl Growth<'_> {
             if is_whole {
                 self.attach();
             }
-            // Faces of one that is stuck stay: without them its fronts meet elsewhere too.
-            self.trims = is_whole;
             is_whole && self.seed.pins.len() == self.places.len()
         } else {
             true
@@ -176,11 +167,7 @@ impl Growth<'_> {
         if is_pulled {
             self.relax(ROUGH, progress)?;
         }
-        if self.trims {
-            self.peel();
-        }
         self.cover(progress)?;
-        self.trims = false;
         self.attach();
         if !self.is_arrived() {
             self.relax(ROUGH, progress)?;
@@ -281,11 +268,6 @@ impl Growth<'_> {
         for round in 0..ROUNDS {
             progress.step((round as f32 / ROUNDS as f32).sqrt(), "growing the patch")?;
             let advance = self.advance(faces, progress)?;
-            // Pins that pull at the map move faces out of the region, which cost memory and time in each round to come.
-            if advance == Advance::Relaxed && self.trims && round < TRIMMED {
-                self.peel();
-            }
-            let advance = if advance == Advance::Relaxed { Advance::Made } else { advance };
             let was_eased = std::mem::replace(&mut is_eased, faces == Faces::Upright && advance == Advance::Made);
             faces = match (faces, advance) {
                 (Faces::Rings(rings), Advance::Made) => Faces::Rings((2 * rings).min(RINGS)),
@@ -325,7 +307,7 @@ impl Growth<'_> {
             }
         }
         match self.relax(ROUGH, progress) {
-            Ok(()) => Ok(Advance::Relaxed),
+            Ok(()) => Ok(Advance::Made),
             Err(Fault::Folded(_)) => {
                 self.seed.patch.revert(mark);
                 self.seed.pins = pins;

@@ -195,7 +195,6 @@ impl Placement {
             outline: &self.sticker.outline,
             heading: None,
             is_free: false,
-            trims: false,
             limits,
         };
         match growth.settle(self.settings.stop(), progress) {
