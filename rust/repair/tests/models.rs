@@ -1,6 +1,7 @@
 //! Models that users import, repaired and held against a check that shares no code with the repair.
 
 use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Mesh};
@@ -58,30 +59,37 @@ fn repaired(mesh: &Mesh, settings: &RepairSettings, name: &str) -> Repaired {
     made
 }
 
+/// Repairs the model of a file, if it is one and has at most 40,000 faces.
+fn assert_repaired(path: &Path) {
+    let name = path.display().to_string();
+    let Ok(mesh) = relievo_meshio::read(&Context::serial(), path) else { return };
+    if mesh.face_count() == 0 || mesh.face_count() > 40_000 {
+        return;
+    }
+    let made = repaired(&mesh, &RepairSettings::default(), &name);
+    let boundary = assert_manifold(&made.mesh, &name);
+    assert_eq!(made.report.after.boundary_edges, boundary, "{name}");
+    let before = &made.report.before;
+    let is_sound = before.boundary_edges + before.non_manifold_edges + made.report.turned_faces == 0;
+    if is_sound && before.volume != 0.0 {
+        assert!((volume(&made.mesh) / before.volume - 1.0).abs() < 1e-4, "{name}: volume of {before:?}");
+    }
+    let again = check(&Context::serial(), &made.mesh, &RepairSettings::default(), &mut Silent).expect("checked");
+    assert_eq!(again.invalid_faces.count + again.degenerate_faces.count, 0, "{name}");
+}
+
 #[test]
 fn models_of_all_kinds_become_oriented_manifolds() {
     for folder in ["ugly", "formats", "meshes", "cages"] {
         let Some(folder) = relievo_testing::file(folder) else { return };
-        let mut files: Vec<_> =
-            std::fs::read_dir(folder).expect("the folder").map(|file| file.expect("a file").path()).collect();
-        files.sort();
-        for path in files {
-            let name = path.display().to_string();
-            let Ok(mesh) = relievo_meshio::read(&Context::serial(), &path) else { continue };
-            if mesh.face_count() == 0 || mesh.face_count() > 40_000 {
-                continue;
+        let files = std::fs::read_dir(folder).expect("the folder").map(|file| file.expect("a file").path());
+        let files: Vec<PathBuf> = files.collect();
+        // Most of a repair runs on one thread.
+        std::thread::scope(|scope| {
+            for part in 0..2 {
+                let files = files.iter().skip(part).step_by(2);
+                scope.spawn(move || files.for_each(|path| assert_repaired(path)));
             }
-            let made = repaired(&mesh, &RepairSettings::default(), &name);
-            let boundary = assert_manifold(&made.mesh, &name);
-            assert_eq!(made.report.after.boundary_edges, boundary, "{name}");
-            let before = &made.report.before;
-            let is_sound = before.boundary_edges + before.non_manifold_edges + made.report.turned_faces == 0;
-            if is_sound && before.volume != 0.0 {
-                assert!((volume(&made.mesh) / before.volume - 1.0).abs() < 1e-4, "{name}: volume of {before:?}");
-            }
-            let again =
-                check(&Context::serial(), &made.mesh, &RepairSettings::default(), &mut Silent).expect("checked");
-            assert_eq!(again.invalid_faces.count + again.degenerate_faces.count, 0, "{name}");
-        }
+        });
     }
 }
