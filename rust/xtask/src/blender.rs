@@ -86,10 +86,29 @@ pub fn test() -> Outcome {
                 .env("BLENDER_USER_SCRIPTS", scripts)
                 .env("RELIEVO_COMMAND", target().join("release/relievo"));
             command.env("RELIEVO_EXTENSION", &made.extension).env("RELIEVO_ADDON", &made.addon);
-            call(command)?;
         }
+        side_by_side(bpy, blender)?;
     }
     window(scripts)
+}
+
+/// Runs a test in both hosts at once, since each is busy with its own start for most of the time. What the second one printed
+/// follows when both have ended.
+fn side_by_side(mut first: Command, mut second: Command) -> Outcome {
+    let (alone, printed) = std::thread::scope(|scope| {
+        let other = scope.spawn(|| second.output());
+        (call(&mut first), other.join())
+    });
+    let printed = printed.map_err(|_| "the thread of the second host ended early".to_owned())?;
+    let printed = printed.map_err(|error| format!("cannot start {}: {error}", second.get_program().display()))?;
+    print!("{}", String::from_utf8_lossy(&printed.stdout));
+    eprint!("{}", String::from_utf8_lossy(&printed.stderr));
+    alone?;
+    if printed.status.success() {
+        Ok(())
+    } else {
+        Err(format!("{} ended with {}", second.get_program().display(), printed.status))
+    }
 }
 
 /// Runs `tests/blender/window.py` in a real window of Debian's Blender, on a display without a screen. Its screenshots
