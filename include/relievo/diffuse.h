@@ -133,8 +133,8 @@ RLV_API RlvResult rlv_diffuse_release(RlvDiffuse diffuse);
 RLV_API RlvResult rlv_diffuse_info(RlvDiffuse diffuse, RlvDiffuseInfo *out);
 
 /* Mutating. Moves the particles by a time in seconds to the end of a frame of the fluid, and adds the particles born in it;
- * report may be NULL. Fails, and changes nothing, if a number is not finite, seconds is not above 0, particles are too far
- * from each other, or the call is cancelled. */
+ * report may be NULL. Fails, and changes nothing, if a number is not finite, a velocity is above 1e15 m/s along an axis,
+ * seconds is not above 0, particles are too far from each other, or the call is cancelled. */
 RLV_API RlvResult rlv_diffuse_advance(RlvDiffuse diffuse, const RlvDiffuseFluid *fluid, float seconds,
                                       RlvDiffuseReport *report, RlvProgress progress, void *user);
 

@@ -27,6 +27,8 @@ use surroundings::Surroundings;
 
 /// Particles of a task.
 const PART: usize = 1024;
+/// Speed along an axis, in m/s, up to which sums of its squares over all neighbours are finite.
+const FASTEST: f32 = 1e15;
 
 /// The kind of a diffuse particle, by the fluid around it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -127,14 +129,16 @@ pub struct FluidFrame<'a> {
 }
 
 impl FluidFrame<'_> {
-    /// Checks that each particle has a velocity, and that it is finite.
+    /// Checks that each particle has a velocity, and that sums of squares of velocities are finite.
     fn check(&self) -> Result<()> {
         let [positions, velocities] = [self.positions.len(), self.velocities.len()];
         if positions != velocities {
             return Err(Error::invalid(format!("{positions} particles have {velocities} velocities")).at("velocities"));
         }
-        if !self.velocities.iter().all(|velocity| velocity.is_finite()) {
-            return Err(Error::invalid("a particle's velocity is not finite").at("velocities"));
+        if let Some(velocity) = self.velocities.iter().find(|at| !at.abs().cmple(Vec3::splat(FASTEST)).all()) {
+            return Err(Error::invalid(format!("a particle's velocity is {velocity}"))
+                .at("velocities")
+                .advise(format!("give velocities that are finite and at most {FASTEST:e} along an axis")));
         }
         Ok(())
     }

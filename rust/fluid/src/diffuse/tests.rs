@@ -54,6 +54,23 @@ fn a_pair_traps_air_as_in_closed_form() {
 }
 
 #[test]
+fn potentials_are_shares_for_any_velocity_that_is_taken() {
+    let (positions, mut velocities) = collision();
+    let run = Diffuse::new(options()).unwrap();
+    for fast in [1e9, 1e15, 1.1e15, 5e33, f32::MAX, f32::NAN] {
+        velocities.iter_mut().step_by(2).for_each(|velocity| *velocity = Vec3::new(fast, -fast, fast));
+        let frame = FluidFrame { positions: &positions, velocities: &velocities };
+        match run.potentials(&Context::serial(), frame) {
+            Ok(found) => {
+                let shares = found.iter().flat_map(|found| [found.air, found.crest, found.energy]);
+                assert!(fast <= 1e15 && shares.into_iter().all(|share| (0.0..=1.0).contains(&share)), "{fast}");
+            }
+            Err(error) => assert!(!(fast <= 1e15) && error.to_string().contains("velocit"), "{fast}: {error}"),
+        }
+    }
+}
+
+#[test]
 fn potentials_are_in_the_order_of_the_particles() {
     let (positions, velocities) = collision();
     let run = Diffuse::new(options()).unwrap();
