@@ -8,7 +8,7 @@ use relievo_decal::{DecalSettings, Pin, Placement, Sticker, nearest};
 
 /// Squares along each side of the sheet.
 const SIDE: u32 = 150;
-/// Bytes for each triangle of the patch, with the surface around it and what the process itself takes.
+/// Bytes for each triangle of the patch, with the surface around it.
 const MOST: f64 = 450.0;
 
 /// Bytes that the process has, or had at most.
@@ -23,14 +23,14 @@ fn sheet(u: f64, v: f64) -> [f64; 3] {
     [u, v, 0.1 * (7.0 * u).sin() * (5.0 * v).cos()]
 }
 
-#[test]
-fn a_sticker_takes_few_bytes_for_each_of_its_triangles() {
-    let place = |index: u32| f64::from(index) / f64::from(SIDE);
-    let points = (0..=SIDE).flat_map(|row| (0..=SIDE).map(move |column| sheet(place(column), place(row))));
+/// Lays a sticker over a sheet of `side` squares along each side, and returns its triangles and the bytes that they took.
+fn lay(side: u32) -> (u64, f64) {
+    let place = |index: u32| f64::from(index) / f64::from(side);
+    let points = (0..=side).flat_map(|row| (0..=side).map(move |column| sheet(place(column), place(row))));
     let points = points.map(|point| point.map(|value| value as f32)).collect();
-    let squares = (0..SIDE).flat_map(|row| (0..SIDE).map(move |column| row * (SIDE + 1) + column));
+    let squares = (0..side).flat_map(|row| (0..side).map(move |column| row * (side + 1) + column));
     let triangles = squares.flat_map(|first| {
-        let above = first + SIDE + 1;
+        let above = first + side + 1;
         [[first, first + 1, above + 1], [first, above + 1, above]]
     });
     let mesh = Mesh::from_triangles(points, &triangles.collect::<Vec<_>>());
@@ -43,8 +43,14 @@ fn a_sticker_takes_few_bytes_for_each_of_its_triangles() {
     let before = memory("VmRSS");
     let settings = DecalSettings::default();
     let placed = Placement::new(&mesh, &sticker, &pins, None, &settings, &mut Silent).expect("a decal");
-    let bytes = memory("VmHWM") - before;
-    let count = placed.decal().quality.triangles;
+    (placed.decal().quality.triangles as u64, memory("VmHWM") - before)
+}
+
+#[test]
+fn a_sticker_takes_few_bytes_for_each_of_its_triangles() {
+    // The pages of the program itself are read at first use, as many at a time as the system likes.
+    lay(SIDE / 8);
+    let (count, bytes) = lay(SIDE);
     assert!(count > 25_000, "{count}");
     assert!(bytes / count as f64 <= MOST, "{} bytes for each of {count} triangles", bytes / count as f64);
 }
