@@ -142,8 +142,7 @@ fn on_device(
     Ok(())
 }
 
-/// Makes the particles of a scene in chunks and adds them. Returns the seconds that adding takes, and those that all threads
-/// together work for it.
+/// Makes the particles of a scene in chunks and adds them. Returns the seconds and the core-seconds that adding takes.
 fn add(context: &Context, foam: &mut Foam, count: usize) -> Result<[f64; 2]> {
     let (mut time, mut worked, mut result) = (0.0, 0.0, Ok(()));
     for first in (0..count).step_by(CHUNK) {

@@ -5,7 +5,6 @@
 //! 200 × 150 where the processor itself is the device.
 
 use std::path::Path;
-use std::time::Instant;
 
 use relievo_core::{Error, Result};
 use relievo_gpu::module::{MODULES, compose};
@@ -180,13 +179,10 @@ fn augmentation_of(report: &mut Report, folder: &Path) -> Result<()> {
 
 /// Returns what `work` returns, and the median of the milliseconds that it takes.
 fn median<T>(work: impl Fn() -> std::result::Result<T, Faults>) -> std::result::Result<(T, f64), Faults> {
-    let timed = || {
-        let start = Instant::now();
-        work().map(|done| (done, 1e3 * start.elapsed().as_secs_f64()))
-    };
-    let mut samples = (0..SAMPLES).map(|_| timed()).collect::<std::result::Result<Vec<_>, _>>()?;
-    samples.sort_by(|a, b| a.1.total_cmp(&b.1));
-    Ok(samples.swap_remove(SAMPLES / 2))
+    let mut done = Vec::new();
+    let times = (0..SAMPLES).map(|_| 1e3 * seconds(|| done.push(work()))).collect();
+    let mut done = done.into_iter().collect::<std::result::Result<Vec<_>, _>>()?;
+    Ok((done.swap_remove(0), Sample::new(times).median()))
 }
 
 /// Augments a shader with a vector of its last variable that has a value, and writes it as WGSL. Returns whether there is one.

@@ -210,8 +210,9 @@ impl Diffuse {
     /// Moves the particles by `seconds` to the end of a frame, and adds the new particles of the frame.
     ///
     /// Within the frame the fluid moves by its velocities, in as many steps as the settings have. Fails, and changes
-    /// nothing, if the lists of the frame have different lengths, a number is not finite, the particles are too far from
-    /// each other, the particles that are born exceed the memory limit, or `progress` asks to stop.
+    /// nothing, if the lists of the frame have different lengths, a number is not finite, a velocity is above 10¹⁵ m/s along
+    /// an axis, the particles are too far from each other, the particles that are born exceed the memory limit, or `progress`
+    /// asks to stop.
     pub fn advance(
         &mut self,
         context: &Context,

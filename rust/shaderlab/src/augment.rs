@@ -131,7 +131,7 @@ impl Shader {
         let changed: BTreeSet<&str> =
             self.outline.functions.iter().filter(|it| is_changed(it)).map(|it| it.name.as_str()).collect();
         let (mut reaching, mut settled) = (HashSet::new(), HashSet::new());
-        // Functions come after those that they call.
+        // A module lists a function after the functions that it calls.
         for (handle, function) in module.functions.iter() {
             let name = function.name.as_deref().unwrap_or_default();
             let own = &info[handle];

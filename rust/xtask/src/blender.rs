@@ -6,7 +6,7 @@ use std::process::Command;
 
 use crate::files::{copy, copy_files, remove};
 use crate::module;
-use crate::stage::{Outcome, call, cargo, root, target};
+use crate::stage::{Outcome, call, cargo, root, shown, target};
 use crate::wheel::{self, environment};
 
 /// What the tests are run with; bpy 5.0 needs Python 3.11.
@@ -100,15 +100,11 @@ fn side_by_side(mut first: Command, mut second: Command) -> Outcome {
         (call(&mut first), other.join())
     });
     let printed = printed.map_err(|_| "the thread of the second host ended early".to_owned())?;
-    let printed = printed.map_err(|error| format!("cannot start {}: {error}", second.get_program().display()))?;
+    let printed = printed.map_err(|error| format!("cannot start `{}`: {error}", shown(&second)))?;
     print!("{}", String::from_utf8_lossy(&printed.stdout));
     eprint!("{}", String::from_utf8_lossy(&printed.stderr));
     alone?;
-    if printed.status.success() {
-        Ok(())
-    } else {
-        Err(format!("{} ended with {}", second.get_program().display(), printed.status))
-    }
+    if printed.status.success() { Ok(()) } else { Err(format!("`{}` ended with {}", shown(&second), printed.status)) }
 }
 
 /// Runs `tests/blender/window.py` in a real window of Debian's Blender, on a display without a screen. Its screenshots

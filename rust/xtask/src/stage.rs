@@ -52,7 +52,8 @@ pub fn output(command: &mut Command) -> Result<String, String> {
     }
 }
 
-fn shown(command: &Command) -> String {
+/// Returns the line that a command is.
+pub fn shown(command: &Command) -> String {
     let words = std::iter::once(command.get_program()).chain(command.get_args());
     let words: Vec<_> = words.map(|word| word.to_string_lossy().into_owned()).collect();
     words.join(" ")
