@@ -160,8 +160,8 @@ RLV_API RlvResult rlv_decal_emboss(RlvDecal decal, const RlvDecalImage *image, f
 /* Writes a decal that lies on a detail into a channel, with a blend mode and an opacity; ink may be NULL for its initial
  * values. In RLV_CHANNEL_VECTORS red moves along the image's direction to the right on the surface, green along the one
  * upwards, blue along the normal: by -height at 0, not at all at 0.5, by height at 1. Vectors have no layers. Fails, and
- * changes nothing, if the channel is another one, the detail has it not, the blend mode is not for it, the vectors are those
- * of a triangle mesh, or as rlv_decal_paint. */
+ * changes nothing, if the channel is another one, the detail has it not, the blend mode is not for it, or as
+ * rlv_decal_paint. */
 RLV_API RlvResult rlv_decal_write(RlvDecal decal, const RlvDecalImage *image, const RlvDecalInk *ink,
                                   RlvDecalReport *report);
 

@@ -234,7 +234,7 @@ static void write_into_layers(RlvContext context, RlvMesh plane) {
     CHECK_OK(rlv_surface_release(surface));
 }
 
-/* Colours and displacement of a triangle mesh, whose quads are two triangles each. */
+/* Colours, displacement and vectors of a triangle mesh, whose quads are two triangles each. */
 static void write_on_triangles(RlvContext context, RlvMesh plane) {
     RlvSurface surface = RLV_NULL;
     RlvDetail detail = RLV_NULL;
@@ -247,8 +247,11 @@ static void write_on_triangles(RlvContext context, RlvMesh plane) {
     RlvDecalInk ink = RLV_DECAL_INK_INIT;
     RlvDecalReport report = RLV_DECAL_REPORT_INIT;
     RlvDecal decal = RLV_NULL;
+    RlvVectorOptions vectors = RLV_VECTOR_OPTIONS_INIT;
+    RlvEvaluateArrays arrays = RLV_EVALUATE_ARRAYS_INIT;
     const uint32_t inside = 2 * (4 * 10 + 4), outside = 2 * (1 * 10 + 1);
-    float color[4], height = 0.0f;
+    const float middle[2] = {0.3f, 0.3f};
+    float color[4], moved[3], height = 0.0f;
     float *pixels = malloc(WIDTH * HEIGHT * 4);
     CHECK(pixels != NULL);
     for (size_t pixel = 0; pixel < WIDTH * HEIGHT; ++pixel) {
@@ -284,7 +287,25 @@ static void write_on_triangles(RlvContext context, RlvMesh plane) {
     ink.channel = RLV_CHANNEL_VECTORS;
     ink.blend = RLV_BLEND_ADD;
     ink.height = 0.1f;
-    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_decal_write(decal, &image, &ink, &report), "triangle meshes");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_write(decal, &image, &ink, &report), "no vector displacement");
+    vectors.tile_size = 16;
+    CHECK_OK(rlv_detail_add_vectors(detail, &vectors));
+    CHECK_OK(rlv_decal_write(decal, &image, &ink, &report));
+    CHECK(report.refused_tiles == 0 && report.texels > 16 * 100);
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    arrays.count = 1;
+    arrays.tiles = &inside;
+    arrays.uvs = middle;
+    arrays.vectors = moved;
+    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+    for (int axis = 0; axis < 3; ++axis) {
+        CHECK_NEAR(moved[axis], 0.1, 1e-3);
+    }
+    arrays.tiles = &outside;
+    CHECK_OK(rlv_evaluate_detail(detail, &arrays));
+    CHECK_NEAR(moved[0], 0.0, 1e-6);
+    ink.blend = RLV_BLEND_MAX;
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_decal_write(decal, &image, &ink, NULL), "blend");
     CHECK_OK(rlv_decal_release(decal));
     CHECK_OK(rlv_detail_release(detail));
     CHECK_OK(rlv_surface_release(surface));

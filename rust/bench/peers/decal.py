@@ -44,6 +44,20 @@ def log_map(points, triangles, pins):
     return solver.compute_log_map(int(pins[0, 0])), time.perf_counter() - start
 
 
+def geodesics(points, triangles, pins):
+    """Lengths of potpourri3d's geodesics by edge flips from the first pin to the others: x of their points."""
+    import potpourri3d
+
+    start = time.perf_counter()
+    solver = potpourri3d.EdgeFlipGeodesicSolver(points.astype(np.float64), triangles)
+    vertices = pins[:, 0].astype(np.int64)
+    plane = np.zeros((len(points), 2))
+    for vertex in vertices[1:]:
+        path = solver.find_geodesic_path(int(vertices[0]), int(vertex))
+        plane[vertex, 0] = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
+    return plane, time.perf_counter() - start
+
+
 name, given, made, pins = sys.argv[1:5]
 points, triangles = read(given)
 plane, seconds = globals()[name](points, triangles, np.loadtxt(pins, ndmin=2))

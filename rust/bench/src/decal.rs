@@ -1,13 +1,14 @@
 //! Bench `decal`: stickers with moved pins beside libigl's SLIM with soft pins and its LSCM with hard ones, dragging, a large
-//! sticker beside potpourri3d's logarithmic map, its memory, a sticker over most of a bumpy ball beside the discrete
-//! exponential map, and a thousand small stickers. Peers map the same patch.
+//! sticker beside potpourri3d's logarithmic map, its memory, geodesics beside those of potpourri3d, a sticker over most of a
+//! bumpy ball beside the discrete exponential map, and a thousand small stickers. Peers map the same patch.
 
 use std::path::Path;
 
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Error, Mesh, Result};
 use relievo_decal::{
-    Decal, DecalSettings, Pin, Place, Placement, Pose, Scatter, Sticker, exponential, lay, nearest, scatter, stretch,
+    Decal, DecalSettings, Pin, Place, Placement, Pose, Scatter, Sticker, exponential, lay, nearest, scatter,
+    shortest_path, stretch,
 };
 
 use crate::lod::Triangles;
@@ -32,6 +33,7 @@ pub fn run(report: &mut Report, peers: Option<&Path>) -> Result<()> {
     }
     drag(report)?;
     large(report, of("log map"))?;
+    paths(report, of("geodesics"))?;
     around(report)?;
     small(report)
 }
@@ -198,6 +200,50 @@ fn large(report: &mut Report, peer: Option<&Peer>) -> Result<()> {
     report.add(&name, &time, peer_time, "s", Goal::AtMost(2.0));
     let peer_stretch = other.as_ref().map(|(name, l2, _)| (*name, l2));
     report.add(&format!("{name}: L2 stretch"), &one(decal.quality.l2), peer_stretch, "", Goal::AtMost(1.25));
+    Ok(())
+}
+
+/// Lengths of geodesics from a vertex of a cap to others: the largest difference from those of edge flips (Sharp and Crane 2020),
+/// as a share of the length.
+fn paths(report: &mut Report, peer: Option<&Peer>) -> Result<()> {
+    let mesh = cap(104);
+    let at = |column: u32, row: u32| 105 * row + column;
+    let ends = [at(90, 20), at(85, 84), at(15, 80), at(52, 95), at(97, 50), at(30, 13)];
+    // A vertex as a corner of a face that has it.
+    let triangles = mesh.corners.as_chunks::<3>().0;
+    let place = |vertex: u32| {
+        let face = triangles.iter().position(|corners| corners.contains(&vertex)).unwrap_or_default();
+        let barycentric = triangles[face].map(|corner| f64::from(u8::from(corner == vertex)));
+        Place { face: face as u32, barycentric }
+    };
+    let from = at(12, 15);
+    let length = |to: &u32| -> Result<f64> {
+        let path = shortest_path(&mesh, [place(from), place(*to)])?;
+        let step = |pair: &[[f64; 3]]| (0..3).map(|axis| (pair[1][axis] - pair[0][axis]).powi(2)).sum::<f64>().sqrt();
+        Ok(path.windows(2).map(step).sum())
+    };
+    let lengths = ends.iter().map(length).collect::<Result<Vec<f64>>>()?;
+    let name = format!("{} geodesics on a cap of {} triangles", ends.len(), mesh.face_count());
+    let Some(peer) = peer else {
+        report.skip(&name, "there is no potpourri3d beside it");
+        return Ok(());
+    };
+    let pins: String = [from].iter().chain(&ends).map(|vertex| format!("{vertex} 0 0\n")).collect();
+    match mapped(peer, &((mesh.points.clone(), triangles.to_vec()), pins)) {
+        Ok((plane, _)) => {
+            let other = |end: &u32| f64::from(plane.0[*end as usize][0]);
+            let far = ends.iter().zip(&lengths).map(|(end, length)| (other(end) / length - 1.0).abs());
+            let far = one(far.fold(0.0, f64::max));
+            report.add(
+                &format!("{name}: difference from {}", peer.name),
+                &far,
+                None,
+                "of the length",
+                Goal::AtMost(1e-4),
+            );
+        }
+        Err(error) => report.skip(&name, &error.to_string()),
+    }
     Ok(())
 }
 

@@ -23,7 +23,6 @@ use crate::detail::{
 use crate::layer::RLV_BLEND_NORMAL;
 use crate::mesh::{self, MeshObject, RlvMesh};
 use crate::registry::{self, handle, try_read, try_write};
-use crate::shape::only_cages;
 use crate::view::Layers;
 
 handle!(RlvDecal, 25, DecalObject);
@@ -350,7 +349,7 @@ impl DecalObject {
                 match writing {
                     Writing::Color(settings) => print.paint(object, &settings),
                     Writing::Relief(height, settings) => print.emboss(object, height, &settings),
-                    Writing::Vectors(..) => Err(only_cages("decals of vector displacement")),
+                    Writing::Vectors(height, settings) => print.displace(object, height, &settings),
                 }
             }
             _ => Err(Error::internal("a decal lies on another kind of surface")),

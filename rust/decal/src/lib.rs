@@ -13,8 +13,8 @@
 //! A [`Placement`] keeps what a decal was made of and follows: pins that are dragged and surfaces that are posed.
 //!
 //! A [`Print`] writes a decal into the colours, the displacement and the vector displacement of a surface, through the
-//! texels that [`draw`] finds (Section 6), a [`TrianglePrint`] into the colours or the displacement of a triangle mesh. A [`Ground`] does it in a layer for each decal, and keeps its [`Recipe`] in the
-//! document, from which the decal is taken up again.
+//! texels that [`draw`] finds (Section 6), a [`TrianglePrint`] into those of a triangle mesh. A [`Ground`] does it in a layer for
+//! each decal, and keeps its [`Recipe`] in the document, from which the decal is taken up again.
 //!
 //! [`paint_texture`] paints it into the texture of a mesh with texture coordinates, for which [`charts`] says where its faces
 //! lie.

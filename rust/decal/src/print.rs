@@ -86,6 +86,22 @@ pub(crate) fn check_height(height: f32) -> Result<()> {
     Err(Error::invalid(format!("the height is {height}")).at("decal").advise("use object units from -60000 to 60000"))
 }
 
+/// Returns what vectors of a decal are multiplied by: a height with the opacity and the sign of the blend mode.
+///
+/// # Errors
+/// The height or the opacity is out of range, or the blend mode neither adds nor subtracts.
+pub(crate) fn signed_height(height: f32, settings: &Settings) -> Result<f32> {
+    check_height(height)?;
+    settings.check(Kind::Vector).map_err(|error| error.at("decal"))?;
+    match settings.blend {
+        Blend::Add => Ok(settings.opacity * height),
+        Blend::Subtract => Ok(-settings.opacity * height),
+        _ => Err(Error::unsupported(format!("vectors have no blend mode `{}`", settings.blend.name()))
+            .at("decal")
+            .advise("use add or subtract")),
+    }
+}
+
 /// Fails unless an opacity is in 0 to 1.
 pub fn check_opacity(opacity: f32) -> Result<()> {
     if (0.0..=1.0).contains(&opacity) {
@@ -138,21 +154,10 @@ impl Print<'_> {
     /// # Errors
     /// The object has no vector displacement; the blend mode is another one; or as [`Self::emboss`].
     pub fn displace(&self, object: &mut DisplacedObject, height: f32, settings: &Settings) -> Result<Printed> {
-        check_height(height)?;
-        settings.check(Kind::Vector).map_err(|error| error.at("decal"))?;
-        let sign = match settings.blend {
-            Blend::Add => 1.0,
-            Blend::Subtract => -1.0,
-            _ => {
-                return Err(Error::unsupported(format!("vectors have no blend mode `{}`", settings.blend.name()))
-                    .at("decal")
-                    .advise("use add or subtract"));
-            }
-        };
+        let height = signed_height(height, settings)?;
         let vectors = object.vectors_mut().ok_or_else(|| {
             Error::invalid("the object has no vector displacement").at("decal").advise("give it some first")
         })?;
-        let height = sign * settings.opacity * height;
         self.write(vectors, |old: Vector, [red, green, blue, alpha], [cos, sin]| {
             // Colours are premultiplied.
             let [right, up, out] = [red, green, blue].map(|value| f64::from(height * (2.0 * value - alpha)));

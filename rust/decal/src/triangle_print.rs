@@ -1,24 +1,28 @@
-//! Decals written into the colours or the displacement of triangle meshes, as the dabs of a stroke are.
+//! Decals written into the colours, the displacement or the vector displacement of triangle meshes, as the dabs of a stroke are.
 //!
 //! A value is the mean of the sticker around its vertex of the pattern: of 4 by 4 samples over a parallelogram that has the
 //! sides of a segment along two sides of the face. All faces that show a changed value get a block, so that the sticker ends
-//! within a segment. Units: object units for displacement, linear Rec.709 for colour.
+//! within a segment. Vectors are in the frame of the face, edge or vertex they belong to: the image's directions are turned into
+//! it, and what only gets a block is written too, because a mean of vectors in several frames means nothing. Units: object units
+//! for displacement, linear Rec.709 for colour.
 
 use std::collections::BTreeMap;
 
-use glam::{DVec2, DVec3, Vec4};
+use glam::{DMat3, DVec2, DVec3, Vec4};
 use relievo_core::{Context, Error, Result};
 use relievo_detail::{LayeredObject, TriangleObject};
 use relievo_document::{Kind, Settings};
-use relievo_surface::TriangleTopology;
+use relievo_surface::{TriangleSurface, TriangleTopology};
+use relievo_tiles::triangle::vectors::{edge_frame, face_frame, vertex_frame};
 use relievo_tiles::triangle::{
-    Node, Pattern, Slot, TriangleChannel, TriangleSets, TriangleTessellation, TriangleValues,
+    Node, Offset, Pattern, Slot, TriangleChannel, TriangleField, TriangleSets, TriangleTessellation, TriangleValues,
+    edge_foot, foot,
 };
-use relievo_tiles::{ColorTexel, Layered, by_format};
+use relievo_tiles::{ColorTexel, Layered, Texel, Vector, by_format};
 
 use crate::artwork::Artwork;
 use crate::decal::Decal;
-use crate::print::{Printed, check_height, raised};
+use crate::print::{Printed, check_height, raised, signed_height};
 
 /// Samples along each side of the surroundings of a vertex.
 const SAMPLES: u32 = 4;
@@ -51,6 +55,8 @@ struct Piece {
     uv: [DVec2; 3],
     /// By how much the place in the image changes with each of the two coordinates.
     slopes: [DVec2; 2],
+    /// The direction in space to the right of the image; not of unit length.
+    right: DVec3,
 }
 
 /// What has values: the inside of a face or of an edge, or a vertex.
@@ -91,6 +97,67 @@ impl TrianglePrint<'_> {
         self.settle(object, done)
     }
 
+    /// Adds vectors to the vector displacement, as [`Print::displace`](crate::Print::displace) does.
+    ///
+    /// # Errors
+    /// As [`Print::displace`](crate::Print::displace).
+    pub fn displace(&self, object: &mut TriangleObject, height: f32, settings: &Settings) -> Result<Printed> {
+        let height = signed_height(height, settings)?;
+        self.decal.check_depths(self.depths)?;
+        object.renew(self.context)?;
+        let (Some(vectors), Some((offsets, _))) = (object.vectors(), object.offsets()) else {
+            return Err(Error::invalid("the object has no vector displacement")
+                .at("decal")
+                .advise("give it some first"));
+        };
+        let (field, surface) = (vectors.field(), object.surface());
+        let (topology, pattern) = (field.topology().clone(), field.pattern());
+        let pieces = self.pieces(&topology)?;
+        let colored = self.colored(&topology, pattern)?;
+        let covered: Vec<Element> = colored.into_iter().map(|(element, _)| element).collect();
+        let faces = shown(&covered, &topology);
+        // What gets a finer block has values in it that are no means of those of the old one.
+        let elements = elements(&topology, faces.iter().copied());
+        let made = self.context.map(elements.len(), |index| {
+            let element = elements[index];
+            let mut count = 0;
+            let value = |step: u32| {
+                let frame = element.frame(surface, pattern, step);
+                let added = self.vector(self.hits(&pieces, &topology, element, pattern, step), pattern, &frame, height);
+                count += u64::from(added.is_some());
+                let old = element.vector(field, offsets, pattern, step, &frame);
+                added.map_or(old, |added| Vector::nearest(old.value() + added))
+            };
+            let values: Vec<Vector> = (0..element.count(pattern)).map(value).collect();
+            (values, count)
+        });
+        let vectors = object.vectors_mut().ok_or_else(|| Error::internal("the vectors are gone"))?;
+        let (faces, refused) = allocate(self.context, vectors, pattern, faces)?;
+        let field = vectors.field();
+        let (mut values, mut texels) = (TriangleValues::default(), 0);
+        for (element, (new, count)) in elements.into_iter().zip(made) {
+            let is_written = match element {
+                Element::Face(face) => field.face_pattern(face) == Some(pattern),
+                Element::Edge(edge) => field.edge_pattern(edge) == Some(pattern),
+                // A vertex that changed without all its faces would drag those along as a whole.
+                Element::Vertex(_) => {
+                    count > 0 && element.faces(&topology).all(|face| refused.binary_search(&face).is_err())
+                }
+            };
+            if !is_written {
+                continue;
+            }
+            texels += count;
+            match element {
+                Element::Face(face) => values.faces.push((face, new)),
+                Element::Edge(edge) => values.edges.push((edge, new)),
+                Element::Vertex(vertex) => values.vertices.extend(new.first().map(|value| (vertex, *value))),
+            }
+        }
+        vectors.write(values)?;
+        self.settle(object, Printed { tiles: faces, texels, refused })
+    }
+
     fn settle(&self, object: &mut TriangleObject, mut done: Printed) -> Result<Printed> {
         done.refuse(object.settle(self.context)?);
         object.renew(self.context)?;
@@ -114,12 +181,8 @@ impl TrianglePrint<'_> {
         self.decal.check_depths(self.depths)?;
         let (topology, pattern) = (channel.field().topology().clone(), channel.field().pattern());
         let colored = self.colored(&topology, pattern)?;
-        let mut faces: Vec<u32> = colored.iter().flat_map(|(element, _)| element.faces(&topology)).collect();
-        faces.sort_unstable();
-        faces.dedup();
-        let sets = TriangleSets { allocate: faces.clone(), modify: faces.clone(), ..TriangleSets::default() };
-        let refused = channel.apply(self.context, pattern, &sets)?;
-        faces.retain(|face| refused.binary_search(face).is_err());
+        let covered: Vec<Element> = colored.iter().map(|(element, _)| *element).collect();
+        let (faces, refused) = allocate(self.context, channel, pattern, shown(&covered, &topology))?;
         let field = channel.field();
         let mut count = 0;
         let mut new = |block: &[T], colors: &[[f32; 4]]| -> Vec<T> {
@@ -154,22 +217,10 @@ impl TrianglePrint<'_> {
     /// The elements under the decal, in order, with their colours.
     fn colored(&self, topology: &TriangleTopology, pattern: Pattern) -> Result<Vec<Colored>> {
         let pieces = self.pieces(topology)?;
-        let mut elements: Vec<Element> = pieces.keys().copied().map(Element::Face).collect();
-        for face in pieces.keys() {
-            elements.extend(topology.edges_of(*face).map(Element::Edge));
-            elements.extend(topology.face(*face).map(Element::Vertex));
-        }
-        elements.sort_unstable();
-        elements.dedup();
+        let elements = elements(topology, pieces.keys().copied());
         let colored = self.context.map(elements.len(), |index| {
             let element = elements[index];
-            let color = |step: u32| {
-                let mut hits = Vec::new();
-                element.knots(topology, pattern, step, |face, place| {
-                    hits.extend(pieces.get(&face).into_iter().flatten().filter_map(|piece| piece.hit(place)));
-                });
-                self.color(hits, pattern)
-            };
+            let color = |step: u32| self.color(self.hits(&pieces, topology, element, pattern, step), pattern);
             let colors: Vec<[f32; 4]> = (0..element.count(pattern)).map(color).collect();
             colors.iter().any(|color| color[3] > 0.0).then_some((element, colors))
         });
@@ -199,25 +250,44 @@ impl TrianglePrint<'_> {
                 corners.map(|(share, [u, v])| share * DVec2::new(f64::from(*u), f64::from(*v))).sum::<DVec2>()
             };
             let uv = triangle.map(|vertex| DVec2::from(self.decal.uv[vertex as usize]));
-            if let Some(piece) = Piece::new(triangle.map(place), uv) {
+            let points = triangle.map(|vertex| DVec3::from(self.decal.points[vertex as usize]));
+            if let Some(piece) = Piece::new(triangle.map(place), uv, points) {
                 pieces.entry(*face).or_default().push(piece);
             }
         }
         Ok(pieces)
     }
 
-    /// The colour of what lies at a vertex of the pattern, one over the other: the mean around it.
-    fn color(&self, mut hits: Vec<(DVec2, [DVec2; 2])>, pattern: Pattern) -> [f32; 4] {
+    /// The triangles of the decal at a value of an element, with the place in the image.
+    fn hits<'a>(
+        &self,
+        pieces: &'a BTreeMap<u32, Vec<Piece>>,
+        topology: &TriangleTopology,
+        element: Element,
+        pattern: Pattern,
+        step: u32,
+    ) -> Vec<(DVec2, &'a Piece)> {
+        let mut hits = Vec::new();
+        element.knots(topology, pattern, step, |face, place| {
+            let of_face = pieces.get(&face).into_iter().flatten();
+            hits.extend(of_face.filter_map(|piece| piece.hit(place).map(|uv| (uv, piece))));
+        });
+        hits
+    }
+
+    /// The means of the image around a vertex of the pattern, premultiplied, from the lowest layer of the sticker to the top.
+    fn means<'a>(&self, mut hits: Vec<(DVec2, &'a Piece)>, pattern: Pattern) -> Vec<([f32; 4], &'a Piece)> {
         let size = DVec2::from(self.artwork.sticker().size);
-        let height = |(uv, _): &(DVec2, [DVec2; 2])| self.decal.height(uv.to_array(), self.depths);
+        let height = |(uv, _): &(DVec2, &Piece)| self.decal.height(uv.to_array(), self.depths);
         hits.sort_by(|a, b| height(a).total_cmp(&height(b)));
         let mut seen: Vec<DVec2> = Vec::new();
-        let mut color = [0.0_f32; 4];
-        for (uv, slopes) in hits {
+        let mut means = Vec::new();
+        for (uv, piece) in hits {
             if seen.iter().any(|other| other.distance(uv) < SAME) {
                 continue;
             }
             seen.push(uv);
+            let slopes = piece.slopes;
             // Of a sample, in segments and in pixels.
             let side = 1.0 / f64::from(SAMPLES * pattern.segments());
             let footprint = ((slopes[0] * size).perp_dot(slopes[1] * size)).abs().sqrt() * side;
@@ -230,27 +300,83 @@ impl TrianglePrint<'_> {
                     *mean += value / (SAMPLES * SAMPLES) as f32;
                 }
             }
-            let through = 1.0 - mean[3];
-            for (color, mean) in color.iter_mut().zip(mean) {
-                *color = mean + through * *color;
-            }
+            means.push((mean, piece));
         }
-        color
+        means
     }
+
+    /// The colour of what lies at a vertex of the pattern, one over the other.
+    fn color(&self, hits: Vec<(DVec2, &Piece)>, pattern: Pattern) -> [f32; 4] {
+        let over = |color: [f32; 4], (mean, _): ([f32; 4], &Piece)| -> [f32; 4] {
+            std::array::from_fn(|channel| mean[channel] + (1.0 - mean[3]) * color[channel])
+        };
+        self.means(hits, pattern).into_iter().fold([0.0; 4], over)
+    }
+
+    /// The vector of what lies at a vertex of the pattern, one over the other, in a frame; `None` where nothing does.
+    fn vector(&self, hits: Vec<(DVec2, &Piece)>, pattern: Pattern, frame: &DMat3, height: f32) -> Option<DVec3> {
+        let mut sum = None;
+        for (mean, piece) in self.means(hits, pattern).into_iter().filter(|(mean, _)| mean[3] > 0.0) {
+            let [red, green, blue, alpha] = mean.map(f64::from);
+            // Colours are premultiplied.
+            let [right, up, out] = [red, green, blue].map(|value| f64::from(height) * (2.0 * value - alpha));
+            let turn = (frame.transpose() * piece.right).truncate().normalize_or_zero();
+            let own = DVec3::new(turn.x * right - turn.y * up, turn.y * right + turn.x * up, out);
+            sum = Some(own + (1.0 - alpha) * sum.unwrap_or(DVec3::ZERO));
+        }
+        sum
+    }
+}
+
+/// The faces, their edges and their corners, in order.
+fn elements(topology: &TriangleTopology, faces: impl Iterator<Item = u32>) -> Vec<Element> {
+    let mut elements = Vec::new();
+    for face in faces {
+        elements.push(Element::Face(face));
+        elements.extend(topology.edges_of(face).map(Element::Edge));
+        elements.extend(topology.face(face).map(Element::Vertex));
+    }
+    elements.sort_unstable();
+    elements.dedup();
+    elements
+}
+
+/// The faces that show elements, in order.
+fn shown(elements: &[Element], topology: &TriangleTopology) -> Vec<u32> {
+    let mut faces: Vec<u32> = elements.iter().flat_map(|element| element.faces(topology)).collect();
+    faces.sort_unstable();
+    faces.dedup();
+    faces
+}
+
+/// Gives faces blocks of a pattern; returns those that have one, and those that the budget refused.
+fn allocate<T: Texel>(
+    context: &Context,
+    channel: &mut TriangleChannel<T>,
+    pattern: Pattern,
+    mut faces: Vec<u32>,
+) -> Result<(Vec<u32>, Vec<u32>)> {
+    let sets = TriangleSets { allocate: faces.clone(), modify: faces.clone(), ..TriangleSets::default() };
+    let refused = channel.apply(context, pattern, &sets)?;
+    faces.retain(|face| refused.binary_search(face).is_err());
+    Ok((faces, refused))
 }
 
 impl Piece {
     /// `None` for a triangle without area.
-    fn new(places: [DVec2; 3], uv: [DVec2; 3]) -> Option<Self> {
+    fn new(places: [DVec2; 3], uv: [DVec2; 3], points: [DVec3; 3]) -> Option<Self> {
         let [first, second] = [places[1] - places[0], places[2] - places[0]];
         let area = first.perp_dot(second);
         let [p, q] = [uv[1] - uv[0], uv[2] - uv[0]];
         let slopes = [(p * second.y - q * first.y) / area, (q * first.x - p * second.x) / area];
-        slopes.iter().all(|slope| slope.is_finite()).then_some(Self { places, uv, slopes })
+        // The first coordinate of the image grows along it.
+        let right = ((points[1] - points[0]) * q.y - (points[2] - points[0]) * p.y) / p.perp_dot(q);
+        let is_finite = slopes.iter().all(|slope| slope.is_finite()) && right.is_finite();
+        is_finite.then_some(Self { places, uv, slopes, right })
     }
 
-    /// The place in the image at a place of the face, and its slopes; `None` outside of the triangle.
-    fn hit(&self, place: DVec2) -> Option<(DVec2, [DVec2; 2])> {
+    /// The place in the image at a place of the face; `None` outside of the triangle.
+    fn hit(&self, place: DVec2) -> Option<DVec2> {
         let [a, b, c] = self.places;
         let area = (b - a).perp_dot(c - a);
         let share = |from: DVec2, to: DVec2| (to - from).perp_dot(place - from) / area;
@@ -258,7 +384,7 @@ impl Piece {
         if shares.iter().any(|share| *share < -SLACK) {
             return None;
         }
-        Some(((0..3).map(|corner| shares[corner] * self.uv[corner]).sum(), self.slopes))
+        Some((0..3).map(|corner| shares[corner] * self.uv[corner]).sum())
     }
 }
 
@@ -272,6 +398,54 @@ impl Element {
         };
         let beside = along.into_iter().flatten().chain(around.into_iter().flatten());
         inside.into_iter().chain(beside.map(|(face, _)| face))
+    }
+
+    /// The frame of its value number `step`.
+    fn frame(self, surface: &TriangleSurface, pattern: Pattern, step: u32) -> DMat3 {
+        let frame = match self {
+            Self::Face(face) => {
+                face_frame(surface, face, foot(surface, face, pattern, pattern.at_slot(Slot::Inside(step))).normal)
+            }
+            Self::Edge(edge) => {
+                edge_frame(surface, edge, edge_foot(surface, edge, step + 1, pattern.segments()).normal)
+            }
+            Self::Vertex(vertex) => vertex_frame(surface, vertex),
+        };
+        frame.as_dmat3()
+    }
+
+    /// Its vector number `step` in a pattern: its own, or what it reads as, turned into its frame.
+    fn vector(
+        self,
+        field: &TriangleField<Vector>,
+        offsets: &TriangleField<Offset>,
+        pattern: Pattern,
+        step: u32,
+        frame: &DMat3,
+    ) -> Vector {
+        let own = match self {
+            Self::Face(face) => field.face(face).filter(|_| field.face_pattern(face) == Some(pattern)),
+            Self::Edge(edge) => field.edge(edge).filter(|_| field.edge_pattern(edge) == Some(pattern)),
+            Self::Vertex(vertex) => return field.vertex(vertex),
+        };
+        if let Some(vector) = own.and_then(|block| block.get(step as usize)) {
+            return *vector;
+        }
+        let (face, node) = match self {
+            Self::Face(face) => (face, pattern.at_slot(Slot::Inside(step))),
+            Self::Edge(edge) => {
+                let topology = field.topology();
+                let Some((face, side)) = topology.faces_along(edge).next() else { return Vector::ZERO };
+                let is_reversed = topology.side(face, side).reversed;
+                (face, pattern.node(0, side, if is_reversed { pattern.segments() - step - 1 } else { step + 1 }))
+            }
+            Self::Vertex(vertex) => return field.vertex(vertex),
+        };
+        if offsets.is_blank(face) {
+            Vector::ZERO
+        } else {
+            Vector::nearest(frame.transpose() * offsets.at(face, pattern, node))
+        }
     }
 
     /// How many values it has.

@@ -72,6 +72,7 @@ pub fn decals() -> Result<PathBuf, String> {
         ("libigl SLIM", "decal.py slim"),
         ("libigl LSCM", "decal.py lscm"),
         ("potpourri3d log map", "decal.py log_map"),
+        ("potpourri3d geodesics", "decal.py geodesics"),
     ] {
         let python = environment(&target().join("peers/decal"), DECALS);
         if let Err(error) = python.and_then(|python| script(&folder.join(name), "", &python, called)) {

@@ -193,7 +193,7 @@ fn a_sticker_longer_than_a_finger_is_round_overlaps_itself_where_that_is_allowed
         let decal = decal.unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(decal.quality.flips, 0);
         assert!(decal.is_disk().expect("a manifold"));
-        assert!((turns(&decal.triangles, &decal.uv) - 1.0).abs() < 1e-6, "the boundary winds around more than once");
+        assert!((turns(&decal.triangles, &decal.uv) - 1.0).abs() < 1e-6, "faces turn around a vertex twice");
         assert!((decal.quality.l2 - 1.0).abs() < 1e-3 && decal.quality.doubled < 0.01, "{:?}", decal.quality);
         decal.quality
     };

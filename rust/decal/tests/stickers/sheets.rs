@@ -1,6 +1,6 @@
 //! Sheets of triangles whose answer is known.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use relievo_core::Mesh;
 use relievo_decal::Place;
@@ -36,19 +36,22 @@ pub fn on_sheet(count: u32, u: f64, v: f64) -> Place {
     }
 }
 
-/// How often the boundary of a disk turns around in the plane: the sum of the angles between its edges, in full turns. It is 1
-/// for a map without folds that is injective around each vertex, and larger where the faces around a vertex inside take more
-/// than a full turn.
+/// How often the boundary of a disk turns around in the plane: the sum of half a turn less the angle of the faces, over the
+/// vertices of the boundary, in full turns. It is 1 for a map without folds that is injective around each vertex inside, and
+/// larger by 1 for each one around which the faces turn twice.
 pub fn turns(triangles: &[[u32; 3]], uv: &[[f64; 2]]) -> f64 {
     let edges = triangles.iter().flat_map(|[a, b, c]| [(*a, *b), (*b, *c), (*c, *a)]);
     let edges: HashSet<(u32, u32)> = edges.collect();
-    let after: HashMap<u32, u32> = edges.iter().copied().filter(|(from, to)| !edges.contains(&(*to, *from))).collect();
+    let border: HashSet<u32> =
+        edges.iter().filter(|(from, to)| !edges.contains(&(*to, *from))).map(|(from, _)| *from).collect();
     let way = |from: u32, to: u32| [0, 1].map(|axis| uv[to as usize][axis] - uv[from as usize][axis]);
-    let angle = |(from, to): (&u32, &u32)| {
-        let ([a, b], [c, d]) = (way(*from, *to), way(*to, after[to]));
+    let angle = |(here, next, last): (u32, u32, u32)| {
+        let ([a, b], [c, d]) = (way(here, next), way(here, last));
         (a * d - b * c).atan2(a * c + b * d)
     };
-    after.iter().map(angle).sum::<f64>() / std::f64::consts::TAU
+    let corners = triangles.iter().flat_map(|[a, b, c]| [(*a, *b, *c), (*b, *c, *a), (*c, *a, *b)]);
+    let angles: f64 = corners.filter(|(here, ..)| border.contains(here)).map(angle).sum();
+    0.5 * border.len() as f64 - angles / std::f64::consts::TAU
 }
 
 /// A fan of faces around a vertex that goes around it `count` times, all of them upright.

@@ -3,11 +3,14 @@
 use glam::{DAffine3, Vec4};
 use relievo_core::progress::Silent;
 use relievo_core::{Attribute, Context, ContextOptions, Domain, Mesh, Values};
-use relievo_decal::{Artwork, Decal, DecalSettings, Pin, Sticker, charts, emboss, lay, nearest, paint, paint_texture};
-use relievo_detail::{DisplacedObject, LayeredObject};
-use relievo_document::Document;
+use relievo_decal::{
+    Artwork, Decal, DecalSettings, Pin, Sticker, TrianglePrint, charts, emboss, lay, nearest, paint, paint_texture,
+};
+use relievo_detail::{DisplacedObject, LayeredObject, TriangleObject};
+use relievo_document::{Blend, Document, Kind, Settings};
 use relievo_render::Image;
-use relievo_surface::{Surface, SurfaceOptions};
+use relievo_surface::{Surface, SurfaceOptions, TriangleSurface};
+use relievo_tiles::triangle::{TriangleChannel, TriangleOptions, TriangleTessellation};
 use relievo_tiles::{ChannelOptions, Displacement, Paint, Rgba8, uniform_rates};
 
 use crate::sheets::{on_sheet, sheet};
@@ -144,4 +147,70 @@ fn printed(threads: usize) -> Vec<u8> {
 fn painting_does_not_depend_on_the_number_of_threads() {
     let one = printed(1);
     assert!(one.len() > 4000 && one == printed(2) && one == printed(5));
+}
+
+#[test]
+fn vectors_on_triangles_follow_the_directions_of_the_image() {
+    let context = Context::serial();
+    let mesh = sheet(8, |u, v| [u, v, 0.0]);
+    let surface = TriangleSurface::new(&context, &mesh).expect("a surface");
+    let topology = surface.topology().clone();
+    let options = TriangleOptions { segments: 8, budget: u64::MAX };
+    let displacement = TriangleChannel::displacement(topology.clone(), &options).expect("displacement");
+    let mut object = TriangleObject::new(&context, surface, displacement, DAffine3::IDENTITY).expect("an object");
+    let ground = |object: &TriangleObject| {
+        let displaced = object.displaced().expect("a mesh");
+        TriangleTessellation::new(&context, &displaced, object.normals(), &mesh, |face| object.rates(face))
+    };
+    object.renew(&context).expect("normals");
+    let ground = ground(&object).expect("triangles");
+    // The image is half as wide as the sheet and turned.
+    let (sin, cos) = 0.6_f64.sin_cos();
+    let sticker = Sticker::whole([100, 100]).expect("a sticker");
+    let pin = |x: f64, y: f64| {
+        let [a, b] = [0.005 * (x - 50.0), 0.005 * (y - 50.0)];
+        let point = [0.5 + cos * a - sin * b, 0.5 + sin * a + cos * b, 0.0];
+        Pin { image: [x, y], place: nearest(&ground.mesh, point).expect("a place").0 }
+    };
+    let pins = [pin(20.0, 20.0), pin(80.0, 25.0), pin(45.0, 81.0)];
+    let decal = lay(&ground.mesh, &sticker, &pins, None, &DecalSettings::default(), &mut Silent).expect("a decal");
+    let mut image = Image::new(100, 100, 3).expect("an image");
+    (0..100).for_each(|y| (0..100).for_each(|x| image.set_color(x, y, [1.0, 0.25, 0.75])));
+    let artwork = Artwork::new(&sticker, &image).expect("artwork");
+    let print = TrianglePrint { context: &context, ground: &ground, decal: &decal, artwork: &artwork, depths: &[] };
+    let add = Settings { blend: Blend::Add, ..Settings::of(Kind::Vector) };
+    let error = print.displace(&mut object, 0.2, &add).expect_err("there are no vectors").to_string();
+    assert!(error.contains("no vector displacement"), "{error}");
+    object.set_vectors(TriangleChannel::vectors(topology.clone(), &options).expect("vectors")).expect("they fit");
+    let printed = print.displace(&mut object, 0.2, &add).expect("it is written");
+    assert!(printed.refused.is_empty() && printed.texels > 1000, "{printed:?}");
+    // To the right by 0.2, down by 0.1, out by 0.1.
+    let expected = [0.2 * cos + 0.1 * sin, 0.2 * sin - 0.1 * cos, 0.1];
+    let check = |object: &TriangleObject, expected: [f64; 3]| {
+        let (offsets, _) = object.offsets().expect("vectors");
+        let mut counts = [0; 2];
+        for face in 0..topology.face_count() as u32 {
+            let corners = topology.face(face).map(|corner| mesh.points[corner as usize].map(f64::from));
+            for weights in [[0.5, 0.25, 0.25], [0.5, 0.5, 0.0], [0.0, 0.125, 0.875], [1.0, 0.0, 0.0]] {
+                let at = [0, 1].map(|axis| (0..3).map(|k| f64::from(weights[k]) * corners[k][axis]).sum::<f64>() - 0.5);
+                let [x, y] = [cos * at[0] + sin * at[1], cos * at[1] - sin * at[0]];
+                let found = offsets.value(face, weights).to_array();
+                let away = x.abs().max(y.abs());
+                let (part, expected) = if away < 0.22 { (0, expected) } else { (1, [0.0; 3]) };
+                if away < 0.22 || away > 0.28 {
+                    counts[part] += 1;
+                    let near = |axis: usize| (found[axis] - expected[axis]).abs() < 1e-3;
+                    assert!((0..3).all(near), "face {face} {weights:?}: {found:?}, and not {expected:?}");
+                }
+            }
+        }
+        assert!(counts[0] > 50 && counts[1] > 100, "{counts:?}");
+    };
+    check(&object, expected);
+    let half = Settings { blend: Blend::Subtract, opacity: 0.5, ..Settings::of(Kind::Vector) };
+    print.displace(&mut object, 0.2, &half).expect("it is written");
+    check(&object, expected.map(|value| 0.5 * value));
+    let largest = Settings { blend: Blend::Max, ..add };
+    let error = print.displace(&mut object, 0.2, &largest).expect_err("no mode").to_string();
+    assert!(error.contains("blend"), "{error}");
 }
