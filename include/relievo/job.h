@@ -9,12 +9,19 @@
  * handed over by rlv_job_poll and rlv_job_wait on the thread that calls those. When its last reference is released, a
  * job that still runs is asked to stop, and the release does not wait; wait before the process ends.
  *
+ * What a job makes is known when it starts: the kind in RlvJobInfo. Each kind has one function, rlv_job_<noun>(job, &out),
+ * with one rule for all. It fails with RLV_ERROR_BUSY while the job runs, with the job's own failure if that failed or was
+ * cancelled, and with RLV_ERROR_INVALID if the job makes something else. What it gives is what the call would have given:
+ * a handle is a reference of the caller's own, which the caller releases, to the same object every time; a report is
+ * copied. Objects outlive their job, and what nobody asked for is released with the job.
+ *
  * In a context with host_spawn a job is a task of the host: the function that starts it returns at once, what fails fails
  * as a job, and rlv_job_wait must not be called on the only thread that could run the task. */
 #ifndef RELIEVO_JOB_H
 #define RELIEVO_JOB_H
 
 #include "relievo/bake.h"
+#include "relievo/caster.h"
 #include "relievo/client.h"
 #include "relievo/crowd.h"
 #include "relievo/decal.h"
@@ -22,6 +29,8 @@
 #include "relievo/fluid.h"
 #include "relievo/grid.h"
 #include "relievo/imprint.h"
+#include "relievo/picture.h"
+#include "relievo/procedural.h"
 #include "relievo/progressive.h"
 #include "relievo/ptex.h"
 #include "relievo/repair.h"
@@ -40,15 +49,41 @@ typedef enum RlvJobState {
     RLV_JOB_CANCELLED = 3
 } RlvJobState;
 
+/* What a job makes, and the function that gives it. */
+typedef enum RlvJobKind {
+    RLV_JOB_KIND_NONE = 0, /* nothing: a file was written, or steps made; rlv_job_result alone */
+    RLV_JOB_KIND_MESH = 1, /* rlv_job_mesh; after rlv_job_simplify also rlv_job_simplify_error, after rlv_job_repair
+                              rlv_job_repair_report */
+    RLV_JOB_KIND_PROGRESSIVE = 2, /* rlv_job_progressive_mesh */
+    RLV_JOB_KIND_GRID = 3, /* rlv_job_grid */
+    RLV_JOB_KIND_DECAL = 4, /* rlv_job_decal */
+    RLV_JOB_KIND_CROWD_MODEL = 5, /* rlv_job_crowd_model */
+    RLV_JOB_KIND_TISSUE = 6, /* rlv_job_tissue, and rlv_job_tissue_report */
+    RLV_JOB_KIND_PARTICLES = 7, /* rlv_job_particles */
+    RLV_JOB_KIND_SURFACE = 8, /* rlv_job_surface */
+    RLV_JOB_KIND_CASTER = 9, /* rlv_job_caster */
+    RLV_JOB_KIND_PROCEDURAL = 10, /* rlv_job_procedural */
+    RLV_JOB_KIND_COLLIDER = 11, /* rlv_job_collider */
+    RLV_JOB_KIND_PICTURE = 12, /* rlv_job_picture */
+    RLV_JOB_KIND_DOCUMENT = 13, /* rlv_job_document */
+    RLV_JOB_KIND_IMPRINT_REPORT = 14, /* rlv_job_imprint_report */
+    RLV_JOB_KIND_BAKE_REPORT = 15, /* rlv_job_bake_report */
+    RLV_JOB_KIND_PTEX_REPORT = 16, /* rlv_job_ptex_report */
+    RLV_JOB_KIND_TRANSFER_REPORT = 17, /* rlv_job_transfer_report */
+    RLV_JOB_KIND_FLUID_REPORT = 18, /* rlv_job_fluid_report */
+    RLV_JOB_KIND_CLIENT_STATUS = 19 /* rlv_job_client_status */
+} RlvJobKind;
+
 typedef struct RlvJobInfo {
     uint32_t struct_size;
     uint32_t state;            /* RlvJobState */
     RlvResult result;          /* what the call returned; RLV_OK while it runs */
     float fraction;            /* how far it is, 0 to 1 */
     char stage[RLV_NAME_SIZE]; /* what is being done */
+    uint32_t kind;             /* RlvJobKind: what it makes, or will have made */
 } RlvJobInfo;
 
-#define RLV_JOB_INFO_INIT {sizeof(RlvJobInfo), RLV_JOB_RUNNING, RLV_OK, 0.0f, {0}}
+#define RLV_JOB_INFO_INIT {sizeof(RlvJobInfo), RLV_JOB_RUNNING, RLV_OK, 0.0f, {0}, RLV_JOB_KIND_NONE}
 
 /* Starts rlv_tessellate_detail, of the detail as it is committed now; rlv_job_mesh has the triangles. Not to be stopped
  * half-way: a cancelled one works to its end. Fails as rlv_tessellate_detail does, as a job or at once. */
@@ -153,6 +188,80 @@ RLV_API RlvResult rlv_job_client_fetch(RlvClient client, const char *scene, uint
 RLV_API RlvResult rlv_job_client_fetch_mesh(RlvClient client, const char *scene, uint64_t frame, const char *settings,
                                             RlvJob *out);
 
+/* Starts rlv_surface_create; rlv_job_surface has the surface. The cage must not be changed until the job has ended. Stops
+ * before and after the refinement. Fails as rlv_surface_create does, as a job or at once. */
+RLV_API RlvResult rlv_job_surface_create(RlvContext context, RlvMesh cage, const RlvSurfaceOptions *options,
+                                         RlvJob *out);
+
+/* Starts rlv_caster_create_mesh; rlv_job_caster has the caster. The mesh must not be changed until the job has ended.
+ * Stops before and after the hierarchy is built. Fails as rlv_caster_create_mesh does, as a job or at once. */
+RLV_API RlvResult rlv_job_caster_create_mesh(RlvContext context, RlvMesh mesh, RlvJob *out);
+
+/* Starts rlv_caster_create_detail, of the detail as it is committed now; rlv_job_caster has the caster. Stops as
+ * rlv_job_caster_create_mesh does, and between tessellation and hierarchy. Fails as rlv_caster_create_detail does, as a job
+ * or at once. */
+RLV_API RlvResult rlv_job_caster_create_detail(RlvDetail detail, const RlvTessellateOptions *options, RlvJob *out);
+
+/* Starts rlv_caster_create_tessellation; rlv_job_caster has the caster. The tessellation must not be updated until the
+ * job has ended. Stops as rlv_job_caster_create_mesh does. Fails as rlv_caster_create_tessellation does, as a job or at
+ * once. */
+RLV_API RlvResult rlv_job_caster_create_tessellation(RlvTessellation tessellation, RlvJob *out);
+
+/* Starts rlv_procedural_create, of the detail as it is committed now; rlv_job_procedural has the primitives. Stops before
+ * and after they are made. Fails as rlv_procedural_create does, as a job or at once. */
+RLV_API RlvResult rlv_job_procedural_create(RlvDetail detail, const RlvProceduralOptions *options, RlvJob *out);
+
+/* Starts rlv_procedural_create_moving, to the detail as it is committed now; otherwise as rlv_job_procedural_create. Fails
+ * as rlv_procedural_create_moving does, as a job or at once. */
+RLV_API RlvResult rlv_job_procedural_create_moving(RlvProcedural begin, RlvDetail end, RlvJob *out);
+
+/* Starts rlv_collider_create_mesh; rlv_job_collider has the collider. The mesh must not be changed until the job has ended.
+ * Stops before and after each of its stages. Fails as rlv_collider_create_mesh does, as a job or at once. */
+RLV_API RlvResult rlv_job_collider_create_mesh(RlvContext context, RlvMesh mesh, const double *matrix, RlvJob *out);
+
+/* Starts rlv_collider_create_surface; rlv_job_collider has the collider. Stops as rlv_job_collider_create_mesh does. Fails
+ * as rlv_collider_create_surface does, as a job or at once. */
+RLV_API RlvResult rlv_job_collider_create_surface(RlvSurface surface, const RlvTessellateOptions *options,
+                                                  const double *matrix, RlvJob *out);
+
+/* Starts rlv_collider_create_detail, of the detail as it is committed now; rlv_job_collider has the collider. Stops as
+ * rlv_job_collider_create_mesh does. Fails as rlv_collider_create_detail does, as a job or at once. */
+RLV_API RlvResult rlv_job_collider_create_detail(RlvDetail detail, const RlvTessellateOptions *options, RlvJob *out);
+
+/* Starts rlv_mesh_read; rlv_job_mesh has the mesh. Stops before and after the file is read. Fails as rlv_mesh_read does,
+ * as a job or at once. */
+RLV_API RlvResult rlv_job_mesh_read(RlvContext context, const char *path, RlvJob *out);
+
+/* Starts rlv_mesh_write. The mesh must not be changed until the job has ended. Stops before the file is written, which
+ * then appears whole. Fails as rlv_mesh_write does, as a job or at once. */
+RLV_API RlvResult rlv_job_mesh_write(RlvMesh mesh, const char *path, RlvJob *out);
+
+/* Starts rlv_particles_read; rlv_job_particles has the particles. Stops before and after the file is read. Fails as
+ * rlv_particles_read does, as a job or at once. */
+RLV_API RlvResult rlv_job_particles_read(RlvContext context, const char *path, RlvJob *out);
+
+/* Starts rlv_particles_write. Stops as rlv_job_mesh_write does. Fails as rlv_particles_write does, as a job or at once. */
+RLV_API RlvResult rlv_job_particles_write(RlvParticles particles, const char *path, RlvJob *out);
+
+/* Starts rlv_picture_open; rlv_job_picture has the picture. Stops before and after the file is read. Fails as
+ * rlv_picture_open does, as a job or at once. */
+RLV_API RlvResult rlv_job_picture_open(RlvContext context, const char *path, RlvJob *out);
+
+/* Edits the detail while its layers are gathered: starts rlv_document_create; rlv_job_document has the document. Stops
+ * before the file is written. Fails as rlv_document_create does, as a job or at once. */
+RLV_API RlvResult rlv_job_document_create(RlvDetail detail, const char *path, uint64_t memory, RlvJob *out);
+
+/* Edits the detail: starts rlv_document_open; rlv_job_document has the document. Stops before the detail takes up the
+ * layers, and leaves it as it was then. Fails as rlv_document_open does, as a job or at once. */
+RLV_API RlvResult rlv_job_document_open(RlvDetail detail, const char *path, uint64_t memory, RlvJob *out);
+
+/* Mutates the document, and edits its detail while its layers are gathered: starts rlv_document_save. Stops before the
+ * file is written. Fails as rlv_document_save does, as a job or at once. */
+RLV_API RlvResult rlv_job_document_save(RlvDocument document, const char *path, RlvJob *out);
+
+/* Starts rlv_document_compact. Stops before the file is read. Fails as rlv_document_compact does, as a job or at once. */
+RLV_API RlvResult rlv_job_document_compact(RlvContext context, const char *path, size_t keep, RlvJob *out);
+
 RLV_API RlvResult rlv_job_retain(RlvJob job);
 RLV_API RlvResult rlv_job_release(RlvJob job);
 
@@ -180,8 +289,8 @@ RLV_API RlvResult rlv_job_cancel(RlvJob job);
  * RLV_ERROR_BUSY while it runs. */
 RLV_API RlvResult rlv_job_result(RlvJob job);
 
-/* The mesh that rlv_job_tessellate, rlv_job_simplify, rlv_job_repair, rlv_job_isosurface, rlv_job_grid_mesh or
- * rlv_job_client_fetch_mesh made, the same one every time. Fails as rlv_job_result does, and if the job makes no mesh. */
+/* The mesh that rlv_job_tessellate, rlv_job_simplify, rlv_job_repair, rlv_job_isosurface, rlv_job_grid_mesh,
+ * rlv_job_mesh_read or rlv_job_client_fetch_mesh made, the same one every time. Fails as rlv_job_result does, and if the job makes no mesh. */
 RLV_API RlvResult rlv_job_mesh(RlvJob job, RlvMesh *out);
 
 /* The largest deviation of the mesh that rlv_job_simplify made. Fails as rlv_job_result does, and if the job was another. */
@@ -209,12 +318,36 @@ RLV_API RlvResult rlv_job_tissue(RlvJob job, RlvTissue *out);
 /* What the model of rlv_job_tissue_build was built from. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_tissue_report(RlvJob job, RlvTissueReport *out);
 
-/* The particles that rlv_job_client_fetch made, the same ones every time. Fails as rlv_job_result does, and if the job was
+/* The particles that rlv_job_client_fetch or rlv_job_particles_read made, the same ones every time. Fails as rlv_job_result does, and if the job was
  * another. */
 RLV_API RlvResult rlv_job_particles(RlvJob job, RlvParticles *out);
 
 /* The state of the scene after rlv_job_client_submit. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_client_status(RlvJob job, RlvClientStatus *out);
+
+/* The surface that rlv_job_surface_create made, the same one every time. Fails as rlv_job_result does, and if the job was
+ * another. */
+RLV_API RlvResult rlv_job_surface(RlvJob job, RlvSurface *out);
+
+/* The caster that rlv_job_caster_create_mesh, rlv_job_caster_create_detail or rlv_job_caster_create_tessellation made, the
+ * same one every time. Fails as rlv_job_result does, and if the job was another. */
+RLV_API RlvResult rlv_job_caster(RlvJob job, RlvCaster *out);
+
+/* The primitives that rlv_job_procedural_create or rlv_job_procedural_create_moving made, the same ones every time. Fails
+ * as rlv_job_result does, and if the job was another. */
+RLV_API RlvResult rlv_job_procedural(RlvJob job, RlvProcedural *out);
+
+/* The collider that rlv_job_collider_create_mesh, rlv_job_collider_create_surface or rlv_job_collider_create_detail made,
+ * the same one every time. Fails as rlv_job_result does, and if the job was another. */
+RLV_API RlvResult rlv_job_collider(RlvJob job, RlvCollider *out);
+
+/* The picture that rlv_job_picture_open opened, the same one every time. Fails as rlv_job_result does, and if the job was
+ * another. */
+RLV_API RlvResult rlv_job_picture(RlvJob job, RlvPicture *out);
+
+/* The document that rlv_job_document_create or rlv_job_document_open made, the same one every time. Fails as
+ * rlv_job_result does, and if the job was another. */
+RLV_API RlvResult rlv_job_document(RlvJob job, RlvDocument *out);
 
 /* The crowd model that rlv_job_crowd built, the same one every time. Fails as rlv_job_result does, and if the job was
  * another. */

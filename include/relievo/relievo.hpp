@@ -3187,42 +3187,9 @@ public:
 };
 
 /// See relievo/job.h. One that is let go of while it runs is cancelled.
-class Job : public Reference<RlvJob, rlv_job_retain, rlv_job_release> {
+class AnyJob : public Reference<RlvJob, rlv_job_retain, rlv_job_release> {
 public:
     using Reference::Reference;
-
-    static Job tessellate(const Detail &detail,
-                          const RlvTessellateOptions &options = RLV_TESSELLATE_OPTIONS_INIT) {
-        Job made;
-        check(rlv_job_tessellate(detail.get(), &options, made.out()));
-        return made;
-    }
-
-    static Job grid_from_mesh(const Mesh &mesh, const RlvGridSettings &settings = RLV_GRID_SETTINGS_INIT) {
-        Job made;
-        check(rlv_job_grid_from_mesh(mesh.get(), &settings, made.out()));
-        return made;
-    }
-
-    static Job grid_read(const Context &context, const std::string &path, const std::string &name = "") {
-        Job made;
-        const char *const wanted = name.empty() ? nullptr : name.c_str();
-        check(rlv_job_grid_read(context.get(), path.c_str(), wanted, nullptr, made.out()));
-        return made;
-    }
-
-    static Job grid_change(const Grid &grid, RlvGridChange change,
-                           const RlvGridSettings &settings = RLV_GRID_SETTINGS_INIT) {
-        Job made;
-        check(rlv_job_grid_change(grid.get(), change, &settings, made.out()));
-        return made;
-    }
-
-    static Job grid_mesh(const Grid &grid, const RlvGridSettings &settings = RLV_GRID_SETTINGS_INIT) {
-        Job made;
-        check(rlv_job_grid_mesh(grid.get(), &settings, made.out()));
-        return made;
-    }
 
     /// Returns the grid that the job made.
     Grid grid() const {
@@ -3231,144 +3198,8 @@ public:
         return Grid(made);
     }
 
-    static Job sweep(const Detail &detail, const Collider &collider, const Matrix &from, const Matrix &to,
-                     const RlvImprintSettings &settings = RLV_IMPRINT_SETTINGS_INIT,
-                     const RlvImprintMoment &moment = RLV_IMPRINT_MOMENT_INIT) {
-        Job made;
-        check(rlv_job_sweep(detail.get(), collider.get(), from.data(), to.data(), &settings, &moment, made.out()));
-        return made;
-    }
-
-    /// Of a collider that deforms: its points at either place, as many as it has.
-    static Job sweep(const Detail &detail, const Collider &collider, const Matrix &from, const Matrix &to,
-                     const std::vector<std::array<float, 3>> &from_points,
-                     const std::vector<std::array<float, 3>> &to_points,
-                     const RlvImprintSettings &settings = RLV_IMPRINT_SETTINGS_INIT,
-                     const RlvImprintMoment &moment = RLV_IMPRINT_MOMENT_INIT) {
-        if (from_points.size() != to_points.size()) {
-            raise(std::invalid_argument("sweep: a collider has as many points before as after"));
-        }
-        Job made;
-        check(rlv_job_sweep_points(detail.get(), collider.get(), from.data(), to.data(),
-                                   reinterpret_cast<const float *>(from_points.data()),
-                                   reinterpret_cast<const float *>(to_points.data()), from_points.size(), 0, &settings,
-                                   &moment, made.out()));
-        return made;
-    }
-
-    static Job write_ptex(const Detail &detail, std::uint32_t channel, const std::string &path) {
-        Job made;
-        check(rlv_job_ptex_write(detail.get(), channel, path.c_str(), made.out()));
-        return made;
-    }
-
-    static Job read_ptex(const Detail &detail, const std::string &path,
-                         const RlvPtexOptions &options = RLV_PTEX_OPTIONS_INIT) {
-        Job made;
-        check(rlv_job_ptex_read(detail.get(), path.c_str(), &options, made.out()));
-        return made;
-    }
-
-    static Job transfer(const Context &context, const std::string &path, const Mesh &to, const std::string &to_path,
-                        const RlvTransferOptions &options = RLV_TRANSFER_OPTIONS_INIT) {
-        Job made;
-        check(rlv_job_transfer(context.get(), path.c_str(), to.get(), to_path.c_str(), &options, made.out()));
-        return made;
-    }
-
-    static Job bake(const Detail &detail, const std::string &path,
-                    const RlvBakeOptions &options = RLV_BAKE_OPTIONS_INIT) {
-        Job made;
-        check(rlv_job_bake(detail.get(), &options, path.c_str(), made.out()));
-        return made;
-    }
-
-    static Job advance(const Fluid &fluid, double seconds) {
-        Job made;
-        check(rlv_job_fluid(fluid.get(), seconds, made.out()));
-        return made;
-    }
-
-    static Job mesh(const Isosurface &isosurface,
-                    const RlvIsosurfaceMeshOptions &options = RLV_ISOSURFACE_MESH_OPTIONS_INIT) {
-        Job made;
-        check(rlv_job_isosurface(isosurface.get(), &options, made.out()));
-        return made;
-    }
-
-    static Job build(const Mesh &mesh, const RlvProgressiveOptions &options = RLV_PROGRESSIVE_OPTIONS_INIT) {
-        Job made;
-        check(rlv_job_progressive(mesh.get(), &options, made.out()));
-        return made;
-    }
-
-    static Job simplify(const Mesh &mesh, const Simplify &how) {
-        std::vector<RlvSimplifyWeight> told;
-        const RlvSimplifyOptions given = how.pointing(told);
-        Job made;
-        check(rlv_job_simplify(mesh.get(), &given, made.out()));
-        return made;
-    }
-
-    static Job repair(const Mesh &mesh, const RlvRepairSettings &settings = RLV_REPAIR_SETTINGS_INIT) {
-        Job made;
-        check(rlv_job_repair(mesh.get(), &settings, made.out()));
-        return made;
-    }
-
-    static Job decal(const Mesh &mesh, const RlvDecalOptions &options, const std::vector<RlvDecalPin> &pins) {
-        Job made;
-        check(rlv_job_decal_on_mesh(mesh.get(), &options, pins.data(), pins.size(), 0, made.out()));
-        return made;
-    }
-
-    static Job decal(const Detail &detail, const RlvDecalOptions &options, const std::vector<RlvDecalPin> &pins) {
-        Job made;
-        check(rlv_job_decal_on_detail(detail.get(), &options, pins.data(), pins.size(), 0, made.out()));
-        return made;
-    }
-
-    static Job tissue(const Context &context, const RlvTissueDescription &description) {
-        Job made;
-        check(rlv_job_tissue_build(context.get(), &description, made.out()));
-        return made;
-    }
-
-    static Job advance(const TissueSimulation &simulation, double seconds) {
-        Job made;
-        check(rlv_job_tissue_advance(simulation.get(), seconds, made.out()));
-        return made;
-    }
-
-    static Job submit(const Client &client, const ClientScene &scene) {
-        Job made;
-        scene.pass([&](const RlvClientScene &given) { check(rlv_job_client_submit(client.get(), &given, made.out())); });
-        return made;
-    }
-
-    /// Waits for a frame and fetches it.
-    static Job fetch(const Client &client, const std::string &scene, std::uint64_t frame,
-                     const RlvClientFetch &fetch = RLV_CLIENT_FETCH_INIT) {
-        Job made;
-        check(rlv_job_client_fetch(client.get(), scene.c_str(), frame, &fetch, made.out()));
-        return made;
-    }
-
-    /// Waits for a frame and fetches a mesh of its surface.
-    static Job fetch_mesh(const Client &client, const std::string &scene, std::uint64_t frame,
-                          const std::string &settings = "") {
-        Job made;
-        check(rlv_job_client_fetch_mesh(client.get(), scene.c_str(), frame, settings.c_str(), made.out()));
-        return made;
-    }
-
-    static Job crowd(const Context &context, const std::string &path, const std::vector<std::string> &clips = {},
-                     const RlvCrowdBuildSettings &settings = RLV_CROWD_BUILD_SETTINGS_INIT) {
-        Job made;
-        const std::vector<RlvCrowdClipName> names = CrowdModel::names_of(clips);
-        check(rlv_job_crowd(context.get(), path.c_str(), names.data(), names.size(), &settings, made.out()));
-        return made;
-    }
+    /// What it makes: an RlvJobKind.
+    std::uint32_t kind() const { return poll().kind; }
 
     RlvJobInfo poll() const {
         RlvJobInfo info = RLV_JOB_INFO_INIT;
@@ -3445,6 +3276,42 @@ public:
         return CrowdModel(made);
     }
 
+    Surface surface() const {
+        RlvSurface made = RLV_NULL;
+        check(rlv_job_surface(get(), &made));
+        return Surface(made);
+    }
+
+    Caster caster() const {
+        RlvCaster made = RLV_NULL;
+        check(rlv_job_caster(get(), &made));
+        return Caster(made);
+    }
+
+    Procedural procedural() const {
+        RlvProcedural made = RLV_NULL;
+        check(rlv_job_procedural(get(), &made));
+        return Procedural(made);
+    }
+
+    Collider collider() const {
+        RlvCollider made = RLV_NULL;
+        check(rlv_job_collider(get(), &made));
+        return Collider(made);
+    }
+
+    Picture picture() const {
+        RlvPicture made = RLV_NULL;
+        check(rlv_job_picture(get(), &made));
+        return Picture(made);
+    }
+
+    Document document() const {
+        RlvDocument made = RLV_NULL;
+        check(rlv_job_document(get(), &made));
+        return Document(made);
+    }
+
     RlvFluidReport fluid_report() const {
         RlvFluidReport report = RLV_FLUID_REPORT_INIT;
         check(rlv_job_fluid_report(get(), &report));
@@ -3473,6 +3340,334 @@ public:
         RlvTransferReport report = RLV_TRANSFER_REPORT_INIT;
         check(rlv_job_transfer_report(get(), &report));
         return report;
+    }
+
+protected:
+    // What JobOf takes, by its type.
+    void taken(void *) const { result(); }
+    Mesh taken(Mesh *) const { return mesh(); }
+    Progressive taken(Progressive *) const { return progressive(); }
+    Grid taken(Grid *) const { return grid(); }
+    Decal taken(Decal *) const { return decal(); }
+    CrowdModel taken(CrowdModel *) const { return crowd_model(); }
+    Tissue taken(Tissue *) const { return tissue(); }
+    Particles taken(Particles *) const { return particles(); }
+    Surface taken(Surface *) const { return surface(); }
+    Caster taken(Caster *) const { return caster(); }
+    Procedural taken(Procedural *) const { return procedural(); }
+    Collider taken(Collider *) const { return collider(); }
+    Picture taken(Picture *) const { return picture(); }
+    Document taken(Document *) const { return document(); }
+    RlvImprintReport taken(RlvImprintReport *) const { return imprint_report(); }
+    RlvBakeReport taken(RlvBakeReport *) const { return bake_report(); }
+    RlvPtexReport taken(RlvPtexReport *) const { return ptex_report(); }
+    RlvTransferReport taken(RlvTransferReport *) const { return transfer_report(); }
+    RlvFluidReport taken(RlvFluidReport *) const { return fluid_report(); }
+    RlvClientStatus taken(RlvClientStatus *) const { return client_status(); }
+};
+
+/// A job that makes a T: an object, a report, or nothing for void.
+template <class T> class JobOf : public AnyJob {
+public:
+    using AnyJob::AnyJob;
+
+    /// Waits for the end and returns what the call returns, or throws what it failed at. An object is the same one every
+    /// time.
+    T take() const {
+        wait();
+        return taken(static_cast<T *>(nullptr));
+    }
+
+private:
+    friend class Job;
+};
+
+/// Starts jobs, and holds one whose result is not known from its type.
+class Job : public AnyJob {
+public:
+    using AnyJob::AnyJob;
+    Job(AnyJob job) : AnyJob(std::move(job)) {}
+
+    static JobOf<Mesh> tessellate(const Detail &detail,
+                          const RlvTessellateOptions &options = RLV_TESSELLATE_OPTIONS_INIT) {
+        JobOf<Mesh> made;
+        check(rlv_job_tessellate(detail.get(), &options, made.out()));
+        return made;
+    }
+
+    static JobOf<Grid> grid_from_mesh(const Mesh &mesh, const RlvGridSettings &settings = RLV_GRID_SETTINGS_INIT) {
+        JobOf<Grid> made;
+        check(rlv_job_grid_from_mesh(mesh.get(), &settings, made.out()));
+        return made;
+    }
+
+    static JobOf<Grid> grid_read(const Context &context, const std::string &path, const std::string &name = "") {
+        JobOf<Grid> made;
+        const char *const wanted = name.empty() ? nullptr : name.c_str();
+        check(rlv_job_grid_read(context.get(), path.c_str(), wanted, nullptr, made.out()));
+        return made;
+    }
+
+    static JobOf<Grid> grid_change(const Grid &grid, RlvGridChange change,
+                           const RlvGridSettings &settings = RLV_GRID_SETTINGS_INIT) {
+        JobOf<Grid> made;
+        check(rlv_job_grid_change(grid.get(), change, &settings, made.out()));
+        return made;
+    }
+
+    static JobOf<Mesh> grid_mesh(const Grid &grid, const RlvGridSettings &settings = RLV_GRID_SETTINGS_INIT) {
+        JobOf<Mesh> made;
+        check(rlv_job_grid_mesh(grid.get(), &settings, made.out()));
+        return made;
+    }
+
+    static JobOf<RlvImprintReport> sweep(const Detail &detail, const Collider &collider, const Matrix &from, const Matrix &to,
+                     const RlvImprintSettings &settings = RLV_IMPRINT_SETTINGS_INIT,
+                     const RlvImprintMoment &moment = RLV_IMPRINT_MOMENT_INIT) {
+        JobOf<RlvImprintReport> made;
+        check(rlv_job_sweep(detail.get(), collider.get(), from.data(), to.data(), &settings, &moment, made.out()));
+        return made;
+    }
+
+    /// Of a collider that deforms: its points at either place, as many as it has.
+    static JobOf<RlvImprintReport> sweep(const Detail &detail, const Collider &collider, const Matrix &from, const Matrix &to,
+                     const std::vector<std::array<float, 3>> &from_points,
+                     const std::vector<std::array<float, 3>> &to_points,
+                     const RlvImprintSettings &settings = RLV_IMPRINT_SETTINGS_INIT,
+                     const RlvImprintMoment &moment = RLV_IMPRINT_MOMENT_INIT) {
+        if (from_points.size() != to_points.size()) {
+            raise(std::invalid_argument("sweep: a collider has as many points before as after"));
+        }
+        JobOf<RlvImprintReport> made;
+        check(rlv_job_sweep_points(detail.get(), collider.get(), from.data(), to.data(),
+                                   reinterpret_cast<const float *>(from_points.data()),
+                                   reinterpret_cast<const float *>(to_points.data()), from_points.size(), 0, &settings,
+                                   &moment, made.out()));
+        return made;
+    }
+
+    static JobOf<void> write_ptex(const Detail &detail, std::uint32_t channel, const std::string &path) {
+        JobOf<void> made;
+        check(rlv_job_ptex_write(detail.get(), channel, path.c_str(), made.out()));
+        return made;
+    }
+
+    static JobOf<RlvPtexReport> read_ptex(const Detail &detail, const std::string &path,
+                         const RlvPtexOptions &options = RLV_PTEX_OPTIONS_INIT) {
+        JobOf<RlvPtexReport> made;
+        check(rlv_job_ptex_read(detail.get(), path.c_str(), &options, made.out()));
+        return made;
+    }
+
+    static JobOf<RlvTransferReport> transfer(const Context &context, const std::string &path, const Mesh &to, const std::string &to_path,
+                        const RlvTransferOptions &options = RLV_TRANSFER_OPTIONS_INIT) {
+        JobOf<RlvTransferReport> made;
+        check(rlv_job_transfer(context.get(), path.c_str(), to.get(), to_path.c_str(), &options, made.out()));
+        return made;
+    }
+
+    static JobOf<RlvBakeReport> bake(const Detail &detail, const std::string &path,
+                    const RlvBakeOptions &options = RLV_BAKE_OPTIONS_INIT) {
+        JobOf<RlvBakeReport> made;
+        check(rlv_job_bake(detail.get(), &options, path.c_str(), made.out()));
+        return made;
+    }
+
+    static JobOf<RlvFluidReport> advance(const Fluid &fluid, double seconds) {
+        JobOf<RlvFluidReport> made;
+        check(rlv_job_fluid(fluid.get(), seconds, made.out()));
+        return made;
+    }
+
+    static JobOf<Mesh> mesh(const Isosurface &isosurface,
+                    const RlvIsosurfaceMeshOptions &options = RLV_ISOSURFACE_MESH_OPTIONS_INIT) {
+        JobOf<Mesh> made;
+        check(rlv_job_isosurface(isosurface.get(), &options, made.out()));
+        return made;
+    }
+
+    static JobOf<Progressive> build(const Mesh &mesh, const RlvProgressiveOptions &options = RLV_PROGRESSIVE_OPTIONS_INIT) {
+        JobOf<Progressive> made;
+        check(rlv_job_progressive(mesh.get(), &options, made.out()));
+        return made;
+    }
+
+    static JobOf<Mesh> simplify(const Mesh &mesh, const Simplify &how) {
+        std::vector<RlvSimplifyWeight> told;
+        const RlvSimplifyOptions given = how.pointing(told);
+        JobOf<Mesh> made;
+        check(rlv_job_simplify(mesh.get(), &given, made.out()));
+        return made;
+    }
+
+    static JobOf<Mesh> repair(const Mesh &mesh, const RlvRepairSettings &settings = RLV_REPAIR_SETTINGS_INIT) {
+        JobOf<Mesh> made;
+        check(rlv_job_repair(mesh.get(), &settings, made.out()));
+        return made;
+    }
+
+    static JobOf<Decal> decal(const Mesh &mesh, const RlvDecalOptions &options, const std::vector<RlvDecalPin> &pins) {
+        JobOf<Decal> made;
+        check(rlv_job_decal_on_mesh(mesh.get(), &options, pins.data(), pins.size(), 0, made.out()));
+        return made;
+    }
+
+    static JobOf<Decal> decal(const Detail &detail, const RlvDecalOptions &options, const std::vector<RlvDecalPin> &pins) {
+        JobOf<Decal> made;
+        check(rlv_job_decal_on_detail(detail.get(), &options, pins.data(), pins.size(), 0, made.out()));
+        return made;
+    }
+
+    static JobOf<Tissue> tissue(const Context &context, const RlvTissueDescription &description) {
+        JobOf<Tissue> made;
+        check(rlv_job_tissue_build(context.get(), &description, made.out()));
+        return made;
+    }
+
+    static JobOf<void> advance(const TissueSimulation &simulation, double seconds) {
+        JobOf<void> made;
+        check(rlv_job_tissue_advance(simulation.get(), seconds, made.out()));
+        return made;
+    }
+
+    static JobOf<RlvClientStatus> submit(const Client &client, const ClientScene &scene) {
+        JobOf<RlvClientStatus> made;
+        scene.pass([&](const RlvClientScene &given) { check(rlv_job_client_submit(client.get(), &given, made.out())); });
+        return made;
+    }
+
+    /// Waits for a frame and fetches it.
+    static JobOf<Particles> fetch(const Client &client, const std::string &scene, std::uint64_t frame,
+                     const RlvClientFetch &fetch = RLV_CLIENT_FETCH_INIT) {
+        JobOf<Particles> made;
+        check(rlv_job_client_fetch(client.get(), scene.c_str(), frame, &fetch, made.out()));
+        return made;
+    }
+
+    /// Waits for a frame and fetches a mesh of its surface.
+    static JobOf<Mesh> fetch_mesh(const Client &client, const std::string &scene, std::uint64_t frame,
+                          const std::string &settings = "") {
+        JobOf<Mesh> made;
+        check(rlv_job_client_fetch_mesh(client.get(), scene.c_str(), frame, settings.c_str(), made.out()));
+        return made;
+    }
+
+    static JobOf<CrowdModel> crowd(const Context &context, const std::string &path, const std::vector<std::string> &clips = {},
+                     const RlvCrowdBuildSettings &settings = RLV_CROWD_BUILD_SETTINGS_INIT) {
+        JobOf<CrowdModel> made;
+        const std::vector<RlvCrowdClipName> names = CrowdModel::names_of(clips);
+        check(rlv_job_crowd(context.get(), path.c_str(), names.data(), names.size(), &settings, made.out()));
+        return made;
+    }
+
+    static JobOf<Surface> surface(const Context &context, const Mesh &cage, const RlvSurfaceOptions &options = RLV_SURFACE_OPTIONS_INIT) {
+        JobOf<Surface> made;
+        check(rlv_job_surface_create(context.get(), cage.get(), &options, made.out()));
+        return made;
+    }
+
+    static JobOf<Caster> caster(const Context &context, const Mesh &mesh) {
+        JobOf<Caster> made;
+        check(rlv_job_caster_create_mesh(context.get(), mesh.get(), made.out()));
+        return made;
+    }
+
+    static JobOf<Caster> caster(const Detail &detail, const RlvTessellateOptions &options = RLV_TESSELLATE_OPTIONS_INIT) {
+        JobOf<Caster> made;
+        check(rlv_job_caster_create_detail(detail.get(), &options, made.out()));
+        return made;
+    }
+
+    /// Of a caster that follows.
+    static JobOf<Caster> caster(const Tessellation &tessellation) {
+        JobOf<Caster> made;
+        check(rlv_job_caster_create_tessellation(tessellation.get(), made.out()));
+        return made;
+    }
+
+    static JobOf<Procedural> procedural(const Detail &detail, const RlvProceduralOptions &options = RLV_PROCEDURAL_OPTIONS_INIT) {
+        JobOf<Procedural> made;
+        check(rlv_job_procedural_create(detail.get(), &options, made.out()));
+        return made;
+    }
+
+    /// Of a surface that moves.
+    static JobOf<Procedural> procedural(const Procedural &begin, const Detail &end) {
+        JobOf<Procedural> made;
+        check(rlv_job_procedural_create_moving(begin.get(), end.get(), made.out()));
+        return made;
+    }
+
+    static JobOf<Collider> collider(const Context &context, const Mesh &mesh, const Matrix &matrix) {
+        JobOf<Collider> made;
+        check(rlv_job_collider_create_mesh(context.get(), mesh.get(), matrix.data(), made.out()));
+        return made;
+    }
+
+    static JobOf<Collider> collider(const Surface &surface, const Matrix &matrix, const RlvTessellateOptions &options = RLV_TESSELLATE_OPTIONS_INIT) {
+        JobOf<Collider> made;
+        check(rlv_job_collider_create_surface(surface.get(), &options, matrix.data(), made.out()));
+        return made;
+    }
+
+    static JobOf<Collider> collider(const Detail &detail, const RlvTessellateOptions &options = RLV_TESSELLATE_OPTIONS_INIT) {
+        JobOf<Collider> made;
+        check(rlv_job_collider_create_detail(detail.get(), &options, made.out()));
+        return made;
+    }
+
+    static JobOf<Mesh> read_mesh(const Context &context, const std::string &path) {
+        JobOf<Mesh> made;
+        check(rlv_job_mesh_read(context.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    static JobOf<void> write_mesh(const Mesh &mesh, const std::string &path) {
+        JobOf<void> made;
+        check(rlv_job_mesh_write(mesh.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    static JobOf<Particles> read_particles(const Context &context, const std::string &path) {
+        JobOf<Particles> made;
+        check(rlv_job_particles_read(context.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    static JobOf<void> write_particles(const Particles &particles, const std::string &path) {
+        JobOf<void> made;
+        check(rlv_job_particles_write(particles.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    static JobOf<Picture> open_picture(const Context &context, const std::string &path) {
+        JobOf<Picture> made;
+        check(rlv_job_picture_open(context.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    static JobOf<Document> create_document(const Detail &detail, const std::string &path, std::uint64_t memory = 0) {
+        JobOf<Document> made;
+        check(rlv_job_document_create(detail.get(), path.c_str(), memory, made.out()));
+        return made;
+    }
+
+    static JobOf<Document> open_document(const Detail &detail, const std::string &path, std::uint64_t memory = 0) {
+        JobOf<Document> made;
+        check(rlv_job_document_open(detail.get(), path.c_str(), memory, made.out()));
+        return made;
+    }
+
+    static JobOf<void> save_document(const Document &document, const std::string &path) {
+        JobOf<void> made;
+        check(rlv_job_document_save(document.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    static JobOf<void> compact_document(const Context &context, const std::string &path, std::size_t keep = 0) {
+        JobOf<void> made;
+        check(rlv_job_document_compact(context.get(), path.c_str(), keep, made.out()));
+        return made;
     }
 };
 

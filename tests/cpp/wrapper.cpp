@@ -655,6 +655,33 @@ int main() {
     relievo::Document::create(other, name);
     const auto moved_to = relievo::Job::transfer(context, name, moved, name);
     CHECK(moved_to.wait().state == RLV_JOB_DONE && moved_to.transfer_report().layer_count == 1 && std::remove(name) == 0);
+    // Results by their types, of jobs that wait for themselves.
+    const relievo::JobOf<relievo::Mesh> reduced = relievo::Job::tessellate(detail);
+    CHECK(reduced.kind() == RLV_JOB_KIND_MESH && reduced.take().get().id == reduced.mesh().get().id);
+    const relievo::Surface limit = relievo::Job::surface(context, moved).take();
+    CHECK(limit.info().face_count == moved.info().face_count);
+    CHECK(relievo::Job::caster(detail).take() && relievo::Job::caster(context, moved).take());
+    CHECK(relievo::Job::collider(detail).take() && relievo::Job::collider(limit, start).take());
+    const relievo::Procedural blocks = relievo::Job::procedural(detail).take();
+    CHECK(relievo::Job::procedural(blocks, detail).take().info().time_step_count == 2);
+    std::snprintf(name, sizeof name, "wrapper-%p.obj", static_cast<const void *>(&job));
+    relievo::Job::write_mesh(moved, name).take();
+    CHECK(relievo::Job::read_mesh(context, name).take().info().face_count == moved.info().face_count);
+    CHECK(std::remove(name) == 0);
+    std::snprintf(name, sizeof name, "wrapper-%p.relievo", static_cast<const void *>(&job));
+    relievo::Job::create_document(detail, name).take();
+    relievo::Job::compact_document(context, name).take();
+    CHECK(relievo::Job::open_picture(context, name).take());
+    relievo::Job::save_document(relievo::Job::open_document(detail, name).take(), name).take();
+    CHECK(std::remove(name) == 0);
+    try {
+        relievo::Job::read_mesh(context, "nowhere.obj").take();
+        CHECK(false);
+    } catch (const relievo::Error &error) {
+        CHECK(error.result() == RLV_ERROR_NOT_FOUND);
+    }
+    const relievo::Job any = relievo::Job::tessellate(detail);
+    CHECK(any.wait().kind == RLV_JOB_KIND_MESH);
     const auto meshed = relievo::Job::tessellate(detail);
     CHECK(meshed.wait(60).state == RLV_JOB_DONE && meshed.mesh().info().triangle_count > 0);
 

@@ -1223,6 +1223,55 @@ class Jobs(unittest.TestCase):
         with self.assertRaisesRegex(rl.Invalid, "seconds"):
             written.wait(-3.0)
 
+    def test_jobs_make_what_calls_make(self):
+        detail = flat_detail(self.context, tile_size=32)
+        points, corners, _ = shapes.grid(3)
+        mesh = rl.Mesh(self.context, points, corners, 4)
+        kinds = rl.abi.RlvJobKind
+
+        def taken(started, kind):
+            self.assertEqual(started.wait().state, rl.JobState.DONE)
+            self.assertEqual(started.poll().kind, kind)
+            return started.result()
+
+        surface = taken(job.create_surface(self.context, mesh, kind="triangles"), kinds.SURFACE)
+        self.assertEqual(surface.info, rl.Surface(self.context, mesh, kind="triangles").info)
+        for started in (
+            job.caster_of_mesh(self.context, mesh),
+            job.caster_of_detail(detail),
+            job.caster_of_tessellation(rl.Tessellation(detail)),
+        ):
+            hits = taken(started, kinds.CASTER).cast([[0.1, 0.2, 1.0]], [[0.0, 0.0, -1.0]])
+            self.assertAlmostEqual(float(hits["distance"][0]), 1.0, places=5)
+        for started in (
+            job.collider_of_mesh(self.context, mesh),
+            job.collider_of_surface(surface, coarse=1),
+            job.collider_of_detail(detail),
+        ):
+            self.assertGreater(taken(started, kinds.COLLIDER).info.triangle_count, 17)
+        still = taken(job.create_procedural(detail, coarse=4), kinds.PROCEDURAL)
+        moving = taken(job.create_moving_procedural(still, detail), kinds.PROCEDURAL)
+        self.assertEqual(moving.info.time_step_count, 2)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "grid.obj")
+            self.assertIsNone(taken(job.write_mesh(mesh, path), kinds.NONE))
+            self.assertEqual(taken(job.read_mesh(self.context, path), kinds.MESH).info, mesh.info)
+            path = Path(folder, "drops.bgeo")
+            drops = rl.Particles(self.context, points)
+            self.assertIsNone(taken(job.write_particles(drops, path), kinds.NONE))
+            self.assertEqual(taken(job.read_particles(self.context, path), kinds.PARTICLES).info.count, len(points))
+            path = Path(folder, "kept.relievo")
+            taken(job.create_document(detail, path), kinds.DOCUMENT).release()
+            self.assertIsNone(taken(job.compact_document(self.context, path), kinds.NONE))
+            self.assertEqual(taken(job.open_picture(self.context, path), kinds.PICTURE).info.face_count, 16)
+            document = taken(job.open_document(detail, path), kinds.DOCUMENT)
+            self.assertIsNone(taken(job.save_document(document, Path(folder, "again.relievo")), kinds.NONE))
+            document.release()
+        missing = job.read_mesh(self.context, "nowhere.obj")
+        self.assertEqual(missing.wait().state, rl.JobState.FAILED)
+        with self.assertRaisesRegex(rl.NotFound, "nowhere.obj"):
+            missing.result()
+
     def test_a_collider_that_deforms_is_swept_in_the_background(self):
         here, there = (flat_detail(self.context, tile_size=32) for _ in range(2))
         points, _ = shapes.ball(0.3)

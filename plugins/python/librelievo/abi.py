@@ -331,6 +331,29 @@ class RlvGridChange(IntEnum):
     TO_LEVEL_SET = 8
 
 
+class RlvPictureFormat(IntEnum):
+    DOCUMENT = 0
+    PTEX = 1
+
+
+class RlvPictureType(IntEnum):
+    U8 = 0
+    U16 = 1
+    F16 = 2
+    F32 = 3
+    I32 = 4
+    F64 = 5
+    TEXT = 6
+
+
+class RlvPictureContent(IntEnum):
+    COLOR = 0
+    DISPLACEMENT = 1
+    VECTORS = 2
+    TRACES = 3
+    NUMBERS = 4
+
+
 class RlvPtexKind(IntEnum):
     STATED = 0
     DISPLACEMENT = 1
@@ -357,27 +380,27 @@ class RlvJobState(IntEnum):
     CANCELLED = 3
 
 
-class RlvPictureFormat(IntEnum):
-    DOCUMENT = 0
-    PTEX = 1
-
-
-class RlvPictureType(IntEnum):
-    U8 = 0
-    U16 = 1
-    F16 = 2
-    F32 = 3
-    I32 = 4
-    F64 = 5
-    TEXT = 6
-
-
-class RlvPictureContent(IntEnum):
-    COLOR = 0
-    DISPLACEMENT = 1
-    VECTORS = 2
-    TRACES = 3
-    NUMBERS = 4
+class RlvJobKind(IntEnum):
+    NONE = 0
+    MESH = 1
+    PROGRESSIVE = 2
+    GRID = 3
+    DECAL = 4
+    CROWD_MODEL = 5
+    TISSUE = 6
+    PARTICLES = 7
+    SURFACE = 8
+    CASTER = 9
+    PROCEDURAL = 10
+    COLLIDER = 11
+    PICTURE = 12
+    DOCUMENT = 13
+    IMPRINT_REPORT = 14
+    BAKE_REPORT = 15
+    PTEX_REPORT = 16
+    TRANSFER_REPORT = 17
+    FLUID_REPORT = 18
+    CLIENT_STATUS = 19
 
 
 class RlvShaderLanguage(IntEnum):
@@ -2516,6 +2539,128 @@ class RlvImprintReport(Structure):
     ]
 
 
+class RlvPicture(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvPictureInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("format", c_uint32),
+        ("image_count", c_uint32),
+        ("face_count", c_uint32),
+        ("tile_count", c_uint32),
+        ("meta_count", c_uint32),
+    ]
+
+
+class RlvPictureImage(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("content", c_uint32),
+        ("type", c_uint32),
+        ("channels", c_uint32),
+        ("alpha", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("level_count", c_uint32),
+        ("face", c_uint32),
+        ("columns", c_uint32),
+        ("cell", c_uint32),
+        ("side", c_uint32),
+        ("gutter", c_uint32),
+        ("is_layer", c_uint32),
+        ("blend", c_uint32),
+        ("is_visible", c_uint32),
+        ("opacity", c_float),
+        ("reserved", c_uint32),
+        ("name", c_char * 264),
+    ]
+
+
+class RlvPictureMeta(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("type", c_uint32),
+        ("count", c_size_t),
+        ("name", c_char_p),
+        ("values", c_void_p),
+    ]
+
+
+class RlvProcedural(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvProceduralOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("coarse", c_uint32),
+        ("fine", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvProceduralInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("primitive_count", c_uint32),
+        ("time_step_count", c_uint32),
+        ("step", c_float),
+        ("cell_count", c_uint64),
+        ("bytes", c_uint64),
+        ("low", c_float * 3),
+        ("high", c_float * 3),
+    ]
+
+
+RlvProceduralBounds = ctypes.CFUNCTYPE(None, c_void_p, c_uint32, c_uint32, c_float_p)
+
+RlvProceduralIntersect = ctypes.CFUNCTYPE(None, c_void_p, c_int32_p, c_uint32, c_uint32, c_uint32, c_void_p, c_uint32)
+
+RlvProceduralOccluded = ctypes.CFUNCTYPE(None, c_void_p, c_int32_p, c_uint32, c_void_p, c_uint32)
+
+
+class RlvProceduralTable(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("primitive_count", c_uint32),
+        ("time_step_count", c_uint32),
+        ("reserved", c_uint32),
+        ("data", c_void_p),
+        ("tiles", c_uint32_p),
+        ("bounds", RlvProceduralBounds),
+        ("intersect", RlvProceduralIntersect),
+        ("occluded", RlvProceduralOccluded),
+    ]
+
+
+class RlvProceduralHits(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("count", c_size_t),
+        ("primitives", c_uint32_p),
+        ("primitive_stride", c_size_t),
+        ("uvs", c_float_p),
+        ("uv_stride", c_size_t),
+        ("times", c_float_p),
+        ("time_stride", c_size_t),
+        ("tiles", c_uint32_p),
+        ("tile_stride", c_size_t),
+        ("positions", c_float_p),
+        ("position_stride", c_size_t),
+        ("normals", c_float_p),
+        ("normal_stride", c_size_t),
+        ("colors", c_float_p),
+        ("color_stride", c_size_t),
+    ]
+
+
 class RlvPtexOptions(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -2858,6 +3003,7 @@ class RlvJobInfo(Structure):
         ("result", RlvResult),
         ("fraction", c_float),
         ("stage", c_char * 48),
+        ("kind", c_uint32),
     ]
 
 
@@ -2870,128 +3016,6 @@ class RlvObjectInfo(Structure):
         ("is_busy", c_uint32),
         ("noun", c_char * 48),
         ("worker", c_char * 48),
-    ]
-
-
-class RlvPicture(Structure):
-    _fields_ = [
-        ("id", c_uint64),
-    ]
-
-
-class RlvPictureInfo(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("format", c_uint32),
-        ("image_count", c_uint32),
-        ("face_count", c_uint32),
-        ("tile_count", c_uint32),
-        ("meta_count", c_uint32),
-    ]
-
-
-class RlvPictureImage(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("content", c_uint32),
-        ("type", c_uint32),
-        ("channels", c_uint32),
-        ("alpha", c_uint32),
-        ("width", c_uint32),
-        ("height", c_uint32),
-        ("level_count", c_uint32),
-        ("face", c_uint32),
-        ("columns", c_uint32),
-        ("cell", c_uint32),
-        ("side", c_uint32),
-        ("gutter", c_uint32),
-        ("is_layer", c_uint32),
-        ("blend", c_uint32),
-        ("is_visible", c_uint32),
-        ("opacity", c_float),
-        ("reserved", c_uint32),
-        ("name", c_char * 264),
-    ]
-
-
-class RlvPictureMeta(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("type", c_uint32),
-        ("count", c_size_t),
-        ("name", c_char_p),
-        ("values", c_void_p),
-    ]
-
-
-class RlvProcedural(Structure):
-    _fields_ = [
-        ("id", c_uint64),
-    ]
-
-
-class RlvProceduralOptions(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("coarse", c_uint32),
-        ("fine", c_uint32),
-        ("reserved", c_uint32),
-    ]
-
-
-class RlvProceduralInfo(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("primitive_count", c_uint32),
-        ("time_step_count", c_uint32),
-        ("step", c_float),
-        ("cell_count", c_uint64),
-        ("bytes", c_uint64),
-        ("low", c_float * 3),
-        ("high", c_float * 3),
-    ]
-
-
-RlvProceduralBounds = ctypes.CFUNCTYPE(None, c_void_p, c_uint32, c_uint32, c_float_p)
-
-RlvProceduralIntersect = ctypes.CFUNCTYPE(None, c_void_p, c_int32_p, c_uint32, c_uint32, c_uint32, c_void_p, c_uint32)
-
-RlvProceduralOccluded = ctypes.CFUNCTYPE(None, c_void_p, c_int32_p, c_uint32, c_void_p, c_uint32)
-
-
-class RlvProceduralTable(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("primitive_count", c_uint32),
-        ("time_step_count", c_uint32),
-        ("reserved", c_uint32),
-        ("data", c_void_p),
-        ("tiles", c_uint32_p),
-        ("bounds", RlvProceduralBounds),
-        ("intersect", RlvProceduralIntersect),
-        ("occluded", RlvProceduralOccluded),
-    ]
-
-
-class RlvProceduralHits(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("count", c_size_t),
-        ("primitives", c_uint32_p),
-        ("primitive_stride", c_size_t),
-        ("uvs", c_float_p),
-        ("uv_stride", c_size_t),
-        ("times", c_float_p),
-        ("time_stride", c_size_t),
-        ("tiles", c_uint32_p),
-        ("tile_stride", c_size_t),
-        ("positions", c_float_p),
-        ("position_stride", c_size_t),
-        ("normals", c_float_p),
-        ("normal_stride", c_size_t),
-        ("colors", c_float_p),
-        ("color_stride", c_size_t),
     ]
 
 
@@ -3181,6 +3205,13 @@ INIT = {
     RlvImprintSettings: (ctypes.sizeof(RlvImprintSettings), 16777216, 0.09817477, 0, 1.0, 1.0, 60000.0, 0.0, 1, 256, 1, 1, 0.0, 0.1, 0.6,),
     RlvImprintMoment: (ctypes.sizeof(RlvImprintMoment), 0, 0, 0, 0,),
     RlvImprintReport: (ctypes.sizeof(RlvImprintReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvPictureInfo: (ctypes.sizeof(RlvPictureInfo), 0, 0, 0, 0, 0,),
+    RlvPictureImage: (ctypes.sizeof(RlvPictureImage), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1.0, 0, (0,),),
+    RlvPictureMeta: (ctypes.sizeof(RlvPictureMeta), 0, 0, None, None,),
+    RlvProceduralOptions: (ctypes.sizeof(RlvProceduralOptions), 0, 0, 0,),
+    RlvProceduralInfo: (ctypes.sizeof(RlvProceduralInfo), 0, 0, 0.0, 0, 0, (0,), (0,),),
+    RlvProceduralTable: (ctypes.sizeof(RlvProceduralTable), 0, 0, 0, None, None, None, None, None,),
+    RlvProceduralHits: (ctypes.sizeof(RlvProceduralHits), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
     RlvPtexOptions: (ctypes.sizeof(RlvPtexOptions), 0, 0,),
     RlvPtexReport: (ctypes.sizeof(RlvPtexReport), 0, 0, 0, 0, 0, 0, 0, 0.0, 0,),
     RlvRepairSettings: (ctypes.sizeof(RlvRepairSettings), 1, 0.0, 1, 1, 1, 1, 1, 0, 0.75, 1, 1, 1, 8,),
@@ -3202,15 +3233,8 @@ INIT = {
     RlvTissueRelaxation: (ctypes.sizeof(RlvTissueRelaxation), 0, 0, 0, 0,),
     RlvTissueCollider: (ctypes.sizeof(RlvTissueCollider), 0, (0,), 0, 0, None, None, None, 0,),
     RlvTissueArrays: (ctypes.sizeof(RlvTissueArrays), 0, 0, None, None, 0, None, None, None, None, None, None, None, None,),
-    RlvJobInfo: (ctypes.sizeof(RlvJobInfo), 0, 0, 0.0, (0,),),
+    RlvJobInfo: (ctypes.sizeof(RlvJobInfo), 0, 0, 0.0, (0,), 0,),
     RlvObjectInfo: (ctypes.sizeof(RlvObjectInfo), 0, (0,), (0,),),
-    RlvPictureInfo: (ctypes.sizeof(RlvPictureInfo), 0, 0, 0, 0, 0,),
-    RlvPictureImage: (ctypes.sizeof(RlvPictureImage), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1.0, 0, (0,),),
-    RlvPictureMeta: (ctypes.sizeof(RlvPictureMeta), 0, 0, None, None,),
-    RlvProceduralOptions: (ctypes.sizeof(RlvProceduralOptions), 0, 0, 0,),
-    RlvProceduralInfo: (ctypes.sizeof(RlvProceduralInfo), 0, 0, 0.0, 0, 0, (0,), (0,),),
-    RlvProceduralTable: (ctypes.sizeof(RlvProceduralTable), 0, 0, 0, None, None, None, None, None,),
-    RlvProceduralHits: (ctypes.sizeof(RlvProceduralHits), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
     RlvShaderOptions: (ctypes.sizeof(RlvShaderOptions), 0, 1, 0, None,),
     RlvShaderVariable: (ctypes.sizeof(RlvShaderVariable), 0, 0, 0, 0, 0, 0, 0, (0,), (0,), (0,), (0,),),
     RlvShaderLayout: (ctypes.sizeof(RlvShaderLayout), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
@@ -3604,6 +3628,20 @@ FUNCTIONS = {
     "rlv_imprint_sweep": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvImprintReport))]),
     "rlv_imprint_sweep_points": (RlvResult, [("detail", RlvDetail), ("collider", RlvCollider), ("from", c_double_p), ("to", c_double_p), ("from_points", c_float_p), ("to_points", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvImprintReport))]),
     "rlv_imprint_collide": (RlvResult, [("first", RlvDetail), ("second", RlvDetail), ("first_settings", POINTER(RlvImprintSettings)), ("second_settings", POINTER(RlvImprintSettings)), ("moment", POINTER(RlvImprintMoment)), ("first_report", POINTER(RlvImprintReport)), ("second_report", POINTER(RlvImprintReport))]),
+    "rlv_picture_open": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvPicture))]),
+    "rlv_picture_retain": (RlvResult, [("picture", RlvPicture)]),
+    "rlv_picture_release": (RlvResult, [("picture", RlvPicture)]),
+    "rlv_picture_info": (RlvResult, [("picture", RlvPicture), ("out", POINTER(RlvPictureInfo))]),
+    "rlv_picture_image": (RlvResult, [("picture", RlvPicture), ("image", c_uint32), ("out", POINTER(RlvPictureImage))]),
+    "rlv_picture_meta": (RlvResult, [("picture", RlvPicture), ("index", c_uint32), ("out", POINTER(RlvPictureMeta))]),
+    "rlv_picture_read": (RlvResult, [("picture", RlvPicture), ("image", c_uint32), ("level", c_uint32), ("x", c_uint32), ("y", c_uint32), ("width", c_uint32), ("height", c_uint32), ("pixels", c_void_p), ("row_stride", c_size_t)]),
+    "rlv_procedural_create": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvProceduralOptions)), ("out", POINTER(RlvProcedural))]),
+    "rlv_procedural_create_moving": (RlvResult, [("begin", RlvProcedural), ("end", RlvDetail), ("out", POINTER(RlvProcedural))]),
+    "rlv_procedural_retain": (RlvResult, [("procedural", RlvProcedural)]),
+    "rlv_procedural_release": (RlvResult, [("procedural", RlvProcedural)]),
+    "rlv_procedural_info": (RlvResult, [("procedural", RlvProcedural), ("out", POINTER(RlvProceduralInfo))]),
+    "rlv_procedural_table": (RlvResult, [("procedural", RlvProcedural), ("out", POINTER(RlvProceduralTable))]),
+    "rlv_procedural_evaluate": (RlvResult, [("procedural", RlvProcedural), ("hits", POINTER(RlvProceduralHits))]),
     "rlv_ptex_write": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("path", c_char_p), ("progress", RlvProgress), ("user", c_void_p)]),
     "rlv_ptex_read": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("options", POINTER(RlvPtexOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvPtexReport))]),
     "rlv_repair_params": (RlvResult, [("params", POINTER(POINTER(RlvParameter))), ("count", c_size_t_p)]),
@@ -3678,6 +3716,24 @@ FUNCTIONS = {
     "rlv_job_client_submit": (RlvResult, [("client", RlvClient), ("scene", POINTER(RlvClientScene)), ("out", POINTER(RlvJob))]),
     "rlv_job_client_fetch": (RlvResult, [("client", RlvClient), ("scene", c_char_p), ("frame", c_uint64), ("fetch", POINTER(RlvClientFetch)), ("out", POINTER(RlvJob))]),
     "rlv_job_client_fetch_mesh": (RlvResult, [("client", RlvClient), ("scene", c_char_p), ("frame", c_uint64), ("settings", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_surface_create": (RlvResult, [("context", RlvContext), ("cage", RlvMesh), ("options", POINTER(RlvSurfaceOptions)), ("out", POINTER(RlvJob))]),
+    "rlv_job_caster_create_mesh": (RlvResult, [("context", RlvContext), ("mesh", RlvMesh), ("out", POINTER(RlvJob))]),
+    "rlv_job_caster_create_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvJob))]),
+    "rlv_job_caster_create_tessellation": (RlvResult, [("tessellation", RlvTessellation), ("out", POINTER(RlvJob))]),
+    "rlv_job_procedural_create": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvProceduralOptions)), ("out", POINTER(RlvJob))]),
+    "rlv_job_procedural_create_moving": (RlvResult, [("begin", RlvProcedural), ("end", RlvDetail), ("out", POINTER(RlvJob))]),
+    "rlv_job_collider_create_mesh": (RlvResult, [("context", RlvContext), ("mesh", RlvMesh), ("matrix", c_double_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_collider_create_surface": (RlvResult, [("surface", RlvSurface), ("options", POINTER(RlvTessellateOptions)), ("matrix", c_double_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_collider_create_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvTessellateOptions)), ("out", POINTER(RlvJob))]),
+    "rlv_job_mesh_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_mesh_write": (RlvResult, [("mesh", RlvMesh), ("path", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_particles_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_particles_write": (RlvResult, [("particles", RlvParticles), ("path", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_picture_open": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_document_create": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvJob))]),
+    "rlv_job_document_open": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvJob))]),
+    "rlv_job_document_save": (RlvResult, [("document", RlvDocument), ("path", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_document_compact": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("keep", c_size_t), ("out", POINTER(RlvJob))]),
     "rlv_job_retain": (RlvResult, [("job", RlvJob)]),
     "rlv_job_release": (RlvResult, [("job", RlvJob)]),
     "rlv_job_poll": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvJobInfo))]),
@@ -3695,6 +3751,12 @@ FUNCTIONS = {
     "rlv_job_tissue_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvTissueReport))]),
     "rlv_job_particles": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvParticles))]),
     "rlv_job_client_status": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvClientStatus))]),
+    "rlv_job_surface": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvSurface))]),
+    "rlv_job_caster": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvCaster))]),
+    "rlv_job_procedural": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvProcedural))]),
+    "rlv_job_collider": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvCollider))]),
+    "rlv_job_picture": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvPicture))]),
+    "rlv_job_document": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvDocument))]),
     "rlv_job_crowd_model": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvCrowdModel))]),
     "rlv_job_imprint_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvImprintReport))]),
     "rlv_job_bake_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvBakeReport))]),
@@ -3702,20 +3764,6 @@ FUNCTIONS = {
     "rlv_job_ptex_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvPtexReport))]),
     "rlv_job_transfer_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvTransferReport))]),
     "rlv_object_wait": (RlvResult, [("id", c_uint64), ("seconds", c_double), ("out", POINTER(RlvObjectInfo))]),
-    "rlv_picture_open": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvPicture))]),
-    "rlv_picture_retain": (RlvResult, [("picture", RlvPicture)]),
-    "rlv_picture_release": (RlvResult, [("picture", RlvPicture)]),
-    "rlv_picture_info": (RlvResult, [("picture", RlvPicture), ("out", POINTER(RlvPictureInfo))]),
-    "rlv_picture_image": (RlvResult, [("picture", RlvPicture), ("image", c_uint32), ("out", POINTER(RlvPictureImage))]),
-    "rlv_picture_meta": (RlvResult, [("picture", RlvPicture), ("index", c_uint32), ("out", POINTER(RlvPictureMeta))]),
-    "rlv_picture_read": (RlvResult, [("picture", RlvPicture), ("image", c_uint32), ("level", c_uint32), ("x", c_uint32), ("y", c_uint32), ("width", c_uint32), ("height", c_uint32), ("pixels", c_void_p), ("row_stride", c_size_t)]),
-    "rlv_procedural_create": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvProceduralOptions)), ("out", POINTER(RlvProcedural))]),
-    "rlv_procedural_create_moving": (RlvResult, [("begin", RlvProcedural), ("end", RlvDetail), ("out", POINTER(RlvProcedural))]),
-    "rlv_procedural_retain": (RlvResult, [("procedural", RlvProcedural)]),
-    "rlv_procedural_release": (RlvResult, [("procedural", RlvProcedural)]),
-    "rlv_procedural_info": (RlvResult, [("procedural", RlvProcedural), ("out", POINTER(RlvProceduralInfo))]),
-    "rlv_procedural_table": (RlvResult, [("procedural", RlvProcedural), ("out", POINTER(RlvProceduralTable))]),
-    "rlv_procedural_evaluate": (RlvResult, [("procedural", RlvProcedural), ("hits", POINTER(RlvProceduralHits))]),
     "rlv_shader_create": (RlvResult, [("source", c_char_p), ("options", POINTER(RlvShaderOptions)), ("out", POINTER(RlvShader))]),
     "rlv_shader_retain": (RlvResult, [("shader", RlvShader)]),
     "rlv_shader_release": (RlvResult, [("shader", RlvShader)]),

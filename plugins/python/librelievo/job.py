@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, Any
 from . import abi, library, record
 from .array import address, matrix
 from .bake import options_of
+from .caster import Caster
+from .collider import Collider
 from .connection import fetch_of, scene_of
 from .crowd import CrowdModel
 from .crowd import arguments as crowd_arguments
 from .decal import Decal
 from .decal import arguments as decal_arguments
 from .detail import number_of
-from .document import transfer_arguments
+from .document import Document, transfer_arguments
 from .grid import Grid
 from .grid import settings_of as grid_settings
 from .handle import Handle, held, path_bytes, text_bytes
@@ -26,15 +28,16 @@ from .isosurface import mesh_options
 from .mesh import Mesh, simplify_options
 from .parameter import address_of
 from .particles import Particles
+from .picture import Picture
+from .procedural import Procedural
 from .progressive import Progressive
 from .progressive import options_of as progressive_options
 from .ptex import options_of as ptex_options
 from .repair import report_of, settings_of as repair_settings
-from .surface import tessellate_options
+from .surface import Surface, surface_options, tessellate_options
 from .tissue import Tissue, description_of
 
 if TYPE_CHECKING:
-    from .collider import Collider
     from .context import Context
     from .detail import Detail
     from .isosurface import Isosurface
@@ -49,7 +52,7 @@ class Job(Handle):
     noun, kind = "job", abi.RlvJob
 
     def poll(self) -> Any:
-        """How far it is: state, result, fraction, stage."""
+        """How far it is: state, result, fraction, stage, and the kind of what it makes."""
         out = record.empty(abi.RlvJobInfo)
         library.call("rlv_job_poll", self.handle, ctypes.byref(out))
         return record.read(out)
@@ -281,6 +284,122 @@ def mesh_grid(grid: Any, **settings: Any) -> Any:
     """Starts `Grid.mesh`; the result is the mesh."""
     fetch = lambda job: Mesh.of("rlv_job_mesh", held(job, "job"))
     return _started(fetch, "rlv_job_grid_mesh", held(grid, "grid"), grid_settings(settings))
+
+
+def create_surface(context: Any, cage: Any, **options: Any) -> Any:
+    """Starts `Surface(context, cage)`; the result is the surface."""
+    fetch = lambda job: Surface.of("rlv_job_surface", held(job, "job"))
+    given = surface_options(options)
+    return _started(fetch, "rlv_job_surface_create", held(context, "context"), held(cage, "cage"), given)
+
+
+def _caster(job: Any) -> Caster:
+    return Caster.of("rlv_job_caster", held(job, "job"))
+
+
+def caster_of_mesh(context: Any, mesh: Any) -> Any:
+    """Starts `Caster(context, mesh)`; the result is the caster."""
+    return _started(_caster, "rlv_job_caster_create_mesh", held(context, "context"), held(mesh, "mesh"))
+
+
+def caster_of_detail(detail: Any, **options: Any) -> Any:
+    """Starts `Caster.of_detail`; the result is the caster."""
+    return _started(_caster, "rlv_job_caster_create_detail", held(detail, "detail"), tessellate_options(options))
+
+
+def caster_of_tessellation(tessellation: Any) -> Any:
+    """Starts `Caster.of_tessellation`; the result is the caster."""
+    return _started(_caster, "rlv_job_caster_create_tessellation", held(tessellation, "tessellation"))
+
+
+def _procedural(job: Any) -> Procedural:
+    return Procedural.of("rlv_job_procedural", held(job, "job"))
+
+
+def create_procedural(detail: Any, **options: Any) -> Any:
+    """Starts `Procedural(detail)`; the result is the procedural."""
+    given = ctypes.byref(record.fill(abi.RlvProceduralOptions, options))
+    return _started(_procedural, "rlv_job_procedural_create", held(detail, "detail"), given)
+
+
+def create_moving_procedural(begin: Any, end: Any) -> Any:
+    """Starts `Procedural.moving`; the result is the procedural."""
+    return _started(_procedural, "rlv_job_procedural_create_moving", held(begin, "begin"), held(end, "end"))
+
+
+def _collider(job: Any) -> Collider:
+    return Collider.of("rlv_job_collider", held(job, "job"))
+
+
+def collider_of_mesh(context: Any, mesh: Any, matrix_world: Any = None) -> Any:
+    """Starts `Collider(context, mesh)`; the result is the collider."""
+    placed = matrix(matrix_world)
+    return _started(
+        _collider, "rlv_job_collider_create_mesh", held(context, "context"), held(mesh, "mesh"), address(placed)
+    )
+
+
+def collider_of_surface(surface: Any, matrix_world: Any = None, **options: Any) -> Any:
+    """Starts `Collider.of_surface`; the result is the collider."""
+    placed, given = matrix(matrix_world), tessellate_options(options)
+    return _started(_collider, "rlv_job_collider_create_surface", held(surface, "surface"), given, address(placed))
+
+
+def collider_of_detail(detail: Any, **options: Any) -> Any:
+    """Starts `Collider.of_detail`; the result is the collider."""
+    return _started(_collider, "rlv_job_collider_create_detail", held(detail, "detail"), tessellate_options(options))
+
+
+def read_mesh(context: Any, path: Any) -> Any:
+    """Starts `Mesh.read`; the result is the mesh."""
+    fetch = lambda job: Mesh.of("rlv_job_mesh", held(job, "job"))
+    return _started(fetch, "rlv_job_mesh_read", held(context, "context"), path_bytes(path))
+
+
+def write_mesh(mesh: Any, path: Any) -> Any:
+    """Starts `Mesh.write`; there is no result."""
+    return _started(lambda job: None, "rlv_job_mesh_write", held(mesh, "mesh"), path_bytes(path))
+
+
+def read_particles(context: Any, path: Any) -> Any:
+    """Starts `Particles.read`; the result is the particles."""
+    fetch = lambda job: Particles.of("rlv_job_particles", held(job, "job"))
+    return _started(fetch, "rlv_job_particles_read", held(context, "context"), path_bytes(path))
+
+
+def write_particles(particles: Any, path: Any) -> Any:
+    """Starts `Particles.write`; there is no result."""
+    return _started(lambda job: None, "rlv_job_particles_write", held(particles, "particles"), path_bytes(path))
+
+
+def open_picture(context: Any, path: Any) -> Any:
+    """Starts `Picture(context, path)`; the result is the picture."""
+    fetch = lambda job: Picture.of("rlv_job_picture", held(job, "job"))
+    return _started(fetch, "rlv_job_picture_open", held(context, "context"), path_bytes(path))
+
+
+def _document(job: Any) -> Document:
+    return Document.of("rlv_job_document", held(job, "job"))
+
+
+def create_document(detail: Any, path: Any, memory: int = 0) -> Any:
+    """Starts `Document(detail, path)`; the result is the document."""
+    return _started(_document, "rlv_job_document_create", held(detail, "detail"), path_bytes(path), memory)
+
+
+def open_document(detail: Any, path: Any, memory: int = 0) -> Any:
+    """Starts `Document.open`; the result is the document."""
+    return _started(_document, "rlv_job_document_open", held(detail, "detail"), path_bytes(path), memory)
+
+
+def save_document(document: Any, path: Any) -> Any:
+    """Starts `Document.save`; there is no result."""
+    return _started(lambda job: None, "rlv_job_document_save", held(document, "document"), path_bytes(path))
+
+
+def compact_document(context: Any, path: Any, keep: int = 0) -> Any:
+    """Starts `document.compact`; there is no result."""
+    return _started(lambda job: None, "rlv_job_document_compact", held(context, "context"), path_bytes(path), keep)
 
 
 def submit_scene(

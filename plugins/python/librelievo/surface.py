@@ -25,6 +25,12 @@ def tessellate_options(options: Any) -> Any:
     return ctypes.byref(record.fill(abi.RlvTessellateOptions, options))
 
 
+def surface_options(options: Any) -> Any:
+    """`abi.RlvSurfaceOptions` from keywords."""
+    enums = {"kind": abi.RlvSurfaceKind, "boundary": abi.RlvBoundary}
+    return ctypes.byref(record.fill(abi.RlvSurfaceOptions, options, **enums))
+
+
 class Surface(Handle):
     """What can be evaluated at places (tile, u, v)."""
 
@@ -33,9 +39,7 @@ class Surface(Handle):
     def __init__(self, context: Context, cage: Mesh, **options: Any) -> None:
         """Options are the fields of `abi.RlvSurfaceOptions`: kind ("catmull_clark" or "triangles"), boundary, isolation,
         patch_limit."""
-        enums = {"kind": abi.RlvSurfaceKind, "boundary": abi.RlvBoundary}
-        options = record.fill(abi.RlvSurfaceOptions, options, **enums)
-        super().__init__("rlv_surface_create", held(context, "context"), held(cage, "cage"), ctypes.byref(options))
+        super().__init__("rlv_surface_create", held(context, "context"), held(cage, "cage"), surface_options(options))
 
     @property
     def info(self) -> Any:

@@ -5,7 +5,7 @@ mod chunks;
 use std::sync::{Arc, RwLock};
 
 use glam::Vec3;
-use relievo_core::{Error, Mesh, Result};
+use relievo_core::{Error, Mesh, Progress, Result};
 use relievo_embree::{Device, Ray, Scene, Tracer};
 use relievo_surface::Place;
 use relievo_tiles::Tessellation;
@@ -14,6 +14,7 @@ use crate::array::{Input, Output, Plain, present, put};
 use crate::context::{ContextObject, RlvContext};
 use crate::descriptor::read_descriptor;
 use crate::detail::RlvDetail;
+use crate::making::Making;
 use crate::mesh::RlvMesh;
 use crate::registry::{self, handle, try_read, try_write};
 use crate::shape::Shape;
@@ -122,27 +123,44 @@ impl CasterObject {
     }
 
     /// Builds the hierarchy over the triangles of `mesh`.
-    fn of_mesh(context: Arc<ContextObject>, mesh: &Mesh) -> Result<Self> {
+    fn of_mesh(context: Arc<ContextObject>, mesh: &Mesh, progress: &mut dyn Progress) -> Result<Self> {
+        progress.step(0.0, STAGE)?;
         let mut hole = vec![false; mesh.face_count()];
         mesh.holes.iter().for_each(|face| hole[*face as usize] = true);
         let faces = mesh.face_sizes.iter().zip(hole).enumerate().filter(|(_, (_, hole))| !hole);
         let faces = faces.flat_map(|(face, (size, _))| std::iter::repeat_n(face as u32, *size as usize - 2)).collect();
-        let scene = build(&context, &mesh.points, &mesh.triangles())?;
+        let triangles = mesh.triangles();
+        progress.step(0.1, STAGE)?;
+        let scene = build(&context, &mesh.points, &triangles)?;
+        progress.step(1.0, STAGE)?;
         Ok(Self::new(context, Geometry { scene, faces, places: None, following: None }))
     }
 
     /// Builds the hierarchy over the triangles of a detail.
-    fn of_detail(context: Arc<ContextObject>, view: Arc<View>, cells: Cells) -> Result<Self> {
+    fn of_detail(
+        context: Arc<ContextObject>,
+        view: Arc<View>,
+        cells: Cells,
+        progress: &mut dyn Progress,
+    ) -> Result<Self> {
+        progress.step(0.0, STAGE)?;
         let Tessellation { mesh, tiles, parameters } = tessellate_bare_view(&context.context, &view, cells)?;
-        let scene = build(&context, &mesh.points, &mesh.triangles())?;
+        let triangles = mesh.triangles();
+        progress.step(0.5, STAGE)?;
+        let scene = build(&context, &mesh.points, &triangles)?;
+        progress.step(1.0, STAGE)?;
         let places = Some(Places { shape: view.shape(), view, parameters });
         Ok(Self::new(context, Geometry { scene, faces: tiles, places, following: None }))
     }
 
     /// Builds the hierarchies over the triangles of a tessellation, which it follows.
-    fn of_tessellation(tessellation: Arc<TessellationObject>) -> Result<Self> {
+    fn of_tessellation(tessellation: Arc<TessellationObject>, progress: &mut dyn Progress) -> Result<Self> {
         let context = tessellation.shared_context();
-        let geometry = tessellation.with_vertices(|vertices| Geometry::following(&context, vertices))?;
+        let geometry = tessellation.with_vertices(|vertices| {
+            progress.step(0.0, STAGE)?;
+            Geometry::following(&context, vertices)
+        })?;
+        progress.step(1.0, STAGE)?;
         Ok(Self { context, geometry: RwLock::new(geometry), tessellation: Some(tessellation) })
     }
 
@@ -333,6 +351,39 @@ impl Rays {
     }
 }
 
+/// What is being done while a caster is made.
+const STAGE: &str = "caster";
+
+/// Reads what a caster of a mesh is made of.
+pub fn of_mesh(context: RlvContext, mesh: RlvMesh) -> Result<Making<RlvCaster>> {
+    let (context, mesh) = (registry::get(context)?, registry::get(mesh)?);
+    Ok(Making::new(context.clone(), move |progress| {
+        registry::insert(CasterObject::of_mesh(context, &*try_read(&mesh.mesh, "mesh")?, progress)?)
+    }))
+}
+
+/// Reads what a caster of a detail, as it is committed now, is made of.
+///
+/// # Safety
+/// `options` is NULL or a descriptor that starts with its size.
+pub unsafe fn of_detail(detail: RlvDetail, options: *const RlvTessellateOptions) -> Result<Making<RlvCaster>> {
+    let detail = registry::get(detail)?;
+    // SAFETY: promised by the caller.
+    let (cells, _) = unsafe { Cells::new(options) }?;
+    let (context, view) = (detail.context.clone(), detail.view());
+    Ok(Making::new(context.clone(), move |progress| {
+        registry::insert(CasterObject::of_detail(context, view, cells, progress)?)
+    }))
+}
+
+/// Reads what a caster that follows a tessellation is made of.
+pub fn of_tessellation(tessellation: RlvTessellation) -> Result<Making<RlvCaster>> {
+    let tessellation = registry::get(tessellation)?;
+    Ok(Making::new(tessellation.shared_context(), move |progress| {
+        registry::insert(CasterObject::of_tessellation(tessellation, progress)?)
+    }))
+}
+
 /// # Safety
 /// `arrays` is NULL or a descriptor that starts with its size.
 unsafe fn read_arrays(arrays: *const RlvRayArrays) -> Result<RlvRayArrays> {
@@ -345,10 +396,7 @@ unsafe fn read_arrays(arrays: *const RlvRayArrays) -> Result<RlvRayArrays> {
 entry! {
     fn rlv_caster_create_mesh(context: RlvContext, mesh: RlvMesh, out: *mut RlvCaster) {
         present("out", out)?;
-        let context = registry::get(context)?;
-        let mesh = registry::get(mesh)?;
-        let caster = CasterObject::of_mesh(context, &*try_read(&mesh.mesh, "mesh")?)?;
-        let handle = registry::insert(caster)?;
+        let handle = of_mesh(context, mesh)?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -356,10 +404,8 @@ entry! {
 
     fn rlv_caster_create_detail(detail: RlvDetail, options: *const RlvTessellateOptions, out: *mut RlvCaster) {
         present("out", out)?;
-        let detail = registry::get(detail)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        let (cells, _) = unsafe { Cells::new(options) }?;
-        let handle = registry::insert(CasterObject::of_detail(detail.context.clone(), detail.view(), cells)?)?;
+        let handle = unsafe { of_detail(detail, options) }?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -367,7 +413,7 @@ entry! {
 
     fn rlv_caster_create_tessellation(tessellation: RlvTessellation, out: *mut RlvCaster) {
         present("out", out)?;
-        let handle = registry::insert(CasterObject::of_tessellation(registry::get(tessellation)?)?)?;
+        let handle = of_tessellation(tessellation)?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())

@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, OnceLock, RwLock};
 
-use glam::DVec3;
-use relievo_core::Result;
+use glam::{DAffine3, DVec3};
+use relievo_core::{Mesh, Progress, Result};
 use relievo_detail::Collider;
 use relievo_detail::tool::{ToolSettings, pressed};
 
@@ -11,6 +11,7 @@ use crate::array::{Input, present, put};
 use crate::context::{ContextObject, RlvContext};
 use crate::descriptor::write_descriptor;
 use crate::detail::{RlvDetail, transform};
+use crate::making::Making;
 use crate::mesh::RlvMesh;
 use crate::parameter::{RlvParameter, Table, settings, table};
 use crate::registry::{self, handle, try_read, try_write};
@@ -38,15 +39,79 @@ pub struct ColliderObject {
     pub collider: RwLock<Collider>,
 }
 
+/// Registers a collider of the triangles of `mesh`, placed by `matrix`.
+fn register(
+    context: Arc<ContextObject>,
+    mesh: &Mesh,
+    matrix: DAffine3,
+    progress: &mut dyn Progress,
+) -> Result<RlvCollider> {
+    progress.step(0.5, STAGE)?;
+    let collider = Collider::of_mesh(&context.context, mesh, matrix)?;
+    progress.step(1.0, STAGE)?;
+    registry::insert(ColliderObject { context, collider: RwLock::new(collider) })
+}
+
+/// What is being done while a collider is made.
+const STAGE: &str = "collider";
+
+/// Reads what a collider of a mesh is made of.
+///
+/// # Safety
+/// `matrix` is NULL or twelve doubles.
+pub unsafe fn of_mesh(context: RlvContext, mesh: RlvMesh, matrix: *const f64) -> Result<Making<RlvCollider>> {
+    let context = registry::get(context)?;
+    let mesh = registry::get(mesh)?;
+    // SAFETY: promised by the caller.
+    let matrix = unsafe { transform(matrix) }?;
+    Ok(Making::new(context.clone(), move |progress| {
+        let mesh = try_read(&mesh.mesh, "mesh")?;
+        progress.step(0.0, STAGE)?;
+        register(context, &mesh, matrix, progress)
+    }))
+}
+
+/// Reads what a collider of a limit surface is made of.
+///
+/// # Safety
+/// `options` is NULL or a descriptor that starts with its size, `matrix` NULL or twelve doubles.
+pub unsafe fn of_surface(
+    surface: RlvSurface,
+    options: *const RlvTessellateOptions,
+    matrix: *const f64,
+) -> Result<Making<RlvCollider>> {
+    let surface = registry::get(surface)?;
+    // SAFETY: promised by the caller.
+    let ((cells, _), matrix) = unsafe { (Cells::new(options)?, transform(matrix)?) };
+    Ok(Making::new(surface.context.clone(), move |progress| {
+        let context = surface.context.clone();
+        progress.step(0.0, STAGE)?;
+        let mesh = bare_mesh(&context.context, &surface, cells)?;
+        register(context, &mesh, matrix, progress)
+    }))
+}
+
+/// Reads what a collider of a detail, as it is committed now, is made of.
+///
+/// # Safety
+/// `options` is NULL or a descriptor that starts with its size.
+pub unsafe fn of_detail(detail: RlvDetail, options: *const RlvTessellateOptions) -> Result<Making<RlvCollider>> {
+    let detail = registry::get(detail)?;
+    // SAFETY: promised by the caller.
+    let (cells, _) = unsafe { Cells::new(options) }?;
+    let (context, view) = (detail.context.clone(), detail.view());
+    Ok(Making::new(context.clone(), move |progress| {
+        progress.step(0.0, STAGE)?;
+        let made = tessellate_bare_view(&context.context, &view, cells)?;
+        register(context, &made.mesh, view.transform, progress)
+    }))
+}
+
 entry! {
     fn rlv_collider_create_mesh(context: RlvContext, mesh: RlvMesh, matrix: *const f64, out: *mut RlvCollider) {
         present("out", out)?;
-        let context = registry::get(context)?;
-        let mesh = registry::get(mesh)?;
         // SAFETY: the caller promises NULL or twelve doubles.
-        let matrix = unsafe { transform(matrix) }?;
-        let collider = Collider::of_mesh(&context.context, &*try_read(&mesh.mesh, "mesh")?, matrix)?;
-        let handle = registry::insert(ColliderObject { context, collider: RwLock::new(collider) })?;
+        let handle = unsafe { of_mesh(context, mesh, matrix) }?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -54,13 +119,8 @@ entry! {
 
     fn rlv_collider_create_surface(surface: RlvSurface, options: *const RlvTessellateOptions, matrix: *const f64, out: *mut RlvCollider) {
         present("out", out)?;
-        let surface = registry::get(surface)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size, and NULL or twelve doubles.
-        let ((cells, _), matrix) = unsafe { (Cells::new(options)?, transform(matrix)?) };
-        let context = surface.context.clone();
-        let mesh = bare_mesh(&context.context, &surface, cells)?;
-        let collider = Collider::of_mesh(&context.context, &mesh, matrix)?;
-        let handle = registry::insert(ColliderObject { context, collider: RwLock::new(collider) })?;
+        let handle = unsafe { of_surface(surface, options, matrix) }?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -68,13 +128,8 @@ entry! {
 
     fn rlv_collider_create_detail(detail: RlvDetail, options: *const RlvTessellateOptions, out: *mut RlvCollider) {
         present("out", out)?;
-        let detail = registry::get(detail)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        let (cells, _) = unsafe { Cells::new(options) }?;
-        let (context, view) = (detail.context.clone(), detail.view());
-        let made = tessellate_bare_view(&context.context, &view, cells)?;
-        let collider = Collider::of_mesh(&context.context, &made.mesh, view.transform)?;
-        let handle = registry::insert(ColliderObject { context, collider: RwLock::new(collider) })?;
+        let handle = unsafe { of_detail(detail, options) }?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())

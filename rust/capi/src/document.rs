@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use relievo_bake::transfer::{TransferOptions, transfer_watched};
+use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, ErrorKind, Mesh, Progress, Result};
 use relievo_detail::history::Changed;
 use relievo_detail::{History, LayeredObject, Recorded};
@@ -16,6 +17,7 @@ use crate::bytes::{self, RlvBytes};
 use crate::context::{ContextObject, HostProgress, RLV_LOG_WARNING, RlvContext, RlvProgress};
 use crate::descriptor::{check_optional, read_optional, write_descriptor, write_optional};
 use crate::detail::{DetailObject, Object, RlvDetail, each, fit_traces};
+use crate::making::Making;
 use crate::mesh::{self, RlvMesh};
 use crate::registry::{self, handle, try_lock, try_read};
 use crate::stream::{HostStream, RlvStream};
@@ -96,9 +98,11 @@ fn opened(
     detail: &Arc<DetailObject>,
     place: &str,
     open: impl FnOnce() -> Result<(Document, History)>,
+    progress: &mut dyn Progress,
 ) -> Result<RlvDocument> {
     let context = &detail.context.context;
     let mut editor = detail.edit()?;
+    progress.step(0.0, "read")?;
     let (document, history) = open()?;
     let mut notes = document.notes.clone();
     let cage = detail.view().cage.clone();
@@ -108,11 +112,14 @@ fn opened(
     };
     notes.extend(fits.map_err(|error| error.at(place))?);
     let budget = editor.budget();
+    // The last moment at which all is as it was.
+    progress.step(0.5, "layers")?;
     let unknown = each!(&mut editor.object, object => object.take_up(context, &document, budget))?;
     if let Object::Tiles(object) = &mut editor.object {
         fit_traces(context, object)?;
     }
     notes.extend(unknown.into_iter().map(|name| format!("layer `{name}` of the document is left out")));
+    progress.report(1.0, "layers");
     // The log may call back.
     drop(editor);
     notes.iter().for_each(|note| detail.context.log(RLV_LOG_WARNING, &format!("{place}: {note}")));
@@ -224,18 +231,89 @@ impl Transfer {
     }
 }
 
+/// Reads what a document is made of, and where it is written to.
+///
+/// # Safety
+/// `path` is NULL or a NUL-terminated text.
+pub unsafe fn creating(detail: RlvDetail, path: *const c_char, memory: u64) -> Result<Making<RlvDocument>> {
+    let detail = registry::get(detail)?;
+    // SAFETY: promised by the caller.
+    let path = if path.is_null() { None } else { Some(PathBuf::from(unsafe { text("path", path) }?)) };
+    Ok(Making::new(detail.context.clone(), move |progress| {
+        let mut history = History::new(or_default(memory));
+        if let Some(path) = path {
+            let document = document_watched(&detail, progress)?;
+            history.save(&path, &document)?;
+        }
+        progress.report(1.0, "write");
+        registry::insert(DocumentObject { detail, history: Mutex::new(history) })
+    }))
+}
+
+/// Reads which document is opened.
+///
+/// # Safety
+/// As for [`creating`].
+pub unsafe fn opening(detail: RlvDetail, path: *const c_char, memory: u64) -> Result<Making<RlvDocument>> {
+    let detail = registry::get(detail)?;
+    // SAFETY: promised by the caller.
+    let path = unsafe { text("path", path) }?.to_owned();
+    Ok(Making::new(detail.context.clone(), move |progress| {
+        let limit = detail.context.context.memory_limit();
+        opened(&detail, &path, || History::open(Path::new(&path), limit, or_default(memory)), progress)
+    }))
+}
+
+/// Reads where a document is written to.
+///
+/// # Safety
+/// As for [`creating`].
+pub unsafe fn saving(document: RlvDocument, path: *const c_char) -> Result<Making<()>> {
+    let document = registry::get(document)?;
+    // SAFETY: promised by the caller.
+    let path = PathBuf::from(unsafe { text("path", path) }?);
+    Ok(Making::new(document.detail.context.clone(), move |progress| {
+        let mut history = document.history()?;
+        let made = document_watched(&document.detail, progress)?;
+        history.save(&path, &made)?;
+        progress.report(1.0, "write");
+        Ok(())
+    }))
+}
+
+/// Reads which file is compacted.
+///
+/// # Safety
+/// As for [`creating`].
+pub unsafe fn compacting(context: RlvContext, path: *const c_char, keep: usize) -> Result<Making<()>> {
+    let context = registry::get(context)?;
+    // SAFETY: promised by the caller.
+    let path = unsafe { text("path", path) }?.to_owned();
+    Ok(Making::new(context.clone(), move |progress| {
+        progress.step(0.0, "compact")?;
+        let done = relievo_document::journal::compact(Path::new(&path), context.context.memory_limit(), keep)?;
+        progress.report(1.0, "compact");
+        if let Some(note) = done.note {
+            context.log(RLV_LOG_WARNING, &format!("{path}: {note}"));
+        }
+        Ok(())
+    }))
+}
+
+/// The document that a detail is now, which is about to be written.
+fn document_watched(detail: &DetailObject, progress: &mut dyn Progress) -> Result<Document> {
+    let mut editor = detail.edit()?;
+    progress.step(0.0, "layers")?;
+    let document = document_of(detail, &mut editor.object)?;
+    progress.step(0.5, "write")?;
+    Ok(document)
+}
+
 entry! {
     fn rlv_document_create(detail: RlvDetail, path: *const c_char, memory: u64, out: *mut RlvDocument) {
         present("out", out)?;
-        let detail = registry::get(detail)?;
-        let mut history = History::new(or_default(memory));
-        if !path.is_null() {
-            // SAFETY: the caller gives a NUL-terminated text.
-            let path = unsafe { text("path", path) }?;
-            let document = document_of(&detail, &mut detail.edit()?.object)?;
-            history.save(Path::new(path), &document)?;
-        }
-        let handle = registry::insert(DocumentObject { detail, history: Mutex::new(history) })?;
+        // SAFETY: the caller gives NULL or a NUL-terminated text.
+        let handle = unsafe { creating(detail, path, memory) }?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -243,12 +321,8 @@ entry! {
 
     fn rlv_document_open(detail: RlvDetail, path: *const c_char, memory: u64, out: *mut RlvDocument) {
         present("out", out)?;
-        let detail = registry::get(detail)?;
         // SAFETY: the caller gives a NUL-terminated text.
-        let path = unsafe { text("path", path) }?;
-        let context = &detail.context.context;
-        let open = || History::open(Path::new(path), context.memory_limit(), or_default(memory));
-        let handle = opened(&detail, path, open)?;
+        let handle = unsafe { opening(detail, path, memory) }?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -274,7 +348,7 @@ entry! {
         present("out", out)?;
         let detail = registry::get(detail)?;
         let limit = detail.context.context.memory_limit();
-        let handle = opened(&detail, "stream", || History::open_in(stream, limit, or_default(memory)))?;
+        let handle = opened(&detail, "stream", || History::open_in(stream, limit, or_default(memory)), &mut Silent)?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -292,7 +366,7 @@ entry! {
         let limit = detail.context.context.memory_limit();
         // SAFETY: the caller promises `size` bytes.
         let bytes = Box::new(Cursor::new(unsafe { bytes::take(bytes, size, limit) }?));
-        let handle = opened(&detail, "bytes", || History::open_in(bytes, limit, or_default(memory)))?;
+        let handle = opened(&detail, "bytes", || History::open_in(bytes, limit, or_default(memory)), &mut Silent)?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -348,12 +422,8 @@ entry! {
     }
 
     fn rlv_document_save(document: RlvDocument, path: *const c_char) {
-        let document = registry::get(document)?;
         // SAFETY: the caller gives a NUL-terminated text.
-        let path = unsafe { text("path", path) }?;
-        let mut history = document.history()?;
-        let made = document_of(&document.detail, &mut document.detail.edit()?.object)?;
-        history.save(Path::new(path), &made)
+        unsafe { saving(document, path) }?.now()
     }
 
     fn rlv_document_save_stream(document: RlvDocument, stream: *const RlvStream) {
@@ -379,14 +449,8 @@ entry! {
     }
 
     fn rlv_document_compact(context: RlvContext, path: *const c_char, keep: usize) {
-        let context = registry::get(context)?;
         // SAFETY: the caller gives a NUL-terminated text.
-        let path = unsafe { text("path", path) }?;
-        let done = relievo_document::journal::compact(Path::new(path), context.context.memory_limit(), keep)?;
-        if let Some(note) = done.note {
-            context.log(RLV_LOG_WARNING, &format!("{path}: {note}"));
-        }
-        Ok(())
+        unsafe { compacting(context, path, keep) }?.now()
     }
 
     fn rlv_document_mesh(context: RlvContext, path: *const c_char, out: *mut RlvMesh) {

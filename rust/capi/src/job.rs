@@ -3,6 +3,8 @@
 //! A call that runs as a job tells its progress as any other. The first word of it says that it has all that it needs for
 //! itself, and is what the function that starts it waits for: so what can be refused is refused there.
 
+mod product;
+
 use std::ffi::{c_char, c_void};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -10,36 +12,42 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use relievo_core::{Error, ErrorKind, Progress, Result};
-use relievo_detail::{Pose, Report};
+use relievo_detail::Pose;
 
 use crate::array::{fixed, present, put};
 use crate::bake::{self, RlvBakeOptions, RlvBakeReport};
 use crate::border::caught;
-use crate::client::{ClientJob, ClientProduct, RlvClient, RlvClientFetch, RlvClientScene, RlvClientStatus};
-use crate::collider::RlvCollider;
+use crate::caster::{self, RlvCaster};
+use crate::client::{ClientJob, RlvClient, RlvClientFetch, RlvClientScene, RlvClientStatus};
+use crate::collider::{self, RlvCollider};
 use crate::context::{ContextObject, RLV_NAME_SIZE, RlvContext};
 use crate::crowd::{CrowdBuild, RlvCrowdBuildSettings, RlvCrowdClipName, RlvCrowdModel};
 use crate::decal::{Laying, RlvDecal, RlvDecalOptions, RlvDecalPin};
 use crate::descriptor::{check_optional, write_descriptor, write_optional};
 use crate::detail::{RlvDetail, transform};
-use crate::document::{RlvTransferOptions, RlvTransferReport, Transfer};
+use crate::document::{self, RlvDocument, RlvTransferOptions, RlvTransferReport, Transfer};
 use crate::error::{RLV_OK, RlvResult, result_of};
 use crate::fluid::{RlvFluid, RlvFluidReport};
 use crate::grid::{self, RlvGrid, RlvGridSettings};
 use crate::imprint::{self, RlvImprintMoment, RlvImprintReport, RlvImprintSettings};
 use crate::isosurface::{Meshing, RlvIsosurface, RlvIsosurfaceMeshOptions};
 use crate::log::{self, Queue};
-use crate::mesh::RlvMesh;
+use crate::making::Making;
+use crate::mesh::{self, RlvMesh};
 use crate::object::duration;
-use crate::particles::RlvParticles;
+use crate::particles::{self, RlvParticles};
+use crate::picture::{self, RlvPicture};
+use crate::procedural::{self, RlvProcedural, RlvProceduralOptions};
 use crate::progressive::{Build, RlvProgressive, RlvProgressiveOptions};
 use crate::ptex::{Export, Import, RlvPtexOptions, RlvPtexReport};
-use crate::registry::{self, handle};
+use crate::registry::{self, Handle, handle};
 use crate::repair::{RepairJob, RlvRepairReport, RlvRepairSettings};
 use crate::simplify::{RlvSimplifyOptions, Simplification};
-use crate::tessellate::{self, RlvTessellateOptions};
+use crate::surface::{self, RlvSurface, RlvSurfaceOptions};
+use crate::tessellate::{self, RlvTessellateOptions, RlvTessellation};
 use crate::tissue::{Building, RlvTissue, RlvTissueDescription, RlvTissueReport, RlvTissueSimulation};
 use crate::work::{self, busy};
+use product::Product;
 
 handle!(RlvJob, 13, JobObject);
 
@@ -49,6 +57,26 @@ constants! {
     RLV_JOB_DONE = 1,
     RLV_JOB_FAILED = 2,
     RLV_JOB_CANCELLED = 3,
+    RLV_JOB_KIND_NONE = 0,
+    RLV_JOB_KIND_MESH = 1,
+    RLV_JOB_KIND_PROGRESSIVE = 2,
+    RLV_JOB_KIND_GRID = 3,
+    RLV_JOB_KIND_DECAL = 4,
+    RLV_JOB_KIND_CROWD_MODEL = 5,
+    RLV_JOB_KIND_TISSUE = 6,
+    RLV_JOB_KIND_PARTICLES = 7,
+    RLV_JOB_KIND_SURFACE = 8,
+    RLV_JOB_KIND_CASTER = 9,
+    RLV_JOB_KIND_PROCEDURAL = 10,
+    RLV_JOB_KIND_COLLIDER = 11,
+    RLV_JOB_KIND_PICTURE = 12,
+    RLV_JOB_KIND_DOCUMENT = 13,
+    RLV_JOB_KIND_IMPRINT_REPORT = 14,
+    RLV_JOB_KIND_BAKE_REPORT = 15,
+    RLV_JOB_KIND_PTEX_REPORT = 16,
+    RLV_JOB_KIND_TRANSFER_REPORT = 17,
+    RLV_JOB_KIND_FLUID_REPORT = 18,
+    RLV_JOB_KIND_CLIENT_STATUS = 19,
 }
 
 descriptor! {
@@ -58,65 +86,7 @@ descriptor! {
         result: RlvResult,
         fraction: f32,
         stage: [u8; RLV_NAME_SIZE as usize],
-    }
-}
-
-/// What a job made.
-pub enum Product {
-    /// A reference to a mesh, which the job releases.
-    Mesh(RlvMesh),
-    /// The same, and how far the mesh deviates.
-    Simplified(RlvMesh, f32),
-    /// The same of a progressive mesh.
-    Progressive(RlvProgressive),
-    /// The same of a grid.
-    Grid(RlvGrid),
-    /// The same of a decal.
-    Decal(RlvDecal),
-    /// The same of a crowd model.
-    Crowd(RlvCrowdModel),
-    /// A mesh as above, and the report on its repair.
-    Repaired(RlvMesh, Box<RlvRepairReport>),
-    Imprint(Report),
-    Bake(RlvBakeReport),
-    /// A file without more to say about it.
-    File,
-    Ptex(RlvPtexReport),
-    Transfer(RlvTransferReport),
-    Fluid(RlvFluidReport),
-    /// A model of soft tissue as above, and what it was made of.
-    Tissue(RlvTissue, RlvTissueReport),
-    /// Steps of soft tissue, without more to say about them.
-    TissueSteps,
-    /// The state of a scene that was submitted.
-    Submitted(Box<RlvClientStatus>),
-    /// The same of particles.
-    Particles(RlvParticles),
-}
-
-impl From<ClientProduct> for Product {
-    fn from(product: ClientProduct) -> Self {
-        match product {
-            ClientProduct::Status(status) => Self::Submitted(status),
-            ClientProduct::Particles(particles) => Self::Particles(particles),
-            ClientProduct::Mesh(mesh) => Self::Mesh(mesh),
-        }
-    }
-}
-
-impl Drop for Product {
-    fn drop(&mut self) {
-        // Nothing can be done about a host that released it too often.
-        let _ = match self {
-            Self::Mesh(mesh) | Self::Simplified(mesh, _) | Self::Repaired(mesh, _) => registry::release(*mesh),
-            Self::Progressive(mesh) => registry::release(*mesh),
-            Self::Grid(grid) => registry::release(*grid),
-            Self::Decal(decal) => registry::release(*decal),
-            Self::Tissue(tissue, _) => registry::release(*tissue),
-            Self::Particles(particles) => registry::release(*particles),
-            Self::Crowd(model) => registry::release(*model),
-            _ => Ok(()),
-        };
+        kind: u32,
     }
 }
 
@@ -153,6 +123,8 @@ impl Notice {
 /// What a job shares with its thread.
 #[derive(Default)]
 struct Shared {
+    /// What the job makes: one of the `RLV_JOB_KIND_` values.
+    kind: u32,
     state: Mutex<State>,
     changed: Condvar,
     cancelled: AtomicBool,
@@ -227,7 +199,7 @@ impl JobObject {
         }
         // The host's callback may ask for the job again.
         messages.iter().for_each(|(level, text)| self.context.log(*level, text));
-        RlvJobInfo { struct_size: 0, state: number, result, fraction, stage }
+        RlvJobInfo { struct_size: 0, state: number, result, fraction, stage, kind: self.shared.kind }
     }
 
     /// What the job made, taken out by `take`, which knows it as `what`.
@@ -250,13 +222,14 @@ fn still_running() -> Error {
 /// ended, and what fails before that fails here; on a thread of the host it returns at once.
 fn start(
     context: &Arc<ContextObject>,
+    kind: u32,
     call: impl FnOnce(&mut dyn Progress) -> Result<Product> + Send + 'static,
 ) -> Result<RlvJob> {
-    let shared = Arc::new(Shared::default());
+    let shared = Arc::new(Shared { kind, ..Shared::default() });
     let inside = Arc::clone(&shared);
     let function = work::function();
     let run = move || {
-        let job = || caught(|| call(&mut JobProgress(Arc::clone(&inside))));
+        let job = || caught(|| call(&mut JobProgress(Arc::clone(&inside)))?.checked(kind));
         let ended = work::named(function, || log::collect(&inside.messages, job));
         let mut state = inside.state();
         state.ended = Some(ended);
@@ -291,19 +264,55 @@ fn start(
     registry::insert(object(Some(thread)))
 }
 
+/// Starts what makes an object, or nothing but a file; `wrap` makes a product of it.
+///
+/// # Safety
+/// `out` is NULL or valid for a write.
+unsafe fn launch<T: 'static>(
+    out: *mut RlvJob,
+    kind: u32,
+    wrap: fn(T) -> Product,
+    read: impl FnOnce() -> Result<Making<T>>,
+) -> Result<()> {
+    present("out", out)?;
+    let making = read()?;
+    let job = start(&making.context().clone(), kind, move |progress| making.watched(progress).map(wrap))?;
+    // SAFETY: checked above.
+    unsafe { put(out, job) };
+    Ok(())
+}
+
+/// Gives a reference to the object that a job made, which `find` takes from its product and messages call `what`.
+///
+/// # Safety
+/// `out` is NULL or valid for a write.
+unsafe fn give<H: Handle>(
+    job: RlvJob,
+    out: *mut H,
+    what: &str,
+    find: impl FnOnce(&Product) -> Option<H>,
+) -> Result<()> {
+    present("out", out)?;
+    let made = registry::get(job)?.product(what, find)?;
+    registry::retain(made)?;
+    // SAFETY: checked above.
+    unsafe { put(out, made) };
+    Ok(())
+}
+
 /// Starts what makes a grid.
 fn start_grid(work: grid::Work) -> Result<RlvJob> {
-    start(&work.context().clone(), move |progress| work.run(progress).map(Product::Grid))
+    start(&work.context().clone(), RLV_JOB_KIND_GRID, move |progress| work.run(progress).map(Product::Grid))
 }
 
 /// Starts what lays a sticker.
 fn start_decal(laying: Laying) -> Result<RlvJob> {
-    start(&laying.context().clone(), move |progress| laying.run(progress).map(Product::Decal))
+    start(&laying.context().clone(), RLV_JOB_KIND_DECAL, move |progress| laying.run(progress).map(Product::Decal))
 }
 
 /// Starts a call of a client.
-fn start_client(job: ClientJob) -> Result<RlvJob> {
-    start(&job.context().clone(), move |progress| job.run(progress).map(Product::from))
+fn start_client(kind: u32, job: ClientJob) -> Result<RlvJob> {
+    start(&job.context().clone(), kind, move |progress| job.run(progress).map(Product::from))
 }
 
 entry! {
@@ -313,7 +322,7 @@ entry! {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let options = unsafe { tessellate::Cells::new(options) }?;
         let (context, view) = (detail.context.clone(), detail.view());
-        let job = start(&context.clone(), move |progress| {
+        let job = start(&context.clone(), RLV_JOB_KIND_MESH, move |progress| {
             progress.step(0.0, "tessellate")?;
             // A product is released where the job is cancelled.
             let made = Product::Mesh(tessellate::tessellate_committed(&context, &view, options)?);
@@ -340,7 +349,7 @@ entry! {
         let poses = unsafe { [Pose::rigid(transform(from)?), Pose::rigid(transform(to)?)] };
         // SAFETY: the caller gives NULL or descriptors that start with their size.
         let how = unsafe { imprint::how(settings, moment) }?;
-        let job = start(&detail.context.clone(), move |progress| {
+        let job = start(&detail.context.clone(), RLV_JOB_KIND_IMPRINT_REPORT, move |progress| {
             imprint::sweep(&detail, &collider, poses, &how, progress).map(Product::Imprint)
         })?;
         // SAFETY: checked above.
@@ -369,7 +378,7 @@ entry! {
             let poses = imprint::poses_of(&collider, [from, to], [from_points, to_points], count, stride)?;
             (poses, imprint::how(settings, moment)?)
         };
-        let job = start(&detail.context.clone(), move |progress| {
+        let job = start(&detail.context.clone(), RLV_JOB_KIND_IMPRINT_REPORT, move |progress| {
             imprint::sweep(&detail, &collider, poses, &how, progress).map(Product::Imprint)
         })?;
         // SAFETY: checked above.
@@ -383,7 +392,7 @@ entry! {
         // SAFETY: the caller gives a NUL-terminated text, and NULL or a descriptor that starts with its size.
         let order = unsafe { bake::Order::read(options, path) }?;
         let (context, view) = (detail.context.clone(), detail.view());
-        let job = start(&context.clone(), move |progress| {
+        let job = start(&context.clone(), RLV_JOB_KIND_BAKE_REPORT, move |progress| {
             order.write(&context.context, &view, progress).map(Product::Bake)
         })?;
         // SAFETY: checked above.
@@ -396,7 +405,7 @@ entry! {
         let detail = registry::get(detail)?;
         // SAFETY: the caller gives a NUL-terminated text.
         let export = unsafe { Export::read(&detail, channel, path) }?;
-        let job = start(&detail.context.clone(), move |progress| {
+        let job = start(&detail.context.clone(), RLV_JOB_KIND_NONE, move |progress| {
             export.write(&detail.context.context, progress).map(|()| Product::File)
         })?;
         // SAFETY: checked above.
@@ -409,7 +418,7 @@ entry! {
         let detail = registry::get(detail)?;
         // SAFETY: the caller gives a NUL-terminated text, and NULL or a descriptor that starts with its size.
         let import = unsafe { Import::read(path, options) }?;
-        let job = start(&detail.context.clone(), move |progress| {
+        let job = start(&detail.context.clone(), RLV_JOB_KIND_PTEX_REPORT, move |progress| {
             import.take_up(&detail, progress).map(Product::Ptex)
         })?;
         // SAFETY: checked above.
@@ -429,7 +438,7 @@ entry! {
         let context = registry::get(context)?;
         // SAFETY: the caller gives NUL-terminated texts, and NULL or a descriptor that starts with its size.
         let transfer = unsafe { Transfer::read(path, to, to_path, options) }?;
-        let job = start(&context.clone(), move |progress| {
+        let job = start(&context.clone(), RLV_JOB_KIND_TRANSFER_REPORT, move |progress| {
             transfer.run(&context, progress).map(Product::Transfer)
         })?;
         // SAFETY: checked above.
@@ -441,7 +450,7 @@ entry! {
         present("out", out)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let build = unsafe { Build::read(mesh, options) }?;
-        let job = start(&build.context().clone(), move |progress| build.run(progress).map(Product::Progressive))?;
+        let job = start(&build.context().clone(), RLV_JOB_KIND_PROGRESSIVE, move |progress| build.run(progress).map(Product::Progressive))?;
         // SAFETY: checked above.
         unsafe { put(out, job) };
         Ok(())
@@ -451,7 +460,7 @@ entry! {
         present("out", out)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size, with arrays of their counts.
         let simplification = unsafe { Simplification::read(mesh, options) }?;
-        let job = start(&simplification.context().clone(), move |progress| {
+        let job = start(&simplification.context().clone(), RLV_JOB_KIND_MESH, move |progress| {
             simplification.run(progress).map(|(mesh, error)| Product::Simplified(mesh, error))
         })?;
         // SAFETY: checked above.
@@ -463,7 +472,7 @@ entry! {
         present("out", out)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let repair = unsafe { RepairJob::read(mesh, settings) }?;
-        let job = start(&repair.context().clone(), move |progress| {
+        let job = start(&repair.context().clone(), RLV_JOB_KIND_MESH, move |progress| {
             repair.run(progress).map(|(mesh, report)| Product::Repaired(mesh, Box::new(report)))
         })?;
         // SAFETY: checked above.
@@ -475,7 +484,7 @@ entry! {
         present("out", out)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size, with channels of their counts.
         let meshing = unsafe { Meshing::read(isosurface, options) }?;
-        let job = start(&meshing.context().clone(), move |progress| meshing.run(progress).map(Product::Mesh))?;
+        let job = start(&meshing.context().clone(), RLV_JOB_KIND_MESH, move |progress| meshing.run(progress).map(Product::Mesh))?;
         // SAFETY: checked above.
         unsafe { put(out, job) };
         Ok(())
@@ -519,7 +528,7 @@ entry! {
         present("out", out)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let meshing = unsafe { grid::Meshing::read(grid, settings) }?;
-        let job = start(&meshing.context().clone(), move |progress| meshing.run(progress).map(Product::Mesh))?;
+        let job = start(&meshing.context().clone(), RLV_JOB_KIND_MESH, move |progress| meshing.run(progress).map(Product::Mesh))?;
         // SAFETY: checked above.
         unsafe { put(out, job) };
         Ok(())
@@ -568,7 +577,7 @@ entry! {
         present("out", out)?;
         // SAFETY: the caller gives NUL-terminated texts, and NULL or a descriptor that starts with its size.
         let build = unsafe { CrowdBuild::read(context, path, clips, clip_count, settings) }?;
-        let job = start(&build.context().clone(), move |progress| build.run(progress).map(Product::Crowd))?;
+        let job = start(&build.context().clone(), RLV_JOB_KIND_CROWD_MODEL, move |progress| build.run(progress).map(Product::Crowd))?;
         // SAFETY: checked above.
         unsafe { put(out, job) };
         Ok(())
@@ -577,7 +586,7 @@ entry! {
     fn rlv_job_fluid(fluid: RlvFluid, seconds: f64, out: *mut RlvJob) {
         present("out", out)?;
         let fluid = registry::get(fluid)?;
-        let job = start(&fluid.context.clone(), move |progress| fluid.advance(seconds, progress).map(Product::Fluid))?;
+        let job = start(&fluid.context.clone(), RLV_JOB_KIND_FLUID_REPORT, move |progress| fluid.advance(seconds, progress).map(Product::Fluid))?;
         // SAFETY: checked above.
         unsafe { put(out, job) };
         Ok(())
@@ -586,7 +595,7 @@ entry! {
     fn rlv_job_client_submit(client: RlvClient, scene: *const RlvClientScene, out: *mut RlvJob) {
         present("out", out)?;
         // SAFETY: the caller gives NULL or a descriptor whose texts and files are as the header demands.
-        let job = start_client(unsafe { ClientJob::submit(client, scene) }?)?;
+        let job = start_client(RLV_JOB_KIND_CLIENT_STATUS, unsafe { ClientJob::submit(client, scene) }?)?;
         // SAFETY: checked above.
         unsafe { put(out, job) };
         Ok(())
@@ -601,7 +610,7 @@ entry! {
     ) {
         present("out", out)?;
         // SAFETY: the caller gives NULL or a NUL-terminated text, and NULL or a descriptor as the header demands.
-        let job = start_client(unsafe { ClientJob::fetch(client, scene, frame, fetch) }?)?;
+        let job = start_client(RLV_JOB_KIND_PARTICLES, unsafe { ClientJob::fetch(client, scene, frame, fetch) }?)?;
         // SAFETY: checked above.
         unsafe { put(out, job) };
         Ok(())
@@ -616,10 +625,100 @@ entry! {
     ) {
         present("out", out)?;
         // SAFETY: the caller gives NULL or NUL-terminated texts.
-        let job = start_client(unsafe { ClientJob::mesh(client, scene, frame, settings) }?)?;
+        let job = start_client(RLV_JOB_KIND_MESH, unsafe { ClientJob::mesh(client, scene, frame, settings) }?)?;
         // SAFETY: checked above.
         unsafe { put(out, job) };
         Ok(())
+    }
+
+    fn rlv_job_surface_create(context: RlvContext, cage: RlvMesh, options: *const RlvSurfaceOptions, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_SURFACE, Product::Surface, || surface::create(context, cage, options)) }
+    }
+
+    fn rlv_job_caster_create_mesh(context: RlvContext, mesh: RlvMesh, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_CASTER, Product::Caster, || caster::of_mesh(context, mesh)) }
+    }
+
+    fn rlv_job_caster_create_detail(detail: RlvDetail, options: *const RlvTessellateOptions, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_CASTER, Product::Caster, || caster::of_detail(detail, options)) }
+    }
+
+    fn rlv_job_caster_create_tessellation(tessellation: RlvTessellation, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_CASTER, Product::Caster, || caster::of_tessellation(tessellation)) }
+    }
+
+    fn rlv_job_procedural_create(detail: RlvDetail, options: *const RlvProceduralOptions, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_PROCEDURAL, Product::Procedural, || procedural::create(detail, options)) }
+    }
+
+    fn rlv_job_procedural_create_moving(begin: RlvProcedural, end: RlvDetail, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_PROCEDURAL, Product::Procedural, || procedural::create_moving(begin, end)) }
+    }
+
+    fn rlv_job_collider_create_mesh(context: RlvContext, mesh: RlvMesh, matrix: *const f64, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_COLLIDER, Product::Collider, || collider::of_mesh(context, mesh, matrix)) }
+    }
+
+    fn rlv_job_collider_create_surface(surface: RlvSurface, options: *const RlvTessellateOptions, matrix: *const f64, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_COLLIDER, Product::Collider, || collider::of_surface(surface, options, matrix)) }
+    }
+
+    fn rlv_job_collider_create_detail(detail: RlvDetail, options: *const RlvTessellateOptions, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_COLLIDER, Product::Collider, || collider::of_detail(detail, options)) }
+    }
+
+    fn rlv_job_mesh_read(context: RlvContext, path: *const c_char, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_MESH, Product::Mesh, || mesh::reading(context, path)) }
+    }
+
+    fn rlv_job_mesh_write(mesh: RlvMesh, path: *const c_char, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_NONE, |()| Product::File, || mesh::writing(mesh, path)) }
+    }
+
+    fn rlv_job_particles_read(context: RlvContext, path: *const c_char, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_PARTICLES, Product::Particles, || particles::reading(context, path)) }
+    }
+
+    fn rlv_job_particles_write(particles: RlvParticles, path: *const c_char, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_NONE, |()| Product::File, || particles::writing(particles, path)) }
+    }
+
+    fn rlv_job_picture_open(context: RlvContext, path: *const c_char, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_PICTURE, Product::Picture, || picture::opening(context, path)) }
+    }
+
+    fn rlv_job_document_create(detail: RlvDetail, path: *const c_char, memory: u64, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_DOCUMENT, Product::Document, || document::creating(detail, path, memory)) }
+    }
+
+    fn rlv_job_document_open(detail: RlvDetail, path: *const c_char, memory: u64, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_DOCUMENT, Product::Document, || document::opening(detail, path, memory)) }
+    }
+
+    fn rlv_job_document_save(document: RlvDocument, path: *const c_char, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_NONE, |()| Product::File, || document::saving(document, path)) }
+    }
+
+    fn rlv_job_document_compact(context: RlvContext, path: *const c_char, keep: usize, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_NONE, |()| Product::File, || document::compacting(context, path, keep)) }
     }
 
     fn rlv_job_retain(job: RlvJob) {
@@ -630,7 +729,7 @@ entry! {
         present("out", out)?;
         // SAFETY: the caller gives NULL or descriptors that start with their size, with arrays of their counts.
         let building = unsafe { Building::read(context, description) }?;
-        let job = start(&building.context().clone(), move |progress| {
+        let job = start(&building.context().clone(), RLV_JOB_KIND_TISSUE, move |progress| {
             building.run(progress).map(|(tissue, report)| Product::Tissue(tissue, report))
         })?;
         // SAFETY: checked above.
@@ -641,7 +740,7 @@ entry! {
     fn rlv_job_tissue_advance(simulation: RlvTissueSimulation, seconds: f64, out: *mut RlvJob) {
         present("out", out)?;
         let simulation = registry::get(simulation)?;
-        let job = start(&simulation.context.clone(), move |progress| {
+        let job = start(&simulation.context.clone(), RLV_JOB_KIND_NONE, move |progress| {
             simulation.advance(seconds, progress).map(|()| Product::TissueSteps)
         })?;
         // SAFETY: checked above.
@@ -688,15 +787,12 @@ entry! {
     }
 
     fn rlv_job_mesh(job: RlvJob, out: *mut RlvMesh) {
-        present("out", out)?;
-        let mesh = registry::get(job)?.product("triangles", |product| match product {
+        let find = |product: &Product| match product {
             Product::Mesh(mesh) | Product::Simplified(mesh, _) | Product::Repaired(mesh, _) => Some(*mesh),
             _ => None,
-        })?;
-        registry::retain(mesh)?;
-        // SAFETY: checked above.
-        unsafe { put(out, mesh) };
-        Ok(())
+        };
+        // SAFETY: the caller gives NULL or room for a handle.
+        unsafe { give(job, out, "triangles", find) }
     }
 
     fn rlv_job_simplify_error(job: RlvJob, out: *mut f32) {
@@ -720,51 +816,39 @@ entry! {
     }
 
     fn rlv_job_progressive_mesh(job: RlvJob, out: *mut RlvProgressive) {
-        present("out", out)?;
-        let mesh = registry::get(job)?.product("a progressive mesh", |product| match product {
+        let find = |product: &Product| match product {
             Product::Progressive(mesh) => Some(*mesh),
             _ => None,
-        })?;
-        registry::retain(mesh)?;
-        // SAFETY: checked above.
-        unsafe { put(out, mesh) };
-        Ok(())
+        };
+        // SAFETY: the caller gives NULL or room for a handle.
+        unsafe { give(job, out, "a progressive mesh", find) }
     }
 
     fn rlv_job_grid(job: RlvJob, out: *mut RlvGrid) {
-        present("out", out)?;
-        let grid = registry::get(job)?.product("a grid", |product| match product {
+        let find = |product: &Product| match product {
             Product::Grid(grid) => Some(*grid),
             _ => None,
-        })?;
-        registry::retain(grid)?;
-        // SAFETY: checked above.
-        unsafe { put(out, grid) };
-        Ok(())
+        };
+        // SAFETY: the caller gives NULL or room for a handle.
+        unsafe { give(job, out, "a grid", find) }
     }
 
     fn rlv_job_decal(job: RlvJob, out: *mut RlvDecal) {
-        present("out", out)?;
-        let decal = registry::get(job)?.product("a decal", |product| match product {
+        let find = |product: &Product| match product {
             Product::Decal(decal) => Some(*decal),
             _ => None,
-        })?;
-        registry::retain(decal)?;
-        // SAFETY: checked above.
-        unsafe { put(out, decal) };
-        Ok(())
+        };
+        // SAFETY: the caller gives NULL or room for a handle.
+        unsafe { give(job, out, "a decal", find) }
     }
 
     fn rlv_job_tissue(job: RlvJob, out: *mut RlvTissue) {
-        present("out", out)?;
-        let tissue = registry::get(job)?.product("a model of soft tissue", |product| match product {
+        let find = |product: &Product| match product {
             Product::Tissue(tissue, _) => Some(*tissue),
             _ => None,
-        })?;
-        registry::retain(tissue)?;
-        // SAFETY: checked above.
-        unsafe { put(out, tissue) };
-        Ok(())
+        };
+        // SAFETY: the caller gives NULL or room for a handle.
+        unsafe { give(job, out, "a model of soft tissue", find) }
     }
 
     fn rlv_job_tissue_report(job: RlvJob, out: *mut RlvTissueReport) {
@@ -777,15 +861,66 @@ entry! {
     }
 
     fn rlv_job_particles(job: RlvJob, out: *mut RlvParticles) {
-        present("out", out)?;
-        let particles = registry::get(job)?.product("particles", |product| match product {
+        let find = |product: &Product| match product {
             Product::Particles(particles) => Some(*particles),
             _ => None,
-        })?;
-        registry::retain(particles)?;
-        // SAFETY: checked above.
-        unsafe { put(out, particles) };
-        Ok(())
+        };
+        // SAFETY: the caller gives NULL or room for a handle.
+        unsafe { give(job, out, "particles", find) }
+    }
+
+    fn rlv_job_surface(job: RlvJob, out: *mut RlvSurface) {
+        let find = |product: &Product| match product {
+            Product::Surface(surface) => Some(*surface),
+            _ => None,
+        };
+        // SAFETY: the caller gives NULL or room for a handle.
+        unsafe { give(job, out, "a surface", find) }
+    }
+
+    fn rlv_job_caster(job: RlvJob, out: *mut RlvCaster) {
+        let find = |product: &Product| match product {
+            Product::Caster(caster) => Some(*caster),
+            _ => None,
+        };
+        // SAFETY: the caller gives NULL or room for a handle.
+        unsafe { give(job, out, "a caster", find) }
+    }
+
+    fn rlv_job_procedural(job: RlvJob, out: *mut RlvProcedural) {
+        let find = |product: &Product| match product {
+            Product::Procedural(procedural) => Some(*procedural),
+            _ => None,
+        };
+        // SAFETY: the caller gives NULL or room for a handle.
+        unsafe { give(job, out, "a procedural", find) }
+    }
+
+    fn rlv_job_collider(job: RlvJob, out: *mut RlvCollider) {
+        let find = |product: &Product| match product {
+            Product::Collider(collider) => Some(*collider),
+            _ => None,
+        };
+        // SAFETY: the caller gives NULL or room for a handle.
+        unsafe { give(job, out, "a collider", find) }
+    }
+
+    fn rlv_job_picture(job: RlvJob, out: *mut RlvPicture) {
+        let find = |product: &Product| match product {
+            Product::Picture(picture) => Some(*picture),
+            _ => None,
+        };
+        // SAFETY: the caller gives NULL or room for a handle.
+        unsafe { give(job, out, "a picture", find) }
+    }
+
+    fn rlv_job_document(job: RlvJob, out: *mut RlvDocument) {
+        let find = |product: &Product| match product {
+            Product::Document(document) => Some(*document),
+            _ => None,
+        };
+        // SAFETY: the caller gives NULL or room for a handle.
+        unsafe { give(job, out, "a document", find) }
     }
 
     fn rlv_job_client_status(job: RlvJob, out: *mut RlvClientStatus) {
@@ -798,15 +933,12 @@ entry! {
     }
 
     fn rlv_job_crowd_model(job: RlvJob, out: *mut RlvCrowdModel) {
-        present("out", out)?;
-        let model = registry::get(job)?.product("a crowd model", |product| match product {
+        let find = |product: &Product| match product {
             Product::Crowd(model) => Some(*model),
             _ => None,
-        })?;
-        registry::retain(model)?;
-        // SAFETY: checked above.
-        unsafe { put(out, model) };
-        Ok(())
+        };
+        // SAFETY: the caller gives NULL or room for a handle.
+        unsafe { give(job, out, "a crowd model", find) }
     }
 
     fn rlv_job_imprint_report(job: RlvJob, out: *mut RlvImprintReport) {

@@ -48,6 +48,7 @@ pub mod job;
 pub mod layer;
 pub mod level;
 pub mod log;
+pub mod making;
 pub mod memory;
 pub mod mesh;
 pub mod object;

@@ -1,7 +1,7 @@
 //! Meshes; see `include/relievo/mesh.h`.
 
 use std::ffi::{c_char, c_void};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, RwLock};
 
 use relievo_core::{Attribute, Crease, Domain, Error, ErrorKind, Mesh, Result, Values};
@@ -11,6 +11,7 @@ use crate::array::{Input, Output, fixed, present, put, reserve, text};
 use crate::bytes::{self, RlvBytes};
 use crate::context::{ContextObject, RLV_NAME_SIZE, RlvContext};
 use crate::descriptor::{read_descriptor, write_descriptor};
+use crate::making::Making;
 use crate::memory::{Admitted, mesh_bytes};
 use crate::registry::{self, handle, try_read, try_write};
 
@@ -292,6 +293,42 @@ pub fn finite(name: &str, points: &[[f32; 3]]) -> Result<()> {
     }
 }
 
+/// Reads what a mesh is read from.
+///
+/// # Safety
+/// `path` is NULL or a NUL-terminated text.
+pub unsafe fn reading(context: RlvContext, path: *const c_char) -> Result<Making<RlvMesh>> {
+    let context = registry::get(context)?;
+    // SAFETY: promised by the caller.
+    let path = unsafe { text("path", path) }?.to_owned();
+    Ok(Making::new(context.clone(), move |progress| {
+        progress.step(0.0, "read")?;
+        let mesh = relievo_meshio::read(&context.context, Path::new(&path))?;
+        progress.step(0.8, "check")?;
+        mesh.check().map_err(|error| offer_repair(error, "rlv_repair_read").at(path.clone()))?;
+        progress.step(1.0, "check")?;
+        register(context, mesh)
+    }))
+}
+
+/// Reads where a mesh is written to.
+///
+/// # Safety
+/// As for [`reading`].
+pub unsafe fn writing(mesh: RlvMesh, path: *const c_char) -> Result<Making<()>> {
+    let object = registry::get(mesh)?;
+    // SAFETY: promised by the caller.
+    let path = PathBuf::from(unsafe { text("path", path) }?);
+    Ok(Making::new(object.context.clone(), move |progress| {
+        let mesh = try_read(&object.mesh, "mesh")?;
+        progress.step(0.0, "write")?;
+        relievo_meshio::write(&path, &mesh)?;
+        // The file is there: too late to stop.
+        progress.report(1.0, "write");
+        Ok(())
+    }))
+}
+
 entry! {
     fn rlv_mesh_create(context: RlvContext, arrays: *const RlvMeshArrays, out: *mut RlvMesh) {
         present("out", out)?;
@@ -307,22 +344,16 @@ entry! {
 
     fn rlv_mesh_read(context: RlvContext, path: *const c_char, out: *mut RlvMesh) {
         present("out", out)?;
-        let context = registry::get(context)?;
         // SAFETY: the caller promises NULL or a NUL-terminated string.
-        let path = unsafe { text("path", path) }?;
-        let mesh = relievo_meshio::read(&context.context, Path::new(path))?;
-        mesh.check().map_err(|error| offer_repair(error, "rlv_repair_read").at(path))?;
-        let handle = register(context, mesh)?;
+        let handle = unsafe { reading(context, path) }?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
     }
 
     fn rlv_mesh_write(mesh: RlvMesh, path: *const c_char) {
-        let object = registry::get(mesh)?;
         // SAFETY: the caller promises NULL or a NUL-terminated string.
-        let path = unsafe { text("path", path) }?;
-        relievo_meshio::write(Path::new(path), &*try_read(&object.mesh, "mesh")?)
+        unsafe { writing(mesh, path) }?.now()
     }
 
     fn rlv_mesh_read_bytes(

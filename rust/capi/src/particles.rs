@@ -1,7 +1,7 @@
 //! Particles at a time, and their files; see `include/relievo/particles.h`.
 
 use std::ffi::c_char;
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use relievo_core::{Error, ErrorKind, Result};
@@ -15,6 +15,7 @@ use crate::descriptor::{read_descriptor, write_descriptor};
 use crate::isosurface::{
     Carried, IsosurfaceObject, RLV_ISOSURFACE_BLIND, RLV_ISOSURFACE_HIDDEN, RlvIsosurface, RlvIsosurfaceOptions,
 };
+use crate::making::Making;
 use crate::mesh::{RlvAttributeArrays, RlvAttributeInfo};
 use crate::registry::{self, handle};
 
@@ -111,6 +112,41 @@ fn is_known(channel: &Channel) -> bool {
     matches!(channel.name.as_str(), VELOCITY | BLIND | "normal")
 }
 
+/// Reads what particles are read from.
+///
+/// # Safety
+/// `path` is NULL or a NUL-terminated text.
+pub unsafe fn reading(context: RlvContext, path: *const c_char) -> Result<Making<RlvParticles>> {
+    let context = registry::get(context)?;
+    // SAFETY: promised by the caller.
+    let path = PathBuf::from(unsafe { text("path", path) }?);
+    Ok(Making::new(context.clone(), move |progress| {
+        progress.step(0.0, "read")?;
+        let mut particles = read(&context.context, &path)?.particles;
+        progress.step(0.8, "sort")?;
+        particles.sort();
+        progress.step(1.0, "sort")?;
+        register(context, particles)
+    }))
+}
+
+/// Reads where particles are written to.
+///
+/// # Safety
+/// As for [`reading`].
+pub unsafe fn writing(particles: RlvParticles, path: *const c_char) -> Result<Making<()>> {
+    let object = registry::get(particles)?;
+    // SAFETY: promised by the caller.
+    let path = PathBuf::from(unsafe { text("path", path) }?);
+    Ok(Making::new(object.context.clone(), move |progress| {
+        progress.step(0.0, "write")?;
+        write(&object.context.context, &path, &object.particles)?;
+        // The file is there: too late to stop.
+        progress.report(1.0, "write");
+        Ok(())
+    }))
+}
+
 entry! {
     fn rlv_particles_create(context: RlvContext, arrays: *const RlvParticlesArrays, out: *mut RlvParticles) {
         present("out", out)?;
@@ -150,22 +186,16 @@ entry! {
 
     fn rlv_particles_read(context: RlvContext, path: *const c_char, out: *mut RlvParticles) {
         present("out", out)?;
-        let context = registry::get(context)?;
         // SAFETY: the caller promises NULL or a NUL-terminated string.
-        let path = unsafe { text("path", path) }?;
-        let mut particles = read(&context.context, Path::new(path))?.particles;
-        particles.sort();
-        let made = register(context, particles)?;
+        let made = unsafe { reading(context, path) }?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, made) };
         Ok(())
     }
 
     fn rlv_particles_write(particles: RlvParticles, path: *const c_char) {
-        let object = registry::get(particles)?;
         // SAFETY: the caller promises NULL or a NUL-terminated string.
-        let path = unsafe { text("path", path) }?;
-        write(&object.context.context, Path::new(path), &object.particles)
+        unsafe { writing(particles, path) }?.now()
     }
 
     fn rlv_particles_retain(particles: RlvParticles) {

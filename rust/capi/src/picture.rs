@@ -14,6 +14,7 @@ use relievo_ptex::{BorderMode, DataType, MeshType, MetaValue, Reader};
 use crate::array::{fixed, present, put, text};
 use crate::context::{ContextObject, RlvContext};
 use crate::descriptor::write_descriptor;
+use crate::making::Making;
 use crate::registry::{self, handle};
 
 handle!(RlvPicture, 11, PictureObject);
@@ -361,14 +362,27 @@ fn read_ptex<B: AsRef<[u8]>>(
     Ok(out)
 }
 
+/// Reads which picture is opened.
+///
+/// # Safety
+/// `path` is NULL or a NUL-terminated text.
+pub unsafe fn opening(context: RlvContext, path: *const c_char) -> Result<Making<RlvPicture>> {
+    let context = registry::get(context)?;
+    // SAFETY: promised by the caller.
+    let path = unsafe { text("path", path) }?.to_owned();
+    Ok(Making::new(context.clone(), move |progress| {
+        progress.step(0.0, "read")?;
+        let picture = PictureObject::open(context, &path).map_err(|error| error.at(path))?;
+        progress.step(1.0, "read")?;
+        registry::insert(picture)
+    }))
+}
+
 entry! {
     fn rlv_picture_open(context: RlvContext, path: *const c_char, out: *mut RlvPicture) {
         present("out", out)?;
-        let context = registry::get(context)?;
         // SAFETY: the caller gives a NUL-terminated text.
-        let path = unsafe { text("path", path) }?;
-        let picture = PictureObject::open(context, path).map_err(|error| error.at(path))?;
-        let handle = registry::insert(picture)?;
+        let handle = unsafe { opening(context, path) }?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())

@@ -13,6 +13,7 @@ use crate::array::{Input, Output, Plain, present, put};
 use crate::context::ContextObject;
 use crate::descriptor::{read_descriptor, read_optional, write_descriptor};
 use crate::detail::{RLV_CHANNEL_COLOR, RlvDetail, missing};
+use crate::making::Making;
 use crate::registry::{self, handle};
 use crate::shape::SLACK;
 use crate::view::{Layers, Looked, TileView, TriangleView, View, Wanted};
@@ -179,6 +180,40 @@ impl ProceduralObject {
     }
 }
 
+/// What is being done while primitives are made.
+const STAGE: &str = "procedural";
+
+/// Reads what the primitives of a detail, as it is committed now, are made of.
+///
+/// # Safety
+/// `options` is NULL or a descriptor that starts with its size.
+pub unsafe fn create(detail: RlvDetail, options: *const RlvProceduralOptions) -> Result<Making<RlvProcedural>> {
+    let detail = registry::get(detail)?;
+    // SAFETY: promised by the caller.
+    let cells = unsafe { Cells::new(options) }?;
+    Ok(making(detail.context.clone(), detail.view(), None, cells))
+}
+
+/// Reads what the primitives of a surface that moves are made of.
+pub fn create_moving(begin: RlvProcedural, end: RlvDetail) -> Result<Making<RlvProcedural>> {
+    let (begin, end) = (registry::get(begin)?, registry::get(end)?);
+    Ok(making(begin.context.clone(), begin.begin.clone(), Some(end.view()), begin.cells))
+}
+
+fn making(
+    context: Arc<ContextObject>,
+    begin: Arc<View>,
+    end: Option<Arc<View>>,
+    cells: Cells,
+) -> Making<RlvProcedural> {
+    Making::new(context.clone(), move |progress| {
+        progress.step(0.0, STAGE)?;
+        let made = ProceduralObject::new(context, begin, end, cells)?;
+        progress.step(1.0, STAGE)?;
+        registry::insert(made)
+    })
+}
+
 /// Kinds of numbers of a ray, and of a ray and its hit.
 const RAY: usize = 12;
 const RAY_HIT: usize = 20;
@@ -342,11 +377,8 @@ fn write<T: Plain>(out: Option<Output<T>>, first: usize, values: impl IntoIterat
 entry! {
     fn rlv_procedural_create(detail: RlvDetail, options: *const RlvProceduralOptions, out: *mut RlvProcedural) {
         present("out", out)?;
-        let detail = registry::get(detail)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        let cells = unsafe { Cells::new(options) }?;
-        let made = ProceduralObject::new(detail.context.clone(), detail.view(), None, cells)?;
-        let handle = registry::insert(made)?;
+        let handle = unsafe { create(detail, options) }?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -354,10 +386,7 @@ entry! {
 
     fn rlv_procedural_create_moving(begin: RlvProcedural, end: RlvDetail, out: *mut RlvProcedural) {
         present("out", out)?;
-        let (begin, end) = (registry::get(begin)?, registry::get(end)?);
-        let made =
-            ProceduralObject::new(begin.context.clone(), begin.begin.clone(), Some(end.view()), begin.cells)?;
-        let handle = registry::insert(made)?;
+        let handle = create_moving(begin, end)?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())

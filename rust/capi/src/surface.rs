@@ -3,12 +3,13 @@
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
 use glam::Vec3;
-use relievo_core::{Error, Mesh};
+use relievo_core::{Error, Mesh, Result};
 use relievo_surface::{BoundaryRule, Surface, SurfaceOptions, TriangleSurface};
 
 use crate::array::{Input, present, put};
 use crate::context::{ContextObject, RLV_LOG_INFO, RlvContext};
 use crate::descriptor::{read_optional, write_descriptor};
+use crate::making::Making;
 use crate::mesh::RlvMesh;
 use crate::registry::{self, handle, try_read};
 use crate::shape::Shape;
@@ -90,70 +91,96 @@ impl SurfaceObject {
     }
 }
 
-entry! {
-    fn rlv_surface_create(context: RlvContext, cage: RlvMesh, options: *const RlvSurfaceOptions, out: *mut RlvSurface) {
-        present("out", out)?;
-        let context = registry::get(context)?;
-        let mesh_object = registry::get(cage)?;
-        let default = RlvSurfaceOptions { struct_size: 0, boundary: 0, isolation: 0, patch_limit: 0, kind: 0, reserved: 0 };
-        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        let given = unsafe { read_optional(options, default) }?;
-        let boundary = match given.boundary {
-            RLV_BOUNDARY_EDGES_AND_CORNERS => BoundaryRule::EdgesAndCorners,
-            RLV_BOUNDARY_EDGES => BoundaryRule::Edges,
-            other => {
-                return Err(Error::invalid(format!("{other} is no boundary rule"))
-                    .at("boundary")
-                    .advise("use an RLV_BOUNDARY_ value"));
-            }
-        };
-        let mut options = SurfaceOptions { boundary, ..SurfaceOptions::default() };
-        if given.isolation > 10 {
-            return Err(Error::invalid(format!("{} levels of isolation are too many", given.isolation))
-                .at("isolation")
-                .advise("use 1 to 10, or 0 for the default"));
+/// What is being done while a surface is made.
+const STAGE: &str = "surface";
+
+/// Reads what a surface is made of.
+///
+/// # Safety
+/// `options` is NULL or a descriptor that starts with its size.
+pub unsafe fn create(
+    context: RlvContext,
+    cage: RlvMesh,
+    options: *const RlvSurfaceOptions,
+) -> Result<Making<RlvSurface>> {
+    let context = registry::get(context)?;
+    let mesh_object = registry::get(cage)?;
+    let default = RlvSurfaceOptions { struct_size: 0, boundary: 0, isolation: 0, patch_limit: 0, kind: 0, reserved: 0 };
+    // SAFETY: promised by the caller.
+    let given = unsafe { read_optional(options, default) }?;
+    let boundary = match given.boundary {
+        RLV_BOUNDARY_EDGES_AND_CORNERS => BoundaryRule::EdgesAndCorners,
+        RLV_BOUNDARY_EDGES => BoundaryRule::Edges,
+        other => {
+            return Err(Error::invalid(format!("{other} is no boundary rule"))
+                .at("boundary")
+                .advise("use an RLV_BOUNDARY_ value"));
         }
-        if given.isolation > 0 {
-            options.isolation = given.isolation;
-        }
-        if given.patch_limit > 0 {
-            options.patch_limit = given.patch_limit;
-        }
+    };
+    let mut options = SurfaceOptions { boundary, ..SurfaceOptions::default() };
+    if given.isolation > 10 {
+        return Err(Error::invalid(format!("{} levels of isolation are too many", given.isolation))
+            .at("isolation")
+            .advise("use 1 to 10, or 0 for the default"));
+    }
+    if given.isolation > 0 {
+        options.isolation = given.isolation;
+    }
+    if given.patch_limit > 0 {
+        options.patch_limit = given.patch_limit;
+    }
+    let kind = given.kind;
+    if kind != RLV_SURFACE_CATMULL_CLARK && kind != RLV_SURFACE_TRIANGLES {
+        return Err(Error::invalid(format!("{kind} is no kind of surface"))
+            .at("kind")
+            .advise("use RLV_SURFACE_CATMULL_CLARK or RLV_SURFACE_TRIANGLES"));
+    }
+    Ok(Making::new(context.clone(), move |progress| {
         let mesh = try_read(&mesh_object.mesh, "mesh")?;
-        let mut note = None;
-        let shape = match given.kind {
-            RLV_SURFACE_CATMULL_CLARK => {
-                let surface = Surface::new(&context.context, &mesh, &options)?;
-                let pinned = surface.topology().pinned_side_count();
-                if pinned > 0 {
-                    note = Some(format!("the cage is not manifold: {pinned} sides of tiles meet at edges of more than two"));
-                }
-                Shape::Tiles(surface)
-            }
-            RLV_SURFACE_TRIANGLES => {
-                let surface = TriangleSurface::new(&context.context, &mesh)?;
-                let branching = surface.topology().branching_count();
-                if branching > 0 {
-                    note = Some(format!("the mesh is not manifold: {branching} edges have more than two faces"));
-                }
-                Shape::Triangles(Arc::new(surface))
-            }
-            other => {
-                return Err(Error::invalid(format!("{other} is no kind of surface"))
-                    .at("kind")
-                    .advise("use RLV_SURFACE_CATMULL_CLARK or RLV_SURFACE_TRIANGLES"));
-            }
-        };
+        progress.step(0.0, STAGE)?;
+        let (shape, note) = shape_of(&context, &mesh, kind, &options)?;
+        progress.step(0.9, STAGE)?;
         let cage = Arc::new(mesh.clone());
         drop(mesh);
+        progress.step(1.0, STAGE)?;
         let pose = RwLock::new(Pose { shape, points: cage.points.as_slice().into() });
         let log = context.clone();
         let handle = registry::insert(SurfaceObject { context, cage, options, pose, posing: Mutex::new(()) })?;
-        // SAFETY: checked above.
-        unsafe { put(out, handle) };
         if let Some(note) = note {
             log.log(RLV_LOG_INFO, &note);
         }
+        Ok(handle)
+    }))
+}
+
+/// Makes what can be evaluated, of a kind that exists, and what the log says of the mesh.
+fn shape_of(
+    context: &ContextObject,
+    mesh: &Mesh,
+    kind: u32,
+    options: &SurfaceOptions,
+) -> Result<(Shape, Option<String>)> {
+    if kind == RLV_SURFACE_TRIANGLES {
+        let surface = TriangleSurface::new(&context.context, mesh)?;
+        let branching = surface.topology().branching_count();
+        let note =
+            (branching > 0).then(|| format!("the mesh is not manifold: {branching} edges have more than two faces"));
+        return Ok((Shape::Triangles(Arc::new(surface)), note));
+    }
+    let surface = Surface::new(&context.context, mesh, options)?;
+    let pinned = surface.topology().pinned_side_count();
+    let note = (pinned > 0)
+        .then(|| format!("the cage is not manifold: {pinned} sides of tiles meet at edges of more than two"));
+    Ok((Shape::Tiles(surface), note))
+}
+
+entry! {
+    fn rlv_surface_create(context: RlvContext, cage: RlvMesh, options: *const RlvSurfaceOptions, out: *mut RlvSurface) {
+        present("out", out)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let handle = unsafe { create(context, cage, options) }?.now()?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
         Ok(())
     }
 

@@ -40,13 +40,13 @@ use relievo::fluid::*;
 use relievo::foam::*;
 use relievo::grid::*;
 use relievo::imprint::*;
+use relievo::picture::*;
+use relievo::procedural::*;
 use relievo::ptex::*;
 use relievo::repair::*;
 use relievo::tissue::*;
 use relievo::job::*;
 use relievo::object::*;
-use relievo::picture::*;
-use relievo::procedural::*;
 use relievo::shader::*;
 
 use super::{Initial, Offsets};
@@ -808,6 +808,48 @@ function!(rlv_imprint_run: unsafe extern "C" fn(RlvDetail, RlvCollider, *const R
 function!(rlv_imprint_sweep: unsafe extern "C" fn(RlvDetail, RlvCollider, *const f64, *const f64, *const RlvImprintSettings, *const RlvImprintMoment, RlvProgress, *mut c_void, *mut RlvImprintReport) -> RlvResult);
 function!(rlv_imprint_sweep_points: unsafe extern "C" fn(RlvDetail, RlvCollider, *const f64, *const f64, *const f32, *const f32, usize, usize, *const RlvImprintSettings, *const RlvImprintMoment, RlvProgress, *mut c_void, *mut RlvImprintReport) -> RlvResult);
 function!(rlv_imprint_collide: unsafe extern "C" fn(RlvDetail, RlvDetail, *const RlvImprintSettings, *const RlvImprintSettings, *const RlvImprintMoment, *mut RlvImprintReport, *mut RlvImprintReport) -> RlvResult);
+constant!(RLV_PICTURE_NAME_SIZE = 264);
+constant!(RLV_PICTURE_NONE = 4294967295);
+layout!(RlvPicture: 8, 8);
+constant!(RLV_PICTURE_DOCUMENT = 0);
+constant!(RLV_PICTURE_PTEX = 1);
+constant!(RLV_PICTURE_U8 = 0);
+constant!(RLV_PICTURE_U16 = 1);
+constant!(RLV_PICTURE_F16 = 2);
+constant!(RLV_PICTURE_F32 = 3);
+constant!(RLV_PICTURE_I32 = 4);
+constant!(RLV_PICTURE_F64 = 5);
+constant!(RLV_PICTURE_TEXT = 6);
+constant!(RLV_PICTURE_COLOR = 0);
+constant!(RLV_PICTURE_DISPLACEMENT = 1);
+constant!(RLV_PICTURE_VECTORS = 2);
+constant!(RLV_PICTURE_TRACES = 3);
+constant!(RLV_PICTURE_NUMBERS = 4);
+layout!(RlvPictureInfo: 24, 4);
+layout!(RlvPictureImage: 336, 4);
+layout!(RlvPictureMeta: 32, 8);
+function!(rlv_picture_open: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvPicture) -> RlvResult);
+function!(rlv_picture_retain: unsafe extern "C" fn(RlvPicture) -> RlvResult);
+function!(rlv_picture_release: unsafe extern "C" fn(RlvPicture) -> RlvResult);
+function!(rlv_picture_info: unsafe extern "C" fn(RlvPicture, *mut RlvPictureInfo) -> RlvResult);
+function!(rlv_picture_image: unsafe extern "C" fn(RlvPicture, u32, *mut RlvPictureImage) -> RlvResult);
+function!(rlv_picture_meta: unsafe extern "C" fn(RlvPicture, u32, *mut RlvPictureMeta) -> RlvResult);
+function!(rlv_picture_read: unsafe extern "C" fn(RlvPicture, u32, u32, u32, u32, u32, u32, *mut c_void, usize) -> RlvResult);
+layout!(RlvProcedural: 8, 8);
+layout!(RlvProceduralOptions: 16, 4);
+layout!(RlvProceduralInfo: 56, 8);
+alias!(RlvProceduralBounds = Option<unsafe extern "C" fn(*const c_void, u32, u32, *mut f32)>);
+alias!(RlvProceduralIntersect = Option<unsafe extern "C" fn(*const c_void, *const i32, u32, u32, u32, *mut c_void, u32)>);
+alias!(RlvProceduralOccluded = Option<unsafe extern "C" fn(*const c_void, *const i32, u32, *mut c_void, u32)>);
+layout!(RlvProceduralTable: 56, 8);
+layout!(RlvProceduralHits: 128, 8);
+function!(rlv_procedural_create: unsafe extern "C" fn(RlvDetail, *const RlvProceduralOptions, *mut RlvProcedural) -> RlvResult);
+function!(rlv_procedural_create_moving: unsafe extern "C" fn(RlvProcedural, RlvDetail, *mut RlvProcedural) -> RlvResult);
+function!(rlv_procedural_retain: unsafe extern "C" fn(RlvProcedural) -> RlvResult);
+function!(rlv_procedural_release: unsafe extern "C" fn(RlvProcedural) -> RlvResult);
+function!(rlv_procedural_info: unsafe extern "C" fn(RlvProcedural, *mut RlvProceduralInfo) -> RlvResult);
+function!(rlv_procedural_table: unsafe extern "C" fn(RlvProcedural, *mut RlvProceduralTable) -> RlvResult);
+function!(rlv_procedural_evaluate: unsafe extern "C" fn(RlvProcedural, *const RlvProceduralHits) -> RlvResult);
 constant!(RLV_PTEX_STATED = 0);
 constant!(RLV_PTEX_DISPLACEMENT = 1);
 constant!(RLV_PTEX_COLOR = 2);
@@ -898,7 +940,27 @@ constant!(RLV_JOB_RUNNING = 0);
 constant!(RLV_JOB_DONE = 1);
 constant!(RLV_JOB_FAILED = 2);
 constant!(RLV_JOB_CANCELLED = 3);
-layout!(RlvJobInfo: 64, 4);
+constant!(RLV_JOB_KIND_NONE = 0);
+constant!(RLV_JOB_KIND_MESH = 1);
+constant!(RLV_JOB_KIND_PROGRESSIVE = 2);
+constant!(RLV_JOB_KIND_GRID = 3);
+constant!(RLV_JOB_KIND_DECAL = 4);
+constant!(RLV_JOB_KIND_CROWD_MODEL = 5);
+constant!(RLV_JOB_KIND_TISSUE = 6);
+constant!(RLV_JOB_KIND_PARTICLES = 7);
+constant!(RLV_JOB_KIND_SURFACE = 8);
+constant!(RLV_JOB_KIND_CASTER = 9);
+constant!(RLV_JOB_KIND_PROCEDURAL = 10);
+constant!(RLV_JOB_KIND_COLLIDER = 11);
+constant!(RLV_JOB_KIND_PICTURE = 12);
+constant!(RLV_JOB_KIND_DOCUMENT = 13);
+constant!(RLV_JOB_KIND_IMPRINT_REPORT = 14);
+constant!(RLV_JOB_KIND_BAKE_REPORT = 15);
+constant!(RLV_JOB_KIND_PTEX_REPORT = 16);
+constant!(RLV_JOB_KIND_TRANSFER_REPORT = 17);
+constant!(RLV_JOB_KIND_FLUID_REPORT = 18);
+constant!(RLV_JOB_KIND_CLIENT_STATUS = 19);
+layout!(RlvJobInfo: 68, 4);
 function!(rlv_job_tessellate: unsafe extern "C" fn(RlvDetail, *const RlvTessellateOptions, *mut RlvJob) -> RlvResult);
 function!(rlv_job_sweep: unsafe extern "C" fn(RlvDetail, RlvCollider, *const f64, *const f64, *const RlvImprintSettings, *const RlvImprintMoment, *mut RlvJob) -> RlvResult);
 function!(rlv_job_sweep_points: unsafe extern "C" fn(RlvDetail, RlvCollider, *const f64, *const f64, *const f32, *const f32, usize, usize, *const RlvImprintSettings, *const RlvImprintMoment, *mut RlvJob) -> RlvResult);
@@ -923,6 +985,24 @@ function!(rlv_job_tissue_advance: unsafe extern "C" fn(RlvTissueSimulation, f64,
 function!(rlv_job_client_submit: unsafe extern "C" fn(RlvClient, *const RlvClientScene, *mut RlvJob) -> RlvResult);
 function!(rlv_job_client_fetch: unsafe extern "C" fn(RlvClient, *const c_char, u64, *const RlvClientFetch, *mut RlvJob) -> RlvResult);
 function!(rlv_job_client_fetch_mesh: unsafe extern "C" fn(RlvClient, *const c_char, u64, *const c_char, *mut RlvJob) -> RlvResult);
+function!(rlv_job_surface_create: unsafe extern "C" fn(RlvContext, RlvMesh, *const RlvSurfaceOptions, *mut RlvJob) -> RlvResult);
+function!(rlv_job_caster_create_mesh: unsafe extern "C" fn(RlvContext, RlvMesh, *mut RlvJob) -> RlvResult);
+function!(rlv_job_caster_create_detail: unsafe extern "C" fn(RlvDetail, *const RlvTessellateOptions, *mut RlvJob) -> RlvResult);
+function!(rlv_job_caster_create_tessellation: unsafe extern "C" fn(RlvTessellation, *mut RlvJob) -> RlvResult);
+function!(rlv_job_procedural_create: unsafe extern "C" fn(RlvDetail, *const RlvProceduralOptions, *mut RlvJob) -> RlvResult);
+function!(rlv_job_procedural_create_moving: unsafe extern "C" fn(RlvProcedural, RlvDetail, *mut RlvJob) -> RlvResult);
+function!(rlv_job_collider_create_mesh: unsafe extern "C" fn(RlvContext, RlvMesh, *const f64, *mut RlvJob) -> RlvResult);
+function!(rlv_job_collider_create_surface: unsafe extern "C" fn(RlvSurface, *const RlvTessellateOptions, *const f64, *mut RlvJob) -> RlvResult);
+function!(rlv_job_collider_create_detail: unsafe extern "C" fn(RlvDetail, *const RlvTessellateOptions, *mut RlvJob) -> RlvResult);
+function!(rlv_job_mesh_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvJob) -> RlvResult);
+function!(rlv_job_mesh_write: unsafe extern "C" fn(RlvMesh, *const c_char, *mut RlvJob) -> RlvResult);
+function!(rlv_job_particles_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvJob) -> RlvResult);
+function!(rlv_job_particles_write: unsafe extern "C" fn(RlvParticles, *const c_char, *mut RlvJob) -> RlvResult);
+function!(rlv_job_picture_open: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvJob) -> RlvResult);
+function!(rlv_job_document_create: unsafe extern "C" fn(RlvDetail, *const c_char, u64, *mut RlvJob) -> RlvResult);
+function!(rlv_job_document_open: unsafe extern "C" fn(RlvDetail, *const c_char, u64, *mut RlvJob) -> RlvResult);
+function!(rlv_job_document_save: unsafe extern "C" fn(RlvDocument, *const c_char, *mut RlvJob) -> RlvResult);
+function!(rlv_job_document_compact: unsafe extern "C" fn(RlvContext, *const c_char, usize, *mut RlvJob) -> RlvResult);
 function!(rlv_job_retain: unsafe extern "C" fn(RlvJob) -> RlvResult);
 function!(rlv_job_release: unsafe extern "C" fn(RlvJob) -> RlvResult);
 function!(rlv_job_poll: unsafe extern "C" fn(RlvJob, *mut RlvJobInfo) -> RlvResult);
@@ -941,6 +1021,12 @@ function!(rlv_job_tissue: unsafe extern "C" fn(RlvJob, *mut RlvTissue) -> RlvRes
 function!(rlv_job_tissue_report: unsafe extern "C" fn(RlvJob, *mut RlvTissueReport) -> RlvResult);
 function!(rlv_job_particles: unsafe extern "C" fn(RlvJob, *mut RlvParticles) -> RlvResult);
 function!(rlv_job_client_status: unsafe extern "C" fn(RlvJob, *mut RlvClientStatus) -> RlvResult);
+function!(rlv_job_surface: unsafe extern "C" fn(RlvJob, *mut RlvSurface) -> RlvResult);
+function!(rlv_job_caster: unsafe extern "C" fn(RlvJob, *mut RlvCaster) -> RlvResult);
+function!(rlv_job_procedural: unsafe extern "C" fn(RlvJob, *mut RlvProcedural) -> RlvResult);
+function!(rlv_job_collider: unsafe extern "C" fn(RlvJob, *mut RlvCollider) -> RlvResult);
+function!(rlv_job_picture: unsafe extern "C" fn(RlvJob, *mut RlvPicture) -> RlvResult);
+function!(rlv_job_document: unsafe extern "C" fn(RlvJob, *mut RlvDocument) -> RlvResult);
 function!(rlv_job_crowd_model: unsafe extern "C" fn(RlvJob, *mut RlvCrowdModel) -> RlvResult);
 function!(rlv_job_imprint_report: unsafe extern "C" fn(RlvJob, *mut RlvImprintReport) -> RlvResult);
 function!(rlv_job_bake_report: unsafe extern "C" fn(RlvJob, *mut RlvBakeReport) -> RlvResult);
@@ -949,48 +1035,6 @@ function!(rlv_job_ptex_report: unsafe extern "C" fn(RlvJob, *mut RlvPtexReport) 
 function!(rlv_job_transfer_report: unsafe extern "C" fn(RlvJob, *mut RlvTransferReport) -> RlvResult);
 layout!(RlvObjectInfo: 104, 4);
 function!(rlv_object_wait: unsafe extern "C" fn(u64, f64, *mut RlvObjectInfo) -> RlvResult);
-constant!(RLV_PICTURE_NAME_SIZE = 264);
-constant!(RLV_PICTURE_NONE = 4294967295);
-layout!(RlvPicture: 8, 8);
-constant!(RLV_PICTURE_DOCUMENT = 0);
-constant!(RLV_PICTURE_PTEX = 1);
-constant!(RLV_PICTURE_U8 = 0);
-constant!(RLV_PICTURE_U16 = 1);
-constant!(RLV_PICTURE_F16 = 2);
-constant!(RLV_PICTURE_F32 = 3);
-constant!(RLV_PICTURE_I32 = 4);
-constant!(RLV_PICTURE_F64 = 5);
-constant!(RLV_PICTURE_TEXT = 6);
-constant!(RLV_PICTURE_COLOR = 0);
-constant!(RLV_PICTURE_DISPLACEMENT = 1);
-constant!(RLV_PICTURE_VECTORS = 2);
-constant!(RLV_PICTURE_TRACES = 3);
-constant!(RLV_PICTURE_NUMBERS = 4);
-layout!(RlvPictureInfo: 24, 4);
-layout!(RlvPictureImage: 336, 4);
-layout!(RlvPictureMeta: 32, 8);
-function!(rlv_picture_open: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvPicture) -> RlvResult);
-function!(rlv_picture_retain: unsafe extern "C" fn(RlvPicture) -> RlvResult);
-function!(rlv_picture_release: unsafe extern "C" fn(RlvPicture) -> RlvResult);
-function!(rlv_picture_info: unsafe extern "C" fn(RlvPicture, *mut RlvPictureInfo) -> RlvResult);
-function!(rlv_picture_image: unsafe extern "C" fn(RlvPicture, u32, *mut RlvPictureImage) -> RlvResult);
-function!(rlv_picture_meta: unsafe extern "C" fn(RlvPicture, u32, *mut RlvPictureMeta) -> RlvResult);
-function!(rlv_picture_read: unsafe extern "C" fn(RlvPicture, u32, u32, u32, u32, u32, u32, *mut c_void, usize) -> RlvResult);
-layout!(RlvProcedural: 8, 8);
-layout!(RlvProceduralOptions: 16, 4);
-layout!(RlvProceduralInfo: 56, 8);
-alias!(RlvProceduralBounds = Option<unsafe extern "C" fn(*const c_void, u32, u32, *mut f32)>);
-alias!(RlvProceduralIntersect = Option<unsafe extern "C" fn(*const c_void, *const i32, u32, u32, u32, *mut c_void, u32)>);
-alias!(RlvProceduralOccluded = Option<unsafe extern "C" fn(*const c_void, *const i32, u32, *mut c_void, u32)>);
-layout!(RlvProceduralTable: 56, 8);
-layout!(RlvProceduralHits: 128, 8);
-function!(rlv_procedural_create: unsafe extern "C" fn(RlvDetail, *const RlvProceduralOptions, *mut RlvProcedural) -> RlvResult);
-function!(rlv_procedural_create_moving: unsafe extern "C" fn(RlvProcedural, RlvDetail, *mut RlvProcedural) -> RlvResult);
-function!(rlv_procedural_retain: unsafe extern "C" fn(RlvProcedural) -> RlvResult);
-function!(rlv_procedural_release: unsafe extern "C" fn(RlvProcedural) -> RlvResult);
-function!(rlv_procedural_info: unsafe extern "C" fn(RlvProcedural, *mut RlvProceduralInfo) -> RlvResult);
-function!(rlv_procedural_table: unsafe extern "C" fn(RlvProcedural, *mut RlvProceduralTable) -> RlvResult);
-function!(rlv_procedural_evaluate: unsafe extern "C" fn(RlvProcedural, *const RlvProceduralHits) -> RlvResult);
 layout!(RlvShader: 8, 8);
 constant!(RLV_SHADER_GLSL = 0);
 constant!(RLV_SHADER_WGSL = 1);
@@ -2560,6 +2604,94 @@ pub fn offsets(list: &mut Offsets) {
         raised_volume: f64 = 112,
         open_edges: u64 = 120,
     });
+    fields!(list, RlvPicture {
+        id: u64 = 0,
+    });
+    fields!(list, RlvPictureInfo {
+        struct_size: u32 = 0,
+        format: u32 = 4,
+        image_count: u32 = 8,
+        face_count: u32 = 12,
+        tile_count: u32 = 16,
+        meta_count: u32 = 20,
+    });
+    fields!(list, RlvPictureImage {
+        struct_size: u32 = 0,
+        content: u32 = 4,
+        type_: u32 = 8,
+        channels: u32 = 12,
+        alpha: u32 = 16,
+        width: u32 = 20,
+        height: u32 = 24,
+        level_count: u32 = 28,
+        face: u32 = 32,
+        columns: u32 = 36,
+        cell: u32 = 40,
+        side: u32 = 44,
+        gutter: u32 = 48,
+        is_layer: u32 = 52,
+        blend: u32 = 56,
+        is_visible: u32 = 60,
+        opacity: f32 = 64,
+        reserved: u32 = 68,
+        name: [u8; 264] = 72,
+    });
+    fields!(list, RlvPictureMeta {
+        struct_size: u32 = 0,
+        type_: u32 = 4,
+        count: usize = 8,
+        name: *const c_char = 16,
+        values: *const c_void = 24,
+    });
+    fields!(list, RlvProcedural {
+        id: u64 = 0,
+    });
+    fields!(list, RlvProceduralOptions {
+        struct_size: u32 = 0,
+        coarse: u32 = 4,
+        fine: u32 = 8,
+        reserved: u32 = 12,
+    });
+    fields!(list, RlvProceduralInfo {
+        struct_size: u32 = 0,
+        primitive_count: u32 = 4,
+        time_step_count: u32 = 8,
+        step: f32 = 12,
+        cell_count: u64 = 16,
+        bytes: u64 = 24,
+        low: [f32; 3] = 32,
+        high: [f32; 3] = 44,
+    });
+    fields!(list, RlvProceduralTable {
+        struct_size: u32 = 0,
+        primitive_count: u32 = 4,
+        time_step_count: u32 = 8,
+        reserved: u32 = 12,
+        data: *const c_void = 16,
+        tiles: *const u32 = 24,
+        bounds: RlvProceduralBounds = 32,
+        intersect: RlvProceduralIntersect = 40,
+        occluded: RlvProceduralOccluded = 48,
+    });
+    fields!(list, RlvProceduralHits {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        count: usize = 8,
+        primitives: *const u32 = 16,
+        primitive_stride: usize = 24,
+        uvs: *const f32 = 32,
+        uv_stride: usize = 40,
+        times: *const f32 = 48,
+        time_stride: usize = 56,
+        tiles: *mut u32 = 64,
+        tile_stride: usize = 72,
+        positions: *mut f32 = 80,
+        position_stride: usize = 88,
+        normals: *mut f32 = 96,
+        normal_stride: usize = 104,
+        colors: *mut f32 = 112,
+        color_stride: usize = 120,
+    });
     fields!(list, RlvPtexOptions {
         struct_size: u32 = 0,
         kind: u32 = 4,
@@ -2823,100 +2955,13 @@ pub fn offsets(list: &mut Offsets) {
         result: RlvResult = 8,
         fraction: f32 = 12,
         stage: [u8; 48] = 16,
+        kind: u32 = 64,
     });
     fields!(list, RlvObjectInfo {
         struct_size: u32 = 0,
         is_busy: u32 = 4,
         noun: [u8; 48] = 8,
         worker: [u8; 48] = 56,
-    });
-    fields!(list, RlvPicture {
-        id: u64 = 0,
-    });
-    fields!(list, RlvPictureInfo {
-        struct_size: u32 = 0,
-        format: u32 = 4,
-        image_count: u32 = 8,
-        face_count: u32 = 12,
-        tile_count: u32 = 16,
-        meta_count: u32 = 20,
-    });
-    fields!(list, RlvPictureImage {
-        struct_size: u32 = 0,
-        content: u32 = 4,
-        type_: u32 = 8,
-        channels: u32 = 12,
-        alpha: u32 = 16,
-        width: u32 = 20,
-        height: u32 = 24,
-        level_count: u32 = 28,
-        face: u32 = 32,
-        columns: u32 = 36,
-        cell: u32 = 40,
-        side: u32 = 44,
-        gutter: u32 = 48,
-        is_layer: u32 = 52,
-        blend: u32 = 56,
-        is_visible: u32 = 60,
-        opacity: f32 = 64,
-        reserved: u32 = 68,
-        name: [u8; 264] = 72,
-    });
-    fields!(list, RlvPictureMeta {
-        struct_size: u32 = 0,
-        type_: u32 = 4,
-        count: usize = 8,
-        name: *const c_char = 16,
-        values: *const c_void = 24,
-    });
-    fields!(list, RlvProcedural {
-        id: u64 = 0,
-    });
-    fields!(list, RlvProceduralOptions {
-        struct_size: u32 = 0,
-        coarse: u32 = 4,
-        fine: u32 = 8,
-        reserved: u32 = 12,
-    });
-    fields!(list, RlvProceduralInfo {
-        struct_size: u32 = 0,
-        primitive_count: u32 = 4,
-        time_step_count: u32 = 8,
-        step: f32 = 12,
-        cell_count: u64 = 16,
-        bytes: u64 = 24,
-        low: [f32; 3] = 32,
-        high: [f32; 3] = 44,
-    });
-    fields!(list, RlvProceduralTable {
-        struct_size: u32 = 0,
-        primitive_count: u32 = 4,
-        time_step_count: u32 = 8,
-        reserved: u32 = 12,
-        data: *const c_void = 16,
-        tiles: *const u32 = 24,
-        bounds: RlvProceduralBounds = 32,
-        intersect: RlvProceduralIntersect = 40,
-        occluded: RlvProceduralOccluded = 48,
-    });
-    fields!(list, RlvProceduralHits {
-        struct_size: u32 = 0,
-        reserved: u32 = 4,
-        count: usize = 8,
-        primitives: *const u32 = 16,
-        primitive_stride: usize = 24,
-        uvs: *const f32 = 32,
-        uv_stride: usize = 40,
-        times: *const f32 = 48,
-        time_stride: usize = 56,
-        tiles: *mut u32 = 64,
-        tile_stride: usize = 72,
-        positions: *mut f32 = 80,
-        position_stride: usize = 88,
-        normals: *mut f32 = 96,
-        normal_stride: usize = 104,
-        colors: *mut f32 = 112,
-        color_stride: usize = 120,
     });
     fields!(list, RlvShader {
         id: u64 = 0,
@@ -3409,6 +3454,18 @@ pub const INITIAL: &[Initial] = &[
         ("double raised_volume", 0.0),
         ("uint64_t open_edges", 0.0),
     ] },
+    Initial { header: "picture.h", name: "RlvPictureInfo", initializer: "RLV_PICTURE_INFO_INIT", fields: &[
+        ("uint32_t format", 0.0),
+        ("uint32_t image_count", 0.0),
+        ("uint32_t face_count", 0.0),
+        ("uint32_t tile_count", 0.0),
+        ("uint32_t meta_count", 0.0),
+    ] },
+    Initial { header: "procedural.h", name: "RlvProceduralOptions", initializer: "RLV_PROCEDURAL_OPTIONS_INIT", fields: &[
+        ("uint32_t coarse", 0.0),
+        ("uint32_t fine", 0.0),
+        ("uint32_t reserved", 0.0),
+    ] },
     Initial { header: "ptex.h", name: "RlvPtexOptions", initializer: "RLV_PTEX_OPTIONS_INIT", fields: &[
         ("uint32_t kind", 0.0),
         ("uint64_t budget", 0.0),
@@ -3470,18 +3527,6 @@ pub const INITIAL: &[Initial] = &[
         ("uint64_t steps", 0.0),
         ("float unbalanced", 0.0),
         ("float largest", 0.0),
-    ] },
-    Initial { header: "picture.h", name: "RlvPictureInfo", initializer: "RLV_PICTURE_INFO_INIT", fields: &[
-        ("uint32_t format", 0.0),
-        ("uint32_t image_count", 0.0),
-        ("uint32_t face_count", 0.0),
-        ("uint32_t tile_count", 0.0),
-        ("uint32_t meta_count", 0.0),
-    ] },
-    Initial { header: "procedural.h", name: "RlvProceduralOptions", initializer: "RLV_PROCEDURAL_OPTIONS_INIT", fields: &[
-        ("uint32_t coarse", 0.0),
-        ("uint32_t fine", 0.0),
-        ("uint32_t reserved", 0.0),
     ] },
     Initial { header: "shader.h", name: "RlvShaderLayout", initializer: "RLV_SHADER_LAYOUT_INIT", fields: &[
         ("uint32_t group", 0.0),
@@ -3740,6 +3785,26 @@ pub const NAMES: &[&str] = &[
     "RLV_JOB_DONE",
     "RLV_JOB_FAILED",
     "RLV_JOB_INFO_INIT",
+    "RLV_JOB_KIND_BAKE_REPORT",
+    "RLV_JOB_KIND_CASTER",
+    "RLV_JOB_KIND_CLIENT_STATUS",
+    "RLV_JOB_KIND_COLLIDER",
+    "RLV_JOB_KIND_CROWD_MODEL",
+    "RLV_JOB_KIND_DECAL",
+    "RLV_JOB_KIND_DOCUMENT",
+    "RLV_JOB_KIND_FLUID_REPORT",
+    "RLV_JOB_KIND_GRID",
+    "RLV_JOB_KIND_IMPRINT_REPORT",
+    "RLV_JOB_KIND_MESH",
+    "RLV_JOB_KIND_NONE",
+    "RLV_JOB_KIND_PARTICLES",
+    "RLV_JOB_KIND_PICTURE",
+    "RLV_JOB_KIND_PROCEDURAL",
+    "RLV_JOB_KIND_PROGRESSIVE",
+    "RLV_JOB_KIND_PTEX_REPORT",
+    "RLV_JOB_KIND_SURFACE",
+    "RLV_JOB_KIND_TISSUE",
+    "RLV_JOB_KIND_TRANSFER_REPORT",
     "RLV_JOB_RUNNING",
     "RLV_LAYER_COLOR",
     "RLV_LAYER_DISPLACEMENT",
