@@ -106,6 +106,18 @@ typedef struct RlvAttributeInfo {
  * face, finite numbers. The message of a refusal names the element. */
 RLV_API RlvResult rlv_mesh_create(RlvContext context, const RlvMeshArrays *arrays, RlvMesh *out);
 
+/* Called once when the library uses the arrays of a mesh no more, on the thread that dropped it last: after its last reference
+ * was released, and the calls and jobs that read it have ended. It must not call into the library. */
+typedef void (*RlvMeshReleased)(void *user);
+
+/* As rlv_mesh_create, without a copy of points, corners and face_sizes: the mesh reads them where they lie. They must be
+ * packed (stride 0, or 12, 4 and 4 bytes) at multiples of 4 bytes, and stay as they are until released(user) is called,
+ * which may be NULL for arrays that outlive the mesh. Without face_sizes the sizes take 4 bytes a face of the library's; all
+ * other arrays are copied, and what is made of the mesh has copies of its own. rlv_mesh_set_points gives the mesh points of its own.
+ * Fails as rlv_mesh_create does, and where an array cannot be borrowed; released is not called then. */
+RLV_API RlvResult rlv_mesh_create_borrowed(RlvContext context, const RlvMeshArrays *arrays, RlvMeshReleased released,
+                                           void *user, RlvMesh *out);
+
 /* Reads a file as one mesh: OBJ with its subdivision tags "t crease" and "t corner", PLY, glTF or GLB at rest, STL,
  * OFF, USD (.usda, .usdc, .usd) at rest in metres with y up, and each of them packed by gzip (.ply.gz). path is UTF-8.
  * The file may be hostile: the context's memory limit bounds what reading it takes, files that it names are opened only

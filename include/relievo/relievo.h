@@ -4,6 +4,7 @@
 #define RELIEVO_RELIEVO_H
 
 #include "relievo/adapter.h"
+#include "relievo/allocator.h"
 #include "relievo/arrival.h"
 #include "relievo/bake.h"
 #include "relievo/bezier.h"

@@ -117,6 +117,15 @@ private:
     Handle handle_{0};
 };
 
+/// Takes all memory from the host; see relievo/allocator.h.
+inline void set_allocator(RlvAllocate allocate, RlvFree free, void *user = nullptr) {
+    RlvAllocator allocator = RLV_ALLOCATOR_INIT;
+    allocator.allocate = allocate;
+    allocator.free = free;
+    allocator.user = user;
+    check(rlv_allocator_set(&allocator));
+}
+
 /// The adapters of this machine, best first; see relievo/adapter.h.
 inline std::vector<RlvAdapterInfo> adapters() {
     // One may be plugged in between the two calls; then there is room for it.
@@ -278,6 +287,23 @@ public:
         arrays.corners = corners.data();
         arrays.corner_count = corners.size();
         return create(context, arrays);
+    }
+
+    /// Reads the arrays where they lie, until released(user) is called.
+    static Mesh borrow(const Context &context, const RlvMeshArrays &arrays, RlvMeshReleased released = nullptr,
+                       void *user = nullptr) {
+        Mesh made;
+        check(rlv_mesh_create_borrowed(context.get(), &arrays, released, user, made.out()));
+        return made;
+    }
+
+    /// Reads arrays that `owner` keeps alive, which is held as long as they are read.
+    static Mesh borrow(const Context &context, const RlvMeshArrays &arrays, std::shared_ptr<const void> owner) {
+        auto held = std::make_unique<std::shared_ptr<const void>>(std::move(owner));
+        Mesh made = borrow(
+            context, arrays, [](void *user) { delete static_cast<std::shared_ptr<const void> *>(user); }, held.get());
+        held.release();
+        return made;
     }
 
     static Mesh read(const Context &context, const std::string &path) {

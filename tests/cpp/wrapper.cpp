@@ -655,6 +655,28 @@ int main() {
     relievo::Document::create(other, name);
     const auto moved_to = relievo::Job::transfer(context, name, moved, name);
     CHECK(moved_to.wait().state == RLV_JOB_DONE && moved_to.transfer_report().layer_count == 1 && std::remove(name) == 0);
+    // Arrays that are borrowed, and what owns them; an allocator comes too late.
+    {
+        const auto arrays_of = std::make_shared<std::pair<std::vector<float>, std::vector<std::uint32_t>>>();
+        *arrays_of = {{0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1, 2}};
+        RlvMeshArrays lent = RLV_MESH_ARRAYS_INIT;
+        lent.points = arrays_of->first.data();
+        lent.point_count = lent.corner_count = lent.face_size = 3;
+        lent.corners = arrays_of->second.data();
+        lent.face_count = 1;
+        {
+            const relievo::Mesh borrowed = relievo::Mesh::borrow(context, lent, arrays_of);
+            CHECK(arrays_of.use_count() == 2 && borrowed.info().high[1] == 1.0f);
+        }
+        CHECK(arrays_of.use_count() == 1 && relievo::Mesh::borrow(context, lent).info().face_count == 1);
+        try {
+            relievo::set_allocator([](void *, std::size_t, std::size_t) -> void * { return nullptr; },
+                                   [](void *, void *, std::size_t, std::size_t) {});
+            CHECK(false);
+        } catch (const relievo::Error &error) {
+            CHECK(error.result() == RLV_ERROR_INVALID);
+        }
+    }
     // Results by their types, of jobs that wait for themselves.
     const relievo::JobOf<relievo::Mesh> reduced = relievo::Job::tessellate(detail);
     CHECK(reduced.kind() == RLV_JOB_KIND_MESH && reduced.take().get().id == reduced.mesh().get().id);

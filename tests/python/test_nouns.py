@@ -268,6 +268,34 @@ class Meshes(unittest.TestCase):
     def setUp(self):
         self.context = rl.Context(threads=1)
 
+    def test_arrays_are_borrowed_as_long_as_they_are_read(self):
+        points, corners = shapes.cube()
+        points, corners = numpy.array(points, numpy.float32), numpy.array(corners, numpy.uint32)
+        taken = []
+        self.context.set_memory_monitor(lambda size: taken.append(size) or True)
+        mesh = rl.Mesh.borrow(self.context, points, corners, numpy.full(6, 4, numpy.uint32))
+        self.context.set_memory_monitor(None)
+        # Not a byte is copied.
+        self.assertEqual(sum(taken), 0)
+        address, count = points.__array_interface__["data"][0], sys.getrefcount(points)
+        numpy.testing.assert_array_equal(mesh.points(), points)
+        self.assertEqual(mesh.info.face_count, 6)
+        surface = rl.Surface(self.context, mesh)
+        mesh.release()
+        self.assertLess(sys.getrefcount(points), count)
+        points[:] = 0.0
+        self.assertEqual((points.__array_interface__["data"][0], surface.info.point_count), (address, 8))
+        with self.assertRaisesRegex(rl.Invalid, "points: a packed array of float32"):
+            rl.Mesh.borrow(self.context, points.astype(float), corners, 4)
+        with self.assertRaisesRegex(rl.Invalid, "points: a packed array"):
+            rl.Mesh.borrow(self.context, points[::2], corners, 4)
+
+    def test_an_allocator_comes_before_all_else(self):
+        with self.assertRaisesRegex(rl.Invalid, "too late"):
+            rl.set_allocator(16, 16)
+        with self.assertRaisesRegex(rl.Invalid, "addresses"):
+            rl.set_allocator(None, None)
+
     def test_what_goes_in_comes_out(self):
         points, corners = shapes.cube()
         creases = (numpy.array([[0, 1], [1, 3]]), [2.0, 10.0])

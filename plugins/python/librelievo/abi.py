@@ -575,6 +575,21 @@ class RlvAdapterInfo(Structure):
     ]
 
 
+RlvAllocate = ctypes.CFUNCTYPE(c_void_p, c_void_p, c_size_t, c_size_t)
+
+RlvFree = ctypes.CFUNCTYPE(None, c_void_p, c_void_p, c_size_t, c_size_t)
+
+
+class RlvAllocator(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("allocate", RlvAllocate),
+        ("free", RlvFree),
+        ("user", c_void_p),
+    ]
+
+
 class RlvBytes(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -658,6 +673,9 @@ class RlvAttributeInfo(Structure):
         ("index_count", c_size_t),
         ("name", c_char * 48),
     ]
+
+
+RlvMeshReleased = ctypes.CFUNCTYPE(None, c_void_p)
 
 
 class RlvSimplifyWeight(Structure):
@@ -3095,6 +3113,7 @@ INIT = {
     RlvError: (ctypes.sizeof(RlvError), 0, None, None, None, None, 0, 0, 0,),
     RlvContextOptions: (ctypes.sizeof(RlvContextOptions), 0, 0, 0, 0, 0, None, (0,), None, None, None,),
     RlvContextInfo: (ctypes.sizeof(RlvContextInfo), 0, 0, 0, 0, (0,), 0, 0, (0,), (0,),),
+    RlvAllocator: (ctypes.sizeof(RlvAllocator), 0, None, None, None,),
     RlvMeshArrays: (ctypes.sizeof(RlvMeshArrays), 0, None, 0, 0, None, 0, 0, None, 0, 0, None, None, 0, 0, 0, None, None, 0, 0, 0, None, 0, 0,),
     RlvMeshInfo: (ctypes.sizeof(RlvMeshInfo), 0, 0, 0, 0, 0, 0, 0, 0, (0,), (0,),),
     RlvAttributeArrays: (ctypes.sizeof(RlvAttributeArrays), 0, 0, 0, None, None, 0, 0, None, 0, 0,),
@@ -3257,10 +3276,12 @@ FUNCTIONS = {
     "rlv_context_stats": (RlvResult, [("context", RlvContext), ("stats", POINTER(RlvContextStat)), ("capacity", c_size_t), ("count", c_size_t_p)]),
     "rlv_context_reset_stats": (RlvResult, [("context", RlvContext)]),
     "rlv_adapter_list": (RlvResult, [("adapters", POINTER(RlvAdapterInfo)), ("capacity", c_size_t), ("count", c_size_t_p)]),
+    "rlv_allocator_set": (RlvResult, [("allocator", POINTER(RlvAllocator))]),
     "rlv_bytes_retain": (RlvResult, [("bytes", RlvBytes)]),
     "rlv_bytes_release": (RlvResult, [("bytes", RlvBytes)]),
     "rlv_bytes_get": (RlvResult, [("bytes", RlvBytes), ("data", POINTER(c_uint8_p)), ("size", c_size_t_p)]),
     "rlv_mesh_create": (RlvResult, [("context", RlvContext), ("arrays", POINTER(RlvMeshArrays)), ("out", POINTER(RlvMesh))]),
+    "rlv_mesh_create_borrowed": (RlvResult, [("context", RlvContext), ("arrays", POINTER(RlvMeshArrays)), ("released", RlvMeshReleased), ("user", c_void_p), ("out", POINTER(RlvMesh))]),
     "rlv_mesh_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvMesh))]),
     "rlv_mesh_write": (RlvResult, [("mesh", RlvMesh), ("path", c_char_p)]),
     "rlv_mesh_read_bytes": (RlvResult, [("context", RlvContext), ("format", c_char_p), ("bytes", c_uint8_p), ("size", c_size_t), ("out", POINTER(RlvMesh))]),

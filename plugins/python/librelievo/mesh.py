@@ -20,6 +20,9 @@ from .progress import watched
 if TYPE_CHECKING:
     from .context import Context
 
+# Functions that the library calls when it uses arrays no more, and those arrays.
+_lent: list[list[Any]] = []
+
 Attribute = namedtuple("Attribute", ["name", "domain", "values", "indices"])
 TYPES = {abi.RlvType.F32: numpy.float32, abi.RlvType.U32: numpy.uint32}
 
@@ -149,6 +152,36 @@ class Mesh(Handle):
         10. `holes` are faces that shape their neighbours but have no surface."""
         arrays, _kept = arrays_of(points, corners, face_sizes, creases, sharp_points, holes)
         super().__init__("rlv_mesh_create", held(context, "context"), ctypes.byref(arrays))
+
+    @classmethod
+    def borrow(
+        cls,
+        context: Context,
+        points: Array,
+        corners: Array,
+        face_sizes: Array | int | None = None,
+        creases: tuple[ArrayLike, ArrayLike] | None = None,
+        sharp_points: tuple[ArrayLike, ArrayLike] | None = None,
+        holes: ArrayLike | None = None,
+    ) -> Mesh:
+        """As `Mesh`, without a copy of points (float32), corners and face_sizes (uint32): the mesh reads the arrays where they
+        lie and keeps them alive, and they must not be changed as long as it lives. Arrays of another type or that are not packed are refused."""
+        for name, array, kind in (("points", points, numpy.float32), ("corners", corners, numpy.uint32)):
+            if not isinstance(array, numpy.ndarray) or array.dtype != kind or not array.flags.c_contiguous:
+                raise record.Invalid(f"{name}: a packed array of {numpy.dtype(kind)} is needed to be borrowed")
+        arrays, kept = arrays_of(points, corners, face_sizes, creases, sharp_points, holes)
+        # The library may call it when the mesh is gone, so it lives until a later call finds that it was made.
+        _lent[:] = [lent for lent in _lent if lent[1] is not None]
+        lent: list[Any] = [None, kept]
+
+        def release(_user: Any) -> None:
+            lent[1] = None
+
+        lent[0] = abi.RlvMeshReleased(release)
+        made = cls.of("rlv_mesh_create_borrowed", held(context, "context"), ctypes.byref(arrays), lent[0], None)
+        _lent.append(lent)
+        made._lent = lent
+        return made
 
     @classmethod
     def read(cls, context: Context, path: FilePath) -> Mesh:

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use relievo_core::{Context, ContextOptions, Error, Progress, Result};
 use relievo_gpu::{AdapterChoice, Device, DeviceOptions};
 
+use crate::allocator;
 use crate::array::{Output, fixed, present, put, text};
 use crate::descriptor::{check_descriptor, read_optional};
 use crate::fork;
@@ -214,6 +215,7 @@ entry! {
     fn rlv_context_create(options: *const RlvContextOptions, out: *mut RlvContext) {
         present("out", out)?;
         fork::watch();
+        allocator::settle();
         let default = RlvContextOptions {
             struct_size: 0,
             device: RLV_DEVICE_CPU,

@@ -15,6 +15,7 @@ pub mod array;
 #[macro_use]
 pub mod descriptor;
 pub mod adapter;
+pub mod allocator;
 pub mod arrival;
 pub mod bake;
 pub mod bezier;

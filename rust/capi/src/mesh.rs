@@ -1,13 +1,15 @@
 //! Meshes; see `include/relievo/mesh.h`.
 
 use std::ffi::{c_char, c_void};
+use std::mem::ManuallyDrop;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, RwLock};
 
 use relievo_core::{Attribute, Crease, Domain, Error, ErrorKind, Mesh, Result, Values};
 use relievo_surface::triangle::split;
 
-use crate::array::{Input, Output, fixed, present, put, reserve, text};
+use crate::array::{Input, Output, Plain, fixed, present, put, reserve, text};
 use crate::bytes::{self, RlvBytes};
 use crate::context::{ContextObject, RLV_NAME_SIZE, RlvContext};
 use crate::descriptor::{read_descriptor, write_descriptor};
@@ -99,10 +101,143 @@ descriptor! {
     }
 }
 
+/// `RlvMeshReleased`: NULL, or a function that gets its user pointer.
+pub type RlvMeshReleased = Option<unsafe extern "C" fn(*mut c_void)>;
+
+/// A mesh, some of whose arrays may be the host's.
+pub struct Body {
+    mesh: ManuallyDrop<Mesh>,
+    lent: Option<Lent>,
+}
+
+/// Arrays that a host lends: vectors of memory that is not ours, which are never written to, grown or dropped.
+struct Lent {
+    released: RlvMeshReleased,
+    user: *mut c_void,
+    has_points: bool,
+    has_sizes: bool,
+}
+
+// SAFETY: the pointer is only handed back to its owner's function, which the header says runs on any thread.
+unsafe impl Send for Lent {}
+// SAFETY: as above.
+unsafe impl Sync for Lent {}
+
+impl Deref for Body {
+    type Target = Mesh;
+
+    fn deref(&self) -> &Mesh {
+        &self.mesh
+    }
+}
+
+impl Body {
+    fn new(mesh: Mesh) -> Self {
+        Self { mesh: ManuallyDrop::new(mesh), lent: None }
+    }
+
+    /// Puts other points, as many, in place of the mesh's.
+    fn set_points(&mut self, points: Vec<[f32; 3]>) {
+        let before = std::mem::replace(&mut self.mesh.points, points);
+        if let Some(lent) = self.lent.as_mut().filter(|lent| lent.has_points) {
+            lent.has_points = false;
+            std::mem::forget(before);
+        }
+    }
+
+    /// Adds an attribute, unless the mesh would be unsound with it.
+    fn add(&mut self, attribute: Attribute) -> Result<()> {
+        self.mesh.attributes.push(attribute);
+        self.mesh.check().inspect_err(|_| {
+            self.mesh.attributes.pop();
+        })
+    }
+
+    /// Returns the bytes of its own arrays.
+    fn bytes(&self) -> u64 {
+        let lent = self.lent.as_ref().map_or(0, |lent| {
+            let points = if lent.has_points { size_of_val(&*self.mesh.points) } else { 0 };
+            let sizes = if lent.has_sizes { size_of_val(&*self.mesh.face_sizes) } else { 0 };
+            points + sizes + size_of_val(&*self.mesh.corners)
+        });
+        mesh_bytes(&self.mesh) - lent as u64
+    }
+}
+
+impl Drop for Body {
+    fn drop(&mut self) {
+        if let Some(lent) = &self.lent {
+            std::mem::forget(std::mem::take(&mut self.mesh.corners));
+            if lent.has_points {
+                std::mem::forget(std::mem::take(&mut self.mesh.points));
+            }
+            if lent.has_sizes {
+                std::mem::forget(std::mem::take(&mut self.mesh.face_sizes));
+            }
+        }
+        // SAFETY: it is dropped here and used no more.
+        unsafe { ManuallyDrop::drop(&mut self.mesh) };
+        if let Some(Lent { released: Some(released), user, .. }) = self.lent {
+            // SAFETY: the host gave this function for this pointer.
+            unsafe { released(user) };
+        }
+    }
+}
+
+/// Takes an array of the host as it lies.
+///
+/// # Safety
+/// `count` elements can be read at `pointer`, and stay as they are, until the vector is forgotten.
+unsafe fn lend<T: Plain>(name: &str, pointer: *const T, count: usize, stride: usize) -> Result<Vec<T>> {
+    // SAFETY: promised by the caller.
+    unsafe { Input::new(name, pointer, count, stride) }?;
+    if count > 0 && (!pointer.is_aligned() || (stride != 0 && stride != size_of::<T>())) {
+        return Err(Error::invalid(format!("elements {stride} bytes apart cannot be borrowed"))
+            .at(name)
+            .advise("pack the elements at a multiple of 4 bytes, or copy them with rlv_mesh_create"));
+    }
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    // SAFETY: the elements are there and aligned; who calls forgets the vector and never lets it grow, so that nobody asks an
+    // allocator for the memory.
+    Ok(unsafe { Vec::from_raw_parts(pointer.cast_mut(), count, count) })
+}
+
+/// Borrows the large arrays of a descriptor and copies the others. Nobody is told when they are used no more.
+///
+/// # Safety
+/// `arrays` is NULL or a descriptor that starts with its size, and its arrays are as `mesh.h` demands.
+unsafe fn borrow(arrays: *const RlvMeshArrays, limit: u64) -> Result<Body> {
+    // SAFETY: a descriptor of nothing but numbers and NULL pointers.
+    let default: RlvMeshArrays = unsafe { std::mem::zeroed() };
+    // SAFETY: promised by the caller.
+    let given = unsafe { read_descriptor(arrays, default) }?;
+    let has_sizes = !given.face_sizes.is_null();
+    let rest = RlvMeshArrays { point_count: 0, corner_count: 0, face_sizes: std::ptr::null(), face_count: 0, ..given };
+    // SAFETY: promised by the caller.
+    let mut mesh = unsafe { copy(&rest, limit) }?;
+    if !has_sizes {
+        mesh.face_sizes = same_sizes(&given, limit)?;
+    }
+    let lent = Lent { released: None, user: std::ptr::null_mut(), has_points: true, has_sizes };
+    let mut body = Body { mesh: ManuallyDrop::new(mesh), lent: Some(lent) };
+    // SAFETY: promised by the caller; the body forgets what is lent.
+    unsafe {
+        body.mesh.points = lend("points", given.points.cast::<[f32; 3]>(), given.point_count, given.point_stride)?;
+        body.mesh.corners = lend("corners", given.corners, given.corner_count, given.corner_stride)?;
+        if has_sizes {
+            body.mesh.face_sizes = lend("face_sizes", given.face_sizes, given.face_count, given.face_stride)?;
+        }
+    }
+    body.check().map_err(|error| offer_repair(error, "rlv_repair_arrays"))?;
+    Ok(body)
+}
+
 /// A mesh and the context it belongs to.
 pub struct MeshObject {
     pub context: Arc<ContextObject>,
-    pub mesh: RwLock<Mesh>,
+    pub mesh: RwLock<Body>,
     #[expect(dead_code, reason = "given back when it is dropped")]
     admitted: Admitted,
 }
@@ -139,7 +274,37 @@ fn offer_repair(error: Error, call: &str) -> Error {
 /// Registers a checked mesh. Fails if the host refuses its bytes.
 pub fn register(context: Arc<ContextObject>, mesh: Mesh) -> Result<RlvMesh> {
     let admitted = context.memory.admit("mesh", mesh_bytes(&mesh))?;
-    registry::insert(MeshObject { context, mesh: RwLock::new(mesh), admitted })
+    registry::insert(MeshObject { context, mesh: RwLock::new(Body::new(mesh)), admitted })
+}
+
+/// Registers a mesh of borrowed arrays. Where that fails nobody is told that they are used no more.
+fn register_borrowed(
+    context: Arc<ContextObject>,
+    mut body: Body,
+    released: RlvMeshReleased,
+    user: *mut c_void,
+) -> Result<RlvMesh> {
+    let admitted = context.memory.admit("mesh", body.bytes())?;
+    if let Some(lent) = &mut body.lent {
+        (lent.released, lent.user) = (released, user);
+    }
+    registry::insert(MeshObject { context, mesh: RwLock::new(body), admitted })
+}
+
+/// Makes the sizes of faces that all have `face_size` corners.
+fn same_sizes(arrays: &RlvMeshArrays, limit: u64) -> Result<Vec<u32>> {
+    let expected = (arrays.face_count as u64).checked_mul(u64::from(arrays.face_size));
+    if expected != Some(arrays.corner_count as u64) {
+        return Err(Error::invalid(format!(
+            "{} faces of {} corners do not make {} corners",
+            arrays.face_count, arrays.face_size, arrays.corner_count
+        ))
+        .at("face_size")
+        .advise("set face_size to the corners of every face, or pass face_sizes"));
+    }
+    let mut same = reserve("face_sizes", arrays.face_count, limit)?;
+    same.resize(arrays.face_count, arrays.face_size);
+    Ok(same)
 }
 
 /// Copies the arrays, refusing what has no room within the memory limit of the context.
@@ -175,22 +340,8 @@ unsafe fn copy(arrays: &RlvMeshArrays, limit: u64) -> Result<Mesh> {
             Input::new("holes", arrays.holes, arrays.hole_count, arrays.hole_stride)?,
         )
     };
-    let face_sizes = if arrays.face_sizes.is_null() {
-        let expected = (arrays.face_count as u64).checked_mul(u64::from(arrays.face_size));
-        if expected != Some(arrays.corner_count as u64) {
-            return Err(Error::invalid(format!(
-                "{} faces of {} corners do not make {} corners",
-                arrays.face_count, arrays.face_size, arrays.corner_count
-            ))
-            .at("face_size")
-            .advise("set face_size to the corners of every face, or pass face_sizes"));
-        }
-        let mut same = reserve("face_sizes", arrays.face_count, limit)?;
-        same.resize(arrays.face_count, arrays.face_size);
-        same
-    } else {
-        sizes.to_vec("face_sizes", limit)?
-    };
+    let face_sizes =
+        if arrays.face_sizes.is_null() { same_sizes(arrays, limit)? } else { sizes.to_vec("face_sizes", limit)? };
     let mut mesh = Mesh::new(points.to_vec("points", limit)?, face_sizes, corners.to_vec("corners", limit)?);
     mesh.creases = reserve("creases", creases.len(), limit)?;
     mesh.creases
@@ -342,6 +493,23 @@ entry! {
         Ok(())
     }
 
+    fn rlv_mesh_create_borrowed(
+        context: RlvContext,
+        arrays: *const RlvMeshArrays,
+        released: RlvMeshReleased,
+        user: *mut c_void,
+        out: *mut RlvMesh,
+    ) {
+        present("out", out)?;
+        let context = registry::get(context)?;
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size, with arrays as the header demands.
+        let body = unsafe { borrow(arrays, context.context.memory_limit()) }?;
+        let handle = register_borrowed(context, body, released, user)?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
     fn rlv_mesh_read(context: RlvContext, path: *const c_char, out: *mut RlvMesh) {
         present("out", out)?;
         // SAFETY: the caller promises NULL or a NUL-terminated string.
@@ -443,7 +611,7 @@ entry! {
                 .at("points")
                 .advise("give one position per point; make another mesh if the topology changed"));
         }
-        mesh.points = points;
+        mesh.set_points(points);
         Ok(())
     }
 
@@ -455,13 +623,7 @@ entry! {
         let arrays = unsafe { read_descriptor(arrays, default) }?;
         // SAFETY: the caller's arrays are as the header demands.
         let attribute = unsafe { copy_attribute(&arrays, object.context.context.memory_limit()) }?;
-        let mut mesh = try_write(&object.mesh, "mesh")?;
-        mesh.attributes.push(attribute);
-        if let Err(error) = mesh.check() {
-            mesh.attributes.pop();
-            return Err(error);
-        }
-        Ok(())
+        try_write(&object.mesh, "mesh")?.add(attribute)
     }
 
     fn rlv_mesh_get_points(mesh: RlvMesh, points: *mut f32, capacity: usize, stride: usize) {

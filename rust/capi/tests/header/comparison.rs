@@ -6,6 +6,7 @@ use relievo::version::*;
 use relievo::error::*;
 use relievo::context::*;
 use relievo::adapter::*;
+use relievo::allocator::*;
 use relievo::bytes::*;
 use relievo::mesh::*;
 use relievo::simplify::*;
@@ -117,6 +118,10 @@ constant!(RLV_ADAPTER_VIRTUAL = 2);
 constant!(RLV_ADAPTER_SOFTWARE = 3);
 layout!(RlvAdapterInfo: 584, 8);
 function!(rlv_adapter_list: unsafe extern "C" fn(*mut RlvAdapterInfo, usize, *mut usize) -> RlvResult);
+alias!(RlvAllocate = Option<unsafe extern "C" fn(*mut c_void, usize, usize) -> *mut c_void>);
+alias!(RlvFree = Option<unsafe extern "C" fn(*mut c_void, *mut c_void, usize, usize)>);
+layout!(RlvAllocator: 32, 8);
+function!(rlv_allocator_set: unsafe extern "C" fn(*const RlvAllocator) -> RlvResult);
 layout!(RlvBytes: 8, 8);
 function!(rlv_bytes_retain: unsafe extern "C" fn(RlvBytes) -> RlvResult);
 function!(rlv_bytes_release: unsafe extern "C" fn(RlvBytes) -> RlvResult);
@@ -132,6 +137,8 @@ layout!(RlvMeshInfo: 88, 8);
 layout!(RlvAttributeArrays: 72, 8);
 layout!(RlvAttributeInfo: 80, 8);
 function!(rlv_mesh_create: unsafe extern "C" fn(RlvContext, *const RlvMeshArrays, *mut RlvMesh) -> RlvResult);
+alias!(RlvMeshReleased = Option<unsafe extern "C" fn(*mut c_void)>);
+function!(rlv_mesh_create_borrowed: unsafe extern "C" fn(RlvContext, *const RlvMeshArrays, RlvMeshReleased, *mut c_void, *mut RlvMesh) -> RlvResult);
 function!(rlv_mesh_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvMesh) -> RlvResult);
 function!(rlv_mesh_write: unsafe extern "C" fn(RlvMesh, *const c_char) -> RlvResult);
 function!(rlv_mesh_read_bytes: unsafe extern "C" fn(RlvContext, *const c_char, *const u8, usize, *mut RlvMesh) -> RlvResult);
@@ -1132,6 +1139,13 @@ pub fn offsets(list: &mut Offsets) {
         backend: [u8; 48] = 24,
         name: [u8; 256] = 72,
         driver: [u8; 256] = 328,
+    });
+    fields!(list, RlvAllocator {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        allocate: RlvAllocate = 8,
+        free: RlvFree = 16,
+        user: *mut c_void = 24,
     });
     fields!(list, RlvBytes {
         id: u64 = 0,
@@ -3546,6 +3560,7 @@ pub const NAMES: &[&str] = &[
     "RLV_ADAPTER_INTEGRATED",
     "RLV_ADAPTER_SOFTWARE",
     "RLV_ADAPTER_VIRTUAL",
+    "RLV_ALLOCATOR_INIT",
     "RLV_API",
     "RLV_ARRIVAL_INFO_INIT",
     "RLV_ATTRIBUTE_ARRAYS_INIT",
