@@ -3,12 +3,16 @@
 //! An agent that is far away against its size has nearly the same distance everywhere: its clusters are those of one step
 //! of its model's [`Ladder`], for its nearest point. Only agents that are near are cut group by group. Both are free of
 //! cracks and hold the error. An agent whose step of the last frame still fits is not searched for again.
+//!
+//! Decisions are in 32-bit floats, by sums, products and square roots in one order, so that a device makes the same
+//! ([`crate::DeviceCrowd`]).
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, Vec3};
 use relievo_core::{Context, Error, Result};
 
+use crate::clip::BoneMatrix;
 use crate::hierarchy::{CrowdModel, Group};
 use crate::ladder::Ladder;
 use crate::view::CrowdView;
@@ -16,7 +20,9 @@ use crate::view::CrowdView;
 /// Agents of a crowd at most.
 pub const MOST_AGENTS: usize = 1 << 24;
 /// Depth of an agent against its distance up to which it is cut as a whole.
-const DEEP: f32 = 0.25;
+pub(crate) const DEEP: f32 = 0.25;
+/// Rounding of the offset of a plane against its terms, by which clusters beyond it count as seen.
+pub(crate) const SLACK: f32 = 1e-6;
 /// Agents of one task.
 const PART: usize = 256;
 /// State of an agent that is not seen.
@@ -39,13 +45,19 @@ pub struct Agent {
     pub transform: DAffine3,
 }
 
-/// A sphere that an agent does not leave, and its scale.
+/// A sphere that an agent does not leave, its scale and its transform.
 #[derive(Clone, Copy, Debug, Default)]
-struct Reach {
-    center: Vec3,
-    radius: f32,
-    /// The largest and smallest factor of lengths.
-    scale: [f32; 2],
+pub(crate) struct Reach {
+    pub center: Vec3,
+    pub radius: f32,
+    /// One over the largest factor of lengths.
+    pub shrink: f32,
+    /// The smallest factor of lengths by the largest.
+    pub evenness: f32,
+    /// The inverse of the linear part of the transform, by rows.
+    pub inverse: [[f32; 3]; 3],
+    /// The transform, by rows.
+    pub transform: BoneMatrix,
 }
 
 /// Models and agents.
@@ -57,6 +69,8 @@ pub struct Crowd {
     reaches: Vec<Reach>,
     /// What each agent was in the last frame: a step or one of the states.
     states: Vec<u32>,
+    /// Counts changes of agents.
+    changes: u64,
 }
 
 /// What is drawn of an agent.
@@ -92,7 +106,7 @@ impl Crowd {
     /// Makes a crowd without agents.
     pub fn new(models: Vec<Arc<CrowdModel>>) -> Self {
         let ladders = models.iter().map(|model| Ladder::new(model)).collect();
-        Self { models, ladders, agents: Vec::new(), reaches: Vec::new(), states: Vec::new() }
+        Self { models, ladders, agents: Vec::new(), reaches: Vec::new(), states: Vec::new(), changes: 0 }
     }
 
     /// Returns the models.
@@ -108,6 +122,11 @@ impl Crowd {
     /// Returns the agents.
     pub fn agents(&self) -> &[Agent] {
         &self.agents
+    }
+
+    /// Returns where the agents reach, and a number that is another after every change of an agent.
+    pub(crate) fn reaches(&self) -> (&[Reach], u64) {
+        (&self.reaches, self.changes)
     }
 
     /// Checks an agent that may be added.
@@ -130,6 +149,7 @@ impl Crowd {
         self.agents.push(agent);
         self.reaches.push(reach);
         self.states.push(NEW);
+        self.changes += 1;
         Ok(self.agents.len() as u32 - 1)
     }
 
@@ -147,6 +167,7 @@ impl Crowd {
             self.states[at] = NEW;
         }
         (self.agents[at], self.reaches[at]) = (agent, reach);
+        self.changes += 1;
         Ok(())
     }
 
@@ -176,7 +197,7 @@ impl Crowd {
         before.extend_from_slice(&self.states);
         context.for_each_part(self.states.as_mut_slice(), PART, |first, states| {
             for (state, index) in states.iter_mut().zip(first..) {
-                let Reach { center, radius, scale } = reaches[index];
+                let Reach { center, radius, shrink, .. } = reaches[index];
                 let is_out = |plane: &[f32; 4]| {
                     let [x, y, z, d] = *plane;
                     x * center.x + y * center.y + z * center.z + d < -radius
@@ -189,7 +210,7 @@ impl Crowd {
                 *state = if 2.0 * radius > DEEP * near {
                     NEAR
                 } else {
-                    ladders[agents[index].model as usize].step(factor * near / scale[0], *state)
+                    ladders[agents[index].model as usize].step(factor * near * shrink, *state)
                 };
             }
             Ok(())
@@ -225,15 +246,14 @@ impl Crowd {
 
     /// Returns the clusters of an agent by the distance of each group, without those out of view.
     fn near_cut(&self, index: u32, view: &CrowdView) -> Vec<u32> {
-        let agent = &self.agents[index as usize];
-        let model = &self.models[agent.model as usize];
-        let scale = self.reaches[index as usize].scale;
-        let eye = agent.transform.inverse().transform_point3(DVec3::from(view.eye.map(f64::from))).as_vec3();
+        let model = &self.models[self.agents[index as usize].model as usize];
+        let reach = &self.reaches[index as usize];
+        let eye = reach.local(view.eye);
         // Distances in the model are longer in the world at least by the smallest scale, errors at most by the largest.
-        let factor = view.tolerance * scale[1] / (view.pixels * scale[0]);
+        let factor = view.tolerance / view.pixels * reach.evenness;
         let is_coarse: Vec<bool> =
             model.groups.iter().map(|group| group.error <= factor * distance(eye, group)).collect();
-        let planes: Vec<[f32; 4]> = view.planes.iter().map(|plane| plane_in_model(plane, &agent.transform)).collect();
+        let planes: Vec<[f32; 4]> = view.planes.iter().map(|plane| reach.plane(plane)).collect();
         let mut drawn = model.drawn(&is_coarse);
         if !planes.is_empty() {
             drawn.retain(|cluster| {
@@ -265,7 +285,32 @@ impl Crowd {
         let (low, high) = (Vec3::from(model.low).as_dvec3(), Vec3::from(model.high).as_dvec3());
         let center = agent.transform.transform_point3(0.5 * (low + high)).as_vec3();
         let radius = (0.5 * (high - low).length() * largest) as f32 * (1.0 + 1e-6);
-        Ok(Reach { center, radius, scale: [largest as f32, smallest as f32] })
+        let columns = [linear.x_axis, linear.y_axis, linear.z_axis, agent.transform.translation];
+        Ok(Reach {
+            center,
+            radius,
+            shrink: (1.0 / largest) as f32,
+            evenness: (smallest / largest) as f32,
+            inverse: std::array::from_fn(|row| inverse.row(row).as_vec3().to_array()),
+            transform: std::array::from_fn(|row| columns.map(|column| column[row] as f32)),
+        })
+    }
+}
+
+impl Reach {
+    /// Returns a place of the world in the space of the model.
+    fn local(&self, place: [f32; 3]) -> Vec3 {
+        let [x, y, z]: [f32; 3] = std::array::from_fn(|axis| place[axis] - self.transform[axis][3]);
+        Vec3::from_array(self.inverse.map(|row| row[0] * x + row[1] * y + row[2] * z))
+    }
+
+    /// Returns a plane of the world in the space of the model, moved outwards by what its offset may be rounded.
+    fn plane(&self, [x, y, z, d]: &[f32; 4]) -> [f32; 4] {
+        let rows = &self.transform;
+        let turned = |axis: usize| x * rows[0][axis] + y * rows[1][axis] + z * rows[2][axis];
+        let terms = [x * rows[0][3], y * rows[1][3], z * rows[2][3]];
+        let rounded = SLACK * (terms[0].abs() + terms[1].abs() + terms[2].abs() + d.abs());
+        [turned(0), turned(1), turned(2), terms[0] + terms[1] + terms[2] + d + rounded]
     }
 }
 
@@ -280,14 +325,6 @@ fn norm(matrix: &glam::DMat3) -> f64 {
 fn distance(point: Vec3, group: &Group) -> f32 {
     let beyond = (Vec3::from(group.low) - point).max(point - Vec3::from(group.high)).max(Vec3::ZERO);
     beyond.length()
-}
-
-/// Returns a plane of the world in the space of a model that `transform` places.
-fn plane_in_model([x, y, z, d]: &[f32; 4], transform: &DAffine3) -> [f32; 4] {
-    let normal = DVec3::new(f64::from(*x), f64::from(*y), f64::from(*z));
-    let turned = transform.matrix3.transpose() * normal;
-    let offset = f64::from(*d) + normal.dot(transform.translation);
-    [turned.x as f32, turned.y as f32, turned.z as f32, offset as f32]
 }
 
 /// Whether the box of a group reaches to the inner side of a plane.

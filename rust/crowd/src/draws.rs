@@ -122,7 +122,7 @@ impl DrawList {
 }
 
 /// Returns the first index and the first vertex of every model.
-fn starts(crowd: &Crowd) -> Result<Vec<[u32; 2]>> {
+pub(crate) fn starts(crowd: &Crowd) -> Result<Vec<[u32; 2]>> {
     let mut next = [0u64; 2];
     let models = crowd.models().iter();
     models
@@ -137,6 +137,6 @@ fn starts(crowd: &Crowd) -> Result<Vec<[u32; 2]>> {
         .collect()
 }
 
-fn too_large(what: &str) -> Error {
+pub(crate) fn too_large(what: &str) -> Error {
     Error::unsupported(format!("the {what} of all models do not fit 32 bits")).advise("use fewer or smaller models")
 }

@@ -9,7 +9,7 @@
 //! 3. Neighbouring clusters are simplified together over the chosen poses, level upon level (Section 4.3): `grouping`,
 //!    `collapse`, `build`. Their errors are measured in all poses.
 //! 4. A view draws the coarsest clusters whose errors are no larger than it allows (Section 5.1): `ladder`, `crowd`. Agents
-//!    that others hide are left out (Section 5.2): `occlusion`.
+//!    that others hide are left out (Section 5.2): `occlusion`. A graphics device makes the same cut: `device`.
 //!
 //! Lengths are units of the model, angles radians, times seconds. Results do not depend on the number of threads.
 
@@ -20,6 +20,7 @@ mod clip;
 mod collapse;
 mod crowd;
 mod deformation;
+mod device;
 mod draws;
 mod eigen;
 mod export;
@@ -42,6 +43,7 @@ pub use agents::{Walker, clip_index, parse_agents, parse_walkers, read_walkers, 
 pub use character::{Bone, Character, Influence, MOST_BONES, MOST_TRIANGLES};
 pub use clip::{BoneMatrix, Clip, MOST_POSES, Pose};
 pub use crowd::{Agent, Crowd, Drawn, Frame, MOST_AGENTS};
+pub use device::{DeviceCrowd, DeviceDraws};
 pub use draws::{Draw, DrawList, Instance};
 pub use export::{Exported, MOST_LEVELS};
 pub use file::Reader;

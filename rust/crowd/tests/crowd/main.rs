@@ -3,6 +3,7 @@
 mod agents;
 mod arm;
 mod cuts;
+mod device;
 mod draws;
 mod errors;
 mod export;
