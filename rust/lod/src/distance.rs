@@ -81,12 +81,13 @@ pub(crate) struct Piece {
     pub near: u32,
 }
 
-/// Bounds of the largest distance of a triangle, and the triangle nearest to its farthest known point.
+/// Bounds of the largest distance of a triangle, its farthest known point, and the triangle nearest to that.
 #[derive(Clone, Copy)]
 pub(crate) struct Farthest {
     pub at_least: f64,
     pub at_most: f64,
     pub near: u32,
+    pub place: DVec3,
 }
 
 /// A triangle that is too far from the other surface, and the other surface's triangle nearest to a point of it.
@@ -286,9 +287,10 @@ impl<'a> Surface<'a> {
         waiting: &mut Vec<Piece>,
         finished: impl FnMut(Piece),
     ) -> Farthest {
-        let [a, b, c] = near;
-        let most = [b, c].into_iter().fold(a, |most, near| if near.distance > most.distance { near } else { most });
-        let found = Farthest { at_least: most.distance, at_most: most.distance, near: most.triangle };
+        let most =
+            [1, 2].into_iter().fold(0, |most, at| if near[at].distance > near[most].distance { at } else { most });
+        let Near { triangle, distance } = near[most];
+        let found = Farthest { at_least: distance, at_most: distance, near: triangle, place: corners[most] };
         if found.at_least > stop {
             return Farthest { at_most: f64::INFINITY, ..found };
         }
@@ -320,7 +322,7 @@ impl<'a> Surface<'a> {
             let middle = corners.into_iter().sum::<DVec3>() / 3.0;
             let there = self.nearest(middle, near);
             if there.distance > found.at_least {
-                (found.at_least, found.near) = (there.distance, there.triangle);
+                (found.at_least, found.near, found.place) = (there.distance, there.triangle, middle);
                 if there.distance > stop {
                     return Farthest { at_most: f64::INFINITY, ..found };
                 }

@@ -7,6 +7,7 @@ mod decimation;
 mod distance;
 mod doubles;
 mod error_bound;
+mod exchange;
 mod mates;
 mod mesh;
 mod numbers;

@@ -118,7 +118,7 @@ impl<'a> PosedDistance<'a> {
                 waiting.clear();
                 waiting.push(Piece { corners: places, weights: patch.weights, near });
                 finer.clear();
-                let start = Farthest { at_least: 0.0, at_most: 0.0, near };
+                let start = Farthest { at_least: 0.0, at_most: 0.0, near, place: DVec3::ZERO };
                 let found = to.refine(start, [most, f64::INFINITY], &mut waiting, |piece| {
                     finer.push(Patch { near: to.solid[piece.near as usize], weights: piece.weights, ..patch });
                 });

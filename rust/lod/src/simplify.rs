@@ -15,6 +15,7 @@ use crate::connectivity::NONE;
 use crate::decimation::Decimation;
 use crate::doubles::Doubles;
 use crate::error_bound::{self, Limits, Triangles};
+use crate::exchange::exchange;
 use crate::open_fans::OpenFans;
 use crate::outliers;
 use crate::patch::Pieces;
@@ -125,7 +126,8 @@ const TRIES: usize = 5;
 /// back in a whole part, which come last. Vertices at boundaries stay there; those of edges with more than two triangles,
 /// and those that several fans of triangles share, are not moved. Without a limit of the deviation they become fewer along
 /// the curves where sheets meet, in all sheets at once, and vertices around the largest deviations are moved at the end,
-/// and edges turned, to make these smaller. Fails if there is no triangle, a coordinate is not finite, an index too large,
+/// and edges turned, to make these smaller. Of inputs of up to 4,096 triangles with a border, vertices are also put back
+/// there, and others collapsed instead, unless some are locked or have factors. Fails if there is no triangle, a coordinate is not finite, an index too large,
 /// or `progress` asks to stop.
 pub fn simplify(
     context: &Context,
@@ -207,13 +209,13 @@ impl Whole<'_> {
                     let mut again = |_: f32, stage: &str| progress.report(1.0, stage);
                     reduced = self.reduce(&parted, &sheets.deviations, limits, faces, &mut again)?;
                     if reduced.triangles.len() <= faces || inner == 0 || tries == TRIES {
-                        return Ok(self.finished(&parted, reduced, true));
+                        return self.finished(&parted, reduced, faces, true);
                     }
                     inner /= 2;
                 }
             }
         }
-        Ok(self.finished(parted, reduced, is_unlimited))
+        self.finished(parted, reduced, faces, is_unlimited)
     }
 
     /// Collapses edges of the mesh, whose fans are parted and whose vertices deviate by so much.
@@ -245,7 +247,13 @@ impl Whole<'_> {
 
     /// Brings outliers nearer if there are no limits, joins fans, and gives double parts their other sides back. Returns
     /// triangles and places.
-    fn finished(&self, parted: &OpenFans, mut reduced: Reduced, is_unlimited: bool) -> (Vec<[u32; 3]>, Vec<Vec4>) {
+    fn finished(
+        &self,
+        parted: &OpenFans,
+        mut reduced: Reduced,
+        faces: usize,
+        is_unlimited: bool,
+    ) -> Result<(Vec<[u32; 3]>, Vec<Vec4>)> {
         if is_unlimited {
             let mesh = (&*parted.points, &*parted.triangles);
             let fixed = [self.locked, &parted.shared].concat();
@@ -253,12 +261,16 @@ impl Whole<'_> {
         }
         let mut left = reduced.triangles;
         parted.join(&mut left, &reduced.joined);
+        // Vertices are exchanged where none has to stay and none counts for more.
+        if is_unlimited && self.locked.is_empty() && self.factors.is_empty() {
+            exchange((self.points, self.sides), faces, self.scale, &mut left, &mut reduced.points)?;
+        }
         if let Some(doubles) = self.doubles {
             let is_double = |it: &&[u32; 3]| doubles.is_double(parted.origin(it[0]));
             let others: Vec<[u32; 3]> = left.iter().filter(is_double).map(|[a, b, c]| [*a, *c, *b]).collect();
             left.extend(others);
         }
-        (left, reduced.points)
+        Ok((left, reduced.points))
     }
 }
 

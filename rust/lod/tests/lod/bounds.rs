@@ -8,7 +8,7 @@ use relievo_lod::{Attributes, Distance, Progressive, SimplifyOptions, distance, 
 use relievo_surface::triangle::closest;
 use relievo_testing::{Random, file};
 
-use crate::shapes::{Triangles, bored_block, edges, lifted, torus};
+use crate::shapes::{Triangles, bored_block, edges, framed_windows, lifted, torus};
 
 /// Measures how far points spread over the area of a mesh are from another at most, triangle by triangle.
 fn sampled(from: &Triangles, to: &Triangles, count: usize) -> f64 {
@@ -275,6 +275,7 @@ fn the_largest_deviation_is_no_larger_than_meshoptimizers() {
         "cages/bigguy.obj",
         "cages/monsterfrog.obj",
         "cages/t-rex.obj",
+        "ugly/beetle.obj",
     ];
     for name in names {
         let Some(mesh) = model(name) else { return };
@@ -285,5 +286,28 @@ fn the_largest_deviation_is_no_larger_than_meshoptimizers() {
         let theirs = measured(&mesh, &theirs(&mesh, faces)).at_most;
         // Levels of instructions round costs otherwise, by which other edges collapse: the teapot is 0.8 % above at baseline.
         assert!(ours <= 1.01 * theirs, "{name}: {ours} {theirs}");
+    }
+}
+
+/// Returns the count of vertices that are used, less that of edges, and triangles.
+fn characteristic((_, triangles): &Triangles) -> isize {
+    let vertices: std::collections::HashSet<u32> = triangles.iter().flatten().copied().collect();
+    vertices.len() as isize - edges(triangles).len() as isize + triangles.len() as isize
+}
+
+#[test]
+fn windows_keep_their_corners() {
+    for (n, windows, around, width, share) in [(24, 2, 32, 0.03, 10), (20, 3, 32, 0.02, 15)] {
+        let plate = framed_windows(n, windows, around, width);
+        let faces = plate.1.len() / share;
+        let options = SimplifyOptions { faces, ..Default::default() };
+        let made = simplify(&Context::serial(), &plate.0, &plate.1, &options, &mut Silent).unwrap();
+        assert!(made.triangles.len() <= faces && made.triangles.len() + 1 >= faces);
+        let made = (made.points, made.triangles);
+        assert_eq!(characteristic(&made), characteristic(&plate));
+        assert!(edges(&made.1).values().all(|count| *count <= 2));
+        // Without vertices that are put back it is 0.81 and 0.83.
+        let [ours, theirs] = [&made, &theirs(&plate, faces)].map(|it| measured(&plate, it).at_least);
+        assert!(ours <= 0.75 * theirs, "{n}: {ours} {theirs}");
     }
 }

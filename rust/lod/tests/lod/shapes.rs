@@ -104,3 +104,27 @@ pub fn bored_block(around: u32, outline: u32, rows: u32) -> Triangles {
     let triangles = triangles.into_iter().map(|triangle| triangle.map(|vertex| numbers[vertex as usize])).collect();
     (kept, triangles)
 }
+
+/// A wavy plate of n × n squares over the unit square, and above it a row of frames of windows with rounded corners, each of
+/// `around` points on its inner and its outer border, a frame `width` wide.
+pub fn framed_windows(n: u32, windows: u32, around: u32, width: f32) -> Triangles {
+    let (mut points, mut triangles) = lifted(n, |x, y| 0.05 * (11.0 * x).sin() * (9.0 * y).cos());
+    let half = 0.4 / windows as f32;
+    for window in 0..windows {
+        let first = points.len() as u32;
+        let centre = (window as f32 + 0.5) / windows as f32;
+        for border in [half - width, half] {
+            points.extend((0..around).map(|step| {
+                let (sine, cosine) = (std::f32::consts::TAU * step as f32 / around as f32).sin_cos();
+                // A superellipse: straight sides, rounded corners.
+                let [x, z] = [cosine, sine].map(|it| it.signum() * it.abs().powf(0.4) * border);
+                [centre + x, 0.5, 0.4 + z]
+            }));
+        }
+        for step in 0..around {
+            let [a, b] = [step, (step + 1) % around].map(|step| first + step);
+            triangles.extend([[a, a + around, b], [b, a + around, b + around]]);
+        }
+    }
+    (points, triangles)
+}
