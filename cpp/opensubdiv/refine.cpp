@@ -4,10 +4,11 @@
 
 #include <opensubdiv/far/patchTableFactory.h>
 #include <opensubdiv/far/stencilTableFactory.h>
-#include <opensubdiv/far/topologyDescriptor.h>
 #include <opensubdiv/version.h>
 
 #include "relievo-opensubdiv/src/bridge.rs.h"
+
+#include "descriptor.h"
 
 using namespace OpenSubdiv;
 
@@ -17,19 +18,7 @@ namespace opensubdiv {
 namespace {
 
 std::unique_ptr<Far::TopologyRefiner> make_refiner(const Cage& cage) {
-    Far::TopologyDescriptor topology;
-    topology.numVertices = (int)cage.point_count;
-    topology.numFaces = (int)cage.face_sizes.size();
-    topology.numVertsPerFace = cage.face_sizes.data();
-    topology.vertIndicesPerFace = cage.corners.data();
-    topology.numCreases = (int)cage.crease_sharpness.size();
-    topology.creaseVertexIndexPairs = cage.crease_points.data();
-    topology.creaseWeights = cage.crease_sharpness.data();
-    topology.numCorners = (int)cage.sharp_points.size();
-    topology.cornerVertexIndices = cage.sharp_points.data();
-    topology.cornerWeights = cage.sharp_point_sharpness.data();
-    topology.numHoles = (int)cage.holes.size();
-    topology.holeIndices = cage.holes.data();
+    const Far::TopologyDescriptor topology = describe(cage);
     Sdc::Options scheme;
     scheme.SetVtxBoundaryInterpolation(cage.round_corners ? Sdc::Options::VTX_BOUNDARY_EDGE_ONLY
                                                           : Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER);

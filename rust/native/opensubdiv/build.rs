@@ -12,6 +12,7 @@ fn main() {
         .include(folder)
         .file(folder.join("opensubdiv/refine.cpp"))
         .file(folder.join("opensubdiv/reference.cpp"))
+        .file(folder.join("opensubdiv/subdivision.cpp"))
         .compile("relievo_opensubdiv");
     println!("cargo:rustc-link-lib=osdCPU");
 }

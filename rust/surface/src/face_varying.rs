@@ -43,11 +43,11 @@ fn cage(mesh: &Mesh, name: &str) -> Result<Mesh> {
 
 /// One value for all corners that agree in their point and in `key`; the values, and the index of each corner's. The
 /// same value at two points is two values: faces that all have the same square of a texture do not meet because of it.
-fn share<K: Hash + Eq>(
+pub(crate) fn share<K: Hash + Eq, T>(
     points: &[u32],
     key: impl Fn(usize) -> K,
-    value: impl Fn(usize) -> [f32; 3],
-) -> (Vec<[f32; 3]>, Vec<u32>) {
+    value: impl Fn(usize) -> T,
+) -> (Vec<T>, Vec<u32>) {
     let (mut first, mut values) = (HashMap::new(), Vec::new());
     let corners = points.iter().enumerate().map(|(corner, point)| {
         *first.entry((*point, key(corner))).or_insert_with(|| {

@@ -1,5 +1,5 @@
 //! Surfaces: Catmull-Clark limit surfaces with tiles, patches, evaluation and bounds, Bézier patches ([`bezier`]), and
-//! triangle meshes ([`triangle`]).
+//! triangle meshes ([`triangle`]). Cages of any scheme with their attributes are in [`subdivision`].
 //!
 //! A surface is refined once per topology by OpenSubdiv into regular, single-crease and Gregory patches. Every regular
 //! and single-crease patch is kept in Bézier form, so that its control points bound it and one kernel evaluates all.
@@ -13,6 +13,7 @@ mod face_varying;
 mod grid;
 mod patch;
 mod place;
+pub mod subdivision;
 pub mod topology;
 pub mod triangle;
 

@@ -40,6 +40,33 @@ pub mod ffi {
         first: u32,
     }
 
+    /// How a cage of a [`Subdivision`] is subdivided, and its face-varying values.
+    struct Rules<'a> {
+        /// 0 Catmull-Clark, 1 Loop, 2 bilinear.
+        scheme: u32,
+        /// 0 edges and corners, 1 edges, 2 none.
+        boundary: u32,
+        /// 0 none, 1 corners only, 2 and 3 corners and junctions, 4 boundaries, 5 all.
+        face_varying: u32,
+        /// Whether sharpness is averaged along creases.
+        chaikin: bool,
+        /// Whether triangles of Catmull-Clark cages have weights of their own.
+        smooth_triangles: bool,
+        /// Number of values of each channel.
+        channel_sizes: &'a [i32],
+        /// For each channel the value of each corner of the cage.
+        channel_corners: &'a [i32],
+    }
+
+    /// A place: a face of the cage, which of its tiles, and parameters there, 0 to 1.
+    #[derive(Clone, Copy, Debug, Default)]
+    struct Spot {
+        face: i32,
+        part: i32,
+        u: f32,
+        v: f32,
+    }
+
     /// What a table is expected to hold.
     #[derive(Clone, Copy, Debug, Default)]
     struct Sizes {
@@ -77,6 +104,46 @@ pub mod ffi {
             out: &mut [f64],
         ) -> Result<()>;
 
+        include!("opensubdiv/subdivision.h");
+
+        type Subdivision;
+        fn make_subdivision(cage: &Cage, rules: &Rules) -> Result<UniquePtr<Subdivision>>;
+        fn evaluate(
+            self: &Subdivision,
+            interpolation: u32,
+            channel: u32,
+            values: &[f32],
+            width: u32,
+            spots: &[Spot],
+            derivatives: u32,
+            out: &mut [f32],
+        ) -> Result<()>;
+
+        fn osd_evaluate(
+            cage: &Cage,
+            rules: &Rules,
+            interpolation: u32,
+            channel: u32,
+            values: &[f32],
+            width: u32,
+            spots: &[Spot],
+            out: &mut [f32],
+        ) -> Result<()>;
+
+        type Refined;
+        fn refine_uniformly(cage: &Cage, rules: &Rules, level: u32) -> Result<UniquePtr<Refined>>;
+        fn face_sizes(self: &Refined) -> &[u32];
+        fn corners(self: &Refined) -> &[u32];
+        fn parents(self: &Refined) -> &[u32];
+        fn channel_corners(self: &Refined, channel: u32) -> Result<Vec<u32>>;
+        fn values(
+            self: &Refined,
+            interpolation: u32,
+            channel: u32,
+            cage_values: &[f32],
+            width: u32,
+        ) -> Result<Vec<f32>>;
+
         type BfrEvaluator<'a>;
         fn make_bfr<'a>(table: &'a Table, level: u32) -> Result<UniquePtr<BfrEvaluator<'a>>>;
         fn grid(self: Pin<&mut BfrEvaluator>, points: &[f32], size: u32, buffer: &mut [f32]) -> Result<u64>;
@@ -87,3 +154,7 @@ pub mod ffi {
 unsafe impl Send for ffi::Table {}
 // SAFETY: as above.
 unsafe impl Sync for ffi::Table {}
+// SAFETY: after construction it is only read, but for its cache of patches, which locks.
+unsafe impl Send for ffi::Subdivision {}
+// SAFETY: as above.
+unsafe impl Sync for ffi::Subdivision {}

@@ -5,6 +5,7 @@
 
 mod bridge;
 pub mod reference;
+pub mod subdivision;
 mod table;
 
 pub use table::{BoundaryRule, Expected, Options, PatchKind, PatchRecord, Table};

@@ -5,3 +5,4 @@ mod device;
 mod embree;
 mod evaluators;
 mod memory;
+mod subdivision;
