@@ -144,6 +144,7 @@ enum Command {
 type Outcome = std::result::Result<ExitCode, Failure>;
 
 fn main() -> ExitCode {
+    relievo_gpu::quiet_drivers();
     let matches = groups::grouped(Arguments::command()).get_matches();
     let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let outcome = match arguments.command {

@@ -7,6 +7,7 @@ use relievo_core::{Context, ContextOptions};
 use relievo_scene::replay::{Replay, replay};
 
 use crate::Outcome;
+use crate::bar::Bar;
 use crate::limits::Isolation;
 use crate::run::Device as Kind;
 
@@ -56,7 +57,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         allowed: arguments.allow_path.clone(),
         device: crate::run::device(arguments.device, arguments.adapter.as_deref(), arguments.memory_limit)?,
     };
-    let (done, notes) = replay(&context, &wanted)?;
+    let (done, notes) = replay(&context, &wanted, &mut Bar::new())?;
     for note in &notes {
         eprintln!("note: {note}");
     }

@@ -10,6 +10,7 @@
 
 mod adapter;
 mod compaction;
+mod environment;
 mod kernel_spec;
 pub mod module;
 mod pass_time;
@@ -41,6 +42,7 @@ pub use buffer::Buffer;
 #[cfg(feature = "wgpu")]
 pub use choice::adapters;
 pub use compaction::{Compaction, MAX_CLASSES};
+pub use environment::quiet_drivers;
 #[cfg(feature = "wgpu")]
 pub use device::{Charge, Device};
 #[cfg(feature = "wgpu")]

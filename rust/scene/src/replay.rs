@@ -5,9 +5,10 @@
 //! every fault of the list is told as one of a scene, where it is. Strokes are made in the order of the file, whatever
 //! their time.
 
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
-use relievo_core::{Context, Error, Result};
+use relievo_core::{Context, Error, Progress, Result};
 use relievo_detail::{Recorded, Stroke, StrokeReport};
 use relievo_document::Document;
 use relievo_document::format::EXTENSION;
@@ -47,11 +48,16 @@ pub struct Replay {
 /// Extensions of meshes that can be written.
 const MESHES: [&str; 7] = ["obj", "ply", "glb", "usd", "usda", "stl", "off"];
 
-/// Makes the strokes and writes the files. Returns what was done, and what the user should know.
+/// Makes the strokes and writes the files. Returns what was done, and what the user should know. `progress` is asked before
+/// each stroke and each file.
 ///
-/// Fails, and writes nothing, if a file cannot be read or is not what it should be, or an output has another extension
+/// Fails, and writes nothing, if `progress` asks to stop before the files are written, a file cannot be read or is not what it should be, or an output has another extension
 /// than `relievo`, `obj`, `ply`, `glb`, `usd` or `usda`.
-pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(StrokeReport, Vec<String>), Failure> {
+pub fn replay(
+    context: &Context,
+    wanted: &Replay,
+    progress: &mut dyn Progress,
+) -> std::result::Result<(StrokeReport, Vec<String>), Failure> {
     if wanted.outputs.is_empty() {
         return Err(Error::invalid("there is nothing to write").advise("name a file to write").into());
     }
@@ -98,7 +104,18 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
     world.use_device(wanted.device.as_ref())?;
     let (mut done, mut refusals) = (StrokeReport::default(), Refusals::default());
     laying::make_due(context, &mut world, |_| true, &mut refusals)?;
-    strokes::make_due(context, &mut world, |_| true, &mut done, &mut refusals)?;
+    let strokes = world.scene.strokes.len() as f32;
+    let watch = RefCell::new((0.0, Ok(()), &mut *progress));
+    let go_on = |_: &StrokeEntry| {
+        let (made, asked, progress) = &mut *watch.borrow_mut();
+        if asked.is_ok() {
+            *asked = progress.step(0.9 * *made / strokes, "strokes");
+        }
+        *made += 1.0;
+        asked.is_ok()
+    };
+    strokes::make_due(context, &mut world, go_on, &mut done, &mut refusals)?;
+    watch.into_inner().1?;
     // What a document brought goes on fading, and what was added to it.
     if let Some(surface) = world.surface_mut(0) {
         surface.states(context)?;
@@ -107,7 +124,8 @@ pub fn replay(context: &Context, wanted: &Replay) -> std::result::Result<(Stroke
         item.object.states(context)?;
         item.object.renew(context)?;
     }
-    for path in &wanted.outputs {
+    for (index, path) in wanted.outputs.iter().enumerate() {
+        progress.step(0.9 + 0.1 * index as f32 / wanted.outputs.len() as f32, "files")?;
         write(context, &world, path)?;
     }
     // Whoever wrote the list gave the surface no name.

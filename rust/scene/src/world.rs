@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, DVec3, Vec3, Vec4};
 use relievo_core::{Context, Domain, Error, Mesh, Result, Values};
@@ -52,6 +52,8 @@ pub struct World {
     begun: Vec<f64>,
     /// Whether a graphics device was given to the surfaces.
     on_device: bool,
+    /// Per object the limit of its texture coordinates, once it was asked for: no pose changes it.
+    textures: Vec<OnceLock<Surface>>,
 }
 
 /// What the kernels know of an object.
@@ -235,6 +237,7 @@ impl World {
             lowered,
             transforms,
             start,
+            textures: vec![OnceLock::new(); scene.objects.len()],
             scene,
             time: 0.0,
             on_device: false,
@@ -415,7 +418,12 @@ impl World {
         if !smooth {
             return Ok(None);
         }
-        Surface::face_varying(context, cage, "uv", &surface_options(&self.scene.surfaces[index])).map(Some)
+        let known = &self.textures[object];
+        if known.get().is_none() {
+            let limit = Surface::face_varying(context, cage, "uv", &surface_options(&self.scene.surfaces[index]))?;
+            let _ = known.set(limit);
+        }
+        Ok(known.get().cloned())
     }
 
     /// The colours of an object's surface; `None` if it is of one colour, or a mesh.

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use relievo_core::Context;
+use relievo_core::progress::Silent;
 use relievo_document::Document;
 use relievo_render::{Channel, Content, Layer, Samples, read_exr, write_exr};
 use relievo_scene::file::parse;
@@ -144,7 +145,7 @@ points = [{ position = [0, 0, 0] }]
         allowed: Vec::new(),
         device: None,
     };
-    let (done, _) = replay(&context, &wanted(None, &["once.relievo", "once.ply"])).unwrap();
+    let (done, _) = replay(&context, &wanted(None, &["once.relievo", "once.ply"]), &mut Silent).unwrap();
     assert!(done.dabs == 1 && done.report.changed_texels > 50);
     let top = |name: &str| {
         let mesh = relievo_meshio::read(&context, &file(name)).unwrap();
@@ -160,7 +161,7 @@ points = [{ position = [0, 0, 0] }]
         "sculpt = \"erase\"\nradius = 3\nfalloff = \"constant\"",
     );
     std::fs::write(file("list.toml"), erase).unwrap();
-    replay(&context, &wanted(Some("once.relievo"), &["gone.ply"])).unwrap();
+    replay(&context, &wanted(Some("once.relievo"), &["gone.ply"]), &mut Silent).unwrap();
     assert!(top("gone.ply")[2].abs() < 1e-6);
 }
 

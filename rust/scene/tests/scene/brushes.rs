@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3, Vec4};
-use relievo_core::Context;
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Progress};
 use relievo_document::Document;
 use relievo_render::{Channel, Content, Image, Layer, Samples, write_exr, write_png};
 use relievo_scene::file::{parse, read_file};
@@ -79,6 +80,21 @@ fn colors(scene: &Path, document: &Path, places: &[[f64; 2]]) -> Vec<Vec4> {
         field.color(field.canonical(found.place))
     };
     places.iter().map(color).collect()
+}
+
+/// Notes how often it is asked, and stops the call once it was asked `patience` times.
+#[derive(Default)]
+struct Asked {
+    fractions: Vec<f32>,
+    patience: Option<usize>,
+}
+
+impl Progress for Asked {
+    fn report(&mut self, fraction: f32, _: &str) -> bool {
+        let go_on = self.patience.is_none_or(|patience| self.fractions.len() < patience);
+        self.fractions.push(fraction);
+        go_on
+    }
 }
 
 #[test]
@@ -169,7 +185,7 @@ fn a_list_of_strokes_in_two_goes_is_the_list_in_one() {
     std::fs::write(path("second.toml"), format!("version = 1\n{MORE}")).unwrap();
     std::fs::write(path("both.toml"), format!("{LIST}{MORE}")).unwrap();
     let context = Context::serial();
-    let go = |strokes: &str, document: Option<&str>, outputs: &[&str]| {
+    let watched = |strokes: &str, document: Option<&str>, outputs: &[&str], progress: &mut dyn Progress| {
         let wanted = Replay {
             triangles: false,
             isolation: None,
@@ -180,8 +196,18 @@ fn a_list_of_strokes_in_two_goes_is_the_list_in_one() {
             allowed: Vec::new(),
             device: None,
         };
-        replay(&context, &wanted)
+        replay(&context, &wanted, progress)
     };
+    let go = |strokes: &str, document: Option<&str>, outputs: &[&str]| watched(strokes, document, outputs, &mut Silent);
+    // Progress is asked before every stroke and file, rises, and stops the call before anything is written.
+    let mut asked = Asked::default();
+    watched("both.toml", None, &["asked.ply"], &mut asked).unwrap();
+    assert!(asked.fractions.len() >= 3 && asked.fractions.is_sorted(), "{:?}", asked.fractions);
+    for patience in 0..asked.fractions.len() {
+        let mut asked = Asked { patience: Some(patience), ..Asked::default() };
+        assert!(watched("both.toml", None, &["stopped.ply"], &mut asked).is_err());
+        assert!(!path("stopped.ply").exists(), "after {patience}");
+    }
     let (done, _) = go("first.toml", None, &["first.relievo"]).unwrap();
     assert_eq!((done.dabs, done.missed, done.report.changed.len()), (1, 0, 1));
     go("second.toml", Some("first.relievo"), &["two.relievo"]).unwrap();
@@ -314,7 +340,7 @@ fn a_list_of_strokes_is_the_same_on_a_graphics_device() {
             allowed: Vec::new(),
             device,
         };
-        let (done, notes) = replay(&context, &wanted).unwrap();
+        let (done, notes) = replay(&context, &wanted, &mut Silent).unwrap();
         assert!(done.dabs > 4 && notes.is_empty(), "{notes:?}");
         relievo_meshio::read(&context, &path(name)).unwrap().points
     };

@@ -280,7 +280,7 @@ fn a_list_of_strokes_is_replayed_on_triangles_and_on_a_document_of_them() {
             allowed: Vec::new(),
             device: None,
         };
-        replay(&Context::serial(), &wanted).unwrap();
+        replay(&Context::serial(), &wanted, &mut Silent).unwrap();
     };
     replayed(true, None, "once.relievo");
     replayed(false, Some("once.relievo"), "twice.relievo");
@@ -321,7 +321,7 @@ fn strokes_on_a_document_that_fades_fade_too() {
             allowed: Vec::new(),
             device: None,
         };
-        replay(&Context::serial(), &wanted).unwrap();
+        replay(&Context::serial(), &wanted, &mut Silent).unwrap();
         let added = Document::open(&at("added.relievo"), 1 << 30).unwrap();
         let blocks = |kind: Kind| added.layers().iter().find(|layer| layer.kind() == kind).unwrap().blocks().len();
         assert!(blocks(Kind::Scalar) > 0 && blocks(Kind::Stamps) > 0, "{kind}");
