@@ -9,7 +9,7 @@
 
 static void check(RlvResult result) {
     if (result != RLV_OK) {
-        fprintf(stderr, "%s\n", rlv_last_error());
+        fprintf(stderr, "%s\n", rlv_error_last());
         exit(1);
     }
 }

@@ -13,7 +13,7 @@ enum { SIDE = 80, WIDTH = 400, HEIGHT = 200 };
 
 static void check(RlvResult result) {
     if (result != RLV_OK) {
-        fprintf(stderr, "%s\n", rlv_last_error());
+        fprintf(stderr, "%s\n", rlv_error_last());
         exit(1);
     }
 }

@@ -7,10 +7,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-/* Every function returns RLV_OK, or rlv_last_error() says what went wrong, where, and what can be done. */
+/* Every function returns RLV_OK, or rlv_error_last() says what went wrong, where, and what can be done. */
 static void check(RlvResult result) {
     if (result != RLV_OK) {
-        fprintf(stderr, "%s\n", rlv_last_error());
+        fprintf(stderr, "%s\n", rlv_error_last());
         exit(1);
     }
 }

@@ -10,7 +10,7 @@
 
 static void check(RlvResult result) {
     if (result != RLV_OK) {
-        fprintf(stderr, "%s\n", rlv_last_error());
+        fprintf(stderr, "%s\n", rlv_error_last());
         exit(1);
     }
 }
@@ -75,7 +75,7 @@ int main(int argc, char **argv) {
     }
     /* If the device was lost on the way, the processor finished the stroke, and this says why. */
     if (rlv_detail_device_fault(detail) != RLV_OK) {
-        printf("the processor took over: %s\n", rlv_last_error());
+        printf("the processor took over: %s\n", rlv_error_last());
     }
     check(rlv_brush_release(brush));
     check(rlv_detail_release(detail));

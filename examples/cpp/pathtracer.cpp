@@ -45,7 +45,7 @@ struct Relievo {
 
     void check(RlvResult result) const {
         if (result != RLV_OK) {
-            throw std::runtime_error(get<decltype(&rlv_last_error)>("rlv_last_error")());
+            throw std::runtime_error(get<decltype(&rlv_error_last)>("rlv_error_last")());
         }
     }
 };

@@ -13,6 +13,11 @@
  *   while it is being changed.
  * - Arrays are pointer, count and stride in bytes from one element to the next, 0 for packed. They are borrowed for the
  *   call. NULL is allowed where the count is 0 or the header says so. Floats must be finite.
+ * - A function that writes as many elements as there are takes their capacity and a place for their count. The count is
+ *   written first, so that a host whose array is too small knows how large it must be; elements are written if all fit.
+ * - Names and parameters have one order: rlv_<noun>_<verb>; the handles that are needed, the context or the noun first; then
+ *   what is given, each array as pointer, count, stride; callbacks, each followed by user; what is returned at the end, a
+ *   new handle as the last parameter, out. A range of an object is first and count.
  * - Every function fails at handles that are none, at NULL and counts of 0 where the header does not allow them, at
  *   floats that are not finite, at numbers of enums that it does not know, and at a struct_size that it does not know.
  *   "No failure of its own" in the headers says that it fails at nothing else.

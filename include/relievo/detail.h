@@ -153,7 +153,7 @@ RLV_API RlvResult rlv_detail_info(RlvDetail detail, RlvDetailInfo *out);
 
 /* Whether edits still run on the graphics device of the context: RLV_OK if they do, or if it has none. Fails with what
  * went wrong when the processor took over: RLV_ERROR_DEVICE if the device failed or was lost, RLV_ERROR_MEMORY if it has
- * no room for the detail; rlv_last_error() has the text. No edit was lost. Such a detail stays with the processor; saved
+ * no room for the detail; rlv_error_last() has the text. No edit was lost. Such a detail stays with the processor; saved
  * to a document and opened in another context it returns to a device. */
 RLV_API RlvResult rlv_detail_device_fault(RlvDetail detail);
 

@@ -143,12 +143,12 @@ RLV_API RlvResult rlv_document_mesh(RlvContext context, const char *path, RlvMes
 /* As rlv_document_mesh, of the size bytes of a document. Fails as that does. */
 RLV_API RlvResult rlv_document_mesh_bytes(RlvContext context, const uint8_t *bytes, size_t size, RlvMesh *out);
 
-/* Takes the layers of the document at path to another mesh and writes them as the document at to_path: every texel
+/* Takes the layers of the document at path to mesh, which is another one, and writes them as the document at to_path: every texel
  * takes what the nearest place of the old surface that faces the same way has. Both are seen without their
  * displacement. options, progress and report may be NULL; what should be known goes to the context's log. Fails if the
  * document cannot be read or is damaged, it has no points and options name no mesh, a mesh cannot be subdivided, the
  * context's memory limit is too small, progress asks to stop, or the file cannot be written. */
-RLV_API RlvResult rlv_document_transfer(RlvContext context, const char *path, RlvMesh to, const char *to_path,
+RLV_API RlvResult rlv_document_transfer(RlvContext context, RlvMesh mesh, const char *path, const char *to_path,
                                         const RlvTransferOptions *options, RlvProgress progress, void *user,
                                         RlvTransferReport *report);
 

@@ -57,7 +57,7 @@ typedef struct RlvError {
 
 /* The message of the last failed call on this thread, UTF-8, "" if there was none. Never NULL. It lives until the next
  * failure on this thread. */
-RLV_API const char *rlv_last_error(void);
+RLV_API const char *rlv_error_last(void);
 
 /* The last failed call on this thread, in parts. No failure of its own. */
 RLV_API RlvResult rlv_error_get(RlvError *out);

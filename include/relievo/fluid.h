@@ -223,8 +223,8 @@ RLV_API RlvResult rlv_fluid_fill(RlvFluid fluid, RlvMesh mesh, const double *mat
 /* Mutating. Adds an emitter, which acts after every step from now on, but where particles are already. mesh is that of
  * RLV_FLUID_SURFACE, which may be released afterwards, with a matrix as for rlv_fluid_add_collider; RLV_NULL and NULL for
  * other shapes. Fails, and adds none, if a number is out of its range or it is too small for a particle. */
-RLV_API RlvResult rlv_fluid_add_emitter(RlvFluid fluid, const RlvFluidEmitterOptions *options, RlvMesh mesh,
-                                        const double *matrix);
+RLV_API RlvResult rlv_fluid_add_emitter(RlvFluid fluid, RlvMesh mesh, const double *matrix,
+                                        const RlvFluidEmitterOptions *options);
 
 /* Mutating. Takes away particles that are in the box from low to high after a step, three floats each in metres, or with an
  * is_outside of 1 those that are not. Fails if is_outside is another number than 0 or 1. */
@@ -263,8 +263,8 @@ RLV_API RlvResult rlv_fluid_set_basin(RlvFluid fluid, const float *low, const fl
 /* Mutating. Has walls be at other places and go on from there with velocities in m/s, count as many as were set, in their
  * order, until this is called again; three floats each, strides in bytes, 0 for packed. Fails, and changes nothing, if
  * there are not as many. */
-RLV_API RlvResult rlv_fluid_move_walls(RlvFluid fluid, const float *points, size_t stride, const float *velocities,
-                                       size_t velocity_stride, size_t count);
+RLV_API RlvResult rlv_fluid_set_wall_points(RlvFluid fluid, const float *points, size_t count, size_t stride,
+                                            const float *velocities, size_t velocity_stride);
 
 /* Mutating. Adds a mesh that fluid does not pass, at rest, besides walls. matrix is twelve doubles, the affine map from the
  * mesh to the fluid in columns: three for the linear part, then the translation; NULL for the identity. The mesh may be

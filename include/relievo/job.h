@@ -114,7 +114,7 @@ RLV_API RlvResult rlv_job_ptex_read(RlvDetail detail, const char *path, const Rl
 
 /* Starts rlv_document_transfer, to a copy of the mesh; rlv_job_transfer_report has what it did. Fails as
  * rlv_document_transfer does, as a job or at once. */
-RLV_API RlvResult rlv_job_transfer(RlvContext context, const char *path, RlvMesh to, const char *to_path,
+RLV_API RlvResult rlv_job_transfer(RlvContext context, RlvMesh mesh, const char *path, const char *to_path,
                                    const RlvTransferOptions *options, RlvJob *out);
 
 /* Starts rlv_progressive_create, of a copy of the mesh; rlv_job_progressive_mesh has what it builds. Fails as

@@ -46,6 +46,7 @@
 #include "relievo/simplify.h"
 #include "relievo/stream.h"
 #include "relievo/stroke.h"
+#include "relievo/subdivision.h"
 #include "relievo/surface.h"
 #include "relievo/tessellate.h"
 #include "relievo/tissue.h"

@@ -847,7 +847,7 @@ inline RlvTransferReport transfer(const Context &context, const std::string &pat
                                   const Progress &progress = nullptr) {
     Watch watch(progress);
     RlvTransferReport report = RLV_TRANSFER_REPORT_INIT;
-    watch.check(rlv_document_transfer(context.get(), path.c_str(), to.get(), to_path.c_str(), &options, watch.callback(),
+    watch.check(rlv_document_transfer(context.get(), to.get(), path.c_str(), to_path.c_str(), &options, watch.callback(),
                                       &watch, &report));
     return report;
 }
@@ -1276,6 +1276,83 @@ private:
     template <class Number> static std::vector<double> numbers(const RlvPictureMeta &meta) {
         const Number *const first = static_cast<const Number *>(meta.values);
         return std::vector<double>(first, first + meta.count);
+    }
+};
+
+/// See relievo/subdivision.h.
+class Subdivision : public Reference<RlvSubdivision, rlv_subdivision_retain, rlv_subdivision_release> {
+public:
+    using Reference::Reference;
+
+    static Subdivision create(const Context &context, const Mesh &cage,
+                              const RlvSubdivisionOptions &options = RLV_SUBDIVISION_OPTIONS_INIT) {
+        Subdivision made;
+        check(rlv_subdivision_create(context.get(), cage.get(), &options, made.out()));
+        return made;
+    }
+
+    RlvSubdivisionInfo info() const {
+        RlvSubdivisionInfo info = RLV_SUBDIVISION_INFO_INIT;
+        check(rlv_subdivision_info(get(), &info));
+        return info;
+    }
+
+    void set_points(const std::vector<Float3> &points) const {
+        check(rlv_subdivision_set_points(get(), points.empty() ? nullptr : points.front().data(), points.size(), 0));
+    }
+
+    /// The first tile of a face and how many it has.
+    std::pair<std::uint32_t, std::uint32_t> face_tiles(std::uint32_t face) const {
+        std::pair<std::uint32_t, std::uint32_t> tiles;
+        check(rlv_subdivision_face_tiles(get(), face, &tiles.first, &tiles.second));
+        return tiles;
+    }
+
+    /// Evaluates the points of the cage: positions and first derivatives.
+    Samples evaluate(const std::vector<Place> &places) const {
+        Samples made;
+        made.positions.resize(places.size());
+        made.du.resize(places.size());
+        made.dv.resize(places.size());
+        if (!places.empty()) {
+            RlvSubdivisionArrays arrays = arrays_of(places);
+            arrays.values = made.positions.front().data();
+            arrays.du = made.du.front().data();
+            arrays.dv = made.dv.front().data();
+            check(rlv_subdivision_evaluate(get(), nullptr, &arrays));
+        }
+        return made;
+    }
+
+    /// Evaluates an attribute of N floats.
+    template <std::size_t N>
+    std::vector<std::array<float, N>> evaluate(const std::string &attribute, const std::vector<Place> &places,
+                                               RlvPointRule rule = RLV_POINT_VERTEX) const {
+        std::vector<std::array<float, N>> values(places.size());
+        if (places.empty()) return values;
+        RlvSubdivisionArrays arrays = arrays_of(places);
+        arrays.point_rule = rule;
+        arrays.values = values.front().data();
+        arrays.value_stride = sizeof values.front();
+        check(rlv_subdivision_evaluate(get(), attribute.c_str(), &arrays));
+        return values;
+    }
+
+    Mesh refine(std::uint32_t level) const {
+        RlvMesh made{0};
+        check(rlv_subdivision_refine(get(), level, &made));
+        return Mesh(made);
+    }
+
+private:
+    static RlvSubdivisionArrays arrays_of(const std::vector<Place> &places) {
+        RlvSubdivisionArrays arrays = RLV_SUBDIVISION_ARRAYS_INIT;
+        arrays.count = places.size();
+        arrays.tiles = &places.front().tile;
+        arrays.tile_stride = sizeof(Place);
+        arrays.uvs = places.front().uv.data();
+        arrays.uv_stride = sizeof(Place);
+        return arrays;
     }
 };
 
@@ -2581,13 +2658,13 @@ public:
     }
 
     void add_emitter(const RlvFluidEmitterOptions &options) const {
-        check(rlv_fluid_add_emitter(get(), &options, RlvMesh{0}, nullptr));
+        check(rlv_fluid_add_emitter(get(), RlvMesh{0}, nullptr, &options));
     }
 
     /// Adds one that is the surface of a mesh.
     void add_emitter(RlvFluidEmitterOptions options, const Mesh &mesh, const Matrix &matrix = moved(0, 0, 0)) const {
         options.shape = RLV_FLUID_SURFACE;
-        check(rlv_fluid_add_emitter(get(), &options, mesh.get(), matrix.data()));
+        check(rlv_fluid_add_emitter(get(), mesh.get(), matrix.data(), &options));
     }
 
     void add_sink(const Float3 &low, const Float3 &high, bool is_outside = false) const {
@@ -2628,8 +2705,8 @@ public:
         if (velocities.size() != points.size()) {
             raise(std::invalid_argument("Fluid::move_walls: there are as many velocities as points"));
         }
-        check(rlv_fluid_move_walls(get(), reinterpret_cast<const float *>(points.data()), 0,
-                                   reinterpret_cast<const float *>(velocities.data()), 0, points.size()));
+        check(rlv_fluid_set_wall_points(get(), reinterpret_cast<const float *>(points.data()), points.size(), 0,
+                                        reinterpret_cast<const float *>(velocities.data()), 0));
     }
 
     /// Adds a mesh that fluid does not pass, and returns its number.
@@ -3094,7 +3171,7 @@ public:
 
     std::uint32_t bind(const std::string &name, const Mesh &mesh) const {
         std::uint32_t index = 0;
-        check(rlv_tissue_bind(get(), name.c_str(), mesh.get(), &index));
+        check(rlv_tissue_bind(get(), mesh.get(), name.c_str(), &index));
         return index;
     }
 

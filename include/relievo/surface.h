@@ -22,10 +22,15 @@ typedef struct RlvSurface {
 
 typedef enum RlvBoundary {
     RLV_BOUNDARY_EDGES_AND_CORNERS = 0, /* boundary edges are sharp, and so are boundary points of one face */
-    RLV_BOUNDARY_EDGES = 1              /* boundary edges are sharp, corners are rounded */
+    RLV_BOUNDARY_EDGES = 1,             /* boundary edges are sharp, corners are rounded */
+    RLV_BOUNDARY_NONE = 2               /* faces at boundary points shape their neighbours and become holes */
 } RlvBoundary;
 
-typedef enum RlvSurfaceKind { RLV_SURFACE_CATMULL_CLARK = 0, RLV_SURFACE_TRIANGLES = 1 } RlvSurfaceKind;
+typedef enum RlvSurfaceKind {
+    RLV_SURFACE_CATMULL_CLARK = 0,
+    RLV_SURFACE_TRIANGLES = 1,
+    RLV_SURFACE_BILINEAR = 2 /* Catmull-Clark with all edges and points of the cage made sharp, and so called by info */
+} RlvSurfaceKind;
 
 typedef struct RlvSurfaceOptions {
     uint32_t struct_size;

@@ -356,7 +356,7 @@ RLV_API RlvResult rlv_tissue_hold(RlvTissue tissue, const uint32_t *nodes, size_
 
 /* Binds the triangles of a mesh to the elements, also points outside of them; out, which may be NULL, is the index of the bound surface.
  * Fails if a point is not finite. */
-RLV_API RlvResult rlv_tissue_bind(RlvTissue tissue, const char *name, RlvMesh mesh, uint32_t *out);
+RLV_API RlvResult rlv_tissue_bind(RlvTissue tissue, RlvMesh mesh, const char *name, uint32_t *out);
 
 /* Makes a simulation of a copy of the model at rest; options may be NULL for the defaults. Fails if an option is out of
  * range, or the step is longer than the stable one, with the element. */

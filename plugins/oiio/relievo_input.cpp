@@ -154,7 +154,7 @@ private:
     /// Whether a call succeeded; if not, its message becomes the reader's error.
     bool done(RlvResult result) const {
         if (result != RLV_OK) {
-            errorfmt("{}", rlv_last_error());
+            errorfmt("{}", rlv_error_last());
         }
         return result == RLV_OK;
     }

@@ -108,7 +108,7 @@ static void check_none(void) {
     options.threads = 1;
     options.device = RLV_DEVICE_GPU;
     CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_context_create(&options, &context), "there is no graphics device");
-    CHECK(strstr(rlv_last_error(), "Vulkan driver") != NULL);
+    CHECK(strstr(rlv_error_last(), "Vulkan driver") != NULL);
     options.adapter = "Quartz";
     CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_context_create(&options, &context), "there is no graphics device");
     CHECK(context.id == 77);

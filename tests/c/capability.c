@@ -95,7 +95,8 @@ int main(void) {
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_capability_list(formats, 64, NULL), "count");
     CHECK_OK(rlv_capability_list(NULL, 0, &count));
     CHECK(count > 8 && count <= 64);
-    CHECK(rlv_capability_list(formats, count - 1, &count) == RLV_ERROR_INVALID);
+    count = 0;
+    CHECK(rlv_capability_list(formats, 1, &count) == RLV_ERROR_INVALID && count > 1); /* which says how many rows there are */
     CHECK_OK(rlv_capability_list(formats, 64, &count));
     CHECK((find(formats, count, RLV_CONTENT_GRID, "vdb") != NULL) == (capability.openvdb_version != 0));
     CHECK((find(formats, count, RLV_CONTENT_MESH, "usda") != NULL) == (capability.has_usd != 0));

@@ -116,7 +116,7 @@ static void check_emitted(RlvContext context) {
     tap.speed = 5;
     tap.channels = &one;
     tap.channel_count = 1;
-    CHECK_OK(rlv_fluid_add_emitter(fluid, &tap, (RlvMesh){0}, NULL));
+    CHECK_OK(rlv_fluid_add_emitter(fluid, (RlvMesh){0}, NULL, &tap));
     CHECK_OK(rlv_fluid_advance(fluid, 0.01, NULL, NULL, NULL));
     const size_t count = particles_of(fluid);
     CHECK(count > DAM && count < 4096);
@@ -126,7 +126,7 @@ static void check_emitted(RlvContext context) {
         CHECK(found[k][0] == (k < DAM ? 0 : 3) && found[k][1] == (k < DAM ? 0 : 4));
     }
     one.value_count = 0;
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_add_emitter(fluid, &tap, (RlvMesh){0}, NULL), "one finite value");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_add_emitter(fluid, (RlvMesh){0}, NULL, &tap), "one finite value");
     CHECK_OK(rlv_fluid_release(fluid));
 }
 

@@ -13,7 +13,7 @@
     do {                                                                                          \
         if (!(condition)) {                                                                       \
             fprintf(stderr, "%s:%d: failed: %s (last error: %s)\n", __FILE__, __LINE__, #condition, \
-                    rlv_last_error());                                                            \
+                    rlv_error_last());                                                            \
             exit(1);                                                                              \
         }                                                                                         \
     } while (0)
@@ -24,7 +24,7 @@
 #define CHECK_FAILS(result, call, text)                        \
     do {                                                       \
         CHECK((call) == (result));                             \
-        CHECK(strstr(rlv_last_error(), (text)) != NULL);       \
+        CHECK(strstr(rlv_error_last(), (text)) != NULL);       \
     } while (0)
 
 #define CHECK_NEAR(a, b, tolerance) CHECK(fabs((double)(a) - (double)(b)) <= (tolerance))

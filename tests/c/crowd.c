@@ -368,7 +368,7 @@ static void check_refusals(RlvContext context, RlvCrowdModel model) {
                 "cluster_triangles");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_crowd(context, path, NULL, 0, &settings, &job), "cluster_triangles");
     CHECK(rlv_crowd_model_build(context, path, &wrong, 1, NULL, NULL, NULL, &made) != RLV_OK);
-    CHECK(strstr(rlv_last_error(), "bend") != NULL);
+    CHECK(strstr(rlv_error_last(), "bend") != NULL);
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_build(context, path, &none, 1, NULL, NULL, NULL, &made), "NULL");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_build(context, path, NULL, 1, NULL, NULL, NULL, &made), "clips");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_build(context, NULL, NULL, 0, NULL, NULL, NULL, &made), "path");

@@ -69,7 +69,7 @@ static RlvResult open_bytes(RlvSurface surface, const char *path, const unsigned
     if (result == RLV_OK) {
         CHECK_OK(rlv_document_release(document));
     } else {
-        CHECK(document.id == 77 && strstr(rlv_last_error(), path) != NULL);
+        CHECK(document.id == 77 && strstr(rlv_error_last(), path) != NULL);
         CHECK_OK(rlv_detail_commit(detail, NULL));
         CHECK_OK(rlv_detail_info(detail, &info));
         CHECK(info.allocated_count == 0 && info.painted_count == 0);
@@ -208,9 +208,9 @@ int main(void) {
         CHECK_OK(rlv_mesh_set_points(finer, half, 49, 0));
         snprintf(moved, sizeof moved, "moved-%p.relievo", (void *)&context);
         CHECK_FAILS(RLV_ERROR_CANCELLED,
-                    rlv_document_transfer(context, path, finer, moved, NULL, check_patience, &left, NULL), "cancel");
+                    rlv_document_transfer(context, finer, path, moved, NULL, check_patience, &left, NULL), "cancel");
         CHECK(!check_removed(moved));
-        CHECK_OK(rlv_document_transfer(context, path, finer, moved, NULL, NULL, NULL, &report));
+        CHECK_OK(rlv_document_transfer(context, finer, path, moved, NULL, NULL, NULL, &report));
         CHECK(report.layer_count == 2 && report.lost_area == 0.0 && report.uncovered_area == 0.0);
         CHECK_NEAR(report.area, 9.0, 1e-4);
         CHECK_OK(rlv_surface_create(context, finer, NULL, &fine));
@@ -236,15 +236,15 @@ int main(void) {
         /* Back, from the mesh that is named; other meshes and paths are refused. */
         how.from = stored;
         how.reach = 0.01;
-        CHECK_OK(rlv_document_transfer(context, moved, plane, moved, &how, NULL, NULL, &report));
+        CHECK_OK(rlv_document_transfer(context, plane, moved, moved, &how, NULL, NULL, &report));
         CHECK(report.reach == 0.01);
         how.reach = NAN;
-        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_transfer(context, path, finer, moved, &how, NULL, NULL, NULL), "faces");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_transfer(context, finer, path, moved, &how, NULL, NULL, NULL), "faces");
         how.from.id = 0;
-        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_transfer(context, path, finer, moved, &how, NULL, NULL, NULL), "reach");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_transfer(context, finer, path, moved, &how, NULL, NULL, NULL), "reach");
         how.from.id = context.id;
-        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_transfer(context, path, finer, moved, &how, NULL, NULL, NULL), "context");
-        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_transfer(context, path, finer, NULL, NULL, NULL, NULL, NULL), "to_path");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_transfer(context, finer, path, moved, &how, NULL, NULL, NULL), "context");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_transfer(context, finer, path, NULL, NULL, NULL, NULL, NULL), "to_path");
         CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_document_mesh(context, "no/such.relievo", &stored), "no/such");
         CHECK(check_removed(moved));
         CHECK_OK(rlv_detail_release(there));

@@ -5,7 +5,7 @@
 
 static void *other_thread(void *unused) {
     (void)unused;
-    CHECK(strcmp(rlv_last_error(), "") == 0);
+    CHECK(strcmp(rlv_error_last(), "") == 0);
     RlvContext nothing = RLV_NULL;
     CHECK(rlv_context_release(nothing) == RLV_ERROR_INVALID);
     return NULL;
@@ -14,7 +14,7 @@ static void *other_thread(void *unused) {
 int main(void) {
     RlvError error = RLV_ERROR_INIT;
     CHECK_OK(rlv_error_get(&error));
-    CHECK(error.result == RLV_OK && strcmp(error.message, "") == 0 && strcmp(rlv_last_error(), "") == 0);
+    CHECK(error.result == RLV_OK && strcmp(error.message, "") == 0 && strcmp(rlv_error_last(), "") == 0);
 
     CHECK(rlv_context_create(NULL, NULL) == RLV_ERROR_INVALID);
     CHECK_OK(rlv_error_get(&error));
@@ -22,19 +22,19 @@ int main(void) {
     CHECK(strcmp(error.what, "the output pointer is NULL") == 0);
     CHECK(strcmp(error.place, "rlv_context_create: out") == 0);
     CHECK(strlen(error.remedy) > 0);
-    CHECK(strcmp(error.message, rlv_last_error()) == 0);
+    CHECK(strcmp(error.message, rlv_error_last()) == 0);
     CHECK(strstr(error.message, error.what) && strstr(error.message, error.place) && strstr(error.message, error.remedy));
 
     /* Another thread has its own, and a success does not touch it. */
     char before[512];
-    strncpy(before, rlv_last_error(), sizeof(before) - 1);
+    strncpy(before, rlv_error_last(), sizeof(before) - 1);
     before[sizeof(before) - 1] = 0;
     pthread_t thread;
     CHECK(pthread_create(&thread, NULL, other_thread, NULL) == 0);
     CHECK(pthread_join(thread, NULL) == 0);
     RlvContext context = RLV_NULL;
     CHECK_OK(rlv_context_create(NULL, &context));
-    CHECK(strcmp(before, rlv_last_error()) == 0);
+    CHECK(strcmp(before, rlv_error_last()) == 0);
     CHECK_OK(rlv_context_release(context));
 
     /* In numbers: the element, and the sentence whatever numbers it has. */

@@ -192,7 +192,7 @@ static void check_moving_walls(RlvContext context) {
     const float top[3] = {0.08f, 0.08f, 0.08f};
     CHECK_OK(rlv_fluid_set_walls(fluid, plate[0], PLATE, 0));
     CHECK_OK(rlv_fluid_add_box(fluid, low, top, NULL));
-    CHECK_OK(rlv_fluid_move_walls(fluid, plate[0], 0, velocities[0], 0, PLATE));
+    CHECK_OK(rlv_fluid_set_wall_points(fluid, plate[0], PLATE, 0, velocities[0], 0));
     CHECK_OK(rlv_fluid_advance(fluid, 0.1, NULL, NULL, NULL));
     RlvFluidArrays arrays = RLV_FLUID_ARRAYS_INIT;
     arrays.capacity = 64;
@@ -201,7 +201,7 @@ static void check_moving_walls(RlvContext context) {
     for (int k = 0; k < 64; ++k) {
         CHECK(points[k][2] > 0.04f);
     }
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_move_walls(fluid, plate[0], 0, velocities[0], 0, 3), "walls");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_set_wall_points(fluid, plate[0], 3, 0, velocities[0], 0), "walls");
     CHECK_OK(rlv_fluid_release(fluid));
 }
 
@@ -297,7 +297,7 @@ static void check_sources(RlvContext context) {
     tap.shape = RLV_FLUID_RECTANGLE;
     tap.u[0] = tap.v[1] = 0.04f;
     tap.u[2] = 0.0f;
-    CHECK_OK(rlv_fluid_add_emitter(fluid, &tap, nothing, NULL));
+    CHECK_OK(rlv_fluid_add_emitter(fluid, nothing, NULL, &tap));
     CHECK_OK(rlv_fluid_add_sink(fluid, low, high, 0));
     CHECK_OK(rlv_fluid_advance(fluid, 0.15, NULL, NULL, &report));
     CHECK(report.added >= 7 * 16 && report.added <= 9 * 16 && report.removed == 0);
@@ -340,15 +340,15 @@ static void check_sources(RlvContext context) {
     bad.kind = RLV_FLUID_VORTEX;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_set_forces(fluid, &bad, 1, 0), "force 0");
     tap.shape = 3;
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_add_emitter(fluid, &tap, nothing, NULL), "shape");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_add_emitter(fluid, nothing, NULL, &tap), "shape");
     tap.shape = RLV_FLUID_SURFACE;
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_add_emitter(fluid, &tap, nothing, NULL), "mesh");
-    CHECK_OK(rlv_fluid_add_emitter(fluid, &tap, box, up));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_add_emitter(fluid, nothing, NULL, &tap), "mesh");
+    CHECK_OK(rlv_fluid_add_emitter(fluid, box, up, &tap));
     tap.speed = 0.0f;
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_add_emitter(fluid, &tap, box, NULL), "speed");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_add_emitter(fluid, box, NULL, &tap), "speed");
     tap.speed = 1.0f;
     tap.end = -1.0;
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_add_emitter(fluid, &tap, box, NULL), "ends");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_add_emitter(fluid, box, NULL, &tap), "ends");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_add_sink(fluid, low, high, 2), "is_outside");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_set_budget(fluid, 1, 2), "stops");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_fill(fluid, (RlvMesh){0}, NULL, NULL, NULL), "mesh");

@@ -40,7 +40,7 @@ static RlvResult sync_document(uint64_t id) { return rlv_document_sync((RlvDocum
 static RlvResult compact(uint64_t id) { return rlv_document_compact((RlvContext){id}, "garbage.relievo", 0); }
 static RlvResult document_mesh(uint64_t id) { RlvMesh out; return rlv_document_mesh((RlvContext){id}, "garbage.relievo", &out); }
 static RlvResult transfer(uint64_t id) {
-    return rlv_document_transfer((RlvContext){id}, "garbage.relievo", (RlvMesh){id}, "b.relievo", NULL, NULL, NULL, NULL);
+    return rlv_document_transfer((RlvContext){id}, (RlvMesh){id}, "garbage.relievo", "b.relievo", NULL, NULL, NULL, NULL);
 }
 static RlvResult open_picture(uint64_t id) { RlvPicture out; return rlv_picture_open((RlvContext){id}, "garbage.relievo", &out); }
 static RlvResult retain_picture(uint64_t id) { return rlv_picture_retain((RlvPicture){id}); }
@@ -59,7 +59,7 @@ static RlvResult job_tessellate(uint64_t id) { RlvJob out; return rlv_job_tessel
 static RlvResult job_bake(uint64_t id) { RlvJob out; return rlv_job_bake((RlvDetail){id}, NULL, "a.exr", &out); }
 static RlvResult job_ptex_write(uint64_t id) { RlvJob out; return rlv_job_ptex_write((RlvDetail){id}, 0, "a.ptx", &out); }
 static RlvResult job_ptex_read(uint64_t id) { RlvJob out; return rlv_job_ptex_read((RlvDetail){id}, "a.ptx", NULL, &out); }
-static RlvResult job_transfer(uint64_t id) { RlvJob out; return rlv_job_transfer((RlvContext){id}, "a.relievo", (RlvMesh){id}, "b.relievo", NULL, &out); }
+static RlvResult job_transfer(uint64_t id) { RlvJob out; return rlv_job_transfer((RlvContext){id}, (RlvMesh){id}, "a.relievo", "b.relievo", NULL, &out); }
 static RlvResult retain_job(uint64_t id) { return rlv_job_retain((RlvJob){id}); }
 static RlvResult release_job(uint64_t id) { return rlv_job_release((RlvJob){id}); }
 static RlvResult poll_job(uint64_t id) { RlvJobInfo out = RLV_JOB_INFO_INIT; return rlv_job_poll((RlvJob){id}, &out); }
@@ -241,11 +241,11 @@ static void check_handles(RlvContext context, Objects objects) {
     for (size_t k = 0; k < sizeof FUNCTIONS / sizeof *FUNCTIONS; ++k) {
         for (int noun = 0; noun < NOUNS; ++noun) {
             if (noun != FUNCTIONS[k].noun) {
-                CHECK(FUNCTIONS[k].call(alive[noun]) == RLV_ERROR_INVALID && rlv_last_error()[0] != 0);
+                CHECK(FUNCTIONS[k].call(alive[noun]) == RLV_ERROR_INVALID && rlv_error_last()[0] != 0);
             }
         }
         for (size_t other = 0; other < sizeof others / sizeof *others; ++other) {
-            CHECK(FUNCTIONS[k].call(others[other]) == RLV_ERROR_INVALID && rlv_last_error()[0] != 0);
+            CHECK(FUNCTIONS[k].call(others[other]) == RLV_ERROR_INVALID && rlv_error_last()[0] != 0);
         }
     }
 }
@@ -390,7 +390,7 @@ static void check_sizes(RlvContext context, Objects objects) {
         CHECK_FAILS(RLV_ERROR_INVALID, rlv_layer_info(objects.detail, 0, &layer_info_out), "struct_size");
         CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_info(objects.document, &document), "struct_size");
         CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_undo(objects.document, &changes), "struct_size");
-        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_transfer(context, objects.path, (RlvMesh)RLV_NULL, "b.relievo", &options, NULL, NULL, NULL), "");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_document_transfer(context, (RlvMesh)RLV_NULL, objects.path, "b.relievo", &options, NULL, NULL, NULL), "");
         CHECK_FAILS(RLV_ERROR_INVALID, rlv_picture_info(objects.picture, &picture), "struct_size");
         CHECK_FAILS(RLV_ERROR_INVALID, rlv_picture_image(objects.picture, 0, &image), "struct_size");
         CHECK_FAILS(RLV_ERROR_INVALID, rlv_picture_meta(objects.picture, 0, &meta), "struct_size");

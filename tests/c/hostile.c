@@ -27,7 +27,7 @@ static size_t count_of(RlvFluid fluid) {
 static void check_bounded(RlvFluid fluid, RlvResult result, size_t count) {
     static float points[MOST][3], velocities[MOST][3];
     RlvFluidArrays arrays = RLV_FLUID_ARRAYS_INIT;
-    CHECK(result == RLV_OK || (result == RLV_ERROR_INVALID && rlv_last_error()[0] != 0));
+    CHECK(result == RLV_OK || (result == RLV_ERROR_INVALID && rlv_error_last()[0] != 0));
     CHECK(count_of(fluid) == count);
     arrays.capacity = MOST;
     arrays.points = points[0];
@@ -139,7 +139,7 @@ static void check_budget(RlvContext context, uint32_t solver) {
     tap.speed = 10.0f;
     for (uint32_t stops = 0; stops < 2; ++stops) {
         RlvFluid fluid = dam(context, solver);
-        CHECK_OK(rlv_fluid_add_emitter(fluid, &tap, (RlvMesh){0}, NULL));
+        CHECK_OK(rlv_fluid_add_emitter(fluid, (RlvMesh){0}, NULL, &tap));
         CHECK_OK(rlv_fluid_set_budget(fluid, DAM + MORE, stops));
         const RlvResult result = rlv_fluid_advance(fluid, 0.02, NULL, NULL, NULL);
         CHECK(result == (stops ? RLV_OK : RLV_ERROR_MEMORY));

@@ -209,14 +209,14 @@ int main(void) {
     RlvMesh plane = check_plane(context, 4, 4);
     CHECK_OK(rlv_document_create(points.detail, "job.relievo", 0, &document));
     CHECK_OK(rlv_document_release(document));
-    CHECK_OK(rlv_job_transfer(context, "job.relievo", plane, "job_to.relievo", NULL, &job));
+    CHECK_OK(rlv_job_transfer(context, plane, "job.relievo", "job_to.relievo", NULL, &job));
     CHECK_OK(rlv_job_wait(job, -1.0, NULL));
     CHECK_OK(rlv_job_transfer_report(job, &moved));
     CHECK(moved.layer_count == 1 && moved.uncovered_area == 0.0 && moved.area > 0.0);
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_ptex_report(job, &faces), "was not started for");
     CHECK_OK(rlv_job_release(job));
-    CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_job_transfer(context, "nowhere.relievo", plane, "job_to.relievo", NULL, &untouched), "nowhere");
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_transfer(context, "job.relievo", plane, NULL, NULL, &untouched), "to_path");
+    CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_job_transfer(context, plane, "nowhere.relievo", "job_to.relievo", NULL, &untouched), "nowhere");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_transfer(context, plane, "job.relievo", NULL, NULL, &untouched), "to_path");
     CHECK(remove("job.relievo") == 0 && remove("job_to.relievo") == 0);
     CHECK_OK(rlv_mesh_release(plane));
     CHECK_OK(rlv_mesh_release(ball));
@@ -230,7 +230,7 @@ int main(void) {
         CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_result(job), "uv");
         CHECK_OK(rlv_job_release(job));
     } else {
-        CHECK(result == RLV_ERROR_INVALID && strstr(rlv_last_error(), "uv") != NULL);
+        CHECK(result == RLV_ERROR_INVALID && strstr(rlv_error_last(), "uv") != NULL);
     }
 
     /* Garbage. */

@@ -165,7 +165,7 @@ static void check_kind(const Kind *kind, int is_task) {
 
 /* What follows the name of the function. */
 static const char *sentence(void) {
-    const char *found = strchr(rlv_last_error(), ' ');
+    const char *found = strchr(rlv_error_last(), ' ');
     return found == NULL ? "" : found;
 }
 

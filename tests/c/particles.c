@@ -17,7 +17,7 @@ static RlvResult add_box(uint64_t id) { return rlv_fluid_add_box((RlvFluid){id},
 static RlvResult remove_some(uint64_t id) { return rlv_fluid_remove((RlvFluid){id}, NULL, 0, 0, NULL); }
 static RlvResult set_walls(uint64_t id) { return rlv_fluid_set_walls((RlvFluid){id}, NULL, 0, 0); }
 static RlvResult set_basin(uint64_t id) { return rlv_fluid_set_basin((RlvFluid){id}, zero, three); }
-static RlvResult move_walls(uint64_t id) { return rlv_fluid_move_walls((RlvFluid){id}, NULL, 0, NULL, 0, 0); }
+static RlvResult move_walls(uint64_t id) { return rlv_fluid_set_wall_points((RlvFluid){id}, NULL, 0, 0, NULL, 0); }
 static RlvResult accelerate(uint64_t id) { return rlv_fluid_accelerate((RlvFluid){id}, NULL, 0, 0); }
 static RlvResult add_collider(uint64_t id) { uint32_t out; return rlv_fluid_add_collider((RlvFluid){id}, (RlvMesh){id}, NULL, NULL, &out); }
 static RlvResult move_collider(uint64_t id) { return rlv_fluid_move_collider((RlvFluid){id}, 0, NULL, NULL, 0, 0, 0); }
@@ -25,7 +25,7 @@ static RlvResult impulse(uint64_t id) { return rlv_fluid_impulse((RlvFluid){id},
 static RlvResult fill(uint64_t id) { return rlv_fluid_fill((RlvFluid){id}, (RlvMesh){id}, NULL, NULL, NULL); }
 static RlvResult add_emitter(uint64_t id) {
     RlvFluidEmitterOptions in = RLV_FLUID_EMITTER_OPTIONS_INIT;
-    return rlv_fluid_add_emitter((RlvFluid){id}, &in, (RlvMesh){0}, NULL);
+    return rlv_fluid_add_emitter((RlvFluid){id}, (RlvMesh){0}, NULL, &in);
 }
 static RlvResult add_sink(uint64_t id) { return rlv_fluid_add_sink((RlvFluid){id}, zero, three, 0); }
 static RlvResult add_sink_mesh(uint64_t id) { return rlv_fluid_add_sink_mesh((RlvFluid){id}, (RlvMesh){id}, NULL); }
@@ -133,7 +133,7 @@ static void check_sizes(RlvContext context, RlvFluid fluid, RlvIsosurface surfac
     RlvMesh box = check_box(context, 0.0f, 1.0f, 0.0f, 1.0f);
     uint32_t number = 77;
     CHECK_SIZES(RlvFluidColliderOptions, RLV_FLUID_COLLIDER_OPTIONS_INIT, rlv_fluid_add_collider(fluid, box, NULL, &given.known, &number));
-    CHECK_SIZES(RlvFluidEmitterOptions, RLV_FLUID_EMITTER_OPTIONS_INIT, rlv_fluid_add_emitter(fluid, &given.known, (RlvMesh){0}, NULL));
+    CHECK_SIZES(RlvFluidEmitterOptions, RLV_FLUID_EMITTER_OPTIONS_INIT, rlv_fluid_add_emitter(fluid, (RlvMesh){0}, NULL, &given.known));
     CHECK(rlv_fluid_add_collider(fluid, box, NULL, NULL, NULL) == RLV_ERROR_INVALID && number == 77);
     CHECK_OK(rlv_mesh_release(box));
     RlvFluidReport report = RLV_FLUID_REPORT_INIT;

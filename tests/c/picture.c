@@ -301,7 +301,7 @@ static void check_damage(RlvContext context, const char *path, const char *damag
             }
             CHECK_OK(rlv_picture_release(picture));
         } else {
-            CHECK(strlen(rlv_last_error()) > 0 && picture.id == 0);
+            CHECK(strlen(rlv_error_last()) > 0 && picture.id == 0);
         }
     }
     free(bytes);

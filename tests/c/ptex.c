@@ -108,11 +108,11 @@ int main(void) {
     for (size_t part = 0; part < 8; ++part) {
         damaged = fopen(paths[2], "wb");
         CHECK(damaged != NULL && fwrite(bytes, 1, count * part / 8, damaged) == count * part / 8 && fclose(damaged) == 0);
-        CHECK(rlv_ptex_read(copy, paths[2], NULL, NULL, NULL, NULL) != RLV_OK && strstr(rlv_last_error(), paths[2]) != NULL);
+        CHECK(rlv_ptex_read(copy, paths[2], NULL, NULL, NULL, NULL) != RLV_OK && strstr(rlv_error_last(), paths[2]) != NULL);
     }
     damaged = fopen(paths[2], "r+b");
     CHECK(damaged != NULL && fwrite("Qtex", 4, 1, damaged) == 1 && fclose(damaged) == 0);
-    CHECK(rlv_ptex_read(copy, paths[2], NULL, NULL, NULL, NULL) != RLV_OK && strstr(rlv_last_error(), paths[2]) != NULL);
+    CHECK(rlv_ptex_read(copy, paths[2], NULL, NULL, NULL, NULL) != RLV_OK && strstr(rlv_error_last(), paths[2]) != NULL);
     CHECK_FAILS(RLV_ERROR_NOT_FOUND, rlv_ptex_read(copy, "no/such.ptx", NULL, NULL, NULL, NULL), "no/such");
     CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_ptex_write(detail, RLV_CHANNEL_TRACES, paths[2], NULL, NULL), "traces");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_ptex_write(foreign, RLV_CHANNEL_COLOR, paths[2], NULL, NULL), "colours");

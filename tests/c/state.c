@@ -31,7 +31,7 @@ static RlvFluid basin(RlvContext context, uint32_t solver, float spacing) {
     tap.lifetime = 0.05f;
     tap.channels = &color;
     tap.channel_count = 1;
-    CHECK_OK(rlv_fluid_add_emitter(fluid, &tap, (RlvMesh){0}, NULL));
+    CHECK_OK(rlv_fluid_add_emitter(fluid, (RlvMesh){0}, NULL, &tap));
     return fluid;
 }
 

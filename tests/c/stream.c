@@ -176,7 +176,7 @@ int main(void) {
             CHECK(undo_count(document) == confirmed);
             CHECK_OK(rlv_document_release(document));
         } else {
-            CHECK(document.id == 77 && strstr(rlv_last_error(), "callback failed with") != NULL);
+            CHECK(document.id == 77 && strstr(rlv_error_last(), "callback failed with") != NULL);
         }
         CHECK(copy.closed == 1);
         CHECK_OK(rlv_detail_release(fresh));

@@ -153,6 +153,15 @@ int main() {
     CHECK(std::abs(samples.positions[1][0] - 2.0f) < 1e-5f);
     CHECK(surface.evaluate({}).positions.empty());
 
+    RlvSubdivisionOptions bilinear = RLV_SUBDIVISION_OPTIONS_INIT;
+    bilinear.scheme = RLV_SCHEME_BILINEAR;
+    const auto subdivision = relievo::Subdivision::create(context, moved, bilinear);
+    CHECK(subdivision.info().tile_count == 2 && subdivision.face_tiles(1).second == 1);
+    const auto center = subdivision.evaluate({{1, {0.5f, 0.5f}}});
+    CHECK(std::abs(center.positions[0][0] - 1.5f) < 1e-6f && std::abs(center.du[0][0] - 1.0f) < 1e-6f);
+    CHECK(subdivision.refine(1).info().face_count == 8);
+    CHECK(subdivision.evaluate({}).positions.empty());
+
     const auto caster = relievo::Caster::create(context, moved);
     const auto hits = caster.cast({{{1.5f, 0.5f, 3.0f}, {0, 0, -1}}, {{9, 9, 9}, {0, 0, -1}}});
     CHECK(hits[0].face == 1 && std::abs(hits[0].distance - 3.0f) < 1e-5f);

@@ -163,6 +163,60 @@ class Declarations(unittest.TestCase):
         self.assertEqual(sorted(listed), sorted(abi.FUNCTIONS))
 
 
+class Order(unittest.TestCase):
+    """Names and the order of parameters are one way everywhere, as `context.h` says; exceptions have no list."""
+
+    def test_functions_name_their_noun_and_take_parameters_in_one_order(self):
+        exceptions = []
+        texts = {}
+        for header in (ROOT / "include" / "relievo").glob("*.h"):
+            texts[header.stem] = re.sub(r"/\*.*?\*/", " ", header.read_text(), flags=re.S)
+        handle = re.compile(r"struct (Rlv\w+) \{\s*uint64_t id;\s*\}")
+        handles = {name for text in texts.values() for name in handle.findall(text)}
+        callbacks = {name for text in texts.values() for name in re.findall(r"\(\*(Rlv\w+)\)\(void \*user", text)}
+        self.assertGreater(len(handles), 30)
+        found = 0
+        for header, text in texts.items():
+            nouns = [header] + [re.sub(r"(?<!^)([A-Z])", r"_\1", name[3:]).lower() for name in handle.findall(text)]
+            for name, parameters in re.findall(r"RLV_API[^;(]*\b(rlv_\w+)\(([^;]*)\);", text):
+                found += 1
+                if not f"{name}_".startswith(tuple(f"rlv_{noun}_" for noun in nouns)):
+                    exceptions.append(f"{name}: it names none of {nouns}")
+                given = [re.fullmatch(r"(.*?)(\w+)", " ".join(one.split())).groups() for one in parameters.split(",")]
+                kinds = [kind.strip() for kind, _ in given]
+                names = [one for _, one in given]
+                for at, (kind, one) in enumerate(zip(kinds, names)):
+                    before = kinds[at - 1] if at else ""
+                    if kind in handles and any(other not in handles for other in kinds[:at]):
+                        exceptions.append(f"{name}: {one} is a handle behind other parameters")
+                    made = kind.removesuffix("*").strip() in handles and kind.endswith("*") and not kind.startswith("const")
+                    if made and (one != "out" or at + 1 < len(kinds)):
+                        exceptions.append(f"{name}: {one} is a new handle, but not out at the end")
+                    if one.endswith("capacity") and "*" not in before:
+                        exceptions.append(f"{name}: {one} is not behind its array")
+                    counts = ("count", "capacity", "stride")
+                    if one.endswith("stride") and "*" not in before and not names[at - 1].endswith(counts):
+                        exceptions.append(f"{name}: {one} is not behind its array or its count")
+                    if one == "count" and kind == "size_t" and "*" not in before and names[at - 1] != "first":
+                        exceptions.append(f"{name}: {one} is neither behind its array nor behind first")
+                    if one == "user" and before not in callbacks:
+                        exceptions.append(f"{name}: {one} is not behind its callback")
+                    # Several callbacks in a row have one user.
+                    behind = next((names[k] for k in range(at + 1, len(kinds)) if kinds[k] not in callbacks), None)
+                    if kind in callbacks and behind != "user":
+                        exceptions.append(f"{name}: {one} has no user behind it")
+        self.assertGreater(found, 500)
+        self.assertEqual(exceptions, [])
+
+    def test_every_handle_is_retained_and_released(self):
+        for kind in structs():
+            if [name for name, *_ in kind._fields_] == ["id"]:
+                noun = re.sub(r"(?<!^)([A-Z])", r"_\1", kind.__name__[3:]).lower()
+                for verb in ("retain", "release"):
+                    _, parameters = abi.FUNCTIONS[f"rlv_{noun}_{verb}"]
+                    self.assertEqual([one for _, one in parameters], [kind], noun)
+
+
 class Package(unittest.TestCase):
     """What is written by hand: every module but the declarations."""
 
@@ -213,7 +267,7 @@ class Coverage(unittest.TestCase):
                     called.add(node.attr)
             nouns |= set(re.findall(r'noun, kind = "(\w+)"', path.read_text()))
         called |= {f"rlv_{noun}_release" for noun in nouns}
-        wanted = {name for name in abi.FUNCTIONS if not name.endswith("_retain")} - {"rlv_last_error"}
+        wanted = {name for name in abi.FUNCTIONS if not name.endswith("_retain")} - {"rlv_error_last"}
         self.assertEqual(sorted(wanted - called), [])
 
 

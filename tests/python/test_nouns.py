@@ -437,6 +437,32 @@ class Surfaces(unittest.TestCase):
         self.assertEqual(surface.info.tile_count, len(corners) // 3)
 
 
+class Subdivisions(unittest.TestCase):
+    def test_schemes_and_primvars(self):
+        context = rl.Context(threads=1)
+        points = [[0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0]]
+        cage = rl.Mesh(context, points, [0, 1, 2, 3], 4)
+        cage.add_attribute("heat", [0.0, 10.0, 20.0, 10.0], "point")
+        square = rl.Subdivision(context, cage, scheme="bilinear", face_varying="all")
+        self.assertEqual((square.info.tile_count, square.face_tiles(0)), (1, range(0, 1)))
+        found = square.evaluate([0], [[0.25, 0.5]], ["values", "du", "duv"])
+        numpy.testing.assert_allclose(found["values"], [[0.25, 0.5, 0.125]], atol=1e-6)
+        numpy.testing.assert_allclose(found["du"], [[1, 0, 0.5]], atol=1e-6)
+        numpy.testing.assert_allclose(found["duv"], [[0, 0, 1]], atol=1e-5)
+        heat = square.evaluate([0], [[0.25, 0.5]], attribute="heat", rule="varying")["values"]
+        numpy.testing.assert_allclose(heat, [[7.5]], atol=1e-5)
+        square.set_points(numpy.add(points, [0, 0, 2]))
+        self.assertEqual(square.refine(2).info.low[2], 2.0)
+        with self.assertRaises(rl.NotFound):
+            square.evaluate([0], [[0, 0]], attribute="st")
+        with self.assertRaisesRegex(rl.Unsupported, "Loop"):
+            rl.Subdivision(context, cage, scheme="loop")
+        with self.assertRaisesRegex(rl.Invalid, "scheme"):
+            rl.Subdivision(context, cage, scheme="kobbelt")
+        with self.assertRaisesRegex(rl.Invalid, "normals"):
+            square.evaluate([0], [[0, 0]], ["normals"])
+
+
 class Beziers(unittest.TestCase):
     def setUp(self):
         self.context = rl.Context(threads=1)

@@ -71,6 +71,7 @@ from .procedural import Procedural
 from .progressive import Progressive
 from .shader import Shader, ShaderExamples
 from .stroke import Stroke
+from .subdivision import Subdivision
 from .surface import Surface
 from .tessellation import Tessellation
 from .tissue import Tissue, TissueSimulation

@@ -83,11 +83,13 @@ class RlvType(IntEnum):
 class RlvBoundary(IntEnum):
     EDGES_AND_CORNERS = 0
     EDGES = 1
+    NONE = 2
 
 
 class RlvSurfaceKind(IntEnum):
     CATMULL_CLARK = 0
     TRIANGLES = 1
+    BILINEAR = 2
 
 
 class RlvChannel(IntEnum):
@@ -446,6 +448,36 @@ class RlvShaderMode(IntEnum):
     MASK = 2
     CLASSIFY_VERTEX = 3
     VERTICES = 4
+
+
+class RlvScheme(IntEnum):
+    CATMULL_CLARK = 0
+    LOOP = 1
+    BILINEAR = 2
+
+
+class RlvFaceVarying(IntEnum):
+    NONE = 0
+    CORNERS_ONLY = 1
+    CORNERS_PLUS_1 = 2
+    CORNERS_PLUS_2 = 3
+    BOUNDARIES = 4
+    ALL = 5
+
+
+class RlvCreasing(IntEnum):
+    UNIFORM = 0
+    CHAIKIN = 1
+
+
+class RlvTriangleRule(IntEnum):
+    CATMULL_CLARK = 0
+    SMOOTH = 1
+
+
+class RlvPointRule(IntEnum):
+    VERTEX = 0
+    VARYING = 1
 
 
 class c_float_p(c_void_p):
@@ -3109,6 +3141,59 @@ class RlvShaderExamples(Structure):
     ]
 
 
+class RlvSubdivision(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvSubdivisionOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("scheme", c_uint32),
+        ("boundary", c_uint32),
+        ("face_varying", c_uint32),
+        ("creasing", c_uint32),
+        ("triangle_rule", c_uint32),
+        ("isolation", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvSubdivisionInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("scheme", c_uint32),
+        ("point_count", c_size_t),
+        ("face_count", c_size_t),
+        ("tile_count", c_size_t),
+    ]
+
+
+class RlvSubdivisionArrays(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("point_rule", c_uint32),
+        ("count", c_size_t),
+        ("tiles", c_uint32_p),
+        ("tile_stride", c_size_t),
+        ("uvs", c_float_p),
+        ("uv_stride", c_size_t),
+        ("values", c_float_p),
+        ("value_stride", c_size_t),
+        ("du", c_float_p),
+        ("du_stride", c_size_t),
+        ("dv", c_float_p),
+        ("dv_stride", c_size_t),
+        ("duu", c_float_p),
+        ("duu_stride", c_size_t),
+        ("duv", c_float_p),
+        ("duv_stride", c_size_t),
+        ("dvv", c_float_p),
+        ("dvv_stride", c_size_t),
+    ]
+
+
 INIT = {
     RlvError: (ctypes.sizeof(RlvError), 0, None, None, None, None, 0, 0, 0,),
     RlvContextOptions: (ctypes.sizeof(RlvContextOptions), 0, 0, 0, 0, 0, None, (0,), None, None, None,),
@@ -3259,12 +3344,15 @@ INIT = {
     RlvShaderLayout: (ctypes.sizeof(RlvShaderLayout), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvShaderFeature: (ctypes.sizeof(RlvShaderFeature), 0, (0,), (0,), (0,),),
     RlvShaderExamples: (ctypes.sizeof(RlvShaderExamples), 0, 0, None, 0, None, 0, 2.0, 0,),
+    RlvSubdivisionOptions: (ctypes.sizeof(RlvSubdivisionOptions), 0, 0, 1, 0, 0, 0, 0,),
+    RlvSubdivisionInfo: (ctypes.sizeof(RlvSubdivisionInfo), 0, 0, 0, 0,),
+    RlvSubdivisionArrays: (ctypes.sizeof(RlvSubdivisionArrays), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
 }
 
 # Every function: what it returns, and the names and types of what it takes.
 FUNCTIONS = {
     "rlv_version": (c_uint32, []),
-    "rlv_last_error": (c_char_p, []),
+    "rlv_error_last": (c_char_p, []),
     "rlv_error_get": (RlvResult, [("out", POINTER(RlvError))]),
     "rlv_context_create": (RlvResult, [("options", POINTER(RlvContextOptions)), ("out", POINTER(RlvContext))]),
     "rlv_context_retain": (RlvResult, [("context", RlvContext)]),
@@ -3570,7 +3658,7 @@ FUNCTIONS = {
     "rlv_document_compact": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("keep", c_size_t)]),
     "rlv_document_mesh": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvMesh))]),
     "rlv_document_mesh_bytes": (RlvResult, [("context", RlvContext), ("bytes", c_uint8_p), ("size", c_size_t), ("out", POINTER(RlvMesh))]),
-    "rlv_document_transfer": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("to", RlvMesh), ("to_path", c_char_p), ("options", POINTER(RlvTransferOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvTransferReport))]),
+    "rlv_document_transfer": (RlvResult, [("context", RlvContext), ("mesh", RlvMesh), ("path", c_char_p), ("to_path", c_char_p), ("options", POINTER(RlvTransferOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvTransferReport))]),
     "rlv_fluid_create": (RlvResult, [("context", RlvContext), ("options", POINTER(RlvFluidOptions)), ("out", POINTER(RlvFluid))]),
     "rlv_fluid_retain": (RlvResult, [("fluid", RlvFluid)]),
     "rlv_fluid_release": (RlvResult, [("fluid", RlvFluid)]),
@@ -3578,7 +3666,7 @@ FUNCTIONS = {
     "rlv_fluid_add": (RlvResult, [("fluid", RlvFluid), ("particles", POINTER(RlvFluidParticles))]),
     "rlv_fluid_add_box": (RlvResult, [("fluid", RlvFluid), ("low", c_float_p), ("high", c_float_p), ("velocity", c_float_p)]),
     "rlv_fluid_fill": (RlvResult, [("fluid", RlvFluid), ("mesh", RlvMesh), ("matrix", c_double_p), ("velocity", c_float_p), ("added", c_size_t_p)]),
-    "rlv_fluid_add_emitter": (RlvResult, [("fluid", RlvFluid), ("options", POINTER(RlvFluidEmitterOptions)), ("mesh", RlvMesh), ("matrix", c_double_p)]),
+    "rlv_fluid_add_emitter": (RlvResult, [("fluid", RlvFluid), ("mesh", RlvMesh), ("matrix", c_double_p), ("options", POINTER(RlvFluidEmitterOptions))]),
     "rlv_fluid_add_sink": (RlvResult, [("fluid", RlvFluid), ("low", c_float_p), ("high", c_float_p), ("is_outside", c_uint32)]),
     "rlv_fluid_add_sink_mesh": (RlvResult, [("fluid", RlvFluid), ("mesh", RlvMesh), ("matrix", c_double_p)]),
     "rlv_fluid_clear_sources": (RlvResult, [("fluid", RlvFluid)]),
@@ -3587,7 +3675,7 @@ FUNCTIONS = {
     "rlv_fluid_remove": (RlvResult, [("fluid", RlvFluid), ("numbers", c_uint32_p), ("count", c_size_t), ("stride", c_size_t), ("removed", c_size_t_p)]),
     "rlv_fluid_set_walls": (RlvResult, [("fluid", RlvFluid), ("points", c_float_p), ("count", c_size_t), ("stride", c_size_t)]),
     "rlv_fluid_set_basin": (RlvResult, [("fluid", RlvFluid), ("low", c_float_p), ("high", c_float_p)]),
-    "rlv_fluid_move_walls": (RlvResult, [("fluid", RlvFluid), ("points", c_float_p), ("stride", c_size_t), ("velocities", c_float_p), ("velocity_stride", c_size_t), ("count", c_size_t)]),
+    "rlv_fluid_set_wall_points": (RlvResult, [("fluid", RlvFluid), ("points", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("velocities", c_float_p), ("velocity_stride", c_size_t)]),
     "rlv_fluid_add_collider": (RlvResult, [("fluid", RlvFluid), ("mesh", RlvMesh), ("matrix", c_double_p), ("options", POINTER(RlvFluidColliderOptions)), ("out", c_uint32_p)]),
     "rlv_fluid_move_collider": (RlvResult, [("fluid", RlvFluid), ("collider", c_uint32), ("from", c_float_p), ("to", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("seconds", c_float)]),
     "rlv_fluid_impulse": (RlvResult, [("fluid", RlvFluid), ("collider", c_uint32), ("linear", c_double_p), ("angular", c_double_p)]),
@@ -3690,7 +3778,7 @@ FUNCTIONS = {
     "rlv_tissue_get_set": (RlvResult, [("tissue", RlvTissue), ("index", c_uint32), ("nodes", c_uint32_p), ("count", c_size_t)]),
     "rlv_tissue_add_set": (RlvResult, [("tissue", RlvTissue), ("name", c_char_p), ("low", c_float_p), ("high", c_float_p), ("out", c_uint32_p)]),
     "rlv_tissue_hold": (RlvResult, [("tissue", RlvTissue), ("nodes", c_uint32_p), ("count", c_size_t), ("stride", c_size_t), ("axes", c_uint32)]),
-    "rlv_tissue_bind": (RlvResult, [("tissue", RlvTissue), ("name", c_char_p), ("mesh", RlvMesh), ("out", c_uint32_p)]),
+    "rlv_tissue_bind": (RlvResult, [("tissue", RlvTissue), ("mesh", RlvMesh), ("name", c_char_p), ("out", c_uint32_p)]),
     "rlv_tissue_simulate": (RlvResult, [("tissue", RlvTissue), ("options", POINTER(RlvTissueOptions)), ("out", POINTER(RlvTissueSimulation))]),
     "rlv_tissue_simulation_retain": (RlvResult, [("simulation", RlvTissueSimulation)]),
     "rlv_tissue_simulation_release": (RlvResult, [("simulation", RlvTissueSimulation)]),
@@ -3719,7 +3807,7 @@ FUNCTIONS = {
     "rlv_job_bake": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvBakeOptions)), ("path", c_char_p), ("out", POINTER(RlvJob))]),
     "rlv_job_ptex_write": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("path", c_char_p), ("out", POINTER(RlvJob))]),
     "rlv_job_ptex_read": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("options", POINTER(RlvPtexOptions)), ("out", POINTER(RlvJob))]),
-    "rlv_job_transfer": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("to", RlvMesh), ("to_path", c_char_p), ("options", POINTER(RlvTransferOptions)), ("out", POINTER(RlvJob))]),
+    "rlv_job_transfer": (RlvResult, [("context", RlvContext), ("mesh", RlvMesh), ("path", c_char_p), ("to_path", c_char_p), ("options", POINTER(RlvTransferOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_progressive": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvProgressiveOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_simplify": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvSimplifyOptions)), ("out", POINTER(RlvJob))]),
     "rlv_job_repair": (RlvResult, [("mesh", RlvMesh), ("settings", POINTER(RlvRepairSettings)), ("out", POINTER(RlvJob))]),
@@ -3797,4 +3885,12 @@ FUNCTIONS = {
     "rlv_shader_pack_examples": (RlvResult, [("examples", POINTER(RlvShaderExamples)), ("mode", c_uint32), ("x", c_uint32), ("y", c_uint32), ("words", c_uint32_p), ("capacity", c_size_t), ("count", c_size_t_p)]),
     "rlv_shader_unpack_log": (RlvResult, [("shader", RlvShader), ("words", c_uint32_p), ("count", c_size_t), ("vector", c_float_p), ("capacity", c_size_t), ("taken", c_uint32_p)]),
     "rlv_shader_membership": (RlvResult, [("examples", POINTER(RlvShaderExamples)), ("vectors", c_float_p), ("count", c_size_t), ("stride", c_size_t), ("out", c_float_p)]),
+    "rlv_subdivision_create": (RlvResult, [("context", RlvContext), ("cage", RlvMesh), ("options", POINTER(RlvSubdivisionOptions)), ("out", POINTER(RlvSubdivision))]),
+    "rlv_subdivision_retain": (RlvResult, [("subdivision", RlvSubdivision)]),
+    "rlv_subdivision_release": (RlvResult, [("subdivision", RlvSubdivision)]),
+    "rlv_subdivision_info": (RlvResult, [("subdivision", RlvSubdivision), ("out", POINTER(RlvSubdivisionInfo))]),
+    "rlv_subdivision_set_points": (RlvResult, [("subdivision", RlvSubdivision), ("points", c_float_p), ("count", c_size_t), ("stride", c_size_t)]),
+    "rlv_subdivision_face_tiles": (RlvResult, [("subdivision", RlvSubdivision), ("face", c_uint32), ("first", c_uint32_p), ("count", c_uint32_p)]),
+    "rlv_subdivision_evaluate": (RlvResult, [("subdivision", RlvSubdivision), ("attribute", c_char_p), ("arrays", POINTER(RlvSubdivisionArrays))]),
+    "rlv_subdivision_refine": (RlvResult, [("subdivision", RlvSubdivision), ("level", c_uint32), ("out", POINTER(RlvMesh))]),
 }

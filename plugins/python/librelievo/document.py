@@ -148,7 +148,7 @@ def transfer_arguments(path: Any, to: Any, to_path: Any, source: Any, reach: Any
     options.reach = reach
     if source is not None:
         setattr(options, "from", held(source, "source"))
-    return (path_bytes(path), held(to, "to"), path_bytes(to_path), ctypes.byref(options))
+    return (held(to, "to"), path_bytes(path), path_bytes(to_path), ctypes.byref(options))
 
 
 def transfer(

@@ -120,7 +120,7 @@ class Fluid(Handle):
         handle = abi.RlvMesh() if mesh is None else held(mesh, "mesh")
         entries, _kept = set_channels({name: numpy.reshape(value, (1, -1)) for name, value in (channels or {}).items()})
         told.channels, told.channel_count = entries, len(entries)
-        library.call("rlv_fluid_add_emitter", self.handle, ctypes.byref(told), handle, address(placed))
+        library.call("rlv_fluid_add_emitter", self.handle, handle, address(placed), ctypes.byref(told))
 
     def add_sink(self, low: ArrayLike, high: ArrayLike, is_outside: bool = False) -> None:
         """Takes away particles in a box, or those that are not."""
@@ -170,8 +170,8 @@ class Fluid(Handle):
         velocities = Reading(velocities, numpy.float32, 3, "velocities")
         if points.count != velocities.count:
             raise Invalid(f"velocities: there are {velocities.count} for {points.count} points")
-        given = (points.address, points.stride, velocities.address, velocities.stride, points.count)
-        library.call("rlv_fluid_move_walls", self.handle, *given)
+        given = (points.address, points.count, points.stride, velocities.address, velocities.stride)
+        library.call("rlv_fluid_set_wall_points", self.handle, *given)
 
     def add_collider(self, mesh: Mesh, matrix: ArrayLike | None = None, **options: Any) -> Any:
         """Adds a mesh that fluid does not pass, and returns its number; options are the fields of

@@ -37,7 +37,7 @@ class Surface(Handle):
     noun, kind = "surface", abi.RlvSurface
 
     def __init__(self, context: Context, cage: Mesh, **options: Any) -> None:
-        """Options are the fields of `abi.RlvSurfaceOptions`: kind ("catmull_clark" or "triangles"), boundary, isolation,
+        """Options are the fields of `abi.RlvSurfaceOptions`: kind ("catmull_clark", "triangles" or "bilinear"), boundary, isolation,
         patch_limit."""
         super().__init__("rlv_surface_create", held(context, "context"), held(cage, "cage"), surface_options(options))
 

@@ -285,7 +285,7 @@ class Tissue(Handle):
     def bind(self, name: str, mesh: Mesh | None) -> int:
         """Binds a mesh to the elements, and returns its index."""
         index = ctypes.c_uint32()
-        library.call("rlv_tissue_bind", self.handle, text_bytes(name), held(mesh, "mesh"), address_of(index))
+        library.call("rlv_tissue_bind", self.handle, held(mesh, "mesh"), text_bytes(name), address_of(index))
         return index.value
 
     def simulate(self, **options: Any) -> TissueSimulation:

@@ -41,6 +41,8 @@ entry! {
         // SAFETY: the caller gives room for `capacity` rows, or NULL to ask for the count alone.
         let out = unsafe { Output::optional("adapters", adapters, capacity, 0) }?;
         let found = self::adapters();
+        // SAFETY: checked above.
+        unsafe { put(count, found.len()) };
         if let Some(out) = out {
             out.holds("adapters", found.len())?.fill(found.iter().map(|it| RlvAdapterInfo {
                 kind: match it.kind {
@@ -57,8 +59,6 @@ entry! {
                 driver: fixed(&it.driver),
             }));
         }
-        // SAFETY: checked above.
-        unsafe { put(count, found.len()) };
         Ok(())
     }
 }

@@ -121,6 +121,8 @@ entry! {
         // SAFETY: the caller gives room for `capacity` rows, or NULL to ask for the count alone.
         let out = unsafe { Output::optional("formats", formats, capacity, 0) }?;
         let found = self::formats();
+        // SAFETY: checked above.
+        unsafe { put(count, found.len()) };
         if let Some(out) = out {
             out.holds("formats", found.len())?.fill(found.iter().map(|(content, extension, can)| RlvCapabilityFormat {
                 content: *content,
@@ -130,8 +132,6 @@ entry! {
                 extension: fixed(extension),
             }));
         }
-        // SAFETY: checked above.
-        unsafe { put(count, found.len()) };
         Ok(())
     }
 }

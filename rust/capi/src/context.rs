@@ -310,13 +310,13 @@ entry! {
         let stats = unsafe { Output::optional("stats", stats, capacity, 0) }?;
         let object = registry::get(context)?;
         let totals = object.settle();
+        // SAFETY: checked above.
+        unsafe { put(count, totals.len()) };
         if let Some(stats) = stats {
             stats.holds("stats", totals.len())?.fill(totals.iter().map(|((stage, quantity), (total, samples))| {
                 RlvContextStat { stage: fixed(stage), quantity: fixed(quantity), total: *total, samples: *samples }
             }));
         }
-        // SAFETY: checked above.
-        unsafe { put(count, totals.len()) };
         Ok(())
     }
 

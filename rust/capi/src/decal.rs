@@ -724,11 +724,11 @@ entry! {
             (pixels(image, [width, height], u64::MAX)?, out)
         };
         let found = Sticker::of_alpha(&image, &Contour { level, tolerance })?.corners();
+        // SAFETY: checked above.
+        unsafe { put(count, found.len()) };
         if let Some(out) = out {
             out.holds("corners", found.len())?.fill(found.iter().copied());
         }
-        // SAFETY: checked above.
-        unsafe { put(count, found.len()) };
         Ok(())
     }
 

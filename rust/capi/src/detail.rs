@@ -661,12 +661,12 @@ entry! {
         present("count", count)?;
         let view = registry::get(detail)?.view();
         let changed = &view.changed;
+        // SAFETY: checked above.
+        unsafe { put(count, changed.len()) };
         // SAFETY: the caller promises room for `capacity` tiles, or NULL to ask for the number alone.
         if let Some(out) = unsafe { Output::optional("tiles", tiles, capacity, 0) }? {
             out.holds("tiles", changed.len())?.fill(changed.iter().copied());
         }
-        // SAFETY: checked above.
-        unsafe { put(count, changed.len()) };
         Ok(())
     }
 
@@ -674,12 +674,12 @@ entry! {
         present("count", count)?;
         let object = registry::get(detail)?;
         let refused = object.refused.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        // SAFETY: checked above.
+        unsafe { put(count, refused.len()) };
         // SAFETY: the caller promises room for `capacity` faces, or NULL to ask for the number alone.
         if let Some(out) = unsafe { Output::optional("faces", faces, capacity, 0) }? {
             out.holds("faces", refused.len())?.fill(refused.iter().copied());
         }
-        // SAFETY: checked above.
-        unsafe { put(count, refused.len()) };
         Ok(())
     }
 

@@ -191,8 +191,8 @@ impl Transfer {
     /// # Safety
     /// The paths are NUL-terminated texts, `options` is NULL or a descriptor that starts with its size.
     pub unsafe fn read(
+        mesh: RlvMesh,
         path: *const c_char,
-        to: RlvMesh,
         to_path: *const c_char,
         options: *const RlvTransferOptions,
     ) -> Result<Self> {
@@ -201,10 +201,10 @@ impl Transfer {
         let (path, to_path, given) = unsafe {
             (text("path", path)?.to_owned(), PathBuf::from(text("to_path", to_path)?), read_optional(options, none)?)
         };
-        let mesh = |handle: RlvMesh| -> Result<Mesh> { Ok(try_read(&registry::get(handle)?.mesh, "mesh")?.clone()) };
-        let from = if given.from.id == 0 { None } else { Some(mesh(given.from)?) };
+        let copy = |handle: RlvMesh| -> Result<Mesh> { Ok(try_read(&registry::get(handle)?.mesh, "mesh")?.clone()) };
+        let from = if given.from.id == 0 { None } else { Some(copy(given.from)?) };
         let reach = (given.reach != 0.0).then_some(given.reach);
-        Ok(Self { path, to_path, from, to: mesh(to)?, reach })
+        Ok(Self { path, to_path, from, to: copy(mesh)?, reach })
     }
 
     /// Writes the document of the other mesh.
@@ -481,8 +481,8 @@ entry! {
 
     fn rlv_document_transfer(
         context: RlvContext,
+        mesh: RlvMesh,
         path: *const c_char,
-        to: RlvMesh,
         to_path: *const c_char,
         options: *const RlvTransferOptions,
         progress: RlvProgress,
@@ -493,7 +493,7 @@ entry! {
         // SAFETY: the caller gives NUL-terminated texts, and NULL or descriptors that start with their size.
         let transfer = unsafe {
             check_optional(report)?;
-            Transfer::read(path, to, to_path, options)?
+            Transfer::read(mesh, path, to_path, options)?
         };
         let done = transfer.run(&context, &mut HostProgress { callback: progress, user })?;
         // SAFETY: as above.

@@ -112,7 +112,7 @@ pub fn remember(failure: Error) -> RlvResult {
 }
 
 #[unsafe(no_mangle)]
-pub extern "C" fn rlv_last_error() -> *const c_char {
+pub extern "C" fn rlv_error_last() -> *const c_char {
     // The text lives until this thread's next failure; C reads it before.
     LAST.try_with(|last| last.borrow().message.as_ptr()).unwrap_or(c"".as_ptr())
 }

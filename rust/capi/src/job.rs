@@ -428,8 +428,8 @@ entry! {
 
     fn rlv_job_transfer(
         context: RlvContext,
+        mesh: RlvMesh,
         path: *const c_char,
-        to: RlvMesh,
         to_path: *const c_char,
         options: *const RlvTransferOptions,
         out: *mut RlvJob,
@@ -437,7 +437,7 @@ entry! {
         present("out", out)?;
         let context = registry::get(context)?;
         // SAFETY: the caller gives NUL-terminated texts, and NULL or a descriptor that starts with its size.
-        let transfer = unsafe { Transfer::read(path, to, to_path, options) }?;
+        let transfer = unsafe { Transfer::read(mesh, path, to_path, options) }?;
         let job = start(&context.clone(), RLV_JOB_KIND_TRANSFER_REPORT, move |progress| {
             transfer.run(&context, progress).map(Product::Transfer)
         })?;

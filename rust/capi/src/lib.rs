@@ -67,6 +67,7 @@ pub mod shape;
 pub mod simplify;
 pub mod stream;
 pub mod stroke;
+pub mod subdivision;
 pub mod surface;
 pub mod tessellate;
 pub mod tissue;

@@ -22,7 +22,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-pub const NOUNS: [&str; 35] = [
+pub const NOUNS: [&str; 36] = [
     "nothing",
     "context",
     "mesh",
@@ -58,6 +58,7 @@ pub const NOUNS: [&str; 35] = [
     "crowd model",
     "crowd",
     "bytes",
+    "subdivision",
 ];
 
 /// Defines the handle type of a noun.

@@ -405,12 +405,12 @@ entry! {
             }
         };
         let packed = classes.words(mode);
+        // SAFETY: checked above.
+        unsafe { put(count, packed.len()) };
         // SAFETY: the caller gives room for `capacity` words, or NULL to ask for the count alone.
         if let Some(out) = unsafe { Output::optional("words", words, capacity, 0) }? {
             out.holds("words", packed.len())?.fill(packed.iter().copied());
         }
-        // SAFETY: checked above.
-        unsafe { put(count, packed.len()) };
         Ok(())
     }
 

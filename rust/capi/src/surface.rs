@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
 use glam::Vec3;
 use relievo_core::{Error, Mesh, Result};
+use relievo_surface::subdivision::{sharpened, without_boundary};
 use relievo_surface::{BoundaryRule, Surface, SurfaceOptions, TriangleSurface};
 
 use crate::array::{Input, present, put};
@@ -21,8 +22,10 @@ constants! {
     u32:
     RLV_BOUNDARY_EDGES_AND_CORNERS = 0,
     RLV_BOUNDARY_EDGES = 1,
+    RLV_BOUNDARY_NONE = 2,
     RLV_SURFACE_CATMULL_CLARK = 0,
     RLV_SURFACE_TRIANGLES = 1,
+    RLV_SURFACE_BILINEAR = 2,
 }
 
 descriptor! {
@@ -109,7 +112,7 @@ pub unsafe fn create(
     // SAFETY: promised by the caller.
     let given = unsafe { read_optional(options, default) }?;
     let boundary = match given.boundary {
-        RLV_BOUNDARY_EDGES_AND_CORNERS => BoundaryRule::EdgesAndCorners,
+        RLV_BOUNDARY_EDGES_AND_CORNERS | RLV_BOUNDARY_NONE => BoundaryRule::EdgesAndCorners,
         RLV_BOUNDARY_EDGES => BoundaryRule::Edges,
         other => {
             return Err(Error::invalid(format!("{other} is no boundary rule"))
@@ -130,18 +133,23 @@ pub unsafe fn create(
         options.patch_limit = given.patch_limit;
     }
     let kind = given.kind;
-    if kind != RLV_SURFACE_CATMULL_CLARK && kind != RLV_SURFACE_TRIANGLES {
+    if ![RLV_SURFACE_CATMULL_CLARK, RLV_SURFACE_TRIANGLES, RLV_SURFACE_BILINEAR].contains(&kind) {
         return Err(Error::invalid(format!("{kind} is no kind of surface"))
             .at("kind")
-            .advise("use RLV_SURFACE_CATMULL_CLARK or RLV_SURFACE_TRIANGLES"));
+            .advise("use an RLV_SURFACE_ value"));
     }
     Ok(Making::new(context.clone(), move |progress| {
-        let mesh = try_read(&mesh_object.mesh, "mesh")?;
+        let mut mesh = try_read(&mesh_object.mesh, "mesh")?.clone();
         progress.step(0.0, STAGE)?;
+        if kind == RLV_SURFACE_BILINEAR {
+            mesh = sharpened(&mesh);
+        }
+        if kind != RLV_SURFACE_TRIANGLES && given.boundary == RLV_BOUNDARY_NONE {
+            mesh = without_boundary(&mesh);
+        }
         let (shape, note) = shape_of(&context, &mesh, kind, &options)?;
         progress.step(0.9, STAGE)?;
-        let cage = Arc::new(mesh.clone());
-        drop(mesh);
+        let cage = Arc::new(mesh);
         progress.step(1.0, STAGE)?;
         let pose = RwLock::new(Pose { shape, points: cage.points.as_slice().into() });
         let log = context.clone();

@@ -585,12 +585,12 @@ entry! {
         present("count", count)?;
         let object = registry::get(tessellation)?;
         let kept = try_read(&object.kept, "tessellation")?;
+        // SAFETY: checked above.
+        unsafe { put(count, kept.ranges.len()) };
         // SAFETY: the caller promises room for `capacity` pairs, or NULL to ask for the number alone.
         if let Some(out) = unsafe { Output::<[u32; 2]>::optional("ranges", ranges.cast(), capacity, 0) }? {
             out.holds("ranges", kept.ranges.len())?.fill(kept.ranges.iter().copied());
         }
-        // SAFETY: checked above.
-        unsafe { put(count, kept.ranges.len()) };
         Ok(())
     }
 

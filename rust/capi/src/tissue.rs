@@ -421,7 +421,7 @@ entry! {
         Ok(())
     }
 
-    fn rlv_tissue_bind(tissue: RlvTissue, name: *const c_char, mesh: RlvMesh, out: *mut u32) {
+    fn rlv_tissue_bind(tissue: RlvTissue, mesh: RlvMesh, name: *const c_char, out: *mut u32) {
         let object = registry::get(tissue)?;
         let mesh = registry::get(mesh)?;
         // SAFETY: the caller gives a NUL-terminated text.

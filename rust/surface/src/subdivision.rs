@@ -3,9 +3,12 @@
 //!
 //! The surfaces that hold detail are those of [`crate::Surface`]; these are evaluated by OpenSubdiv itself.
 
+use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 use std::sync::Arc;
 
-use relievo_core::{Attribute, Context, Domain, Error, ErrorKind, Mesh, Parts, Result, Values};
+use relievo_core::mesh::INFINITE_SHARPNESS;
+use relievo_core::{Attribute, Context, Crease, Domain, Error, ErrorKind, Mesh, Parts, Result, Values};
 pub use relievo_opensubdiv::subdivision::{Boundary, FaceVarying, Rules, Scheme};
 use relievo_opensubdiv::subdivision::{self as native, Channel, Interpolation, Spot};
 
@@ -109,6 +112,12 @@ impl Subdivision {
     /// Number of tiles: one for each triangle under Loop and for each quad, n for every other face.
     pub fn tile_count(&self) -> usize {
         self.tile_first[self.tile_first.len() - 1] as usize
+    }
+
+    /// Returns the tiles of a face, `None` if there is no such face.
+    pub fn tiles(&self, face: u32) -> Option<Range<u32>> {
+        let face = face as usize;
+        (face + 1 < self.tile_first.len()).then(|| self.tile_first[face]..self.tile_first[face + 1])
     }
 
     /// Returns the face of a tile, and which of the face's tiles it is.
@@ -284,4 +293,35 @@ fn channels(mesh: &Mesh) -> Vec<(usize, Channel, Vec<f32>)> {
         made.push((index, Channel { count: values.len(), corners }, flat));
     }
     made
+}
+
+/// Returns `mesh`, which must have passed [`Mesh::check`], with all its edges and points infinitely sharp: its
+/// Catmull-Clark surface is the bilinear one.
+pub fn sharpened(mesh: &Mesh) -> Mesh {
+    let mut sharp = mesh.clone();
+    let edges: HashSet<[u32; 2]> = sides(mesh).collect();
+    sharp.creases = edges.into_iter().map(|points| Crease { points, sharpness: INFINITE_SHARPNESS }).collect();
+    sharp.creases.sort_unstable_by_key(|crease| crease.points);
+    sharp.sharp_points = (0..mesh.points.len() as u32).map(|point| (point, INFINITE_SHARPNESS)).collect();
+    sharp
+}
+
+/// Returns `mesh`, which must have passed [`Mesh::check`], with the faces at boundary points as holes: its surface is that
+/// of the boundary rule `none`.
+pub fn without_boundary(mesh: &Mesh) -> Mesh {
+    let mut faces: HashMap<[u32; 2], u32> = HashMap::new();
+    sides(mesh).for_each(|edge| *faces.entry(edge).or_default() += 1);
+    let boundary: HashSet<u32> = faces.iter().filter(|(_, count)| **count == 1).flat_map(|(edge, _)| *edge).collect();
+    let at_boundary = |face: &[u32]| face.iter().any(|point| boundary.contains(point));
+    let found = (0..).zip(mesh.faces()).filter(|(_, face)| at_boundary(face)).map(|(face, _)| face);
+    let mut inner = mesh.clone();
+    inner.holes = found.chain(mesh.holes.iter().copied()).collect();
+    inner.holes.sort_unstable();
+    inner.holes.dedup();
+    inner
+}
+
+/// The points of the sides of all faces, the lower first.
+fn sides(mesh: &Mesh) -> impl Iterator<Item = [u32; 2]> {
+    mesh.faces().flat_map(|face| face.iter().zip(face.iter().cycle().skip(1)).map(|(a, b)| [*a.min(b), *a.max(b)]))
 }

@@ -30,7 +30,7 @@ static void *use(void *failed) {
     RlvContext context = RLV_NULL;
     find("rlv_context_create", &create);
     find("rlv_context_release", &release);
-    find("rlv_last_error", &last_error);
+    find("rlv_error_last", &last_error);
     options.threads = 4;
     *(int *)failed = create == NULL || create(&options, &context) != RLV_OK || release(context) != RLV_OK ||
                      release(context) != RLV_ERROR_INVALID || strlen(last_error()) == 0;

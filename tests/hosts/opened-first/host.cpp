@@ -28,7 +28,7 @@ template <class Function> Function find(const char *name) {
 
 void check(const char *name, RlvResult result) {
     if (result != RLV_OK) {
-        fail(name, find<decltype(&rlv_last_error)>("rlv_last_error")());
+        fail(name, find<decltype(&rlv_error_last)>("rlv_error_last")());
     }
 }
 

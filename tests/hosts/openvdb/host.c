@@ -32,7 +32,7 @@ static void *find(const char *name) {
         *(void **)&call = find(#function);                           \
         if (call(__VA_ARGS__) != RLV_OK) {                           \
             const char *(*last)(void) = NULL;                        \
-            *(void **)&last = find("rlv_last_error");                \
+            *(void **)&last = find("rlv_error_last");                \
             fail(#function, last());                                 \
         }                                                            \
     } while (0)

@@ -126,9 +126,9 @@ unsafe fn emitter(
 entry! {
     fn rlv_fluid_add_emitter(
         fluid: RlvFluid,
-        options: *const RlvFluidEmitterOptions,
         mesh: RlvMesh,
         matrix: *const f64,
+        options: *const RlvFluidEmitterOptions,
     ) {
         let object = registry::get(fluid)?;
         // SAFETY: a descriptor of nothing but numbers and NULL pointers.

@@ -77,13 +77,13 @@ entry! {
         })
     }
 
-    fn rlv_fluid_move_walls(
+    fn rlv_fluid_set_wall_points(
         fluid: RlvFluid,
         points: *const f32,
+        count: usize,
         stride: usize,
         velocities: *const f32,
         velocity_stride: usize,
-        count: usize,
     ) {
         let object = registry::get(fluid)?;
         let limit = object.context.context.memory_limit();

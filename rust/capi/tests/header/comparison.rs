@@ -49,6 +49,7 @@ use relievo::tissue::*;
 use relievo::job::*;
 use relievo::object::*;
 use relievo::shader::*;
+use relievo::subdivision::*;
 
 use super::{Initial, Offsets};
 
@@ -83,7 +84,7 @@ constant!(RLV_ELEMENT_LINE = 10);
 constant!(RLV_ELEMENT_PIN = 11);
 constant!(RLV_ELEMENT_CREASE = 12);
 layout!(RlvError: 56, 8);
-function!(rlv_last_error: unsafe extern "C" fn() -> *const c_char);
+function!(rlv_error_last: unsafe extern "C" fn() -> *const c_char);
 function!(rlv_error_get: unsafe extern "C" fn(*mut RlvError) -> RlvResult);
 layout!(RlvContext: 8, 8);
 constant!(RLV_DEVICE_CPU = 0);
@@ -180,8 +181,10 @@ function!(rlv_arrival_progressive: unsafe extern "C" fn(RlvArrival, *mut RlvProg
 layout!(RlvSurface: 8, 8);
 constant!(RLV_BOUNDARY_EDGES_AND_CORNERS = 0);
 constant!(RLV_BOUNDARY_EDGES = 1);
+constant!(RLV_BOUNDARY_NONE = 2);
 constant!(RLV_SURFACE_CATMULL_CLARK = 0);
 constant!(RLV_SURFACE_TRIANGLES = 1);
+constant!(RLV_SURFACE_BILINEAR = 2);
 layout!(RlvSurfaceOptions: 24, 4);
 layout!(RlvSurfaceInfo: 80, 8);
 layout!(RlvTileInfo: 44, 4);
@@ -661,7 +664,7 @@ function!(rlv_document_sync: unsafe extern "C" fn(RlvDocument) -> RlvResult);
 function!(rlv_document_compact: unsafe extern "C" fn(RlvContext, *const c_char, usize) -> RlvResult);
 function!(rlv_document_mesh: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvMesh) -> RlvResult);
 function!(rlv_document_mesh_bytes: unsafe extern "C" fn(RlvContext, *const u8, usize, *mut RlvMesh) -> RlvResult);
-function!(rlv_document_transfer: unsafe extern "C" fn(RlvContext, *const c_char, RlvMesh, *const c_char, *const RlvTransferOptions, RlvProgress, *mut c_void, *mut RlvTransferReport) -> RlvResult);
+function!(rlv_document_transfer: unsafe extern "C" fn(RlvContext, RlvMesh, *const c_char, *const c_char, *const RlvTransferOptions, RlvProgress, *mut c_void, *mut RlvTransferReport) -> RlvResult);
 layout!(RlvFluid: 8, 8);
 constant!(RLV_FLUID_WENDLAND = 0);
 constant!(RLV_FLUID_MUELLER = 1);
@@ -697,7 +700,7 @@ function!(rlv_fluid_info: unsafe extern "C" fn(RlvFluid, *mut RlvFluidInfo) -> R
 function!(rlv_fluid_add: unsafe extern "C" fn(RlvFluid, *const RlvFluidParticles) -> RlvResult);
 function!(rlv_fluid_add_box: unsafe extern "C" fn(RlvFluid, *const f32, *const f32, *const f32) -> RlvResult);
 function!(rlv_fluid_fill: unsafe extern "C" fn(RlvFluid, RlvMesh, *const f64, *const f32, *mut usize) -> RlvResult);
-function!(rlv_fluid_add_emitter: unsafe extern "C" fn(RlvFluid, *const RlvFluidEmitterOptions, RlvMesh, *const f64) -> RlvResult);
+function!(rlv_fluid_add_emitter: unsafe extern "C" fn(RlvFluid, RlvMesh, *const f64, *const RlvFluidEmitterOptions) -> RlvResult);
 function!(rlv_fluid_add_sink: unsafe extern "C" fn(RlvFluid, *const f32, *const f32, u32) -> RlvResult);
 function!(rlv_fluid_add_sink_mesh: unsafe extern "C" fn(RlvFluid, RlvMesh, *const f64) -> RlvResult);
 function!(rlv_fluid_clear_sources: unsafe extern "C" fn(RlvFluid) -> RlvResult);
@@ -706,7 +709,7 @@ function!(rlv_fluid_set_forces: unsafe extern "C" fn(RlvFluid, *const RlvFluidFo
 function!(rlv_fluid_remove: unsafe extern "C" fn(RlvFluid, *const u32, usize, usize, *mut usize) -> RlvResult);
 function!(rlv_fluid_set_walls: unsafe extern "C" fn(RlvFluid, *const f32, usize, usize) -> RlvResult);
 function!(rlv_fluid_set_basin: unsafe extern "C" fn(RlvFluid, *const f32, *const f32) -> RlvResult);
-function!(rlv_fluid_move_walls: unsafe extern "C" fn(RlvFluid, *const f32, usize, *const f32, usize, usize) -> RlvResult);
+function!(rlv_fluid_set_wall_points: unsafe extern "C" fn(RlvFluid, *const f32, usize, usize, *const f32, usize) -> RlvResult);
 function!(rlv_fluid_add_collider: unsafe extern "C" fn(RlvFluid, RlvMesh, *const f64, *const RlvFluidColliderOptions, *mut u32) -> RlvResult);
 function!(rlv_fluid_move_collider: unsafe extern "C" fn(RlvFluid, u32, *const f32, *const f32, usize, usize, f32) -> RlvResult);
 function!(rlv_fluid_impulse: unsafe extern "C" fn(RlvFluid, u32, *mut f64, *mut f64) -> RlvResult);
@@ -919,7 +922,7 @@ function!(rlv_tissue_set: unsafe extern "C" fn(RlvTissue, u32, *mut RlvTissueSet
 function!(rlv_tissue_get_set: unsafe extern "C" fn(RlvTissue, u32, *mut u32, usize) -> RlvResult);
 function!(rlv_tissue_add_set: unsafe extern "C" fn(RlvTissue, *const c_char, *const f32, *const f32, *mut u32) -> RlvResult);
 function!(rlv_tissue_hold: unsafe extern "C" fn(RlvTissue, *const u32, usize, usize, u32) -> RlvResult);
-function!(rlv_tissue_bind: unsafe extern "C" fn(RlvTissue, *const c_char, RlvMesh, *mut u32) -> RlvResult);
+function!(rlv_tissue_bind: unsafe extern "C" fn(RlvTissue, RlvMesh, *const c_char, *mut u32) -> RlvResult);
 function!(rlv_tissue_simulate: unsafe extern "C" fn(RlvTissue, *const RlvTissueOptions, *mut RlvTissueSimulation) -> RlvResult);
 function!(rlv_tissue_simulation_retain: unsafe extern "C" fn(RlvTissueSimulation) -> RlvResult);
 function!(rlv_tissue_simulation_release: unsafe extern "C" fn(RlvTissueSimulation) -> RlvResult);
@@ -974,7 +977,7 @@ function!(rlv_job_sweep_points: unsafe extern "C" fn(RlvDetail, RlvCollider, *co
 function!(rlv_job_bake: unsafe extern "C" fn(RlvDetail, *const RlvBakeOptions, *const c_char, *mut RlvJob) -> RlvResult);
 function!(rlv_job_ptex_write: unsafe extern "C" fn(RlvDetail, u32, *const c_char, *mut RlvJob) -> RlvResult);
 function!(rlv_job_ptex_read: unsafe extern "C" fn(RlvDetail, *const c_char, *const RlvPtexOptions, *mut RlvJob) -> RlvResult);
-function!(rlv_job_transfer: unsafe extern "C" fn(RlvContext, *const c_char, RlvMesh, *const c_char, *const RlvTransferOptions, *mut RlvJob) -> RlvResult);
+function!(rlv_job_transfer: unsafe extern "C" fn(RlvContext, RlvMesh, *const c_char, *const c_char, *const RlvTransferOptions, *mut RlvJob) -> RlvResult);
 function!(rlv_job_progressive: unsafe extern "C" fn(RlvMesh, *const RlvProgressiveOptions, *mut RlvJob) -> RlvResult);
 function!(rlv_job_simplify: unsafe extern "C" fn(RlvMesh, *const RlvSimplifyOptions, *mut RlvJob) -> RlvResult);
 function!(rlv_job_repair: unsafe extern "C" fn(RlvMesh, *const RlvRepairSettings, *mut RlvJob) -> RlvResult);
@@ -1084,6 +1087,33 @@ function!(rlv_shader_feature: unsafe extern "C" fn(RlvShader, usize, *mut RlvSha
 function!(rlv_shader_pack_examples: unsafe extern "C" fn(*const RlvShaderExamples, u32, u32, u32, *mut u32, usize, *mut usize) -> RlvResult);
 function!(rlv_shader_unpack_log: unsafe extern "C" fn(RlvShader, *const u32, usize, *mut f32, usize, *mut u32) -> RlvResult);
 function!(rlv_shader_membership: unsafe extern "C" fn(*const RlvShaderExamples, *const f32, usize, usize, *mut f32) -> RlvResult);
+layout!(RlvSubdivision: 8, 8);
+constant!(RLV_SCHEME_CATMULL_CLARK = 0);
+constant!(RLV_SCHEME_LOOP = 1);
+constant!(RLV_SCHEME_BILINEAR = 2);
+constant!(RLV_FACE_VARYING_NONE = 0);
+constant!(RLV_FACE_VARYING_CORNERS_ONLY = 1);
+constant!(RLV_FACE_VARYING_CORNERS_PLUS_1 = 2);
+constant!(RLV_FACE_VARYING_CORNERS_PLUS_2 = 3);
+constant!(RLV_FACE_VARYING_BOUNDARIES = 4);
+constant!(RLV_FACE_VARYING_ALL = 5);
+constant!(RLV_CREASING_UNIFORM = 0);
+constant!(RLV_CREASING_CHAIKIN = 1);
+constant!(RLV_TRIANGLE_CATMULL_CLARK = 0);
+constant!(RLV_TRIANGLE_SMOOTH = 1);
+constant!(RLV_POINT_VERTEX = 0);
+constant!(RLV_POINT_VARYING = 1);
+layout!(RlvSubdivisionOptions: 32, 4);
+layout!(RlvSubdivisionInfo: 32, 8);
+layout!(RlvSubdivisionArrays: 144, 8);
+function!(rlv_subdivision_create: unsafe extern "C" fn(RlvContext, RlvMesh, *const RlvSubdivisionOptions, *mut RlvSubdivision) -> RlvResult);
+function!(rlv_subdivision_retain: unsafe extern "C" fn(RlvSubdivision) -> RlvResult);
+function!(rlv_subdivision_release: unsafe extern "C" fn(RlvSubdivision) -> RlvResult);
+function!(rlv_subdivision_info: unsafe extern "C" fn(RlvSubdivision, *mut RlvSubdivisionInfo) -> RlvResult);
+function!(rlv_subdivision_set_points: unsafe extern "C" fn(RlvSubdivision, *const f32, usize, usize) -> RlvResult);
+function!(rlv_subdivision_face_tiles: unsafe extern "C" fn(RlvSubdivision, u32, *mut u32, *mut u32) -> RlvResult);
+function!(rlv_subdivision_evaluate: unsafe extern "C" fn(RlvSubdivision, *const c_char, *const RlvSubdivisionArrays) -> RlvResult);
+function!(rlv_subdivision_refine: unsafe extern "C" fn(RlvSubdivision, u32, *mut RlvMesh) -> RlvResult);
 
 pub fn offsets(list: &mut Offsets) {
     fields!(list, RlvError {
@@ -3031,6 +3061,47 @@ pub fn offsets(list: &mut Offsets) {
         exponent: f32 = 48,
         is_scaled: u32 = 52,
     });
+    fields!(list, RlvSubdivision {
+        id: u64 = 0,
+    });
+    fields!(list, RlvSubdivisionOptions {
+        struct_size: u32 = 0,
+        scheme: u32 = 4,
+        boundary: u32 = 8,
+        face_varying: u32 = 12,
+        creasing: u32 = 16,
+        triangle_rule: u32 = 20,
+        isolation: u32 = 24,
+        reserved: u32 = 28,
+    });
+    fields!(list, RlvSubdivisionInfo {
+        struct_size: u32 = 0,
+        scheme: u32 = 4,
+        point_count: usize = 8,
+        face_count: usize = 16,
+        tile_count: usize = 24,
+    });
+    fields!(list, RlvSubdivisionArrays {
+        struct_size: u32 = 0,
+        point_rule: u32 = 4,
+        count: usize = 8,
+        tiles: *const u32 = 16,
+        tile_stride: usize = 24,
+        uvs: *const f32 = 32,
+        uv_stride: usize = 40,
+        values: *mut f32 = 48,
+        value_stride: usize = 56,
+        du: *mut f32 = 64,
+        du_stride: usize = 72,
+        dv: *mut f32 = 80,
+        dv_stride: usize = 88,
+        duu: *mut f32 = 96,
+        duu_stride: usize = 104,
+        duv: *mut f32 = 112,
+        duv_stride: usize = 120,
+        dvv: *mut f32 = 128,
+        dvv_stride: usize = 136,
+    });
 }
 
 pub const INITIAL: &[Initial] = &[
@@ -3553,6 +3624,21 @@ pub const INITIAL: &[Initial] = &[
         ("uint32_t examples_head", 0.0),
         ("uint32_t log_head", 0.0),
     ] },
+    Initial { header: "subdivision.h", name: "RlvSubdivisionOptions", initializer: "RLV_SUBDIVISION_OPTIONS_INIT", fields: &[
+        ("uint32_t scheme", 0.0),
+        ("uint32_t boundary", 0.0),
+        ("uint32_t face_varying", 1.0),
+        ("uint32_t creasing", 0.0),
+        ("uint32_t triangle_rule", 0.0),
+        ("uint32_t isolation", 0.0),
+        ("uint32_t reserved", 0.0),
+    ] },
+    Initial { header: "subdivision.h", name: "RlvSubdivisionInfo", initializer: "RLV_SUBDIVISION_INFO_INIT", fields: &[
+        ("uint32_t scheme", 0.0),
+        ("size_t point_count", 0.0),
+        ("size_t face_count", 0.0),
+        ("size_t tile_count", 0.0),
+    ] },
 ];
 
 pub const NAMES: &[&str] = &[
@@ -3596,6 +3682,7 @@ pub const NAMES: &[&str] = &[
     "RLV_BLEND_SUBTRACT",
     "RLV_BOUNDARY_EDGES",
     "RLV_BOUNDARY_EDGES_AND_CORNERS",
+    "RLV_BOUNDARY_NONE",
     "RLV_BRUSH_OPTIONS_INIT",
     "RLV_BRUSH_PAINT",
     "RLV_BRUSH_SCULPT",
@@ -3643,6 +3730,8 @@ pub const NAMES: &[&str] = &[
     "RLV_CONTENT_TEXTURE",
     "RLV_CONTEXT_INFO_INIT",
     "RLV_CONTEXT_OPTIONS_INIT",
+    "RLV_CREASING_CHAIKIN",
+    "RLV_CREASING_UNIFORM",
     "RLV_CROWD_BUFFERS_INIT",
     "RLV_CROWD_BUILD_SETTINGS_INIT",
     "RLV_CROWD_CLIP_INIT",
@@ -3707,6 +3796,12 @@ pub const NAMES: &[&str] = &[
     "RLV_ERROR_UNSUPPORTED",
     "RLV_EVALUATE_ARRAYS_INIT",
     "RLV_EXTERN_C",
+    "RLV_FACE_VARYING_ALL",
+    "RLV_FACE_VARYING_BOUNDARIES",
+    "RLV_FACE_VARYING_CORNERS_ONLY",
+    "RLV_FACE_VARYING_CORNERS_PLUS_1",
+    "RLV_FACE_VARYING_CORNERS_PLUS_2",
+    "RLV_FACE_VARYING_NONE",
     "RLV_FALLOFF_CONSTANT",
     "RLV_FALLOFF_GAUSSIAN",
     "RLV_FALLOFF_LINEAR",
@@ -3874,6 +3969,8 @@ pub const NAMES: &[&str] = &[
     "RLV_PICTURE_U16",
     "RLV_PICTURE_U8",
     "RLV_PICTURE_VECTORS",
+    "RLV_POINT_VARYING",
+    "RLV_POINT_VERTEX",
     "RLV_PROCEDURAL_HITS_INIT",
     "RLV_PROCEDURAL_INFO_INIT",
     "RLV_PROCEDURAL_OPTIONS_INIT",
@@ -3891,6 +3988,9 @@ pub const NAMES: &[&str] = &[
     "RLV_RAY_ARRAYS_INIT",
     "RLV_REPAIR_REPORT_INIT",
     "RLV_REPAIR_SETTINGS_INIT",
+    "RLV_SCHEME_BILINEAR",
+    "RLV_SCHEME_CATMULL_CLARK",
+    "RLV_SCHEME_LOOP",
     "RLV_SCULPT_CLAY",
     "RLV_SCULPT_DRAW",
     "RLV_SCULPT_ERASE",
@@ -3935,6 +4035,10 @@ pub const NAMES: &[&str] = &[
     "RLV_STAMP_SETTINGS_INIT",
     "RLV_STREAM_INIT",
     "RLV_STROKE_REPORT_INIT",
+    "RLV_SUBDIVISION_ARRAYS_INIT",
+    "RLV_SUBDIVISION_INFO_INIT",
+    "RLV_SUBDIVISION_OPTIONS_INIT",
+    "RLV_SURFACE_BILINEAR",
     "RLV_SURFACE_CATMULL_CLARK",
     "RLV_SURFACE_INFO_INIT",
     "RLV_SURFACE_OPTIONS_INIT",
@@ -3970,6 +4074,8 @@ pub const NAMES: &[&str] = &[
     "RLV_TOOL_SETTINGS_INIT",
     "RLV_TRANSFER_OPTIONS_INIT",
     "RLV_TRANSFER_REPORT_INIT",
+    "RLV_TRIANGLE_CATMULL_CLARK",
+    "RLV_TRIANGLE_SMOOTH",
     "RLV_TYPE_F32",
     "RLV_TYPE_U32",
     "RLV_VECTOR_OPTIONS_INIT",

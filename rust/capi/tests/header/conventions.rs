@@ -6,7 +6,7 @@ use std::sync::RwLock;
 use relievo::array::{Input, fixed, write_text};
 use relievo::border::enter;
 use relievo::descriptor::{Descriptor, read_descriptor, write_descriptor};
-use relievo::error::{RLV_ERROR_INTERNAL, RLV_ERROR_INVALID, RLV_OK, rlv_last_error};
+use relievo::error::{RLV_ERROR_INTERNAL, RLV_ERROR_INVALID, RLV_OK, rlv_error_last};
 use relievo::registry::{Handle, get, insert, release, retain, try_read, try_write};
 use relievo::version::{RLV_VERSION_MAJOR, RLV_VERSION_MINOR, RLV_VERSION_PATCH};
 use relievo_core::{Error, ErrorKind};
@@ -15,7 +15,7 @@ use relievo_document::Blend;
 
 fn last_message() -> String {
     // SAFETY: the text lives until this thread's next failure.
-    unsafe { CStr::from_ptr(rlv_last_error()) }.to_string_lossy().into_owned()
+    unsafe { CStr::from_ptr(rlv_error_last()) }.to_string_lossy().into_owned()
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use relievo_core::{Attribute, Context, ContextOptions, Crease, Domain, Mesh, Values};
 use relievo_opensubdiv::subdivision::{Channel, Interpolation, Spot, osd_evaluate};
-use relievo_surface::subdivision::{Boundary, FaceVarying, PointRule, Primvar, Rules, Scheme, Subdivision};
+use relievo_surface::subdivision::{Boundary, FaceVarying, PointRule, Primvar, Rules, Scheme, Subdivision, sharpened, without_boundary};
 use relievo_surface::{Order, Place, Samples, Surface, SurfaceOptions};
 
 /// A cage of quads, a pentagon and three triangles, or of triangles alone: a cap with a boundary, a crease, a sharp point,
@@ -204,6 +204,49 @@ fn catmull_clark_is_the_surface_that_holds_detail() {
         }
         assert!(found[9..].iter().all(|value| *value == 0.0), "second derivatives were not asked for");
     }
+}
+
+#[test]
+fn a_sharpened_cage_is_bilinear_and_its_tiles_hold_detail() {
+    let context = Context::serial();
+    let mesh = Arc::new(cap(false));
+    let rules = Rules { scheme: Scheme::Bilinear, ..Rules::default() };
+    let subdivision = Subdivision::new(&context, mesh.clone(), &rules).unwrap();
+    let places = places(&subdivision, false);
+    let (mut out, mut samples) = (Vec::new(), Samples::default());
+    subdivision.evaluate(&context, Primvar::Points(&mesh.points), &places, 2, &mut out).unwrap();
+    let surface = Surface::new(&context, &sharpened(&mesh), &SurfaceOptions::default()).unwrap();
+    surface.evaluate(&context, &places, Order::Second, &mut samples).unwrap();
+    for (index, found) in out.as_chunks::<18>().0.iter().enumerate() {
+        for (order, quantity) in [&samples.p, &samples.du, &samples.dv, &samples.duu].into_iter().enumerate() {
+            for axis in 0..3 {
+                let (got, expected) = (quantity[axis][index], found[3 * order + axis]);
+                assert!((got - expected).abs() < 1e-5, "{:?}, {order}: {got} and {expected}", places[index]);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_cage_without_its_boundary_is_the_rule_none() {
+    let context = Context::serial();
+    let mesh = Arc::new(cap(false));
+    let rules = Rules { boundary: Boundary::None, ..Rules::default() };
+    let subdivision = Subdivision::new(&context, mesh.clone(), &rules).unwrap();
+    let surface = Surface::new(&context, &without_boundary(&mesh), &SurfaceOptions::default()).unwrap();
+    let (mut out, mut holes) = (Vec::new(), 0);
+    for place in places(&subdivision, false) {
+        subdivision.evaluate(&context, Primvar::Points(&mesh.points), &[place], 0, &mut out).unwrap();
+        if surface.topology().is_hole(place.tile) {
+            assert_eq!(out[..3], [0.0; 3], "{place:?}");
+            holes += 1;
+            continue;
+        }
+        let sample = surface.sample(context.level(), place).unwrap();
+        let apart = (0..3).map(|axis| (sample.p[axis] - out[axis]).abs()).fold(0.0, f32::max);
+        assert!(apart < 1e-4, "{place:?}: {sample:?} and {out:?}");
+    }
+    assert!(holes > 0);
 }
 
 #[test]

@@ -1083,12 +1083,12 @@ fn fluids(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
                 2 => rlv_fluid_remove(fluid, gone.as_ptr(), 1, 0, null_mut()),
                 3 => rlv_fluid_set_walls(fluid, points.as_ptr(), count(bytes, 8)?, 0),
                 4 => rlv_fluid_set_basin(fluid, points.as_ptr(), points[3..].as_ptr()),
-                5 => rlv_fluid_move_walls(fluid, points.as_ptr(), 0, speeds.as_ptr(), 0, count(bytes, 8)?),
+                5 => rlv_fluid_set_wall_points(fluid, points.as_ptr(), count(bytes, 8)?, 0, speeds.as_ptr(), 0),
                 6 => rlv_fluid_accelerate(fluid, speeds.as_ptr(), count(bytes, 8)?, 0),
                 7 => rlv_fluid_fill(fluid, mesh, null(), null(), null_mut()),
                 8 => rlv_fluid_add_collider(fluid, mesh, null(), &collider, &mut number_of),
                 9 => rlv_fluid_move_collider(fluid, 0, null(), points.as_ptr(), count(bytes, 8)?, 0, number(bytes)?),
-                10 => rlv_fluid_add_emitter(fluid, &tap, mesh, null()),
+                10 => rlv_fluid_add_emitter(fluid, mesh, null(), &tap),
                 11 => rlv_fluid_add_sink(fluid, points.as_ptr(), points[3..].as_ptr(), bytes.int_in_range(0..=2)?),
                 12 => rlv_fluid_set_forces(fluid, &force, 1, 0),
                 _ => rlv_fluid_step(fluid, number(bytes)?, null_mut()),
@@ -1894,7 +1894,7 @@ fn tissues(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
         called(rlv_tissue_set(tissue, index, &mut set));
         called(rlv_tissue_get_set(tissue, index, found.as_mut_ptr(), bytes.int_in_range(0..=128)?));
         called(rlv_tissue_hold(tissue, held.as_ptr(), count(bytes, 4)?, 0, bytes.int_in_range(0..=8)?));
-        called(rlv_tissue_bind(tissue, name.as_ptr(), mesh, null_mut()));
+        called(rlv_tissue_bind(tissue, mesh, name.as_ptr(), null_mut()));
         called(rlv_tissue_write(tissue, c"/nowhere/nothing.rtissue".as_ptr()));
     }
     Ok(())
