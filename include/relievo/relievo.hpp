@@ -3565,7 +3565,7 @@ public:
     static JobOf<RlvTransferReport> transfer(const Context &context, const std::string &path, const Mesh &to, const std::string &to_path,
                         const RlvTransferOptions &options = RLV_TRANSFER_OPTIONS_INIT) {
         JobOf<RlvTransferReport> made;
-        check(rlv_job_transfer(context.get(), path.c_str(), to.get(), to_path.c_str(), &options, made.out()));
+        check(rlv_job_transfer(context.get(), to.get(), path.c_str(), to_path.c_str(), &options, made.out()));
         return made;
     }
 

@@ -88,7 +88,7 @@ int main(void) {
     RlvContextStat *stats = calloc(count, sizeof(RlvContextStat));
     CHECK(stats != NULL);
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_context_stats(context, stats, count - 1, &again), "room for");
-    CHECK(again == 0 && stats[0].stage[0] == 0);
+    CHECK(again == count && stats[0].stage[0] == 0); /* the count is written, rows are not */
     CHECK_OK(rlv_context_stats(context, stats, count, &again));
     CHECK(again == count);
     int found = 0;

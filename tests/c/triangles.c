@@ -412,7 +412,7 @@ int main(void) {
     const size_t faces = 2 * (rows - 1) * columns;
 
     /* The surface. */
-    kind.kind = 2;
+    kind.kind = 3;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_surface_create(context, ball, &kind, &untouched), "kind of surface");
     CHECK(untouched.id == 77);
     kind.kind = RLV_SURFACE_TRIANGLES;
