@@ -39,6 +39,7 @@ use relievo_abi::repair::*;
 use relievo_abi::shader::*;
 use relievo_abi::simplify::*;
 use relievo_abi::stroke::*;
+use relievo_abi::subdivision::*;
 use relievo_abi::surface::*;
 use relievo_abi::tessellate::*;
 use relievo_abi::tissue::*;
@@ -377,6 +378,55 @@ fn use_surface(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
         called(rlv_surface_face_tiles(surface, bytes.int_in_range(0..=12)?, &mut first, &mut tiles));
         called(rlv_surface_set_points(surface, points.as_ptr(), bytes.int_in_range(0..=16)?, 0));
     }
+    subdivide(bytes, handles, (context, mesh), &points)
+}
+
+/// Evaluates and refines a cage under any rules.
+fn subdivide(
+    bytes: &mut Unstructured,
+    handles: &mut Handles,
+    (context, mesh): (RlvContext, RlvMesh),
+    points: &[f32],
+) -> Result<()> {
+    let mut options: RlvSubdivisionOptions = sized(bytes)?;
+    options.scheme = bytes.int_in_range(0..=3)?;
+    options.boundary = bytes.int_in_range(0..=3)?;
+    options.face_varying = bytes.int_in_range(0..=6)?;
+    options.creasing = bytes.int_in_range(0..=2)?;
+    options.triangle_rule = bytes.int_in_range(0..=2)?;
+    options.isolation = bytes.int_in_range(0..=11)?;
+    let mut subdivision = RlvSubdivision { id: UNTOUCHED };
+    // SAFETY: the descriptor is sized, the output is there.
+    if !called(unsafe { rlv_subdivision_create(context, mesh, &options, &mut subdivision) }) {
+        assert_eq!(subdivision.id, UNTOUCHED, "a failed call wrote its output");
+        return Ok(());
+    }
+    let tiles = [bytes.int_in_range(0..=8)?, bytes.int_in_range(0..=8)?];
+    let uvs = [0.25, number(bytes)?, 0.5, 0.5];
+    let (mut values, mut second) = ([0.0; 8], [0.0; 8]);
+    let mut arrays: RlvSubdivisionArrays = sized(bytes)?;
+    arrays.point_rule = bytes.int_in_range(0..=2)?;
+    arrays.count = count(bytes, 2)?;
+    (arrays.tiles, arrays.uvs) = (tiles.as_ptr(), uvs.as_ptr());
+    (arrays.values, arrays.value_stride) = (values.as_mut_ptr(), 16);
+    if bytes.arbitrary()? {
+        (arrays.duv, arrays.duv_stride) = (second.as_mut_ptr(), 16);
+    }
+    let attribute = *bytes.choose(&[null(), c"uv".as_ptr(), c"color".as_ptr(), c"material".as_ptr()])?;
+    let mut info: RlvSubdivisionInfo = sized(bytes)?;
+    let (mut first, mut tile_count, mut refined) = (0, 0, RlvMesh { id: UNTOUCHED });
+    // SAFETY: every array has the room that is given, a row of four floats for each place.
+    let result = unsafe {
+        called(rlv_subdivision_info(subdivision, &mut info));
+        called(rlv_subdivision_face_tiles(subdivision, bytes.int_in_range(0..=12)?, &mut first, &mut tile_count));
+        called(rlv_subdivision_set_points(subdivision, points.as_ptr(), bytes.int_in_range(0..=16)?, 0));
+        called(rlv_subdivision_evaluate(subdivision, attribute, &arrays));
+        called(rlv_subdivision_retain(subdivision));
+        called(rlv_subdivision_release(subdivision));
+        rlv_subdivision_refine(subdivision, bytes.int_in_range(0..=3)?, &mut refined)
+    };
+    made(result, refined.id, &mut handles.meshes);
+    called(rlv_subdivision_release(subdivision));
     Ok(())
 }
 
