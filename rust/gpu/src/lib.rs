@@ -42,9 +42,9 @@ pub use buffer::Buffer;
 #[cfg(feature = "wgpu")]
 pub use choice::adapters;
 pub use compaction::{Compaction, MAX_CLASSES};
-pub use environment::quiet_drivers;
 #[cfg(feature = "wgpu")]
 pub use device::{Charge, Device};
+pub use environment::quiet_drivers;
 #[cfg(feature = "wgpu")]
 pub use frame::{Frame, Pass, Submission};
 #[cfg(feature = "wgpu")]

@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use relievo_core::mesh::INFINITE_SHARPNESS;
 use relievo_core::{Attribute, Context, Crease, Domain, Error, ErrorKind, Mesh, Parts, Result, Values};
-pub use relievo_opensubdiv::subdivision::{Boundary, FaceVarying, Rules, Scheme};
 use relievo_opensubdiv::subdivision::{self as native, Channel, Interpolation, Spot};
+pub use relievo_opensubdiv::subdivision::{Boundary, FaceVarying, Rules, Scheme};
 
 use crate::Place;
 use crate::face_varying::share;
@@ -53,7 +53,10 @@ pub struct Subdivision {
 
 impl std::fmt::Debug for Subdivision {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        out.debug_struct("Subdivision").field("rules", &self.rules).field("tiles", &self.tile_count()).finish_non_exhaustive()
+        out.debug_struct("Subdivision")
+            .field("rules", &self.rules)
+            .field("tiles", &self.tile_count())
+            .finish_non_exhaustive()
     }
 }
 
@@ -147,7 +150,9 @@ impl Subdivision {
     /// Returns the attribute called `name` and its index.
     fn attribute(&self, name: &str) -> Result<(usize, &Attribute)> {
         let found = self.mesh.attributes.iter().enumerate().find(|(_, attribute)| attribute.name == name);
-        found.ok_or_else(|| Error::new(ErrorKind::NotFound, format!("the cage has no attribute `{name}`")).at("attribute"))
+        found.ok_or_else(|| {
+            Error::new(ErrorKind::NotFound, format!("the cage has no attribute `{name}`")).at("attribute")
+        })
     }
 
     /// Returns how many numbers each value of `primvar` has.
@@ -271,9 +276,12 @@ fn of_faces<T: Copy>(values: &[T], width: usize, parents: &[u32]) -> Vec<T> {
 fn check_memory(context: &Context, corners: u64, arrays: u64) -> Result<()> {
     let bytes = corners.saturating_mul(CORNER_BYTES + 32 * arrays);
     if bytes > context.memory_limit() {
-        return Err(Error::memory(format!("about {:.0} MB are needed, more than the memory limit", bytes as f64 / 1e6))
-            .at("subdivision")
-            .advise("raise the memory limit, lower the level, or use a coarser cage"));
+        return Err(Error::memory(format!(
+            "about {:.0} MB are needed, more than the memory limit",
+            bytes as f64 / 1e6
+        ))
+        .at("subdivision")
+        .advise("raise the memory limit, lower the level, or use a coarser cage"));
     }
     Ok(())
 }
@@ -284,7 +292,8 @@ fn channels(mesh: &Mesh) -> Vec<(usize, Channel, Vec<f32>)> {
     for (index, attribute) in mesh.attributes.iter().enumerate() {
         let (Domain::Corner, Values::F32(numbers)) = (attribute.domain, &attribute.values) else { continue };
         let width = attribute.width as usize;
-        let value = |at: usize| -> [f32; 4] { std::array::from_fn(|k| if k < width { numbers[width * at + k] } else { 0.0 }) };
+        let value =
+            |at: usize| -> [f32; 4] { std::array::from_fn(|k| if k < width { numbers[width * at + k] } else { 0.0 }) };
         let (values, corners) = match &attribute.indices {
             Some(indices) => share(&mesh.corners, |corner| indices[corner], |corner| value(indices[corner] as usize)),
             None => share(&mesh.corners, |corner| value(corner).map(f32::to_bits), value),

@@ -132,7 +132,12 @@ fn devices_are_listed_as_others_name_them() {
     let folder = tempfile::tempdir().unwrap();
     // Without a desktop drivers have nothing to say about it.
     let bare = |command: &mut Command| {
-        command.env_remove("XDG_RUNTIME_DIR").env_remove("WAYLAND_DISPLAY").env_remove("NODEVICE_SELECT").output().unwrap()
+        command
+            .env_remove("XDG_RUNTIME_DIR")
+            .env_remove("WAYLAND_DISPLAY")
+            .env_remove("NODEVICE_SELECT")
+            .output()
+            .unwrap()
     };
     let listed = bare(Command::new(env!("CARGO_BIN_EXE_relievo")).arg("devices").current_dir(folder.path()));
     assert!(listed.status.success() && text(&listed.stdout).starts_with("cpu  "), "{listed:?}");

@@ -182,9 +182,12 @@ fn prepare<'m>(mesh: &'m Mesh, rules: &Rules) -> Result<(Cage<'m>, Options)> {
     if rules.scheme == Scheme::Loop
         && let Some(face) = mesh.face_sizes.iter().position(|size| *size != 3)
     {
-        return Err(Error::unsupported(format!("the Loop scheme takes triangles, not {} corners", mesh.face_sizes[face]))
-            .at(format!("face {face}"))
-            .advise("cut faces into triangles, or use the Catmull-Clark scheme"));
+        return Err(Error::unsupported(format!(
+            "the Loop scheme takes triangles, not {} corners",
+            mesh.face_sizes[face]
+        ))
+        .at(format!("face {face}"))
+        .advise("cut faces into triangles, or use the Catmull-Clark scheme"));
     }
     let options = Options {
         boundary: BoundaryRule::default(),

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use relievo_core::{Attribute, Context, ContextOptions, Crease, Domain, Mesh, Values};
 use relievo_opensubdiv::subdivision::{Channel, Interpolation, Spot, osd_evaluate};
-use relievo_surface::subdivision::{Boundary, FaceVarying, PointRule, Primvar, Rules, Scheme, Subdivision, sharpened, without_boundary};
+use relievo_surface::subdivision::{
+    Boundary, FaceVarying, PointRule, Primvar, Rules, Scheme, Subdivision, sharpened, without_boundary,
+};
 use relievo_surface::{Order, Place, Samples, Surface, SurfaceOptions};
 
 /// A cage of quads, a pentagon and three triangles, or of triangles alone: a cap with a boundary, a crease, a sharp point,
@@ -47,7 +49,13 @@ fn cap(triangles: bool) -> Mesh {
     let tint = (0..faces.len()).map(|face| face as f32).collect();
     let attributes = [("mass", Domain::Point, 2, mass), ("uv", Domain::Corner, 2, uv), ("tint", Domain::Face, 1, tint)];
     for (name, domain, width, values) in attributes {
-        mesh.attributes.push(Attribute { name: name.into(), domain, width, values: Values::F32(values), indices: None });
+        mesh.attributes.push(Attribute {
+            name: name.into(),
+            domain,
+            width,
+            values: Values::F32(values),
+            indices: None,
+        });
     }
     mesh
 }
@@ -96,8 +104,7 @@ fn assert_same(what: &str, width: usize, got: &[f32], expected: &[f32], triangul
     assert_eq!(got.len(), expected.len());
     for (index, (got, expected)) in got.iter().zip(expected).enumerate() {
         let order = index / width % 6;
-        let (got, expected) =
-            if triangular && order > 2 { (got.abs(), expected.abs()) } else { (*got, *expected) };
+        let (got, expected) = if triangular && order > 2 { (got.abs(), expected.abs()) } else { (*got, *expected) };
         let allowed = if order < 3 { 2e-4 } else { 2e-2 };
         let place = index / (6 * width);
         assert!((got - expected).abs() <= allowed, "{what}, place {place}, order {order}: {got} and {expected}");
@@ -160,7 +167,8 @@ fn second_derivatives_are_those_of_the_first() {
         let rules = Rules { scheme, ..Rules::default() };
         let subdivision = Subdivision::new(&context, mesh.clone(), &rules).unwrap();
         let step = 0.004;
-        let places: Vec<Place> = (0..subdivision.tile_count() as u32).map(|tile| Place::new(tile, 0.21, 0.34)).collect();
+        let places: Vec<Place> =
+            (0..subdivision.tile_count() as u32).map(|tile| Place::new(tile, 0.21, 0.34)).collect();
         let at = |du: f32, dv: f32| {
             let moved: Vec<Place> = places.iter().map(|it| Place::new(it.tile, it.u + du, it.v + dv)).collect();
             let mut out = Vec::new();
@@ -174,8 +182,7 @@ fn second_derivatives_are_those_of_the_first() {
                 let slope = |more: &[f32], less: &[f32], order: usize| -> f32 {
                     (more[axis + 3 * order] - less[axis + 3 * order]) / (2.0 * step)
                 };
-                let differences =
-                    [slope(&more_u, &less_u, 1), slope(&more_u, &less_u, 2), slope(&more_v, &less_v, 2)];
+                let differences = [slope(&more_u, &less_u, 1), slope(&more_u, &less_u, 2), slope(&more_v, &less_v, 2)];
                 for (order, difference) in (3..).zip(differences) {
                     let got = here[axis + 3 * order];
                     assert!((got - difference).abs() < 0.05, "{scheme:?}, {start}, {order}: {got} and {difference}");
@@ -277,9 +284,10 @@ fn refined_cages_lie_on_the_limit_surface() {
         subdivision.evaluate(&context, Primvar::Points(&mesh.points), &corner, 0, &mut out).unwrap();
         let mut compared = 0;
         for found in out.as_chunks::<18>().0.iter().filter(|found| found[..3] != [0.0; 3]) {
-            let nearest = refined.points.iter().map(|point| {
-                (0..3).map(|axis| (point[axis] - found[axis]).powi(2)).sum::<f32>().sqrt()
-            });
+            let nearest = refined
+                .points
+                .iter()
+                .map(|point| (0..3).map(|axis| (point[axis] - found[axis]).powi(2)).sum::<f32>().sqrt());
             let nearest = nearest.fold(f32::INFINITY, f32::min);
             assert!(nearest < 1e-4, "{scheme:?}: {found:?} is {nearest} from the nearest point");
             compared += 1;
@@ -296,16 +304,9 @@ fn refined_cages_lie_on_the_limit_surface() {
 #[test]
 fn a_regular_octahedron_under_loop_has_its_closed_form() {
     let context = Context::serial();
-    let points = vec![
-        [1.0, 0.0, 0.0],
-        [-1.0, 0.0, 0.0],
-        [0.0, 1.0, 0.0],
-        [0.0, -1.0, 0.0],
-        [0.0, 0.0, 1.0],
-        [0.0, 0.0, -1.0],
-    ];
-    let triangles =
-        [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
+    let points =
+        vec![[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]];
+    let triangles = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
     let mesh = Arc::new(Mesh::from_triangles(points, &triangles));
     let rules = Rules { scheme: Scheme::Loop, ..Rules::default() };
     let subdivision = Subdivision::new(&context, mesh.clone(), &rules).unwrap();
