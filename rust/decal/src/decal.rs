@@ -8,6 +8,7 @@ use crate::energy::{Vec2, distance};
 use crate::graph::Graph;
 use crate::grow::{FOLDED, Fault, Grown, Growth, Limits, UNREACHED, is_covered, once};
 use crate::outline::Outline;
+use crate::patch::Patch;
 use crate::pins::{Pin, name};
 use crate::placement::Placement;
 use crate::quality::{Quality, measure};
@@ -158,6 +159,38 @@ pub fn lay(
     Ok(Placement::new(mesh, sticker, pins, pose, settings, progress)?.decal())
 }
 
+/// The faces of a patch while it grows.
+#[derive(Debug)]
+pub struct Growing<'a> {
+    /// The number of vertices.
+    pub vertices: usize,
+    /// Vertices of the triangles.
+    pub triangles: &'a [[u32; 3]],
+    /// The vertices of the boundary, counter-clockwise, as the growth has them.
+    pub boundary: &'a [u32],
+}
+
+/// Lays a sticker as [`lay`] does, and calls `watch` after each change of the faces of the patch: at the start, and after
+/// each round of growth, each round that is undone, each removal of faces and each merge of a seam. It is for checks of the
+/// connectivity, which would take longer than the growth.
+///
+/// # Errors
+/// As [`lay`].
+pub fn lay_watched(
+    mesh: &Mesh,
+    sticker: &Sticker,
+    pins: &[Pin],
+    pose: Option<Pose>,
+    settings: &DecalSettings,
+    watch: &dyn Fn(&Growing<'_>),
+    progress: &mut dyn Progress,
+) -> Result<Decal> {
+    let watch = |patch: &Patch| {
+        watch(&Growing { vertices: patch.vertices.len(), triangles: &patch.faces, boundary: &patch.boundary() });
+    };
+    Ok(Placement::watched(mesh, sticker, pins, pose, settings, &watch, progress)?.decal())
+}
+
 /// The share of a sticker to be shown once, below which a patch is made in another way too.
 const ENOUGH: f64 = 0.99;
 /// Other sets of pins that are tried where a sticker cannot be laid, to propose a place.
@@ -174,18 +207,22 @@ pub(crate) struct Laying<'a> {
     pub places: Vec<Vec2>,
     pub pose: Option<Pose>,
     pub settings: &'a DecalSettings,
+    /// As [`Growth::watch`].
+    pub watch: &'a dyn Fn(&Patch),
 }
 
 impl Laying<'_> {
     /// Makes the patch under the sticker.
     pub fn attempt(&self, progress: &mut dyn Progress) -> Grown<Seed> {
-        let Self { surface, sticker, vertices, places, pose, settings } = self;
+        let Self { surface, sticker, vertices, places, pose, settings, watch } = self;
         let outline = &sticker.outline;
         let graph = Graph::new(places, outline)?;
         progress.step(0.0, "joining the pins")?;
         let (limits, stop) = (settings.limits(), settings.stop());
         let mut grow = |mut seed: Seed, heading: Option<(u32, Vec2)>, is_free: bool| -> Grown<Seed> {
-            Growth { seed: &mut seed, vertices, places, outline, heading, is_free, limits }.run(stop, progress)?;
+            watch(&seed.patch);
+            Growth { seed: &mut seed, vertices, places, outline, heading, is_free, limits, watch }
+                .run(stop, progress)?;
             Ok(seed)
         };
         if places.len() == 1 {

@@ -142,6 +142,8 @@ pub struct Growth<'a> {
     pub is_free: bool,
     /// Bounds.
     pub limits: Limits,
+    /// Is called after each change of the faces.
+    pub watch: &'a dyn Fn(&Patch),
 }
 
 impl Growth<'_> {
@@ -222,6 +224,7 @@ impl Growth<'_> {
         for (_, vertex) in &mut self.seed.pins {
             *vertex = number[*vertex as usize];
         }
+        (self.watch)(&self.seed.patch);
         let done = self.relax(stop, progress).and_then(|()| {
             if !is_covered(self.seed, self.outline) {
                 self.cover(progress)?;
@@ -234,6 +237,7 @@ impl Growth<'_> {
             && self.energy(0..self.seed.patch.faces.len()) <= WORSE * energy;
         if !is_better {
             (self.seed.patch, self.seed.pins) = kept;
+            (self.watch)(&self.seed.patch);
         }
         match done {
             Err(Fault::Other(error)) => Err(error.into()),
@@ -292,6 +296,7 @@ impl Growth<'_> {
         if self.seed.patch.faces.len() == before {
             return Ok(Advance::None);
         }
+        (self.watch)(&self.seed.patch);
         if faces != Faces::Upright {
             self.extend(before)?;
             if !self.is_free {
@@ -311,6 +316,7 @@ impl Growth<'_> {
             Err(Fault::Folded(_)) => {
                 self.seed.patch.revert(mark);
                 self.seed.pins = pins;
+                (self.watch)(&self.seed.patch);
                 Ok(Advance::Undone)
             }
             Err(fault) => Err(fault),
@@ -599,6 +605,7 @@ impl Growth<'_> {
                 *vertex = number as u32;
             }
         }
+        (self.watch)(&self.seed.patch);
     }
 }
 

@@ -66,7 +66,7 @@ mod triangular;
 pub use applied::{Applied, Ground, next_recipe, recipes};
 pub use artwork::Artwork;
 pub use contour::Contour;
-pub use decal::{Decal, DecalSettings, Pose, Sticker, lay};
+pub use decal::{Decal, DecalSettings, Growing, Pose, Sticker, lay, lay_watched};
 pub use exponential::exponential;
 pub use geodesic::shortest_path;
 pub use nearest::nearest;

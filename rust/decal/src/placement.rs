@@ -63,6 +63,19 @@ impl Placement {
         settings: &DecalSettings,
         progress: &mut dyn Progress,
     ) -> Result<Self> {
+        Self::watched(mesh, sticker, pins, pose, settings, &|_| {}, progress)
+    }
+
+    /// As [`Self::new`], and calls `watch` after each change of the faces of the patch.
+    pub(crate) fn watched(
+        mesh: &Mesh,
+        sticker: &Sticker,
+        pins: &[Pin],
+        pose: Option<Pose>,
+        settings: &DecalSettings,
+        watch: &dyn Fn(&Patch),
+        progress: &mut dyn Progress,
+    ) -> Result<Self> {
         check(pins, settings)?;
         progress.step(0.0, "reading the surface")?;
         let places: Vec<_> = pins.iter().map(|pin| pin.place).collect();
@@ -70,7 +83,7 @@ impl Placement {
         let (surface, vertices) = insert(&Surface::new(mesh)?, &places)?;
         let surface = Arc::new(surface);
         let places: Vec<Vec2> = pins.iter().map(|pin| sticker.place(pin.image)).collect();
-        let laying = Laying { surface: &surface, sticker, vertices, places, pose, settings };
+        let laying = Laying { surface: &surface, sticker, vertices, places, pose, settings, watch };
         let seed = match laying.attempt(progress) {
             Ok(seed) => seed,
             Err(fault) => return Err(laying.explain(fault, progress)),
@@ -196,6 +209,7 @@ impl Placement {
             heading: None,
             is_free: false,
             limits,
+            watch: &|_| {},
         };
         match growth.settle(self.settings.stop(), progress) {
             Ok(()) => Ok(()),

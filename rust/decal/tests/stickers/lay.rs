@@ -1,5 +1,6 @@
 //! Decals on surfaces whose answer is known.
 
+use crate::disks::lay_as_disk;
 use crate::sheets::{on_sheet, sheet, turns};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Mesh};
@@ -9,7 +10,7 @@ use relievo_decal::{
 
 fn laid(mesh: &Mesh, sticker: &Sticker, pins: &[Pin]) -> Decal {
     let pose = Pose { width: 0.5, up: [0.0, 1.0, 0.0] };
-    let decal = lay(mesh, sticker, pins, Some(pose), &DecalSettings::default(), &mut Silent);
+    let decal = lay_as_disk(mesh, sticker, pins, Some(pose), &DecalSettings::default());
     let decal = decal.unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(decal.quality.flips, 0);
     assert!(decal.is_disk().expect("a manifold"));
@@ -125,7 +126,7 @@ fn a_label_that_a_vase_stretches_differently_above_and_below_is_covered() {
         place: on_sheet(80, 0.5 + 2.4 * (x / 400.0 - 0.5) / 5.0, 0.25 + 0.5 * y / 200.0),
     };
     let pins = [pin(40.0, 30.0), pin(40.0, 170.0), pin(360.0, 30.0), pin(360.0, 170.0)];
-    let decal = lay(&vase, &sticker, &pins, None, &DecalSettings::default(), &mut Silent);
+    let decal = lay_as_disk(&vase, &sticker, &pins, None, &DecalSettings::default());
     let decal = decal.unwrap_or_else(|error| panic!("{error}"));
     let Quality { flips, coverage, doubled, .. } = decal.quality;
     assert!(flips == 0 && coverage > 0.995 && doubled < 0.005, "{:?}", decal.quality);
@@ -189,7 +190,7 @@ fn a_sticker_longer_than_a_finger_is_round_overlaps_itself_where_that_is_allowed
     let pose = Pose { width: 1.5, up: [0.0, 1.0, 0.0] };
     let on = |overlap: bool| {
         let settings = DecalSettings { overlap, ..DecalSettings::default() };
-        let decal = lay(&closed, &sticker, &[pin], Some(pose), &settings, &mut Silent);
+        let decal = lay_as_disk(&closed, &sticker, &[pin], Some(pose), &settings);
         let decal = decal.unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(decal.quality.flips, 0);
         assert!(decal.is_disk().expect("a manifold"));

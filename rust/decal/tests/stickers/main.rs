@@ -1,5 +1,6 @@
 //! Decals as a user of the crate sees them.
 
+mod disks;
 mod geodesics;
 mod hostile;
 mod lay;

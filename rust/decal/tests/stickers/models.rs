@@ -1,8 +1,8 @@
 //! Stickers on models of artists.
 
-use relievo_core::progress::Silent;
+use crate::disks::lay_as_disk;
 use relievo_core::{Context, Mesh};
-use relievo_decal::{Decal, DecalSettings, Pin, Quality, Sticker, lay, nearest};
+use relievo_decal::{Decal, DecalSettings, Pin, Quality, Sticker, nearest};
 
 /// A model as triangles.
 fn model(name: &str) -> Option<Mesh> {
@@ -18,7 +18,7 @@ fn laid(mesh: &Mesh, pins: &[([f64; 2], [f64; 3])]) -> Decal {
     let pin =
         |(image, space): &([f64; 2], [f64; 3])| Pin { image: *image, place: nearest(mesh, *space).expect("a place").0 };
     let pins: Vec<Pin> = pins.iter().map(pin).collect();
-    let decal = lay(mesh, &sticker, &pins, None, &DecalSettings::default(), &mut Silent);
+    let decal = lay_as_disk(mesh, &sticker, &pins, None, &DecalSettings::default());
     let decal = decal.unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(decal.quality.flips, 0);
     assert!(decal.is_disk().expect("a manifold"));

@@ -1,9 +1,9 @@
 //! Stickers wound around a finger more than once, and a face on a head.
 
+use crate::disks::lay_as_disk;
 use crate::sheets::turns;
 use relievo_core::Mesh;
-use relievo_core::progress::Silent;
-use relievo_decal::{Decal, DecalSettings, Pin, Sticker, lay, nearest};
+use relievo_decal::{Decal, DecalSettings, Pin, Sticker, nearest};
 
 use crate::sheets::sheet;
 
@@ -72,7 +72,7 @@ fn a_sticker_with_many_pins_goes_around_a_finger_one_and_a_half_times() {
         };
         let pins: Vec<Pin> = (0..columns * rows).map(pin).collect();
         let name = format!("{} pins, taper {taper}", pins.len());
-        let decal = lay(&mesh, &sticker, &pins, None, &settings, &mut Silent);
+        let decal = lay_as_disk(&mesh, &sticker, &pins, None, &settings);
         let decal = decal.unwrap_or_else(|error| panic!("{name}: {error}"));
         let quality = decal.quality;
         assert!(off(&decal, &pins, [300.0, 100.0]) < 1e-9, "{name}");
@@ -125,7 +125,7 @@ fn a_face_lies_on_a_head_by_twelve_pins() {
         image,
         place: nearest(&mesh, on(longitude, latitude)).expect("a place").0,
     });
-    let decal = lay(&mesh, &sticker, &pins, None, &DecalSettings::default(), &mut Silent);
+    let decal = lay_as_disk(&mesh, &sticker, &pins, None, &DecalSettings::default());
     let decal = decal.unwrap_or_else(|error| panic!("{error}"));
     assert!(off(&decal, &pins, [200.0, 200.0]) < 1e-9);
     assert!(decal.is_disk().expect("a manifold"));
