@@ -1,4 +1,6 @@
 // OpenSubdiv's own evaluators, for tests and benches.
+#include <limits>
+
 #include <opensubdiv/bfr/parameterization.h>
 #include <opensubdiv/bfr/surface.h>
 #include <opensubdiv/far/patchMap.h>
@@ -123,7 +125,7 @@ std::unique_ptr<BfrEvaluator> make_bfr(const Table& table, uint32_t level) {
 void refine_and_evaluate(const Cage& cage, rust::Slice<const double> cage_points, rust::Slice<const int32_t> tiles,
                          rust::Slice<const double> uv, rust::Slice<double> out) {
     Sizes expected = {};
-    expected_sizes(cage, cage.isolation, {&expected, 1});
+    expected_sizes(cage, cage.isolation, std::numeric_limits<double>::infinity(), {&expected, 1});
     const Table table(cage);
     const rust::Slice<const int32_t> sizes = table.stencil_sizes();
     const int32_t* source = table.stencil_indices().data();

@@ -1,5 +1,6 @@
 // Refinement of a cage, and copies of OpenSubdiv's tables.
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include <opensubdiv/far/patchTableFactory.h>
@@ -51,13 +52,25 @@ uint32_t version_number() { return OPENSUBDIV_VERSION_NUMBER; }
 // every further level adds as many for points and creases that are patches of their own. Other creases, those that cross,
 // add twice as many, so with creases what level 5 adds over level 4 is doubled from level to level. Sizes of stencils are
 // those of a table of two levels; on later levels they are a quarter larger (measured: 12 to 29 % on cages of quads, of
-// triangles and with creases).
-void expected_sizes(const Cage& cage, uint32_t first, rust::Slice<Sizes> sizes) {
+// triangles and with creases). Counting ends at the first level with which there are more faces than face_limit; what
+// further levels add then doubles from level to level.
+void expected_sizes(const Cage& cage, uint32_t first, double face_limit, rust::Slice<Sizes> sizes) {
     const bool has_creases = !cage.crease_sharpness.empty() || !cage.sharp_points.empty();
     const int last = (int)first + (int)sizes.size() - 1, sampled = std::min(last, 2);
-    const int counted = std::min(last, has_creases ? 5 : 4);
+    const int deepest = std::min(last, has_creases ? 5 : 4);
     const std::unique_ptr<Far::TopologyRefiner> refiner = make_refiner(cage);
-    refiner->RefineAdaptive(table_options(cage, (uint32_t)counted).GetRefineAdaptiveOptions());
+    // A level has at most four faces for each of the one before, and the first one for each corner.
+    double most = (double)cage.corners.size();
+    int counted = 0;
+    while (counted < deepest && refiner->GetNumFacesTotal() <= face_limit) {
+        double bound = (double)refiner->GetNumFacesTotal();
+        for (int further = counted; further < deepest; ++further) bound += most * std::pow(4.0, further - counted);
+        counted = bound <= face_limit ? deepest : counted + 1;
+        refiner->Unrefine();
+        refiner->RefineAdaptive(table_options(cage, (uint32_t)counted).GetRefineAdaptiveOptions());
+        most = 4.0 * (double)refiner->GetLevel(refiner->GetMaxLevel()).GetNumFaces();
+    }
+    const bool is_cut = counted < deepest;
     double faces[11] = {}, vertices[11] = {}, growth[2] = {};
     for (int level = 0; level <= last; ++level) {
         // A cage without features has fewer levels than it may have.
@@ -71,13 +84,17 @@ void expected_sizes(const Cage& cage, uint32_t first, rust::Slice<Sizes> sizes) 
             growth[0] = std::max(faces[level] - faces[level - 1], 0.0);
             growth[1] = std::max(vertices[level] - vertices[level - 1], 0.0);
         }
+        if (is_cut && level == counted) {
+            growth[0] = faces[level];
+            growth[1] = vertices[level];
+        }
     }
     // Where a sample would take long, it is guessed: cages of quads and triangles have 9 to 11 weights a stencil.
     const double sample_vertices = vertices[1] + vertices[2];
     Sizes sample = {faces[0] + faces[1] + faces[2], 11.0 * 1.6 * sample_vertices, 0.0};
     sample.pieces = (cage.crease_sharpness.empty() ? 1.0 : 3.0) * sample.patches;
     double stencils = 1.6 * sample_vertices;
-    if (sample_vertices < 300000.0) {
+    if (sample_vertices < 300000.0 && counted >= sampled) {
         Cage coarse = cage;
         coarse.isolation = (uint32_t)sampled;
         const Table table(coarse);

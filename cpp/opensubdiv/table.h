@@ -67,8 +67,8 @@ private:
 };
 
 // Estimates what a table holds at the isolations first, first + 1 and so on, one for each of sizes. Patches are estimated
-// from above.
-void expected_sizes(const Cage& cage, uint32_t first, rust::Slice<Sizes> sizes);
+// from above. Levels beyond the first with which there are more faces than face_limit are not refined, and guessed.
+void expected_sizes(const Cage& cage, uint32_t first, double face_limit, rust::Slice<Sizes> sizes);
 uint32_t version_number();
 std::unique_ptr<Table> refine(const Cage& cage);
 std::unique_ptr<BfrEvaluator> make_bfr(const Table& table, uint32_t level);

@@ -83,7 +83,7 @@ pub mod ffi {
         include!("opensubdiv/table.h");
 
         type Table;
-        fn expected_sizes(cage: &Cage, first: u32, sizes: &mut [Sizes]) -> Result<()>;
+        fn expected_sizes(cage: &Cage, first: u32, face_limit: f64, sizes: &mut [Sizes]) -> Result<()>;
         /// Major * 10,000 + minor * 100 + patch of the headers.
         fn version_number() -> u32;
         fn refine(cage: &Cage) -> Result<UniquePtr<Table>>;

@@ -43,6 +43,8 @@ const REFINING: [f64; 2] = [55.5, 200.0];
 const POSING: [f64; 2] = [34.0, 870.0];
 /// What the allocator does not give back at once, as a share of the rest, and up to so many bytes.
 const SPARE: [f64; 2] = [0.176, 25.5e6];
+/// Faces up to which estimates are counted whatever the limits: a few megabytes.
+const COUNTED: f64 = 10_000.0;
 /// Bytes beside these.
 const FIXED: f64 = 1.2e6;
 
@@ -199,7 +201,10 @@ impl<'m> Cage<'m> {
     /// Estimates the table at each isolation of `levels`, within 1 to 10.
     fn expected(&self, options: &Options, levels: RangeInclusive<u32>) -> Result<Vec<Expected>> {
         let mut sizes = vec![ffi::Sizes::default(); levels.clone().count()];
-        ffi::expected_sizes(&self.described(options), *levels.start(), &mut sizes).map_err(refused)?;
+        // Half of the faces become patches, so that more of them than this are refused however many follow.
+        let faces = 2.0 * options.patch_limit.min(options.memory_limit as f64 / POSING[1]);
+        let faces = faces.max(COUNTED);
+        ffi::expected_sizes(&self.described(options), *levels.start(), faces, &mut sizes).map_err(refused)?;
         Ok(sizes.iter().map(|size| Expected { patches: size.patches, bytes: self.bytes(size) }).collect())
     }
 

@@ -227,6 +227,39 @@ fn tables_hold_no_more_patches_than_estimated_and_take_memory_by_their_weights()
     }
 }
 
+/// The most bytes that this process has used, where the system has them.
+fn peak() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(1024 * line.trim().strip_suffix(" kB")?.parse::<u64>().ok()?)
+}
+
+/// Every edge is a crease, so that all faces are refined at every level: five levels take half a gigabyte.
+#[test]
+fn estimates_are_bounded_by_the_limits_too() {
+    let mut cage = torus(96, false);
+    let edge = |a: &u32, b: &u32| Crease { points: [*a.min(b), *a.max(b)], sharpness: 6.0 };
+    cage.creases = (cage.corners.chunks_exact(4))
+        .flat_map(|face| (0..4).map(|side| edge(&face[side], &face[(side + 1) % 4])).collect::<Vec<_>>())
+        .collect();
+    cage.creases.sort_by_key(|crease| crease.points);
+    cage.creases.dedup_by_key(|crease| crease.points);
+    let options = Options { isolation: 8, memory_limit: 16 << 20, single_crease: true, ..OPTIONS };
+    let before = peak();
+    let expected = Table::expected(&cage, &options).unwrap();
+    assert!(expected.windows(2).all(|pair| pair[1].bytes >= pair[0].bytes && pair[1].patches >= pair[0].patches));
+    assert!(expected[3].bytes > 16e6);
+    let error = Table::new(&cage, &options).err().unwrap();
+    assert!(error.to_string().contains("memory limit"), "{error}");
+    if let (Some(before), Some(after)) = (before, peak()) {
+        assert!(after - before < 250 << 20, "{} MB", (after - before) >> 20);
+    }
+    // Counted level by level, where the limit is near but not reached, they are the same.
+    let mesh = torus(24, true);
+    let counted = |memory_limit| Table::expected(&mesh, &Options { isolation: 4, memory_limit, ..OPTIONS }).unwrap();
+    assert_eq!(counted(400 << 20), counted(1 << 40));
+}
+
 #[test]
 fn what_cannot_be_refined_or_evaluated_is_an_error() {
     let mesh = sheet();
