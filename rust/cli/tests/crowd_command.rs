@@ -152,6 +152,14 @@ fn a_crowd_is_built_described_viewed_rendered_and_exported() {
     let near = ["--agents", "agents.txt", "--eye", "1,1,8", "--target", "1,1,0"];
     assert_eq!(view(&near)["in_view"].as_u64(), Some(2));
 
+    if !relievo_gpu::adapters().is_empty() {
+        let device = ["--device", "gpu", "--frames", "2", "--step", "0.3"];
+        let both = view(&[&["--square", "100"], &device[..]].concat());
+        assert_eq!(both, view(&["--square", "100", "--frames", "2", "--step", "0.3"]));
+        assert_eq!(view(&[&near[..], &device].concat())[0]["in_view"].as_u64(), Some(2));
+    }
+    fails(at, &["crowd", "view", "both.rcrowd", "--square", "1", "--device", "gpu", "--occlusion"], "--occlusion");
+
     let render = |name: &str, more: &[&str]| {
         let fixed = ["crowd", "render", "both.rcrowd", "-o", name, "--size", "96x72", "--samples", "1"];
         done(at, &[&fixed[..], &near, more].concat());

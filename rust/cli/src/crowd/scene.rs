@@ -7,8 +7,8 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
 use relievo_crowd::{
-    Crowd, CrowdModel, CrowdView, Culled, Frame, Occlusion, PixelView, Stream, Walker, parse_walkers, read_walkers,
-    square,
+    Crowd, CrowdModel, CrowdView, Culled, DeviceCrowd, Frame, Occlusion, PixelView, Stream, Walker, parse_walkers,
+    read_walkers, square,
 };
 use relievo_render::Camera;
 use serde_json::{Value, json};
@@ -16,8 +16,12 @@ use serde_json::{Value, json};
 use crate::Outcome;
 use crate::limits::Limits;
 use crate::numbers::vector;
+use crate::run::Device as Kind;
 
 const EXAMPLE: &str = "Example: relievo crowd view robot.rcrowd --square 1000 --time 1.5";
+
+/// Draws that a device has room for at first.
+const ROOM: u32 = 1 << 16;
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
@@ -31,6 +35,12 @@ pub struct ViewArguments {
     /// Clusters of a model that are read in a frame at most.
     #[arg(long, value_name = "N", default_value_t = 1024, requires = "budget")]
     read: u32,
+    /// What cuts the crowd and makes its draws. A graphics device makes those of the processor.
+    #[arg(long, value_enum, default_value = "cpu", conflicts_with_all = ["budget", "occlusion"])]
+    device: Kind,
+    /// A part of the name of the graphics device; left out, the best there is.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
     /// Print JSON for programs.
     #[arg(long)]
     json: bool,
@@ -96,6 +106,7 @@ pub struct Scene {
     view: CrowdView,
     size: [u32; 2],
     occlusion: Option<Occlusion>,
+    on_device: Option<DeviceCrowd>,
 }
 
 /// What a view draws of a crowd at a time.
@@ -128,7 +139,10 @@ impl Scene {
             self.crowd.set(index as u32, walker.at(time))?;
         }
         let mut frame = Frame::default();
-        self.crowd.cut(&self.context, &self.view, &mut frame)?;
+        match &mut self.on_device {
+            Some(device) => frame = device.cut(&self.context, &self.crowd, &self.view, time)?.frame(),
+            None => self.crowd.cut(&self.context, &self.view, &mut frame)?,
+        }
         let input = |agent: u32| {
             let model = self.crowd.agents()[agent as usize].model as usize;
             u64::from(self.crowd.models()[model].input_triangles)
@@ -199,7 +213,7 @@ impl SceneArguments {
         let (camera, ground) = self.camera(&crowd)?;
         let view = CrowdView::perspective(camera.eye, camera.axes, camera.fov, self.size, self.pixels)?;
         let occlusion = self.occlusion.then(Occlusion::default);
-        Ok(Scene { context, crowd, camera, ground, walkers, view, size: self.size, occlusion })
+        Ok(Scene { context, crowd, camera, ground, walkers, view, size: self.size, occlusion, on_device: None })
     }
 
     /// Calls `work` with what is drawn in one frame after the other.
@@ -300,6 +314,10 @@ pub fn run(arguments: &ViewArguments) -> Outcome {
             arguments.scene.place(context, models)?
         }
     };
+    let memory = arguments.scene.limits.memory_limit;
+    if let Some(device) = crate::run::device(arguments.device, arguments.adapter.as_deref(), memory)? {
+        scene.on_device = Some(DeviceCrowd::new(&device, &scene.crowd, ROOM)?);
+    }
     let (mut text, mut values) = (String::new(), Vec::new());
     arguments.scene.for_each_frame(&mut scene, |scene, mut shown| {
         if !streams.is_empty() {
