@@ -85,8 +85,8 @@ typedef struct RlvJobInfo {
 
 #define RLV_JOB_INFO_INIT {sizeof(RlvJobInfo), RLV_JOB_RUNNING, RLV_OK, 0.0f, {0}, RLV_JOB_KIND_NONE}
 
-/* Starts rlv_tessellate_detail, of the detail as it is committed now; rlv_job_mesh has the triangles. Not to be stopped
- * half-way: a cancelled one works to its end. Fails as rlv_tessellate_detail does, as a job or at once. */
+/* Starts rlv_tessellate_detail, of the detail as it is committed now; rlv_job_mesh has the triangles. Stops
+ * between pieces of at most a sixty-fourth of the tiles. Fails as rlv_tessellate_detail does, as a job or at once. */
 RLV_API RlvResult rlv_job_tessellate(RlvDetail detail, const RlvTessellateOptions *options, RlvJob *out);
 
 /* Edits the detail, and mutates the collider: starts rlv_imprint_sweep; rlv_job_imprint_report has what it did. Cancelled
@@ -198,7 +198,7 @@ RLV_API RlvResult rlv_job_surface_create(RlvContext context, RlvMesh cage, const
 RLV_API RlvResult rlv_job_caster_create_mesh(RlvContext context, RlvMesh mesh, RlvJob *out);
 
 /* Starts rlv_caster_create_detail, of the detail as it is committed now; rlv_job_caster has the caster. Stops as
- * rlv_job_caster_create_mesh does, and between tessellation and hierarchy. Fails as rlv_caster_create_detail does, as a job
+ * rlv_job_tessellate and rlv_job_caster_create_mesh do. Fails as rlv_caster_create_detail does, as a job
  * or at once. */
 RLV_API RlvResult rlv_job_caster_create_detail(RlvDetail detail, const RlvTessellateOptions *options, RlvJob *out);
 
@@ -216,16 +216,16 @@ RLV_API RlvResult rlv_job_procedural_create(RlvDetail detail, const RlvProcedura
 RLV_API RlvResult rlv_job_procedural_create_moving(RlvProcedural begin, RlvDetail end, RlvJob *out);
 
 /* Starts rlv_collider_create_mesh; rlv_job_collider has the collider. The mesh must not be changed until the job has ended.
- * Stops before and after each of its stages. Fails as rlv_collider_create_mesh does, as a job or at once. */
+ * Stops before and after its triangles are connected. Fails as rlv_collider_create_mesh does, as a job or at once. */
 RLV_API RlvResult rlv_job_collider_create_mesh(RlvContext context, RlvMesh mesh, const double *matrix, RlvJob *out);
 
-/* Starts rlv_collider_create_surface; rlv_job_collider has the collider. Stops as rlv_job_collider_create_mesh does. Fails
- * as rlv_collider_create_surface does, as a job or at once. */
+/* Starts rlv_collider_create_surface; rlv_job_collider has the collider. Stops as
+ * rlv_job_tessellate and rlv_job_collider_create_mesh do. Fails as rlv_collider_create_surface does, as a job or at once. */
 RLV_API RlvResult rlv_job_collider_create_surface(RlvSurface surface, const RlvTessellateOptions *options,
                                                   const double *matrix, RlvJob *out);
 
-/* Starts rlv_collider_create_detail, of the detail as it is committed now; rlv_job_collider has the collider. Stops as
- * rlv_job_collider_create_mesh does. Fails as rlv_collider_create_detail does, as a job or at once. */
+/* Starts rlv_collider_create_detail, of the detail as it is committed now; rlv_job_collider has the collider. Stops
+ * as rlv_job_collider_create_surface does. Fails as rlv_collider_create_detail does, as a job or at once. */
 RLV_API RlvResult rlv_job_collider_create_detail(RlvDetail detail, const RlvTessellateOptions *options, RlvJob *out);
 
 /* Starts rlv_mesh_read; rlv_job_mesh has the mesh. Stops before and after the file is read. Fails as rlv_mesh_read does,

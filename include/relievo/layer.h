@@ -66,7 +66,8 @@ RLV_API RlvResult rlv_layer_info(RlvDetail detail, size_t index, RlvLayerInfo *o
  * UTF-8 that no other layer has. Fails if the detail has no colours and the layer is of colour. */
 RLV_API RlvResult rlv_layer_add(RlvDetail detail, const char *name, const RlvLayerOptions *options, uint32_t *out);
 
-/* Changes how a layer is seen: blend, is_visible and opacity of the options. Fails, and changes nothing, if there is no
+/* Changes how a layer is seen: blend, is_visible and opacity of the options. Outside of an edit of a document it is no step of
+ * undo: it stays, and where undo takes the layer away or sets it otherwise, redo brings it back. Fails, and changes nothing, if there is no
  * such layer, its kind has no such blend mode, or the opacity is not 0 to 1. */
 RLV_API RlvResult rlv_layer_set(RlvDetail detail, uint32_t id, const RlvLayerOptions *options);
 

@@ -267,7 +267,67 @@ static void check_all(int is_task) {
     CHECK_OK(rlv_context_release(context));
 }
 
+static RlvJob stopping;
+static int loops, stop_at;
+
+/* A parallel loop of the host, which cancels the job in the middle. */
+static void loop(void *user, size_t count, RlvLoopBody body, void *given) {
+    (void)user;
+    if (++loops == stop_at) {
+        CHECK_OK(rlv_job_cancel(stopping));
+    }
+    for (size_t index = 0; index < count; ++index) {
+        body(given, index);
+    }
+}
+
+/* Cancelled while it works, it does a part of the work only. */
+static void check_stop(RlvResult (*start)(RlvJob *)) {
+    RlvJobInfo info = RLV_JOB_INFO_INIT;
+    CHECK_OK(start(&stopping));
+    loops = stop_at = 0;
+    run();
+    CHECK_OK(rlv_job_wait(stopping, -1.0, &info));
+    CHECK(info.state == RLV_JOB_DONE);
+    CHECK_OK(rlv_job_release(stopping));
+    const int all = loops;
+    CHECK(all > 12);
+    CHECK_OK(start(&stopping));
+    loops = 0;
+    stop_at = all / 3;
+    run();
+    CHECK_OK(rlv_job_wait(stopping, -1.0, &info));
+    CHECK(info.state == RLV_JOB_CANCELLED && info.result == RLV_ERROR_CANCELLED);
+    CHECK(info.fraction > 0.0f && info.fraction < 0.6f && loops <= all / 2);
+    CHECK_OK(rlv_job_release(stopping));
+    stop_at = 0;
+}
+
+static RlvResult tessellations(RlvJob *out) { return rlv_job_tessellate(detail, NULL, out); }
+
+static void check_stops(uint32_t kind) {
+    RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
+    RlvSurfaceOptions how = RLV_SURFACE_OPTIONS_INIT;
+    options.threads = 2;
+    options.host_loop = loop;
+    options.host_spawn = keep;
+    how.kind = kind;
+    CHECK_OK(rlv_context_create(&options, &context));
+    plane = check_plane(context, 16, 16);
+    CHECK_OK(rlv_surface_create(context, plane, &how, &surface));
+    CHECK_OK(rlv_detail_create(surface, NULL, NULL, &detail));
+    check_stop(tessellations);
+    check_stop(detail_casters);
+    check_stop(detail_colliders);
+    CHECK_OK(rlv_detail_release(detail));
+    CHECK_OK(rlv_surface_release(surface));
+    CHECK_OK(rlv_mesh_release(plane));
+    CHECK_OK(rlv_context_release(context));
+}
+
 int main(void) {
+    check_stops(RLV_SURFACE_CATMULL_CLARK);
+    check_stops(RLV_SURFACE_TRIANGLES);
     check_all(1);
     check_all(0);
     for (; number > 0; --number) {

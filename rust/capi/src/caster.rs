@@ -144,7 +144,9 @@ impl CasterObject {
         progress: &mut dyn Progress,
     ) -> Result<Self> {
         progress.step(0.0, STAGE)?;
-        let Tessellation { mesh, tiles, parameters } = tessellate_bare_view(&context.context, &view, cells)?;
+        let mut first = |fraction: f32, _: &str| progress.report(0.5 * fraction, STAGE);
+        let Tessellation { mesh, tiles, parameters } =
+            tessellate_bare_view(&context.context, &view, cells, &mut first)?;
         let triangles = mesh.triangles();
         progress.step(0.5, STAGE)?;
         let scene = build(&context, &mesh.points, &triangles)?;

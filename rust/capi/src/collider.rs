@@ -55,6 +55,11 @@ fn register(
 /// What is being done while a collider is made.
 const STAGE: &str = "collider";
 
+/// Reports the triangles of a collider as the first half of the work.
+fn first_half(progress: &mut dyn Progress) -> impl Progress + '_ {
+    |fraction: f32, _: &str| progress.report(0.5 * fraction, STAGE)
+}
+
 /// Reads what a collider of a mesh is made of.
 ///
 /// # Safety
@@ -86,7 +91,7 @@ pub unsafe fn of_surface(
     Ok(Making::new(surface.context.clone(), move |progress| {
         let context = surface.context.clone();
         progress.step(0.0, STAGE)?;
-        let mesh = bare_mesh(&context.context, &surface, cells)?;
+        let mesh = bare_mesh(&context.context, &surface, cells, &mut first_half(progress))?;
         register(context, &mesh, matrix, progress)
     }))
 }
@@ -102,7 +107,7 @@ pub unsafe fn of_detail(detail: RlvDetail, options: *const RlvTessellateOptions)
     let (context, view) = (detail.context.clone(), detail.view());
     Ok(Making::new(context.clone(), move |progress| {
         progress.step(0.0, STAGE)?;
-        let made = tessellate_bare_view(&context.context, &view, cells)?;
+        let made = tessellate_bare_view(&context.context, &view, cells, &mut first_half(progress))?;
         register(context, &made.mesh, view.transform, progress)
     }))
 }

@@ -325,7 +325,7 @@ entry! {
         let job = start(&context.clone(), RLV_JOB_KIND_MESH, move |progress| {
             progress.step(0.0, "tessellate")?;
             // A product is released where the job is cancelled.
-            let made = Product::Mesh(tessellate::tessellate_committed(&context, &view, options)?);
+            let made = Product::Mesh(tessellate::tessellate_committed(&context, &view, options, progress)?);
             progress.step(1.0, "tessellate")?;
             Ok(made)
         })?;

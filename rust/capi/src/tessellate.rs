@@ -3,7 +3,8 @@
 use std::ops::Range;
 use std::sync::{Arc, RwLock};
 
-use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result, Values};
+use relievo_core::progress::Silent;
+use relievo_core::{Attribute, Context, Domain, Error, Mesh, Progress, Result, Values};
 use relievo_surface::{Surface, SurfaceOptions, TileTopology};
 use relievo_tiles::triangle::{
     FaceRates, Pattern, TriangleChannel, TriangleDisplaced, TriangleNormals, TriangleOptions, TriangleTessellation,
@@ -139,19 +140,34 @@ fn check_triangles(context: &Context, count: u64) -> Result<()> {
     Ok(())
 }
 
-fn tessellate(context: &Context, displaced: &Displaced<'_>, cage: &Mesh, rates: &[u32]) -> Result<Tessellation> {
+fn tessellate(
+    context: &Context,
+    displaced: &Displaced<'_>,
+    cage: &Mesh,
+    rates: &[u32],
+    progress: &mut dyn Progress,
+) -> Result<Tessellation> {
     check_memory(context, rates)?;
-    context.stats().time("tessellate", || displaced.tessellate(context, cage, rates))
+    context.stats().time("tessellate", || {
+        let tessellator = Tessellator::new(displaced.field().topology(), cage, rates.to_vec())?;
+        tessellator.tessellate_watched(context, displaced, cage, progress)
+    })
 }
 
 /// The triangles of a mesh that they are of, where something is on it, as fine as that.
-fn triangles_of(context: &Context, view: &TriangleView, cage: &Mesh) -> Result<(Vec<FaceRates>, TriangleTessellation)> {
+fn triangles_of(
+    context: &Context,
+    view: &TriangleView,
+    cage: &Mesh,
+    progress: &mut dyn Progress,
+) -> Result<(Vec<FaceRates>, TriangleTessellation)> {
     let faces = view.surface.topology().face_count();
     let rates = context.map(faces, |face| view.rates(face as u32));
     let triangles: u64 = rates.iter().map(triangle_count).sum();
     check_triangles(context, triangles)?;
     let made = context.stats().time("tessellate", || {
-        TriangleTessellation::new(context, &view.displaced()?, &view.normals, cage, |face| rates[face as usize])
+        let (displaced, rate) = (view.displaced()?, |face| rates[face as usize]);
+        TriangleTessellation::new_watched(context, &displaced, &view.normals, cage, rate, progress)
     })?;
     Ok((rates, made))
 }
@@ -163,17 +179,22 @@ fn triangle_count(rates: &FaceRates) -> u64 {
 }
 
 /// Returns the triangles that [`tessellate_view`] makes, without colours, traces and attributes of the cage.
-pub fn tessellate_bare_view(context: &Context, view: &View, cells: Cells) -> Result<Tessellation> {
+pub fn tessellate_bare_view(
+    context: &Context,
+    view: &View,
+    cells: Cells,
+    progress: &mut dyn Progress,
+) -> Result<Tessellation> {
     let cage = Mesh { attributes: Vec::new(), ..(*view.cage).clone() };
     match &view.layers {
-        Layers::Tiles(it) => tessellate(context, &it.displaced()?, &cage, &cells.of_view(it)),
-        Layers::Triangles(it) => Ok(plain(triangles_of(context, it, &cage)?.1)),
+        Layers::Tiles(it) => tessellate(context, &it.displaced()?, &cage, &cells.of_view(it), progress),
+        Layers::Triangles(it) => Ok(plain(triangles_of(context, it, &cage, progress)?.1)),
     }
 }
 
 /// What was committed, with its colours and traces.
-fn tessellate_view(context: &Context, view: &View, cells: Cells) -> Result<Tessellation> {
-    Ok(Follower::new(context, view, cells)?.into_tessellation())
+fn tessellate_view(context: &Context, view: &View, cells: Cells, progress: &mut dyn Progress) -> Result<Tessellation> {
+    Ok(Follower::new(context, view, cells, progress)?.into_tessellation())
 }
 
 fn plain(made: TriangleTessellation) -> Tessellation {
@@ -182,13 +203,19 @@ fn plain(made: TriangleTessellation) -> Tessellation {
 }
 
 /// The mesh of a surface without displacement.
-fn tessellate_bare(context: &Context, surface: &SurfaceObject, cells: Cells) -> Result<Tessellation> {
+fn tessellate_bare(
+    context: &Context,
+    surface: &SurfaceObject,
+    cells: Cells,
+    progress: &mut dyn Progress,
+) -> Result<Tessellation> {
     let Pose { shape, points } = surface.snapshot();
     match shape {
         Shape::Tiles(limit) => {
             let nothing = Displacement::new(limit.topology().clone(), &DisplacementOptions::default())?;
             let rates = cells.rates(limit.topology(), |_| 0);
-            let mut made = tessellate(context, &Displaced::new(&limit, nothing.field())?, &surface.cage, &rates)?;
+            let displaced = Displaced::new(&limit, nothing.field())?;
+            let mut made = tessellate(context, &displaced, &surface.cage, &rates, progress)?;
             smooth(context, &surface.cage, &surface.options, cells, &mut made)?;
             Ok(made)
         }
@@ -199,14 +226,20 @@ fn tessellate_bare(context: &Context, surface: &SurfaceObject, cells: Cells) -> 
             let displaced = TriangleDisplaced::new(&triangles, nothing.field())?;
             let normals = TriangleNormals::new(triangles.topology(), nothing.field().pattern());
             check_triangles(context, triangles.topology().face_count() as u64)?;
-            TriangleTessellation::new(context, &displaced, &normals, &cage, |_| FaceRates::SINGLE).map(plain)
+            let single = |_| FaceRates::SINGLE;
+            TriangleTessellation::new_watched(context, &displaced, &normals, &cage, single, progress).map(plain)
         }
     }
 }
 
 /// As [`tessellate_bare`], for colliders.
-pub fn bare_mesh(context: &Context, surface: &SurfaceObject, cells: Cells) -> Result<Mesh> {
-    tessellate_bare(context, surface, cells).map(|made| made.mesh)
+pub fn bare_mesh(
+    context: &Context,
+    surface: &SurfaceObject,
+    cells: Cells,
+    progress: &mut dyn Progress,
+) -> Result<Mesh> {
+    tessellate_bare(context, surface, cells, progress).map(|made| made.mesh)
 }
 
 /// Gives the points the colours and traces of what was committed.
@@ -322,7 +355,7 @@ enum Follower {
 
 impl Follower {
     /// All triangles anew.
-    fn new(context: &Context, view: &View, cells: Cells) -> Result<Self> {
+    fn new(context: &Context, view: &View, cells: Cells, progress: &mut dyn Progress) -> Result<Self> {
         let cage = &view.cage;
         match &view.layers {
             Layers::Tiles(it) => {
@@ -330,14 +363,14 @@ impl Follower {
                 check_memory(context, &rates)?;
                 context.stats().time("tessellate", || {
                     let tessellator = Tessellator::new(it.surface.topology(), cage, rates.clone())?;
-                    let mut made = tessellator.tessellate(context, &it.displaced()?, cage)?;
+                    let mut made = tessellator.tessellate_watched(context, &it.displaced()?, cage, progress)?;
                     smooth(context, cage, &it.options, cells, &mut made)?;
                     coat(view, it, &mut made);
                     Ok(Self::Tiles { rates, tessellator, made })
                 })
             }
             Layers::Triangles(it) => {
-                let (rates, mut made) = triangles_of(context, it, cage)?;
+                let (rates, mut made) = triangles_of(context, it, cage, progress)?;
                 coat_triangles(view, it, &mut made)?;
                 Ok(Self::Triangles { rates, made })
             }
@@ -443,7 +476,7 @@ struct Changes {
 impl Kept {
     /// All triangles anew.
     fn new(context: &Context, view: Arc<View>, cells: Cells) -> Result<Self> {
-        let follower = Follower::new(context, &view, cells)?;
+        let follower = Follower::new(context, &view, cells, &mut Silent)?;
         let ranges = vec![[0, follower.mesh().points.len() as u32]];
         Ok(Self { view, follower, ranges, serial: 0, rebuilt: 0 })
     }
@@ -479,9 +512,14 @@ impl Kept {
 }
 
 /// The triangles of what was committed, with their places if those are wanted.
-pub fn tessellate_committed(context: &Arc<ContextObject>, view: &View, options: (Cells, bool)) -> Result<RlvMesh> {
+pub fn tessellate_committed(
+    context: &Arc<ContextObject>,
+    view: &View,
+    options: (Cells, bool),
+    progress: &mut dyn Progress,
+) -> Result<RlvMesh> {
     let (cells, places) = options;
-    let made = tessellate_view(&context.context, view, cells)?;
+    let made = tessellate_view(&context.context, view, cells, progress)?;
     mesh::register(context.clone(), with_places(made, places))
 }
 
@@ -491,7 +529,7 @@ entry! {
         let object = registry::get(surface)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let (cells, places) = unsafe { Cells::new(options) }?;
-        let made = tessellate_bare(&object.context.context, &object, cells)?;
+        let made = tessellate_bare(&object.context.context, &object, cells, &mut Silent)?;
         let handle = mesh::register(object.context.clone(), with_places(made, places))?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
@@ -503,7 +541,7 @@ entry! {
         let object = registry::get(detail)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let options = unsafe { Cells::new(options) }?;
-        let handle = tessellate_committed(&object.context, &object.view(), options)?;
+        let handle = tessellate_committed(&object.context, &object.view(), options, &mut Silent)?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())

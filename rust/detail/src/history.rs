@@ -101,6 +101,54 @@ struct Step {
     edit: Kept,
     /// Its number in the journal.
     sequence: u64,
+    /// What was changed without the history of layers that the edit changes too, in the states before and after it.
+    strays: [Vec<Stray>; 2],
+}
+
+/// How a layer was seen and what it was called where an edit found it otherwise than it left it.
+#[derive(Clone, Debug)]
+struct Stray {
+    layer: u32,
+    settings: Settings,
+    name: String,
+}
+
+impl Stray {
+    fn of(head: &Head) -> Self {
+        Self { layer: head.id, settings: head.settings, name: head.name.clone() }
+    }
+}
+
+/// The layers after `edit` goes in `direction` from `now`, if it changes them, and what of the layers it changes was changed
+/// without the history. Settings and names that the edit does not change stay as they are now; those that it changes become
+/// what `known` says of their state, or else what the edit says.
+fn merged(edit: &Edit, direction: Direction, now: &[Head], known: &[Stray]) -> Option<(Vec<Head>, Vec<Stray>)> {
+    let mut heads = edit.layers_after(direction, now)?;
+    let from = edit.layers().map_or(&[][..], |layers| &layers[direction as usize]);
+    let mut strays = Vec::new();
+    for before in from {
+        let Some(current) = now.iter().find(|head| head.id == before.id) else { continue };
+        let after = heads.iter_mut().find(|head| head.id == before.id);
+        let is_settled =
+            after.as_ref().is_some_and(|after| after.settings == before.settings && after.name == before.name);
+        if !is_settled && (current.settings != before.settings || current.name != before.name) {
+            strays.push(Stray::of(current));
+        }
+        let Some(after) = after else { continue };
+        if after.settings == before.settings {
+            after.settings = current.settings;
+        }
+        if after.name == before.name {
+            after.name.clone_from(&current.name);
+        }
+    }
+    for stray in known {
+        if let Some(head) = heads.iter_mut().find(|head| head.id == stray.layer) {
+            head.settings = stray.settings;
+            head.name.clone_from(&stray.name);
+        }
+    }
+    Some((heads, strays))
 }
 
 /// An edit that is being made.
@@ -194,6 +242,7 @@ impl History {
             input: Kept { bytes: entry.input.is_none().then(Vec::new), place: entry.input },
             edit: Kept { bytes: None, place: Some(entry.edit) },
             sequence: entry.sequence,
+            strays: Default::default(),
         };
         let mut history = Self::new(memory);
         history.done = log.done.iter().map(step).collect();
@@ -453,6 +502,7 @@ impl History {
             input: Kept { bytes: Some(open.input.clone().into_bytes()), place: open.place },
             edit: Kept { bytes: Some(payload), place: written.map(|(location, _)| location) },
             sequence: written.map_or(0, |(_, sequence)| sequence),
+            strays: Default::default(),
         };
         self.used += step.bytes();
         self.done.push(step);
@@ -460,7 +510,9 @@ impl History {
         Ok(Some(changed))
     }
 
-    /// Undoes the last edit on `object`; `None` if there is none. Every block is then as it was, to the bit.
+    /// Undoes the last edit on `object`; `None` if there is none. Every block is then as it was, to the bit. Settings and names of
+    /// layers that were changed without the history stay where the edit does not change them, and come back with [`Self::redo`]
+    /// where it does.
     ///
     /// Fails, and changes nothing, if an edit is under way, the object was changed without the history, or a file
     /// cannot be read or written.
@@ -506,7 +558,9 @@ impl History {
                 .advise("begin and end an edit around every change")
         };
         let now: Vec<Head> = edit.layers().map_or_else(Vec::new, |_| states.iter().map(LayerState::head).collect());
-        let heads = edit.layers_after(direction, &now);
+        let (from, to) = (direction as usize, 1 - direction as usize);
+        let known = self.step(index).map_or(&[][..], |step| &step.strays[to]);
+        let (heads, strays) = merged(&edit, direction, &now, known).unzip();
         let deltas = edit.deltas();
         for delta in deltas {
             find(&states, delta.layer).map_or(Ok(None), |layer| layer.blocks.try_bytes(delta.block))?;
@@ -534,7 +588,13 @@ impl History {
         object.restore(context, heads.as_deref(), put)?;
         self.recipes = recipes;
         if self.journal.is_some() && heads.is_some() {
-            self.known.clone_from(&heads);
+            // What was changed without the history is said with the next edit.
+            self.known = edit.layers_after(direction, &now);
+        }
+        let done = self.done.len();
+        let step = if index < done { self.done.get_mut(index) } else { self.undone.get_mut(index - done) };
+        if let (Some(step), Some(strays)) = (step, strays) {
+            step.strays[from] = strays;
         }
         let recipes = edit.recipes().iter().map(|change| change.id).collect();
         Ok(Changed { input, blocks: grouped(&blocks), layers: heads.is_some(), recipes, bytes })

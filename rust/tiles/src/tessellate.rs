@@ -9,7 +9,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use relievo_core::{Attribute, Context, Domain, Error, Mesh, Parts, Result, Values};
+use relievo_core::progress::Silent;
+use relievo_core::{Attribute, Context, Domain, Error, Mesh, Parts, Progress, Result, Values};
 use relievo_surface::{Grid, Place, Placement, TileTopology};
 
 use crate::carried::Carried;
@@ -19,6 +20,9 @@ pub use crate::numbering::MAX_RATE;
 use crate::numbering::{Local, Numbering, check_cage};
 use crate::texel::{ColorTexel, Texel};
 use crate::trace::Trace;
+
+/// What is being done, for progress.
+const STAGE: &str = "tessellate";
 
 /// A tessellated surface.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -86,13 +90,29 @@ impl Tessellator {
     ///
     /// Fails if the cage has other faces, or the surface other tiles.
     pub fn tessellate(&self, context: &Context, displaced: &Displaced<'_>, cage: &Mesh) -> Result<Tessellation> {
+        self.tessellate_watched(context, displaced, cage, &mut Silent)
+    }
+
+    /// As [`Self::tessellate`], in pieces between which `progress` hears of the stage `tessellate`.
+    ///
+    /// # Errors
+    /// As there, and where `progress` asks to stop.
+    pub fn tessellate_watched(
+        &self,
+        context: &Context,
+        displaced: &Displaced<'_>,
+        cage: &Mesh,
+        progress: &mut dyn Progress,
+    ) -> Result<Tessellation> {
         let numbering = &self.numbering;
         let topology = &numbering.topology;
         check_cage(topology, cage)?;
         self.check(displaced)?;
         let outline: Vec<u32> = (0..numbering.outline.len() as u32).collect();
         let mut points = Points::default();
+        progress.step(0.0, STAGE)?;
         self.outline(context, displaced, &outline, &mut points)?;
+        progress.step(0.1, STAGE)?;
         let shared = points.p.len();
         points.p.resize(self.point_count(), [0.0; 3]);
         points.normal.resize(self.point_count(), [0.0; 3]);
@@ -121,7 +141,7 @@ impl Tessellator {
                 result: Ok(()),
             });
         }
-        context.for_each_mut(&mut parts, |_, part| {
+        let work = |_, part: &mut Part<'_>| {
             let local = Local::new(numbering, part.tile);
             let first = numbering.locals[part.tile as usize];
             part.tiles.fill(part.tile);
@@ -137,7 +157,13 @@ impl Tessellator {
                 part.p.copy_from_slice(&inside.p);
                 part.normal.copy_from_slice(&inside.normal);
             });
-        });
+        };
+        let (count, piece) = (parts.len(), parts.len().div_ceil(64).max(2 * context.threads()));
+        for (index, parts) in parts.chunks_mut(piece).enumerate() {
+            progress.step(0.1 + 0.8 * (index * piece) as f32 / count as f32, STAGE)?;
+            context.for_each_mut(parts, work);
+        }
+        progress.step(0.9, STAGE)?;
         parts.into_iter().try_for_each(|part| part.result)?;
         let mut mesh = Mesh::new(points.p, vec![3; triangle_count], corners);
         mesh.attributes.push(Attribute {

@@ -311,3 +311,44 @@ fn whatever_is_done_to_layers_is_undone_made_again_and_replayed_to_the_bit() {
         assert!(bytes(&context, &mesh, &mut again) == states[0], "seed {seed}");
     }
 }
+
+#[test]
+fn what_is_changed_outside_of_edits_survives_undo_and_redo() {
+    let (context, mesh) = (Context::serial(), plane());
+    let mut object = object(&context, &mesh, 16);
+    let mut history = History::new(1 << 20);
+    let opacity = |object: &DisplacedObject, name: &str| {
+        let layers = object.layers();
+        layers.iter().find(|layer| layer.name == name).map(|layer| (layer.settings.opacity, layer.settings.visible))
+    };
+    history.begin(&context, &mut object, "add").unwrap();
+    let (id, _) = object.add_layer(&context, Kind::Scalar, "dents", scalar(Blend::Add, 1.0), 16).unwrap();
+    history.end(&context, &mut object).unwrap();
+    // Of the layer that the edit made, and of one that it left alone.
+    let base = object.layers()[0].clone();
+    object.set_layer(&context, id, scalar(Blend::Add, 0.25)).unwrap();
+    object.rename_layer(id, "scratches").unwrap();
+    object.set_layer(&context, base.id, Settings { visible: false, ..base.settings }).unwrap();
+    history.undo(&context, &mut object).unwrap().unwrap();
+    assert_eq!((opacity(&object, "scratches"), opacity(&object, &base.name)), (None, Some((1.0, false))));
+    history.redo(&context, &mut object).unwrap().unwrap();
+    assert_eq!(opacity(&object, "scratches"), Some((0.25, true)));
+    assert_eq!(opacity(&object, &base.name), Some((1.0, false)));
+    // What is newer counts for a layer that the edit left alone.
+    history.undo(&context, &mut object).unwrap().unwrap();
+    object.set_layer(&context, base.id, base.settings).unwrap();
+    history.redo(&context, &mut object).unwrap().unwrap();
+    assert_eq!(opacity(&object, &base.name), Some((1.0, true)));
+    // Of a layer whose settings the edit changes: each side keeps its own.
+    history.begin(&context, &mut object, "set").unwrap();
+    object.set_layer(&context, id, scalar(Blend::Add, 0.5)).unwrap();
+    history.end(&context, &mut object).unwrap();
+    object.set_layer(&context, id, scalar(Blend::Add, 0.75)).unwrap();
+    history.undo(&context, &mut object).unwrap().unwrap();
+    assert_eq!(opacity(&object, "scratches"), Some((0.25, true)));
+    object.set_layer(&context, id, scalar(Blend::Add, 0.125)).unwrap();
+    history.redo(&context, &mut object).unwrap().unwrap();
+    assert_eq!(opacity(&object, "scratches"), Some((0.75, true)));
+    history.undo(&context, &mut object).unwrap().unwrap();
+    assert_eq!(opacity(&object, "scratches"), Some((0.125, true)));
+}

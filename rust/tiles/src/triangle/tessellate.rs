@@ -5,7 +5,8 @@
 
 use std::ops::Range;
 
-use relievo_core::{Attribute, Context, Domain, Error, Mesh, Result, Values};
+use relievo_core::progress::Silent;
+use relievo_core::{Attribute, Context, Domain, Error, Mesh, Progress, Result, Values};
 use relievo_surface::triangle::Pieces;
 
 use super::displaced::TriangleDisplaced;
@@ -14,6 +15,9 @@ use super::normals::TriangleNormals;
 use super::pattern::{Node, Pattern, Slot};
 use super::piece::FaceRates;
 use crate::texel::ColorTexel;
+
+/// What is being done, for progress.
+const STAGE: &str = "tessellate";
 
 /// A tessellated triangle mesh.
 #[derive(Clone, Debug)]
@@ -40,6 +44,21 @@ impl TriangleTessellation {
         cage: &Mesh,
         rates: impl Fn(u32) -> FaceRates + Sync,
     ) -> Result<Self> {
+        Self::new_watched(context, displaced, normals, cage, rates, &mut Silent)
+    }
+
+    /// As [`Self::new`], in pieces between which `progress` hears of the stage `tessellate`.
+    ///
+    /// # Errors
+    /// As there, and where `progress` asks to stop.
+    pub fn new_watched(
+        context: &Context,
+        displaced: &TriangleDisplaced<'_>,
+        normals: &TriangleNormals,
+        cage: &Mesh,
+        rates: impl Fn(u32) -> FaceRates + Sync,
+        progress: &mut dyn Progress,
+    ) -> Result<Self> {
         let topology = displaced.field().topology();
         let missing = |what: &str| Error::invalid(what).advise("give the mesh that the surface was made from");
         if cage.points.len() != topology.vertex_count() || cage.triangles() != topology.faces() {
@@ -65,7 +84,7 @@ impl TriangleTessellation {
         let count = u32::try_from(next)
             .map_err(|_| Error::memory("the mesh has 2^32 or more vertices").advise("use a lower rate"))?;
 
-        let parts = context.map(faces, |face| {
+        let parts = context.map_watched(faces, progress, (STAGE, [0.0, 0.3]), |face| {
             let (rates, face) = (&rates[face], face as u32);
             let vertices: Vec<u32> = rates
                 .places()
@@ -82,7 +101,7 @@ impl TriangleTessellation {
                 })
                 .collect();
             (vertices, rates.triangles())
-        });
+        })?;
         let mut places = vec![None; count as usize];
         let mut pieces = Pieces { points: vec![None; count as usize], ..Pieces::default() };
         let (mut triangles, mut tiles) = (Vec::new(), Vec::new());
@@ -102,13 +121,15 @@ impl TriangleTessellation {
                 pieces.corners.extend(triangle.map(|at| first + at));
             }
         }
-        let found = context.map(count as usize, |vertex| match places[vertex] {
-            Some((face, pattern, node)) => {
-                let point = displaced.point(face, pattern, node);
-                (point.to_array(), normals.at(displaced.surface(), face, pattern, node).to_array())
-            }
-            None => (displaced.surface().points()[vertex], [0.0; 3]),
-        });
+        let found =
+            context.map_watched(count as usize, progress, (STAGE, [0.4, 0.9]), |vertex| match places[vertex] {
+                Some((face, pattern, node)) => {
+                    let point = displaced.point(face, pattern, node);
+                    (point.to_array(), normals.at(displaced.surface(), face, pattern, node).to_array())
+                }
+                None => (displaced.surface().points()[vertex], [0.0; 3]),
+            })?;
+        progress.step(0.9, STAGE)?;
         let (points, normals): (Vec<_>, Vec<[f32; 3]>) = found.into_iter().unzip();
         let mut mesh = Mesh::from_triangles(points, &triangles);
         mesh.attributes = pieces.carry(cage, topology, &["normal"]);

@@ -8,6 +8,7 @@ use std::ptr::{null, null_mut};
 
 use libfuzzer_sys::arbitrary::{Result, Unstructured};
 use libfuzzer_sys::fuzz_target;
+use relievo_abi::allocator::*;
 use relievo_abi::bake::*;
 use relievo_abi::bezier::*;
 use relievo_abi::brush::*;
@@ -33,6 +34,7 @@ use relievo_abi::level::*;
 use relievo_abi::mesh::*;
 use relievo_abi::object::*;
 use relievo_abi::particles::*;
+use relievo_abi::picture::*;
 use relievo_abi::procedural::*;
 use relievo_abi::progressive::*;
 use relievo_abi::repair::*;
@@ -209,6 +211,15 @@ fn pointer(matrix: &Option<[f64; 12]>) -> *const f64 {
     matrix.as_ref().map_or(null(), |matrix| matrix.as_ptr())
 }
 
+/// Arrays that a mesh borrows.
+type Lent = (Vec<f32>, Vec<u32>, Vec<u32>);
+
+/// Frees the arrays of a mesh that is gone.
+unsafe extern "C" fn give_up(user: *mut c_void) {
+    // SAFETY: they were boxed for this.
+    drop(unsafe { Box::from_raw(user.cast::<Lent>()) });
+}
+
 fn create_mesh(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let (columns, rows) = (bytes.int_in_range(1..=3_u32)?, bytes.int_in_range(1..=3_u32)?);
     let mut corners: Vec<u32> = Vec::new();
@@ -261,6 +272,17 @@ fn create_mesh(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
         let result =
             unsafe { rlv_repair_arrays(context, &arrays, none, 0, &settings, None, user, &mut report, &mut out) };
         made(result, out.id, &mut handles.meshes);
+    }
+    if bytes.ratio(1, 4)? {
+        let user: *mut Lent = Box::into_raw(Box::new((points, sizes, corners)));
+        let mut out = RlvMesh { id: UNTOUCHED };
+        // SAFETY: as above; the arrays live until they are given up.
+        let result = unsafe { rlv_mesh_create_borrowed(context, &arrays, Some(give_up), user.cast(), &mut out) };
+        made(result, out.id, &mut handles.meshes);
+        if result != RLV_OK {
+            // SAFETY: nobody has them.
+            unsafe { give_up(user.cast()) };
+        }
     }
     Ok(())
 }
@@ -1374,15 +1396,41 @@ fn background(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let options = tessellation(bytes)?;
     let mut out = RlvJob { id: UNTOUCHED };
     let path = c"/nowhere/nothing".as_ptr();
+    let (context, mesh) = (RlvContext { id: handles.pick(bytes, 0)? }, RlvMesh { id: handles.pick(bytes, 1)? });
+    let surface = RlvSurface { id: handles.pick(bytes, 2)? };
+    let (tessellation, document) =
+        (RlvTessellation { id: handles.pick(bytes, 6)? }, RlvDocument { id: handles.pick(bytes, 9)? });
+    let (procedural, particles) =
+        (RlvProcedural { id: handles.pick(bytes, 10)? }, RlvParticles { id: handles.pick(bytes, 17)? });
     // SAFETY: descriptors are sized, matrices have twelve numbers, texts end.
     let result = unsafe {
-        match bytes.int_in_range(0..=3_u8)? {
+        match bytes.int_in_range(0..=21_u8)? {
+            4 => rlv_job_surface_create(context, mesh, null(), &mut out),
+            5 => rlv_job_caster_create_mesh(context, mesh, &mut out),
+            6 => rlv_job_caster_create_detail(detail, &options, &mut out),
+            7 => rlv_job_caster_create_tessellation(tessellation, &mut out),
+            8 => rlv_job_procedural_create(detail, null(), &mut out),
+            9 => rlv_job_procedural_create_moving(procedural, detail, &mut out),
+            10 => rlv_job_collider_create_mesh(context, mesh, pointer(&places[0]), &mut out),
+            11 => rlv_job_collider_create_surface(surface, &options, pointer(&places[0]), &mut out),
+            12 => rlv_job_collider_create_detail(detail, &options, &mut out),
+            13 => rlv_job_mesh_read(context, path, &mut out),
+            14 => rlv_job_mesh_write(mesh, path, &mut out),
+            15 => rlv_job_particles_read(context, path, &mut out),
+            16 => rlv_job_particles_write(particles, path, &mut out),
+            17 => rlv_job_picture_open(context, path, &mut out),
+            18 => rlv_job_document_create(detail, null(), 0, &mut out),
+            19 => rlv_job_document_open(detail, path, 0, &mut out),
+            20 => rlv_job_document_save(document, path, &mut out),
+            21 => rlv_job_document_compact(context, path, 0, &mut out),
             0 => rlv_job_tessellate(detail, &options, &mut out),
             1 => rlv_job_ptex_read(detail, path, null(), &mut out),
             2 => rlv_job_bake(detail, null(), path, &mut out),
             _ => rlv_job_sweep(detail, collider, pointer(&places[0]), pointer(&places[1]), null(), null(), &mut out),
         }
     };
+    // SAFETY: NULL is refused.
+    assert!(!called(unsafe { rlv_allocator_set(null()) }));
     made(result, out.id, &mut handles.jobs);
     let job = RlvJob { id: handles.pick(bytes, 12)? };
     let (mut info, mut report): (RlvJobInfo, RlvImprintReport) = (sized(bytes)?, sized(bytes)?);
@@ -1403,6 +1451,22 @@ fn background(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
         rlv_job_mesh(job, &mut mesh)
     };
     made(result, mesh.id, &mut handles.meshes);
+    let mut surface = RlvSurface { id: UNTOUCHED };
+    let mut caster = RlvCaster { id: UNTOUCHED };
+    let mut collider = RlvCollider { id: UNTOUCHED };
+    let mut procedural = RlvProcedural { id: UNTOUCHED };
+    let mut document = RlvDocument { id: UNTOUCHED };
+    let mut picture = RlvPicture { id: UNTOUCHED };
+    // SAFETY: the outputs are there.
+    unsafe {
+        made(rlv_job_surface(job, &mut surface), surface.id, &mut handles.surfaces);
+        made(rlv_job_caster(job, &mut caster), caster.id, &mut handles.casters);
+        made(rlv_job_collider(job, &mut collider), collider.id, &mut handles.colliders);
+        made(rlv_job_procedural(job, &mut procedural), procedural.id, &mut handles.procedurals);
+        made(rlv_job_document(job, &mut document), document.id, &mut handles.documents);
+        // There is no file to open.
+        assert!(!called(rlv_job_picture(job, &mut picture)));
+    }
     Ok(())
 }
 
