@@ -113,15 +113,32 @@ def flatten(points, triangles, ends):
     flat = [numpy.zeros(len(a), complex), length + 0j, ((c - a) * axis).sum(1) + 1j * ((c - a) * other).sum(1)]
     # The Cauchy-Riemann equation of each triangle in complex numbers: the sum of its weights and positions is 0.
     weights = numpy.stack([flat[2] - flat[1], flat[0] - flat[2], flat[1] - flat[0]], 1) / numpy.sqrt(area)[:, None]
-    matrix = numpy.zeros((len(points), len(points)), complex)
-    for row in range(3):
-        for column in range(3):
-            numpy.add.at(matrix, (triangles[:, row], triangles[:, column]), weights[:, row].conj() * weights[:, column])
-    free = numpy.setdiff1d(numpy.arange(len(points)), ends)
-    held = numpy.array([0, 1 + 0j])
     plane = numpy.zeros(len(points), complex)
-    plane[ends] = held
-    plane[free] = numpy.linalg.solve(matrix[numpy.ix_(free, free)], -matrix[numpy.ix_(free, ends)] @ held)
+    plane[ends] = 0, 1
+    free = numpy.ones(len(points), bool)
+    free[ends] = False
+
+    def forces(positions):
+        """Returns minus the gradient of the squares of all equations."""
+        errors = (weights * positions[triangles]).sum(1, keepdims=True)
+        terms = (weights.conj() * errors).ravel()
+        at = triangles.ravel()
+        sums = numpy.bincount(at, terms.real, len(points)) + 1j * numpy.bincount(at, terms.imag, len(points))
+        return numpy.where(free, -sums, 0)
+
+    # Conjugate gradients, with the diagonal as preconditioner.
+    diagonal = numpy.bincount(triangles.ravel(), (abs(weights) ** 2).ravel(), len(points))
+    residual = forces(plane)
+    ahead = residual / diagonal
+    size = enough = numpy.vdot(residual, ahead).real
+    for _ in range(20000):
+        image = -forces(ahead)
+        length = size / numpy.vdot(ahead, image).real
+        plane, residual = plane + length * ahead, residual - length * image
+        before, size = size, numpy.vdot(residual, residual / diagonal).real
+        if size < 1e-16 * enough:
+            break
+        ahead = residual / diagonal + size / before * ahead
     return numpy.stack([plane.real, plane.imag], 1)
 
 
