@@ -89,8 +89,10 @@ Subdivision::Subdivision(const Cage& cage, const Rules& rules) : topology(make_r
     factory = std::make_unique<Bfr::RefinerSurfaceFactory<Cache>>(*topology, options);
 }
 
-void Subdivision::evaluate(uint32_t interpolation, uint32_t channel, rust::Slice<const float> values, uint32_t width,
-                           rust::Slice<const Spot> spots, uint32_t derivatives, rust::Slice<float> out) const {
+void Subdivision::evaluate(const Primvar& primvar, rust::Slice<const Spot> spots, uint32_t derivatives,
+                           rust::Slice<float> out) const {
+    const uint32_t interpolation = primvar.interpolation, width = primvar.width;
+    const Bfr::SurfaceFactory::FVarID channel = (Bfr::SurfaceFactory::FVarID)primvar.channel;
     Bfr::Surface<double> surface;
     std::vector<double> points;
     int32_t face = -1;
@@ -102,10 +104,10 @@ void Subdivision::evaluate(uint32_t interpolation, uint32_t channel, rust::Slice
             face = spot.face;
             there = interpolation == VERTEX    ? factory->InitVertexSurface(face, &surface)
                     : interpolation == VARYING ? factory->InitVaryingSurface(face, &surface)
-                                               : factory->InitFaceVaryingSurface(face, &surface, (Bfr::SurfaceFactory::FVarID)channel);
+                                               : factory->InitFaceVaryingSurface(face, &surface, channel);
             if (there) {
                 points.resize((size_t)surface.GetNumPatchPoints() * width);
-                surface.GatherControlPoints(values.data(), (int)width, points.data(), (int)width);
+                surface.GatherControlPoints(primvar.values.data(), (int)width, points.data(), (int)width);
                 surface.ComputePatchPoints(points.data(), (int)width);
             }
         }
@@ -161,12 +163,13 @@ rust::Vec<uint32_t> Refined::channel_corners(uint32_t channel) const {
     return out;
 }
 
-rust::Vec<float> Refined::values(uint32_t interpolation, uint32_t channel, rust::Slice<const float> cage_values,
-                                 uint32_t width) const {
+rust::Vec<float> Refined::values(const Primvar& primvar) const {
+    const uint32_t interpolation = primvar.interpolation, width = primvar.width;
+    const rust::Slice<const float> cage_values = primvar.values;
     const Far::PrimvarRefinerReal<double> refiner(*topology);
     std::vector<Value> from(cage_values.size() / width), to;
     for (size_t k = 0; k < cage_values.size(); ++k) from[k / width].numbers[k % width] = cage_values[k];
-    const int last = topology->GetMaxLevel(), number = (int)channel;
+    const int last = topology->GetMaxLevel(), number = (int)primvar.channel;
     for (int level = 1; level <= last; ++level) {
         const Far::TopologyLevel refined = topology->GetLevel(level);
         to.assign((size_t)(interpolation == FACE_VARYING ? refined.GetNumFVarValues(number) : refined.GetNumVertices()),
@@ -189,8 +192,11 @@ rust::Vec<float> Refined::values(uint32_t interpolation, uint32_t channel, rust:
     return out;
 }
 
-void osd_evaluate(const Cage& cage, const Rules& rules, uint32_t interpolation, uint32_t channel,
-                  rust::Slice<const float> values, uint32_t width, rust::Slice<const Spot> spots, rust::Slice<float> out) {
+void osd_evaluate(const Cage& cage, const Rules& rules, const Primvar& primvar, rust::Slice<const Spot> spots,
+                  rust::Slice<float> out) {
+    const uint32_t interpolation = primvar.interpolation, width = primvar.width;
+    const int channel = (int)primvar.channel;
+    const rust::Slice<const float> values = primvar.values;
     const std::unique_ptr<Far::TopologyRefiner> refiner = make_refiner(cage, rules);
     Far::PatchTableFactory::Options options(cage.isolation);
     options.useInfSharpPatch = true;
@@ -209,15 +215,15 @@ void osd_evaluate(const Cage& cage, const Rules& rules, uint32_t interpolation, 
     stencil_options.interpolationMode = interpolation == VERTEX    ? Factory::INTERPOLATE_VERTEX
                                         : interpolation == VARYING ? Factory::INTERPOLATE_VARYING
                                                                    : Factory::INTERPOLATE_FACE_VARYING;
-    stencil_options.fvarChannel = channel;
+    stencil_options.fvarChannel = primvar.channel;
     std::unique_ptr<const Far::StencilTable> stencils(Factory::Create(*refiner, stencil_options));
     const Far::StencilTable* const local = interpolation == VERTEX    ? table->GetLocalPointStencilTable()
                                            : interpolation == VARYING ? table->GetLocalPointVaryingStencilTable()
-                                                                      : table->GetLocalPointFaceVaryingStencilTable((int)channel);
+                                                                      : table->GetLocalPointFaceVaryingStencilTable(channel);
     if (local) {
         const Far::StencilTable* all =
             interpolation == FACE_VARYING
-                ? Factory::AppendLocalPointStencilTableFaceVarying(*refiner, stencils.get(), local, (int)channel)
+                ? Factory::AppendLocalPointStencilTableFaceVarying(*refiner, stencils.get(), local, channel)
             : interpolation == VARYING ? Factory::AppendLocalPointStencilTableVarying(*refiner, stencils.get(), local)
                                        : Factory::AppendLocalPointStencilTable(*refiner, stencils.get(), local);
         if (all) stencils.reset(all);
@@ -251,9 +257,9 @@ void osd_evaluate(const Cage& cage, const Rules& rules, uint32_t interpolation, 
         else
             Osd::CpuEvaluator::EvalPatches(points.data(), from, found[0], one, found[1], one, found[2], one, found[3], one,
                                            found[4], one, found[5], one, 1, &place,
-                                           patches.GetFVarPatchArrayBuffer((int)channel),
-                                           patches.GetFVarPatchIndexBuffer((int)channel),
-                                           patches.GetFVarPatchParamBuffer((int)channel));
+                                           patches.GetFVarPatchArrayBuffer(channel),
+                                           patches.GetFVarPatchIndexBuffer(channel),
+                                           patches.GetFVarPatchParamBuffer(channel));
         // OpenSubdiv scales derivatives by the level, which on tiles of n-gons is one more than the tile's own.
         const double scale = table->GetPatchParam(*handle).NonQuadRoot() ? 0.5 : 1.0;
         for (uint32_t order = 0; order < 6; ++order) {

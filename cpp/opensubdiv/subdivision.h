@@ -18,6 +18,7 @@ namespace opensubdiv {
 
 // Defined by the bridge (rust/native/opensubdiv/src/bridge.rs).
 struct Cage;
+struct Primvar;
 struct Rules;
 struct Spot;
 
@@ -25,11 +26,10 @@ class Subdivision {
 public:
     Subdivision(const Cage& cage, const Rules& rules);
 
-    // Evaluates values of width numbers each, one value for each point of the cage or value of the channel. out holds 6 *
-    // width numbers for each spot: value, du, dv, duu, duv and dvv per unit of the tile, of which the first 1, 3 or 6
-    // are written, as derivatives says (0, 1, 2). A face without a limit surface has zeros.
-    void evaluate(uint32_t interpolation, uint32_t channel, rust::Slice<const float> values, uint32_t width,
-                  rust::Slice<const Spot> spots, uint32_t derivatives, rust::Slice<float> out) const;
+    // Evaluates values at spots. out holds 6 * width numbers for each spot: value, du, dv, duu, duv and dvv per unit of the
+    // tile, of which the first 1, 3 or 6 are computed, as derivatives says (0, 1, 2), and the others 0. A face without a
+    // limit surface has zeros.
+    void evaluate(const Primvar& primvar, rust::Slice<const Spot> spots, uint32_t derivatives, rust::Slice<float> out) const;
 
 private:
     typedef OpenSubdiv::Bfr::SurfaceFactoryCacheThreaded<std::shared_mutex, std::shared_lock<std::shared_mutex>,
@@ -52,8 +52,7 @@ public:
     // The value of every corner in a channel.
     rust::Vec<uint32_t> channel_corners(uint32_t channel) const;
     // Values of the refined points or of a channel, on the limit surface for vertex and face-varying interpolation.
-    rust::Vec<float> values(uint32_t interpolation, uint32_t channel, rust::Slice<const float> cage_values,
-                            uint32_t width) const;
+    rust::Vec<float> values(const Primvar& primvar) const;
 
 private:
     std::unique_ptr<OpenSubdiv::Far::TopologyRefiner> topology;
@@ -62,8 +61,8 @@ private:
 };
 
 // As Subdivision::evaluate, by Osd::CpuEvaluator on a patch table of adaptive refinement, for tests.
-void osd_evaluate(const Cage& cage, const Rules& rules, uint32_t interpolation, uint32_t channel,
-                  rust::Slice<const float> values, uint32_t width, rust::Slice<const Spot> spots, rust::Slice<float> out);
+void osd_evaluate(const Cage& cage, const Rules& rules, const Primvar& primvar, rust::Slice<const Spot> spots,
+                  rust::Slice<float> out);
 
 std::unique_ptr<Subdivision> make_subdivision(const Cage& cage, const Rules& rules);
 std::unique_ptr<Refined> refine_uniformly(const Cage& cage, const Rules& rules, uint32_t level);

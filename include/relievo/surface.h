@@ -29,7 +29,9 @@ typedef enum RlvBoundary {
 typedef enum RlvSurfaceKind {
     RLV_SURFACE_CATMULL_CLARK = 0,
     RLV_SURFACE_TRIANGLES = 1,
-    RLV_SURFACE_BILINEAR = 2 /* Catmull-Clark with all edges and points of the cage made sharp, and so called by info */
+    /* Of cages of quads: Catmull-Clark with all edges and points made sharp, and so called by rlv_surface_info. Other cages
+     * become quads when rlv_subdivision_refine refines them once. */
+    RLV_SURFACE_BILINEAR = 2
 } RlvSurfaceKind;
 
 typedef struct RlvSurfaceOptions {
@@ -74,7 +76,8 @@ typedef struct RlvTileInfo {
 #define RLV_TILE_INFO_INIT {sizeof(RlvTileInfo), 0, 0, 0, 0, {0}, {0}}
 
 /* Makes the limit surface of a cage, which may be released or changed afterwards. options may be NULL. Non-manifold
- * cages are accepted and logged. Fails with RLV_ERROR_UNSUPPORTED for faces of more corners than OpenSubdiv takes and
+ * cages are accepted and logged. Fails with RLV_ERROR_UNSUPPORTED for faces of more corners than OpenSubdiv takes, of other
+ * than four under RLV_SURFACE_BILINEAR, and
  * for cages from which more patches than the limit are expected. */
 RLV_API RlvResult rlv_surface_create(RlvContext context, RlvMesh cage, const RlvSurfaceOptions *options,
                                      RlvSurface *out);

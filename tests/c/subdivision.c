@@ -157,6 +157,7 @@ int main(void) {
     CHECK_OK(rlv_evaluate_surface(surface, &place));
     CHECK_NEAR(position[2], 0.125, 1e-6);
     CHECK_OK(rlv_surface_release(surface));
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_surface_create(context, triangles, &surface_options, &surface), "quads");
     RlvMesh plane = check_plane(context, 4, 3);
     RlvTileInfo tile = RLV_TILE_INFO_INIT;
     surface_options.kind = RLV_SURFACE_CATMULL_CLARK;

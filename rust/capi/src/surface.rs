@@ -142,7 +142,7 @@ pub unsafe fn create(
         let mut mesh = try_read(&mesh_object.mesh, "mesh")?.clone();
         progress.step(0.0, STAGE)?;
         if kind == RLV_SURFACE_BILINEAR {
-            mesh = sharpened(&mesh);
+            mesh = sharpened(&mesh)?;
         }
         if kind != RLV_SURFACE_TRIANGLES && given.boundary == RLV_BOUNDARY_NONE {
             mesh = without_boundary(&mesh);

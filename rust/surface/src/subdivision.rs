@@ -306,13 +306,24 @@ fn channels(mesh: &Mesh) -> Vec<(usize, Channel, Vec<f32>)> {
 
 /// Returns `mesh`, which must have passed [`Mesh::check`], with all its edges and points infinitely sharp: its
 /// Catmull-Clark surface is the bilinear one.
-pub fn sharpened(mesh: &Mesh) -> Mesh {
+///
+/// # Errors
+/// A face has another number of corners than four: the tiles of such a face would be smooth where they meet in its middle.
+pub fn sharpened(mesh: &Mesh) -> Result<Mesh> {
+    if let Some(face) = mesh.face_sizes.iter().position(|size| *size != 4) {
+        return Err(Error::unsupported(format!(
+            "a bilinear surface takes quads, not {} corners",
+            mesh.face_sizes[face]
+        ))
+        .at(format!("face {face}"))
+        .advise("refine the cage once under the bilinear scheme, which makes quads"));
+    }
     let mut sharp = mesh.clone();
     let edges: HashSet<[u32; 2]> = sides(mesh).collect();
     sharp.creases = edges.into_iter().map(|points| Crease { points, sharpness: INFINITE_SHARPNESS }).collect();
     sharp.creases.sort_unstable_by_key(|crease| crease.points);
     sharp.sharp_points = (0..mesh.points.len() as u32).map(|point| (point, INFINITE_SHARPNESS)).collect();
-    sharp
+    Ok(sharp)
 }
 
 /// Returns `mesh`, which must have passed [`Mesh::check`], with the faces at boundary points as holes: its surface is that

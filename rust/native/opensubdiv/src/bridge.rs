@@ -58,6 +58,15 @@ pub mod ffi {
         channel_corners: &'a [i32],
     }
 
+    /// What is interpolated: values of `width` numbers each, one for each point of the cage or value of a channel.
+    struct Primvar<'a> {
+        /// 0 vertex, 1 varying, 2 face-varying.
+        interpolation: u32,
+        channel: u32,
+        values: &'a [f32],
+        width: u32,
+    }
+
     /// A place: a face of the cage, which of its tiles, and parameters there, 0 to 1.
     #[derive(Clone, Copy, Debug, Default)]
     struct Spot {
@@ -110,25 +119,13 @@ pub mod ffi {
         fn make_subdivision(cage: &Cage, rules: &Rules) -> Result<UniquePtr<Subdivision>>;
         fn evaluate(
             self: &Subdivision,
-            interpolation: u32,
-            channel: u32,
-            values: &[f32],
-            width: u32,
+            primvar: &Primvar,
             spots: &[Spot],
             derivatives: u32,
             out: &mut [f32],
         ) -> Result<()>;
 
-        fn osd_evaluate(
-            cage: &Cage,
-            rules: &Rules,
-            interpolation: u32,
-            channel: u32,
-            values: &[f32],
-            width: u32,
-            spots: &[Spot],
-            out: &mut [f32],
-        ) -> Result<()>;
+        fn osd_evaluate(cage: &Cage, rules: &Rules, primvar: &Primvar, spots: &[Spot], out: &mut [f32]) -> Result<()>;
 
         type Refined;
         fn refine_uniformly(cage: &Cage, rules: &Rules, level: u32) -> Result<UniquePtr<Refined>>;
@@ -136,13 +133,7 @@ pub mod ffi {
         fn corners(self: &Refined) -> &[u32];
         fn parents(self: &Refined) -> &[u32];
         fn channel_corners(self: &Refined, channel: u32) -> Result<Vec<u32>>;
-        fn values(
-            self: &Refined,
-            interpolation: u32,
-            channel: u32,
-            cage_values: &[f32],
-            width: u32,
-        ) -> Result<Vec<f32>>;
+        fn values(self: &Refined, primvar: &Primvar) -> Result<Vec<f32>>;
 
         type BfrEvaluator<'a>;
         fn make_bfr<'a>(table: &'a Table, level: u32) -> Result<UniquePtr<BfrEvaluator<'a>>>;

@@ -99,13 +99,14 @@ pub enum Interpolation {
 }
 
 impl Interpolation {
-    /// Returns its number and channel in C++.
-    fn numbers(self) -> (u32, u32) {
-        match self {
+    /// Describes values of `width` numbers for C++.
+    fn of(self, values: &[f32], width: u32) -> ffi::Primvar<'_> {
+        let (interpolation, channel) = match self {
             Interpolation::Vertex => (0, 0),
             Interpolation::Varying => (1, 0),
             Interpolation::FaceVarying(channel) => (2, channel),
-        }
+        };
+        ffi::Primvar { interpolation, channel, values, width }
     }
 }
 
@@ -240,9 +241,8 @@ pub fn osd_evaluate(
     let (cage, options) = prepare(mesh, rules)?;
     let (arrays, spots) = (Channels::new(mesh, channels)?, described(spots, mesh.face_count())?);
     let mut out = vec![0.0; 6 * width as usize * spots.len()];
-    let (kind, channel) = interpolation.numbers();
     let (cage, rules) = (cage.described(&options), arrays.described(rules));
-    ffi::osd_evaluate(&cage, &rules, kind, channel, values, width, &spots, &mut out).map_err(failed)?;
+    ffi::osd_evaluate(&cage, &rules, &interpolation.of(values, width), &spots, &mut out).map_err(failed)?;
     Ok(out)
 }
 
@@ -278,8 +278,7 @@ impl Subdivision {
             return Err(Error::internal("the array of results has another length"));
         }
         let described = described(spots, self.face_count)?;
-        let (kind, channel) = interpolation.numbers();
-        self.inner.evaluate(kind, channel, values, width, &described, derivatives, out).map_err(failed)
+        self.inner.evaluate(&interpolation.of(values, width), &described, derivatives, out).map_err(failed)
     }
 }
 
@@ -332,7 +331,6 @@ impl Refined {
     /// There is no such channel, or the array has another length.
     pub fn values(&self, interpolation: Interpolation, values: &[f32], width: u32) -> Result<Vec<f32>> {
         check_values(&self.counts, interpolation, values, width)?;
-        let (kind, channel) = interpolation.numbers();
-        self.inner.values(kind, channel, values, width).map_err(failed)
+        self.inner.values(&interpolation.of(values, width)).map_err(failed)
     }
 }

@@ -216,13 +216,16 @@ fn catmull_clark_is_the_surface_that_holds_detail() {
 #[test]
 fn a_sharpened_cage_is_bilinear_and_its_tiles_hold_detail() {
     let context = Context::serial();
-    let mesh = Arc::new(cap(false));
     let rules = Rules { scheme: Scheme::Bilinear, ..Rules::default() };
+    let mixed = Arc::new(cap(false));
+    assert!(sharpened(&mixed).unwrap_err().to_string().contains("corners"));
+    let refined = Subdivision::new(&context, mixed.clone(), &rules).unwrap().refined(&context, &mixed.points, 1);
+    let mesh = Arc::new(refined.unwrap());
     let subdivision = Subdivision::new(&context, mesh.clone(), &rules).unwrap();
     let places = places(&subdivision, false);
     let (mut out, mut samples) = (Vec::new(), Samples::default());
     subdivision.evaluate(&context, Primvar::Points(&mesh.points), &places, 2, &mut out).unwrap();
-    let surface = Surface::new(&context, &sharpened(&mesh), &SurfaceOptions::default()).unwrap();
+    let surface = Surface::new(&context, &sharpened(&mesh).unwrap(), &SurfaceOptions::default()).unwrap();
     surface.evaluate(&context, &places, Order::Second, &mut samples).unwrap();
     for (index, found) in out.as_chunks::<18>().0.iter().enumerate() {
         for (order, quantity) in [&samples.p, &samples.du, &samples.dv, &samples.duu].into_iter().enumerate() {
