@@ -93,11 +93,12 @@ fn strike_out(block: *mut u8) -> bool {
     for place in places(block.addr()) {
         match place.load(Ordering::Acquire) {
             0 => return false,
-            address if address == block.addr() => {
-                if place.compare_exchange(address, 1, Ordering::AcqRel, Ordering::Acquire).is_ok() {
-                    LEFT.fetch_sub(1, Ordering::Relaxed);
-                    return true;
-                }
+            address
+                if address == block.addr()
+                    && place.compare_exchange(address, 1, Ordering::AcqRel, Ordering::Acquire).is_ok() =>
+            {
+                LEFT.fetch_sub(1, Ordering::Relaxed);
+                return true;
             }
             _ => {}
         }

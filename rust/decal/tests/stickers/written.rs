@@ -197,7 +197,7 @@ fn vectors_on_triangles_follow_the_directions_of_the_image() {
                 let found = offsets.value(face, weights).to_array();
                 let away = x.abs().max(y.abs());
                 let (part, expected) = if away < 0.22 { (0, expected) } else { (1, [0.0; 3]) };
-                if away < 0.22 || away > 0.28 {
+                if !(0.22..=0.28).contains(&away) {
                     counts[part] += 1;
                     let near = |axis: usize| (found[axis] - expected[axis]).abs() < 1e-3;
                     assert!((0..3).all(near), "face {face} {weights:?}: {found:?}, and not {expected:?}");
