@@ -445,10 +445,11 @@ fn subdivide(
         called(rlv_subdivision_evaluate(subdivision, attribute, &arrays));
         called(rlv_subdivision_retain(subdivision));
         called(rlv_subdivision_release(subdivision));
-        rlv_subdivision_refine(subdivision, bytes.int_in_range(0..=3)?, &mut refined)
+        let result = rlv_subdivision_refine(subdivision, bytes.int_in_range(0..=3)?, &mut refined);
+        called(rlv_subdivision_release(subdivision));
+        result
     };
     made(result, refined.id, &mut handles.meshes);
-    called(rlv_subdivision_release(subdivision));
     Ok(())
 }
 
