@@ -41,6 +41,7 @@ pub mod evaluate;
 pub mod fluid;
 pub mod foam;
 pub mod fork;
+mod glibc;
 pub mod grid;
 pub mod host;
 pub mod imprint;
