@@ -19,7 +19,7 @@
  * on any thread, several at once and under locks of the library: it must not call into the library or throw. */
 typedef void *(*RlvAllocate)(void *user, size_t size, size_t alignment);
 
-/* Takes a block back; size and alignment in bytes are those that it was asked for with. Called as RlvAllocate is. */
+/* Takes back a block with the size and the alignment, in bytes, that RlvAllocate was called with. Called as RlvAllocate is. */
 typedef void (*RlvFree)(void *user, void *block, size_t size, size_t alignment);
 
 typedef struct RlvAllocator {

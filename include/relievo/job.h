@@ -85,7 +85,7 @@ typedef struct RlvJobInfo {
 
 #define RLV_JOB_INFO_INIT {sizeof(RlvJobInfo), RLV_JOB_RUNNING, RLV_OK, 0.0f, {0}, RLV_JOB_KIND_NONE}
 
-/* Starts rlv_tessellate_detail, of the detail as it is committed now; rlv_job_mesh has the triangles. Stops
+/* Starts rlv_tessellate_detail, of the last commit of the detail; rlv_job_mesh has the triangles. Stops
  * between pieces of at most a sixty-fourth of the tiles. Fails as rlv_tessellate_detail does, as a job or at once. */
 RLV_API RlvResult rlv_job_tessellate(RlvDetail detail, const RlvTessellateOptions *options, RlvJob *out);
 
@@ -101,11 +101,11 @@ RLV_API RlvResult rlv_job_sweep_points(RlvDetail detail, RlvCollider collider, c
                                        const float *from_points, const float *to_points, size_t count, size_t stride,
                                        const RlvImprintSettings *settings, const RlvImprintMoment *moment, RlvJob *out);
 
-/* Starts rlv_bake_write, of the detail as it is committed now; rlv_job_bake_report has what it did. Fails as
+/* Starts rlv_bake_write, of the last commit of the detail; rlv_job_bake_report has what it did. Fails as
  * rlv_bake_write does, as a job or at once. */
 RLV_API RlvResult rlv_job_bake(RlvDetail detail, const RlvBakeOptions *options, const char *path, RlvJob *out);
 
-/* Starts rlv_ptex_write, of the detail as it is committed now. Fails as rlv_ptex_write does, as a job or at once. */
+/* Starts rlv_ptex_write, of the last commit of the detail. Fails as rlv_ptex_write does, as a job or at once. */
 RLV_API RlvResult rlv_job_ptex_write(RlvDetail detail, uint32_t channel, const char *path, RlvJob *out);
 
 /* Edits the detail: starts rlv_ptex_read; rlv_job_ptex_report has what became of the faces. Fails, and changes nothing, as
@@ -197,7 +197,7 @@ RLV_API RlvResult rlv_job_surface_create(RlvContext context, RlvMesh cage, const
  * Stops before and after the hierarchy is built. Fails as rlv_caster_create_mesh does, as a job or at once. */
 RLV_API RlvResult rlv_job_caster_create_mesh(RlvContext context, RlvMesh mesh, RlvJob *out);
 
-/* Starts rlv_caster_create_detail, of the detail as it is committed now; rlv_job_caster has the caster. Stops as
+/* Starts rlv_caster_create_detail, of the last commit of the detail; rlv_job_caster has the caster. Stops as
  * rlv_job_tessellate and rlv_job_caster_create_mesh do. Fails as rlv_caster_create_detail does, as a job
  * or at once. */
 RLV_API RlvResult rlv_job_caster_create_detail(RlvDetail detail, const RlvTessellateOptions *options, RlvJob *out);
@@ -207,11 +207,11 @@ RLV_API RlvResult rlv_job_caster_create_detail(RlvDetail detail, const RlvTessel
  * once. */
 RLV_API RlvResult rlv_job_caster_create_tessellation(RlvTessellation tessellation, RlvJob *out);
 
-/* Starts rlv_procedural_create, of the detail as it is committed now; rlv_job_procedural has the primitives. Stops before
+/* Starts rlv_procedural_create, of the last commit of the detail; rlv_job_procedural has the primitives. Stops before
  * and after they are made. Fails as rlv_procedural_create does, as a job or at once. */
 RLV_API RlvResult rlv_job_procedural_create(RlvDetail detail, const RlvProceduralOptions *options, RlvJob *out);
 
-/* Starts rlv_procedural_create_moving, to the detail as it is committed now; otherwise as rlv_job_procedural_create. Fails
+/* Starts rlv_procedural_create_moving, to the last commit of the detail; otherwise as rlv_job_procedural_create. Fails
  * as rlv_procedural_create_moving does, as a job or at once. */
 RLV_API RlvResult rlv_job_procedural_create_moving(RlvProcedural begin, RlvDetail end, RlvJob *out);
 
@@ -224,7 +224,7 @@ RLV_API RlvResult rlv_job_collider_create_mesh(RlvContext context, RlvMesh mesh,
 RLV_API RlvResult rlv_job_collider_create_surface(RlvSurface surface, const RlvTessellateOptions *options,
                                                   const double *matrix, RlvJob *out);
 
-/* Starts rlv_collider_create_detail, of the detail as it is committed now; rlv_job_collider has the collider. Stops
+/* Starts rlv_collider_create_detail, of the last commit of the detail; rlv_job_collider has the collider. Stops
  * as rlv_job_collider_create_surface does. Fails as rlv_collider_create_detail does, as a job or at once. */
 RLV_API RlvResult rlv_job_collider_create_detail(RlvDetail detail, const RlvTessellateOptions *options, RlvJob *out);
 

@@ -15,7 +15,7 @@ use crate::descriptor::read_descriptor;
 /// `RlvAllocate`: takes its user pointer, a size and an alignment in bytes.
 pub type RlvAllocate = Option<unsafe extern "C" fn(*mut c_void, usize, usize) -> *mut c_void>;
 
-/// `RlvFree`: takes its user pointer, a block, and the size and alignment that it was asked for with.
+/// `RlvFree`: takes its user pointer, a block, and the size and alignment it was allocated with.
 pub type RlvFree = Option<unsafe extern "C" fn(*mut c_void, *mut c_void, usize, usize)>;
 
 descriptor! {

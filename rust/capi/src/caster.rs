@@ -364,7 +364,7 @@ pub fn of_mesh(context: RlvContext, mesh: RlvMesh) -> Result<Making<RlvCaster>> 
     }))
 }
 
-/// Reads what a caster of a detail, as it is committed now, is made of.
+/// Reads the last commit of a detail, of which a caster is made.
 ///
 /// # Safety
 /// `options` is NULL or a descriptor that starts with its size.

@@ -96,7 +96,7 @@ pub unsafe fn of_surface(
     }))
 }
 
-/// Reads what a collider of a detail, as it is committed now, is made of.
+/// Reads the last commit of a detail, of which a collider is made.
 ///
 /// # Safety
 /// `options` is NULL or a descriptor that starts with its size.

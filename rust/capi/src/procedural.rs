@@ -183,7 +183,7 @@ impl ProceduralObject {
 /// What is being done while primitives are made.
 const STAGE: &str = "procedural";
 
-/// Reads what the primitives of a detail, as it is committed now, are made of.
+/// Reads the last commit of a detail, of which primitives are made.
 ///
 /// # Safety
 /// `options` is NULL or a descriptor that starts with its size.

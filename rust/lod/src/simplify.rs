@@ -127,8 +127,8 @@ const TRIES: usize = 5;
 /// and those that several fans of triangles share, are not moved. Without a limit of the deviation they become fewer along
 /// the curves where sheets meet, in all sheets at once, and vertices around the largest deviations are moved at the end,
 /// and edges turned, to make these smaller. Of inputs of up to 4,096 triangles with a border, vertices are also put back
-/// there, and others collapsed instead, unless some are locked or have factors. Fails if there is no triangle, a coordinate is not finite, an index too large,
-/// or `progress` asks to stop.
+/// there, and others collapsed instead, unless some are locked or have factors. Fails if there is no triangle, a coordinate
+/// is not finite, an index too large, or `progress` asks to stop.
 pub fn simplify(
     context: &Context,
     points: &[[f32; 3]],

@@ -5,7 +5,6 @@
 //! every fault of the list is told as one of a scene, where it is. Strokes are made in the order of the file, whatever
 //! their time.
 
-use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 use relievo_core::{Context, Error, Progress, Result};
@@ -104,18 +103,16 @@ pub fn replay(
     world.use_device(wanted.device.as_ref())?;
     let (mut done, mut refusals) = (StrokeReport::default(), Refusals::default());
     laying::make_due(context, &mut world, |_| true, &mut refusals)?;
-    let strokes = world.scene.strokes.len() as f32;
-    let watch = RefCell::new((0.0, Ok(()), &mut *progress));
+    let (strokes, mut made, mut asked) = (world.scene.strokes.len() as f32, 0.0, Ok(()));
     let go_on = |_: &StrokeEntry| {
-        let (made, asked, progress) = &mut *watch.borrow_mut();
         if asked.is_ok() {
-            *asked = progress.step(0.9 * *made / strokes, "strokes");
+            asked = progress.step(0.9 * made / strokes, "strokes");
         }
-        *made += 1.0;
+        made += 1.0;
         asked.is_ok()
     };
     strokes::make_due(context, &mut world, go_on, &mut done, &mut refusals)?;
-    watch.into_inner().1?;
+    asked?;
     // What a document brought goes on fading, and what was added to it.
     if let Some(surface) = world.surface_mut(0) {
         surface.states(context)?;

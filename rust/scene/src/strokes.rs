@@ -166,7 +166,7 @@ pub(crate) fn make(
 pub(crate) fn make_due(
     context: &Context,
     world: &mut World,
-    due: impl Fn(&StrokeEntry) -> bool,
+    mut due: impl FnMut(&StrokeEntry) -> bool,
     done: &mut StrokeReport,
     refusals: &mut Refusals,
 ) -> Result<()> {

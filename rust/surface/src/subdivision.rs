@@ -45,8 +45,9 @@ pub struct Subdivision {
     native: native::Subdivision,
     rules: Rules,
     mesh: Arc<Mesh>,
-    /// The face-varying channels: which attribute each is, and its values.
-    channels: Vec<(usize, Channel, Vec<f32>)>,
+    /// The face-varying channels, and for each the attribute it is and its values.
+    channels: Vec<Channel>,
+    channel_values: Vec<(usize, Vec<f32>)>,
     /// First tile of every face, and at the end the number of tiles.
     tile_first: Vec<u32>,
 }
@@ -89,9 +90,8 @@ impl Subdivision {
         mesh.check()?;
         let corner_attributes = mesh.attributes.iter().filter(|it| it.domain == Domain::Corner).count() as u64;
         check_memory(context, mesh.corners.len() as u64, 1 + corner_attributes)?;
-        let channels = channels(&mesh);
-        let described: Vec<Channel> = channels.iter().map(|(_, channel, _)| channel.clone()).collect();
-        let native = native::Subdivision::new(&mesh, rules, &described)?;
+        let (channels, channel_values) = channels(&mesh);
+        let native = native::Subdivision::new(&mesh, rules, &channels)?;
         let mut tile_first = Vec::with_capacity(mesh.face_count() + 1);
         let mut tiles = 0_u32;
         for size in &mesh.face_sizes {
@@ -99,7 +99,7 @@ impl Subdivision {
             tiles += if rules.scheme == Scheme::Loop || *size == 4 { 1 } else { *size };
         }
         tile_first.push(tiles);
-        Ok(Self { native, rules: *rules, mesh, channels, tile_first })
+        Ok(Self { native, rules: *rules, mesh, channels, channel_values, tile_first })
     }
 
     /// Returns the rules it was made with.
@@ -155,6 +155,12 @@ impl Subdivision {
         })
     }
 
+    /// Returns the face-varying channel of the attribute with that index, and its values.
+    fn channel(&self, attribute: usize) -> Option<(u32, &[f32])> {
+        let found = self.channel_values.iter().position(|(index, _)| *index == attribute)?;
+        Some((found as u32, self.channel_values[found].1.as_slice()))
+    }
+
     /// Returns how many numbers each value of `primvar` has.
     ///
     /// # Errors
@@ -199,9 +205,9 @@ impl Subdivision {
                     (Domain::Point, PointRule::Vertex) => (Interpolation::Vertex, values.as_slice()),
                     (Domain::Point, PointRule::Varying) => (Interpolation::Varying, values.as_slice()),
                     (Domain::Corner, _) => {
-                        let channel = self.channels.iter().position(|(attribute, ..)| *attribute == index);
-                        let channel = channel.ok_or_else(|| Error::internal("the attribute has no channel"))?;
-                        (Interpolation::FaceVarying(channel as u32), self.channels[channel].2.as_slice())
+                        let found = self.channel(index);
+                        let (channel, values) = found.ok_or_else(|| Error::internal("the attribute has no channel"))?;
+                        (Interpolation::FaceVarying(channel), values)
                     }
                     (Domain::Face, _) => {
                         for (place, found) in places.iter().zip(out.chunks_exact_mut(6 * width)) {
@@ -236,8 +242,7 @@ impl Subdivision {
         let attributes = 1 + self.mesh.attributes.len() as u64;
         let corners = (self.mesh.corners.len() as u64).saturating_mul(4_u64.saturating_pow(level.min(11)));
         check_memory(context, corners, attributes)?;
-        let channels: Vec<Channel> = self.channels.iter().map(|(_, channel, _)| channel.clone()).collect();
-        let native = native::Refined::new(&self.mesh, &self.rules, &channels, level)?;
+        let native = native::Refined::new(&self.mesh, &self.rules, &self.channels, level)?;
         let triples = |values: Vec<f32>| values.as_chunks::<3>().0.to_vec();
         let points = triples(native.values(Interpolation::Vertex, points.as_flattened(), 3)?);
         let mut mesh = Mesh::new(points, native.face_sizes().to_vec(), native.corners().to_vec());
@@ -248,12 +253,9 @@ impl Subdivision {
                     (Values::F32(native.values(Interpolation::Vertex, values, attribute.width)?), None)
                 }
                 (Values::F32(_), Domain::Corner) => {
-                    let Some(channel) = self.channels.iter().position(|(attribute, ..)| *attribute == index) else {
-                        continue;
-                    };
-                    let interpolation = Interpolation::FaceVarying(channel as u32);
-                    let values = native.values(interpolation, &self.channels[channel].2, attribute.width)?;
-                    (Values::F32(values), Some(native.channel_corners(channel as u32)?))
+                    let Some((channel, values)) = self.channel(index) else { continue };
+                    let refined = native.values(Interpolation::FaceVarying(channel), values, attribute.width)?;
+                    (Values::F32(refined), Some(native.channel_corners(channel)?))
                 }
                 (Values::F32(values), Domain::Face) => (Values::F32(of_faces(values, width, native.parents())), None),
                 (Values::U32(values), Domain::Face) => (Values::U32(of_faces(values, width, native.parents())), None),
@@ -286,9 +288,10 @@ fn check_memory(context: &Context, corners: u64, arrays: u64) -> Result<()> {
     Ok(())
 }
 
-/// The attributes of floats on corners as channels: the same value at the same point is one value.
-fn channels(mesh: &Mesh) -> Vec<(usize, Channel, Vec<f32>)> {
-    let mut made = Vec::new();
+/// The attributes of floats on corners as channels, and for each its index and values: the same value at the same point is one
+/// value.
+fn channels(mesh: &Mesh) -> (Vec<Channel>, Vec<(usize, Vec<f32>)>) {
+    let (mut channels, mut all) = (Vec::new(), Vec::new());
     for (index, attribute) in mesh.attributes.iter().enumerate() {
         let (Domain::Corner, Values::F32(numbers)) = (attribute.domain, &attribute.values) else { continue };
         let width = attribute.width as usize;
@@ -299,9 +302,10 @@ fn channels(mesh: &Mesh) -> Vec<(usize, Channel, Vec<f32>)> {
             None => share(&mesh.corners, |corner| value(corner).map(f32::to_bits), value),
         };
         let flat = values.iter().flat_map(|value| value[..width].iter().copied()).collect();
-        made.push((index, Channel { count: values.len(), corners }, flat));
+        channels.push(Channel { count: values.len(), corners });
+        all.push((index, flat));
     }
-    made
+    (channels, all)
 }
 
 /// Returns `mesh`, which must have passed [`Mesh::check`], with all its edges and points infinitely sharp: its
