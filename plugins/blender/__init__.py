@@ -19,7 +19,11 @@ bl_info = {
 from . import native, preferences
 
 # In the order in which they are registered.
-MODULES = ["settings", "handler", "playback", "imprint", "preview", "brush", "layer", "result", "scene", "progressive", "levels", "hook", "grip", "carve", "frames", "fluid", "farm", "unused", "repair", "crowd", "panel", "foam", "tissue", "decal"]
+MODULES = [
+    "settings", "handler", "playback", "presser", "imprint", "rebake", "preview", "brush_size", "brush", "preset", "layer_list", "layer", "result", "scene",
+    "progressive", "levels", "hook", "grip", "carve", "frames", "fluid", "fluid_add", "farm", "unused", "repair", "crowd",
+    "panel", "foam", "tissue", "decal", "manual", "menu",
+]
 _registered = []
 
 
@@ -28,7 +32,7 @@ def register():
 
     preferences.register()
     _registered.append(preferences)
-    names = MODULES if native.problem() is None else ["missing"]
+    names = MODULES if native.problem() is None else ["missing", "manual"]
     for name in names:
         module = importlib.import_module(f".{name}", __package__)
         module.register()

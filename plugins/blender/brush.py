@@ -11,13 +11,13 @@ import librelievo as rl
 import numpy
 from bpy_extras import view3d_utils
 
-from . import job, lengths, settings, state, stroke, view
+from . import job, lengths, ring, settings, state, stroke, view
 from .error import Refused, said
 
 
-def brush_of(scene, action):
+def brush_of(scene, action, effect):
     """The brush that the scene's settings say, and what a stroke keeps of it with the pixels of its stamp."""
-    kept, pixels = stroke.describe(scene, action)
+    kept, pixels = stroke.describe(scene, action, effect)
     return stroke.brush(kept, pixels), (kept, pixels)
 
 
@@ -29,19 +29,19 @@ def active_layer(made, kept):
     return next((layer.name for layer in made.detail.layers if layer.kind == kind and layer.is_active), None)
 
 
-def opening(context, target, action):
+def opening(context, target, action, effect="NORMAL"):
     """Steps that make the state of an object, in its place and pose, with what the brush needs; they return it."""
     made = yield from state.opening(target)
     lengths.follow(context.scene, target)
     yield from state.placing(made, target, context.evaluated_depsgraph_get())
-    if action == "SCULPT" and context.scene.relievo.brush.sculpt_mode.lower() in stroke.BENDING:
+    if action == "SCULPT" and stroke.mode_of(context.scene, action, effect) in stroke.BENDING:
         yield 0.0, 0.0, lambda _progress: made.add_vectors()
     return made
 
 
-def preparing(context, target, action):
+def preparing(context, target, action, effect="NORMAL"):
     """The same with all that a pointer needs to draw."""
-    made = yield from opening(context, target, action)
+    made = yield from opening(context, target, action, effect)
     yield from view.ensuring(target, made)
     yield 0.8, 1.0, lambda _progress: made.pick()
     made.record(target)
@@ -62,11 +62,21 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
 
     bl_idname = "relievo.stroke"
     bl_label = "Relievo stroke"
-    bl_options = {"REGISTER", "UNDO"}
+    # The tools draw it.
+    bl_options = {"REGISTER", "UNDO", "INTERNAL"}
 
-    action: bpy.props.EnumProperty(name="Action", items=[("PAINT", "Paint", ""), ("SCULPT", "Sculpt", "")])
+    action: bpy.props.EnumProperty(
+        name="Action",
+        description="What the stroke does",
+        items=[("PAINT", "Paint", "Paint colours"), ("SCULPT", "Sculpt", "Sculpt relief")],
+    )
+    effect: bpy.props.EnumProperty(
+        name="Effect", description="What Ctrl and Shift make of the brush", items=stroke.EFFECTS, options={"SKIP_SAVE"}
+    )
     points: bpy.props.StringProperty(
-        name="Points", description="JSON list of points: x, y, z in the world, pressure, seconds", options={"SKIP_SAVE"}
+        name="Points",
+        description="JSON list of points: x, y, z in the world, pressure, seconds",
+        options={"HIDDEN", "SKIP_SAVE"},
     )
 
     failures = (Refused, rl.RelievoError, OSError)
@@ -82,7 +92,7 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         self.target, self.drawn = target, []
         if self.action == "PAINT":
             view.reveal_paint(context)
-        brush, (self.kept, self.pixels) = brush_of(context.scene, self.action)
+        brush, (self.kept, self.pixels) = brush_of(context.scene, self.action, self.effect)
         self.kept["matrix"] = state.world(target).tolist()
         self.kept["layer"], self.kept["layers"] = active_layer(made, self.kept), state.layers_of(made.detail)
         return brush
@@ -101,7 +111,7 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         except (ValueError, rl.RelievoError) as failure:
             raise Refused(f"The points are not a list of x, y, z, pressure and time: {said(failure)}") from None
         target = state.source_of(context.active_object)
-        made = yield from opening(context, target, self.action)
+        made = yield from opening(context, target, self.action, self.effect)
         self.warn(made.take_notes())
         brush = self.begin(context, made, target)
         text = json.dumps(self.kept)
@@ -126,7 +136,7 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         self.target, self.stroke, self.is_released = state.source_of(context.active_object), None, False
         self.start = time.perf_counter()
         self.pending = [Pointer(event, self.start)]
-        self.work = job.Worker(preparing(context, self.target, self.action))
+        self.work = job.Worker(preparing(context, self.target, self.action, self.effect))
         # A large mesh is prepared on a thread; the pointer goes on meanwhile.
         answer = self.wait(context, job.FRAME)
         if answer == {"RUNNING_MODAL"}:
@@ -176,7 +186,7 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         is_release = event.type == "LEFTMOUSE" and event.value == "RELEASE"
         is_move = event.type in {"MOUSEMOVE", "INBETWEEN_MOUSEMOVE"}
         if self.stroke is None:
-            if event.type == "ESC":
+            if event.type in {"ESC", "RIGHTMOUSE"}:
                 self.work.is_cancelled = True
             elif is_move and not self.is_released:
                 self.pending.append(Pointer(event, self.start))
@@ -191,7 +201,7 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
             return {"RUNNING_MODAL"}
         if is_release:
             return self.release()
-        if event.type == "ESC":
+        if event.type in {"ESC", "RIGHTMOUSE"}:
             return self.cancelled(None)
         return {"RUNNING_MODAL"}
 
@@ -303,6 +313,22 @@ class RELIEVO_OT_curves(bpy.types.Operator):
         return {"FINISHED"}
 
 
+def keys_of(action):
+    """The keys of a tool: a stroke, with Ctrl inverted, with Shift smoothing; F and Shift+F for radius and strength."""
+    press = {"type": "LEFTMOUSE", "value": "PRESS"}
+    held = {"NORMAL": {}, "INVERT": {"ctrl": True}, "SMOOTH": {"shift": True}}
+    strokes = [
+        ("relievo.stroke", {**press, **keys}, {"properties": [("action", action), ("effect", effect)]})
+        for effect, keys in held.items()
+    ]
+    size = {"type": "F", "value": "PRESS"}
+    return (
+        *strokes,
+        ("relievo.brush_size", size, {"properties": [("what", "radius")]}),
+        ("relievo.brush_size", {**size, "shift": True}, {"properties": [("what", "strength")]}),
+    )
+
+
 class PaintTool(bpy.types.WorkSpaceTool):
     """Paint colours on the tiles of the active object"""
 
@@ -310,9 +336,12 @@ class PaintTool(bpy.types.WorkSpaceTool):
     bl_context_mode = "OBJECT"
     bl_idname = "relievo.paint_tool"
     bl_label = "Relievo paint"
-    bl_description = "Paint on the tiles of the active object"
-    bl_icon = "brush.sculpt.paint"
-    bl_keymap = (("relievo.stroke", {"type": "LEFTMOUSE", "value": "PRESS"}, {"properties": [("action", "PAINT")]}),)
+    bl_description = "Paint on the active object.\n\u2022 Ctrl takes paint away, Shift blends.\n\u2022 F changes the radius, Shift+F the strength"
+    bl_icon = "brush.sculpt.paint" if bpy.app.version < (4, 3) else "brush.paint_texture.draw"
+    bl_keymap = keys_of("PAINT")
+
+    def draw_cursor(context, _tool, place):
+        ring.draw(context, place, "PAINT")
 
     def draw_settings(context, layout, _tool):
         draw_header(context, layout, "paint_mode")
@@ -325,9 +354,12 @@ class SculptTool(bpy.types.WorkSpaceTool):
     bl_context_mode = "OBJECT"
     bl_idname = "relievo.sculpt_tool"
     bl_label = "Relievo sculpt"
-    bl_description = "Sculpt the tiles of the active object"
+    bl_description = "Sculpt the active object.\n\u2022 Ctrl inverts, Shift smooths.\n\u2022 F changes the radius, Shift+F the strength"
     bl_icon = "brush.sculpt.draw" if bpy.app.version < (4, 3) else "brush.generic"
-    bl_keymap = (("relievo.stroke", {"type": "LEFTMOUSE", "value": "PRESS"}, {"properties": [("action", "SCULPT")]}),)
+    bl_keymap = keys_of("SCULPT")
+
+    def draw_cursor(context, _tool, place):
+        ring.draw(context, place, "SCULPT")
 
     def draw_settings(context, layout, _tool):
         draw_header(context, layout, "sculpt_mode")
@@ -342,6 +374,11 @@ def draw_header(context, layout, mode):
         layout.prop(group, "accumulate")
     layout.prop(group.settings, "radius")
     layout.prop(group.settings, "strength")
+    row = layout.row(align=True)
+    row.label(text="Symmetry")
+    for axis in "xyz":
+        row.prop(group.settings, f"symmetry_{axis}", toggle=True)
+    layout.menu("RELIEVO_MT_presets_brush", text="", icon="PRESET")
 
 
 CLASSES = [RELIEVO_OT_stroke, RELIEVO_OT_replay, RELIEVO_OT_curves]
@@ -351,7 +388,7 @@ def register():
     for kind in CLASSES:
         bpy.utils.register_class(kind)
     if not bpy.app.background:
-        bpy.utils.register_tool(PaintTool, separator=True, group=True)
+        bpy.utils.register_tool(PaintTool, separator=True)
         bpy.utils.register_tool(SculptTool, after={PaintTool.bl_idname})
 
 

@@ -22,7 +22,9 @@ class RELIEVO_OT_levels_sculpt(pointer.Edit, bpy.types.Operator):
     bl_label = "Sculpt level"
 
     points: bpy.props.StringProperty(
-        name="Points", description="JSON list of points: x, y, z in the world, pressure, seconds", options={"SKIP_SAVE"}
+        name="Points",
+        description="JSON list of points: x, y, z in the world, pressure, seconds",
+        options={"HIDDEN", "SKIP_SAVE"},
     )
 
     def prepare(self, context, target, shown):

@@ -11,11 +11,13 @@ from bpy.app.handlers import persistent
 
 from . import cache, fluid, foam_picture, frames, job, mesh, native, playback, settings, state
 from .error import Refused, said
-from .panel import Panel, draw_table
+from .panel import Advanced, Panel, draw_rest
 
 # Kinds by their numbers, and the colours in which they are shown.
 KINDS = ("SPRAY", "FOAM", "BUBBLE")
 COLORS = numpy.float32([(0.8, 0.9, 1.0, 1.0), (1.0, 1.0, 1.0, 1.0), (0.35, 0.6, 1.0, 1.0)])
+# Settings that the panel shows at once.
+SETTINGS = ("air_min", "air_max", "crest_min", "crest_max", "energy_min", "energy_max", "air_rate", "crest_rate")
 # The names of node groups, materials and modifiers.
 NAME = "Relievo foam"
 
@@ -294,7 +296,8 @@ class RELIEVO_PT_foam(Panel, bpy.types.Panel):
     def draw(self, context):
         domain, column = context.active_object, self.column()
         options = domain.relievo_foam
-        draw_table(column, options.settings)
+        for name in SETTINGS:
+            column.prop(options.settings, name)
         column.operator("relievo.foam_bake")
         if not shows(domain):
             return
@@ -304,21 +307,28 @@ class RELIEVO_PT_foam(Panel, bpy.types.Panel):
         column.operator("relievo.foam_composite")
 
 
-class RELIEVO_PT_foam_look(Panel, bpy.types.Panel):
-    bl_label = "Composited look"
+class RELIEVO_PT_foam_advanced(Advanced, bpy.types.Panel):
     bl_parent_id = "RELIEVO_PT_foam"
-    bl_options = {"DEFAULT_CLOSED"}
 
     @classmethod
     def poll(cls, context):
         return context.active_object is not None
 
     def draw(self, context):
-        column, look = self.column(), context.active_object.relievo_foam.look
-        for parameter in look.table:
-            # The panel of the foam has its radius, which follows the spacing.
-            if parameter.name != "radius":
-                column.prop(look, parameter.name)
+        draw_rest(self.column(), context.active_object.relievo_foam.settings, *SETTINGS)
+
+
+class RELIEVO_PT_foam_look(Advanced, bpy.types.Panel):
+    bl_label = "Composited look"
+    bl_parent_id = "RELIEVO_PT_foam"
+
+    @classmethod
+    def poll(cls, context):
+        return context.active_object is not None
+
+    def draw(self, context):
+        # The panel of the foam has its radius, which follows the spacing.
+        draw_rest(self.column(), context.active_object.relievo_foam.look, "radius")
 
 
 CLASSES = [
@@ -328,6 +338,7 @@ CLASSES = [
     RELIEVO_OT_foam_bake,
     RELIEVO_OT_foam_composite,
     RELIEVO_PT_foam,
+    RELIEVO_PT_foam_advanced,
     RELIEVO_PT_foam_look,
 ]
 

@@ -51,7 +51,7 @@ class RELIEVO_OT_levels_edit(pointer.Edit, bpy.types.Operator):
     axis: bpy.props.FloatVectorProperty(name="Axis", description="What it turns about", default=(0, 0, 1), precision=4)
     angle: bpy.props.FloatProperty(name="Turn", description="How far it turns about its middle", subtype="ANGLE")
     anchors: bpy.props.StringProperty(
-        name="Anchors", description="Regions that are held, as a JSON list of x, y, z and radius"
+        name="Anchors", description="Regions that are held, as a JSON list of x, y, z and radius", options={"HIDDEN"}
     )
 
     def text(self, measure):

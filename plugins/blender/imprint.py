@@ -9,7 +9,7 @@ import librelievo as rl
 import numpy
 from librelievo import bake, imprint
 
-from . import cache, job, lengths, material, mesh, native, playback, settings, state, view
+from . import cache, job, lengths, material, mesh, native, playback, presser, settings, state, view
 from .error import Refused
 
 
@@ -58,22 +58,9 @@ class Presser:
         return imprint.sweep_points(detail, self.collider, *places, options, moment, progress)
 
 
-def pressers_of(context, target):
-    """The objects that are selected to press into another one."""
-    return [
-        other
-        for other in context.selected_objects
-        if other.type in {"MESH", "CURVE", "SURFACE", "META", "FONT"}
-        and state.source_of(other) != target
-        and state.source_of(other) == other
-    ]
+class Imprint(job.Steps):
+    """An operator that makes an imprint."""
 
-
-class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
-    """Dent the active object with the other selected ones over the frames of the scene"""
-
-    bl_idname = "relievo.imprint"
-    bl_label = "Imprint"
     bl_options = {"REGISTER", "UNDO"}
 
     frame_start: bpy.props.IntProperty(name="First frame", default=-1, description="-1 for that of the scene")
@@ -84,8 +71,9 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
     images: bpy.props.BoolProperty(
         name="Images", description="Write displacement on the texture coordinates for every frame", default=False
     )
-
-    image_size: bpy.props.IntProperty(name="Image size", default=1024, min=16, max=16384)
+    image_size: bpy.props.IntProperty(
+        name="Image size", description="Width and height of the images, pixels", default=1024, min=16, max=16384
+    )
 
     failures = (Refused, rl.RelievoError, OSError)
 
@@ -95,23 +83,24 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
 
     def steps(self, context):
         scene, target = context.scene, state.source_of(context.active_object)
-        pressers = pressers_of(context, target)
-        if not pressers:
-            raise Refused("Select the objects that press, then the one that they dent as the last")
+        pressers = presser.check(context, target)
         first = scene.frame_start if self.frame_start < 0 else self.frame_start
         last = scene.frame_end if self.frame_end < 0 else self.frame_end
         if context.screen is not None and context.screen.is_animation_playing:
             bpy.ops.screen.animation_cancel(restore_frame=False)
-        made = yield from job.within(0.0, OPENED, state.opening(target))
+        made = yield from job.within(0.0, OPENED, self.opening(target))
         self.warn(made.take_notes())
         lengths.follow(scene, target)
-        options, now = settings.values(scene.relievo.imprint), scene.frame_current
+        options = [presser.settings_of(context, target, other) for other in pressers]
+        limit, now = max(one["max_displacement"] for one in options), scene.frame_current
         result = yield from job.within(OPENED, SEEN, view.ensuring(target, made))
         bake_path = cache.new(target) if self.cache or self.images else ""
         points = cache.PointCache(f"{bake_path}.pc2", first) if self.cache else None
         pictures = f"{bake_path}_####.exr" if self.images else None
         self.size = self.image_size
         fps = scene.render.fps / scene.render.fps_base
+        start, heights = made.revision, []
+        yield SEEN, SEEN, lambda _progress: heights.append(heights_of(made))
         kept = playback.pause(target)
         made.document.begin(f"imprint of {', '.join(other.name for other in pressers)}, frames {first} to {last}")
         try:
@@ -143,8 +132,7 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
                 yield from job.within(begin + 0.9 * span, begin + span, view.refreshing(target, made))
                 if points is not None:
                     points.add(made.positions)
-            box = []
-            yield 1.0, 1.0, lambda _progress: box.append(is_clipped(made, options["max_displacement"]))
+            yield 1.0, 1.0, lambda _progress: heights.append(heights_of(made))
             yield 1.0, 1.0, lambda _progress: made.end()
         except BaseException:
             # The end itself may have failed, which takes it back too.
@@ -157,14 +145,35 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
             playback.resume(target, kept)
             raise
         made.record(target)
-        if box[0]:
-            self.warn([clipping(target, options)])
+        self.tell(target, pressers, start, (first, last), *heights)
+        if heights[1].min(initial=0.0) <= -limit * (1.0 - 1e-3):
+            self.warn([clipping(target, limit)])
         scene.frame_set(now)
         if points is not None:
             points.close()
             playback.begin(target, points.path)
         if pictures is not None:
             material.displace(target, pictures, (first, last))
+
+    def opening(self, target):
+        """Steps that make the state which the imprint begins with; they return it."""
+        return state.opening(target)
+
+    def tell(self, target, pressers, start, frames, before, after):
+        """Reports what was done, from heights before and after, and has the object keep it."""
+        deeper, names = before - after, ", ".join(other.name for other in pressers)
+        touched = int((numpy.abs(deeper).max(1, initial=0.0) > 0).sum())
+        if not touched:
+            self.warn([
+                f"{names} touched {target.name} nowhere in frames {frames[0]} to {frames[1]}: look whether they meet, and whether "
+                "a sheet faces what it presses into"
+            ])
+            return
+        options = target.relievo_press
+        options.is_there, options.start = True, start
+        options.first, options.last = frames
+        options.report = f"{touched:,} tiles, deepest {max(float(deeper.max()), 0.0):.3g}"
+        self.report({"INFO"}, options.report)
 
     def press(self, made, colliders, options, moment, pictures, progress):
         """One frame, without Blender's data."""
@@ -175,12 +184,19 @@ class RELIEVO_OT_imprint(job.Steps, bpy.types.Operator):
         parts = len(colliders) + (pictures is not None)
         for index, collider in enumerate(colliders):
             which = {"pair": index, "frame": max(frame, 0)}
-            collider.press(made.detail, options, which, part_of(progress, index, parts), carried)
+            collider.press(made.detail, options[index], which, part_of(progress, index, parts), carried)
         made.detail.commit()
         if pictures is not None:
             path = pictures.replace("####", f"{frame:04d}")
             size = {"width": self.size, "height": self.size}
             bake.write(made.detail, path, part_of(progress, parts - 1, parts), quantity="displacement", **size)
+
+
+class RELIEVO_OT_imprint(Imprint, bpy.types.Operator):
+    """Dent the active object with those of its list, or else with the other selected ones, over the frames of the scene"""
+
+    bl_idname = "relievo.imprint"
+    bl_label = "Imprint"
 
 
 def part_of(progress, index, count):
@@ -190,9 +206,9 @@ def part_of(progress, index, count):
     return lambda fraction, stage=None: progress((index + fraction) / count, stage)
 
 
-def is_clipped(made, limit):
-    """Returns whether the displacement of a state reaches its limit anywhere, in object units inwards, at the middles of as
-    many cells as `PLACES` allows. Without Blender's data."""
+def heights_of(made):
+    """Returns the displacement of a state (tiles, places), in object units, at the middles of as many cells of each tile as
+    `PLACES` allows. Without Blender's data."""
     count = made.detail.info.tile_count
     cells = settings.automatic_cells(count, PLACES)
     steps = (numpy.arange(cells, dtype=numpy.float32) + 0.5) / cells
@@ -202,15 +218,15 @@ def is_clipped(made, limit):
         beyond = grid.sum(1) > 1
         grid[beyond] = 1 - grid[beyond]
     tiles = numpy.repeat(numpy.arange(count, dtype=numpy.uint32), len(grid))
-    heights = made.detail.evaluate(tiles, numpy.tile(grid, (count, 1)), ["displacements"])["displacements"]
-    return bool(len(heights)) and float(heights.min()) <= -limit * (1.0 - 1e-3)
+    found = made.detail.evaluate(tiles, numpy.tile(grid, (count, 1)), ["displacements"])["displacements"]
+    return found.reshape(count, len(grid))
 
 
-def clipping(target, options):
+def clipping(target, limit):
     """Returns what the user reads where the displacement reaches its limit."""
     return (
-        f"{target.name} gives way by {options['max_displacement']:g} at most, and the dent is clipped there; raise Max "
-        "displacement in the panel for deeper ones"
+        f"{target.name} gives way by {limit:g} at most, and the dent is clipped there; raise Max displacement in the panel "
+        "for deeper ones"
     )
 
 

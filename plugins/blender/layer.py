@@ -7,7 +7,7 @@ import bpy
 import librelievo as rl
 from librelievo import abi
 
-from . import job, settings, state, view
+from . import job, layer_list, settings, state, view
 from .error import Refused
 
 ACTIONS = [
@@ -17,6 +17,10 @@ ACTIONS = [
     ("DOWN", "Move down", "Put the layer below the one before"),
     ("MERGE", "Merge down", "Put the layer and the one below into one"),
 ]
+
+
+# What operators say of the layer that they are about.
+NUMBER = "The number of the layer, -1 for the one that was chosen in the list"
 
 
 class LayerOperator(job.Steps):
@@ -35,6 +39,11 @@ class LayerOperator(job.Steps):
         self.warn(made.take_notes())
         # On a thread the operator's properties are not to be read.
         text, wanted = self.bl_label, SimpleNamespace(**self.as_keywords())
+        if getattr(wanted, "layer", 0) < 0:
+            row = layer_list.chosen(target)
+            if row is None:
+                raise Refused(f"{target.name} has no layers yet; paint or sculpt first")
+            wanted.layer = layer_list.number_of(made.detail.layers, row)
 
         def work(_progress):
             with made.edit(text):
@@ -51,8 +60,8 @@ class RELIEVO_OT_layer_add(LayerOperator, bpy.types.Operator):
     bl_idname = "relievo.layer_add"
     bl_label = "Add layer"
 
-    name: bpy.props.StringProperty(name="Name", default="Layer")
-    kind: bpy.props.EnumProperty(name="Kind", items=settings.choices(abi.RlvLayerKind))
+    name: bpy.props.StringProperty(name="Name", description="The name of the layer", default="Layer")
+    kind: bpy.props.EnumProperty(name="Kind", description="What the layer has", items=settings.choices(abi.RlvLayerKind))
 
     @staticmethod
     def change(layers, wanted):
@@ -64,13 +73,13 @@ class RELIEVO_OT_layer_add(LayerOperator, bpy.types.Operator):
 
 
 class RELIEVO_OT_layer_change(LayerOperator, bpy.types.Operator):
-    """Change a layer"""
+    """Order, merge or remove the layer that was chosen in the list"""
 
     bl_idname = "relievo.layer_change"
     bl_label = "Change layer"
 
-    layer: bpy.props.IntProperty(name="Layer")
-    action: bpy.props.EnumProperty(name="Action", items=ACTIONS)
+    layer: bpy.props.IntProperty(name="Layer", description=NUMBER, default=-1, options={"HIDDEN"})
+    action: bpy.props.EnumProperty(name="Action", description="What is done to the layer", items=ACTIONS)
 
     @staticmethod
     def change(layers, wanted):
@@ -89,15 +98,20 @@ class RELIEVO_OT_layer_change(LayerOperator, bpy.types.Operator):
 
 
 class RELIEVO_OT_layer_set(LayerOperator, bpy.types.Operator):
-    """Change how a layer is seen"""
+    """Change how a layer is seen, without a dialog"""
 
     bl_idname = "relievo.layer_set"
     bl_label = "Layer settings"
+    bl_options = {"REGISTER", "UNDO", "INTERNAL"}
 
-    layer: bpy.props.IntProperty(name="Layer", options={"HIDDEN"})
-    visible: bpy.props.BoolProperty(name="Visible", default=True)
-    opacity: bpy.props.FloatProperty(name="Opacity", min=0, max=1, default=1, subtype="FACTOR")
-    blend: bpy.props.EnumProperty(name="Blend", items=settings.choices(abi.RlvBlend))
+    layer: bpy.props.IntProperty(name="Layer", description=NUMBER, default=-1, options={"HIDDEN"})
+    visible: bpy.props.BoolProperty(name="Visible", description="Whether the layer is seen", default=True)
+    opacity: bpy.props.FloatProperty(
+        name="Opacity", description="How much of the layer is seen, 0 to 1", min=0, max=1, default=1, subtype="FACTOR"
+    )
+    blend: bpy.props.EnumProperty(
+        name="Blend", description="How the layer covers those below", items=settings.choices(abi.RlvBlend)
+    )
 
     @staticmethod
     def change(layers, wanted):
@@ -106,19 +120,26 @@ class RELIEVO_OT_layer_set(LayerOperator, bpy.types.Operator):
 
 
 class RELIEVO_OT_layer_edit(bpy.types.Operator):
-    """Change how a layer is seen"""
+    """Change opacity and blending of the layer that was chosen in the list"""
 
     bl_idname = "relievo.layer_edit"
     bl_label = "Layer settings"
+    bl_options = {"REGISTER"}
 
-    layer: bpy.props.IntProperty(name="Layer", options={"HIDDEN"})
-    visible: bpy.props.BoolProperty(name="Visible", default=True)
-    opacity: bpy.props.FloatProperty(name="Opacity", min=0, max=1, default=1, subtype="FACTOR")
-    blend: bpy.props.EnumProperty(name="Blend", items=settings.choices(abi.RlvBlend))
+    layer: bpy.props.IntProperty(name="Layer", description=NUMBER, default=-1, options={"HIDDEN"})
+    visible: bpy.props.BoolProperty(name="Visible", description="Whether the layer is seen", default=True)
+    opacity: bpy.props.FloatProperty(
+        name="Opacity", description="How much of the layer is seen, 0 to 1", min=0, max=1, default=1, subtype="FACTOR"
+    )
+    blend: bpy.props.EnumProperty(
+        name="Blend", description="How the layer covers those below", items=settings.choices(abi.RlvBlend)
+    )
 
     def invoke(self, context, _event):
         target = state.source_of(context.active_object)
-        made = state.existing(target)
+        made, row = state.existing(target), layer_list.chosen(target)
+        if self.layer < 0 and made is not None and row is not None:
+            self.layer = layer_list.number_of(made.detail.layers, row)
         for layer in made.detail.layers if made else ():
             if layer.id == self.layer:
                 self.visible, self.opacity = bool(layer.is_visible), layer.opacity

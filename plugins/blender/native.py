@@ -62,6 +62,11 @@ def adapters():
     return [] if problem() else _package().adapters()
 
 
+def version():
+    """The version of the library, such as 0.1.0."""
+    return ".".join(map(str, _package().version()))
+
+
 def fallback():
     """Why the processor works in place of a graphics device, or ""."""
     return _context.info.fallback if _context is not None else ""

@@ -4,10 +4,8 @@
 import textwrap
 
 import bpy
-import librelievo as rl
-from librelievo import abi
 
-from . import fluid, preview, progressive, settings, state
+from . import fluid, preset, presser, preview, progressive, settings, state
 
 
 class Panel:
@@ -26,10 +24,27 @@ class Panel:
         return self.layout.column()
 
 
-def draw_table(layout, group):
-    """Every parameter of a group that was made from a table."""
+def draw_rest(layout, group, *others):
+    """The parameters of a group that was made from a table, but those that panels have elsewhere."""
     for parameter in group.table:
-        layout.prop(group, parameter.name)
+        if parameter.name not in others:
+            layout.prop(group, parameter.name)
+
+
+# Settings that are seen at once; the rest is folded away in panels called Advanced.
+BRUSH = ("radius", "strength")
+SYMMETRY = ("symmetry_x", "symmetry_y", "symmetry_z")
+PRESSURE = ("strength_pressure", "size_pressure", "angle_pressure")
+JITTER = ("jitter_position", "jitter_size", "jitter_strength", "jitter_angle")
+IMPRINT = ("max_displacement", "share", "smoothing", "rim", "rim_width", "repose")
+REPAIR = ("tolerance", "fill")
+
+
+class Advanced(Panel):
+    """A folded panel of the settings that are seldom changed."""
+
+    bl_label = "Advanced"
+    bl_options = {"DEFAULT_CLOSED"}
 
 
 class RELIEVO_PT_levels(Panel, bpy.types.Panel):
@@ -77,7 +92,6 @@ class RELIEVO_PT_surface(Panel, bpy.types.Panel):
         fixed.enabled = not options.uid
         fixed.prop(options, "kind")
         fixed.prop(options, "tile_size" if options.kind == "CATMULL_CLARK" else "segments")
-        fixed.prop(context.scene.relievo, "traces")
         if options.kind == "CATMULL_CLARK":
             column.prop(options, "cells")
         made = state.existing(target)
@@ -94,39 +108,71 @@ class RELIEVO_PT_brush(Panel, bpy.types.Panel):
     bl_label = "Brush"
     bl_parent_id = "RELIEVO_PT_surface"
 
+    def draw_header_preset(self, _context):
+        preset.draw_menu(self.layout, "brush")
+
     def draw(self, context):
         group, column = context.scene.relievo.brush, self.column()
-        for name in ("paint_mode", "color", "sculpt_mode", "height", "falloff"):
+        for name in ("paint_mode", "color", "sculpt_mode", "height"):
             column.prop(group, name)
-            if name == "height" and group.sculpt_mode == "DRAW":
-                column.prop(group, "accumulate")
-        draw_table(column, group.settings)
+        if group.sculpt_mode == "DRAW":
+            column.prop(group, "accumulate")
+        for name in BRUSH:
+            column.prop(group.settings, name)
+        column.prop(group, "falloff")
+        draw_symmetry(column, group.settings)
 
 
-class RELIEVO_PT_pressure(Panel, bpy.types.Panel):
+def draw_symmetry(layout, group):
+    """The axes at which strokes are mirrored, as buttons beside each other."""
+    row = layout.row(align=True, heading="Symmetry")
+    for name in SYMMETRY:
+        row.prop(group, name, toggle=True)
+
+
+class RELIEVO_PT_pressure(Advanced, bpy.types.Panel):
     bl_label = "Pressure"
     bl_parent_id = "RELIEVO_PT_brush"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
-        column = self.column()
-        nodes = settings.curve_nodes(context.scene.relievo.brush)
+        group, column = context.scene.relievo.brush, self.column()
+        for name in PRESSURE:
+            column.prop(group.settings, name)
+        nodes = settings.curve_nodes(group)
         if len(nodes) < len(settings.CURVES):
             column.operator("relievo.curves")
         for name, node in nodes.items():
-            column.label(text=name.capitalize())
+            column.label(text=f"{name.capitalize()} by pressure")
             column.template_curve_mapping(node, "mapping")
 
 
-class RELIEVO_PT_stamp(Panel, bpy.types.Panel):
+class RELIEVO_PT_jitter(Advanced, bpy.types.Panel):
+    bl_label = "Jitter"
+    bl_parent_id = "RELIEVO_PT_brush"
+
+    def draw(self, context):
+        group, column = context.scene.relievo.brush.settings, self.column()
+        for name in (*JITTER, "seed"):
+            column.prop(group, name)
+
+
+class RELIEVO_PT_brush_advanced(Advanced, bpy.types.Panel):
+    bl_parent_id = "RELIEVO_PT_brush"
+
+    def draw(self, context):
+        draw_rest(
+            self.column(), context.scene.relievo.brush.settings, *BRUSH, *SYMMETRY, *PRESSURE, *JITTER, "seed"
+        )
+
+
+class RELIEVO_PT_stamp(Advanced, bpy.types.Panel):
     bl_label = "Stamp"
     bl_parent_id = "RELIEVO_PT_brush"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
         group, column = context.scene.relievo.brush, self.column()
         column.template_ID(group, "stamp", open="image.open")
-        draw_table(column, group.stamp_settings)
+        draw_rest(column, group.stamp_settings)
 
 
 class RELIEVO_PT_layers(Panel, bpy.types.Panel):
@@ -134,26 +180,18 @@ class RELIEVO_PT_layers(Panel, bpy.types.Panel):
     bl_parent_id = "RELIEVO_PT_surface"
 
     def draw(self, context):
-        column = self.column()
-        made = state.existing(state.source_of(context.active_object))
-        try:
-            layers = list(made.detail.layers) if made else []
-        except rl.Busy:
-            column.label(text="At work")
-            return
-        for layer in reversed(layers):
-            row = column.row(align=True)
-            icon = "BRUSH_DATA" if layer.kind == abi.RlvLayerKind.COLOR else "MOD_DISPLACE"
-            active = row.operator("relievo.layer_change", text=layer.name, icon=icon, depress=bool(layer.is_active))
-            active.layer, active.action = layer.id, "ACTIVATE"
-            row.operator("relievo.layer_edit", text=f"{layer.opacity:.2f}").layer = layer.id
-            for action, icon in (("UP", "TRIA_UP"), ("DOWN", "TRIA_DOWN"), ("MERGE", "FULLSCREEN_EXIT"), ("REMOVE", "X")):
-                change = row.operator("relievo.layer_change", text="", icon=icon)
-                change.layer, change.action = layer.id, action
-        row = column.row(align=True)
-        for kind, label in (("DISPLACEMENT", "Add displacement"), ("COLOR", "Add colour")):
-            added = row.operator("relievo.layer_add", text=label)
-            added.kind, added.name = kind, "Relief" if kind == "DISPLACEMENT" else "Paint"
+        target, column = state.source_of(context.active_object), self.column()
+        group = target.relievo_layers
+        row = column.row()
+        row.template_list("RELIEVO_UL_layers", "", group, "rows", group, "active", rows=3)
+        buttons = row.column(align=True)
+        buttons.operator_menu_enum("relievo.layer_add", "kind", text="", icon="ADD")
+        for action, icon in (("REMOVE", "REMOVE"), ("UP", "TRIA_UP"), ("DOWN", "TRIA_DOWN"), ("MERGE", "FULLSCREEN_EXIT")):
+            buttons.operator("relievo.layer_change", text="", icon=icon).action = action
+        if len(group.rows):
+            column.operator("relievo.layer_edit", text="Opacity and Blending")
+        else:
+            column.label(text="Paint or sculpt, and layers are here", icon="INFO")
 
 
 class RELIEVO_PT_imprint(Panel, bpy.types.Panel):
@@ -161,9 +199,14 @@ class RELIEVO_PT_imprint(Panel, bpy.types.Panel):
     bl_parent_id = "RELIEVO_PT_surface"
     bl_options = {"DEFAULT_CLOSED"}
 
+    def draw_header_preset(self, _context):
+        preset.draw_menu(self.layout, "imprint")
+
     def draw(self, context):
-        column = self.column()
-        draw_table(column, context.scene.relievo.imprint)
+        target, column = state.source_of(context.active_object), self.column()
+        draw_pressers(column, target.relievo_press)
+        for name in IMPRINT:
+            column.prop(context.scene.relievo.imprint, name)
         shown = preview.current()
         column.operator("relievo.preview", depress=shown is not None)
         if shown is not None and shown.message:
@@ -171,11 +214,49 @@ class RELIEVO_PT_imprint(Panel, bpy.types.Panel):
         for text, cached, pictured in (("Imprint", False, False), ("Bake to cache", True, False), ("Bake images", False, True)):
             bake = column.operator("relievo.imprint", text=text)
             bake.cache, bake.images, bake.image_size = cached, pictured, context.scene.relievo.image_size
-        options = state.source_of(context.active_object).relievo
-        column.prop(options, "playback")
+        draw_imprint(column, context.scene, target)
+
+
+def draw_pressers(layout, options):
+    """The list of what presses, and the settings of the active entry if it has its own."""
+    row = layout.row()
+    row.template_list("RELIEVO_UL_pressers", "", options, "pressers", options, "active", rows=2)
+    buttons = row.column(align=True)
+    buttons.operator("relievo.press_add", text="", icon="ADD")
+    buttons.operator("relievo.press_remove", text="", icon="REMOVE")
+    layout.prop(options, "collection")
+    if not presser.is_listed(options):
+        layout.label(text="Without a list, selected objects press", icon="INFO")
+    elif 0 <= options.active < len(options.pressers) and options.pressers[options.active].has_own:
+        own = layout.box().column()
+        for name in IMPRINT:
+            own.prop(options.pressers[options.active].settings, name)
+
+
+def draw_imprint(layout, scene, target):
+    """What the last imprint did, what this frame shows of it, and how it is made again."""
+    options = target.relievo_press
+    if options.is_there:
+        layout.label(text=options.report, icon="CHECKMARK")
+        if not target.relievo.cache and scene.frame_current != options.last:
+            layout.label(text=f"Shows frame {options.last}: without a cache, all do", icon="INFO")
+        row = layout.row(align=True)
+        row.operator("relievo.imprint_again")
+        row.operator("relievo.imprint_reset", text="Reset")
+    if target.relievo.cache:
+        layout.prop(target.relievo, "playback")
+        if target.relievo.playback == "HANDLER" and not scene.render.use_lock_interface:
+            layout.label(text="Renders need Render > Lock Interface", icon="INFO")
+
+
+class RELIEVO_PT_imprint_advanced(Advanced, bpy.types.Panel):
+    bl_parent_id = "RELIEVO_PT_imprint"
+
+    def draw(self, context):
+        column = self.column()
+        draw_rest(column, context.scene.relievo.imprint, *IMPRINT)
+        column.prop(context.scene.relievo, "traces")
         column.operator("relievo.cache_clean")
-        if options.playback == "HANDLER" and not context.scene.render.use_lock_interface:
-            column.label(text="Renders need Render > Lock Interface", icon="INFO")
 
 
 class RELIEVO_PT_result(Panel, bpy.types.Panel):
@@ -201,6 +282,9 @@ class RELIEVO_PT_fluid(Panel, bpy.types.Panel):
     def poll(cls, context):
         return context.active_object is not None and context.active_object.type in fluid.TYPES
 
+    def draw_header_preset(self, _context):
+        preset.draw_menu(self.layout, "fluid")
+
     def draw(self, context):
         target, column = context.active_object, self.column()
         options = target.relievo.fluid
@@ -213,7 +297,7 @@ class RELIEVO_PT_fluid(Panel, bpy.types.Panel):
                 column.prop(options, "slide")
         if options.role != "DOMAIN":
             return
-        for name in ("spacing", "viscosity", "friction", "cohesion", "tension"):
+        for name in ("spacing", "viscosity"):
             column.prop(options, name)
         column.prop(options, "place")
         if options.place == "FARM":
@@ -226,12 +310,25 @@ class RELIEVO_PT_fluid(Panel, bpy.types.Panel):
             return
         column.label(text=f"Frames {options.first} to {options.last}")
         column.row().prop(options, "show", expand=True)
-        if options.show == "SURFACE":
-            for name in ("function", "cell", "smoothing"):
-                column.prop(options, name)
         column.operator("relievo.fluid_mesh")
         column.operator("relievo.fluid_clear")
         column.operator("relievo.cache_clean")
+
+
+class RELIEVO_PT_fluid_advanced(Advanced, bpy.types.Panel):
+    bl_parent_id = "RELIEVO_PT_fluid"
+
+    @classmethod
+    def poll(cls, context):
+        return context.active_object is not None and context.active_object.relievo.fluid.role == "DOMAIN"
+
+    def draw(self, context):
+        options, column = context.active_object.relievo.fluid, self.column()
+        for name in ("friction", "cohesion", "tension"):
+            column.prop(options, name)
+        column.separator()
+        for name in ("function", "cell", "smoothing"):
+            column.prop(options, name)
 
 
 class RELIEVO_PT_repair(Panel, bpy.types.Panel):
@@ -244,22 +341,39 @@ class RELIEVO_PT_repair(Panel, bpy.types.Panel):
 
     def draw(self, context):
         column = self.column()
-        draw_table(column, context.scene.relievo.repair)
+        for name in REPAIR:
+            column.prop(context.scene.relievo.repair, name)
         column.operator("relievo.repair")
         for line in context.active_object.relievo.repair_report.splitlines():
             column.label(text=line)
 
 
+class RELIEVO_PT_repair_advanced(Advanced, bpy.types.Panel):
+    bl_parent_id = "RELIEVO_PT_repair"
+
+    @classmethod
+    def poll(cls, context):
+        return RELIEVO_PT_repair.poll(context)
+
+    def draw(self, context):
+        draw_rest(self.column(), context.scene.relievo.repair, *REPAIR)
+
+
 CLASSES = [
     RELIEVO_PT_levels,
     RELIEVO_PT_fluid,
+    RELIEVO_PT_fluid_advanced,
     RELIEVO_PT_repair,
+    RELIEVO_PT_repair_advanced,
     RELIEVO_PT_surface,
     RELIEVO_PT_brush,
     RELIEVO_PT_pressure,
+    RELIEVO_PT_jitter,
     RELIEVO_PT_stamp,
+    RELIEVO_PT_brush_advanced,
     RELIEVO_PT_layers,
     RELIEVO_PT_imprint,
+    RELIEVO_PT_imprint_advanced,
     RELIEVO_PT_result,
 ]
 

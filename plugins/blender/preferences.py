@@ -75,6 +75,9 @@ class RelievoPreferences(bpy.types.AddonPreferences):
         fallback = native.fallback()
         if fallback:
             self.layout.label(text=f"The processor works: {fallback}", icon="INFO")
+        row = self.layout.row()
+        row.operator("relievo.manual", icon="HELP")
+        row.operator("relievo.report", icon="URL")
 
 
 DEFAULTS = SimpleNamespace(device="CPU", threads=0, cache_folder="//relievo_cache", command="relievo")

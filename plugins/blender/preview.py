@@ -10,7 +10,7 @@ import bpy
 import librelievo as rl
 from bpy.app.handlers import persistent
 
-from . import imprint, job, lengths, mesh, settings, state, view
+from . import imprint, job, lengths, mesh, presser, settings, state, view
 from .error import Refused, said
 
 # How often the main thread looks after the preview, seconds.
@@ -50,7 +50,8 @@ class Preview:
         clone = self.clone
         depsgraph = context.evaluated_depsgraph_get()
         colliders = [imprint.Presser(other, depsgraph) for other in pressers]
-        options, frame = settings.values(context.scene.relievo.imprint), max(context.scene.frame_current, 0)
+        options = [presser.settings_of(context, target, other) for other in pressers]
+        frame = max(context.scene.frame_current, 0)
         place = mesh.matrix_of(target.evaluated_get(depsgraph).matrix_world)
         pose = state.posed_points(target, depsgraph)
         cells = settings.cells_of(target, clone.detail.info.tile_count)
@@ -61,7 +62,7 @@ class Preview:
             clone.document.begin("preview")
             try:
                 for index, collider in enumerate(colliders):
-                    collider.press(clone.detail, options, {"pair": index, "frame": frame}, progress)
+                    collider.press(clone.detail, options[index], {"pair": index, "frame": frame}, progress)
                 clone.detail.commit()
                 view.follow(clone, cells)
             finally:
@@ -231,9 +232,7 @@ class RELIEVO_OT_preview(job.Steps, bpy.types.Operator):
             end()
             return
         target = state.source_of(context.active_object)
-        pressers = imprint.pressers_of(context, target)
-        if not pressers:
-            raise Refused("Select the objects that press, then the one that they dent as the last")
+        pressers = presser.check(context, target)
         made = yield from state.opening(target)
         self.warn(made.take_notes())
         lengths.follow(context.scene, target)

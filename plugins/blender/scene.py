@@ -12,7 +12,7 @@ import librelievo as rl
 import mathutils
 import numpy
 
-from . import imprint, job, mesh, settings, state, stroke
+from . import imprint, job, mesh, presser, settings, state, stroke
 from .error import Refused
 
 
@@ -224,7 +224,7 @@ class RELIEVO_OT_export_scene(job.FileSteps, bpy.types.Operator):
         self.warn(made.take_notes())
         path = bpy.path.abspath(self.filepath)
         base, stem = os.path.dirname(path), os.path.splitext(os.path.basename(path))[0]
-        pressers = imprint.pressers_of(context, target)
+        pressers = presser.of(context, target)
         moving = [Moving(target, True), *(Moving(other, False) for other in pressers)]
         names = [name_of(entry.target) for entry in moving]
         if len(set(names)) < len(names):

@@ -6,6 +6,8 @@ import bpy
 import librelievo as rl
 from librelievo import abi, brush, imprint, repair
 
+from . import label
+
 SIZES = [(str(2**n), str(2**n), f"{2**n} numbers along an edge of a face") for n in range(3, 9)]
 CELLS = [(str(2**n), str(2**n), f"{2**n} cells along an edge of a face") for n in range(0, 9)]
 # Files keep the place in the list, so what is new comes last.
@@ -18,34 +20,46 @@ CURVE_SAMPLES = 33
 
 def choices(enum):
     """The values of an enum of the library as Blender lists them."""
-    return [(value.name, value.name.replace("_", " ").capitalize(), "") for value in enum]
+    return [
+        (value.name, value.name.replace("_", " ").capitalize(), label.tip(enum.__name__, value.name)) for value in enum
+    ]
 
 
-def property_of(parameter, **more):
+def property_of(group, parameter, **more):
     """A property of Blender for a parameter of the library: its type, range, default, unit and help."""
-    label = parameter.name.replace("_", " ").capitalize()
     help_text = parameter.help + (f" ({parameter.unit})" if parameter.unit else "")
-    common = {"name": label, "description": help_text, **more}
-    if parameter.kind == rl.ParameterKind.BOOL:
+    common = {"name": label.of(group, parameter.name), "description": help_text, **more}
+    is_switch = parameter.kind == rl.ParameterKind.U32 and (parameter.min, parameter.max) == (0, 1)
+    if parameter.kind == rl.ParameterKind.BOOL or is_switch:
         return bpy.props.BoolProperty(default=bool(parameter.value), **common)
     if parameter.kind == rl.ParameterKind.U32:
         # Blender's integers have 31 bits.
         top = min(int(parameter.max), 2**31 - 1)
         return bpy.props.IntProperty(default=int(parameter.value), min=int(parameter.min), max=top, **common)
     extra = {"subtype": "ANGLE"} if parameter.unit == "rad" and abs(parameter.max) <= 1000 else {}
+    if parameter.unit in ("m", "world units"):
+        extra["unit"] = "LENGTH"
+    if (parameter.unit, parameter.min, parameter.max) == ("", 0, 1):
+        extra["subtype"] = "FACTOR"
     floats = {"min": parameter.min, "max": parameter.max, "default": parameter.value, "precision": 3}
     return bpy.props.FloatProperty(**floats, **extra, **common)
 
 
 def group_of(name, table, **more):
     """A class of properties from a table of parameters."""
-    annotations = {parameter.name: property_of(parameter, **more) for parameter in table}
+    annotations = {parameter.name: property_of(name, parameter, **more) for parameter in table}
     return type(name, (bpy.types.PropertyGroup,), {"__annotations__": annotations, "table": table})
 
 
 def values(group):
     """What a group made from a table holds, as the library takes it."""
-    return {parameter.name: getattr(group, parameter.name) for parameter in group.table}
+    # Switches of the kind U32 are shown as check boxes.
+    return {
+        parameter.name: int(getattr(group, parameter.name))
+        if parameter.kind == rl.ParameterKind.U32
+        else getattr(group, parameter.name)
+        for parameter in group.table
+    }
 
 
 def curve_nodes(group):
@@ -82,9 +96,10 @@ def automatic_cells(tiles, most):
     return cells
 
 
-# Functions of a group of settings and a context, called when settings of a kind change. Modules that follow settings
-# add theirs when they are registered, so that this module imports none of them.
-listeners = {"imprint": [], "playback": [], "level": [], "fluid": []}
+# Functions of a group of settings and a context, called when settings of a kind change; those of "recorded" are of an object
+# and its state, called when the object has taken what was done. Modules that follow add theirs when they are registered, so that
+# this module imports none of them.
+listeners = {"imprint": [], "playback": [], "level": [], "fluid": [], "recorded": []}
 
 
 def _changed(kind):
@@ -106,11 +121,24 @@ RelievoImprintSettings = group_of("RelievoImprintSettings", imprint.params(), up
 class RelievoBrush(bpy.types.PropertyGroup):
     """What the brush tools do."""
 
-    paint_mode: bpy.props.EnumProperty(name="Mode", items=choices(abi.RlvPaintMode))
-    sculpt_mode: bpy.props.EnumProperty(name="Mode", items=choices(abi.RlvSculptMode))
-    falloff: bpy.props.EnumProperty(name="Falloff", items=choices(abi.RlvFalloff), default="SMOOTH")
+    paint_mode: bpy.props.EnumProperty(
+        name="Paint", description="What the paint tool does", items=choices(abi.RlvPaintMode)
+    )
+    sculpt_mode: bpy.props.EnumProperty(
+        name="Sculpt", description="What the sculpt tool does", items=choices(abi.RlvSculptMode)
+    )
+    falloff: bpy.props.EnumProperty(
+        name="Falloff", description="How the brush fades to its border", items=choices(abi.RlvFalloff), default="SMOOTH"
+    )
     color: bpy.props.FloatVectorProperty(
-        name="Colour", subtype="COLOR", size=4, min=0, max=10000, soft_max=1, default=(0.6, 0.03, 0.02, 1)
+        name="Colour",
+        description="What is painted, scene-linear",
+        subtype="COLOR",
+        size=4,
+        min=0,
+        max=10000,
+        soft_max=1,
+        default=(0.6, 0.03, 0.02, 1),
     )
     height: bpy.props.FloatProperty(
         name="Height", description="What a stroke raises, or a dab if it accumulates, object units", default=0.1
@@ -222,22 +250,22 @@ class RelievoFluid(bpy.types.PropertyGroup):
         ],
     )
     spacing: bpy.props.FloatProperty(
-        name="Spacing", description="Distance between particles at rest", min=1e-4, soft_max=1, default=0.05, precision=4, unit="LENGTH"
+        name="Spacing", description="Distance between particles at rest, metres; half of it makes eight times as many", min=1e-4, soft_max=1, default=0.05, precision=4, unit="LENGTH"
     )
     viscosity: bpy.props.FloatProperty(
-        name="Viscosity", description="Kinematic viscosity, m²/s", min=0, soft_max=1, default=0.001, precision=5
+        name="Viscosity", description="Kinematic viscosity, m²/s: water 0.000001, oil 0.0001, honey 0.01", min=0, soft_max=1, default=0.001, precision=5
     )
     friction: bpy.props.FloatProperty(
-        name="Friction", description="The same between the fluid and walls, 0 to slip", min=0, soft_max=1, default=0.001, precision=5
+        name="Wall friction", description="Kinematic viscosity between the fluid and walls, m²/s; 0 to slip", min=0, soft_max=1, default=0.001, precision=5
     )
     cohesion: bpy.props.FloatProperty(
         name="Cohesion", description="What pulls particles to each other, m⁵/(kg s²)", min=0, default=0, precision=4
     )
     tension: bpy.props.FloatProperty(
-        name="Surface tension", description="Newtons a metre, 0.072 of water", min=0, soft_max=1, default=0, precision=4
+        name="Surface tension", description="N/m; water has 0.072", min=0, soft_max=1, default=0, precision=4
     )
     velocity: bpy.props.FloatVectorProperty(
-        name="Velocity", description="Of what fills or pours, in the world", size=3, subtype="VELOCITY", unit="VELOCITY"
+        name="Velocity", description="Of what fills or pours, in the world, m/s", size=3, subtype="VELOCITY", unit="VELOCITY"
     )
     place: bpy.props.EnumProperty(
         name="Simulate on",
@@ -280,7 +308,7 @@ class RelievoFluid(bpy.types.PropertyGroup):
         name="Contact", description="What becomes of particles that meet it", items=choices(abi.RlvFluidContact), default="SLIP"
     )
     slide: bpy.props.FloatProperty(
-        name="Coefficient", description="Coulomb's coefficient of friction", min=0, soft_max=1, default=0.3, precision=3
+        name="Friction", description="Coulomb's coefficient of friction, without unit", min=0, soft_max=1, default=0.3, precision=3
     )
     show: bpy.props.EnumProperty(
         name="Show",
@@ -292,14 +320,14 @@ class RelievoFluid(bpy.types.PropertyGroup):
         update=_changed("fluid"),
     )
     function: bpy.props.EnumProperty(
-        name="Function",
-        description="What the surface is of",
+        name="Surface of",
+        description="How the surface is made of particles",
         items=choices(abi.RlvIsosurfaceFunction),
         default="ZHU_BRIDSON",
         update=_changed("fluid"),
     )
     cell: bpy.props.FloatProperty(
-        name="Cell", description="Size of the mesh's cells in halves of the spacing", min=0.1, max=4, default=1, update=_changed("fluid")
+        name="Cell size", description="Size of the mesh's cells, in halves of the spacing", min=0.1, max=4, default=1, update=_changed("fluid")
     )
     smoothing: bpy.props.IntProperty(
         name="Smoothing", description="Steps that smooth the mesh", min=0, max=1000, default=4, update=_changed("fluid")
@@ -350,7 +378,9 @@ class RelievoDecal(bpy.types.PropertyGroup):
             ("RELIEF", "Relief", "Raise the surface where the image is white"),
         ],
     )
-    opacity: bpy.props.FloatProperty(name="Opacity", min=0, max=1, default=1, subtype="FACTOR")
+    opacity: bpy.props.FloatProperty(
+        name="Opacity", description="How much of the image is painted, 0 to 1", min=0, max=1, default=1, subtype="FACTOR"
+    )
     height: bpy.props.FloatProperty(
         name="Height", description="How much white raises the surface, object units", default=0.05, precision=4
     )
@@ -406,13 +436,13 @@ class RelievoObject(bpy.types.PropertyGroup):
         ],
     )
     tile_size: bpy.props.EnumProperty(
-        name="Tile size", description="Numbers kept along an edge of a face", items=SIZES, default="64"
+        name="Face detail", description="Texels along an edge of a face: how fine relief and paint may be", items=SIZES, default="64"
     )
     segments: bpy.props.EnumProperty(
-        name="Segments", description="Segments along an edge of a triangle", items=SIZES[:4], default="16"
+        name="Face detail", description="Segments along an edge of a triangle: how fine relief and paint may be", items=SIZES[:4], default="16"
     )
     cells: bpy.props.EnumProperty(
-        name="Cells", description="Cells of the result along an edge of a face", items=CELLS, default="AUTO"
+        name="Shown cells", description="Cells of the displaced mesh along an edge of a face", items=CELLS, default="AUTO"
     )
     progressive: bpy.props.PointerProperty(type=RelievoProgressive)
     fluid: bpy.props.PointerProperty(type=RelievoFluid)
@@ -425,7 +455,7 @@ class RelievoScene(bpy.types.PropertyGroup):
     brush: bpy.props.PointerProperty(type=RelievoBrush)
     imprint: bpy.props.PointerProperty(type=RelievoImprintSettings)
     repair: bpy.props.PointerProperty(type=RelievoRepairSettings)
-    image_size: bpy.props.IntProperty(name="Image size", description="Pixels", min=16, max=16384, default=1024)
+    image_size: bpy.props.IntProperty(name="Image size", description="Width and height of baked images, pixels", min=16, max=16384, default=1024)
     traces: bpy.props.BoolProperty(
         name="Traces", description="Keep where and how deep contact was, for bakes", default=False
     )

@@ -211,6 +211,8 @@ class State:
         layers = json.dumps(layers_of(self.detail))
         if options.layers != layers:
             options.layers = layers
+        for function in settings.listeners["recorded"]:
+            function(target, self)
 
     def add_vectors(self):
         """Gives the detail vector displacement, whose frame is that of the mesh at rest."""
@@ -550,6 +552,8 @@ def clear(target):
     forget(target)
     target.relievo.uid = target.relievo.layers = target.relievo.cache = ""
     target.relievo.revision = 0
+    target.relievo_layers.rows.clear()
+    target.relievo_press.is_there = False
     stroke.forget(target)
 
 

@@ -14,16 +14,30 @@ from . import mesh, native, settings
 
 # Modes that move surfaces along all three axes, which needs a channel of its own.
 BENDING = {"pinch", "vector"}
+# What keys that are held at the press make of a brush.
+EFFECTS = [
+    ("NORMAL", "Normal", "What the brush does"),
+    ("INVERT", "Invert", "Sink in place of raise; take paint away"),
+    ("SMOOTH", "Smooth", "Smooth the relief; blend neighbouring colours"),
+]
 # Distance between the dabs of strokes that do not accumulate, at most, as a share of the radius.
 SPACING = 0.125
 # What objects keep of stamps and poses: three sizes, then the packed numbers, under a name with their checksum.
 ARRAYS, SHAPE = "relievo_array_", struct.Struct("<III")
 
 
-def describe(scene, action):
-    """The brush that the scene's settings say, as a stroke keeps it, and the pixels of its stamp or None."""
+def mode_of(scene, action, effect="NORMAL"):
+    """The mode of the brush that the scene's settings say, as an effect changes it."""
     group = scene.relievo.brush
-    mode = (group.paint_mode if action == "PAINT" else group.sculpt_mode).lower()
+    if action == "PAINT":
+        return {"SMOOTH": "blur", "INVERT": "erase"}.get(effect, group.paint_mode.lower())
+    return "smooth" if effect == "SMOOTH" else group.sculpt_mode.lower()
+
+
+def describe(scene, action, effect="NORMAL"):
+    """The brush that the scene's settings say, as a stroke keeps it, and the pixels of its stamp or None."""
+    group, mode = scene.relievo.brush, mode_of(scene, action, effect)
+    height = -group.height if effect == "INVERT" else group.height
     brush_settings = settings.values(group.settings)
     if action == "SCULPT" and mode == "draw" and not group.accumulate:
         # The dabs of a layer reach its height together. They do not add up, so that gaps between them would show.
@@ -35,7 +49,7 @@ def describe(scene, action):
             "mode": mode,
             "falloff": group.falloff.lower(),
             "color": list(group.color),
-            "height": group.height,
+            "height": height,
         },
         "settings": brush_settings,
         "stamp": None,

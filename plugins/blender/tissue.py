@@ -12,8 +12,10 @@ import numpy
 from . import cache, job, mesh, native
 from .error import Refused, said
 from .fluid import TYPES, Shape
-from .panel import Panel
+from .panel import Advanced, Panel
 
+# Settings of a collection that the panel shows at once.
+SETTINGS = ("voxel", "dermis", "epidermis", "damping", "relaxes")
 LIBRARY = ("stratum corneum", "dermis", "hypodermis", "muscle", "tendon")
 MATERIALS = [(name.upper().replace(" ", "_"), name.capitalize(), "") for name in LIBRARY]
 MATERIALS.append(("CUSTOM", "Custom", "By its own stiffness"))
@@ -32,21 +34,21 @@ class RelievoTissue(bpy.types.PropertyGroup):
     """The part that an object has in soft tissue."""
 
     role: bpy.props.EnumProperty(name="Part", description="What the object is for soft tissue", items=ROLES)
-    material: bpy.props.EnumProperty(name="Material", items=MATERIALS, default="CUSTOM")
+    material: bpy.props.EnumProperty(name="Material", description="What it is full of", items=MATERIALS, default="CUSTOM")
     young: bpy.props.FloatProperty(name="Stiffness", description="Young's modulus, Pa", min=1, soft_max=1e8, default=8000)
-    poisson: bpy.props.FloatProperty(name="Poisson's ratio", min=-0.9, max=0.4999, default=0.45)
-    density: bpy.props.FloatProperty(name="Density", description="kg/m³", min=1e-3, soft_max=1e4, default=1000)
+    poisson: bpy.props.FloatProperty(name="Poisson's ratio", description="How much it keeps its volume, 0.5 for all of it; without unit", min=-0.9, max=0.4999, default=0.45)
+    density: bpy.props.FloatProperty(name="Density", description="Mass of a volume, kg/m³", min=1e-3, soft_max=1e4, default=1000)
     level: bpy.props.IntProperty(
         name="Level", description="0 makes tissue; lower levels override those above them within that", min=0, max=63
     )
     strength: bpy.props.FloatProperty(
         name="Strength", description="Stress of the whole muscle at full activation, Pa", min=0, soft_max=1e6, default=3e5
     )
-    stiffness: bpy.props.FloatProperty(name="Fibre stiffness", description="Of stretched fibres, Pa", min=0, soft_max=1e6)
+    stiffness: bpy.props.FloatProperty(name="Fibre stiffness", description="Stiffness of stretched fibres, Pa", min=0, soft_max=1e6)
     activation: bpy.props.FloatProperty(
         name="Activation", description="How much the muscle contracts; keyframe it", min=0, max=1, subtype="FACTOR"
     )
-    friction: bpy.props.FloatProperty(name="Friction", min=0, soft_max=1, default=0.3)
+    friction: bpy.props.FloatProperty(name="Friction", description="Coulomb's coefficient, without unit", min=0, soft_max=1, default=0.3)
     cache: bpy.props.StringProperty(name="Cache", description="The baked frames; the modifier's path comes first")
 
 
@@ -54,7 +56,7 @@ class RelievoTissueModel(bpy.types.PropertyGroup):
     """How the objects of a collection are simulated."""
 
     voxel: bpy.props.FloatProperty(
-        name="Voxel", description="Size of an element, metres", min=1e-6, soft_max=1, default=0.01, precision=4
+        name="Element size", description="Size of an element, metres", min=1e-6, soft_max=1, default=0.01, precision=4
     )
     samples: bpy.props.IntProperty(name="Samples", description="Along an edge of a voxel", min=1, max=32, default=4)
     dermis: bpy.props.FloatProperty(
@@ -63,7 +65,7 @@ class RelievoTissueModel(bpy.types.PropertyGroup):
     epidermis: bpy.props.FloatProperty(
         name="Epidermis", description="Thickness on the first skin, metres; 0 for none", min=0, soft_max=1e-3, precision=6
     )
-    damping: bpy.props.FloatProperty(name="Damping", description="Of all motion, 1/s", min=0, soft_max=100, default=10)
+    damping: bpy.props.FloatProperty(name="Damping", description="How fast all motion dies out, 1/s", min=0, soft_max=100, default=10)
     safety: bpy.props.FloatProperty(
         name="Safety", description="Share of the longest stable step", min=0.01, max=1, default=0.5
     )
@@ -340,14 +342,35 @@ class RELIEVO_PT_tissue(Panel, bpy.types.Panel):
             return
         column.separator()
         column.label(text=collection.name, icon="OUTLINER_COLLECTION")
-        for name in RelievoTissueModel.__annotations__:
+        for name in SETTINGS:
             column.prop(collection.relievo_tissue, name)
         column.operator("relievo.tissue_bake")
         column.operator("relievo.tissue_clear")
         column.operator("relievo.cache_clean")
 
 
-CLASSES = [RelievoTissue, RelievoTissueModel, RELIEVO_OT_tissue_bake, RELIEVO_OT_tissue_clear, RELIEVO_PT_tissue]
+class RELIEVO_PT_tissue_advanced(Advanced, bpy.types.Panel):
+    bl_parent_id = "RELIEVO_PT_tissue"
+
+    @classmethod
+    def poll(cls, context):
+        return collection_of(context) is not None
+
+    def draw(self, context):
+        column, model = self.column(), collection_of(context).relievo_tissue
+        for name in RelievoTissueModel.__annotations__:
+            if name not in SETTINGS:
+                column.prop(model, name)
+
+
+CLASSES = [
+    RelievoTissue,
+    RelievoTissueModel,
+    RELIEVO_OT_tissue_bake,
+    RELIEVO_OT_tissue_clear,
+    RELIEVO_PT_tissue,
+    RELIEVO_PT_tissue_advanced,
+]
 
 
 def register():

@@ -25,7 +25,7 @@ def ensuring(target, state):
         for collection in target.users_collection or [bpy.context.scene.collection]:
             collection.objects.link(result)
         target.relievo.result = result
-        target.display_type = "WIRE"
+        target.display_type = "BOUNDS"
         target.hide_render = True
     if result.data.users > 1:
         # Linked duplicates share their mesh; what is written here is this object's own.

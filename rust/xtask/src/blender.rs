@@ -18,6 +18,7 @@ const PEERS: &[&str] = &["numpy==1.26.4", "scipy==1.13.1", "potpourri3d==1.4.0"]
 /// The tests that run in both hosts.
 const TESTS: &[&str] = &[
     "test_addon.py",
+    "test_interface.py",
     "test_files.py",
     "test_storage.py",
     "test_cache.py",
@@ -144,6 +145,19 @@ pub fn clean(program: &Path) -> Command {
     command
 }
 
+/// Puts the manual with its pictures into a folder of the add-on.
+fn manual(folder: &Path) -> Outcome {
+    let (docs, to) = (root().join("docs"), folder.join("manual"));
+    let page = docs.join("blender.md");
+    copy(&page, &to.join("blender.md"))?;
+    let text = std::fs::read_to_string(&page).map_err(|error| format!("{}: {error}", page.display()))?;
+    let links = text.split("](").filter_map(|rest| rest.split(')').next());
+    for picture in links.filter(|path| path.starts_with("images/")) {
+        copy(&docs.join(picture), &to.join(picture))?;
+    }
+    Ok(())
+}
+
 fn make() -> Result<Made, String> {
     let wheel = wheel::make()?;
     let base = target().join("blender");
@@ -158,10 +172,12 @@ fn make() -> Result<Made, String> {
     let extension = base.join("extension/relievo");
     remove(&extension)?;
     copy_files(&source, &extension)?;
+    manual(&extension)?;
     copy(&wheel, &extension.join("wheels").join(wheel.file_name().unwrap_or_default()))?;
     let folder = base.join("scripts/addons/relievo");
     remove(&folder)?;
     copy_files(&source, &folder)?;
+    manual(&folder)?;
     for part in ["librelievo", "librelievo.libs"] {
         copy_files(&site.join(part), &folder.join(part))?;
     }
