@@ -21,7 +21,7 @@ from . import native, preferences
 # In the order in which they are registered.
 MODULES = [
     "settings", "handler", "playback", "presser", "imprint", "rebake", "preview", "brush_size", "brush", "preset", "layer_list", "layer", "result", "scene",
-    "progressive", "levels", "hook", "grip", "carve", "frames", "fluid", "fluid_add", "farm", "unused", "repair", "crowd",
+    "progressive", "levels", "hook", "grip", "carve", "frames", "fluid", "fluid_add", "estimate", "farm", "unused", "repair", "crowd",
     "panel", "foam", "tissue", "decal", "manual", "menu",
 ]
 _registered = []

@@ -3,6 +3,7 @@
 frames of the scene into a cache. Lengths are metres of the world."""
 
 import os
+import time
 
 import bpy
 import librelievo as rl
@@ -144,10 +145,14 @@ class Simulation:
             told = one.relievo.fluid
             how = {"contact": told.contact.lower(), "friction": told.slide if told.contact == "FRICTION" else 0.0}
             self.colliders.append([one, how, Shape(one, depsgraph)])
+        # Where they are in the first frame.
+        self.began = [shape for _target, _how, shape in self.colliders]
         if not self.fills and not self.pourings:
             raise Refused("Nothing fills the domain or pours into it; give a mesh object the part of a fill or an emitter")
         self.read(depsgraph)
-        self.fluid = None
+        self.fluid = self.frame = self.state = None
+        # Particles of the frame that has most; seconds of work, and the particles of all frames that they were for.
+        self.most, self.seconds, self.worked = 0, 0.0, 0
 
     def read(self, depsgraph):
         """What emitters and colliders are in this frame."""
@@ -160,13 +165,24 @@ class Simulation:
                 raise Refused(f"{target.name} got other faces on the way; a collider keeps those that it has")
             collider[2] = shape
 
-    def begin(self, _progress=None):
-        """Makes the fluid as it is in the first frame; without Blender's data."""
+    def make(self, colliders):
+        """Makes the fluid in its basin, without particles; without Blender's data."""
         self.fluid = rl.Fluid(native.context(), **self.options)
         self.fluid.set_basin(self.low, self.high)
-        for _target, how, shape in self.colliders:
+        for (_target, how, _shape), shape in zip(self.colliders, colliders):
             with shape.build() as made:
                 self.fluid.add_collider(made, **how)
+
+    def resume(self, folder, frame):
+        """Makes the fluid as it was at the end of a frame; without Blender's data."""
+        self.make([shape for _target, _how, shape in self.colliders])
+        self.pour()
+        self.fluid.restore(frames.state_path(folder, frame))
+        self.frame = frame
+
+    def begin(self, _progress=None):
+        """Makes the fluid as it is in the first frame; without Blender's data."""
+        self.make(self.began)
         for shape, velocity in self.fills:
             self.fill(shape, velocity)
         if not self.pourings:
@@ -212,12 +228,22 @@ class Simulation:
         for number, (_target, _how, shape) in enumerate(self.colliders):
             self.fluid.move_collider(number, shape.points, 1.0 / self.fps)
         self.pour()
+        began = time.perf_counter()
         self.fluid.advance(1.0 / self.fps, progress)
+        self.seconds += time.perf_counter() - began
+        self.worked += self.fluid.info.particle_count
 
     def store(self, folder, frame):
-        """Writes the particles of a frame; without Blender's data."""
+        """Writes the particles of a frame, and keeps what goes on from it; without Blender's data."""
         with self.fluid.particles() as made:
             made.write(frames.path_of(folder, frames.PARTICLES, frame))
+        self.frame, self.state = frame, self.fluid.save_bytes()
+        self.most = max(self.most, self.fluid.info.particle_count)
+
+    def leave(self, folder):
+        """Writes what goes on from the last frame, in place of that of earlier ones."""
+        if self.state is not None:
+            frames.write_state(folder, self.frame, self.state)
 
 
 class OnDomain:
@@ -264,27 +290,14 @@ class RELIEVO_OT_fluid_simulate(OnDomain, job.Steps, bpy.types.Operator):
                 raise Refused(trouble)
             self.report({"INFO"}, f"{result.name}: {span} frames of the server")
             return
-        # Particles of the frame that has most.
-        most = [0]
         try:
             yield 0.0, 1.0 / span, simulation.begin
-            most[0] = simulation.fluid.info.particle_count
             yield 1.0 / span, 1.0 / span, lambda _progress: simulation.store(folder, first)
             result = frames.result_of(domain)
             frames.begin(domain, folder)
             hide_fills(scene)
             options.first = options.last = first
-            for frame in range(first + 1, last + 1):
-                scene.frame_set(frame)
-                simulation.read(context.evaluated_depsgraph_get())
-
-                def work(progress, frame=frame):
-                    simulation.advance(progress)
-                    simulation.store(folder, frame)
-                    most[0] = max(most[0], simulation.fluid.info.particle_count)
-
-                yield (frame - first) / span, (frame - first + 1) / span, work
-                options.last = frame
+            yield from advancing(context, domain, simulation, folder, last)
         finally:
             scene.frame_set(now)
             if not os.listdir(folder):
@@ -292,9 +305,65 @@ class RELIEVO_OT_fluid_simulate(OnDomain, job.Steps, bpy.types.Operator):
         trouble = frames.show(domain, now)
         if trouble:
             raise Refused(trouble)
-        if not most[0]:
+        if not simulation.most:
             simulation.check_filled()
         self.report({"INFO"}, f"{result.name}: {simulation.fluid.info.particle_count} particles, {span} frames")
+
+
+def advancing(context, domain, simulation, folder, last):
+    """Steps that simulate the frames after the last one of a domain, which the simulation is at. However they end, the folder has
+    what a simulation goes on from."""
+    scene, options = context.scene, domain.relievo.fluid
+    span = last - options.first + 1
+    try:
+        for frame in range(options.last + 1, last + 1):
+            scene.frame_set(frame)
+            simulation.read(context.evaluated_depsgraph_get())
+
+            def work(progress, frame=frame):
+                simulation.advance(progress)
+                simulation.store(folder, frame)
+
+            yield (frame - options.first) / span, (frame - options.first + 1) / span, work
+            options.last = frame
+    finally:
+        # A frame may be whole when the steps are closed.
+        options.last = simulation.frame
+        simulation.leave(folder)
+        if simulation.worked:
+            options.pace = simulation.seconds / simulation.worked
+
+
+class RELIEVO_OT_fluid_resume(OnDomain, job.Steps, bpy.types.Operator):
+    """Go on simulating where the active domain was cancelled, or where its frames end, up to the last frame of the scene"""
+
+    bl_idname = "relievo.fluid_resume"
+    bl_label = "Resume"
+
+    def steps(self, context):
+        scene, domain = context.scene, context.active_object
+        options, now, last = domain.relievo.fluid, scene.frame_current, scene.frame_end
+        folder = frames.folder_of(domain)
+        if not folder or not frames.has_state(folder, options.last):
+            raise Refused(f"{domain.name} has nothing to go on from; simulate it")
+        if not cache.is_own(domain, folder):
+            raise Refused(f"The frames of {domain.name} are those of another object or file too; simulate it anew")
+        if last <= options.last:
+            raise Refused(f"{domain.name} has all frames up to {options.last}; raise the last frame of the scene for more")
+        before = options.last
+        try:
+            scene.frame_set(options.first)
+            simulation = Simulation(scene, domain, context.evaluated_depsgraph_get())
+            scene.frame_set(before)
+            simulation.read(context.evaluated_depsgraph_get())
+            yield 0.0, 0.0, lambda _progress: simulation.resume(folder, before)
+            yield from advancing(context, domain, simulation, folder, last)
+        finally:
+            scene.frame_set(now)
+        trouble = frames.show(domain, now)
+        if trouble:
+            raise Refused(trouble)
+        self.report({"INFO"}, f"{domain.name}: frames {before + 1} to {last}, {simulation.fluid.info.particle_count} particles")
 
 
 class RELIEVO_OT_fluid_mesh(OnDomain, job.Steps, bpy.types.Operator):
@@ -359,6 +428,6 @@ class RELIEVO_OT_fluid_clear(OnDomain, bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = [RELIEVO_OT_fluid_simulate, RELIEVO_OT_fluid_mesh, RELIEVO_OT_fluid_clear]
+CLASSES = [RELIEVO_OT_fluid_simulate, RELIEVO_OT_fluid_resume, RELIEVO_OT_fluid_mesh, RELIEVO_OT_fluid_clear]
 
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

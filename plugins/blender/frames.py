@@ -18,6 +18,8 @@ from .error import said
 # What files of frames begin with, by what they have, and their extensions.
 PARTICLES, SURFACE, FOAM = "particles", "surface", "foam"
 EXTENSIONS = {PARTICLES: "rlvfluid", SURFACE: "npz", FOAM: "rlvfluid"}
+# What the name of a file with all that a simulation goes on from begins with; the number of its frame follows.
+STATE = "state"
 # Version of the files of surfaces; newer ones are refused.
 FORMAT = 1
 
@@ -49,10 +51,31 @@ def path_of(folder, kind, frame):
 def clear(folder):
     """Removes all frames that are there, and the folder if nothing else is in it."""
     for name in os.listdir(folder):
-        if re.fullmatch(rf"({PARTICLES}|{SURFACE}|{FOAM})_-?\d+\.(npz|rlvfluid)", name):
+        if re.fullmatch(rf"({PARTICLES}|{SURFACE}|{FOAM}|{STATE})_-?\d+\.(npz|rlvfluid|rlvstate)", name):
             os.remove(os.path.join(folder, name))
     if not os.listdir(folder):
         os.rmdir(folder)
+
+
+def state_path(folder, frame):
+    """Returns the path of what a simulation goes on from after a frame."""
+    return os.path.join(bpy.path.abspath(folder), f"{STATE}_{frame:06d}.rlvstate")
+
+
+def has_state(folder, frame):
+    """Returns whether a simulation can go on after a frame."""
+    return os.path.exists(state_path(folder, frame))
+
+
+def write_state(folder, frame, state):
+    """Writes what a simulation goes on from after a frame, and removes that of other frames. Raises OSError."""
+    path = state_path(folder, frame)
+    with open(f"{path}.part", "wb") as file:
+        file.write(state)
+    os.replace(f"{path}.part", path)
+    for name in os.listdir(folder):
+        if name.startswith(f"{STATE}_") and name != os.path.basename(path):
+            os.remove(os.path.join(folder, name))
 
 
 def has_surfaces(folder):

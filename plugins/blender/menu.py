@@ -94,7 +94,9 @@ MENUS = {
         [
             Entry("preset_fluid", choice="preset"),
             Entry("preset_save_fluid"),
+            Entry("fluid_estimate"),
             Entry("fluid_simulate"),
+            Entry("fluid_resume"),
             Entry("fluid_farm"),
             Entry("fluid_mesh"),
             Entry("fluid_clear"),

@@ -305,10 +305,15 @@ class RELIEVO_PT_fluid(Panel, bpy.types.Panel):
                 column.prop(options, name)
             column.operator("relievo.fluid_farm")
         else:
+            column.operator("relievo.fluid_estimate")
+            if options.estimate:
+                column.label(text=options.estimate)
             column.operator("relievo.fluid_simulate")
         if not options.cache:
             return
         column.label(text=f"Frames {options.first} to {options.last}")
+        if options.last < context.scene.frame_end and options.place == "HERE":
+            column.operator("relievo.fluid_resume", text=f"Resume at frame {options.last + 1}")
         column.row().prop(options, "show", expand=True)
         column.operator("relievo.fluid_mesh")
         column.operator("relievo.fluid_clear")

@@ -339,6 +339,8 @@ class RelievoFluid(bpy.types.PropertyGroup):
     cache: bpy.props.StringProperty(
         name="Cache", description="The folder of the frames; the path that the result has of it comes first"
     )
+    pace: bpy.props.FloatProperty(description="Seconds that a particle took for a frame when it was simulated last")
+    estimate: bpy.props.StringProperty(description="What a simulation is expected to take")
     first: bpy.props.IntProperty(description="The first frame of the cache")
     last: bpy.props.IntProperty(description="The last frame of the cache")
 

@@ -58,6 +58,65 @@ class Case(unittest.TestCase):
         self.assertNotIn("Traceback", str(caught.exception))
 
 
+class Resumed(Case):
+    """A simulation that was cancelled goes on where it was, to the bit."""
+
+    def pouring(self):
+        self.part("FILL", "fill", (0.05, 0.05, 0.05), (0.3, 0.35, 0.3))
+        self.part("EMITTER", "tap", (0.5, 0.15, 0.45), (0.6, 0.25, 0.5), velocity=(0, 0, -1.5))
+        paddle = self.part("COLLIDER", "paddle", (0.4, 0.1, 0.02), (0.45, 0.3, 0.3))
+        for frame, x in ((1, 0.0), (6, 0.15)):
+            paddle.location.x = x
+            paddle.keyframe_insert("location", frame=frame)
+
+    def frames(self):
+        return [self.at(frame).copy() for frame in range(1, 7)]
+
+    def test_a_cancelled_simulation_goes_on_to_the_bit(self):
+        from relievo import fluid
+
+        self.pouring()
+        self.simulate()
+        whole = self.frames()
+        self.assertGreater(len(whole[-1]), len(whole[0]))
+        host.select(self.domain)
+        for turns in (3, 5):
+            steps = host.operator(fluid.RELIEVO_OT_fluid_simulate)
+            for _ in range(turns):
+                next(steps)[2](None)
+            steps.close()
+            options = self.domain.relievo.fluid
+            # The frame of the last turn is whole.
+            self.assertEqual(options.last, turns - 1)
+            self.assertEqual(bpy.ops.relievo.fluid_resume(), {"FINISHED"})
+            self.assertEqual(options.last, 6)
+            for one, other in zip(self.frames(), whole):
+                numpy.testing.assert_array_equal(one, other)
+        self.refused(bpy.ops.relievo.fluid_resume, "tank has all frames up to 6; raise the last frame of the scene")
+        bpy.context.scene.frame_end = 7
+        host.select(self.domain)
+        self.assertEqual(bpy.ops.relievo.fluid_resume(), {"FINISHED"})
+        self.assertEqual(self.domain.relievo.fluid.last, 7)
+        folder = Path(bpy.path.abspath(self.domain.relievo.fluid.cache))
+        self.assertEqual(len(list(folder.glob("state_*"))), 1)
+        bpy.ops.relievo.fluid_clear()
+        self.assertFalse(folder.exists())
+        self.refused(bpy.ops.relievo.fluid_resume, "tank has nothing to go on from")
+
+    def test_the_estimate_is_near_what_it_takes(self):
+        self.part("FILL", "fill", (0.05, 0.05, 0.05), (0.45, 0.35, 0.35))
+        host.select(self.domain)
+        self.assertEqual(bpy.ops.relievo.fluid_estimate(), {"FINISHED"})
+        said = self.domain.relievo.fluid.estimate
+        self.assertRegex(said, r"^About [\d,]+ particles, [\d.]+ MiB, [\d.]+ min")
+        particles = int(said.split()[1].replace(",", ""))
+        count = len(self.simulate().data.vertices)
+        self.assertAlmostEqual(particles / count, 1, delta=0.3)
+        size = sum(path.stat().st_size for path in Path(self.folder.name).rglob("particles_*.rlvfluid")) / 2**20
+        bpy.ops.relievo.fluid_estimate()
+        self.assertAlmostEqual(float(self.domain.relievo.fluid.estimate.split()[3]) / size, 1, delta=0.4)
+
+
 class Starts(Case):
     """How a fluid begins: at rest, with particles, in place of its fill."""
 
