@@ -22,7 +22,7 @@ from . import native, preferences
 MODULES = [
     "settings", "handler", "playback", "presser", "imprint", "rebake", "preview", "brush_size", "brush", "preset", "layer_list", "layer", "result", "scene",
     "progressive", "levels", "hook", "grip", "carve", "frames", "fluid", "fluid_add", "estimate", "farm", "unused", "repair", "crowd",
-    "panel", "foam", "tissue", "decal", "manual", "menu",
+    "panel", "foam", "server", "tissue", "decal", "pin_tool", "manual", "menu",
 ]
 _registered = []
 

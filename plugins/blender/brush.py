@@ -337,7 +337,7 @@ class PaintTool(bpy.types.WorkSpaceTool):
     bl_idname = "relievo.paint_tool"
     bl_label = "Relievo paint"
     bl_description = "Paint on the active object.\n\u2022 Ctrl takes paint away, Shift blends.\n\u2022 F changes the radius, Shift+F the strength"
-    bl_icon = "brush.sculpt.paint" if bpy.app.version < (4, 3) else "brush.paint_texture.draw"
+    bl_icon = "brush.sculpt.paint"
     bl_keymap = keys_of("PAINT")
 
     def draw_cursor(context, _tool, place):

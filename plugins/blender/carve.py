@@ -134,7 +134,7 @@ class LevelSculptTool(bpy.types.WorkSpaceTool):
     bl_idname = "relievo.level_sculpt_tool"
     bl_label = "Relievo level sculpt"
     bl_description = "Sculpt the level that the active object shows"
-    bl_icon = brush.SculptTool.bl_icon
+    bl_icon = "brush.sculpt.displacement_smear"
     bl_keymap = (("relievo.levels_sculpt", {"type": "LEFTMOUSE", "value": "PRESS"}, {"properties": []}),)
 
     def draw_settings(context, layout, _tool):

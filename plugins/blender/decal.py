@@ -203,12 +203,19 @@ class RELIEVO_OT_decal_pin_add(OnDecal, bpy.types.Operator):
         options.active = len(options.pins) - 1
         return {"FINISHED"}
 
-    def invoke(self, context, _event):
+    def invoke(self, context, event):
         options = owner_of(context.active_object).relievo.decal
         if options.image is None:
             self.report({"ERROR"}, "Choose the image of the decal")
             return {"CANCELLED"}
         self.image = [0.5 * side for side in options.image.size]
+        if is_press(context, event):
+            # The tool's press is the click.
+            hit = meet(context, event, owner_of(context.active_object))
+            if hit is None:
+                return {"CANCELLED"}
+            self.position = hit
+            return self.execute(context)
         context.workspace.status_text_set("Click a place of the object; Esc cancels")
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
@@ -335,8 +342,13 @@ class RELIEVO_OT_decal_pin_drag(OnDecal, bpy.types.Operator):
         self.report({"INFO"}, told(quality))
         return {"FINISHED"}
 
-    def invoke(self, context, _event):
+    def invoke(self, context, event):
         self.drag = None
+        if is_press(context, event):
+            # The tool's press takes hold of a pin, or does nothing.
+            self.modal(context, event)
+            if self.drag is None:
+                return {"CANCELLED"}
         context.workspace.status_text_set("Press near a pin and drag it; Esc cancels")
         context.window_manager.modal_handler_add(self)
         return {"RUNNING_MODAL"}
@@ -387,6 +399,12 @@ class RELIEVO_OT_decal_pin_drag(OnDecal, bpy.types.Operator):
     def cancel(self, context):
         """Blender ends it, say because the window closes."""
         self.ended(context, {"CANCELLED"})
+
+
+def is_press(context, event):
+    """Returns whether an event is the press of a tool in the view, and not of a button."""
+    in_view = context.region is not None and context.region.type == "WINDOW" and context.region_data is not None
+    return in_view and event.type == "LEFTMOUSE" and event.value == "PRESS"
 
 
 def pointer_of(context, event):

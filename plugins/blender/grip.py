@@ -191,7 +191,7 @@ class HandleTool(bpy.types.WorkSpaceTool):
     bl_idname = "relievo.handle_tool"
     bl_label = "Relievo handle"
     bl_description = "Grab and turn regions of the level that the active object shows"
-    bl_icon = "ops.transform.translate"
+    bl_icon = "brush.uv_sculpt.grab"
     bl_keymap = (("relievo.levels_edit", {"type": "LEFTMOUSE", "value": "PRESS"}, {"properties": []}),)
 
     def draw_settings(context, layout, _tool):

@@ -30,6 +30,7 @@ PARTS = [
     ("bpy.ops.relievo.crowd*", "crowds"),
     ("bpy.ops.relievo.fluid*", "fluids"),
     ("bpy.ops.relievo.foam*", "fluids"),
+    ("bpy.ops.relievo.server*", "fluids"),
     ("bpy.ops.relievo.cache*", "files"),
     ("bpy.ops.relievo.*", "paint-and-sculpt"),
     ("bpy.types.relievobrush*", "paint-and-sculpt"),

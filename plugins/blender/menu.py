@@ -98,6 +98,7 @@ MENUS = {
             Entry("fluid_simulate"),
             Entry("fluid_resume"),
             Entry("fluid_farm"),
+            Entry("server_check"),
             Entry("fluid_mesh"),
             Entry("fluid_clear"),
             None,
@@ -110,6 +111,7 @@ MENUS = {
     "decal": (
         "Decal",
         [
+            Entry("wm.tool_set_by_id", "Pin Tool", name="relievo.pin_tool"),
             Entry("decal_pin_add"),
             Entry("decal_pin_drag"),
             Entry("decal_pin_remove"),

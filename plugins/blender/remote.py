@@ -18,14 +18,20 @@ from .error import Refused
 LONGEST = 4096
 
 
-def connect():
-    """Connects to the server that the preferences name."""
+def linking():
+    """Returns what connects to the server that the preferences name; that needs nothing of Blender."""
     options = bpy.context.preferences.addons[__package__].preferences
     token = ""
     if options.token_file:
         with open(bpy.path.abspath(options.token_file), encoding="utf-8") as file:
             token = file.read(LONGEST).strip()
-    return client.Client(options.server, token, patience=3.0, authority=bpy.path.abspath(options.tls_authority))
+    address, authority = options.server, bpy.path.abspath(options.tls_authority)
+    return lambda: client.Client(address, token, patience=3.0, authority=authority)
+
+
+def connect():
+    """Connects to the server that the preferences name."""
+    return linking()()
 
 
 def numbers(values):

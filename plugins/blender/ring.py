@@ -2,16 +2,16 @@
 """The circle of the brush: where the pointer meets the surface, in the plane that touches it there, and inside of it a second one
 that shows the strength."""
 
+import bpy
 import gpu
 import numpy
 from bpy_extras import view3d_utils
 from gpu_extras.batch import batch_for_shader
 
-import bpy
-
 from . import pose, state
 
 ANGLES = numpy.linspace(0, 2 * numpy.pi, 65)
+SHADER = "2D_UNIFORM_COLOR" if bpy.app.version < (4, 0) else "UNIFORM_COLOR"
 SCULPT = (1.0, 0.85, 0.6)
 
 # Where the circle stays while its size is changed, or None.
@@ -74,12 +74,12 @@ def draw(context, place, action):
     for share, opacity in ((1.0, 0.9), (group.settings.strength, 0.4)):
         points = projected(region, context.region_data, circle(*found, max(share * radius, 1e-9)))
         if points is not None:
-            _line(points, (*color, opacity))
+            draw_line(points, (*color, opacity))
 
 
-def _line(points, color):
+def draw_line(points, color):
     """Draws a line of pixels over a dark one, so that it is seen on any ground."""
-    shader = gpu.shader.from_builtin("2D_UNIFORM_COLOR" if bpy.app.version < (4, 0) else "UNIFORM_COLOR")
+    shader = gpu.shader.from_builtin(SHADER)
     gpu.state.blend_set("ALPHA")
     for width, shade in ((3.0, (0.0, 0.0, 0.0, 0.5 * color[3])), (1.5, color)):
         gpu.state.line_width_set(width)

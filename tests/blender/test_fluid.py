@@ -181,6 +181,14 @@ class OnServer(Case):
         preferences.server = server.stdout.readline().split()[-1]
         return preferences
 
+    def test_the_panel_checks_the_server(self):
+        host.select(self.domain)
+        self.assertTrue(bpy.types.RELIEVO_PT_server.poll(bpy.context))
+        self.assertEqual(bpy.ops.relievo.server_check(), {"FINISHED"})
+        preferences = bpy.context.preferences.addons["relievo"].preferences
+        preferences.server = f"unix:{self.folder.name}/nowhere"
+        self.refused(bpy.ops.relievo.server_check, "the server does not answer: .*check that the server runs")
+
     def test_frames_come_from_the_server_and_are_those_of_this_machine(self):
         self.part("FILL", "block", (0, 0, 0), (0.3, 0.4, 0.4))
         wall = self.part("COLLIDER", "wall", (0.6, 0.1, 0), (0.7, 0.3, 0.5))

@@ -426,6 +426,21 @@ def host_colors(field):
     return found
 
 
+class Tools(Case):
+    def test_tools_have_icons_of_their_own_that_are_there(self):
+        from relievo import brush, carve, grip, pin_tool
+
+        tools = [brush.PaintTool, brush.SculptTool, grip.HandleTool, carve.LevelSculptTool, pin_tool.PinTool]
+        folder = Path(bpy.utils.system_resource("DATAFILES", path="icons"))
+        for tool in tools:
+            self.assertTrue((folder / f"{tool.bl_icon}.dat").exists(), tool.bl_icon)
+            for name, _event, properties in tool.bl_keymap:
+                found = operator_of(name).properties
+                for key, _value in properties["properties"]:
+                    self.assertIn(key, found, name)
+        self.assertEqual(len({tool.bl_icon for tool in tools}), len(tools))
+
+
 class Added(Case):
     def test_objects_for_fluids_make_a_simulation(self):
         for role in ("DOMAIN", "FILL"):

@@ -167,6 +167,7 @@ def play():
         else:
             assert len(field.relievo.strokes) == 1
             numpy.testing.assert_array_equal(heights(), wanted)
+    yield from keys()
     with override():
         bpy.ops.wm.tool_set_by_id(name="relievo.paint_tool")
     for _ in range(5):
@@ -235,6 +236,76 @@ def play():
     yield from asked(relievo)
     yield from levels(relievo)
     yield from decal()
+
+
+def keys():
+    """The circle of the brush, F and Shift+F, Ctrl, Shift and the right button, by the sculpt tool."""
+    field, brush = bpy.data.objects["field"], bpy.context.scene.relievo.brush
+    before, revision, radius = heights(), field.relievo.revision, brush.settings.radius
+    yield from over(0.1, 0.9)
+    away = screenshot("circle_away.png")
+    yield from over(0.5, 0.3)
+    shown = screenshot("circle.png")
+    assert 100 < (numpy.abs(view(shown) - view(away)).max(2) > 0.2).sum() < 5000, "there is no circle on the surface"
+    pixel = 20 / region().width
+    for shift, name, answer in ((False, "radius", "LEFTMOUSE"), (True, "strength", "RET"), (False, "radius", "RIGHTMOUSE")):
+        start = getattr(brush.settings, name)
+        yield from press("F", 0.5, 0.3, shift=shift)
+        yield from over(0.5 - pixel, 0.3)
+        found = getattr(brush.settings, name)
+        assert 0.02 < found < start - 0.05, (name, start, found)
+        if answer == "LEFTMOUSE":
+            # The circle stays, and its border is where the pointer's way says.
+            screenshot("circle_small.png")
+        yield from press(answer, 0.5 - pixel, 0.3)
+        assert getattr(brush.settings, name) == (start if answer == "RIGHTMOUSE" else found), (name, answer)
+        if name == "radius":
+            brush.settings.radius = radius
+        else:
+            brush.settings.strength = 1.0
+    # A number that is typed.
+    yield from press("F", 0.5, 0.3)
+    for key, sign in (("PERIOD", "."), ("TWO", "2")):
+        event(key, "PRESS", x=0.5, y=0.3, unicode=sign)
+        event(key, "RELEASE", x=0.5, y=0.3)
+        yield
+    yield from press("RET", 0.5, 0.3)
+    assert abs(brush.settings.radius - 0.2) < 1e-6, brush.settings.radius
+    brush.settings.radius = radius
+    # The right button takes a stroke back.
+    yield from grab((0.4, 0.3), (0.55, 0.3))
+    assert heights().max() > before.max() - 1e-6 and numpy.abs(heights() - before).max() > 0.04
+    yield from press("RIGHTMOUSE", 0.55, 0.3)
+    event("LEFTMOUSE", "RELEASE", x=0.55, y=0.3)
+    yield from wait()
+    numpy.testing.assert_array_equal(heights(), before)
+    assert field.relievo.revision == revision
+    # With Ctrl it sinks, with Shift it smooths what sank.
+    for held in ({"ctrl": True}, {"shift": True}):
+        lowest = (heights() - before).min()
+        event("MOUSEMOVE", x=0.4, y=0.3)
+        yield
+        event("LEFTMOUSE", "PRESS", x=0.4, y=0.3, **held)
+        yield
+        for x in (0.45, 0.5, 0.55):
+            event("MOUSEMOVE", x=x, y=0.3, **held)
+            yield
+        event("LEFTMOUSE", "RELEASE", x=0.55, y=0.3, **held)
+        yield from wait()
+        found = (heights() - before).min()
+        assert found < -0.04 if "ctrl" in held else lowest < found < 0.9 * lowest, (held, lowest, found)
+    screenshot("inverted.png")
+    for _ in range(2):
+        event("Z", "PRESS", ctrl=True)
+        event("Z", "RELEASE", ctrl=True)
+        yield from wait(10)
+    numpy.testing.assert_array_equal(heights(), before)
+
+
+def over(x, y):
+    """Moves the pointer to a place of the view."""
+    event("MOUSEMOVE", x=x, y=y)
+    yield from wait()
 
 
 def asked(relievo):
@@ -459,6 +530,22 @@ def decal():
     ball = bpy.data.objects["ball"]
     numpy.testing.assert_allclose(ball.relievo.decal.pins[2].position, on_ball(128, 128), atol=1e-5)
     numpy.testing.assert_allclose(host.positions(ball.relievo.decal.mesh), laid, atol=1e-6)
+    # The tool draws the pins, drags them, and adds one with Ctrl.
+    with override():
+        bpy.ops.wm.tool_set_by_id(name="relievo.pin_tool")
+    yield from over(0.1, 0.9)
+    screenshot("decal_pins.png")
+    start, aim = on_ball(224, 224), on_ball(210, 205)
+    yield from grab(spot(start), spot(aim))
+    event("LEFTMOUSE", "RELEASE", x=spot(aim)[0], y=spot(aim)[1])
+    yield from wait(10)
+    pins = bpy.data.objects["ball"].relievo.decal.pins
+    assert numpy.linalg.norm(numpy.array(pins[4].position) - aim) < 0.03, tuple(pins[4].position)
+    place = spot(on_ball(70, 128))
+    for value in ("PRESS", "RELEASE"):
+        event("LEFTMOUSE", value, x=place[0], y=place[1], ctrl=True)
+    yield from wait()
+    assert len(pins) == 6 and numpy.linalg.norm(numpy.array(pins[5].position) - on_ball(70, 128)) < 0.03
 
 
 def grab(start, end):
@@ -473,9 +560,9 @@ def grab(start, end):
     yield from wait(2)
 
 
-def press(key, x, y):
+def press(key, x, y, **keys):
     for value in ("PRESS", "RELEASE"):
-        event(key, value, x=x, y=y)
+        event(key, value, x=x, y=y, **keys)
     yield
 
 
