@@ -19,6 +19,7 @@ const PEERS: &[&str] = &["numpy==1.26.4", "scipy==1.13.1", "potpourri3d==1.4.0"]
 const TESTS: &[&str] = &[
     "test_addon.py",
     "test_interface.py",
+    "test_demo.py",
     "test_files.py",
     "test_storage.py",
     "test_cache.py",
