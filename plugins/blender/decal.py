@@ -167,8 +167,6 @@ class RELIEVO_OT_decal_apply(OnDecal, job.Steps, bpy.types.Operator):
         is_relief, amount = options.kind == "RELIEF", options.height if options.kind == "RELIEF" else options.opacity
         made = yield from state.opening(target)
         self.warn(made.take_notes())
-        if made.kind == "TRIANGLES":
-            raise Refused(f"{target.name} is a surface of triangles; make a mesh of the decal, or choose a subdivision surface")
         yield from state.placing(made, target, context.evaluated_depsgraph_get())
         found = []
 

@@ -48,6 +48,18 @@ class Decals(unittest.TestCase):
         corner = next(loop.index for loop in data.loops if loop.vertex_index == point)
         return numpy.array(data.uv_layers[0].data[corner].uv)
 
+    def look_at(self, field):
+        """Looks whether the result is red under the left half of the image and blue under the right one."""
+        result = field.relievo.result
+        colors = numpy.empty((len(result.data.vertices), 4), numpy.float32)
+        result.data.attributes["Relievo"].data.foreach_get("color", colors.ravel())
+        points = host.positions(result)
+        away = (points - self.middle)[:, :2] / self.extent
+        is_under = (numpy.abs(away) < 0.22).all(1)
+        left, right = colors[is_under & (away[:, 0] < -0.05)], colors[is_under & (away[:, 0] > 0.05)]
+        self.assertTrue(len(left) > 20 and (left[:, 0] > 0.9).all() and (left[:, 2] < 0.1).all())
+        self.assertTrue(len(right) > 20 and (right[:, 2] > 0.9).all() and (right[:, 0] < 0.1).all())
+
     def test_a_mesh_has_the_pins_where_they_were_set(self):
         field = self.field()
         self.assertEqual(bpy.ops.relievo.decal_mesh(), {"FINISHED"})
@@ -78,15 +90,8 @@ class Decals(unittest.TestCase):
     def test_a_decal_is_painted_and_embossed_into_layers(self):
         field = self.field()
         self.assertEqual(bpy.ops.relievo.decal_apply(), {"FINISHED"})
+        self.look_at(field)
         result = field.relievo.result
-        colors = numpy.empty((len(result.data.vertices), 4), numpy.float32)
-        result.data.attributes["Relievo"].data.foreach_get("color", colors.ravel())
-        points = host.positions(result)
-        away = (points - self.middle)[:, :2] / self.extent
-        is_under = (numpy.abs(away) < 0.22).all(1)
-        left, right = colors[is_under & (away[:, 0] < -0.05)], colors[is_under & (away[:, 0] > 0.05)]
-        self.assertTrue(len(left) > 20 and (left[:, 0] > 0.9).all() and (left[:, 2] < 0.1).all())
-        self.assertTrue(len(right) > 20 and (right[:, 2] > 0.9).all() and (right[:, 0] < 0.1).all())
         painted = host.digest(self.relievo, field)
         bpy.ops.ed.undo_push(message="painted")
         field.relievo.decal.kind, field.relievo.decal.height = "RELIEF", 0.3
@@ -96,6 +101,15 @@ class Decals(unittest.TestCase):
         bpy.ops.ed.undo()
         field = bpy.data.objects["field"]
         self.assertEqual(host.digest(self.relievo, field), painted)
+
+    def test_a_decal_is_painted_into_a_layer_of_triangles(self):
+        field = self.field()
+        field.relievo.kind = "TRIANGLES"
+        self.assertEqual(bpy.ops.relievo.decal_apply(), {"FINISHED"})
+        self.look_at(field)
+        field.relievo.decal.kind, field.relievo.decal.height = "RELIEF", 0.3
+        self.assertEqual(bpy.ops.relievo.decal_apply(), {"FINISHED"})
+        self.assertGreater(numpy.ptp(host.positions(field.relievo.result)[:, 2]), 0.01)
 
     def test_what_cannot_be_laid_is_refused_and_changes_nothing(self):
         field = self.field()
@@ -111,8 +125,6 @@ class Decals(unittest.TestCase):
         kept, pin.image = tuple(pin.image), (SIZE + 5, 3)
         refused(bpy.ops.relievo.decal_mesh, "outside")
         pin.image = kept
-        field.relievo.kind = "TRIANGLES"
-        refused(bpy.ops.relievo.decal_apply, "surface of triangles")
         image, field.relievo.decal.image = field.relievo.decal.image, None
         refused(bpy.ops.relievo.decal_mesh, "Choose the image")
         field.relievo.decal.image = image
