@@ -192,7 +192,7 @@ def build(path):
     bpy.ops.wm.save_as_mainfile(filepath=path)
     for number, part in enumerate((snow, painted, label, wave, levels)):
         part(3.2 * (number - 2))
-    stage(14)
+    stage(15)
     scene.frame_set(scene.frame_end)
     bpy.ops.wm.save_as_mainfile(filepath=path)
 

@@ -20,9 +20,10 @@ from . import native, preferences
 
 # In the order in which they are registered.
 MODULES = [
-    "settings", "handler", "playback", "presser", "imprint", "rebake", "preview", "brush_size", "brush", "preset", "layer_list", "layer", "result", "scene",
-    "progressive", "levels", "hook", "grip", "carve", "frames", "fluid", "fluid_add", "estimate", "farm", "unused", "repair", "crowd",
-    "panel", "foam", "server", "tissue", "decal", "pin_tool", "manual", "menu",
+    "settings", "handler", "playback", "presser", "imprint", "rebake", "preview", "brush_size", "brush", "preset",
+    "layer_list", "layer", "compact", "result", "scene", "progressive", "levels", "hook", "grip", "carve", "frames", "fluid",
+    "fluid_add", "estimate", "farm", "unused", "repair", "crowd", "panel", "foam", "server", "tissue", "decal", "pin_tool",
+    "manual", "menu",
 ]
 _registered = []
 

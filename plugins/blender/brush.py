@@ -313,6 +313,14 @@ class RELIEVO_OT_curves(bpy.types.Operator):
         return {"FINISHED"}
 
 
+SIZE_HINT = "\u2022 F changes the radius, Shift+F the strength"
+# Keys of all tools with a brush.
+SIZE_KEYS = tuple(
+    ("relievo.brush_size", {"type": "F", "value": "PRESS", **held}, {"properties": [("what", what)]})
+    for what, held in (("radius", {}), ("strength", {"shift": True}))
+)
+
+
 def keys_of(action):
     """The keys of a tool: a stroke, with Ctrl inverted, with Shift smoothing; F and Shift+F for radius and strength."""
     press = {"type": "LEFTMOUSE", "value": "PRESS"}
@@ -321,12 +329,7 @@ def keys_of(action):
         ("relievo.stroke", {**press, **keys}, {"properties": [("action", action), ("effect", effect)]})
         for effect, keys in held.items()
     ]
-    size = {"type": "F", "value": "PRESS"}
-    return (
-        *strokes,
-        ("relievo.brush_size", size, {"properties": [("what", "radius")]}),
-        ("relievo.brush_size", {**size, "shift": True}, {"properties": [("what", "strength")]}),
-    )
+    return (*strokes, *SIZE_KEYS)
 
 
 class PaintTool(bpy.types.WorkSpaceTool):
@@ -336,7 +339,7 @@ class PaintTool(bpy.types.WorkSpaceTool):
     bl_context_mode = "OBJECT"
     bl_idname = "relievo.paint_tool"
     bl_label = "Relievo paint"
-    bl_description = "Paint on the active object.\n\u2022 Ctrl takes paint away, Shift blends.\n\u2022 F changes the radius, Shift+F the strength"
+    bl_description = f"Paint on the active object.\n\u2022 Ctrl takes paint away, Shift blends.\n{SIZE_HINT}"
     bl_icon = "brush.sculpt.paint"
     bl_keymap = keys_of("PAINT")
 
@@ -354,7 +357,7 @@ class SculptTool(bpy.types.WorkSpaceTool):
     bl_context_mode = "OBJECT"
     bl_idname = "relievo.sculpt_tool"
     bl_label = "Relievo sculpt"
-    bl_description = "Sculpt the active object.\n\u2022 Ctrl inverts, Shift smooths.\n\u2022 F changes the radius, Shift+F the strength"
+    bl_description = f"Sculpt the active object.\n\u2022 Ctrl inverts, Shift smooths.\n{SIZE_HINT}"
     bl_icon = "brush.sculpt.draw" if bpy.app.version < (4, 3) else "brush.generic"
     bl_keymap = keys_of("SCULPT")
 

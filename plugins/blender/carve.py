@@ -9,7 +9,7 @@ import bpy
 import librelievo as rl
 import numpy
 
-from . import brush, job, pointer, pose, progressive, stroke
+from . import brush, job, pointer, pose, progressive, ring, stroke
 from .error import Refused, said
 
 HINT = "Draw on the level; release to keep it, Esc: cancel"
@@ -133,9 +133,15 @@ class LevelSculptTool(bpy.types.WorkSpaceTool):
     bl_context_mode = "OBJECT"
     bl_idname = "relievo.level_sculpt_tool"
     bl_label = "Relievo level sculpt"
-    bl_description = "Sculpt the level that the active object shows"
+    bl_description = f"Sculpt the level that the active object shows.\n{brush.SIZE_HINT}"
     bl_icon = "brush.sculpt.displacement_smear"
-    bl_keymap = (("relievo.levels_sculpt", {"type": "LEFTMOUSE", "value": "PRESS"}, {"properties": []}),)
+    bl_keymap = (
+        ("relievo.levels_sculpt", {"type": "LEFTMOUSE", "value": "PRESS"}, {"properties": []}),
+        *brush.SIZE_KEYS,
+    )
+
+    def draw_cursor(context, _tool, place):
+        ring.draw(context, place, "SCULPT")
 
     def draw_settings(context, layout, _tool):
         brush.draw_header(context, layout, "sculpt_mode")

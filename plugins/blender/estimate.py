@@ -50,7 +50,8 @@ def said(particles, size, seconds):
 
 
 class RELIEVO_OT_fluid_estimate(fluid.OnDomain, job.Steps, bpy.types.Operator):
-    """Estimate particles, space and minutes of the active domain. Minutes go by the last simulation of the domain, if there was one"""
+    """Estimate particles, space and minutes of the active domain. Minutes go by the last simulation of the domain, if there was
+    one"""
 
     bl_idname = "relievo.fluid_estimate"
     bl_label = "Estimate"

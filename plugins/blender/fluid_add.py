@@ -29,7 +29,12 @@ class RELIEVO_OT_fluid_add(bpy.types.Operator):
 
     role: bpy.props.EnumProperty(name="Part", description="What the object is for fluids", items=ROLES)
     size: bpy.props.FloatProperty(
-        name="Size", description="How long the domain that it fits into is, metres", min=1e-3, soft_max=100, default=2, unit="LENGTH"
+        name="Size",
+        description="How long the domain that it fits into is, metres",
+        min=1e-3,
+        soft_max=100,
+        default=2,
+        unit="LENGTH",
     )
 
     @classmethod

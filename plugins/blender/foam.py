@@ -38,10 +38,21 @@ class RelievoFoam(bpy.types.PropertyGroup):
     settings: bpy.props.PointerProperty(type=RelievoFoamSettings)
     look: bpy.props.PointerProperty(type=RelievoFoamLook)
     radius: bpy.props.FloatProperty(
-        name="Radius", description="Radius of the largest particles, as a share of the fluid's spacing", min=0.001, soft_max=2, default=0.5, update=changed
+        name="Radius",
+        description="Radius of the largest particles, as a share of the fluid's spacing",
+        min=0.001,
+        soft_max=2,
+        default=0.5,
+        update=changed,
     )
     light: bpy.props.FloatVectorProperty(
-        name="Light", description="Radiance from all around in composited pictures", size=3, subtype="COLOR", min=0, soft_max=1, default=(1, 1, 1)
+        name="Light",
+        description="Radiance from all around in composited pictures",
+        size=3,
+        subtype="COLOR",
+        min=0,
+        soft_max=1,
+        default=(1, 1, 1),
     )
     show: bpy.props.EnumProperty(
         name="Show",

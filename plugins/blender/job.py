@@ -13,6 +13,8 @@ from .error import said
 
 # What the main thread may wait for a step before it lets Blender go on, seconds: a frame.
 FRAME = 1 / 60
+# Events that turn, move and zoom views, which they may while something is at work.
+TURNING = {"MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN", "TRACKPADZOOM", "NDOF_MOTION"}
 
 
 def run(steps):
@@ -167,6 +169,8 @@ class Steps:
     def modal(self, context, event):
         if event.type == "ESC" and event.value == "PRESS":
             self.work.is_cancelled = True
+        if event.type in TURNING:
+            return {"PASS_THROUGH"}
         if event.type != "TIMER":
             # The file must not be changed under the work.
             return {"RUNNING_MODAL"}

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The list of the layers of an object, the topmost first: a copy of what the detail has, since Blender's lists show properties. What
-is changed in a row is changed in the detail, as one edit; what the detail cannot do goes back in the row."""
+"""The list of the layers of an object, the topmost first: a copy of what the detail has, since Blender's lists show
+properties. What is changed in a row is changed in the detail, as one edit; what the detail cannot do goes back in the row."""
 
 import bpy
 import librelievo as rl
@@ -150,9 +150,12 @@ class RELIEVO_UL_layers(bpy.types.UIList):
     """The layers: kind, name, how they are seen, and the eye."""
 
     def draw_item(self, _context, layout, _data, item, _icon, _active, _name):
+        layout.use_property_split = False
         row = layout.row(align=True)
         row.prop(item, "name", text="", emboss=False, icon=ICONS.get(item.kind, "RENDERLAYERS"))
-        row.label(text=f"{100 * item.opacity:.0f} %", icon="GREASEPENCIL" if item.is_active else "BLANK1")
+        if item.opacity < 0.995:
+            row.label(text=f"{100 * item.opacity:.0f} %")
+        row.label(text="", icon="GREASEPENCIL" if item.is_active else "BLANK1")
         row.prop(item, "is_visible", text="", emboss=False, icon="HIDE_OFF" if item.is_visible else "HIDE_ON")
 
 

@@ -34,6 +34,7 @@ MENUS = {
             Entry("preset_save_brush"),
             Entry("curves"),
             None,
+            Entry("compact"),
             Entry("replay"),
             Entry("clear"),
         ],

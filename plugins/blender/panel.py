@@ -98,10 +98,17 @@ class RELIEVO_PT_surface(Panel, bpy.types.Panel):
         if made is not None:
             info = made.detail.info
             column.label(text=f"{info.allocated_count} of {info.tile_count} tiles, {info.bytes / 2**20:.1f} MiB")
-        if options.uid:
-            column.operator("relievo.clear")
-        if len(options.strokes):
-            column.operator("relievo.replay")
+
+
+class RELIEVO_PT_history(Advanced, bpy.types.Panel):
+    bl_label = "History"
+    bl_parent_id = "RELIEVO_PT_surface"
+
+    def draw(self, context):
+        options, column = state.source_of(context.active_object).relievo, self.column()
+        column.label(text=f"{len(options.strokes)} strokes")
+        for name in ("compact", "replay", "clear"):
+            column.operator(f"relievo.{name}")
 
 
 class RELIEVO_PT_brush(Panel, bpy.types.Panel):
@@ -214,6 +221,11 @@ class RELIEVO_PT_imprint(Panel, bpy.types.Panel):
         for text, cached, pictured in (("Imprint", False, False), ("Bake to cache", True, False), ("Bake images", False, True)):
             bake = column.operator("relievo.imprint", text=text)
             bake.cache, bake.images, bake.image_size = cached, pictured, context.scene.relievo.image_size
+        result = target.relievo.result
+        if state.is_used(result):
+            frames = max(context.scene.frame_end - context.scene.frame_start + 1, 0)
+            size = 12 * len(result.data.vertices) * frames / 2**20
+            column.label(text=f"A cache of {frames} frames has {size:.3g} MiB")
         draw_imprint(column, context.scene, target)
 
 
@@ -380,6 +392,7 @@ CLASSES = [
     RELIEVO_PT_imprint,
     RELIEVO_PT_imprint_advanced,
     RELIEVO_PT_result,
+    RELIEVO_PT_history,
 ]
 
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -144,6 +144,7 @@ class RELIEVO_UL_pressers(bpy.types.UIList):
     """The list of what presses: on or off, the object, and whether it has settings of its own."""
 
     def draw_item(self, _context, layout, _data, item, _icon, _active, _name):
+        layout.use_property_split = False
         row = layout.row(align=True)
         row.prop(item, "is_on", text="")
         row.prop(item, "target", text="", emboss=False)

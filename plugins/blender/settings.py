@@ -148,7 +148,9 @@ class RelievoBrush(bpy.types.PropertyGroup):
     )
     stamp: bpy.props.PointerProperty(name="Stamp", description="Image of the brush", type=bpy.types.Image)
     curves: bpy.props.PointerProperty(
-        name="Pressure curves", description="What pressure is taken as for size, strength and angle", type=bpy.types.NodeTree
+        name="Pressure curves",
+        description="What pressure is taken as for size, strength and angle",
+        type=bpy.types.NodeTree,
     )
     settings: bpy.props.PointerProperty(type=RelievoBrushSettings)
     stamp_settings: bpy.props.PointerProperty(type=RelievoStampSettings)
@@ -225,7 +227,12 @@ class RelievoHandle(bpy.types.PropertyGroup):
     """The region that is grabbed."""
 
     radius: bpy.props.FloatProperty(
-        name="Radius", description="How far the region reaches, object units", min=1e-6, soft_max=10, default=0.5, precision=4
+        name="Radius",
+        description="How far the region reaches, object units",
+        min=1e-6,
+        soft_max=10,
+        default=0.5,
+        precision=4,
     )
     falloff: bpy.props.EnumProperty(
         name="Falloff",
@@ -250,13 +257,29 @@ class RelievoFluid(bpy.types.PropertyGroup):
         ],
     )
     spacing: bpy.props.FloatProperty(
-        name="Spacing", description="Distance between particles at rest, metres; half of it makes eight times as many", min=1e-4, soft_max=1, default=0.05, precision=4, unit="LENGTH"
+        name="Spacing",
+        description="Distance between particles at rest, metres; half of it makes eight times as many",
+        min=1e-4,
+        soft_max=1,
+        default=0.05,
+        precision=4,
+        unit="LENGTH",
     )
     viscosity: bpy.props.FloatProperty(
-        name="Viscosity", description="Kinematic viscosity, m²/s: water 0.000001, oil 0.0001, honey 0.01", min=0, soft_max=1, default=0.001, precision=5
+        name="Viscosity",
+        description="Kinematic viscosity, m²/s: water 0.000001, oil 0.0001, honey 0.01",
+        min=0,
+        soft_max=1,
+        default=0.001,
+        precision=5,
     )
     friction: bpy.props.FloatProperty(
-        name="Wall friction", description="Kinematic viscosity between the fluid and walls, m²/s; 0 to slip", min=0, soft_max=1, default=0.001, precision=5
+        name="Wall friction",
+        description="Kinematic viscosity between the fluid and walls, m²/s; 0 to slip",
+        min=0,
+        soft_max=1,
+        default=0.001,
+        precision=5,
     )
     cohesion: bpy.props.FloatProperty(
         name="Cohesion", description="What pulls particles to each other, m⁵/(kg s²)", min=0, default=0, precision=4
@@ -265,7 +288,11 @@ class RelievoFluid(bpy.types.PropertyGroup):
         name="Surface tension", description="N/m; water has 0.072", min=0, soft_max=1, default=0, precision=4
     )
     velocity: bpy.props.FloatVectorProperty(
-        name="Velocity", description="Of what fills or pours, in the world, m/s", size=3, subtype="VELOCITY", unit="VELOCITY"
+        name="Velocity",
+        description="Of what fills or pours, in the world, m/s",
+        size=3,
+        subtype="VELOCITY",
+        unit="VELOCITY",
     )
     place: bpy.props.EnumProperty(
         name="Simulate on",
@@ -302,13 +329,25 @@ class RelievoFluid(bpy.types.PropertyGroup):
         default={"MESH"},
     )
     farm_chunk: bpy.props.IntProperty(
-        name="Frames of a task", description="Frames of a task at most, in what is made in parallel", min=1, soft_max=1000, default=10
+        name="Frames of a task",
+        description="Frames of a task at most, in what is made in parallel",
+        min=1,
+        soft_max=1000,
+        default=10,
     )
     contact: bpy.props.EnumProperty(
-        name="Contact", description="What becomes of particles that meet it", items=choices(abi.RlvFluidContact), default="SLIP"
+        name="Contact",
+        description="What becomes of particles that meet it",
+        items=choices(abi.RlvFluidContact),
+        default="SLIP",
     )
     slide: bpy.props.FloatProperty(
-        name="Friction", description="Coulomb's coefficient of friction, without unit", min=0, soft_max=1, default=0.3, precision=3
+        name="Friction",
+        description="Coulomb's coefficient of friction, without unit",
+        min=0,
+        soft_max=1,
+        default=0.3,
+        precision=3,
     )
     show: bpy.props.EnumProperty(
         name="Show",
@@ -327,7 +366,12 @@ class RelievoFluid(bpy.types.PropertyGroup):
         update=_changed("fluid"),
     )
     cell: bpy.props.FloatProperty(
-        name="Cell size", description="Size of the mesh's cells, in halves of the spacing", min=0.1, max=4, default=1, update=_changed("fluid")
+        name="Cell size",
+        description="Size of the mesh's cells, in halves of the spacing",
+        min=0.1,
+        max=4,
+        default=1,
+        update=_changed("fluid"),
     )
     smoothing: bpy.props.IntProperty(
         name="Smoothing", description="Steps that smooth the mesh", min=0, max=1000, default=4, update=_changed("fluid")
@@ -352,7 +396,10 @@ class RelievoDecalPin(bpy.types.PropertyGroup):
         name="Image", description="The point of the image, pixels from the lower left corner", size=2
     )
     position: bpy.props.FloatVectorProperty(
-        name="Position", description="The nearest place of the surface is meant, in the space of the object", size=3, precision=4
+        name="Position",
+        description="The nearest place of the surface is meant, in the space of the object",
+        size=3,
+        precision=4,
     )
     depth: bpy.props.FloatProperty(
         name="Depth", description="Where the image overlaps itself, the part near pins of larger depths lies on top"
@@ -369,7 +416,10 @@ class RelievoDecal(bpy.types.PropertyGroup):
         name="Width", description="With one pin: the width of the image, object units", min=1e-6, default=1, precision=4
     )
     up: bpy.props.FloatVectorProperty(
-        name="Up", description="With one pin: the direction of the object that is up in the image", size=3, default=(0, 0, 1)
+        name="Up",
+        description="With one pin: the direction of the object that is up in the image",
+        size=3,
+        default=(0, 0, 1),
     )
     overlap: bpy.props.BoolProperty(name="Overlap", description="Let the image lie on itself, as around a finger")
     kind: bpy.props.EnumProperty(
@@ -438,10 +488,16 @@ class RelievoObject(bpy.types.PropertyGroup):
         ],
     )
     tile_size: bpy.props.EnumProperty(
-        name="Face detail", description="Texels along an edge of a face: how fine relief and paint may be", items=SIZES, default="64"
+        name="Face detail",
+        description="Texels along an edge of a face: how fine relief and paint may be",
+        items=SIZES,
+        default="64",
     )
     segments: bpy.props.EnumProperty(
-        name="Face detail", description="Segments along an edge of a triangle: how fine relief and paint may be", items=SIZES[:4], default="16"
+        name="Face detail",
+        description="Segments along an edge of a triangle: how fine relief and paint may be",
+        items=SIZES[:4],
+        default="16",
     )
     cells: bpy.props.EnumProperty(
         name="Shown cells", description="Cells of the displaced mesh along an edge of a face", items=CELLS, default="AUTO"
@@ -457,7 +513,9 @@ class RelievoScene(bpy.types.PropertyGroup):
     brush: bpy.props.PointerProperty(type=RelievoBrush)
     imprint: bpy.props.PointerProperty(type=RelievoImprintSettings)
     repair: bpy.props.PointerProperty(type=RelievoRepairSettings)
-    image_size: bpy.props.IntProperty(name="Image size", description="Width and height of baked images, pixels", min=16, max=16384, default=1024)
+    image_size: bpy.props.IntProperty(
+        name="Image size", description="Width and height of baked images, pixels", min=16, max=16384, default=1024
+    )
     traces: bpy.props.BoolProperty(
         name="Traces", description="Keep where and how deep contact was, for bakes", default=False
     )

@@ -475,10 +475,22 @@ def replaying(target):
     native.context()
     made = State(target, uuid.uuid4().hex)
     made.replay(target)
+    yield from _replacing(target, made)
+    return made
+
+
+def replacing(target, uid, found):
+    """Steps that put a document in the place of an object's own, under another uid; they return the state."""
+    made = State(target, uid, found)
+    yield from _replacing(target, made)
+    return made
+
+
+def _replacing(target, made):
+    """Builds a state and puts it in the place of an object's."""
     yield from _building(made)
     forget(target)
     target.relievo.uid = made.uid
-    return made
 
 
 def _building(state):

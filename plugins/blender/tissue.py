@@ -36,19 +36,31 @@ class RelievoTissue(bpy.types.PropertyGroup):
     role: bpy.props.EnumProperty(name="Part", description="What the object is for soft tissue", items=ROLES)
     material: bpy.props.EnumProperty(name="Material", description="What it is full of", items=MATERIALS, default="CUSTOM")
     young: bpy.props.FloatProperty(name="Stiffness", description="Young's modulus, Pa", min=1, soft_max=1e8, default=8000)
-    poisson: bpy.props.FloatProperty(name="Poisson's ratio", description="How much it keeps its volume, 0.5 for all of it; without unit", min=-0.9, max=0.4999, default=0.45)
-    density: bpy.props.FloatProperty(name="Density", description="Mass of a volume, kg/m³", min=1e-3, soft_max=1e4, default=1000)
+    poisson: bpy.props.FloatProperty(
+        name="Poisson's ratio",
+        description="How much it keeps its volume, 0.5 for all of it; without unit",
+        min=-0.9,
+        max=0.4999,
+        default=0.45,
+    )
+    density: bpy.props.FloatProperty(
+        name="Density", description="Mass of a volume, kg/m³", min=1e-3, soft_max=1e4, default=1000
+    )
     level: bpy.props.IntProperty(
         name="Level", description="0 makes tissue; lower levels override those above them within that", min=0, max=63
     )
     strength: bpy.props.FloatProperty(
         name="Strength", description="Stress of the whole muscle at full activation, Pa", min=0, soft_max=1e6, default=3e5
     )
-    stiffness: bpy.props.FloatProperty(name="Fibre stiffness", description="Stiffness of stretched fibres, Pa", min=0, soft_max=1e6)
+    stiffness: bpy.props.FloatProperty(
+        name="Fibre stiffness", description="Stiffness of stretched fibres, Pa", min=0, soft_max=1e6
+    )
     activation: bpy.props.FloatProperty(
         name="Activation", description="How much the muscle contracts; keyframe it", min=0, max=1, subtype="FACTOR"
     )
-    friction: bpy.props.FloatProperty(name="Friction", description="Coulomb's coefficient, without unit", min=0, soft_max=1, default=0.3)
+    friction: bpy.props.FloatProperty(
+        name="Friction", description="Coulomb's coefficient, without unit", min=0, soft_max=1, default=0.3
+    )
     cache: bpy.props.StringProperty(name="Cache", description="The baked frames; the modifier's path comes first")
 
 
@@ -65,7 +77,9 @@ class RelievoTissueModel(bpy.types.PropertyGroup):
     epidermis: bpy.props.FloatProperty(
         name="Epidermis", description="Thickness on the first skin, metres; 0 for none", min=0, soft_max=1e-3, precision=6
     )
-    damping: bpy.props.FloatProperty(name="Damping", description="How fast all motion dies out, 1/s", min=0, soft_max=100, default=10)
+    damping: bpy.props.FloatProperty(
+        name="Damping", description="How fast all motion dies out, 1/s", min=0, soft_max=100, default=10
+    )
     safety: bpy.props.FloatProperty(
         name="Safety", description="Share of the longest stable step", min=0.01, max=1, default=0.5
     )

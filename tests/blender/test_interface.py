@@ -426,6 +426,44 @@ def host_colors(field):
     return found
 
 
+class Work(Case):
+    def test_the_view_turns_while_something_is_at_work(self):
+        from types import SimpleNamespace
+
+        from relievo import job
+
+        at_work = SimpleNamespace(work=SimpleNamespace(is_cancelled=False))
+        event = lambda kind: SimpleNamespace(type=kind, value="PRESS")
+        for kind, answer in (("MIDDLEMOUSE", "PASS_THROUGH"), ("WHEELUPMOUSE", "PASS_THROUGH"), ("X", "RUNNING_MODAL")):
+            self.assertEqual(job.Steps.modal(at_work, bpy.context, event(kind)), {answer})
+        self.assertFalse(at_work.work.is_cancelled)
+
+    def test_a_compacted_history_is_short_and_undo_brings_it_back(self):
+        bpy.context.preferences.edit.undo_steps = 32
+        field = host.field()
+        for y in (-0.5, 0.0, 0.5):
+            host.draw(field, [[-0.5, y, 0], [0.5, y, 0]], radius=0.2)
+        before, shown = host.digest(self.relievo, field), host.positions(field.relievo.result)
+        bpy.ops.ed.undo_push(message="strokes")
+        size = lambda: len(self.relievo.state.of(field).data().data)
+        whole, uid = size(), field.relievo.uid
+        host.select(field)
+        self.assertEqual(bpy.ops.relievo.compact(), {"FINISHED"})
+        self.assertLess(size(), 0.8 * whole)
+        self.assertEqual(self.relievo.state.of(field).document.info.undo_count, 0)
+        self.assertEqual(host.digest(self.relievo, field), before)
+        numpy.testing.assert_array_equal(host.positions(field.relievo.result), shown)
+        bpy.ops.ed.undo_push(message="compact")
+        host.draw(field, [[0, -0.5, 0], [0, 0.5, 0]], radius=0.2)
+        bpy.ops.ed.undo_push(message="stroke")
+        for _ in range(2):
+            bpy.ops.ed.undo()
+        field = bpy.data.objects["field"]
+        self.assertEqual(field.relievo.uid, uid)
+        self.assertEqual(host.digest(self.relievo, field), before)
+        self.assertEqual(self.relievo.state.of(field).document.info.undo_count, 3)
+
+
 class Tools(Case):
     def test_tools_have_icons_of_their_own_that_are_there(self):
         from relievo import brush, carve, grip, pin_tool

@@ -305,7 +305,7 @@ def keys():
 def over(x, y):
     """Moves the pointer to a place of the view."""
     event("MOUSEMOVE", x=x, y=y)
-    yield from wait()
+    yield from wait(2)
 
 
 def asked(relievo):
