@@ -113,7 +113,7 @@ typedef void (*RlvLog)(void *user, uint32_t level, const char *text);
 /* Which threads work. Everything that a context computes on the processor runs on the calling thread and on one of these:
  * its own threads, which are made here and end with it; those of a context that it shares; or those of host_loop. With
  * threads = 1, and with host_loop, the context starts no thread. What runs elsewhere:
- * - OpenSubdiv refines on the calling thread, and its libgomp starts no threads. Embree builds on the calling thread,
+ * - OpenSubdiv refines on the calling thread, and no OpenMP is loaded for it. Embree builds on the calling thread,
  *   inside a TBB arena of one thread, so that TBB starts none either.
  * - OpenVDB's operations on grids run on the threads of the TBB that its module loads.
  * - A job has a thread of its own, unless host_spawn runs it. Drivers of graphics devices start what they like. */

@@ -53,7 +53,7 @@ def explain(name: str, problem: Any) -> tuple[str, str]:
                 f"the Relievo library {name} is not there",
                 "install the wheel for this system, or set RELIEVO_LIBRARY to the file of the library",
             )
-        known = {"libosd": "OpenSubdiv 3.5 (Debian: libosd3.5.0)", "libtbb": "oneTBB (Debian: libtbb12)"}
+        known = {"libtbb": "oneTBB (Debian: libtbb12)", "libstdc++": "the C++ library (Debian: libstdc++6)"}
         what = next((text for start, text in known.items() if missing.startswith(start)), missing)
         return f"Relievo needs {what}, and {missing} is not there", "install it, or install the wheel, which brings it"
     if "wrong ELF class" in problem or "invalid ELF header" in problem or "Exec format" in problem:

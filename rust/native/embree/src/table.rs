@@ -6,13 +6,14 @@
 
 use std::sync::OnceLock;
 
-use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+use libloading::os::unix::Library;
 use relievo_core::{Error, ErrorKind, Result};
 
 use crate::abi::embree3::{self, Embree3, RTCIntersectContext};
 use crate::abi::embree4::{self, Embree4, RTCIntersectArguments, RTCOccludedArguments};
 use crate::abi::{self, Embree, INVALID_ID, RTCRay, RTCRay8, RTCRayHit, RTCRayHit8, RTCScene, Valid8};
 use crate::arena::Arena;
+use crate::binding;
 
 /// The files of which the first that is there is opened, unless `RELIEVO_EMBREE` names another.
 const FILES: [&str; 2] = ["libembree3.so.3", "libembree4.so.4"];
@@ -169,8 +170,7 @@ const TASKING_TBB: isize = 1;
 
 /// Opens `file` with local symbols. A file that is open is not loaded again: the loader counts how often it was opened.
 pub fn open(file: &str) -> Result<Library> {
-    // SAFETY: opening a library runs its initialisers; which library that is, is the user's choice.
-    unsafe { Library::open(Some(file), RTLD_NOW | RTLD_LOCAL) }.map_err(|error| {
+    binding::open(file).map_err(|error| {
         Error::new(ErrorKind::NotFound, format!("Embree cannot be loaded: {}", reason(&error))).advise(ADVICE)
     })
 }

@@ -4,6 +4,15 @@
 //! `bridge.rs` declares what crosses the boundary; cxx generates both sides of it and compares them when it compiles.
 
 mod bridge;
+#[cfg(target_os = "linux")]
+mod library;
+#[cfg(not(target_os = "linux"))]
+mod library {
+    /// Does nothing: OpenSubdiv is linked.
+    pub fn open() -> relievo_core::Result<()> {
+        Ok(())
+    }
+}
 pub mod reference;
 pub mod subdivision;
 mod table;

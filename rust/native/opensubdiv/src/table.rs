@@ -9,6 +9,7 @@ use cxx::UniquePtr;
 use relievo_core::{Crease, Error, Mesh, Result};
 
 use crate::bridge::ffi;
+use crate::library;
 
 /// How the surface behaves at a boundary of the cage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -161,8 +162,12 @@ pub(crate) struct Cage<'m> {
 }
 
 impl<'m> Cage<'m> {
-    /// Fails if OpenSubdiv cannot refine `mesh`, which must have passed [`Mesh::check`].
+    /// Describes `mesh`, which must have passed [`Mesh::check`], and opens OpenSubdiv, which all that follows calls.
+    ///
+    /// # Errors
+    /// OpenSubdiv cannot refine `mesh`, or cannot be opened.
     pub(crate) fn new(mesh: &'m Mesh) -> Result<Self> {
+        library::open()?;
         check_valence(mesh)?;
         if mesh.corners.len() > i32::MAX as usize / 2 {
             return Err(Error::unsupported("the cage has more than 2^30 corners").advise("split it"));
