@@ -51,5 +51,6 @@
 #include "relievo/tessellate.h"
 #include "relievo/tissue.h"
 #include "relievo/version.h"
+#include "relievo/vulkan.h"
 
 #endif

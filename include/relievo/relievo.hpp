@@ -173,6 +173,19 @@ public:
         return made;
     }
 
+    /// On a Vulkan device of the host; see relievo/vulkan.h.
+    static Context create(const RlvVulkanDevice &device, const RlvContextOptions &options = RLV_CONTEXT_OPTIONS_INIT) {
+        Context made;
+        check(rlv_vulkan_create_context(&device, &options, made.out()));
+        return made;
+    }
+
+    /// Has its later work wait for a VkSemaphore, a binary one where value is 0.
+    void wait(std::uint64_t semaphore, std::uint64_t value) const { check(rlv_vulkan_wait(get(), semaphore, value)); }
+
+    /// Signals a VkSemaphore behind its work, a binary one where value is 0.
+    void signal(std::uint64_t semaphore, std::uint64_t value) const { check(rlv_vulkan_signal(get(), semaphore, value)); }
+
     RlvContextInfo info() const {
         RlvContextInfo info = RLV_CONTEXT_INFO_INIT;
         check(rlv_context_info(get(), &info));
@@ -3782,6 +3795,13 @@ public:
     static Buffer create(const Tessellation &tessellation) {
         Buffer made;
         check(rlv_buffer_create(tessellation.get(), made.out()));
+        return made;
+    }
+
+    /// In buffers of the host; see relievo/vulkan.h.
+    static Buffer create(const Tessellation &tessellation, const RlvVulkanBuffers &buffers) {
+        Buffer made;
+        check(rlv_vulkan_create_buffer(tessellation.get(), &buffers, made.out()));
         return made;
     }
 

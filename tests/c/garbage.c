@@ -117,6 +117,8 @@ static RlvResult update_level(uint64_t id) { RlvLevelBuffers room = RLV_LEVEL_BU
 static RlvResult level_mesh(uint64_t id) { RlvMesh out; return rlv_level_mesh((RlvLevel){id}, &out); }
 static RlvResult settle_level(uint64_t id) { RlvProgressive out; return rlv_level_settle((RlvLevel){id}, &out); }
 static RlvResult evaluate(uint64_t id) { RlvProceduralHits hits = RLV_PROCEDURAL_HITS_INIT; return rlv_procedural_evaluate((RlvProcedural){id}, &hits); }
+static RlvResult wait_vulkan(uint64_t id) { return rlv_vulkan_wait((RlvContext){id}, 8, 1); }
+static RlvResult signal_vulkan(uint64_t id) { return rlv_vulkan_signal((RlvContext){id}, 8, 1); }
 static RlvResult update_colors(uint64_t id) { return rlv_color_buffer_update((RlvColorBuffer){id}, NULL); }
 static RlvResult release_colors(uint64_t id) { return rlv_color_buffer_release((RlvColorBuffer){id}); }
 static RlvResult read_colors(uint64_t id) { size_t size; return rlv_color_buffer_read((RlvColorBuffer){id}, 0, 0, NULL, 0, &size); }
@@ -139,6 +141,7 @@ static const struct {
     {retain_document, DOCUMENT},  {release_document, DOCUMENT},  {document_info, DOCUMENT},     {begin, DOCUMENT},
     {end, DOCUMENT},              {abandon, DOCUMENT},           {undo, DOCUMENT},              {redo, DOCUMENT},
     {save, DOCUMENT},             {sync_document, DOCUMENT},     {compact, CONTEXT},            {document_mesh, CONTEXT},
+    {wait_vulkan, CONTEXT},       {signal_vulkan, CONTEXT},
     {open_bytes, DETAIL},          {save_bytes, DOCUMENT},        {mesh_of_bytes, CONTEXT},
     {transfer, CONTEXT},          {open_picture, CONTEXT},       {retain_picture, PICTURE},     {release_picture, PICTURE},
     {picture_info, PICTURE},      {picture_image, PICTURE},      {picture_meta, PICTURE},       {read_picture, PICTURE},

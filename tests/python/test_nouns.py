@@ -1,5 +1,6 @@
 """Every noun of the package, against closed forms and against one another; failures, cancelling and threads."""
 
+import ctypes
 import io
 import json
 import multiprocessing
@@ -1146,6 +1147,42 @@ class Devices(unittest.TestCase):
         device.close_device()
         numpy.testing.assert_array_equal(draw(device)[0], theirs)
 
+    def check_lent_device(self, context, buffer):
+        """A second context on the device that the first one made, and a semaphore between the two."""
+        vulkan = ctypes.CDLL("libvulkan.so.1")
+        found = buffer.vulkan()
+        lent = {name: getattr(found, name) for name in ("instance", "physical_device", "device", "queue_family", "queue_index")}
+        lent["api_version"] = 1 << 22 | 1 << 12
+        lent["loader"] = ctypes.cast(vulkan.vkGetInstanceProcAddr, ctypes.c_void_p).value
+        second = rl.Context(vulkan=lent, threads=1)
+        self.assertEqual((second.info.device, second.info.adapter), (rl.Device.GPU, context.info.adapter))
+        tessellation = rl.Tessellation(flat_detail(second, tile_size=16), coarse=4, fine=4)
+        theirs = rl.Buffer(tessellation)
+        self.assertEqual(theirs.vulkan().device, found.device)
+        numpy.testing.assert_array_equal(theirs.points(), numpy.hstack(tessellation.points()))
+        taken = {"points": found.points, "point_bytes": 24 * buffer.info.point_count - 1}
+        taken |= {"triangles": found.triangles, "triangle_bytes": 12 * buffer.info.triangle_count}
+        with self.assertRaisesRegex(rl.MemoryLimit, "point_bytes"):
+            rl.Buffer(tessellation, vulkan=taken)
+        taken["point_bytes"] += 1
+        filled = rl.Buffer(tessellation, vulkan=taken)
+        self.assertEqual(filled.vulkan().points, found.points)
+        numpy.testing.assert_array_equal(buffer.points(), theirs.points())
+        # VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO, no extension, no flags.
+        info, semaphore = (ctypes.c_uint64 * 3)(9, 0, 0), ctypes.c_uint64()
+        device = ctypes.c_void_p(found.device)
+        self.assertEqual(vulkan.vkCreateSemaphore(device, info, None, ctypes.byref(semaphore)), 0)
+        context.signal(semaphore.value)
+        second.wait(semaphore.value)
+        numpy.testing.assert_array_equal(theirs.points(), numpy.hstack(tessellation.points()))
+        for used in (filled, theirs, tessellation, second):
+            used.release()
+        vulkan.vkDestroySemaphore(device, semaphore, None)
+        with self.assertRaisesRegex(rl.Invalid, "semaphore"):
+            context.wait(0)
+        with self.assertRaisesRegex(rl.Unsupported, "1.1"):
+            rl.Context(vulkan=lent | {"api_version": 1 << 22})
+
     def test_what_is_listed_can_be_opened_and_let_go(self):
         adapters = rl.adapters()
         if not adapters:
@@ -1176,6 +1213,7 @@ class Devices(unittest.TestCase):
         if "vulkan" in adapters[-1].backend:
             self.assertTrue(buffer.vulkan().device)
             self.assertTrue(colors.vulkan().mips)
+            self.check_lent_device(context, buffer)
         points, corners = shapes.ball(1.0)
         ball = rl.Mesh(context, points, corners, 3)
         ball.add_attribute("height", points[:, 2:], "point")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy
@@ -21,8 +22,14 @@ class Buffer(Handle):
 
     noun, kind = "buffer", abi.RlvBuffer
 
-    def __init__(self, tessellation: Tessellation) -> None:
-        super().__init__("rlv_buffer_create", held(tessellation, "tessellation"))
+    def __init__(self, tessellation: Tessellation, vulkan: Mapping[str, int] | None = None) -> None:
+        """`vulkan` are buffers of the host that take them, by the fields of `abi.RlvVulkanBuffers`."""
+        triangles = held(tessellation, "tessellation")
+        if vulkan is None:
+            super().__init__("rlv_buffer_create", triangles)
+        else:
+            given = record.fill(abi.RlvVulkanBuffers, vulkan)
+            super().__init__("rlv_vulkan_create_buffer", triangles, ctypes.byref(given))
 
     @property
     def info(self) -> Any:

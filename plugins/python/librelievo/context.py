@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy
@@ -20,15 +20,23 @@ class Context(Handle):
 
     noun, kind = "context", abi.RlvContext
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, vulkan: Mapping[str, int] | None = None, **options: Any) -> None:
         """Options are the fields of `abi.RlvContextOptions`: device ("cpu", "gpu", "auto"), adapter, threads, memory_limit,
-        device_memory_limit, and shared, a context whose threads this one uses."""
+        device_memory_limit, and shared, a context whose threads this one uses. `vulkan` is a Vulkan device of the host, by
+        the fields of `abi.RlvVulkanDevice`, objects and functions of C as numbers; its handles outlive the context."""
         if options.get("shared") is not None:
             options["shared"] = options["shared"].handle
         if options.get("adapter") is not None:
             options["adapter"] = text_bytes(options["adapter"])
         options = record.fill(abi.RlvContextOptions, options, device=abi.RlvDevice)
-        super().__init__("rlv_context_create", ctypes.byref(options))
+        if vulkan is None:
+            super().__init__("rlv_context_create", ctypes.byref(options))
+        else:
+            kinds = dict(abi.RlvVulkanDevice._fields_)
+            functions = ("loader", "lock", "unlock", "released")
+            given = {name: kinds[name](value) if name in functions else value for name, value in vulkan.items()}
+            given = record.fill(abi.RlvVulkanDevice, given)
+            super().__init__("rlv_vulkan_create_context", ctypes.byref(given), ctypes.byref(options))
         self._log = abi.RlvLog()
         self._monitor = abi.RlvMemoryMonitor()
 
@@ -42,6 +50,15 @@ class Context(Handle):
     def close_device(self) -> None:
         """Lets the graphics device go; the processor takes over."""
         library.call("rlv_context_close_device", self.handle)
+
+    def wait(self, semaphore: int, value: int = 0) -> None:
+        """Has its later work on the device wait for a `VkSemaphore`: a timeline semaphore until it has the value, a binary one
+        where that is 0."""
+        library.call("rlv_vulkan_wait", self.handle, semaphore, value)
+
+    def signal(self, semaphore: int, value: int = 0) -> None:
+        """Signals a `VkSemaphore` once its work on the device is done, a binary one where the value is 0."""
+        library.call("rlv_vulkan_signal", self.handle, semaphore, value)
 
     def set_log(self, log: Callable[[int, str], Any] | None) -> None:
         """`log(level, text)` gets what is worth knowing but no failure; None for silence."""

@@ -45,8 +45,12 @@ type Point = [f32; 6];
 struct Uploaded {
     points: Buffer<Point>,
     triangles: Buffer<u32>,
-    /// Which update of the tessellation it is of.
-    serial: u64,
+    /// Whether the buffers are the host's, which may be larger than needed.
+    lent: bool,
+    /// Points, and numbers of points of triangles.
+    counts: [usize; 2],
+    /// Which update of the tessellation it is of; `None` before the first.
+    serial: Option<u64>,
     rebuilt: bool,
     written: usize,
 }
@@ -67,27 +71,59 @@ pub fn settle(device: &Device) -> Result<()> {
     device.frame()?.submit()?.wait().map(drop)
 }
 
+/// Fails if a buffer of the host that holds `len` items is too small for `count`.
+fn fits(name: &str, len: usize, count: usize, size: usize) -> Result<()> {
+    if count > len {
+        return Err(Error::memory(format!("the tessellation needs {} bytes there", count * size))
+            .at(name)
+            .advise("make a larger VkBuffer, and a buffer on it with rlv_vulkan_create_buffer"));
+    }
+    Ok(())
+}
+
 impl Uploaded {
     fn new(device: &Device, vertices: &Vertices<'_>) -> Result<Self> {
+        let counts = [vertices.points.len(), vertices.corners.len()];
+        let points = Buffer::new(device, "points of a tessellation", counts[0])?;
+        let triangles = Buffer::new(device, "triangles of a tessellation", counts[1])?;
+        let mut made = Self::of(points, triangles, false);
+        made.fill(device, vertices)?;
+        Ok(made)
+    }
+
+    fn of(points: Buffer<Point>, triangles: Buffer<u32>, lent: bool) -> Self {
+        Self { points, triangles, lent, counts: [0; 2], serial: None, rebuilt: true, written: 0 }
+    }
+
+    /// Writes all points and triangles.
+    fn fill(&mut self, device: &Device, vertices: &Vertices<'_>) -> Result<()> {
+        fits("point_bytes", self.points.len(), vertices.points.len(), size_of::<Point>())?;
+        fits("triangle_bytes", self.triangles.len(), vertices.corners.len(), size_of::<u32>())?;
         let made: Vec<Point> = vertices.points.iter().zip(vertices.normals).map(|(p, n)| point_of(p, n)).collect();
-        let points = Buffer::of(device, "points of a tessellation", &made)?;
-        let triangles = Buffer::of(device, "triangles of a tessellation", vertices.corners)?;
+        self.points.write(device, 0, &made)?;
+        self.triangles.write(device, 0, vertices.corners)?;
         settle(device)?;
-        Ok(Self { points, triangles, serial: vertices.serial, rebuilt: true, written: made.len() })
+        self.counts = [made.len(), vertices.corners.len()];
+        (self.serial, self.rebuilt, self.written) = (Some(vertices.serial), true, made.len());
+        Ok(())
     }
 
     fn update(&mut self, device: &Device, vertices: &Vertices<'_>) -> Result<()> {
-        let same = vertices.points.len() == self.points.len() && vertices.corners.len() == self.triangles.len();
-        (self.rebuilt, self.written) = (false, 0);
-        if vertices.serial == self.serial {
+        let same = [vertices.points.len(), vertices.corners.len()] == self.counts;
+        if self.serial == Some(vertices.serial) {
+            (self.rebuilt, self.written) = (false, 0);
             return device.check();
         }
-        if vertices.rebuilt_since(self.serial) || !same {
+        let Some(serial) = self.serial.filter(|serial| same && !vertices.rebuilt_since(*serial)) else {
+            if self.lent {
+                return self.fill(device, vertices);
+            }
             *self = Self::new(device, vertices)?;
             return Ok(());
-        }
+        };
+        (self.rebuilt, self.written) = (false, 0);
         let all = [[0, vertices.points.len() as u32]];
-        let ranges = if vertices.serial == self.serial + 1 { vertices.ranges } else { &all };
+        let ranges = if vertices.serial == serial + 1 { vertices.ranges } else { &all };
         let mut room = Vec::new();
         for [first, count] in ranges {
             let range = *first as usize..(*first + *count) as usize;
@@ -99,7 +135,7 @@ impl Uploaded {
             self.written += room.len();
         }
         settle(device)?;
-        self.serial = vertices.serial;
+        self.serial = Some(vertices.serial);
         Ok(())
     }
 
@@ -107,12 +143,31 @@ impl Uploaded {
         RlvBufferInfo {
             struct_size: 0,
             rebuilt: u32::from(self.rebuilt),
-            point_count: self.points.len(),
-            triangle_count: self.triangles.len() / 3,
+            point_count: self.counts[0],
+            triangle_count: self.counts[1] / 3,
             written_count: self.written,
-            bytes: (self.points.len() * size_of::<Point>() + self.triangles.len() * size_of::<u32>()) as u64,
+            bytes: (self.counts[0] * size_of::<Point>() + self.counts[1] * size_of::<u32>()) as u64,
         }
     }
+}
+
+/// Buffers of the host, each with its bytes, that follow a tessellation: points, then triangles.
+///
+/// # Safety
+/// They are buffers of the context's device as the header says.
+pub unsafe fn on_host(tessellation: Arc<TessellationObject>, places: [(u64, u64); 2]) -> Result<BufferObject> {
+    let device = tessellation.context().opened_device()?.clone();
+    let [points, triangles] = places;
+    // SAFETY: promised by the caller.
+    let (points, triangles) = unsafe {
+        (
+            Buffer::import(&device, "points", points.0, points.1)?,
+            Buffer::import(&device, "triangles", triangles.0, triangles.1)?,
+        )
+    };
+    let mut uploaded = Uploaded::of(points, triangles, true);
+    tessellation.with_vertices(|vertices| uploaded.fill(&device, vertices))?;
+    Ok(BufferObject { device, tessellation, uploaded: RwLock::new(uploaded) })
 }
 
 /// Vulkan's objects of a device, as numbers, and some buffers there.
@@ -227,7 +282,7 @@ entry! {
         // SAFETY: the caller promises room for `count` points.
         let out = unsafe { Output::<[f32; 6]>::new("points", points.cast(), count, stride) }?;
         let uploaded = try_read(&object.uploaded, "buffer")?;
-        let len = uploaded.points.len();
+        let len = uploaded.counts[0];
         let end = first.checked_add(count).filter(|end| *end <= len).ok_or_else(|| {
             Error::invalid(format!("there are {len} points, not {count} from {first} on")).at("count")
         })?;

@@ -81,11 +81,13 @@ pub type RlvProgress = Option<unsafe extern "C" fn(*mut c_void, f32, *const c_ch
 /// Sum and number of samples by stage and quantity.
 type Totals = BTreeMap<(&'static str, &'static str), (f64, u64)>;
 
+/// A graphics device, or why there is none though one was asked for.
+pub type Opened = std::result::Result<Device, Option<Error>>;
+
 /// A context with what only C needs of it.
 pub struct ContextObject {
     pub context: Context,
-    /// The graphics device it was given, or why it has none though one was asked for.
-    device: std::result::Result<Device, Option<Error>>,
+    device: Opened,
     device_memory_limit: u64,
     /// How the host runs jobs, if it does.
     pub spawn: Option<HostSpawn>,
@@ -211,47 +213,57 @@ fn executor_of(given: &RlvContextOptions) -> Result<Context> {
     Context::scheduled(Arc::new(HostLoop { run, user: given.host_user, threads }), given.memory_limit)
 }
 
+/// The options in a descriptor, the defaults for NULL.
+///
+/// # Safety
+/// It is NULL or a descriptor that starts with its size.
+pub unsafe fn read(options: *const RlvContextOptions) -> Result<RlvContextOptions> {
+    let default = RlvContextOptions {
+        struct_size: 0,
+        device: RLV_DEVICE_CPU,
+        threads: 0,
+        reserved: 0,
+        memory_limit: 0,
+        device_memory_limit: 0,
+        adapter: std::ptr::null(),
+        shared: RlvContext { id: 0 },
+        host_loop: None,
+        host_spawn: None,
+        host_user: std::ptr::null_mut(),
+    };
+    // SAFETY: promised by the caller.
+    unsafe { read_optional(options, default) }
+}
+
+/// Makes a context with the device that `open` returns, or the reason why there is none.
+pub fn make(given: &RlvContextOptions, open: impl FnOnce() -> Result<Opened>) -> Result<RlvContext> {
+    fork::watch();
+    allocator::settle();
+    let context = executor_of(given)?;
+    registry::insert(ContextObject {
+        context,
+        device: open()?,
+        device_memory_limit: given.device_memory_limit,
+        spawn: given.host_spawn.map(|spawn| HostSpawn { spawn, user: given.host_user }),
+        memory: Arc::default(),
+        log: Mutex::new(HostLog { callback: None, user: std::ptr::null_mut() }),
+        totals: Mutex::default(),
+    })
+}
+
 entry! {
     fn rlv_context_create(options: *const RlvContextOptions, out: *mut RlvContext) {
         present("out", out)?;
-        fork::watch();
-        allocator::settle();
-        let default = RlvContextOptions {
-            struct_size: 0,
-            device: RLV_DEVICE_CPU,
-            threads: 0,
-            reserved: 0,
-            memory_limit: 0,
-            device_memory_limit: 0,
-            adapter: std::ptr::null(),
-            shared: RlvContext { id: 0 },
-            host_loop: None,
-            host_spawn: None,
-            host_user: std::ptr::null_mut(),
-        };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        let given = unsafe { read_optional(options, default) }?;
+        let given = unsafe { read(options) }?;
         // SAFETY: the caller gives NULL or a NUL-terminated text.
         let open = |unnamed| unsafe { open(&given, unnamed) };
-        let context = executor_of(&given)?;
-        let device = match given.device {
-            RLV_DEVICE_CPU => Err(None),
-            RLV_DEVICE_GPU => Ok(open(AdapterChoice::Best)?),
-            RLV_DEVICE_AUTO => open(AdapterChoice::Hardware).map_err(Some),
-            other => {
-                return Err(Error::invalid(format!("{other} is no device")).at("device").advise("use an RLV_DEVICE_ value"));
-            }
-        };
-        let object = ContextObject {
-            context,
-            device,
-            device_memory_limit: given.device_memory_limit,
-            spawn: given.host_spawn.map(|spawn| HostSpawn { spawn, user: given.host_user }),
-            memory: Arc::default(),
-            log: Mutex::new(HostLog { callback: None, user: std::ptr::null_mut() }),
-            totals: Mutex::default(),
-        };
-        let handle = registry::insert(object)?;
+        let handle = make(&given, || match given.device {
+            RLV_DEVICE_CPU => Ok(Err(None)),
+            RLV_DEVICE_GPU => Ok(Ok(open(AdapterChoice::Best)?)),
+            RLV_DEVICE_AUTO => Ok(open(AdapterChoice::Hardware).map_err(Some)),
+            other => Err(Error::invalid(format!("{other} is no device")).at("device").advise("use an RLV_DEVICE_ value")),
+        })?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())

@@ -74,4 +74,5 @@ pub mod tessellate;
 pub mod tissue;
 pub mod version;
 pub mod view;
+pub mod vulkan;
 pub mod work;

@@ -69,6 +69,12 @@ impl<T: Pod> Buffer<T> {
         Self::with_usage(device, label, len, usage, u64::MAX)
     }
 
+    /// A buffer of wgpu as storage of `len` items.
+    #[cfg(not(target_vendor = "apple"))]
+    pub(crate) fn around(raw: wgpu::Buffer, len: usize, charge: Charge) -> Self {
+        Self { raw, len, _charge: charge, item: PhantomData }
+    }
+
     /// Number of items.
     pub fn len(&self) -> usize {
         self.len

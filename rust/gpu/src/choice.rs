@@ -18,7 +18,8 @@ fn instance() -> Instance {
     Instance::new(descriptor)
 }
 
-fn summary(adapter: &wgpu::Adapter) -> AdapterSummary {
+/// What is said of an adapter.
+pub(crate) fn summary(adapter: &wgpu::Adapter) -> AdapterSummary {
     let info = adapter.get_info();
     let kind = match info.device_type {
         DeviceType::DiscreteGpu => AdapterKind::Discrete,

@@ -91,29 +91,47 @@ impl Device {
     /// Opens a device. Fails where there is none such, or where it lacks something that every kernel needs.
     pub fn open(options: &DeviceOptions) -> Result<Self> {
         let (instance, adapter, summary) = choose(&options.adapter)?;
-        let there = adapter.features();
         if !summary.is_usable {
             return Err(Error::unsupported(format!("{summary} has no immediate data (push constants)"))
                 .advise("update the driver, or use the device `cpu`"));
         }
-        let timing = options.timing && there.contains(Features::TIMESTAMP_QUERY);
-        let optional = Features::TIMESTAMP_QUERY
-            | Features::POLYGON_MODE_LINE
-            | Features::FLOAT32_FILTERABLE
-            | Features::VERTEX_WRITABLE_STORAGE;
-        let limits = adapter.limits();
-        let descriptor = wgpu::DeviceDescriptor {
-            label: Some("relievo"),
-            required_features: NEEDED | (optional & there),
-            required_limits: limits.clone(),
-            ..Default::default()
-        };
-        let opened = ready(adapter.request_device(&descriptor))
+        let opened = ready(adapter.request_device(&Self::descriptor(&adapter)))
             .ok_or_else(|| Error::internal("a request for a graphics device did not end"))?;
         let (device, queue) = opened.map_err(|error| {
             Error::new(ErrorKind::Device, format!("{summary} cannot be opened: {error}"))
                 .advise("update the driver, or use the device `cpu`")
         })?;
+        Ok(Self::assemble(instance, adapter, summary, device, queue, options))
+    }
+
+    /// What is asked of a device that has the features `there`.
+    pub(crate) fn features(there: Features) -> Features {
+        let optional = Features::TIMESTAMP_QUERY
+            | Features::POLYGON_MODE_LINE
+            | Features::FLOAT32_FILTERABLE
+            | Features::VERTEX_WRITABLE_STORAGE;
+        NEEDED | (optional & there)
+    }
+
+    /// How a device is opened on an adapter.
+    pub(crate) fn descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+        wgpu::DeviceDescriptor {
+            label: Some("relievo"),
+            required_features: Self::features(adapter.features()),
+            required_limits: adapter.limits(),
+            ..Default::default()
+        }
+    }
+
+    /// The device that wgpu opened, with a place for what goes wrong on it.
+    pub(crate) fn assemble(
+        instance: wgpu::Instance,
+        adapter: wgpu::Adapter,
+        summary: AdapterSummary,
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+        options: &DeviceOptions,
+    ) -> Self {
         let fault = Arc::new(Mutex::new(None));
         let keep = |fault: &Arc<Mutex<Option<Error>>>| {
             let fault = Arc::clone(fault);
@@ -126,13 +144,13 @@ impl Device {
         let gone = keep(&fault);
         device.set_device_lost_callback(move |_, message| gone(lost(message.trim())));
         let inner = Inner {
+            limits: adapter.limits(),
+            timing: options.timing && adapter.features().contains(Features::TIMESTAMP_QUERY),
             instance,
             adapter,
             device,
             queue,
             summary,
-            limits,
-            timing,
             memory_limit: if options.memory_limit == 0 { u64::MAX } else { options.memory_limit },
             memory: Arc::new(AtomicU64::new(0)),
             fault,
@@ -141,7 +159,7 @@ impl Device {
             timings: Mutex::default(),
             readbacks: Mutex::default(),
         };
-        Ok(Self { inner: Arc::new(inner) })
+        Self { inner: Arc::new(inner) }
     }
 
     /// The adapter it was opened on.

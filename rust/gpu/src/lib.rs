@@ -11,6 +11,7 @@
 mod adapter;
 mod compaction;
 mod environment;
+mod host_device;
 mod kernel_spec;
 pub mod module;
 mod pass_time;
@@ -27,6 +28,12 @@ mod choice;
 mod device;
 #[cfg(feature = "wgpu")]
 mod frame;
+#[cfg(all(feature = "wgpu", not(target_vendor = "apple")))]
+mod host;
+#[cfg(not(all(feature = "wgpu", not(target_vendor = "apple"))))]
+mod host_absent;
+#[cfg(all(feature = "wgpu", not(target_vendor = "apple")))]
+mod host_queue;
 #[cfg(feature = "wgpu")]
 mod kernel;
 #[cfg(feature = "wgpu")]
@@ -47,6 +54,7 @@ pub use device::{Charge, Device};
 pub use environment::quiet_drivers;
 #[cfg(feature = "wgpu")]
 pub use frame::{Frame, Pass, Submission};
+pub use host_device::{HostDevice, HostFunction};
 #[cfg(feature = "wgpu")]
 pub use kernel::{Bindings, Kernel};
 pub use kernel_spec::{Access, KernelSpec};

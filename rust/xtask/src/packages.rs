@@ -41,6 +41,7 @@ pub const ALL: &[&str] = &[
     "mmdebstrap",
     "povray",
     "libvulkan1",
+    "libvulkan-dev",
     "mesa-vulkan-drivers",
     "xvfb",
     "xauth",
