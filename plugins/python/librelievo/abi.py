@@ -3194,6 +3194,40 @@ class RlvSubdivisionArrays(Structure):
     ]
 
 
+RlvVulkanLoader = ctypes.CFUNCTYPE(c_void_p, c_void_p, c_char_p)
+
+RlvVulkanNotice = ctypes.CFUNCTYPE(None, c_void_p)
+
+
+class RlvVulkanDevice(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("api_version", c_uint32),
+        ("queue_family", c_uint32),
+        ("queue_index", c_uint32),
+        ("instance", c_uint64),
+        ("physical_device", c_uint64),
+        ("device", c_uint64),
+        ("loader", RlvVulkanLoader),
+        ("features", c_void_p),
+        ("lock", RlvVulkanNotice),
+        ("unlock", RlvVulkanNotice),
+        ("released", RlvVulkanNotice),
+        ("user", c_void_p),
+    ]
+
+
+class RlvVulkanBuffers(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("points", c_uint64),
+        ("point_bytes", c_uint64),
+        ("triangles", c_uint64),
+        ("triangle_bytes", c_uint64),
+    ]
+
+
 INIT = {
     RlvError: (ctypes.sizeof(RlvError), 0, None, None, None, None, 0, 0, 0,),
     RlvContextOptions: (ctypes.sizeof(RlvContextOptions), 0, 0, 0, 0, 0, None, (0,), None, None, None,),
@@ -3347,6 +3381,8 @@ INIT = {
     RlvSubdivisionOptions: (ctypes.sizeof(RlvSubdivisionOptions), 0, 0, 1, 0, 0, 0, 0,),
     RlvSubdivisionInfo: (ctypes.sizeof(RlvSubdivisionInfo), 0, 0, 0, 0,),
     RlvSubdivisionArrays: (ctypes.sizeof(RlvSubdivisionArrays), 0, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0, None, 0,),
+    RlvVulkanDevice: (ctypes.sizeof(RlvVulkanDevice), 0, 0, 0, 0, 0, 0, None, None, None, None, None, None,),
+    RlvVulkanBuffers: (ctypes.sizeof(RlvVulkanBuffers), 0, 0, 0, 0, 0,),
 }
 
 # Every function: what it returns, and the names and types of what it takes.
@@ -3893,4 +3929,8 @@ FUNCTIONS = {
     "rlv_subdivision_face_tiles": (RlvResult, [("subdivision", RlvSubdivision), ("face", c_uint32), ("first", c_uint32_p), ("count", c_uint32_p)]),
     "rlv_subdivision_evaluate": (RlvResult, [("subdivision", RlvSubdivision), ("attribute", c_char_p), ("arrays", POINTER(RlvSubdivisionArrays))]),
     "rlv_subdivision_refine": (RlvResult, [("subdivision", RlvSubdivision), ("level", c_uint32), ("out", POINTER(RlvMesh))]),
+    "rlv_vulkan_create_context": (RlvResult, [("device", POINTER(RlvVulkanDevice)), ("options", POINTER(RlvContextOptions)), ("out", POINTER(RlvContext))]),
+    "rlv_vulkan_create_buffer": (RlvResult, [("tessellation", RlvTessellation), ("buffers", POINTER(RlvVulkanBuffers)), ("out", POINTER(RlvBuffer))]),
+    "rlv_vulkan_wait": (RlvResult, [("context", RlvContext), ("semaphore", c_uint64), ("value", c_uint64)]),
+    "rlv_vulkan_signal": (RlvResult, [("context", RlvContext), ("semaphore", c_uint64), ("value", c_uint64)]),
 }

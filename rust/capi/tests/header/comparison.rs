@@ -50,6 +50,7 @@ use relievo::job::*;
 use relievo::object::*;
 use relievo::shader::*;
 use relievo::subdivision::*;
+use relievo::vulkan::*;
 
 use super::{Initial, Offsets};
 
@@ -1114,6 +1115,14 @@ function!(rlv_subdivision_set_points: unsafe extern "C" fn(RlvSubdivision, *cons
 function!(rlv_subdivision_face_tiles: unsafe extern "C" fn(RlvSubdivision, u32, *mut u32, *mut u32) -> RlvResult);
 function!(rlv_subdivision_evaluate: unsafe extern "C" fn(RlvSubdivision, *const c_char, *const RlvSubdivisionArrays) -> RlvResult);
 function!(rlv_subdivision_refine: unsafe extern "C" fn(RlvSubdivision, u32, *mut RlvMesh) -> RlvResult);
+alias!(RlvVulkanLoader = Option<unsafe extern "C" fn(*mut c_void, *const c_char) -> *mut c_void>);
+alias!(RlvVulkanNotice = Option<unsafe extern "C" fn(*mut c_void)>);
+layout!(RlvVulkanDevice: 88, 8);
+layout!(RlvVulkanBuffers: 40, 8);
+function!(rlv_vulkan_create_context: unsafe extern "C" fn(*const RlvVulkanDevice, *const RlvContextOptions, *mut RlvContext) -> RlvResult);
+function!(rlv_vulkan_create_buffer: unsafe extern "C" fn(RlvTessellation, *const RlvVulkanBuffers, *mut RlvBuffer) -> RlvResult);
+function!(rlv_vulkan_wait: unsafe extern "C" fn(RlvContext, u64, u64) -> RlvResult);
+function!(rlv_vulkan_signal: unsafe extern "C" fn(RlvContext, u64, u64) -> RlvResult);
 
 pub fn offsets(list: &mut Offsets) {
     fields!(list, RlvError {
@@ -3102,6 +3111,29 @@ pub fn offsets(list: &mut Offsets) {
         dvv: *mut f32 = 128,
         dvv_stride: usize = 136,
     });
+    fields!(list, RlvVulkanDevice {
+        struct_size: u32 = 0,
+        api_version: u32 = 4,
+        queue_family: u32 = 8,
+        queue_index: u32 = 12,
+        instance: u64 = 16,
+        physical_device: u64 = 24,
+        device: u64 = 32,
+        loader: RlvVulkanLoader = 40,
+        features: *const c_void = 48,
+        lock: RlvVulkanNotice = 56,
+        unlock: RlvVulkanNotice = 64,
+        released: RlvVulkanNotice = 72,
+        user: *mut c_void = 80,
+    });
+    fields!(list, RlvVulkanBuffers {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        points: u64 = 8,
+        point_bytes: u64 = 16,
+        triangles: u64 = 24,
+        triangle_bytes: u64 = 32,
+    });
 }
 
 pub const INITIAL: &[Initial] = &[
@@ -3639,6 +3671,13 @@ pub const INITIAL: &[Initial] = &[
         ("size_t face_count", 0.0),
         ("size_t tile_count", 0.0),
     ] },
+    Initial { header: "vulkan.h", name: "RlvVulkanBuffers", initializer: "RLV_VULKAN_BUFFERS_INIT", fields: &[
+        ("uint32_t reserved", 0.0),
+        ("uint64_t points", 0.0),
+        ("uint64_t point_bytes", 0.0),
+        ("uint64_t triangles", 0.0),
+        ("uint64_t triangle_bytes", 0.0),
+    ] },
 ];
 
 pub const NAMES: &[&str] = &[
@@ -4083,4 +4122,6 @@ pub const NAMES: &[&str] = &[
     "RLV_VERSION_MAJOR",
     "RLV_VERSION_MINOR",
     "RLV_VERSION_PATCH",
+    "RLV_VULKAN_BUFFERS_INIT",
+    "RLV_VULKAN_DEVICE_INIT",
 ];
