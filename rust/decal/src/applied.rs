@@ -2,15 +2,15 @@
 //! changed and written anew, whatever lies in the layers above it.
 
 use relievo_core::{Context, Error, Mesh, Progress, Result};
-use relievo_detail::{DisplacedObject, History, LayerInfo, LayeredObject};
+use relievo_detail::{DisplacedObject, History, LayerInfo, LayerState};
 use relievo_document::{Kind, Settings};
 use relievo_render::Image;
-use relievo_tiles::uniform_rates;
 
 use crate::artwork::Artwork;
-use crate::print::{Print, Printed};
+use crate::print::Printed;
+use crate::printable::Printable;
 use crate::quality::Quality;
-use crate::recipe::{Ink, Recipe, hash};
+use crate::recipe::{Recipe, hash};
 
 /// A decal in a layer of its own.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,15 +24,25 @@ pub struct Applied {
 }
 
 /// The object that decals are applied to.
-pub struct Ground<'a> {
+pub struct Ground<'a, O = DisplacedObject> {
     /// Runs the work.
     pub context: &'a Context,
     /// The object.
-    pub object: &'a mut DisplacedObject,
-    /// The cage of its surface.
+    pub object: &'a mut O,
+    /// The cage of its surface, or the triangle mesh that it was made from.
     pub cage: &'a Mesh,
     /// Its edits.
     pub history: &'a mut History,
+}
+
+/// The layer that a decal had before it was written anew.
+struct Old {
+    /// Its place among the layers of its kind, from the lowest.
+    place: usize,
+    /// The texels along an edge of its finest face.
+    size: Option<u32>,
+    /// Whether it was seen.
+    is_visible: bool,
 }
 
 /// Returns the decals of a history with the numbers of their recipes; a damaged one is an error of its own.
@@ -51,7 +61,7 @@ pub fn next_recipe(recipes: &[relievo_document::Recipe]) -> Result<u32> {
     })
 }
 
-impl Ground<'_> {
+impl<O: Printable> Ground<'_, O> {
     /// Lays a sticker and writes it into a new layer called `name`, above those of its kind; the history keeps its recipe.
     /// One edit. The layer and the hash of the image in the recipe are set here.
     ///
@@ -60,19 +70,21 @@ impl Ground<'_> {
     /// Nothing is changed then.
     pub fn apply(&mut self, recipe: Recipe, name: &str, image: &Image, progress: &mut dyn Progress) -> Result<Applied> {
         let id = next_recipe(self.history.recipes())?;
-        self.edit(&format!("decal `{name}`"), |ground| ground.put(id, recipe, (name, None), image, progress))
+        self.edit(&format!("decal `{name}`"), |ground| ground.put(id, recipe, name, None, (image, progress)))
     }
 
-    /// Writes a decal anew after its recipe changed, in place of what its layer has. One edit. Pins belong to the faces of the
-    /// tessellation without the decal.
+    /// Writes a decal anew after its recipe changed, in place of what its layer has. One edit. Pins are where
+    /// [`Printable::kept`] says, on the surface without the decal.
     ///
     /// # Errors
     /// There is no such decal, its layer is gone, or as [`Self::apply`]. Nothing is changed then.
     pub fn update(&mut self, id: u32, recipe: Recipe, image: &Image, progress: &mut dyn Progress) -> Result<Applied> {
         let (place, layer) = self.layer(id)?;
+        let size = self.finest(|state| state.id == layer.id);
         self.edit(&format!("decal `{}` changed", layer.name), |ground| {
             ground.object.remove_layer(ground.context, layer.id)?;
-            ground.put(id, recipe, (&layer.name, Some((place, &layer))), image, progress)
+            let old = Some(Old { place, size, is_visible: layer.settings.visible });
+            ground.put(id, recipe, &layer.name, old, (image, progress))
         })
     }
 
@@ -131,42 +143,39 @@ impl Ground<'_> {
         Ok((place, layer))
     }
 
+    /// The texels along an edge of the finest face of some layers.
+    fn finest(&self, is_one: impl Fn(&LayerState) -> bool) -> Option<u32> {
+        let states = self.object.layer_states();
+        states.iter().filter(|state| is_one(state)).flat_map(|state| state.blocks.face_sizes()).max()
+    }
+
     fn put(
         &mut self,
         id: u32,
         mut recipe: Recipe,
-        (name, old): (&str, Option<(usize, &LayerInfo)>),
-        image: &Image,
-        progress: &mut dyn Progress,
+        name: &str,
+        old: Option<Old>,
+        (image, progress): (&Image, &mut dyn Progress),
     ) -> Result<Applied> {
         let artwork = Artwork::new(&recipe.sticker, image)?;
-        let rates = uniform_rates(self.object.surface().topology(), recipe.cells);
-        let ground = self.object.displaced()?.tessellate(self.context, self.cage, &rates)?;
-        let decal = recipe.lay(&ground.mesh, progress)?.decal();
-        // The layer is as fine as the finest one below.
-        let states = self.object.layer_states();
-        let alike = states.iter().filter(|state| state.blocks.kind().is_color() == recipe.ink.kind().is_color());
-        let sizes = alike.filter(|state| matches!(state.blocks.kind(), Kind::Scalar | Kind::Rgba8 | Kind::Rgba16));
-        let size = sizes.flat_map(|state| state.blocks.face_sizes()).max().unwrap_or(8);
-        let (layer, mut refused) = self.object.add_layer(self.context, recipe.ink.kind(), name, recipe.seen, size)?;
-        let print = Print {
-            context: self.context,
-            tessellation: &ground,
-            decal: &decal,
-            artwork: &artwork,
-            depths: &recipe.depths,
+        let triangles = self.object.triangles(self.context, self.cage, recipe.cells)?;
+        let decal = recipe.lay_on::<O>(&triangles, progress)?.decal();
+        // A new layer is as fine as the finest one below.
+        let is_below = |state: &LayerState| {
+            let kind = state.blocks.kind();
+            kind.is_color() == recipe.ink.kind().is_color() && matches!(kind, Kind::Scalar | Kind::Rgba8 | Kind::Rgba16)
         };
+        let size = old.as_ref().and_then(|old| old.size).or_else(|| self.finest(is_below)).unwrap_or(8);
+        let (layer, mut refused) = self.object.add_layer(self.context, recipe.ink.kind(), name, recipe.seen, size)?;
         // Blend mode and opacity are those of the layer.
         let plain = Settings::of(recipe.ink.kind());
-        let mut printed = match recipe.ink {
-            Ink::Color => print.paint(self.object, &plain)?,
-            Ink::Relief(height) => print.emboss(self.object, height, &plain)?,
-        };
-        if let Some((place, old)) = old {
+        let what = (&decal, &artwork, recipe.depths.as_slice());
+        let mut printed = self.object.print(self.context, &triangles, what, recipe.ink, &plain)?;
+        if let Some(Old { place, is_visible, .. }) = old {
             refused.extend(self.object.place_layer(self.context, layer, place)?);
-            let shown = Settings { visible: old.settings.visible, ..recipe.seen };
-            if !shown.visible {
-                refused.extend(self.object.set_layer(self.context, layer, shown)?);
+            if !is_visible {
+                let hidden = Settings { visible: false, ..recipe.seen };
+                refused.extend(self.object.set_layer(self.context, layer, hidden)?);
             }
         }
         printed.refuse(refused);

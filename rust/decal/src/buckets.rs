@@ -1,6 +1,7 @@
 //! Buckets of the plane with the faces of a map, to find the faces at a point.
 
 use crate::energy::Vec2;
+use crate::gradual::push;
 use crate::surface::NONE;
 
 /// Buckets along each side at most.
@@ -48,7 +49,7 @@ impl Buckets {
             for column in columns.clone() {
                 let entry = self.entries.len() as u32;
                 let last = std::mem::replace(&mut self.last[row * self.counts[0] + column], entry);
-                self.entries.push([face, last]);
+                push(&mut self.entries, [face, last]);
             }
         }
     }

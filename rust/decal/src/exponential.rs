@@ -21,8 +21,7 @@ use crate::surface::{NONE, Surface, Vec3, cross, dot, length, minus, previous};
 /// The mesh, the pin or the pose is unusable.
 pub fn exponential(mesh: &Mesh, sticker: &Sticker, pin: &Pin, pose: Pose) -> Result<Decal> {
     sticker.check(&pin.image).map_err(|error| error.at(name(0)))?;
-    let surface = Surface::new(mesh)?;
-    let (surface, vertices) = insert(&surface, &[pin.place])?;
+    let (surface, vertices) = insert(Surface::new(mesh)?, &[pin.place])?;
     let frame = Frame::new(&surface, vertices[0], pose)?;
     Ok(around(&surface, sticker, vertices[0], sticker.place(pin.image), frame, pose.width))
 }

@@ -66,7 +66,7 @@ impl Crossing {
 /// # Errors
 /// The mesh is unusable, a place does not exist, no path joins the places, or as [`geodesic`].
 pub fn shortest_path(mesh: &Mesh, places: [Place; 2]) -> Result<Vec<Vec3>> {
-    let (surface, vertices) = insert(&Surface::new(mesh)?, &places)?;
+    let (surface, vertices) = insert(Surface::new(mesh)?, &places)?;
     let path = geodesic(&surface, vertices[0], vertices[1])?.ok_or_else(|| {
         Error::invalid("no path joins the places").at("geodesic").advise("give places on one component of the mesh")
     })?;

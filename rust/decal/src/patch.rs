@@ -6,7 +6,9 @@
 
 use relievo_core::{Error, Result};
 
+use crate::edges::{Edges, target};
 use crate::energy::Vec2;
+use crate::gradual::{push, reserve};
 use crate::surface::{NONE, Surface, next, previous};
 
 /// A disk of faces.
@@ -73,23 +75,27 @@ impl Patch {
         let refuse = || Error::invalid("the faces under the pins do not form a disk").at("seed of the decal");
         let edges = patch.edges();
         let mut boundary = 0;
-        for (index, (from, to, half)) in edges.iter().enumerate() {
-            let is_doubled = index > 0 && (edges[index - 1].0, edges[index - 1].1) == (*from, *to);
-            if is_doubled {
-                return Err(refuse());
+        for from in 0..count as u32 {
+            let leaving = edges.of(from);
+            for (index, half) in leaving.iter().enumerate() {
+                let to = target(&patch.faces, *half);
+                if leaving[..index].iter().any(|other| target(&patch.faces, *other) == to) {
+                    return Err(refuse());
+                }
+                if edges.of(to).iter().any(|other| target(&patch.faces, *other) == from) {
+                    continue;
+                }
+                if patch.next[from as usize] != NONE || patch.previous[to as usize] != NONE {
+                    return Err(refuse());
+                }
+                boundary += 1;
+                patch.next[from as usize] = to;
+                patch.previous[to as usize] = from;
+                patch.halves[from as usize] = 3 * patch.triangles[*half as usize / 3] + half % 3;
             }
-            if edges.binary_search_by_key(&(*to, *from), |edge| (edge.0, edge.1)).is_ok() {
-                continue;
-            }
-            if patch.next[*from as usize] != NONE || patch.previous[*to as usize] != NONE {
-                return Err(refuse());
-            }
-            boundary += 1;
-            patch.next[*from as usize] = *to;
-            patch.previous[*to as usize] = *from;
-            patch.halves[*from as usize] = 3 * patch.triangles[*half as usize / 3] + half % 3;
         }
-        let euler = count as i64 - (edges.len() as i64 + boundary) / 2 + patch.faces.len() as i64;
+        drop(edges);
+        let euler = count as i64 - (3 * patch.faces.len() as i64 + boundary) / 2 + patch.faces.len() as i64;
         if euler != 1 || patch.boundary().len() as i64 != boundary {
             return Err(refuse());
         }
@@ -99,16 +105,9 @@ impl Patch {
         Ok(patch)
     }
 
-    /// Directed edges, sorted, with the half-edge of the patch: three times the face plus the corner.
-    fn edges(&self) -> Vec<(u32, u32, u32)> {
-        let mut edges = Vec::with_capacity(3 * self.faces.len());
-        for (face, vertices) in self.faces.iter().enumerate() {
-            edges.extend(
-                (0..3).map(|corner| (vertices[corner], vertices[(corner + 1) % 3], (3 * face + corner) as u32)),
-            );
-        }
-        edges.sort_unstable();
-        edges
+    /// Half-edges of the patch by the vertex that they leave.
+    fn edges(&self) -> Edges {
+        Edges::new(&self.faces, self.vertices.len(), |_| false, |from, _| from)
     }
 
     /// Returns the boundary vertices in order; those of the first loop where there are several.
@@ -145,8 +144,9 @@ impl Patch {
     /// Lists the next vertex among the copies of a vertex of the surface, as the last one.
     fn enlist(&mut self, place: u32) {
         let vertex = self.others.len() as u32;
-        self.others.push(NONE);
+        push(&mut self.others, NONE);
         if self.first.len() <= place as usize {
+            reserve(&mut self.first, place as usize + 1);
             self.first.resize(place as usize + 1, NONE);
         }
         match self.copies(place).last() {
@@ -248,11 +248,11 @@ impl Patch {
             Joint::Blocked => return None,
             Joint::New => {
                 let vertex = self.vertices.len() as u32;
-                self.vertices.push(place);
-                self.positions.push(position);
-                self.next.push(to);
-                self.previous.push(from);
-                self.halves.push(previous(half));
+                push(&mut self.vertices, place);
+                push(&mut self.positions, position);
+                push(&mut self.next, to);
+                push(&mut self.previous, from);
+                push(&mut self.halves, previous(half));
                 self.enlist(place);
                 self.link(from, vertex, next(half));
                 self.previous[to as usize] = vertex;
@@ -275,8 +275,8 @@ impl Patch {
         for (corner, vertex) in [(half, to), (next(half), from), (previous(half), third)] {
             face[corner as usize % 3] = vertex;
         }
-        self.faces.push(face);
-        self.triangles.push(half / 3);
+        push(&mut self.faces, face);
+        push(&mut self.triangles, half / 3);
         made
     }
 
@@ -296,10 +296,6 @@ impl Patch {
     /// vertices and faces; returns the old number of each vertex.
     pub fn peel(&mut self, surface: &Surface, is_wanted: &dyn Fn(&Self, usize) -> bool) -> Vec<u32> {
         let edges = self.edges();
-        let find = |from: u32, to: u32| {
-            let found = edges.binary_search_by_key(&(from, to), |edge| (edge.0, edge.1));
-            found.ok().map(|index| edges[index].2)
-        };
         let mut is_removed = vec![false; self.faces.len()];
         let mut queue: Vec<u32> = self.boundary();
         queue.reverse();
@@ -308,7 +304,8 @@ impl Patch {
             if to == NONE {
                 continue;
             }
-            let Some(half) = find(from, to).filter(|half| !is_removed[*half as usize / 3]) else {
+            let half = edges.of(from).iter().copied().find(|half| target(&self.faces, *half) == to);
+            let Some(half) = half.filter(|half| !is_removed[*half as usize / 3]) else {
                 continue;
             };
             let face = half as usize / 3;
@@ -403,8 +400,10 @@ impl Patch {
 
     fn compact(&mut self, is_removed: &[bool]) -> Vec<u32> {
         let mut number = vec![NONE; self.vertices.len()];
-        let mut old = Vec::new();
-        let mut kept = Self::default();
+        let (mut old, mut kept) = (Vec::new(), Self::default());
+        let count = is_removed.iter().filter(|is_removed| !**is_removed).count();
+        kept.faces.reserve_exact(count);
+        kept.triangles.reserve_exact(count);
         for (face, vertices) in self.faces.iter().enumerate().filter(|(face, _)| !is_removed[*face]) {
             let vertices = vertices.map(|vertex| {
                 let number = &mut number[vertex as usize];
@@ -418,6 +417,10 @@ impl Patch {
             kept.triangles.push(self.triangles[face]);
         }
         let renumbered = |vertex: u32| if vertex == NONE { NONE } else { number[vertex as usize] };
+        kept.positions.reserve_exact(old.len());
+        for list in [&mut kept.vertices, &mut kept.next, &mut kept.previous, &mut kept.halves, &mut kept.others] {
+            list.reserve_exact(old.len());
+        }
         for before in &old {
             let before = *before as usize;
             kept.vertices.push(self.vertices[before]);

@@ -79,8 +79,7 @@ impl Placement {
         check(pins, settings)?;
         progress.step(0.0, "reading the surface")?;
         let places: Vec<_> = pins.iter().map(|pin| pin.place).collect();
-        // The surface without pins is needed no more.
-        let (surface, vertices) = insert(&Surface::new(mesh)?, &places)?;
+        let (surface, vertices) = insert(Surface::new(mesh)?, &places)?;
         let surface = Arc::new(surface);
         let places: Vec<Vec2> = pins.iter().map(|pin| sticker.place(pin.image)).collect();
         let laying = Laying { surface: &surface, sticker, vertices, places, pose, settings, watch };
@@ -101,6 +100,41 @@ impl Placement {
     /// Returns the mesh that the sticker lies on.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
+    }
+
+    /// Returns the pins as they are now; one that is being dragged is where it was dragged to.
+    pub fn pins(&self) -> Vec<Pin> {
+        let Seed { surface, patch, .. } = &self.seed;
+        let held = |(pin, vertex): (usize, &u32)| {
+            let dragged = self.drag.as_ref().filter(|drag| drag.pin == pin).map(|drag| drag.hook);
+            let (triangle, point) = match dragged {
+                Some(Hook { face, weights, .. }) => {
+                    let corners = surface.corners(patch.triangles[face]);
+                    let point = std::array::from_fn(|axis| (0..3).map(|at| weights[at] * corners[at][axis]).sum());
+                    (patch.triangles[face], point)
+                }
+                None => (surface.leaving[*vertex as usize] / 3, surface.points[*vertex as usize]),
+            };
+            let face = surface.sources.get(triangle as usize).copied().unwrap_or_default();
+            let barycentric = self.corners(face).and_then(|corners| weights(corners, point)).unwrap_or([1.0, 0.0, 0.0]);
+            let image = self.places[pin].map(|value| value * self.sticker.size[0]);
+            Pin { image, place: Place { face, barycentric: barycentric.map(|weight| weight.max(0.0)) } }
+        };
+        self.vertices.iter().enumerate().map(held).collect()
+    }
+
+    /// Returns the point of the mesh at a place.
+    ///
+    /// # Errors
+    /// There is no such face.
+    pub fn position(&self, Place { face, barycentric }: Place) -> Result<Vec3> {
+        let corners = self.corners(face).ok_or_else(|| Error::invalid(format!("face {face} does not exist")))?;
+        Ok(std::array::from_fn(|axis| (0..3).map(|corner| barycentric[corner] * corners[corner][axis]).sum()))
+    }
+
+    /// Returns how it is laid.
+    pub fn settings(&self) -> &DecalSettings {
+        &self.settings
     }
 
     /// Returns the sticker.
@@ -288,7 +322,7 @@ impl Placement {
         let old = &self.seed.surface;
         let triangle = self.seed.patch.triangles[hook.face];
         let place = Place { face: triangle, barycentric: hook.weights };
-        let (surface, made) = insert(old, &[place])?;
+        let (surface, made) = insert(Surface::clone(old), &[place])?;
         let vertex = made.first().copied().ok_or_else(|| Error::internal("a place has no vertex"))?;
         let (patch, at) = if vertex < old.points.len() as u32 {
             let corner = old.triangles[triangle as usize].iter().position(|other| *other == vertex).unwrap_or_default();

@@ -6,7 +6,8 @@
 //! (u8); whether a pose follows (u8), width and upward direction (f64); steps (u32), decrease (f64), most triangles (u32),
 //! overlap (u8); cells (u32); layer (u32); ink (u8: 0 colour, 1 relief), blend mode (u8), opacity and height (f32).
 //!
-//! Corners of the outline are in widths of the image, counter-clockwise. Readers believe nothing.
+//! Faces of pins are those of the tessellation of a cage, or of a triangle mesh itself, whose recipes have 1 cell. Corners of
+//! the outline are in widths of the image, counter-clockwise. Readers believe nothing.
 
 use relievo_core::{Error, Mesh, Progress, Result};
 use relievo_document::code::{Decoder, Encoder};
@@ -16,9 +17,10 @@ use relievo_render::Image;
 use crate::decal::{DecalSettings, Pose, Sticker, check};
 use crate::energy::Vec2;
 use crate::outline::{MOST, Outline};
-use crate::pins::{Pin, Place};
+use crate::pins::{Pin, Place, name};
 use crate::placement::Placement;
 use crate::print::check_height;
+use crate::printable::Printable;
 
 const MAGIC: [u8; 8] = *b"RLVDECAL";
 /// The version that is written, and the newest that is read.
@@ -49,14 +51,14 @@ impl Ink {
     }
 }
 
-/// What a decal on the displaced surface of an object was made of.
+/// What a decal on the displaced surface of an object was made of, on Catmull-Clark surfaces and triangle meshes.
 #[derive(Clone, Debug)]
 pub struct Recipe {
     /// The sticker.
     pub sticker: Sticker,
     /// The hash of the image, see [`hash`].
     pub image: u64,
-    /// The pins, on the faces of the tessellation.
+    /// The pins, on the faces of the tessellation, or of the triangle mesh: see [`Printable::kept`].
     pub pins: Vec<Pin>,
     /// Depths of the pins, or none.
     pub depths: Vec<f64>,
@@ -64,7 +66,7 @@ pub struct Recipe {
     pub pose: Option<Pose>,
     /// How it is laid.
     pub settings: DecalSettings,
-    /// Cells along an edge of the cage that the surface is tessellated into, a power of two.
+    /// Cells along an edge of the cage that the surface is tessellated into, a power of two; 1 on triangle meshes.
     pub cells: u32,
     /// The number of the layer that it lies in.
     pub layer: u32,
@@ -266,6 +268,19 @@ impl Recipe {
     /// As [`lay`](crate::lay).
     pub fn lay(&self, mesh: &Mesh, progress: &mut dyn Progress) -> Result<Placement> {
         Placement::new(mesh, &self.sticker, &self.pins, self.pose, &self.settings, progress)
+    }
+
+    /// Lays the sticker on the triangles of an object, where the pins are as [`Printable::kept`] gave them.
+    ///
+    /// # Errors
+    /// As [`Self::lay`], or the surface has no such faces.
+    pub fn lay_on<O: Printable>(&self, triangles: &O::Triangles, progress: &mut dyn Progress) -> Result<Placement> {
+        let found = |(index, pin): (usize, &Pin)| {
+            let place = O::found(triangles, pin.place).map_err(|error| error.at(name(index)))?;
+            Ok(Pin { place, ..*pin })
+        };
+        let pins = self.pins.iter().enumerate().map(found).collect::<Result<Vec<_>>>()?;
+        Placement::new(O::mesh(triangles), &self.sticker, &pins, self.pose, &self.settings, progress)
     }
 }
 

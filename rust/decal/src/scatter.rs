@@ -67,7 +67,7 @@ pub fn scatter(context: &Context, mesh: &Mesh, sticker: &Sticker, settings: &Sca
         let root = s.sqrt();
         places.push(Place { face, barycentric: [1.0 - root, root * (1.0 - t), root * t] });
     }
-    let (surface, vertices) = insert(&surface, &places)?;
+    let (surface, vertices) = insert(surface, &places)?;
     let middle = sticker.middle();
     let lay = |index: usize| -> Option<Decal> {
         let [.., size, angle] = draws[index];

@@ -36,7 +36,7 @@ pub fn strip(mesh: &Mesh, sticker: &Sticker, curve: &[Place]) -> Result<Strip> {
             .advise(format!("give 2 to {MOST} places")));
     }
     let surface = Surface::new(mesh)?;
-    let (divided, vertices) = insert(&surface, curve)?;
+    let (divided, vertices) = insert(surface.clone(), curve)?;
     let Traced { points, corners } = traced(&divided, &vertices)?;
     let along = corners[corners.len() - 1];
     let (low, high) = sticker.outline.bounds();

@@ -6,6 +6,8 @@
 
 use relievo_core::{Error, Mesh, Result};
 
+use crate::edges::Edges;
+
 /// Stands for an element that does not exist.
 pub const NONE: u32 = u32::MAX;
 
@@ -70,24 +72,22 @@ impl Surface {
     }
 
     fn join_edges(&mut self, is_hole: &[bool]) {
-        let mut edges: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * self.triangles.len());
-        for (face, triangle) in self.triangles.iter().enumerate() {
-            if is_hole.get(self.sources[face] as usize).is_some_and(|hole| *hole) {
-                continue;
-            }
-            for corner in 0..3 {
-                let (from, to) = (triangle[corner], triangle[(corner + 1) % 3]);
-                edges.push((from.min(to), from.max(to), (3 * face + corner) as u32));
-            }
-        }
-        edges.sort_unstable();
         self.mates = vec![NONE; 3 * self.triangles.len()];
-        for edge in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-            if let [(.., first), (.., second)] = edge
-                && self.origin(*first) != self.origin(*second)
-            {
-                self.mates[*first as usize] = *second;
-                self.mates[*second as usize] = *first;
+        let is_left_out = |face: usize| is_hole.get(self.sources[face] as usize).is_some_and(|hole| *hole);
+        // Edges by the end with the smaller number; those with one other end are one edge.
+        let edges = Edges::new(&self.triangles, self.points.len(), is_left_out, u32::min);
+        let mut list: Vec<(u32, u32)> = Vec::new();
+        for vertex in 0..self.points.len() as u32 {
+            list.clear();
+            list.extend(edges.of(vertex).iter().map(|half| (self.origin(*half).max(self.target(*half)), *half)));
+            list.sort_unstable();
+            for edge in list.chunk_by(|a, b| a.0 == b.0) {
+                if let [(_, first), (_, second)] = edge
+                    && self.origin(*first) != self.origin(*second)
+                {
+                    self.mates[*first as usize] = *second;
+                    self.mates[*second as usize] = *first;
+                }
             }
         }
     }

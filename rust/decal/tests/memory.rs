@@ -9,7 +9,7 @@ use relievo_decal::{DecalSettings, Pin, Placement, Sticker, nearest};
 /// Squares along each side of the sheet.
 const SIDE: u32 = 150;
 /// Bytes for each triangle of the patch, with the surface around it.
-const MOST: f64 = 450.0;
+const MOST: f64 = 400.0;
 
 /// Bytes that the process has, or had at most.
 fn memory(what: &str) -> f64 {

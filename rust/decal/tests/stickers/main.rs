@@ -9,5 +9,6 @@ mod placement;
 mod recipes;
 mod sheets;
 mod strip;
+mod triangle_recipes;
 mod wound;
 mod written;

@@ -10,7 +10,7 @@ use relievo_render::Image;
 use relievo_surface::{Surface, SurfaceOptions};
 use relievo_tiles::{ChannelOptions, Displacement, Paint, Rgba8, uniform_rates};
 
-const LIMIT: u64 = 256 << 20;
+pub const LIMIT: u64 = 256 << 20;
 
 /// A flat cage of 16 quads from 0 to 4.
 fn cage() -> Mesh {
@@ -35,7 +35,7 @@ fn object(context: &Context, cage: &Mesh) -> DisplacedObject {
 }
 
 /// Blocks of all layers: what an edit can change.
-fn state(object: &DisplacedObject) -> Vec<(u32, u32, Vec<u8>)> {
+pub fn state(object: &impl LayeredObject) -> Vec<(u32, u32, Vec<u8>)> {
     let states = object.layer_states();
     let blocks = states.iter().flat_map(|state| {
         state
@@ -48,15 +48,15 @@ fn state(object: &DisplacedObject) -> Vec<(u32, u32, Vec<u8>)> {
 }
 
 /// Blocks without the numbers of their layers.
-fn without_layers(state: Vec<(u32, u32, Vec<u8>)>) -> Vec<(u32, Vec<u8>)> {
+pub fn without_layers(state: Vec<(u32, u32, Vec<u8>)>) -> Vec<(u32, Vec<u8>)> {
     state.into_iter().map(|(_, number, bytes)| (number, bytes)).collect()
 }
 
-fn texels(object: &DisplacedObject) -> Vec<(u32, Vec<u8>)> {
+pub fn texels(object: &impl LayeredObject) -> Vec<(u32, Vec<u8>)> {
     without_layers(state(object))
 }
 
-fn image() -> Image {
+pub fn image() -> Image {
     Image::from_data(20, 20, 3, [0.8, 0.1, 0.2].repeat(400)).expect("an image")
 }
 
