@@ -1,14 +1,18 @@
-//! Any bytes as the recipe of a decal: refused, or a recipe that is written as it was read and can be laid on a mesh, or not,
-//! with a reason. Sums are made right, so that what is behind them is read.
+//! Any bytes as the recipe of a decal: refused, or a recipe that is written as it was read and can be laid on a mesh and on the
+//! faces of a displaced triangle mesh, or not, with a reason. Sums are made right, so that what is behind them is read.
 #![no_main]
 
 use std::sync::LazyLock;
 
+use glam::DAffine3;
 use libfuzzer_sys::fuzz_target;
-use relievo_core::Mesh;
 use relievo_core::progress::Silent;
-use relievo_decal::{DecalSettings, Ink, Pin, Place, Pose, Recipe, Sticker};
+use relievo_core::{Context, Mesh};
+use relievo_decal::{DecalSettings, Ink, Pin, Place, Pose, Printable, Recipe, Sticker};
+use relievo_detail::TriangleObject;
 use relievo_document::Settings;
+use relievo_surface::TriangleSurface;
+use relievo_tiles::triangle::{TriangleChannel, TriangleOptions, TriangleTessellation};
 
 /// Bytes before those that the sum is of.
 const HEAD: usize = 20;
@@ -38,6 +42,16 @@ static SHEET: LazyLock<Mesh> = LazyLock::new(|| {
     let cells = (0..16).map(|cell| cell / 4 * 5 + cell % 4);
     let triangles: Vec<[u32; 3]> = cells.flat_map(|at| [[at, at + 1, at + 6], [at, at + 6, at + 5]]).collect();
     Mesh::from_triangles(points, &triangles)
+});
+
+/// The triangles of the sheet as an object.
+static TRIANGLES: LazyLock<TriangleTessellation> = LazyLock::new(|| {
+    let context = Context::serial();
+    let surface = TriangleSurface::new(&context, &SHEET).expect("a surface");
+    let options = TriangleOptions { segments: 8, budget: u64::MAX };
+    let displacement = TriangleChannel::displacement(surface.topology().clone(), &options).expect("displacement");
+    let mut object = TriangleObject::new(&context, surface, displacement, DAffine3::IDENTITY).expect("an object");
+    object.triangles(&context, &SHEET, 1).expect("triangles")
 });
 
 fuzz_target!(|data: &[u8]| {
@@ -75,7 +89,10 @@ fn read(bytes: &[u8]) {
     }
     recipe.settings.triangles = recipe.settings.triangles.min(MOST as u32);
     recipe.settings.steps = recipe.settings.steps.min(4);
-    if let Err(error) = recipe.lay(&SHEET, &mut Silent) {
-        assert!(!error.what.is_empty());
+    let on_triangles = recipe.lay_on::<TriangleObject>(&TRIANGLES, &mut Silent);
+    for laid in [recipe.lay(&SHEET, &mut Silent), on_triangles] {
+        if let Err(error) = laid {
+            assert!(!error.what.is_empty());
+        }
     }
 }
