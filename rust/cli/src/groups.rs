@@ -5,7 +5,7 @@ use clap::Command;
 /// Headings, and the commands below each.
 const GROUPS: [(&str, &[&str]); 7] = [
     ("Scenes", &["run", "new", "check", "schema", "export"]),
-    ("Surfaces and their details", &["stroke", "doc", "tessellate"]),
+    ("Surfaces and their details", &["view", "stroke", "doc", "tessellate"]),
     ("Meshes", &["mesh", "simplify", "progressive", "decal", "crowd"]),
     ("Fluids, soft tissue and grids", &["fluid", "foam", "plot", "tissue", "grid"]),
     (

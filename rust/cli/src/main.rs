@@ -42,6 +42,8 @@ mod tessellate;
 mod tissue;
 mod transfer;
 mod triangles;
+#[cfg(feature = "view")]
+mod view;
 mod viewpoint;
 
 use std::io::Write;
@@ -122,6 +124,9 @@ enum Command {
     Farm(farm::Arguments),
     /// Plots how a simulation of a fluid went, from its statistics.
     Plot(plot::Arguments),
+    /// Opens a window in which a mesh or a document is looked at, painted and sculpted.
+    #[cfg(feature = "view")]
+    View(view::Arguments),
     /// Draws a picture of Bézier patches, a mesh or a document, on a graphics device or by rays.
     Draw(draw::Arguments),
     /// Explores shaders: which of their variables tell what is sought in a picture from what is not.
@@ -183,6 +188,8 @@ fn main() -> ExitCode {
         Command::Cache(arguments) => server::cache::run(&arguments),
         Command::Farm(arguments) => farm::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
+        #[cfg(feature = "view")]
+        Command::View(arguments) => view::run(&arguments),
         Command::Draw(arguments) => draw::run(&arguments),
         #[cfg(feature = "shader")]
         Command::Shader(arguments) => shader::run(&arguments),

@@ -1,17 +1,14 @@
-//! A window in which shaders are explored by examples (Mindek et al. 2013, Sections 4.2 and 4.3).
+//! Windows: one in which shaders are explored by examples (Mindek et al. 2013, Sections 4.2 and 4.3), and one in which a
+//! mesh or a document is looked at, painted and sculpted (Schäfer et al. 2015).
 //!
-//! A [`Session`] is what is explored: a shader, its inputs, its classified pixels and what follows from them. It knows no
-//! window. [`Panels`] shows a session and changes it by clicks and keys; [`run`] opens the window. A [`Script`] sends the same
-//! events as a mouse and a keyboard, so that a demonstration or a test plays a session without a person.
+//! What a window is about is a session that knows no window, in [`shader`] and in [`model`]; panels show it and change it by
+//! clicks and keys. A [`Script`] sends the same events as a mouse and a keyboard, so that a demonstration or a test plays a
+//! session without a person.
 
-mod panels;
-mod plots;
-mod profiles;
+pub mod model;
+mod player;
 mod script;
-mod session;
+pub mod shader;
 mod window;
 
-pub use panels::Panels;
 pub use script::Script;
-pub use session::{Opening, Session};
-pub use window::run;

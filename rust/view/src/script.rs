@@ -6,7 +6,11 @@
 //! ask 120 80              middle button: why this pixel
 //! press NAME              left button on a button, tab or box by what stands on it
 //! drag A B 0.1 0.1 0.6 0.9   brushes the plot of features A and B, in shares of its width and height from the upper left
-//! key s                   a key, with `ctrl+` before it where Control is down
+//! drag left 0.3 0.5 0.6 0.5  drags over the view of a model, in shares of it; also `middle`, `right`, `ctrl+left`, `shift+left`
+//! point 0.3 0.5           the pointer over the view
+//! wheel -2                notches of the wheel, where the pointer is
+//! resize 960 600          other width and height of the window
+//! key s                   a key, with `ctrl+` and `shift+` before it where these are down
 //! type TEXT               text where the focus is
 //! text FILE               the text of the shader, replaced by that of a file
 //! wait_frames 3           nothing, for that many frames
@@ -18,6 +22,7 @@
 
 use std::path::{Path, PathBuf};
 
+use egui::Modifiers;
 use relievo_core::{Error, Result};
 
 /// Bytes that a script may have.
@@ -39,9 +44,22 @@ pub(crate) enum Act {
         from: [f32; 2],
         to: [f32; 2],
     },
+    /// A button dragged over the view, between two places in shares of it.
+    Sweep {
+        button: egui::PointerButton,
+        modifiers: Modifiers,
+        from: [f32; 2],
+        to: [f32; 2],
+    },
+    /// The pointer at a place of the view, in shares of it.
+    Point([f32; 2]),
+    /// Notches of the wheel, positive away from the user.
+    Wheel(f32),
+    /// Points of the window's width and height.
+    Resize([u32; 2]),
     Key {
         key: egui::Key,
-        has_control: bool,
+        modifiers: Modifiers,
     },
     Type(String),
     Text(PathBuf),
@@ -68,7 +86,7 @@ impl Script {
             let refused = || {
                 Error::invalid(format!("{line:?} is no act"))
                     .at(format!("line {}", index + 1))
-                    .advise("see the acts in `relievo shader view --help`")
+                    .advise("see the acts in `relievo view --help` and `relievo shader view --help`")
             };
             acts.push(act(line).ok_or_else(refused)?);
         }
@@ -99,6 +117,16 @@ fn act(line: &str) -> Option<Act> {
         "ask" => click(egui::PointerButton::Middle),
         "press" => Some(Act::Press(named?)),
         "drag" => match parts.as_slice() {
+            [which, x0, y0, x1, y1] => {
+                let (modifiers, button) = held(which);
+                let button = match button {
+                    "left" => egui::PointerButton::Primary,
+                    "middle" => egui::PointerButton::Middle,
+                    "right" => egui::PointerButton::Secondary,
+                    _ => return None,
+                };
+                Some(Act::Sweep { button, modifiers, from: [share(x0)?, share(y0)?], to: [share(x1)?, share(y1)?] })
+            }
             [a, b, x0, y0, x1, y1] => Some(Act::Drag {
                 axes: [a.parse().ok()?, b.parse().ok()?],
                 from: [share(x0)?, share(y0)?],
@@ -106,13 +134,22 @@ fn act(line: &str) -> Option<Act> {
             }),
             _ => None,
         },
+        "point" => match parts.as_slice() {
+            [x, y] => Some(Act::Point([share(x)?, share(y)?])),
+            _ => None,
+        },
+        "wheel" => rest.parse().ok().filter(|notches: &f32| notches.abs() <= 100.0).map(Act::Wheel),
+        "resize" => match parts.as_slice() {
+            [width, height] => {
+                let edge = |text: &str| text.parse().ok().filter(|edge| (100..=8192).contains(edge));
+                Some(Act::Resize([edge(width)?, edge(height)?]))
+            }
+            _ => None,
+        },
         "key" => {
-            let (has_control, name) = match rest.strip_prefix("ctrl+") {
-                Some(name) => (true, name),
-                None => (false, rest),
-            };
+            let (modifiers, name) = held(rest);
             let name = if name.len() == 1 { name.to_ascii_uppercase() } else { name.to_owned() };
-            Some(Act::Key { key: egui::Key::from_name(&name)?, has_control })
+            Some(Act::Key { key: egui::Key::from_name(&name)?, modifiers })
         }
         "type" => Some(Act::Type(named?)),
         "text" => Some(Act::Text(named?.into())),
@@ -120,6 +157,20 @@ fn act(line: &str) -> Option<Act> {
         "screenshot" => Some(Act::Screenshot(named?.into())),
         "quit" if rest.is_empty() => Some(Act::Quit),
         _ => None,
+    }
+}
+
+/// Splits the modifiers off the name of a key or button.
+fn held(text: &str) -> (Modifiers, &str) {
+    let (mut modifiers, mut name) = (Modifiers::NONE, text);
+    loop {
+        if let Some(rest) = name.strip_prefix("ctrl+") {
+            (modifiers, name) = (modifiers | Modifiers::CTRL | Modifiers::COMMAND, rest);
+        } else if let Some(rest) = name.strip_prefix("shift+") {
+            (modifiers, name) = (modifiers | Modifiers::SHIFT, rest);
+        } else {
+            return (modifiers, name);
+        }
     }
 }
 
@@ -136,12 +187,30 @@ mod tests {
         let script =
             Script::parse("# start\nclick 3 4\n\nkey ctrl+s\ndrag 0 1 0.1 0.2 0.5 1\npress Write vector\n").unwrap();
         assert_eq!(script.acts[0], Act::Click { pixel: [3, 4], button: egui::PointerButton::Primary });
-        assert_eq!(script.acts[1], Act::Key { key: egui::Key::S, has_control: true });
+        let control = Modifiers::CTRL | Modifiers::COMMAND;
+        assert_eq!(script.acts[1], Act::Key { key: egui::Key::S, modifiers: control });
         assert_eq!(script.acts[2], Act::Drag { axes: [0, 1], from: [0.1, 0.2], to: [0.5, 1.0] });
         assert_eq!(script.acts[3], Act::Press("Write vector".into()));
-        for wrong in
-            ["clock 3 4", "click 3", "click -1 4", "drag 0 1 0 0 2 1", "key nothing", "wait_frames", "quit now"]
-        {
+        let script =
+            Script::parse("drag shift+middle 0 0.5 1 0.5\nwheel -2\nresize 960 600\nkey ctrl+shift+z").unwrap();
+        let (button, [from, to]) = (egui::PointerButton::Middle, [[0.0, 0.5], [1.0, 0.5]]);
+        assert_eq!(script.acts[0], Act::Sweep { button, modifiers: Modifiers::SHIFT, from, to });
+        assert_eq!(script.acts[1..3], [Act::Wheel(-2.0), Act::Resize([960, 600])]);
+        assert_eq!(script.acts[3], Act::Key { key: egui::Key::Z, modifiers: control | Modifiers::SHIFT });
+        for wrong in [
+            "clock 3 4",
+            "click 3",
+            "click -1 4",
+            "drag 0 1 0 0 2 1",
+            "drag left 0 0 2 1",
+            "drag up 0 0 1 1",
+            "point 0.5",
+            "wheel nan",
+            "resize 9 9",
+            "key nothing",
+            "wait_frames",
+            "quit now",
+        ] {
             let error = Script::parse(&format!("wait_frames 1\n{wrong}")).unwrap_err();
             assert!(error.to_string().contains("line 2"), "{error}");
         }

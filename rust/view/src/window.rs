@@ -1,14 +1,13 @@
-//! The window: events of the mouse, the keyboard and scripts go to the panels, and what these draw is presented.
+//! The window: events of the mouse, the keyboard and scripts go to its content, and what this draws is presented.
 
-use std::collections::VecDeque;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use egui::{Event, Modifiers, PointerButton, Pos2, Rect, ViewportId, pos2};
+use egui::{Pos2, Rect, ViewportId};
 use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};
 use relievo_core::{Error, ErrorKind, Result};
-use relievo_gpu::{Buffer, wgpu};
+use relievo_gpu::{Buffer, Device, wgpu};
 use relievo_render::Image;
 use relievo_render::color::decode_srgb;
 use winit::application::ApplicationHandler;
@@ -16,121 +15,113 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop};
 use winit::window::{Window, WindowId};
 
-use crate::panels::Panels;
-use crate::script::{Act, Script};
-use crate::session::Session;
+use crate::player::{Player, Wish};
+use crate::script::Script;
 
 /// Points of the window at first.
 const SIZE: [f64; 2] = [1440.0, 860.0];
 
-/// Frames that a script waits for a widget that is not there yet.
-const PATIENCE: u32 = 120;
-
-/// Opens the window of a session and returns when it is closed. A script acts first; the window closes at its end.
+/// Opens a window and returns its content when it is closed. A script acts first; the window closes at its end.
 ///
 /// Fails if there is no display, if the graphics device cannot present to it, or if an act of the script finds no widget.
-pub fn run(session: Session, script: Option<Script>) -> Result<()> {
+pub(crate) fn run<C: Content>(context: egui::Context, content: C, script: Option<Script>) -> Result<C> {
     let events = EventLoop::new().map_err(|error| {
         Error::new(ErrorKind::Device, format!("no window can be opened: {error}"))
-            .advise("run it on a desktop with X11, or use `relievo shader run` and `classify`, which need no display")
+            .advise(format!("run it on a desktop with X11, or use {}, which need no display", C::without_window()))
     })?;
-    let mut application = Application {
-        session,
-        context: egui::Context::default(),
-        player: script.map(Player::new),
-        shown: None,
-        outcome: Ok(()),
-    };
+    let mut application =
+        Application { content, context, player: script.map(Player::new), shown: None, outcome: Ok(()) };
     let ended = events.run_app(&mut application);
     application.outcome?;
-    ended.map_err(|error| Error::new(ErrorKind::Device, format!("the window failed: {error}")))
+    ended.map_err(|error| Error::new(ErrorKind::Device, format!("the window failed: {error}")))?;
+    Ok(application.content)
 }
 
-/// A script that is played.
-struct Player {
-    acts: VecDeque<Act>,
-    /// Events of the next frames.
-    frames: VecDeque<Vec<Event>>,
-    waited: u32,
-}
+/// What a window shows, and what scripts ask of it.
+pub(crate) trait Content {
+    /// The title of the window.
+    fn title(&self) -> String;
 
-/// What a frame of a script asks for besides events.
-enum Wish {
-    Nothing,
-    Screenshot(std::path::PathBuf),
-    End,
-}
+    /// The commands that need no display, as advice where no window can be opened.
+    fn without_window() -> &'static str;
 
-impl Player {
-    fn new(script: Script) -> Self {
-        Self { acts: script.acts.into(), frames: VecDeque::new(), waited: 0 }
+    /// The device that draws.
+    fn device(&self) -> &Device;
+
+    /// Lays out a frame and acts on what the user does.
+    fn show(&mut self, ui: &mut egui::Ui);
+
+    /// Records what is drawn below the panels, into the whole of the target.
+    ///
+    /// # Errors
+    /// The device has no memory for it, or is lost.
+    fn draw(&mut self, encoder: &mut wgpu::CommandEncoder, target: &Target<'_>) -> Result<()> {
+        let _pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &[Some(attachment(target.view, wgpu::LoadOp::Clear(wgpu::Color::BLACK)))],
+            ..Default::default()
+        });
+        Ok(())
     }
 
-    /// Returns the events of the next frame.
-    fn step(&mut self, panels: &mut Panels, session: &mut Session) -> Result<(Vec<Event>, Wish)> {
-        if let Some(events) = self.frames.pop_front() {
-            return Ok((events, Wish::Nothing));
-        }
-        let Some(act) = self.acts.front().cloned() else { return Ok((Vec::new(), Wish::End)) };
-        let frames = match &act {
-            Act::Click { pixel, button } => panels.place(*pixel, session.size()).map(|at| click(at, *button)),
-            Act::Press(name) => panels.widget(name).map(|area| click(area.center(), PointerButton::Primary)),
-            Act::Drag { axes, from, to } => panels.plot(*axes).map(|area| drag(area, *from, *to)),
-            Act::Key { key, has_control } => {
-                let modifiers = if *has_control { Modifiers::CTRL | Modifiers::COMMAND } else { Modifiers::NONE };
-                let event =
-                    |pressed| vec![Event::Key { key: *key, physical_key: None, pressed, repeat: false, modifiers }];
-                Some(vec![event(true), event(false)])
-            }
-            Act::Type(text) => Some(vec![vec![Event::Text(text.clone())]]),
-            Act::Text(file) => {
-                session.text = relievo_shaderlab::Source::read(file)?.text.to_string();
-                panels.text_changed();
-                Some(vec![Vec::new(); 2])
-            }
-            Act::Wait(count) => Some(vec![Vec::new(); *count as usize]),
-            Act::Screenshot(file) => {
-                self.acts.pop_front();
-                return Ok((Vec::new(), Wish::Screenshot(file.clone())));
-            }
-            Act::Quit => return Ok((Vec::new(), Wish::End)),
-        };
-        match frames {
-            Some(frames) => {
-                self.acts.pop_front();
-                self.waited = 0;
-                self.frames = frames.into();
-                Ok((self.frames.pop_front().unwrap_or_default(), Wish::Nothing))
-            }
-            None if self.waited < PATIENCE => {
-                self.waited += 1;
-                Ok((Vec::new(), Wish::Nothing))
-            }
-            None => Err(Error::invalid(format!("the window shows nothing for {act:?}")).at("the script")),
-        }
+    /// Notes that a person or a script asks the window to close, which unsaved work may refuse.
+    fn close(&mut self);
+
+    /// Whether the window is to close.
+    fn closes(&self) -> bool;
+
+    /// Shows a fault of the window.
+    fn say(&mut self, message: String);
+
+    /// Writes beside its files what was not saved. Returns where, if there was anything.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    fn rescue(&mut self) -> Result<Option<PathBuf>>;
+
+    /// Returns where the widget of a name was drawn last, in points.
+    fn widget(&self, name: &str) -> Option<Rect>;
+
+    /// Returns the middle of a pixel of the picture, in points.
+    fn pixel(&self, _pixel: [u32; 2]) -> Option<Pos2> {
+        None
+    }
+
+    /// Returns where the plot of two features was drawn last, in points.
+    fn plot(&self, _axes: [usize; 2]) -> Option<Rect> {
+        None
+    }
+
+    /// Returns where the view of a model was drawn last, in points.
+    fn view(&self) -> Option<Rect> {
+        None
+    }
+
+    /// Takes the text of a file in place of the one that is edited.
+    ///
+    /// # Errors
+    /// There is no text to edit, or the file cannot be read.
+    fn replace_text(&mut self, file: &Path) -> Result<()> {
+        Err(Error::invalid("this window has no text").at(file.display().to_string()))
     }
 }
 
-fn button(at: Pos2, button: PointerButton, pressed: bool) -> Event {
-    Event::PointerButton { pos: at, button, pressed, modifiers: Modifiers::NONE }
+/// What a frame is drawn into.
+pub(crate) struct Target<'a> {
+    pub view: &'a wgpu::TextureView,
+    pub format: wgpu::TextureFormat,
+    /// Pixels.
+    pub size: [u32; 2],
+    /// Pixels of a point.
+    pub scale: f32,
 }
 
-/// Returns frames in which the pointer moves to a place, presses a button and releases it.
-fn click(at: Pos2, which: PointerButton) -> Vec<Vec<Event>> {
-    vec![vec![Event::PointerMoved(at)], vec![button(at, which, true)], vec![button(at, which, false)], Vec::new()]
-}
-
-fn drag(area: Rect, from: [f32; 2], to: [f32; 2]) -> Vec<Vec<Event>> {
-    let at = |[x, y]: [f32; 2]| pos2(area.left() + x * area.width(), area.top() + y * area.height());
-    let (first, last) = (at(from), at(to));
-    vec![
-        vec![Event::PointerMoved(first)],
-        vec![button(first, PointerButton::Primary, true)],
-        vec![Event::PointerMoved(first.lerp(last, 0.5))],
-        vec![Event::PointerMoved(last)],
-        vec![button(last, PointerButton::Primary, false)],
-        Vec::new(),
-    ]
+/// Describes a target of colour of a pass.
+pub(crate) fn attachment(
+    view: &wgpu::TextureView,
+    load: wgpu::LoadOp<wgpu::Color>,
+) -> wgpu::RenderPassColorAttachment<'_> {
+    let ops = wgpu::Operations { load, store: wgpu::StoreOp::Store };
+    wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops }
 }
 
 /// What is there while the window is open.
@@ -140,25 +131,24 @@ struct Shown {
     configuration: wgpu::SurfaceConfiguration,
     input: egui_winit::State,
     renderer: Renderer,
-    panels: Panels,
 }
 
-struct Application {
-    session: Session,
+struct Application<C> {
+    content: C,
     context: egui::Context,
     player: Option<Player>,
     shown: Option<Shown>,
     outcome: Result<()>,
 }
 
-impl Application {
+impl<C: Content> Application<C> {
     fn open(&self, events: &ActiveEventLoop) -> Result<Shown> {
         let failed = |error: String| Error::new(ErrorKind::Device, format!("the window cannot be opened: {error}"));
         let size = winit::dpi::LogicalSize::new(SIZE[0], SIZE[1]);
-        let attributes = Window::default_attributes().with_title("Relievo: shaders").with_inner_size(size);
+        let attributes = Window::default_attributes().with_title(self.content.title()).with_inner_size(size);
         let window = Arc::new(events.create_window(attributes).map_err(|error| failed(error.to_string()))?);
         let size = window.inner_size();
-        let device = self.session.device();
+        let device = self.content.device();
         let target = wgpu::SurfaceTarget::DisplayAndWindow(Box::new(Arc::clone(&window)));
         let (surface, configuration) = device.surface(target, [size.width.max(1), size.height.max(1)])?;
         device.guard(|| surface.configure(device.wgpu(), &configuration))?;
@@ -168,34 +158,39 @@ impl Application {
         let scale = window.scale_factor() as f32;
         let input =
             egui_winit::State::new(self.context.clone(), ViewportId::ROOT, &window, Some(scale), None, Some(most));
-        let panels = Panels::new(&self.context, &self.session);
-        Ok(Shown { window, surface, configuration, input, renderer, panels })
+        Ok(Shown { window, surface, configuration, input, renderer })
     }
 
     /// Draws a frame. Returns how long nothing changes without an event, or `None` once the window is to close.
     fn frame(&mut self) -> Result<Option<Duration>> {
-        let Self { session, context, player, shown, .. } = self;
+        let Self { content, context, player, shown, .. } = self;
         let Some(shown) = shown else { return Ok(Some(Duration::MAX)) };
         let mut input = shown.input.take_egui_input(&shown.window);
         let mut wish = Wish::Nothing;
         if let Some(player) = player {
-            let (events, wished) = player.step(&mut shown.panels, session)?;
+            let (events, wished) = player.step(content)?;
             // A script has the focus that a person would give by a click.
             input.focused = true;
             input.events.extend(events);
             wish = wished;
         }
-        let output = context.run_ui(input, |ui| shown.panels.show(ui, session));
+        let output = context.run_ui(input, |ui| content.show(ui));
         shown.input.handle_platform_output(&shown.window, output.platform_output);
         let meshes = context.tessellate(output.shapes, output.pixels_per_point);
-        shown.paint(session, &meshes, &output.textures_delta, output.pixels_per_point)?;
+        shown.paint(content, &meshes, &output.textures_delta, output.pixels_per_point)?;
         if let Wish::Screenshot(file) = &wish {
-            shown.screenshot(session, &meshes, output.pixels_per_point, file)?;
+            shown.screenshot(content, &meshes, output.pixels_per_point, file)?;
         }
         for texture in &output.textures_delta.free {
             shown.renderer.free_texture(texture);
         }
-        if shown.panels.closes() || matches!(wish, Wish::End) {
+        if let Wish::Resize([width, height]) = wish {
+            // What is granted at once is not told by an event.
+            if let Some(size) = shown.window.request_inner_size(winit::dpi::PhysicalSize::new(width, height)) {
+                shown.resize(content.device(), size)?;
+            }
+        }
+        if content.closes() || matches!(wish, Wish::End) {
             return Ok(None);
         }
         let delay = output.viewport_output.get(&ViewportId::ROOT).map_or(Duration::MAX, |it| it.repaint_delay);
@@ -204,14 +199,23 @@ impl Application {
 }
 
 impl Shown {
+    /// Takes on another size in pixels.
+    fn resize(&mut self, device: &Device, size: winit::dpi::PhysicalSize<u32>) -> Result<()> {
+        if size.width == 0 || size.height == 0 {
+            return Ok(());
+        }
+        (self.configuration.width, self.configuration.height) = (size.width, size.height);
+        device.guard(|| self.surface.configure(device.wgpu(), &self.configuration))
+    }
+
     fn paint(
         &mut self,
-        session: &Session,
+        content: &mut impl Content,
         meshes: &[egui::ClippedPrimitive],
         textures: &egui::TexturesDelta,
         scale: f32,
     ) -> Result<()> {
-        let device = session.device();
+        let device = &content.device().clone();
         for (id, delta) in textures.set.iter().flat_map(|(id, deltas)| deltas.iter().map(move |delta| (id, delta))) {
             device.guard(|| self.renderer.update_texture(device.wgpu(), device.queue(), *id, delta))?;
         }
@@ -224,43 +228,40 @@ impl Shown {
         };
         let mut frame = device.frame()?;
         let view = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
-        self.record(session, frame.encoder(), &view, meshes, scale);
+        self.record(content, frame.encoder(), &view, meshes, scale)?;
         let _submitted = frame.submit()?;
         device.guard(|| device.queue().present(texture))
     }
 
     fn record(
         &mut self,
-        session: &Session,
+        content: &mut impl Content,
         encoder: &mut wgpu::CommandEncoder,
         view: &wgpu::TextureView,
         meshes: &[egui::ClippedPrimitive],
         scale: f32,
-    ) {
-        let device = session.device();
-        let size_in_pixels = [self.configuration.width, self.configuration.height];
-        let screen = ScreenDescriptor { size_in_pixels, pixels_per_point: scale };
+    ) -> Result<()> {
+        let size = [self.configuration.width, self.configuration.height];
+        content.draw(encoder, &Target { view, format: self.configuration.format, size, scale })?;
+        let device = content.device();
+        let screen = ScreenDescriptor { size_in_pixels: size, pixels_per_point: scale };
         self.renderer.update_buffers(device.wgpu(), device.queue(), encoder, meshes, &screen);
-        let attachment = wgpu::RenderPassColorAttachment {
-            view,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
-        };
-        let descriptor = wgpu::RenderPassDescriptor { color_attachments: &[Some(attachment)], ..Default::default() };
+        let color_attachments = &[Some(attachment(view, wgpu::LoadOp::Load))];
+        let descriptor = wgpu::RenderPassDescriptor { color_attachments, ..Default::default() };
         let mut pass = encoder.begin_render_pass(&descriptor).forget_lifetime();
         self.renderer.render(&mut pass, meshes, &screen);
+        Ok(())
     }
 
     /// Draws the frame once more and writes it to a file.
     fn screenshot(
         &mut self,
-        session: &Session,
+        content: &mut impl Content,
         meshes: &[egui::ClippedPrimitive],
         scale: f32,
         file: &Path,
     ) -> Result<()> {
-        let device = session.device();
+        let device = &content.device().clone();
         let [width, height] = [self.configuration.width, self.configuration.height];
         let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         let row = width.next_multiple_of(64);
@@ -279,7 +280,7 @@ impl Shown {
         })?;
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
         let mut frame = device.frame()?;
-        self.record(session, frame.encoder(), &view, meshes, scale);
+        self.record(content, frame.encoder(), &view, meshes, scale)?;
         let layout =
             wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(4 * row), rows_per_image: Some(height) };
         let target = wgpu::TexelCopyBufferInfo { buffer: buffer.wgpu(), layout };
@@ -298,7 +299,7 @@ impl Shown {
     }
 }
 
-impl ApplicationHandler for Application {
+impl<C: Content> ApplicationHandler for Application<C> {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         if self.shown.is_some() {
             return;
@@ -323,14 +324,12 @@ impl ApplicationHandler for Application {
         }
         match event {
             WindowEvent::CloseRequested => {
-                shown.panels.close(&self.session);
+                self.content.close();
                 shown.window.request_redraw();
             }
-            WindowEvent::Resized(size) if size.width > 0 && size.height > 0 => {
-                (shown.configuration.width, shown.configuration.height) = (size.width, size.height);
-                let device = self.session.device();
-                if let Err(error) = device.guard(|| shown.surface.configure(device.wgpu(), &shown.configuration)) {
-                    self.session.message = Some(error.to_string());
+            WindowEvent::Resized(size) => {
+                if let Err(error) = shown.resize(self.content.device(), size) {
+                    self.content.say(error.to_string());
                 }
                 shown.window.request_redraw();
             }
@@ -346,7 +345,7 @@ impl ApplicationHandler for Application {
                     None => ControlFlow::Wait,
                 }),
                 Err(error) => {
-                    let error = match self.session.rescue() {
+                    let error = match self.content.rescue() {
                         Ok(None) => error,
                         Ok(Some(path)) => error.advise(format!("what was not saved is in {}", path.display())),
                         Err(second) => error.advise(format!("what was not saved is lost: {second}")),

@@ -2,7 +2,7 @@
 
 use relievo_gpu::{Device, DeviceOptions};
 use relievo_shaderlab::{Class, Inputs, Project};
-use relievo_view::{Opening, Session};
+use relievo_view::shader::{Opening, Session};
 
 #[test]
 fn what_is_not_saved_is_rescued_beside_the_files() {

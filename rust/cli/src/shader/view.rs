@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use relievo_view::{Opening, Script, Session};
+use relievo_view::Script;
+use relievo_view::shader::{Opening, Session};
 
 use super::opened::{Begun, Options};
 use crate::Outcome;
@@ -32,6 +33,6 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let script = arguments.script.as_deref().map(Script::read).transpose()?;
     let Begun { project, inputs, size, device } = options.begin()?;
     let file = options.is_project().then(|| options.file.clone());
-    relievo_view::run(Session::open(Opening { device, project, file, inputs, size })?, script)?;
+    relievo_view::shader::run(Session::open(Opening { device, project, file, inputs, size })?, script)?;
     Ok(ExitCode::SUCCESS)
 }

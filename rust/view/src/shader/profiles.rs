@@ -4,8 +4,8 @@
 use egui::{Color32, Pos2, Rect, Sense, Stroke, Ui, pos2, vec2};
 use relievo_shaderlab::Log;
 
-use crate::plots::{ASKED, BRUSH, Linked, color, framed, span, title};
-use crate::session::Session;
+use super::plots::{ASKED, BRUSH, Linked, color, framed, span, title};
+use super::session::Session;
 
 /// Points of the height of a plot.
 const HEIGHT: f32 = 84.0;

@@ -8,9 +8,9 @@ use relievo_render::Image;
 use relievo_render::color::srgb_byte;
 use relievo_shaderlab::{Class, Value, Variable};
 
-use crate::plots::{ASKED, Linked, NEGATIVE, POSITIVE, matrix};
-use crate::profiles::profiles;
-use crate::session::Session;
+use super::plots::{ASKED, Linked, NEGATIVE, POSITIVE, matrix};
+use super::profiles::profiles;
+use super::session::Session;
 
 /// Seconds without a key after which the text is compiled.
 const PAUSE: f64 = 0.4;

@@ -6,7 +6,7 @@
 use egui::{Color32, Pos2, Rect, Sense, Stroke, StrokeKind, Ui, Vec2, pos2, vec2};
 use relievo_shaderlab::Class;
 
-use crate::session::Session;
+use super::session::Session;
 
 /// Colours of the positive class, the negative one, the pixel asked about, and the brush.
 pub(crate) const POSITIVE: Color32 = Color32::from_rgb(0, 158, 115);

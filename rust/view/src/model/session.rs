@@ -1,0 +1,667 @@
+//! What a window is about: an object with its layers, its history and its file. It knows no window.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use relievo_core::{Context, Error, Mesh, Result};
+use relievo_detail::{History, LayerInfo, LayeredObject, OpenStroke, StrokePoint, StrokeReport};
+use relievo_document::format::EXTENSION;
+use relievo_document::{Document, Kind, Settings};
+use relievo_tiles::Blocks;
+
+use super::brush::{Brush, Held};
+use super::costs::Costs;
+use super::object::{Object, SurfaceKind, affordable_cells, each, kind_of};
+use super::picker::{Picked, Picker};
+use super::triangles::Triangles;
+
+/// Bytes of edits that stay in memory.
+const HISTORY: u64 = 256 << 20;
+
+/// What the name of the file ends with that edits are kept in until they are saved.
+const AUTOSAVE: &str = "autosave.relievo";
+
+/// Extensions of meshes that are looked for beside a document.
+const MESHES: [&str; 9] = ["obj", "ply", "glb", "gltf", "usda", "usd", "usdc", "stl", "off"];
+
+/// Number of a stage in [`super::costs::STAGES`].
+const PICK: usize = 0;
+const DABS: usize = 1;
+const TRIANGLES: usize = 2;
+
+/// What a session begins with.
+#[derive(Clone, Debug)]
+pub struct Opening {
+    /// A mesh or a document.
+    pub file: PathBuf,
+    /// The mesh that the document was made on; without it the one beside it that has the same name.
+    pub mesh: Option<PathBuf>,
+    /// What the mesh is taken for: its triangles if it has no other faces and nothing is said. That of a document is what
+    /// it was made on.
+    pub kind: Option<SurfaceKind>,
+    /// Cells along an edge of a face, a power of two from 1 to 256; as many as some hundred thousand triangles allow if
+    /// nothing is said.
+    pub cells: Option<u32>,
+}
+
+/// An object that is looked at and edited.
+pub struct Session {
+    context: Context,
+    mesh: Mesh,
+    mesh_path: PathBuf,
+    object: Object,
+    triangles: Triangles,
+    picker: Picker,
+    history: History,
+    /// What edits are called, those that are done and then those that are undone.
+    labels: Vec<String>,
+    /// The file that edits go to.
+    document: Option<PathBuf>,
+    /// The file that edits are kept in until they are saved.
+    autosave: Option<PathBuf>,
+    /// Whether edits cannot be kept so.
+    is_autosave_refused: bool,
+    /// What an earlier session left that was not saved.
+    recoverable: Option<PathBuf>,
+    stroke: Option<OpenStroke>,
+    /// What the edit under way is called.
+    label: String,
+    /// Points that may be others than the view has.
+    changed: Vec<Range<u32>>,
+    /// Points that may be others than the caster has.
+    moved: Vec<Range<u32>>,
+    /// The triangles that the caster is of.
+    picked_serial: u64,
+    /// The brush.
+    pub brush: Brush,
+    /// What events cost.
+    pub costs: Costs,
+    /// What the user should know.
+    pub message: Option<String>,
+    /// Smallest and largest coordinates.
+    bounds: [DVec3; 2],
+}
+
+impl std::fmt::Debug for Session {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.debug_struct("Session").field("mesh", &self.mesh_path).finish_non_exhaustive()
+    }
+}
+
+/// Whether a file is a document.
+fn is_document(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(EXTENSION))
+}
+
+/// The mesh beside a document that has the same name.
+fn mesh_beside(document: &Path) -> Result<PathBuf> {
+    let found = MESHES.iter().map(|extension| document.with_extension(extension)).find(|path| path.is_file());
+    found.ok_or_else(|| {
+        Error::invalid("no mesh of the same name is beside the document")
+            .at(document.display().to_string())
+            .advise("name the mesh after the document")
+    })
+}
+
+impl Session {
+    /// Opens a mesh or a document.
+    ///
+    /// # Errors
+    /// A file cannot be read, the document was made on another mesh or another program works on it, or memory runs out.
+    pub fn open(context: Context, opening: &Opening) -> Result<Self> {
+        let (mesh_path, document) = match (is_document(&opening.file), &opening.mesh) {
+            (true, Some(mesh)) => (mesh.clone(), Some(opening.file.clone())),
+            (true, None) => (mesh_beside(&opening.file)?, Some(opening.file.clone())),
+            (false, None) => (opening.file.clone(), None),
+            (false, Some(_)) => {
+                return Err(Error::invalid("a second file is the mesh of a document")
+                    .at(opening.file.display().to_string())
+                    .advise("name a document, then its mesh"));
+            }
+        };
+        let mesh = relievo_meshio::read(&context, &mesh_path)?;
+        let named = |error: Error| error.at(mesh_path.display().to_string());
+        let (opened, history) = match &document {
+            Some(path) => {
+                let (opened, history) = History::open(path, context.memory_limit(), HISTORY)?;
+                (Some(opened), history)
+            }
+            None => (None, History::new(HISTORY)),
+        };
+        let kind = match &opened {
+            Some(document) if document.topology().is_of_triangles() => SurfaceKind::Triangles,
+            Some(_) => SurfaceKind::Surface,
+            None => opening.kind.unwrap_or_else(|| kind_of(&mesh)),
+        };
+        let cells = opening.cells.unwrap_or_else(|| affordable_cells(&mesh, kind));
+        let (object, notes) = Object::open(&context, &mesh, kind, opened.as_ref(), cells).map_err(named)?;
+        let triangles = Triangles::new(&context, &object, &mesh, cells).map_err(named)?;
+        let picker = Picker::new(triangles.points(), triangles.corners())?;
+        let bounds = bounds(triangles.points());
+        let autosave = mesh_path.with_extension(AUTOSAVE);
+        let recoverable = (document.is_none() && autosave.is_file()).then_some(autosave);
+        let edits = history.undo_count() + history.redo_count();
+        Ok(Self {
+            brush: Brush::new((bounds[1] - bounds[0]).length().max(1e-6)),
+            labels: (1..=edits).map(|number| format!("edit {number}")).collect(),
+            message: (!notes.is_empty()).then(|| notes.join("; ")),
+            context,
+            mesh,
+            mesh_path,
+            object,
+            triangles,
+            picker,
+            history,
+            document,
+            autosave: None,
+            is_autosave_refused: false,
+            recoverable,
+            stroke: None,
+            label: String::new(),
+            changed: Vec::new(),
+            moved: Vec::new(),
+            picked_serial: 0,
+            costs: Costs::default(),
+            bounds,
+        })
+    }
+
+    /// Smallest and largest coordinates of the triangles as they were opened.
+    pub(crate) fn bounds(&self) -> [DVec3; 2] {
+        self.bounds
+    }
+
+    /// Smallest and largest coordinates of the triangles as they are.
+    pub(crate) fn extent(&self) -> [DVec3; 2] {
+        bounds(self.triangles.points())
+    }
+
+    /// The triangles that show the object.
+    pub(crate) fn triangles(&self) -> &Triangles {
+        &self.triangles
+    }
+
+    /// The number of triangles.
+    pub fn triangle_count(&self) -> usize {
+        self.triangles.corners().len() / 3
+    }
+
+    /// The faces of the mesh.
+    pub fn face_count(&self) -> usize {
+        self.mesh.face_sizes.len()
+    }
+
+    /// Takes the points that may be others since this was called last, ascending in parts.
+    pub(crate) fn take_changed(&mut self) -> Vec<Range<u32>> {
+        std::mem::take(&mut self.changed)
+    }
+
+    /// Whether pinching and other changes of vectors can be made.
+    pub(crate) fn is_bendable(&mut self) -> bool {
+        self.object.canvas().is_bendable()
+    }
+
+    /// What a ray meets first on the surface; while a stroke is drawn, on the one that it began on.
+    ///
+    /// # Errors
+    /// The caster has no memory for what changed.
+    pub fn pick(&mut self, ray: (DVec3, DVec3)) -> Result<Option<Picked>> {
+        if self.stroke.is_none() {
+            self.follow()?;
+        }
+        self.costs.stage(PICK, || self.picker.pick(ray))
+    }
+
+    /// Brings the caster to the triangles.
+    fn follow(&mut self) -> Result<()> {
+        if self.picked_serial != self.triangles.serial {
+            let made = Picker::new(self.triangles.points(), self.triangles.corners());
+            (self.picker, self.picked_serial) = (made?, self.triangles.serial);
+        } else if !self.moved.is_empty() {
+            self.picker.update(self.triangles.points(), &self.moved)?;
+        }
+        self.moved.clear();
+        Ok(())
+    }
+
+    /// Whether a stroke is being drawn.
+    pub fn is_drawing(&self) -> bool {
+        self.stroke.is_some()
+    }
+
+    /// Begins a stroke with the brush.
+    ///
+    /// # Errors
+    /// The layer that is edited is hidden, another edit is under way, or the journal cannot be written.
+    pub fn begin_stroke(&mut self, held: Held) -> Result<()> {
+        self.follow()?;
+        let label = self.brush.label(held);
+        let Self { context, object, history, costs, brush, .. } = self;
+        let begun = costs.other("begin", || {
+            each!(&mut *object, it => history.begin(context, &mut **it, &label))?;
+            OpenStroke::begin(context, brush.stroke(held), &mut [object.canvas()])
+        });
+        match begun {
+            Ok(stroke) => {
+                self.stroke = Some(stroke);
+                self.label = label;
+                Ok(())
+            }
+            Err(error) => {
+                if self.history.is_under_way() {
+                    each!(&mut self.object, it => self.history.abandon(&self.context, &mut **it))?;
+                }
+                Err(error)
+            }
+        }
+    }
+
+    /// Goes on with the stroke along rays, each with the pressure of the pen from 0 to 1. Rays that miss are left out.
+    ///
+    /// # Errors
+    /// No stroke was begun, or a channel has no memory.
+    pub fn extend_stroke(&mut self, rays: &[((DVec3, DVec3), f64)]) -> Result<()> {
+        let Some(mut stroke) = self.stroke.take() else {
+            return Err(Error::invalid("no stroke was begun").advise("begin one first"));
+        };
+        self.costs.end_event(false);
+        let done = self.extend(&mut stroke, rays);
+        self.stroke = Some(stroke);
+        self.costs.end_event(done.as_ref().is_ok_and(|dabs| *dabs > 0));
+        done.map(drop)
+    }
+
+    fn extend(&mut self, stroke: &mut OpenStroke, rays: &[((DVec3, DVec3), f64)]) -> Result<u64> {
+        let mut points = Vec::with_capacity(rays.len());
+        for (ray, pressure) in rays {
+            if let Some(picked) = self.pick(*ray)? {
+                points.push(StrokePoint::new(picked.point, pressure.clamp(0.0, 1.0)));
+            }
+        }
+        if points.is_empty() {
+            return Ok(0);
+        }
+        let Self { context, object, costs, .. } = self;
+        let reports = costs.stage(DABS, || stroke.extend(context, &mut [object.canvas()], &points))?;
+        let dabs = reports.iter().map(|report| report.dabs).sum();
+        self.report(reports);
+        self.show()?;
+        Ok(dabs)
+    }
+
+    /// Notes what budgets refused.
+    fn report(&mut self, reports: Vec<StrokeReport>) {
+        let refused: usize = reports.iter().map(|report| report.report.refused.len()).sum();
+        if refused > 0 {
+            self.message = Some(format!("{refused} faces got no detail: the budget of memory is used up"));
+        }
+        StrokeReport::give_back(&self.context, reports);
+    }
+
+    /// Ends the stroke: it can be undone from now on.
+    ///
+    /// # Errors
+    /// No stroke was begun, or the journal cannot be written; the stroke is then undone.
+    pub fn end_stroke(&mut self) -> Result<()> {
+        let Some(stroke) = self.stroke.take() else {
+            return Err(Error::invalid("no stroke was begun").advise("begin one first"));
+        };
+        let Self { context, object, costs, .. } = self;
+        let is_drawn = !stroke.stroke().points.is_empty();
+        let reports = costs.other("end", || match is_drawn {
+            true => stroke.end(context, &mut [object.canvas()], &[]),
+            false => Ok(Vec::new()),
+        })?;
+        self.report(reports);
+        self.end_edit()
+    }
+
+    /// Takes back the stroke that is being drawn.
+    ///
+    /// # Errors
+    /// No stroke was begun, or the journal cannot be written.
+    pub fn cancel_stroke(&mut self) -> Result<()> {
+        self.stroke = None;
+        let done = each!(&mut self.object, it => self.history.abandon(&self.context, &mut **it));
+        self.show()?;
+        done
+    }
+
+    fn end_edit(&mut self) -> Result<()> {
+        let Self { context, object, history, costs, .. } = self;
+        let ended = costs.other("record", || each!(&mut *object, it => history.end(context, &mut **it)));
+        self.show()?;
+        if ended?.is_some() {
+            self.labels.truncate(self.history.undo_count().saturating_sub(1));
+            self.labels.push(std::mem::take(&mut self.label));
+            self.keep();
+        }
+        Ok(())
+    }
+
+    /// Brings the triangles to the object.
+    fn show(&mut self) -> Result<()> {
+        let Self { context, object, triangles, costs, .. } = self;
+        let mut ranges = Vec::new();
+        costs.stage(TRIANGLES, || {
+            if let Object::Triangles(object) = object {
+                object.renew(context)?;
+            }
+            triangles.update(context, object, &mut ranges)
+        })?;
+        self.moved.extend(ranges.iter().cloned());
+        self.changed.extend(ranges);
+        Ok(())
+    }
+
+    /// Divides faces anew whose details are finer than they show, while no stroke is drawn. Returns whether there are other
+    /// triangles now.
+    ///
+    /// # Errors
+    /// Memory runs out.
+    pub fn refine(&mut self) -> Result<bool> {
+        if self.stroke.is_some() {
+            return Ok(false);
+        }
+        let Self { context, object, triangles, costs, mesh, .. } = self;
+        costs.other("refine", || triangles.refine(context, object, mesh))
+    }
+
+    /// Makes an edit of the layers that can be undone.
+    fn edit(&mut self, label: &str, edit: impl FnOnce(&Context, &mut Object) -> Result<()>) -> Result<()> {
+        let Self { context, object, history, .. } = self;
+        each!(&mut *object, it => history.begin(context, &mut **it, label))?;
+        match edit(context, object) {
+            Ok(()) => {
+                self.label = label.to_owned();
+                self.object.settle(&self.context)?;
+                self.end_edit()
+            }
+            Err(error) => {
+                each!(&mut self.object, it => self.history.abandon(&self.context, &mut **it))?;
+                self.show()?;
+                Err(error)
+            }
+        }
+    }
+
+    /// What edits are called, those that are done and then those that are undone, and how many are done.
+    pub fn edits(&self) -> (&[String], usize) {
+        (&self.labels, self.history.undo_count())
+    }
+
+    /// Undoes or makes again edits until `count` are done.
+    ///
+    /// # Errors
+    /// A stroke is being drawn, or the journal cannot be read or written.
+    pub fn go_to(&mut self, count: usize) -> Result<()> {
+        let before = self.history.undo_count();
+        loop {
+            let Self { context, object, history, .. } = self;
+            let gone = match history.undo_count().cmp(&count) {
+                std::cmp::Ordering::Greater => each!(&mut *object, it => history.undo(context, &mut **it))?,
+                std::cmp::Ordering::Less => each!(&mut *object, it => history.redo(context, &mut **it))?,
+                std::cmp::Ordering::Equal => break,
+            };
+            if gone.is_none() {
+                break;
+            }
+        }
+        if self.history.undo_count() == before {
+            return Ok(());
+        }
+        self.object.settle(&self.context)?;
+        self.show()
+    }
+
+    /// Undoes the last edit, if there is one. Fails as [`Self::go_to`] does.
+    pub fn undo(&mut self) -> Result<()> {
+        self.go_to(self.history.undo_count().saturating_sub(1))
+    }
+
+    /// Makes the edit that was undone last again, if there is one. Fails as [`Self::go_to`] does.
+    pub fn redo(&mut self) -> Result<()> {
+        self.go_to(self.history.undo_count() + 1)
+    }
+
+    /// The layers, from the lowest: those of displacement, then those of colour.
+    pub fn layers(&self) -> Vec<LayerInfo> {
+        each!(&self.object, it => it.layers())
+    }
+
+    /// Adds a layer of displacement or of colour above those of its kind, which edits then go to.
+    ///
+    /// # Errors
+    /// There are as many layers as there may be.
+    pub fn add_layer(&mut self, is_color: bool) -> Result<()> {
+        let layers = self.layers();
+        let like = layers.iter().rfind(|layer| layer.kind.is_color() == is_color);
+        let kind = like.map_or(Kind::Scalar, |layer| layer.kind);
+        let (what, size) = (if is_color { "paint" } else { "relief" }, self.size());
+        let name = (1..).map(|number| format!("{what} {number}")).find(|name| layers.iter().all(|it| it.name != *name));
+        let name = name.unwrap_or_default();
+        self.edit(&format!("add layer {name}"), |context, object| {
+            each!(object, it => it.add_layer(context, kind, &name, Settings::of(kind), size)).map(drop)
+        })
+    }
+
+    /// Texels along an edge of a face, or segments of a side.
+    fn size(&self) -> u32 {
+        match &self.object {
+            Object::Surface(object) => object.displacement().field().face_sizes().first().copied().unwrap_or(8),
+            Object::Triangles(object) => object.displacement().field().pattern().segments(),
+        }
+    }
+
+    /// Removes a layer with all that is on it.
+    ///
+    /// # Errors
+    /// It is the last of its kind.
+    pub fn remove_layer(&mut self, layer: &LayerInfo) -> Result<()> {
+        let id = layer.id;
+        self.edit(&format!("remove layer {}", layer.name), |context, object| {
+            each!(object, it => it.remove_layer(context, id)).map(drop)
+        })
+    }
+
+    /// Changes how a layer is seen.
+    ///
+    /// # Errors
+    /// There is no such layer.
+    pub fn set_layer(&mut self, layer: &LayerInfo, to: Settings) -> Result<()> {
+        let what = match (layer.settings.visible, to.visible) {
+            (true, false) => "hide",
+            (false, true) => "show",
+            _ => "opacity of",
+        };
+        let id = layer.id;
+        self.edit(&format!("{what} layer {}", layer.name), |context, object| {
+            each!(object, it => it.set_layer(context, id, to)).map(drop)
+        })
+    }
+
+    /// Puts a layer one place higher or lower among those of its kind.
+    ///
+    /// # Errors
+    /// There is no such layer.
+    pub fn shift_layer(&mut self, layer: &LayerInfo, is_up: bool) -> Result<()> {
+        let layers = self.layers();
+        let kin = layers.iter().filter(|other| other.kind.is_color() == layer.kind.is_color());
+        let Some(place) = kin.map(|other| other.id).position(|id| id == layer.id) else { return Ok(()) };
+        let to = if is_up { place + 1 } else { place.saturating_sub(1) };
+        let id = layer.id;
+        self.edit(&format!("move layer {}", layer.name), |context, object| {
+            each!(object, it => it.place_layer(context, id, to)).map(drop)
+        })
+    }
+
+    /// Names a layer.
+    ///
+    /// # Errors
+    /// The name is taken, or none.
+    pub fn rename_layer(&mut self, layer: &LayerInfo, name: &str) -> Result<()> {
+        let id = layer.id;
+        self.edit(&format!("rename layer {name}"), |_, object| each!(object, it => it.rename_layer(id, name)))
+    }
+
+    /// Has edits of its kind go to a layer.
+    ///
+    /// # Errors
+    /// There is no such layer.
+    pub fn activate_layer(&mut self, layer: &LayerInfo) -> Result<()> {
+        each!(&mut self.object, it => it.set_active_layer(&self.context, layer.id))
+    }
+
+    /// Whether there are edits that no file was saved with.
+    pub fn is_unsaved(&self) -> bool {
+        self.document.is_none() && !self.labels.is_empty()
+    }
+
+    /// The file that edits are saved to, or that they would be if nothing is said.
+    pub fn document(&self) -> PathBuf {
+        self.document.clone().unwrap_or_else(|| self.mesh_path.with_extension(EXTENSION))
+    }
+
+    /// The name of what is open.
+    pub fn name(&self) -> String {
+        let path = self.document.as_ref().unwrap_or(&self.mesh_path);
+        path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+    }
+
+    /// Saves all layers and edits; later edits go to the same file as they are made. Returns the file.
+    ///
+    /// # Errors
+    /// The file cannot be written, or there is one that was not opened.
+    pub fn save(&mut self) -> Result<PathBuf> {
+        match self.document.clone() {
+            Some(path) => self.history.sync().map(|()| path),
+            None => {
+                let path = self.document();
+                if path.exists() {
+                    return Err(Error::invalid("there is a document of that name already")
+                        .at(path.display().to_string())
+                        .advise("open it, or save under another name"));
+                }
+                self.save_as(&path)
+            }
+        }
+    }
+
+    /// Saves to a file, and has later edits go there. Returns it.
+    ///
+    /// # Errors
+    /// The file cannot be written, its name does not end in `.relievo`, or another program works on it.
+    pub fn save_as(&mut self, path: &Path) -> Result<PathBuf> {
+        if !is_document(path) {
+            return Err(Error::invalid("documents end in .relievo").at(path.display().to_string()));
+        }
+        self.write(path)?;
+        self.document = Some(path.to_path_buf());
+        self.drop_autosave();
+        Ok(path.to_path_buf())
+    }
+
+    fn write(&mut self, path: &Path) -> Result<()> {
+        let Self { context, object, mesh, history, costs, .. } = self;
+        costs.other("save", || {
+            let document = object.document(context, mesh)?;
+            history.save(path, &document)
+        })
+    }
+
+    /// Keeps edits in a file until they are saved. Where that cannot be written the session goes on without.
+    fn keep(&mut self) {
+        if self.document.is_some() || self.autosave.is_some() || self.is_autosave_refused {
+            return;
+        }
+        let path = self.mesh_path.with_extension(AUTOSAVE);
+        if self.recoverable.is_some() {
+            // What an earlier session left stays until the user says.
+            return;
+        }
+        match self.write(&path) {
+            Ok(()) => self.autosave = Some(path),
+            Err(error) => {
+                self.is_autosave_refused = true;
+                self.message = Some(format!("edits are not kept until they are saved: {error}"));
+            }
+        }
+    }
+
+    /// Removes the file that edits were kept in.
+    fn drop_autosave(&mut self) {
+        if let Some(path) = self.autosave.take() {
+            // A file that stays is offered when the mesh is opened next.
+            let _ = std::fs::remove_file(path);
+        }
+    }
+
+    /// The file that an earlier session left without saving, if there is one.
+    pub fn recoverable(&self) -> Option<&Path> {
+        self.recoverable.as_deref()
+    }
+
+    /// Takes up what an earlier session left; it is not saved yet.
+    ///
+    /// # Errors
+    /// The file cannot be read, or another program works on it.
+    pub fn recover(&mut self) -> Result<()> {
+        let Some(path) = self.recoverable.clone() else { return Ok(()) };
+        let opening = Opening { file: path.clone(), mesh: Some(self.mesh_path.clone()), kind: None, cells: None };
+        let made = Self::open(self.context.clone(), &opening)?;
+        let (brush, serial) = (self.brush.clone(), self.triangles.serial);
+        *self = Self { brush, document: None, autosave: Some(path), ..made };
+        self.triangles.serial = serial + 1;
+        self.picked_serial = serial + 1;
+        Ok(())
+    }
+
+    /// Forgets what was not saved: of an earlier session where that is asked about, or else of this one.
+    pub fn discard(&mut self) {
+        match self.recoverable.take() {
+            Some(path) => {
+                if let Err(error) = std::fs::remove_file(&path) {
+                    self.message = Some(Error::io(&path, &error).to_string());
+                }
+            }
+            None => {
+                self.history = History::new(HISTORY);
+                self.labels.clear();
+                self.drop_autosave();
+            }
+        }
+    }
+
+    /// Keeps what was not saved. Returns where it is, if there is anything.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn rescue(&mut self) -> Result<Option<PathBuf>> {
+        if !self.is_unsaved() {
+            return self.history.sync().map(|()| None);
+        }
+        if self.autosave.is_none() {
+            let path = self.mesh_path.with_extension(AUTOSAVE);
+            self.write(&path)?;
+            self.autosave = Some(path);
+        }
+        self.history.sync()?;
+        Ok(self.autosave.clone())
+    }
+
+    /// The object as a document.
+    ///
+    /// # Errors
+    /// A block cannot be read.
+    pub fn to_document(&mut self) -> Result<Document> {
+        self.object.document(&self.context, &self.mesh)
+    }
+}
+
+/// The box of points.
+fn bounds(points: &[[f32; 3]]) -> [DVec3; 2] {
+    let places = || points.iter().map(|point| glam::Vec3::from(*point).as_dvec3());
+    let (low, high) = (places().fold(DVec3::INFINITY, DVec3::min), places().fold(DVec3::NEG_INFINITY, DVec3::max));
+    if low.is_finite() && high.is_finite() { [low, high] } else { [DVec3::ZERO; 2] }
+}

@@ -1,0 +1,299 @@
+//! The triangles that are drawn: they follow the object, and say which of their points changed.
+//!
+//! How finely faces are divided stays the same while a stroke is drawn, so that an event costs what it changed. Where a
+//! stroke left more detail than its faces show, [`Triangles::refine`] divides them anew.
+
+use std::ops::Range;
+
+use relievo_core::{Context, Error, Mesh, Result, Values};
+use relievo_detail::{DisplacedObject, TriangleObject};
+use relievo_tiles::triangle::{FaceRates, Offset, Pattern, TriangleField, TriangleTessellation};
+use relievo_tiles::{
+    ByFormat, Field, Rgba8, Rgba16, Tessellation, Tessellator, Texel, Vector, by_format, uniform_rates,
+};
+
+use super::object::Object;
+
+/// Triangles that faces are divided into at most, however fine their details are.
+const MOST_TRIANGLES: u64 = 6_000_000;
+
+/// The most cells along an edge of a face.
+const FINEST: u32 = 256;
+
+/// The triangles of an object.
+pub(crate) struct Triangles {
+    made: Made,
+    /// Cells along the edges of faces without detail.
+    cells: u32,
+    /// Counts how often the triangles became others.
+    pub(crate) serial: u64,
+}
+
+enum Made {
+    Surface { rates: Vec<u32>, tessellator: Tessellator, made: Tessellation, shown: Tiles },
+    Triangles { rates: Vec<FaceRates>, made: TriangleTessellation, shown: Faces },
+}
+
+/// What of a surface the triangles show. Copies share their tiles until these are written.
+struct Tiles {
+    heights: Field,
+    vectors: Option<Field<Vector>>,
+    colors: Option<ByFormat<Field<Rgba8>, Field<Rgba16>>>,
+}
+
+/// What of a triangle mesh the triangles show.
+struct Faces {
+    heights: TriangleField,
+    vectors: Option<TriangleField<Offset>>,
+    colors: Option<ByFormat<TriangleField<Rgba8>, TriangleField<Rgba16>>>,
+}
+
+impl Tiles {
+    fn of(object: &DisplacedObject) -> Self {
+        Self {
+            heights: object.displacement().field().clone(),
+            vectors: object.vectors().map(|vectors| vectors.field().clone()),
+            colors: object.colors().map(|colors| match colors {
+                ByFormat::Rgba8(field) => ByFormat::Rgba8(field.clone()),
+                ByFormat::Rgba16(field) => ByFormat::Rgba16(field.clone()),
+            }),
+        }
+    }
+}
+
+impl Faces {
+    fn of(object: &TriangleObject) -> Self {
+        Self {
+            heights: object.displacement().field().clone(),
+            vectors: object.offsets().map(|(offsets, _)| offsets.clone()),
+            colors: object.colors().map(|colors| match colors {
+                ByFormat::Rgba8(field) => ByFormat::Rgba8(field.clone()),
+                ByFormat::Rgba16(field) => ByFormat::Rgba16(field.clone()),
+            }),
+        }
+    }
+}
+
+impl Triangles {
+    /// Divides all faces into `cells` along an edge, or more where details are finer.
+    ///
+    /// # Errors
+    /// `mesh` is not the one that the object is of, or memory runs out.
+    pub(crate) fn new(context: &Context, object: &Object, mesh: &Mesh, cells: u32) -> Result<Self> {
+        Ok(Self { made: Made::new(context, object, mesh, cells)?, cells, serial: 0 })
+    }
+
+    /// Divides faces anew if details are finer than they show. Returns whether it did.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub(crate) fn refine(&mut self, context: &Context, object: &Object, mesh: &Mesh) -> Result<bool> {
+        let is_fine = match (&self.made, object) {
+            (Made::Surface { rates, .. }, Object::Surface(object)) => *rates == surface_rates(object, self.cells),
+            (Made::Triangles { rates, .. }, Object::Triangles(object)) => {
+                *rates == face_rates(context, object, self.cells)
+            }
+            _ => false,
+        };
+        if !is_fine {
+            self.made = Made::new(context, object, mesh, self.cells)?;
+            self.serial += 1;
+        }
+        Ok(!is_fine)
+    }
+
+    /// Brings the triangles to what the object is now. `ranges` become the points that may be others, ascending.
+    ///
+    /// # Errors
+    /// The object is another one, or memory runs out.
+    pub(crate) fn update(&mut self, context: &Context, object: &Object, ranges: &mut Vec<Range<u32>>) -> Result<()> {
+        ranges.clear();
+        match (&mut self.made, object) {
+            (Made::Surface { tessellator, made, shown, .. }, Object::Surface(object)) => {
+                let mut changed: Vec<u32> = object.displacement().field().touched(&shown.heights).collect();
+                match (object.vectors(), &shown.vectors) {
+                    (Some(new), Some(old)) => changed.extend(new.field().touched(old)),
+                    (Some(new), None) => changed.extend(new.field().allocated()),
+                    (None, _) => {}
+                }
+                let (mut painted, mut seen) = (Vec::new(), Vec::new());
+                match (object.colors(), &shown.colors) {
+                    (Some(ByFormat::Rgba8(new)), Some(ByFormat::Rgba8(old))) => see(new, old, &mut painted, &mut seen),
+                    (Some(ByFormat::Rgba16(new)), Some(ByFormat::Rgba16(old))) => {
+                        see(new, old, &mut painted, &mut seen);
+                    }
+                    _ => seen = (0..object.surface().tile_count() as u32).collect(),
+                }
+                changed.extend(&seen);
+                changed.sort_unstable();
+                changed.dedup();
+                tessellator.update(context, &object.displaced()?, &changed, made, ranges)?;
+                if let Some(colors) = object.colors() {
+                    by_format!(colors, field => tessellator.paint(field, &seen, made))?;
+                }
+                *shown = Tiles::of(object);
+                Ok(())
+            }
+            (Made::Triangles { made, shown, .. }, Object::Triangles(object)) => {
+                let topology = object.surface().topology();
+                let mut faces = object.displacement().field().changes(&shown.heights).faces_shown(topology);
+                match (object.offsets(), &shown.vectors) {
+                    (Some((new, _)), Some(old)) => faces.extend(new.changes(old).faces_shown(topology)),
+                    (Some(_), None) => faces.extend(0..topology.face_count() as u32),
+                    (None, _) => {}
+                }
+                let is_painted = match (object.colors(), &shown.colors) {
+                    (Some(ByFormat::Rgba8(new)), Some(ByFormat::Rgba8(old))) => {
+                        let painted = new.changes(old).faces_shown(topology);
+                        faces.extend(&painted);
+                        !painted.is_empty()
+                    }
+                    (Some(ByFormat::Rgba16(new)), Some(ByFormat::Rgba16(old))) => {
+                        let painted = new.changes(old).faces_shown(topology);
+                        faces.extend(&painted);
+                        !painted.is_empty()
+                    }
+                    _ => {
+                        faces.extend(0..topology.face_count() as u32);
+                        true
+                    }
+                };
+                faces.sort_unstable();
+                faces.dedup();
+                *ranges = made.update(context, &object.displaced()?, object.normals(), &faces)?;
+                if let (true, Some(colors)) = (is_painted, object.colors()) {
+                    by_format!(colors, field => made.paint(field))?;
+                }
+                *shown = Faces::of(object);
+                Ok(())
+            }
+            _ => Err(Error::internal("the triangles are of another kind of object")),
+        }
+    }
+
+    fn mesh(&self) -> &Mesh {
+        match &self.made {
+            Made::Surface { made, .. } => &made.mesh,
+            Made::Triangles { made, .. } => &made.mesh,
+        }
+    }
+
+    /// The points.
+    pub(crate) fn points(&self) -> &[[f32; 3]] {
+        &self.mesh().points
+    }
+
+    /// The points of the triangles, three numbers each.
+    pub(crate) fn corners(&self) -> &[u32] {
+        &self.mesh().corners
+    }
+
+    /// Three numbers for each point; none where the mesh does not have them.
+    fn values(&self, name: &str) -> &[[f32; 3]] {
+        match self.mesh().attribute(name).map(|attribute| (&attribute.values, attribute.width)) {
+            Some((Values::F32(values), 3)) => values.as_chunks().0,
+            _ => &[],
+        }
+    }
+
+    /// Normals of length 1, one for each point.
+    pub(crate) fn normals(&self) -> &[[f32; 3]] {
+        self.values("normal")
+    }
+
+    /// Colours, linear Rec.709, one for each point.
+    pub(crate) fn colors(&self) -> &[[f32; 3]] {
+        self.values("color")
+    }
+
+    /// The sides of triangles that are on the borders of faces, two points each.
+    pub(crate) fn borders(&self) -> Vec<u32> {
+        let (parameters, is_surface) = match &self.made {
+            Made::Surface { made, .. } => (&made.parameters, true),
+            Made::Triangles { made, .. } => (&made.parameters, false),
+        };
+        let sides = |at: [f32; 2]| {
+            let [u, v] = at;
+            match is_surface {
+                true => [u == 0.0, u == 1.0, v == 0.0, v == 1.0],
+                false => [u == 0.0, v == 0.0, (u + v - 1.0).abs() < 1e-6, false],
+            }
+        };
+        let mut lines: Vec<[u32; 2]> = Vec::new();
+        for (corners, places) in self.corners().as_chunks::<3>().0.iter().zip(parameters.as_chunks::<3>().0) {
+            for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+                let (from, to) = (sides(places[a]), sides(places[b]));
+                if from.iter().zip(to).any(|(from, to)| *from && to) {
+                    lines.push([corners[a].min(corners[b]), corners[a].max(corners[b])]);
+                }
+            }
+        }
+        // Most borders have a face on either side.
+        lines.sort_unstable();
+        lines.dedup();
+        lines.into_flattened()
+    }
+}
+
+impl Made {
+    fn new(context: &Context, object: &Object, mesh: &Mesh, cells: u32) -> Result<Self> {
+        match object {
+            Object::Surface(object) => {
+                let rates = surface_rates(object, cells);
+                // Attributes of the mesh are not drawn.
+                let bare = Mesh { attributes: Vec::new(), ..mesh.clone() };
+                let tessellator = Tessellator::new(object.surface().topology(), &bare, rates.clone())?;
+                let mut made = tessellator.tessellate(context, &object.displaced()?, &bare)?;
+                if let Some(colors) = object.colors() {
+                    by_format!(colors, field => made.paint(field));
+                }
+                Ok(Self::Surface { rates, tessellator, made, shown: Tiles::of(object) })
+            }
+            Object::Triangles(object) => {
+                let rates = face_rates(context, object, cells);
+                let bare = Mesh { attributes: Vec::new(), ..mesh.clone() };
+                let rate = |face: u32| rates[face as usize];
+                let mut made = TriangleTessellation::new(context, &object.displaced()?, object.normals(), &bare, rate)?;
+                if let Some(colors) = object.colors() {
+                    by_format!(colors, field => made.paint(field))?;
+                }
+                Ok(Self::Triangles { rates, made, shown: Faces::of(object) })
+            }
+        }
+    }
+}
+
+/// Puts the tiles whose colours are others into `changed`, and those in which other colours are seen into `seen`.
+fn see<T: Texel>(new: &Field<T>, old: &Field<T>, changed: &mut Vec<u32>, seen: &mut Vec<u32>) {
+    changed.extend(new.touched(old));
+    new.seen_from(old, changed, seen);
+}
+
+/// Cells of the tiles of a surface: `cells` along an edge of a face, or as many as there are texels, as far as all that is
+/// affordable.
+fn surface_rates(object: &DisplacedObject, cells: u32) -> Vec<u32> {
+    let topology = object.surface().topology();
+    let coarse = uniform_rates(topology, cells);
+    let fine = |(tile, rate): (u32, &u32)| {
+        let colors = object.colors().map_or(0, |colors| by_format!(colors, field => field.density(tile)));
+        let vectors = object.vectors().map_or(0, |vectors| vectors.field().density(tile));
+        let density = object.displacement().field().density(tile).max(colors).max(vectors).min(FINEST);
+        (*rate).max(if topology.is_sub(tile) { density / 2 } else { density })
+    };
+    let rates: Vec<u32> = (0..).zip(&coarse).map(fine).collect();
+    let count: u64 = rates.iter().map(|rate| 2 * u64::from(*rate).pow(2)).sum();
+    if count <= MOST_TRIANGLES { rates } else { coarse }
+}
+
+/// As [`surface_rates`], of the faces of a triangle mesh.
+fn face_rates(context: &Context, object: &TriangleObject, cells: u32) -> Vec<FaceRates> {
+    let faces = object.surface().topology().face_count();
+    let least = match Pattern::new(cells) {
+        Ok(pattern) => FaceRates { sides: [cells; 3], inside: Some(pattern) },
+        Err(_) => FaceRates::SINGLE,
+    };
+    let rates = context.map(faces, |face| object.rates(face as u32).with(least));
+    let inside = |rates: &FaceRates| rates.inside.map_or(1, |pattern| 3 * u64::from(pattern.segments()).pow(2) / 2);
+    let count: u64 = rates.iter().map(inside).sum();
+    if count <= MOST_TRIANGLES { rates } else { vec![least; faces] }
+}

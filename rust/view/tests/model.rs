@@ -1,0 +1,163 @@
+//! Sessions of models without a window: strokes along rays, edits that are undone, layers, and files.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use relievo_core::{Context, ContextOptions};
+use relievo_detail::{PaintMode, SculptMode};
+use relievo_document::{Document, Settings};
+use relievo_view::model::{Held, Opening, Session, SurfaceKind, Tool};
+
+/// A square of 4 × 4 quads from −2 to 2 in the plane z = 0.
+fn square(folder: &Path) -> PathBuf {
+    let mut text = String::new();
+    for at in 0..25 {
+        writeln!(text, "v {} {} 0", at % 5 - 2, at / 5 - 2).unwrap();
+    }
+    for at in 0..16 {
+        let first = 1 + at % 4 + 5 * (at / 4);
+        writeln!(text, "f {} {} {} {}", first, first + 1, first + 6, first + 5).unwrap();
+    }
+    let path = folder.join("square.obj");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+fn open(file: &Path, kind: Option<SurfaceKind>) -> Session {
+    let context = Context::new(&ContextOptions::default()).unwrap();
+    Session::open(context, &Opening { file: file.to_owned(), mesh: None, kind, cells: Some(16) }).unwrap()
+}
+
+fn down(x: f64, y: f64) -> (DVec3, DVec3) {
+    (DVec3::new(x, y, 9.0), DVec3::NEG_Z)
+}
+
+/// How high the surface is over a place.
+fn height(session: &mut Session, x: f64, y: f64) -> f64 {
+    session.pick(down(x, y)).unwrap().unwrap().point.z
+}
+
+fn stroke(session: &mut Session, held: Held, places: &[(f64, f64)]) {
+    session.begin_stroke(held).unwrap();
+    for (x, y) in places {
+        session.extend_stroke(&[(down(*x, *y), 1.0)]).unwrap();
+    }
+    session.end_stroke().unwrap();
+}
+
+#[test]
+fn a_dab_is_as_high_as_the_brush_says_on_either_kind_of_surface() {
+    for kind in [SurfaceKind::Surface, SurfaceKind::Triangles] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = open(&square(folder.path()), Some(kind));
+        assert_eq!(session.face_count(), 16);
+        let before = height(&mut session, -0.9, 0.1);
+        let brush = &mut session.brush;
+        (brush.radius, brush.height, brush.strength, brush.symmetry) = (0.8, 0.25, 1.0, true);
+        stroke(&mut session, Held::default(), &[(1.0, 0.0)]);
+        // The height is 0.25 of the radius; the mirror image is as high, and beyond the radius nothing rises.
+        for x in [1.0, -1.0] {
+            assert!((height(&mut session, x, 0.0) - 0.2).abs() < 0.01, "{kind:?}: {}", height(&mut session, x, 0.0));
+            assert!(height(&mut session, x, 1.2).abs() < 1e-6, "{kind:?}");
+        }
+        session.brush.symmetry = false;
+        stroke(&mut session, Held { inverts: true, smooths: false }, &[(1.0, 0.0)]);
+        assert!(height(&mut session, 1.0, 0.0).abs() < 0.01 && height(&mut session, -1.0, 0.0) > 0.19, "{kind:?}");
+        let peak = height(&mut session, -1.0, 0.0);
+        stroke(&mut session, Held { inverts: false, smooths: true }, &[(-1.0, 0.0); 1]);
+        assert!(height(&mut session, -1.0, 0.0) < peak, "{kind:?}");
+        // All of it goes to the bit, and comes back.
+        let after = height(&mut session, -0.9, 0.1);
+        let (labels, done) = session.edits();
+        assert_eq!((labels, done), (&["draw", "draw, inverted", "smooth"].map(String::from)[..], 3));
+        session.go_to(0).unwrap();
+        assert_eq!(height(&mut session, -0.9, 0.1), before);
+        session.go_to(3).unwrap();
+        assert_eq!(height(&mut session, -0.9, 0.1), after);
+        // A stroke that is taken back, and one beside the surface, are no edits.
+        session.begin_stroke(Held::default()).unwrap();
+        session.extend_stroke(&[(down(0.5, 0.5), 1.0)]).unwrap();
+        session.cancel_stroke().unwrap();
+        stroke(&mut session, Held::default(), &[(5.0, 5.0)]);
+        assert_eq!((height(&mut session, -0.9, 0.1), session.edits().1), (after, 3));
+        // Edits on another branch replace those that are undone.
+        session.undo().unwrap();
+        session.brush.tool = Tool::Sculpt(SculptMode::Flatten);
+        stroke(&mut session, Held::default(), &[(-1.0, 0.0), (-0.6, 0.1), (-0.2, 0.2)]);
+        assert_eq!(session.edits().0.last().map(String::as_str), Some("flatten"));
+        assert!(session.costs.last().is_some());
+    }
+}
+
+#[test]
+fn layers_are_hidden_renamed_added_and_removed_as_edits() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut session = open(&square(folder.path()), None);
+    (session.brush.radius, session.brush.strength) = (0.8, 1.0);
+    stroke(&mut session, Held::default(), &[(0.0, 0.0)]);
+    let low = height(&mut session, 0.0, 0.0);
+    session.add_layer(false).unwrap();
+    stroke(&mut session, Held::default(), &[(0.0, 0.0)]);
+    let both = height(&mut session, 0.0, 0.0);
+    assert!(low > 0.1 && (both - 2.0 * low).abs() < 0.01, "{low} {both}");
+    let relief = |session: &Session| session.layers().into_iter().rfind(|layer| !layer.kind.is_color()).unwrap();
+    let layer = relief(&session);
+    assert!(layer.name == "relief 1" && layer.active);
+    session.set_layer(&layer, Settings { visible: false, ..layer.settings }).unwrap();
+    assert!((height(&mut session, 0.0, 0.0) - low).abs() < 1e-3);
+    let layer = relief(&session);
+    session.set_layer(&layer, Settings { visible: true, opacity: 0.5, ..layer.settings }).unwrap();
+    assert!((height(&mut session, 0.0, 0.0) - 1.5 * low).abs() < 0.01);
+    session.rename_layer(&layer, "scales").unwrap();
+    let layer = relief(&session);
+    assert_eq!(layer.name, "scales");
+    session.remove_layer(&layer).unwrap();
+    assert!((height(&mut session, 0.0, 0.0) - low).abs() < 1e-3);
+    session.undo().unwrap();
+    assert_eq!(relief(&session).name, "scales");
+    // The last of a kind stays, and nothing is recorded.
+    let done = session.edits().1;
+    let color = session.layers().into_iter().find(|layer| layer.kind.is_color()).unwrap();
+    assert!(session.remove_layer(&color).is_err());
+    assert_eq!(session.edits().1, done);
+}
+
+#[test]
+fn what_is_not_saved_is_kept_and_taken_up_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = square(folder.path());
+    let kept = folder.path().join("square.autosave.relievo");
+    let mut session = open(&file, None);
+    assert!(!session.is_unsaved() && session.recoverable().is_none());
+    session.brush.tool = Tool::Paint(PaintMode::Mix);
+    stroke(&mut session, Held::default(), &[(0.0, 0.0), (1.0, 0.5)]);
+    assert!(session.is_unsaved() && kept.is_file());
+    // The session ends as a killed program does.
+    drop(session);
+    let mut session = open(&file, None);
+    assert_eq!(session.recoverable(), Some(kept.as_path()));
+    session.recover().unwrap();
+    assert!(session.is_unsaved() && session.recoverable().is_none() && session.edits().1 == 1);
+    let wrong = session.save_as(&folder.path().join("square.obj")).unwrap_err();
+    assert!(wrong.to_string().contains(".relievo"), "{wrong}");
+    let saved = session.save().unwrap();
+    assert!(saved == folder.path().join("square.relievo") && !kept.exists() && !session.is_unsaved());
+    // Later edits go there as they are made, and the document can be opened with its mesh beside it.
+    stroke(&mut session, Held::default(), &[(-1.0, -1.0)]);
+    drop(session);
+    let mut session = open(&saved, None);
+    assert_eq!(session.edits().1, 2);
+    let painted = |session: &Session| session.layers().iter().find(|layer| layer.kind.is_color()).unwrap().tiles;
+    let count = painted(&session);
+    session.go_to(0).unwrap();
+    assert!(count > 0 && painted(&session) == 0);
+    drop(session);
+    assert!(Document::open(&saved, 1 << 30).is_ok());
+    // What is thrown away is not offered again.
+    let mut session = open(&file, None);
+    stroke(&mut session, Held::default(), &[(0.0, 0.0)]);
+    assert!(kept.is_file());
+    session.discard();
+    assert!(!kept.exists());
+}
