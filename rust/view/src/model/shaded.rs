@@ -93,7 +93,7 @@ impl Shaded {
         self.corners = Buffer::vertices(&self.device, "corners of the view", triangles.corners().len())?;
         self.corners.write(&self.device, 0, triangles.corners())?;
         self.borders = None;
-        self.update(triangles, &[0..count as u32]).map(drop)
+        self.write(triangles, 0..count as u32).map(drop)
     }
 
     /// Writes the points in `ranges`, ascending. Returns how many bytes were written.

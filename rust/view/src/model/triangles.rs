@@ -30,7 +30,7 @@ pub(crate) struct Triangles {
 }
 
 enum Made {
-    Surface { rates: Vec<u32>, tessellator: Tessellator, made: Tessellation, shown: Tiles },
+    Surface { rates: Vec<u32>, tessellator: Tessellator, made: Tessellation, shown: Box<Tiles> },
     Triangles { rates: Vec<FaceRates>, made: TriangleTessellation, shown: Faces },
 }
 
@@ -131,7 +131,7 @@ impl Triangles {
                 if let Some(colors) = object.colors() {
                     by_format!(colors, field => tessellator.paint(field, &seen, made))?;
                 }
-                *shown = Tiles::of(object);
+                **shown = Tiles::of(object);
                 Ok(())
             }
             (Made::Triangles { made, shown, .. }, Object::Triangles(object)) => {
@@ -247,7 +247,7 @@ impl Made {
                 if let Some(colors) = object.colors() {
                     by_format!(colors, field => made.paint(field));
                 }
-                Ok(Self::Surface { rates, tessellator, made, shown: Tiles::of(object) })
+                Ok(Self::Surface { rates, tessellator, made, shown: Box::new(Tiles::of(object)) })
             }
             Object::Triangles(object) => {
                 let rates = face_rates(context, object, cells);

@@ -225,11 +225,12 @@ impl Viewport {
                     }
                     self.last = Some(*pos);
                 }
-                Event::PointerButton { pressed: false, .. } if self.drag.is_some() => {
-                    if self.drag.take() == Some(Drag::Stroke) && session.is_drawing() {
-                        if !rays.is_empty() {
-                            session.extend_stroke(&std::mem::take(&mut rays))?;
-                        }
+                Event::PointerButton { pressed: false, .. } => {
+                    let is_drawn = self.drag.take() == Some(Drag::Stroke) && session.is_drawing();
+                    if is_drawn && !rays.is_empty() {
+                        session.extend_stroke(&std::mem::take(&mut rays))?;
+                    }
+                    if is_drawn {
                         session.end_stroke()?;
                         self.camera.set_bounds(session.extent());
                         self.ended = Some(ui.input(|input| input.time));
