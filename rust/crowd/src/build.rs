@@ -9,6 +9,7 @@ use crate::character::Character;
 use crate::clip::{self, Clip, Skeleton};
 use crate::collapse::{self, Face};
 use crate::deformation;
+use crate::geomorph::Collapse;
 use crate::grouping;
 use crate::hierarchy::{BuildSettings, Cluster, CrowdModel, Group, NONE, Report};
 use crate::partition;
@@ -59,6 +60,9 @@ pub(crate) struct Builder<'a> {
 struct Simplified {
     /// Faces of each new cluster.
     pieces: Vec<Vec<Face>>,
+    /// Removed places and vertices with what they went to.
+    places: Vec<(u32, u32)>,
+    vertices: Vec<(u32, u32)>,
     /// The largest distance that the simplification adds, over all poses.
     added: f32,
     measured: u64,
@@ -164,6 +168,7 @@ impl<'a> Builder<'a> {
             input_triangles: self.character.triangles.len() as u32,
             report: self.report(),
             character: Character { triangles: Vec::new(), materials: Vec::new(), ..self.character.clone() },
+            collapses: (0..self.character.points.len() as u32).map(|target| Collapse { group: NONE, target }).collect(),
             ..CrowdModel::default()
         };
         let face = |triangle: &u32| {
@@ -259,7 +264,23 @@ impl<'a> Builder<'a> {
         made.report.measured += result.measured;
         made.report.exceeded += result.exceeded;
         made.groups.push(group);
+        self.note(made, number, &result);
         result.pieces.into_iter().map(|faces| self.add(made, faces, number, group.depth)).collect()
+    }
+
+    /// Notes where the vertices of the places went that a group removed. Simplification from a base has removed some before.
+    fn note(&self, made: &mut CrowdModel, group: u32, result: &Simplified) {
+        for (from, to) in &result.places {
+            for vertex in self.places.at(*from) {
+                let found = &mut made.collapses[*vertex as usize];
+                if found.group == NONE {
+                    let known = result.vertices.binary_search_by_key(vertex, |pair| pair.0);
+                    let nearest = || collapse::nearest(self.character, *vertex, self.places.at(*to));
+                    let target = known.map_or_else(|_| nearest(), |at| result.vertices[at].1);
+                    *found = Collapse { group, target };
+                }
+            }
+        }
     }
 
     /// Returns the group of every place; [`SHARED`] for those that several groups have, or none.
@@ -294,7 +315,8 @@ impl<'a> Builder<'a> {
             is_locked: &is_locked,
         };
         let before = base.map_or(&faces, |base| &base.faces);
-        let left = collapse::simplify(&input, before, (share * faces.len() as f64) as usize);
+        let collapse::Left { faces: left, places, vertices } =
+            collapse::simplify(&input, before, (share * faces.len() as f64) as usize);
         if left.is_empty() || left.len() as f64 > LEFT * faces.len() as f64 {
             return Ok(None);
         }
@@ -302,7 +324,7 @@ impl<'a> Builder<'a> {
         let center = |face: u32| partition::center(self.character, left[face as usize].0);
         let pieces = partition::cut((0..left.len() as u32).collect(), most, &center);
         let pieces = pieces.iter().map(|piece| piece.iter().map(|face| left[*face as usize]).collect()).collect();
-        Ok(Some(Simplified { pieces, added, measured, exceeded }))
+        Ok(Some(Simplified { pieces, places, vertices, added, measured, exceeded }))
     }
 
     /// Measures the largest distance between a group before and after its simplification over all poses. Returns it with

@@ -34,12 +34,29 @@ pub(crate) struct Input<'a> {
 /// A triangle and its material.
 pub(crate) type Face = ([u32; 3], u32);
 
+/// What is left of some triangles.
+pub(crate) struct Left {
+    pub faces: Vec<Face>,
+    /// Removed places, each with the place that it went to.
+    pub places: Vec<(u32, u32)>,
+    /// Vertices of removed places that the triangles had, each with the vertex in its place.
+    pub vertices: Vec<(u32, u32)>,
+}
+
 /// Returns about `target` triangles, or more where no further collapse is possible.
-pub(crate) fn simplify(input: &Input, faces: &[Face], target: usize) -> Vec<Face> {
+pub(crate) fn simplify(input: &Input, faces: &[Face], target: usize) -> Left {
     let mut work = Work::new(input, faces);
+    let before = work.faces.clone();
     work.run(target);
-    let kept = work.faces.iter().zip(&work.is_alive).filter(|(_, is_alive)| **is_alive);
-    kept.map(|(face, _)| *face).collect()
+    let kept = || (0..before.len()).filter(|face| work.is_alive[*face]);
+    let corners = kept().flat_map(|face| before[face].0.into_iter().zip(work.faces[face].0));
+    let mut vertices: Vec<(u32, u32)> = corners.filter(|(from, to)| from != to).collect();
+    vertices.sort_unstable();
+    vertices.dedup_by_key(|(from, _)| *from);
+    let number = |place: u32| work.numbers[place as usize];
+    let removed = (0..).zip(&work.removed);
+    let places = removed.flat_map(|(to, gone)| gone.iter().map(move |from| (number(*from), number(to)))).collect();
+    Left { faces: kept().map(|face| work.faces[face]).collect(), places, vertices }
 }
 
 /// A quadric in symmetric form: xx, yy, zz, xy, xz, yz, then the linear part, the constant and the sum of the weights.
@@ -502,7 +519,7 @@ impl<'a> Work<'a> {
             let replacement = charts.iter().find(|known| known[0] == chart).map_or(chart.0, |known| known[1].0);
             let at = self.corners[index as usize].iter().position(|corner| *corner == from).unwrap_or_default();
             let vertex = self.faces[index as usize].0[at];
-            self.faces[index as usize].0[at] = self.nearest(vertex, places.of_chart(replacement));
+            self.faces[index as usize].0[at] = nearest(self.input.character, vertex, places.of_chart(replacement));
             self.corners[index as usize][at] = to;
             self.around[to as usize].push(index);
         }
@@ -523,13 +540,13 @@ impl<'a> Work<'a> {
             }
         }
     }
+}
 
-    /// Returns the vertex among `others` whose normal is nearest to that of `vertex`.
-    fn nearest(&self, vertex: u32, others: &[u32]) -> u32 {
-        let first = others.first().copied().unwrap_or(vertex);
-        let Some(normals) = self.input.character.values("normal") else { return first };
-        let normal = |vertex: u32| Vec3::from_slice(&normals[3 * vertex as usize..][..3]);
-        let own = normal(vertex);
-        others.iter().fold(first, |best, it| if normal(*it).dot(own) > normal(best).dot(own) { *it } else { best })
-    }
+/// Returns the vertex among `others` whose normal is nearest to that of `vertex`.
+pub(crate) fn nearest(character: &Character, vertex: u32, others: &[u32]) -> u32 {
+    let first = others.first().copied().unwrap_or(vertex);
+    let Some(normals) = character.values("normal") else { return first };
+    let normal = |vertex: u32| Vec3::from_slice(&normals[3 * vertex as usize..][..3]);
+    let own = normal(vertex);
+    others.iter().fold(first, |best, it| if normal(*it).dot(own) > normal(best).dot(own) { *it } else { best })
 }

@@ -7,15 +7,21 @@
 //! Decisions are in 32-bit floats, by sums, products and square roots in one order, so that a device makes the same
 //! ([`crate::DeviceCrowd`]).
 
+use std::borrow::Cow;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DAffine3, Vec3};
 use relievo_core::{Context, Error, Result};
 
-use crate::clip::BoneMatrix;
-use crate::hierarchy::{CrowdModel, Group};
+use crate::clip::{BoneMatrix, Pose};
+use crate::geomorph::{Geomorph, Limits};
+use crate::hierarchy::{CrowdModel, Group, NONE};
+use crate::impostor;
 use crate::ladder::Ladder;
+use crate::norm::norm;
 use crate::view::CrowdView;
+use crate::weights::{Offsets, OwnWeights};
 
 /// Agents of a crowd at most.
 pub const MOST_AGENTS: usize = 1 << 24;
@@ -29,6 +35,8 @@ const PART: usize = 256;
 const OUTSIDE: u32 = u32::MAX;
 /// State of an agent whose groups are looked at one by one.
 const NEAR: u32 = u32::MAX - 1;
+/// State of an agent that is an impostor.
+const IMPOSTOR: u32 = u32::MAX - 3;
 /// State of an agent that no frame has looked at.
 const NEW: u32 = u32::MAX - 2;
 
@@ -52,6 +60,8 @@ pub(crate) struct Reach {
     pub radius: f32,
     /// One over the largest factor of lengths.
     pub shrink: f32,
+    /// The largest factor of lengths.
+    pub largest: f32,
     /// The smallest factor of lengths by the largest.
     pub evenness: f32,
     /// The inverse of the linear part of the transform, by rows.
@@ -65,12 +75,29 @@ pub(crate) struct Reach {
 pub struct Crowd {
     models: Vec<Arc<CrowdModel>>,
     ladders: Vec<Ladder>,
+    offsets: Vec<Offsets>,
+    geomorphs: Vec<Geomorph>,
     agents: Vec<Agent>,
+    /// Agents that show other weights of morph targets than their clips.
+    weights: HashMap<u32, OwnWeights>,
     reaches: Vec<Reach>,
     /// What each agent was in the last frame: a step or one of the states.
     states: Vec<u32>,
     /// Counts changes of agents.
     changes: u64,
+}
+
+/// The pose of an agent. Agents with equal keys look alike.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct PoseKey {
+    /// The model.
+    pub model: u32,
+    /// The clip of the model.
+    pub clip: u32,
+    /// The pose of the clip.
+    pub pose: u32,
+    /// The agent, if it has weights of morph targets of its own, otherwise [`NONE`].
+    pub own: u32,
 }
 
 /// What is drawn of an agent.
@@ -85,6 +112,8 @@ pub enum Drawn {
         /// How many clusters there are.
         count: u32,
     },
+    /// A quad: the picture that [`Impostors`](crate::Impostors) have.
+    Impostor,
 }
 
 /// What a view draws.
@@ -94,6 +123,8 @@ pub struct Frame {
     pub drawn: Vec<(u32, Drawn)>,
     /// Clusters of agents with errors that differ from place to place.
     pub mixed: Vec<u32>,
+    /// For each of these how far its vertices are on the way to their targets, 0 to 1; empty unless vertices move.
+    pub blends: Vec<f32>,
     /// Agents that are drawn by other clusters than in the last frame, or may be.
     pub changed: u32,
     /// Clusters that are drawn.
@@ -105,8 +136,17 @@ pub struct Frame {
 impl Crowd {
     /// Makes a crowd without agents.
     pub fn new(models: Vec<Arc<CrowdModel>>) -> Self {
-        let ladders = models.iter().map(|model| Ladder::new(model)).collect();
-        Self { models, ladders, agents: Vec::new(), reaches: Vec::new(), states: Vec::new(), changes: 0 }
+        Self {
+            ladders: models.iter().map(|model| Ladder::new(model)).collect(),
+            offsets: models.iter().map(|model| Offsets::of(model)).collect(),
+            geomorphs: models.iter().map(|model| Geomorph::of(model)).collect(),
+            models,
+            agents: Vec::new(),
+            weights: HashMap::new(),
+            reaches: Vec::new(),
+            states: Vec::new(),
+            changes: 0,
+        }
     }
 
     /// Returns the models.
@@ -153,22 +193,72 @@ impl Crowd {
         Ok(self.agents.len() as u32 - 1)
     }
 
-    /// Moves an agent, or gives it another clip.
+    /// Moves an agent, or gives it another clip. Weights of its own stay, unless it gets another model.
     ///
     /// # Errors
     /// As [`Self::add`], or the agent does not exist.
     pub fn set(&mut self, index: u32, agent: Agent) -> Result<()> {
         let at = index as usize;
         if at >= self.agents.len() {
-            return Err(Error::invalid(format!("agent {index} does not exist")));
+            return Err(absent(index));
         }
-        let reach = self.reach(&agent)?;
-        if self.agents[at].model != agent.model {
+        let mut reach = self.reach(&agent)?;
+        let before = self.agents[at];
+        if before.model != agent.model {
             self.states[at] = NEW;
+            self.weights.remove(&index);
+        }
+        if let Some(own) = self.weights.get(&index) {
+            let clip = &self.models[agent.model as usize].clips[agent.clip as usize];
+            if before.clip != agent.clip {
+                let own = self.offsets[agent.model as usize].own(clip, &own.weights)?;
+                self.weights.insert(index, own);
+            }
+            reach.widen(self.weights[&index].moved);
         }
         (self.agents[at], self.reaches[at]) = (agent, reach);
         self.changes += 1;
         Ok(())
+    }
+
+    /// Gives an agent weights of its own for all morph targets of its model, in place of those of its clip; `None` gives it
+    /// those of the clip again. Its errors and boxes grow by what the difference may move its vertices. Such an agent is cut
+    /// group by group at any distance.
+    ///
+    /// # Errors
+    /// The agent does not exist, there is another number of weights than of morph targets, or one is not finite or too large.
+    pub fn set_weights(&mut self, index: u32, weights: Option<&[f32]>) -> Result<()> {
+        let agent = *self.agents.get(index as usize).ok_or_else(|| absent(index))?;
+        let mut reach = self.reach(&agent)?;
+        match weights {
+            Some(weights) => {
+                let clip = &self.models[agent.model as usize].clips[agent.clip as usize];
+                let own = self.offsets[agent.model as usize].own(clip, weights)?;
+                reach.widen(own.moved);
+                self.weights.insert(index, own);
+            }
+            None => {
+                self.weights.remove(&index);
+            }
+        }
+        self.reaches[index as usize] = reach;
+        self.changes += 1;
+        Ok(())
+    }
+
+    /// Returns the weights that an agent has of its own.
+    pub fn weights(&self, index: u32) -> Option<&[f32]> {
+        self.weights.get(&index).map(|own| own.weights.as_slice())
+    }
+
+    /// Whether some agent has weights of its own.
+    pub(crate) fn has_weights(&self) -> bool {
+        !self.weights.is_empty()
+    }
+
+    /// Returns how far an agent may be outside the box of its model by weights of its own, in units of the model.
+    pub(crate) fn moved(&self, index: u32) -> f32 {
+        self.weights.get(&index).map_or(0.0, |own| own.moved)
     }
 
     /// Returns the pose that an agent has at `time` seconds, as an index into the poses of its clip.
@@ -176,23 +266,55 @@ impl Crowd {
         self.models[agent.model as usize].clips[agent.clip as usize].pose_at(time + agent.phase)
     }
 
+    /// Returns what an agent looks like at `time` seconds.
+    pub fn pose_key(&self, index: u32, time: f64) -> PoseKey {
+        let agent = &self.agents[index as usize];
+        let own = if self.weights.contains_key(&index) { index } else { NONE };
+        PoseKey { model: agent.model, clip: agent.clip, pose: self.pose(agent, time) as u32, own }
+    }
+
+    /// Returns the pose of a key.
+    pub fn posed(&self, key: &PoseKey) -> Cow<'_, Pose> {
+        let pose = &self.models[key.model as usize].clips[key.clip as usize].poses[key.pose as usize];
+        match self.weights.get(&key.own) {
+            Some(own) => Cow::Owned(Pose { bones: pose.bones.clone(), weights: own.weights.clone() }),
+            None => Cow::Borrowed(pose),
+        }
+    }
+
     /// Returns the clusters of an agent in a frame.
     pub fn clusters<'a>(&'a self, frame: &'a Frame, (agent, drawn): (u32, Drawn)) -> &'a [u32] {
         match drawn {
             Drawn::Step(step) => self.ladders[self.agents[agent as usize].model as usize].clusters(step),
             Drawn::Mixed { first, count } => &frame.mixed[first as usize..(first + count) as usize],
+            Drawn::Impostor => &[],
+        }
+    }
+
+    /// Returns how far the vertices of each of these clusters are on their way, 0 to 1; nothing where none moves.
+    pub fn blends<'a>(&self, frame: &'a Frame, (_, drawn): (u32, Drawn)) -> &'a [f32] {
+        match drawn {
+            Drawn::Mixed { first, count } => {
+                frame.blends.get(first as usize..(first + count) as usize).unwrap_or_default()
+            }
+            Drawn::Step(_) | Drawn::Impostor => &[],
         }
     }
 
     /// Finds what a view draws of every agent, and writes it over `frame`.
     ///
     /// # Errors
-    /// The view is not finite.
+    /// The view is not finite, or vertices are to move and a model does not say where.
     pub fn cut(&mut self, context: &Context, view: &CrowdView, frame: &mut Frame) -> Result<()> {
         view.check()?;
-        let (agents, reaches, ladders) = (&self.agents, &self.reaches, &self.ladders);
+        if view.geomorph && self.models.iter().any(|model| !model.has_collapses()) {
+            return Err(Error::unsupported("a model does not say where vertices move")
+                .advise("build it again by `relievo crowd build`"));
+        }
+        let (agents, reaches, ladders, weights) = (&self.agents, &self.reaches, &self.ladders, &self.weights);
         let eye = Vec3::from(view.eye);
         let factor = view.tolerance / view.pixels;
+        let radii: Vec<f32> = self.models.iter().map(|model| 0.5 * model.size()).collect();
         let mut before = context.scratch().list::<u32>();
         before.extend_from_slice(&self.states);
         context.for_each_part(self.states.as_mut_slice(), PART, |first, states| {
@@ -207,16 +329,23 @@ impl Crowd {
                     continue;
                 }
                 let near = center.distance(eye) - radius;
-                *state = if 2.0 * radius > DEEP * near {
+                let is_own = !weights.is_empty() && weights.contains_key(&(index as u32));
+                let model = agents[index].model as usize;
+                let away = near * shrink;
+                let is_quad = view.impostors && !is_own && away > 0.0;
+                *state = if is_quad && impostor::error(radii[model], away) <= factor * away {
+                    IMPOSTOR
+                } else if view.geomorph || is_own || 2.0 * radius > DEEP * near {
                     NEAR
                 } else {
-                    ladders[agents[index].model as usize].step(factor * near * shrink, *state)
+                    ladders[model].step(factor * away, *state)
                 };
             }
             Ok(())
         })?;
         frame.drawn.clear();
         frame.mixed.clear();
+        frame.blends.clear();
         (frame.changed, frame.clusters, frame.triangles) = (0, 0, 0);
         let near: Vec<u32> = self.states.iter().zip(0..).filter(|(state, _)| **state == NEAR).map(|it| it.1).collect();
         let cuts = context.map(near.len(), |index| self.near_cut(near[index], view));
@@ -227,12 +356,17 @@ impl Crowd {
             match *state {
                 OUTSIDE => {}
                 NEAR => {
-                    let cut = cuts.next().unwrap_or_default();
+                    let (cut, blends) = cuts.next().unwrap_or_default();
+                    frame.blends.extend(blends);
                     let first = frame.mixed.len() as u32;
                     frame.clusters += cut.len() as u64;
                     frame.triangles += self.models[model].triangle_count(&cut);
                     frame.mixed.extend(&cut);
                     frame.drawn.push((index as u32, Drawn::Mixed { first, count: cut.len() as u32 }));
+                }
+                IMPOSTOR => {
+                    frame.triangles += 2;
+                    frame.drawn.push((index as u32, Drawn::Impostor));
                 }
                 step => {
                     frame.clusters += self.ladders[model].clusters(step).len() as u64;
@@ -244,16 +378,39 @@ impl Crowd {
         Ok(())
     }
 
-    /// Returns the clusters of an agent by the distance of each group, without those out of view.
-    fn near_cut(&self, index: u32, view: &CrowdView) -> Vec<u32> {
-        let model = &self.models[self.agents[index as usize].model as usize];
+    /// Returns the clusters of an agent by the distance of each group, without those out of view, and how far the vertices of
+    /// each are on their way if they move.
+    fn near_cut(&self, index: u32, view: &CrowdView) -> (Vec<u32>, Vec<f32>) {
+        let number = self.agents[index as usize].model as usize;
+        let model = &self.models[number];
         let reach = &self.reaches[index as usize];
+        let own = self.weights.get(&index);
+        let moved = own.map_or(0.0, |own| own.moved);
         let eye = reach.local(view.eye);
         // Distances in the model are longer in the world at least by the smallest scale, errors at most by the largest.
         let factor = view.tolerance / view.pixels * reach.evenness;
-        let is_coarse: Vec<bool> =
-            model.groups.iter().map(|group| group.error <= factor * distance(eye, group)).collect();
-        let planes: Vec<[f32; 4]> = view.planes.iter().map(|plane| reach.plane(plane)).collect();
+        let allowed = |group: &Group| factor * (distance(eye, group) - moved).max(0.0);
+        let error = |group: usize| model.groups[group].error + own.map_or(0.0, |own| own.added[group]);
+        let mut blends = Vec::new();
+        let is_coarse: Vec<bool> = if view.geomorph {
+            let geomorph = &self.geomorphs[number];
+            let widened = own.map(|_| geomorph.widened(error));
+            let limits = widened.as_deref().unwrap_or(geomorph.limits());
+            let groups = model.groups.iter().zip(limits);
+            let found = groups.map(|(group, limits): (&Group, &Limits)| {
+                let allowed = allowed(group);
+                (limits.end <= allowed, limits.blend(allowed))
+            });
+            let (is_coarse, moving): (Vec<bool>, Vec<f32>) = found.unzip();
+            blends = moving;
+            is_coarse
+        } else {
+            model.groups.iter().enumerate().map(|(at, group)| error(at) <= allowed(group)).collect()
+        };
+        let mut planes: Vec<[f32; 4]> = view.planes.iter().map(|plane| reach.plane(plane)).collect();
+        for [x, y, z, d] in &mut planes {
+            *d += moved * Vec3::new(*x, *y, *z).length();
+        }
         let mut drawn = model.drawn(&is_coarse);
         if !planes.is_empty() {
             drawn.retain(|cluster| {
@@ -261,7 +418,12 @@ impl Crowd {
                 model.groups.get(group).is_none_or(|group| planes.iter().all(|plane| reaches(plane, group)))
             });
         }
-        drawn
+        if view.geomorph {
+            let blend = |cluster: &u32| blends.get(model.clusters[*cluster as usize].used_by as usize).copied();
+            let blends = drawn.iter().map(|cluster| blend(cluster).unwrap_or_default()).collect();
+            return (drawn, blends);
+        }
+        (drawn, Vec::new())
     }
 
     fn reach(&self, agent: &Agent) -> Result<Reach> {
@@ -290,6 +452,7 @@ impl Crowd {
             center,
             radius,
             shrink: (1.0 / largest) as f32,
+            largest: (largest * (1.0 + 1e-6)) as f32,
             evenness: (smallest / largest) as f32,
             inverse: std::array::from_fn(|row| inverse.row(row).as_vec3().to_array()),
             transform: std::array::from_fn(|row| columns.map(|column| column[row] as f32)),
@@ -298,6 +461,11 @@ impl Crowd {
 }
 
 impl Reach {
+    /// Makes room for vertices that are up to `moved` units of the model outside its box.
+    fn widen(&mut self, moved: f32) {
+        self.radius += moved * self.largest;
+    }
+
     /// Returns a place of the world in the space of the model.
     fn local(&self, place: [f32; 3]) -> Vec3 {
         let [x, y, z]: [f32; 3] = std::array::from_fn(|axis| place[axis] - self.transform[axis][3]);
@@ -314,11 +482,8 @@ impl Reach {
     }
 }
 
-/// Returns an upper bound of how much a matrix lengthens vectors, exact where its columns are orthogonal and equally long.
-fn norm(matrix: &glam::DMat3) -> f64 {
-    let gram = matrix.transpose() * *matrix;
-    let rows = [gram.row(0), gram.row(1), gram.row(2)];
-    rows.iter().map(|row| row.abs().element_sum()).fold(0.0, f64::max).sqrt()
+fn absent(index: u32) -> Error {
+    Error::invalid(format!("agent {index} does not exist"))
 }
 
 /// Returns the distance of a point from the box of a group.

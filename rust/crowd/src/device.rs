@@ -158,7 +158,8 @@ impl DeviceCrowd {
     /// that was made are left out, and counted: see [`Self::counts`].
     ///
     /// # Errors
-    /// The view is not finite or has more than 63 planes, the crowd has other models, or the device has no memory or is lost.
+    /// The view is not finite or has more than 63 planes, the crowd has other models, it asks for geomorphs or impostors, an agent has weights of its own, or the device has no
+    /// memory or is lost.
     pub fn record(
         &mut self,
         context: &Context,
@@ -172,6 +173,14 @@ impl DeviceCrowd {
         }
         if crowd.models().len() != self.shared.clips.len() {
             return Err(Error::invalid("the crowd has other models than were sent").advise("make it for this crowd"));
+        }
+        if view.geomorph || view.impostors {
+            return Err(Error::unsupported("geomorphs and impostors are of cuts on the processor")
+                .advise("turn them off, or cut on the processor"));
+        }
+        if crowd.has_weights() {
+            return Err(Error::unsupported("agents with weights of their own are cut on the processor")
+                .advise("give them the weights of their clips, or cut on the processor"));
         }
         let count = crowd.agents().len();
         if count != self.work.poses.len() {

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use relievo_core::{Error, Result};
 
 use crate::clip::BoneMatrix;
-use crate::crowd::{Crowd, Drawn, Frame};
+use crate::crowd::{Crowd, Drawn, Frame, PoseKey};
 
 /// Arguments of an indexed draw, as graphics devices read them (`VkDrawIndexedIndirectCommand`).
 #[repr(C)]
@@ -44,7 +44,9 @@ pub struct DrawList {
     pub draws: Vec<Draw>,
     /// Model and cluster of every draw.
     pub clusters: Vec<[u32; 2]>,
-    /// Agents that are shown.
+    /// For each draw how far its vertices are on the way to their targets, 0 to 1.
+    pub blends: Vec<f32>,
+    /// Agents that are shown by clusters.
     pub instances: Vec<Instance>,
     /// Skin matrices of the poses that are shown, one pose after the other: one for each bone of the model.
     pub matrices: Vec<BoneMatrix>,
@@ -62,19 +64,20 @@ impl DrawList {
     pub fn update(&mut self, crowd: &Crowd, frame: &Frame, time: f64) -> Result<()> {
         self.draws.clear();
         self.clusters.clear();
+        self.blends.clear();
         self.instances.clear();
         self.matrices.clear();
         self.weights.clear();
         self.first_weights.clear();
         let starts = starts(crowd)?;
         let model = |agent: u32| crowd.agents()[agent as usize].model;
-        let mut order: Vec<usize> = (0..frame.drawn.len()).collect();
+        let mut order: Vec<usize> = (0..frame.drawn.len()).filter(|at| frame.drawn[*at].1 != Drawn::Impostor).collect();
         // Agents of one step are drawn together, in their order; each of the others is drawn alone.
         order.sort_by_key(|at| match frame.drawn[*at] {
             (agent, Drawn::Step(step)) => (model(agent), step, 0),
-            (agent, Drawn::Mixed { .. }) => (model(agent), u32::MAX, agent),
+            (agent, _) => (model(agent), u32::MAX, agent),
         });
-        let mut poses: HashMap<(u32, u32, usize), [u32; 2]> = HashMap::new();
+        let mut poses: HashMap<PoseKey, [u32; 2]> = HashMap::new();
         let is_alike = |a: &usize, b: &usize| match (frame.drawn[*a], frame.drawn[*b]) {
             ((one, Drawn::Step(a)), (other, Drawn::Step(b))) => a == b && model(one) == model(other),
             _ => false,
@@ -84,13 +87,13 @@ impl DrawList {
             for at in alike {
                 let agent = frame.drawn[*at].0;
                 let found = &crowd.agents()[agent as usize];
-                let key = (found.model, found.clip, crowd.pose(found, time));
+                let key = crowd.pose_key(agent, time);
                 let [first_matrix, first_weight] = match poses.get(&key) {
                     Some(first) => *first,
                     None => {
                         let matrix = u32::try_from(self.matrices.len()).map_err(|_| too_large("matrices"))?;
                         let weight = u32::try_from(self.weights.len()).map_err(|_| too_large("weights"))?;
-                        let pose = &crowd.models()[key.0 as usize].clips[key.1 as usize].poses[key.2];
+                        let pose = crowd.posed(&key);
                         self.matrices.extend(&pose.bones);
                         self.weights.extend(&pose.weights);
                         *poses.entry(key).or_insert([matrix, weight])
@@ -105,7 +108,8 @@ impl DrawList {
             let drawn = frame.drawn[alike[0]];
             let number = model(drawn.0);
             let [first_index, base_vertex] = starts[number as usize];
-            for cluster in crowd.clusters(frame, drawn) {
+            let blends = crowd.blends(frame, drawn);
+            for (at, cluster) in crowd.clusters(frame, drawn).iter().enumerate() {
                 let found = &crowd.models()[number as usize].clusters[*cluster as usize];
                 self.draws.push(Draw {
                     index_count: 3 * found.count,
@@ -115,6 +119,7 @@ impl DrawList {
                     first_instance,
                 });
                 self.clusters.push([number, *cluster]);
+                self.blends.push(blends.get(at).copied().unwrap_or_default());
             }
         }
         Ok(())

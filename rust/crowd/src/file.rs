@@ -5,7 +5,8 @@
 //! skeleton, hierarchy, vertices and poses; then comes one chunk a cluster, the coarsest first, so that a beginning of the
 //! clusters is a whole model of fewer triangles. The hierarchy has the lengths of the chunks, so that [`Reader`] finds
 //! each cluster without reading the others. Columns of numbers are split into planes of bytes. Version 2 has the offsets of
-//! morph targets behind the vertices and their weights behind the poses; models without any are of version 1.
+//! morph targets behind the vertices and their weights behind the poses; models without any are of version 1. Version 3 has
+//! besides, for every vertex, the group that removes its place and the vertex that it goes to.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -17,12 +18,13 @@ use relievo_core::{Attribute, Budget, Context, Domain, Error, Result, Values, fi
 
 use crate::character::{Bone, Character, Influence};
 use crate::clip::{Clip, MOST_POSES, Pose};
+use crate::geomorph::Collapse;
 use crate::hierarchy::{Cluster, CrowdModel, Group, NONE, Report};
 use crate::morph::{MOST_MORPHS, MorphOffset, Morphs};
 
 const SIGNATURE: &[u8; 8] = b"RLVCROWD";
-/// The version of models without morph targets, and of those with.
-const VERSIONS: [u32; 2] = [1, 2];
+/// The newest version.
+const NEWEST: u32 = 3;
 /// Bytes of the head, with its sum.
 const HEAD: usize = 8 + 4 + 9 * 4 + 4;
 /// Bytes before each chunk.
@@ -117,7 +119,7 @@ impl CrowdModel {
             character.attributes.len(),
         ];
         let mut head = SIGNATURE.to_vec();
-        head.extend(VERSIONS[usize::from(character.morphs.count > 0)].to_le_bytes());
+        head.extend(self.file_version().to_le_bytes());
         head.extend(counts.into_iter().flat_map(|count| (count as u32).to_le_bytes()));
         head.extend(crc32fast::hash(&head).to_le_bytes());
         out.write_all(&head)?;
@@ -164,6 +166,15 @@ impl CrowdModel {
         Ok(model)
     }
 
+    /// Returns the version of the file, the oldest that has all of the model.
+    fn file_version(&self) -> u32 {
+        match (self.has_collapses(), self.character.morphs.count) {
+            (true, _) => NEWEST,
+            (false, 0) => 1,
+            (false, _) => 2,
+        }
+    }
+
     fn skeleton_bytes(&self) -> Vec<u8> {
         let character = &self.character;
         let mut out = Columns::default();
@@ -189,7 +200,7 @@ impl CrowdModel {
         out.number(representatives);
         out.0.extend([measured, exceeded].iter().flat_map(|count| count.to_le_bytes()));
         out.floats(self.low.into_iter().chain(self.high));
-        if character.morphs.count > 0 {
+        if self.file_version() > 1 {
             out.number(character.morphs.count);
             out.number(character.morphs.offsets.len() as u32);
         }
@@ -232,6 +243,12 @@ impl CrowdModel {
             out.numbers(&offsets.iter().map(|it| it.morph).collect::<Vec<_>>());
             (0..3).for_each(|axis| out.floats(offsets.iter().map(|it| it.offset[axis])));
         }
+        if self.has_collapses() {
+            out.numbers(&self.collapses.iter().map(|it| it.group).collect::<Vec<_>>());
+            // Vertices go to near ones, most of which have near numbers.
+            let step = |(vertex, it): (u32, &Collapse)| it.target.wrapping_sub(vertex);
+            out.numbers(&(0..).zip(&self.collapses).map(step).map(folded).collect::<Vec<_>>());
+        }
         out.0
     }
 
@@ -266,6 +283,16 @@ impl CrowdModel {
         }
         out.0
     }
+}
+
+/// Returns a difference such that small ones of either sign are small numbers.
+fn folded(difference: u32) -> u32 {
+    (difference << 1) ^ if difference >> 31 == 1 { u32::MAX } else { 0 }
+}
+
+/// Returns the difference that [`folded`] turned into a number.
+fn unfolded(number: u32) -> u32 {
+    (number >> 1) ^ if number & 1 == 1 { u32::MAX } else { 0 }
 }
 
 /// Returns how many bytes an index below `count` has.
@@ -385,7 +412,7 @@ struct Counts {
     nodes: usize,
     clips: usize,
     attributes: usize,
-    has_morphs: bool,
+    version: u32,
 }
 
 fn read_head(input: &mut impl Read) -> Result<Counts> {
@@ -396,9 +423,8 @@ fn read_head(input: &mut impl Read) -> Result<Counts> {
     }
     let number = |at: usize| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]);
     let version = number(8);
-    if !VERSIONS.contains(&version) {
-        let newest = VERSIONS[1];
-        return Err(Error::unsupported(format!("the file is of version {version}, this program reads up to {newest}"))
+    if !(1..=NEWEST).contains(&version) {
+        return Err(Error::unsupported(format!("the file is of version {version}, this program reads up to {NEWEST}"))
             .advise("use a newer Relievo, or build the file again"));
     }
     if number(HEAD - 4) != crc32fast::hash(&head[..HEAD - 4]) {
@@ -415,7 +441,7 @@ fn read_head(input: &mut impl Read) -> Result<Counts> {
         nodes: count(6),
         clips: count(7),
         attributes: count(8),
-        has_morphs: version == VERSIONS[1],
+        version,
     })
 }
 
@@ -461,6 +487,7 @@ fn read_all_but_triangles(input: &mut (impl Read + Seek), length: u64, memory_li
     let (frames, offsets) = read_skeleton(&skeleton, &counts, &mut model).map_err(|error| error.at("skeleton"))?;
     let lengths = read_hierarchy(&hierarchy, &counts, &mut model).map_err(|error| error.at("hierarchy"))?;
     budget.charge(if offsets > 0 { 4 * counts.vertices as u64 } else { 0 })?;
+    budget.charge(if counts.version > 2 { 8 * counts.vertices as u64 } else { 0 })?;
     read_vertices(&vertices, (&counts, offsets), &mut model).map_err(|error| error.at("vertices"))?;
     read_poses(&poses, &frames, &mut model).map_err(|error| error.at("poses"))?;
     budget.charge(16 * counts.triangles as u64)?;
@@ -521,9 +548,10 @@ fn read_skeleton(bytes: &[u8], counts: &Counts, model: &mut CrowdModel) -> Resul
     let bounds = rows.floats(6)?;
     (model.low, model.high) = ([bounds[0], bounds[1], bounds[2]], [bounds[3], bounds[4], bounds[5]]);
     let mut offsets = 0;
-    if counts.has_morphs {
+    if counts.version > 1 {
         (model.character.morphs.count, offsets) = (rows.number()?, rows.number()? as usize);
-        if !(1..=MOST_MORPHS).contains(&(model.character.morphs.count as usize)) {
+        let least = if counts.version == 2 { 1 } else { 0 };
+        if !(least..=MOST_MORPHS).contains(&(model.character.morphs.count as usize)) {
             return Err(damaged("the number of morph targets is wrong"));
         }
     }
@@ -592,7 +620,7 @@ fn read_vertices(bytes: &[u8], (counts, offsets): (&Counts, usize), model: &mut 
         }
         attribute.values = Values::F32(values);
     }
-    if counts.has_morphs {
+    if character.morphs.count > 0 {
         let morphs = &mut character.morphs;
         let mut sum = 0u32;
         morphs.starts.push(0);
@@ -604,6 +632,11 @@ fn read_vertices(bytes: &[u8], (counts, offsets): (&Counts, usize), model: &mut 
         let axes = [rows.floats(offsets)?, rows.floats(offsets)?, rows.floats(offsets)?];
         let offset = |(at, morph): (usize, u32)| MorphOffset { morph, offset: [axes[0][at], axes[1][at], axes[2][at]] };
         morphs.offsets = targets.into_iter().enumerate().map(offset).collect();
+    }
+    if counts.version > 2 {
+        let (groups, targets) = (rows.numbers(count)?, rows.numbers(count)?);
+        let targets = (0..).zip(targets).map(|(vertex, number): (u32, u32)| vertex.wrapping_add(unfolded(number)));
+        model.collapses = groups.into_iter().zip(targets).map(|(group, target)| Collapse { group, target }).collect();
     }
     rows.end()
 }
@@ -671,6 +704,15 @@ impl CrowdModel {
         };
         if !self.clips.iter().all(|clip| clip.rate > 0.0 && !clip.poses.is_empty() && clip.poses.iter().all(fits)) {
             return Err(damaged("a clip does not fit the bones"));
+        }
+        // Targets are removed later, so that a vertex that goes on comes to an end.
+        let goes_on = |found: &Collapse| {
+            let target = self.collapses.get(found.target as usize);
+            let is_known = (found.group as usize) < self.groups.len();
+            found.group == NONE || (is_known && target.is_some_and(|target| target.group > found.group))
+        };
+        if !(self.collapses.is_empty() || self.has_collapses()) || !self.collapses.iter().all(goes_on) {
+            return Err(damaged("a vertex goes nowhere when it is removed"));
         }
         let nested = |inner: ([f32; 3], [f32; 3]), low: [f32; 3], high: [f32; 3]| {
             (0..3).all(|axis| low[axis] <= inner.0[axis] && inner.1[axis] <= high[axis])

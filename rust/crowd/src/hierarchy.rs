@@ -12,6 +12,7 @@ use relievo_core::{Context, Progress, Result};
 use crate::build;
 use crate::character::Character;
 use crate::clip::Clip;
+use crate::geomorph::Collapse;
 
 /// No group.
 pub const NONE: u32 = u32::MAX;
@@ -87,6 +88,8 @@ pub struct CrowdModel {
     pub clusters: Vec<Cluster>,
     /// Groups. A group comes after those below it.
     pub groups: Vec<Group>,
+    /// Where every vertex goes when its place is removed; empty for models of older files.
+    pub collapses: Vec<Collapse>,
     /// Smallest coordinates in all poses.
     pub low: [f32; 3],
     /// Largest coordinates in all poses.

@@ -9,7 +9,8 @@
 //! 3. Neighbouring clusters are simplified together over the chosen poses, level upon level (Section 4.3): `grouping`,
 //!    `collapse`, `build`. Their errors are measured in all poses.
 //! 4. A view draws the coarsest clusters whose errors are no larger than it allows (Section 5.1): `ladder`, `crowd`. Agents
-//!    that others hide are left out (Section 5.2): `occlusion`. A graphics device makes the same cut: `device`.
+//!    that others hide are left out (Section 5.2): `occlusion`. A graphics device makes the same cut: `device`. Where larger
+//!    errors may be seen, vertices move from cut to cut: `geomorph`. Agents of a few pixels may be quads: `impostor`.
 //!
 //! Lengths are units of the model, angles radians, times seconds. Results do not depend on the number of threads.
 
@@ -25,11 +26,14 @@ mod draws;
 mod eigen;
 mod export;
 mod file;
+mod geomorph;
 mod grouping;
 mod hierarchy;
+mod impostor;
 mod ladder;
 mod mesh;
 mod morph;
+mod norm;
 mod occlusion;
 mod partition;
 mod places;
@@ -38,16 +42,19 @@ mod representative;
 mod skinning;
 mod stream;
 mod view;
+mod weights;
 
 pub use agents::{Walker, clip_index, parse_agents, parse_walkers, read_walkers, square};
 pub use character::{Bone, Character, Influence, MOST_BONES, MOST_TRIANGLES};
 pub use clip::{BoneMatrix, Clip, MOST_POSES, Pose};
-pub use crowd::{Agent, Crowd, Drawn, Frame, MOST_AGENTS};
+pub use crowd::{Agent, Crowd, Drawn, Frame, MOST_AGENTS, PoseKey};
 pub use device::{DeviceCrowd, DeviceDraws};
 pub use draws::{Draw, DrawList, Instance};
 pub use export::{Exported, MOST_LEVELS};
 pub use file::Reader;
+pub use geomorph::Collapse;
 pub use hierarchy::{BuildSettings, Cluster, CrowdModel, Group, NONE, Report};
+pub use impostor::{Impostor, Impostors, SIDE, Texel};
 pub use ladder::Ladder;
 pub use morph::{MOST_MORPHS, MorphOffset, Morphs};
 pub use occlusion::{Culled, Occlusion, PixelView};

@@ -12,7 +12,7 @@ use std::collections::hash_map::Entry;
 use glam::{DMat3, DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
 
-use crate::crowd::{Crowd, Drawn, Frame};
+use crate::crowd::{Crowd, Drawn, Frame, PoseKey};
 use crate::skinning::{Blend, skin};
 
 /// Triangles of occluders at most; the nearest agents come first.
@@ -112,6 +112,9 @@ impl Occlusion {
         }
         let counted = |drawn: &(u32, Drawn)| {
             let model = &crowd.models()[crowd.agents()[drawn.0 as usize].model as usize];
+            if drawn.1 == Drawn::Impostor {
+                return (0, 2);
+            }
             let clusters = crowd.clusters(frame, *drawn);
             (clusters.len() as u64, model.triangle_count(clusters))
         };
@@ -130,7 +133,7 @@ impl Occlusion {
         }
         self.rasterise(context, crowd, (view, time), frame, &occluders)?;
         let is_hidden = context.map(frame.drawn.len(), |at| {
-            extent(crowd, view, frame.drawn[at].0).is_some_and(|extent| self.hides(&extent, view.size[0] as usize))
+            extent(crowd, view, frame.drawn[at]).is_some_and(|extent| self.hides(&extent, view.size[0] as usize))
         });
         for ((clusters, triangles), _) in counts.iter().zip(&is_hidden).filter(|(_, is_hidden)| **is_hidden) {
             found.hidden += 1;
@@ -164,32 +167,28 @@ impl Occlusion {
         occluders: &[(u32, Drawn)],
     ) -> Result<()> {
         // Agents in the same pose share it.
-        let mut poses: HashMap<(u32, u32, usize), Vec<[f32; 3]>> = HashMap::new();
-        let key = |agent: u32| {
-            let agent = &crowd.agents()[agent as usize];
-            (agent.model, agent.clip, crowd.pose(agent, time))
-        };
+        let mut poses: HashMap<PoseKey, Vec<[f32; 3]>> = HashMap::new();
         for (agent, _) in occluders {
-            let (model, clip, pose) = key(*agent);
-            if let Entry::Vacant(place) = poses.entry((model, clip, pose)) {
-                let found = &crowd.models()[model as usize];
-                let bones = &found.clips[clip as usize].poses[pose];
-                place.insert(skin(context, &found.character, bones, Blend::Linear)?);
+            let key = crowd.pose_key(*agent, time);
+            if let Entry::Vacant(place) = poses.entry(key) {
+                let found = &crowd.models()[key.model as usize];
+                place.insert(skin(context, &found.character, &crowd.posed(&key), Blend::Linear)?);
             }
         }
         let projected: Vec<Vec<Projected>> = context.map(occluders.len(), |at| {
             let drawn = occluders[at];
             let agent = &crowd.agents()[drawn.0 as usize];
             let model = &crowd.models()[agent.model as usize];
-            let points = &poses[&key(drawn.0)];
-            let corner = |vertex: u32| {
-                let place = Vec3::from(points[vertex as usize]).as_dvec3();
+            let points = &poses[&crowd.pose_key(drawn.0, time)];
+            let corner = |of: (u32, f32), vertex: u32| {
+                let place = Vec3::from(model.blended(of, vertex, points)).as_dvec3();
                 view.project(agent.transform.transform_point3(place))
             };
-            let clusters = crowd.clusters(frame, drawn).iter();
-            let triangles = clusters.flat_map(|cluster| model.triangles(*cluster));
+            let blends = crowd.blends(frame, drawn).iter().copied().chain(std::iter::repeat(0.0));
+            let clusters = crowd.clusters(frame, drawn).iter().copied().zip(blends);
+            let triangles = clusters.flat_map(|of| model.triangles(of.0).iter().map(move |triangle| (of, triangle)));
             // A triangle that reaches behind the camera hides nothing.
-            triangles.filter_map(|[a, b, c]| Some([corner(*a)?, corner(*b)?, corner(*c)?])).collect()
+            triangles.filter_map(|(of, [a, b, c])| Some([corner(of, *a)?, corner(of, *b)?, corner(of, *c)?])).collect()
         });
         let [width, height] = view.size.map(|side| side as usize);
         self.depths.clear();
@@ -250,10 +249,15 @@ impl PixelView {
 }
 
 /// Returns the pixels that the box of an agent may cover; nothing where it reaches behind the camera or covers none.
-fn extent(crowd: &Crowd, view: &PixelView, agent: u32) -> Option<Extent> {
+fn extent(crowd: &Crowd, view: &PixelView, (agent, drawn): (u32, Drawn)) -> Option<Extent> {
+    let mut moved = crowd.moved(agent);
     let agent = &crowd.agents()[agent as usize];
     let model = &crowd.models()[agent.model as usize];
-    let ends = [model.low, model.high];
+    if drawn == Drawn::Impostor {
+        // The square is in a sphere around the box of the pose.
+        moved += 0.5 * model.size();
+    }
+    let ends = [model.low.map(|value| value - moved), model.high.map(|value| value + moved)];
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for corner in 0..8 {
         let place: [f64; 3] = std::array::from_fn(|axis| f64::from(ends[corner >> axis & 1][axis]));

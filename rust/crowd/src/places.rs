@@ -18,6 +18,9 @@ pub(crate) struct Places {
     /// Vertices sorted by charts, and where each chart begins.
     pub by_chart: Vec<u32>,
     pub starts: Vec<u32>,
+    /// Vertices sorted by places, and where each place begins.
+    by_place: Vec<u32>,
+    place_starts: Vec<u32>,
 }
 
 impl Places {
@@ -66,14 +69,9 @@ impl Places {
                 }
             });
         }
-        let mut starts = vec![0u32; known.len() + 1];
-        charts.iter().for_each(|chart| starts[*chart as usize + 1] += 1);
-        for chart in 1..starts.len() {
-            starts[chart] += starts[chart - 1];
-        }
-        let mut by_chart: Vec<u32> = (0..of.len() as u32).collect();
-        by_chart.sort_by_key(|vertex| charts[*vertex as usize]);
-        Self { of, vertices, charts, by_chart, starts }
+        let (by_chart, starts) = sorted(&charts, known.len());
+        let (by_place, place_starts) = sorted(&of, vertices.len());
+        Self { of, vertices, charts, by_chart, starts, by_place, place_starts }
     }
 
     /// Returns the number of places.
@@ -81,10 +79,27 @@ impl Places {
         self.vertices.len()
     }
 
+    /// Returns the vertices of a place.
+    pub fn at(&self, place: u32) -> &[u32] {
+        &self.by_place[self.place_starts[place as usize] as usize..self.place_starts[place as usize + 1] as usize]
+    }
+
     /// Returns the vertices of a chart.
     pub fn of_chart(&self, chart: u32) -> &[u32] {
         &self.by_chart[self.starts[chart as usize] as usize..self.starts[chart as usize + 1] as usize]
     }
+}
+
+/// Returns vertices sorted by keys below `count`, and where those of each key begin, and their end.
+fn sorted(keys: &[u32], count: usize) -> (Vec<u32>, Vec<u32>) {
+    let mut starts = vec![0u32; count + 1];
+    keys.iter().for_each(|key| starts[*key as usize + 1] += 1);
+    for key in 1..starts.len() {
+        starts[key] += starts[key - 1];
+    }
+    let mut vertices: Vec<u32> = (0..keys.len() as u32).collect();
+    vertices.sort_by_key(|vertex| keys[*vertex as usize]);
+    (vertices, starts)
 }
 
 /// Returns the bones of a vertex with their weights in an order that does not depend on that of the file.

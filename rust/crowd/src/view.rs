@@ -14,6 +14,17 @@ pub struct CrowdView {
     pub tolerance: f32,
     /// What is seen: all that has n · p + d ≥ 0 for each n and d, with n of length 1. None for everything.
     pub planes: Vec<[f32; 4]>,
+    /// Whether vertices move from cut to cut as the view does, so that nothing jumps. Of use above a pixel of error; every
+    /// agent in view is then cut group by group.
+    pub geomorph: bool,
+    /// Whether agents are drawn as [`Impostor`](crate::Impostor)s where these hold the error.
+    pub impostors: bool,
+}
+
+impl Default for CrowdView {
+    fn default() -> Self {
+        Self { eye: [0.0; 3], pixels: 1000.0, tolerance: 0.5, planes: Vec::new(), geomorph: false, impostors: false }
+    }
 }
 
 impl CrowdView {
@@ -38,7 +49,7 @@ impl CrowdView {
             plane(-up - back * half),
         ];
         let pixels = (0.5 * f64::from(height) / half) as f32;
-        let view = Self { eye: eye.as_vec3().to_array(), pixels, tolerance, planes };
+        let view = Self { eye: eye.as_vec3().to_array(), pixels, tolerance, planes, ..Self::default() };
         view.check()?;
         Ok(view)
     }

@@ -8,11 +8,12 @@ use std::collections::hash_map::Entry;
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Result};
 use relievo_crowd::{
-    Agent, Blend, BuildSettings, Cluster, Crowd, CrowdModel, CrowdView, Frame, Walker, read_walkers, skin, skin_normals,
+    Agent, Blend, BuildSettings, Cluster, Crowd, CrowdModel, CrowdView, Drawn, Frame, Impostor, Impostors, PoseKey,
+    Walker, read_walkers, skin, skin_normals,
 };
 use relievo_render as render;
 
@@ -113,7 +114,7 @@ impl Shown {
         self.crowd.cut(context, &seen, &mut self.frame)?;
         let base_color = entry.colour.map(|value| value.min(1.0));
         let material = render::Material { base_color, ..render::Material::default() };
-        let shown = (&self.crowd, &self.frame, time);
+        let shown = (&self.crowd, &self.frame, time, camera.eye);
         self.stand_ins.show(context, picture, shown, Blend::Linear, material, &|_, _, _, _| tag)?;
         Ok(self.frame.triangles)
     }
@@ -124,6 +125,7 @@ impl Shown {
 pub struct StandIns {
     objects: Vec<Option<render::ObjectId>>,
     is_shown: Vec<bool>,
+    impostors: Impostors,
 }
 
 /// A character in a pose.
@@ -133,7 +135,8 @@ struct Posed {
 }
 
 impl StandIns {
-    /// Puts the agents of a frame, at `time` seconds, into a picture in place of those of the frame before. The false
+    /// Puts the agents of a frame, at `time` seconds and seen from `eye`, into a picture in place of those of the frame before.
+    /// Impostors are made of a square for each texel that is covered. The false
     /// colour of a triangle is what `tag` returns for the agent, the cluster, its number and the material.
     ///
     /// # Errors
@@ -142,7 +145,7 @@ impl StandIns {
         &mut self,
         context: &Context,
         picture: &mut render::Scene,
-        (crowd, frame, time): (&Crowd, &Frame, f64),
+        (crowd, frame, time, eye): (&Crowd, &Frame, f64, DVec3),
         blend: Blend,
         material: render::Material,
         tag: &dyn Fn(u32, &Cluster, u32, u32) -> u32,
@@ -151,34 +154,47 @@ impl StandIns {
         self.objects.resize(count, None);
         let before = std::mem::replace(&mut self.is_shown, vec![false; count]);
         // Agents in the same pose share it.
-        let mut poses: HashMap<(u32, u32, usize), Posed> = HashMap::new();
+        let mut poses: HashMap<PoseKey, Posed> = HashMap::new();
+        let mut impostors = self.impostors.of_frame(context, (crowd, frame, time), eye)?.into_iter();
         for drawn in &frame.drawn {
             let (number, agent) = (drawn.0, &crowd.agents()[drawn.0 as usize]);
             let model = &crowd.models()[agent.model as usize];
-            let at = crowd.pose(agent, time);
-            let posed = match poses.entry((agent.model, agent.clip, at)) {
-                Entry::Occupied(posed) => posed.into_mut(),
-                Entry::Vacant(place) => {
-                    let pose = &model.clips[agent.clip as usize].poses[at];
-                    let points = skin(context, &model.character, pose, blend)?;
-                    let normals = skin_normals(context, &model.character, pose, blend)?;
-                    place.insert(Posed { points, normals })
-                }
-            };
             let mut mesh = render::Mesh::default();
-            let mut numbers = HashMap::new();
-            for cluster in crowd.clusters(frame, *drawn) {
-                let found = model.clusters[*cluster as usize];
-                let materials = &model.character.materials[found.first as usize..];
-                for (triangle, material) in model.triangles(*cluster).iter().zip(materials) {
-                    mesh.triangles.push(triangle.map(|vertex| {
-                        *numbers.entry(vertex).or_insert_with(|| {
-                            mesh.points.push(posed.points[vertex as usize]);
-                            mesh.normals.extend(posed.normals.get(vertex as usize));
-                            mesh.points.len() as u32 - 1
-                        })
-                    }));
-                    mesh.tags.push(tag(number, &found, *cluster, *material));
+            if drawn.1 == Drawn::Impostor {
+                let found = impostors.next().map(|(_, impostor)| impostor);
+                let tag =
+                    |cluster: u32, material: u32| tag(number, &model.clusters[cluster as usize], cluster, material);
+                found.iter().for_each(|impostor| add_texels(&mut mesh, impostor, &tag));
+            } else {
+                let key = crowd.pose_key(number, time);
+                let posed = match poses.entry(key) {
+                    Entry::Occupied(posed) => posed.into_mut(),
+                    Entry::Vacant(place) => {
+                        let pose = crowd.posed(&key);
+                        let points = skin(context, &model.character, &pose, blend)?;
+                        let normals = skin_normals(context, &model.character, &pose, blend)?;
+                        place.insert(Posed { points, normals })
+                    }
+                };
+                let mut numbers = HashMap::new();
+                let blends = crowd.blends(frame, *drawn).iter().copied().chain(std::iter::repeat(0.0));
+                for of in crowd.clusters(frame, *drawn).iter().copied().zip(blends) {
+                    let found = model.clusters[of.0 as usize];
+                    let materials = &model.character.materials[found.first as usize..];
+                    for (triangle, material) in model.triangles(of.0).iter().zip(materials) {
+                        mesh.triangles.push(triangle.map(|vertex| {
+                            // Other clusters may have the vertex where it does not move.
+                            let moves = of.1 > 0.0 && model.target(of.0, vertex).is_some();
+                            *numbers.entry((vertex, moves)).or_insert_with(|| {
+                                mesh.points.push(model.blended(of, vertex, &posed.points));
+                                if !posed.normals.is_empty() {
+                                    mesh.normals.push(model.blended(of, vertex, &posed.normals));
+                                }
+                                mesh.points.len() as u32 - 1
+                            })
+                        }));
+                        mesh.tags.push(tag(number, &found, of.0, *material));
+                    }
                 }
             }
             let slot = &mut self.objects[number as usize];
@@ -199,5 +215,16 @@ impl StandIns {
             }
         }
         Ok(())
+    }
+}
+
+/// Adds a square for each texel of an impostor that is covered.
+fn add_texels(mesh: &mut render::Mesh, impostor: &Impostor, tag: &dyn Fn(u32, u32) -> u32) {
+    for (at, texel) in impostor.covered() {
+        let first = mesh.points.len() as u32;
+        mesh.points.extend(impostor.corners(at));
+        mesh.normals.extend([texel.normal; 4]);
+        mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+        mesh.tags.extend([tag(texel.cluster, texel.material); 2]);
     }
 }

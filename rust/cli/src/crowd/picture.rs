@@ -107,7 +107,14 @@ pub fn run(arguments: &Arguments) -> Outcome {
             Show::Levels => cluster.depth.min(LEVELS.len() as u32 - 1),
         };
         let crowd = &scene.crowd;
-        stand_ins.show(&scene.context, &mut picture, (crowd, &shown.frame, shown.time), blend, MATERIAL, &tag)?;
+        stand_ins.show(
+            &scene.context,
+            &mut picture,
+            (crowd, &shown.frame, shown.time, scene.camera.eye),
+            blend,
+            MATERIAL,
+            &tag,
+        )?;
         let mut frame = picture.render(&scene.context, &view)?;
         if arguments.show == Show::Levels {
             let entries: Vec<_> = LEVELS.iter().map(|(color, label)| (from_hex(*color), *label)).collect();

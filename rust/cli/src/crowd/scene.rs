@@ -30,13 +30,13 @@ pub struct ViewArguments {
     pub scene: SceneArguments,
     /// Read clusters from the files while they are drawn, and keep their triangles within so many mebibytes for each model;
     /// left out, whole files are read. What has not been read is drawn coarser.
-    #[arg(long, value_name = "MIB", conflicts_with = "occlusion")]
+    #[arg(long, value_name = "MIB", conflicts_with_all = ["occlusion", "geomorph", "impostors"])]
     budget: Option<f64>,
     /// Clusters of a model that are read in a frame at most.
     #[arg(long, value_name = "N", default_value_t = 1024, requires = "budget")]
     read: u32,
     /// What cuts the crowd and makes its draws. A graphics device makes those of the processor.
-    #[arg(long, value_enum, default_value = "cpu", conflicts_with_all = ["budget", "occlusion"])]
+    #[arg(long, value_enum, default_value = "cpu", conflicts_with_all = ["budget", "occlusion", "geomorph", "impostors"])]
     device: Kind,
     /// A part of the name of the graphics device; left out, the best there is.
     #[arg(long, value_name = "NAME")]
@@ -76,6 +76,12 @@ pub struct SceneArguments {
     /// Leave out agents that others hide at the middle of every pixel that they may cover.
     #[arg(long)]
     occlusion: bool,
+    /// Move vertices from cut to cut as the camera moves, so that nothing jumps; of use where --pixels is above 1.
+    #[arg(long)]
+    geomorph: bool,
+    /// Draw agents of a few pixels as single quads with pictures of them, where these hold the error.
+    #[arg(long)]
+    impostors: bool,
     /// Error that may be seen, in pixels.
     #[arg(long, value_name = "PIXELS", default_value_t = 0.5)]
     pixels: f32,
@@ -211,7 +217,8 @@ impl SceneArguments {
             crowd.add(walker.agent).map_err(|error| error.at(format!("agent {index}")))?;
         }
         let (camera, ground) = self.camera(&crowd)?;
-        let view = CrowdView::perspective(camera.eye, camera.axes, camera.fov, self.size, self.pixels)?;
+        let mut view = CrowdView::perspective(camera.eye, camera.axes, camera.fov, self.size, self.pixels)?;
+        (view.geomorph, view.impostors) = (self.geomorph, self.impostors);
         let occlusion = self.occlusion.then(Occlusion::default);
         Ok(Scene { context, crowd, camera, ground, walkers, view, size: self.size, occlusion, on_device: None })
     }

@@ -88,7 +88,13 @@ fn agents_come_late_are_absent_or_have_more_draws_than_there_is_room_for() {
     let context = Context::serial();
     let mut crowd = Crowd::new(vec![Arc::new(built(12, 8))]);
     let mut on = DeviceCrowd::new(&device, &crowd, 3).unwrap();
-    let view = CrowdView { eye: [0.0, 1.5, 30.0], pixels: 4.0, tolerance: 0.5, planes: vec![[0.0, 0.0, -1.0, 20.0]] };
+    let view = CrowdView {
+        eye: [0.0, 1.5, 30.0],
+        pixels: 4.0,
+        tolerance: 0.5,
+        planes: vec![[0.0, 0.0, -1.0, 20.0]],
+        ..CrowdView::default()
+    };
     assert_eq!(on.cut(&context, &crowd, &view, 0.0).unwrap(), DeviceDraws::default());
     crowd.add(Agent { model: 0, clip: 0, phase: 0.0, transform: DAffine3::IDENTITY }).unwrap();
     let (expected, _) = expected(&mut crowd, &context, &view, 0.0);

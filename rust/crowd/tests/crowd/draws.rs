@@ -25,7 +25,13 @@ fn instanced_draws_show_what_the_frame_has() {
         );
         crowd.add(Agent { model: index % 2, clip: 0, phase: f64::from(index % 5) / 7.0, transform }).unwrap();
     }
-    let view = CrowdView { eye: [0.0, 2.0, 6.0], pixels: 400.0, tolerance: 0.5, planes: vec![[0.0, 0.0, -1.0, 1.0]] };
+    let view = CrowdView {
+        eye: [0.0, 2.0, 6.0],
+        pixels: 400.0,
+        tolerance: 0.5,
+        planes: vec![[0.0, 0.0, -1.0, 1.0]],
+        ..CrowdView::default()
+    };
     let (mut frame, mut list) = (Frame::default(), DrawList::default());
     crowd.cut(&context, &view, &mut frame).unwrap();
     list.update(&crowd, &frame, 0.25).unwrap();

@@ -56,6 +56,7 @@ fn drawn_clusters_are_within_half_a_pixel_and_no_finer_than_needed() {
                 assert!(next as usize == ladder.len() || pixels(ladder.error(next)) > 0.5 * (1.0 - 1e-4));
             }
             Drawn::Mixed { .. } => mixed += 1,
+            Drawn::Impostor => panic!("agent {agent} is an impostor, which the view does not ask for"),
         }
     }
     assert!(steps > 50 && mixed > 0, "{steps}, {mixed}");
