@@ -2,8 +2,10 @@
 
 mod apply;
 mod info;
+mod kept;
 mod mesh;
 mod picture;
+mod remove;
 mod texture;
 mod update;
 
@@ -38,6 +40,8 @@ enum Task {
     Apply(apply::Arguments),
     /// Changes a decal of a document and writes its layer anew.
     Update(update::Arguments),
+    /// Removes a decal of a document with its layer.
+    Remove(remove::Arguments),
     /// Lays a sticker on a mesh with texture coordinates and paints it into the texture.
     Texture(texture::Arguments),
 }
@@ -48,6 +52,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Task::Info(arguments) => info::run(arguments),
         Task::Apply(arguments) => apply::run(arguments),
         Task::Update(arguments) => update::run(arguments),
+        Task::Remove(arguments) => remove::run(arguments),
         Task::Texture(arguments) => texture::run(arguments),
     }
 }

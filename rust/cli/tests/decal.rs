@@ -240,7 +240,7 @@ fn a_sticker_is_painted_and_embossed_on_the_triangles_of_a_mesh() {
         apply(&["-o", "raised.relievo", "--document", "painted.relievo", "--layer", "relief", "--height", "0.2"]);
     assert!(raised.status.success(), "{}", text(&raised.stderr));
     let document = Document::open(&folder.join("raised.relievo"), u64::MAX).unwrap();
-    assert!(document.topology().is_of_triangles() && document.recipes().is_empty());
+    assert!(document.topology().is_of_triangles() && document.recipes().len() == 2);
     assert!(document.layer("decal").is_some_and(|layer| layer.kind() == Kind::Rgba8 && !layer.blocks().is_empty()));
     assert!(document.layer("relief").is_some_and(|layer| layer.kind() == Kind::Scalar && !layer.blocks().is_empty()));
     done(folder, &["doc", "export", "raised.relievo", "plane.obj", "-o", "raised.ply"]);
@@ -259,6 +259,24 @@ fn a_sticker_is_painted_and_embossed_on_the_triangles_of_a_mesh() {
         assert!((f64::from(color[0]) - red).abs() < 0.01 && (z - height).abs() < 1e-3, "{point:?} {color:?}");
     }
     assert!(counts[0] > 30 && counts[1] > 500, "{counts:?}");
+
+    // A pin moves, one layer changes; then the decal is gone with its layer and its recipe.
+    let change = |task: &str, more: &[&str]| {
+        done(folder, &[&["decal", task, "plane.obj", "raised.relievo"][..], more].concat());
+        Document::open(&folder.join("raised.relievo"), u64::MAX).unwrap()
+    };
+    let blocks = |document: &Document, name: &str| document.layer(name).expect("a layer").blocks().to_vec();
+    let moved = change("update", &["--image", "red.png", "--move", "0@-0.9,0.55,0", "--opacity", "0.5"]);
+    assert!(
+        blocks(&moved, "relief") == blocks(&document, "relief")
+            && blocks(&moved, "decal") != blocks(&document, "decal")
+    );
+    assert_eq!((moved.layer("decal").unwrap().settings().opacity, moved.recipes().len()), (0.5, 2));
+    let removed = change("remove", &["--layer", "decal"]);
+    assert!(removed.layer("decal").is_none() && blocks(&removed, "relief") == blocks(&document, "relief"));
+    assert_eq!(removed.recipes().len(), 1);
+    let gone = relievo(folder, &["decal", "remove", "plane.obj", "raised.relievo", "--layer", "decal"]);
+    assert!(!gone.status.success() && text(&gone.stderr).contains("no decal lies in a layer"));
 
     let refused =
         apply(&["-o", "none.relievo", "--document", "painted.relievo", "--layer", "decal", "--height", "0.2"]);

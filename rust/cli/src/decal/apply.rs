@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use glam::{DAffine3, Vec4};
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_decal::{Artwork, Ink, Printed, Recipe, emboss, hash, next_recipe, paint, triangulated};
+use relievo_decal::{Artwork, Ink, Pin, Printed, Recipe, emboss, hash, next_recipe, paint, triangulated};
 use relievo_detail::{DisplacedObject, LayeredObject};
 use relievo_document::{self as document, Document, Kind, Settings};
 use relievo_surface::{Surface, SurfaceOptions};
@@ -33,7 +33,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Write into the triangles of the mesh themselves, not into the limit surface of which the mesh is the cage. So it is
-    /// also where `--document` is of triangles. The document then keeps no recipe of the decal.
+    /// also where `--document` is of triangles.
     #[arg(long)]
     triangles: bool,
     /// The document of the mesh to go on from; left out, a new one.
@@ -87,7 +87,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     if is_new {
         let id = next_recipe(document.recipes())?;
-        document.put_recipe(id, arguments.recipe(&laid, layer).map(|recipe| recipe.encode()))?;
+        let recipe = arguments.recipe(&laid, laid.pins.clone(), arguments.cells, layer);
+        document.put_recipe(id, recipe.map(|recipe| recipe.encode()))?;
     }
     document.write(&arguments.output)?;
     if let Some(file) = &common.picture {
@@ -185,17 +186,17 @@ impl Arguments {
         Ok((layer, is_new))
     }
 
-    /// What the decal in a layer of its own was made of.
-    fn recipe(&self, laid: &super::Laid, layer: u32) -> Option<Recipe> {
+    /// What the decal in a layer of its own was made of, with pins as recipes keep them.
+    fn recipe(&self, laid: &super::Laid, pins: Vec<Pin>, cells: u32, layer: u32) -> Option<Recipe> {
         let ink = self.height.map_or(Ink::Color, Ink::Relief);
         Some(Recipe {
             sticker: laid.sticker.clone(),
             image: hash(laid.image.as_ref()?),
-            pins: laid.pins.clone(),
+            pins,
             depths: self.depths.depths.clone(),
             pose: laid.pose,
             settings: laid.settings,
-            cells: self.cells,
+            cells,
             layer,
             ink,
             seen: match ink {

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, Vec4};
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_decal::{Artwork, Printed, TrianglePrint, triangulated};
+use relievo_decal::{Artwork, Pin, Printable, Printed, TrianglePrint, next_recipe, triangulated};
 use relievo_detail::{LayeredObject, TriangleObject};
 use relievo_document::{Document, Kind, Settings};
 use relievo_surface::TriangleSurface;
@@ -17,7 +17,7 @@ use crate::triangles::tessellation;
 /// Lays the sticker on the displaced triangles of a mesh and writes it into a layer of their document.
 pub fn run(arguments: &Arguments, context: Context, mesh: &Mesh, document: Option<Document>) -> Outcome {
     let common = &arguments.common;
-    let (mut object, mut notes) = object(arguments, &context, mesh, document.as_ref())?;
+    let Opened { mut object, mut notes, layer, is_new } = object(arguments, &context, mesh, document.as_ref())?;
     let ground = tessellation(&context, &object, mesh)?;
     let laid = common.lay_on(context, triangulated(&ground.mesh))?;
     let context = &laid.context;
@@ -30,6 +30,12 @@ pub fn run(arguments: &Arguments, context: Context, mesh: &Mesh, document: Optio
     for recipe in document.iter().flat_map(|document| document.recipes()) {
         made.put_recipe(recipe.id, Some(recipe.bytes.clone()))?;
     }
+    if is_new {
+        let keep = |pin: &Pin| Ok(Pin { place: TriangleObject::kept(&ground, pin.place)?, ..*pin });
+        let pins = laid.pins.iter().map(keep).collect::<Result<Vec<_>>>()?;
+        let id = next_recipe(made.recipes())?;
+        made.put_recipe(id, arguments.recipe(&laid, pins, 1, layer).map(|recipe| recipe.encode()))?;
+    }
     made.write(&arguments.output)?;
     if let Some(file) = &common.picture {
         let mut shown = tessellation(context, &object, mesh)?;
@@ -41,13 +47,19 @@ pub fn run(arguments: &Arguments, context: Context, mesh: &Mesh, document: Optio
     report(arguments, &laid, &printed, &notes)
 }
 
-/// The mesh with the layers of the document, the one to be written into active, and what the user should know.
-fn object(
-    arguments: &Arguments,
-    context: &Context,
-    mesh: &Mesh,
-    document: Option<&Document>,
-) -> Result<(TriangleObject, Vec<String>)> {
+/// The mesh with the layers of the document.
+struct Opened {
+    object: TriangleObject,
+    /// What the user should know.
+    notes: Vec<String>,
+    /// The layer to be written into.
+    layer: u32,
+    /// Whether the document did not have it.
+    is_new: bool,
+}
+
+/// The mesh with the layers of the document, the one to be written into active.
+fn object(arguments: &Arguments, context: &Context, mesh: &Mesh, document: Option<&Document>) -> Result<Opened> {
     let surface = TriangleSurface::new(context, mesh)?;
     let topology = surface.topology().clone();
     let options = TriangleOptions { segments: arguments.texels, budget: context.memory_limit() };
@@ -64,10 +76,10 @@ fn object(
     if arguments.height.is_none() && object.colors().is_none() {
         object.set_paint(TriangleChannel::of_color(topology, Vec4::new(0.5, 0.5, 0.5, 1.0), &options)?)?;
     }
-    arguments.choose_layer(context, &mut object)?;
+    let (layer, is_new) = arguments.choose_layer(context, &mut object)?;
     object.settle(context)?;
     object.renew(context)?;
-    Ok((object, notes))
+    Ok(Opened { object, notes, layer, is_new })
 }
 
 fn print(
