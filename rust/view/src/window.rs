@@ -29,6 +29,10 @@ pub(crate) fn run<C: Content>(context: egui::Context, content: C, script: Option
         Error::new(ErrorKind::Device, format!("no window can be opened: {error}"))
             .advise(format!("run it on a desktop with X11, or use {}, which need no display", C::without_window()))
     })?;
+    if script.is_some() {
+        // A click stays one however long a frame takes.
+        context.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
+    }
     let mut application =
         Application { content, context, player: script.map(Player::new), shown: None, outcome: Ok(()) };
     let ended = events.run_app(&mut application);
