@@ -76,6 +76,16 @@ typedef struct RlvChannelInfo {
 
 #define RLV_CHANNEL_INFO_INIT {sizeof(RlvChannelInfo), 0, 0, 0, 0, 0, 0, 0}
 
+/* The folds of a displaced surface. Tiles with vectors are not counted, since vectors may overhang. */
+typedef struct RlvDetailFolds {
+    uint32_t struct_size;
+    uint32_t tile;           /* with most folded triangles, or the face of a triangle mesh; UINT32_MAX if nothing is folded */
+    uint64_t triangle_count; /* two for each coefficient of the displaced tiles; of triangle meshes, of displaced faces */
+    uint64_t folded_count;   /* triangles that the displacement turns over */
+} RlvDetailFolds;
+
+#define RLV_DETAIL_FOLDS_INIT {sizeof(RlvDetailFolds), 0, 0, 0}
+
 /* The colours of a detail. */
 typedef enum RlvColorFormat {
     RLV_COLOR_RGBA8 = 0,  /* red, green, blue as sRGB encodes them, and alpha: four bytes, 0 to 1 */
@@ -195,6 +205,11 @@ RLV_API RlvResult rlv_detail_advance(RlvDetail detail, double time);
 /* A channel as it was committed last. Fails if there is no such channel; one that the detail could have and has not is
  * no failure. */
 RLV_API RlvResult rlv_detail_channel_info(RlvDetail detail, uint32_t channel, RlvChannelInfo *out);
+
+/* Counts where the displaced surface, as it was committed last, is folded: where a displacement goes deeper than the
+ * surface is bent there, as a press through a thin part does, so that triangles are turned over. Costs about what a
+ * tessellation of the displaced tiles does. Fails if memory for that is refused. */
+RLV_API RlvResult rlv_detail_folds(RlvDetail detail, RlvDetailFolds *out);
 
 /* Edits. Gives faces another number of coefficients along their edges, of displacement and traces; pairs of a face and
  * its size as in the options. Displacements stay, exactly but for rounding where a face becomes finer. Fails with

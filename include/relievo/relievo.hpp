@@ -536,6 +536,13 @@ public:
         return info;
     }
 
+    /// Counts where the displaced surface is folded.
+    RlvDetailFolds folds() const {
+        RlvDetailFolds folds = RLV_DETAIL_FOLDS_INIT;
+        check(rlv_detail_folds(get(), &folds));
+        return folds;
+    }
+
     /// Gives it a vector displacement.
     void add_vectors(const RlvVectorOptions &options = RLV_VECTOR_OPTIONS_INIT) const {
         check(rlv_detail_add_vectors(get(), &options));

@@ -50,10 +50,14 @@ static void vectors(RlvSurface surface) {
     RlvChannelInfo info = RLV_CHANNEL_INFO_INIT;
     RlvDetailTileInfo tile = RLV_DETAIL_TILE_INFO_INIT;
     RlvDetailChanges changes = RLV_DETAIL_CHANGES_INIT;
+    RlvDetailFolds folds = RLV_DETAIL_FOLDS_INIT;
     unsigned char block[600], back[600];
     size_t size = 0;
     options.tile_size = 8;
     CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
+    CHECK_OK(rlv_detail_folds(detail, &folds));
+    CHECK(folds.tile == UINT32_MAX && folds.triangle_count == 0 && folds.folded_count == 0);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_folds(detail, NULL), "out");
     CHECK_OK(rlv_detail_channel_info(detail, RLV_CHANNEL_VECTORS, &info));
     CHECK(info.is_there == 0 && info.bytes == 0 && info.texel_size == 0);
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_tile_info(detail, RLV_CHANNEL_VECTORS, 0, &tile), "vector");

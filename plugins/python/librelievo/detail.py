@@ -101,6 +101,12 @@ class Detail(Handle):
         library.call("rlv_detail_channel_info", self.handle, number_of(channel), ctypes.byref(out))
         return record.read(out)
 
+    def folds(self) -> Any:
+        """Counts where the displaced surface, as it was committed last, is folded: the fields of `abi.RlvDetailFolds`."""
+        out = record.empty(abi.RlvDetailFolds)
+        library.call("rlv_detail_folds", self.handle, ctypes.byref(out))
+        return record.read(out)
+
     def set_face_sizes(self, pairs: ArrayLike) -> None:
         """Gives faces another number of coefficients: pairs of a face and its size."""
         pairs = Reading(pairs, numpy.uint32, 2, "face_sizes")

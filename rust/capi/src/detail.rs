@@ -89,6 +89,15 @@ descriptor! {
 }
 
 descriptor! {
+    pub struct RlvDetailFolds {
+        struct_size: u32,
+        tile: u32,
+        triangle_count: u64,
+        folded_count: u64,
+    }
+}
+
+descriptor! {
     pub struct RlvDetailInfo {
         struct_size: u32,
         is_painted: u32,
@@ -557,6 +566,19 @@ entry! {
         };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe { write_descriptor(out, info) }
+    }
+
+    fn rlv_detail_folds(detail: RlvDetail, out: *mut RlvDetailFolds) {
+        let object = registry::get(detail)?;
+        let folds = object.view().folds(&object.context.context)?;
+        let folds = RlvDetailFolds {
+            struct_size: 0,
+            tile: folds.worst.unwrap_or(u32::MAX),
+            triangle_count: folds.triangles,
+            folded_count: folds.folded,
+        };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, folds) }
     }
 
     fn rlv_detail_set_face_sizes(detail: RlvDetail, face_sizes: *const u32, count: usize, stride: usize) {

@@ -13,7 +13,7 @@ use relievo_tiles::triangle::{
     TriangleSnapshot, foot_at,
 };
 use relievo_tiles::{
-    ByFormat, Channel, ColorTexel, Displaced, Field, Rgba8, Rgba16, Snapshot, Texel, Vector, by_format,
+    ByFormat, Channel, ColorTexel, Displaced, Field, Folds, Rgba8, Rgba16, Snapshot, Texel, Vector, by_format,
 };
 
 use crate::detail::{RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, RLV_CHANNEL_TRACES, RLV_CHANNEL_VECTORS, missing};
@@ -511,6 +511,14 @@ impl View {
                 tiles.iter().map(|face| view.bounds(&displaced, *face)).reduce(union)
             }
         })
+    }
+
+    /// Where the displaced surface is folded.
+    pub fn folds(&self, context: &Context) -> Result<Folds> {
+        match &self.layers {
+            Layers::Tiles(view) => view.displaced()?.folds(context),
+            Layers::Triangles(view) => Ok(view.displaced()?.folds(context)),
+        }
     }
 
     /// What is at places, which exist; colours of tiles as means over as many footprints, if there are any.

@@ -145,6 +145,7 @@ fn run_with(
     }
     stepper.write_stages(context, progress)?;
     stepper.summary.trace.add(last, context.stats().take());
+    stepper.note_folds(context)?;
     progress.step(1.0, "done")?;
     Ok(stepper.finish())
 }
@@ -374,6 +375,25 @@ impl Stepper {
             stages.add(context, &self.world, *frame, &mut writer)?;
         }
         self.summary.files.push(stages.finish(writer, &self.folder)?);
+        Ok(())
+    }
+
+    /// Notes which surfaces are folded in the last frame.
+    fn note_folds(&mut self, context: &Context) -> relievo_core::Result<()> {
+        for (index, item) in self.world.items().iter().enumerate() {
+            let (folds, what) = match item {
+                Item::Surface(surface) => (surface.displaced()?.folds(context)?, "tile"),
+                Item::Triangles(item) => (item.object.displaced()?.folds(context), "face"),
+                Item::Mesh(_) => continue,
+            };
+            let Some(worst) = folds.worst else { continue };
+            let name = self.world.scene.objects.get(index).map_or("", |entry| entry.name.text.as_str());
+            self.summary.notes.push(format!(
+                "object `{name}` is folded: its displacement turns {} of {} triangles over, most of them on {what} {worst}; \
+                 press less deep there, or lower `max_displacement`",
+                folds.folded, folds.triangles
+            ));
+        }
         Ok(())
     }
 

@@ -7,7 +7,7 @@
 //! - How they are kept in documents: [`stored`]; how histories see them: [`blocks`].
 //! - Layers put on each other: [`composite`].
 //! - Vectors: [`vector`], in the frames of [`frame`].
-//! - The displaced surface: [`displaced`] evaluates it, [`tessellate`] makes triangles of it.
+//! - The displaced surface: [`displaced`] evaluates it, [`tessellate`] makes triangles of it, [`fold`] counts its folds.
 
 pub mod blocks;
 mod carried;
@@ -24,6 +24,7 @@ pub mod face_varying;
 mod fade;
 pub mod field;
 pub mod filter;
+pub mod fold;
 pub mod frame;
 pub mod heap;
 pub mod levels;
@@ -56,6 +57,7 @@ pub use device_ring::{BoundRing, DeviceRing, WorkedBlocks};
 pub use displaced::{Displaced, Points};
 pub use displacement::{Displacement, DisplacementOptions};
 pub use field::Field;
+pub use fold::Folds;
 pub use planes::{ColorPlanes, Planes};
 pub use ring::Change;
 pub use seam::SEAM_REACH;

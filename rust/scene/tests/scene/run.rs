@@ -776,6 +776,26 @@ fn a_surface_that_passes_a_resting_ball_gets_the_trail_of_a_ball_that_passes_it(
 }
 
 #[test]
+fn a_press_through_a_thin_part_is_noted_as_folded() {
+    let folder = tempfile::tempdir().unwrap();
+    let notes = |name: &str, z: f64| {
+        let scene = folder.path().join(format!("{name}.toml"));
+        let rest = format!("{{ time = 0, translation = [0, 0, {z}] }}");
+        let text = crossing("shape = \"sphere\"\nradius = 0.08\nfaces = 6", &rest, "");
+        std::fs::write(&scene, text.replace("max_displacement = 0.1", "max_displacement = 1")).unwrap();
+        let out = folder.path().join(name);
+        let options = RunOptions { out, frames: Some((0, 1)), allowed: Vec::new(), rebake: false, device: None };
+        run(&context(2), read_file(&scene).unwrap(), &options, &mut Silent).unwrap().notes
+    };
+    // The ball holds the middle of the surface, whose front goes beyond it.
+    let through = notes("through", 0.06);
+    assert!(through.iter().any(|note| note.contains("object `ground` is folded")), "{through:?}");
+    // A dent that is shallow beside the radius of the surface.
+    let dented = notes("dented", 0.16);
+    assert!(dented.iter().all(|note| !note.contains("folded")), "{dented:?}");
+}
+
+#[test]
 fn a_plate_that_spins_below_a_resting_ball_gets_a_ring() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("scene.toml");

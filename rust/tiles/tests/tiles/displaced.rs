@@ -3,8 +3,11 @@
 use glam::Vec3;
 use half::f16;
 use relievo_core::{Context, ContextOptions, Mesh};
-use relievo_surface::{Grid, Link, Order, Place, Placement, RingClass, Samples, Surface, SurfaceOptions};
+use relievo_surface::{
+    Grid, Link, Order, Place, Placement, RingClass, Samples, Surface, SurfaceOptions, TriangleSurface,
+};
 use relievo_testing::{Random, cage, grid};
+use relievo_tiles::triangle::{TriangleChannel, TriangleDisplaced, TriangleOptions, TriangleValues};
 use relievo_tiles::{Change, Displaced, Displacement, DisplacementOptions, Points, Sets, Texels};
 
 fn surface(mesh: &Mesh) -> Surface {
@@ -256,4 +259,58 @@ fn bad_places_and_foreign_fields_are_refused() {
     assert!(displaced.grid(&context, 0, &rows, &mut Points::default()).is_err());
     let other = self::surface(&grid(3, false, &[2], false));
     assert!(Displaced::new(&other, displacement.field()).is_err());
+}
+
+/// A surface without borders that is round everywhere: the limit of a cube of edge 2.
+fn round() -> Surface {
+    let points = (0..8u8).map(|i| [i & 1, i >> 1 & 1, i >> 2].map(|bit| f32::from(bit) * 2.0 - 1.0)).collect();
+    let corners = vec![0, 2, 3, 1, 4, 5, 7, 6, 0, 1, 5, 4, 2, 6, 7, 3, 0, 4, 6, 2, 1, 3, 7, 5];
+    surface(&Mesh { points, face_sizes: vec![4; 6], corners, ..Mesh::default() })
+}
+
+#[test]
+fn folds_are_counted_where_heights_go_beyond_a_centre_of_curvature() {
+    let context = Context::new(&ContextOptions { threads: 2, ..ContextOptions::default() }).unwrap();
+    let surface = round();
+    let options = DisplacementOptions { size: 16, ..DisplacementOptions::default() };
+    let folds = |depth: f32, tiles: Vec<u32>| {
+        let mut displacement = Displacement::new(surface.topology().clone(), &options).unwrap();
+        displacement.apply(&Sets { allocate: tiles.clone(), ..Sets::default() }).unwrap();
+        let changes = displacement.edit(&context, &tiles, |_, texels| fill(texels, |_, _| -depth));
+        displacement.settle(&context, &changes.unwrap()).unwrap();
+        Displaced::new(&surface, displacement.field()).unwrap().folds(&context).unwrap()
+    };
+    // The limit of this cube reaches from 0.55 to 0.6 of its half edge, and all centres of curvature are within 1.
+    for (depth, folded) in [(0.0, 0), (0.1, 0), (-3.0, 0), (3.0, 6 * 512)] {
+        let found = folds(depth, (0..6).collect());
+        assert_eq!((found.triangles, found.folded), (6 * 512, folded), "{depth}");
+        assert_eq!(found.worst, (folded > 0).then_some(0), "{depth}");
+    }
+    let some = folds(3.0, vec![4]);
+    assert!(some.worst == Some(4) && some.folded > 256, "{some:?}");
+    assert_eq!(folds(0.0, Vec::new()), relievo_tiles::Folds::default());
+}
+
+#[test]
+fn folds_of_triangle_meshes_are_counted_too() {
+    let context = Context::serial();
+    let quads = grid(6, true, &[2], false);
+    let mesh = Mesh::from_triangles(quads.points.clone(), &quads.triangles());
+    let surface = TriangleSurface::new(&context, &mesh).unwrap();
+    let topology = surface.topology().clone();
+    let folds = |height: f32| {
+        let options = TriangleOptions { segments: 8, budget: 1 << 22 };
+        let mut channel = TriangleChannel::displacement(topology.clone(), &options).unwrap();
+        let vertices = (0..topology.vertex_count() as u32).map(|vertex| (vertex, f16::from_f32(height))).collect();
+        channel.write(TriangleValues { faces: Vec::new(), edges: Vec::new(), vertices }).unwrap();
+        TriangleDisplaced::new(&surface, channel.field()).unwrap().folds(&context)
+    };
+    let faces = topology.face_count() as u64;
+    assert_eq!(folds(0.0), relievo_tiles::Folds::default());
+    // Vertex normals of a coarse tube are not those of its faces, but little height turns nothing over.
+    let little = folds(-0.01);
+    assert_eq!((little.triangles, little.folded), (faces, 0));
+    // Through the middle of the tube and out on the other side.
+    let through = folds(-10.0);
+    assert!(through.folded == faces && through.worst.is_some(), "{through:?}");
 }
