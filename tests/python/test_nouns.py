@@ -1392,6 +1392,10 @@ class Details(unittest.TestCase):
         self.assertGreater(report.changed_tiles, 0)
         changes = detail.commit()
         self.assertEqual(changes.tile_count, len(detail.changed_tiles()))
+        # Nothing folds a plane.
+        folds = detail.folds()
+        self.assertGreater(folds.triangle_count, 0)
+        self.assertEqual((folds.folded_count, folds.tile), (0, 2**32 - 1))
         tile = 5
         middle = detail.evaluate([tile], [[1.0, 1.0]], ["displacements", "traces", "positions"])
         self.assertAlmostEqual(float(middle["displacements"][0]), -0.1, delta=0.01)

@@ -483,6 +483,7 @@ fn use_detail(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     (decay.delay, decay.duration) = (number(bytes)?, number(bytes)?.abs());
     decay.budget = bytes.int_in_range(0..=40_000)?;
     let time = if bytes.ratio(1, 32)? { bytes.arbitrary()? } else { f64::from(number(bytes)?) };
+    let mut folds: RlvDetailFolds = sized(bytes)?;
     let mut block = vec![0_u8; 2 * 34 * 34];
     let points = numbers(bytes, 48)?;
     // SAFETY: every array has the room that is told.
@@ -490,6 +491,7 @@ fn use_detail(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
         called(rlv_detail_info(detail, &mut info));
         called(rlv_detail_tile_info(detail, channel, tile, &mut about));
         called(rlv_detail_channel_info(detail, channel, &mut about_channel));
+        called(rlv_detail_folds(detail, &mut folds));
         match bytes.int_in_range(0..=12_u8)? {
             4 => {
                 called(rlv_detail_add_vectors(detail, &vectors));
