@@ -56,10 +56,12 @@ typedef struct RlvCrowdModelInfo {
     uint64_t exceeded;        /* of these, larger than in every representative pose; the errors hold them */
     float low[3];             /* smallest coordinates in all poses */
     float high[3];            /* largest coordinates in all poses */
+    uint32_t morph_count;     /* morph targets that clips move */
+    uint32_t offset_count;    /* of vertices by these */
 } RlvCrowdModelInfo;
 
 #define RLV_CROWD_MODEL_INFO_INIT \
-    {sizeof(RlvCrowdModelInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0f, 0, 0, {0.0f}, {0.0f}}
+    {sizeof(RlvCrowdModelInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0f, 0, 0, {0.0f}, {0.0f}, 0, 0}
 
 /* A clip: an animation sampled as poses, which repeats. */
 typedef struct RlvCrowdClip {
@@ -93,6 +95,20 @@ typedef struct RlvCrowdVertices {
 
 #define RLV_CROWD_VERTICES_INIT {sizeof(RlvCrowdVertices), 0, 0, NULL, NULL, NULL, NULL, NULL}
 
+/* Where a vertex goes when its place is removed: in a draw of a cluster that this group uses (used_by), the vertex is at
+ * (1 - blend) of its posed place and blend of that of its target. */
+typedef struct RlvCrowdCollapse {
+    uint32_t group;  /* UINT32_MAX if no group removes it */
+    uint32_t target; /* a vertex */
+} RlvCrowdCollapse;
+
+/* What a morph target adds to a vertex at binding, at weight 1. */
+typedef struct RlvCrowdOffset {
+    uint32_t vertex;
+    uint32_t morph;  /* the morph target, below morph_count */
+    float offset[3]; /* units of the model */
+} RlvCrowdOffset;
+
 /* A cluster: triangles that are drawn together. */
 typedef struct RlvCrowdCluster {
     uint32_t first_triangle; /* in the triangles of the model */
@@ -123,7 +139,7 @@ typedef struct RlvCrowdView {
     double fov;       /* vertical field of view, radians */
     double time;      /* since the clips began, seconds */
     uint32_t occlusion; /* 1 leaves out agents that others hide at the middle of every pixel they may cover; 0 does not */
-    uint32_t reserved;
+    uint32_t geomorph;  /* 1 moves vertices from cut to cut as the view moves, so that nothing jumps; 0 does not */
 } RlvCrowdView;
 
 #define RLV_CROWD_VIEW_INIT \
@@ -141,9 +157,11 @@ typedef struct RlvCrowdFrame {
     uint64_t triangles;    /* of agent_count agents */
     uint64_t hidden_triangles;
     uint64_t occluder_triangles; /* that were drawn into depths to find the hidden agents; 0 where that rested */
+    uint32_t weight_count;       /* one for each morph target of each pose that is shown */
+    uint32_t reserved;
 } RlvCrowdFrame;
 
-#define RLV_CROWD_FRAME_INIT {sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0, 0, 0}
+#define RLV_CROWD_FRAME_INIT {sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 
 /* Arguments of an indexed draw, in the layout of VkDrawIndexedIndirectCommand. The vertices of all models are in one
  * buffer, one model after the other, and so are the indices of their triangles. */
@@ -176,9 +194,14 @@ typedef struct RlvCrowdBuffers {
     float *matrices; /* from the vertices at binding to the model: three rows of four floats for each bone of a pose */
     size_t matrix_capacity;
     size_t matrix_stride;
+    float *weights; /* of the morph targets of a pose, packed: vertices move by the weighted sum of offsets before bones move them */
+    size_t weight_capacity;
+    uint32_t *first_weights; /* the first weight of the pose of each instance, packed, with room for instance_capacity */
+    float *blends; /* how far the vertices of each draw are on the way to their targets, 0 to 1, packed, with room for draw_capacity */
 } RlvCrowdBuffers;
 
-#define RLV_CROWD_BUFFERS_INIT {sizeof(RlvCrowdBuffers), 0, NULL, 0, 0, NULL, NULL, 0, 0, NULL, 0, 0}
+#define RLV_CROWD_BUFFERS_INIT \
+    {sizeof(RlvCrowdBuffers), 0, NULL, 0, 0, NULL, NULL, 0, 0, NULL, 0, 0, NULL, 0, NULL, NULL}
 
 /* The fields of RlvCrowdBuildSettings in order: a table that lives as long as the process, and its length. No failure of
  * its own. */
@@ -219,6 +242,15 @@ RLV_API RlvResult rlv_crowd_model_material(RlvCrowdModel model, uint32_t materia
  * or texture coordinates are wanted that the model lacks. */
 RLV_API RlvResult rlv_crowd_model_get_vertices(RlvCrowdModel model, const RlvCrowdVertices *vertices);
 
+/* Writes where each vertex goes. Fails if the capacity is too small, or the model was read from a file that does not say it:
+ * build it again. */
+RLV_API RlvResult rlv_crowd_model_get_collapses(RlvCrowdModel model, RlvCrowdCollapse *collapses, size_t capacity,
+                                                size_t stride);
+
+/* Writes the offsets of all morph targets that clips move, one vertex after the other. Fails if the capacity is too small. */
+RLV_API RlvResult rlv_crowd_model_get_offsets(RlvCrowdModel model, RlvCrowdOffset *offsets, size_t capacity,
+                                              size_t stride);
+
 /* Writes the three vertices and the material of every triangle of all clusters, one cluster after the other; either array
  * may be NULL. Fails if the capacity, in triangles, is too small. */
 RLV_API RlvResult rlv_crowd_model_get_triangles(RlvCrowdModel model, uint32_t *triangles, uint32_t *materials,
@@ -244,16 +276,25 @@ RLV_API RlvResult rlv_crowd_release(RlvCrowd crowd);
 RLV_API RlvResult rlv_crowd_add(RlvCrowd crowd, const RlvCrowdAgent *agents, size_t count, size_t stride,
                                 uint32_t *first);
 
-/* Mutates the crowd: moves agents, from number first on, or gives them other clips. Fails, and changes nothing, as
- * rlv_crowd_add, or if there are not as many. */
+/* Mutates the crowd: moves agents, from number first on, or gives them other clips. Weights that rlv_crowd_set_weights gave
+ * stay, unless an agent gets another model. Fails, and changes nothing, as rlv_crowd_add, or if there are not as many. */
 RLV_API RlvResult rlv_crowd_set(RlvCrowd crowd, uint32_t first, const RlvCrowdAgent *agents, size_t count,
                                 size_t stride);
+
+/* Mutates the crowd: gives an agent count weights of its own, one for each morph target of its model, in place of those of
+ * its clip; NULL and 0 give it those of the clip again. What the difference may move its vertices by is added to its errors
+ * and boxes, so that cuts hold the error of a view; it is cut group by group at any distance, which needs more time and more
+ * triangles. Fails if there is no such agent, count is another than that of the morph targets, or a weight is not finite or
+ * too large. */
+RLV_API RlvResult rlv_crowd_set_weights(RlvCrowd crowd, uint32_t agent, const float *weights, size_t count);
 
 /* Mutates the crowd: finds what a view draws of it; out may be NULL. With occlusion the nearest agents that were drawn in
  * the last cut are rasterised on the processor, and the boxes of all agents tested against their depths. That changes no
  * pixel of a picture with one sample in the middle of each pixel, and rests for 32 cuts where it hides fewer triangles
- * than it costs. Fails if the view is not finite or has no pixels or direction, occlusion is neither 0 nor 1, the
- * indices of all models do not fit 32 bits, or with occlusion there are more than 2^26 pixels. */
+ * than it costs. With geomorph vertices move between cuts, which is of use where errors above one pixel may be seen; all
+ * agents in view are then cut group by group, and each has draws of its own. Fails if the view is not finite or has no pixels
+ * or direction, occlusion or geomorph is neither 0 nor 1, the indices of all models do not fit 32 bits, with occlusion there
+ * are more than 2^26 pixels, or with geomorph a model does not say where its vertices go. */
 RLV_API RlvResult rlv_crowd_cut(RlvCrowd crowd, const RlvCrowdView *view, RlvCrowdFrame *out);
 
 /* Writes what rlv_crowd_cut found. Fails, and writes nothing, if a capacity is too small, or the agents changed since. */

@@ -1541,6 +1541,20 @@ public:
         return triangles;
     }
 
+    /// Returns where each vertex goes when its place is removed.
+    std::vector<RlvCrowdCollapse> collapses() const {
+        std::vector<RlvCrowdCollapse> collapses(info().vertex_count);
+        check(rlv_crowd_model_get_collapses(get(), collapses.data(), collapses.size(), 0));
+        return collapses;
+    }
+
+    /// Returns what morph targets that clips move add to vertices.
+    std::vector<RlvCrowdOffset> offsets() const {
+        std::vector<RlvCrowdOffset> offsets(info().offset_count);
+        check(rlv_crowd_model_get_offsets(get(), offsets.data(), offsets.size(), 0));
+        return offsets;
+    }
+
     std::vector<RlvCrowdCluster> clusters() const {
         std::vector<RlvCrowdCluster> clusters(info().cluster_count);
         check(rlv_crowd_model_get_clusters(get(), clusters.data(), clusters.size(), 0));
@@ -1571,6 +1585,11 @@ struct CrowdDraws {
     std::vector<std::array<std::uint32_t, 2>> clusters;
     std::vector<RlvCrowdInstance> instances;
     std::vector<std::array<float, 12>> matrices;
+    /// Weights of the morph targets of the poses that are shown, and the first of the pose of each instance.
+    std::vector<float> weights;
+    std::vector<std::uint32_t> first_weights;
+    /// How far the vertices of each draw are on the way to their targets, 0 to 1.
+    std::vector<float> blends;
 };
 
 /// Agents of some models; see relievo/crowd.h.
@@ -1599,6 +1618,14 @@ public:
         check(rlv_crowd_set(get(), first, agents.data(), agents.size(), 0));
     }
 
+    /// Gives an agent weights of its own for the morph targets of its model.
+    void set_weights(std::uint32_t agent, const std::vector<float> &weights) const {
+        check(rlv_crowd_set_weights(get(), agent, weights.data(), weights.size()));
+    }
+
+    /// Gives an agent the weights of its clip again.
+    void reset_weights(std::uint32_t agent) const { check(rlv_crowd_set_weights(get(), agent, nullptr, 0)); }
+
     RlvCrowdFrame cut(const RlvCrowdView &view) {
         RlvCrowdFrame frame = RLV_CROWD_FRAME_INIT;
         check(rlv_crowd_cut(get(), &view, &frame));
@@ -1620,6 +1647,13 @@ public:
         buffers.instance_capacity = found.instances.size();
         buffers.matrices = reinterpret_cast<float *>(found.matrices.data());
         buffers.matrix_capacity = found.matrices.size();
+        found.weights.resize(frame.weight_count);
+        found.first_weights.resize(frame.agent_count);
+        buffers.weights = found.weights.data();
+        buffers.weight_capacity = found.weights.size();
+        buffers.first_weights = found.first_weights.data();
+        found.blends.resize(frame.draw_count);
+        buffers.blends = found.blends.data();
         check(rlv_crowd_get(get(), &buffers));
         return found;
     }

@@ -10,12 +10,13 @@ static uint32_t cancel(void *user, float fraction, const char *stage) {
     return --*(int *)user < 0 ? RLV_PROGRESS_CANCEL : RLV_PROGRESS_CONTINUE;
 }
 
-/* A tube along y from -1 to 1 whose upper half turns about z by 90 degrees within a second, as glTF. */
+/* A tube along y from -1 to 1 whose upper half turns about z by 90 degrees within a second, while a morph target makes it
+ * wider by half, as glTF. */
 static void write_arm(void) {
-    static float positions[POINTS][3], weights[POINTS][4];
+    static float positions[POINTS][3], offsets[POINTS][3], weights[POINTS][4];
     static uint16_t joints[POINTS][4];
     static uint32_t indices[TRIANGLES][3];
-    const float times[2] = {0.0f, 1.0f}, turns[2][4] = {{0, 0, 0, 1}, {0, 0, 0.70710678f, 0.70710678f}};
+    const float times[2] = {0.0f, 1.0f}, shares[2] = {0.0f, 1.0f}, turns[2][4] = {{0, 0, 0, 1}, {0, 0, 0.70710678f, 0.70710678f}};
     for (int ring = 0; ring < RINGS; ++ring) {
         for (int side = 0; side < SIDES; ++side) {
             const int point = ring * SIDES + side;
@@ -25,6 +26,8 @@ static void write_arm(void) {
             positions[point][0] = (float)(radius * cos(angle));
             positions[point][1] = (float)height;
             positions[point][2] = (float)(radius * sin(angle));
+            offsets[point][0] = 0.5f * positions[point][0];
+            offsets[point][2] = 0.5f * positions[point][2];
             joints[point][1] = 1;
             weights[point][0] = (float)(1.0 - share);
             weights[point][1] = (float)share;
@@ -44,16 +47,18 @@ static void write_arm(void) {
         size_t size, count;
         int component;
         const char *type, *more;
-    } parts[6] = {
+    } parts[8] = {
         {positions, sizeof positions, POINTS, 5126, "VEC3", ",\"min\":[-0.3,-1,-0.3],\"max\":[0.3,1,0.3]"},
         {joints, sizeof joints, POINTS, 5123, "VEC4", ""},
         {weights, sizeof weights, POINTS, 5126, "VEC4", ""},
         {indices, sizeof indices, 3 * TRIANGLES, 5125, "SCALAR", ""},
         {times, sizeof times, 2, 5126, "SCALAR", ",\"min\":[0],\"max\":[1]"},
         {turns, sizeof turns, 2, 5126, "VEC4", ""},
+        {offsets, sizeof offsets, POINTS, 5126, "VEC3", ",\"min\":[-0.2,0,-0.2],\"max\":[0.2,0,0.2]"},
+        {shares, sizeof shares, 2, 5126, "SCALAR", ""},
     };
     size_t total = 0;
-    for (int part = 0; part < 6; ++part) {
+    for (int part = 0; part < 8; ++part) {
         CHECK(fwrite(parts[part].data, 1, parts[part].size, bytes) == parts[part].size);
         total += parts[part].size;
     }
@@ -61,19 +66,21 @@ static void write_arm(void) {
             "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0,1]}],"
             "\"nodes\":[{\"mesh\":0,\"skin\":0},{\"name\":\"lower\",\"children\":[2]},{\"name\":\"upper\"}],"
             "\"skins\":[{\"joints\":[1,2]}],"
-            "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"JOINTS_0\":1,\"WEIGHTS_0\":2},\"indices\":3}]}],"
-            "\"animations\":[{\"name\":\"bend\",\"channels\":[{\"sampler\":0,\"target\":{\"node\":2,\"path\":\"rotation\"}}],"
-            "\"samplers\":[{\"input\":4,\"output\":5}]}],"
+            "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"JOINTS_0\":1,\"WEIGHTS_0\":2},\"indices\":3,"
+            "\"targets\":[{\"POSITION\":6}]}]}],"
+            "\"animations\":[{\"name\":\"bend\",\"channels\":[{\"sampler\":0,\"target\":{\"node\":2,\"path\":\"rotation\"}},"
+            "{\"sampler\":1,\"target\":{\"node\":0,\"path\":\"weights\"}}],"
+            "\"samplers\":[{\"input\":4,\"output\":5},{\"input\":4,\"output\":7}]}],"
             "\"buffers\":[{\"uri\":\"crowd_arm.bin\",\"byteLength\":%u}],\"bufferViews\":[",
             (unsigned)total);
     total = 0;
-    for (int part = 0; part < 6; ++part) {
+    for (int part = 0; part < 8; ++part) {
         fprintf(text, "%s{\"buffer\":0,\"byteOffset\":%u,\"byteLength\":%u}", part ? "," : "", (unsigned)total,
                 (unsigned)parts[part].size);
         total += parts[part].size;
     }
     fprintf(text, "],\"accessors\":[");
-    for (int part = 0; part < 6; ++part) {
+    for (int part = 0; part < 8; ++part) {
         fprintf(text, "%s{\"bufferView\":%d,\"componentType\":%d,\"count\":%u,\"type\":\"%s\"%s}", part ? "," : "", part,
                 parts[part].component, (unsigned)parts[part].count, parts[part].type, parts[part].more);
     }
@@ -207,6 +214,114 @@ static RlvCrowdAgent agent_at(double x, double z) {
     agent.transform[9] = x;
     agent.transform[11] = z;
     return agent;
+}
+
+/* An agent with weights of its own is drawn with them, and with more triangles; without them as before. */
+static void check_weights(RlvContext context, RlvCrowdModel model) {
+    const RlvCrowdAgent agents[2] = {agent_at(-1.0, -20.0), agent_at(1.0, -20.0)};
+    RlvCrowdView view = RLV_CROWD_VIEW_INIT;
+    RlvCrowdFrame before = RLV_CROWD_FRAME_INIT, after = RLV_CROWD_FRAME_INIT;
+    RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
+    RlvCrowdModelInfo info = RLV_CROWD_MODEL_INFO_INIT;
+    RlvCrowdOffset *offsets = malloc(POINTS * sizeof *offsets);
+    RlvCrowd crowd = RLV_NULL;
+    CHECK(offsets != NULL);
+    CHECK_OK(rlv_crowd_model_info(model, &info));
+    CHECK(info.morph_count == 1 && info.offset_count == POINTS);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_get_offsets(model, offsets, POINTS - 1, 0), "offsets");
+    CHECK_OK(rlv_crowd_model_get_offsets(model, offsets, POINTS, 0));
+    for (uint32_t point = 0; point < POINTS; ++point) {
+        const double radius = hypot(offsets[point].offset[0], offsets[point].offset[2]);
+        CHECK(offsets[point].vertex == point && offsets[point].morph == 0 && offsets[point].offset[1] == 0.0f);
+        CHECK(radius > 0.09 && radius < 0.11);
+    }
+    free(offsets);
+
+    CHECK_OK(rlv_crowd_create(context, &model, 1, &crowd));
+    CHECK_OK(rlv_crowd_add(crowd, agents, 2, 0, NULL));
+    view.width = 320;
+    view.height = 240;
+    view.time = 1.0 / 6.0;
+    CHECK_OK(rlv_crowd_cut(crowd, &view, &before));
+    CHECK(before.agent_count == 2 && before.weight_count == 1 && before.matrix_count == info.bone_count);
+    const float own = 1.5f, wrong[2] = {0.0f, NAN};
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_set_weights(crowd, 2, &own, 1), "agent 2");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_set_weights(crowd, 1, wrong, 2), "2 weights for 1");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_set_weights(crowd, 1, wrong + 1, 1), "finite");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_set_weights(crowd, 1, NULL, 1), "weights");
+    CHECK_OK(rlv_crowd_set_weights(crowd, 1, &own, 1));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_get(crowd, &buffers), "rlv_crowd_cut");
+    CHECK_OK(rlv_crowd_cut(crowd, &view, &after));
+    CHECK(after.agent_count == 2 && after.weight_count == 2 && after.matrix_count == 2 * info.bone_count);
+    CHECK(after.triangles > before.triangles);
+    float weights[2] = {9.0f, 9.0f};
+    uint32_t firsts[2];
+    RlvCrowdInstance instances[2];
+    buffers.instances = instances;
+    buffers.instance_capacity = 2;
+    buffers.first_weights = firsts;
+    buffers.weights = weights;
+    buffers.weight_capacity = 1;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_get(crowd, &buffers), "weights");
+    CHECK(weights[0] == 9.0f);
+    buffers.weight_capacity = 2;
+    CHECK_OK(rlv_crowd_get(crowd, &buffers));
+    for (int at = 0; at < 2; ++at) {
+        CHECK_NEAR(weights[firsts[at]], instances[at].agent == 1 ? 1.5 : 1.0 / 6.0, 1e-6);
+    }
+    CHECK_OK(rlv_crowd_set_weights(crowd, 1, NULL, 0));
+    CHECK_OK(rlv_crowd_cut(crowd, &view, &after));
+    CHECK(after.triangles == before.triangles && after.weight_count == 1);
+    CHECK_OK(rlv_crowd_release(crowd));
+}
+
+/* Vertices go to others that are removed later, and in most views some are on their way. */
+static void check_geomorphs(RlvContext context, RlvCrowdModel model) {
+    const RlvCrowdAgent agent = agent_at(0.0, 0.0);
+    RlvCrowdView view = RLV_CROWD_VIEW_INIT;
+    RlvCrowdFrame frame = RLV_CROWD_FRAME_INIT;
+    RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
+    RlvCrowdModelInfo info = RLV_CROWD_MODEL_INFO_INIT;
+    RlvCrowd crowd = RLV_NULL;
+    CHECK_OK(rlv_crowd_model_info(model, &info));
+    RlvCrowdCollapse *collapses = malloc(POINTS * sizeof *collapses);
+    float *blends = malloc(info.cluster_count * sizeof *blends);
+    CHECK(collapses && blends);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_model_get_collapses(model, collapses, 3, 0), "collapses");
+    CHECK_OK(rlv_crowd_model_get_collapses(model, collapses, POINTS, 0));
+    uint32_t removed = 0;
+    for (uint32_t point = 0; point < POINTS; ++point) {
+        const RlvCrowdCollapse it = collapses[point];
+        CHECK(it.target < POINTS && (it.group < info.group_count || (it.group == UINT32_MAX && it.target == point)));
+        /* What a vertex goes to is removed later, if at all. */
+        CHECK(it.group == UINT32_MAX || collapses[it.target].group > it.group);
+        removed += it.group != UINT32_MAX;
+    }
+    CHECK(removed > POINTS / 2);
+    CHECK_OK(rlv_crowd_create(context, &model, 1, &crowd));
+    CHECK_OK(rlv_crowd_add(crowd, &agent, 1, 0, NULL));
+    view.width = 320;
+    view.height = 240;
+    view.tolerance = 2.0f;
+    view.geomorph = 1;
+    uint32_t moving = 0;
+    for (int step = 0; step < 40; ++step) {
+        view.eye[2] = 2.0 + 0.5 * step;
+        CHECK_OK(rlv_crowd_cut(crowd, &view, &frame));
+        buffers.draw_capacity = info.cluster_count;
+        buffers.blends = blends;
+        CHECK_OK(rlv_crowd_get(crowd, &buffers));
+        for (uint32_t draw = 0; draw < frame.draw_count; ++draw) {
+            CHECK(blends[draw] >= 0.0f && blends[draw] <= 1.0f);
+            moving += blends[draw] > 0.0f;
+        }
+    }
+    CHECK(moving > 40);
+    view.geomorph = 2;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "geomorph");
+    CHECK_OK(rlv_crowd_release(crowd));
+    free(collapses);
+    free(blends);
 }
 
 /* A row of agents from near to far, one of them behind the camera, cut into draws. */
@@ -397,6 +512,8 @@ int main(void) {
     check_models(context, model);
     check_parts(model);
     check_draws(context, model);
+    check_weights(context, model);
+    check_geomorphs(context, model);
     check_refusals(context, model);
     CHECK_OK(rlv_crowd_model_release(model));
     CHECK_OK(rlv_context_release(context));

@@ -473,6 +473,9 @@ int main() {
     const auto crowd_draws = crowd.draws(crowd_frame);
     CHECK(crowd_frame.agent_count == 3 && crowd_draws.instances.size() == 3 && crowd_draws.matrices.size() == 1);
     CHECK(crowd_draws.draws.size() == crowd_frame.draw_count && crowd_draws.clusters[0][0] == 0);
+    CHECK(model.collapses().size() == model.points().size() && crowd_draws.blends.size() == crowd_draws.draws.size());
+    CHECK(model.offsets().empty() && crowd_draws.weights.empty() && crowd_draws.first_weights.size() == 3);
+    crowd.reset_weights(1);
     crowd.set(0, {agent});
 
     // A mesh with one boundary is checked; its boundary is no hole to be filled.

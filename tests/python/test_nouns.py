@@ -1108,6 +1108,21 @@ class Crowds(unittest.TestCase):
         known = model.clusters()[clusters[:, 1]]
         numpy.testing.assert_array_equal(draws["first_index"], 3 * known["first_triangle"])
         self.assertTrue((draws["instance_count"] == 2).any())
+        self.assertTrue((crowd.blends() == 0).all())
+        moving = crowd.cut((400, 400), eye=(0.5, 0.5, 3), target=(0.5, 0.5, 0), tolerance=2, geomorph=True)
+        blends, collapses = crowd.blends(), model.collapses()
+        self.assertTrue(len(blends) == moving.draw_count and (blends > 0).any() and (blends <= 1).all())
+        info = model.info
+        removed = collapses["group"] < info.group_count
+        self.assertTrue(removed.any() and (collapses["target"] < info.vertex_count).all())
+        # Without morph targets there are no weights to set, and none to draw with.
+        self.assertEqual(info.morph_count + info.offset_count + len(model.offsets()), 0)
+        with self.assertRaisesRegex(rl.Invalid, "1 weights for 0"):
+            crowd.set_weights(0, [1.0])
+        crowd.set_weights(0, None)
+        crowd.cut((400, 400), eye=(0.5, 0.5, 3), target=(0.5, 0.5, 0))
+        weights, firsts = crowd.weights()
+        self.assertEqual((len(weights), firsts.tolist()), (0, [0] * 5))
         crowd.set(0, transforms[3:4])
         self.assertLess(crowd.cut((400, 400), (0.5, 0.5, 3), (0.5, 0.5, 0)).triangles, frame.triangles)
         with self.assertRaisesRegex(rl.Invalid, "transforms"):

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 AGENT = numpy.dtype(abi.RlvCrowdAgent)
 CLUSTER = numpy.dtype(abi.RlvCrowdCluster)
+COLLAPSE = numpy.dtype(abi.RlvCrowdCollapse)
+OFFSET = numpy.dtype(abi.RlvCrowdOffset)
 DRAW = numpy.dtype(abi.RlvCrowdDraw)
 INSTANCE = numpy.dtype(abi.RlvCrowdInstance)
 VERTICES = {"points": 3, "normals": 3, "uvs": 2, "bones": 4, "weights": 4}
@@ -139,6 +141,20 @@ class CrowdModel(Handle):
         library.call("rlv_crowd_model_get_triangles", self.handle, *places, count)
         return triangles, materials
 
+    def collapses(self) -> Any:
+        """An array of `abi.RlvCrowdCollapse`: where each vertex goes when its place is removed."""
+        collapses = numpy.zeros(self.info.vertex_count, COLLAPSE)
+        place = collapses.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdCollapse))
+        library.call("rlv_crowd_model_get_collapses", self.handle, place, len(collapses), 0)
+        return collapses
+
+    def offsets(self) -> Any:
+        """An array of `abi.RlvCrowdOffset`: what morph targets that clips move add to vertices."""
+        offsets = numpy.zeros(self.info.offset_count, OFFSET)
+        place = offsets.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdOffset))
+        library.call("rlv_crowd_model_get_offsets", self.handle, place, len(offsets), 0)
+        return offsets
+
     def clusters(self) -> Any:
         """An array of `abi.RlvCrowdCluster`."""
         clusters = numpy.zeros(self.info.cluster_count, CLUSTER)
@@ -174,6 +190,34 @@ class Crowd(Handle):
         place = agents.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdAgent))
         library.call("rlv_crowd_set", self.handle, first, place, len(agents), 0)
 
+    def set_weights(self, agent: int, weights: ArrayLike | None) -> None:
+        """Gives an agent weights of its own for the morph targets of its model; None gives it those of its clip again."""
+        if weights is None:
+            library.call("rlv_crowd_set_weights", self.handle, agent, None, 0)
+            return
+        given = numpy.ascontiguousarray(weights, numpy.float32).reshape(-1)
+        library.call("rlv_crowd_set_weights", self.handle, agent, address(given), len(given))
+
+    def blends(self) -> Array:
+        """How far the vertices of each draw of the last cut are on the way to their targets, 0 to 1."""
+        frame = getattr(self, "_frame", None) or record.empty(abi.RlvCrowdFrame)
+        blends = numpy.empty(frame.draw_count, numpy.float32)
+        buffers = record.fill(abi.RlvCrowdBuffers, {"draw_capacity": len(blends)})
+        buffers.blends = address(blends)
+        library.call("rlv_crowd_get", self.handle, ctypes.byref(buffers))
+        return blends
+
+    def weights(self) -> tuple[Array, Array]:
+        """Weights of morph targets in the last cut: of all poses that are shown, and the first of the pose of each instance."""
+        frame = getattr(self, "_frame", None) or record.empty(abi.RlvCrowdFrame)
+        weights = numpy.empty(frame.weight_count, numpy.float32)
+        firsts = numpy.empty(frame.agent_count, numpy.uint32)
+        counts = {"weight_capacity": len(weights), "instance_capacity": len(firsts)}
+        buffers = record.fill(abi.RlvCrowdBuffers, counts)
+        buffers.weights, buffers.first_weights = address(weights), address(firsts)
+        library.call("rlv_crowd_get", self.handle, ctypes.byref(buffers))
+        return weights, firsts
+
     def cut(
         self,
         size: Sequence[int],
@@ -184,12 +228,15 @@ class Crowd(Handle):
         tolerance: float = 0.5,
         time: float = 0.0,
         occlusion: bool = False,
+        geomorph: bool = False,
     ) -> Any:
         """Finds what a view draws, and returns counts; see `abi.RlvCrowdFrame`. `size` is (width, height) in pixels,
-        `tolerance` the error that may be seen, in pixels; `occlusion` leaves out agents that others hide."""
+        `tolerance` the error that may be seen, in pixels; `occlusion` leaves out agents that others hide; `geomorph` moves
+        vertices from cut to cut."""
         width, height = size
         given = {"width": width, "height": height, "tolerance": tolerance, "eye": eye, "target": target, "up": up}
-        view = record.fill(abi.RlvCrowdView, {**given, "fov": fov, "time": time, "occlusion": int(occlusion)})
+        given |= {"fov": fov, "time": time, "occlusion": int(occlusion), "geomorph": int(geomorph)}
+        view = record.fill(abi.RlvCrowdView, given)
         self._frame = record.empty(abi.RlvCrowdFrame)
         library.call("rlv_crowd_cut", self.handle, ctypes.byref(view), ctypes.byref(self._frame))
         return record.read(self._frame)

@@ -49,6 +49,8 @@ descriptor! {
         exceeded: u64,
         low: [f32; 3],
         high: [f32; 3],
+        morph_count: u32,
+        offset_count: u32,
     }
 }
 
@@ -78,6 +80,21 @@ descriptor! {
         uvs: *mut f32,
         bones: *mut u32,
         weights: *mut f32,
+    }
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RlvCrowdCollapse {
+    pub group: u32,
+    pub target: u32,
+}
+
+descriptor! {
+    pub struct RlvCrowdOffset {
+        vertex: u32,
+        morph: u32,
+        offset: [f32; 3],
     }
 }
 
@@ -113,7 +130,7 @@ descriptor! {
         fov: f64,
         time: f64,
         occlusion: u32,
-        reserved: u32,
+        geomorph: u32,
     }
 }
 
@@ -129,6 +146,8 @@ descriptor! {
         triangles: u64,
         hidden_triangles: u64,
         occluder_triangles: u64,
+        weight_count: u32,
+        reserved: u32,
     }
 }
 
@@ -164,12 +183,22 @@ descriptor! {
         matrices: *mut f32,
         matrix_capacity: usize,
         matrix_stride: usize,
+        weights: *mut f32,
+        weight_capacity: usize,
+        first_weights: *mut u32,
+        blends: *mut f32,
     }
 }
 
 impl Default for RlvCrowdClipName {
     fn default() -> Self {
         Self { name: std::ptr::null() }
+    }
+}
+
+impl Default for RlvCrowdOffset {
+    fn default() -> Self {
+        Self { vertex: 0, morph: 0, offset: [0.0; 3] }
     }
 }
 
@@ -195,6 +224,10 @@ impl Default for RlvCrowdInstance {
 unsafe impl Plain for RlvCrowdClipName {}
 // SAFETY: a handle is one integer.
 unsafe impl Plain for RlvCrowdModel {}
+// SAFETY: integers of four bytes without padding.
+unsafe impl Plain for RlvCrowdCollapse {}
+// SAFETY: integers and floats of four bytes without padding.
+unsafe impl Plain for RlvCrowdOffset {}
 // SAFETY: integers and floats of four bytes without padding.
 unsafe impl Plain for RlvCrowdCluster {}
 // SAFETY: two integers, then doubles, without padding.
@@ -299,6 +332,8 @@ fn info_of(model: &CrowdModel) -> RlvCrowdModelInfo {
         exceeded: model.report.exceeded,
         low: model.low,
         high: model.high,
+        morph_count: character.morphs.count,
+        offset_count: character.morphs.offsets.len() as u32,
     }
 }
 
@@ -325,7 +360,7 @@ unsafe fn view_of(view: *const RlvCrowdView) -> Result<Seen> {
     let default: RlvCrowdView = unsafe { std::mem::zeroed() };
     // SAFETY: promised by the caller.
     let given = unsafe { read_descriptor(view, default) }?;
-    let RlvCrowdView { width, height, tolerance, eye, target, up, fov, time, occlusion, .. } = given;
+    let RlvCrowdView { width, height, tolerance, eye, target, up, fov, time, occlusion, geomorph, .. } = given;
     if width == 0 || height == 0 {
         return Err(Error::invalid("the picture has no pixels").at("view").advise("set width and height"));
     }
@@ -333,14 +368,15 @@ unsafe fn view_of(view: *const RlvCrowdView) -> Result<Seen> {
         return Err(Error::invalid("the time is not finite").at("view").advise("give seconds"));
     }
     let camera = Camera::look_at(DVec3::from(eye), DVec3::from(target), DVec3::from(up), fov)?;
-    let view = CrowdView::perspective(camera.eye, camera.axes, camera.fov, [width, height], tolerance)?;
-    let pixels = match occlusion {
-        0 => None,
-        1 => Some(PixelView { eye: camera.eye, axes: camera.axes, fov: camera.fov, size: [width, height] }),
-        other => {
-            return Err(Error::invalid(format!("occlusion is {other}")).at("view").advise("set it to 0 or 1"));
-        }
+    let is_on = |name: &str, value: u32| match value {
+        0 => Ok(false),
+        1 => Ok(true),
+        other => Err(Error::invalid(format!("{name} is {other}")).at("view").advise("set it to 0 or 1")),
     };
+    let mut view = CrowdView::perspective(camera.eye, camera.axes, camera.fov, [width, height], tolerance)?;
+    view.geomorph = is_on("geomorph", geomorph)?;
+    let pixels = PixelView { eye: camera.eye, axes: camera.axes, fov: camera.fov, size: [width, height] };
+    let pixels = is_on("occlusion", occlusion)?.then_some(pixels);
     Ok(Seen { view, pixels, time })
 }
 
@@ -494,6 +530,44 @@ entry! {
         fill(weights, "weights", Some(character.influences.iter().map(|it| it.weights)))
     }
 
+    fn rlv_crowd_model_get_collapses(
+        model: RlvCrowdModel,
+        collapses: *mut RlvCrowdCollapse,
+        capacity: usize,
+        stride: usize,
+    ) {
+        let object = registry::get(model)?;
+        // SAFETY: the caller promises room for `capacity` elements.
+        let out = unsafe { Output::new("collapses", collapses, capacity, stride) }?;
+        if !object.model.has_collapses() {
+            return Err(Error::unsupported("the file of the model does not say where vertices go")
+                .at("model")
+                .advise("build it again"));
+        }
+        let found = object.model.collapses.iter();
+        let found = found.map(|it| RlvCrowdCollapse { group: it.group, target: it.target });
+        fill(Some(out), "collapses", Some(found))
+    }
+
+    fn rlv_crowd_model_get_offsets(
+        model: RlvCrowdModel,
+        offsets: *mut RlvCrowdOffset,
+        capacity: usize,
+        stride: usize,
+    ) {
+        let object = registry::get(model)?;
+        // SAFETY: the caller promises room for `capacity` offsets.
+        let out = unsafe { Output::new("offsets", offsets, capacity, stride) }?;
+        let morphs = &object.model.character.morphs;
+        let vertices = 0..object.model.character.points.len();
+        let of = |vertex: usize| {
+            let found = morphs.of(vertex).iter();
+            found.map(move |it| RlvCrowdOffset { vertex: vertex as u32, morph: it.morph, offset: it.offset })
+        };
+        let found: Vec<RlvCrowdOffset> = vertices.flat_map(of).collect();
+        fill(Some(out), "offsets", Some(found.into_iter()))
+    }
+
     fn rlv_crowd_model_get_triangles(
         model: RlvCrowdModel,
         triangles: *mut u32,
@@ -629,6 +703,18 @@ entry! {
         Ok(())
     }
 
+    fn rlv_crowd_set_weights(crowd: RlvCrowd, agent: u32, weights: *const f32, count: usize) {
+        let object = registry::get(crowd)?;
+        // SAFETY: the caller promises `count` weights.
+        let given = unsafe { Input::new("weights", weights, count, 0) }?;
+        let mut state = try_write(&object.state, "crowd")?;
+        let given = given.to_vec("weights", object.context.context.memory_limit())?;
+        let weights = (!weights.is_null()).then_some(given.as_slice());
+        state.crowd.set_weights(agent, weights).map_err(|error| error.at("weights"))?;
+        state.is_cut = false;
+        Ok(())
+    }
+
     fn rlv_crowd_cut(crowd: RlvCrowd, view: *const RlvCrowdView, out: *mut RlvCrowdFrame) {
         let object = registry::get(crowd)?;
         // SAFETY: the caller gives NULL or descriptors that start with their size.
@@ -658,6 +744,8 @@ entry! {
             triangles: frame.triangles,
             hidden_triangles: culled.hidden_triangles,
             occluder_triangles: culled.occluder_triangles,
+            weight_count: list.weights.len() as u32,
+            reserved: 0,
         };
         // SAFETY: checked above.
         unsafe { write_optional(out, found) }
@@ -676,7 +764,7 @@ entry! {
         }
         let list = &state.list;
         // SAFETY: the caller promises room for the capacities in each array that is not NULL.
-        let (draws, clusters, instances, matrices) = unsafe {
+        let (draws, clusters, instances, matrices, weights, first_weights, blends) = unsafe {
             (
                 Output::optional("draws", given.draws, given.draw_capacity, given.draw_stride)?,
                 Output::<[u32; 2]>::optional("clusters", given.clusters.cast(), given.draw_capacity, 0)?,
@@ -687,6 +775,9 @@ entry! {
                     given.matrix_capacity,
                     given.matrix_stride,
                 )?,
+                Output::optional("weights", given.weights, given.weight_capacity, 0)?,
+                Output::optional("first_weights", given.first_weights, given.instance_capacity, 0)?,
+                Output::optional("blends", given.blends, given.draw_capacity, 0)?,
             )
         };
         // Nothing is written unless there is room for all.
@@ -694,10 +785,16 @@ entry! {
         clusters.map(|out| out.holds("clusters", list.clusters.len())).transpose()?;
         instances.map(|out| out.holds("instances", list.instances.len())).transpose()?;
         matrices.map(|out| out.holds("matrices", list.matrices.len())).transpose()?;
+        weights.map(|out| out.holds("weights", list.weights.len())).transpose()?;
+        first_weights.map(|out| out.holds("first_weights", list.first_weights.len())).transpose()?;
+        blends.map(|out| out.holds("blends", list.blends.len())).transpose()?;
         fill(draws, "draws", Some(list.draws.iter().map(draw_of)))?;
         fill(clusters, "clusters", Some(list.clusters.iter().copied()))?;
         fill(instances, "instances", Some(list.instances.iter().map(instance_of)))?;
-        fill(matrices, "matrices", Some(list.matrices.iter().map(|rows| flat(*rows))))
+        fill(matrices, "matrices", Some(list.matrices.iter().map(|rows| flat(*rows))))?;
+        fill(weights, "weights", Some(list.weights.iter().copied()))?;
+        fill(first_weights, "first_weights", Some(list.first_weights.iter().copied()))?;
+        fill(blends, "blends", Some(list.blends.iter().copied()))
     }
 }
 
