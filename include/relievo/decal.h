@@ -11,6 +11,7 @@
 #define RELIEVO_DECAL_H
 
 #include "relievo/detail.h"
+#include "relievo/document.h"
 #include "relievo/layer.h"
 
 typedef struct RlvDecal {
@@ -108,6 +109,23 @@ typedef struct RlvDecalReport {
 
 #define RLV_DECAL_REPORT_INIT {sizeof(RlvDecalReport), 0, 0, 0, 0}
 
+/* A decal that a document keeps in a layer of its own. */
+typedef struct RlvDecalRecipe {
+    uint32_t struct_size;
+    uint32_t id;         /* its number in the document */
+    uint32_t layer;      /* the number of its layer */
+    uint32_t pin_count;
+    uint32_t width;      /* of the image, pixels */
+    uint32_t height;     /* of the image, pixels */
+    uint32_t channel;    /* RLV_CHANNEL_COLOR or RLV_CHANNEL_DISPLACEMENT */
+    uint32_t blend;      /* an RLV_BLEND_ value */
+    float opacity;       /* 0 to 1 */
+    float relief;        /* of displacement: what 1 in the image stands for, object units */
+    uint64_t image_hash; /* FNV-1a over width, height, channels and the bits of all pixels, numbers of 32 bits */
+} RlvDecalRecipe;
+
+#define RLV_DECAL_RECIPE_INIT {sizeof(RlvDecalRecipe), 0, 0, 0, 0, 0, 0, 0, 0.0f, 0.0f, 0}
+
 /* Lays a sticker on the triangles of a mesh. progress may be NULL. Fails if a pin or the options are out of range, pins lie
  * on different components, the sticker would fold at a pin or exceeds the triangles allowed; the message names the pin and
  * proposes a place for it. */
@@ -192,5 +210,38 @@ RLV_API RlvResult rlv_decal_strip_on_mesh(RlvMesh mesh, const RlvDecalOptions *o
 RLV_API RlvResult rlv_decal_strip_on_detail(RlvDetail detail, const RlvDecalOptions *options, const double *curve,
                                             size_t count, size_t stride, RlvDecalPin *pins, size_t capacity,
                                             size_t *pin_count, double *length);
+
+/* Writes the pins of a decal as they are now, in their order, to pins, which may be NULL to ask for their number, and that
+ * number to count. Fails if there are more than capacity. */
+RLV_API RlvResult rlv_decal_pins(RlvDecal decal, RlvDecalPin *pins, size_t capacity, size_t *count);
+
+/* Writes the number of decals that a document keeps. */
+RLV_API RlvResult rlv_decal_count(RlvDocument document, size_t *count);
+
+/* Describes a decal of a document, by its place from 0 on. Fails if there is none or it is damaged. */
+RLV_API RlvResult rlv_decal_recipe(RlvDocument document, size_t index, RlvDecalRecipe *out);
+
+/* Writes a decal that lies on the detail of a document into a new layer called layer, above those of its kind, of colour or
+ * displacement, and keeps its pins, its sticker and its settings in the document: one edit, that can be undone. Blend mode and
+ * opacity become those of the layer; ink may be NULL for its initial values. The decal is laid anew, on the detail as it was
+ * edited last. Its number goes to id. Fails, and changes nothing, if the decal lies on something else, an edit is under way,
+ * the name is taken, or as rlv_decal_on_detail and rlv_decal_write. */
+RLV_API RlvResult rlv_decal_apply(RlvDecal decal, RlvDocument document, const char *layer, const RlvDecalImage *image,
+                                  const RlvDecalInk *ink, RlvProgress progress, void *user, uint32_t *id);
+
+/* Lays a decal of a document again, on the detail as it was committed last: so its pins can be moved. Fails if there is no
+ * such decal, or as rlv_decal_on_detail. */
+RLV_API RlvResult rlv_decal_take_up(RlvDocument document, uint32_t id, RlvProgress progress, void *user, RlvDecal *out);
+
+/* Writes a decal of a document anew, in place of what its layer has: with the pins, sticker and settings of decal, which was
+ * taken up or laid on the same detail. It is laid on the surface without it. ink may be NULL to leave it as it is. One edit.
+ * Fails, and changes nothing, if there is no such decal or its layer is gone, the ink is for layers of another kind, or as
+ * rlv_decal_apply. */
+RLV_API RlvResult rlv_decal_update(RlvDecal decal, RlvDocument document, uint32_t id, const RlvDecalImage *image,
+                                   const RlvDecalInk *ink, RlvProgress progress, void *user);
+
+/* Removes a decal of a document with its layer: one edit. Fails, and changes nothing, if there is no such decal, or its layer
+ * is gone or the last of its kind. */
+RLV_API RlvResult rlv_decal_remove(RlvDocument document, uint32_t id);
 
 #endif

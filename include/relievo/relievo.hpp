@@ -1732,6 +1732,53 @@ public:
         return report;
     }
 
+    /// Returns the pins as they are now.
+    std::vector<RlvDecalPin> pins() const {
+        std::size_t count = 0;
+        check(rlv_decal_pins(get(), nullptr, 0, &count));
+        std::vector<RlvDecalPin> pins(count);
+        check(rlv_decal_pins(get(), pins.data(), count, &count));
+        return pins;
+    }
+
+    /// Writes it into a new layer; the document keeps what it is made of. Returns its number there.
+    std::uint32_t apply(const Document &document, const char *layer, const RlvDecalImage &image,
+                        const RlvDecalInk &ink = RLV_DECAL_INK_INIT, const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        std::uint32_t id = 0;
+        watch.check(rlv_decal_apply(get(), document.get(), layer, &image, &ink, watch.callback(), &watch, &id));
+        return id;
+    }
+
+    /// Lays a decal of a document again.
+    static Decal take_up(const Document &document, std::uint32_t id, const Progress &progress = nullptr) {
+        Watch watch(progress);
+        Decal made;
+        watch.check(rlv_decal_take_up(document.get(), id, watch.callback(), &watch, made.out()));
+        return made;
+    }
+
+    /// Writes a decal of a document anew, made as this one; without `ink` as it was.
+    void update(const Document &document, std::uint32_t id, const RlvDecalImage &image,
+                const RlvDecalInk *ink = nullptr, const Progress &progress = nullptr) const {
+        Watch watch(progress);
+        watch.check(rlv_decal_update(get(), document.get(), id, &image, ink, watch.callback(), &watch));
+    }
+
+    /// Removes a decal of a document with its layer.
+    static void remove(const Document &document, std::uint32_t id) { check(rlv_decal_remove(document.get(), id)); }
+
+    /// Returns the decals that a document keeps.
+    static std::vector<RlvDecalRecipe> recipes(const Document &document) {
+        std::size_t count = 0;
+        check(rlv_decal_count(document.get(), &count));
+        std::vector<RlvDecalRecipe> found(count, RLV_DECAL_RECIPE_INIT);
+        for (std::size_t index = 0; index < count; ++index) {
+            check(rlv_decal_recipe(document.get(), index, &found[index]));
+        }
+        return found;
+    }
+
     /// Returns the number of pixels that it changed.
     std::size_t paint_texture(const RlvDecalImage &image, const RlvDecalTexture &texture, float opacity = 1.0f) const {
         std::size_t painted = 0;

@@ -1,5 +1,5 @@
 /* Decals: laid on a mesh and on a detail, measured, dragged, posed, written into layers and a texture, cut out by alpha, as
- * strips, as a mesh, and as a job. */
+ * strips, as a mesh, as a job, and kept in documents. */
 #include "check.h"
 
 enum { WIDTH = 40, HEIGHT = 20 };
@@ -526,6 +526,109 @@ static void cut_and_strip(RlvContext context, RlvMesh plane) {
     CHECK_OK(rlv_surface_release(surface));
 }
 
+/* Keeps a decal in a document of a surface, takes it up again with a moved pin, undoes that, and removes it. `tile` is
+ * under the sticker as it was laid, `beside` as its pins were moved. */
+static void keep_in_document(RlvContext context, RlvMesh plane, uint32_t kind, uint32_t tile, uint32_t beside) {
+    RlvSurfaceOptions surface_options = RLV_SURFACE_OPTIONS_INIT;
+    RlvDetailOptions detail_options = RLV_DETAIL_OPTIONS_INIT;
+    RlvPaintOptions paint = RLV_PAINT_OPTIONS_INIT;
+    RlvDecalOptions options = RLV_DECAL_OPTIONS_INIT;
+    RlvDecalImage image = RLV_DECAL_IMAGE_INIT;
+    RlvDecalInk ink = RLV_DECAL_INK_INIT;
+    RlvDecalRecipe recipe = RLV_DECAL_RECIPE_INIT;
+    RlvSurface surface = RLV_NULL;
+    RlvDetail detail = RLV_NULL;
+    RlvDocument document = RLV_NULL;
+    RlvDecal decal = RLV_NULL, again = RLV_NULL;
+    RlvDecalPin pins[4], found[4];
+    float color[4], height = 0.0f;
+    uint32_t id = 77;
+    size_t count = 77;
+    float *pixels = malloc(WIDTH * HEIGHT * 4);
+    CHECK(pixels != NULL);
+    for (size_t pixel = 0; pixel < WIDTH * HEIGHT; ++pixel) {
+        pixels[pixel] = 1.0f;
+    }
+    image.channels = 1;
+    image.pixels = pixels;
+    image.pixel_count = WIDTH * HEIGHT;
+    surface_options.kind = kind;
+    CHECK_OK(rlv_surface_create(context, plane, &surface_options, &surface));
+    detail_options.tile_size = paint.tile_size = 16;
+    paint.color[0] = paint.color[1] = paint.color[2] = 0.0f;
+    CHECK_OK(rlv_detail_create(surface, &detail_options, NULL, &detail));
+    CHECK_OK(rlv_detail_add_paint(detail, &paint));
+    CHECK_OK(rlv_detail_commit(detail, NULL));
+    CHECK_OK(rlv_document_create(detail, NULL, 0, &document));
+    set_pins(pins);
+    options.width = WIDTH;
+    options.height = HEIGHT;
+    options.cells = 4;
+    CHECK_OK(rlv_decal_on_detail(detail, &options, pins, 4, 0, NULL, NULL, &decal));
+    ink.channel = RLV_CHANNEL_VECTORS;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_apply(decal, document, "label", &image, &ink, NULL, NULL, &id), "no layers");
+    ink.channel = RLV_CHANNEL_COLOR;
+    ink.opacity = 0.5f;
+    CHECK_OK(rlv_decal_apply(decal, document, "label", &image, &ink, NULL, NULL, &id));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_apply(decal, document, "label", &image, &ink, NULL, NULL, &id), "name");
+    CHECK_OK(rlv_decal_release(decal));
+    look(detail, tile, color, &height);
+    CHECK_NEAR(color[0], 0.5, 0.02);
+    look(detail, beside, color, &height);
+    CHECK_NEAR(color[0], 0.0, 1e-6);
+    CHECK_OK(rlv_decal_count(document, &count));
+    CHECK(count == 1);
+    CHECK_OK(rlv_decal_recipe(document, 0, &recipe));
+    CHECK(recipe.id == id && recipe.pin_count == 4 && recipe.width == WIDTH && recipe.height == HEIGHT);
+    CHECK(recipe.channel == RLV_CHANNEL_COLOR && recipe.opacity == 0.5f && recipe.image_hash != 0);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_recipe(document, 1, &recipe), "there are 1");
+
+    /* Moved by two quads to the right and up, and wholly opaque. */
+    CHECK_OK(rlv_decal_take_up(document, id, NULL, NULL, &again));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_pins(again, found, 3, &count), "pins");
+    CHECK_OK(rlv_decal_pins(again, found, 4, &count));
+    CHECK(count == 4);
+    for (size_t pin = 0; pin < 4; ++pin) {
+        for (size_t axis = 0; axis < 2; ++axis) {
+            CHECK_NEAR(found[pin].image[axis], pins[pin].image[axis], 1e-9);
+            CHECK_NEAR(found[pin].position[axis], pins[pin].position[axis], 1e-4);
+            found[pin].position[axis] += 2.0;
+        }
+    }
+    CHECK_OK(rlv_decal_release(again));
+    CHECK_OK(rlv_decal_on_detail(detail, &options, found, 4, 0, NULL, NULL, &again));
+    ink.opacity = 1.0f;
+    CHECK_OK(rlv_decal_update(again, document, id, &image, &ink, NULL, NULL));
+    look(detail, tile, color, &height);
+    CHECK_NEAR(color[0], 0.0, 1e-6);
+    look(detail, beside, color, &height);
+    CHECK_NEAR(color[0], 1.0, 0.02);
+    ink.channel = RLV_CHANNEL_DISPLACEMENT;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_update(again, document, id, &image, &ink, NULL, NULL), "another kind");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_update(again, document, id + 1, &image, NULL, NULL, NULL), "no decal");
+    CHECK_OK(rlv_document_undo(document, NULL));
+    look(detail, tile, color, &height);
+    CHECK_NEAR(color[0], 0.5, 0.02);
+    CHECK_OK(rlv_decal_remove(document, id));
+    look(detail, tile, color, &height);
+    CHECK_NEAR(color[0], 0.0, 1e-6);
+    CHECK_OK(rlv_decal_count(document, &count));
+    CHECK(count == 0);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_take_up(document, id, NULL, NULL, &decal), "no decal");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_remove(document, id), "no decal");
+
+    /* A decal on a mesh has no detail, and none of another document. */
+    CHECK_OK(rlv_decal_release(again));
+    CHECK_OK(rlv_decal_on_mesh(plane, &options, pins, 4, 0, NULL, NULL, &again));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_decal_apply(again, document, "label", &image, NULL, NULL, NULL, &id),
+                "the detail of the document");
+    CHECK_OK(rlv_decal_release(again));
+    CHECK_OK(rlv_document_release(document));
+    CHECK_OK(rlv_detail_release(detail));
+    CHECK_OK(rlv_surface_release(surface));
+    free(pixels);
+}
+
 int main(void) {
     RlvContext context = RLV_NULL;
     CHECK_OK(rlv_context_create(NULL, &context));
@@ -535,6 +638,8 @@ int main(void) {
     write_on_triangles(context, plane);
     paint_texture(context);
     cut_and_strip(context, plane);
+    keep_in_document(context, plane, RLV_SURFACE_CATMULL_CLARK, 10 * 4 + 4, 10 * 7 + 8);
+    keep_in_document(context, plane, RLV_SURFACE_TRIANGLES, 2 * (10 * 4 + 4), 2 * (10 * 7 + 8));
     CHECK_OK(rlv_mesh_release(plane));
     CHECK_OK(rlv_context_release(context));
     return 0;

@@ -260,6 +260,19 @@ class Decals(unittest.TestCase):
             self.assertGreater(decal.write(image, blend="multiply").texels, 100)
         self.detail.commit()
         self.assertGreater(float(heights(self.detail).max()), 0.1)
+        with rl.Document(self.detail) as kept:
+            with rl.Decal.on_detail(self.detail, self.pins, (40, 20), cells=4) as laid:
+                number = laid.apply(kept, "label", image, opacity=0.5)
+            found = decal.recipes_of(kept)
+            self.assertEqual([(one.id, one.pin_count, one.opacity) for one in found], [(number, 4, 0.5)])
+            with rl.Decal.take_up(kept, number) as laid:
+                at, position, _ = laid.pins[1]
+                numpy.testing.assert_allclose([*at, *position[:2]], [36, 4, 0.66, 0.44], atol=1e-4)
+                laid.drag_pin(1, (0.63, 0.44, 0))
+                laid.update(kept, number, image, opacity=0.25)
+            self.assertEqual(decal.recipes_of(kept)[0].opacity, 0.25)
+            decal.remove(kept, number)
+            self.assertEqual(decal.recipes_of(kept), [])
         started = job.decal_on_mesh(self.mesh, self.pins, (40, 20))
         started.wait()
         self.assertEqual(started.result().quality.flip_count, 0)

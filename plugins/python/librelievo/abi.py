@@ -1746,6 +1746,80 @@ class RlvCrowdBuffers(Structure):
     ]
 
 
+RlvStreamRead = ctypes.CFUNCTYPE(c_uint32, c_void_p, c_uint64, c_uint8_p, c_size_t)
+
+RlvStreamWrite = ctypes.CFUNCTYPE(c_uint32, c_void_p, c_uint64, c_uint8_p, c_size_t)
+
+RlvStreamLength = ctypes.CFUNCTYPE(c_uint32, c_void_p, c_uint64_p)
+
+RlvStreamCut = ctypes.CFUNCTYPE(c_uint32, c_void_p, c_uint64)
+
+RlvStreamSync = ctypes.CFUNCTYPE(c_uint32, c_void_p)
+
+RlvStreamClose = ctypes.CFUNCTYPE(None, c_void_p)
+
+
+class RlvStream(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("user", c_void_p),
+        ("read", RlvStreamRead),
+        ("write", RlvStreamWrite),
+        ("length", RlvStreamLength),
+        ("cut", RlvStreamCut),
+        ("sync", RlvStreamSync),
+        ("close", RlvStreamClose),
+    ]
+
+
+class RlvDocument(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvDocumentInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_open", c_uint32),
+        ("undo_count", c_size_t),
+        ("redo_count", c_size_t),
+        ("bytes", c_uint64),
+    ]
+
+
+class RlvDocumentChanges(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_done", c_uint32),
+        ("layer_count", c_size_t),
+        ("block_count", c_size_t),
+        ("bytes", c_uint64),
+    ]
+
+
+class RlvTransferOptions(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("from", RlvMesh),
+        ("reach", c_double),
+    ]
+
+
+class RlvTransferReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("layer_count", c_uint32),
+        ("area", c_double),
+        ("uncovered_area", c_double),
+        ("edited_area", c_double),
+        ("lost_area", c_double),
+        ("reach", c_double),
+    ]
+
+
 class RlvLayerOptions(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1860,6 +1934,22 @@ class RlvDecalReport(Structure):
         ("changed_tiles", c_uint64),
         ("texels", c_uint64),
         ("refused_tiles", c_uint64),
+    ]
+
+
+class RlvDecalRecipe(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("id", c_uint32),
+        ("layer", c_uint32),
+        ("pin_count", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("channel", c_uint32),
+        ("blend", c_uint32),
+        ("opacity", c_float),
+        ("relief", c_float),
+        ("image_hash", c_uint64),
     ]
 
 
@@ -2177,80 +2267,6 @@ class RlvDiffuseArrays(Structure):
         ("ages", c_float_p),
         ("lifetimes", c_float_p),
         ("lives", c_float_p),
-    ]
-
-
-RlvStreamRead = ctypes.CFUNCTYPE(c_uint32, c_void_p, c_uint64, c_uint8_p, c_size_t)
-
-RlvStreamWrite = ctypes.CFUNCTYPE(c_uint32, c_void_p, c_uint64, c_uint8_p, c_size_t)
-
-RlvStreamLength = ctypes.CFUNCTYPE(c_uint32, c_void_p, c_uint64_p)
-
-RlvStreamCut = ctypes.CFUNCTYPE(c_uint32, c_void_p, c_uint64)
-
-RlvStreamSync = ctypes.CFUNCTYPE(c_uint32, c_void_p)
-
-RlvStreamClose = ctypes.CFUNCTYPE(None, c_void_p)
-
-
-class RlvStream(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("user", c_void_p),
-        ("read", RlvStreamRead),
-        ("write", RlvStreamWrite),
-        ("length", RlvStreamLength),
-        ("cut", RlvStreamCut),
-        ("sync", RlvStreamSync),
-        ("close", RlvStreamClose),
-    ]
-
-
-class RlvDocument(Structure):
-    _fields_ = [
-        ("id", c_uint64),
-    ]
-
-
-class RlvDocumentInfo(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("is_open", c_uint32),
-        ("undo_count", c_size_t),
-        ("redo_count", c_size_t),
-        ("bytes", c_uint64),
-    ]
-
-
-class RlvDocumentChanges(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("is_done", c_uint32),
-        ("layer_count", c_size_t),
-        ("block_count", c_size_t),
-        ("bytes", c_uint64),
-    ]
-
-
-class RlvTransferOptions(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("reserved", c_uint32),
-        ("from", RlvMesh),
-        ("reach", c_double),
-    ]
-
-
-class RlvTransferReport(Structure):
-    _fields_ = [
-        ("struct_size", c_uint32),
-        ("layer_count", c_uint32),
-        ("area", c_double),
-        ("uncovered_area", c_double),
-        ("edited_area", c_double),
-        ("lost_area", c_double),
-        ("reach", c_double),
     ]
 
 
@@ -3296,6 +3312,11 @@ INIT = {
     RlvCrowdView: (ctypes.sizeof(RlvCrowdView), 0, 0, 0.5, (0.0,), (0.0, 0.0, -1.0,), (0.0, 1.0, 0.0,), 0.6, 0.0, 0, 0,),
     RlvCrowdFrame: (ctypes.sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvCrowdBuffers: (ctypes.sizeof(RlvCrowdBuffers), 0, None, 0, 0, None, None, 0, 0, None, 0, 0,),
+    RlvStream: (ctypes.sizeof(RlvStream), 0, None, None, None, None, None, None, None,),
+    RlvDocumentInfo: (ctypes.sizeof(RlvDocumentInfo), 0, 0, 0, 0,),
+    RlvDocumentChanges: (ctypes.sizeof(RlvDocumentChanges), 0, 0, 0, 0,),
+    RlvTransferOptions: (ctypes.sizeof(RlvTransferOptions), 0, (0,), 0.0,),
+    RlvTransferReport: (ctypes.sizeof(RlvTransferReport), 0, 0.0, 0.0, 0.0, 0.0, 0.0,),
     RlvLayerOptions: (ctypes.sizeof(RlvLayerOptions), 0, 1, 1, 1.0, 0,),
     RlvLayerInfo: (ctypes.sizeof(RlvLayerInfo), 0, 0, 0, 0, 0, 0.0, 0, 0, (0,),),
     RlvDecalOptions: (ctypes.sizeof(RlvDecalOptions), 0, 0, 0, None, 0, 0, 0.0, (0.0, 1.0, 0.0,), 30, 0.0001, 4000000, 8,),
@@ -3304,6 +3325,7 @@ INIT = {
     RlvDecalInk: (ctypes.sizeof(RlvDecalInk), 1, 0, 1.0, 0.0, 0,),
     RlvDecalTexture: (ctypes.sizeof(RlvDecalTexture), 0, 0, 3, 8, 0, None, 0,),
     RlvDecalReport: (ctypes.sizeof(RlvDecalReport), 0, 0, 0, 0,),
+    RlvDecalRecipe: (ctypes.sizeof(RlvDecalRecipe), 0, 0, 0, 0, 0, 0, 0, 0.0, 0.0, 0,),
     RlvStrokeReport: (ctypes.sizeof(RlvStrokeReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvLevelInfo: (ctypes.sizeof(RlvLevelInfo), 0, 0, 0, 0, 0,),
     RlvLevelView: (ctypes.sizeof(RlvLevelView), (0.0,), 1000.0, 1.0, 1.0, 0, None, 0, 0,),
@@ -3321,11 +3343,6 @@ INIT = {
     RlvDiffuseReport: (ctypes.sizeof(RlvDiffuseReport), 0, 0, 0, 0,),
     RlvDiffusePotentials: (ctypes.sizeof(RlvDiffusePotentials), 0, 0, None, None, None,),
     RlvDiffuseArrays: (ctypes.sizeof(RlvDiffuseArrays), 0, 0, None, None, None, None, None, None, None,),
-    RlvStream: (ctypes.sizeof(RlvStream), 0, None, None, None, None, None, None, None,),
-    RlvDocumentInfo: (ctypes.sizeof(RlvDocumentInfo), 0, 0, 0, 0,),
-    RlvDocumentChanges: (ctypes.sizeof(RlvDocumentChanges), 0, 0, 0, 0,),
-    RlvTransferOptions: (ctypes.sizeof(RlvTransferOptions), 0, (0,), 0.0,),
-    RlvTransferReport: (ctypes.sizeof(RlvTransferReport), 0, 0.0, 0.0, 0.0, 0.0, 0.0,),
     RlvFluidOptions: (ctypes.sizeof(RlvFluidOptions), 0, 0.02, 1000.0, 0.001, 0.001, 0.0, (0.0, 0.0, -9.81,), 0.01, 0.001, 3, 100, 0, 0.4, 0.005, 0, 0.0,),
     RlvFluidInfo: (ctypes.sizeof(RlvFluidInfo), 0, 0, 0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0,), 0.0,),
     RlvFluidParticles: (ctypes.sizeof(RlvFluidParticles), 0.0, 0, None, 0, None, 0, (0.0, 0.0, 0.0,), 0, None, 0, 0,),
@@ -3591,6 +3608,27 @@ FUNCTIONS = {
     "rlv_crowd_set": (RlvResult, [("crowd", RlvCrowd), ("first", c_uint32), ("agents", POINTER(RlvCrowdAgent)), ("count", c_size_t), ("stride", c_size_t)]),
     "rlv_crowd_cut": (RlvResult, [("crowd", RlvCrowd), ("view", POINTER(RlvCrowdView)), ("out", POINTER(RlvCrowdFrame))]),
     "rlv_crowd_get": (RlvResult, [("crowd", RlvCrowd), ("buffers", POINTER(RlvCrowdBuffers))]),
+    "rlv_document_create": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
+    "rlv_document_open": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
+    "rlv_document_create_stream": (RlvResult, [("detail", RlvDetail), ("stream", POINTER(RlvStream)), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
+    "rlv_document_open_stream": (RlvResult, [("detail", RlvDetail), ("stream", POINTER(RlvStream)), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
+    "rlv_document_open_bytes": (RlvResult, [("detail", RlvDetail), ("bytes", c_uint8_p), ("size", c_size_t), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
+    "rlv_document_retain": (RlvResult, [("document", RlvDocument)]),
+    "rlv_document_release": (RlvResult, [("document", RlvDocument)]),
+    "rlv_document_info": (RlvResult, [("document", RlvDocument), ("out", POINTER(RlvDocumentInfo))]),
+    "rlv_document_begin": (RlvResult, [("document", RlvDocument), ("input", c_char_p)]),
+    "rlv_document_end": (RlvResult, [("document", RlvDocument), ("changes", POINTER(RlvDocumentChanges))]),
+    "rlv_document_abandon": (RlvResult, [("document", RlvDocument)]),
+    "rlv_document_undo": (RlvResult, [("document", RlvDocument), ("changes", POINTER(RlvDocumentChanges))]),
+    "rlv_document_redo": (RlvResult, [("document", RlvDocument), ("changes", POINTER(RlvDocumentChanges))]),
+    "rlv_document_save": (RlvResult, [("document", RlvDocument), ("path", c_char_p)]),
+    "rlv_document_save_stream": (RlvResult, [("document", RlvDocument), ("stream", POINTER(RlvStream))]),
+    "rlv_document_save_bytes": (RlvResult, [("document", RlvDocument), ("out", POINTER(RlvBytes))]),
+    "rlv_document_sync": (RlvResult, [("document", RlvDocument)]),
+    "rlv_document_compact": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("keep", c_size_t)]),
+    "rlv_document_mesh": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvMesh))]),
+    "rlv_document_mesh_bytes": (RlvResult, [("context", RlvContext), ("bytes", c_uint8_p), ("size", c_size_t), ("out", POINTER(RlvMesh))]),
+    "rlv_document_transfer": (RlvResult, [("context", RlvContext), ("mesh", RlvMesh), ("path", c_char_p), ("to_path", c_char_p), ("options", POINTER(RlvTransferOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvTransferReport))]),
     "rlv_layer_count": (RlvResult, [("detail", RlvDetail), ("count", c_size_t_p)]),
     "rlv_layer_info": (RlvResult, [("detail", RlvDetail), ("index", c_size_t), ("out", POINTER(RlvLayerInfo))]),
     "rlv_layer_add": (RlvResult, [("detail", RlvDetail), ("name", c_char_p), ("options", POINTER(RlvLayerOptions)), ("out", c_uint32_p)]),
@@ -3618,6 +3656,13 @@ FUNCTIONS = {
     "rlv_decal_contour": (RlvResult, [("image", POINTER(RlvDecalImage)), ("width", c_uint32), ("height", c_uint32), ("level", c_double), ("tolerance", c_double), ("corners", c_double_p), ("capacity", c_size_t), ("count", c_size_t_p)]),
     "rlv_decal_strip_on_mesh": (RlvResult, [("mesh", RlvMesh), ("options", POINTER(RlvDecalOptions)), ("curve", c_double_p), ("count", c_size_t), ("stride", c_size_t), ("pins", POINTER(RlvDecalPin)), ("capacity", c_size_t), ("pin_count", c_size_t_p), ("length", c_double_p)]),
     "rlv_decal_strip_on_detail": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvDecalOptions)), ("curve", c_double_p), ("count", c_size_t), ("stride", c_size_t), ("pins", POINTER(RlvDecalPin)), ("capacity", c_size_t), ("pin_count", c_size_t_p), ("length", c_double_p)]),
+    "rlv_decal_pins": (RlvResult, [("decal", RlvDecal), ("pins", POINTER(RlvDecalPin)), ("capacity", c_size_t), ("count", c_size_t_p)]),
+    "rlv_decal_count": (RlvResult, [("document", RlvDocument), ("count", c_size_t_p)]),
+    "rlv_decal_recipe": (RlvResult, [("document", RlvDocument), ("index", c_size_t), ("out", POINTER(RlvDecalRecipe))]),
+    "rlv_decal_apply": (RlvResult, [("decal", RlvDecal), ("document", RlvDocument), ("layer", c_char_p), ("image", POINTER(RlvDecalImage)), ("ink", POINTER(RlvDecalInk)), ("progress", RlvProgress), ("user", c_void_p), ("id", c_uint32_p)]),
+    "rlv_decal_take_up": (RlvResult, [("document", RlvDocument), ("id", c_uint32), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvDecal))]),
+    "rlv_decal_update": (RlvResult, [("decal", RlvDecal), ("document", RlvDocument), ("id", c_uint32), ("image", POINTER(RlvDecalImage)), ("ink", POINTER(RlvDecalInk)), ("progress", RlvProgress), ("user", c_void_p)]),
+    "rlv_decal_remove": (RlvResult, [("document", RlvDocument), ("id", c_uint32)]),
     "rlv_stroke_run": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
     "rlv_stroke_begin": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("out", POINTER(RlvStroke))]),
     "rlv_stroke_retain": (RlvResult, [("stroke", RlvStroke)]),
@@ -3674,27 +3719,6 @@ FUNCTIONS = {
     "rlv_diffuse_particles": (RlvResult, [("diffuse", RlvDiffuse), ("time", c_double), ("out", POINTER(RlvParticles))]),
     "rlv_diffuse_save": (RlvResult, [("diffuse", RlvDiffuse), ("path", c_char_p), ("time", c_double)]),
     "rlv_diffuse_restore": (RlvResult, [("diffuse", RlvDiffuse), ("path", c_char_p)]),
-    "rlv_document_create": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
-    "rlv_document_open": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
-    "rlv_document_create_stream": (RlvResult, [("detail", RlvDetail), ("stream", POINTER(RlvStream)), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
-    "rlv_document_open_stream": (RlvResult, [("detail", RlvDetail), ("stream", POINTER(RlvStream)), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
-    "rlv_document_open_bytes": (RlvResult, [("detail", RlvDetail), ("bytes", c_uint8_p), ("size", c_size_t), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
-    "rlv_document_retain": (RlvResult, [("document", RlvDocument)]),
-    "rlv_document_release": (RlvResult, [("document", RlvDocument)]),
-    "rlv_document_info": (RlvResult, [("document", RlvDocument), ("out", POINTER(RlvDocumentInfo))]),
-    "rlv_document_begin": (RlvResult, [("document", RlvDocument), ("input", c_char_p)]),
-    "rlv_document_end": (RlvResult, [("document", RlvDocument), ("changes", POINTER(RlvDocumentChanges))]),
-    "rlv_document_abandon": (RlvResult, [("document", RlvDocument)]),
-    "rlv_document_undo": (RlvResult, [("document", RlvDocument), ("changes", POINTER(RlvDocumentChanges))]),
-    "rlv_document_redo": (RlvResult, [("document", RlvDocument), ("changes", POINTER(RlvDocumentChanges))]),
-    "rlv_document_save": (RlvResult, [("document", RlvDocument), ("path", c_char_p)]),
-    "rlv_document_save_stream": (RlvResult, [("document", RlvDocument), ("stream", POINTER(RlvStream))]),
-    "rlv_document_save_bytes": (RlvResult, [("document", RlvDocument), ("out", POINTER(RlvBytes))]),
-    "rlv_document_sync": (RlvResult, [("document", RlvDocument)]),
-    "rlv_document_compact": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("keep", c_size_t)]),
-    "rlv_document_mesh": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvMesh))]),
-    "rlv_document_mesh_bytes": (RlvResult, [("context", RlvContext), ("bytes", c_uint8_p), ("size", c_size_t), ("out", POINTER(RlvMesh))]),
-    "rlv_document_transfer": (RlvResult, [("context", RlvContext), ("mesh", RlvMesh), ("path", c_char_p), ("to_path", c_char_p), ("options", POINTER(RlvTransferOptions)), ("progress", RlvProgress), ("user", c_void_p), ("report", POINTER(RlvTransferReport))]),
     "rlv_fluid_create": (RlvResult, [("context", RlvContext), ("options", POINTER(RlvFluidOptions)), ("out", POINTER(RlvFluid))]),
     "rlv_fluid_retain": (RlvResult, [("fluid", RlvFluid)]),
     "rlv_fluid_release": (RlvResult, [("fluid", RlvFluid)]),

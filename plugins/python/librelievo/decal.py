@@ -18,6 +18,7 @@ from .progress import watched
 
 if TYPE_CHECKING:
     from .detail import Detail
+    from .document import Document
 
 PIN = numpy.dtype(abi.RlvDecalPin)
 # The most pins of a strip.
@@ -112,6 +113,23 @@ def _strip(function: str, ground: Any, curve: Any, size: Any, outline: Any, opti
     return made, length.value
 
 
+def recipes_of(document: Document) -> list[Any]:
+    """The decals that a document keeps; see `abi.RlvDecalRecipe`."""
+    count = ctypes.c_size_t()
+    library.call("rlv_decal_count", held(document, "document"), ctypes.byref(count))
+    found = []
+    for index in range(count.value):
+        out = record.empty(abi.RlvDecalRecipe)
+        library.call("rlv_decal_recipe", held(document, "document"), index, ctypes.byref(out))
+        found.append(record.read(out))
+    return found
+
+
+def remove(document: Document, number: int) -> None:
+    """Removes a decal that a document keeps, with its layer."""
+    library.call("rlv_decal_remove", held(document, "document"), number)
+
+
 class Decal(Handle):
     """A sticker on a surface."""
 
@@ -198,6 +216,48 @@ class Decal(Handle):
         with channel and blend mode as numbers or names."""
         given = record.fill(abi.RlvDecalInk, ink, channel=abi.RlvChannel, blend=abi.RlvBlend)
         return self._write("rlv_decal_write", image, ctypes.byref(given))
+
+    @property
+    def pins(self) -> list[tuple[Any, ...]]:
+        """The pins as they are now: points of the image (2), positions (3) and depths."""
+        count = ctypes.c_size_t()
+        library.call("rlv_decal_pins", self.handle, None, 0, ctypes.byref(count))
+        pins = numpy.zeros(count.value, PIN)
+        first = pins.ctypes.data_as(ctypes.POINTER(abi.RlvDecalPin))
+        library.call("rlv_decal_pins", self.handle, first, len(pins), ctypes.byref(count))
+        return [(tuple(pin["image"].tolist()), tuple(pin["position"].tolist()), float(pin["depth"])) for pin in pins]
+
+    def apply(
+        self, document: Document, layer: str, image: ArrayLike, progress: Progress | None = None, **ink: Any
+    ) -> int:
+        """Writes it into a new layer of the detail of a document, which keeps what it is made of; `ink` as for `write`.
+        Returns its number in the document."""
+        (given, kept), number = image_of(image), ctypes.c_uint32()
+        made = record.fill(abi.RlvDecalInk, ink, channel=abi.RlvChannel, blend=abi.RlvBlend)
+        with watched(progress) as callback:
+            arguments = (layer.encode(), ctypes.byref(given), ctypes.byref(made), callback, None, ctypes.byref(number))
+            library.call("rlv_decal_apply", self.handle, held(document, "document"), *arguments)
+        del kept
+        return number.value
+
+    @classmethod
+    def take_up(cls, document: Document, number: int, progress: Progress | None = None) -> Decal:
+        """Lays a decal that a document keeps again, so that its pins can be moved."""
+        with watched(progress) as callback:
+            return cls.of("rlv_decal_take_up", held(document, "document"), number, callback, None)
+
+    def update(
+        self, document: Document, number: int, image: ArrayLike, progress: Progress | None = None, **ink: Any
+    ) -> None:
+        """Writes a decal of a document anew, with the pins, the sticker and the settings of this one; without `ink` it is seen
+        as before."""
+        given, kept = image_of(image)
+        made = record.fill(abi.RlvDecalInk, ink, channel=abi.RlvChannel, blend=abi.RlvBlend) if ink else None
+        first = None if made is None else ctypes.byref(made)
+        with watched(progress) as callback:
+            arguments = (number, ctypes.byref(given), first, callback, None)
+            library.call("rlv_decal_update", self.handle, held(document, "document"), *arguments)
+        del kept
 
     def paint_texture(self, image: ArrayLike, texture: ArrayLike, opacity: float = 1.0, gutter: int = 8) -> tuple[Any, ...]:
         """Paints it over the texture of its mesh with texture coordinates. `image` and `texture` have the shape (height,

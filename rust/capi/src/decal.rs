@@ -1,5 +1,7 @@
 //! Decals; see `include/relievo/decal.h`.
 
+mod recipe;
+
 use std::ffi::c_void;
 use std::sync::{Arc, RwLock};
 
@@ -24,6 +26,8 @@ use crate::layer::RLV_BLEND_NORMAL;
 use crate::mesh::{self, MeshObject, RlvMesh};
 use crate::registry::{self, handle, try_read, try_write};
 use crate::view::Layers;
+
+pub use recipe::*;
 
 handle!(RlvDecal, 25, DecalObject);
 
@@ -127,6 +131,9 @@ pub struct DecalObject {
     size: [u32; 2],
     detail: Option<(Arc<DetailObject>, Triangles)>,
     depths: Vec<f64>,
+    pose: Option<Pose>,
+    /// Cells along an edge of the cage that it lies on; 1 on triangle meshes.
+    cells: u32,
     placement: RwLock<Placement>,
 }
 
@@ -239,13 +246,17 @@ impl Laying {
             }
             Placement::new(mesh, sticker, &placed, *pose, settings, progress)
         };
+        let mut cells = *cells;
         let (detail, placement) = match ground {
             Ground::Mesh(object) => {
                 let mesh = try_read(&object.mesh, "mesh")?;
                 (None, place(&triangulated(&mesh))?)
             }
             Ground::Detail(object) => {
-                let triangles = tessellate(&object.context.context, object, *cells)?;
+                let triangles = tessellate(&object.context.context, object, cells)?;
+                if matches!(triangles, Triangles::Mesh(_)) {
+                    cells = 1;
+                }
                 let placement = place(triangles.mesh())?;
                 (Some((object.clone(), triangles)), placement)
             }
@@ -255,6 +266,8 @@ impl Laying {
             size: *size,
             detail,
             depths: pins.iter().map(|pin| pin.depth).collect(),
+            pose: *pose,
+            cells,
             placement: RwLock::new(placement),
         })
     }

@@ -68,7 +68,7 @@ descriptor! {
 
 /// The history of a detail, in a file or not.
 pub struct DocumentObject {
-    detail: Arc<DetailObject>,
+    pub detail: Arc<DetailObject>,
     history: Mutex<History>,
 }
 
@@ -76,7 +76,8 @@ pub struct DocumentObject {
 const MEMORY: u64 = 256 << 20;
 
 impl DocumentObject {
-    fn history(&self) -> Result<Held<MutexGuard<'_, History>>> {
+    /// The history for a call that changes it; fails as busy while another one does.
+    pub fn history(&self) -> Result<Held<MutexGuard<'_, History>>> {
         try_lock(&self.history, "document")
     }
 }

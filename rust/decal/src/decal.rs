@@ -135,6 +135,11 @@ impl Sticker {
         self.outline.contains([u, v * self.size[1] / self.size[0]])
     }
 
+    /// Returns the columns and rows of the image.
+    pub fn pixels(&self) -> [u32; 2] {
+        self.size.map(|side| side as u32)
+    }
+
     /// Returns the place of a point of the image in the plane, where the image is one unit wide.
     pub(crate) fn place(&self, image: Vec2) -> Vec2 {
         image.map(|value| value / self.size[0])

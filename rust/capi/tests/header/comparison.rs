@@ -29,14 +29,14 @@ use relievo::client::*;
 use relievo::collider::*;
 use relievo::color_buffer::*;
 use relievo::crowd::*;
+use relievo::stream::*;
+use relievo::document::*;
 use relievo::layer::*;
 use relievo::decal::*;
 use relievo::stroke::*;
 use relievo::level::*;
 use relievo::device_level::*;
 use relievo::diffuse::*;
-use relievo::stream::*;
-use relievo::document::*;
 use relievo::fluid::*;
 use relievo::foam::*;
 use relievo::grid::*;
@@ -502,6 +502,39 @@ function!(rlv_crowd_add: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdAgent, us
 function!(rlv_crowd_set: unsafe extern "C" fn(RlvCrowd, u32, *const RlvCrowdAgent, usize, usize) -> RlvResult);
 function!(rlv_crowd_cut: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdView, *mut RlvCrowdFrame) -> RlvResult);
 function!(rlv_crowd_get: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdBuffers) -> RlvResult);
+alias!(RlvStreamRead = Option<unsafe extern "C" fn(*mut c_void, u64, *mut u8, usize) -> u32>);
+alias!(RlvStreamWrite = Option<unsafe extern "C" fn(*mut c_void, u64, *const u8, usize) -> u32>);
+alias!(RlvStreamLength = Option<unsafe extern "C" fn(*mut c_void, *mut u64) -> u32>);
+alias!(RlvStreamCut = Option<unsafe extern "C" fn(*mut c_void, u64) -> u32>);
+alias!(RlvStreamSync = Option<unsafe extern "C" fn(*mut c_void) -> u32>);
+alias!(RlvStreamClose = Option<unsafe extern "C" fn(*mut c_void)>);
+layout!(RlvStream: 64, 8);
+layout!(RlvDocument: 8, 8);
+layout!(RlvDocumentInfo: 32, 8);
+layout!(RlvDocumentChanges: 32, 8);
+layout!(RlvTransferOptions: 24, 8);
+layout!(RlvTransferReport: 48, 8);
+function!(rlv_document_create: unsafe extern "C" fn(RlvDetail, *const c_char, u64, *mut RlvDocument) -> RlvResult);
+function!(rlv_document_open: unsafe extern "C" fn(RlvDetail, *const c_char, u64, *mut RlvDocument) -> RlvResult);
+function!(rlv_document_create_stream: unsafe extern "C" fn(RlvDetail, *const RlvStream, u64, *mut RlvDocument) -> RlvResult);
+function!(rlv_document_open_stream: unsafe extern "C" fn(RlvDetail, *const RlvStream, u64, *mut RlvDocument) -> RlvResult);
+function!(rlv_document_open_bytes: unsafe extern "C" fn(RlvDetail, *const u8, usize, u64, *mut RlvDocument) -> RlvResult);
+function!(rlv_document_retain: unsafe extern "C" fn(RlvDocument) -> RlvResult);
+function!(rlv_document_release: unsafe extern "C" fn(RlvDocument) -> RlvResult);
+function!(rlv_document_info: unsafe extern "C" fn(RlvDocument, *mut RlvDocumentInfo) -> RlvResult);
+function!(rlv_document_begin: unsafe extern "C" fn(RlvDocument, *const c_char) -> RlvResult);
+function!(rlv_document_end: unsafe extern "C" fn(RlvDocument, *mut RlvDocumentChanges) -> RlvResult);
+function!(rlv_document_abandon: unsafe extern "C" fn(RlvDocument) -> RlvResult);
+function!(rlv_document_undo: unsafe extern "C" fn(RlvDocument, *mut RlvDocumentChanges) -> RlvResult);
+function!(rlv_document_redo: unsafe extern "C" fn(RlvDocument, *mut RlvDocumentChanges) -> RlvResult);
+function!(rlv_document_save: unsafe extern "C" fn(RlvDocument, *const c_char) -> RlvResult);
+function!(rlv_document_save_stream: unsafe extern "C" fn(RlvDocument, *const RlvStream) -> RlvResult);
+function!(rlv_document_save_bytes: unsafe extern "C" fn(RlvDocument, *mut RlvBytes) -> RlvResult);
+function!(rlv_document_sync: unsafe extern "C" fn(RlvDocument) -> RlvResult);
+function!(rlv_document_compact: unsafe extern "C" fn(RlvContext, *const c_char, usize) -> RlvResult);
+function!(rlv_document_mesh: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvMesh) -> RlvResult);
+function!(rlv_document_mesh_bytes: unsafe extern "C" fn(RlvContext, *const u8, usize, *mut RlvMesh) -> RlvResult);
+function!(rlv_document_transfer: unsafe extern "C" fn(RlvContext, RlvMesh, *const c_char, *const c_char, *const RlvTransferOptions, RlvProgress, *mut c_void, *mut RlvTransferReport) -> RlvResult);
 constant!(RLV_LAYER_NAME_SIZE = 256);
 constant!(RLV_LAYER_DISPLACEMENT = 0);
 constant!(RLV_LAYER_COLOR = 1);
@@ -533,6 +566,7 @@ layout!(RlvDecalImage: 24, 8);
 layout!(RlvDecalInk: 24, 4);
 layout!(RlvDecalTexture: 40, 8);
 layout!(RlvDecalReport: 32, 8);
+layout!(RlvDecalRecipe: 48, 8);
 function!(rlv_decal_on_mesh: unsafe extern "C" fn(RlvMesh, *const RlvDecalOptions, *const RlvDecalPin, usize, usize, RlvProgress, *mut c_void, *mut RlvDecal) -> RlvResult);
 function!(rlv_decal_on_detail: unsafe extern "C" fn(RlvDetail, *const RlvDecalOptions, *const RlvDecalPin, usize, usize, RlvProgress, *mut c_void, *mut RlvDecal) -> RlvResult);
 function!(rlv_decal_retain: unsafe extern "C" fn(RlvDecal) -> RlvResult);
@@ -550,6 +584,13 @@ function!(rlv_decal_paint_texture: unsafe extern "C" fn(RlvDecal, *const RlvDeca
 function!(rlv_decal_contour: unsafe extern "C" fn(*const RlvDecalImage, u32, u32, f64, f64, *mut f64, usize, *mut usize) -> RlvResult);
 function!(rlv_decal_strip_on_mesh: unsafe extern "C" fn(RlvMesh, *const RlvDecalOptions, *const f64, usize, usize, *mut RlvDecalPin, usize, *mut usize, *mut f64) -> RlvResult);
 function!(rlv_decal_strip_on_detail: unsafe extern "C" fn(RlvDetail, *const RlvDecalOptions, *const f64, usize, usize, *mut RlvDecalPin, usize, *mut usize, *mut f64) -> RlvResult);
+function!(rlv_decal_pins: unsafe extern "C" fn(RlvDecal, *mut RlvDecalPin, usize, *mut usize) -> RlvResult);
+function!(rlv_decal_count: unsafe extern "C" fn(RlvDocument, *mut usize) -> RlvResult);
+function!(rlv_decal_recipe: unsafe extern "C" fn(RlvDocument, usize, *mut RlvDecalRecipe) -> RlvResult);
+function!(rlv_decal_apply: unsafe extern "C" fn(RlvDecal, RlvDocument, *const c_char, *const RlvDecalImage, *const RlvDecalInk, RlvProgress, *mut c_void, *mut u32) -> RlvResult);
+function!(rlv_decal_take_up: unsafe extern "C" fn(RlvDocument, u32, RlvProgress, *mut c_void, *mut RlvDecal) -> RlvResult);
+function!(rlv_decal_update: unsafe extern "C" fn(RlvDecal, RlvDocument, u32, *const RlvDecalImage, *const RlvDecalInk, RlvProgress, *mut c_void) -> RlvResult);
+function!(rlv_decal_remove: unsafe extern "C" fn(RlvDocument, u32) -> RlvResult);
 layout!(RlvStroke: 8, 8);
 layout!(RlvStrokePoint: 40, 8);
 layout!(RlvStrokeReport: 88, 8);
@@ -633,39 +674,6 @@ function!(rlv_diffuse_get: unsafe extern "C" fn(RlvDiffuse, *const RlvDiffuseArr
 function!(rlv_diffuse_particles: unsafe extern "C" fn(RlvDiffuse, f64, *mut RlvParticles) -> RlvResult);
 function!(rlv_diffuse_save: unsafe extern "C" fn(RlvDiffuse, *const c_char, f64) -> RlvResult);
 function!(rlv_diffuse_restore: unsafe extern "C" fn(RlvDiffuse, *const c_char) -> RlvResult);
-alias!(RlvStreamRead = Option<unsafe extern "C" fn(*mut c_void, u64, *mut u8, usize) -> u32>);
-alias!(RlvStreamWrite = Option<unsafe extern "C" fn(*mut c_void, u64, *const u8, usize) -> u32>);
-alias!(RlvStreamLength = Option<unsafe extern "C" fn(*mut c_void, *mut u64) -> u32>);
-alias!(RlvStreamCut = Option<unsafe extern "C" fn(*mut c_void, u64) -> u32>);
-alias!(RlvStreamSync = Option<unsafe extern "C" fn(*mut c_void) -> u32>);
-alias!(RlvStreamClose = Option<unsafe extern "C" fn(*mut c_void)>);
-layout!(RlvStream: 64, 8);
-layout!(RlvDocument: 8, 8);
-layout!(RlvDocumentInfo: 32, 8);
-layout!(RlvDocumentChanges: 32, 8);
-layout!(RlvTransferOptions: 24, 8);
-layout!(RlvTransferReport: 48, 8);
-function!(rlv_document_create: unsafe extern "C" fn(RlvDetail, *const c_char, u64, *mut RlvDocument) -> RlvResult);
-function!(rlv_document_open: unsafe extern "C" fn(RlvDetail, *const c_char, u64, *mut RlvDocument) -> RlvResult);
-function!(rlv_document_create_stream: unsafe extern "C" fn(RlvDetail, *const RlvStream, u64, *mut RlvDocument) -> RlvResult);
-function!(rlv_document_open_stream: unsafe extern "C" fn(RlvDetail, *const RlvStream, u64, *mut RlvDocument) -> RlvResult);
-function!(rlv_document_open_bytes: unsafe extern "C" fn(RlvDetail, *const u8, usize, u64, *mut RlvDocument) -> RlvResult);
-function!(rlv_document_retain: unsafe extern "C" fn(RlvDocument) -> RlvResult);
-function!(rlv_document_release: unsafe extern "C" fn(RlvDocument) -> RlvResult);
-function!(rlv_document_info: unsafe extern "C" fn(RlvDocument, *mut RlvDocumentInfo) -> RlvResult);
-function!(rlv_document_begin: unsafe extern "C" fn(RlvDocument, *const c_char) -> RlvResult);
-function!(rlv_document_end: unsafe extern "C" fn(RlvDocument, *mut RlvDocumentChanges) -> RlvResult);
-function!(rlv_document_abandon: unsafe extern "C" fn(RlvDocument) -> RlvResult);
-function!(rlv_document_undo: unsafe extern "C" fn(RlvDocument, *mut RlvDocumentChanges) -> RlvResult);
-function!(rlv_document_redo: unsafe extern "C" fn(RlvDocument, *mut RlvDocumentChanges) -> RlvResult);
-function!(rlv_document_save: unsafe extern "C" fn(RlvDocument, *const c_char) -> RlvResult);
-function!(rlv_document_save_stream: unsafe extern "C" fn(RlvDocument, *const RlvStream) -> RlvResult);
-function!(rlv_document_save_bytes: unsafe extern "C" fn(RlvDocument, *mut RlvBytes) -> RlvResult);
-function!(rlv_document_sync: unsafe extern "C" fn(RlvDocument) -> RlvResult);
-function!(rlv_document_compact: unsafe extern "C" fn(RlvContext, *const c_char, usize) -> RlvResult);
-function!(rlv_document_mesh: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvMesh) -> RlvResult);
-function!(rlv_document_mesh_bytes: unsafe extern "C" fn(RlvContext, *const u8, usize, *mut RlvMesh) -> RlvResult);
-function!(rlv_document_transfer: unsafe extern "C" fn(RlvContext, RlvMesh, *const c_char, *const c_char, *const RlvTransferOptions, RlvProgress, *mut c_void, *mut RlvTransferReport) -> RlvResult);
 layout!(RlvFluid: 8, 8);
 constant!(RLV_FLUID_WENDLAND = 0);
 constant!(RLV_FLUID_MUELLER = 1);
@@ -2019,6 +2027,49 @@ pub fn offsets(list: &mut Offsets) {
         matrix_capacity: usize = 72,
         matrix_stride: usize = 80,
     });
+    fields!(list, RlvStream {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        user: *mut c_void = 8,
+        read: RlvStreamRead = 16,
+        write: RlvStreamWrite = 24,
+        length: RlvStreamLength = 32,
+        cut: RlvStreamCut = 40,
+        sync: RlvStreamSync = 48,
+        close: RlvStreamClose = 56,
+    });
+    fields!(list, RlvDocument {
+        id: u64 = 0,
+    });
+    fields!(list, RlvDocumentInfo {
+        struct_size: u32 = 0,
+        is_open: u32 = 4,
+        undo_count: usize = 8,
+        redo_count: usize = 16,
+        bytes: u64 = 24,
+    });
+    fields!(list, RlvDocumentChanges {
+        struct_size: u32 = 0,
+        is_done: u32 = 4,
+        layer_count: usize = 8,
+        block_count: usize = 16,
+        bytes: u64 = 24,
+    });
+    fields!(list, RlvTransferOptions {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        from: RlvMesh = 8,
+        reach: f64 = 16,
+    });
+    fields!(list, RlvTransferReport {
+        struct_size: u32 = 0,
+        layer_count: u32 = 4,
+        area: f64 = 8,
+        uncovered_area: f64 = 16,
+        edited_area: f64 = 24,
+        lost_area: f64 = 32,
+        reach: f64 = 40,
+    });
     fields!(list, RlvLayerOptions {
         struct_size: u32 = 0,
         kind: u32 = 4,
@@ -2105,6 +2156,19 @@ pub fn offsets(list: &mut Offsets) {
         changed_tiles: u64 = 8,
         texels: u64 = 16,
         refused_tiles: u64 = 24,
+    });
+    fields!(list, RlvDecalRecipe {
+        struct_size: u32 = 0,
+        id: u32 = 4,
+        layer: u32 = 8,
+        pin_count: u32 = 12,
+        width: u32 = 16,
+        height: u32 = 20,
+        channel: u32 = 24,
+        blend: u32 = 28,
+        opacity: f32 = 32,
+        relief: f32 = 36,
+        image_hash: u64 = 40,
     });
     fields!(list, RlvStroke {
         id: u64 = 0,
@@ -2341,49 +2405,6 @@ pub fn offsets(list: &mut Offsets) {
         ages: *mut f32 = 48,
         lifetimes: *mut f32 = 56,
         lives: *mut f32 = 64,
-    });
-    fields!(list, RlvStream {
-        struct_size: u32 = 0,
-        reserved: u32 = 4,
-        user: *mut c_void = 8,
-        read: RlvStreamRead = 16,
-        write: RlvStreamWrite = 24,
-        length: RlvStreamLength = 32,
-        cut: RlvStreamCut = 40,
-        sync: RlvStreamSync = 48,
-        close: RlvStreamClose = 56,
-    });
-    fields!(list, RlvDocument {
-        id: u64 = 0,
-    });
-    fields!(list, RlvDocumentInfo {
-        struct_size: u32 = 0,
-        is_open: u32 = 4,
-        undo_count: usize = 8,
-        redo_count: usize = 16,
-        bytes: u64 = 24,
-    });
-    fields!(list, RlvDocumentChanges {
-        struct_size: u32 = 0,
-        is_done: u32 = 4,
-        layer_count: usize = 8,
-        block_count: usize = 16,
-        bytes: u64 = 24,
-    });
-    fields!(list, RlvTransferOptions {
-        struct_size: u32 = 0,
-        reserved: u32 = 4,
-        from: RlvMesh = 8,
-        reach: f64 = 16,
-    });
-    fields!(list, RlvTransferReport {
-        struct_size: u32 = 0,
-        layer_count: u32 = 4,
-        area: f64 = 8,
-        uncovered_area: f64 = 16,
-        edited_area: f64 = 24,
-        lost_area: f64 = 32,
-        reach: f64 = 40,
     });
     fields!(list, RlvFluid {
         id: u64 = 0,
@@ -3332,6 +3353,26 @@ pub const INITIAL: &[Initial] = &[
         ("uint64_t hidden_triangles", 0.0),
         ("uint64_t occluder_triangles", 0.0),
     ] },
+    Initial { header: "document.h", name: "RlvDocumentInfo", initializer: "RLV_DOCUMENT_INFO_INIT", fields: &[
+        ("uint32_t is_open", 0.0),
+        ("size_t undo_count", 0.0),
+        ("size_t redo_count", 0.0),
+        ("uint64_t bytes", 0.0),
+    ] },
+    Initial { header: "document.h", name: "RlvDocumentChanges", initializer: "RLV_DOCUMENT_CHANGES_INIT", fields: &[
+        ("uint32_t is_done", 0.0),
+        ("size_t layer_count", 0.0),
+        ("size_t block_count", 0.0),
+        ("uint64_t bytes", 0.0),
+    ] },
+    Initial { header: "document.h", name: "RlvTransferReport", initializer: "RLV_TRANSFER_REPORT_INIT", fields: &[
+        ("uint32_t layer_count", 0.0),
+        ("double area", 0.0),
+        ("double uncovered_area", 0.0),
+        ("double edited_area", 0.0),
+        ("double lost_area", 0.0),
+        ("double reach", 0.0),
+    ] },
     Initial { header: "layer.h", name: "RlvLayerOptions", initializer: "RLV_LAYER_OPTIONS_INIT", fields: &[
         ("uint32_t kind", 0.0),
         ("uint32_t blend", 1.0),
@@ -3363,6 +3404,18 @@ pub const INITIAL: &[Initial] = &[
         ("uint64_t changed_tiles", 0.0),
         ("uint64_t texels", 0.0),
         ("uint64_t refused_tiles", 0.0),
+    ] },
+    Initial { header: "decal.h", name: "RlvDecalRecipe", initializer: "RLV_DECAL_RECIPE_INIT", fields: &[
+        ("uint32_t id", 0.0),
+        ("uint32_t layer", 0.0),
+        ("uint32_t pin_count", 0.0),
+        ("uint32_t width", 0.0),
+        ("uint32_t height", 0.0),
+        ("uint32_t channel", 0.0),
+        ("uint32_t blend", 0.0),
+        ("float opacity", 0.0),
+        ("float relief", 0.0),
+        ("uint64_t image_hash", 0.0),
     ] },
     Initial { header: "stroke.h", name: "RlvStrokeReport", initializer: "RLV_STROKE_REPORT_INIT", fields: &[
         ("uint32_t reserved", 0.0),
@@ -3455,26 +3508,6 @@ pub const INITIAL: &[Initial] = &[
         ("uint64_t born", 0.0),
         ("uint64_t gone", 0.0),
         ("uint64_t refused", 0.0),
-    ] },
-    Initial { header: "document.h", name: "RlvDocumentInfo", initializer: "RLV_DOCUMENT_INFO_INIT", fields: &[
-        ("uint32_t is_open", 0.0),
-        ("size_t undo_count", 0.0),
-        ("size_t redo_count", 0.0),
-        ("uint64_t bytes", 0.0),
-    ] },
-    Initial { header: "document.h", name: "RlvDocumentChanges", initializer: "RLV_DOCUMENT_CHANGES_INIT", fields: &[
-        ("uint32_t is_done", 0.0),
-        ("size_t layer_count", 0.0),
-        ("size_t block_count", 0.0),
-        ("uint64_t bytes", 0.0),
-    ] },
-    Initial { header: "document.h", name: "RlvTransferReport", initializer: "RLV_TRANSFER_REPORT_INIT", fields: &[
-        ("uint32_t layer_count", 0.0),
-        ("double area", 0.0),
-        ("double uncovered_area", 0.0),
-        ("double edited_area", 0.0),
-        ("double lost_area", 0.0),
-        ("double reach", 0.0),
     ] },
     Initial { header: "fluid.h", name: "RlvFluidColliderOptions", initializer: "RLV_FLUID_COLLIDER_OPTIONS_INIT", fields: &[
         ("uint32_t contact", 0.0),
@@ -3786,6 +3819,7 @@ pub const NAMES: &[&str] = &[
     "RLV_DECAL_INK_INIT",
     "RLV_DECAL_OPTIONS_INIT",
     "RLV_DECAL_QUALITY_INIT",
+    "RLV_DECAL_RECIPE_INIT",
     "RLV_DECAL_REPORT_INIT",
     "RLV_DECAL_TEXTURE_INIT",
     "RLV_DECAY_OPTIONS_INIT",

@@ -1875,6 +1875,19 @@ fn write_decals(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
         called(rlv_decal_paint_texture(decal, &image, number(bytes)?, &texture, &mut painted));
         let user = (&raw mut patience).cast();
         called(rlv_decal_pose(decal, points.as_ptr(), bytes.int_in_range(0..=16)?, 0, Some(wait), user));
+        let document = RlvDocument { id: handles.pick(bytes, 9)? };
+        let (mut recipe, mut id, mut count) = (sized::<RlvDecalRecipe>(bytes)?, bytes.int_in_range(0..=2_u32)?, 0);
+        let mut pins = [RlvDecalPin::default(); 4];
+        let mut out = RlvDecal { id: UNTOUCHED };
+        let layer = c"label";
+        called(rlv_decal_pins(decal, pins.as_mut_ptr(), bytes.int_in_range(0..=4)?, &mut count));
+        let result = rlv_decal_take_up(document, id, Some(wait), user, &mut out);
+        made(result, out.id, &mut handles.decals);
+        called(rlv_decal_update(decal, document, id, &image, ink, Some(wait), user));
+        called(rlv_decal_apply(decal, document, layer.as_ptr(), &image, ink, Some(wait), user, &mut id));
+        called(rlv_decal_count(document, &mut count));
+        called(rlv_decal_recipe(document, bytes.int_in_range(0..=2)?, &mut recipe));
+        called(rlv_decal_remove(document, bytes.int_in_range(0..=2)?));
     }
     Ok(())
 }
