@@ -143,7 +143,8 @@ mod tests {
 
     /// The corners as a surface with these principal curvatures moves them: by (1 − depth · k) along each axis.
     fn pressed(depth: f32, curvatures: [f32; 2], slope: f32) -> [Vec3; 3] {
-        CORNERS.map(|p| Vec3::new(p.x * (1.0 - depth * curvatures[0]), p.y * (1.0 - depth * curvatures[1]), slope * p.x))
+        CORNERS
+            .map(|p| Vec3::new(p.x * (1.0 - depth * curvatures[0]), p.y * (1.0 - depth * curvatures[1]), slope * p.x))
     }
 
     #[test]

@@ -4,9 +4,9 @@
 
 use libfuzzer_sys::fuzz_target;
 use relievo_client::{
-    Chunk, Failure, Fetch, FileList, FilePart, FilePartResult, FilePut, FilePutResult, Force, FrameInfo, FrameName, Hello,
-    MAX_CHUNK, Message, Nothing, Scanner, SceneList, SceneName, Stats, Status, Steer, Submit, SurfacePart, Wait, Welcome,
-    decode, failure, parameters, parse, request,
+    Chunk, Failure, Fetch, FileList, FilePart, FilePartResult, FilePut, FilePutResult, Force, FrameInfo, FrameName,
+    Hello, MAX_CHUNK, Message, Nothing, Scanner, SceneList, SceneName, Stats, Status, Steer, Submit, SurfacePart, Wait,
+    Welcome, decode, failure, parameters, parse, request,
 };
 use relievo_core::Error;
 
