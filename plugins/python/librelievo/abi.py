@@ -879,6 +879,15 @@ class RlvChannelInfo(Structure):
     ]
 
 
+class RlvDetailFolds(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("tile", c_uint32),
+        ("triangle_count", c_uint64),
+        ("folded_count", c_uint64),
+    ]
+
+
 class RlvPaintOptions(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -1628,6 +1637,8 @@ class RlvCrowdModelInfo(Structure):
         ("exceeded", c_uint64),
         ("low", c_float * 3),
         ("high", c_float * 3),
+        ("morph_count", c_uint32),
+        ("offset_count", c_uint32),
     ]
 
 
@@ -1657,6 +1668,21 @@ class RlvCrowdVertices(Structure):
         ("uvs", c_float_p),
         ("bones", c_uint32_p),
         ("weights", c_float_p),
+    ]
+
+
+class RlvCrowdCollapse(Structure):
+    _fields_ = [
+        ("group", c_uint32),
+        ("target", c_uint32),
+    ]
+
+
+class RlvCrowdOffset(Structure):
+    _fields_ = [
+        ("vertex", c_uint32),
+        ("morph", c_uint32),
+        ("offset", c_float * 3),
     ]
 
 
@@ -1692,7 +1718,7 @@ class RlvCrowdView(Structure):
         ("fov", c_double),
         ("time", c_double),
         ("occlusion", c_uint32),
-        ("reserved", c_uint32),
+        ("geomorph", c_uint32),
     ]
 
 
@@ -1708,6 +1734,8 @@ class RlvCrowdFrame(Structure):
         ("triangles", c_uint64),
         ("hidden_triangles", c_uint64),
         ("occluder_triangles", c_uint64),
+        ("weight_count", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -1743,6 +1771,10 @@ class RlvCrowdBuffers(Structure):
         ("matrices", c_float_p),
         ("matrix_capacity", c_size_t),
         ("matrix_stride", c_size_t),
+        ("weights", c_float_p),
+        ("weight_capacity", c_size_t),
+        ("first_weights", c_uint32_p),
+        ("blends", c_float_p),
     ]
 
 
@@ -3263,6 +3295,7 @@ INIT = {
     RlvDetailOptions: (ctypes.sizeof(RlvDetailOptions), 0, 0, None, 0, 0,),
     RlvDetailInfo: (ctypes.sizeof(RlvDetailInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0,),
     RlvChannelInfo: (ctypes.sizeof(RlvChannelInfo), 0, 0, 0, 0, 0, 0, 0,),
+    RlvDetailFolds: (ctypes.sizeof(RlvDetailFolds), 0, 0, 0,),
     RlvPaintOptions: (ctypes.sizeof(RlvPaintOptions), 0, 0, (1.0, 1.0, 1.0, 1.0,), 0, 0,),
     RlvVectorOptions: (ctypes.sizeof(RlvVectorOptions), 0, 0,),
     RlvDecayOptions: (ctypes.sizeof(RlvDecayOptions), 0.0, 10.0, 0, 0,),
@@ -3305,13 +3338,13 @@ INIT = {
     RlvColorBufferInfo: (ctypes.sizeof(RlvColorBufferInfo), 0, 0, 0, 0, 0, 0, 0, (0,),),
     RlvColorBufferVulkan: (ctypes.sizeof(RlvColorBufferVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvCrowdBuildSettings: (ctypes.sizeof(RlvCrowdBuildSettings), 0.15, 100, 16, 30.0,),
-    RlvCrowdModelInfo: (ctypes.sizeof(RlvCrowdModelInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0, 0, (0.0,), (0.0,),),
+    RlvCrowdModelInfo: (ctypes.sizeof(RlvCrowdModelInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0, 0, (0.0,), (0.0,), 0, 0,),
     RlvCrowdClip: (ctypes.sizeof(RlvCrowdClip), 0, 0.0, (0,),),
     RlvCrowdMaterial: (ctypes.sizeof(RlvCrowdMaterial), (0,),),
     RlvCrowdVertices: (ctypes.sizeof(RlvCrowdVertices), 0, 0, None, None, None, None, None,),
     RlvCrowdView: (ctypes.sizeof(RlvCrowdView), 0, 0, 0.5, (0.0,), (0.0, 0.0, -1.0,), (0.0, 1.0, 0.0,), 0.6, 0.0, 0, 0,),
-    RlvCrowdFrame: (ctypes.sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
-    RlvCrowdBuffers: (ctypes.sizeof(RlvCrowdBuffers), 0, None, 0, 0, None, None, 0, 0, None, 0, 0,),
+    RlvCrowdFrame: (ctypes.sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvCrowdBuffers: (ctypes.sizeof(RlvCrowdBuffers), 0, None, 0, 0, None, None, 0, 0, None, 0, 0, None, 0, None, None,),
     RlvStream: (ctypes.sizeof(RlvStream), 0, None, None, None, None, None, None, None,),
     RlvDocumentInfo: (ctypes.sizeof(RlvDocumentInfo), 0, 0, 0, 0,),
     RlvDocumentChanges: (ctypes.sizeof(RlvDocumentChanges), 0, 0, 0, 0,),
@@ -3474,6 +3507,7 @@ FUNCTIONS = {
     "rlv_detail_set_decay": (RlvResult, [("detail", RlvDetail), ("options", POINTER(RlvDecayOptions))]),
     "rlv_detail_advance": (RlvResult, [("detail", RlvDetail), ("time", c_double)]),
     "rlv_detail_channel_info": (RlvResult, [("detail", RlvDetail), ("channel", c_uint32), ("out", POINTER(RlvChannelInfo))]),
+    "rlv_detail_folds": (RlvResult, [("detail", RlvDetail), ("out", POINTER(RlvDetailFolds))]),
     "rlv_detail_set_face_sizes": (RlvResult, [("detail", RlvDetail), ("face_sizes", c_uint32_p), ("count", c_size_t), ("stride", c_size_t)]),
     "rlv_detail_set_transform": (RlvResult, [("detail", RlvDetail), ("matrix", c_double_p)]),
     "rlv_detail_set_points": (RlvResult, [("detail", RlvDetail), ("points", c_float_p), ("count", c_size_t), ("stride", c_size_t)]),
@@ -3598,6 +3632,8 @@ FUNCTIONS = {
     "rlv_crowd_model_clip": (RlvResult, [("model", RlvCrowdModel), ("clip", c_uint32), ("out", POINTER(RlvCrowdClip))]),
     "rlv_crowd_model_material": (RlvResult, [("model", RlvCrowdModel), ("material", c_uint32), ("out", POINTER(RlvCrowdMaterial))]),
     "rlv_crowd_model_get_vertices": (RlvResult, [("model", RlvCrowdModel), ("vertices", POINTER(RlvCrowdVertices))]),
+    "rlv_crowd_model_get_collapses": (RlvResult, [("model", RlvCrowdModel), ("collapses", POINTER(RlvCrowdCollapse)), ("capacity", c_size_t), ("stride", c_size_t)]),
+    "rlv_crowd_model_get_offsets": (RlvResult, [("model", RlvCrowdModel), ("offsets", POINTER(RlvCrowdOffset)), ("capacity", c_size_t), ("stride", c_size_t)]),
     "rlv_crowd_model_get_triangles": (RlvResult, [("model", RlvCrowdModel), ("triangles", c_uint32_p), ("materials", c_uint32_p), ("capacity", c_size_t)]),
     "rlv_crowd_model_get_clusters": (RlvResult, [("model", RlvCrowdModel), ("clusters", POINTER(RlvCrowdCluster)), ("capacity", c_size_t), ("stride", c_size_t)]),
     "rlv_crowd_model_mesh": (RlvResult, [("model", RlvCrowdModel), ("error", c_float), ("clip", c_uint32), ("pose", c_uint32), ("out", POINTER(RlvMesh))]),
@@ -3606,6 +3642,7 @@ FUNCTIONS = {
     "rlv_crowd_release": (RlvResult, [("crowd", RlvCrowd)]),
     "rlv_crowd_add": (RlvResult, [("crowd", RlvCrowd), ("agents", POINTER(RlvCrowdAgent)), ("count", c_size_t), ("stride", c_size_t), ("first", c_uint32_p)]),
     "rlv_crowd_set": (RlvResult, [("crowd", RlvCrowd), ("first", c_uint32), ("agents", POINTER(RlvCrowdAgent)), ("count", c_size_t), ("stride", c_size_t)]),
+    "rlv_crowd_set_weights": (RlvResult, [("crowd", RlvCrowd), ("agent", c_uint32), ("weights", c_float_p), ("count", c_size_t)]),
     "rlv_crowd_cut": (RlvResult, [("crowd", RlvCrowd), ("view", POINTER(RlvCrowdView)), ("out", POINTER(RlvCrowdFrame))]),
     "rlv_crowd_get": (RlvResult, [("crowd", RlvCrowd), ("buffers", POINTER(RlvCrowdBuffers))]),
     "rlv_document_create": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),

@@ -204,6 +204,7 @@ constant!(RLV_CHANNEL_COLOR = 1);
 constant!(RLV_CHANNEL_VECTORS = 2);
 constant!(RLV_CHANNEL_TRACES = 3);
 layout!(RlvChannelInfo: 48, 8);
+layout!(RlvDetailFolds: 24, 8);
 constant!(RLV_COLOR_RGBA8 = 0);
 constant!(RLV_COLOR_RGBA16F = 1);
 layout!(RlvPaintOptions: 40, 8);
@@ -224,6 +225,7 @@ function!(rlv_detail_add_traces: unsafe extern "C" fn(RlvDetail, u64) -> RlvResu
 function!(rlv_detail_set_decay: unsafe extern "C" fn(RlvDetail, *const RlvDecayOptions) -> RlvResult);
 function!(rlv_detail_advance: unsafe extern "C" fn(RlvDetail, f64) -> RlvResult);
 function!(rlv_detail_channel_info: unsafe extern "C" fn(RlvDetail, u32, *mut RlvChannelInfo) -> RlvResult);
+function!(rlv_detail_folds: unsafe extern "C" fn(RlvDetail, *mut RlvDetailFolds) -> RlvResult);
 function!(rlv_detail_set_face_sizes: unsafe extern "C" fn(RlvDetail, *const u32, usize, usize) -> RlvResult);
 function!(rlv_detail_set_transform: unsafe extern "C" fn(RlvDetail, *const f64) -> RlvResult);
 function!(rlv_detail_set_points: unsafe extern "C" fn(RlvDetail, *const f32, usize, usize) -> RlvResult);
@@ -469,17 +471,19 @@ layout!(RlvCrowdModel: 8, 8);
 layout!(RlvCrowd: 8, 8);
 layout!(RlvCrowdBuildSettings: 20, 4);
 layout!(RlvCrowdClipName: 8, 8);
-layout!(RlvCrowdModelInfo: 88, 8);
+layout!(RlvCrowdModelInfo: 96, 8);
 layout!(RlvCrowdClip: 60, 4);
 layout!(RlvCrowdMaterial: 260, 4);
 layout!(RlvCrowdVertices: 56, 8);
+layout!(RlvCrowdCollapse: 8, 4);
+layout!(RlvCrowdOffset: 20, 4);
 layout!(RlvCrowdCluster: 24, 4);
 layout!(RlvCrowdAgent: 112, 8);
 layout!(RlvCrowdView: 112, 8);
-layout!(RlvCrowdFrame: 56, 8);
+layout!(RlvCrowdFrame: 64, 8);
 layout!(RlvCrowdDraw: 20, 4);
 layout!(RlvCrowdInstance: 56, 4);
-layout!(RlvCrowdBuffers: 88, 8);
+layout!(RlvCrowdBuffers: 120, 8);
 function!(rlv_crowd_params: unsafe extern "C" fn(*mut *const RlvParameter, *mut usize) -> RlvResult);
 function!(rlv_crowd_model_build: unsafe extern "C" fn(RlvContext, *const c_char, *const RlvCrowdClipName, usize, *const RlvCrowdBuildSettings, RlvProgress, *mut c_void, *mut RlvCrowdModel) -> RlvResult);
 function!(rlv_crowd_model_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvCrowdModel) -> RlvResult);
@@ -492,6 +496,8 @@ function!(rlv_crowd_model_info: unsafe extern "C" fn(RlvCrowdModel, *mut RlvCrow
 function!(rlv_crowd_model_clip: unsafe extern "C" fn(RlvCrowdModel, u32, *mut RlvCrowdClip) -> RlvResult);
 function!(rlv_crowd_model_material: unsafe extern "C" fn(RlvCrowdModel, u32, *mut RlvCrowdMaterial) -> RlvResult);
 function!(rlv_crowd_model_get_vertices: unsafe extern "C" fn(RlvCrowdModel, *const RlvCrowdVertices) -> RlvResult);
+function!(rlv_crowd_model_get_collapses: unsafe extern "C" fn(RlvCrowdModel, *mut RlvCrowdCollapse, usize, usize) -> RlvResult);
+function!(rlv_crowd_model_get_offsets: unsafe extern "C" fn(RlvCrowdModel, *mut RlvCrowdOffset, usize, usize) -> RlvResult);
 function!(rlv_crowd_model_get_triangles: unsafe extern "C" fn(RlvCrowdModel, *mut u32, *mut u32, usize) -> RlvResult);
 function!(rlv_crowd_model_get_clusters: unsafe extern "C" fn(RlvCrowdModel, *mut RlvCrowdCluster, usize, usize) -> RlvResult);
 function!(rlv_crowd_model_mesh: unsafe extern "C" fn(RlvCrowdModel, f32, u32, u32, *mut RlvMesh) -> RlvResult);
@@ -500,6 +506,7 @@ function!(rlv_crowd_retain: unsafe extern "C" fn(RlvCrowd) -> RlvResult);
 function!(rlv_crowd_release: unsafe extern "C" fn(RlvCrowd) -> RlvResult);
 function!(rlv_crowd_add: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdAgent, usize, usize, *mut u32) -> RlvResult);
 function!(rlv_crowd_set: unsafe extern "C" fn(RlvCrowd, u32, *const RlvCrowdAgent, usize, usize) -> RlvResult);
+function!(rlv_crowd_set_weights: unsafe extern "C" fn(RlvCrowd, u32, *const f32, usize) -> RlvResult);
 function!(rlv_crowd_cut: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdView, *mut RlvCrowdFrame) -> RlvResult);
 function!(rlv_crowd_get: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdBuffers) -> RlvResult);
 alias!(RlvStreamRead = Option<unsafe extern "C" fn(*mut c_void, u64, *mut u8, usize) -> u32>);
@@ -1385,6 +1392,12 @@ pub fn offsets(list: &mut Offsets) {
         texel_size: u32 = 40,
         paged_count: u32 = 44,
     });
+    fields!(list, RlvDetailFolds {
+        struct_size: u32 = 0,
+        tile: u32 = 4,
+        triangle_count: u64 = 8,
+        folded_count: u64 = 16,
+    });
     fields!(list, RlvPaintOptions {
         struct_size: u32 = 0,
         tile_size: u32 = 4,
@@ -1941,6 +1954,8 @@ pub fn offsets(list: &mut Offsets) {
         exceeded: u64 = 56,
         low: [f32; 3] = 64,
         high: [f32; 3] = 76,
+        morph_count: u32 = 88,
+        offset_count: u32 = 92,
     });
     fields!(list, RlvCrowdClip {
         struct_size: u32 = 0,
@@ -1961,6 +1976,15 @@ pub fn offsets(list: &mut Offsets) {
         uvs: *mut f32 = 32,
         bones: *mut u32 = 40,
         weights: *mut f32 = 48,
+    });
+    fields!(list, RlvCrowdCollapse {
+        group: u32 = 0,
+        target: u32 = 4,
+    });
+    fields!(list, RlvCrowdOffset {
+        vertex: u32 = 0,
+        morph: u32 = 4,
+        offset: [f32; 3] = 8,
     });
     fields!(list, RlvCrowdCluster {
         first_triangle: u32 = 0,
@@ -1987,7 +2011,7 @@ pub fn offsets(list: &mut Offsets) {
         fov: f64 = 88,
         time: f64 = 96,
         occlusion: u32 = 104,
-        reserved: u32 = 108,
+        geomorph: u32 = 108,
     });
     fields!(list, RlvCrowdFrame {
         struct_size: u32 = 0,
@@ -2000,6 +2024,8 @@ pub fn offsets(list: &mut Offsets) {
         triangles: u64 = 32,
         hidden_triangles: u64 = 40,
         occluder_triangles: u64 = 48,
+        weight_count: u32 = 56,
+        reserved: u32 = 60,
     });
     fields!(list, RlvCrowdDraw {
         index_count: u32 = 0,
@@ -2026,6 +2052,10 @@ pub fn offsets(list: &mut Offsets) {
         matrices: *mut f32 = 64,
         matrix_capacity: usize = 72,
         matrix_stride: usize = 80,
+        weights: *mut f32 = 88,
+        weight_capacity: usize = 96,
+        first_weights: *mut u32 = 104,
+        blends: *mut f32 = 112,
     });
     fields!(list, RlvStream {
         struct_size: u32 = 0,
@@ -3203,6 +3233,11 @@ pub const INITIAL: &[Initial] = &[
         ("uint32_t texel_size", 0.0),
         ("uint32_t paged_count", 0.0),
     ] },
+    Initial { header: "detail.h", name: "RlvDetailFolds", initializer: "RLV_DETAIL_FOLDS_INIT", fields: &[
+        ("uint32_t tile", 0.0),
+        ("uint64_t triangle_count", 0.0),
+        ("uint64_t folded_count", 0.0),
+    ] },
     Initial { header: "detail.h", name: "RlvVectorOptions", initializer: "RLV_VECTOR_OPTIONS_INIT", fields: &[
         ("uint32_t tile_size", 0.0),
         ("uint64_t budget", 0.0),
@@ -3352,6 +3387,8 @@ pub const INITIAL: &[Initial] = &[
         ("uint64_t triangles", 0.0),
         ("uint64_t hidden_triangles", 0.0),
         ("uint64_t occluder_triangles", 0.0),
+        ("uint32_t weight_count", 0.0),
+        ("uint32_t reserved", 0.0),
     ] },
     Initial { header: "document.h", name: "RlvDocumentInfo", initializer: "RLV_DOCUMENT_INFO_INIT", fields: &[
         ("uint32_t is_open", 0.0),
@@ -3824,6 +3861,7 @@ pub const NAMES: &[&str] = &[
     "RLV_DECAL_TEXTURE_INIT",
     "RLV_DECAY_OPTIONS_INIT",
     "RLV_DETAIL_CHANGES_INIT",
+    "RLV_DETAIL_FOLDS_INIT",
     "RLV_DETAIL_INFO_INIT",
     "RLV_DETAIL_OPTIONS_INIT",
     "RLV_DETAIL_TILE_INFO_INIT",
