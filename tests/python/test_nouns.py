@@ -247,27 +247,28 @@ class Decals(unittest.TestCase):
         image[..., 1:] = 0
         laid = job.decal_on_detail(self.detail, self.pins, (40, 20), cells=4)
         laid.wait()
-        with laid.result() as decal:
+        with laid.result() as sticker:
             with self.assertRaisesRegex(rl.Invalid, "no colours"):
-                decal.paint(image)
+                sticker.paint(image)
             self.detail.add_paint(tile_size=16)
-            report = decal.paint(image, 0.5)
+            report = sticker.paint(image, 0.5)
             self.assertGreater(report.texels, 100)
             self.assertEqual(report.refused_tiles, 0)
-            decal.emboss(numpy.ones((20, 40), numpy.float32), 0.25)
+            sticker.emboss(numpy.ones((20, 40), numpy.float32), 0.25)
             with self.assertRaisesRegex(rl.Invalid, "pixels"):
-                decal.paint(image[1:])
-            self.assertGreater(decal.write(image, blend="multiply").texels, 100)
+                sticker.paint(image[1:])
+            self.assertGreater(sticker.write(image, blend="multiply").texels, 100)
         self.detail.commit()
         self.assertGreater(float(heights(self.detail).max()), 0.1)
         with rl.Document(self.detail) as kept:
             with rl.Decal.on_detail(self.detail, self.pins, (40, 20), cells=4) as laid:
-                number = laid.apply(kept, "label", image, opacity=0.5)
+                number, pins = laid.apply(kept, "label", image, opacity=0.5), laid.pins
             found = decal.recipes_of(kept)
             self.assertEqual([(one.id, one.pin_count, one.opacity) for one in found], [(number, 4, 0.5)])
             with rl.Decal.take_up(kept, number) as laid:
-                at, position, _ = laid.pins[1]
-                numpy.testing.assert_allclose([*at, *position[:2]], [36, 4, 0.66, 0.44], atol=1e-4)
+                self.assertEqual([at for at, _, _ in laid.pins], [at for at, _, _ in pins])
+                places = [[position for _, position, _ in list_of] for list_of in (laid.pins, pins)]
+                numpy.testing.assert_allclose(*places, atol=1e-4)
                 laid.drag_pin(1, (0.63, 0.44, 0))
                 laid.update(kept, number, image, opacity=0.25)
             self.assertEqual(decal.recipes_of(kept)[0].opacity, 0.25)

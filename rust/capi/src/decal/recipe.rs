@@ -14,7 +14,7 @@ use super::{DecalObject, RlvDecal, RlvDecalImage, RlvDecalInk, RlvDecalPin, Tria
 use crate::array::{Output, present, put, text};
 use crate::context::{HostProgress, RlvProgress};
 use crate::descriptor::{read_optional, write_descriptor};
-use crate::detail::{Object, RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, each, log_refusal};
+use crate::detail::{RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, each, log_refusal};
 use crate::document::{DocumentObject, RlvDocument};
 use crate::layer::RLV_BLEND_NORMAL;
 use crate::registry::{self, try_read};
