@@ -215,7 +215,7 @@ RLV_API RlvResult rlv_decal_strip_on_detail(RlvDetail detail, const RlvDecalOpti
  * number to count. Fails if there are more than capacity. */
 RLV_API RlvResult rlv_decal_pins(RlvDecal decal, RlvDecalPin *pins, size_t capacity, size_t *count);
 
-/* Writes the number of decals that a document keeps. */
+/* Writes the number of decals that a document keeps. No failure of its own. */
 RLV_API RlvResult rlv_decal_count(RlvDocument document, size_t *count);
 
 /* Describes a decal of a document, by its place from 0 on. Fails if there is none or it is damaged. */
