@@ -132,6 +132,7 @@ fn make_fading<O: Fades>(context: &Context, world: &mut World, number: usize) {
 /// As the process that is killed makes it: from the document, to which it goes.
 fn go_on_fading<O: Fades>(context: &Context, path: &Path) {
     let mut world = fading_world::<O>(context);
+    limit_files();
     let (document, mut history) = History::open(path, LIMIT, LIMIT).unwrap();
     assert!(O::of(&mut world).take_up(context, &document, LIMIT).unwrap().is_empty());
     for number in history.undo_count()..STROKES {
@@ -145,30 +146,36 @@ fn go_on_fading<O: Fades>(context: &Context, path: &Path) {
 /// Runs the process again and again until it has made all strokes: each may write so much, and is killed at the byte
 /// after that. `None` if that cannot be.
 fn kill(path: &Path, what: &str) -> Option<u64> {
+    if Command::new("prlimit").arg("--version").stdout(Stdio::null()).status().is_err() {
+        println!("skipped: kills at a byte need `prlimit`");
+        return None;
+    }
     let mut kills = 0;
     loop {
         let length = std::fs::metadata(path).unwrap().len();
         let bytes = length + 4000 + 977 * kills;
-        let status = Command::new("prlimit")
-            .arg(format!("--fsize={bytes}"))
-            .args(["--core=0", "--"])
-            .arg(std::env::current_exe().unwrap())
+        let status = Command::new(std::env::current_exe().unwrap())
             .args(["--exact", "strokes_until_it_is_killed", "--test-threads=1"])
             .env("RELIEVO_TEST_STROKES", path)
             .env("RELIEVO_TEST_FADING", what)
+            .env("RELIEVO_TEST_BYTES", bytes.to_string())
             .stdout(Stdio::null())
             .stderr(Stdio::null())
             .status();
-        let Ok(status) = status else {
-            println!("skipped: kills at a byte need `prlimit`");
-            return None;
-        };
-        if status.success() {
+        if status.unwrap().success() {
             return Some(kills);
         }
         kills += 1;
         assert!(kills < 200, "it gets no further");
     }
+}
+
+/// Lets the system end this process where it writes a file beyond the bytes that it may. Surfaces are made before: what
+/// the library itself keeps in files in memory would be such a file.
+fn limit_files() {
+    let bytes = std::env::var("RELIEVO_TEST_BYTES").unwrap();
+    let limits = [format!("--pid={}", std::process::id()), format!("--fsize={bytes}"), "--core=0".into()];
+    assert!(Command::new("prlimit").args(limits).status().unwrap().success());
 }
 
 /// The process that is killed: it makes the strokes that are still to be made.
@@ -182,6 +189,7 @@ fn strokes_until_it_is_killed() {
         _ => {}
     }
     let mut world = world(&context);
+    limit_files();
     let (document, mut history) = History::open(Path::new(&path), LIMIT, LIMIT).unwrap();
     let surface = surface(&mut world);
     assert!(surface.take_up(&context, &document, LIMIT).unwrap().is_empty());
