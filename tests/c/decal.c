@@ -638,8 +638,8 @@ int main(void) {
     write_on_triangles(context, plane);
     paint_texture(context);
     cut_and_strip(context, plane);
-    keep_in_document(context, plane, RLV_SURFACE_CATMULL_CLARK, 10 * 4 + 4, 10 * 7 + 8);
-    keep_in_document(context, plane, RLV_SURFACE_TRIANGLES, 2 * (10 * 4 + 4), 2 * (10 * 7 + 8));
+    keep_in_document(context, plane, RLV_SURFACE_CATMULL_CLARK, 10 * 4 + 4, 10 * 7 + 7);
+    keep_in_document(context, plane, RLV_SURFACE_TRIANGLES, 2 * (10 * 4 + 4), 2 * (10 * 7 + 7));
     CHECK_OK(rlv_mesh_release(plane));
     CHECK_OK(rlv_context_release(context));
     return 0;

@@ -133,8 +133,21 @@ void check_hits(RTCScene procedural, RTCScene triangles, const std::vector<Ray> 
     }
 }
 
+/// Whether the processor has packets of N rays. Where it has none, Embree makes them of smaller ones, and may write lanes
+/// that are off.
+template <int N> bool has_packets(RTCScene scene) {
+    const RTCDeviceProperty property = N == 4   ? RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED
+                                       : N == 8 ? RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED
+                                                : RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED;
+    const RTCDevice device = rtcGetSceneDevice(scene);
+    const bool has = rtcGetDeviceProperty(device, property) != 0;
+    rtcReleaseDevice(device);
+    return has;
+}
+
 /// Packets find to the bit what single rays find, and shadows where these hit.
 template <int N> void check_packets(RTCScene scene, const std::vector<Ray> &rays, float time) {
+    const bool leaves_lanes = has_packets<N>(scene);
     // A later Embree has a number more.
     constexpr int KINDS = RAY + HIT + 1;
     for (size_t first = 0; first + N <= rays.size(); first += N) {
@@ -158,6 +171,9 @@ template <int N> void check_packets(RTCScene scene, const std::vector<Ray> &rays
         trace_packet<N>(valid, scene, numbers);
         shadow_packet<N>(valid, scene, shadows);
         for (int k = 0; k < N; ++k) {
+            if (!valid[k] && !leaves_lanes) {
+                continue;
+            }
             const RTCRayHit one = valid[k] ? cast(scene, rays[first + size_t(k)], time)
                                            : prepared(rays[first + size_t(k)], time);
             float single[RAY + HIT], lane[RAY + HIT];
