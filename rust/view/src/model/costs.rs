@@ -91,8 +91,7 @@ mod tests {
 
     #[test]
     fn events_are_summed_and_forgotten_where_they_do_not_count() {
-        let mut costs = Costs::default();
-        costs.current = [1.0, 2.0, 3.0, 4.0];
+        let mut costs = Costs { current: [1.0, 2.0, 3.0, 4.0], ..Costs::default() };
         costs.end_event(true);
         costs.current = [9.0; 4];
         costs.end_event(false);
