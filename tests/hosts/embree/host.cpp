@@ -133,21 +133,25 @@ void check_hits(RTCScene procedural, RTCScene triangles, const std::vector<Ray> 
     }
 }
 
-/// Whether the processor has packets of N rays. Where it has none, Embree makes them of smaller ones, and may write lanes
-/// that are off.
-template <int N> bool has_packets(RTCScene scene) {
+/// Whether packets of N rays leave lanes that are off alone. Embree 3 makes packets that the processor lacks of smaller ones,
+/// and may write such lanes.
+template <int N> bool leaves_lanes([[maybe_unused]] RTCScene scene) {
+#if RELIEVO_HOST_EMBREE == 3
     const RTCDeviceProperty property = N == 4   ? RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED
                                        : N == 8 ? RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED
                                                 : RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED;
     const RTCDevice device = rtcGetSceneDevice(scene);
-    const bool has = rtcGetDeviceProperty(device, property) != 0;
+    const bool is_native = rtcGetDeviceProperty(device, property) != 0;
     rtcReleaseDevice(device);
-    return has;
+    return is_native;
+#else
+    return true;
+#endif
 }
 
 /// Packets find to the bit what single rays find, and shadows where these hit.
 template <int N> void check_packets(RTCScene scene, const std::vector<Ray> &rays, float time) {
-    const bool leaves_lanes = has_packets<N>(scene);
+    const bool has_idle_lanes = leaves_lanes<N>(scene);
     // A later Embree has a number more.
     constexpr int KINDS = RAY + HIT + 1;
     for (size_t first = 0; first + N <= rays.size(); first += N) {
@@ -171,7 +175,7 @@ template <int N> void check_packets(RTCScene scene, const std::vector<Ray> &rays
         trace_packet<N>(valid, scene, numbers);
         shadow_packet<N>(valid, scene, shadows);
         for (int k = 0; k < N; ++k) {
-            if (!valid[k] && !leaves_lanes) {
+            if (!valid[k] && !has_idle_lanes) {
                 continue;
             }
             const RTCRayHit one = valid[k] ? cast(scene, rays[first + size_t(k)], time)
