@@ -82,7 +82,8 @@ fuzz_target!(|data: &[u8]| {
         // A model may be too large to be placed.
         let _ = crowd.add(Agent { model: 0, clip: 0, phase: away, transform });
     }
-    let view = CrowdView { eye: [0.0, 1.0, 4.0], pixels: 500.0, tolerance: 0.5, planes: vec![[0.0, 0.0, -1.0, 4.0]] };
+    let planes = vec![[0.0, 0.0, -1.0, 4.0]];
+    let view = CrowdView { eye: [0.0, 1.0, 4.0], pixels: 500.0, planes, ..CrowdView::default() };
     let (mut frame, mut list) = (Frame::default(), DrawList::default());
     crowd.cut(&CONTEXT, &view, &mut frame).expect("a view");
     list.update(&crowd, &frame, 0.5).expect("a small model");
