@@ -40,7 +40,7 @@ public:
     bool redo() { return history_.redo(); }
     std::size_t steps() const { return history_.size(); }
 
-    /// The triangles of an object as it is now, made by a job on the pool.
+    /// Makes the triangles that an object shows now, by a job on the pool.
     relievo::Mesh triangles(std::size_t object) const;
 
 private:

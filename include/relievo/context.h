@@ -9,8 +9,8 @@
  *   An object stays alive while others need it: releasing a mesh does not hurt the surface made from it.
  * - Every function may be called from any thread. Calls that do not change an object may run at the same time. A call
  *   that changes an object ("mutating" in the headers) needs it alone; nobody waits, the later call returns
- *   RLV_ERROR_BUSY, and says which function is at work; rlv_object_wait waits. Calls on a surface or a detail read a snapshot, so they neither cause nor get RLV_ERROR_BUSY
- *   while it is being changed.
+ *   RLV_ERROR_BUSY, and says which function is at work; rlv_object_wait waits. Calls on a surface or a detail read a
+ *   snapshot, so they neither cause nor get RLV_ERROR_BUSY while it is being changed.
  * - Arrays are pointer, count and stride in bytes from one element to the next, 0 for packed. They are borrowed for the
  *   call. NULL is allowed where the count is 0 or the header says so. Floats must be finite.
  * - A function that writes as many elements as there are takes their capacity and a place for their count. The count is

@@ -234,7 +234,7 @@ RLV_API RlvResult rlv_decal_apply(RlvDecal decal, RlvDocument document, const ch
 RLV_API RlvResult rlv_decal_take_up(RlvDocument document, uint32_t id, RlvProgress progress, void *user, RlvDecal *out);
 
 /* Writes a decal of a document anew, in place of what its layer has: with the pins, sticker and settings of decal, which was
- * taken up or laid on the same detail. It is laid on the surface without it. ink may be NULL to leave it as it is. One edit.
+ * taken up or laid on the same detail. It is laid on the surface without it. A NULL ink keeps that of the layer. One edit.
  * Fails, and changes nothing, if there is no such decal or its layer is gone, the ink is for layers of another kind, or as
  * rlv_decal_apply. */
 RLV_API RlvResult rlv_decal_update(RlvDecal decal, RlvDocument document, uint32_t id, const RlvDecalImage *image,

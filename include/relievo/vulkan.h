@@ -65,7 +65,7 @@ typedef struct RlvVulkanBuffers {
  * with RLV_ERROR_INVALID if an object is missing or there is no such queue, with RLV_ERROR_UNSUPPORTED if the version of
  * Vulkan is below 1.1, the queue cannot draw and compute, or the build has no Vulkan, with RLV_ERROR_DEVICE if the driver
  * refuses something, and as rlv_context_create does. rlv_context_close_device ends the library's use of the device and
- * leaves the device as it is. */
+ * does not destroy the device. */
 RLV_API RlvResult rlv_vulkan_create_context(const RlvVulkanDevice *device, const RlvContextOptions *options,
                                             RlvContext *out);
 

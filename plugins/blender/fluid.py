@@ -181,7 +181,7 @@ class Simulation:
         self.frame = frame
 
     def begin(self, _progress=None):
-        """Makes the fluid as it is in the first frame; without Blender's data."""
+        """Makes the fluid of the first frame, without Blender's data."""
         self.make(self.began)
         for shape, velocity in self.fills:
             self.fill(shape, velocity)
