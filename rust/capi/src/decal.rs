@@ -495,6 +495,28 @@ unsafe fn numbers<const N: usize>(name: &str, pointer: *const f64) -> Result<[f6
     Ok(std::array::from_fn(|index| input.get(index)))
 }
 
+/// Reads what a decal puts on a channel, NULL for its initial values, and how that is seen.
+///
+/// # Safety
+/// `ink` is NULL or a descriptor that starts with its size.
+unsafe fn read_ink(ink: *const RlvDecalInk) -> Result<(RlvDecalInk, Settings)> {
+    let default = RlvDecalInk {
+        struct_size: 0,
+        channel: RLV_CHANNEL_COLOR,
+        blend: RLV_BLEND_NORMAL,
+        opacity: 1.0,
+        height: 0.0,
+        reserved: 0,
+    };
+    // SAFETY: promised by the caller.
+    let ink = unsafe { read_optional(ink, default) }?;
+    let (blend, _) = Blend::NAMES.get(ink.blend as usize).ok_or_else(|| {
+        Error::invalid(format!("there is no blend mode {}", ink.blend)).at("ink").advise("use an RLV_BLEND_ value")
+    })?;
+    let settings = Settings { opacity: ink.opacity, blend: *blend, visible: true };
+    Ok((ink, settings))
+}
+
 entry! {
     fn rlv_decal_on_mesh(
         mesh: RlvMesh,
@@ -634,20 +656,8 @@ entry! {
         report: *mut RlvDecalReport,
     ) {
         let object = registry::get(decal)?;
-        let default = RlvDecalInk {
-            struct_size: 0,
-            channel: RLV_CHANNEL_COLOR,
-            blend: RLV_BLEND_NORMAL,
-            opacity: 1.0,
-            height: 0.0,
-            reserved: 0,
-        };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        let ink = unsafe { read_optional(ink, default) }?;
-        let blend = Blend::NAMES.get(ink.blend as usize).ok_or_else(|| {
-            Error::invalid(format!("there is no blend mode {}", ink.blend)).at("ink").advise("use an RLV_BLEND_ value")
-        })?;
-        let settings = Settings { opacity: ink.opacity, blend: blend.0, visible: true };
+        let (ink, settings) = unsafe { read_ink(ink) }?;
         let writing = match ink.channel {
             RLV_CHANNEL_COLOR => Writing::Color(settings),
             RLV_CHANNEL_DISPLACEMENT => Writing::Relief(ink.height, settings),

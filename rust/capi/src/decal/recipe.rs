@@ -7,16 +7,15 @@ use relievo_core::progress::Silent;
 use relievo_core::{Error, Progress, Result};
 use relievo_decal::{Ground, Ink, Pin, Printable, Recipe, recipes};
 use relievo_detail::{DisplacedObject, TriangleObject};
-use relievo_document::{Blend, Settings};
+use relievo_document::Settings;
 use relievo_render::Image;
 
-use super::{DecalObject, RlvDecal, RlvDecalImage, RlvDecalInk, RlvDecalPin, Triangles, tessellate};
+use super::{DecalObject, RlvDecal, RlvDecalImage, RlvDecalInk, RlvDecalPin, Triangles, read_ink, tessellate};
 use crate::array::{Output, present, put, text};
 use crate::context::{HostProgress, RlvProgress};
-use crate::descriptor::{read_optional, write_descriptor};
+use crate::descriptor::write_descriptor;
 use crate::detail::{RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, each, log_refusal};
 use crate::document::{DocumentObject, RlvDocument};
-use crate::layer::RLV_BLEND_NORMAL;
 use crate::registry::{self, try_read};
 
 descriptor! {
@@ -40,26 +39,17 @@ descriptor! {
 /// # Safety
 /// `ink` is NULL or a descriptor that starts with its size.
 unsafe fn ink_of(ink: *const RlvDecalInk) -> Result<(Ink, Settings)> {
-    let default = RlvDecalInk {
-        struct_size: 0,
-        channel: RLV_CHANNEL_COLOR,
-        blend: RLV_BLEND_NORMAL,
-        opacity: 1.0,
-        height: 0.0,
-        reserved: 0,
-    };
     // SAFETY: promised by the caller.
-    let given = unsafe { read_optional(ink, default) }?;
-    let refuse = |what: String, remedy: &str| Err(Error::invalid(what).at("ink").advise(remedy));
-    let Some((blend, _)) = Blend::NAMES.get(given.blend as usize) else {
-        return refuse(format!("there is no blend mode {}", given.blend), "use an RLV_BLEND_ value");
-    };
+    let (given, settings) = unsafe { read_ink(ink) }?;
     let ink = match given.channel {
         RLV_CHANNEL_COLOR => Ink::Color,
         RLV_CHANNEL_DISPLACEMENT => Ink::Relief(given.height),
-        other => return refuse(format!("channel {other} has no layers"), "use colour or displacement"),
+        other => {
+            let error = Error::invalid(format!("channel {other} has no layers"));
+            return Err(error.at("ink").advise("use colour or displacement"));
+        }
     };
-    Ok((ink, Settings { opacity: given.opacity, blend: *blend, visible: true }))
+    Ok((ink, settings))
 }
 
 impl DecalObject {
