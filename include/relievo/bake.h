@@ -94,7 +94,7 @@ RLV_API RlvResult rlv_bake_run(RlvDetail detail, const RlvBakeOptions *options, 
 
 /* Bakes to files, .exr or .png as the extension of the path says, with a text in them that says what the numbers are.
  * The numbers of UDIM tiles replace "<UDIM>" in the name, or stand in front of the extension. Each file appears whole
- * or not at all; those that were finished before a failure or cancel stay. Fails as rlv_bake_run does, and if a file
+ * or not at all; files finished before a failure or cancel stay. Fails as rlv_bake_run does, and if a file
  * cannot be written. */
 RLV_API RlvResult rlv_bake_write(RlvDetail detail, const RlvBakeOptions *options, const char *path,
                                  RlvProgress progress, void *user, RlvBakeReport *report);

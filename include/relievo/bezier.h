@@ -23,7 +23,7 @@ typedef struct RlvBezierArrays {
     size_t point_stride;
     const float *weights; /* one float for every point, 1e-6 to 1e6; NULL if all are 1 */
     size_t weight_stride;
-    const uint32_t *indices; /* the points of the patches, 16 after 16; NULL for the points as they are */
+    const uint32_t *indices; /* the points of the patches, 16 after 16; NULL for the points in their order */
     size_t index_count;
     size_t index_stride;
 } RlvBezierArrays;
@@ -34,7 +34,7 @@ typedef struct RlvBezierInfo {
     uint32_t struct_size;
     uint32_t is_rational; /* 0 or 1: whether weights differ */
     size_t patch_count;
-    size_t curve_count; /* edges, those that patches share once */
+    size_t curve_count; /* edges; an edge that patches share counts once */
     float low[3];       /* bounds of the control points, object units */
     float high[3];
 } RlvBezierInfo;

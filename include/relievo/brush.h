@@ -113,7 +113,7 @@ typedef struct RlvStampOptions {
 typedef struct RlvStampSettings {
     uint32_t struct_size;
     float angle;        /* by which it is turned, from the first axis of the box to the second, rad */
-    float repeat;       /* how often it is repeated across the box; once leaves what is beside it as it is */
+    float repeat;       /* how often it is repeated across the box; once changes nothing beside it */
     uint32_t mirror;    /* 1 to mirror it left to right */
     uint32_t alternate; /* 1 to mirror every other repeat, so that repeats meet without a seam */
     float mid;          /* the number that means no height */
@@ -141,9 +141,9 @@ RLV_API RlvResult rlv_brush_release(RlvBrush brush);
 RLV_API RlvResult rlv_brush_set(RlvBrush brush, const RlvBrushOptions *options, const RlvBrushSettings *settings);
 
 /* Mutates the brush: what pressure is taken as for an RlvCurve. points are count pairs of a pressure and what it is
- * taken as, both 0 to 1, with growing pressures; straight lines join them. count 0 takes pressure as it is. Fails, and
- * changes nothing, if there is no such curve, a number is not 0 to 1, the pressures do not ascend, or there are more
- * than 256. */
+ * taken as, both 0 to 1, with growing pressures; straight lines join them. count 0 takes the pressure itself. Fails,
+ * and changes nothing, if there is no such curve, a number is not 0 to 1, the pressures do not ascend, or there are
+ * more than 256. */
 RLV_API RlvResult rlv_brush_set_curve(RlvBrush brush, uint32_t curve, const double *points, size_t count);
 
 /* Mutates the brush: gives it an image, or none for NULL. settings may be NULL for the defaults. Fails if the image is

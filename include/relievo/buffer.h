@@ -29,7 +29,7 @@ typedef struct RlvBufferInfo {
 
 #define RLV_BUFFER_INFO_INIT {sizeof(RlvBufferInfo), 0, 0, 0, 0, 0}
 
-/* Vulkan objects: dispatchable ones as pointers in 64 bits, others as they are. */
+/* Vulkan objects: dispatchable ones as pointers in 64 bits, others unchanged. */
 typedef struct RlvBufferVulkan {
     uint32_t struct_size;
     uint32_t queue_family;    /* index of the family of the queue */

@@ -72,9 +72,9 @@ RLV_API RlvResult rlv_collider_set_points(RlvCollider collider, const float *poi
  * own. */
 RLV_API RlvResult rlv_collider_press_params(const RlvParameter **params, size_t *count);
 
-/* Mutating. Places a tool as a pen presses it: turned as it is, its foremost point against the normal at the place,
- * three doubles in the world, and sunk until the material it displaces carries the force. Then imprint it. settings may
- * be NULL for the defaults. Fails if the collider is not closed or the force is negative. */
+/* Mutating. Places a tool as a pen presses it: in its present rotation, its foremost point against the normal at the
+ * place, three doubles in the world, and sunk until the material it displaces carries the force. Then imprint it.
+ * settings may be NULL for the defaults. Fails if the collider is not closed or the force is negative. */
 RLV_API RlvResult rlv_collider_press(RlvCollider collider, const double *place, const double *normal, double force,
                                      const RlvToolSettings *settings);
 

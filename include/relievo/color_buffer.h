@@ -37,7 +37,7 @@ typedef struct RlvColorBufferInfo {
 
 #define RLV_COLOR_BUFFER_INFO_INIT {sizeof(RlvColorBufferInfo), 0, 0, 0, 0, 0, 0, 0, {0}}
 
-/* Vulkan objects: dispatchable ones as pointers in 64 bits, others as they are. Buffers are for storage. */
+/* Vulkan objects: dispatchable ones as pointers in 64 bits, others unchanged. Buffers are for storage. */
 typedef struct RlvColorBufferVulkan {
     uint32_t struct_size;
     uint32_t queue_family;    /* index of the family of the queue */
@@ -63,9 +63,9 @@ RLV_API RlvResult rlv_color_buffer_create(RlvDetail detail, RlvColorBuffer *out)
 RLV_API RlvResult rlv_color_buffer_retain(RlvColorBuffer buffer);
 RLV_API RlvResult rlv_color_buffer_release(RlvColorBuffer buffer);
 
-/* Mutating: brings the buffer to the detail's last commit: tiles that changed are copied, and their mips and those that these
- * reach are made on the device. Waits for it. out may be NULL. Fails as rlv_color_buffer_create does, with RLV_ERROR_BUSY if
- * another call is at work on the buffer. */
+/* Mutating: brings the buffer to the detail's last commit: tiles that changed are copied, and their mips and the mips
+ * that these reach are made on the device. Waits for it. out may be NULL. Fails as rlv_color_buffer_create does, with
+ * RLV_ERROR_BUSY if another call is at work on the buffer. */
 RLV_API RlvResult rlv_color_buffer_update(RlvColorBuffer buffer, RlvColorBufferInfo *out);
 
 /* What is in the buffer. No failure of its own. */

@@ -18,7 +18,7 @@
  * - Names and parameters have one order: rlv_<noun>_<verb>; the handles that are needed, the context or the noun first; then
  *   what is given, each array as pointer, count, stride; callbacks, each followed by user; what is returned at the end, a
  *   new handle as the last parameter, out. A range of an object is first and count.
- * - Every function fails at handles that are none, at NULL and counts of 0 where the header does not allow them, at
+ * - Every function fails at invalid handles, at NULL and counts of 0 where the header does not allow them, at
  *   floats that are not finite, at numbers of enums that it does not know, and at a struct_size that it does not know.
  *   "No failure of its own" in the headers says that it fails at nothing else.
  * - Structs that begin with struct_size are started from their RLV_..._INIT and may grow in later versions.

@@ -211,7 +211,7 @@ RLV_API RlvResult rlv_decal_strip_on_detail(RlvDetail detail, const RlvDecalOpti
                                             size_t count, size_t stride, RlvDecalPin *pins, size_t capacity,
                                             size_t *pin_count, double *length);
 
-/* Writes the pins of a decal as they are now, in their order, to pins, which may be NULL to ask for their number, and that
+/* Writes the present pins of a decal, in their order, to pins, which may be NULL to ask for their number, and that
  * number to count. Fails if there are more than capacity. */
 RLV_API RlvResult rlv_decal_pins(RlvDecal decal, RlvDecalPin *pins, size_t capacity, size_t *count);
 

@@ -67,7 +67,7 @@ typedef struct RlvChannelInfo {
     uint32_t struct_size;
     uint32_t is_there;      /* 0 or 1: whether the detail has it; all else is 0 if not */
     size_t allocated_count; /* tiles that are allocated */
-    uint64_t bytes;         /* of these, as far as they are in memory */
+    uint64_t bytes;         /* of these, in memory */
     uint64_t full_bytes;    /* if every tile were allocated */
     uint64_t budget;        /* bytes that its tiles may occupy */
     uint32_t texel_size;    /* bytes of a texel */
@@ -115,7 +115,7 @@ typedef struct RlvVectorOptions {
 /* When edits fade. */
 typedef struct RlvDecayOptions {
     uint32_t struct_size;
-    float delay;    /* how long an edit stays as it is, seconds, 0 or more */
+    float delay;    /* how long an edit stays unchanged, seconds, 0 or more */
     float duration; /* how long it then takes to fade, seconds, more than 0 */
     uint32_t reserved;
     uint64_t budget; /* bytes that time stamps of displacement and of colours may occupy each; 0 for 1 GiB */

@@ -20,14 +20,14 @@ typedef struct RlvDeviceLevelInfo {
     uint32_t undo_count; /* edits that can be taken back */
     uint32_t redo_count; /* edits that were taken back and can be made again */
     uint32_t reserved;
-    size_t vertex_count; /* of the mesh as it is now */
+    size_t vertex_count; /* of the present mesh */
     size_t triangle_count;
     size_t wedge_count; /* 0 without attributes; there may be some that no triangle has */
 } RlvDeviceLevelInfo;
 
 #define RLV_DEVICE_LEVEL_INFO_INIT {sizeof(RlvDeviceLevelInfo), 0, 0, 0, 0, 0, 0}
 
-/* Vulkan objects: dispatchable ones as pointers in 64 bits, others as they are. */
+/* Vulkan objects: dispatchable ones as pointers in 64 bits, others unchanged. */
 typedef struct RlvDeviceLevelVulkan {
     uint32_t struct_size;
     uint32_t queue_family;    /* index of the family of the queue */
@@ -73,25 +73,25 @@ RLV_API RlvResult rlv_device_level_set_triangles(RlvDeviceLevel level, size_t tr
  * its range, and if it has more than six planes. */
 RLV_API RlvResult rlv_device_level_set_view(RlvDeviceLevel level, const RlvLevelView *view);
 
-/* Mutating. Moves and turns regions of the mesh as it is now, also where that is made for a view. reached, which may be
+/* Mutating. Moves and turns regions of the present mesh, also where that is made for a view. reached, which may be
  * NULL, is how many vertices are moved. The first edit takes 65 bytes a triangle of the finest mesh on the device, and
  * 31 more where there are normals or tangents among attributes. Fails, and changes nothing, if no vertex is in a region or a
  * number is out of its range, and with RLV_ERROR_UNSUPPORTED if there are such and a vertex has more than 4,096 triangles. */
 RLV_API RlvResult rlv_device_level_edit(RlvDeviceLevel level, const RlvLevelEdit *edit, size_t *reached);
 
-/* Mutating. Takes the last edit back, at whatever level, which stays as fine as it is. Fails with RLV_ERROR_NOT_FOUND if
- * there is none. */
+/* Mutating. Takes the last edit back, at whatever level, and keeps the level's fineness. Fails with RLV_ERROR_NOT_FOUND
+ * if there is none. */
 RLV_API RlvResult rlv_device_level_undo(RlvDeviceLevel level);
 
 /* Mutating. Makes the edit again that was taken back last. Fails with RLV_ERROR_NOT_FOUND if there is none. */
 RLV_API RlvResult rlv_device_level_redo(RlvDeviceLevel level);
 
-/* Mutating. Adds an edit over time, of the mesh as fine as it is now; rlv_device_level_set_time shows it. Fails, and changes
- * nothing, if a number is out of its range or keys do not come one after another. */
+/* Mutating. Adds an edit over time, of the mesh at its present fineness; rlv_device_level_set_time shows it. Fails, and
+ * changes nothing, if a number is out of its range or keys do not come one after another. */
 RLV_API RlvResult rlv_device_level_add_motion(RlvDeviceLevel level, const RlvLevelMotion *motion);
 
-/* Mutating. Makes the edits over time as they are at a time in seconds, in the order they were added, in place of those of
- * another time; the mesh stays as fine as it is. Edits, undo and redo put it at rest first. reached, which may be NULL, is
+/* Mutating. Applies the edits over time for a time in seconds, in the order they were added, in place of those of
+ * another time; the mesh keeps its fineness. Edits, undo and redo put it at rest first. reached, which may be NULL, is
  * how many vertices were reached. Fails, and puts it at rest, if the time is not finite or no vertex is in a region that
  * moves. */
 RLV_API RlvResult rlv_device_level_set_time(RlvDeviceLevel level, double time, size_t *reached);

@@ -94,7 +94,7 @@ typedef struct RlvFluidInfo {
 /* Particles that are added. Strides are in bytes, 0 for packed. */
 typedef struct RlvFluidParticles {
     uint32_t struct_size;
-    float lifetime; /* seconds until they are removed; 0 for those that stay */
+    float lifetime; /* seconds until they are removed; 0 for unlimited */
     size_t count;   /* may be 0 */
     const float *points; /* three floats each, metres */
     size_t point_stride;
@@ -161,7 +161,7 @@ typedef struct RlvFluidEmitterOptions {
     float v[3];
     float radius;   /* of a disc, metres */
     float speed;    /* of the particles, m/s; positive */
-    float lifetime; /* of the particles, seconds; 0 for those that stay */
+    float lifetime; /* of the particles, seconds; 0 for unlimited */
     double begin;   /* when it begins, seconds since the beginning of the fluid */
     double end;     /* when it ends; 0 for never */
     const RlvAttributeArrays *channels; /* what its particles carry, as for rlv_fluid_set_channel with one value; NULL for
@@ -226,8 +226,8 @@ RLV_API RlvResult rlv_fluid_fill(RlvFluid fluid, RlvMesh mesh, const double *mat
 RLV_API RlvResult rlv_fluid_add_emitter(RlvFluid fluid, RlvMesh mesh, const double *matrix,
                                         const RlvFluidEmitterOptions *options);
 
-/* Mutating. Takes away particles that are in the box from low to high after a step, three floats each in metres, or with an
- * is_outside of 1 those that are not. Fails if is_outside is another number than 0 or 1. */
+/* Mutating. Removes particles that are in the box from low to high after a step, three floats each in metres, or with
+ * an is_outside of 1 particles outside it. Fails if is_outside is another number than 0 or 1. */
 RLV_API RlvResult rlv_fluid_add_sink(RlvFluid fluid, const float *low, const float *high, uint32_t is_outside);
 
 /* Mutating. The same of particles inside of a closed mesh, which may be released afterwards; matrix as for
@@ -313,7 +313,7 @@ RLV_API RlvResult rlv_fluid_get(RlvFluid fluid, const RlvFluidArrays *arrays);
  * another width, would be the 256th or is called `velocity`, and with RLV_ERROR_MEMORY as rlv_fluid_add does. */
 RLV_API RlvResult rlv_fluid_set_channel(RlvFluid fluid, const RlvAttributeArrays *channel);
 
-/* The index of the channel called name, RLV_ERROR_NOT_FOUND if there is none. Indices stay as they are until a state is
+/* The index of the channel called name, RLV_ERROR_NOT_FOUND if there is none. Indices do not change until a state is
  * restored. */
 RLV_API RlvResult rlv_fluid_find_channel(RlvFluid fluid, const char *name, uint32_t *out);
 
@@ -341,8 +341,8 @@ RLV_API RlvResult rlv_fluid_save_bytes(RlvFluid fluid, RlvBytes *out);
 /* Mutating. As rlv_fluid_restore, from the size bytes of such a file. Fails as rlv_fluid_restore does. */
 RLV_API RlvResult rlv_fluid_restore_bytes(RlvFluid fluid, const uint8_t *bytes, size_t size);
 
-/* Makes a picture of the particles as they are now, in the order of numbers, with velocities, channels, the time and the spacing,
- * for files. Fails with RLV_ERROR_MEMORY where there is no room. */
+/* Makes a picture of the present particles, in the order of numbers, with velocities, channels, the time and the
+ * spacing, for files. Fails with RLV_ERROR_MEMORY where there is no room. */
 RLV_API RlvResult rlv_fluid_particles(RlvFluid fluid, RlvParticles *out);
 
 /* Mutating. Adds particles with their velocities, or at rest, and what they carry but for the channels `blind` and `normal`.

@@ -91,7 +91,7 @@ typedef struct RlvIsosurfaceClasses {
     size_t surface_count;
     size_t blind_count;
     size_t hidden_count;
-    double kept; /* share of those that are not hidden: of bytes in files too; 1 without particles */
+    double kept; /* share of particles not hidden, and of bytes in files; 1 without particles */
 } RlvIsosurfaceClasses;
 
 #define RLV_ISOSURFACE_CLASSES_INIT {sizeof(RlvIsosurfaceClasses), 0, 0, 0, 0, 0.0}

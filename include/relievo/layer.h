@@ -3,8 +3,8 @@
  * A detail has a stack of layers of displacement and, with colours, one of colour; at first one layer each. What is
  * evaluated is what all of them come to. Edits go to the active layer of their kind: strokes of paint see that layer
  * alone, strokes that sculpt and imprints see all, and what they change goes to the active layer. Layers have numbers,
- * which they keep, and names. All functions edit the detail, those that ask included, since they look at what was not
- * committed yet: RLV_ERROR_BUSY while another edit is at work. */
+ * which they keep, and names. All functions edit the detail, queries included, since they read uncommitted edits:
+ * RLV_ERROR_BUSY while another edit is at work. */
 #ifndef RELIEVO_LAYER_H
 #define RELIEVO_LAYER_H
 

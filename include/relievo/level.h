@@ -23,7 +23,7 @@ typedef struct RlvLevelInfo {
     uint32_t undo_count; /* edits that can be taken back */
     uint32_t redo_count; /* edits that were taken back and can be made again */
     uint32_t reserved;
-    size_t vertex_count; /* of the mesh as it is now */
+    size_t vertex_count; /* of the present mesh */
     size_t triangle_count;
 } RlvLevelInfo;
 
@@ -203,12 +203,12 @@ RLV_API RlvResult rlv_level_set_triangles(RlvLevel level, size_t triangles);
  * Fails, and changes nothing, if a number of the view is not finite or out of its range. */
 RLV_API RlvResult rlv_level_set_view(RlvLevel level, const RlvLevelView *view);
 
-/* Mutating. Moves and turns regions of the mesh as it is now, also where that is made for a view: the vertices that are
+/* Mutating. Moves and turns regions of the present mesh, also where that is made for a view: the vertices that are
  * there are moved. reached, which may be NULL, is how many. Fails, and changes nothing, if no vertex is in a region or a
  * number is out of its range. */
 RLV_API RlvResult rlv_level_edit(RlvLevel level, const RlvLevelEdit *edit, size_t *reached);
 
-/* Mutating. Sculpts the mesh as it is now by a whole stroke, which is one edit. The brush's modes move vertices along
+/* Mutating. Sculpts the present mesh by a whole stroke, which is one edit. The brush's modes move vertices along
  * their normals as they were when the stroke began, erasing back to where they were built, and mirror the stroke as its
  * settings say; the world of the brush and of the points is the space of the mesh. stride is in bytes from point to
  * point, 0 for packed; out may be NULL. Fails, and changes nothing, if there are no points, a number is out of its range,
@@ -216,18 +216,18 @@ RLV_API RlvResult rlv_level_edit(RlvLevel level, const RlvLevelEdit *edit, size_
 RLV_API RlvResult rlv_level_sculpt(RlvLevel level, RlvBrush brush, const RlvStrokePoint *points, size_t count,
                                    size_t stride, RlvLevelSculpted *out);
 
-/* Mutating. Takes the last edit back, at whatever level, which stays as fine as it is. Fails with RLV_ERROR_NOT_FOUND if
- * there is none. */
+/* Mutating. Takes the last edit back, at whatever level, and keeps the level's fineness. Fails with RLV_ERROR_NOT_FOUND
+ * if there is none. */
 RLV_API RlvResult rlv_level_undo(RlvLevel level);
 
 /* Mutating. Makes the edit again that was taken back last. Fails with RLV_ERROR_NOT_FOUND if there is none. */
 RLV_API RlvResult rlv_level_redo(RlvLevel level);
 
-/* Mutating. Adds an edit over time, of the mesh as fine as it is now; rlv_level_set_time shows it. Fails, and changes
- * nothing, if a number is out of its range or keys do not come one after another. */
+/* Mutating. Adds an edit over time, of the mesh at its present fineness; rlv_level_set_time shows it. Fails, and
+ * changes nothing, if a number is out of its range or keys do not come one after another. */
 RLV_API RlvResult rlv_level_add_motion(RlvLevel level, const RlvLevelMotion *motion);
 
-/* Mutating. Makes the edits over time as they are at a time in seconds, one after the other as they were added, in place
+/* Mutating. Applies the edits over time for a time in seconds, in the order they were added, in place
  * of what was made for another time; the level is as fine as before. reached, which may be NULL, is how many vertices
  * moved. What is settled, rebuilt or taken as a mesh has them; they are no edits to be taken back, and no journal has
  * them. To edit, sculpt, undo or redo puts the mesh at rest first. Fails, and puts the mesh at rest, if the time is not
@@ -250,7 +250,7 @@ RLV_API RlvResult rlv_level_open_journal(RlvLevel level, const char *path);
  * written, and with RLV_ERROR_NOT_FOUND if there is no journal. */
 RLV_API RlvResult rlv_level_sync_journal(RlvLevel level);
 
-/* Mutating. Lets go of the journal: the edits stay, and those that follow are not written down. The file stays too. Fails
+/* Mutating. Closes the journal: the edits stay, and later edits are not written down. The file stays too. Fails
  * with RLV_ERROR_NOT_FOUND if there is none. */
 RLV_API RlvResult rlv_level_close_journal(RlvLevel level);
 
@@ -258,21 +258,21 @@ RLV_API RlvResult rlv_level_close_journal(RlvLevel level);
  * writes nothing, if there is not enough room; there is for any level with rlv_progressive_info's counts. */
 RLV_API RlvResult rlv_level_update(RlvLevel level, const RlvLevelBuffers *buffers, RlvLevelUpdate *out);
 
-/* Makes a mesh of the level as it is now, with the attributes that the progressive mesh has, and "normal" at its points if
- * that is none of them; it takes less memory than the level. Where attributes of points differ about a vertex it has
- * several points. Fails if no triangle is left. */
+/* Makes a mesh of the level in its present state, with the attributes that the progressive mesh has, and "normal" at
+ * its points if that is none of them; it takes less memory than the level. Where attributes of points differ about a
+ * vertex it has several points. Fails if no triangle is left. */
 RLV_API RlvResult rlv_level_mesh(RlvLevel level, RlvMesh *out);
 
-/* Mutating, though it leaves the mesh as it is. Makes a progressive mesh of its own that has the edits at all levels, to be
- * written or handed on. Deviations of its levels are those it was built with. No failure of its own. */
+/* Mutating, though the mesh does not change. Makes a progressive mesh of its own that has the edits at all levels, to
+ * be written or handed on. Deviations of its levels are those it was built with. No failure of its own. */
 RLV_API RlvResult rlv_level_settle(RlvLevel level, RlvProgressive *out);
 
-/* Mutating, though it leaves the mesh as it is. Counts the splits that are out of order, as large edits leave them, and
- * writes those that deviate most, up to capacity, to out, the worst one first; out may be NULL if capacity is 0. All
- * splits of the mesh are looked at. No failure of its own. */
+/* Mutating, though the mesh does not change. Counts the splits that are out of order, as large edits leave them, and
+ * writes the splits that deviate most, up to capacity, to out, the worst one first; out may be NULL if capacity is 0.
+ * All splits of the mesh are looked at. No failure of its own. */
 RLV_API RlvResult rlv_level_misplaced(RlvLevel level, RlvLevelMisplaced *out, size_t capacity, size_t *count);
 
-/* Mutating, though it leaves the mesh as it is. Builds a progressive mesh anew of the finest level with its edits, which
+/* Mutating, though the mesh does not change. Builds a progressive mesh anew of the finest level with its edits, which
  * takes as long as rlv_progressive_create: its splits are in order, and its levels deviate by what they tell. Locked
  * points are its vertices at the finest level. Attributes are those it has, whatever options say of them. options may be
  * NULL for the defaults, progress too. Fails as

@@ -111,7 +111,7 @@ RLV_API RlvResult rlv_mesh_create(RlvContext context, const RlvMeshArrays *array
 typedef void (*RlvMeshReleased)(void *user);
 
 /* As rlv_mesh_create, without a copy of points, corners and face_sizes: the mesh reads them where they lie. They must be
- * packed (stride 0, or 12, 4 and 4 bytes) at multiples of 4 bytes, and stay as they are until released(user) is called,
+ * packed (stride 0, or 12, 4 and 4 bytes) at multiples of 4 bytes, and stay unchanged until released(user) is called,
  * which may be NULL for arrays that outlive the mesh. Without face_sizes the sizes take 4 bytes a face of the library's; all
  * other arrays are copied, and what is made of the mesh has copies of its own. rlv_mesh_set_points gives the mesh points of its own.
  * Fails as rlv_mesh_create does, and where an array cannot be borrowed; released is not called then. */

@@ -84,9 +84,9 @@ RLV_API RlvResult rlv_particles_channel_info(RlvParticles particles, uint32_t in
 RLV_API RlvResult rlv_particles_get_channel(RlvParticles particles, uint32_t index, float *values, size_t capacity,
                                             size_t stride);
 
-/* Makes particles of those that a surface needs: classes are count values of RlvIsosurfaceClass, as rlv_isosurface_classify
- * writes them, stride is in bytes. Those that are hidden are left out; the others have the channel `blind`. Fails if there
- * are not as many classes as particles, or one is none. */
+/* Makes an object with the particles that a surface needs: classes are count values of RlvIsosurfaceClass, as
+ * rlv_isosurface_classify writes them, stride is in bytes. Hidden particles are left out; the others have the channel
+ * `blind`. Fails if there are not as many classes as particles, or a number is not a class. */
 RLV_API RlvResult rlv_particles_keep(RlvParticles particles, const uint8_t *classes, size_t count, size_t stride,
                                      RlvParticles *out);
 

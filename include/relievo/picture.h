@@ -3,7 +3,7 @@
  * A picture is a file with images. It is opened without its mesh and never changes, so any number of threads may read.
  *
  * A document has an image of every kind that it has layers of, colours first: what all layers of the kind come to. If
- * that is not simply a single layer, an image of each layer as it is follows. All tiles have cells of one size in an
+ * that is not simply a single layer, an image of each layer alone follows. All tiles have cells of one size in an
  * image: tile t is in column t % columns and row t / columns. Around a tile is a gutter that continues it, so that
  * bilinear look-up at any level gives what the surface has there, also at the edges of tiles. For a place (tile, u, v)
  *     x = (t % columns) * cell + gutter + u * side        y = (t / columns) * cell + gutter + v * side
@@ -75,7 +75,7 @@ typedef struct RlvPictureImage {
     uint32_t cell;        /* pixels along a cell of level 0: the tile and a gutter on both sides */
     uint32_t side;        /* pixels along a tile */
     uint32_t gutter;      /* pixels of a gutter */
-    uint32_t is_layer;    /* 1 for one layer as it is; 0 for what all layers of the kind come to, and for Ptex */
+    uint32_t is_layer;    /* 1 for one layer alone; 0 for what all layers of the kind come to, and for Ptex */
     uint32_t blend;       /* of a layer: RlvBlend */
     uint32_t is_visible;  /* of a layer: 0 or 1 */
     float opacity;        /* of a layer: 0 to 1; else 1 */

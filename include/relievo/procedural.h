@@ -22,7 +22,7 @@
  *           RTCFilterFunctionNArguments filter = {&valid, args->geometryUserPtr, args->context, &one.ray, &one.hit, 1}
  *           Embree 3: rtcFilterIntersection(args, &filter), which asks the geometry's and the context's filter
  *           Embree 4: rtcInvokeIntersectFilterFromGeometry(args, &filter), which asks the geometry's; then the
- *                     renderer's own, if it has one for the call, which no callback is told of
+ *                     renderer's own, if it has one for the call, of which no callback hears
  *           if valid is not 0, the hit counts: ray i gets far and the hit of one; done
  *           one.ray.tnear = nextafterf(one.ray.tfar, INFINITY), one.ray.tfar = that of ray i
  * In occluded the same with table->intersect on a copy of the ray, rtcFilterOcclusion or
@@ -131,7 +131,7 @@ RLV_API RlvResult rlv_procedural_create(RlvDetail detail, const RlvProceduralOpt
 
 /* Makes the primitives of a surface that moves, from what begin was made of to the detail as it was committed last:
  * another pose, or other displacement, of the same cage. Corners go straight from one to the other; cells are as fine as
- * the finer of both. begin stays as it is; if it moves itself, its beginning counts.
+ * the finer of both. begin does not change; if it moves itself, its beginning counts.
  * Fails as rlv_procedural_create does, and if end is of another cage. */
 RLV_API RlvResult rlv_procedural_create_moving(RlvProcedural begin, RlvDetail end, RlvProcedural *out);
 

@@ -1,4 +1,4 @@
-/* Relievo: progressive meshes, triangle meshes that are taken as coarse or as fine as they are needed.
+/* Relievo: progressive meshes, triangle meshes that are taken as coarse or as fine as needed.
  *
  * A progressive mesh is a coarse base mesh and the splits of vertices that make it fine again (Derzapf, Grund, Guthe
  * 2014). It is built by simplification, in about 40 bytes a triangle, and does not change, so that its calls may run at

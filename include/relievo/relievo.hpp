@@ -1037,7 +1037,7 @@ public:
         check(rlv_brush_set(get(), &options, &settings));
     }
 
-    /// Pairs of a pressure and what it is taken as; none takes pressure as it is.
+    /// Pairs of a pressure and what it is taken as; none takes the pressure itself.
     void set_curve(RlvCurve curve, const std::vector<std::array<double, 2>> &points) const {
         const auto count = points.size();
         check(rlv_brush_set_curve(get(), curve, count == 0 ? nullptr : points.front().data(), count));
@@ -1393,7 +1393,8 @@ public:
         return made;
     }
 
-    /// Patches of points, 16 after 16, or of those that the indices name; weights, if there are some, are of the points.
+    /// Patches of points, 16 after 16, or of the points that the indices name; weights, if there are some, are of the
+    /// points.
     static Bezier create(const Context &context, const std::vector<Float3> &points,
                          const std::vector<std::uint32_t> &indices = {}, const std::vector<float> &weights = {}) {
         RlvBezierArrays arrays = RLV_BEZIER_ARRAYS_INIT;
@@ -1732,7 +1733,7 @@ public:
         return report;
     }
 
-    /// Returns the pins as they are now.
+    /// Returns the present pins.
     std::vector<RlvDecalPin> pins() const {
         std::size_t count = 0;
         check(rlv_decal_pins(get(), nullptr, 0, &count));
@@ -2100,13 +2101,13 @@ public:
         Motion &operator=(const Motion &) = delete;
     };
 
-    /// Adds an edit over time, of the mesh as fine as it is now.
+    /// Adds an edit over time, of the mesh at its present fineness.
     void add_motion(const std::vector<Track> &tracks, const std::vector<RlvLevelRegion> &anchors = {}) const {
         const Motion made(tracks, anchors);
         check(rlv_level_add_motion(get(), &made.motion));
     }
 
-    /// Makes the edits over time as they are at a time in seconds. Returns how many vertices were reached.
+    /// Applies the edits over time for a time in seconds. Returns how many vertices were reached.
     std::size_t set_time(double time) const {
         std::size_t reached = 0;
         check(rlv_level_set_time(get(), time, &reached));
@@ -2127,7 +2128,7 @@ public:
         check(rlv_level_update(get(), &room, &buffers.last));
     }
 
-    /// A mesh of it as it is now.
+    /// Returns a mesh of its present state.
     Mesh mesh() const {
         RlvMesh made{0};
         check(rlv_level_mesh(get(), &made));
@@ -2197,13 +2198,13 @@ public:
     void undo() const { check(rlv_device_level_undo(get())); }
     void redo() const { check(rlv_device_level_redo(get())); }
 
-    /// Adds an edit over time, of the mesh as fine as it is now.
+    /// Adds an edit over time, of the mesh at its present fineness.
     void add_motion(const std::vector<Level::Track> &tracks, const std::vector<RlvLevelRegion> &anchors = {}) const {
         const Level::Motion made(tracks, anchors);
         check(rlv_device_level_add_motion(get(), &made.motion));
     }
 
-    /// Makes the edits over time as they are at a time in seconds. Returns how many vertices were reached.
+    /// Applies the edits over time for a time in seconds. Returns how many vertices were reached.
     std::size_t set_time(double time) const {
         std::size_t reached = 0;
         check(rlv_device_level_set_time(get(), time, &reached));
@@ -2667,7 +2668,7 @@ public:
         return channel(index);
     }
 
-    /// Those that a surface needs, by what Isosurface::classify says of each.
+    /// Returns the particles that a surface needs, by the classes of Isosurface::classify.
     Particles keep(const std::vector<std::uint8_t> &classes) const {
         Particles made;
         check(rlv_particles_keep(get(), classes.data(), classes.size(), 0, made.out()));
@@ -2713,7 +2714,7 @@ public:
         return info;
     }
 
-    /// Adds particles that have one velocity; a lifetime of 0 is for those that stay. Channels have a value for each of them,
+    /// Adds particles that have one velocity; a lifetime of 0 is unlimited. Channels have a value for each of them,
     /// or one for all.
     void add(const std::vector<Float3> &points, const Float3 &velocity = {0, 0, 0}, float lifetime = 0.0f,
              const std::vector<ParticleChannel> &channels = {}) const {
@@ -2894,7 +2895,7 @@ public:
         check(rlv_fluid_restore_bytes(get(), bytes, size));
     }
 
-    /// A picture of the particles as they are now, for files.
+    /// Returns a picture of the present particles, for files.
     Particles particles() const {
         RlvParticles made{0};
         check(rlv_fluid_particles(get(), &made));
@@ -3390,7 +3391,7 @@ public:
     }
 };
 
-/// See relievo/job.h. One that is let go of while it runs is cancelled.
+/// See relievo/job.h. A job that is released while it runs is cancelled.
 class AnyJob : public Reference<RlvJob, rlv_job_retain, rlv_job_release> {
 public:
     using Reference::Reference;

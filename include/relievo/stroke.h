@@ -44,9 +44,9 @@ typedef struct RlvStrokeReport {
 RLV_API RlvResult rlv_stroke_run(RlvDetail detail, RlvBrush brush, const RlvStrokePoint *points, size_t count,
                                  size_t stride, RlvStrokeReport *report);
 
-/* Begins a stroke that is drawn, with the brush as it is now. Nothing else should edit the detail until the stroke has
- * ended; if it does, dabs go by a surface that is no more. It keeps the detail alive. Fails as rlv_stroke_run does, but
- * for the points. */
+/* Begins a stroke that is drawn, with the brush's present settings. Nothing else should edit the detail until the
+ * stroke has ended; if it does, dabs go by a surface that is no more. It keeps the detail alive. Fails as
+ * rlv_stroke_run does, but for the points. */
 RLV_API RlvResult rlv_stroke_begin(RlvDetail detail, RlvBrush brush, RlvStroke *out);
 
 RLV_API RlvResult rlv_stroke_retain(RlvStroke stroke);

@@ -1,9 +1,9 @@
 /* Relievo: triangles of surfaces and details.
  *
  * Every tile becomes a grid of cells. A segment between two tiles has the cells of the finer one on both sides, and
- * points there are one point, so that no cracks open. Triangle meshes stay as they are where nothing happened, and have
- * the triangles of the pattern that their values are kept at elsewhere: coarse, fine and smooth_uvs are not for them,
- * and whatever becomes finer rebuilds a tessellation. */
+ * points there are one point, so that no cracks open. Triangle meshes keep their triangles where nothing happened, and
+ * have the triangles of the pattern that their values are kept at elsewhere: coarse, fine and smooth_uvs are not for
+ * them, and whatever becomes finer rebuilds a tessellation. */
 #ifndef RELIEVO_TESSELLATE_H
 #define RELIEVO_TESSELLATE_H
 

@@ -405,7 +405,7 @@ RLV_API RlvResult rlv_tissue_simulation_step(RlvTissueSimulation simulation, uin
 RLV_API RlvResult rlv_tissue_simulation_advance(RlvTissueSimulation simulation, double seconds, RlvProgress progress,
                                                 void *user);
 
-/* Goes to rest under gravity, loads, pressures, drives and activations as they are at the present time, in at most so many
+/* Goes to rest under gravity, loads, pressures, drives and activations of the present time, in at most so many
  * steps. The time does not go on. progress and out may be NULL. Fails if an element turns inside out. */
 RLV_API RlvResult rlv_tissue_simulation_relax(RlvTissueSimulation simulation, float tolerance, uint64_t steps,
                                               RlvProgress progress, void *user, RlvTissueRelaxation *out);
