@@ -16,7 +16,7 @@ from .error import Refused, said
 
 # Types of objects that have a mesh when they are evaluated.
 TYPES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
-# The share of the spacing by which particles of a fill keep away from those that are there.
+# The share of the spacing by which particles of a fill keep away from particles that are there.
 APART = 0.9
 # The same for the walls of the domain and for colliders: what begins nearer is under pressure and flies off.
 CLEAR = 0.499
@@ -162,7 +162,7 @@ class Simulation:
             target, _how, before = collider
             shape = Shape(target, depsgraph)
             if not numpy.array_equal(shape.corners, before.corners):
-                raise Refused(f"{target.name} got other faces on the way; a collider keeps those that it has")
+                raise Refused(f"{target.name} got other faces on the way; a collider keeps its faces")
             collider[2] = shape
 
     def make(self, colliders):

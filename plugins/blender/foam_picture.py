@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A picture of a scene with foam over it. Cycles or EEVEE renders the picture, and the depths of all objects and of those
-that are not fluids, by a material that shines with the depth; the library does the rest (Akinci et al. 2013)."""
+"""A picture of a scene with foam over it. Cycles or EEVEE renders the picture, and the depths of all objects and of all
+but fluids, by a material that shines with the depth; the library does the rest (Akinci et al. 2013)."""
 
 import os
 import tempfile

@@ -136,7 +136,7 @@ def surface(path):
         if values.dtype != numpy.float32 or values.shape != (len(points), 3) or not numpy.isfinite(values).all():
             raise ValueError(f"its {name} are no finite vectors")
     if triangles.dtype != numpy.uint32 or triangles.ndim != 2 or triangles.shape[1] != 3:
-        raise ValueError("its triangles are none")
+        raise ValueError("its triangles are not rows of three 32-bit indices")
     if triangles.size and triangles.max() >= len(points):
         raise ValueError("a triangle has a point that is not there")
     return points, triangles, velocities

@@ -103,7 +103,7 @@ class RELIEVO_OT_levels_hook(levels.OnLevels, bpy.types.Operator):
 
 
 class RELIEVO_OT_levels_unhook(levels.OnLevels, job.Steps, bpy.types.Operator):
-    """Let go of all hooks of the active object"""
+    """Release all hooks of the active object"""
 
     bl_idname = "relievo.levels_unhook"
     bl_label = "Release hooks"

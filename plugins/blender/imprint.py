@@ -200,7 +200,8 @@ class RELIEVO_OT_imprint(Imprint, bpy.types.Operator):
 
 
 def part_of(progress, index, count):
-    """Returns the progress callback of one of several equal parts of what `progress` is told, None for None."""
+    """Returns the progress callback of one of several equal parts of the work that `progress` reports, None for
+    None."""
     if progress is None:
         return None
     return lambda fraction, stage=None: progress((index + fraction) / count, stage)

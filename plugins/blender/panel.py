@@ -25,7 +25,7 @@ class Panel:
 
 
 def draw_rest(layout, group, *others):
-    """The parameters of a group that was made from a table, but those that panels have elsewhere."""
+    """The parameters of a group that was made from a table, but parameters that panels have elsewhere."""
     for parameter in group.table:
         if parameter.name not in others:
             layout.prop(group, parameter.name)

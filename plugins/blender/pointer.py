@@ -37,7 +37,7 @@ class Edit(levels.OnLevels, job.Steps):
             yield from progressive.showing(target)
 
     def prepare(self, context, target, shown):
-        """What is wanted before an edit is told."""
+        """Reads what an edit needs before it begins."""
 
     def begin(self, context):
         """Gets ready for the pointer. Fails as edits do."""

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Presets of brushes, of what is dented and of fluids: some that the add-on has, and those that users save as Blender's own
-presets. Presets have no lengths, which follow the object."""
+"""Presets of brushes, of what is dented and of fluids: some that the add-on has, and presets that users save as
+Blender's own. Presets have no lengths, which follow the object."""
 
 import bpy
 from bl_operators.presets import AddPresetBase
@@ -62,7 +62,7 @@ SAVED = {
 
 
 def group_of(context, kind):
-    """Returns the settings of a kind, or None where there are none."""
+    """Returns the settings of a kind, or None where the kind has no settings."""
     if kind != "fluid":
         return getattr(context.scene.relievo, kind)
     active = context.active_object

@@ -59,7 +59,7 @@ def is_other(other, target):
 
 
 def of(context, target):
-    """Returns the objects that press into one: those that it keeps, or else those that are selected."""
+    """Returns the objects that press into one: the objects that it keeps, or else the selected objects."""
     if not is_listed(target.relievo_press):
         return selected(context, target)
     found, options = [], target.relievo_press
@@ -81,7 +81,7 @@ def settings_of(context, target, other):
 
 
 def check(context, target):
-    """Returns the objects that press into one, or raises Refused where there are none."""
+    """Returns the objects that press into one, or raises Refused where no object presses."""
     found = of(context, target)
     if not found and is_listed(target.relievo_press):
         raise Refused(f"Nothing in the list of {target.name} presses: switch one on, or empty the list and the collection")
@@ -101,7 +101,7 @@ class OnPress:
 
 
 class RELIEVO_OT_press_add(OnPress, bpy.types.Operator):
-    """Add the other selected objects to those that press into the active one, which the file keeps"""
+    """Add the other selected objects to the pressers of the active one, which the file keeps"""
 
     bl_idname = "relievo.press_add"
     bl_label = "Add Selected Pressers"

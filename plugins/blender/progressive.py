@@ -84,7 +84,7 @@ class Shown:
 
     def __init__(self, whole):
         self.whole, self.level = whole, rl.Level(whole)
-        # The texts of edits that are made, and of those that were taken back and can be made again, the last one first.
+        # The texts of edits that are made, and of edits that were taken back and can be made again, the last one first.
         self.edits, self.undone = [], []
         # The pixels of the stamps of strokes, by the names that strokes have of them.
         self.stamps = {}
@@ -295,8 +295,8 @@ def is_shown(target, graph=None):
 
 
 def opening(target, wanted=None):
-    """Steps (see `job`) that make what an object shows where there is none yet, and bring it to the object's edits, or to
-    those that are wanted; they return it."""
+    """Steps (see `job`) that make what an object shows where there is none yet, and bring it to the object's edits, or
+    to the wanted edits; they return it."""
     check(target)
     if not is_there(target):
         raise Refused(f"{target.name} has no levels; build them first")
@@ -385,7 +385,7 @@ _is_quiet = False
 
 
 def changed(target):
-    """Follows the settings of an object; what fails is told by the panel, since a setting cannot fail."""
+    """Follows the settings of an object; the panel shows what fails, since a setting cannot fail."""
     if _is_quiet or not is_there(target):
         return
     try:

@@ -35,7 +35,7 @@ def drop_strokes(target, made):
 
 
 def warning(gone):
-    """Returns what the user reads of strokes that went, nothing where there are none."""
+    """Returns what the user reads of strokes that went, nothing where no stroke went."""
     return [f"{gone} strokes since the imprint are gone too; undo brings them back"] if gone else []
 
 

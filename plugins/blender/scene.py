@@ -298,7 +298,7 @@ class RELIEVO_OT_export_scene(job.FileSteps, bpy.types.Operator):
 
 
 def extra_layers(made):
-    """The layers above those that every object has, as scene files have them."""
+    """The layers above the layers that every object has, as scene files have them."""
     found, kinds = [], set()
     for layer in made.detail.layers:
         if layer.kind not in kinds:

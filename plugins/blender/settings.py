@@ -181,7 +181,7 @@ class RelievoHook(bpy.types.PropertyGroup):
 class RelievoProgressive(bpy.types.PropertyGroup):
     """The levels of an object: which one is shown, and the edits that were made at any."""
 
-    format: bpy.props.IntProperty(description="Version of what is kept here")
+    format: bpy.props.IntProperty(description="Version of the stored data")
     uid: bpy.props.StringProperty()
     finest: bpy.props.IntProperty(description="Triangles of the finest level")
     original: bpy.props.PointerProperty(
@@ -449,7 +449,7 @@ class RelievoObject(bpy.types.PropertyGroup):
     """What an object keeps in the file. `revision` names the state of its detail; Blender's undo brings it back, and
     the detail follows."""
 
-    format: bpy.props.IntProperty(description="Version of what is kept here")
+    format: bpy.props.IntProperty(description="Version of the stored data")
     uid: bpy.props.StringProperty()
     revision: bpy.props.IntProperty()
     source: bpy.props.PointerProperty(

@@ -287,7 +287,7 @@ class State:
 
 
 def _is_same(before, now):
-    """Whether a revision and a pose are those that were."""
+    """Whether a revision and a pose are the same as before."""
     return before is not None and before[0] == now[0] and before[1] is now[1]
 
 
@@ -328,7 +328,7 @@ def topology_of(cage):
 
 
 def is_used(target):
-    """Whether an object is in a scene: pointers keep those that were deleted."""
+    """Whether an object is in a scene: pointers keep deleted objects."""
     return target is not None and bool(target.users_scene)
 
 

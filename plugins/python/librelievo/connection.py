@@ -114,7 +114,7 @@ class Connection(Handle):
         plain: bool = False,
         progress: Progress | None = None,
     ) -> Particles:
-        """The particles of a frame: `all`, `blind` or `surface`, with all channels or those that are named."""
+        """The particles of a frame: `all`, `blind` or `surface`, with all channels or the named ones."""
         fetch = fetch_of(particles, channels, half, plain)
         with watched(progress) as callback:
             arguments = (text_bytes(scene), frame, ctypes.byref(fetch), callback, None)

@@ -75,8 +75,8 @@ class Fluid(Handle):
         lifetime: float = 0.0,
         channels: Mapping[str, ArrayLike] | None = None,
     ) -> None:
-        """Adds particles at points (n, 3) in metres with velocities in m/s, one for all or (n, 3); a lifetime of 0 seconds is
-        for those that stay. `channels` are arrays by their names: (n, 1 to 4), or one row for all."""
+        """Adds particles at points (n, 3) in metres with velocities in m/s, one for all or (n, 3); a lifetime of 0
+        seconds is unlimited. `channels` are arrays by their names: (n, 1 to 4), or one row for all."""
         points = Reading(points, numpy.float32, 3, "points")
         velocities = Reading(velocities, numpy.float32, 3, "velocities")
         particles = record.fill(abi.RlvFluidParticles, {"lifetime": lifetime})
@@ -123,7 +123,7 @@ class Fluid(Handle):
         library.call("rlv_fluid_add_emitter", self.handle, handle, address(placed), ctypes.byref(told))
 
     def add_sink(self, low: ArrayLike, high: ArrayLike, is_outside: bool = False) -> None:
-        """Takes away particles in a box, or those that are not."""
+        """Removes particles in a box, or particles outside it."""
         given = [_vector(low, "low"), _vector(high, "high")]
         library.call("rlv_fluid_add_sink", self.handle, *(vector.address for vector in given), int(is_outside))
 
@@ -183,8 +183,8 @@ class Fluid(Handle):
         return number.value
 
     def move_collider(self, collider: Any, to: Any, seconds: float, start: Any = None) -> None:
-        """Has a collider go to points (n, 3), in straight lines and within so many seconds, from where it is or from where it
-        is told to start."""
+        """Has a collider go to points (n, 3), in straight lines and within so many seconds, from where it is or from
+        `start`."""
         to, start = Reading(to, numpy.float32, 3, "to"), Reading(start, numpy.float32, 3, "start")
         if start.array is not None and (start.count != to.count or start.stride != to.stride):
             start = Reading(numpy.ascontiguousarray(start.array), numpy.float32, 3, "start")

@@ -47,7 +47,7 @@ _notices: list[list[Any]] = []
 
 
 class Job(Handle):
-    """A call that runs. One that is let go of while it runs is cancelled."""
+    """A call that runs. A job that is released while it runs is cancelled."""
 
     noun, kind = "job", abi.RlvJob
 

@@ -217,7 +217,7 @@ class Level(_Room, Handle):
         library.call("rlv_level_sync_journal", self.handle)
 
     def close_journal(self) -> None:
-        """Lets go of the journal: edits that follow are not written down."""
+        """Closes the journal: later edits are not written down."""
         library.call("rlv_level_close_journal", self.handle)
 
     def update(self) -> Any:

@@ -91,7 +91,7 @@ class Particles(Handle):
         return dict(read_channel(self.handle, CHANNEL, index) for index in range(self.info.channel_count))
 
     def keep(self, classes: Iterable[int]) -> Particles:
-        """Those that a surface needs, with the channel `blind`, by the classes of `Isosurface.classify`."""
+        """The particles that a surface needs, with the channel `blind`, by the classes of `Isosurface.classify`."""
         classes = Reading(classes, numpy.uint8, 0, "classes")
         return Particles.of("rlv_particles_keep", self.handle, classes.address, classes.count, classes.stride)
 

@@ -19,7 +19,7 @@ class Callback:
         self.function = kind(function) if function else kind()
 
     def answer(self, call: Any, *arguments: Any) -> Any:
-        """What the library is told after `call`."""
+        """The answer to the library after `call`."""
         try:
             going_on = call(*arguments)
         except BaseException as failure:  # Also an interrupt from the keyboard ends the call.

@@ -71,7 +71,7 @@ def arrays(
     progress: Progress | None = None,
     **settings: Any,
 ) -> Any:
-    """Makes a repaired mesh of arrays as `Mesh` takes them, also of those that it refuses. Returns it and the report.
+    """Makes a repaired mesh of arrays as `Mesh` takes them, also of arrays that it refuses. Returns it and the report.
 
     `attributes` are tuples as `Mesh.add_attribute` takes them: name, values, domain, and indices or nothing."""
     given, kept = arrays_of(points, corners, face_sizes)
