@@ -1,0 +1,242 @@
+//! Public prose uses the plain phrases of the house, and every shared type has its term in the glossary.
+//!
+//! The phrases are looked for in C and C++ headers, documentation, the plugins, and the doc comments of the crates in
+//! `CLEAN`. Lines of a paragraph are joined first, so that a phrase is found where it wraps.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Phrases to avoid, lower case, and what to write instead.
+const PHRASES: [(&str, &str); 9] = [
+    ("those that", "the noun: \"particles that …\""),
+    ("those who", "the noun: \"hosts that …\""),
+    ("are none", "\"no … exists\", or \"invalid …\""),
+    ("is told", "what reports it: \"… reports …\", \"… gets …\""),
+    ("are told", "what reports them: \"… reports …\", \"… get …\""),
+    ("what is kept", "the noun: \"the … that … keeps\""),
+    ("let go of", "\"release\" or \"close\""),
+    ("lets go of", "\"releases\" or \"closes\""),
+    ("knows nothing", "\"does not depend on …\" or \"does not have …\""),
+];
+
+/// Names that say nothing of what a module computes.
+const MODULES: [&str; 2] = ["utils", "helpers"];
+
+/// Folders of `rust` whose doc comments are held to the phrases.
+const CLEAN: [&str; 7] = ["comparison", "mpi", "native/openmesh", "native/openvdb", "simulation", "testing", "xtask"];
+
+/// Folders of `rust` with programs, and the C ABI with its own names: their types are public to no other crate.
+const PROGRAMS: [&str; 8] = ["bench", "bindings", "capi", "cli", "comparison", "testing", "view", "xtask"];
+
+/// Place of a phrase in a text.
+#[derive(Debug, PartialEq)]
+struct Finding {
+    line: usize,
+    phrase: &'static str,
+    instead: &'static str,
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Returns the files under a folder with one of the extensions, in order.
+fn files(folder: &Path, extensions: &[&str]) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display())) {
+            let entry = entry.expect("entries of folders can be read");
+            let (path, kind) = (entry.path(), entry.file_type().expect("entries have a type"));
+            if kind.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| extensions.iter().any(|one| e == *one)) {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Returns the prose of a line of a file with this extension: of Rust the doc comment, else all without the mark of a
+/// comment; `None` for a line that separates paragraphs.
+fn prose<'a>(line: &'a str, extension: &str) -> Option<&'a str> {
+    let line = line.trim();
+    if extension == "rs" {
+        return line.strip_prefix("///").or_else(|| line.strip_prefix("//!"));
+    }
+    let marks: &[&str] = match extension {
+        "h" | "hpp" => &["/**", "/*", "*", "///", "//"],
+        "py" => &["#"],
+        "cpp" => &["///", "//"],
+        _ => &[],
+    };
+    let text = marks.iter().find_map(|mark| line.strip_prefix(mark)).unwrap_or(line);
+    Some(text).filter(|text| !text.trim().is_empty())
+}
+
+/// Finds phrases in a text, also where they wrap. "None", as Python's, is not "none".
+fn phrases(text: &str, extension: &str) -> Vec<Finding> {
+    let mut found = Vec::new();
+    // Words of a paragraph with their lines.
+    let mut words: Vec<(&str, usize)> = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        match prose(line, extension) {
+            Some(prose) if !prose.trim().is_empty() => {
+                words.extend(prose.split_whitespace().map(|word| (word, index + 1)));
+            }
+            _ => search(&std::mem::take(&mut words), &mut found),
+        }
+    }
+    search(&words, &mut found);
+    found
+}
+
+/// Adds the phrases in a paragraph's words.
+fn search(words: &[(&str, usize)], found: &mut Vec<Finding>) {
+    for start in 0..words.len() {
+        for &(phrase, instead) in &PHRASES {
+            let parts: Vec<&str> = phrase.split(' ').collect();
+            let Some(here) = words.get(start..start + parts.len()) else { continue };
+            let last = parts.len() - 1;
+            let is_same = here.iter().zip(&parts).enumerate().all(|(index, (&(word, _), part))| {
+                let is_bounded = |side: &str| side.chars().all(|letter| !letter.is_alphanumeric() && letter != '_');
+                // Only the first word may begin with a capital, and marks stand only before the first or after the last.
+                let Some(at) = word.to_lowercase().find(part) else { return false };
+                let (Some(before), Some(after)) = (word.get(..at), word.get(at + part.len()..)) else { return false };
+                let is_cased = word.get(at + 1..at + part.len()) == part.get(1..)
+                    && (index == 0 || word.get(at..at + 1) == part.get(..1));
+                is_cased
+                    && is_bounded(before)
+                    && is_bounded(after)
+                    && (index == 0 || before.is_empty())
+                    && (index == last || after.is_empty())
+            });
+            if is_same {
+                found.push(Finding { line: here[0].1, phrase, instead });
+            }
+        }
+    }
+}
+
+/// Returns the folder of `rust` or `rust/native` that a file of Rust is in.
+fn crate_of(path: &Path) -> String {
+    let inside = path.strip_prefix(root().join("rust")).expect("files of Rust are in rust");
+    let folder = |index| inside.iter().nth(index).and_then(|part| part.to_str()).unwrap_or_default();
+    if folder(0) == "native" { format!("native/{}", folder(1)) } else { folder(0).to_owned() }
+}
+
+fn checked() -> Vec<PathBuf> {
+    let root = root();
+    let mut checked = vec![root.join("README.md"), root.join("CHANGELOG.md")];
+    checked.extend(files(&root.join("include"), &["h", "hpp"]));
+    checked.extend(files(&root.join("docs"), &["md"]));
+    checked.extend(files(&root.join("plugins"), &["py", "md", "cpp"]));
+    for folder in CLEAN {
+        let sources = files(&root.join("rust").join(folder), &["rs"]);
+        assert!(!sources.is_empty(), "rust/{folder} has no file of Rust: take it out of CLEAN");
+        checked.extend(sources);
+    }
+    checked
+}
+
+#[test]
+fn public_prose_is_plain() {
+    let own = Path::new(file!()).file_name();
+    let mut report = String::new();
+    for path in checked().iter().filter(|path| path.file_name() != own) {
+        let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+        for Finding { line, phrase, instead } in phrases(&text, extension) {
+            let path = path.strip_prefix(root()).unwrap_or(path).display();
+            report += &format!("{path}:{line}: \"{phrase}\": write {instead}\n");
+        }
+    }
+    assert!(report.is_empty(), "phrases that the house does not write:\n{report}");
+}
+
+#[test]
+fn modules_are_named_by_what_they_compute() {
+    let root = root();
+    let sources = ["rust", "plugins", "cpp", "shaders"]
+        .map(|folder| files(&root.join(folder), &["rs", "py", "cpp", "h", "wgsl"]));
+    let vague: Vec<_> = sources
+        .into_iter()
+        .flatten()
+        .filter(|path| {
+            let inside = path.strip_prefix(&root).unwrap_or(path).with_extension("");
+            inside.iter().any(|part| MODULES.iter().any(|name| part == *name))
+        })
+        .collect();
+    assert!(vague.is_empty(), "name these by a noun of the field: {vague:?}");
+}
+
+/// Returns the name of a public type that a line declares at the top level.
+fn declared(line: &str) -> Option<&str> {
+    let rest = line.strip_prefix("pub ")?;
+    let rest = ["struct ", "enum ", "trait ", "type "].iter().find_map(|kind| rest.strip_prefix(kind))?;
+    rest.split(|letter: char| !letter.is_alphanumeric() && letter != '_').next().filter(|name| !name.is_empty())
+}
+
+/// Splits a name of a type into lower-case words, as the glossary writes terms.
+fn term(name: &str) -> String {
+    let mut term = String::new();
+    for letter in name.chars() {
+        if letter.is_uppercase() && !term.is_empty() {
+            term.push(' ');
+        }
+        term.extend(letter.to_lowercase());
+    }
+    term
+}
+
+#[test]
+fn shared_types_are_in_the_glossary() {
+    let glossary = fs::read_to_string(root().join("docs/glossary.md")).expect("the glossary can be read");
+    let terms: BTreeSet<&str> = glossary
+        .lines()
+        .filter_map(|line| line.strip_prefix("| ")?.split(" |").next())
+        .flat_map(|terms| terms.split(", "))
+        .map(str::trim)
+        .collect();
+    let mut crates: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for path in files(&root().join("rust"), &["rs"]) {
+        let folder = crate_of(&path);
+        if PROGRAMS.contains(&folder.as_str()) || path.iter().any(|part| part == "tests") {
+            continue;
+        }
+        let text = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        for name in text.lines().filter_map(declared) {
+            crates.entry(name.to_owned()).or_default().insert(folder.clone());
+        }
+    }
+    assert!(crates.len() > 100, "public types are found: {}", crates.len());
+    let missing: Vec<_> =
+        crates.iter().filter(|(name, crates)| crates.len() > 2 && !terms.contains(term(name).as_str())).collect();
+    assert!(missing.is_empty(), "docs/glossary.md lacks types that more than two crates define:\n{missing:#?}");
+}
+
+#[test]
+fn phrases_are_found_where_they_wrap() {
+    let found = |text, extension| -> Vec<_> {
+        phrases(text, extension).into_iter().map(|Finding { line, phrase, .. }| (line, phrase)).collect()
+    };
+    assert_eq!(
+        found("/* Fails at handles that are none, those\n * that fail. */", "h"),
+        [(1, "are none"), (1, "those that")]
+    );
+    assert_eq!(found("Those who read.\n\nA host\nis told.", "md"), [(1, "those who"), (4, "is told")]);
+    assert_eq!(
+        found("    \"\"\"(Lets go of) it; `points` are None.\"\"\"\n# What is\n# kept", "py"),
+        [(1, "lets go of"), (2, "what is kept")]
+    );
+    // Only doc comments of Rust are public, a paragraph ends a phrase, and other words are no phrase.
+    assert_eq!(found("// those that\nlet x = \"is told\";\n/// are\n///\n/// none", "rs"), []);
+    assert_eq!(found("are nonetheless, let. Go of; this told is_told", "md"), []);
+    assert_eq!(found("/// Knows\n/// nothing.", "rs"), [(1, "knows nothing")]);
+    assert_eq!(term("AnyMeshLevel"), "any mesh level");
+    assert_eq!(declared("pub struct Mesh<'a> {"), Some("Mesh"));
+    assert_eq!(declared("    pub struct Mesh;"), None);
+}
