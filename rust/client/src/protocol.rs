@@ -60,7 +60,7 @@ pub struct Welcome {
 /// A file of a scene by the name that its description gives it.
 pub type FileMap = BTreeMap<String, Hash>;
 
-/// Parameters of `file.missing`, and its result: those that the server lacks.
+/// Parameters of `file.missing`, and its result: the files that the server lacks.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct FileList {
     /// Files by their names. Of a name only the extension counts.
@@ -260,7 +260,7 @@ pub struct Fetch {
     /// Particles at most; [`MAX_CHUNK`] at most.
     #[serde(default)]
     pub count: u32,
-    /// The channels to send; all where there are none.
+    /// The channels to send; all where the list is empty.
     #[serde(default)]
     pub channels: Vec<String>,
     /// Which particles.

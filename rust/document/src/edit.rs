@@ -215,7 +215,7 @@ impl Edit {
         &self.recipes
     }
 
-    /// The layers after going in `direction` from `now`, if it changes them. Those that it does not know of stay: they
+    /// The layers after going in `direction` from `now`, if it changes them. Layers that it does not know of stay: they
     /// came without an edit, when a document was opened on an object that has more than it.
     pub fn layers_after(&self, direction: Direction, now: &[Head]) -> Option<Vec<Head>> {
         let layers = self.layers.as_ref()?;

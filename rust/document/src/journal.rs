@@ -1,6 +1,6 @@
 //! A document that is being worked on: its file, to whose end records are appended. One program at a time has it.
 //!
-//! What is kept in files of other forms may have a journal too, in a file of its own beside it: it begins with a head that
+//! Data in files of other forms may have a journal too, in a file of its own beside it: it begins with a head that
 //! says what it belongs to, and its inputs say enough to make the edits again.
 //!
 //! A record is handed to the operating system before an edit counts as confirmed: killing the program loses none of

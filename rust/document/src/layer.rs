@@ -1,4 +1,4 @@
-//! A layer: what its texels are, the sizes of its tiles, and the compressed blocks of those that differ from the
+//! A layer: what its texels are, the sizes of its tiles, and the compressed blocks of texels that differ from the
 //! default. Sizes are texels along a side; a block is the tile with a ring of one texel, row by row.
 
 use relievo_core::{Context, Error, Result};

@@ -8,7 +8,7 @@
 //! - Where it lies otherwise than in a file: [`storage`].
 //! - How it is worked on: a [`journal`] of [`record`]s, each [`edit`] one of them, and their [`replay`].
 //!
-//! A document knows tiles by their numbers and blocks by their bytes; what they mean is for those who own them.
+//! A document knows tiles by their numbers and blocks by their bytes; what they mean is for their owners.
 
 pub mod code;
 mod copies;

@@ -3,7 +3,7 @@
 //! Bytes that the file of a document has already are read from there again ([`crate::Document::page`]). All others go
 //! to a [`PageFile`], a file without a name, so that nothing of it is left when the program ends, however it does, and
 //! the document is not written to. A place that is given back is used again for the next page of its length: the file
-//! has at most the bytes of the most pages of each length that there ever were at a time, and none when there are none.
+//! has at most the bytes of the most pages of each length that there ever were at a time, and none without pages.
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;
@@ -19,7 +19,7 @@ use crate::record::failed;
 
 /// Bytes that are not in memory. Its place is given back when it is dropped.
 pub trait Page: Debug + Send + Sync {
-    /// The bytes. Fails if they cannot be read, or are not those that were stored.
+    /// The bytes. Fails if they cannot be read, or are not the bytes that were stored.
     fn load(&self) -> Result<Vec<u8>>;
 }
 

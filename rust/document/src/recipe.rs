@@ -1,6 +1,6 @@
 //! Recipes: what things on the layers were made of, so that these can be changed later, as a sticker whose pins are moved.
 //!
-//! A document knows a recipe by its number and its bytes; what they mean is for those who wrote them. Edits change recipes
+//! A document knows a recipe by its number and its bytes; what they mean is for their writers. Edits change recipes
 //! as they change blocks, and undo puts them back.
 
 use relievo_core::{Error, Result};

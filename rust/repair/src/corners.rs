@@ -35,7 +35,7 @@ pub struct Corners {
 }
 
 impl Corners {
-    /// Takes the faces of a mesh, without those that use points that do not exist or are not finite, which are added to
+    /// Takes the faces of a mesh, without faces that use points that do not exist or are not finite, which are added to
     /// `invalid`.
     ///
     /// # Errors
@@ -182,8 +182,8 @@ impl Corners {
         self.number_faces();
     }
 
-    /// Replaces faces: `make` is given the corners of each face, and returns the corners of those that replace it, or
-    /// `None` where the face stays.
+    /// Replaces faces: `make` is given the corners of each face, and returns the corners of the faces that replace it,
+    /// or `None` where the face stays.
     pub fn replace(&mut self, make: impl Fn(&[u32]) -> Option<Vec<Vec<u32>>>) {
         let (mut points, mut origins) = (Vec::with_capacity(self.points.len()), Vec::with_capacity(self.points.len()));
         let (mut starts, mut face_origins) = (Vec::with_capacity(self.starts.len()), Vec::new());

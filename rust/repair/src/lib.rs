@@ -9,8 +9,8 @@
 //!    the faces, so that seams of texture coordinates and normals survive.
 //! 3. Faces with fewer than three different corners, and faces that occur twice, are dropped.
 //! 4. Faces are turned over until neighbours agree. Where that is impossible, as on a Möbius strip, the mesh is cut.
-//! 5. Edges of more than two faces and vertices of more than one fan are split. Of the faces around an edge, those that
-//!    enclose material stay together.
+//! 5. Edges of more than two faces and vertices of more than one fan are split. Faces around an edge that enclose
+//!    material stay together.
 //! 6. Closed components face outwards.
 //! 7. Holes are filled by the triangulation of least dihedral angle and area (Barequet and Sharir 1995, Liepa 2003,
 //!    Section 3), refined to the density of the surroundings (Liepa 2003, Section 4) on OpenMesh's half-edges, and

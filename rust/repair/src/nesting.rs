@@ -9,11 +9,11 @@ use crate::orient::Components;
 /// Tests of a ray against a face that are made in all. Components beyond count as outermost.
 const MOST_TESTS: usize = 1 << 28;
 
-/// Directions of the rays, far from those that models are aligned with; the majority decides.
+/// Directions of the rays, far from directions that models are aligned with; the majority decides.
 const DIRECTIONS: [DVec3; 3] =
     [DVec3::new(0.5477, 0.6123, 0.5703), DVec3::new(-0.7219, 0.2411, 0.6487), DVec3::new(0.3119, -0.8537, 0.4171)];
 
-/// Returns for every component the number of closed components around it; 0 for those that are not closed.
+/// Returns for every component the number of closed components around it; 0 for components that are not closed.
 pub fn depths(context: &Context, corners: &Corners, components: &Components) -> Vec<usize> {
     let mut depths = vec![0; components.count()];
     let closed: Vec<usize> = (0..components.count()).filter(|component| components.is_closed[*component]).collect();

@@ -1,4 +1,4 @@
-//! Pairs the faces around edges of more than two, so that those that enclose material stay together.
+//! Pairs the faces around edges of more than two, so that faces that enclose material stay together.
 
 use std::f64::consts::TAU;
 
@@ -8,9 +8,9 @@ use crate::corners::Corners;
 use crate::edges::{BOUNDARY, Edges};
 use crate::sets::Sets;
 
-/// Pairs the half-edges of edges of more than two faces; those that find no partner become boundary. Of the faces of one
-/// component, which are consistently oriented, exactly two that fit are paired first; then each face with the next one
-/// around the edge on the side of its back, if that runs the other way.
+/// Pairs the half-edges of edges of more than two faces; half-edges without a partner become boundary. Of the faces of
+/// one component, which are consistently oriented, exactly two that fit are paired first; then each face with the next
+/// one around the edge on the side of its back, if that runs the other way.
 pub fn pair(corners: &Corners, edges: &mut Edges) {
     if edges.branching.is_empty() {
         return;

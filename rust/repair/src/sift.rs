@@ -89,7 +89,7 @@ pub fn flat(context: &Context, corners: &Corners, listed: u32) -> Finding {
     Finding::of(flat.map(|(face, _)| corners.named(face)), listed)
 }
 
-/// Finds points of the input that no face uses, beside those that were joined to others.
+/// Finds points of the input that no face uses, beside points that were joined to others.
 pub fn unused(corners: &Corners, joined: &[u32], listed: u32) -> Finding {
     let mut is_used = vec![false; corners.places.len()];
     corners.points.iter().for_each(|point| is_used[*point as usize] = true);

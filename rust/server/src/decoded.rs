@@ -7,7 +7,7 @@ use relievo_client::{Hash, Particles as Wanted};
 use relievo_core::Result;
 use relievo_particleio::Particles;
 
-/// Decoded frames, those that were used last at the end.
+/// Decoded frames, the last used at the end.
 pub struct Decoded {
     limit: u64,
     frames: Mutex<Vec<(Hash, Wanted, Arc<Particles>)>>,

@@ -130,7 +130,7 @@ impl Record {
         Ok(record)
     }
 
-    /// Reads the records in a folder. Those that cannot be read are left out, with a word in the log.
+    /// Reads the records in a folder. Records that cannot be read are left out, with a word in the log.
     pub fn all(folder: &Path) -> Result<Vec<Self>> {
         let failed = |error: std::io::Error| Error::io(folder, &error);
         std::fs::create_dir_all(folder).map_err(failed)?;

@@ -30,7 +30,7 @@ use crate::store::Store;
 /// A user and the name of one of the user's scenes.
 pub type Id = (String, String);
 
-/// The scenes of a server and those who compute their frames.
+/// The scenes of a server and the workers that compute their frames.
 pub struct Scheduler {
     pub context: Context,
     pub store: Store,
@@ -42,7 +42,7 @@ pub struct Scheduler {
     state: Mutex<State>,
     /// Wakes workers.
     work: Condvar,
-    /// Counts changes of scenes, for those who wait.
+    /// Counts changes of scenes, for waiting threads.
     changes: watch::Sender<u64>,
 }
 

@@ -1,9 +1,9 @@
 //! The cache on disk: frames by keys of all that they depend on.
 //!
 //! A file is written under another name, brought to the disk and renamed, and then its folder is brought to the disk. A frame
-//! counts as stored after that, so it is whole after any crash. The files are bounded in size: before one is written, those
-//! that were read or written longest ago are removed, but no pinned ones. The time of the last use is that of the file's
-//! last change, so the order outlives the server.
+//! counts as stored after that, so it is whole after any crash. The files are bounded in size: before one is written,
+//! the files read or written longest ago are removed, but no pinned ones. The time of the last use is that of the
+//! file's last change, so the order outlives the server.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;

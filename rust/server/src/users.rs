@@ -18,7 +18,7 @@ const LOCAL: &str = "local";
 pub struct Users(Vec<(String, Hash)>);
 
 impl Users {
-    /// Reads a file of tokens: on each line a name, a space and a token. Empty lines and those that begin with `#` are
+    /// Reads a file of tokens: on each line a name, a space and a token. Empty lines and lines that begin with `#` are
     /// left out. Fails if a line has no token, a token is shorter than 16 bytes, or a name or token is there twice.
     pub fn read(path: &Path) -> Result<Self> {
         let named = |error: Error| error.at(path.display().to_string());

@@ -143,8 +143,8 @@ fn numbers(counts: [usize; 3]) -> Result<Vec<u32>> {
     Ok(list)
 }
 
-/// Gives the elements at the skin a share of the epidermis (Section 4.2, Figure 6): those that the skin crosses, and those
-/// beside a voxel that it crosses and that is no element.
+/// Gives the elements at the skin a share of the epidermis (Section 4.2, Figure 6): elements that the skin crosses, and
+/// elements beside a voxel that it crosses and that is no element.
 fn add_epidermis(
     context: &Context,
     model: &mut Model,

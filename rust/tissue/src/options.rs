@@ -18,7 +18,7 @@ pub struct SimulationOptions {
     pub safety: f32,
     /// Resistance to hourglass modes; 1 gives a beam of boxes its bending stiffness.
     pub hourglass: f32,
-    /// Seconds of a step that heavier elements shall allow: mass is added to those that would need a shorter one.
+    /// Seconds of a step that heavier elements shall allow: mass is added to elements that would need a shorter one.
     pub mass_scaling: Option<f32>,
     /// How often the step may be halved, for as long as it takes, where an element turns inside out; 0 to 16. 0 stops the
     /// simulation there.

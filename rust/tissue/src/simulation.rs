@@ -48,9 +48,9 @@ pub struct Simulation {
     state: State,
     /// What elements exert on nodes, by rows of blocks.
     rows: Vec<Row>,
-    /// Forces on nodes from outside in N; empty if there are none.
+    /// Forces on nodes from outside in N; empty without such forces.
     loads: Vec<Row>,
-    /// Forces of pressures on nodes at the time of the last forces of elements, in N; empty if there are none.
+    /// Forces of pressures on nodes at the time of the last forces of elements, in N; empty without pressures.
     pushes: Vec<Row>,
     pressures: Vec<Pressure>,
     activations: Vec<Curve<1>>,
