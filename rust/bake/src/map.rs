@@ -174,7 +174,7 @@ pub fn bake_watched(
     report.found_some(options)
 }
 
-/// Of the squares that something lies on, as (row, column), those that get a picture, as [column, row].
+/// Returns the squares that get a picture, as [column, row], of the squares that something lies on, as (row, column).
 pub(crate) fn chosen<'a>(
     found: impl IntoIterator<Item = &'a (i32, i32)>,
     options: &BakeOptions,

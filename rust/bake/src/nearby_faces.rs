@@ -20,7 +20,7 @@ struct FaceBox {
     high: Vec3,
     from: usize,
     to: usize,
-    /// The second child, or 0 if there are none.
+    /// The second child, or 0 without children.
     second: usize,
 }
 

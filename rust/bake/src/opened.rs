@@ -122,8 +122,8 @@ impl<'a> Opened<'a> {
         }
     }
 
-    /// The scalar displacement of the layer called `name`, or what all layers of displacement come to; `None` if there
-    /// are none.
+    /// The scalar displacement of the layer called `name`, or what all layers of displacement come to; `None` without
+    /// such layers.
     pub fn displacement(&self, context: &Context, name: Option<&str>) -> Result<Option<Displacement>> {
         match self.layers(&[Kind::Scalar], name)? {
             (layers, _) if layers.is_empty() => Ok(None),
@@ -142,8 +142,8 @@ impl<'a> Opened<'a> {
         Displacement::new(self.surface.topology().clone(), &ChannelOptions::default())
     }
 
-    /// The colours of the layer called `name`, or what all layers of colour come to; `None` if there are none. Fails if
-    /// some of several are bytes and others half floats.
+    /// The colours of the layer called `name`, or what all layers of colour come to; `None` without such layers. Fails
+    /// if some of several are bytes and others half floats.
     pub fn colors(&self, context: &Context, name: Option<&str>) -> Result<Option<ColorLayer>> {
         let (layers, named) = self.layers(&[Kind::Rgba8, Kind::Rgba16], name)?;
         let bytes = layers.iter().filter(|layer| layer.kind() == Kind::Rgba8).count();

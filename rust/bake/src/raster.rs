@@ -77,7 +77,7 @@ impl Window {
         }
     }
 
-    /// Enters the samples that lie in a chunk; those that an earlier tile has stay.
+    /// Enters the samples that lie in a chunk; samples of an earlier tile stay.
     pub fn enter(&mut self, context: &Context, layout: &Layout<'_>, mapping: &Mapping, chunk: &Chunk) -> Result<()> {
         let mut corners = Samples::default();
         layout.limit.grid(context.level(), chunk.tile, &chunk.grid(), Order::Position, &mut corners);
@@ -190,7 +190,7 @@ impl Window {
         }
     }
 
-    /// Finds the places of candidates and enters those that are in the tile.
+    /// Finds the places of candidates and enters the places inside the tile.
     fn invert(
         &mut self,
         context: &Context,

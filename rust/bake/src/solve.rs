@@ -31,7 +31,7 @@ const ROUNDING: f32 = 8.0 / 2048.0;
 /// Half of what the least half floats are apart.
 const LEAST: f32 = 1.0 / (1 << 25) as f32;
 
-/// Gives the named tiles, which are allocated, and those that turn out to be needed beside them, the wanted values.
+/// Gives the named tiles, which are allocated, and the tiles that turn out to be needed beside them, the wanted values.
 /// Returns the largest deviation from them, relative to the largest value.
 ///
 /// Fails if the budget refuses a tile.

@@ -1,9 +1,9 @@
 //! The layers of a document on another mesh: every texel of the new tiles takes what the nearest place of the old
 //! surface has, without its displacement.
 //!
-//! Places whose surface faces away are none, so that the two sides of a thin wall do not mix. Displacements are given
-//! the coefficients whose values at the centres of texels are the old ones; vectors are turned from the old frame into
-//! the new. Areas are in square object units.
+//! Places whose surface faces away do not count, so that the two sides of a thin wall do not mix. Displacements are
+//! given the coefficients whose values at the centres of texels are the old ones; vectors are turned from the old frame
+//! into the new. Areas are in square object units.
 
 mod triangles;
 

@@ -56,8 +56,8 @@ pub struct Levels<'a> {
 /// nearest scale and rotation.
 ///
 /// # Errors
-/// A mesh cannot be used, there are none, lists differ in length, a number is not finite, the file would be larger than the
-/// format's 4 GiB, or the system refuses. No file is left then.
+/// A mesh cannot be used, no mesh is given, lists differ in length, a number is not finite, the file would be larger
+/// than the format's 4 GiB, or the system refuses. No file is left then.
 pub fn write_glb_levels(path: &Path, levels: &Levels) -> Result<u32> {
     let named = |error: Error| error.at(path.display().to_string());
     levels.check().map_err(named)?;

@@ -38,7 +38,7 @@ impl<'a> Instance<'a> {
 
 /// Writes instances as GLB.
 ///
-/// Fails, and leaves no file, if a mesh cannot be used (see [`Mesh::check`]), there are none, a transform is not
+/// Fails, and leaves no file, if a mesh cannot be used (see [`Mesh::check`]), no instance is given, a transform is not
 /// finite, the file would be larger than the format's 4 GiB, or the system refuses.
 pub fn write_glb(path: &Path, instances: &[Instance]) -> Result<()> {
     let (json, buffer) = described(instances).map_err(|error| error.at(path.display().to_string()))?;

@@ -9,7 +9,7 @@ pub struct PointInstancer {
     pub path: String,
     /// Paths of the prototypes.
     pub prototypes: Vec<String>,
-    /// Copies, in order, without those that are inactive or invisible.
+    /// Copies, in order, without inactive or invisible ones.
     pub copies: Vec<Copied>,
 }
 

@@ -121,8 +121,8 @@ impl StageWriter {
     /// Adds what there is at a time code, which must be higher than that of the frame before. Every frame has the same
     /// instances in the same order; of their materials the first frame's count.
     ///
-    /// Fails if a mesh cannot be used (see [`Mesh::check`]), there are none, a transform is not finite, or all frames
-    /// together need more than the memory limit.
+    /// Fails if a mesh cannot be used (see [`Mesh::check`]), no instance is given, a transform is not finite, or all
+    /// frames together need more than the memory limit.
     pub fn frame(&mut self, code: f64, instances: &[Instance]) -> Result<()> {
         if !code.is_finite() || self.codes.last().is_some_and(|last| *last >= code) {
             return Err(Error::invalid(format!("time code {code} does not come after the one before")));

@@ -173,7 +173,7 @@ impl Sheared {
     }
 }
 
-/// One instruction each; the standard library's mind NaN, of which there are none here.
+/// One instruction each; the standard library's mind NaN, which does not occur here.
 #[inline(always)]
 fn smaller(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }

@@ -159,7 +159,7 @@ impl Procedural {
         Some((low, high))
     }
 
-    /// Bounds of all primitives at all times; zeros if there are none.
+    /// Bounds of all primitives at all times; zeros without primitives.
     pub fn all_bounds(&self) -> ([f32; 3], [f32; 3]) {
         let ends = [false, true];
         let all = (0..self.headers.len() as u32).flat_map(|primitive| ends.map(|end| self.bounds(primitive, end)));

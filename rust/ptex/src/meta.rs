@@ -52,7 +52,7 @@ impl MetaValue {
         }
     }
 
-    /// True if there are none.
+    /// True if there is no entry.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

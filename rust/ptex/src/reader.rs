@@ -227,7 +227,7 @@ impl<B: AsRef<[u8]>> Reader<B> {
         level > 0 && stored && !record.is_constant() && !record.has(EDITED)
     }
 
-    /// How many levels of reductions the file holds of a face: 0 for those that have none, or do not exist.
+    /// How many levels of reductions the file holds of a face: 0 for faces that have none, or do not exist.
     pub fn reduction_count(&self, face: u32) -> usize {
         let Ok(record) = self.record(face) else { return 0 };
         let there = |level: &usize| self.has_reduction(record, face, *level) && self.block(face, *level).is_ok();

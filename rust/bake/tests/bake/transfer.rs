@@ -1,4 +1,4 @@
-//! Documents on other meshes: what was where stays there, what has no place is told.
+//! Documents on other meshes: what was where stays there, what has no place is reported.
 
 use glam::{Vec3, Vec4};
 use half::f16;

@@ -342,7 +342,7 @@ impl<'a> Stage<'a> {
         Ok(all.flatten())
     }
 
-    /// Adds a site and those that arcs lead to from it.
+    /// Adds a site and the sites that arcs lead to from it.
     fn compose(&mut self, stack: usize, path: Path, offset: LayerOffset, arcs: usize, prim: &mut Prim) -> Result<()> {
         if arcs > ARCS {
             return Err(Error::invalid(format!(

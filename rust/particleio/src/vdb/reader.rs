@@ -27,7 +27,7 @@ pub(super) struct Entry<'a> {
     pub bytes: Bytes<'a>,
 }
 
-/// The grids of a file, but not those that share the tree of another.
+/// The grids of a file, without grids that share the tree of another.
 pub(super) fn entries(file: &[u8]) -> Result<Vec<Entry<'_>>> {
     let mut bytes = Bytes(file);
     if u64::from_le_bytes(bytes.array()?) != SIGNATURE {
