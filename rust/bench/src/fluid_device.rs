@@ -7,7 +7,7 @@ use relievo_gpu::{AdapterKind, Device, DeviceOptions, PassTime};
 use crate::measure::Sample;
 use crate::report::{Goal, Report};
 
-/// Steps before those that are measured, in which a dam gets going, and those.
+/// Steps in which a dam gets going before the measured steps, and the measured steps.
 const STEPS: [usize; 2] = [10, 20];
 /// Millions of particle-steps a second that a graphics card makes with so many particles.
 const CARD: (f64, usize) = (100.0, 1_250_000);

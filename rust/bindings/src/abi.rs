@@ -11,7 +11,7 @@ pub mod value;
 use types::{Signature, Type};
 use value::Value;
 
-/// The headers that declare something, each after those that it includes.
+/// The headers that declare something, each after the headers that it includes.
 pub struct Abi {
     /// One for each header.
     pub nouns: Vec<Noun>,
@@ -92,7 +92,7 @@ pub struct Field {
 }
 
 impl Abi {
-    /// Every declaration, each after those that it uses.
+    /// Every declaration, each after the declarations that it uses.
     pub fn items(&self) -> impl Iterator<Item = &Item> {
         self.nouns.iter().flat_map(|noun| &noun.items)
     }

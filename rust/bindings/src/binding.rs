@@ -18,7 +18,7 @@ pub struct Binding {
     pub source: &'static str,
     /// Functions that are declared, as regular expressions.
     pub functions: &'static [&'static str],
-    /// Types that are declared besides those that the functions use, as regular expressions.
+    /// Types that are declared besides the types that the functions use, as regular expressions.
     pub types: &'static [&'static str],
     /// Macros, constants and enumerators that are declared, as regular expressions.
     pub constants: &'static [&'static str],

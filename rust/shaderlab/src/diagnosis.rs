@@ -25,7 +25,8 @@ pub struct Diagnosis {
     pub errors_without: Vec<f64>,
     /// Pairs of features whose coefficient is 0.95 or more in size.
     pub correlations: Vec<Correlation>,
-    /// The feature that can be left out: one without which the error is not larger, first of those that correlate with another.
+    /// The feature that can be left out: one without which the error is not larger, first of the features that
+    /// correlate with another.
     pub redundant: Option<usize>,
 }
 

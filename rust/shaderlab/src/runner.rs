@@ -131,7 +131,7 @@ impl Runner {
     }
 
     /// Prepares a shader as [`Runner::new`] does, with the textures that `textures` has of these inputs on this device already;
-    /// those that it lacks are added.
+    /// missing ones are added.
     pub fn sharing(
         device: &Device,
         program: &Program,
@@ -261,7 +261,7 @@ impl Runner {
     }
 
     /// Returns the picture of the shader, with the membership that `classes` give; an augmented shader without classes has
-    /// the membership 0.5 everywhere. Channels are those that the shader writes, without any conversion of colours.
+    /// the membership 0.5 everywhere. Channels are what the shader writes, without any conversion of colours.
     pub fn picture(&self, classes: Option<&Classes>) -> Result<Image> {
         let mut frame = self.device.frame()?;
         let list = self.start(&mut frame, classes)?;

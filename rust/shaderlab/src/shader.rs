@@ -47,7 +47,7 @@ pub struct Entry {
 impl Shader {
     /// Reads a shader.
     ///
-    /// Fails with the faults of its annotations, or else with those that the front end of its language finds.
+    /// Fails with the faults of its annotations, or else with the faults that the front end of its language finds.
     pub fn new(source: Source) -> Result<Self, Faults> {
         let faults = Faults::of(&source);
         Self::read(source).map_err(faults)

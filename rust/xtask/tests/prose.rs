@@ -24,7 +24,29 @@ const PHRASES: [(&str, &str); 9] = [
 const MODULES: [&str; 2] = ["utils", "helpers"];
 
 /// Folders of `rust` whose doc comments are held to the phrases.
-const CLEAN: [&str; 7] = ["comparison", "mpi", "native/openmesh", "native/openvdb", "simulation", "testing", "xtask"];
+const CLEAN: [&str; 21] = [
+    "bake",
+    "bench",
+    "bindings",
+    "client",
+    "comparison",
+    "document",
+    "meshio",
+    "mpi",
+    "native/openmesh",
+    "native/openvdb",
+    "particleio",
+    "procedural",
+    "ptex",
+    "repair",
+    "server",
+    "shaderlab",
+    "simulation",
+    "testing",
+    "tissue",
+    "view",
+    "xtask",
+];
 
 /// Folders of `rust` with programs, and the C ABI with its own names: their types are public to no other crate.
 const PROGRAMS: [&str; 8] = ["bench", "bindings", "capi", "cli", "comparison", "testing", "view", "xtask"];

@@ -48,7 +48,7 @@ struct Source {
     text: String,
 }
 
-/// The headers in the order in which a compiler reads them, each after those that it includes.
+/// The headers in the order in which a compiler reads them, each after the headers that it includes.
 fn sources(include: &Path) -> Result<Vec<Source>, String> {
     fn visit(folder: &Path, name: &str, read: &mut BTreeSet<String>, sources: &mut Vec<Source>) -> Result<(), String> {
         if !read.insert(name.to_owned()) {

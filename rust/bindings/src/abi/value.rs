@@ -13,7 +13,7 @@ pub enum Value {
     Integer(i64),
     /// A number with a point, as it is written, without the letter for `float`.
     Real(String),
-    /// Values of an array or an inner structure; those that are missing are 0.
+    /// Values of an array or an inner structure; missing values are 0.
     List(Vec<Value>),
 }
 

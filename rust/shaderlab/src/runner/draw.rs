@@ -342,8 +342,8 @@ fn rectangle(entry: &Point) -> Result<String> {
     ))
 }
 
-/// Returns a fragment shader for a vertex shader that runs alone: it shows the floats of the output at location 0, and white
-/// where there are none.
+/// Returns a fragment shader for a vertex shader that runs alone: it shows the floats of the output at location 0, and
+/// white where it has no such output.
 fn paint(vertex: &Point) -> String {
     let first = vertex.outputs.iter().find(|output| output.location == 0 && output.is_smooth);
     let (ty, value) = match first.and_then(|output| output.numbers) {

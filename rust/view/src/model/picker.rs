@@ -7,7 +7,7 @@ use glam::DVec3;
 use relievo_core::{Error, Result};
 use relievo_embree::{Device, ObjectId, Ray, Scene};
 
-/// Triangles of a chunk. Those that follow one another are of one tile or of neighbours.
+/// Triangles of a chunk. Triangles that follow one another are of one tile or of neighbours.
 const CHUNK: usize = 1024;
 
 /// The triangles in chunks, each a mesh of one object.

@@ -54,7 +54,7 @@ pub struct Session {
     triangles: Triangles,
     picker: Picker,
     history: History,
-    /// What edits are called, those that are done and then those that are undone.
+    /// The names of edits, done ones and then undone ones.
     labels: Vec<String>,
     /// The file that edits go to.
     document: Option<PathBuf>,
@@ -386,7 +386,7 @@ impl Session {
         }
     }
 
-    /// What edits are called, those that are done and then those that are undone, and how many are done.
+    /// The names of edits, done ones and then undone ones, and how many are done.
     pub fn edits(&self) -> (&[String], usize) {
         (&self.labels, self.history.undo_count())
     }
