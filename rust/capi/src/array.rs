@@ -101,7 +101,7 @@ impl<T: Plain> Input<T> {
         self.count
     }
 
-    /// Whether there are none.
+    /// Whether it has no element.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }

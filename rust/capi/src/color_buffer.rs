@@ -72,7 +72,7 @@ pub struct ColorBufferObject {
 /// What of the committed colours is looked at.
 type Seen<'a> = ByFormat<&'a Field<Rgba8>, &'a Field<Rgba16>>;
 
-/// The colours of `view`; fails where there are none that a device has in tiles.
+/// The colours of `view`; fails without colours that a device has in tiles.
 fn colors_of(view: &View) -> Result<Seen<'_>> {
     let Layers::Tiles(tiles) = &view.layers else { return Err(only_cages("colours in tiles on a device")) };
     match &tiles.paint {

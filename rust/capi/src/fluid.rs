@@ -150,8 +150,8 @@ impl FluidObject {
             .advise("raise the memory limit of the context, or take a larger spacing"))
     }
 
-    /// Fails unless particles that fill a box fit the memory limit beside those that there are. What is no box is refused by
-    /// who fills it.
+    /// Fails unless particles that fill a box fit the memory limit beside the present ones. What is no box is refused
+    /// by who fills it.
     fn holds_box(&self, corners: [Vec3; 2], there: &Fluid) -> Result<()> {
         let added = self.cells(corners).element_product() as usize;
         self.holds("box", added.saturating_add(there.len()), width(there))

@@ -204,7 +204,7 @@ unsafe fn lend<T: Plain>(name: &str, pointer: *const T, count: usize, stride: us
     Ok(unsafe { Vec::from_raw_parts(pointer.cast_mut(), count, count) })
 }
 
-/// Borrows the large arrays of a descriptor and copies the others. Nobody is told when they are used no more.
+/// Borrows the large arrays of a descriptor and copies the others. Nobody hears when they are used no more.
 ///
 /// # Safety
 /// `arrays` is NULL or a descriptor that starts with its size, and its arrays are as `mesh.h` demands.
@@ -277,7 +277,7 @@ pub fn register(context: Arc<ContextObject>, mesh: Mesh) -> Result<RlvMesh> {
     registry::insert(MeshObject { context, mesh: RwLock::new(Body::new(mesh)), admitted })
 }
 
-/// Registers a mesh of borrowed arrays. Where that fails nobody is told that they are used no more.
+/// Registers a mesh of borrowed arrays. Where that fails nobody hears that they are used no more.
 fn register_borrowed(
     context: Arc<ContextObject>,
     mut body: Body,

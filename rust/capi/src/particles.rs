@@ -75,7 +75,7 @@ impl ParticlesObject {
         &self.particles
     }
 
-    /// Those that may be added to a fluid: places, velocities and what they carry beside those.
+    /// Particles that may be added to a fluid: places, velocities and what they carry beside those.
     pub fn carried(&self) -> Carried {
         let Particles { points, channels, .. } = &self.particles;
         let channels = channels.iter().filter(|channel| !is_known(channel));

@@ -119,7 +119,7 @@ impl Cells {
     }
 }
 
-/// What another cage at the end is told.
+/// The error about another cage at the end.
 fn other_cage() -> Error {
     Error::invalid("the detail at the end is of another cage")
         .at("end")

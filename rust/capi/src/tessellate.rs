@@ -406,7 +406,7 @@ impl Follower {
         }
     }
 
-    /// Brings points from `before` to `view`, and puts those that moved into `ranges`; false if there are to be other
+    /// Brings points from `before` to `view`, and puts moved points into `ranges`; false if there are to be other
     /// triangles.
     fn update(
         &mut self,

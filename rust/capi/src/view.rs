@@ -165,8 +165,8 @@ impl TileView {
         ]
     }
 
-    /// Makes `tiles` those that may be others than in `before`, of the same surface, ascending: all that are not listed
-    /// are the same memory in every channel.
+    /// Makes `tiles` the tiles that may be others than in `before`, of the same surface, ascending: all that are not
+    /// listed are the same memory in every channel.
     pub fn touched(&self, before: &TileView, tiles: &mut Vec<u32>) {
         fn touched<T: Texel>(new: Option<&Arc<Snapshot<T>>>, old: Option<&Arc<Snapshot<T>>>, tiles: &mut Vec<u32>) {
             match (new, old) {

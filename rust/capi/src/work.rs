@@ -1,5 +1,5 @@
-//! Who is at work on which object: the functions that hold locks, for the errors of those who find them held and for
-//! those who wait until an object is idle.
+//! Who is at work on which object: the functions that hold locks, for the errors of calls that find them held and for
+//! callers that wait until an object is idle.
 //!
 //! Locks lie inside their objects, so the address of a lock says which object it belongs to.
 

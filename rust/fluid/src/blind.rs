@@ -41,7 +41,7 @@ impl Classes {
         Self { surface: count(Visibility::Surface), blind: count(Visibility::Blind), of }
     }
 
-    /// The share of particles that is kept, surface and blind: of bytes in files too. 1 if there are none.
+    /// The share of particles that is kept, surface and blind: of bytes in files too. 1 without particles.
     pub fn kept(&self) -> f64 {
         if self.of.is_empty() { 1.0 } else { (self.surface + self.blind) as f64 / self.of.len() as f64 }
     }
@@ -57,7 +57,7 @@ const CELLS: f32 = 4.0;
 /// The distance of particles at the surface from it, in support radii: of particles half a support radius apart the
 /// first layer is half of this away, the next one and a half.
 const LAYER: f32 = 0.5;
-/// What classes are told by, in metres.
+/// What decides about classes, in metres.
 pub(crate) struct Distances {
     /// The size of the cells by which the surface is found.
     pub cell: f32,
@@ -82,7 +82,7 @@ impl Distances {
 const PART: usize = 1024;
 const LANES: usize = 16;
 
-/// What particles are for their surface. `positions` are those that the surface was made of; a particle is blind if the
+/// What particles are for their surface. The surface was made of `positions`; a particle is blind if the
 /// surface is nearer than `threshold`, in metres, which is [`Surface::influence`] where none is given.
 ///
 /// Fails if there are not as many positions as particles of the surface, if the threshold is negative or no number,

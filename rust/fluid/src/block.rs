@@ -21,7 +21,7 @@ use crate::surface::Surface;
 /// Cells of a block along each axis, and its corners: a row of them is one vector of the widest.
 pub(crate) const CELLS: usize = 15;
 const CORNERS: usize = CELLS + 1;
-/// Corners of a row, with those that vectors may exceed it by.
+/// Corners of a row, with the corners by which vectors may exceed it.
 const STRIDE: usize = CORNERS + WIDEST - 1;
 /// Rows are sought this much wider, in cells, than a kernel is: more than what rounding may hide. What counts is then
 /// decided by numbers that do not depend on the block.

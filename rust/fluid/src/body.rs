@@ -46,7 +46,7 @@ pub struct Bodies {
 struct World {
     physics: PhysicsWorld,
     bodies: Vec<RigidBodyHandle>,
-    /// Those that are rigid.
+    /// The rigid ones.
     obstacles: Vec<Option<RigidBodyHandle>>,
     /// Triangles of the others, of one step.
     pieces: Vec<RigidBodyHandle>,
@@ -67,7 +67,7 @@ impl Bodies {
         self.bodies.len()
     }
 
-    /// Whether there are none.
+    /// Whether it has no body.
     pub fn is_empty(&self) -> bool {
         self.bodies.is_empty()
     }

@@ -1,4 +1,4 @@
-//! Rigid bodies in a build without the feature `rapier3d`: there are none, and adding one fails.
+//! Rigid bodies in a build without the feature `rapier3d`: the list is empty, and adding one fails.
 
 use glam::{Quat, Vec3};
 use relievo_core::{Context, Error, Result};

@@ -43,7 +43,7 @@ pub(crate) struct Chords {
     /// Quadratic, middle, least, amplitude, the coordinates of `aside` and the span of each, and room after them for lanes
     /// of no particle, where s is 2.
     columns: [Vec<f32>; 9],
-    /// How many there may be before those that have ended are dropped.
+    /// How many there may be before ended ones are dropped.
     most: usize,
 }
 

@@ -1,6 +1,6 @@
 //! Colliders: meshes of triangles that fluid does not pass, at rest, moving, or changing their shapes.
 //!
-//! Particles of walls (Akinci et al. 2012) lie half a spacing behind closed surfaces, and on those that are not closed, which
+//! Particles of walls (Akinci et al. 2012) lie half a spacing behind closed surfaces, and on open surfaces, which
 //! have fluid on both sides. They follow the triangles, and what comes through between them is held by [`crate::sweep`].
 
 use std::collections::HashMap;
@@ -43,7 +43,7 @@ const MITER: f32 = 2.0;
 #[derive(Clone, Debug)]
 pub struct Collider {
     pub options: ColliderOptions,
-    /// Those that have an area in the shape in which it was made.
+    /// The triangles that have an area in the shape in which it was made.
     pub triangles: Vec<[u32; 3]>,
     /// Where its points are, in metres, and their velocities in m/s.
     pub points: Vec<Vec3>,

@@ -2,7 +2,7 @@
 //!
 //! Particles are sorted by cells and have lists of neighbours, as on the processor, and sums are in the order of these lists,
 //! so that a device gives the same bits in every run. A step is one submission, with as many corrections as it mostly takes;
-//! those that are not needed have no workgroups, which the device decides itself.
+//! corrections that are not needed have no workgroups, which the device decides itself.
 
 mod blind;
 mod forces;
@@ -28,7 +28,7 @@ use crate::{
 
 /// Neighbours that there is room for at first, and at most.
 const ROOM: [u32; 2] = [64, 4096];
-/// Corrections of a submission: of the first of a step, and of those that follow.
+/// Corrections of a submission: of the first of a step, and of later ones.
 const BATCHES: [u32; 2] = [12, 24];
 /// More than any excess of particles that are somewhere.
 const LOST: f32 = 1e30;

@@ -15,7 +15,7 @@ use crate::surface::Surface;
 const BATCH: usize = 128;
 /// Cells of a search row of one task.
 const PART: usize = 1024;
-/// Blocks at most, with those that are met more than once.
+/// Blocks at most, with blocks that are met more than once.
 const MOST_BLOCKS: u64 = 1 << 28;
 /// Cells from 0 at most: coordinates are then exact to a sixteenth of a cell.
 const FARTHEST: f64 = 1_048_576.0;

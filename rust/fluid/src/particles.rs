@@ -37,7 +37,7 @@ pub struct Batch<'a> {
     pub places: &'a [Vec3],
     /// Velocities in m/s: one for each, or one for all.
     pub velocities: &'a [Vec3],
-    /// Seconds until they are removed; infinite for those that stay.
+    /// Seconds until they are removed; infinite for particles that stay.
     pub lifetime: f32,
     /// What they have in channels: the numbers of one for all, or those of each. Where a particle has nothing, it has zeros.
     pub channels: &'a [Channel<'a>],
@@ -60,7 +60,7 @@ pub struct Particles {
     /// What hosts add, and whether they do.
     pub pushes: Vec<Vec4>,
     pub is_pushed: bool,
-    /// What is told of the last step, in Pa.
+    /// What the last step reports, in Pa.
     pub pressures: Vec<f32>,
     pub numbers: Vec<u32>,
     pub channels: Vec<ParticleChannel>,

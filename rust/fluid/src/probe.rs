@@ -193,8 +193,8 @@ fn total_of<A: Lanes, W: Weight>(v: A, surface: &Surface, weight: W, at: [f32; 3
     lanes[..A::WIDTH].iter().sum::<f32>()
 }
 
-/// Sums of the particles of ranges, with those that a mean needs, for kernels that are spheres or have shapes. Leaves
-/// the weights; those of a range begin at a multiple of [`WIDEST`].
+/// Sums of the particles of ranges, with the sums that a mean needs, for kernels that are spheres or have shapes.
+/// Leaves the weights; those of a range begin at a multiple of [`WIDEST`].
 #[inline(always)]
 fn sum_of<A: Lanes, W: Weight, const MEAN: bool, const SHAPES: bool>(
     v: A,

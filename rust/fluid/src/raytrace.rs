@@ -322,7 +322,7 @@ impl Tracer<'_> {
         self.trail.chords.value(self.caster.level, &self.caster.surface, piece.direction, at)
     }
 
-    /// Adds the particles of boxes that begin up to a distance, without those that end before another.
+    /// Adds the particles of boxes that begin up to a distance, without boxes that end before another.
     fn admit(&mut self, next: &mut usize, [from, to]: [f32; 2], piece: &Piece) {
         let caster = self.caster;
         while let Some(entry) = self.trail.met.get(*next).filter(|entry| entry.enter <= to) {

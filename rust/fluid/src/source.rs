@@ -30,7 +30,7 @@ pub struct Emitter {
     spacing: f32,
     /// When it begins and ends, in seconds.
     pub time: [f64; 2],
-    /// Seconds that its particles live; infinite for those that stay.
+    /// Seconds that its particles live; infinite for particles that stay.
     pub lifetime: f32,
     /// What they carry: names of channels, and 1 to 4 numbers each.
     pub channels: Vec<(String, Vec<f32>)>,
@@ -203,7 +203,7 @@ fn free(fluid: &Fluid, places: &[Vec3], radius: f32) -> Vec<bool> {
 pub enum Sink {
     /// Those within a box, by its low and high corners in metres.
     Inside([Vec3; 2]),
-    /// Those that are not within it.
+    /// Particles that are not within it.
     Outside([Vec3; 2]),
     /// Those inside of a mesh.
     Mesh(Solid),

@@ -29,7 +29,7 @@ pub struct State {
     pub numbers: Vec<u32>,
     /// When particles were added, in seconds since the beginning.
     pub births: Vec<f64>,
-    /// How many seconds after that they are removed; infinite for those that stay.
+    /// How many seconds after that they are removed; infinite for particles that stay.
     pub lifetimes: Vec<f32>,
     /// What they carry beside that.
     pub channels: Vec<ParticleChannel>,

@@ -146,7 +146,7 @@ impl Surface {
         self.order.len()
     }
 
-    /// Whether there are none.
+    /// Whether it has no particle.
     pub fn is_empty(&self) -> bool {
         self.order.is_empty()
     }

@@ -52,7 +52,7 @@ impl MetaValue {
         }
     }
 
-    /// True if there is no entry.
+    /// True if it has no numbers or bytes.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -103,8 +103,8 @@ impl SelfContact {
         }
     }
 
-    /// Sorts the outer elements into cells if nodes moved far since it was done last. Elements of a cell that do not matter do not
-    /// change what is found.
+    /// Sorts the outer elements into cells if nodes moved far since it was done last. Elements of a cell that do not
+    /// matter do not change what is found.
     fn sort(&mut self, model: &Model, place: &impl Fn(u32) -> Vec3) {
         let margin = MARGIN * self.edge;
         let now: Vec<Vec3> = self.nodes.iter().map(|node| place(*node)).collect();

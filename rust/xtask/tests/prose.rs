@@ -24,13 +24,15 @@ const PHRASES: [(&str, &str); 9] = [
 const MODULES: [&str; 2] = ["utils", "helpers"];
 
 /// Folders of `rust` whose doc comments are held to the phrases.
-const CLEAN: [&str; 21] = [
+const CLEAN: [&str; 23] = [
     "bake",
     "bench",
     "bindings",
+    "capi",
     "client",
     "comparison",
     "document",
+    "fluid",
     "meshio",
     "mpi",
     "native/openmesh",

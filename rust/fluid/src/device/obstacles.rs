@@ -87,7 +87,7 @@ impl Obstacles {
         Ok(made)
     }
 
-    /// Whether there are none.
+    /// Whether it has no obstacle.
     pub fn is_empty(&self) -> bool {
         self.colliders.is_empty()
     }
@@ -99,7 +99,7 @@ impl Obstacles {
         self.colliders.iter().map(Collider::left).fold(most, f32::min)
     }
 
-    /// Goes on by so many seconds, with the particles of those that have come to rest.
+    /// Goes on by so many seconds, with the particles of obstacles that have come to rest.
     pub fn arrive(&mut self, device: &Device, wall: &mut Wall, seconds: f32) -> Result<()> {
         if self.longest().is_infinite() {
             return Ok(());

@@ -61,7 +61,7 @@ pub struct Report {
 /// What a particle carries through the sort: what hosts accelerate it by, as bits, and where it was at first.
 pub type Tag = [u32; 4];
 
-/// Particles: of the fluid with pressures, of walls with masses. Velocities of the fluid have the pressures that are told.
+/// Particles: of the fluid with pressures, of walls with masses. Velocities of the fluid have the reported pressures.
 #[derive(Debug)]
 pub struct Rows {
     pub places: Buffer<Vec4>,

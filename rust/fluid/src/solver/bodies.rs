@@ -14,8 +14,8 @@ use crate::wall::{Wall, weigh};
 const BESIDE: f32 = 0.9;
 
 impl Fluid {
-    /// Takes particles at these places as walls at rest, instead of those that were. Fails if a place is not finite, or more
-    /// particles are near one than can be told apart.
+    /// Takes particles at these places as walls at rest, instead of the former ones. Fails if a place is not finite, or
+    /// more particles are near one than can be told apart.
     pub fn set_walls(&mut self, context: &Context, places: &[Vec3]) -> Result<()> {
         let walls = weigh(context, &self.constants, places)?;
         self.build(context, &walls)

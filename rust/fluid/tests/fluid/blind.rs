@@ -1,4 +1,4 @@
-//! Particles that a surface needs, and those that it does not.
+//! Particles that a surface needs, and particles that it does not.
 
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions};
