@@ -33,7 +33,7 @@ impl Values {
         }
     }
 
-    /// Whether there are none.
+    /// Whether it has no number.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

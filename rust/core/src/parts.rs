@@ -5,7 +5,7 @@ pub trait Parts: Send + Sized {
     /// Number of items.
     fn len(&self) -> usize;
 
-    /// Whether there are none.
+    /// Whether it has no item.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }

@@ -156,7 +156,7 @@ impl<T: Send + fmt::Debug> fmt::Debug for List<'_, T> {
 #[derive(Clone, Debug)]
 pub struct Retired<T>(Vec<Arc<T>>);
 
-/// How many are watched: those that are read, those that are being made, and some that are held for long.
+/// How many are watched: values that are read, values that are being made, and some that are held for long.
 const WATCHED: usize = 4;
 
 impl<T> Default for Retired<T> {

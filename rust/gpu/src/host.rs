@@ -3,7 +3,7 @@
 //!
 //! wgpu asks a physical device what it can do and takes all of that as enabled, but a host enables what it needs. So wgpu
 //! reaches the host's instance through a table in which three functions answer for the host as long as a device is being
-//! opened: there are no extensions, the features are those that the host enabled, and the version of Vulkan is at most
+//! opened: there are no extensions, the features are what the host enabled, and the version of Vulkan is at most
 //! the instance's. Kernels need nothing beyond Vulkan 1.1.
 
 use std::cell::Cell;

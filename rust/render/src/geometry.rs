@@ -27,7 +27,7 @@ pub struct Quantiles {
 }
 
 impl Quantiles {
-    /// Those of some errors; zeros if there are none.
+    /// Quantiles of some errors; zeros without errors.
     fn new(mut errors: Vec<f64>) -> Self {
         errors.sort_unstable_by(f64::total_cmp);
         let at = |share: f64| {
@@ -56,7 +56,7 @@ pub struct GeometryDifference {
 }
 
 impl GeometryDifference {
-    /// The pixels that only one picture covers, as a share of those that the reference covers.
+    /// The pixels that only one picture covers, as a share of the pixels that the reference covers.
     pub fn silhouette(&self) -> f64 {
         self.alone as f64 / self.covered.max(1) as f64
     }

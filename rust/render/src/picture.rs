@@ -84,8 +84,8 @@ impl Picture {
         Ok(Self { color, alpha, depth, normal })
     }
 
-    /// Which pixels show a surface: those that have a depth, or else are opaque for more than half; `None` if the picture
-    /// does not say.
+    /// Which pixels show a surface: pixels that have a depth, or else are opaque for more than half; `None` if the
+    /// picture does not say.
     pub fn covered(&self) -> Option<Vec<bool>> {
         let by_depth = self.depth.as_ref().map(|depth| depth.data().iter().map(|depth| depth.is_finite()).collect());
         let opaque = |alpha: &Image| alpha.data().iter().map(|alpha| *alpha > 0.5).collect();

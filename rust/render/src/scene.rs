@@ -1,6 +1,6 @@
 //! What is rendered: objects made of triangle meshes and implicit surfaces, with materials, placed in the world.
 //!
-//! An object may be cut into any number of meshes. Only those that are set anew have their hierarchies built again, so
+//! An object may be cut into any number of meshes. Only meshes that are set anew have their hierarchies built again, so
 //! a surface that changes in places should be cut accordingly; an object that only moves rebuilds nothing.
 
 use glam::{DAffine3, DMat3, DVec3, Mat3, Vec3};

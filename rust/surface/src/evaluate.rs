@@ -87,7 +87,7 @@ impl Samples {
         self.p[0].len()
     }
 
-    /// Whether there are none.
+    /// Whether it has no sample.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

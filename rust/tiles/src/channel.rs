@@ -282,7 +282,7 @@ impl<T: Texel> Channel<T> {
         Ok(())
     }
 
-    /// As [`Self::lose_tiles`], but only those that [`Self::set_expendable`] named and that were not edited since.
+    /// As [`Self::lose_tiles`], but only tiles that [`Self::set_expendable`] named and that were not edited since.
     #[inline(never)]
     pub fn lose_expendable(&mut self, context: &Context, tiles: &[u32]) -> Result<()> {
         let named = |tile: &u32| self.expendable.contains(&(*tile, self.field.version(*tile)));
@@ -290,7 +290,7 @@ impl<T: Texel> Channel<T> {
         if gone.is_empty() { Ok(()) } else { self.lose_tiles(context, &gone) }
     }
 
-    /// Loses tiles until those that are `wanted` of `sets` have room, as far as there are any.
+    /// Loses tiles until the tiles that are `wanted` of `sets` have room, as far as there are any.
     fn lose(&mut self, sets: &Sets, wanted: &[u32], applied: &mut Applied) {
         if self.expendable.is_empty() {
             return;

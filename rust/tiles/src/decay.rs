@@ -90,7 +90,7 @@ pub struct Faded {
 }
 
 impl<T: Texel> Decay<T> {
-    /// No stamps yet, for a channel of `tiles` tiles; they may occupy `budget` bytes. Fails if the times are none.
+    /// No stamps yet, for a channel of `tiles` tiles; they may occupy `budget` bytes. Fails if the times are invalid.
     pub fn new(tiles: usize, options: DecayOptions, budget: u64) -> Result<Self> {
         options.check()?;
         let heap = Heap::new(size_of::<T>() + size_of::<f32>(), budget);
@@ -114,7 +114,7 @@ impl<T: Texel> Decay<T> {
         self.options
     }
 
-    /// Makes edits fade otherwise, those that were made too. Fails if the times are none.
+    /// Replaces the decay times; edits already recorded follow the new ones. Fails if the times are invalid.
     pub fn set_options(&mut self, options: DecayOptions) -> Result<()> {
         options.check()?;
         self.options = options;
@@ -156,7 +156,7 @@ impl<T: Texel> Decay<T> {
         self.pages.used()
     }
 
-    /// The stamped texels of `tile`; `None` if there are none.
+    /// The stamped texels of `tile`; `None` without stamps.
     pub fn block(&self, tile: u32) -> Option<Stamped<'_, T>> {
         self.pages.entry(tile).map(|entry| {
             let words = &entry.texels;
@@ -311,7 +311,7 @@ impl<T: Texel> Decay<T> {
         context.stats().time("decay.device", || fader.evaluate(&blocks, blank, options, time))
     }
 
-    /// The stamped texels of `tile` as bytes: all texels, then all stamps; `None` if there are none.
+    /// The stamped texels of `tile` as bytes: all texels, then all stamps; `None` without stamps.
     pub fn read(&self, tile: u32) -> Option<Vec<u8>> {
         self.pages.entry(tile).map(|entry| bytemuck::cast_slice(&entry.texels).to_vec())
     }

@@ -165,7 +165,8 @@ impl<T: Texel> DeviceTiles<T> {
         Err(Error::invalid(what).advise("give the field of the same surface"))
     }
 
-    /// Gives the changed `tiles` the room that they have in `field`. Returns those that had none of that size before.
+    /// Gives the changed `tiles` the room that they have in `field`. Returns the tiles that had none of that size
+    /// before.
     fn place(&mut self, device: &Device, field: &Field<T>, tiles: &[u32]) -> Result<Vec<u32>> {
         // Freed blocks first, so that others find their room.
         for tile in tiles {

@@ -96,9 +96,9 @@ impl DeviceRing {
         Self::with(device, (words, starts), topology.ring_count(), (None, Buffer::new(device, "no turns", 1)?))
     }
 
-    /// For vectors of `field`, on the tiles that this is for. The turns between its frames are those that the processor
-    /// makes rings with, of the pose in which the channel was made, so that no later pose changes them; [`Self::turn`] brings
-    /// them over. Fails where the device has no room, and for a field of vectors without frames.
+    /// For vectors of `field`, on the tiles that this is for. The turns between its frames are the turns that the
+    /// processor makes rings with, of the pose in which the channel was made, so that no later pose changes them;
+    /// [`Self::turn`] brings them over. Fails where the device has no room, and for a field of vectors without frames.
     pub fn framed(&self, device: &Device, field: &Field<Vector>) -> Result<Self> {
         let frames = field.frames.clone().ok_or_else(|| Error::internal("vectors without frames on a device"))?;
         let turns = Buffer::new(device, "turns of frames", TURN_NUMBERS * field.tile_count())?;
@@ -190,8 +190,8 @@ impl DeviceRing {
         Ok(BoundRing { bindings, room: worked.map(|worked| worked.room) })
     }
 
-    /// What the kernels are told, of tiles that read as `blank` where they have no block. Fails for texels that they do not
-    /// know.
+    /// The parameters of the kernels, of tiles that read as `blank` where they have no block. Fails for texels that
+    /// they do not know.
     fn work<T: Texel>(&self, bound: &BoundRing, blank: T) -> Result<Ring> {
         let (format, blank) =
             blank.on_device().ok_or_else(|| Error::internal("the ring update of texels that no kernel knows"))?;

@@ -357,7 +357,7 @@ impl<'a> Displaced<'a> {
 #[derive(Default)]
 struct JetLists {
     up: Jets,
-    /// Empty where there are none.
+    /// Empty without vectors.
     along: Jets,
     across: Jets,
 }

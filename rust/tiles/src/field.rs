@@ -59,7 +59,7 @@ impl<T> Drop for Field<T> {
 }
 
 impl<T> Field<T> {
-    /// Has no blocks any more. Those that no other field has are spare.
+    /// Has no blocks any more. Blocks that no other field has are spare.
     pub(crate) fn let_go(&mut self) {
         let spare = &self.spare;
         let block = |slot| {

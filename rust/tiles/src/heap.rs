@@ -318,7 +318,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(160))]
 
         /// Against a model: the set of blocks handed out. 160 runs of 6,000 lists, over two million blocks in all, some
-        /// of them beyond the budget, as those that come back from pages are while an edit is made.
+        /// of them beyond the budget, as blocks are that come back from pages while an edit is made.
         #[test]
         fn no_block_is_handed_out_twice_or_lost(seed: u64, budget in 0u64..3_000_000, shift in 1u32..4) {
             let texel = 1usize << shift;

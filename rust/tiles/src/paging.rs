@@ -157,7 +157,7 @@ impl<T: Texel> Channel<T> {
         self.paging.count
     }
 
-    /// Bytes of the blocks in the heap, and of those that readers brought back since the last edit or commit.
+    /// Bytes of the blocks in the heap, and of blocks that readers brought back since the last edit or commit.
     pub fn resident_bytes(&self) -> u64 {
         let paged = self.field.allocated().filter(|tile| self.is_paged(*tile));
         self.bytes() + paged.map(|tile| self.back_bytes(tile)).sum::<u64>()
@@ -227,7 +227,7 @@ impl<T: Texel> Channel<T> {
         Ok(())
     }
 
-    /// As [`Self::bring_back`]; a failure is told by the next call that can. Returns whether it is in the heap.
+    /// As [`Self::bring_back`]; the next call that can reports a failure. Returns whether it is in the heap.
     pub(crate) fn fetch(&mut self, tile: u32) -> bool {
         match self.bring_back(tile) {
             Ok(()) => true,

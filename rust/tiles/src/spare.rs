@@ -1,5 +1,5 @@
 //! Blocks that nobody looks at any more, for the next edit: an edit copies what it writes, since a commit or a history may
-//! hold the old blocks, and gives back as many once they are let go of. Units: bytes.
+//! hold the old blocks, and gives back as many once they are released. Units: bytes.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 

@@ -275,7 +275,7 @@ struct GridRoom {
     runs: Vec<usize>,
     rows: [Vec<f32>; 3],
     sums: [Vec<f32>; 3],
-    /// Numbers of a row before those that are asked for are taken out.
+    /// Numbers of a row before the requested ones are taken out.
     mixed: Vec<f32>,
 }
 

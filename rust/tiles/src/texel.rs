@@ -100,7 +100,7 @@ pub trait Texel: Pod + PartialEq + Debug + Send + Sync {
         [0.0; 2]
     }
 
-    /// The format that kernels know such texels by, and its numbers; `None` of those that they do not.
+    /// The format that kernels know such texels by, and its numbers; `None` of texels that they do not know.
     fn on_device(self) -> Option<(u32, [f32; 4])> {
         None
     }

@@ -24,27 +24,31 @@ const PHRASES: [(&str, &str); 9] = [
 const MODULES: [&str; 2] = ["utils", "helpers"];
 
 /// Folders of `rust` whose doc comments are held to the phrases.
-const CLEAN: [&str; 23] = [
+const CLEAN: [&str; 27] = [
     "bake",
     "bench",
     "bindings",
     "capi",
     "client",
     "comparison",
+    "core",
     "document",
     "fluid",
+    "gpu",
     "meshio",
     "mpi",
-    "native/openmesh",
-    "native/openvdb",
+    "native",
     "particleio",
     "procedural",
     "ptex",
+    "render",
     "repair",
     "server",
     "shaderlab",
     "simulation",
+    "surface",
     "testing",
+    "tiles",
     "tissue",
     "view",
     "xtask",
@@ -118,28 +122,30 @@ fn phrases(text: &str, extension: &str) -> Vec<Finding> {
     found
 }
 
-/// Adds the phrases in a paragraph's words.
+/// Adds the phrases in a paragraph's words. Marks may stand before the first word and after the last, and the first may
+/// begin with a capital.
 fn search(words: &[(&str, usize)], found: &mut Vec<Finding>) {
-    for start in 0..words.len() {
+    for (start, &(first, line)) in words.iter().enumerate() {
+        let first = first.trim_start_matches(|letter: char| !letter.is_alphanumeric() && letter != '_');
         for &(phrase, instead) in &PHRASES {
-            let parts: Vec<&str> = phrase.split(' ').collect();
-            let Some(here) = words.get(start..start + parts.len()) else { continue };
-            let last = parts.len() - 1;
-            let is_same = here.iter().zip(&parts).enumerate().all(|(index, (&(word, _), part))| {
-                let is_bounded = |side: &str| side.chars().all(|letter| !letter.is_alphanumeric() && letter != '_');
-                // Only the first word may begin with a capital, and marks stand only before the first or after the last.
-                let Some(at) = word.to_lowercase().find(part) else { return false };
-                let (Some(before), Some(after)) = (word.get(..at), word.get(at + part.len()..)) else { return false };
-                let is_cased = word.get(at + 1..at + part.len()) == part.get(1..)
-                    && (index == 0 || word.get(at..at + 1) == part.get(..1));
-                is_cased
-                    && is_bounded(before)
-                    && is_bounded(after)
-                    && (index == 0 || before.is_empty())
-                    && (index == last || after.is_empty())
+            let is_begun = |word: &str| {
+                first.get(1..) == word.get(1..) && first.get(..1).map(str::to_lowercase).as_deref() == word.get(..1)
+            };
+            let mut parts = phrase.split(' ');
+            if !parts.next().is_some_and(is_begun) {
+                continue;
+            }
+            let count = parts.clone().count();
+            let is_continued = parts.enumerate().all(|(index, part)| {
+                let rest = words.get(start + 1 + index).and_then(|(word, _)| word.strip_prefix(part));
+                rest.is_some_and(|rest| {
+                    rest.is_empty()
+                        || index + 1 == count
+                            && !rest.starts_with(|letter: char| letter.is_alphanumeric() || letter == '_')
+                })
             });
-            if is_same {
-                found.push(Finding { line: here[0].1, phrase, instead });
+            if is_continued {
+                found.push(Finding { line, phrase, instead });
             }
         }
     }

@@ -25,7 +25,8 @@ macro_rules! row {
     };
 }
 
-/// The rows of a lane and of that four after it. Not a function: those that closures call are not compiled for the level.
+/// The rows of a lane and of that four after it. Not a function: functions that closures call are not compiled for the
+/// level.
 macro_rules! two {
     ($table:ident, $indices:ident, $lane:expr) => {
         intrinsics!({

@@ -1,9 +1,9 @@
 //! Binds Embree to the TBB that it is linked to, where a host has another one under the same names.
 //!
 //! The dynamic linker looks for a name in the program and in what was opened for all names first, so a host that exports
-//! oneTBB's functions answers Embree's calls of them, and those that TBB makes among its own functions, though both are opened
-//! with local symbols. So the tables of these calls (System V ABI, "Procedure Linkage Table") are corrected before the first
-//! of them.
+//! oneTBB's functions answers Embree's calls of them, and the calls that TBB makes among its own functions, though both
+//! are opened with local symbols. So the tables of these calls (System V ABI, "Procedure Linkage Table") are corrected
+//! before the first of them.
 
 use std::ffi::{CStr, c_char, c_void};
 

@@ -66,8 +66,8 @@ impl World {
         std::process::abort()
     }
 
-    /// Sends messages, one for each rank in their order, and returns those that each rank sent here. Fails if those of a
-    /// rank are 2 GiB or more together.
+    /// Sends messages, one for each rank in their order, and returns the messages that each rank sent here. Fails if
+    /// those of a rank are 2 GiB or more together.
     pub fn exchange(&mut self, sent: &[Vec<u8>]) -> Result<Vec<Vec<u8>>> {
         if sent.len() != self.ranks {
             let (given, ranks) = (sent.len(), self.ranks);

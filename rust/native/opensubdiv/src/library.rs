@@ -1,9 +1,9 @@
 //! Opens the private copy of OpenSubdiv that the build made.
 //!
-//! A host that has OpenSubdiv too, of the same version even, would otherwise answer our calls and those that the library
-//! makes among its own functions: the dynamic linker looks a name up in the program first. The copy has names of its own
-//! (`build/copy.rs`), and is part of this program as bytes, so that there is no second file to install or to find. It is
-//! opened from memory when it is first needed; our calls go to it through a table (`build/jumps.rs`).
+//! A host that has OpenSubdiv too, of the same version even, would otherwise answer our calls and the calls that the
+//! library makes among its own functions: the dynamic linker looks a name up in the program first. The copy has names
+//! of its own (`build/copy.rs`), and is part of this program as bytes, so that there is no second file to install or to
+//! find. It is opened from memory when it is first needed; our calls go to it through a table (`build/jumps.rs`).
 
 use std::ffi::{CStr, c_void};
 use std::fs::File;

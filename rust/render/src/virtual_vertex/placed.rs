@@ -117,7 +117,7 @@ impl PassedVertices {
         self.buffer.len()
     }
 
-    /// Whether there are none.
+    /// Whether it has no vertex.
     pub fn is_empty(&self) -> bool {
         self.buffer.is_empty()
     }

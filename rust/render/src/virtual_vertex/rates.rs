@@ -211,7 +211,7 @@ const CELLS: usize = 8;
 /// How much of the bend inside a tile is seen in the strip beside an edge: the most of (1 − h)² h, where h goes from the
 /// edge to the tips of the triangles that stand on it.
 const STRIP: f32 = 4.0 / 27.0;
-/// What is kept for what lies between the points of the lattice, and for triangles of strips that lean.
+/// The reserve for what lies between the points of the lattice, and for triangles of strips that lean.
 const MARGIN: f32 = 1.25;
 
 impl Relief {

@@ -125,7 +125,7 @@ pub(super) struct ShadowMaps {
 }
 
 impl ShadowMaps {
-    /// Of `suns` suns; one texel where there are none, since something must be bound.
+    /// Of `suns` suns; one texel without suns, since something must be bound.
     pub fn new(device: &Device, suns: u32) -> Result<Self> {
         let (side, layers) = if suns > 0 { (SHADOW_SIDE, suns) } else { (1, 1) };
         let charge = device.charge(4 * u64::from(side) * u64::from(side) * u64::from(layers))?;

@@ -40,7 +40,7 @@ impl Kind {
 struct Held {
     /// The first word.
     first: u32,
-    /// 0 if there are none inside.
+    /// 0 without values inside.
     power: u8,
 }
 

@@ -54,7 +54,7 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Samples that are evaluated in a second: the vertices that the strips have, those that come twice counted twice.
+    /// Samples that are evaluated in a second: the vertices that the strips have, repeated ones counted twice.
     pub fn samples_per_second(&self, patches: usize) -> f64 {
         let vertices = ParametricMap::new(self.level).map_or(0, ParametricMap::strip_vertices);
         vertices as f64 * patches as f64 / self.time.as_secs_f64().max(1e-12)

@@ -9,7 +9,7 @@ use crate::sky::ClearSky;
 
 /// Suns that are drawn.
 pub(super) const SUNS: usize = 4;
-/// False colours that are told apart.
+/// False colours that differ from each other.
 const PALETTE: usize = 16;
 /// Inclinations of which the sky's light is known.
 const SKY: usize = 65;

@@ -68,7 +68,7 @@ struct Model {
     paint: TriangleChannel<Rgba8>,
 }
 
-/// Gives what has a block values by its place: `of` is told the number of the element and how far it is along.
+/// Gives what has a block values by its place: `of` gets the number of the element and how far it is along.
 fn fill<T: Texel>(channel: &mut TriangleChannel<T>, of: impl Fn(f32) -> T) {
     let field = channel.field().clone();
     let mut random = Random(7);

@@ -214,8 +214,8 @@ impl Curvature {
         }
     }
 
-    /// How far triangles are from the patch at most, if its map has `level`: those that close gaps beside finer edges are
-    /// no longer than a segment.
+    /// How far triangles are from the patch at most, if its map has `level`: triangles that close gaps beside finer
+    /// edges are no longer than a segment.
     fn error(&self, level: u8) -> f64 {
         let step = 1.0 / f64::from((2u32 << level) - 1);
         0.125 * step * step * (self.uu + 2.0 * self.uv + self.vv)

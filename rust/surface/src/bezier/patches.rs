@@ -29,8 +29,8 @@ pub struct BezierSurface {
 }
 
 impl BezierSurface {
-    /// A surface of the patches whose control points are `points`, 16 after 16, or those that `indices` name, 16 after
-    /// 16. `weights` has one weight for every point; without it all are 1.
+    /// A surface of the patches whose control points are `points`, 16 after 16, or the points that `indices` name, 16
+    /// after 16. `weights` has one weight for every point; without it all are 1.
     ///
     /// # Errors
     /// Counts that do not fit, an index that refers to nothing, coordinates that are not finite or above

@@ -17,7 +17,7 @@ pub struct Pieces {
 }
 
 impl Pieces {
-    /// The attributes of `mesh`, whose triangles are those of `topology`, but not those that are called `except`.
+    /// The attributes of `mesh`, whose triangles are those of `topology`, but not the ones called `except`.
     /// Integers, and the weights that belong to joints, are those of the nearest corner.
     pub fn carry(&self, mesh: &Mesh, topology: &TriangleTopology, except: &[&str]) -> Vec<Attribute> {
         let offsets = mesh.face_offsets();

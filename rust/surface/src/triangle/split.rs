@@ -1,4 +1,4 @@
-//! Triangles with long edges cut into smaller ones, large and slender ones alike, for what is kept at a given number of
+//! Triangles with long edges cut into smaller ones, large and slender ones alike, for values at a given number of
 //! places along an edge to be dense enough.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 9, where

@@ -205,7 +205,7 @@ fn the_teapot_looks_outwards_at_its_apex_and_its_base() {
     }
 }
 
-/// The points along an edge of a tessellated patch, without those that come twice, as bits.
+/// The points along an edge of a tessellated patch, without repeated ones, as bits.
 fn along(tessellation: &BezierTessellation, levels: &Levels, patch: u32, edge: u8) -> Vec<[u32; 3]> {
     let side = ParametricMap::new(levels.patch(patch as usize)).unwrap().side();
     let first = tessellation.first[patch as usize];

@@ -88,7 +88,7 @@ impl<T: ColorTexel> TriangleChannel<T> {
 }
 
 impl<T: Texel> TriangleChannel<T> {
-    /// A channel that reads as `blank` everywhere. Fails if the segments are none of those allowed or the budget does
+    /// A channel that reads as `blank` everywhere. Fails if the number of segments is not allowed or the budget does
     /// not hold the vertices.
     #[inline(never)]
     pub fn blank(topology: Arc<TriangleTopology>, blank: T, options: &TriangleOptions) -> Result<Self> {

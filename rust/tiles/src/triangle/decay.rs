@@ -79,7 +79,7 @@ pub struct TriangleDecay<T> {
     fader: Fader,
 }
 
-/// Values of an element, those that it was edited to, and their stamps.
+/// Values of an element, the values that it was edited to, and their stamps.
 type Stamped<T> = (Element, Vec<T>, Vec<T>, Vec<Stamp>);
 
 /// The elements of a mesh that have values.
@@ -182,7 +182,7 @@ fn listed<T: Texel>(values: impl Iterator<Item = (Element, Vec<T>)>) -> Triangle
 
 impl<T: StoredTexel> TriangleDecay<T> {
     /// No stamps yet, for a channel that is `field`; values and stamps may occupy `budget` bytes together. Fails if the
-    /// times are none, or the budget does not hold the vertices.
+    /// times are invalid, or the budget does not hold the vertices.
     pub fn new(field: &TriangleField<T>, options: DecayOptions, budget: u64) -> Result<Self> {
         options.check()?;
         // They have the same blocks, so that both are full at once.
@@ -201,7 +201,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
         self.options
     }
 
-    /// Makes edits fade otherwise, those that were made too. Fails if the times are none.
+    /// Replaces the decay times; edits already recorded follow the new ones. Fails if the times are invalid.
     pub fn set_options(&mut self, options: DecayOptions) -> Result<()> {
         options.check()?;
         self.options = options;
@@ -453,7 +453,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
     }
 
     /// Brings the values of `channel` to what is left of them at `time`, which never goes back. Returns the faces that
-    /// look different, and those that were given back.
+    /// look different, and the faces that were given back.
     #[inline(never)]
     pub fn fade(&mut self, context: &Context, channel: &mut TriangleChannel<T>, time: f64) -> Result<Faded> {
         let topology = self.topology();
@@ -549,7 +549,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
         blocks
     }
 
-    /// The stamps of a block as bytes: all values, then all stamps; `None` if there are none.
+    /// The stamps of a block as bytes: all values, then all stamps; `None` without stamps.
     pub fn read(&self, block: u32) -> Option<Vec<u8>> {
         stamped_bytes(self.edited.field(), self.stamps.field(), block)
     }

@@ -117,7 +117,7 @@ impl<'a> TriangleDisplaced<'a> {
         self.vectors.map_or(rates, |vectors| rates.with(FaceRates::of(vectors, face)))
     }
 
-    /// The pattern of what is kept on an edge, `None` if nothing is.
+    /// The pattern of the values on an edge, `None` if nothing is.
     pub fn edge_pattern(&self, edge: u32) -> Option<Pattern> {
         let vectors = self.vectors.and_then(|vectors| vectors.edge_pattern(edge));
         self.field.edge_pattern(edge).max(vectors)

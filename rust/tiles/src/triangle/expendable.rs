@@ -68,7 +68,7 @@ impl<T: Texel> TriangleChannel<T> {
         Ok(())
     }
 
-    /// As [`Self::lose_faces`], but only those that [`Self::set_expendable`] named and that were not edited since.
+    /// As [`Self::lose_faces`], but only faces that [`Self::set_expendable`] named and that were not edited since.
     #[inline(never)]
     pub fn lose_expendable(&mut self, faces: &[u32]) -> Result<()> {
         let named =

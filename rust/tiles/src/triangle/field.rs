@@ -123,7 +123,7 @@ impl<T: Texel> TriangleField<T> {
         self.vertices.iter().map(|chunk| &**chunk)
     }
 
-    /// Vertices from `CHUNK` times a number on; `None` if there are none.
+    /// Vertices from `CHUNK` times a number on; `None` beyond the last one.
     pub(super) fn chunk(&self, number: u32) -> Option<&[T]> {
         self.vertices.get(number as usize).map(|chunk| &**chunk)
     }

@@ -191,7 +191,7 @@ impl Pattern {
         }
     }
 
-    /// Barycentric coordinates of what is kept inside, in the order of [`Slot::Inside`], if the number of segments is a
+    /// Barycentric coordinates of the values inside, in the order of [`Slot::Inside`], if the number of segments is a
     /// power of two; else nothing.
     pub fn places(self) -> &'static [[f32; 3]] {
         static TABLES: [OnceLock<Vec<[f32; 3]>>; 6] = [const { OnceLock::new() }; 6];

@@ -200,7 +200,7 @@ impl<T: Texel> TriangleChannel<T> {
     }
 
     /// Changes the segments that an edge has at its finest. Blocks that had more than that, or less than a quarter of
-    /// it, go. Fails, and changes nothing, if the segments are none of those allowed, or a page cannot be read.
+    /// it, go. Fails, and changes nothing, if the number of segments is not allowed, or a page cannot be read.
     #[inline(never)]
     pub fn set_segments(&mut self, segments: u32) -> Result<()> {
         if segments == self.field().pattern().segments() {
