@@ -65,7 +65,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
 }
 
-/// Reads particles; what was left out is told.
+/// Reads particles, and prints what was left out.
 pub fn read(context: &Context, path: &Path) -> Result<Particles> {
     let read = relievo_particleio::read(context, path)?;
     read.notes.iter().for_each(|note| eprintln!("note: {}: {note}", path.display()));

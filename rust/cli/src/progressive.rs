@@ -313,7 +313,7 @@ impl Kept {
     }
 }
 
-/// Makes an edit at a level unless it is the next one of those that were in the journal. Returns how many vertices it
+/// Makes an edit at a level unless it is the next edit of the journal. Returns how many vertices it
 /// reached, if it was made.
 fn make(
     context: &Context,
@@ -336,8 +336,8 @@ fn make(
     Ok(Some(made))
 }
 
-/// Makes the edits of a list at their levels. `then` gets the mesh after each, and how many vertices it reached; `None` of
-/// those that were in the journal.
+/// Makes the edits of a list at their levels. `then` gets the mesh after each, and how many vertices it reached; `None`
+/// of edits that were in the journal.
 fn edit_by(
     context: &Context,
     (active, mut kept): (&mut ActiveMesh, Option<Kept>),
@@ -458,7 +458,7 @@ fn edit(arguments: &Edit) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-/// How many splits are told of one by one.
+/// How many splits are listed one by one.
 const TOLD: usize = 5;
 
 fn check(arguments: &Check) -> Outcome {

@@ -283,7 +283,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Returns the group of every place; [`SHARED`] for those that several groups have, or none.
+    /// Returns the group of every place; [`SHARED`] for places that several groups have, or none.
     fn owners(&self, made: &CrowdModel, groups: &[Vec<u32>]) -> Vec<u32> {
         const FREE: u32 = u32::MAX - 1;
         let mut owners = vec![FREE; self.places.len()];
@@ -328,7 +328,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Measures the largest distance between a group before and after its simplification over all poses. Returns it with
-    /// the number of poses, and of those that exceed the representative ones.
+    /// the number of poses, and of poses that exceed the representative ones.
     pub fn measure(&self, before: &[Face], after: &[Face]) -> Result<(f32, u64, u64)> {
         let mut vertices: Vec<u32> = before.iter().chain(after).flat_map(|face| face.0).collect();
         vertices.sort_unstable();

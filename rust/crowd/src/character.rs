@@ -263,7 +263,7 @@ impl Character {
         Ok(())
     }
 
-    /// Gives every attribute values for the vertices from `first` on; those that a mesh lacks are 0, colours 1.
+    /// Gives every attribute values for the vertices from `first` on; attributes that a mesh lacks are 0, colours 1.
     fn unite(&mut self, mesh: &Mesh, split: &Split, first: usize) {
         let filler = |name: &str| if name.starts_with("color") { 1.0 } else { 0.0 };
         let known: Vec<&Attribute> = mesh

@@ -84,7 +84,7 @@ pub struct CrowdModel {
     pub input_triangles: u32,
     /// Clips, at least one.
     pub clips: Vec<Clip>,
-    /// Clusters. Those that a group makes come after those it is made of.
+    /// Clusters. The clusters that a group makes come after those it is made of.
     pub clusters: Vec<Cluster>,
     /// Groups. A group comes after those below it.
     pub groups: Vec<Group>,

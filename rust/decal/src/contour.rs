@@ -167,7 +167,7 @@ fn contours(image: &Image, level: f64) -> Vec<Vec<Vec2>> {
     loops
 }
 
-/// Returns the corners of a closed polygon without those that are within a tolerance of the edges that remain.
+/// Returns the corners of a closed polygon without corners that are within a tolerance of the edges that remain.
 fn simplified(corners: &[Vec2], tolerance: f64) -> Vec<Vec2> {
     let far = |from: usize| {
         let away = |corner: &usize| distance(corners[*corner], corners[from]);

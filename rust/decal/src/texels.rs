@@ -59,7 +59,8 @@ struct Piece {
 /// depths lies on top.
 ///
 /// # Errors
-/// The mesh or the charts are not those that the decal was made with, or there are depths, but not one for each pin.
+/// The mesh or the charts differ from those of the decal when it was made, or there are depths, but not one for each
+/// pin.
 pub fn draw(
     context: &Context,
     mesh: &Mesh,

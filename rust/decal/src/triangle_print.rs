@@ -349,7 +349,7 @@ fn shown(elements: &[Element], topology: &TriangleTopology) -> Vec<u32> {
     faces
 }
 
-/// Gives faces blocks of a pattern; returns those that have one, and those that the budget refused.
+/// Gives faces blocks of a pattern; returns the faces that have one, and the faces that the budget refused.
 fn allocate<T: Texel>(
     context: &Context,
     channel: &mut TriangleChannel<T>,

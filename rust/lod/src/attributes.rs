@@ -215,7 +215,8 @@ pub fn range<const Q: usize>(
     range
 }
 
-/// The triangles that are left, and their vertices, in the order of the input, with those that no triangle had before.
+/// The triangles that are left, and their vertices, in the order of the input, with vertices that no triangle had
+/// before.
 fn finish<const Q: usize>(
     work: &Decimation<Q>,
     (points, triangles): (&[[f32; 3]], &[[u32; 3]]),

@@ -31,7 +31,7 @@ pub const OUTSIDE: u8 = 8;
 /// Vertices or triangles that are worked on by one task.
 pub const PART: usize = 4096;
 
-/// Room in the list of corners, for each triangle, for three and those that move until what is gone is left out.
+/// Room in the list of corners, for each triangle, for three and for corners that move until what is gone is left out.
 const ROOM: usize = 5;
 
 /// The part of [`PART`] triangles that a vertex belongs to, that of one of its triangles, and how many of the last bits of
@@ -168,7 +168,7 @@ impl Connectivity {
         Ok(made)
     }
 
-    /// Number of triangles, with those that are gone.
+    /// Number of triangles, with triangles that are gone.
     pub fn triangles(&self) -> usize {
         self.vertex.len()
     }
@@ -190,7 +190,7 @@ impl Connectivity {
         self.vertex.as_flattened()[slot(corner)].load(Relaxed)
     }
 
-    /// How many corners there are at a vertex, with those that went since they were looked at.
+    /// How many corners there are at a vertex, with corners that went since they were looked at.
     pub fn valence(&self, vertex: u32) -> usize {
         self.span(vertex).len()
     }

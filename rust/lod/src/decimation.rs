@@ -26,7 +26,7 @@ const REFUSED: u8 = 16;
 /// The sign of a cost: negative where the edge must not collapse before its surroundings change.
 const SIGN: u32 = 1 << 31;
 
-/// Magnitudes of costs that are told apart: eight an octave.
+/// Magnitudes of costs that are distinguished: eight an octave.
 const BINS: usize = (f32::INFINITY.to_bits() >> BIN) as usize;
 const BIN: u32 = 20;
 /// Of so many triangles, the costs of one are counted.
@@ -254,7 +254,7 @@ impl<const Q: usize> Decimation<Q> {
     }
 
     /// The edges that cost less than `ahead`, in parts, and how many edges there are of each cost. Costs are found anew
-    /// of edges whose surroundings have changed, and of those that did not cost less than `known`: what changed about
+    /// of edges whose surroundings have changed, and of edges that did not cost less than `known`: what changed about
     /// them was not looked at. Edges whose vertex would deviate by more than `error` must not collapse. With all edges
     /// ahead, which are most of what a simplification ever needs, parts are empty: [`Self::edges_below`] has some of them.
     pub fn renew_costs(

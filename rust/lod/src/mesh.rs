@@ -30,7 +30,7 @@ pub struct SimplifiedMesh {
     pub left_out: Vec<String>,
 }
 
-/// The weight of an attribute that none is told for: of directions 0.0005, of colours 0.002, of texture coordinates 0.02,
+/// The weight of an attribute without a given one: of directions 0.0005, of colours 0.002, of texture coordinates 0.02,
 /// and 0 of others, whose ranges are not known. At a tenth of a model's triangles that is about what places deviate by.
 pub fn default_weight(name: &str) -> f32 {
     match name {

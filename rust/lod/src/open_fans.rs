@@ -127,8 +127,8 @@ fn open_corners(vertices: usize, triangles: &[[u32; 3]], more: &[u32]) -> Vec<[u
     corners.filter(|[vertex, _]| sums[*vertex as usize] != 0).collect()
 }
 
-/// Returns the fans of triangles at a vertex: those that are connected over edges of two triangles. None if a triangle has
-/// the vertex twice.
+/// Returns the fans of triangles at a vertex: triangles that are connected over edges of two triangles. None if a
+/// triangle has the vertex twice.
 fn fans(vertex: u32, corners: &[[u32; 2]], triangles: &[[u32; 3]]) -> Vec<Vec<u32>> {
     // What comes after the vertex and before it, in each triangle.
     let (mut after, mut before) = (Vec::with_capacity(corners.len()), Vec::with_capacity(corners.len()));

@@ -4,7 +4,7 @@
 //! ends of edges that lead to them: what is around all others is known here, and nobody else changes it.
 //!
 //! Costs are found when a patch is made, and again when their edges' turn has come (lazily: Cohen, Manocha, Olano 1997);
-//! those that have risen wait for another turn.
+//! edges whose costs have risen wait for another turn.
 
 use glam::{Vec3, Vec4};
 use relievo_core::{Context, Result};

@@ -14,7 +14,7 @@ pub fn magnitude(cost: f32) -> usize {
 /// Half-edges by magnitudes. Who takes one out tells whether it is still of that magnitude.
 pub struct Queue {
     lists: Vec<Vec<u32>>,
-    /// There are none of lesser magnitudes.
+    /// There is no entry of lesser magnitude.
     least: usize,
 }
 

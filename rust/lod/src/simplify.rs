@@ -116,7 +116,7 @@ const SHARE: f32 = 0.2;
 /// Costs beyond the limit of the last round, as a factor, up to which edges are looked at; so the limit rises no faster
 /// while there are enough below.
 const AHEAD: f32 = 1.25;
-/// Edges below the limit that are enough, as a share of those that are to be considered.
+/// Edges below the limit that are enough, as a share of the edges that are to be considered.
 const FEW: f32 = 0.25;
 
 /// Simplifications at most of a mesh whose curves, where sheets meet, or double parts leave too many triangles.
@@ -124,11 +124,11 @@ const TRIES: usize = 5;
 
 /// Simplifies a mesh. Vertices and triangles keep their order, but for the other sides of triangles that are there back to
 /// back in a whole part, which come last. Vertices at boundaries stay there; those of edges with more than two triangles,
-/// and those that several fans of triangles share, are not moved. Without a limit of the deviation they become fewer along
-/// the curves where sheets meet, in all sheets at once, and vertices around the largest deviations are moved at the end,
-/// and edges turned, to make these smaller. Of inputs of up to 4,096 triangles with a border, vertices are also put back
-/// there, and others collapsed instead, unless some are locked or have factors. Fails if there is no triangle, a coordinate
-/// is not finite, an index too large, or `progress` asks to stop.
+/// and vertices that several fans of triangles share, are not moved. Without a limit of the deviation they become fewer
+/// along the curves where sheets meet, in all sheets at once, and vertices around the largest deviations are moved at
+/// the end, and edges turned, to make these smaller. Of inputs of up to 4,096 triangles with a border, vertices are
+/// also put back there, and others collapsed instead, unless some are locked or have factors. Fails if there is no
+/// triangle, a coordinate is not finite, an index too large, or `progress` asks to stop.
 pub fn simplify(
     context: &Context,
     points: &[[f32; 3]],
@@ -420,7 +420,7 @@ impl Plan {
     }
 }
 
-/// The triangles that are left, and their points, in the order of the input, with those that no triangle had before.
+/// The triangles that are left, and their points, in the order of the input, with points that no triangle had before.
 fn finish(
     context: &Context,
     (left, points): (Vec<[u32; 3]>, Vec<Vec4>),

@@ -10,7 +10,7 @@ use std::thread;
 
 use relievo_core::{Context, Error, ErrorKind, Progress, Result};
 
-/// Progress that is told elsewhere.
+/// Progress that is reported elsewhere.
 struct Relay {
     told: Sender<(f32, String)>,
     answers: Receiver<bool>,

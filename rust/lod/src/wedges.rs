@@ -1,7 +1,7 @@
 //! Attributes of a mesh that is simplified (Hoppe 1999, memoryless).
 //!
 //! A vertex has a wedge for each set of values that its triangles have there. What a wedge knows of its triangles is the
-//! quadric of how far values deviate from those that the triangles have, extended over their planes: seen from the
+//! quadric of how far values deviate from the values that the triangles have, extended over their planes: seen from the
 //! vertex and from its values, so that all of it goes through the origin. The best values of a place follow from the
 //! quadrics of both wedges that are merged; without the values, the rest is a quadric of the place alone.
 
@@ -12,7 +12,7 @@ use relievo_core::Context;
 
 use crate::connectivity::{BOUNDARY, Connectivity, FIXED, Fan, NONE, SEAM, next, previous};
 
-/// Least squared sine at a corner of a triangle whose values are told apart.
+/// Least squared sine at a corner of a triangle whose values are treated as different.
 const FLAT: f32 = 1e-8;
 
 /// Wedges with four numbers of attributes `Q` times. With none of them all of it is empty.
@@ -147,7 +147,7 @@ impl<const Q: usize> Wedges<Q> {
         mate != NONE && (self.wedge(corner) != self.wedge(next(mate)) || self.wedge(next(corner)) != self.wedge(mate))
     }
 
-    /// Marks vertices at seams. Those that are not where exactly one seam passes, away from boundaries, are fixed.
+    /// Marks vertices at seams. Vertices that are not where exactly one seam passes, away from boundaries, are fixed.
     pub fn mark(&self, context: &Context, mesh: &mut Connectivity) {
         let known = &*mesh;
         let flags = context.map(mesh.flags.len(), |vertex| {

@@ -67,7 +67,7 @@ impl Source {
 }
 
 impl Assets {
-    /// Reads and generates the meshes of `scene`. All meshes that cannot be used are told at once.
+    /// Reads and generates the meshes of `scene`. All meshes that cannot be used are reported at once.
     pub fn load(context: &Context, scene: &Scene, paths: &Paths) -> std::result::Result<Self, Faults> {
         let mut list = Vec::new();
         let mut faults = Vec::new();

@@ -1,7 +1,7 @@
 //! Documents of the surfaces of a scene: opened where an object starts from one, written where the scene asks for it.
 //!
-//! A document has a layer `displacement` and, of objects that are painted, a layer `colour`, of those that keep traces
-//! of contact a layer `traces`, and of those with vector displacement a layer `vectors`.
+//! A document has a layer `displacement` and, of objects that are painted, a layer `colour`, of objects that keep
+//! traces of contact a layer `traces`, and of those with vector displacement a layer `vectors`.
 
 use std::path::PathBuf;
 

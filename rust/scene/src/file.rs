@@ -59,7 +59,7 @@ pub(crate) fn read_text(path: &Path) -> relievo_core::Result<String> {
     })
 }
 
-/// Reads a scene from `text`, which came from `path`. All faults found are told at once.
+/// Reads a scene from `text`, which came from `path`. All faults found are reported at once.
 pub fn parse(path: &Path, text: &str) -> Result<Scene, Faults> {
     let text: Arc<str> = text.into();
     let fail = |list: Vec<Diagnostic>| Faults { name: path.display().to_string(), text: text.clone(), list };

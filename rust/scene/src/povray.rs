@@ -103,7 +103,7 @@ struct Shown<'a> {
     material: Material,
     transform: DAffine3,
     mesh: Mesh,
-    /// The triangles of the mesh by their corners; those that are patches are left out.
+    /// The triangles of the mesh by their corners; triangles of patches are left out.
     triangles: Vec<[usize; 3]>,
     /// The colours of its points, if they have some of their own.
     colors: Option<Vec<[f32; 3]>>,

@@ -20,7 +20,7 @@ impl Refusals {
         }
     }
 
-    /// Adds those that came afterwards.
+    /// Adds refusals that came afterwards.
     pub fn merge(&mut self, other: &Self) {
         for (object, tiles) in &other.tiles {
             self.tiles.entry(*object).or_default().extend(tiles);

@@ -2,8 +2,8 @@
 //!
 //! A list of strokes is a scene file without objects: `version`, `[[strokes]]` without `object`, `[stamps.NAME]`, and
 //! `[details]` where other sizes of tiles are wanted. The mesh is added to it as the one object, at the origin; so
-//! every fault of the list is told as one of a scene, where it is. Strokes are made in the order of the file, whatever
-//! their time.
+//! every fault of the list is reported as one of a scene, where it is. Strokes are made in the order of the file,
+//! whatever their time.
 
 use std::path::{Path, PathBuf};
 

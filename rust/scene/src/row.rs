@@ -1,5 +1,5 @@
 //! The pairs of a frame whose meshes keep their points and whose surfaces stay as and where they are: on a graphics device
-//! those that follow each other are submitted together, on surfaces and on triangle meshes.
+//! consecutive pairs are submitted together, on surfaces and on triangle meshes.
 
 use std::collections::BTreeSet;
 

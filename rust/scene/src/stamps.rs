@@ -146,8 +146,8 @@ fn shape_of(pattern: &str) -> Option<Shape> {
     }
 }
 
-/// An image of the way from each place to where the shape puts it, in radii: as [`StampSettings`] take numbers unless
-/// they are told otherwise, a half is none and one is one radius.
+/// An image of the way from each place to where the shape puts it, in radii: as [`StampSettings`] take numbers by
+/// default, a half is none and one is one radius.
 fn make_vectors(shape: Shape) -> Result<Arc<StampImage>> {
     let mut data = Vec::with_capacity((3 * SIZE * SIZE) as usize);
     let at = |pixel: u32| (pixel as f32 + 0.5) / SIZE as f32 * 2.0 - 1.0;

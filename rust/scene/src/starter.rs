@@ -32,7 +32,7 @@ fn quoted(text: &str) -> String {
 }
 
 /// A scene in which the first mesh, as a Catmull-Clark surface, is dented from above: by the other meshes, or by a ball
-/// if there are none. `up` is 0 to 2 for x to z.
+/// without other meshes. `up` is 0 to 2 for x to z.
 pub fn starter(context: &Context, entries: &[Entry], up: usize) -> Result<String> {
     let Some((target, tools)) = entries.split_first() else {
         return Err(Error::invalid("there is no mesh").advise("name at least one mesh file"));

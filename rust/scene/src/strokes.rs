@@ -52,7 +52,7 @@ pub(crate) fn read_stroke(
     Some(StrokeEntry { objects, time, stroke, layer, stamp })
 }
 
-/// The surfaces that a brush is made on, ascending: those that `object` names, else all but `without`.
+/// The surfaces that a brush is made on, ascending: the surfaces that `object` names, else all but `without`.
 pub(crate) fn read_objects(
     reader: &mut Reader,
     table: Table,

@@ -24,17 +24,21 @@ const PHRASES: [(&str, &str); 9] = [
 const MODULES: [&str; 2] = ["utils", "helpers"];
 
 /// Folders of `rust` whose doc comments are held to the phrases.
-const CLEAN: [&str; 27] = [
+const CLEAN: [&str; 32] = [
     "bake",
     "bench",
     "bindings",
     "capi",
+    "cli",
     "client",
     "comparison",
     "core",
+    "crowd",
+    "decal",
     "document",
     "fluid",
     "gpu",
+    "lod",
     "meshio",
     "mpi",
     "native",
@@ -43,6 +47,7 @@ const CLEAN: [&str; 27] = [
     "ptex",
     "render",
     "repair",
+    "scene",
     "server",
     "shaderlab",
     "simulation",

@@ -39,7 +39,7 @@ pub struct Plan {
     pub chunk: u32,
     /// Threads of a task; 0 for all cores of a machine.
     pub threads: u32,
-    /// In an order in which each comes after those that it needs.
+    /// In an order in which each comes after the stages that it needs.
     pub stages: Vec<Stage>,
 }
 

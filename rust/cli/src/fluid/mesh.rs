@@ -69,8 +69,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Makes a mesh or a level set of a file of particles, and returns how many particles and triangles there are, and what to
-/// say of those that were taken.
+/// Makes a mesh or a level set of a file of particles, and returns how many particles and triangles there are, and what
+/// to say of the particles that were taken.
 fn one(context: &Context, arguments: &Arguments, from: &Path, to: &Path) -> Result<(usize, usize, String)> {
     let named = |error: Error| error.at(from.display().to_string());
     let is = |wanted: &str| to.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted));

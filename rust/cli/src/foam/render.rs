@@ -26,8 +26,8 @@ use crate::viewpoint::Viewpoint;
 pub struct Arguments {
     /// The frame of foam, or a folder of frames.
     foam: PathBuf,
-    /// The frame of the fluid that it belongs to, or the folder of those that have the same names. Without other options,
-    /// the first and the last frame of the folder are in view.
+    /// The frame of the fluid that it belongs to, or the folder of frames that have the same names. Without other
+    /// options, the first and the last frame of the folder are in view.
     #[arg(long, value_name = "FRAME")]
     fluid: Option<PathBuf>,
     /// Of a folder, the first and the last frame, both included; left out, all.

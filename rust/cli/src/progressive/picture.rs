@@ -37,7 +37,7 @@ pub struct Drawing {
     adapter: Option<String>,
 }
 
-/// Colours that are told apart by anyone (Okabe, Ito 2008).
+/// Colours that anyone can tell apart (Okabe, Ito 2008).
 const HANDLE: [f32; 3] = [0.60, 0.19, 0.39];
 const ANCHOR: [f32; 3] = [0.79, 0.35, 0.01];
 /// How much of a ball covers what is behind.

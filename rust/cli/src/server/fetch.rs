@@ -30,7 +30,7 @@ pub struct Arguments {
     /// How the surface is made, in TOML: `cell` in spacings, `function`, `smooth`.
     #[arg(long, value_name = "TEXT", default_value = "")]
     settings: String,
-    /// First and last frame, both included; left out, all. Those that are not computed yet are waited for.
+    /// First and last frame, both included; left out, all. Frames that are not computed yet are waited for.
     #[arg(long, value_name = "A..B", value_parser = crate::run::range)]
     frames: Option<(u32, u32)>,
     #[command(flatten)]

@@ -324,7 +324,7 @@ impl ActiveMesh {
         (key.depth() > 0 && has(key, split)).then(|| (key.depth(), vertex))
     }
 
-    /// Takes back all splits but those that `has` names.
+    /// Takes back all splits but the ones that `has` names.
     fn coarsen(&mut self, context: &Context, has: impl Fn(Key, u32) -> bool + Sync) -> usize {
         let unwanted = |mesh: &Self, split: u32| mesh.unwanted(split, &has);
         let mut waiting = Waiting::default();
@@ -343,8 +343,8 @@ impl ActiveMesh {
         splits
     }
 
-    /// Takes splits back whose vertices share no edge. Returns what `find` finds among those that they were made on; one
-    /// split may be found twice.
+    /// Takes splits back whose vertices share no edge. Returns what `find` finds among the splits that they were made
+    /// on; one split may be found twice.
     pub(super) fn unmake<T: Send>(
         &mut self,
         context: &Context,

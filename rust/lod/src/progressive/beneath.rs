@@ -1,7 +1,7 @@
 //! Edits of a coarser level beneath a finer mesh that stays as it is.
 //!
 //! What is around a split is the same in every mesh that has it (`stars`). So neither what coarser levels become nor what
-//! finer ones do needs a mesh of the level that is edited: its vertices are told by their nodes, and those of the finer
+//! finer ones do needs a mesh of the level that is edited: nodes identify its vertices, and those of the finer
 //! mesh follow depth by depth, only where something near has moved.
 
 use relievo_core::{Context, Result};
@@ -17,7 +17,7 @@ use super::moves::{Following, Moves, Placed};
 use super::place::Place;
 use super::stars::depth;
 
-/// Splits of one task, and those that memory is asked for at once.
+/// Splits of one task, and splits that memory is asked for at once.
 const PART: usize = 128;
 const AHEAD: usize = 16;
 

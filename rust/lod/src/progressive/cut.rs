@@ -70,7 +70,7 @@ impl Cut {
         Self { key: Key(key), split }
     }
 
-    /// Whether a split is one of those that make the mesh.
+    /// Whether a split is one of the splits that make the mesh.
     #[inline(always)]
     pub fn has(self, key: Key, split: u32) -> bool {
         (key, split) > (self.key, self.split)
@@ -91,7 +91,7 @@ pub enum Front {
 pub struct ViewSplits(pub(super) Arc<[u64]>);
 
 impl Front {
-    /// Whether a split is one of those that make the mesh.
+    /// Whether a split is one of the splits that make the mesh.
     #[inline(always)]
     pub(super) fn has(&self, key: Key, split: u32) -> bool {
         match self {

@@ -39,7 +39,7 @@ impl Directions {
         made
     }
 
-    /// Whether there are none.
+    /// Whether it is empty.
     pub fn is_empty(&self) -> bool {
         self.normal.is_none() && self.tangent.is_none()
     }

@@ -390,7 +390,7 @@ pub(super) struct Numbers {
 }
 
 impl Numbers {
-    /// Of so many vertices, and of those that collapses keep and take away.
+    /// Of so many vertices, and of the vertices that collapses keep and take away.
     pub fn new(count: usize, collapses: impl DoubleEndedIterator<Item = [u32; 2]> + ExactSizeIterator + Clone) -> Self {
         let mut last = vec![NONE; count];
         let mut sizes = vec![1u32; count];

@@ -10,7 +10,7 @@ use super::moves::Moves;
 use super::place::Place;
 use crate::connectivity::NONE;
 
-/// What was before edits, and after those that were taken back.
+/// What was before edits, and after edits that were taken back.
 #[derive(Default)]
 pub struct History {
     done: Vec<State>,
@@ -149,7 +149,7 @@ impl ActiveMesh {
         self.note_moved(vertices.iter().copied());
     }
 
-    /// The vertex that is told by a node, if it is there.
+    /// The vertex of a node, if it is there.
     pub(super) fn vertex_of(&self, node: u32) -> Option<u32> {
         let vertex = self.first_leaf(node);
         (self.node(vertex) == node).then_some(vertex)

@@ -53,7 +53,7 @@ pub struct EditJournal {
     journal: Journal,
     /// Images that inputs have, and where these are.
     images: Vec<(Arc<StampImage>, Location)>,
-    /// The numbers of edits that are made, and of those that were taken back.
+    /// The numbers of edits that are made, and of edits that were taken back.
     done: Vec<u64>,
     undone: Vec<u64>,
 }

@@ -1,9 +1,9 @@
 //! What was edited, and how finer levels follow (Derzapf, Grund, Guthe 2014, Section 4.2).
 //!
 //! A progressive mesh stays as it was built; the vertices that are elsewhere have a place of their own, at every level that
-//! has them. A vertex is told by its node: twice the number of the split it comes from, and 1 if it is the second of that.
-//! Where a vertex is split that has moved, or one around it, the two vertices are as far from the vertices around them as
-//! they were built, turned as those have turned.
+//! has them. A node identifies a vertex: twice the number of the split it comes from, and 1 if it is the second of
+//! that. Where a vertex is split that has moved, or one around it, the two vertices are as far from the vertices around
+//! them as they were built, turned as those have turned.
 
 use super::active::ActiveMesh;
 use super::hierarchy::{Child, Progressive};

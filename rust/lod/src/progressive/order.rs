@@ -34,7 +34,7 @@ pub struct Misplaced {
 }
 
 impl ActiveMesh {
-    /// The splits that deviate more than twice as much as they tell, those that deviate most first: meshes as coarse as
+    /// The splits that deviate more than twice as much as they tell, the most deviating first: meshes as coarse as
     /// they are deviate more than was asked for, and keep triangles elsewhere that are needed here. [`Self::rebuilt`] puts
     /// them in order. All splits are looked at.
     pub fn misplaced(&mut self, context: &Context) -> Vec<Misplaced> {

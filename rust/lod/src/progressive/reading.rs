@@ -114,10 +114,10 @@ impl Head {
 pub struct Reading {
     budget: Budget,
     head: Option<Head>,
-    /// Of attributes that are told, until their base comes.
+    /// Of attributes that the file announces, until their base comes.
     told: Option<Told>,
     loading: Option<Loading>,
-    /// Bytes of a split that is told, at most.
+    /// Bytes of a split that the file announces, at most.
     of_split: usize,
     /// Splits that are not read yet.
     left: usize,
@@ -241,7 +241,7 @@ pub fn unsound() -> Error {
 
 /// What is known of a mesh while it is read.
 struct Loading {
-    /// The range of leaves of every vertex that may be split, by its split; empty for those that no vertex tells of.
+    /// The range of leaves of every vertex that may be split, by its split; empty for splits that no vertex tells of.
     ranges: Vec<[u32; 2]>,
     /// Vertices and triangles of the input that are there.
     seen_vertices: Vec<bool>,

@@ -54,7 +54,7 @@ impl Key {
         Self((self.0 >> 16).max(other.0 >> 16) << 16 | self.depth().max(other.depth()))
     }
 
-    /// The largest key of those that deviate by at most `error`.
+    /// The largest key of splits that deviate by at most `error`.
     pub fn up_to(error: f32) -> Self {
         Self(error.to_bits() | 0xffff)
     }
@@ -165,7 +165,7 @@ impl Recording {
         }
     }
 
-    /// Leaves out vertices and triangles that are gone; `rest` and `kept` have the old numbers of those that stay.
+    /// Leaves out vertices and triangles that are gone; `rest` and `kept` have the old numbers of what stays.
     pub fn compact(&mut self, context: &Context, rest: &[u32], kept: &[u32]) {
         self.keys = context.map(rest.len(), |new| self.keys[rest[new] as usize]);
         let numbers = self.numbers.take();

@@ -62,7 +62,7 @@ impl ActiveMesh {
         self.corners[corner as usize].following.store(following, Relaxed);
     }
 
-    /// Asks for what splits of a batch will touch: more steps are known of those that come sooner.
+    /// Asks for what splits of a batch will touch: more steps are known of splits that come sooner.
     #[inline(always)]
     pub(super) fn ask_ahead(&self, batch: &[u32], index: usize) {
         if let Some(vertex) = batch.get(index + 3 * AHEAD) {

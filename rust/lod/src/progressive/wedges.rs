@@ -3,8 +3,8 @@
 //! A vertex has a wedge for each set of values about it. A collapse merges up to two pairs of wedges, so wedges are trees,
 //! and they are numbered as vertices are ([`hierarchy`](super::hierarchy)): by their leaves, each a range of them, with the
 //! number of the first. A split of a wedge is part of the split of a vertex. Which of them are made says a bit each, the
-//! wedge at a corner is the last one up to its leaf, and since trees are the Cartesian trees of their keys, what a wedge
-//! comes from is told by its own number and that of the next wedge: nothing else is kept of a level.
+//! wedge at a corner is the last one up to its leaf, and since trees are the Cartesian trees of their keys, its own
+//! number and that of the next wedge say what a wedge comes from: nothing else is kept of a level.
 
 use std::sync::OnceLock;
 

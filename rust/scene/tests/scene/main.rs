@@ -1,5 +1,5 @@
 //! Tests of this crate, one program for all: linking one each took most of the time that they took to build.
-//! Those that begin processes have their own: for a moment such a process holds the locks of the one that begins it.
+//! Tests that begin processes have their own: for a moment such a process holds the locks of the one that begins it.
 
 mod bending;
 mod brushes;

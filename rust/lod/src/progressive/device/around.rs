@@ -155,7 +155,7 @@ impl DeviceAround {
         4 * (self.order.len() + self.depths.len() + self.starts.len() + self.extents.len()) + self.stars.bytes()
     }
 
-    /// What kernels are told of the bindings of what is around.
+    /// The constants of the bindings of what is around.
     pub fn constants(&self) -> [(&'static str, f64); 1] {
         [("STARS", self.stars.size())]
     }

@@ -1,5 +1,5 @@
 //! Normals and tangents among attributes of a mesh on a device, as `directions` has them on the processor: where vertices have
-//! moved they turn as those around have. What is around a vertex is told by the triangles that are shown: their corners, by
+//! moved they turn as those around have. The triangles that are shown say what is around a vertex: their corners, by
 //! their leaves, are by vertices in every mesh.
 
 use std::sync::Arc;
@@ -96,7 +96,7 @@ pub struct LevelDirections {
     triangles: usize,
     wedges: usize,
     scan: Scan,
-    /// Those that find what is around vertices, then those that turn.
+    /// The kernels that find what is around vertices, then the kernels that turn.
     around: [Arc<Kernel>; 3],
     turn: [Arc<Kernel>; 2],
     bindings: [[Bindings; 2]; 2],
@@ -105,8 +105,8 @@ pub struct LevelDirections {
 
 impl LevelDirections {
     /// Room for the directions of any mesh of `whole`; given which vertices and triangles there are, each with their ranks,
-    /// the corners of triangles, where counts are told, and where vertices are that have moved. Fails if a vertex of the
-    /// finest mesh has too many triangles, and where the device has no memory.
+    /// the corners of triangles, where counts are written, and where vertices are that have moved. Fails if a vertex of
+    /// the finest mesh has too many triangles, and where the device has no memory.
     pub fn new(
         whole: &DeviceHierarchy,
         directions: &DeviceDirections,

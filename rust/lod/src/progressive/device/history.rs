@@ -28,7 +28,7 @@ struct State {
     record: Record,
 }
 
-/// What was before edits, and after those that were taken back.
+/// What was before edits, and after edits that were taken back.
 #[derive(Debug, Default)]
 pub struct History {
     done: Vec<State>,

@@ -57,7 +57,7 @@ impl Places {
         Ok(Self { bindings: device.bind_as(&[Access::Write; 2], &nodes.wgpu())?, nodes })
     }
 
-    /// What kernels are told of the bindings.
+    /// The constants of the bindings.
     pub fn constants(&self) -> [(&'static str, f64); 1] {
         [("PLACES", self.nodes.size())]
     }

@@ -105,7 +105,7 @@ impl Records {
         self.run(pass, 0, record, 2 * self.words)
     }
 
-    /// Records that what is kept and what there is take each other's place.
+    /// Records that the stored values and the present ones take each other's place.
     pub fn swap(&self, pass: &mut Pass<'_>, record: &Record) -> Result<()> {
         self.run(pass, 1, record, record.count)
     }

@@ -96,7 +96,7 @@ pub struct LevelWedges {
 
 impl LevelWedges {
     /// Room for the attributes of any mesh of `whole`; given which vertices and triangles there are, with the ranks of those,
-    /// and where counts are told.
+    /// and where counts are written.
     pub fn new(
         whole: &DeviceHierarchy,
         trees: &DeviceWedges,

@@ -37,7 +37,7 @@ impl<T: Pod, const N: usize> Windows<T, N> {
         (0..N).map(move |part| start(part)..if part + 1 == N { len } else { start(part + 1) })
     }
 
-    /// Items of all but the last, as kernels are told it.
+    /// Items of all but the last, as kernels get it.
     pub fn size(&self) -> f64 {
         f64::from(self.size)
     }
