@@ -62,15 +62,15 @@ pub trait Canvas: Debug + Send + Sync {
     /// Whether the brush of a dab may reach its surface, as it is or was at `start`.
     fn meets(&mut self, context: &Context, dab: &Dab, start: &Start) -> bool;
 
-    /// Bytes of the colours that are painted on. Fails where there are none, or they cannot be seen.
+    /// Bytes of the colours that are painted on. Fails where the object has no colours, or they cannot be seen.
     fn painted_bytes(&mut self) -> Result<u64>;
 
     /// Makes a dab at `level`, see [`StrokeSettings::level`](crate::StrokeSettings::level), as one of a stroke that
     /// began with `start`.
     fn dab(&mut self, context: &Context, dab: &Dab, start: &Start, level: u32) -> Result<DabReport>;
 
-    /// Makes `dabs` one after the other, see [`Self::dab`]. Returns what each did; what is known of several together is
-    /// told with the last of them.
+    /// Makes `dabs` one after the other, see [`Self::dab`]. Returns what each did; the report of the last has what is
+    /// known of several together.
     fn dabs(&mut self, context: &Context, dabs: &[Dab], start: &Start, level: u32) -> Result<Vec<DabReport>> {
         dabs.iter().map(|dab| self.dab(context, dab, start, level)).collect()
     }

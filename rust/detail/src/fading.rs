@@ -21,14 +21,14 @@ use crate::layers::Stack;
 
 /// The stamps of a channel that layers are kept in.
 pub trait LayerDecay<C: LayerChannel>: Debug + Send + Sync + Sized {
-    /// No stamps yet, for a channel that is `field`; they may occupy `budget` bytes. Fails if the times are none or the
-    /// budget does not hold what every channel needs.
+    /// No stamps yet, for a channel that is `field`; they may occupy `budget` bytes. Fails if the times are invalid or
+    /// the budget does not hold what every channel needs.
     fn new(field: &C::Field, options: DecayOptions, budget: u64) -> Result<Self>;
 
     /// When edits fade.
     fn options(&self) -> DecayOptions;
 
-    /// Makes edits fade otherwise, those that were made too. Fails if the times are none.
+    /// Replaces the decay times; edits already recorded follow the new ones. Fails if the times are invalid.
     fn set_options(&mut self, options: DecayOptions) -> Result<()>;
 
     /// Bytes of the stamps and what they belong to.
@@ -65,7 +65,7 @@ pub trait LayerDecay<C: LayerChannel>: Debug + Send + Sync + Sized {
     /// The blocks whose stamps changed since this was called last, ascending.
     fn take_changed(&mut self) -> Vec<u32>;
 
-    /// The stamps of a block as bytes, with what they belong to; `None` if there are none.
+    /// The stamps of a block as bytes, with what they belong to; `None` without stamps.
     fn read(&self, block: u32) -> Option<Vec<u8>>;
 
     /// Puts back what [`Self::read`] gave, of a channel that is `field`. Fails if it does not fit.
@@ -198,8 +198,8 @@ impl<C: LayerChannel> Kept<'_, C> {
         C::Texel::KIND
     }
 
-    /// Stamps what was edited since it was last done. Returns the tiles or faces that budgets refused, and those that
-    /// were lost.
+    /// Stamps what was edited since it was last done. Returns the tiles or faces that budgets refused, and the lost
+    /// ones.
     fn stamp(&mut self, context: &Context, time: f64) -> Result<[Vec<u32>; 2]> {
         let (mut refused, mut lost) = (Vec::new(), Vec::new());
         for faded in &mut *self.faded {
@@ -225,8 +225,8 @@ impl<C: LayerChannel> Kept<'_, C> {
         Ok([refused, lost])
     }
 
-    /// Says which tiles may be lost: of a layer that fades those that hold nothing else, of the composite those that
-    /// only such layers have.
+    /// Says which tiles may be lost: of a layer that fades the tiles that hold nothing else, of the composite the tiles
+    /// that only such layers have.
     fn name_expendable(&mut self) {
         let ids: Vec<u32> = self.stack.layers().iter().map(|layer| layer.id()).collect();
         let mut ages: BTreeMap<u32, u64> = BTreeMap::new();
@@ -282,7 +282,7 @@ impl<C: LayerChannel> Kept<'_, C> {
         self.name_expendable();
     }
 
-    /// Makes the edits of a layer fade from now on, or stay. Fails if the times are none or there is no such layer.
+    /// Makes the edits of a layer fade from now on, or stay. Fails if the times are invalid or there is no such layer.
     fn set(&mut self, layer: u32, number: u32, options: Option<(DecayOptions, u64)>) -> Result<()> {
         let none = || Error::invalid(format!("there is no layer with the number {layer}"));
         let channel = self.stack.channel_mut(layer, self.composite).ok_or_else(none)?;
@@ -384,7 +384,7 @@ impl<C: LayerChannel> Kept<'_, C> {
 }
 
 /// The stamps of `tile`, for caches: of the only layer that fades, or of all one after the other, each behind its
-/// length. `None` if there are none.
+/// length. `None` without stamps.
 fn read<C: LayerChannel>(list: &[Faded<C>], tile: u32) -> Option<Vec<u8>> {
     if let [only] = list {
         return only.decay.read(tile);
@@ -471,7 +471,7 @@ impl<H: LayerChannel, C: LayerChannel, W: LayerChannel> Fading<H, C, W> {
         self.unstamped += tiles as u64;
     }
 
-    /// Lets go of the stamps of colours, which are others now.
+    /// Releases the stamps of colours, which are others now.
     pub(crate) fn forget_colors(&mut self) {
         self.paint.clear();
         self.half_paint.clear();
@@ -496,8 +496,8 @@ pub type FadingOf<O> =
 /// An object whose edits may fade: every one that has layers.
 pub trait FadingObject: LayeredObject {
     /// Makes edits of the object's own displacement and colours, the lowest layers, fade from now on; what was edited
-    /// before stays. Stamps may occupy `budget` bytes for each of the two. Fails if the times are none, or the budget
-    /// does not hold what every channel needs.
+    /// before stays. Stamps may occupy `budget` bytes for each of the two. Fails if the times are invalid, or the
+    /// budget does not hold what every channel needs.
     #[inline(never)]
     fn set_decay(&mut self, options: DecayOptions, budget: u64) -> Result<()> {
         options.check()?;
@@ -518,11 +518,11 @@ pub trait FadingObject: LayeredObject {
         Ok(())
     }
 
-    /// Makes edits of the layer `id` fade from now on, or stay; those that were made before too, if they have been
-    /// stamped. Its stamps may occupy `budget` bytes. Where that or the budget of the layer is full, the tiles or faces
-    /// of the layer whose newest edit is oldest are lost to make room, see [`Self::take_lost`].
+    /// Makes edits of the layer `id` fade from now on, or stay; earlier edits too, if they have been stamped. Its
+    /// stamps may occupy `budget` bytes. Where that or the budget of the layer is full, the tiles or faces of the layer
+    /// whose newest edit is oldest are lost to make room, see [`Self::take_lost`].
     ///
-    /// Fails, and changes nothing, if the times are none or there is no such layer.
+    /// Fails, and changes nothing, if the times are invalid or there is no such layer.
     #[inline(never)]
     fn set_layer_decay(
         &mut self,
@@ -621,7 +621,7 @@ pub trait FadingObject: LayeredObject {
         each_kind!(self, kept => kept.take_as_stamped());
     }
 
-    /// The stamps of `block` of all layers of a kind, as caches keep them; `None` if there are none.
+    /// The stamps of `block` of all layers of a kind, as caches keep them; `None` without stamps.
     fn read_stamps(&self, kind: Kind, block: u32) -> Option<Vec<u8>> {
         let own = self.channels();
         match kind.is_color() {

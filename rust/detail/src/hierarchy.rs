@@ -241,7 +241,7 @@ impl Hierarchy {
         self.bounds = other.bounds;
     }
 
-    /// Renews some boxes and those that hold them. Boxes that do not exist are left out.
+    /// Renews some boxes and the boxes that hold them. Boxes that do not exist are left out.
     pub fn update(&mut self, context: &Context, boxes: &[(u32, Bounds)]) {
         let mut groups = context.scratch().lend::<Vec<usize>>();
         groups.clear();
@@ -273,7 +273,7 @@ impl Hierarchy {
         self.order.len()
     }
 
-    /// Whether there are none.
+    /// Whether it is empty.
     pub fn is_empty(&self) -> bool {
         self.order.is_empty()
     }

@@ -120,8 +120,8 @@ impl Stray {
 }
 
 /// The layers after `edit` goes in `direction` from `now`, if it changes them, and what of the layers it changes was changed
-/// without the history. Settings and names that the edit does not change stay as they are now; those that it changes become
-/// what `known` says of their state, or else what the edit says.
+/// without the history. Settings and names that the edit does not change stay as they are now; the ones that it changes
+/// become what `known` says of their state, or else what the edit says.
 fn merged(edit: &Edit, direction: Direction, now: &[Head], known: &[Stray]) -> Option<(Vec<Head>, Vec<Stray>)> {
     let mut heads = edit.layers_after(direction, now)?;
     let from = edit.layers().map_or(&[][..], |layers| &layers[direction as usize]);
@@ -382,8 +382,8 @@ impl History {
         recipe::put(&mut self.recipes, id, bytes)
     }
 
-    /// Tells the journal the layers of the object, if they are not those that it has: documents may be opened on
-    /// objects that have more than they hold, or see them otherwise, and objects may be given more at any time.
+    /// Tells the journal the layers of the object, if they differ from the layers that it has: documents may be opened
+    /// on objects that have more than they hold, or see them otherwise, and objects may be given more at any time.
     fn tell_layers(&mut self, context: &Context, states: &LayerStates) -> Result<()> {
         let Some(journal) = &mut self.journal else { return Ok(()) };
         let is_told = |state: &&LayerState| self.told.contains(&state.id);
@@ -600,7 +600,7 @@ impl History {
         Ok(Changed { input, blocks: grouped(&blocks), layers: heads.is_some(), recipes, bytes })
     }
 
-    /// An edit, by its place among those that are done and then those that are undone.
+    /// An edit, by its place among done edits and then undone edits.
     fn step(&self, index: usize) -> Option<&Step> {
         self.done.get(index).or_else(|| self.undone.get(index.checked_sub(self.done.len())?))
     }
@@ -623,7 +623,7 @@ impl History {
         Ok(String::from_utf8_lossy(&self.bytes_of(index, |step| &step.input)?).into_owned())
     }
 
-    /// Lets go of the oldest edits until the others have room in memory.
+    /// Drops the oldest edits until the others have room in memory.
     fn make_room(&mut self) -> Result<()> {
         while self.used > self.memory && self.first < self.done.len() {
             let step = &mut self.done[self.first];

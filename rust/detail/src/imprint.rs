@@ -269,7 +269,7 @@ pub(crate) trait Pressed: Send {
     fn obb(&self, margin: f64) -> Obb;
 
     /// The part of `obb`, along its axes, that holds all faces in it, displaced by `range` object units along their
-    /// normals; `None` if there are none.
+    /// normals; `None` without such faces.
     fn occupied(&mut self, context: &Context, obb: &Obb, range: [f64; 2]) -> Option<Obb>;
 
     /// How much the normals of what lies in `obb`, displaced by `range`, run along each of its axes, 0 to 1.
@@ -372,7 +372,7 @@ pub fn cast(
     raycast::cast(context, object.surface(), heights, vectors, start, tiles, &frame, voxels, &limits)
 }
 
-/// Writes the dents into the tiles: allocates those that need it, notes traces if the object has them, smooths if
+/// Writes the dents into the tiles: allocates tiles that need it, notes traces if the object has them, smooths if
 /// asked, and brings rings up to date.
 pub fn write(
     context: &Context,

@@ -23,7 +23,7 @@ const DISPLACEMENT: u32 = 0;
 const COLOUR: u32 = 1;
 const TRACES: u32 = 2;
 const VECTORS: u32 = 3;
-/// The first number of those that are added.
+/// The first number of added layers.
 const ADDED: u32 = 16;
 
 /// The stacks of an object.
@@ -35,7 +35,7 @@ pub struct Layers<H: LayerChannel = Displacement, C: LayerChannel = Paint, W: La
     pub(crate) colors: Option<Stack<C>>,
     /// Those of colour, if it has colours of half floats; then it has no others.
     pub(crate) half_colors: Option<Stack<W>>,
-    /// The stamps of those that fade.
+    /// The stamps of layers that fade.
     pub(crate) fading: Fading<H, C, W>,
     /// The numbers of its traces and of its vectors.
     others: [u32; 2],
@@ -92,7 +92,7 @@ pub struct Channels<O, C, W, L> {
 }
 
 /// Does something with the layers of colour of an object's channels and what they come to, whichever format they have,
-/// or something else if there are none.
+/// or something else without colours.
 macro_rules! with_colors {
     ($own:ident.$as:ident, |$stack:ident, $paint:ident| $done:expr, $none:expr) => {{
         let bytes = ($own.layers.colors.$as(), $own.paint.$as());
@@ -492,7 +492,7 @@ pub trait LayeredObject: Sized {
         own.layers.displacement.commit(own.displacement)
     }
 
-    /// The colours of `tile` as caches keep them, see [`Stack::read`]; `None` too if there are none at all.
+    /// The colours of `tile` as caches keep them, see [`Stack::read`]; `None` too if the object has no colours at all.
     fn read_paint(&self, tile: u32) -> Result<Option<Vec<u8>>> {
         let own = self.channels();
         with_colors!(own.as_ref, |stack, paint| stack.read(paint, tile), Ok(None))
@@ -726,7 +726,7 @@ fn put_whole(channel: &mut impl BlockChannel, layer: u32, head: Option<&Head>, b
     put(channel, layer, blocks)
 }
 
-/// Puts back the blocks of `layer`, whatever the budget says: those that go first, so that others have room.
+/// Puts back the blocks of `layer`, whatever the budget says: blocks that go first, so that others have room.
 #[inline(never)]
 fn put(channel: &mut impl BlockChannel, layer: u32, blocks: &[BlockState]) -> Result<()> {
     let budget = channel.budget();
@@ -758,9 +758,9 @@ pub(crate) fn report_fault(object: &impl LayeredObject) -> Result<()> {
 }
 
 impl DisplacedObject {
-    /// Makes tiles of all channels and layers leave memory for `pages` when their budgets are spent, those that were
-    /// edited longest ago first, see [`relievo_tiles::paging`]; without, all come back. [`LayeredObject::settle`] is to
-    /// be done before. The texels and stamps of edits that fade stay in memory.
+    /// Makes tiles of all channels and layers leave memory for `pages` when their budgets are spent, the ones edited
+    /// longest ago first, see [`relievo_tiles::paging`]; without, all come back. [`LayeredObject::settle`] is to be
+    /// done before. The texels and stamps of edits that fade stay in memory.
     ///
     /// Fails if a tile cannot be read back.
     pub fn page_to(&mut self, pages: Option<Arc<dyn PageStore>>) -> Result<()> {

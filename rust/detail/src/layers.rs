@@ -336,10 +336,10 @@ impl<C: LayerChannel> Stack<C> {
         channel.absorb(context, fields, (&below, self.background), settings, tiles)
     }
 
-    /// Gives it the layers `heads`, from the lowest: those that were there keep their texels as far as their sizes are
+    /// Gives it the layers `heads`, from the lowest: layers that were there keep their texels as far as their sizes are
     /// what they were, others are blank. [`Self::refresh`] is to follow.
     ///
-    /// Fails, and changes nothing, if there are none or one cannot be.
+    /// Fails, and changes nothing, if `heads` is empty or one cannot be.
     #[inline(never)]
     pub fn arrange(&mut self, composite: &mut C, heads: &[&Head]) -> Result<()> {
         if heads.is_empty() {
@@ -465,8 +465,8 @@ impl<C: LayerChannel> Stack<C> {
         self.refresh(context, composite)
     }
 
-    /// Takes the place of all layers: those that were read, from the lowest, with their texels. What is behind them
-    /// stays. Fails if there are none.
+    /// Takes the place of all layers: layers that were read, from the lowest, with their texels. What is behind them
+    /// stays. Fails if `layers` is empty.
     #[inline(never)]
     pub fn take_up(&mut self, context: &Context, composite: &mut C, layers: Vec<(&Head, C)>) -> Result<Vec<u32>> {
         let Some((lowest, _)) = layers.first() else { return Err(Error::invalid("there are no layers to take up")) };

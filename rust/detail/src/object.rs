@@ -328,7 +328,7 @@ impl DisplacedObject {
     }
 
     /// The part of `obb`, along its axes, that holds all tiles in it, displaced by `from` to `to` object units along
-    /// their normals and by their vectors; `None` if there are none.
+    /// their normals and by their vectors; `None` without such tiles.
     pub fn occupied(&mut self, context: &Context, obb: &Obb, from: f64, to: f64) -> Option<Obb> {
         let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
         let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));

@@ -1,5 +1,5 @@
-//! A stroke that is being drawn: its points come a few at a time, and its dabs are made as they come. The dabs are
-//! those that the whole stroke makes when all its points are known: what has been made never depends on what comes.
+//! A stroke that is being drawn: its points come a few at a time, and its dabs are made as they come. The whole stroke
+//! makes the same dabs when all its points are known: what has been made never depends on what comes.
 
 use std::sync::Arc;
 
@@ -188,9 +188,9 @@ impl OpenStroke {
 
     /// Makes dabs that smear, each with the object that it is put on: of every station as many as it has `images`.
     ///
-    /// A dab leaves what the one before it picked up of all objects, and a mirror image what the one before that did. So
-    /// those that follow each other and reach the same object alone are given to it at once, and what reaches several is
-    /// made dab by dab.
+    /// A dab leaves what the one before it picked up of all objects, and a mirror image what the one before that did.
+    /// So dabs that follow each other and reach the same object alone are given to it at once, and what reaches several
+    /// is made dab by dab.
     fn smear<C: Canvas + ?Sized>(
         &mut self,
         context: &Context,

@@ -8,7 +8,7 @@ pub(crate) struct Ranges(BTreeMap<u32, (u64, [f32; 2])>);
 
 impl Ranges {
     /// The least and the largest coefficient of `blocks`, and 0. Each is a block and the number of the edit that last
-    /// changed it; only those that were changed since the last time are measured.
+    /// changed it; only blocks that were changed since the last time are measured.
     pub fn of(&mut self, blocks: impl Iterator<Item = (u32, u64)>, measure: impl Fn(u32) -> [f32; 2]) -> [f32; 2] {
         let mut all = [0.0; 2];
         let mut count = 0;

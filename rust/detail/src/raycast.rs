@@ -35,7 +35,7 @@ pub struct Limits {
 pub struct DentBlock {
     /// Its number in the tile.
     pub index: u32,
-    /// The coefficients row by row, those that stay as they are too.
+    /// The coefficients row by row, unchanged ones too.
     pub values: [f16; BLOCK_KNOTS],
 }
 

@@ -23,9 +23,9 @@ pub(crate) struct Rays<A: Lanes> {
     column: A::I,
     /// The ends of the column.
     ends: [A::I; 2],
-    /// Those that start in a solid voxel and may change something.
+    /// Rays that start in a solid voxel and may change something.
     solid: A::M,
-    /// Those that start in a column of several pieces, solid there or not.
+    /// Rays that start in a column of several pieces, solid there or not.
     pieces: A::M,
 }
 

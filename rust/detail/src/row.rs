@@ -218,8 +218,8 @@ impl Imprinter {
         Ok(reports)
     }
 
-    /// Makes the imprints of a row: on a device together those that can be, else one by one. `progress` is asked before
-    /// each.
+    /// Makes the imprints of a row: on a device together the imprints that can be, else one by one. `progress` is asked
+    /// before each.
     fn make_row<O: Imprinted>(
         &mut self,
         context: &Context,

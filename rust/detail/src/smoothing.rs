@@ -1,5 +1,5 @@
 //! Smoothing of dents after an imprint, "to reflect the underlying material properties" (Schäfer et al. 2014, Section
-//! 6): coefficients around those that changed move toward the mean of their four neighbours, across tile borders by
+//! 6): coefficients around changed ones move toward the mean of their four neighbours, across tile borders by
 //! the ring.
 
 use half::f16;

@@ -1,7 +1,7 @@
 //! What a smearing brush carries: the colours that were under it, spread out over its box.
 //!
 //! As a finger does, each dab leaves the picture that the one before picked up, and picks up what is then there. The
-//! picture lies across the box and knows nothing of faces, so colours are carried over every edge and from object to
+//! picture lies across the box and does not depend on faces, so colours are carried over every edge and from object to
 //! object. Sums are whole numbers, so that it does not matter which thread adds first. Colours are linear with alpha.
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};

@@ -1,7 +1,7 @@
 //! What a brush says of places of a surface: their share of the edit, and where they are in its box.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 5.2: the
-//! position of each texel is mapped to brush space and the brush function is evaluated there. It knows nothing of
+//! position of each texel is mapped to brush space and the brush function is evaluated there. It does not depend on
 //! tiles: up to 256 places of any surface are given by points, unit normals and the displacement along them. Units:
 //! object units; places in the brush are −1 to 1 along each axis of its box.
 

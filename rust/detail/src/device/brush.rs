@@ -2,7 +2,7 @@
 //! (`shaders/brush`).
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, *Local Painting and Deformation of Meshes on the GPU*, Sections 3 to 5.
-//! The device works on blocks of its own; when an event ends, those that changed come back at once, and budget, rings,
+//! The device works on blocks of its own; when an event ends, changed blocks come back at once, and budget, rings,
 //! mips and history are the processor's, so that a stroke has the same undo and journal on either. Coefficients are those
 //! of the processor up to one unit in the last place of a half float, colours within 1/255. Between dabs that look at
 //! neighbours the device's rings are brought up to date ([`DeviceRing`]), those of vectors too.

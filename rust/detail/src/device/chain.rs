@@ -291,7 +291,7 @@ struct Submitted {
     kept: usize,
     /// Tiles that are worked on.
     taken: usize,
-    /// What is told of every imprint.
+    /// The counters of every imprint.
     told: Vec<Told>,
     /// The blocks, as many as there was room for, and their volumes where something rises.
     records: Vec<Record>,
@@ -300,7 +300,7 @@ struct Submitted {
     rim_room: Option<RimRoom>,
 }
 
-/// What kernels are told of an imprint.
+/// Returns the parameters of an imprint for the kernels.
 fn tell(link: &Link, meshes: &DeviceMeshes, targets: &[Target<'_>], slots: &[Option<Slots>]) -> Result<Words> {
     let target = &targets[link.target];
     let ground = Ground {

@@ -196,8 +196,8 @@ impl DeviceObject {
     }
 }
 
-/// What brushes of `dabs` carry, if they smear, and which of the device's pictures that is: those that leave what an earlier
-/// one picks up have its own. Also whether they may be made at once. `edits` are told their pictures.
+/// What brushes of `dabs` carry, if they smear, and which of the device's pictures that is: dabs that leave what an
+/// earlier one picks up have its own. Also whether they may be made at once. `edits` get their pictures.
 pub(crate) fn smudges_of<'a>(
     dabs: &'a [Dab],
     edits: &mut [(BrushParameters, Edit)],

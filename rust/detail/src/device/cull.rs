@@ -37,12 +37,12 @@ pub(crate) struct DeviceCull {
     /// Tiles whose range of displacement is to be found, their sizes, and as bits the lengths of vectors over them.
     changed: Buffer<[u32; 4]>,
     pending: Vec<u32>,
-    /// The tiles; those of patches, which imprints tiles may meet, and those that meet one.
+    /// The tiles; the tiles of patches, which imprints tiles may meet, and the tiles that meet one.
     _kept: (Buffer<CullTile>, [Buffer<u32>; 3]),
 }
 
 /// What the kernels have of a submission: its imprints, what those before left, the boxes of colliders, and the arguments of
-/// the second; that then has the list of blocks, what is told, and arguments before those that the first left.
+/// the second; that then has the list of blocks, the counters, and arguments before the arguments that the first left.
 pub(super) const MEETING: [Access; 4] = [Access::Read, Access::Read, Access::Read, Access::Write];
 pub(super) const LISTING: [Access; 7] =
     [Access::Read, Access::Read, Access::Read, Access::Write, Access::Write, Access::Write, Access::Read];

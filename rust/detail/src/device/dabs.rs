@@ -252,7 +252,7 @@ pub(crate) trait OnDevice: LayeredObject {
 
     fn device_slot(&mut self) -> &mut Option<Self::Device>;
 
-    /// Why the processor took over, until that is told.
+    /// Why the processor took over, until that is reported.
     fn fault_slot(&mut self) -> &mut Option<Error>;
 }
 
@@ -303,7 +303,7 @@ fn take<T: DeviceTile>(
     Ok((whole, reports, culled))
 }
 
-/// What each dab of an event did, by what they found and what they did together, which is told with the last.
+/// What each dab of an event did, by what they found and what they did together, which the last one reports.
 pub(crate) fn reports_of(tested: &[Tested], whole: &DabReport) -> Vec<DabReport> {
     let report = |it: &Tested| DabReport {
         tested_tiles: u64::from(it.tiles),

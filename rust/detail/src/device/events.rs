@@ -58,7 +58,7 @@ impl Edit {
         }
     }
 
-    /// Has the kernel leave a picture of those that brushes carry.
+    /// Has the kernel leave one of the pictures that brushes carry.
     pub fn leave(&mut self, picture: usize) {
         self.flags |= (picture as u32) << SMEAR_SHIFT;
     }
@@ -79,13 +79,13 @@ pub(crate) trait DeviceTexel: Texel {
     const FLAGS: u32 = 0;
 }
 
-/// Those that it edits on tiles.
+/// Texels that a device edits on tiles.
 pub(crate) trait DeviceTile: DeviceTexel {
     /// The module of the kernel that does.
     const MODULE: &'static str;
 }
 
-/// Those that it edits on triangles.
+/// Texels that a device edits on triangles.
 pub(crate) trait DeviceValue: DeviceTexel {
     /// The entry point of the kernel that does.
     const TRIANGLES: &'static str;

@@ -2,7 +2,7 @@
 //!
 //! Imprints that push, and what they raise as rims or smooth, are submitted together, since each can start from what those
 //! before it left on the device. Their grids seldom depend on that: inwards all reach equally far, and what reaches
-//! outwards stays; where a rim raises it by a step, those that follow are made again.
+//! outwards stays; where a rim raises it by a step, later imprints are made again.
 
 use relievo_core::{Context, Error, ErrorKind, Result};
 use relievo_gpu::Device;
@@ -76,8 +76,7 @@ pub(crate) trait Imprinted: Pressed + OnDevice {
     /// What is known of it before a submission is written.
     fn known(&self) -> Self::Known;
 
-    /// Writes what an imprint found. Returns whether those that follow it in the batch found what they would have by
-    /// themselves.
+    /// Writes what an imprint found. Returns whether later ones of the batch found what they would have by themselves.
     fn finish(
         &mut self,
         context: &Context,
@@ -169,8 +168,8 @@ impl Batch {
 }
 
 impl Imprinter {
-    /// Submits imprints together and adds the reports of those that stay: none where the device does not make them. Returns
-    /// whether more would have, had the ring update been made on the device between them.
+    /// Submits imprints together and adds the reports of the imprints that stay: none where the device does not make
+    /// them. Returns whether more would have, had the ring update been made on the device between them.
     pub(crate) fn submit<O: Imprinted>(
         &mut self,
         context: &Context,

@@ -1,5 +1,5 @@
-//! An imprint of a submission, as kernels are told of it (`shaders/imprint/imprint_link.wgsl`). All imprints of a submission are
-//! told of at once, so that a dispatch needs no more than the number of its imprint.
+//! An imprint of a submission, as kernels get it (`shaders/imprint/imprint_link.wgsl`). One upload describes all
+//! imprints of a submission, so that a dispatch needs no more than the number of its imprint.
 
 use bytemuck::{Pod, Zeroable};
 use glam::DAffine3;
@@ -187,7 +187,7 @@ fn view(grid: &Grid, transform: &DAffine3) -> (VoxelFrame, [[f32; 4]; 3]) {
 }
 
 impl Words {
-    /// What kernels are told of `link`, whose collider is at `place`.
+    /// The parameters of `link`, whose collider is at `place`, for the kernels.
     pub fn new(link: &Link, place: &Place, ground: &Ground<'_>) -> Self {
         let Link { lattice: Lattice { rows, shift, scale, origin, offset }, grid, limits, .. } = link;
         let (view, [x, y, z]) = view(grid, ground.transform);

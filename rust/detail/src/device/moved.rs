@@ -6,7 +6,7 @@ use relievo_tiles::DeviceTiles;
 
 use super::state::DeviceObject;
 
-/// What such kernels have as their group 2: heights, then vectors or, where there are none, anything.
+/// What such kernels have as their group 2: heights, then vectors or, without vectors, anything.
 pub(super) const MOVED_GROUP: [Access; 4] = [Access::Read; 4];
 
 /// The constants of kernels for objects with vectors or without, which so do not ask.

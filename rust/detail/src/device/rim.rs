@@ -65,7 +65,7 @@ struct Rim {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Around {
     pub rising: Rising,
-    /// What kernels are told of it, with the grid around its contact.
+    /// Its parameters for the kernels, with the grid around its contact.
     pub words: Words,
     /// Where the blocks of its object begin, and how many a tile has.
     pub places: [u32; 2],
@@ -153,7 +153,7 @@ pub(super) const RIM_GROUP: [Access; 9] = [
     Access::Write,
 ];
 
-/// What they have first as their group 0: imprints, pieces, arguments, voxels, slots, what is told, and records.
+/// What they have first as their group 0: imprints, pieces, arguments, voxels, slots, counters, and records.
 pub(super) const RIM_OWN: [Access; 8] =
     [Access::Read, Access::Read, Access::Read, Access::Read, Access::Read, Access::Write, Access::Write, Access::Write];
 
@@ -281,7 +281,7 @@ impl RimStages {
         self.run(pass, raise, groups, link)
     }
 
-    /// Records the way back of what is told.
+    /// Records the way back of the counters.
     pub fn read(&self, frame: &mut Frame, links: usize) -> Result<RimReadback> {
         Ok(RimReadback { around: self.around.read_told(frame, links)?, told: frame.read(&self.told, 0..links)? })
     }

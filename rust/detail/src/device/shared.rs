@@ -8,7 +8,7 @@ use relievo_gpu::{Buffer, Device, Frame, Readback};
 
 use super::link::{MOST_LINKS, Words};
 
-/// What is told of an imprint. As stored in buffers.
+/// The counters of an imprint. As stored in buffers.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
 pub(super) struct Told {
@@ -45,7 +45,7 @@ impl Told {
     }
 }
 
-/// Words of what is told before that of the first imprint.
+/// Words of the counters before those of the first imprint.
 const FIRST: usize = 4;
 const TOLD: usize = size_of::<Told>() / 4;
 
@@ -91,8 +91,8 @@ impl Shared {
         frame.clear(&self.candidates);
     }
 
-    /// Where the arguments of the dispatch over chunks of columns are, of those that are voxelised with `link`, the first
-    /// of them, and of those over the blocks and over the tiles of the row that begins with `link`.
+    /// Where the arguments of the dispatch over chunks of columns are, of the imprints that are voxelised with `link`,
+    /// the first of them, and of those over the blocks and over the tiles of the row that begins with `link`.
     pub fn chunks(link: usize) -> usize {
         ARGUMENTS * link + 1
     }
@@ -105,7 +105,7 @@ impl Shared {
         CANDIDATES * link + 1
     }
 
-    /// Records the way back of what is told of so many imprints.
+    /// Records the way back of the counters of so many imprints.
     pub fn read_told(&self, frame: &mut Frame, links: usize) -> Result<Readback<u32>> {
         frame.read(&self.told, 0..FIRST + TOLD * links)
     }
@@ -116,8 +116,8 @@ pub(super) fn step(links: Range<usize>) -> [u32; 2] {
     [links.start as u32, links.len() as u32]
 }
 
-/// How many blocks changed in all imprints and how many tiles were worked on, and what is told of each imprint, from the
-/// words of [`Shared::read_told`].
+/// How many blocks changed in all imprints and how many tiles were worked on, and the counters of each imprint, from
+/// the words of [`Shared::read_told`].
 pub(super) fn parse(words: &[u32]) -> ([usize; 2], Vec<Told>) {
     let (first, each) = words.split_at(FIRST.min(words.len()));
     let count = |at: usize| first.get(at).map_or(0, |count| *count as usize);

@@ -7,8 +7,8 @@ use super::smoothing::SLOTS;
 use super::stages::Target;
 use crate::knots::block_edge;
 
-/// The targets whose tiles are worked on: those that several imprints meet, of which one or more are smoothed or made with
-/// rings in between.
+/// The targets whose tiles are worked on: the targets that several imprints meet, of which one or more are smoothed or
+/// made with rings in between.
 pub(super) fn works(targets: usize, links: &[Link]) -> Vec<bool> {
     let own = |target| links.iter().filter(move |link| link.target == target);
     let several = |target| own(target).count() > 1;

@@ -82,7 +82,7 @@ pub(super) struct WorkedTiles {
     none: Buffer<u32>,
 }
 
-/// What kernels are told of an object whose tiles are worked on.
+/// The parameters of an object whose tiles are worked on.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Work {
     /// Words of a block, workgroups for one and for its ring.
@@ -122,7 +122,7 @@ impl WorkedTiles {
         self.sizes.iter().map(|[_, size]| *size).max().unwrap_or(0)
     }
 
-    /// What kernels are told of them, where the largest of all objects has `largest` texels a side.
+    /// Their parameters for the kernels, where the largest of all objects has `largest` texels a side.
     pub fn work(&self, ring: &DeviceRing, largest: u32) -> Work {
         let words = words_of(largest);
         let (_, [rings, entries]) = ring.topology();

@@ -40,7 +40,7 @@ enum Stage<'a> {
     /// Of the row of imprints of one object that begins with this one.
     Cull(usize),
     Raycast(usize),
-    /// What an imprint changed, for those that follow.
+    /// What an imprint changed, for later imprints.
     Smooth(usize),
     /// What is around an imprint before it is made, and what rises there afterwards.
     Gather(usize),

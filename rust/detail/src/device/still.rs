@@ -54,7 +54,7 @@ impl DeviceStill {
         Ok(Self { fill: kernel("fill")?, keep: kernel("keep")? })
     }
 
-    /// Binds them to the blocks of `memory`, which has room for those that are kept, the `sizes` of tiles, and the `tiles`
+    /// Binds them to the blocks of `memory`, which has room for the copies, the `sizes` of tiles, and the `tiles`
     /// as they were before the event. Fails if the device does.
     pub fn bind<'a, T: Texel>(
         &'a self,

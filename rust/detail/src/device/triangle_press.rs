@@ -39,9 +39,9 @@ pub(crate) struct TrianglePress {
     pub(super) raised: Option<RimMesh>,
 }
 
-/// What the kernels have of a submission: imprints, slots, boxes, arguments and what is told.
+/// What the kernels have of a submission: imprints, slots, boxes, arguments and counters.
 pub(super) const CULLING: [Access; 5] = [Access::Read, Access::Write, Access::Read, Access::Write, Access::Write];
-/// Imprints, triangles, arguments, voxels, slots, what is told, records, places inside triangles, which have blocks, and
+/// Imprints, triangles, arguments, voxels, slots, counters, records, places inside triangles, which have blocks, and
 /// vectors.
 pub(super) const CASTING: [Access; 12] = [
     Access::Read,
@@ -165,7 +165,7 @@ impl TrianglePress {
         Ok(())
     }
 
-    /// The buffers of the vectors, or something where there are none.
+    /// The buffers of the vectors, or others without vectors.
     pub(super) fn ways(&self) -> [&wgpu::Buffer; 2] {
         self.vectors.as_ref().map_or(self.values.buffers(), DeviceTriangles::buffers)
     }
@@ -177,7 +177,7 @@ fn constants(pattern: Pattern, bent: bool) -> [(&'static str, f64); 3] {
     [("SEGMENTS", f64::from(pattern.segments())), ("PARTS", f64::from(parts(pattern))), ("VECTORS", vectors)]
 }
 
-/// Whether a triangle has a block, as kernels are told.
+/// Whether a triangle has a block, as kernels read it.
 fn held_by(field: &TriangleField, face: u32) -> u32 {
     match field.face_pattern(face) {
         None => 0,

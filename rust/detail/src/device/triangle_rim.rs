@@ -13,7 +13,7 @@ use super::rim::{RIM_GROUP, RIM_OWN, RimKernels, RimStages};
 use super::shared::{Shared, step};
 use super::voxel::DeviceVoxels;
 
-/// Imprints, triangles and their arguments, pieces and theirs, and what is told.
+/// Imprints, triangles and their arguments, pieces and theirs, and the counters.
 const LISTING: [Access; 6] = [Access::Read, Access::Read, Access::Read, Access::Write, Access::Write, Access::Write];
 
 /// The kernels of rims on a mesh.

@@ -24,11 +24,11 @@ const WORKED: usize = 2;
 /// Rounds of neighbours that are smoothed as well.
 const REACH: usize = 2;
 
-/// What is bound of a mesh to find triangles: imprints, which have blocks, marks, the list, arguments, slots and what is
-/// told.
+/// What is bound of a mesh to find triangles: imprints, which have blocks, marks, the list, arguments, slots and
+/// counters.
 const TOUCHING: [Access; 7] =
     [Access::Read, Access::Read, Access::Write, Access::Write, Access::Write, Access::Read, Access::Write];
-/// And to smooth them: imprints, which have blocks, marks, the list, arguments, slots, what is told, records, places inside
+/// And to smooth them: imprints, which have blocks, marks, the list, arguments, slots, counters, records, places inside
 /// triangles, and values that are worked on.
 const SMOOTHING: [Access; 10] = [
     Access::Read,
@@ -43,7 +43,7 @@ const SMOOTHING: [Access; 10] = [
     Access::Write,
 ];
 
-/// The kernels in the order in which they run: those that find triangles, and those that smooth them.
+/// The kernels in the order in which they run: kernels that find triangles, and kernels that smooth them.
 const FIND: [&str; 2] = ["mark", "list"];
 const SMOOTH: [&str; 5] = ["bring", "spread", "average", "apply", "settle"];
 

@@ -179,7 +179,7 @@ struct Event<T> {
 }
 
 impl<T: DeviceValue> Event<T> {
-    /// The edits in blocks of `room` words, of what is finer than `pattern` those that follow.
+    /// The edits in blocks of `room` words, of what is finer than `pattern` the following ones.
     fn new(context: &Context, field: &TriangleField<T>, pattern: Pattern, (made, room): (Returned, u32)) -> Self {
         let topology = field.topology();
         let taken = made.taken();

@@ -244,7 +244,7 @@ impl Pressed for TriangleObject {
 
 impl TriangleObject {
     /// The part of `obb`, along its axes, that holds all faces in it, displaced by `range` object units along their
-    /// normals, and how much these normals run along each of its axes, 0 to 1; `None` if there are none.
+    /// normals, and how much these normals run along each of its axes, 0 to 1; `None` without such faces.
     fn faces_in(&self, context: &Context, obb: &Obb, range: [f64; 2]) -> Option<(Obb, DVec3)> {
         let map = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
         let rows = [0, 1, 2].map(|axis| map.matrix3.row(axis));

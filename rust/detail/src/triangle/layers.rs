@@ -171,7 +171,7 @@ impl<T: Absorb> LayerChannel for TriangleChannel<T> {
 
 /// What a layer needs to take in a change of the composite.
 trait Room<T: Layered> {
-    /// Allocates the faces in which it is kept. Returns those that the budget refused, ascending.
+    /// Allocates the faces in which it is kept. Returns the faces that the budget refused, ascending.
     fn room_for(
         &mut self,
         context: &Context,

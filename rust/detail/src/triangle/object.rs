@@ -215,7 +215,7 @@ impl TriangleObject {
     }
 
     /// Makes blocks of faces and edges of all channels and layers leave memory for `pages` when their budgets are
-    /// spent, those that were edited longest ago first, see [`relievo_tiles::triangle::paging`]; without, all come
+    /// spent, the ones edited longest ago first, see [`relievo_tiles::triangle::paging`]; without, all come
     /// back. [`LayeredObject::settle`] is to be done before. Normals, vectors in object space, and the values and
     /// stamps of edits that fade stay in memory.
     ///

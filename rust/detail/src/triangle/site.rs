@@ -131,7 +131,7 @@ pub(super) fn around(topology: &TriangleTopology, (face, pattern, node): Knot, m
 pub(super) struct ElementEdit<T> {
     pub element: Element,
     pub pattern: Pattern,
-    /// All values, those that stay too.
+    /// All values, unchanged ones too.
     pub values: Vec<T>,
     /// Values that change.
     pub count: u64,
@@ -280,7 +280,7 @@ impl<T> Site<'_, T> {
 
 /// The second pass: the brush at every vertex of the elements. `ground` sets the displacement of vertices and, if it
 /// returns true, the vectors there; `change` makes new values of old ones. All is in `pattern`, whatever elements have.
-/// Only those that change are returned.
+/// Only elements that change are returned.
 #[allow(clippy::too_many_arguments)]
 pub(super) fn evaluate<T: Texel>(
     context: &Context,

@@ -1,4 +1,4 @@
-//! Smoothing of dents on a triangle mesh after an imprint: values around those that changed move toward the mean of
+//! Smoothing of dents on a triangle mesh after an imprint: values around changed ones move toward the mean of
 //! their one-rings, across edges and at vertices over all faces there. See [`crate::smoothing`].
 
 use std::collections::BTreeMap;

@@ -24,7 +24,7 @@ fn order(half: f16) -> i32 {
     if bits & 0x8000 == 0 { bits } else { 0x8000 - bits }
 }
 
-/// Values that are more than one half float apart, and those that are displaced. What is allocated is the same.
+/// Values that are more than one half float apart, and values that are displaced. What is allocated is the same.
 fn difference(a: &TriangleObject, b: &TriangleObject) -> (usize, usize) {
     let pairs = pairs(a.displacement().field(), b.displacement().field());
     let all = pairs.into_iter().flat_map(|(a, b)| a.iter().zip(b));

@@ -62,8 +62,8 @@ fn stroke(object: &DisplacedObject, action: Action, settings: StrokeSettings) ->
     Stroke::new(points, settings, Falloff::Smooth, action)
 }
 
-/// Numbers that were compared, those that are more than a step of half floats apart, and by how much at most. Steps are
-/// those at 2⁻⁷ below that: where an edit takes away what was there, what is left is as exact as that was.
+/// Numbers that were compared, numbers that are more than a step of half floats apart, and by how much at most. Steps
+/// are those at 2⁻⁷ below that: where an edit takes away what was there, what is left is as exact as that was.
 #[derive(Debug, Default)]
 pub(super) struct Apart {
     all: usize,
