@@ -52,17 +52,23 @@ struct AgentRow {
     transform: [[f32; 4]; 3],
 }
 
+/// An agent in view, on a device.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-struct InstanceRow {
-    agent: u32,
-    first_matrix: u32,
-    first_weight: u32,
-    model: u32,
-    transform: [[f32; 4]; 3],
+pub struct DeviceInstance {
+    /// The agent.
+    pub agent: u32,
+    /// The first of the matrices of its pose in those of all poses.
+    pub first_matrix: u32,
+    /// The first of the weights of its morph targets in those of all poses.
+    pub first_weight: u32,
+    /// The model.
+    pub model: u32,
+    /// From the model to the world, by rows.
+    pub transform: [[f32; 4]; 3],
 }
 
-const _: () = assert!(size_of::<AgentRow>() == 112 && size_of::<InstanceRow>() == 64 && size_of::<ModelRow>() == 32);
+const _: () = assert!(size_of::<AgentRow>() == 112 && size_of::<DeviceInstance>() == 64 && size_of::<ModelRow>() == 32);
 
 /// What a device drew up, read back.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -133,7 +139,7 @@ struct Work {
     counts: Buffer<u32>,
     draws: Buffer<u32>,
     drawn: Buffer<[u32; 2]>,
-    instances: Buffer<InstanceRow>,
+    instances: Buffer<DeviceInstance>,
     /// What is sorted, which its kernels are bound to.
     _keys: [Buffer<u32>; 2],
     sort: Sort,
@@ -230,13 +236,7 @@ impl DeviceCrowd {
     /// # Errors
     /// As [`Self::record`].
     pub fn cut(&mut self, context: &Context, crowd: &Crowd, view: &CrowdView, time: f64) -> Result<DeviceDraws> {
-        let mut counted = self.counted(context, crowd, view, time)?;
-        if counted[1] > self.capacity {
-            self.capacity = counted[1];
-            self.work = Work::new(&self.device, &self.shared, crowd.agents().len(), self.capacity)?;
-            counted = self.counted(context, crowd, view, time)?;
-        }
-        let [seen, found] = counted.map(|count| count as usize);
+        let [seen, found] = self.update(context, crowd, view, time)?.map(|count| count as usize);
         let mut frame = self.device.frame()?;
         let draws = frame.read(&self.work.draws, 0..WORDS * found)?;
         let clusters = frame.read(&self.work.drawn, 0..found)?;
@@ -250,12 +250,27 @@ impl DeviceCrowd {
             first_instance: words[4],
         };
         let instance =
-            |row: InstanceRow| Instance { agent: row.agent, first_matrix: row.first_matrix, transform: row.transform };
+            |row: DeviceInstance| Instance { agent: row.agent, first_matrix: row.first_matrix, transform: row.transform };
         Ok(DeviceDraws {
             draws: draws.get(&self.device)?.as_chunks().0.iter().map(draw).collect(),
             clusters: clusters.get(&self.device)?,
             instances: instances.get(&self.device)?.into_iter().map(instance).collect(),
         })
+    }
+
+    /// Cuts a view at `time` seconds and leaves the draws on the device. Makes room for more draws where there are more. Returns
+    /// the numbers of agents in view and of draws.
+    ///
+    /// # Errors
+    /// As [`Self::record`].
+    pub fn update(&mut self, context: &Context, crowd: &Crowd, view: &CrowdView, time: f64) -> Result<[u32; 2]> {
+        let counted = self.counted(context, crowd, view, time)?;
+        if counted[1] <= self.capacity {
+            return Ok(counted);
+        }
+        self.capacity = counted[1];
+        self.work = Work::new(&self.device, &self.shared, crowd.agents().len(), self.capacity)?;
+        self.counted(context, crowd, view, time)
     }
 
     /// Cuts a view, and returns the numbers of agents in view and of draws.
@@ -275,6 +290,16 @@ impl DeviceCrowd {
     /// Returns the number of agents in view, and that of draws, as the first two words.
     pub fn counts(&self) -> &Buffer<u32> {
         &self.work.counts
+    }
+
+    /// Returns how many draws there is room for.
+    pub fn room(&self) -> u32 {
+        self.capacity
+    }
+
+    /// Returns the agents in view, in the order of their draws; what is after the last is of frames before.
+    pub fn instances(&self) -> &Buffer<DeviceInstance> {
+        &self.work.instances
     }
 
     /// Returns the skin matrices of all poses of all clips of all models, one model after the other.
@@ -366,7 +391,8 @@ impl Shared {
             ladders: Buffer::of(device, "crowd ladders", &ladders)?,
             view: Buffer::new(device, "crowd view", MOST_PLANES + 1)?,
             matrices: Buffer::of(device, "crowd matrices", &matrices)?,
-            weights: Buffer::of(device, "crowd weights", &weights)?,
+            // Nothing empty can be bound.
+            weights: Buffer::of(device, "crowd weights", if weights.is_empty() { &[0.0] } else { &weights })?,
             clips,
             buckets,
             kernels: [kernel("choose")?, kernel("count_seen")?, kernel("count_draws")?, kernel("write_draws")?],

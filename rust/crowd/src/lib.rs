@@ -48,7 +48,7 @@ pub use agents::{Walker, clip_index, parse_agents, parse_walkers, read_walkers, 
 pub use character::{Bone, Character, Influence, MOST_BONES, MOST_TRIANGLES};
 pub use clip::{BoneMatrix, Clip, MOST_POSES, Pose};
 pub use crowd::{Agent, Crowd, Drawn, Frame, MOST_AGENTS, PoseKey};
-pub use device::{DeviceCrowd, DeviceDraws};
+pub use device::{DeviceCrowd, DeviceDraws, DeviceInstance};
 pub use draws::{Draw, DrawList, Instance};
 pub use export::{Exported, MOST_LEVELS};
 pub use file::Reader;

@@ -1,7 +1,9 @@
 //! Crowds of a scene: agents of an articulated model, which pictures draw by the triangles that the view deserves.
 //!
 //! Agents are in no cache: where they are follows from the time alone. The ray caster draws them, in scenes for graphics
-//! devices too.
+//! devices too; `relievo crowd render` draws them on devices as well.
+
+mod device;
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -16,6 +18,8 @@ use relievo_crowd::{
     Walker, read_walkers, skin, skin_normals,
 };
 use relievo_render as render;
+
+pub use self::device::{DeviceCounts, DeviceStandIns, Tags};
 
 use crate::description::{CrowdEntry, Scene};
 use crate::paths::Paths;

@@ -67,7 +67,7 @@ impl Draw {
                 traces: coat.is_some_and(DeviceCoat::has_traces),
             },
             Shape::Triangles(triangles) => Self::Triangles(triangles.kind()),
-            Shape::Mesh(_) => Self::Mesh,
+            Shape::Mesh(_) | Shape::Written(_) => Self::Mesh,
             Shape::Indirect(_) => Self::Indirect,
         }
     }

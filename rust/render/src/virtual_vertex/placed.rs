@@ -39,6 +39,8 @@ pub enum Shape<'a> {
     Mesh(&'a DeviceMesh),
     /// Triangles that kernels of the device have written, as many as they say.
     Indirect(IndirectMesh<'a>),
+    /// The same with a colour and a tag at each corner.
+    Written(WrittenMesh<'a>),
 }
 
 /// Something that is drawn.
@@ -67,8 +69,8 @@ impl<'a> Placed<'a> {
             Shape::Tiles { drawn, .. } => drawn.bounds(),
             Shape::Triangles(triangles) => triangles.bounds(),
             Shape::Mesh(mesh) => mesh.bounds,
-            Shape::Indirect(mesh) => {
-                let [low, high] = mesh.bounds.map(|corner| Vec3::from(corner).as_dvec3());
+            Shape::Indirect(IndirectMesh { bounds, .. }) | Shape::Written(WrittenMesh { bounds, .. }) => {
+                let [low, high] = bounds.map(|corner| Vec3::from(corner).as_dvec3());
                 (low, high)
             }
         }
@@ -215,6 +217,18 @@ pub struct IndirectMesh<'a> {
     /// Numbers of vertices, three a triangle, counter-clockwise from its front.
     pub indices: &'a Buffer<u32>,
     /// First the number of indices, then 1, 0, 0, 0.
+    pub arguments: &'a Buffer<u32>,
+    /// Smallest and largest coordinates; they may be those of more than is drawn.
+    pub bounds: [[f32; 3]; 2],
+}
+
+/// Corners of triangles that kernels of the device have written, three a triangle, counter-clockwise from its front, drawn
+/// without being read back.
+#[derive(Clone, Copy, Debug)]
+pub struct WrittenMesh<'a> {
+    /// The corners.
+    pub vertices: &'a Buffer<MeshVertex>,
+    /// First the number of corners, then 1, 0, 0.
     pub arguments: &'a Buffer<u32>,
     /// Smallest and largest coordinates; they may be those of more than is drawn.
     pub bounds: [[f32; 3]; 2],

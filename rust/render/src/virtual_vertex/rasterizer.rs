@@ -277,7 +277,7 @@ impl Rasterizer {
         let draw = Draw::of(shape);
         let own = match shape {
             Shape::Patches(patches) => vec![self.record_group(patches)?],
-            Shape::Strips(..) | Shape::Mesh(_) | Shape::Indirect(_) => Vec::new(),
+            Shape::Strips(..) | Shape::Mesh(_) | Shape::Indirect(_) | Shape::Written(_) => Vec::new(),
             Shape::Tiles { surface, tiles, vectors, coat, drawn } => {
                 let nothing = self.nothing.wgpu();
                 let count = drawn.rates().count();
@@ -430,6 +430,11 @@ fn draw_shape<'a>(
             pass.set_vertex_buffer(0, mesh.vertices.wgpu().slice(..));
             pass.set_index_buffer(mesh.indices.wgpu().slice(..), wgpu::IndexFormat::Uint32);
             pass.draw_indexed_indirect(mesh.arguments.wgpu(), 0);
+            Ok(())
+        }
+        Shape::Written(mesh) => {
+            pass.set_vertex_buffer(0, mesh.vertices.wgpu().slice(..));
+            pass.draw_indirect(mesh.arguments.wgpu(), 0);
             Ok(())
         }
     }
