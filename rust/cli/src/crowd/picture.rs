@@ -5,14 +5,18 @@ use std::process::ExitCode;
 
 use clap::ValueEnum;
 use glam::{DAffine3, DVec3};
+use relievo_core::parameter::Switch;
 use relievo_core::{Error, Result};
 use relievo_crowd::{Blend, Cluster};
+use relievo_gpu::Device;
 use relievo_render::color::{categories, from_hex};
+use relievo_render::virtual_vertex::{DeviceMesh, Placed, Rasterizer, Shape};
 use relievo_render::{FalseColor, Image, Lights, Material, Mesh, Sky, Sun, View, draw_legend, write_png};
-use relievo_scene::walking::StandIns;
+use relievo_scene::walking::{DeviceStandIns, StandIns, Tags};
 
 use super::scene::{Scene, SceneArguments};
 use crate::Outcome;
+use crate::run::Device as Kind;
 
 const EXAMPLE: &str = "Example: relievo crowd render robot.rcrowd --square 1000 -o crowd.png --show clusters";
 
@@ -36,6 +40,15 @@ pub struct Arguments {
     /// Draw the edges of triangles.
     #[arg(long)]
     wireframe: bool,
+    /// Light without shadows, and as if nothing hid the sky.
+    #[arg(long)]
+    unshadowed: bool,
+    /// What cuts, poses and draws the crowd. A graphics device draws without shadows, as --unshadowed.
+    #[arg(long, value_enum, default_value = "cpu")]
+    device: Kind,
+    /// A part of the name of the graphics device; left out, the best there is.
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
 }
 
 /// What a picture shows.
@@ -71,13 +84,12 @@ const LEVELS: [(u32, &str); 7] = [
 ];
 /// What agents are made of, beside their colour.
 const MATERIAL: Material = Material { base_color: [0.6; 3], specular: 0.02, roughness: 0.6 };
+const GROUND: Material = Material { base_color: [0.42, 0.41, 0.39], specular: 0.0, roughness: 1.0 };
 /// Colours of materials or agents, in turn.
 const MATERIALS: [u32; 6] = [0xd9a441, 0x5b7b9a, 0x9a5b4f, 0x6f8f5f, 0xc9c2b2, 0x4a4a52];
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let mut scene = arguments.scene.open()?;
-    let mut picture = relievo_render::Scene::new()?;
-    add_ground(&scene, &mut picture)?;
     let mut view = View::new(scene.camera);
     view.lights = Lights {
         suns: vec![Sun { direction: [-0.5, 0.8, 0.6], irradiance: [2.6, 2.45, 2.2], angular_radius: 0.01 }],
@@ -87,49 +99,115 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let rows = height.checked_mul(arguments.scene.frames).ok_or_else(|| {
         Error::invalid("the picture of all frames has too many rows").at("--frames").advise("render fewer frames")
     })?;
-    let mut strip = Image::new(width, rows, 3)?;
+    let mut strip = Strip { image: Image::new(width, rows, 3)?, filled: 0, text: String::new(), show: arguments.show };
     [view.settings.width, view.settings.height] = [width, height];
     view.settings.samples = arguments.samples;
-    view.settings.wireframe = relievo_core::parameter::Switch(u32::from(arguments.wireframe));
+    view.settings.wireframe = Switch(u32::from(arguments.wireframe));
     view.settings.false_color = 1.0;
     view.false_color = Some(FalseColor { palette: palette(arguments.show) });
-    let (mut text, mut first) = (format!("{}\n", arguments.output.display()), 0);
-    let mut stand_ins = StandIns::default();
-    arguments.scene.for_each_frame(&mut scene, |scene, shown| {
-        let blend = match arguments.blend {
-            BlendName::Linear => Blend::Linear,
-            BlendName::Dual => Blend::DualQuaternion,
-        };
-        let tag = |agent: u32, cluster: &Cluster, number: u32, material: u32| match arguments.show {
-            Show::Shaded => material,
-            Show::Agents => agent,
-            Show::Clusters => number,
-            Show::Levels => cluster.depth.min(LEVELS.len() as u32 - 1),
-        };
-        let crowd = &scene.crowd;
-        stand_ins.show(
-            &scene.context,
-            &mut picture,
-            (crowd, &shown.frame, shown.time, scene.camera.eye),
-            blend,
-            MATERIAL,
-            &tag,
-        )?;
-        let mut frame = picture.render(&scene.context, &view)?;
-        if arguments.show == Show::Levels {
-            let entries: Vec<_> = LEVELS.iter().map(|(color, label)| (from_hex(*color), *label)).collect();
-            draw_legend(&mut frame.color, &entries);
-        }
-        let count = frame.color.data().len();
-        strip.data_mut()[first..first + count].copy_from_slice(frame.color.data());
-        first += count;
-        let agents = crowd.agents().len();
-        text += &format!("{} of {agents} agents, {} triangles\n", shown.frame.drawn.len(), shown.frame.triangles);
-        Ok(())
-    })?;
-    write_png(&arguments.output, &strip)?;
-    crate::print(&text)?;
+    let device = crate::run::device(arguments.device, arguments.adapter.as_deref(), arguments.scene.limits.memory_limit)?;
+    if arguments.unshadowed || device.is_some() {
+        (view.settings.shadows, view.settings.sky_rays) = (Switch::OFF, 0);
+    }
+    strip.text = format!("{}\n", arguments.output.display());
+    match device {
+        Some(device) => on_device(arguments, &device, &mut scene, &view, &mut strip)?,
+        None => by_rays(arguments, &mut scene, &view, &mut strip)?,
+    }
+    write_png(&arguments.output, &strip.image)?;
+    crate::print(&strip.text)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Frames, one below the other, with a line on each.
+struct Strip {
+    image: Image,
+    /// Numbers of the frames before.
+    filled: usize,
+    text: String,
+    show: Show,
+}
+
+impl Strip {
+    /// Adds a frame that shows some of the agents by some triangles.
+    fn add(&mut self, mut color: Image, [shown, agents, triangles]: [u64; 3]) {
+        if self.show == Show::Levels {
+            let entries: Vec<_> = LEVELS.iter().map(|(color, label)| (from_hex(*color), *label)).collect();
+            draw_legend(&mut color, &entries);
+        }
+        let count = color.data().len();
+        self.image.data_mut()[self.filled..self.filled + count].copy_from_slice(color.data());
+        self.filled += count;
+        self.text += &format!("{shown} of {agents} agents, {triangles} triangles\n");
+    }
+}
+
+fn tag(show: Show, agent: u32, cluster: &Cluster, number: u32, material: u32) -> u32 {
+    match show {
+        Show::Shaded => material,
+        Show::Agents => agent,
+        Show::Clusters => number,
+        Show::Levels => cluster.depth.min(LEVELS.len() as u32 - 1),
+    }
+}
+
+fn by_rays(arguments: &Arguments, scene: &mut Scene, view: &View, strip: &mut Strip) -> Result<()> {
+    let mut picture = relievo_render::Scene::new()?;
+    let (at, mesh) = ground(scene);
+    let object = picture.add_object(at, GROUND)?;
+    picture.set_mesh(object, 0, mesh)?;
+    let mut stand_ins = StandIns::default();
+    let blend = match arguments.blend {
+        BlendName::Linear => Blend::Linear,
+        BlendName::Dual => Blend::DualQuaternion,
+    };
+    arguments.scene.for_each_frame(scene, |scene, shown| {
+        let tag = |agent: u32, cluster: &Cluster, number: u32, material: u32| {
+            tag(arguments.show, agent, cluster, number, material)
+        };
+        let frame = (&scene.crowd, &shown.frame, shown.time, scene.camera.eye);
+        stand_ins.show(&scene.context, &mut picture, frame, blend, MATERIAL, &tag)?;
+        let color = picture.render(&scene.context, view)?.color;
+        let agents = scene.crowd.agents().len() as u64;
+        strip.add(color, [shown.frame.drawn.len() as u64, agents, shown.frame.triangles]);
+        Ok(())
+    })
+}
+
+/// Cuts, poses and draws all frames on a device.
+fn on_device(
+    arguments: &Arguments,
+    device: &Device,
+    scene: &mut Scene,
+    view: &View,
+    strip: &mut Strip,
+) -> Result<()> {
+    if arguments.blend == BlendName::Dual || arguments.scene.has_occlusion() {
+        return Err(Error::unsupported("devices blend bones linearly and do not cull by occlusion")
+            .at("--blend or --occlusion")
+            .advise("leave it out, or draw on the processor"));
+    }
+    let mut tags = Vec::new();
+    for model in scene.crowd.models() {
+        for (cluster, number) in model.clusters.iter().zip(0..) {
+            let materials = &model.character.materials[cluster.first as usize..][..cluster.count as usize];
+            tags.extend(materials.iter().map(|material| tag(arguments.show, 0, cluster, number, *material)));
+        }
+    }
+    let tags = if arguments.show == Show::Agents { Tags::Agents } else { Tags::Triangles(&tags) };
+    let mut stand_ins = DeviceStandIns::new(device, &scene.crowd, tags, &MATERIAL)?;
+    let mut rasterizer = Rasterizer::new(device)?;
+    let (at, mesh) = ground(scene);
+    let mesh = DeviceMesh::new(device, &mesh, &GROUND)?;
+    let ground = Placed { transform: at, ..Placed::new(Shape::Mesh(&mesh), GROUND) };
+    for time in arguments.scene.times() {
+        scene.walk(time)?;
+        let counts = stand_ins.update(&scene.context, &scene.crowd, (&scene.view, time))?;
+        let color = rasterizer.render(&[ground, stand_ins.placed(MATERIAL)], view)?.color;
+        let agents = scene.crowd.agents().len() as u64;
+        strip.add(color, [u64::from(counts.agents), agents, u64::from(counts.triangles)]);
+    }
+    Ok(())
 }
 
 fn palette(show: Show) -> Vec<[f32; 3]> {
@@ -140,15 +218,13 @@ fn palette(show: Show) -> Vec<[f32; 3]> {
     }
 }
 
-/// Adds a square of ground that reaches far beyond the crowd.
-fn add_ground(scene: &Scene, picture: &mut relievo_render::Scene) -> Result<()> {
+/// Returns a square of ground that reaches far beyond the crowd, and where it is.
+fn ground(scene: &Scene) -> (DAffine3, Mesh) {
     let places = || scene.crowd.agents().iter().map(|agent| agent.transform.translation);
     let middle = places().sum::<DVec3>() / places().count().max(1) as f64;
     let far = places().map(|place| place.distance(middle)).fold(scene.camera.eye.distance(middle), f64::max);
     let half = (20.0 * far) as f32;
-    let material = Material { base_color: [0.42, 0.41, 0.39], specular: 0.0, roughness: 1.0 };
-    let at = DVec3::new(middle.x, scene.ground, middle.z);
-    let ground = picture.add_object(DAffine3::from_translation(at), material)?;
     let points = vec![[-half, 0.0, -half], [-half, 0.0, half], [half, 0.0, half], [half, 0.0, -half]];
-    picture.set_mesh(ground, 0, Mesh { points, triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() })
+    let mesh = Mesh { points, triangles: vec![[0, 1, 2], [0, 2, 3]], ..Mesh::default() };
+    (DAffine3::from_translation(DVec3::new(middle.x, scene.ground, middle.z)), mesh)
 }

@@ -109,7 +109,7 @@ pub struct Scene {
     /// The height of the lowest agent.
     pub ground: f64,
     walkers: Vec<Walker>,
-    view: CrowdView,
+    pub view: CrowdView,
     size: [u32; 2],
     occlusion: Option<Occlusion>,
     on_device: Option<DeviceCrowd>,
@@ -139,11 +139,15 @@ struct StreamedFrame {
 }
 
 impl Scene {
+    /// Moves the agents to where they are at a time.
+    pub fn walk(&mut self, time: f64) -> Result<()> {
+        let mut walkers = (0..).zip(&self.walkers);
+        walkers.try_for_each(|(index, walker)| self.crowd.set(index, walker.at(time)))
+    }
+
     /// Moves the agents to where they are at a time, and finds what is drawn.
     fn show(&mut self, time: f64) -> Result<Shown> {
-        for (index, walker) in self.walkers.iter().enumerate() {
-            self.crowd.set(index as u32, walker.at(time))?;
-        }
+        self.walk(time)?;
         let mut frame = Frame::default();
         match &mut self.on_device {
             Some(device) => frame = device.cut(&self.context, &self.crowd, &self.view, time)?.frame(),
@@ -225,10 +229,21 @@ impl SceneArguments {
 
     /// Calls `work` with what is drawn in one frame after the other.
     pub fn for_each_frame(&self, scene: &mut Scene, mut work: impl FnMut(&Scene, Shown) -> Result<()>) -> Result<()> {
-        (0..self.frames).try_for_each(|number| {
-            let shown = scene.show(self.time + self.step * f64::from(number))?;
+        self.times().try_for_each(|time| {
+            let shown = scene.show(time)?;
             work(scene, shown)
         })
+    }
+
+    /// Whether agents that others hide are to be left out.
+    pub fn has_occlusion(&self) -> bool {
+        self.occlusion
+    }
+
+    /// Returns the times of all frames, seconds.
+    pub fn times(&self) -> impl Iterator<Item = f64> {
+        let (start, step) = (self.time, self.step);
+        (0..self.frames).map(move |number| start + step * f64::from(number))
     }
 
     fn camera(&self, crowd: &Crowd) -> Result<(Camera, f64)> {
