@@ -1,6 +1,7 @@
 // import common
 // The cut of a crowd on a device, as `rust/crowd/src/crowd.rs`, and its indexed draws, as `draws.rs`: every agent gets a bucket
-// by its model and step; sorted by bucket, agents are instances, and their numbers of draws are added up to where each writes.
+// by its model and step; sorted by bucket and pose, agents are instances, and their numbers of draws are added up to where each
+// writes.
 
 struct Call {
     agents: u32,
@@ -85,6 +86,20 @@ const DEEP: f32 = 0.25;
 const SLACK: f32 = 1e-6;
 const NONE: u32 = 0xffffffffu;
 
+/// Lists all agents with the first matrices of their poses, by which they are sorted before buckets.
+@compute @workgroup_size(GROUP)
+fn enlist(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let index = linear_item(group, groups, local);
+    if index < call.agents {
+        keys[index] = poses[index].x;
+        values[index] = index;
+    }
+}
+
 /// Gives every agent its bucket.
 @compute @workgroup_size(GROUP)
 fn choose(
@@ -92,16 +107,16 @@ fn choose(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let index = linear_item(group, groups, local);
-    if index >= call.agents {
+    let at = linear_item(group, groups, local);
+    if at >= call.agents {
         return;
     }
+    let index = values[at];
     let center = agents[index].center;
     let radius = agents[index].radius;
-    keys[index] = call.buckets;
-    values[index] = index;
-    for (var at = 1u; at <= call.planes; at++) {
-        let plane = view[at];
+    keys[at] = call.buckets;
+    for (var number = 1u; number <= call.planes; number++) {
+        let plane = view[number];
         if plane.x * center.x + plane.y * center.y + plane.z * center.z + plane.w < -radius {
             return;
         }
@@ -110,7 +125,7 @@ fn choose(
     let near = sqrt(away.x * away.x + away.y * away.y + away.z * away.z) - radius;
     let model = models[bitcast<u32>(agents[index].inverse[2].w)];
     if 2.0 * radius > DEEP * near {
-        keys[index] = model.first_bucket + model.steps;
+        keys[at] = model.first_bucket + model.steps;
         return;
     }
     let allowed = view[0].w * near * agents[index].inverse[0].w;
@@ -125,7 +140,7 @@ fn choose(
             high = middle;
         }
     }
-    keys[index] = model.first_bucket + low - 1u;
+    keys[at] = model.first_bucket + low - 1u;
 }
 
 /// Finds how many agents are in view, which come first.

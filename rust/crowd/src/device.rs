@@ -127,7 +127,7 @@ struct Shared {
     /// The first matrix and the first weight of every clip of every model.
     clips: Vec<Vec<[u32; 2]>>,
     buckets: u32,
-    kernels: [Arc<Kernel>; 4],
+    kernels: [Arc<Kernel>; 5],
 }
 
 /// What agents have, for so many.
@@ -164,8 +164,8 @@ impl DeviceCrowd {
     /// that was made are left out, and counted: see [`Self::counts`].
     ///
     /// # Errors
-    /// The view is not finite or has more than 63 planes, the crowd has other models, it asks for geomorphs or impostors, an agent has weights of its own, or the device has no
-    /// memory or is lost.
+    /// The view is not finite or has more than 63 planes, the crowd has other models, it asks for geomorphs or impostors, an
+    /// agent has weights of its own, or the device has no memory or is lost.
     pub fn record(
         &mut self,
         context: &Context,
@@ -220,11 +220,15 @@ impl DeviceCrowd {
         let call = Call { agents, planes, buckets: shared.buckets, capacity: self.capacity };
         let call = bytemuck::bytes_of(&call);
         let bound = [&work.bindings[0], &work.bindings[1]];
-        let [choose, count_seen, count_draws, write_draws] = &shared.kernels;
+        let [enlist, choose, count_seen, count_draws, write_draws] = &shared.kernels;
         let by_agent = groups(agents.div_ceil(GROUP));
+        let bits = |largest: u32| u32::BITS - largest.leading_zeros();
         let mut pass = frame.pass("crowd cut");
+        // By poses first: the second sort keeps their order among agents of one step.
+        pass.run(enlist, &bound, call, by_agent)?;
+        work.sort.run(&mut pass, agents, bits(shared.matrices.len() as u32))?;
         pass.run(choose, &bound, call, by_agent)?;
-        work.sort.run(&mut pass, agents, u32::BITS - shared.buckets.leading_zeros())?;
+        work.sort.run(&mut pass, agents, bits(shared.buckets))?;
         pass.run(count_seen, &bound, call, by_agent)?;
         pass.run(count_draws, &bound, call, groups(agents))?;
         work.scan.run(&mut pass, agents + 1)?;
@@ -236,7 +240,12 @@ impl DeviceCrowd {
     /// # Errors
     /// As [`Self::record`].
     pub fn cut(&mut self, context: &Context, crowd: &Crowd, view: &CrowdView, time: f64) -> Result<DeviceDraws> {
-        let [seen, found] = self.update(context, crowd, view, time)?.map(|count| count as usize);
+        let mut counted = self.counted(context, crowd, view, time)?;
+        if counted[1] > self.capacity {
+            self.make_room(counted[1])?;
+            counted = self.counted(context, crowd, view, time)?;
+        }
+        let [seen, found] = counted.map(|count| count as usize);
         let mut frame = self.device.frame()?;
         let draws = frame.read(&self.work.draws, 0..WORDS * found)?;
         let clusters = frame.read(&self.work.drawn, 0..found)?;
@@ -249,8 +258,11 @@ impl DeviceCrowd {
             base_vertex: words[3] as i32,
             first_instance: words[4],
         };
-        let instance =
-            |row: DeviceInstance| Instance { agent: row.agent, first_matrix: row.first_matrix, transform: row.transform };
+        let instance = |row: DeviceInstance| Instance {
+            agent: row.agent,
+            first_matrix: row.first_matrix,
+            transform: row.transform,
+        };
         Ok(DeviceDraws {
             draws: draws.get(&self.device)?.as_chunks().0.iter().map(draw).collect(),
             clusters: clusters.get(&self.device)?,
@@ -258,19 +270,14 @@ impl DeviceCrowd {
         })
     }
 
-    /// Cuts a view at `time` seconds and leaves the draws on the device. Makes room for more draws where there are more. Returns
-    /// the numbers of agents in view and of draws.
+    /// Makes room for so many draws. Those there are have to be recorded again.
     ///
     /// # Errors
-    /// As [`Self::record`].
-    pub fn update(&mut self, context: &Context, crowd: &Crowd, view: &CrowdView, time: f64) -> Result<[u32; 2]> {
-        let counted = self.counted(context, crowd, view, time)?;
-        if counted[1] <= self.capacity {
-            return Ok(counted);
-        }
-        self.capacity = counted[1];
-        self.work = Work::new(&self.device, &self.shared, crowd.agents().len(), self.capacity)?;
-        self.counted(context, crowd, view, time)
+    /// The device has no memory.
+    pub fn make_room(&mut self, draws: u32) -> Result<()> {
+        self.work = Work::new(&self.device, &self.shared, self.work.poses.len(), draws)?;
+        self.capacity = draws;
+        Ok(())
     }
 
     /// Cuts a view, and returns the numbers of agents in view and of draws.
@@ -287,6 +294,11 @@ impl DeviceCrowd {
         &self.work.draws
     }
 
+    /// Returns model and cluster of every draw; what is after the last is of frames before.
+    pub fn clusters(&self) -> &Buffer<[u32; 2]> {
+        &self.work.drawn
+    }
+
     /// Returns the number of agents in view, and that of draws, as the first two words.
     pub fn counts(&self) -> &Buffer<u32> {
         &self.work.counts
@@ -297,7 +309,8 @@ impl DeviceCrowd {
         self.capacity
     }
 
-    /// Returns the agents in view, in the order of their draws; what is after the last is of frames before.
+    /// Returns the agents in view, in the order of their draws, those of a step in the order of their poses; what is after the
+    /// last is of frames before.
     pub fn instances(&self) -> &Buffer<DeviceInstance> {
         &self.work.instances
     }
@@ -395,7 +408,13 @@ impl Shared {
             weights: Buffer::of(device, "crowd weights", if weights.is_empty() { &[0.0] } else { &weights })?,
             clips,
             buckets,
-            kernels: [kernel("choose")?, kernel("count_seen")?, kernel("count_draws")?, kernel("write_draws")?],
+            kernels: [
+                kernel("enlist")?,
+                kernel("choose")?,
+                kernel("count_seen")?,
+                kernel("count_draws")?,
+                kernel("write_draws")?,
+            ],
         })
     }
 }

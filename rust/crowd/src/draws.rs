@@ -72,10 +72,11 @@ impl DrawList {
         let starts = starts(crowd)?;
         let model = |agent: u32| crowd.agents()[agent as usize].model;
         let mut order: Vec<usize> = (0..frame.drawn.len()).filter(|at| frame.drawn[*at].1 != Drawn::Impostor).collect();
-        // Agents of one step are drawn together, in their order; each of the others is drawn alone.
-        order.sort_by_key(|at| match frame.drawn[*at] {
-            (agent, Drawn::Step(step)) => (model(agent), step, 0),
-            (agent, _) => (model(agent), u32::MAX, agent),
+        // Agents of one step are drawn together, those in one pose one after the other; each of the others is drawn alone.
+        order.sort_by_cached_key(|at| {
+            let (agent, drawn) = frame.drawn[*at];
+            let step = if let Drawn::Step(step) = drawn { step } else { u32::MAX };
+            (model(agent), step, crowd.pose_key(agent, time), agent)
         });
         let mut poses: HashMap<PoseKey, [u32; 2]> = HashMap::new();
         let is_alike = |a: &usize, b: &usize| match (frame.drawn[*a], frame.drawn[*b]) {

@@ -36,7 +36,10 @@ mod view;
 pub use absent::Rasterizer;
 pub use coat::{Coat, DeviceCoat, Tint, TriangleCoat, TriangleColors};
 pub use patches::{DrawCall, Storage, UNIFORM_PATCHES, VirtualVertices};
-pub use placed::{DeviceMesh, IndirectMesh, MeshVertex, NO_TAG, PassedVertex, PassedVertices, Placed, Shape, WrittenMesh};
+pub use placed::{
+    DeviceMesh, INSTANCE_TAG, IndirectMesh, MeshVertex, NO_TAG, PassedVertex, PassedVertices, Placed, PosedMesh,
+    PosedVertex, Shape,
+};
 #[cfg(feature = "wgpu")]
 pub use rasterizer::Rasterizer;
 pub use rates::{MOST_POWER, TileRates};

@@ -19,7 +19,7 @@ use relievo_crowd::{
 };
 use relievo_render as render;
 
-pub use self::device::{DeviceCounts, DeviceStandIns, Tags};
+pub use self::device::{DeviceCounts, DeviceStandIns, Look};
 
 use crate::description::{CrowdEntry, Scene};
 use crate::paths::Paths;

@@ -7,12 +7,12 @@ use clap::ValueEnum;
 use glam::{DAffine3, DVec3};
 use relievo_core::parameter::Switch;
 use relievo_core::{Error, Result};
-use relievo_crowd::{Blend, Cluster};
+use relievo_crowd::{Blend, Cluster, CrowdModel};
 use relievo_gpu::Device;
 use relievo_render::color::{categories, from_hex};
 use relievo_render::virtual_vertex::{DeviceMesh, Placed, Rasterizer, Shape};
 use relievo_render::{FalseColor, Image, Lights, Material, Mesh, Sky, Sun, View, draw_legend, write_png};
-use relievo_scene::walking::{DeviceStandIns, StandIns, Tags};
+use relievo_scene::walking::{DeviceStandIns, Look, StandIns};
 
 use super::scene::{Scene, SceneArguments};
 use crate::Outcome;
@@ -43,7 +43,7 @@ pub struct Arguments {
     /// Light without shadows, and as if nothing hid the sky.
     #[arg(long)]
     unshadowed: bool,
-    /// What cuts, poses and draws the crowd. A graphics device draws without shadows, as --unshadowed.
+    /// What cuts, poses and draws the crowd. On a graphics device suns throw shadows by maps, and nothing hides the sky.
     #[arg(long, value_enum, default_value = "cpu")]
     device: Kind,
     /// A part of the name of the graphics device; left out, the best there is.
@@ -105,8 +105,9 @@ pub fn run(arguments: &Arguments) -> Outcome {
     view.settings.wireframe = Switch(u32::from(arguments.wireframe));
     view.settings.false_color = 1.0;
     view.false_color = Some(FalseColor { palette: palette(arguments.show) });
-    let device = crate::run::device(arguments.device, arguments.adapter.as_deref(), arguments.scene.limits.memory_limit)?;
-    if arguments.unshadowed || device.is_some() {
+    let device =
+        crate::run::device(arguments.device, arguments.adapter.as_deref(), arguments.scene.limits.memory_limit)?;
+    if arguments.unshadowed {
         (view.settings.shadows, view.settings.sky_rays) = (Switch::OFF, 0);
     }
     strip.text = format!("{}\n", arguments.output.display());
@@ -175,31 +176,25 @@ fn by_rays(arguments: &Arguments, scene: &mut Scene, view: &View, strip: &mut St
 }
 
 /// Cuts, poses and draws all frames on a device.
-fn on_device(
-    arguments: &Arguments,
-    device: &Device,
-    scene: &mut Scene,
-    view: &View,
-    strip: &mut Strip,
-) -> Result<()> {
+fn on_device(arguments: &Arguments, device: &Device, scene: &mut Scene, view: &View, strip: &mut Strip) -> Result<()> {
     if arguments.blend == BlendName::Dual || arguments.scene.has_occlusion() {
         return Err(Error::unsupported("devices blend bones linearly and do not cull by occlusion")
             .at("--blend or --occlusion")
             .advise("leave it out, or draw on the processor"));
     }
-    let mut tags = Vec::new();
-    for model in scene.crowd.models() {
-        for (cluster, number) in model.clusters.iter().zip(0..) {
-            let materials = &model.character.materials[cluster.first as usize..][..cluster.count as usize];
-            tags.extend(materials.iter().map(|material| tag(arguments.show, 0, cluster, number, *material)));
-        }
-    }
-    let tags = if arguments.show == Show::Agents { Tags::Agents } else { Tags::Triangles(&tags) };
-    let mut stand_ins = DeviceStandIns::new(device, &scene.crowd, tags, &MATERIAL)?;
+    let tag = |model: &CrowdModel, number: u32, material: u32| {
+        tag(arguments.show, 0, &model.clusters[number as usize], number, material)
+    };
+    let by_cluster: Option<&dyn Fn(&CrowdModel, u32, u32) -> u32> = match arguments.show {
+        Show::Agents => None,
+        Show::Shaded | Show::Clusters | Show::Levels => Some(&tag),
+    };
+    let look = Look { tag: by_cluster, lines: arguments.wireframe };
+    let mut stand_ins = DeviceStandIns::new(device, &scene.crowd, look)?;
     let mut rasterizer = Rasterizer::new(device)?;
     let (at, mesh) = ground(scene);
     let mesh = DeviceMesh::new(device, &mesh, &GROUND)?;
-    let ground = Placed { transform: at, ..Placed::new(Shape::Mesh(&mesh), GROUND) };
+    let ground = Placed { transform: at, throws_shadows: false, ..Placed::new(Shape::Mesh(&mesh), GROUND) };
     for time in arguments.scene.times() {
         scene.walk(time)?;
         let counts = stand_ins.update(&scene.context, &scene.crowd, (&scene.view, time))?;

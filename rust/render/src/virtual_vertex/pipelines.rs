@@ -54,6 +54,7 @@ pub(super) enum Draw {
     Triangles(Kind),
     Mesh,
     Indirect,
+    Posed,
 }
 
 impl Draw {
@@ -67,8 +68,9 @@ impl Draw {
                 traces: coat.is_some_and(DeviceCoat::has_traces),
             },
             Shape::Triangles(triangles) => Self::Triangles(triangles.kind()),
-            Shape::Mesh(_) | Shape::Written(_) => Self::Mesh,
+            Shape::Mesh(_) => Self::Mesh,
             Shape::Indirect(_) => Self::Indirect,
+            Shape::Posed(_) => Self::Posed,
         }
     }
 
@@ -89,6 +91,7 @@ impl Draw {
             Self::Triangles(_) => "triangles_draw",
             Self::Mesh => "mesh_draw",
             Self::Indirect => "indirect_draw",
+            Self::Posed => "posed_draw",
         }
     }
 
@@ -102,6 +105,7 @@ impl Draw {
             Self::Triangles(_) => "vertex_triangles",
             Self::Mesh => "vertex_mesh",
             Self::Indirect => "vertex_indirect",
+            Self::Posed => "vertex_posed",
         }
     }
 }
@@ -116,6 +120,7 @@ pub(super) struct Pipelines {
     records: BTreeMap<Storage, [wgpu::BindGroupLayout; 1]>,
     tiles: [wgpu::BindGroupLayout; 3],
     triangles: [wgpu::BindGroupLayout; 2],
+    posed: [wgpu::BindGroupLayout; 1],
     made: BTreeMap<(Draw, bool), wgpu::RenderPipeline>,
 }
 
@@ -174,6 +179,7 @@ impl Pipelines {
             records,
             tiles: [buffers(4, 0)?, buffers(2, 0)?, buffers(4, 5)?],
             triangles: [buffers(2, 0)?, buffers(3, 0)?],
+            posed: [buffers(2, 0)?],
             modules: BTreeMap::new(),
             made: BTreeMap::new(),
             device: device.clone(),
@@ -191,6 +197,7 @@ impl Pipelines {
             Draw::Patches(storage, _) | Draw::Stitches(storage, _) => &self.records[&storage],
             Draw::Tiles { .. } => &self.tiles,
             Draw::Triangles(_) => &self.triangles,
+            Draw::Posed => &self.posed,
             Draw::Strips | Draw::Mesh | Draw::Indirect => &[],
         }
     }
@@ -211,11 +218,12 @@ impl Pipelines {
             self.modules.insert(name, module);
         }
         let module = &self.modules[name];
-        use wgpu::VertexFormat::{Float32x2, Float32x3, Uint32};
+        use wgpu::VertexFormat::{Float32x2, Float32x3, Uint32, Uint32x2};
         let attribute = |offset, shader_location, format| wgpu::VertexAttribute { offset, shader_location, format };
         let virtual_vertex = [attribute(0, 0, Float32x2), attribute(8, 1, Uint32), attribute(12, 2, Uint32)];
         let passed_vertex = [attribute(0, 0, Float32x3), attribute(12, 1, Uint32), attribute(16, 2, Float32x3)];
         let indirect_vertex = [attribute(0, 0, Float32x3), attribute(12, 1, Uint32)];
+        let posed_corner = [attribute(0, 0, Uint32x2)];
         let mesh_vertex = [
             attribute(0, 0, Float32x3),
             attribute(12, 1, Float32x3),
@@ -230,6 +238,7 @@ impl Pipelines {
             Draw::Triangles(_) => (0, &[], size_of::<TrianglesCall>() as u32),
             Draw::Mesh => (size_of::<MeshVertex>(), &mesh_vertex, 0),
             Draw::Indirect => (size_of::<[u32; 4]>(), &indirect_vertex, 0),
+            Draw::Posed => (size_of::<[u32; 2]>(), &posed_corner, 0),
         };
         let buffers = [Some(wgpu::VertexBufferLayout {
             array_stride: stride as u64,
@@ -245,7 +254,7 @@ impl Pipelines {
             Draw::Triangles(Kind { colors, vectors, traces }) => {
                 vec![("COLORS", number(colors)), ("VECTORS", number(vectors)), ("TRACES", number(traces))]
             }
-            Draw::Strips | Draw::Mesh | Draw::Indirect => Vec::new(),
+            Draw::Strips | Draw::Mesh | Draw::Indirect | Draw::Posed => Vec::new(),
         };
         let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
         let mut layouts = vec![Some(self.scene_layout(shadow))];
@@ -310,6 +319,7 @@ impl Pipelines {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::virtual_vertex::PosedVertex;
     use relievo_testing::wgsl::assert_layout;
     use std::mem::offset_of;
 
@@ -325,5 +335,14 @@ mod tests {
         assert_layout("triangles_draw", "TrianglesCall", size_of::<TrianglesCall>(), &call);
         assert_layout("bezier_draw", "Draw", PATCHES_CALL as usize, &[("first", 0)]);
         assert_eq!((size_of::<MeshVertex>(), size_of::<PassedVertex>()), (52, 32));
+        let posed = [
+            ("p", offset_of!(PosedVertex, p)),
+            ("normal", offset_of!(PosedVertex, normal)),
+            ("tag", offset_of!(PosedVertex, tag)),
+            ("corner", offset_of!(PosedVertex, corner)),
+        ];
+        for module in ["posed_draw", "crowd_pose"] {
+            assert_layout(module, "Posed", size_of::<PosedVertex>(), &posed);
+        }
     }
 }

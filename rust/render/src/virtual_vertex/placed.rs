@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DVec3, Vec3};
 use relievo_core::{Error, Result};
-use relievo_gpu::{Buffer, Device};
+use relievo_gpu::{Buffer, Device, wgpu};
 use relievo_surface::DeviceSurface;
 use relievo_tiles::{DeviceTiles, Vector};
 
@@ -39,8 +39,8 @@ pub enum Shape<'a> {
     Mesh(&'a DeviceMesh),
     /// Triangles that kernels of the device have written, as many as they say.
     Indirect(IndirectMesh<'a>),
-    /// The same with a colour and a tag at each corner.
-    Written(WrittenMesh<'a>),
+    /// Posed clusters of a crowd, each at the places of its instances.
+    Posed(PosedMesh<'a>),
 }
 
 /// Something that is drawn.
@@ -54,12 +54,14 @@ pub struct Placed<'a> {
     pub material: Material,
     /// Its number in pictures; if it has none, they have the numbers of its patches or tiles.
     pub number: Option<u32>,
+    /// Whether it throws shadows. Shadow maps have the extent of what does, so a ground that reaches far would make them coarse.
+    pub throws_shadows: bool,
 }
 
 impl<'a> Placed<'a> {
     /// Where it is, with the numbers of its parts.
     pub fn new(shape: Shape<'a>, material: Material) -> Self {
-        Self { shape, transform: DAffine3::IDENTITY, material, number: None }
+        Self { shape, transform: DAffine3::IDENTITY, material, number: None, throws_shadows: true }
     }
 
     /// Smallest and largest coordinates in its own space.
@@ -69,7 +71,7 @@ impl<'a> Placed<'a> {
             Shape::Tiles { drawn, .. } => drawn.bounds(),
             Shape::Triangles(triangles) => triangles.bounds(),
             Shape::Mesh(mesh) => mesh.bounds,
-            Shape::Indirect(IndirectMesh { bounds, .. }) | Shape::Written(WrittenMesh { bounds, .. }) => {
+            Shape::Indirect(IndirectMesh { bounds, .. }) | Shape::Posed(PosedMesh { bounds, .. }) => {
                 let [low, high] = bounds.map(|corner| Vec3::from(corner).as_dvec3());
                 (low, high)
             }
@@ -222,12 +224,36 @@ pub struct IndirectMesh<'a> {
     pub bounds: [[f32; 3]; 2],
 }
 
-/// Corners of triangles that kernels of the device have written, three a triangle, counter-clockwise from its front, drawn
-/// without being read back.
+/// A vertex that kernels have posed.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct PosedVertex {
+    /// Position in the space of the model.
+    pub p: [f32; 3],
+    /// The normal on an octahedron, as in [`IndirectMesh::vertices`].
+    pub normal: u32,
+    /// Which of the false colours, or [`INSTANCE_TAG`].
+    pub tag: u32,
+    /// Where wireframes have lines, the number of this corner in its triangles, 0 to 2; elsewhere 3.
+    pub corner: u32,
+    /// Unused.
+    pub padding: [u32; 2],
+}
+
+/// The false colour that is that of the number of the instance.
+pub const INSTANCE_TAG: u32 = u32::MAX - 1;
+
+/// Triangles of vertices that kernels of the device have posed, each vertex once for all instances in its pose, drawn without
+/// being read back in the colour of their material. Pictures have the numbers of instances.
 #[derive(Clone, Copy, Debug)]
-pub struct WrittenMesh<'a> {
-    /// The corners.
-    pub vertices: &'a Buffer<MeshVertex>,
+pub struct PosedMesh<'a> {
+    /// A vertex and an instance for each corner, three a triangle, counter-clockwise from its front in the world.
+    pub corners: &'a Buffer<[u32; 2]>,
+    /// The vertices.
+    pub vertices: &'a Buffer<PosedVertex>,
+    /// 16 words each: the number of the instance, three words that are not read, and three rows of four numbers that map its
+    /// model to the object's space.
+    pub instances: &'a wgpu::Buffer,
     /// First the number of corners, then 1, 0, 0.
     pub arguments: &'a Buffer<u32>,
     /// Smallest and largest coordinates; they may be those of more than is drawn.

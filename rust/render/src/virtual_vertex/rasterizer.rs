@@ -155,10 +155,10 @@ impl Rasterizer {
             self.shadows = Some(ShadowMaps::new(&self.device, suns as u32)?);
         }
         let eye = view.camera.eye;
-        let mut extent = Extent::empty();
-        objects.iter().for_each(|object| extent.add(object.bounds(), &object.transform, eye));
+        let extent = Extent::of(objects.iter(), eye);
+        let thrown = Extent::of(objects.iter().filter(|object| object.throws_shadows), eye);
         let shadows: Vec<_> =
-            view.lights.suns[..suns].iter().map(|sun| shadow(sun.direction, &extent, SHADOW_SIDE)).collect();
+            view.lights.suns[..suns].iter().map(|sun| shadow(sun.direction, &thrown, SHADOW_SIDE)).collect();
         self.view.write(&self.device, 0, &[ViewBlock::new(view, scale, &shadows)])?;
         // The blocks of all objects as the camera sees them, then as each sun does.
         let spaces = [projection(view, size, &extent)].into_iter().chain(shadows.iter().map(|shadow| shadow.0));
@@ -220,7 +220,9 @@ impl Rasterizer {
             let mut pass = frame.draw("shadows", &descriptor);
             for (index, (object, groups)) in objects.iter().zip(&groups).enumerate() {
                 pass.set_bind_group(0, &shadow_group, &[offset((1 + sun) * objects.len() + index)?]);
-                draw_shape(&mut pass, &object.shape, groups, |draw| self.pipelines.get(draw, true))?;
+                if object.throws_shadows {
+                    draw_shape(&mut pass, &object.shape, groups, |draw| self.pipelines.get(draw, true))?;
+                }
             }
         }
         let (views, depth) = targets.views();
@@ -277,7 +279,8 @@ impl Rasterizer {
         let draw = Draw::of(shape);
         let own = match shape {
             Shape::Patches(patches) => vec![self.record_group(patches)?],
-            Shape::Strips(..) | Shape::Mesh(_) | Shape::Indirect(_) | Shape::Written(_) => Vec::new(),
+            Shape::Strips(..) | Shape::Mesh(_) | Shape::Indirect(_) => Vec::new(),
+            Shape::Posed(mesh) => vec![self.buffer_group(draw, 0, &[mesh.vertices.wgpu(), mesh.instances])?],
             Shape::Tiles { surface, tiles, vectors, coat, drawn } => {
                 let nothing = self.nothing.wgpu();
                 let count = drawn.rates().count();
@@ -432,8 +435,8 @@ fn draw_shape<'a>(
             pass.draw_indexed_indirect(mesh.arguments.wgpu(), 0);
             Ok(())
         }
-        Shape::Written(mesh) => {
-            pass.set_vertex_buffer(0, mesh.vertices.wgpu().slice(..));
+        Shape::Posed(mesh) => {
+            pass.set_vertex_buffer(0, mesh.corners.wgpu().slice(..));
             pass.draw_indirect(mesh.arguments.wgpu(), 0);
             Ok(())
         }

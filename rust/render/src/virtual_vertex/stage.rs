@@ -147,7 +147,11 @@ impl Stage {
             placed.extend(entry.surface.iter().map(|surface| surface.placed(transform, material, Some(number))));
             let triangles = entry.triangles.iter().map(Shape::Triangles);
             let shapes = triangles.chain(entry.meshes.values().map(Shape::Mesh));
-            placed.extend(shapes.map(|shape| Placed { shape, transform, material, number: Some(number) }));
+            placed.extend(shapes.map(|shape| Placed {
+                transform,
+                number: Some(number),
+                ..Placed::new(shape, material)
+            }));
         }
         self.rasterizer.render(&placed, view)
     }

@@ -113,6 +113,6 @@ impl DrawnSurface {
             coat: Some(&self.coat),
             drawn: &self.drawn,
         };
-        Placed { shape, transform, material, number }
+        Placed { transform, number, ..Placed::new(shape, material) }
     }
 }

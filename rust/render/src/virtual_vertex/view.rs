@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4, Mat4, Vec3};
 
+use super::placed::Placed;
 use crate::scene::Material;
 use crate::settings::View;
 use crate::sky::ClearSky;
@@ -75,7 +76,14 @@ impl Extent {
         Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY }
     }
 
-    /// With an object that is within `bounds` of its own space.
+    /// Returns that of some objects.
+    pub fn of<'a>(objects: impl Iterator<Item = &'a Placed<'a>>, eye: DVec3) -> Self {
+        let mut extent = Self::empty();
+        objects.for_each(|object| extent.add(object.bounds(), &object.transform, eye));
+        extent
+    }
+
+    /// Adds an object that is within `bounds` of its own space.
     pub fn add(&mut self, (low, high): (DVec3, DVec3), transform: &DAffine3, eye: DVec3) {
         for corner in corners(low, high) {
             let p = transform.transform_point3(corner) - eye;
@@ -121,7 +129,10 @@ pub(super) fn shadow(direction: [f32; 3], extent: &Extent, side: u32) -> (DMat4,
     let right = toward.any_orthonormal_vector();
     let axes = DMat3::from_cols(right, toward.cross(right), toward).transpose();
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for corner in corners(extent.low, extent.high) {
+    // Any box will do where nothing throws shadows.
+    let is_empty = extent.low.cmpgt(extent.high).any();
+    let ends = if is_empty { (DVec3::ZERO, DVec3::ONE) } else { (extent.low, extent.high) };
+    for corner in corners(ends.0, ends.1) {
         low = low.min(axes * corner);
         high = high.max(axes * corner);
     }

@@ -1,31 +1,33 @@
-//! Crowds that a graphics device cuts, poses and draws (`shaders/crowd/crowd_pose.wgsl`).
+//! Crowds that a graphics device cuts, poses and draws (Section 5.2, `shaders/crowd/crowd_pose.wgsl`).
 //!
-//! The device makes the draws, skins the corners of what they show, and the rasteriser draws these by an indirect draw: what is
-//! drawn is never read back. Places are 32-bit floats in the world.
+//! The device makes the draws, poses each vertex of a cluster once for all agents of a step in the same pose, and writes two
+//! numbers for each corner of each agent, which one indirect draw shows. The host reads nothing back but four counts, by
+//! which it makes room. Places of agents are 32-bit floats in the world.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
-use relievo_crowd::{Crowd, CrowdView, DeviceCrowd, MorphOffset};
-use relievo_gpu::{Access, Buffer, Device, GROUP, Kernel, KernelSpec, Scan, groups};
+use relievo_crowd::{Crowd, CrowdModel, CrowdView, DeviceCrowd, MorphOffset};
+use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Scan, groups};
 use relievo_render::Material;
-use relievo_render::virtual_vertex::{MeshVertex, Placed, Shape, WrittenMesh};
+use relievo_render::virtual_vertex::{INSTANCE_TAG, Placed, PosedMesh, PosedVertex, Shape};
 
-/// Draws and triangles that there is room for at first.
-const ROOM: [u32; 2] = [1 << 16, 1 << 16];
+/// Draws, posed vertices and corners that there is room for at first.
+const ROOM: [u32; 3] = [1 << 8, 1 << 12, 3 << 12];
+/// What has no line at any corner.
+const NO_CORNER: u32 = 3;
 
 /// As in the kernels.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct Call {
+    agents: u32,
     draws: u32,
+    posed: u32,
     corners: u32,
-    by_agent: u32,
-    padding: u32,
-    color: [f32; 3],
-    more_padding: u32,
 }
 
 #[repr(C)]
@@ -41,15 +43,24 @@ struct VertexRow {
     padding: [u32; 2],
 }
 
-const _: () = assert!(size_of::<VertexRow>() == 64 && size_of::<Call>() == 32 && size_of::<MeshVertex>() == 52);
+/// A vertex of a cluster: which of all vertices, and its tag and corner as [`PosedVertex`] has them.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Pod, Zeroable)]
+struct ClusterVertex {
+    vertex: u32,
+    tag: u32,
+    corner: u32,
+}
 
-/// What false colours show of a crowd.
-#[derive(Clone, Copy, Debug)]
-pub enum Tags<'a> {
-    /// A number for each triangle of all clusters of all models, one model after the other.
-    Triangles(&'a [u32]),
-    /// The number of the agent.
-    Agents,
+const _: () = assert!(size_of::<VertexRow>() == 64 && size_of::<ClusterVertex>() == 12);
+
+/// How clusters look.
+#[derive(Clone, Copy)]
+pub struct Look<'a> {
+    /// The false colour of a triangle of the model, the cluster and the material. Left out, agents have that of their number.
+    pub tag: Option<&'a dyn Fn(&CrowdModel, u32, u32) -> u32>,
+    /// Whether wireframes have lines, for which corners share fewer vertices.
+    pub lines: bool,
 }
 
 /// What a device drew up for a view.
@@ -57,9 +68,11 @@ pub enum Tags<'a> {
 pub struct DeviceCounts {
     /// Agents in view.
     pub agents: u32,
-    /// Indexed draws.
+    /// Clusters, each once for all agents that show it by one draw.
     pub draws: u32,
-    /// Triangles.
+    /// Vertices that were posed.
+    pub posed: u32,
+    /// Triangles of all agents.
     pub triangles: u32,
 }
 
@@ -68,47 +81,35 @@ pub struct DeviceCounts {
 pub struct DeviceStandIns {
     device: Device,
     crowd: DeviceCrowd,
-    vertices: Buffer<VertexRow>,
-    indices: Buffer<u32>,
-    tags: Buffer<u32>,
-    offsets: Buffer<[f32; 4]>,
-    by_agent: bool,
-    base_color: [f32; 3],
-    kernels: [Arc<Kernel>; 2],
+    models: Models,
+    kernels: [Arc<Kernel>; 4],
     room: Room,
     bounds: [[f32; 3]; 2],
 }
 
-/// What is written for a view.
+/// What models have, sent once.
 #[derive(Debug)]
-struct Room {
-    starts: Buffer<u32>,
-    scan: Scan,
-    corners: Buffer<MeshVertex>,
-    arguments: Buffer<u32>,
+struct Models {
+    clusters: Buffer<[u32; 2]>,
+    vertices: Buffer<VertexRow>,
+    cluster_vertices: Buffer<ClusterVertex>,
+    indices: Buffer<u32>,
+    offsets: Buffer<[f32; 4]>,
 }
 
-impl Room {
-    fn new(device: &Device, crowd: &DeviceCrowd, corners: u32) -> Result<Self> {
-        let starts = Buffer::new(device, "crowd corner starts", crowd.room() as usize + 1)?;
-        Ok(Self {
-            scan: Scan::new(device, &starts, crowd.counts())?,
-            starts,
-            corners: Buffer::new(device, "crowd corners", corners as usize)?,
-            arguments: Buffer::new(device, "crowd arguments", 4)?,
-        })
-    }
-}
-
-impl DeviceStandIns {
-    /// Sends the models of a crowd to a device. Surfaces have the colour of `material` where no false colour covers it.
-    ///
-    /// # Errors
-    /// The device has no memory, there is another number of tags than of triangles, or the crowd is too large for 32 bits.
-    pub fn new(device: &Device, crowd: &Crowd, tags: Tags<'_>, material: &Material) -> Result<Self> {
-        let (mut vertices, mut indices, mut offsets) = (Vec::new(), Vec::new(), Vec::new());
+impl Models {
+    fn new(device: &Device, crowd: &Crowd, look: Look<'_>) -> Result<Self> {
+        let (mut vertices, mut offsets) = (Vec::new(), Vec::new());
+        let (mut cluster_vertices, mut indices) = (Vec::<ClusterVertex>::new(), Vec::new());
+        let mut next = crowd.models().len() as u32;
+        let firsts = crowd.models().iter().map(|model| {
+            next += model.clusters.len() as u32;
+            [next - model.clusters.len() as u32, 0]
+        });
+        let mut clusters: Vec<[u32; 2]> = firsts.collect();
         for model in crowd.models() {
             let character = &model.character;
+            let first_vertex = vertices.len() as u32;
             let normals = character.values("normal").map(|values| values.as_chunks::<3>().0);
             for (index, (p, influence)) in character.points.iter().zip(&character.influences).enumerate() {
                 let [a, b, c, d] = influence.bones.map(u32::from);
@@ -126,45 +127,102 @@ impl DeviceStandIns {
                     padding: [0; 2],
                 });
             }
-            indices.extend(character.triangles.iter().flatten());
+            for (cluster, number) in model.clusters.iter().zip(0..) {
+                let first = cluster_vertices.len();
+                let mut known = HashMap::new();
+                let materials = &character.materials[cluster.first as usize..];
+                for (triangle, material) in model.triangles(number).iter().zip(materials) {
+                    let tag = look.tag.map_or(INSTANCE_TAG, |tag| tag(model, number, *material));
+                    for (vertex, corner) in triangle.iter().zip(0..) {
+                        let corner = if look.lines { corner } else { NO_CORNER };
+                        let found = ClusterVertex { vertex: first_vertex + vertex, tag, corner };
+                        indices.push(*known.entry(found).or_insert_with(|| {
+                            cluster_vertices.push(found);
+                            (cluster_vertices.len() - first - 1) as u32
+                        }));
+                    }
+                }
+                clusters.push([first as u32, (cluster_vertices.len() - first) as u32]);
+            }
         }
         // Nothing empty can be bound.
         offsets.push([0.0; 4]);
-        let (tags, by_agent) = match tags {
-            Tags::Triangles(tags) => (tags.to_vec(), false),
-            Tags::Agents => (vec![0; indices.len() / 3], true),
-        };
-        if 3 * tags.len() != indices.len() {
-            let counts = (tags.len(), indices.len() / 3);
-            return Err(Error::invalid(format!("there are {} tags for {} triangles", counts.0, counts.1)));
-        }
+        Ok(Self {
+            clusters: Buffer::of(device, "crowd vertex ranges", &clusters)?,
+            vertices: Buffer::of(device, "crowd vertices", &vertices)?,
+            cluster_vertices: Buffer::of(device, "crowd vertices of clusters", &cluster_vertices)?,
+            indices: Buffer::of(device, "crowd indices", &indices)?,
+            offsets: Buffer::of(device, "crowd offsets", &offsets)?,
+        })
+    }
+}
+
+/// What is written for a view.
+#[derive(Debug)]
+struct Room {
+    agents: usize,
+    runs: Buffer<u32>,
+    run_firsts: Buffer<u32>,
+    starts: [Buffer<u32>; 2],
+    posed: Buffer<PosedVertex>,
+    corners: Buffer<[u32; 2]>,
+    arguments: Buffer<u32>,
+    /// Of runs, and of both starts.
+    scans: [Scan; 3],
+}
+
+impl Room {
+    fn new(device: &Device, agents: usize, [draws, posed, corners]: [u32; 3]) -> Result<Self> {
+        let runs = Buffer::new(device, "crowd runs", agents + 1)?;
+        let start = |label| Buffer::new(device, label, draws as usize + 1);
+        let starts = [start("crowd posed starts")?, start("crowd corner starts")?];
+        let arguments = Buffer::new(device, "crowd arguments", 4)?;
+        let scan = |items| Scan::new(device, items, &arguments);
+        Ok(Self {
+            agents,
+            scans: [scan(&runs)?, scan(&starts[0])?, scan(&starts[1])?],
+            runs,
+            run_firsts: Buffer::new(device, "crowd run firsts", agents)?,
+            starts,
+            posed: Buffer::new(device, "crowd posed vertices", posed as usize)?,
+            corners: Buffer::new(device, "crowd corners", corners as usize)?,
+            arguments,
+        })
+    }
+
+    /// Draws, posed vertices and corners.
+    fn sizes(&self) -> [u32; 3] {
+        [self.starts[0].len() - 1, self.posed.len(), self.corners.len()].map(|size| size as u32)
+    }
+}
+
+impl DeviceStandIns {
+    /// Sends the models of a crowd to a device.
+    ///
+    /// # Errors
+    /// The device has no memory, or the models are too large for 32 bits.
+    pub fn new(device: &Device, crowd: &Crowd, look: Look<'_>) -> Result<Self> {
         use Access::{Read, Write};
         let kernel = |entry| {
             device.kernel(&KernelSpec {
                 module: "crowd_pose",
                 entry,
-                groups: &[&[Read; 9], &[Write; 3]],
+                groups: &[&[Read; 5], &[Write; 7], &[Read; 6]],
                 immediates: size_of::<Call>() as u32,
                 constants: &[],
             })
         };
-        let on_device = DeviceCrowd::new(device, crowd, ROOM[0])?;
         Ok(Self {
-            vertices: Buffer::of(device, "crowd vertices", &vertices)?,
-            indices: Buffer::of(device, "crowd indices", &indices)?,
-            tags: Buffer::of(device, "crowd tags", &tags)?,
-            offsets: Buffer::of(device, "crowd offsets", &offsets)?,
-            by_agent,
-            base_color: material.base_color,
-            kernels: [kernel("count_corners")?, kernel("pose_corners")?],
-            room: Room::new(device, &on_device, 3 * ROOM[1])?,
+            crowd: DeviceCrowd::new(device, crowd, ROOM[0])?,
+            models: Models::new(device, crowd, look)?,
+            kernels: [kernel("mark_runs")?, kernel("count_parts")?, kernel("pose_vertices")?, kernel("write_corners")?],
+            room: Room::new(device, crowd.agents().len(), ROOM)?,
             bounds: [[0.0; 3]; 2],
-            crowd: on_device,
             device: device.clone(),
         })
     }
 
-    /// Cuts and poses the crowd for a view at `time` seconds. Room is made where there is too little.
+    /// Cuts and poses the crowd for a view at `time` seconds. Makes room where there is too little.
     ///
     /// # Errors
     /// As [`DeviceCrowd::record`].
@@ -174,82 +232,105 @@ impl DeviceStandIns {
         crowd: &Crowd,
         (view, time): (&CrowdView, f64),
     ) -> Result<DeviceCounts> {
-        let [agents, draws] = self.crowd.update(context, crowd, view, time)?;
-        if self.room.starts.len() != self.crowd.room() as usize + 1 {
-            self.room = Room::new(&self.device, &self.crowd, self.room.corners.len() as u32)?;
-        }
-        let mut corners = self.count()?;
-        if corners as usize > self.room.corners.len() {
-            // A fourth more, so that a view that comes nearer needs no room in each frame.
-            let more = corners.checked_add(corners / 4).unwrap_or(u32::MAX);
-            self.room = Room::new(&self.device, &self.crowd, more)?;
-            corners = self.count()?;
-        }
-        let mut frame = self.device.frame()?;
-        frame.clear(&self.room.arguments);
-        let bindings = self.bindings(1)?;
-        let mut pass = frame.pass("crowd pose");
-        let call = self.call();
-        pass.run(&self.kernels[1], &[&bindings[0], &bindings[1]], bytemuck::bytes_of(&call), groups(draws.max(1)))?;
-        drop(pass);
-        let _ = frame.submit()?;
         self.bounds = bounds(crowd);
-        Ok(DeviceCounts { agents, draws, triangles: corners / 3 })
-    }
-
-    /// Returns what is drawn. It has the glossy part of `material`.
-    pub fn placed(&self, material: Material) -> Placed<'_> {
-        let Room { corners, arguments, .. } = &self.room;
-        Placed::new(Shape::Written(WrittenMesh { vertices: corners, arguments, bounds: self.bounds }), material)
-    }
-
-    fn call(&self) -> Call {
-        Call {
-            draws: self.crowd.room(),
-            corners: self.room.corners.len() as u32,
-            by_agent: u32::from(self.by_agent),
-            padding: 0,
-            color: self.base_color,
-            more_padding: 0,
+        loop {
+            let sizes = self.room.sizes();
+            if self.room.agents != crowd.agents().len() {
+                self.room = Room::new(&self.device, crowd.agents().len(), sizes)?;
+            }
+            let mut frame = self.device.frame()?;
+            self.crowd.record(context, crowd, (view, time), &mut frame)?;
+            self.record(&mut frame)?;
+            let draws = sizes[0] as usize;
+            let counts = frame.read(self.crowd.counts(), 0..2)?;
+            let ends = self.room.starts.each_ref().map(|starts| frame.read(starts, draws..draws + 1));
+            let _ = frame.submit()?;
+            let [agents, draws] = counts.get(&self.device)?.try_into().map_err(|_| unread())?;
+            let [posed, corners] = ends.map(|end| end?.get(&self.device)?.first().copied().ok_or_else(unread));
+            let needed = [draws, posed?, corners?];
+            if needed.iter().zip(sizes).all(|(needed, size)| *needed <= size) {
+                return Ok(DeviceCounts { agents, draws, posed: needed[1], triangles: needed[2] / 3 });
+            }
+            // A fourth more, so that a view that comes nearer needs no new room in each frame.
+            let larger = |needed: u32, size: u32| if needed > size { needed.saturating_add(needed / 4) } else { size };
+            let sizes: [u32; 3] = std::array::from_fn(|at| larger(needed[at], sizes[at]));
+            if sizes[0] > self.crowd.room() {
+                self.crowd.make_room(sizes[0])?;
+            }
+            self.room = Room::new(&self.device, crowd.agents().len(), sizes)?;
         }
     }
 
-    fn bindings(&self, kernel: usize) -> Result<[relievo_gpu::Bindings; 2]> {
-        let read = [
-            self.vertices.wgpu(),
-            self.indices.wgpu(),
-            self.tags.wgpu(),
-            self.crowd.matrices().wgpu(),
-            self.crowd.weights().wgpu(),
-            self.offsets.wgpu(),
-            self.crowd.draws().wgpu(),
-            self.crowd.instances().wgpu(),
-            self.crowd.counts().wgpu(),
-        ];
-        let written = [self.room.starts.wgpu(), self.room.corners.wgpu(), self.room.arguments.wgpu()];
-        let kernel = &self.kernels[kernel];
-        Ok([self.device.bind(kernel, 0, &read)?, self.device.bind(kernel, 1, &written)?])
+    /// Records what follows the cut.
+    fn record(&self, frame: &mut Frame) -> Result<()> {
+        let room = &self.room;
+        let [draws, posed, corners] = room.sizes();
+        let agents = room.agents as u32;
+        let call = Call { agents, draws, posed, corners };
+        let call = bytemuck::bytes_of(&call);
+        let bindings = self.bindings()?;
+        let bound = bindings.each_ref();
+        let [mark_runs, count_parts, pose_vertices, write_corners] = &self.kernels;
+        let by_item = |items: u32| groups(items.div_ceil(GROUP));
+        frame.clear(&room.arguments);
+        let mut pass = frame.pass("crowd pose");
+        pass.run(mark_runs, &bound, call, by_item(agents + 1))?;
+        room.scans[0].run(&mut pass, agents + 1)?;
+        pass.run(count_parts, &bound, call, by_item(agents.max(draws + 1)))?;
+        room.scans[1].run(&mut pass, draws + 1)?;
+        room.scans[2].run(&mut pass, draws + 1)?;
+        pass.run(pose_vertices, &bound, call, by_item(posed))?;
+        pass.run(write_corners, &bound, call, by_item(corners))
     }
 
-    /// Finds where the corners of each draw begin, and returns how many there are.
-    fn count(&mut self) -> Result<u32> {
-        let draws = self.crowd.room();
-        let mut frame = self.device.frame()?;
-        frame.clear(&self.room.starts);
-        let bindings = self.bindings(0)?;
-        let call = self.call();
-        let mut pass = frame.pass("crowd corners");
-        let by_draw = groups(draws.div_ceil(GROUP));
-        pass.run(&self.kernels[0], &[&bindings[0], &bindings[1]], bytemuck::bytes_of(&call), by_draw)?;
-        self.room.scan.run(&mut pass, draws + 1)?;
-        drop(pass);
-        let end = frame.read(&self.room.starts, draws as usize..draws as usize + 1)?;
-        let _ = frame.submit()?;
-        end.get(&self.device)?.first().copied().ok_or_else(|| Error::internal("a sum that cannot be read"))
+    fn bindings(&self) -> Result<[Bindings; 3]> {
+        let (crowd, room, models) = (&self.crowd, &self.room, &self.models);
+        let drawn = [
+            crowd.draws().wgpu(),
+            crowd.clusters().wgpu(),
+            crowd.instances().wgpu(),
+            crowd.counts().wgpu(),
+            models.clusters.wgpu(),
+        ];
+        let written = [
+            room.runs.wgpu(),
+            room.run_firsts.wgpu(),
+            room.starts[0].wgpu(),
+            room.starts[1].wgpu(),
+            room.posed.wgpu(),
+            room.corners.wgpu(),
+            room.arguments.wgpu(),
+        ];
+        let read = [
+            models.vertices.wgpu(),
+            models.cluster_vertices.wgpu(),
+            models.indices.wgpu(),
+            crowd.matrices().wgpu(),
+            crowd.weights().wgpu(),
+            models.offsets.wgpu(),
+        ];
+        let bind = |group, buffers: &[_]| self.device.bind(&self.kernels[0], group, buffers);
+        Ok([bind(0, &drawn)?, bind(1, &written)?, bind(2, &read)?])
+    }
+
+    /// Returns what is drawn, made of `material`.
+    pub fn placed(&self, material: Material) -> Placed<'_> {
+        let mesh = PosedMesh {
+            corners: &self.room.corners,
+            vertices: &self.room.posed,
+            instances: self.crowd.instances().wgpu(),
+            arguments: &self.room.arguments,
+            bounds: self.bounds,
+        };
+        Placed::new(Shape::Posed(mesh), material)
     }
 }
 
-/// Returns a box around all agents.
+fn unread() -> Error {
+    Error::internal("counts that cannot be read")
+}
+
+/// Returns a box around all agents in the world.
 fn bounds(crowd: &Crowd) -> [[f32; 3]; 2] {
     let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
     for agent in crowd.agents() {

@@ -4,6 +4,8 @@
 mod bending;
 mod brushes;
 #[cfg(feature = "crowd")]
+mod crowd_devices;
+#[cfg(feature = "crowd")]
 mod crowds;
 #[cfg(feature = "decal")]
 mod decals;
