@@ -69,6 +69,12 @@ pub(crate) struct MorphNode {
 }
 
 impl Character {
+    /// Returns the bytes of a vertex in memory: place, influences and attributes.
+    pub fn vertex_size(&self) -> usize {
+        let widths: u32 = self.attributes.iter().map(|attribute| attribute.width).sum();
+        12 + size_of::<Influence>() + 4 * widths as usize
+    }
+
     /// Makes a character of all that a file shows. All morph targets keep their weights at rest.
     ///
     /// # Errors
