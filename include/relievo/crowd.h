@@ -140,15 +140,17 @@ typedef struct RlvCrowdView {
     double time;      /* since the clips began, seconds */
     uint32_t occlusion; /* 1 leaves out agents that others hide at the middle of every pixel they may cover; 0 does not */
     uint32_t geomorph;  /* 1 moves vertices from cut to cut as the view moves, so that nothing jumps; 0 does not */
+    uint32_t impostors; /* 1 makes agents of a few pixels quads with pictures of them, where these hold the error; 0 does not */
+    uint32_t reserved;
 } RlvCrowdView;
 
 #define RLV_CROWD_VIEW_INIT \
-    {sizeof(RlvCrowdView), 0, 0, 0.5f, {0.0}, {0.0, 0.0, -1.0}, {0.0, 1.0, 0.0}, 0.6, 0.0, 0, 0}
+    {sizeof(RlvCrowdView), 0, 0, 0.5f, {0.0}, {0.0, 0.0, -1.0}, {0.0, 1.0, 0.0}, 0.6, 0.0, 0, 0, 0, 0}
 
 /* Counts of a frame. */
 typedef struct RlvCrowdFrame {
     uint32_t struct_size;
-    uint32_t agent_count;  /* in view, without hidden ones: instances */
+    uint32_t agent_count;  /* in view, without hidden ones and impostors: instances */
     uint32_t draw_count;
     uint32_t matrix_count; /* one for each bone of each pose that is shown */
     uint32_t changed;      /* agents that show other clusters than in the last frame, or may do so */
@@ -158,10 +160,12 @@ typedef struct RlvCrowdFrame {
     uint64_t hidden_triangles;
     uint64_t occluder_triangles; /* that were drawn into depths to find the hidden agents; 0 where that rested */
     uint32_t weight_count;       /* one for each morph target of each pose that is shown */
+    uint32_t impostor_count;     /* agents that are quads, of two of the triangles each */
+    uint32_t picture_count;      /* of impostors, which share those of equal poses and directions */
     uint32_t reserved;
 } RlvCrowdFrame;
 
-#define RLV_CROWD_FRAME_INIT {sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+#define RLV_CROWD_FRAME_INIT {sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
 
 /* Arguments of an indexed draw, in the layout of VkDrawIndexedIndirectCommand. The vertices of all models are in one
  * buffer, one model after the other, and so are the indices of their triangles. */
@@ -202,6 +206,49 @@ typedef struct RlvCrowdBuffers {
 
 #define RLV_CROWD_BUFFERS_INIT \
     {sizeof(RlvCrowdBuffers), 0, NULL, 0, 0, NULL, NULL, 0, 0, NULL, 0, 0, NULL, 0, NULL, NULL}
+
+/* Texels along a side of the picture of an impostor. */
+#define RLV_CROWD_PICTURE_SIDE 32
+
+/* An agent that is drawn as a quad: the square of its picture. */
+typedef struct RlvCrowdImpostor {
+    uint32_t agent;
+    uint32_t picture;    /* in the pictures of the frame */
+    float transform[12]; /* from the model to the world: three rows of four */
+} RlvCrowdImpostor;
+
+/* A picture of a model in a pose, on a square in the space of the model: center + x * axes[0] + y * axes[1], where x and y
+ * go from -radius to radius. */
+typedef struct RlvCrowdPicture {
+    uint64_t number;  /* of all that were made: hosts keep what they made of it for later frames */
+    uint32_t model;
+    float radius;     /* half a side of the square, units of the model */
+    float center[3];
+    float axes[9];    /* to the right, up and towards the viewer, of length 1 */
+} RlvCrowdPicture;
+
+/* What a picture shows at a texel. */
+typedef struct RlvCrowdTexel {
+    uint32_t cluster; /* UINT32_MAX where there is nothing */
+    uint32_t material;
+    float normal[3];  /* in the space of the model, of length 1 */
+} RlvCrowdTexel;
+
+/* Arrays that the impostors of a frame are written to; NULL leaves an array out. Strides are in bytes, 0 for packed. */
+typedef struct RlvCrowdImpostors {
+    uint32_t struct_size;
+    uint32_t reserved;
+    RlvCrowdImpostor *impostors;
+    size_t impostor_capacity;
+    size_t impostor_stride;
+    RlvCrowdPicture *pictures;
+    size_t picture_capacity;
+    size_t picture_stride;
+    RlvCrowdTexel *texels; /* of one picture after the other, packed: RLV_CROWD_PICTURE_SIDE rows of as many, the lowest first */
+    size_t texel_capacity;
+} RlvCrowdImpostors;
+
+#define RLV_CROWD_IMPOSTORS_INIT {sizeof(RlvCrowdImpostors), 0, NULL, 0, 0, NULL, 0, 0, NULL, 0}
 
 /* The fields of RlvCrowdBuildSettings in order: a table that lives as long as the process, and its length. No failure of
  * its own. */
@@ -291,13 +338,17 @@ RLV_API RlvResult rlv_crowd_set_weights(RlvCrowd crowd, uint32_t agent, const fl
 /* Mutates the crowd: finds what a view draws of it; out may be NULL. With occlusion the nearest agents that were drawn in
  * the last cut are rasterised on the processor, and the boxes of all agents tested against their depths. That changes no
  * pixel of a picture with one sample in the middle of each pixel, and rests for 32 cuts where it hides fewer triangles
- * than it costs. With geomorph vertices move between cuts, which is of use where errors above one pixel may be seen; all
+ * than it costs. With impostors agents of a few pixels that have no weights of their own have no draws, but a quad each: see
+ * rlv_crowd_get_impostors. With geomorph vertices move between cuts, which is of use where errors above one pixel may be seen; all
  * agents in view are then cut group by group, and each has draws of its own. Fails if the view is not finite or has no pixels
- * or direction, occlusion or geomorph is neither 0 nor 1, the indices of all models do not fit 32 bits, with occlusion there
+ * or direction, occlusion, geomorph or impostors is neither 0 nor 1, the indices of all models do not fit 32 bits, with occlusion there
  * are more than 2^26 pixels, or with geomorph a model does not say where its vertices go. */
 RLV_API RlvResult rlv_crowd_cut(RlvCrowd crowd, const RlvCrowdView *view, RlvCrowdFrame *out);
 
 /* Writes what rlv_crowd_cut found. Fails, and writes nothing, if a capacity is too small, or the agents changed since. */
 RLV_API RlvResult rlv_crowd_get(RlvCrowd crowd, const RlvCrowdBuffers *buffers);
+
+/* Writes the impostors that rlv_crowd_cut found. Fails as rlv_crowd_get. */
+RLV_API RlvResult rlv_crowd_get_impostors(RlvCrowd crowd, const RlvCrowdImpostors *impostors);
 
 #endif

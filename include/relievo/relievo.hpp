@@ -1593,6 +1593,13 @@ struct CrowdDraws {
     std::vector<float> blends;
 };
 
+/// The quads of agents of a few pixels, with their pictures and the texels of one picture after the other.
+struct CrowdQuads {
+    std::vector<RlvCrowdImpostor> impostors;
+    std::vector<RlvCrowdPicture> pictures;
+    std::vector<RlvCrowdTexel> texels;
+};
+
 /// Agents of some models; see relievo/crowd.h.
 class Crowd : public Reference<RlvCrowd, rlv_crowd_retain, rlv_crowd_release> {
 public:
@@ -1656,6 +1663,23 @@ public:
         found.blends.resize(frame.draw_count);
         buffers.blends = found.blends.data();
         check(rlv_crowd_get(get(), &buffers));
+        return found;
+    }
+
+    /// Returns the impostors of a cut; `frame` is that of the last one.
+    CrowdQuads impostors(const RlvCrowdFrame &frame) const {
+        CrowdQuads found;
+        found.impostors.resize(frame.impostor_count);
+        found.pictures.resize(frame.picture_count);
+        found.texels.resize(std::size_t{RLV_CROWD_PICTURE_SIDE} * RLV_CROWD_PICTURE_SIDE * frame.picture_count);
+        RlvCrowdImpostors buffers = RLV_CROWD_IMPOSTORS_INIT;
+        buffers.impostors = found.impostors.data();
+        buffers.impostor_capacity = found.impostors.size();
+        buffers.pictures = found.pictures.data();
+        buffers.picture_capacity = found.pictures.size();
+        buffers.texels = found.texels.data();
+        buffers.texel_capacity = found.texels.size();
+        check(rlv_crowd_get_impostors(get(), &buffers));
         return found;
     }
 };

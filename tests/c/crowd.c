@@ -324,6 +324,80 @@ static void check_geomorphs(RlvContext context, RlvCrowdModel model) {
     free(blends);
 }
 
+/* Far agents are quads that share pictures of equal poses, near ones are not; a picture keeps its number. */
+static void check_impostors(RlvContext context, RlvCrowdModel model) {
+    enum { TEXELS = RLV_CROWD_PICTURE_SIDE * RLV_CROWD_PICTURE_SIDE };
+    RlvCrowdAgent agents[AGENTS];
+    RlvCrowdView view = RLV_CROWD_VIEW_INIT;
+    RlvCrowdFrame frame = RLV_CROWD_FRAME_INIT;
+    RlvCrowdImpostors buffers = RLV_CROWD_IMPOSTORS_INIT;
+    RlvCrowdModelInfo info = RLV_CROWD_MODEL_INFO_INIT;
+    RlvCrowdImpostor impostors[AGENTS];
+    RlvCrowdPicture pictures[AGENTS];
+    RlvCrowdTexel *texels = malloc(AGENTS * TEXELS * sizeof *texels);
+    RlvCrowd crowd = RLV_NULL;
+    CHECK(texels != NULL);
+    CHECK_OK(rlv_crowd_model_info(model, &info));
+    for (int agent = 0; agent < AGENTS; ++agent) {
+        agents[agent] = agent_at(0.2 * agent, agent == 0 ? -4.0 : -300.0);
+        agents[agent].phase = agent % 2 / 6.0;
+    }
+    CHECK_OK(rlv_crowd_create(context, &model, 1, &crowd));
+    CHECK_OK(rlv_crowd_add(crowd, agents, AGENTS, 0, NULL));
+    view.width = 320;
+    view.height = 240;
+    CHECK_OK(rlv_crowd_cut(crowd, &view, &frame));
+    CHECK(frame.agent_count == AGENTS && frame.impostor_count == 0 && frame.picture_count == 0);
+    view.impostors = 1;
+    CHECK_OK(rlv_crowd_cut(crowd, &view, &frame));
+    CHECK(frame.agent_count == 1 && frame.impostor_count == AGENTS - 1 && frame.picture_count == 2);
+    buffers.impostors = impostors;
+    buffers.impostor_capacity = AGENTS;
+    buffers.pictures = pictures;
+    buffers.picture_capacity = 2;
+    buffers.texels = texels;
+    buffers.texel_capacity = 2 * TEXELS - 1;
+    impostors[0].agent = 99;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_get_impostors(crowd, &buffers), "texels");
+    CHECK(impostors[0].agent == 99);
+    buffers.texel_capacity = 2 * TEXELS;
+    CHECK_OK(rlv_crowd_get_impostors(crowd, &buffers));
+    for (uint32_t at = 0; at < frame.impostor_count; ++at) {
+        const RlvCrowdImpostor it = impostors[at];
+        CHECK(it.agent == at + 1 && it.picture == at % 2);
+        CHECK(it.transform[0] == 1.0f && it.transform[3] == (float)agents[it.agent].transform[9]);
+    }
+    for (uint32_t picture = 0; picture < 2; ++picture) {
+        const RlvCrowdPicture it = pictures[picture];
+        uint32_t covered = 0;
+        CHECK(it.model == 0 && it.radius > 0.9f && it.radius < 2.0f && it.number != pictures[1 - picture].number);
+        /* The viewer is at z above 0. */
+        CHECK(it.axes[8] > 0.99f);
+        for (uint32_t texel = picture * TEXELS; texel < (picture + 1) * TEXELS; ++texel) {
+            const float *normal = texels[texel].normal;
+            if (texels[texel].cluster == UINT32_MAX) {
+                continue;
+            }
+            ++covered;
+            CHECK(texels[texel].cluster < info.cluster_count && texels[texel].material == 0);
+            CHECK_NEAR(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2], 1.0, 1e-4);
+        }
+        CHECK(covered > TEXELS / 20 && covered < TEXELS / 2);
+    }
+    const uint64_t known = pictures[0].number;
+    view.eye[0] = 0.1;
+    CHECK_OK(rlv_crowd_cut(crowd, &view, &frame));
+    CHECK_OK(rlv_crowd_get_impostors(crowd, &buffers));
+    CHECK(frame.picture_count == 2 && pictures[0].number == known);
+    view.impostors = 2;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_cut(crowd, &view, NULL), "impostors");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_get_impostors(crowd, NULL), "NULL");
+    CHECK_OK(rlv_crowd_set(crowd, 0, agents, AGENTS, 0));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_crowd_get_impostors(crowd, &buffers), "rlv_crowd_cut");
+    CHECK_OK(rlv_crowd_release(crowd));
+    free(texels);
+}
+
 /* A row of agents from near to far, one of them behind the camera, cut into draws. */
 static void check_draws(RlvContext context, RlvCrowdModel model) {
     RlvCrowdAgent agents[AGENTS];
@@ -514,6 +588,7 @@ int main(void) {
     check_draws(context, model);
     check_weights(context, model);
     check_geomorphs(context, model);
+    check_impostors(context, model);
     check_refusals(context, model);
     CHECK_OK(rlv_crowd_model_release(model));
     CHECK_OK(rlv_context_release(context));

@@ -1129,6 +1129,13 @@ class Crowds(unittest.TestCase):
         info = model.info
         removed = collapses["group"] < info.group_count
         self.assertTrue(removed.any() and (collapses["target"] < info.vertex_count).all())
+        far = crowd.cut((400, 400), eye=(0.5, 0.5, 400), target=(0.5, 0.5, 0), impostors=True)
+        impostors, pictures, texels = crowd.impostors()
+        self.assertEqual((far.agent_count, far.impostor_count), (0, 6))
+        self.assertEqual(impostors["agent"].tolist(), [0, 1, 2, 3, 4, 5])
+        self.assertEqual(texels.shape, (far.picture_count, 32, 32))
+        self.assertTrue((impostors["picture"] < len(pictures)).all() and (pictures["radius"] > 0).all())
+        self.assertTrue((texels["cluster"] < info.cluster_count).any())
         # Without morph targets there are no weights to set, and none to draw with.
         self.assertEqual(info.morph_count + info.offset_count + len(model.offsets()), 0)
         with self.assertRaisesRegex(rl.Invalid, "1 weights for 0"):

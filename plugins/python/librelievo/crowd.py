@@ -28,6 +28,9 @@ COLLAPSE = numpy.dtype(abi.RlvCrowdCollapse)
 OFFSET = numpy.dtype(abi.RlvCrowdOffset)
 DRAW = numpy.dtype(abi.RlvCrowdDraw)
 INSTANCE = numpy.dtype(abi.RlvCrowdInstance)
+IMPOSTOR = numpy.dtype(abi.RlvCrowdImpostor)
+PICTURE = numpy.dtype(abi.RlvCrowdPicture)
+TEXEL = numpy.dtype(abi.RlvCrowdTexel)
 VERTICES = {"points": 3, "normals": 3, "uvs": 2, "bones": 4, "weights": 4}
 
 
@@ -229,13 +232,14 @@ class Crowd(Handle):
         time: float = 0.0,
         occlusion: bool = False,
         geomorph: bool = False,
+        impostors: bool = False,
     ) -> Any:
         """Finds what a view draws, and returns counts; see `abi.RlvCrowdFrame`. `size` is (width, height) in pixels,
         `tolerance` the error that may be seen, in pixels; `occlusion` leaves out agents that others hide; `geomorph` moves
-        vertices from cut to cut."""
+        vertices from cut to cut; `impostors` makes agents of a few pixels quads, see `impostors`."""
         width, height = size
         given = {"width": width, "height": height, "tolerance": tolerance, "eye": eye, "target": target, "up": up}
-        given |= {"fov": fov, "time": time, "occlusion": int(occlusion), "geomorph": int(geomorph)}
+        given |= {"fov": fov, "time": time, "occlusion": int(occlusion), "geomorph": int(geomorph), "impostors": int(impostors)}
         view = record.fill(abi.RlvCrowdView, given)
         self._frame = record.empty(abi.RlvCrowdFrame)
         library.call("rlv_crowd_cut", self.handle, ctypes.byref(view), ctypes.byref(self._frame))
@@ -255,3 +259,18 @@ class Crowd(Handle):
         buffers.clusters, buffers.matrices = address(clusters), address(matrices)
         library.call("rlv_crowd_get", self.handle, ctypes.byref(buffers))
         return draws, clusters, instances, matrices
+
+    def impostors(self) -> tuple[Any, ...]:
+        """The quads of the last cut: arrays of `abi.RlvCrowdImpostor`, of `abi.RlvCrowdPicture`, and of `abi.RlvCrowdTexel`
+        (pictures, rows, columns), the lowest row first."""
+        frame = getattr(self, "_frame", None) or record.empty(abi.RlvCrowdFrame)
+        side = abi.RLV_CROWD_PICTURE_SIDE
+        impostors, pictures = numpy.zeros(frame.impostor_count, IMPOSTOR), numpy.zeros(frame.picture_count, PICTURE)
+        texels = numpy.zeros((len(pictures), side, side), TEXEL)
+        counts = {"impostor_capacity": len(impostors), "picture_capacity": len(pictures), "texel_capacity": texels.size}
+        buffers = record.fill(abi.RlvCrowdImpostors, counts)
+        buffers.impostors = impostors.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdImpostor))
+        buffers.pictures = pictures.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdPicture))
+        buffers.texels = texels.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdTexel))
+        library.call("rlv_crowd_get_impostors", self.handle, ctypes.byref(buffers))
+        return impostors, pictures, texels

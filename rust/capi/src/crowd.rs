@@ -20,6 +20,10 @@ use crate::mesh::{self, RlvMesh};
 use crate::parameter::{RlvParameter, Table, settings, table};
 use crate::registry::{self, handle, try_read, try_write};
 
+mod impostors;
+
+pub use impostors::*;
+
 handle!(RlvCrowdModel, 32, CrowdModelObject);
 handle!(RlvCrowd, 33, CrowdObject);
 
@@ -131,6 +135,8 @@ descriptor! {
         time: f64,
         occlusion: u32,
         geomorph: u32,
+        impostors: u32,
+        reserved: u32,
     }
 }
 
@@ -147,6 +153,8 @@ descriptor! {
         hidden_triangles: u64,
         occluder_triangles: u64,
         weight_count: u32,
+        impostor_count: u32,
+        picture_count: u32,
         reserved: u32,
     }
 }
@@ -254,7 +262,23 @@ struct State {
     frame: Frame,
     occlusion: Occlusion,
     list: DrawList,
+    shown: ShownImpostors,
     is_cut: bool,
+}
+
+impl State {
+    /// Fails where what the last cut found is not that of the agents.
+    fn check_cut(&self) -> Result<()> {
+        if self.is_cut {
+            return Ok(());
+        }
+        Err(Error::invalid("the agents changed since the last cut, or there was none").advise("call rlv_crowd_cut first"))
+    }
+
+    fn shown(&self) -> Result<&ShownImpostors> {
+        self.check_cut()?;
+        Ok(&self.shown)
+    }
 }
 
 /// A hierarchy to be built of a file, with all that this needs copied.
@@ -346,6 +370,7 @@ fn agent_of(given: &RlvCrowdAgent) -> Agent {
 /// A view that C describes.
 struct Seen {
     view: CrowdView,
+    eye: DVec3,
     /// The same for culling by occlusion, where that is asked for.
     pixels: Option<PixelView>,
     time: f64,
@@ -360,7 +385,7 @@ unsafe fn view_of(view: *const RlvCrowdView) -> Result<Seen> {
     let default: RlvCrowdView = unsafe { std::mem::zeroed() };
     // SAFETY: promised by the caller.
     let given = unsafe { read_descriptor(view, default) }?;
-    let RlvCrowdView { width, height, tolerance, eye, target, up, fov, time, occlusion, geomorph, .. } = given;
+    let RlvCrowdView { width, height, tolerance, eye, target, up, fov, time, occlusion, geomorph, impostors, .. } = given;
     if width == 0 || height == 0 {
         return Err(Error::invalid("the picture has no pixels").at("view").advise("set width and height"));
     }
@@ -375,9 +400,10 @@ unsafe fn view_of(view: *const RlvCrowdView) -> Result<Seen> {
     };
     let mut view = CrowdView::perspective(camera.eye, camera.axes, camera.fov, [width, height], tolerance)?;
     view.geomorph = is_on("geomorph", geomorph)?;
+    view.impostors = is_on("impostors", impostors)?;
     let pixels = PixelView { eye: camera.eye, axes: camera.axes, fov: camera.fov, size: [width, height] };
     let pixels = is_on("occlusion", occlusion)?.then_some(pixels);
-    Ok(Seen { view, pixels, time })
+    Ok(Seen { view, eye: camera.eye, pixels, time })
 }
 
 /// Fills an array of elements with so many numbers each that is wanted, or fails if the model lacks them.
@@ -643,6 +669,7 @@ entry! {
             frame: Frame::default(),
             occlusion: Occlusion::default(),
             list: DrawList::default(),
+            shown: ShownImpostors::default(),
             is_cut: false,
         };
         let handle = registry::insert(CrowdObject { context, state: RwLock::new(state) })?;
@@ -718,12 +745,12 @@ entry! {
     fn rlv_crowd_cut(crowd: RlvCrowd, view: *const RlvCrowdView, out: *mut RlvCrowdFrame) {
         let object = registry::get(crowd)?;
         // SAFETY: the caller gives NULL or descriptors that start with their size.
-        let Seen { view, pixels, time } = unsafe {
+        let Seen { view, eye, pixels, time } = unsafe {
             check_optional(out)?;
             view_of(view)?
         };
         let mut state = try_write(&object.state, "crowd")?;
-        let State { crowd, frame, occlusion, list, is_cut } = &mut *state;
+        let State { crowd, frame, occlusion, list, shown, is_cut } = &mut *state;
         *is_cut = false;
         let context = &object.context.context;
         crowd.cut(context, &view, frame)?;
@@ -732,6 +759,7 @@ entry! {
             None => Culled::default(),
         };
         list.update(crowd, frame, time)?;
+        let [impostor_count, picture_count] = shown.update(context, (crowd, frame, time), eye)?;
         *is_cut = true;
         let found = RlvCrowdFrame {
             struct_size: 0,
@@ -745,6 +773,8 @@ entry! {
             hidden_triangles: culled.hidden_triangles,
             occluder_triangles: culled.occluder_triangles,
             weight_count: list.weights.len() as u32,
+            impostor_count,
+            picture_count,
             reserved: 0,
         };
         // SAFETY: checked above.
@@ -758,10 +788,7 @@ entry! {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let given = unsafe { read_descriptor(buffers, default) }?;
         let state = try_read(&object.state, "crowd")?;
-        if !state.is_cut {
-            return Err(Error::invalid("the agents changed since the last cut, or there was none")
-                .advise("call rlv_crowd_cut first"));
-        }
+        state.check_cut()?;
         let list = &state.list;
         // SAFETY: the caller promises room for the capacities in each array that is not NULL.
         let (draws, clusters, instances, matrices, weights, first_weights, blends) = unsafe {

@@ -53,6 +53,15 @@ pub struct Agent {
     pub transform: DAffine3,
 }
 
+impl Agent {
+    /// Returns the map from its model to the world in single precision, by rows.
+    pub fn rows(&self) -> BoneMatrix {
+        let map = self.transform;
+        let columns = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis, map.translation];
+        std::array::from_fn(|row| columns.map(|column| column[row] as f32))
+    }
+}
+
 /// A sphere that an agent does not leave, its scale and its transform.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Reach {

@@ -101,10 +101,7 @@ impl DrawList {
                     }
                 };
                 self.first_weights.push(first_weight);
-                let map = found.transform;
-                let columns = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis, map.translation];
-                let transform = std::array::from_fn(|row| columns.map(|column| column[row] as f32));
-                self.instances.push(Instance { agent, first_matrix, transform });
+                self.instances.push(Instance { agent, first_matrix, transform: found.rows() });
             }
             let drawn = frame.drawn[alike[0]];
             let number = model(drawn.0);

@@ -43,6 +43,10 @@ pub struct Texel {
 /// A picture of a model in a pose, on a square in the space of the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Impostor {
+    /// Its number among all that were made; a picture that is still there has the same number in later frames.
+    pub number: u64,
+    /// The model.
+    pub model: u32,
     /// The middle of the square.
     pub center: Vec3,
     /// Directions to the right, up and towards the viewer.
@@ -57,6 +61,8 @@ pub struct Impostor {
 #[derive(Debug, Default)]
 pub struct Impostors {
     made: HashMap<(PoseKey, u32), Arc<Impostor>>,
+    /// How many were ever made.
+    count: u64,
 }
 
 /// Returns the error of an impostor, in units of the model: of what is in a sphere of `radius`, seen from a place that is
@@ -123,7 +129,12 @@ impl Impostors {
             let pose = crowd.posed(&key);
             let points = skin(context, &model.character, &pose, Blend::Linear)?;
             let normals = skin_normals(context, &model.character, &pose, Blend::Linear)?;
-            let made = context.map(alike.len(), |at| Arc::new(picture(model, (&points, &normals), alike[at].1)));
+            let first = self.count;
+            let made = context.map(alike.len(), |at| {
+                let own = picture(model, (&points, &normals), alike[at].1);
+                Arc::new(Impostor { number: first + at as u64, model: key.model, ..own })
+            });
+            self.count += alike.len() as u64;
             self.made.extend(alike.iter().copied().zip(made));
         }
         Ok(keys.into_iter().map(|(agent, key)| (agent, Arc::clone(&self.made[&key]))).collect())
@@ -170,7 +181,7 @@ fn picture(model: &CrowdModel, (points, normals): (&[[f32; 3]], &[[f32; 3]]), nu
     let right = towards.any_orthonormal_vector();
     let axes = [right, towards.cross(right), towards];
     let nothing = Texel { cluster: NONE, material: 0, normal: [0.0; 3] };
-    let mut made = Impostor { center, axes, radius, texels: vec![nothing; SIDE * SIDE] };
+    let mut made = Impostor { number: 0, model: 0, center, axes, radius, texels: vec![nothing; SIDE * SIDE] };
     let mut depths = vec![f32::NEG_INFINITY; SIDE * SIDE];
     let scale = 0.5 * SIDE as f32 / radius;
     let place = |vertex: u32| {
