@@ -475,6 +475,11 @@ int main() {
     CHECK(crowd_draws.draws.size() == crowd_frame.draw_count && crowd_draws.clusters[0][0] == 0);
     CHECK(model.collapses().size() == model.points().size() && crowd_draws.blends.size() == crowd_draws.draws.size());
     CHECK(model.offsets().empty() && crowd_draws.weights.empty() && crowd_draws.first_weights.size() == 3);
+    crowd_view.impostors = 1;
+    const auto far_frame = crowd.cut(crowd_view);
+    const auto quads = crowd.impostors(far_frame);
+    CHECK(far_frame.agent_count == 2 && quads.impostors.size() == 1 && quads.impostors[0].agent == 2);
+    CHECK(quads.pictures.size() == 1 && quads.pictures[0].radius > 0.0f && quads.texels.size() == 32 * 32);
     crowd.reset_weights(1);
     crowd.set(0, {agent});
 
