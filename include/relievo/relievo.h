@@ -20,6 +20,7 @@
 #include "relievo/crowd.h"
 #include "relievo/decal.h"
 #include "relievo/detail.h"
+#include "relievo/device_crowd.h"
 #include "relievo/device_level.h"
 #include "relievo/diffuse.h"
 #include "relievo/document.h"

@@ -1684,6 +1684,54 @@ public:
     }
 };
 
+/// Agents of a crowd on the graphics device of its context; see relievo/device_crowd.h.
+class DeviceCrowd : public Reference<RlvDeviceCrowd, rlv_device_crowd_retain, rlv_device_crowd_release> {
+public:
+    using Reference::Reference;
+
+    static DeviceCrowd create(const Crowd &crowd) {
+        DeviceCrowd made;
+        check(rlv_device_crowd_create(crowd.get(), made.out()));
+        return made;
+    }
+
+    RlvDeviceCrowdInfo cut(const RlvCrowdView &view) {
+        RlvDeviceCrowdInfo info = RLV_DEVICE_CROWD_INFO_INIT;
+        check(rlv_device_crowd_cut(get(), &view, &info));
+        return info;
+    }
+
+    /// Copies what a cut found back, without blends; `info` is that of the last one.
+    CrowdDraws draws(const RlvDeviceCrowdInfo &info) const {
+        CrowdDraws found;
+        found.draws.resize(info.draw_count);
+        found.clusters.resize(info.draw_count);
+        found.instances.resize(info.agent_count);
+        found.matrices.resize(info.matrix_count);
+        found.weights.resize(info.weight_count);
+        found.first_weights.resize(info.agent_count);
+        RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
+        buffers.draws = found.draws.data();
+        buffers.draw_capacity = found.draws.size();
+        buffers.clusters = reinterpret_cast<std::uint32_t *>(found.clusters.data());
+        buffers.instances = found.instances.data();
+        buffers.instance_capacity = found.instances.size();
+        buffers.matrices = reinterpret_cast<float *>(found.matrices.data());
+        buffers.matrix_capacity = found.matrices.size();
+        buffers.weights = found.weights.data();
+        buffers.weight_capacity = found.weights.size();
+        buffers.first_weights = found.first_weights.data();
+        check(rlv_device_crowd_get(get(), &buffers));
+        return found;
+    }
+
+    RlvDeviceCrowdVulkan vulkan() const {
+        RlvDeviceCrowdVulkan vulkan = RLV_DEVICE_CROWD_VULKAN_INIT;
+        check(rlv_device_crowd_vulkan(get(), &vulkan));
+        return vulkan;
+    }
+};
+
 /// A sticker on a surface; see relievo/decal.h.
 class Decal : public Reference<RlvDecal, rlv_decal_retain, rlv_decal_release> {
 public:

@@ -1280,7 +1280,21 @@ class Devices(unittest.TestCase):
         self.assertLess(there.points[:, 2].min(), -0.99)
         if "vulkan" in adapters[-1].backend:
             self.assertTrue(there.vulkan().wedges)
+        with tempfile.TemporaryDirectory() as folder:
+            ball.write(Path(folder) / "ball.obj")
+            crowd = rl.Crowd(context, [rl.CrowdModel.build(context, Path(folder) / "ball.obj")])
+        transforms = numpy.tile(numpy.eye(4), (3, 1, 1))
+        transforms[:, 2, 3] = [0, -20, -20]
+        crowd.add(transforms)
+        on_device, place = rl.DeviceCrowd(crowd), {"eye": (0, 0, 4), "target": (0, 0, 0)}
+        self.assertEqual(on_device.cut((200, 200), **place).draw_count, crowd.cut((200, 200), **place).draw_count)
+        for one, other in zip(on_device.draws(), crowd.draws(), strict=True):
+            numpy.testing.assert_array_equal(one, other)
+        if "vulkan" in adapters[-1].backend:
+            self.assertTrue(on_device.vulkan().draws)
         context.close_device()
+        with self.assertRaises(rl.DeviceFailure):
+            on_device.cut((200, 200), **place)
         with self.assertRaises(rl.DeviceFailure):
             there.set_error(0.1)
         with self.assertRaises(rl.DeviceFailure):

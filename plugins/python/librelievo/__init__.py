@@ -38,7 +38,7 @@ from .collider import Collider
 from .color_buffer import ColorBuffer
 from .connection import Connection
 from .context import Context
-from .crowd import Crowd, CrowdModel
+from .crowd import Crowd, CrowdModel, DeviceCrowd
 from .decal import Decal
 from .detail import Detail
 from .diffuse import Diffuse

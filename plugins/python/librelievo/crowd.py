@@ -63,6 +63,14 @@ def agents_of(transforms: Any, clips: int = 0, phases: float = 0.0, models: int 
     return agents
 
 
+def view_of(size: Sequence[int], eye: Any, target: Any, **given: Any) -> Any:
+    """An `abi.RlvCrowdView` of a picture of `size` (width, height) pixels and its other fields."""
+    switches = {name: int(given.pop(name)) for name in ("occlusion", "geomorph", "impostors") if name in given}
+    width, height = size
+    fields = {"width": width, "height": height, "eye": eye, "target": target}
+    return record.fill(abi.RlvCrowdView, fields | switches | given)
+
+
 class CrowdModel(Handle):
     """A character or a static model with its clips and its hierarchy of clusters."""
 
@@ -237,10 +245,8 @@ class Crowd(Handle):
         """Finds what a view draws, and returns counts; see `abi.RlvCrowdFrame`. `size` is (width, height) in pixels,
         `tolerance` the error that may be seen, in pixels; `occlusion` leaves out agents that others hide; `geomorph` moves
         vertices from cut to cut; `impostors` makes agents of a few pixels quads, see `impostors`."""
-        width, height = size
-        given = {"width": width, "height": height, "tolerance": tolerance, "eye": eye, "target": target, "up": up}
-        given |= {"fov": fov, "time": time, "occlusion": int(occlusion), "geomorph": int(geomorph), "impostors": int(impostors)}
-        view = record.fill(abi.RlvCrowdView, given)
+        given = {"tolerance": tolerance, "up": up, "fov": fov, "time": time}
+        view = view_of(size, eye, target, **given, occlusion=occlusion, geomorph=geomorph, impostors=impostors)
         self._frame = record.empty(abi.RlvCrowdFrame)
         library.call("rlv_crowd_cut", self.handle, ctypes.byref(view), ctypes.byref(self._frame))
         return record.read(self._frame)
@@ -274,3 +280,40 @@ class Crowd(Handle):
         buffers.texels = texels.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdTexel))
         library.call("rlv_crowd_get_impostors", self.handle, ctypes.byref(buffers))
         return impostors, pictures, texels
+
+
+class DeviceCrowd(Handle):
+    """The agents of a crowd on the graphics device of its context, which makes the same draws."""
+
+    noun, kind = "device_crowd", abi.RlvDeviceCrowd
+
+    def __init__(self, crowd: Crowd) -> None:
+        """Sends the models of a crowd to the device."""
+        super().__init__("rlv_device_crowd_create", held(crowd, "crowd"))
+
+    def cut(self, size: Sequence[int], eye: ArrayLike, target: ArrayLike, **view: Any) -> Any:
+        """Finds what a view draws, and returns counts; see `Crowd.cut` and `abi.RlvDeviceCrowdInfo`."""
+        given = view_of(size, eye, target, **view)
+        self._info = record.empty(abi.RlvDeviceCrowdInfo)
+        library.call("rlv_device_crowd_cut", self.handle, ctypes.byref(given), ctypes.byref(self._info))
+        return record.read(self._info)
+
+    def draws(self) -> tuple[Any, ...]:
+        """What the last cut found, copied back, as `Crowd.draws`; the matrices are those of all poses."""
+        info = getattr(self, "_info", None) or record.empty(abi.RlvDeviceCrowdInfo)
+        draws, clusters = numpy.zeros(info.draw_count, DRAW), numpy.empty((info.draw_count, 2), numpy.uint32)
+        instances = numpy.zeros(info.agent_count, INSTANCE)
+        matrices = numpy.empty((info.matrix_count, 3, 4), numpy.float32)
+        counts = {"draw_capacity": len(draws), "instance_capacity": len(instances), "matrix_capacity": len(matrices)}
+        buffers = record.fill(abi.RlvCrowdBuffers, counts)
+        buffers.draws = draws.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdDraw))
+        buffers.instances = instances.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdInstance))
+        buffers.clusters, buffers.matrices = address(clusters), address(matrices)
+        library.call("rlv_device_crowd_get", self.handle, ctypes.byref(buffers))
+        return draws, clusters, instances, matrices
+
+    def vulkan(self) -> Any:
+        """Its Vulkan objects as numbers; see buffer.h for who may use them when."""
+        out = record.empty(abi.RlvDeviceCrowdVulkan)
+        library.call("rlv_device_crowd_vulkan", self.handle, ctypes.byref(out))
+        return record.read(out)

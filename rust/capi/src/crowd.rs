@@ -266,13 +266,25 @@ struct State {
     is_cut: bool,
 }
 
+impl CrowdObject {
+    pub fn context(&self) -> &Arc<ContextObject> {
+        &self.context
+    }
+
+    /// Works with the models and agents. Fails while they change.
+    pub fn with_crowd<T>(&self, work: impl FnOnce(&Crowd) -> Result<T>) -> Result<T> {
+        work(&try_read(&self.state, "crowd")?.crowd)
+    }
+}
+
 impl State {
     /// Fails where what the last cut found is not that of the agents.
     fn check_cut(&self) -> Result<()> {
         if self.is_cut {
             return Ok(());
         }
-        Err(Error::invalid("the agents changed since the last cut, or there was none").advise("call rlv_crowd_cut first"))
+        Err(Error::invalid("the agents changed since the last cut, or there was none")
+            .advise("call rlv_crowd_cut first"))
     }
 
     fn shown(&self) -> Result<&ShownImpostors> {
@@ -368,24 +380,25 @@ fn agent_of(given: &RlvCrowdAgent) -> Agent {
 }
 
 /// A view that C describes.
-struct Seen {
-    view: CrowdView,
-    eye: DVec3,
+pub(crate) struct Seen {
+    pub view: CrowdView,
+    pub eye: DVec3,
     /// The same for culling by occlusion, where that is asked for.
-    pixels: Option<PixelView>,
-    time: f64,
+    pub pixels: Option<PixelView>,
+    pub time: f64,
 }
 
 /// Returns the view that C describes.
 ///
 /// # Safety
 /// `view` is NULL or a descriptor that starts with its size.
-unsafe fn view_of(view: *const RlvCrowdView) -> Result<Seen> {
+pub(crate) unsafe fn view_of(view: *const RlvCrowdView) -> Result<Seen> {
     // SAFETY: a descriptor of nothing but numbers.
     let default: RlvCrowdView = unsafe { std::mem::zeroed() };
     // SAFETY: promised by the caller.
     let given = unsafe { read_descriptor(view, default) }?;
-    let RlvCrowdView { width, height, tolerance, eye, target, up, fov, time, occlusion, geomorph, impostors, .. } = given;
+    let RlvCrowdView { width, height, tolerance, eye, target, up, fov, time, occlusion, geomorph, impostors, .. } =
+        given;
     if width == 0 || height == 0 {
         return Err(Error::invalid("the picture has no pixels").at("view").advise("set width and height"));
     }
@@ -789,40 +802,48 @@ entry! {
         let given = unsafe { read_descriptor(buffers, default) }?;
         let state = try_read(&object.state, "crowd")?;
         state.check_cut()?;
-        let list = &state.list;
         // SAFETY: the caller promises room for the capacities in each array that is not NULL.
-        let (draws, clusters, instances, matrices, weights, first_weights, blends) = unsafe {
-            (
-                Output::optional("draws", given.draws, given.draw_capacity, given.draw_stride)?,
-                Output::<[u32; 2]>::optional("clusters", given.clusters.cast(), given.draw_capacity, 0)?,
-                Output::optional("instances", given.instances, given.instance_capacity, given.instance_stride)?,
-                Output::<[f32; 12]>::optional(
-                    "matrices",
-                    given.matrices.cast(),
-                    given.matrix_capacity,
-                    given.matrix_stride,
-                )?,
-                Output::optional("weights", given.weights, given.weight_capacity, 0)?,
-                Output::optional("first_weights", given.first_weights, given.instance_capacity, 0)?,
-                Output::optional("blends", given.blends, given.draw_capacity, 0)?,
-            )
-        };
-        // Nothing is written unless there is room for all.
-        draws.map(|out| out.holds("draws", list.draws.len())).transpose()?;
-        clusters.map(|out| out.holds("clusters", list.clusters.len())).transpose()?;
-        instances.map(|out| out.holds("instances", list.instances.len())).transpose()?;
-        matrices.map(|out| out.holds("matrices", list.matrices.len())).transpose()?;
-        weights.map(|out| out.holds("weights", list.weights.len())).transpose()?;
-        first_weights.map(|out| out.holds("first_weights", list.first_weights.len())).transpose()?;
-        blends.map(|out| out.holds("blends", list.blends.len())).transpose()?;
-        fill(draws, "draws", Some(list.draws.iter().map(draw_of)))?;
-        fill(clusters, "clusters", Some(list.clusters.iter().copied()))?;
-        fill(instances, "instances", Some(list.instances.iter().map(instance_of)))?;
-        fill(matrices, "matrices", Some(list.matrices.iter().map(|rows| flat(*rows))))?;
-        fill(weights, "weights", Some(list.weights.iter().copied()))?;
-        fill(first_weights, "first_weights", Some(list.first_weights.iter().copied()))?;
-        fill(blends, "blends", Some(list.blends.iter().copied()))
+        unsafe { write_list(&given, &state.list) }
     }
+}
+
+/// Writes a list of draws to the arrays of C.
+///
+/// # Safety
+/// There is room for the capacities in each array that is not NULL.
+pub(crate) unsafe fn write_list(given: &RlvCrowdBuffers, list: &DrawList) -> Result<()> {
+    // SAFETY: the caller promises room for the capacities in each array that is not NULL.
+    let (draws, clusters, instances, matrices, weights, first_weights, blends) = unsafe {
+        (
+            Output::optional("draws", given.draws, given.draw_capacity, given.draw_stride)?,
+            Output::<[u32; 2]>::optional("clusters", given.clusters.cast(), given.draw_capacity, 0)?,
+            Output::optional("instances", given.instances, given.instance_capacity, given.instance_stride)?,
+            Output::<[f32; 12]>::optional(
+                "matrices",
+                given.matrices.cast(),
+                given.matrix_capacity,
+                given.matrix_stride,
+            )?,
+            Output::optional("weights", given.weights, given.weight_capacity, 0)?,
+            Output::optional("first_weights", given.first_weights, given.instance_capacity, 0)?,
+            Output::optional("blends", given.blends, given.draw_capacity, 0)?,
+        )
+    };
+    // Nothing is written unless there is room for all.
+    draws.map(|out| out.holds("draws", list.draws.len())).transpose()?;
+    clusters.map(|out| out.holds("clusters", list.clusters.len())).transpose()?;
+    instances.map(|out| out.holds("instances", list.instances.len())).transpose()?;
+    matrices.map(|out| out.holds("matrices", list.matrices.len())).transpose()?;
+    weights.map(|out| out.holds("weights", list.weights.len())).transpose()?;
+    first_weights.map(|out| out.holds("first_weights", list.first_weights.len())).transpose()?;
+    blends.map(|out| out.holds("blends", list.blends.len())).transpose()?;
+    fill(draws, "draws", Some(list.draws.iter().map(draw_of)))?;
+    fill(clusters, "clusters", Some(list.clusters.iter().copied()))?;
+    fill(instances, "instances", Some(list.instances.iter().map(instance_of)))?;
+    fill(matrices, "matrices", Some(list.matrices.iter().map(|rows| flat(*rows))))?;
+    fill(weights, "weights", Some(list.weights.iter().copied()))?;
+    fill(first_weights, "first_weights", Some(list.first_weights.iter().copied()))?;
+    fill(blends, "blends", Some(list.blends.iter().copied()))
 }
 
 /// Returns a clip of a model.

@@ -32,6 +32,7 @@ pub mod context;
 pub mod crowd;
 pub mod decal;
 pub mod detail;
+pub mod device_crowd;
 pub mod device_level;
 pub mod diffuse;
 pub mod document;

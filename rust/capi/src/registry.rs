@@ -22,7 +22,7 @@ pub trait Handle: Copy {
 }
 
 /// Names of the nouns, by tag.
-pub const NOUNS: [&str; 36] = [
+pub const NOUNS: [&str; 37] = [
     "nothing",
     "context",
     "mesh",
@@ -59,6 +59,7 @@ pub const NOUNS: [&str; 36] = [
     "crowd",
     "bytes",
     "subdivision",
+    "device crowd",
 ];
 
 /// Defines the handle type of a noun.

@@ -79,6 +79,8 @@ pub struct DeviceDraws {
     pub clusters: Vec<[u32; 2]>,
     /// Agents in view. Their matrices count in those of all poses of all clips of all models.
     pub instances: Vec<Instance>,
+    /// The first weight of the pose of each, in those of the same poses.
+    pub first_weights: Vec<u32>,
 }
 
 impl DeviceDraws {
@@ -124,6 +126,7 @@ struct Shared {
     view: Buffer<[f32; 4]>,
     matrices: Buffer<[[f32; 4]; 3]>,
     weights: Buffer<f32>,
+    weight_count: usize,
     /// The first matrix and the first weight of every clip of every model.
     clips: Vec<Vec<[u32; 2]>>,
     buckets: u32,
@@ -240,11 +243,29 @@ impl DeviceCrowd {
     /// # Errors
     /// As [`Self::record`].
     pub fn cut(&mut self, context: &Context, crowd: &Crowd, view: &CrowdView, time: f64) -> Result<DeviceDraws> {
-        let mut counted = self.counted(context, crowd, view, time)?;
-        if counted[1] > self.capacity {
-            self.make_room(counted[1])?;
-            counted = self.counted(context, crowd, view, time)?;
+        let counted = self.update(context, crowd, view, time)?;
+        self.read(counted)
+    }
+
+    /// Cuts a view at `time` seconds and leaves the draws on the device. Makes room for more draws where there are more. Returns
+    /// the numbers of agents in view and of draws.
+    ///
+    /// # Errors
+    /// As [`Self::record`].
+    pub fn update(&mut self, context: &Context, crowd: &Crowd, view: &CrowdView, time: f64) -> Result<[u32; 2]> {
+        let counted = self.counted(context, crowd, view, time)?;
+        if counted[1] <= self.capacity {
+            return Ok(counted);
         }
+        self.make_room(counted[1])?;
+        self.counted(context, crowd, view, time)
+    }
+
+    /// Reads back so many agents in view and draws.
+    ///
+    /// # Errors
+    /// There is no room for as many, or the device is lost.
+    pub fn read(&self, counted: [u32; 2]) -> Result<DeviceDraws> {
         let [seen, found] = counted.map(|count| count as usize);
         let mut frame = self.device.frame()?;
         let draws = frame.read(&self.work.draws, 0..WORDS * found)?;
@@ -263,10 +284,12 @@ impl DeviceCrowd {
             first_matrix: row.first_matrix,
             transform: row.transform,
         };
+        let instances = instances.get(&self.device)?;
         Ok(DeviceDraws {
             draws: draws.get(&self.device)?.as_chunks().0.iter().map(draw).collect(),
             clusters: clusters.get(&self.device)?,
-            instances: instances.get(&self.device)?.into_iter().map(instance).collect(),
+            first_weights: instances.iter().map(|row| row.first_weight).collect(),
+            instances: instances.into_iter().map(instance).collect(),
         })
     }
 
@@ -320,9 +343,14 @@ impl DeviceCrowd {
         &self.shared.matrices
     }
 
-    /// Returns the weights of the morph targets of the same poses.
+    /// Returns the weights of the morph targets of the same poses; one that nothing reads where there are none.
     pub fn weights(&self) -> &Buffer<f32> {
         &self.shared.weights
+    }
+
+    /// Returns how many weights there are.
+    pub fn weight_count(&self) -> usize {
+        self.shared.weight_count
     }
 }
 
@@ -404,6 +432,7 @@ impl Shared {
             ladders: Buffer::of(device, "crowd ladders", &ladders)?,
             view: Buffer::new(device, "crowd view", MOST_PLANES + 1)?,
             matrices: Buffer::of(device, "crowd matrices", &matrices)?,
+            weight_count: weights.len(),
             // Nothing empty can be bound.
             weights: Buffer::of(device, "crowd weights", if weights.is_empty() { &[0.0] } else { &weights })?,
             clips,

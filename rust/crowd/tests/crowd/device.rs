@@ -17,19 +17,27 @@ fn expected(crowd: &mut Crowd, context: &Context, view: &CrowdView, time: f64) -
     let (mut frame, mut list) = (Frame::default(), DrawList::default());
     crowd.cut(context, view, &mut frame).unwrap();
     list.update(crowd, &frame, time).unwrap();
-    let mut firsts = vec![0];
+    let mut firsts = vec![[0, 0]];
     for model in crowd.models() {
         let poses: usize = model.clips.iter().map(|clip| clip.poses.len()).sum();
-        firsts.push(firsts[firsts.len() - 1] + poses * model.character.bones.len());
+        let [matrix, weight] = firsts[firsts.len() - 1];
+        let (bones, morphs) = (model.character.bones.len(), model.character.morphs.count as usize);
+        firsts.push([matrix + poses * bones, weight + poses * morphs]);
     }
     let instance = |instance: &Instance| {
         let agent = &crowd.agents()[instance.agent as usize];
         let bones = crowd.models()[agent.model as usize].character.bones.len();
-        let first_matrix = (firsts[agent.model as usize] + crowd.pose(agent, time) * bones) as u32;
+        let first_matrix = (firsts[agent.model as usize][0] + crowd.pose(agent, time) * bones) as u32;
         Instance { first_matrix, ..*instance }
     };
+    let first_weight = |instance: &Instance| {
+        let agent = &crowd.agents()[instance.agent as usize];
+        let morphs = crowd.models()[agent.model as usize].character.morphs.count as usize;
+        (firsts[agent.model as usize][1] + crowd.pose(agent, time) * morphs) as u32
+    };
+    let first_weights = list.instances.iter().map(first_weight).collect();
     let instances = list.instances.iter().map(instance).collect();
-    (DeviceDraws { draws: list.draws, clusters: list.clusters, instances }, frame)
+    (DeviceDraws { draws: list.draws, clusters: list.clusters, instances, first_weights }, frame)
 }
 
 #[test]
@@ -62,6 +70,7 @@ fn draws_of_a_device_are_those_of_the_processor_along_a_path() {
         let (expected, frame) = expected(&mut crowd, &context, &view, time);
         let found = on.cut(&context, &crowd, &view, time).unwrap();
         assert_eq!(found.instances, expected.instances, "step {step}");
+        assert_eq!(found.first_weights, expected.first_weights, "step {step}");
         assert_eq!(found.clusters, expected.clusters, "step {step}");
         assert_eq!(found.draws, expected.draws, "step {step}");
         let shown = found.frame();

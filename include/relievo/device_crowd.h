@@ -1,0 +1,70 @@
+/* Relievo: device crowds, crowds that a graphics device cuts into the arguments of indirect draws in its memory.
+ *
+ * A device crowd makes the draws of rlv_crowd_cut (crowd.h) on the device of the crowd's context, in the same order, for the
+ * agents that the crowd has at that time. The host sends what changed and eight bytes an agent for its pose; skin matrices of
+ * all poses of all clips stay on the device. Where a device rounds square roots otherwise, an agent at the limit of two steps
+ * may take the other one. Weights of agents of their own, geomorphs, impostors and occlusion are the processor's alone. Who
+ * may use its Vulkan objects, and when, is as in buffer.h; each cut may make new ones where there are more agents or draws. */
+#ifndef RELIEVO_DEVICE_CROWD_H
+#define RELIEVO_DEVICE_CROWD_H
+
+#include "relievo/crowd.h"
+
+typedef struct RlvDeviceCrowd {
+    uint64_t id;
+} RlvDeviceCrowd;
+
+/* Counts of the last cut, and of what the device has of all poses. */
+typedef struct RlvDeviceCrowdInfo {
+    uint32_t struct_size;
+    uint32_t agent_count; /* in view: instances */
+    uint32_t draw_count;
+    uint32_t matrix_count; /* of all poses of all clips of all models: one for each bone of each pose */
+    uint32_t weight_count; /* of the same poses: one for each morph target of each pose */
+    uint32_t reserved;
+} RlvDeviceCrowdInfo;
+
+#define RLV_DEVICE_CROWD_INFO_INIT {sizeof(RlvDeviceCrowdInfo), 0, 0, 0, 0, 0}
+
+/* Vulkan objects: dispatchable ones as pointers in 64 bits, others as they are. */
+typedef struct RlvDeviceCrowdVulkan {
+    uint32_t struct_size;
+    uint32_t queue_family;    /* index of the family of the queue */
+    uint32_t queue_index;     /* index of the queue in its family */
+    uint32_t reserved;        /* 0 */
+    uint64_t instance;        /* VkInstance */
+    uint64_t physical_device; /* VkPhysicalDevice */
+    uint64_t device;          /* VkDevice */
+    uint64_t queue;           /* VkQueue */
+    uint64_t draws;           /* VkBuffer: VkDrawIndexedIndirectCommand, as RlvCrowdDraw; those after the last are 0 */
+    uint64_t clusters;        /* VkBuffer: model and cluster of each draw, two numbers of 4 bytes */
+    uint64_t instances;       /* VkBuffer, 64 bytes each: agent, first matrix, first weight, model, then the transform, three
+                               * rows of four floats */
+    uint64_t counts;          /* VkBuffer: agents in view, then draws, 4 bytes each */
+    uint64_t matrices;        /* VkBuffer: three rows of four floats each */
+    uint64_t weights;         /* VkBuffer: floats; one that nothing reads where there are no morph targets */
+} RlvDeviceCrowdVulkan;
+
+#define RLV_DEVICE_CROWD_VULKAN_INIT {sizeof(RlvDeviceCrowdVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}
+
+/* Sends the models of a crowd to the device of its context. Fails with RLV_ERROR_UNSUPPORTED if the context has no graphics
+ * device, with RLV_ERROR_DEVICE if that was lost, and with RLV_ERROR_MEMORY if it has no room. */
+RLV_API RlvResult rlv_device_crowd_create(RlvCrowd crowd, RlvDeviceCrowd *out);
+
+RLV_API RlvResult rlv_device_crowd_retain(RlvDeviceCrowd crowd);
+RLV_API RlvResult rlv_device_crowd_release(RlvDeviceCrowd crowd);
+
+/* Mutating. Finds what a view draws of the crowd, and waits until the device has done it; out may be NULL. Fails as
+ * rlv_crowd_cut, with RLV_ERROR_UNSUPPORTED if the view asks for occlusion, geomorph or impostors or an agent has weights of
+ * its own, and with RLV_ERROR_DEVICE if the device was lost. */
+RLV_API RlvResult rlv_device_crowd_cut(RlvDeviceCrowd crowd, const RlvCrowdView *view, RlvDeviceCrowdInfo *out);
+
+/* Copies draws, clusters, instances, matrices and first weights of the last cut back from the device; the matrices and the
+ * weights are those of all poses, and there are no blends. Fails, and writes nothing, if a capacity is too small, blends are
+ * wanted, or there was no cut. */
+RLV_API RlvResult rlv_device_crowd_get(RlvDeviceCrowd crowd, const RlvCrowdBuffers *buffers);
+
+/* Its Vulkan objects. Fails with RLV_ERROR_UNSUPPORTED if the device is reached by another interface than Vulkan. */
+RLV_API RlvResult rlv_device_crowd_vulkan(RlvDeviceCrowd crowd, RlvDeviceCrowdVulkan *out);
+
+#endif

@@ -1,0 +1,184 @@
+/* Crowds on a graphics device: draws are those of the processor from several places, also after agents moved and came; Vulkan
+ * objects are real, and where there is no device, or it is lost or too small, that is said. With the argument "none", where no
+ * driver can be found: what is said then. */
+#include "check.h"
+
+enum { SIDE = 25, POINTS = SIDE * SIDE, AGENTS = 40, MOST = 4096 };
+
+/* What a cut draws. */
+typedef struct Kept {
+    RlvCrowdDraw draws[MOST];
+    uint32_t clusters[MOST][2];
+    RlvCrowdInstance instances[AGENTS + 1];
+    float matrices[MOST][12];
+    uint32_t first_weights[AGENTS + 1];
+} Kept;
+
+static Kept on_processor, on_device;
+
+/* A bumpy sheet of two triangles a square, as OBJ. */
+static RlvCrowdModel make(RlvContext context) {
+    RlvCrowdBuildSettings settings = RLV_CROWD_BUILD_SETTINGS_INIT;
+    RlvCrowdModel model = RLV_NULL;
+    FILE *text = fopen("device_crowd.obj", "w");
+    CHECK(text != NULL);
+    for (int point = 0; point < POINTS; ++point) {
+        const double x = point % SIDE, y = point / SIDE;
+        fprintf(text, "v %.9g %.9g %.9g\n", 0.1 * x, 0.1 * y, 0.05 * sin(0.7 * x) * cos(0.5 * y));
+    }
+    for (int y = 1; y < SIDE; ++y) {
+        for (int x = 1; x < SIDE; ++x) {
+            const int a = (y - 1) * SIDE + x, b = a + 1, c = b + SIDE, d = a + SIDE;
+            fprintf(text, "f %d %d %d\nf %d %d %d\n", a, b, c, a, c, d);
+        }
+    }
+    CHECK(fclose(text) == 0);
+    settings.cluster_triangles = 40;
+    CHECK_OK(rlv_crowd_model_build(context, "device_crowd.obj", NULL, 0, &settings, NULL, NULL, &model));
+    return model;
+}
+
+static RlvCrowdAgent agent_at(double x, double z) {
+    RlvCrowdAgent agent;
+    memset(&agent, 0, sizeof agent);
+    agent.transform[0] = agent.transform[4] = agent.transform[8] = 1.0;
+    agent.transform[9] = x;
+    agent.transform[11] = z;
+    return agent;
+}
+
+static RlvCrowdBuffers room_in(Kept *kept) {
+    RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
+    buffers.draws = kept->draws;
+    buffers.draw_capacity = MOST;
+    buffers.clusters = kept->clusters[0];
+    buffers.instances = kept->instances;
+    buffers.instance_capacity = AGENTS + 1;
+    buffers.matrices = kept->matrices[0];
+    buffers.matrix_capacity = MOST;
+    buffers.first_weights = kept->first_weights;
+    return buffers;
+}
+
+/* Both draw the same, and matrices of the same agents are equal. */
+static void compare(RlvCrowd crowd, RlvDeviceCrowd device, const RlvCrowdView *view) {
+    RlvCrowdFrame frame = RLV_CROWD_FRAME_INIT;
+    RlvDeviceCrowdInfo info = RLV_DEVICE_CROWD_INFO_INIT;
+    const RlvCrowdBuffers here = room_in(&on_processor), there = room_in(&on_device);
+    CHECK_OK(rlv_crowd_cut(crowd, view, &frame));
+    CHECK_OK(rlv_device_crowd_cut(device, view, &info));
+    CHECK(info.agent_count == frame.agent_count && info.draw_count == frame.draw_count && info.draw_count > 0);
+    CHECK(info.matrix_count == 1 && info.weight_count == 0);
+    CHECK_OK(rlv_crowd_get(crowd, &here));
+    CHECK_OK(rlv_device_crowd_get(device, &there));
+    CHECK(memcmp(on_processor.draws, on_device.draws, info.draw_count * sizeof on_device.draws[0]) == 0);
+    CHECK(memcmp(on_processor.clusters, on_device.clusters, info.draw_count * sizeof on_device.clusters[0]) == 0);
+    CHECK(memcmp(on_processor.instances, on_device.instances, info.agent_count * sizeof on_device.instances[0]) == 0);
+    for (uint32_t at = 0; at < info.agent_count; ++at) {
+        const float *one = on_processor.matrices[on_processor.instances[at].first_matrix];
+        CHECK(memcmp(one, on_device.matrices[on_device.instances[at].first_matrix], 48) == 0);
+        CHECK(on_device.first_weights[at] == 0);
+    }
+}
+
+int main(int argc, char **argv) {
+    RlvContext context = RLV_NULL, serial = RLV_NULL;
+    RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
+    RlvAdapterInfo adapters[16];
+    RlvCrowd crowd = RLV_NULL;
+    RlvDeviceCrowd device = RLV_NULL, untouched = {77};
+    RlvCrowdAgent agents[AGENTS];
+    size_t count = 0;
+    options.threads = 1;
+    CHECK_OK(rlv_context_create(&options, &serial));
+    RlvCrowdModel model = make(serial);
+    CHECK_OK(rlv_crowd_create(serial, &model, 1, &crowd));
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_device_crowd_create(crowd, &untouched), "no graphics device");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_create((RlvCrowd){0}, &untouched), "NULL");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_create(crowd, NULL), "out");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_cut((RlvDeviceCrowd){crowd.id}, NULL, NULL), "of a crowd");
+    CHECK(untouched.id == 77);
+    CHECK_OK(rlv_crowd_release(crowd));
+    CHECK_OK(rlv_crowd_model_release(model));
+    CHECK_OK(rlv_context_release(serial));
+    CHECK_OK(rlv_adapter_list(adapters, 16, &count));
+    if (argc > 1 && strcmp(argv[1], "none") == 0) {
+        CHECK(count == 0);
+        return 0;
+    }
+    if (count == 0) {
+        const char *required = getenv("RELIEVO_GPU_TESTS");
+        CHECK(required == NULL || strcmp(required, "required") != 0);
+        return 77; /* what ctest takes for skipped */
+    }
+    options.device = RLV_DEVICE_GPU;
+    options.adapter = adapters[count - 1].name;
+    CHECK_OK(rlv_context_create(&options, &context));
+    model = make(context);
+    CHECK_OK(rlv_crowd_create(context, &model, 1, &crowd));
+    for (int agent = 0; agent < AGENTS; ++agent) {
+        agents[agent] = agent_at(3.0 * (agent % 5) - 7.0, -6.0 * (agent / 5));
+    }
+    CHECK_OK(rlv_crowd_add(crowd, agents, AGENTS, 0, NULL));
+    CHECK_OK(rlv_device_crowd_create(crowd, &device));
+    RlvCrowdBuffers buffers = room_in(&on_device);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_get(device, &buffers), "rlv_device_crowd_cut");
+    RlvCrowdView view = RLV_CROWD_VIEW_INIT;
+    view.width = 320;
+    view.height = 240;
+    view.target[2] = -1000.0;
+    for (int step = 0; step < 4; ++step) {
+        view.eye[2] = 20.0 - 12.0 * step;
+        compare(crowd, device, &view);
+        agents[7].transform[9] += 0.5;
+        CHECK_OK(rlv_crowd_set(crowd, 7, agents + 7, 1, 0));
+    }
+    CHECK_OK(rlv_crowd_add(crowd, agents, 1, 0, NULL));
+    compare(crowd, device, &view);
+    buffers.draw_capacity = 1;
+    on_device.draws[0].index_count = 12345;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_get(device, &buffers), "draws");
+    CHECK(on_device.draws[0].index_count == 12345);
+    float blend;
+    buffers.blends = &blend;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_get(device, &buffers), "blends");
+    view.occlusion = 1;
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_device_crowd_cut(device, &view, NULL), "occlusion");
+    view.occlusion = 0;
+    view.geomorph = 1;
+    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_device_crowd_cut(device, &view, NULL), "processor");
+    view.geomorph = 0;
+    view.tolerance = -1.0f;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_cut(device, &view, NULL), "pixels");
+    view.tolerance = 0.5f;
+    RlvDeviceCrowdVulkan vulkan = RLV_DEVICE_CROWD_VULKAN_INIT;
+    const RlvResult result = rlv_device_crowd_vulkan(device, &vulkan);
+    CHECK(result == RLV_ERROR_UNSUPPORTED || (result == RLV_OK && vulkan.device != 0 && vulkan.queue != 0 &&
+                                              vulkan.draws != 0 && vulkan.clusters != 0 && vulkan.instances != 0 &&
+                                              vulkan.counts != 0 && vulkan.matrices != 0 && vulkan.weights != 0));
+    CHECK_OK(rlv_device_crowd_retain(device));
+    CHECK_OK(rlv_device_crowd_release(device));
+
+    /* Lost: said. */
+    CHECK_OK(rlv_context_close_device(context));
+    CHECK_FAILS(RLV_ERROR_DEVICE, rlv_device_crowd_cut(device, &view, NULL), "lost");
+    CHECK_FAILS(RLV_ERROR_DEVICE, rlv_device_crowd_vulkan(device, &vulkan), "lost");
+    CHECK_FAILS(RLV_ERROR_DEVICE, rlv_device_crowd_create(crowd, &untouched), "lost");
+    CHECK_OK(rlv_device_crowd_release(device));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_cut(device, &view, NULL), "not alive");
+    CHECK_OK(rlv_crowd_release(crowd));
+    CHECK_OK(rlv_crowd_model_release(model));
+    CHECK_OK(rlv_context_release(context));
+
+    /* No room. */
+    options.device_memory_limit = 4000;
+    CHECK_OK(rlv_context_create(&options, &context));
+    model = make(context);
+    CHECK_OK(rlv_crowd_create(context, &model, 1, &crowd));
+    CHECK_FAILS(RLV_ERROR_MEMORY, rlv_device_crowd_create(crowd, &untouched), "limit");
+    CHECK(untouched.id == 77);
+    CHECK_OK(rlv_crowd_release(crowd));
+    CHECK_OK(rlv_crowd_model_release(model));
+    CHECK_OK(rlv_context_release(context));
+    return 0;
+}
