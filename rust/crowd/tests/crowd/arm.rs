@@ -1,5 +1,8 @@
 //! A bending arm: a closed tube of three bones with bumps and a seam of texture coordinates, and models of the folder.
 
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, OnceLock};
+
 use glam::{DAffine3, DQuat, DVec3};
 use relievo_core::progress::Silent;
 use relievo_core::{Attribute, Context, Domain, Mesh, Values};
@@ -92,10 +95,21 @@ pub fn arm(rings: usize, sides: usize) -> Model {
     }
 }
 
-/// Builds the hierarchy of an arm of about `2 * rings * sides` triangles.
+/// What tests share, made once for each name.
+type Shared<T> = Mutex<BTreeMap<String, Arc<OnceLock<T>>>>;
+
+/// Returns what `make` makes for a name; other tests that ask for it meanwhile wait.
+fn shared<T: Clone>(made: &Shared<T>, name: String, make: impl FnOnce() -> T) -> T {
+    let slot = Arc::clone(made.lock().unwrap().entry(name).or_default());
+    slot.get_or_init(make).clone()
+}
+
+/// Returns the hierarchy of an arm of about `2 * rings * sides` triangles.
 pub fn built(rings: usize, sides: usize) -> CrowdModel {
+    static MADE: Shared<CrowdModel> = Mutex::new(BTreeMap::new());
     let settings = BuildSettings { cluster_triangles: 40, pose_rate: 12.0, ..BuildSettings::default() };
-    CrowdModel::build(&Context::serial(), &arm(rings, sides), &[0], &settings, &mut Silent).unwrap()
+    let build = || CrowdModel::build(&Context::serial(), &arm(rings, sides), &[0], &settings, &mut Silent).unwrap();
+    shared(&MADE, format!("{rings} {sides}"), build)
 }
 
 /// Reads a character of the folder of models, or nothing where it is absent.
@@ -104,14 +118,17 @@ pub fn character(name: &str) -> Option<Model> {
     Some(relievo_meshio::read_model(&Context::serial(), &path).unwrap())
 }
 
-/// Builds the hierarchy of a character for one of its clips, or nothing where it is absent.
+/// Returns a character and its hierarchy for one of its clips, or nothing where it is absent.
 pub fn walking(name: &str, clip: &str) -> Option<(Model, CrowdModel)> {
-    let model = character(name)?;
-    let clip = model.animation(clip).unwrap();
-    let context = Context::new(&Default::default()).unwrap();
-    let settings = BuildSettings { pose_rate: 12.0, ..BuildSettings::default() };
-    let built = CrowdModel::build(&context, &model, &[clip], &settings, &mut Silent).unwrap();
-    Some((model, built))
+    static MADE: Shared<Option<(Model, CrowdModel)>> = Mutex::new(BTreeMap::new());
+    shared(&MADE, format!("{name} {clip}"), || {
+        let model = character(name)?;
+        let clip = model.animation(clip).unwrap();
+        let context = Context::new(&Default::default()).unwrap();
+        let settings = BuildSettings { pose_rate: 12.0, ..BuildSettings::default() };
+        let built = CrowdModel::build(&context, &model, &[clip], &settings, &mut Silent).unwrap();
+        Some((model, built))
+    })
 }
 
 /// Makes an arm whose middle swells while it bends, by a morph target of the same clip.
