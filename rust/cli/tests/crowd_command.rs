@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::process::{Command, Output};
+use std::sync::OnceLock;
 
 use serde_json::{Value, json};
 
@@ -108,6 +109,20 @@ fn write_arm(folder: &Path) {
     std::fs::write(folder.join("arm.gltf"), file.to_string()).unwrap();
 }
 
+/// Writes the model of the arm as `arm.rcrowd`, which the first test that needs it builds by the command.
+fn write_model(folder: &Path) {
+    static BUILT: OnceLock<Vec<u8>> = OnceLock::new();
+    let bytes = BUILT.get_or_init(|| {
+        write_arm(folder);
+        done(
+            folder,
+            &["crowd", "build", "arm.gltf", "-o", "arm.rcrowd", "--pose-rate", "4", "--cluster-triangles", "40"],
+        );
+        std::fs::read(folder.join("arm.rcrowd")).unwrap()
+    });
+    std::fs::write(folder.join("arm.rcrowd"), bytes).unwrap();
+}
+
 #[test]
 fn a_crowd_is_built_described_viewed_rendered_and_exported() {
     let folder = tempfile::tempdir().unwrap();
@@ -203,8 +218,7 @@ fn a_crowd_is_built_described_viewed_rendered_and_exported() {
 fn far_agents_are_quads_that_cover_the_same_pixels() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    write_arm(at);
-    done(at, &["crowd", "build", "arm.gltf", "-o", "arm.rcrowd", "--pose-rate", "4", "--cluster-triangles", "40"]);
+    write_model(at);
     std::fs::write(at.join("agents.txt"), "-4 0 0 0 1 bow 0.5\n0 0 0 40 1 nod 0.5\n4 0 0 90 1 bow 0\n").unwrap();
     std::fs::write(at.join("none.txt"), "-4 0 150 0 1 bow 0\n0 0 150 0 1 nod 0\n4 0 150 0 1 bow 0\n").unwrap();
     let seen = ["arm.rcrowd", "--eye", "0,12,60", "--target", "0,1,0", "--size", "160x64", "--fov", "20"];
@@ -243,8 +257,7 @@ fn far_agents_are_quads_that_cover_the_same_pixels() {
 fn agents_walk_and_hide_others() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    write_arm(at);
-    done(at, &["crowd", "build", "arm.gltf", "-o", "arm.rcrowd", "--pose-rate", "4", "--cluster-triangles", "40"]);
+    write_model(at);
     // A large arm, a small one behind it, and a third that leaves the view to the right.
     std::fs::write(at.join("agents.txt"), "0 0 0 0 3 bow 0\n0 1 -5 0 0.1 bow 0\n2 0 0 90 1 nod 0 0 40\n").unwrap();
     let shared = ["arm.rcrowd", "--agents", "agents.txt", "--eye", "0,1,8", "--target", "0,1,0"];
@@ -311,8 +324,7 @@ fn wrong_arguments_and_files_are_refused() {
 fn levels_of_detail_are_written_for_other_engines() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    write_arm(at);
-    done(at, &["crowd", "build", "arm.gltf", "-o", "arm.rcrowd", "--pose-rate", "4", "--cluster-triangles", "40"]);
+    write_model(at);
     let text = done(at, &["crowd", "export", "arm.rcrowd", "-o", "levels.glb", "--levels", "3", "--pixels", "2"]);
     assert!(text.contains(&format!("level 0: {TRIANGLES} triangles")) && text.contains("level 2"), "{text}");
     let bytes = std::fs::read(at.join("levels.glb")).unwrap();
@@ -338,8 +350,7 @@ fn levels_of_detail_are_written_for_other_engines() {
 fn point_instancers_of_a_stage_place_agents() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    write_arm(at);
-    done(at, &["crowd", "build", "arm.gltf", "-o", "arm.rcrowd", "--pose-rate", "4", "--cluster-triangles", "40"]);
+    write_model(at);
     let half = std::f64::consts::FRAC_1_SQRT_2;
     // Centimetres with z up; the third copy is off.
     let stage = format!(
@@ -390,8 +401,7 @@ def PointInstancer "people" (
 fn clusters_are_read_while_a_crowd_is_viewed() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    write_arm(at);
-    done(at, &["crowd", "build", "arm.gltf", "-o", "arm.rcrowd", "--pose-rate", "4", "--cluster-triangles", "40"]);
+    write_model(at);
     std::fs::write(at.join("agents.txt"), "0 0 0 0 1 bow 0\n1 0 -9 0 1 bow 0\n").unwrap();
     let shared = ["crowd", "view", "arm.rcrowd", "--agents", "agents.txt", "--eye", "0,1,4", "--target", "0,1,0"];
     let view = |more: &[&str]| read(at, &[&shared[..], &["--json"], more].concat());
