@@ -220,7 +220,7 @@ impl Crowd {
         if let Some(own) = self.weights.get(&index) {
             let clip = &self.models[agent.model as usize].clips[agent.clip as usize];
             if before.clip != agent.clip {
-                let own = self.offsets[agent.model as usize].own(clip, &own.weights)?;
+                let own = self.offsets[agent.model as usize].own((agent.clip, clip), &own.weights)?;
                 self.weights.insert(index, own);
             }
             reach.widen(self.weights[&index].moved);
@@ -242,7 +242,7 @@ impl Crowd {
         match weights {
             Some(weights) => {
                 let clip = &self.models[agent.model as usize].clips[agent.clip as usize];
-                let own = self.offsets[agent.model as usize].own(clip, weights)?;
+                let own = self.offsets[agent.model as usize].own((agent.clip, clip), weights)?;
                 reach.widen(own.moved);
                 self.weights.insert(index, own);
             }
