@@ -34,7 +34,7 @@ fn vertex_posed(@location(0) corner: vec2<u32>) -> Shaded {
     let normal = affine_normal(map, octahedral_normal(vertex.normal));
     // The line of an edge goes where its coordinate is 0; it is 1/2 at the corner that the edge does not have.
     let away = (vec3(vertex.corner) + vec3(3u, 2u, 1u)) % 3u;
-    let grid = select(vec3(0.0), vec3(0.5), (vertex.corner == 3u) | (away == vec3(2u)));
+    let grid = select(vec3(0.0), vec3(0.5), vec3(vertex.corner == 3u) | (away == vec3(2u)));
     let tag = select(vertex.tag, instance.number, vertex.tag == INSTANCE_TAG);
     return shaded(affine_point(map, vertex.p), normal, grid, vec2(0.0), instance.number, tag);
 }

@@ -339,7 +339,8 @@ static void check_impostors(RlvContext context, RlvCrowdModel model) {
     CHECK(texels != NULL);
     CHECK_OK(rlv_crowd_model_info(model, &info));
     for (int agent = 0; agent < AGENTS; ++agent) {
-        agents[agent] = agent_at(0.2 * agent, agent == 0 ? -4.0 : -300.0);
+        /* All far ones on one side of the view, so that they are seen from one direction. */
+        agents[agent] = agent == 0 ? agent_at(0.0, -4.0) : agent_at(3.0 + 0.2 * agent, -300.0);
         agents[agent].phase = agent % 2 / 6.0;
     }
     CHECK_OK(rlv_crowd_create(context, &model, 1, &crowd));

@@ -1,6 +1,6 @@
 //! Columns of numbers, split into planes of bytes.
 
-use relievo_core::{Error, Result};
+use relievo_core::Result;
 
 use super::damaged;
 
