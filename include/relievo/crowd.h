@@ -223,7 +223,7 @@ typedef struct RlvCrowdPicture {
     uint64_t number;  /* of all that were made: hosts keep what they made of it for later frames */
     uint32_t model;
     float radius;     /* half a side of the square, units of the model */
-    float center[3];
+    float center[3];  /* of the square, units of the model */
     float axes[9];    /* to the right, up and towards the viewer, of length 1 */
 } RlvCrowdPicture;
 

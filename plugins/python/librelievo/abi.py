@@ -24,6 +24,7 @@ RLV_ERROR_CANCELLED = 7
 RLV_ERROR_INTERNAL = 8
 RLV_ERROR_DEVICE = 9
 RLV_NO_ELEMENT = 4294967295
+RLV_CROWD_PICTURE_SIDE = 32
 RLV_LAYER_NAME_SIZE = 256
 RLV_FLUID_WALLS = 4294967295
 RLV_PICTURE_NAME_SIZE = 264
@@ -1719,6 +1720,8 @@ class RlvCrowdView(Structure):
         ("time", c_double),
         ("occlusion", c_uint32),
         ("geomorph", c_uint32),
+        ("impostors", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -1735,6 +1738,8 @@ class RlvCrowdFrame(Structure):
         ("hidden_triangles", c_uint64),
         ("occluder_triangles", c_uint64),
         ("weight_count", c_uint32),
+        ("impostor_count", c_uint32),
+        ("picture_count", c_uint32),
         ("reserved", c_uint32),
     ]
 
@@ -1775,6 +1780,47 @@ class RlvCrowdBuffers(Structure):
         ("weight_capacity", c_size_t),
         ("first_weights", c_uint32_p),
         ("blends", c_float_p),
+    ]
+
+
+class RlvCrowdImpostor(Structure):
+    _fields_ = [
+        ("agent", c_uint32),
+        ("picture", c_uint32),
+        ("transform", c_float * 12),
+    ]
+
+
+class RlvCrowdPicture(Structure):
+    _fields_ = [
+        ("number", c_uint64),
+        ("model", c_uint32),
+        ("radius", c_float),
+        ("center", c_float * 3),
+        ("axes", c_float * 9),
+    ]
+
+
+class RlvCrowdTexel(Structure):
+    _fields_ = [
+        ("cluster", c_uint32),
+        ("material", c_uint32),
+        ("normal", c_float * 3),
+    ]
+
+
+class RlvCrowdImpostors(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("impostors", POINTER(RlvCrowdImpostor)),
+        ("impostor_capacity", c_size_t),
+        ("impostor_stride", c_size_t),
+        ("pictures", POINTER(RlvCrowdPicture)),
+        ("picture_capacity", c_size_t),
+        ("picture_stride", c_size_t),
+        ("texels", POINTER(RlvCrowdTexel)),
+        ("texel_capacity", c_size_t),
     ]
 
 
@@ -1982,6 +2028,42 @@ class RlvDecalRecipe(Structure):
         ("opacity", c_float),
         ("relief", c_float),
         ("image_hash", c_uint64),
+    ]
+
+
+class RlvDeviceCrowd(Structure):
+    _fields_ = [
+        ("id", c_uint64),
+    ]
+
+
+class RlvDeviceCrowdInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("agent_count", c_uint32),
+        ("draw_count", c_uint32),
+        ("matrix_count", c_uint32),
+        ("weight_count", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class RlvDeviceCrowdVulkan(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("queue_family", c_uint32),
+        ("queue_index", c_uint32),
+        ("reserved", c_uint32),
+        ("instance", c_uint64),
+        ("physical_device", c_uint64),
+        ("device", c_uint64),
+        ("queue", c_uint64),
+        ("draws", c_uint64),
+        ("clusters", c_uint64),
+        ("instances", c_uint64),
+        ("counts", c_uint64),
+        ("matrices", c_uint64),
+        ("weights", c_uint64),
     ]
 
 
@@ -3342,9 +3424,10 @@ INIT = {
     RlvCrowdClip: (ctypes.sizeof(RlvCrowdClip), 0, 0.0, (0,),),
     RlvCrowdMaterial: (ctypes.sizeof(RlvCrowdMaterial), (0,),),
     RlvCrowdVertices: (ctypes.sizeof(RlvCrowdVertices), 0, 0, None, None, None, None, None,),
-    RlvCrowdView: (ctypes.sizeof(RlvCrowdView), 0, 0, 0.5, (0.0,), (0.0, 0.0, -1.0,), (0.0, 1.0, 0.0,), 0.6, 0.0, 0, 0,),
-    RlvCrowdFrame: (ctypes.sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvCrowdView: (ctypes.sizeof(RlvCrowdView), 0, 0, 0.5, (0.0,), (0.0, 0.0, -1.0,), (0.0, 1.0, 0.0,), 0.6, 0.0, 0, 0, 0, 0,),
+    RlvCrowdFrame: (ctypes.sizeof(RlvCrowdFrame), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvCrowdBuffers: (ctypes.sizeof(RlvCrowdBuffers), 0, None, 0, 0, None, None, 0, 0, None, 0, 0, None, 0, None, None,),
+    RlvCrowdImpostors: (ctypes.sizeof(RlvCrowdImpostors), 0, None, 0, 0, None, 0, 0, None, 0,),
     RlvStream: (ctypes.sizeof(RlvStream), 0, None, None, None, None, None, None, None,),
     RlvDocumentInfo: (ctypes.sizeof(RlvDocumentInfo), 0, 0, 0, 0,),
     RlvDocumentChanges: (ctypes.sizeof(RlvDocumentChanges), 0, 0, 0, 0,),
@@ -3359,6 +3442,8 @@ INIT = {
     RlvDecalTexture: (ctypes.sizeof(RlvDecalTexture), 0, 0, 3, 8, 0, None, 0,),
     RlvDecalReport: (ctypes.sizeof(RlvDecalReport), 0, 0, 0, 0,),
     RlvDecalRecipe: (ctypes.sizeof(RlvDecalRecipe), 0, 0, 0, 0, 0, 0, 0, 0.0, 0.0, 0,),
+    RlvDeviceCrowdInfo: (ctypes.sizeof(RlvDeviceCrowdInfo), 0, 0, 0, 0, 0,),
+    RlvDeviceCrowdVulkan: (ctypes.sizeof(RlvDeviceCrowdVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvStrokeReport: (ctypes.sizeof(RlvStrokeReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvLevelInfo: (ctypes.sizeof(RlvLevelInfo), 0, 0, 0, 0, 0,),
     RlvLevelView: (ctypes.sizeof(RlvLevelView), (0.0,), 1000.0, 1.0, 1.0, 0, None, 0, 0,),
@@ -3645,6 +3730,7 @@ FUNCTIONS = {
     "rlv_crowd_set_weights": (RlvResult, [("crowd", RlvCrowd), ("agent", c_uint32), ("weights", c_float_p), ("count", c_size_t)]),
     "rlv_crowd_cut": (RlvResult, [("crowd", RlvCrowd), ("view", POINTER(RlvCrowdView)), ("out", POINTER(RlvCrowdFrame))]),
     "rlv_crowd_get": (RlvResult, [("crowd", RlvCrowd), ("buffers", POINTER(RlvCrowdBuffers))]),
+    "rlv_crowd_get_impostors": (RlvResult, [("crowd", RlvCrowd), ("impostors", POINTER(RlvCrowdImpostors))]),
     "rlv_document_create": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
     "rlv_document_open": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
     "rlv_document_create_stream": (RlvResult, [("detail", RlvDetail), ("stream", POINTER(RlvStream)), ("memory", c_uint64), ("out", POINTER(RlvDocument))]),
@@ -3700,6 +3786,12 @@ FUNCTIONS = {
     "rlv_decal_take_up": (RlvResult, [("document", RlvDocument), ("id", c_uint32), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvDecal))]),
     "rlv_decal_update": (RlvResult, [("decal", RlvDecal), ("document", RlvDocument), ("id", c_uint32), ("image", POINTER(RlvDecalImage)), ("ink", POINTER(RlvDecalInk)), ("progress", RlvProgress), ("user", c_void_p)]),
     "rlv_decal_remove": (RlvResult, [("document", RlvDocument), ("id", c_uint32)]),
+    "rlv_device_crowd_create": (RlvResult, [("crowd", RlvCrowd), ("out", POINTER(RlvDeviceCrowd))]),
+    "rlv_device_crowd_retain": (RlvResult, [("crowd", RlvDeviceCrowd)]),
+    "rlv_device_crowd_release": (RlvResult, [("crowd", RlvDeviceCrowd)]),
+    "rlv_device_crowd_cut": (RlvResult, [("crowd", RlvDeviceCrowd), ("view", POINTER(RlvCrowdView)), ("out", POINTER(RlvDeviceCrowdInfo))]),
+    "rlv_device_crowd_get": (RlvResult, [("crowd", RlvDeviceCrowd), ("buffers", POINTER(RlvCrowdBuffers))]),
+    "rlv_device_crowd_vulkan": (RlvResult, [("crowd", RlvDeviceCrowd), ("out", POINTER(RlvDeviceCrowdVulkan))]),
     "rlv_stroke_run": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
     "rlv_stroke_begin": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("out", POINTER(RlvStroke))]),
     "rlv_stroke_retain": (RlvResult, [("stroke", RlvStroke)]),

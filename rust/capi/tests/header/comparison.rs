@@ -33,6 +33,7 @@ use relievo::stream::*;
 use relievo::document::*;
 use relievo::layer::*;
 use relievo::decal::*;
+use relievo::device_crowd::*;
 use relievo::stroke::*;
 use relievo::level::*;
 use relievo::device_level::*;
@@ -479,11 +480,16 @@ layout!(RlvCrowdCollapse: 8, 4);
 layout!(RlvCrowdOffset: 20, 4);
 layout!(RlvCrowdCluster: 24, 4);
 layout!(RlvCrowdAgent: 112, 8);
-layout!(RlvCrowdView: 112, 8);
-layout!(RlvCrowdFrame: 64, 8);
+layout!(RlvCrowdView: 120, 8);
+layout!(RlvCrowdFrame: 72, 8);
 layout!(RlvCrowdDraw: 20, 4);
 layout!(RlvCrowdInstance: 56, 4);
 layout!(RlvCrowdBuffers: 120, 8);
+constant!(RLV_CROWD_PICTURE_SIDE = 32);
+layout!(RlvCrowdImpostor: 56, 4);
+layout!(RlvCrowdPicture: 64, 8);
+layout!(RlvCrowdTexel: 20, 4);
+layout!(RlvCrowdImpostors: 72, 8);
 function!(rlv_crowd_params: unsafe extern "C" fn(*mut *const RlvParameter, *mut usize) -> RlvResult);
 function!(rlv_crowd_model_build: unsafe extern "C" fn(RlvContext, *const c_char, *const RlvCrowdClipName, usize, *const RlvCrowdBuildSettings, RlvProgress, *mut c_void, *mut RlvCrowdModel) -> RlvResult);
 function!(rlv_crowd_model_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvCrowdModel) -> RlvResult);
@@ -509,6 +515,7 @@ function!(rlv_crowd_set: unsafe extern "C" fn(RlvCrowd, u32, *const RlvCrowdAgen
 function!(rlv_crowd_set_weights: unsafe extern "C" fn(RlvCrowd, u32, *const f32, usize) -> RlvResult);
 function!(rlv_crowd_cut: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdView, *mut RlvCrowdFrame) -> RlvResult);
 function!(rlv_crowd_get: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdBuffers) -> RlvResult);
+function!(rlv_crowd_get_impostors: unsafe extern "C" fn(RlvCrowd, *const RlvCrowdImpostors) -> RlvResult);
 alias!(RlvStreamRead = Option<unsafe extern "C" fn(*mut c_void, u64, *mut u8, usize) -> u32>);
 alias!(RlvStreamWrite = Option<unsafe extern "C" fn(*mut c_void, u64, *const u8, usize) -> u32>);
 alias!(RlvStreamLength = Option<unsafe extern "C" fn(*mut c_void, *mut u64) -> u32>);
@@ -598,6 +605,15 @@ function!(rlv_decal_apply: unsafe extern "C" fn(RlvDecal, RlvDocument, *const c_
 function!(rlv_decal_take_up: unsafe extern "C" fn(RlvDocument, u32, RlvProgress, *mut c_void, *mut RlvDecal) -> RlvResult);
 function!(rlv_decal_update: unsafe extern "C" fn(RlvDecal, RlvDocument, u32, *const RlvDecalImage, *const RlvDecalInk, RlvProgress, *mut c_void) -> RlvResult);
 function!(rlv_decal_remove: unsafe extern "C" fn(RlvDocument, u32) -> RlvResult);
+layout!(RlvDeviceCrowd: 8, 8);
+layout!(RlvDeviceCrowdInfo: 24, 4);
+layout!(RlvDeviceCrowdVulkan: 96, 8);
+function!(rlv_device_crowd_create: unsafe extern "C" fn(RlvCrowd, *mut RlvDeviceCrowd) -> RlvResult);
+function!(rlv_device_crowd_retain: unsafe extern "C" fn(RlvDeviceCrowd) -> RlvResult);
+function!(rlv_device_crowd_release: unsafe extern "C" fn(RlvDeviceCrowd) -> RlvResult);
+function!(rlv_device_crowd_cut: unsafe extern "C" fn(RlvDeviceCrowd, *const RlvCrowdView, *mut RlvDeviceCrowdInfo) -> RlvResult);
+function!(rlv_device_crowd_get: unsafe extern "C" fn(RlvDeviceCrowd, *const RlvCrowdBuffers) -> RlvResult);
+function!(rlv_device_crowd_vulkan: unsafe extern "C" fn(RlvDeviceCrowd, *mut RlvDeviceCrowdVulkan) -> RlvResult);
 layout!(RlvStroke: 8, 8);
 layout!(RlvStrokePoint: 40, 8);
 layout!(RlvStrokeReport: 88, 8);
@@ -2012,6 +2028,8 @@ pub fn offsets(list: &mut Offsets) {
         time: f64 = 96,
         occlusion: u32 = 104,
         geomorph: u32 = 108,
+        impostors: u32 = 112,
+        reserved: u32 = 116,
     });
     fields!(list, RlvCrowdFrame {
         struct_size: u32 = 0,
@@ -2025,7 +2043,9 @@ pub fn offsets(list: &mut Offsets) {
         hidden_triangles: u64 = 40,
         occluder_triangles: u64 = 48,
         weight_count: u32 = 56,
-        reserved: u32 = 60,
+        impostor_count: u32 = 60,
+        picture_count: u32 = 64,
+        reserved: u32 = 68,
     });
     fields!(list, RlvCrowdDraw {
         index_count: u32 = 0,
@@ -2056,6 +2076,35 @@ pub fn offsets(list: &mut Offsets) {
         weight_capacity: usize = 96,
         first_weights: *mut u32 = 104,
         blends: *mut f32 = 112,
+    });
+    fields!(list, RlvCrowdImpostor {
+        agent: u32 = 0,
+        picture: u32 = 4,
+        transform: [f32; 12] = 8,
+    });
+    fields!(list, RlvCrowdPicture {
+        number: u64 = 0,
+        model: u32 = 8,
+        radius: f32 = 12,
+        center: [f32; 3] = 16,
+        axes: [f32; 9] = 28,
+    });
+    fields!(list, RlvCrowdTexel {
+        cluster: u32 = 0,
+        material: u32 = 4,
+        normal: [f32; 3] = 8,
+    });
+    fields!(list, RlvCrowdImpostors {
+        struct_size: u32 = 0,
+        reserved: u32 = 4,
+        impostors: *mut RlvCrowdImpostor = 8,
+        impostor_capacity: usize = 16,
+        impostor_stride: usize = 24,
+        pictures: *mut RlvCrowdPicture = 32,
+        picture_capacity: usize = 40,
+        picture_stride: usize = 48,
+        texels: *mut RlvCrowdTexel = 56,
+        texel_capacity: usize = 64,
     });
     fields!(list, RlvStream {
         struct_size: u32 = 0,
@@ -2199,6 +2248,33 @@ pub fn offsets(list: &mut Offsets) {
         opacity: f32 = 32,
         relief: f32 = 36,
         image_hash: u64 = 40,
+    });
+    fields!(list, RlvDeviceCrowd {
+        id: u64 = 0,
+    });
+    fields!(list, RlvDeviceCrowdInfo {
+        struct_size: u32 = 0,
+        agent_count: u32 = 4,
+        draw_count: u32 = 8,
+        matrix_count: u32 = 12,
+        weight_count: u32 = 16,
+        reserved: u32 = 20,
+    });
+    fields!(list, RlvDeviceCrowdVulkan {
+        struct_size: u32 = 0,
+        queue_family: u32 = 4,
+        queue_index: u32 = 8,
+        reserved: u32 = 12,
+        instance: u64 = 16,
+        physical_device: u64 = 24,
+        device: u64 = 32,
+        queue: u64 = 40,
+        draws: u64 = 48,
+        clusters: u64 = 56,
+        instances: u64 = 64,
+        counts: u64 = 72,
+        matrices: u64 = 80,
+        weights: u64 = 88,
     });
     fields!(list, RlvStroke {
         id: u64 = 0,
@@ -3388,6 +3464,8 @@ pub const INITIAL: &[Initial] = &[
         ("uint64_t hidden_triangles", 0.0),
         ("uint64_t occluder_triangles", 0.0),
         ("uint32_t weight_count", 0.0),
+        ("uint32_t impostor_count", 0.0),
+        ("uint32_t picture_count", 0.0),
         ("uint32_t reserved", 0.0),
     ] },
     Initial { header: "document.h", name: "RlvDocumentInfo", initializer: "RLV_DOCUMENT_INFO_INIT", fields: &[
@@ -3453,6 +3531,28 @@ pub const INITIAL: &[Initial] = &[
         ("float opacity", 0.0),
         ("float relief", 0.0),
         ("uint64_t image_hash", 0.0),
+    ] },
+    Initial { header: "device_crowd.h", name: "RlvDeviceCrowdInfo", initializer: "RLV_DEVICE_CROWD_INFO_INIT", fields: &[
+        ("uint32_t agent_count", 0.0),
+        ("uint32_t draw_count", 0.0),
+        ("uint32_t matrix_count", 0.0),
+        ("uint32_t weight_count", 0.0),
+        ("uint32_t reserved", 0.0),
+    ] },
+    Initial { header: "device_crowd.h", name: "RlvDeviceCrowdVulkan", initializer: "RLV_DEVICE_CROWD_VULKAN_INIT", fields: &[
+        ("uint32_t queue_family", 0.0),
+        ("uint32_t queue_index", 0.0),
+        ("uint32_t reserved", 0.0),
+        ("uint64_t instance", 0.0),
+        ("uint64_t physical_device", 0.0),
+        ("uint64_t device", 0.0),
+        ("uint64_t queue", 0.0),
+        ("uint64_t draws", 0.0),
+        ("uint64_t clusters", 0.0),
+        ("uint64_t instances", 0.0),
+        ("uint64_t counts", 0.0),
+        ("uint64_t matrices", 0.0),
+        ("uint64_t weights", 0.0),
     ] },
     Initial { header: "stroke.h", name: "RlvStrokeReport", initializer: "RLV_STROKE_REPORT_INIT", fields: &[
         ("uint32_t reserved", 0.0),
@@ -3845,8 +3945,10 @@ pub const NAMES: &[&str] = &[
     "RLV_CROWD_BUILD_SETTINGS_INIT",
     "RLV_CROWD_CLIP_INIT",
     "RLV_CROWD_FRAME_INIT",
+    "RLV_CROWD_IMPOSTORS_INIT",
     "RLV_CROWD_MATERIAL_INIT",
     "RLV_CROWD_MODEL_INFO_INIT",
+    "RLV_CROWD_PICTURE_SIDE",
     "RLV_CROWD_VERTICES_INIT",
     "RLV_CROWD_VIEW_INIT",
     "RLV_CURVE_ANGLE",
@@ -3867,6 +3969,8 @@ pub const NAMES: &[&str] = &[
     "RLV_DETAIL_TILE_INFO_INIT",
     "RLV_DEVICE_AUTO",
     "RLV_DEVICE_CPU",
+    "RLV_DEVICE_CROWD_INFO_INIT",
+    "RLV_DEVICE_CROWD_VULKAN_INIT",
     "RLV_DEVICE_GPU",
     "RLV_DEVICE_LEVEL_INFO_INIT",
     "RLV_DEVICE_LEVEL_VULKAN_INIT",
