@@ -26,7 +26,7 @@ typedef struct RlvDeviceCrowdInfo {
 
 #define RLV_DEVICE_CROWD_INFO_INIT {sizeof(RlvDeviceCrowdInfo), 0, 0, 0, 0, 0}
 
-/* Vulkan objects: dispatchable ones as pointers in 64 bits, others as they are. */
+/* Vulkan objects: dispatchable ones as pointers in 64 bits, others unchanged. */
 typedef struct RlvDeviceCrowdVulkan {
     uint32_t struct_size;
     uint32_t queue_family;    /* index of the family of the queue */

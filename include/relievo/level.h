@@ -3,7 +3,7 @@
  * A level is as fine as was asked for last: by deviation, number of triangles, or for a view. Regions of it are moved and
  * turned by handles, and brushes sculpt it; finer levels follow as it becomes finer, coarser ones as it becomes coarser,
  * and all the same whatever way was taken. Its vertices and triangles are written to the host's own buffers, where they
- * keep their places for as long as they are there: an update writes what has changed, and says within which range.
+ * keep their places while they exist: an update writes what has changed, and says within which range.
  *
  * A level may write its edits down in a journal, from which they are made again after its host was killed.
  *
