@@ -68,6 +68,23 @@ fn dependencies_point_down_the_layers() {
     assert!(seen > 0, "no dependency between our crates was seen");
 }
 
+/// The chapter of the design that draws the layers.
+const DRAWN: &str = "docs/design/crates.md";
+
+#[test]
+fn the_design_draws_the_layers() {
+    let layer = |names: &&[&str]| -> Option<String> {
+        let short = names.iter().map(|name| name.trim_start_matches("relievo-"));
+        let shipped: Vec<&str> = short.filter(|name| !["testing", "bench"].contains(name)).collect();
+        (!shipped.is_empty()).then(|| format!("    {}", shipped.join(", ")))
+    };
+    let drawn: Vec<String> = LAYERS.iter().rev().filter_map(layer).collect();
+    let drawn = drawn.join("\n");
+    let path = format!("{}/../../{DRAWN}", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(path).expect("the chapter");
+    assert!(text.contains(&format!("\n\n{drawn}\n\n")), "{DRAWN} draws other layers than these:\n{drawn}");
+}
+
 #[test]
 fn the_abi_that_is_fuzzed_has_the_dependencies_of_the_abi() {
     let used = |manifest: &str, package: &str| -> (BTreeSet<String>, Value) {
