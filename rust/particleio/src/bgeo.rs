@@ -12,8 +12,8 @@ use std::io::Read as _;
 use relievo_core::{Budget, Error, Result};
 
 use crate::bytes::Bytes;
-use crate::file::Read;
 use crate::particles::{Channel, MOST_CHANNELS, Particles};
+use crate::read::Read;
 
 pub(crate) const MAGIC: &[u8] = b"Bgeo";
 pub(crate) const GZIP: &[u8] = &[0x1f, 0x8b];

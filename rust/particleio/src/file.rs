@@ -7,6 +7,7 @@ use std::path::Path;
 use relievo_core::{Context, Error, Result, file};
 
 use crate::particles::Particles;
+use crate::read::Read;
 use crate::{bgeo, frame, ply, vdb, vtk};
 
 /// Formats that can be read and written.
@@ -22,15 +23,6 @@ pub enum Format {
     Ply,
     /// OpenVDB's points.
     Vdb,
-}
-
-/// What was read.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Read {
-    /// The particles.
-    pub particles: Particles,
-    /// What was left out, for the user to know.
-    pub notes: Vec<String>,
 }
 
 impl Format {

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use relievo_core::{Attribute, Domain, Error, Mesh, Result, Values};
 
-use crate::file::Read;
 use crate::particles::{Channel, Particles};
+use crate::read::Read;
 
 /// The column of the particles' numbers.
 const NUMBER: &str = "id";

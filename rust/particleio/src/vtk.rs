@@ -5,8 +5,8 @@
 use relievo_core::{Budget, Error, Result};
 
 use crate::bytes::cut_off;
-use crate::file::Read;
 use crate::particles::{Channel, MOST, MOST_CHANNELS};
+use crate::read::Read;
 use crate::vtk_words::{Kind, Words};
 
 pub(crate) const MAGIC: &[u8] = b"# vtk DataFile Version";

@@ -12,6 +12,7 @@ use relievo_embree::Ray;
 use crate::camera::Rays;
 use crate::dielectric::{fresnel, refract};
 use crate::facet::{Facet, Place};
+use crate::frame::{Frame, NO_OBJECT};
 use crate::gloss::gloss;
 use crate::image::Image;
 use crate::sampling::{Shift, cone, cosine_hemisphere, in_pixel};
@@ -19,24 +20,6 @@ use crate::scene::{Placed, Placement, Scene};
 use crate::settings::View;
 use crate::sky::{ClearSky, SkyLight, reflected_row};
 use crate::tracing::{LANES, Struck, Tracing};
-
-/// Object number where there is none.
-pub const NO_OBJECT: u32 = u32::MAX;
-
-/// A rendered picture and what is behind its pixels. All but the colour is for the middle of each pixel.
-#[derive(Clone, Debug)]
-pub struct Frame {
-    /// Radiance, scene-linear Rec.709.
-    pub color: Image,
-    /// Distance along the direction of view, infinite where nothing is hit.
-    pub depth: Image,
-    /// Unit normal in world space, to the side that is seen; zero where nothing is hit.
-    pub normal: Image,
-    /// Diffuse reflectance, false colours and lines left out; zero where nothing is hit.
-    pub albedo: Image,
-    /// Number of the object, [`NO_OBJECT`] where nothing is hit.
-    pub object: Vec<u32>,
-}
 
 /// Side of the square of pixels that is one item of work.
 const BLOCK: u32 = 16;

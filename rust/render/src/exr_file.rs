@@ -10,8 +10,8 @@ use glam::{DMat3, DVec3};
 use half::f16;
 use relievo_core::{Error, ErrorKind, Result};
 
-use crate::caster::Frame;
 use crate::chromaticities::{Chromaticities, REC_709};
+use crate::frame::Frame;
 use crate::image::Image;
 use crate::output::replace;
 

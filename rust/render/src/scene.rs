@@ -7,9 +7,9 @@ use glam::{DAffine3, DMat3, DVec3, Mat3, Vec3};
 use relievo_core::{Context, Error, Result, Values};
 use relievo_embree as embree;
 
-use crate::caster::Frame;
 use crate::color::Color;
 use crate::dielectric::Dielectric;
+use crate::frame::Frame;
 use crate::implicit::Implicit;
 use crate::settings::View;
 

@@ -8,7 +8,7 @@
 use glam::Vec3;
 
 use crate::camera::Rays;
-use crate::caster::Frame;
+use crate::frame::Frame;
 use crate::light::Sky;
 use crate::sampling::{Shift, cosine_hemisphere};
 

@@ -48,8 +48,3 @@ pub use surface::DrawnSurface;
 pub use tiles::{TileDraw, TilePart, VirtualTiles};
 pub use triangles::{TriangleDraw, TrianglePart, TriangleRates, VirtualTriangles};
 pub use tuner::{Measured, Tuned, Tuning};
-
-#[cfg(not(feature = "wgpu"))]
-use absent::Records;
-#[cfg(feature = "wgpu")]
-use records::Records;

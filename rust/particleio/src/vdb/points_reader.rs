@@ -9,8 +9,8 @@ use super::tree::Tree;
 use super::{LEAF, POINTS, blosc};
 use crate::bgeo::{KNOWN, NUMBER, RADIUS, TIME};
 use crate::bytes::Bytes;
-use crate::file::Read;
 use crate::particles::{Channel, MOST, MOST_CHANNELS, Particles};
+use crate::read::Read;
 
 /// Values lie in pages.
 const PAGED: u8 = 8;

@@ -8,7 +8,7 @@ use relievo_gpu::{Buffer, Charge, Device};
 
 use super::patches::{DrawCall, Storage};
 use super::placed::Placed;
-use crate::caster::Frame;
+use crate::frame::Frame;
 use crate::settings::View;
 
 /// Draws virtual vertices. It has no value in this build.

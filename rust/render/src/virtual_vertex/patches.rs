@@ -8,7 +8,10 @@ use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Buffer, Charge, Device, KernelSpec, groups};
 use relievo_surface::bezier::{BezierSurface, CONTROLS, Levels, ParametricMap, VirtualVertex};
 
-use super::Records;
+#[cfg(not(feature = "wgpu"))]
+use super::absent::Records;
+#[cfg(feature = "wgpu")]
+use super::records::Records;
 
 /// Where control points are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

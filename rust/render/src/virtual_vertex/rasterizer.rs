@@ -18,7 +18,7 @@ use super::placed::{Placed, Shape};
 use super::records::{Records, block_stride};
 use super::targets::{PIXEL_BYTES, SHADOW_SIDE, ShadowMaps, Target, Targets};
 use super::view::{Extent, OBJECT_BYTES, ObjectBlock, SUNS, ViewBlock, projection, shadow};
-use crate::caster::{Frame, NO_OBJECT};
+use crate::frame::{Frame, NO_OBJECT};
 use crate::image::Image;
 use crate::settings::View;
 

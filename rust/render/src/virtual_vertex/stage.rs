@@ -14,7 +14,7 @@ use super::placed::{DeviceMesh, Placed, Shape};
 use super::rates::TileRates;
 use super::surface::DrawnSurface;
 use super::triangles::VirtualTriangles;
-use crate::caster::Frame;
+use crate::frame::Frame;
 use crate::scene::{Material, Mesh, ObjectId};
 use crate::settings::View;
 
