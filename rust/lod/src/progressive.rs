@@ -14,24 +14,27 @@
 //! - What handles do over time: [`keyed`], at coarser levels than the mesh is of: `beneath`.
 //! - Which level is within a measured distance of the finest: `within`.
 //! - Where its order no longer fits what it has become: [`order`].
-//! - What it has beside places and normals: `wedges`, built of meshes as files have them in `attributed`; how
-//!   normals and tangents among that turn with edits: `directions`.
+//! - What it has beside places and normals: `wedges`, and `active_wedges` of the mesh now, built of meshes as files have them in `attributed`; how
+//!   normals and tangents among that turn with edits: `directions`, `turning`.
 //! - How brushes sculpt it: [`sculpt`].
 //! - How edits survive a killed program: [`journal`], with `inputs`.
 //! - The mesh on a graphics device, refined, coarsened and drawn there: [`device`].
 
 pub mod active;
+mod active_wedges;
 pub mod arrival;
 mod attributed;
 mod beneath;
 mod bitset;
 mod blocks;
+mod buffer_places;
 pub mod buffers;
 mod coarser;
 pub mod cut;
 pub mod device;
 mod directions;
 pub mod file;
+mod format;
 pub mod handle;
 pub mod hierarchy;
 mod history;
@@ -40,6 +43,7 @@ pub mod journal;
 mod jump;
 pub mod keyed;
 mod moves;
+mod numbers;
 pub mod order;
 mod packing;
 mod place;
@@ -50,6 +54,7 @@ mod settle;
 mod sparse;
 mod splits;
 mod stars;
+mod turning;
 pub mod view;
 mod wedge_columns;
 mod wedges;

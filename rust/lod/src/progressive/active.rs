@@ -11,7 +11,7 @@ use relievo_core::{Context, Error, Result};
 
 use super::bitset::BitSet;
 use super::blocks::Blocks;
-use super::buffers::Places;
+use super::buffer_places::Places;
 use super::cut::{Cut, Front, ViewSplits};
 use super::hierarchy::{Child, Progressive};
 use super::history::History;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use relievo_core::{Context, Error, Result};
 
 use super::active::ActiveMesh;
-use super::file::damaged;
+use super::format::damaged;
 use super::hierarchy::Progressive;
 use super::reading::{Reading, unsound};
 

@@ -15,6 +15,7 @@ use std::path::Path;
 use relievo_core::{Context, Error, Result, file};
 
 use super::cut::Cut;
+use super::format::{Reader, Writer};
 use super::hierarchy::{AT, LEAF, Progressive};
 use super::recording::Key;
 use super::wedge_columns::Columns;
@@ -31,47 +32,11 @@ pub(super) const CHUNK: usize = 1 << 14;
 /// Columns of a chunk at most: the split, its tag, key and parent, and of two sides the child, a place of four numbers, a
 /// normal, three leaves and a number.
 pub(super) const COLUMNS: usize = 4 + 2 * (1 + 4 + 1 + 4);
-const LEVEL: i32 = 5;
 
 /// Tags of a split, for the first side; those of the second are one bit higher.
 pub(super) const IS_LEAF: u32 = 1;
 pub(super) const IS_AT: u32 = 4;
 pub(super) const HAS_FACE: u32 = 16;
-
-/// Columns that are written.
-#[derive(Default)]
-pub(super) struct Writer(Vec<u8>);
-
-impl Writer {
-    pub(super) fn column(&mut self, values: &[u32]) {
-        for plane in 0..4 {
-            self.0.extend(values.iter().map(|value| (value >> (8 * plane)) as u8));
-        }
-    }
-
-    /// The bytes of a chunk.
-    fn chunk(self) -> std::io::Result<Vec<u8>> {
-        let packed = zstd::bulk::compress(&self.0, LEVEL)?;
-        let head = [self.0.len() as u32, packed.len() as u32, crc32fast::hash(&packed)];
-        Ok(head.into_iter().flat_map(u32::to_le_bytes).chain(packed).collect())
-    }
-}
-
-/// Columns that are read.
-pub(super) struct Reader<'a>(pub(super) &'a [u8]);
-
-impl Reader<'_> {
-    pub(super) fn column(&mut self, count: usize) -> Result<Vec<u32>> {
-        let (bytes, rest) = self.0.split_at_checked(4 * count).ok_or_else(|| damaged("a chunk is too short"))?;
-        self.0 = rest;
-        let byte = |plane: usize, index: usize| u32::from(bytes[plane * count + index]) << (8 * plane);
-        Ok((0..count).map(|index| byte(0, index) | byte(1, index) | byte(2, index) | byte(3, index)).collect())
-    }
-}
-
-pub(super) fn damaged(what: &str) -> Error {
-    Error::invalid(what).advise("the file is damaged: build it again")
-}
 
 /// What vertices are, where and with what normals, by columns.
 #[derive(Default)]

@@ -9,9 +9,8 @@ use relievo_core::budget::Budget;
 use relievo_core::{Context, Error, Result, file};
 
 use super::active::ActiveMesh;
-use super::file::{
-    ATTRIBUTED, CHUNK, COLUMNS, Faces, HAS_FACE, HEAD, IS_AT, IS_LEAF, Reader, SIGNATURE, VERSION, Vertices, damaged,
-};
+use super::file::{ATTRIBUTED, CHUNK, COLUMNS, Faces, HAS_FACE, HEAD, IS_AT, IS_LEAF, SIGNATURE, VERSION, Vertices};
+use super::format::{Reader, damaged};
 use super::hierarchy::{AT, LEAF, Progressive};
 use super::packing::{Lattice, Normal};
 use super::recording::Key;

@@ -11,7 +11,7 @@ use relievo_core::{Attribute, Domain, Result, Values};
 use relievo_document::code::{Decoder, Encoder};
 
 use super::attributed::{FACE_NUMBERS, NAME};
-use super::file::{Reader, Writer, damaged};
+use super::format::{Reader, Writer, damaged};
 use super::hierarchy::Progressive;
 use super::wedges::{WedgeTrees, widths};
 use crate::attributes::Attributes;

@@ -7,8 +7,8 @@ use bytemuck::{Pod, Zeroable};
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, GROUP, Kernel, KernelSpec, Pass, groups};
 
+use super::hierarchy::{DeviceHierarchy, by_depth};
 use super::windows::Windows;
-use super::{DeviceHierarchy, by_depth};
 use crate::progressive::active::ActiveMesh;
 use crate::progressive::cut::Cut;
 use crate::progressive::hierarchy::Progressive;

@@ -8,8 +8,8 @@ use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, Scan};
 
-use super::DeviceHierarchy;
-use super::level::blocks;
+use super::calls::blocks;
+use super::hierarchy::DeviceHierarchy;
 use super::places::Places;
 use super::wedges::LevelWedges;
 use crate::connectivity::NONE;

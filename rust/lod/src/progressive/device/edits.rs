@@ -8,8 +8,8 @@ use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, GROUP, Kernel, KernelSpec, Pass, groups};
 
-use super::DeviceHierarchy;
 use super::around::DeviceAround;
+use super::hierarchy::DeviceHierarchy;
 use super::places::{Place, Places};
 use super::records::{Record, Records};
 use super::windows::Windows;

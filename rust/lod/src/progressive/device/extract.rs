@@ -2,7 +2,7 @@
 
 use relievo_core::Result;
 
-use super::Vertex;
+use super::hierarchy::Vertex;
 use super::level::DeviceLevel;
 use crate::connectivity::NONE;
 use crate::progressive::active::Extract;

@@ -4,29 +4,21 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
-use relievo_gpu::{Access, Bindings, Buffer, Frame, GROUP, Kernel, KernelSpec, Pass, Scan, groups};
+use relievo_gpu::{Access, Bindings, Buffer, Frame, Kernel, KernelSpec, Pass, Scan};
 
 use super::around::DeviceAround;
+use super::calls::{CutCall, blocks};
 use super::directions::LevelDirections;
 use super::edits::Edits;
+use super::hierarchy::{DeviceHierarchy, Vertex};
 use super::history::{DeviceFront, History};
 use super::places::Places;
 use super::wedges::LevelWedges;
-use super::{DeviceHierarchy, Vertex};
 use crate::progressive::cut::Cut;
 use crate::progressive::view::View;
 
 /// Planes of a view at most.
 const PLANES: usize = 6;
-
-/// As in `progressive_mark.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub struct CutCall {
-    pub key: u32,
-    pub split: u32,
-    pub vertices: u32,
-}
 
 /// As in `progressive_view.wgsl`.
 #[repr(C)]
@@ -337,11 +329,6 @@ impl DeviceLevel {
         self.wedges.as_ref().map_or(Ok(()), |wedges| wedges.write(pass))?;
         self.directions.as_ref().map_or(Ok(()), |directions| directions.turn(pass))
     }
-}
-
-/// Workgroups for so many items.
-pub fn blocks(count: usize) -> [u32; 3] {
-    groups((count as u32).div_ceil(GROUP))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use relievo_core::Result;
 use relievo_gpu::{Access, Bindings, Device};
 
-use super::DeviceHierarchy;
+use super::hierarchy::DeviceHierarchy;
 use super::windows::Windows;
 use crate::progressive::place;
 

@@ -8,8 +8,8 @@ use relievo_gpu::{
     Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, Readback, Scan, groups, wgpu,
 };
 
-use super::DeviceHierarchy;
-use super::level::CutCall;
+use super::calls::CutCall;
+use super::hierarchy::DeviceHierarchy;
 use super::places::{Place, Places};
 use super::windows::Windows;
 

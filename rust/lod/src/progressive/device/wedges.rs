@@ -7,8 +7,8 @@ use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, Scan};
 
-use super::DeviceHierarchy;
-use super::level::blocks;
+use super::calls::blocks;
+use super::hierarchy::DeviceHierarchy;
 use crate::connectivity::NONE;
 use crate::progressive::active::Extract;
 use crate::progressive::hierarchy::Progressive;
