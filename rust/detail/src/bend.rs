@@ -6,9 +6,9 @@
 use relievo_core::{Context, Result};
 
 use crate::cull;
+use crate::dab::Kind;
 use crate::dab::{Dab, DabReport, no_vectors};
-use crate::device::Kind;
-use crate::edit::{self, Moved, Window};
+use crate::edit;
 use crate::frame::Vectors;
 use crate::ground::Ground;
 use crate::knots::PerKnot;
@@ -16,6 +16,7 @@ use crate::mode::SculptMode;
 use crate::object::DisplacedObject;
 use crate::vector::Bending;
 use crate::weights::BrushParameters;
+use crate::window::{Moved, Window};
 
 impl Dab {
     /// Changes the vectors, at `level` if that is not 0.

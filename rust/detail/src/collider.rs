@@ -14,7 +14,8 @@ use crate::grid::Grid;
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::lattice::Lattice;
 use crate::obb::Obb;
-use crate::object::{DisplacedObject, check_transform};
+use crate::object::DisplacedObject;
+use crate::transform::check_transform;
 use crate::voxel::{Side, Solid, Voxels};
 
 /// A triangle mesh in the world.

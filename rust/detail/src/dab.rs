@@ -15,8 +15,7 @@ use relievo_tiles::{Channel, ColorPlanes, Displacement, by_format};
 
 use crate::brush::Brush;
 use crate::cull::{self, CulledTile};
-use crate::device::Kind;
-use crate::edit::{self, TileEdit, Window};
+use crate::edit::{self, TileEdit};
 use crate::frame::Vectors;
 use crate::ground::Ground;
 use crate::knots::PerKnot;
@@ -25,6 +24,7 @@ use crate::mode::{PaintMode, SculptMode};
 use crate::object::DisplacedObject;
 use crate::spot::{Painting, Sculpting, everywhere};
 use crate::weights::BrushParameters;
+use crate::window::Window;
 
 /// What a brush does.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -327,4 +327,54 @@ impl Dab {
 /// That vectors are to be changed which are not there.
 pub(crate) fn no_vectors() -> Error {
     Error::invalid("the object has no vector displacement to change").advise("give it some first")
+}
+
+/// What dabs that can be made together have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Kind {
+    /// Of displacement along the normals.
+    Sculpt(SculptMode),
+    /// Of vectors.
+    Bend(SculptMode),
+    Paint(PaintMode),
+}
+
+impl Kind {
+    /// That of a dab, if kernels know it.
+    pub fn of(dab: &Dab) -> Option<Self> {
+        match dab.action {
+            Action::Sculpt { mode, .. } => (!mode.needs_vectors()).then_some(Self::Sculpt(mode)),
+            Action::Paint { mode, .. } => Some(Self::Paint(mode)),
+        }
+    }
+
+    /// That of a dab of an object which has vectors or not, if kernels know it and it is no more than that.
+    pub fn on(dab: &Dab, has_vectors: bool) -> Option<Self> {
+        match dab.action {
+            Action::Sculpt { mode, .. } if has_vectors && mode.changes_vectors() => {
+                mode.needs_vectors().then_some(Self::Bend(mode))
+            }
+            _ => Self::of(dab),
+        }
+    }
+
+    /// That of the first half of a dab which changes displacement and vectors of an object that has both.
+    pub fn of_both(dab: &Dab, has_vectors: bool) -> Option<Self> {
+        let Action::Sculpt { mode, .. } = dab.action else { return None };
+        (has_vectors && mode.changes_vectors() && !mode.needs_vectors()).then_some(Self::Sculpt(mode))
+    }
+
+    /// The first of `dabs` that are of one kind, with the same image of the brush; `None` if the first has none. Fails as
+    /// [`Dab::check`].
+    pub fn first(dabs: &[Dab], kind: impl Fn(&Dab) -> Option<Self>) -> Result<Option<(Self, &[Dab])>> {
+        let Some(first) = dabs.first().and_then(&kind) else { return Ok(None) };
+        dabs.iter().try_for_each(|dab| dab.check())?;
+        let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
+        let same_stamp = |dab: &Dab| match (dab.brush.stamp(), stamp) {
+            (Some(one), Some(other)) => one.is_like(other),
+            (one, other) => one.is_none() && other.is_none(),
+        };
+        let alike = |dab: &&Dab| kind(dab) == Some(first) && same_stamp(dab);
+        Ok(Some((first, &dabs[..dabs.iter().take_while(alike).count()])))
+    }
 }

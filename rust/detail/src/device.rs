@@ -35,7 +35,7 @@ mod voxel;
 
 pub(crate) use chain::DeviceChain;
 pub(crate) use channels::{DeviceColor, edits_of, smudges_of};
-pub(crate) use dabs::{Kind, OnDevice, on_device, reports_of};
+pub(crate) use dabs::{OnDevice, on_device, reports_of};
 pub(crate) use events::{DeviceValue, Edit, Returned};
 pub(crate) use imprint::{Batch, Imprinted, Standing};
 pub(crate) use link::{Link, MOST_LINKS};

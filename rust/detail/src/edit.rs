@@ -15,75 +15,11 @@ use relievo_tiles::{Applied, Candidate, Channel, Displaced, Field, Points, Sets,
 use crate::cull::CulledTile;
 use crate::dab::DabReport;
 use crate::frame::{Frames, STILL, Vectors};
-use crate::knots::{BLOCK, BLOCK_KNOTS, KnotBlock, PerKnot, block_edge};
+use crate::knots::{BLOCK_KNOTS, KnotBlock, PerKnot, block_edge};
 use crate::spot::Spot;
 use crate::vector::Framed;
 use crate::weights::{BrushParameters, Weights};
-
-/// A block of texels of a tile.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Window {
-    pub tile: u32,
-    size: u32,
-    edge: u32,
-    column: u32,
-    row: u32,
-}
-
-impl Window {
-    pub fn new(tile: u32, size: u32, index: u32) -> Self {
-        let edge = block_edge(size);
-        let blocks = size / edge;
-        Self { tile, size, edge, column: index % blocks * edge, row: index / blocks * edge }
-    }
-
-    fn stride(&self) -> usize {
-        self.size as usize + 2
-    }
-
-    /// Texels of the block.
-    pub fn count(&self) -> usize {
-        (self.edge * self.edge) as usize
-    }
-
-    /// Texels along the block.
-    pub fn edge(&self) -> usize {
-        self.edge as usize
-    }
-
-    /// Where its columns and rows of texels are in the tile, 0 to 1; as many as there are along the block.
-    pub fn parameters(&self) -> [[f32; BLOCK]; 2] {
-        self.first().map(|first| std::array::from_fn(|i| ((first + i as u32) as f32 + 0.5) / self.size as f32))
-    }
-
-    /// Texels along the tile's sides.
-    pub fn size(&self) -> u32 {
-        self.size
-    }
-
-    /// The column and the row of its first texel.
-    pub fn first(&self) -> [u32; 2] {
-        [self.column, self.row]
-    }
-
-    /// Where each of its rows begins in the tile's block, moved by some columns and rows.
-    pub fn rows(&self, columns: i32, rows: i32) -> impl Iterator<Item = std::ops::Range<usize>> + use<> {
-        let (stride, edge) = (self.stride(), self.edge as usize);
-        let first = (self.row as i32 + 1 + rows) as usize * stride + (self.column as i32 + 1 + columns) as usize;
-        (0..edge).map(move |row| first + row * stride..first + row * stride + edge)
-    }
-}
-
-/// What moves the places of a window, or asks for as much to be known of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Moved {
-    /// Nothing: points are enough.
-    Still,
-    /// Heights along the normals.
-    Heights,
-    /// Vectors in the frames, before the heights.
-    Vectors,
-}
+use crate::window::{Moved, Window};
 
 /// A block of texels, and what the brush says of it.
 pub(crate) struct Site<'a, T> {
@@ -128,7 +64,7 @@ impl<T: Texel> Spot<T> for Site<'_, T> {
     }
 
     fn footprints(&self) -> PerKnot {
-        let edge = self.window.edge as usize;
+        let edge = self.window.edge();
         let mut far = [0.0; BLOCK_KNOTS];
         for k in 0..self.window.count() {
             // The last column and row look back.
@@ -147,8 +83,9 @@ impl<T> Site<'_, T> {
     /// The cosines between the normals of the surface and of the displaced one, `displaced` by what the weights were
     /// evaluated with.
     pub fn facing(&self, context: &Context, displaced: &Displaced<'_>, out: &mut PerKnot) {
-        let Window { tile, size, edge, column, row } = self.window;
-        let grid = Grid { size, placement: Placement::Centred, columns: column..column + edge, rows: row..row + edge };
+        let (tile, [column, row], edge) = (self.window.tile, self.window.first(), self.window.edge() as u32);
+        let (columns, rows) = (column..column + edge, row..row + edge);
+        let grid = Grid { size: self.window.size(), placement: Placement::Centred, columns, rows };
         let mut points = context.scratch().lend::<Points>();
         if displaced.grid(context, tile, &grid, &mut points).is_ok() {
             for (k, normal) in points.normal.iter().enumerate() {
@@ -215,11 +152,11 @@ pub(crate) fn evaluate<T: Texel>(
             site.window = window;
             let moved = ground(&window, &mut site.heights, &mut site.vectors);
             if moved == Moved::Vectors || T::FRAMED {
-                site.places.evaluate_framed(level, surface, (*tile, window.size, block.index), &mut site.frames);
+                site.places.evaluate_framed(level, surface, (*tile, window.size(), block.index), &mut site.frames);
             } else if moved == Moved::Heights {
-                site.places.evaluate(level, surface, *tile, window.size, block.index);
+                site.places.evaluate(level, surface, *tile, window.size(), block.index);
             } else {
-                site.places.evaluate_points(level, surface, (*tile, window.size, block.index));
+                site.places.evaluate_points(level, surface, (*tile, window.size(), block.index));
             }
             if moved == Moved::Vectors {
                 site.places.shift(level, &site.frames, &site.vectors);
@@ -233,7 +170,7 @@ pub(crate) fn evaluate<T: Texel>(
                 continue;
             }
             let count = window.count();
-            let edge = window.edge as usize;
+            let edge = window.edge();
             if let Some(source) = source {
                 old.chunks_exact_mut(edge)
                     .zip(window.rows(0, 0))

@@ -12,7 +12,7 @@ use relievo_surface::Surface;
 
 use crate::ground::Ground;
 use crate::hierarchy::{Bounds, Hierarchy};
-use crate::object::{tile_bounds, tile_cone};
+use crate::tile_bounds::{tile_bounds, tile_cone};
 
 /// What is known of a displaced tile.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,10 +11,10 @@ use relievo_surface::{Order, Surface};
 use relievo_tiles::spline::{self, Jets};
 use relievo_tiles::{Displaced, Field, Vector};
 
-use crate::edit::{Moved, Window};
 use crate::frame::{STILL, Vectors};
 use crate::knots::PerKnot;
 use crate::vector::VectorTexel;
+use crate::window::{Moved, Window};
 
 thread_local! {
     /// Room for the displacements of a window.

@@ -13,6 +13,7 @@ use relievo_tiles::{Applied, Candidate, Change, Field, Sets};
 
 use crate::collider::Collider;
 use crate::cull::{self, CulledTile, VoxelFrame};
+use crate::dents::TileDents;
 use crate::device::{DeviceChain, DeviceMeshes, Imprinted, TriangleChain};
 use crate::grid::Grid;
 use crate::ground::Ground;
@@ -22,7 +23,7 @@ use crate::motion::Motion;
 use crate::obb::Obb;
 use crate::object::DisplacedObject;
 use crate::overlap::{jittered, overlap};
-use crate::raycast::{self, TileDents};
+use crate::raycast;
 use crate::rim::{self, Volumes};
 use crate::row::Sweep;
 use crate::smoothing;

@@ -10,7 +10,7 @@ use relievo_tiles::{Channel, by_format};
 use crate::cull::{self, CulledTile};
 use crate::dab::{Action, Dab, DabReport};
 use crate::device::DeviceColor;
-use crate::edit::{self, Window};
+use crate::edit;
 use crate::frame::Vectors;
 use crate::ground::Ground;
 use crate::knots::PerKnot;
@@ -19,6 +19,7 @@ use crate::mode::{PaintMode, SculptMode};
 use crate::object::DisplacedObject;
 use crate::spot::{Painting, Sculpting, everywhere};
 use crate::weights::BrushParameters;
+use crate::window::Window;
 
 impl DisplacedObject {
     /// Refits boxes after a dab that looked at `culled`; after one at a coarser level, whose `finer` coefficients may

@@ -12,7 +12,7 @@ use relievo_core::{Context, Error, Result};
 
 use crate::collider::Collider;
 use crate::obb::Obb;
-use crate::object::check_transform;
+use crate::transform::check_transform;
 
 /// Where a collider is at a frame.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,6 @@
 //! A deformable object: a limit surface, its displacement, the colours painted on it, and an affine transform to the
 //! world. Displacement is in object units.
 
-use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
@@ -18,10 +17,12 @@ use crate::device::DeviceObject;
 use crate::fading::FadingObject;
 use crate::fit::Fit;
 use crate::ground::Ground;
-use crate::hierarchy::{Bounds, Hierarchy, Region};
+use crate::hierarchy::{Hierarchy, Region};
 use crate::layered::{self, Layers};
 use crate::obb::Obb;
 use crate::ranges::Ranges;
+use crate::tile_bounds::{tile_bounds, tile_cone};
+use crate::transform::{check_time, check_transform};
 
 /// A displaced surface in the world.
 #[derive(Debug)]
@@ -449,69 +450,10 @@ impl DisplacedObject {
     }
 }
 
-/// Fails unless edits can be made then, in seconds.
-pub(crate) fn check_time(time: f64) -> Result<()> {
-    if time.is_finite() && time.abs() <= f64::from(f32::MAX) {
-        return Ok(());
-    }
-    Err(Error::invalid(format!("{time} is no time")).advise("give finite seconds"))
-}
-
-/// Fails unless all numbers are finite and the transform can be undone.
-pub(crate) fn check_transform(transform: &DAffine3) -> Result<()> {
-    let inverse = transform.inverse();
-    if transform.is_finite() && inverse.is_finite() && transform.matrix3.determinant() != 0.0 {
-        return Ok(());
-    }
-    Err(Error::invalid("the transform cannot be undone").advise("give finite numbers and no scale of 0"))
-}
-
-pub(crate) fn tile_bounds(surface: &Surface, tile: u32) -> Bounds {
-    if surface.topology().is_hole(tile) {
-        return Bounds::EMPTY;
-    }
-    let (low, high) = surface.tile_bounds(tile);
-    Bounds { low, high }
-}
-
 /// The least and the largest coefficient of all blocks, and 0.
 fn coefficient_range(field: &Field) -> [f32; 2] {
     field
         .allocated()
         .map(|tile| field.range(tile))
         .fold([0.0, 0.0], |[least, most], [low, high]| [least.min(low), most.max(high)])
-}
-
-/// A cone of the normals of all patches of a tile.
-pub(crate) fn tile_cone(surface: &Surface, tile: u32) -> Cone {
-    let mut patches = surface.patches(tile);
-    if let (1, Some(patch)) = (patches.len(), patches.next()) {
-        return patch.normals();
-    }
-    let mut cones = CONES.take();
-    cones.clear();
-    cones.extend(surface.patches(tile).map(|patch| patch.normals()));
-    let cone = common_cone(&cones);
-    CONES.set(cones);
-    cone
-}
-
-thread_local! {
-    /// Room for the cones of a tile's patches.
-    static CONES: Cell<Vec<Cone>> = const { Cell::new(Vec::new()) };
-}
-
-/// A cone of what is in all `cones`.
-fn common_cone(cones: &[Cone]) -> Cone {
-    let axis = cones.iter().map(|cone| DVec3::from(cone.axis.map(f64::from))).sum::<DVec3>().normalize_or_zero();
-    // The widest angle from the new axis to the rim of a cone.
-    let angle = cones.iter().map(|cone| {
-        let between = axis.dot(DVec3::from(cone.axis.map(f64::from))).clamp(-1.0, 1.0).acos();
-        between + f64::from(cone.cosine).clamp(-1.0, 1.0).acos()
-    });
-    let angle = angle.fold(0.0, f64::max) + 1e-6;
-    if axis == DVec3::ZERO || angle >= std::f64::consts::PI {
-        return Cone::ALL;
-    }
-    Cone { axis: axis.as_vec3().to_array(), cosine: angle.cos() as f32 }
 }

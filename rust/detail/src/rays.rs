@@ -7,7 +7,7 @@ use relievo_core::lanes::Lanes;
 
 use crate::cull::VoxelFrame;
 use crate::dda::{Ray, WHOLE};
-use crate::raycast::Limits;
+use crate::dents::Limits;
 use crate::voxel::{Columns, PIECES};
 
 /// Lanes of the widest vector.

@@ -6,8 +6,8 @@ use half::f16;
 use relievo_core::{Context, Result};
 use relievo_tiles::{Change, Displacement, Field};
 
+use crate::dents::TileDents;
 use crate::knots::block_edge;
-use crate::raycast::TileDents;
 
 /// Texels around a changed one that are smoothed as well.
 const REACH: u32 = 2;

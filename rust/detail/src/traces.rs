@@ -4,8 +4,8 @@ use half::f16;
 use relievo_core::{Context, Error, Result};
 use relievo_tiles::{Applied, Candidate, Field, Sets, Traces};
 
+use crate::dents::TileDents;
 use crate::knots::block_edge;
-use crate::raycast::TileDents;
 
 /// Fails if tiles of the traces have other sizes than those of the displacement.
 pub(crate) fn check<'a>(field: &Field, mut dents: impl Iterator<Item = &'a TileDents>, traces: &Traces) -> Result<()> {

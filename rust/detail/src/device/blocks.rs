@@ -180,6 +180,7 @@ impl DeviceBlocks {
 #[cfg(test)]
 pub(super) mod tests {
     use crate::collider::Collider;
+    use crate::dents::{TileDents, key};
     use crate::device::chain::DeviceChain;
     use crate::device::cull::tests::object;
     use crate::device::link::Link;
@@ -189,7 +190,6 @@ pub(super) mod tests {
     use crate::imprint::Imprinter;
     use crate::imprint::settings::ImprintSettings;
     use crate::obb::Obb;
-    use crate::raycast::{TileDents, key};
     use crate::shapes;
     use glam::{DAffine3, DMat3, DVec3};
     use half::f16;

@@ -25,9 +25,9 @@ use super::stages::{Stages, Target};
 use super::state::DeviceObject;
 use super::voxel::{DeviceVoxels, VoxelRoom};
 use crate::collider::Collider;
+use crate::dents::{DentBlock, TileDents, unkey};
 use crate::imprint::Cast;
 use crate::knots::BLOCK_KNOTS;
-use crate::raycast::{DentBlock, TileDents, unkey};
 
 /// Blocks that there is room for at first, and that are read back.
 const FEW: usize = 512;

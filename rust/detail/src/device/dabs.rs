@@ -12,62 +12,12 @@ use super::follow::kept;
 use super::memory::Tested;
 use super::state::DeviceObject;
 use crate::cull::{BlockList, CulledTile};
-use crate::dab::{Action, Dab, DabReport, no_vectors};
+use crate::dab::{Dab, DabReport, Kind, no_vectors};
 use crate::edit::{self, TileEdit};
 use crate::ground::Ground;
 use crate::layered::LayeredObject;
 use crate::mode::{PaintMode, SculptMode};
 use crate::object::DisplacedObject;
-
-/// What dabs that can be made together have in common.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Kind {
-    /// Of displacement along the normals.
-    Sculpt(SculptMode),
-    /// Of vectors.
-    Bend(SculptMode),
-    Paint(PaintMode),
-}
-
-impl Kind {
-    /// That of a dab, if kernels know it.
-    pub fn of(dab: &Dab) -> Option<Self> {
-        match dab.action {
-            Action::Sculpt { mode, .. } => (!mode.needs_vectors()).then_some(Self::Sculpt(mode)),
-            Action::Paint { mode, .. } => Some(Self::Paint(mode)),
-        }
-    }
-
-    /// That of a dab of an object which has vectors or not, if kernels know it and it is no more than that.
-    pub fn on(dab: &Dab, has_vectors: bool) -> Option<Self> {
-        match dab.action {
-            Action::Sculpt { mode, .. } if has_vectors && mode.changes_vectors() => {
-                mode.needs_vectors().then_some(Self::Bend(mode))
-            }
-            _ => Self::of(dab),
-        }
-    }
-
-    /// That of the first half of a dab which changes displacement and vectors of an object that has both.
-    fn of_both(dab: &Dab, has_vectors: bool) -> Option<Self> {
-        let Action::Sculpt { mode, .. } = dab.action else { return None };
-        (has_vectors && mode.changes_vectors() && !mode.needs_vectors()).then_some(Self::Sculpt(mode))
-    }
-
-    /// The first of `dabs` that are of one kind, with the same image of the brush; `None` if the first has none. Fails as
-    /// [`Dab::check`].
-    pub fn first(dabs: &[Dab], kind: impl Fn(&Dab) -> Option<Self>) -> Result<Option<(Self, &[Dab])>> {
-        let Some(first) = dabs.first().and_then(&kind) else { return Ok(None) };
-        dabs.iter().try_for_each(|dab| dab.check())?;
-        let stamp = dabs.first().and_then(|dab| dab.brush.stamp());
-        let same_stamp = |dab: &Dab| match (dab.brush.stamp(), stamp) {
-            (Some(one), Some(other)) => one.is_like(other),
-            (one, other) => one.is_none() && other.is_none(),
-        };
-        let alike = |dab: &&Dab| kind(dab) == Some(first) && same_stamp(dab);
-        Ok(Some((first, &dabs[..dabs.iter().take_while(alike).count()])))
-    }
-}
 
 impl DisplacedObject {
     /// Makes a dab that sculpts on the device and keeps nothing of it. Returns how long its passes took there, by the

@@ -16,13 +16,13 @@ use super::stages::Target;
 use super::state::DeviceObject;
 use super::triangle_imprint::TriangleChain;
 use crate::collider::Collider;
+use crate::dents::TileDents;
 use crate::grid::Grid;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
 use crate::imprint::{Cast, Imprinter, Pressed, grid_over};
 use crate::knots::block_edge;
 use crate::layered::LayeredObject;
 use crate::object::DisplacedObject;
-use crate::raycast::TileDents;
 use crate::rim::outwards;
 
 /// A surface that imprints are made into, one by one or several at a time on a device.
@@ -431,8 +431,8 @@ fn is_written(field: &Field, dents: &TileDents) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::dents::key;
     use crate::device::cull::tests::object;
-    use crate::raycast::key;
     use crate::row::Press;
     use crate::shapes;
     use glam::{DAffine3, DVec3};

@@ -11,10 +11,10 @@ use super::smoothing::Work;
 use super::voxel::MOST_NARROW;
 use crate::collider::Collider;
 use crate::cull::VoxelFrame;
+use crate::dents::{Limits, deepest};
 use crate::grid::Grid;
 use crate::imprint::settings::ImprintSettings;
 use crate::lattice::Lattice;
-use crate::raycast::{Limits, deepest};
 use crate::voxel::Side;
 
 /// An imprint.

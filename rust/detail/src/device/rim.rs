@@ -409,6 +409,7 @@ pub(super) fn volumes([pushed, raised]: [f32; 2]) -> Volumes {
 mod tests {
     use super::*;
     use crate::collider::Collider;
+    use crate::dents::key;
     use crate::device::blocks::tests::changed;
     use crate::device::chain::DeviceChain;
     use crate::device::cull::tests::object;
@@ -417,7 +418,6 @@ mod tests {
     use crate::device::stages::Target;
     use crate::imprint::Imprinter;
     use crate::obb::Obb;
-    use crate::raycast::key;
     use crate::rim::raise;
     use crate::shapes;
     use glam::{DMat3, DVec3};

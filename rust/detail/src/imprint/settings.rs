@@ -4,7 +4,7 @@ use std::borrow::Borrow;
 
 use relievo_core::Context;
 
-use crate::raycast::Limits;
+use crate::dents::Limits;
 use crate::rim::Volumes;
 
 relievo_core::parameters! {

@@ -7,15 +7,15 @@ use relievo_surface::{Grid as SampleGrid, Order, Placement, Samples};
 
 use super::{Piece, Volumes, check_bytes, rise};
 use crate::cull::{self, CulledTile, VoxelFrame};
-use crate::edit::Window;
+use crate::dents::{DentBlock, TileDents};
 use crate::frame::{Frames, STILL};
 use crate::grid::Grid;
 use crate::imprint::settings::ImprintSettings;
 use crate::knots::{BLOCK_KNOTS, KnotBlock, block_edge};
 use crate::obb::Obb;
 use crate::object::DisplacedObject;
-use crate::raycast::{DentBlock, TileDents};
 use crate::voxel::Voxels;
+use crate::window::Window;
 
 /// Raises rims around what `dents` push away. `dents` are those of `voxels`, ascending by tile; they get the
 /// coefficients that rise as well. Returns what every tile pushed and raised, ascending.

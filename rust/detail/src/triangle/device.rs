@@ -17,9 +17,9 @@ use super::dab::write;
 use super::level::refined;
 use super::object::{TriangleGround, TriangleObject};
 use super::site::{Element, ElementEdit, values};
-use crate::dab::{Dab, DabReport, no_vectors};
+use crate::dab::{Dab, DabReport, Kind, no_vectors};
 use crate::device::{
-    DeviceValue, Edit, Kind, OnDevice, Returned, TriangleBrush, TrianglePress, TriangleStage, edits_of, on_device,
+    DeviceValue, Edit, OnDevice, Returned, TriangleBrush, TrianglePress, TriangleStage, edits_of, on_device,
     reports_of, smudges_of,
 };
 use crate::layered::LayeredObject;

@@ -13,13 +13,13 @@ use super::object::TriangleObject;
 use super::site::{Element, ElementEdit, values};
 use super::traces;
 use crate::collider::Collider;
+use crate::dents::key;
 use crate::device::{
     DeviceMeshes, Imprinted, Link, PressedValues, Standing, TriangleCast, TriangleChain, TriangleTarget,
 };
 use crate::grid::Grid;
 use crate::imprint::Imprinter;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
-use crate::raycast::key;
 
 impl Imprinter {
     /// Culls, voxelises and casts rays on the object's device; `None` if the processor is to do it.

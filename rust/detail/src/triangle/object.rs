@@ -19,8 +19,8 @@ use crate::fading::FadingObject;
 use crate::hierarchy::{Bounds, Hierarchy, Region};
 use crate::layered::{self, Channels, LayeredObject, Layers, Stored};
 use crate::obb::Obb;
-use crate::object::{check_time, check_transform};
 use crate::ranges::{Ranges, widest};
+use crate::transform::{check_time, check_transform};
 
 /// Displacements that dabs go by: along the normals, and in object space.
 #[derive(Clone, Copy, Debug)]
