@@ -7,17 +7,12 @@ mod export;
 mod mark;
 mod opened;
 mod run;
+mod source;
 mod values;
 #[cfg(feature = "view")]
 mod view;
 
-use std::io::Write;
-use std::path::Path;
-use std::process::ExitCode;
-
 use clap::Subcommand;
-use relievo_core::Result;
-use relievo_shaderlab::{Faults, Shader, Source};
 
 use crate::Outcome;
 
@@ -59,41 +54,5 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Task::Export(arguments) => export::run(arguments),
         #[cfg(feature = "view")]
         Task::View(arguments) => view::run(arguments),
-    }
-}
-
-/// Prints the faults of a shader with their lines and ends the command.
-fn refused(faults: &Faults) -> Outcome {
-    let _ = write!(std::io::stderr(), "{faults}");
-    Ok(ExitCode::FAILURE)
-}
-
-/// Evaluates to the value of a result with faults, or ends the command after they are printed.
-macro_rules! sound {
-    ($result:expr) => {
-        match $result {
-            Ok(value) => value,
-            Err(faults) => return $crate::shader::refused(&faults),
-        }
-    };
-}
-use sound;
-
-/// Reads a shader file.
-fn read(path: &Path) -> Result<std::result::Result<Shader, Faults>> {
-    Ok(Shader::new(Source::read(path)?))
-}
-
-/// Writes a text to a file, which appears whole or not at all.
-fn store(path: &Path, text: &str) -> Result<()> {
-    relievo_core::file::store(path, |file| file.write_all(text.as_bytes()))
-}
-
-/// Reads a column and a row.
-fn pixel(text: &str) -> std::result::Result<[u32; 2], String> {
-    let numbers: Vec<_> = text.split(',').map(|part| part.trim().parse::<u32>()).collect();
-    match numbers.as_slice() {
-        [Ok(x), Ok(y)] => Ok([*x, *y]),
-        _ => Err(format!("{text:?} is not a column and a row, such as 120,80")),
     }
 }

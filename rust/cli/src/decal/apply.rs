@@ -14,7 +14,8 @@ use relievo_surface::{Surface, SurfaceOptions};
 use relievo_tiles::{ChannelOptions, Displacement, Paint, Rgba8, Tessellation, uniform_rates};
 use serde_json::json;
 
-use super::{Common, Depths, picture};
+use super::common::{Common, Depths};
+use super::picture;
 use crate::Outcome;
 use crate::limits::Isolation;
 
@@ -99,10 +100,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
 }
 
 /// Prints what was written.
-fn report(arguments: &Arguments, laid: &super::Laid, printed: &Printed, notes: &[String]) -> Outcome {
+fn report(arguments: &Arguments, laid: &super::common::Laid, printed: &Printed, notes: &[String]) -> Outcome {
     let output = arguments.output.display().to_string();
     let text = if arguments.common.json {
-        let mut value = super::machine_readable(&arguments.common, laid);
+        let mut value = super::common::machine_readable(&arguments.common, laid);
         value["output"] = json!(output);
         value["tiles"] = json!(printed.tiles.len());
         value["texels"] = json!(printed.texels);
@@ -112,7 +113,7 @@ fn report(arguments: &Arguments, laid: &super::Laid, printed: &Printed, notes: &
         let notes: String = notes.iter().map(|note| format!("note: {note}\n")).collect();
         format!(
             "{notes}{output}\n{}texels                 {} in {} tiles\n",
-            super::described(&laid.decal.quality),
+            super::common::described(&laid.decal.quality),
             printed.texels,
             printed.tiles.len()
         )
@@ -187,7 +188,7 @@ impl Arguments {
     }
 
     /// What the decal in a layer of its own was made of, with pins as recipes keep them.
-    fn recipe(&self, laid: &super::Laid, pins: Vec<Pin>, cells: u32, layer: u32) -> Option<Recipe> {
+    fn recipe(&self, laid: &super::common::Laid, pins: Vec<Pin>, cells: u32, layer: u32) -> Option<Recipe> {
         let ink = self.height.map_or(Ink::Color, Ink::Relief);
         Some(Recipe {
             sticker: laid.sticker.clone(),
@@ -211,7 +212,7 @@ impl Arguments {
         context: &Context,
         object: &mut DisplacedObject,
         tessellation: &Tessellation,
-        laid: &super::Laid,
+        laid: &super::common::Laid,
     ) -> Result<Printed> {
         let Some(image) = &laid.image else {
             return Err(Error::internal("the image is missing"));

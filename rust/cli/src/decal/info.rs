@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use super::Common;
+use super::common::Common;
 use crate::Outcome;
 
 const EXAMPLE: &str = "Example: relievo decal info bottle.obj --size 400x300 --pin 10,10@-0.3,1,0.5 \
@@ -21,8 +21,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     common.draw(&laid, &[])?;
     let quality = &laid.decal.quality;
     let text = match common.json {
-        true => format!("{:#}\n", super::machine_readable(common, &laid)),
-        false => format!("{}\n{}", common.place(), super::described(quality)),
+        true => format!("{:#}\n", super::common::machine_readable(common, &laid)),
+        false => format!("{}\n{}", common.place(), super::common::described(quality)),
     };
     crate::print(&text)?;
     Ok(ExitCode::SUCCESS)

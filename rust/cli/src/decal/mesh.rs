@@ -7,7 +7,7 @@ use relievo_core::Error;
 use relievo_scene::overlap::lifted;
 use serde_json::json;
 
-use super::{Common, Depths};
+use super::common::{Common, Depths};
 use crate::Outcome;
 
 const EXAMPLE: &str = "Example: relievo decal mesh head.ply -o logo.glb --image logo.png --pin 20,30@-0.2,1.1,0.8 \
@@ -41,11 +41,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let quality = &laid.decal.quality;
     let output = arguments.output.display().to_string();
     let text = if common.json {
-        let mut value = super::machine_readable(common, &laid);
+        let mut value = super::common::machine_readable(common, &laid);
         value["output"] = json!(output);
         format!("{value:#}\n")
     } else {
-        format!("{output}\n{}", super::described(quality))
+        format!("{output}\n{}", super::common::described(quality))
     };
     crate::print(&text)?;
     Ok(ExitCode::SUCCESS)

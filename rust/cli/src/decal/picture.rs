@@ -15,7 +15,7 @@ use relievo_scene::overlap::{lifted, parts_below};
 use relievo_surface::Place;
 use relievo_tiles::{AnyField, Tessellation};
 
-use super::Laid;
+use super::common::Laid;
 
 /// What a picture shows of a decal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -9,7 +9,7 @@ use relievo_decal::{Artwork, Pixels, charts, paint_texture, triangulated};
 use relievo_render::{Image, read_png, write_png};
 use serde_json::json;
 
-use super::{Common, Depths};
+use super::common::{Common, Depths};
 use crate::Outcome;
 
 const EXAMPLE: &str = "Example: relievo decal texture spot.obj -o painted.png --texture spot.png --image logo.png --width 0.3 \
@@ -71,7 +71,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let painted = pixels.painted.iter().filter(|is_painted| **is_painted).count();
     let output = arguments.output.display().to_string();
     let text = if common.json {
-        let mut value = super::machine_readable(common, &laid);
+        let mut value = super::common::machine_readable(common, &laid);
         value["output"] = json!(output);
         value["pixels"] = json!(painted);
         value["gutter"] = json!(gutter);
@@ -79,7 +79,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     } else {
         format!(
             "{output}\n{}pixels                 {painted}, and {gutter} of the gutter\n",
-            super::described(&laid.decal.quality)
+            super::common::described(&laid.decal.quality)
         )
     };
     crate::print(&text)?;

@@ -8,7 +8,7 @@ use relievo_decal::{Applied, Ground, Pin, Place, Printable, Recipe, nearest, tri
 use relievo_render::{Image, read_image};
 use serde_json::json;
 
-use super::Pair;
+use super::common::Pair;
 use super::kept::{self, Task, path};
 use crate::Outcome;
 use crate::bar::Bar;
@@ -33,7 +33,7 @@ pub struct Arguments {
     #[arg(long = "move", value_name = "PIN@X,Y,Z", value_parser = moved, allow_hyphen_values = true)]
     moves: Vec<Move>,
     /// One more pin, as of `relievo decal apply`. May be repeated.
-    #[arg(long = "pin", value_name = "X,Y@X,Y,Z", value_parser = super::pin, allow_hyphen_values = true)]
+    #[arg(long = "pin", value_name = "X,Y@X,Y,Z", value_parser = super::common::pin, allow_hyphen_values = true)]
     pins: Vec<Pair>,
     /// How much of the sticker is seen from now on, 0 to 1.
     #[arg(long, value_name = "SHARE")]
@@ -79,7 +79,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
         format!("{value:#}\n")
     } else {
         let notes: String = notes.iter().map(|note| format!("note: {note}\n")).collect();
-        format!("{notes}{output}\n{}texels                 {texels} in {tiles} tiles\n", super::described(quality))
+        format!(
+            "{notes}{output}\n{}texels                 {texels} in {tiles} tiles\n",
+            super::common::described(quality)
+        )
     };
     crate::print(&text)?;
     Ok(ExitCode::SUCCESS)

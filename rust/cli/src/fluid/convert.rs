@@ -5,9 +5,9 @@ use std::process::ExitCode;
 
 use relievo_core::Error;
 
-use super::Limits;
 use super::sim::FrameFormat;
 use crate::Outcome;
+use crate::limits::Limits;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -34,12 +34,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
         };
         std::fs::create_dir_all(to).map_err(|error| Error::io(to, &error))?;
         let name = |name: &str| to.join(format!("{name}.{}", format.format().extension()));
-        pairs = super::frames(from)?.into_iter().map(|(stem, path)| (path, name(&stem))).collect();
+        pairs = super::frames::frames(from)?.into_iter().map(|(stem, path)| (path, name(&stem))).collect();
     }
-    let bar = super::bar(pairs.len() as u64)?;
+    let bar = super::frames::bar(pairs.len() as u64)?;
     let mut count = 0;
     for (from, to) in &pairs {
-        let mut particles = super::read(&context, from)?;
+        let mut particles = super::frames::read(&context, from)?;
         count += particles.points.len();
         particles.spacing = surface.given_spacing().or(particles.spacing);
         if surface.is_selective() {

@@ -9,9 +9,9 @@ use relievo_particleio::{Format, Particles, read_frame};
 use relievo_simulation::Description;
 use serde_json::{Value, json};
 
-use super::Limits;
 use super::files::beside;
 use crate::Outcome;
+use crate::limits::Limits;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -53,7 +53,7 @@ fn one(context: &Context, path: &Path) -> Result<Value> {
         .map_err(|error| Error::io(path, &error))?;
     let format = Format::of(&head).map_err(named)?;
     if format != Some(Format::Cache) {
-        let particles = super::read(context, path)?;
+        let particles = super::frames::read(context, path)?;
         return Ok(described(&particles, &format.map_or("points of a mesh".into(), |format| format.to_string())));
     }
     let frame = read_frame(context, &file::load(path, context.memory_limit())?).map_err(named)?;
@@ -123,7 +123,7 @@ fn shortest(value: f32) -> f64 {
 
 /// What is in a folder, with its first and last frame.
 fn folder(context: &Context, path: &Path) -> Result<Value> {
-    let frames = super::frames(path)?;
+    let frames = super::frames::frames(path)?;
     let describe = |at: usize| -> Result<Value> {
         let (name, path) = &frames[at];
         let mut value = one(context, path)?;

@@ -8,8 +8,8 @@ use relievo_core::{Context, Error, Mesh, Result};
 use relievo_fluid::{Smoothing, Surface, level_set, smooth};
 use relievo_particleio::LevelSet;
 
-use super::Limits;
 use crate::Outcome;
+use crate::limits::Limits;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -45,14 +45,14 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let context = arguments.limits.context()?;
     let (from, to) = (&arguments.from, &arguments.output);
     if !from.is_dir() {
-        super::needs_folder(from, arguments.frames)?;
+        super::frames::needs_folder(from, arguments.frames)?;
         let (count, faces, share) = one(&context, arguments, from, to)?;
         crate::print(&format!("{count} particles, {share}{faces} triangles\n"))?;
         return Ok(ExitCode::SUCCESS);
     }
-    let frames = super::chunk(from, arguments.frames)?;
+    let frames = super::frames::chunk(from, arguments.frames)?;
     std::fs::create_dir_all(to).map_err(|error| Error::io(to, &error))?;
-    let bar = super::bar(frames.len() as u64)?;
+    let bar = super::frames::bar(frames.len() as u64)?;
     let (mut particles, mut triangles) = (0, 0);
     for (name, path) in &frames {
         let (count, faces, share) = one(&context, arguments, path, &to.join(format!("{name}.ply")))?;
@@ -79,7 +79,7 @@ fn one(context: &Context, arguments: &Arguments, from: &Path, to: &Path) -> Resu
             .at("--smooth")
             .advise("write a mesh, or leave it out"));
     }
-    let all = super::read(context, from)?;
+    let all = super::frames::read(context, from)?;
     let count = all.points.len();
     let options = &arguments.surface;
     let spacing = options.spacing(&all).map_err(named)?;

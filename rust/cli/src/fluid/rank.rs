@@ -8,8 +8,8 @@ use relievo_core::Error;
 use relievo_server::{RankOptions, RpcRanks};
 use relievo_simulation::simulate_on_rank;
 
-use super::Limits;
 use crate::Outcome;
+use crate::limits::Limits;
 
 const EXAMPLE: &str = "Example, each line in a process of its own:\n  \
     relievo fluid rank dam.toml -o frames --ranks 127.0.0.1:7351,127.0.0.1:7352 --rank 0\n  \

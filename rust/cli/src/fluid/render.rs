@@ -14,9 +14,9 @@ use relievo_render as render;
 use relievo_render::{Dielectric, Image, Material, Scene, View};
 use relievo_scene::isosurface::Isosurface;
 
-use super::Limits;
 use super::surface::Selection;
 use crate::Outcome;
+use crate::limits::Limits;
 use crate::numbers::vector;
 use crate::viewpoint::Viewpoint;
 
@@ -85,7 +85,7 @@ pub fn run(arguments: &Rendering) -> Outcome {
     {
         return sequence(arguments, folder);
     }
-    super::needs_folder(&arguments.frames[0], arguments.chunk)?;
+    super::frames::needs_folder(&arguments.frames[0], arguments.chunk)?;
     let path = &arguments.output;
     if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("png")) {
         return Err(Error::unsupported("the format to write is not known")
@@ -94,7 +94,7 @@ pub fn run(arguments: &Rendering) -> Outcome {
             .into());
     }
     let context = arguments.limits.context()?;
-    let frames = arguments.frames.iter().map(|path| super::read(&context, path));
+    let frames = arguments.frames.iter().map(|path| super::frames::read(&context, path));
     let frames: Vec<Particles> = frames.collect::<Result<_>>()?;
     let (low, high) = bounds(&frames)?;
     let view = arguments.view(low, high)?;
@@ -102,7 +102,7 @@ pub fn run(arguments: &Rendering) -> Outcome {
     let columns = arguments.columns.clamp(1, frames.len() as u32);
     let rows = (frames.len() as u32).div_ceil(columns);
     let mut sheet = Image::new(width.saturating_mul(columns), height.saturating_mul(rows), 3)?;
-    let bar = super::bar(frames.len() as u64)?;
+    let bar = super::frames::bar(frames.len() as u64)?;
     for (at, (path, frame)) in (0..).zip(arguments.frames.iter().zip(frames)) {
         let named = |error: Error| error.at(path.display().to_string());
         let (picture, line) = arguments.picture(&context, path, frame, &view, (low, high)).map_err(named)?;
@@ -120,15 +120,15 @@ pub fn run(arguments: &Rendering) -> Outcome {
 
 /// Renders a picture of each frame in a folder, all from the same viewpoint.
 fn sequence(arguments: &Rendering, folder: &Path) -> Outcome {
-    let frames = super::chunk(folder, arguments.chunk)?;
+    let frames = super::frames::chunk(folder, arguments.chunk)?;
     let context = arguments.limits.context()?;
     let (low, high) = ends(&context, folder)?;
     let view = arguments.view(low, high)?;
     std::fs::create_dir_all(&arguments.output).map_err(|error| Error::io(&arguments.output, &error))?;
-    let bar = super::bar(frames.len() as u64)?;
+    let bar = super::frames::bar(frames.len() as u64)?;
     for (name, path) in &frames {
         let named = |error: Error| error.at(path.display().to_string());
-        let frame = super::read(&context, path)?;
+        let frame = super::frames::read(&context, path)?;
         let (picture, line) = arguments.picture(&context, path, frame, &view, (low, high)).map_err(named)?;
         render::write_png(&arguments.output.join(format!("{name}.png")), &picture)?;
         bar.suspend(|| crate::print(&line))?;
@@ -140,8 +140,8 @@ fn sequence(arguments: &Rendering, folder: &Path) -> Outcome {
 
 /// The box around the points of the first and the last frame in a folder, which is the same for every chunk of its frames.
 pub fn ends(context: &Context, folder: &Path) -> Result<(DVec3, DVec3)> {
-    let frames = super::frames(folder)?;
-    let ends = frames.iter().take(1).chain(frames.last()).map(|(_, path)| super::read(context, path));
+    let frames = super::frames::frames(folder)?;
+    let ends = frames.iter().take(1).chain(frames.last()).map(|(_, path)| super::frames::read(context, path));
     bounds(&ends.collect::<Result<Vec<_>>>()?)
 }
 

@@ -10,10 +10,10 @@ use relievo_fluid::{Checkpoint, StepStatistics, Totals};
 use relievo_particleio::{Format, FrameNumber, frames, path, read_frame, write, write_frame};
 use relievo_simulation::{Description, Making, Simulation};
 
-use super::Limits;
 use super::files::beside;
 use super::statistics::{NAME, Row, Statistics};
 use crate::Outcome;
+use crate::limits::Limits;
 use crate::run::{Device, device};
 
 /// The name of the file that a run goes on from whose frames have no state.
@@ -218,7 +218,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
             folder.store(&context, &simulation)?;
         }
     }
-    let bar = super::bar(simulation.last())?.with_position(simulation.step());
+    let bar = super::frames::bar(simulation.last())?.with_position(simulation.step());
     bar.reset_eta();
     while simulation.step() < simulation.last() {
         let begin = Instant::now();

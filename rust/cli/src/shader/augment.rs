@@ -7,7 +7,7 @@ use relievo_shaderlab::Augmented;
 use relievo_shaderlab::instrument::{EXAMPLES_HEAD, LOG_HEAD};
 use serde_json::{Value, json};
 
-use super::sound;
+use super::source::sound;
 use crate::Outcome;
 
 const EXAMPLE: &str = "Example: relievo shader augment volume.wgsl -o augmented.wgsl --layout layout.json";
@@ -26,13 +26,13 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    let shader = sound!(super::read(&arguments.file)?);
+    let shader = sound!(super::source::read(&arguments.file)?);
     let augmented = sound!(shader.augment());
     let is_wgsl = arguments.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("wgsl"));
     let text = if is_wgsl { sound!(augmented.wgsl(&shader)) } else { augmented.text.clone() };
-    super::store(&arguments.output, &text)?;
+    super::source::store(&arguments.output, &text)?;
     if let Some(file) = &arguments.layout {
-        super::store(file, &format!("{:#}\n", layout(&augmented)))?;
+        super::source::store(file, &format!("{:#}\n", layout(&augmented)))?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use relievo_shaderlab::{Augmented, Declared, ResourceKind, Shader, Variable};
 use serde_json::{Value, json};
 
-use super::sound;
+use super::source::sound;
 use crate::Outcome;
 
 const EXAMPLE: &str = "Example: relievo shader check volume.wgsl";
@@ -23,7 +23,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    let shader = sound!(super::read(&arguments.file)?);
+    let shader = sound!(super::source::read(&arguments.file)?);
     let is_marked = shader.is_marked();
     let augmented = if is_marked { Some(sound!(shader.augment())) } else { None };
     let refused = shader.wgsl().err().and_then(|faults| faults.list.into_iter().next()).map(|fault| fault.what);

@@ -9,7 +9,7 @@ use relievo_shaderlab::{Augmented, Class, Classes, Diagnosis, Explanation, Log, 
 use serde_json::{Value, json};
 
 use super::opened::Options;
-use super::sound;
+use super::source::sound;
 use crate::Outcome;
 
 const EXAMPLE: &str = "Example: relievo shader classify volume.toml --positive 310,220 --negative 200,90 -o classes.json \
@@ -27,7 +27,7 @@ pub struct Arguments {
     #[arg(long)]
     save: bool,
     /// Explain the membership of a pixel. May be repeated.
-    #[arg(long, value_name = "X,Y", value_parser = super::pixel)]
+    #[arg(long, value_name = "X,Y", value_parser = super::source::pixel)]
     why: Vec<[u32; 2]>,
     /// Print JSON for programs, with all vectors of the pixels that are explained.
     #[arg(long)]

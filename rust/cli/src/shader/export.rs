@@ -21,7 +21,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// The features along the columns and, upwards, the rows of the image, counted from 0.
-    #[arg(long, value_name = "A,B", value_parser = super::pixel, default_value = "0,1")]
+    #[arg(long, value_name = "A,B", value_parser = super::source::pixel, default_value = "0,1")]
     axes: [u32; 2],
     /// The ranges of these features, LOW,HIGH; left out, a quarter more than the examples on each side.
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, num_args = 2, allow_hyphen_values = true)]
@@ -52,7 +52,10 @@ pub fn run(arguments: &Arguments) -> Outcome {
         _ => None,
     };
     if let Some(language) = language {
-        super::store(&arguments.output, &membership_function(&classes, language, &arguments.name).map_err(named)?)?;
+        super::source::store(
+            &arguments.output,
+            &membership_function(&classes, language, &arguments.name).map_err(named)?,
+        )?;
         return Ok(ExitCode::SUCCESS);
     }
     let ranges = <[[f32; 2]; 2]>::try_from(arguments.ranges.as_slice()).ok();

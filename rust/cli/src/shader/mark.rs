@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use relievo_core::{Error, ErrorKind, error::nearest};
 
-use super::sound;
+use super::source::sound;
 use crate::Outcome;
 
 const EXAMPLE: &str =
@@ -28,7 +28,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    let shader = sound!(super::read(&arguments.file)?);
+    let shader = sound!(super::source::read(&arguments.file)?);
     let variables = shader.variables();
     let mut chosen = Vec::with_capacity(arguments.variables.len());
     for wanted in &arguments.variables {
@@ -46,8 +46,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
         })?);
     }
     let marked = sound!(shader.with_vector(&chosen, &arguments.weight));
-    super::store(&arguments.output, &marked)?;
-    let written = sound!(super::read(&arguments.output)?);
+    super::source::store(&arguments.output, &marked)?;
+    let written = sound!(super::source::read(&arguments.output)?);
     sound!(written.augment());
     Ok(ExitCode::SUCCESS)
 }

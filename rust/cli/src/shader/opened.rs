@@ -38,10 +38,10 @@ pub struct Options {
     #[arg(long, value_name = "NAME")]
     entry: Option<String>,
     /// A pixel that shows what is sought, from the upper left corner. May be repeated.
-    #[arg(long = "positive", value_name = "X,Y", value_parser = super::pixel)]
+    #[arg(long = "positive", value_name = "X,Y", value_parser = super::source::pixel)]
     positive: Vec<[u32; 2]>,
     /// A pixel that shows something else. May be repeated.
-    #[arg(long = "negative", value_name = "X,Y", value_parser = super::pixel)]
+    #[arg(long = "negative", value_name = "X,Y", value_parser = super::source::pixel)]
     negative: Vec<[u32; 2]>,
     /// Examples of a file, before those of the project and of these options.
     #[arg(long, value_name = "FILE")]
@@ -159,7 +159,7 @@ impl Options {
             Ok(shader) => shader,
             Err(faults) => return Ok(Err(faults)),
         };
-        let vertex = match project.vertex.as_deref().map(super::read).transpose()?.transpose() {
+        let vertex = match project.vertex.as_deref().map(super::source::read).transpose()?.transpose() {
             Ok(vertex) => vertex,
             Err(faults) => return Ok(Err(faults)),
         };

@@ -7,7 +7,7 @@ use relievo_core::{Error, Result};
 use relievo_render::{Channel, Content, Image, Layer, Samples, write_exr, write_png};
 
 use super::opened::Options;
-use super::sound;
+use super::source::sound;
 use crate::Outcome;
 
 const EXAMPLE: &str = "Example: relievo shader run bilateral.frag -o edges.png --input photo=photo.png --set radius=6 \

@@ -8,7 +8,7 @@ use relievo_shaderlab::{Setting, Shader, Source, Textures, Value, Variable};
 use serde_json::json;
 
 use super::opened::{Begun, Options};
-use super::sound;
+use super::source::sound;
 use crate::Outcome;
 
 const EXAMPLE: &str = "Example: relievo shader values volume.toml --pixel 310,220";
@@ -19,7 +19,7 @@ pub struct Arguments {
     #[command(flatten)]
     options: Options,
     /// The pixel, from the upper left corner.
-    #[arg(long, value_name = "X,Y", value_parser = super::pixel)]
+    #[arg(long, value_name = "X,Y", value_parser = super::source::pixel)]
     pixel: [u32; 2],
     /// Print JSON for programs.
     #[arg(long)]
@@ -29,7 +29,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Outcome {
     let Begun { project, inputs, size, device } = arguments.options.begin()?;
     let shader = sound!(Shader::new(Source::read(&project.shader)?));
-    let vertex = sound!(project.vertex.as_deref().map(super::read).transpose()?.transpose());
+    let vertex = sound!(project.vertex.as_deref().map(super::source::read).transpose()?.transpose());
     let (vertex, entry) = (vertex.as_ref(), project.entry.as_deref());
     let setting = Setting { device: &device, vertex, entry, size, inputs: &inputs };
     let values = shader.values(&setting, &mut Textures::default(), arguments.pixel)?;

@@ -11,7 +11,8 @@ use relievo_tiles::triangle::{TriangleChannel, TriangleOptions, TriangleTessella
 
 use super::{Arguments, report};
 use crate::Outcome;
-use crate::decal::{Laid, picture};
+use crate::decal::common::Laid;
+use crate::decal::picture;
 use crate::triangles::tessellation;
 
 /// Lays the sticker on the displaced triangles of a mesh and writes it into a layer of their document.
