@@ -343,7 +343,7 @@ impl DeviceCrowd {
         &self.shared.matrices
     }
 
-    /// Returns the weights of the morph targets of the same poses; a buffer that nothing reads where the poses have no weights.
+    /// Returns the weights of the morph targets of the same poses; without weights, a buffer that nothing reads.
     pub fn weights(&self) -> &Buffer<f32> {
         &self.shared.weights
     }
