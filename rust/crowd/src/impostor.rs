@@ -182,7 +182,8 @@ fn picture(model: &CrowdModel, (points, normals): (&[[f32; 3]], &[[f32; 3]]), nu
     let axes = [right, towards.cross(right), towards];
     let nothing = Texel { cluster: NONE, material: 0, normal: [0.0; 3] };
     let mut made = Impostor { number: 0, model: 0, center, axes, radius, texels: vec![nothing; SIDE * SIDE] };
-    let mut depths = vec![f32::NEG_INFINITY; SIDE * SIDE];
+    // Triangles at the middle of a texel come first: others in it are often narrow, and would have too large a share.
+    let mut nearest = vec![(false, f32::NEG_INFINITY); SIDE * SIDE];
     let scale = 0.5 * SIDE as f32 / radius;
     let place = |vertex: u32| {
         let from = Vec3::from(points[vertex as usize]) - center;
@@ -194,10 +195,10 @@ fn picture(model: &CrowdModel, (points, normals): (&[[f32; 3]], &[[f32; 3]]), nu
         for (triangle, material) in model.triangles(cluster).iter().zip(&model.character.materials[first..]) {
             let corners = triangle.map(place);
             let own = triangle.map(|vertex| normals.get(vertex as usize).map_or(Vec3::ZERO, |it| Vec3::from(*it)));
-            for (texel, weights) in touched(&corners) {
+            for (texel, weights, has_middle) in touched(&corners) {
                 let depth: f32 = corners.iter().zip(weights).map(|(corner, weight)| weight * corner.z).sum();
-                if depth > depths[texel] {
-                    depths[texel] = depth;
+                if (has_middle, depth) > nearest[texel] {
+                    nearest[texel] = (has_middle, depth);
                     let normal: Vec3 = own.into_iter().zip(weights).map(|(normal, weight)| weight * normal).sum();
                     let [a, b, c] = triangle.map(|vertex| Vec3::from(points[vertex as usize]));
                     let normal = normal.try_normalize().unwrap_or((b - a).cross(c - a).normalize_or(towards));
@@ -209,8 +210,9 @@ fn picture(model: &CrowdModel, (points, normals): (&[[f32; 3]], &[[f32; 3]]), nu
     made
 }
 
-/// Returns the texels that a triangle reaches into, and for each the weights of its corners near the middle of the texel.
-fn touched(corners: &[Vec3; 3]) -> impl Iterator<Item = (usize, [f32; 3])> {
+/// Returns the texels that a triangle reaches into, for each the weights of its corners near the middle of the texel, and whether
+/// the middle is in the triangle.
+fn touched(corners: &[Vec3; 3]) -> impl Iterator<Item = (usize, [f32; 3], bool)> {
     let flat = corners.map(|corner| corner.truncate());
     let low = flat[0].min(flat[1]).min(flat[2]).floor().max(Vec2::ZERO);
     let high = flat[0].max(flat[1]).max(flat[2]).floor().min(Vec2::splat(SIDE as f32 - 1.0));
@@ -234,10 +236,12 @@ fn touched(corners: &[Vec3; 3]) -> impl Iterator<Item = (usize, [f32; 3])> {
         let area = (flat[1] - flat[0]).perp_dot(flat[2] - flat[0]);
         let weight = |from: usize, to: usize| {
             let share = (flat[from] - middle).perp_dot(flat[to] - middle) / area;
-            if share.is_finite() { share.max(0.0) } else { 1.0 }
+            if share.is_finite() { share } else { -1.0 }
         };
-        let weights = [weight(1, 2), weight(2, 0), weight(0, 1)];
+        let shares = [weight(1, 2), weight(2, 0), weight(0, 1)];
+        let has_middle = shares.iter().all(|share| *share >= 0.0);
+        let weights = shares.map(|share| share.max(0.0));
         let sum: f32 = weights.iter().sum();
-        Some((row * SIDE + column, weights.map(|weight| if sum > 0.0 { weight / sum } else { 1.0 / 3.0 })))
+        Some((row * SIDE + column, weights.map(|weight| if sum > 0.0 { weight / sum } else { 1.0 / 3.0 }), has_middle))
     })
 }
