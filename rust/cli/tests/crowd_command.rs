@@ -191,12 +191,15 @@ fn a_crowd_is_built_described_viewed_rendered_and_exported() {
     assert_ne!(render("moving.png", &[&coarse[..], &["--geomorph"]].concat()), render("still.png", &coarse));
     if !relievo_gpu::adapters().is_empty() {
         let image = |name: &str| relievo_render::read_png(&at.join(name), u64::MAX).unwrap();
-        for more in [&["--unshadowed"][..], &["--unshadowed", "--show", "levels", "--wireframe"]] {
+        // Lines are as wide as differences from pixel to pixel say on devices, and as rays do on the processor.
+        let lines = ["--unshadowed", "--show", "levels", "--wireframe"];
+        for (more, share) in [(&lines[..1], 0.002), (&lines[..3], 0.002), (&lines[..], 0.03)] {
             render("rays.png", more);
             render("device.png", &[more, &["--device", "gpu"]].concat());
             let (rays, device) = (image("rays.png"), image("device.png"));
             let far = rays.data().iter().zip(device.data()).filter(|(a, b)| (*a - *b).abs() > 0.02).count();
-            assert!(far < rays.data().len() / 100, "{far} of {} numbers differ", rays.data().len());
+            println!("{more:?}: {far} of {} numbers differ", rays.data().len());
+            assert!((far as f64) < share * rays.data().len() as f64, "{more:?}: {far} numbers differ");
         }
         let on_device = ["crowd", "render", "both.rcrowd", "-o", "no.png", "--square", "4", "--device", "gpu"];
         for refused in [&["--geomorph"][..], &["--impostors"], &["--occlusion"], &["--blend", "dual"]] {
@@ -221,14 +224,14 @@ fn far_agents_are_quads_that_cover_the_same_pixels() {
     write_model(at);
     std::fs::write(at.join("agents.txt"), "-4 0 0 0 1 bow 0.5\n0 0 0 40 1 nod 0.5\n4 0 0 90 1 bow 0\n").unwrap();
     std::fs::write(at.join("none.txt"), "-4 0 150 0 1 bow 0\n0 0 150 0 1 nod 0\n4 0 150 0 1 bow 0\n").unwrap();
-    let seen = ["arm.rcrowd", "--eye", "0,12,60", "--target", "0,1,0", "--size", "160x64", "--fov", "20"];
+    let seen = ["arm.rcrowd", "--eye", "0,12,60", "--target", "0,1,0", "--size", "160x64", "--pixels", "0.7"];
     let agents = ["--agents", "agents.txt"];
     let view = |more: &[&str]| read(at, &[&["crowd", "view", "--json"], &seen[..], &agents, more].concat());
     let (meshes, quads) = (view(&[]), view(&["--impostors"]));
     assert_eq!((quads["in_view"].as_u64(), quads["triangles"].as_u64()), (Some(3), Some(6)), "{quads}");
     assert!(meshes["triangles"].as_u64() > Some(30), "{meshes}");
     let picture = |more: &[&str]| {
-        let fixed = ["crowd", "render", "-o", "picture.png", "--samples", "1", "--show", "agents", "--unshadowed"];
+        let fixed = ["crowd", "render", "-o", "picture.png", "--samples", "64", "--show", "agents", "--unshadowed"];
         done(at, &[&fixed[..], &seen, more].concat());
         relievo_render::read_png(&at.join("picture.png"), u64::MAX).unwrap()
     };
@@ -237,11 +240,12 @@ fn far_agents_are_quads_that_cover_the_same_pixels() {
     let [width, height] = [160u32, 64];
     let covered = |image: &relievo_render::Image, x: u32, y: u32| {
         let (a, b) = (image.color(x, y), ground.color(x, y));
-        (0..3).any(|axis| (a[axis] - b[axis]).abs() > 0.03)
+        (0..3).any(|axis| (a[axis] - b[axis]).abs() > 0.01)
     };
     // Whatever one picture covers, the other covers there or at a pixel beside it.
     let mut counts = [0, 0];
-    for (x, y) in (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| (x, y))) {
+    // Below the horizon, which is where the ground of each picture ends.
+    for (x, y) in (20..height - 1).flat_map(|y| (1..width - 1).map(move |x| (x, y))) {
         for (at, [one, other]) in [[&full, &impostors], [&impostors, &full]].into_iter().enumerate() {
             if covered(one, x, y) {
                 counts[at] += 1;
@@ -250,6 +254,7 @@ fn far_agents_are_quads_that_cover_the_same_pixels() {
             }
         }
     }
+    println!("{counts:?} pixels");
     assert!(counts[0] > 12 && counts[1] >= counts[0] && counts[1] < 3 * counts[0], "{counts:?}");
 }
 
