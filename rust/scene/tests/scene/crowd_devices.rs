@@ -7,7 +7,7 @@ use glam::{DAffine3, DQuat, DVec3, Vec3};
 use relievo_core::parameter::Switch;
 use relievo_core::progress::Silent;
 use relievo_core::{Attribute, Context, Domain, Values};
-use relievo_crowd::{Agent, Blend, BuildSettings, Crowd, CrowdModel, CrowdView, DrawList, Frame};
+use relievo_crowd::{Agent, Blend, BuildSettings, Cluster, Crowd, CrowdModel, CrowdView, DrawList, Frame};
 use relievo_gpu::Device;
 use relievo_render::virtual_vertex::{DeviceMesh, Placed, Rasterizer, Shape};
 use relievo_render::{
@@ -84,7 +84,7 @@ fn draw(device: &Device, crowd: &mut Crowd, on: &mut DeviceStandIns, (view, time
     crowd.cut(&context, &seen, &mut frame).unwrap();
     let mut scene = Scene::new().unwrap();
     let shown = (&*crowd, &frame, time, camera.eye);
-    let tag = |_: u32, _: &_, number: u32, _: u32| number;
+    let tag = |_: u32, _: &Cluster, number: u32, _: u32| number;
     StandIns::default().show(&context, &mut scene, shown, Blend::Linear, MATERIAL, &tag).unwrap();
     let on_ground = DeviceMesh::new(device, &ground(), &GROUND).unwrap();
     let mut placed = Vec::new();
