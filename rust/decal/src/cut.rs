@@ -107,7 +107,11 @@ pub fn cut(surface: &Surface, paths: &[Path], is_pin: &dyn Fn(u32) -> bool) -> R
         sources.resize(triangles.len(), source);
         parents.resize(triangles.len(), face as u32);
     }
-    Ok(Cut { surface: Surface::from_triangles(points, triangles, sources, &[]), parents, paths: lines })
+    Ok(Cut {
+        surface: Surface::from_triangles(points, triangles, sources, surface.holes.clone()),
+        parents,
+        paths: lines,
+    })
 }
 
 /// The vertex that each crossing moves into. The crossings beside it that lie on edges of that vertex move along, or the

@@ -3,9 +3,9 @@
 use relievo_core::{Error, Mesh, Result};
 
 use crate::pins::Place;
-use crate::surface::{Vec3, dot, length, minus};
+use crate::surface::{Vec3, dot, holes, length, minus};
 
-/// Returns the place on a triangle mesh nearest to a point, and its distance. Looks at every face.
+/// Returns the place on a triangle mesh nearest to a point, and its distance. Looks at every face that is no hole.
 ///
 /// # Errors
 /// The mesh is unusable or has faces of more than three corners, or the point is not finite.
@@ -14,8 +14,9 @@ pub fn nearest(mesh: &Mesh, point: Vec3) -> Result<(Place, f64)> {
     if !point.iter().all(|value| value.is_finite()) {
         return Err(Error::invalid("the point is not finite").advise("give three numbers"));
     }
+    let holes = holes(mesh);
     let mut best: Option<(Place, f64)> = None;
-    for (face, corners) in mesh.faces().enumerate() {
+    for (face, corners) in mesh.faces().enumerate().filter(|(face, _)| holes.binary_search(&(*face as u32)).is_err()) {
         let [a, b, c] = *corners else {
             return Err(Error::unsupported(format!("it has {} corners", corners.len()))
                 .at(format!("face {face}"))
@@ -30,7 +31,7 @@ pub fn nearest(mesh: &Mesh, point: Vec3) -> Result<(Place, f64)> {
             best = Some((Place { face: face as u32, barycentric }, distance));
         }
     }
-    best.ok_or_else(|| Error::invalid("the mesh is empty"))
+    best.ok_or_else(|| Error::invalid("the mesh has no faces, or holes alone"))
 }
 
 /// Returns the barycentric coordinates of the point of a triangle nearest to another point.

@@ -36,7 +36,7 @@ pub fn name(pin: usize) -> String {
 /// Returns the surface with a vertex at each place, and those vertices.
 ///
 /// # Errors
-/// A place does not exist, or two are the same. The error names the pins.
+/// A place does not exist or is on a hole, or two are the same. The error names the pins.
 pub fn insert(surface: Surface, places: &[Place]) -> Result<(Surface, Vec<u32>)> {
     let counts = [surface.points.len(), surface.triangles.len()];
     let mut cells = Cells { surface, counts, parts: HashMap::new() };
@@ -60,10 +60,10 @@ pub fn insert(surface: Surface, places: &[Place]) -> Result<(Surface, Vec<u32>)>
     if surface.points.len() == counts[0] {
         return Ok((surface, vertices));
     }
-    let Surface { points, triangles, sources, mates, leaving } = surface;
+    let Surface { points, triangles, sources, holes, mates, leaving } = surface;
     // Edges are joined anew, which takes memory.
     drop((mates, leaving));
-    Ok((Surface::from_triangles(points, triangles, sources, &[]), vertices))
+    Ok((Surface::from_triangles(points, triangles, sources, holes), vertices))
 }
 
 /// Triangles of a surface that are split at pins.
@@ -82,6 +82,9 @@ impl Cells {
         if face as usize >= self.counts[1] {
             return Err(Error::invalid(format!("face {face} does not exist"))
                 .advise(format!("use faces from 0 to {}", self.counts[1].saturating_sub(1))));
+        }
+        if self.surface.is_hole(face) {
+            return Err(Error::invalid(format!("face {face} is a hole")).advise("move the place onto a face beside it"));
         }
         let sum: f64 = barycentric.iter().sum();
         let is_usable = barycentric.iter().all(|weight| weight.is_finite() && *weight >= -1e-6) && sum > 1e-6;

@@ -56,6 +56,9 @@ pub fn project(mesh: &Mesh, sticker: &Sticker, projection: &Projection) -> Resul
     let (mut old, mut positions) = (Vec::new(), Vec::new());
     let (mut faces, mut triangles) = (Vec::new(), Vec::new());
     for (triangle, corners) in surface.triangles.iter().enumerate() {
+        if surface.is_hole(triangle as u32) {
+            continue;
+        }
         let [a, b, c] = surface.corners(triangle as u32);
         let normal = cross(minus(b, a), minus(c, a));
         if dot(normal, towards) < angle.cos() * length(normal) || dot(normal, towards) <= 0.0 {

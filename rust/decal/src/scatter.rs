@@ -52,7 +52,7 @@ pub fn scatter(context: &Context, mesh: &Mesh, sticker: &Sticker, settings: &Sca
     let mut sums = Vec::with_capacity(surface.triangles.len());
     let mut area = 0.0;
     for triangle in 0..surface.triangles.len() as u32 {
-        area += surface.area(triangle);
+        area += if surface.is_hole(triangle) { 0.0 } else { surface.area(triangle) };
         sums.push(area);
     }
     let count = (density * area).round();

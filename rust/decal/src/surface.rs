@@ -23,10 +23,19 @@ pub struct Surface {
     pub triangles: Vec<[u32; 3]>,
     /// The face of the mesh that each triangle is a part of.
     pub sources: Vec<u32>,
+    /// Faces of the mesh that are holes, ascending: their triangles have no neighbours.
+    pub holes: Vec<u32>,
     /// The opposite half-edge of each half-edge, or [`NONE`] on the boundary.
     pub mates: Vec<u32>,
     /// A half-edge that leaves each vertex, on the boundary the first one counter-clockwise; [`NONE`] without faces.
     pub leaving: Vec<u32>,
+}
+
+/// Returns the faces of a mesh that are holes, ascending.
+pub fn holes(mesh: &Mesh) -> Vec<u32> {
+    let mut holes = mesh.holes.clone();
+    holes.sort_unstable();
+    holes
 }
 
 /// Returns the half-edge after this one in its face.
@@ -55,25 +64,21 @@ impl Surface {
             return Err(Error::memory("the mesh has more than 357 million triangles").advise("take a part of it"));
         }
         let points = mesh.points.iter().map(|point| point.map(f64::from)).collect();
-        let mut is_hole = vec![false; mesh.face_count()];
-        for face in &mesh.holes {
-            is_hole[*face as usize] = true;
-        }
         let sources: Vec<u32> = (0..mesh.face_count() as u32).collect();
-        Ok(Self::from_triangles(points, mesh.corners.as_chunks().0.to_vec(), sources, &is_hole))
+        Ok(Self::from_triangles(points, mesh.corners.as_chunks().0.to_vec(), sources, holes(mesh)))
     }
 
-    /// Makes a surface of triangles; those of faces that are holes have no neighbours.
-    pub fn from_triangles(points: Vec<Vec3>, triangles: Vec<[u32; 3]>, sources: Vec<u32>, is_hole: &[bool]) -> Self {
-        let mut surface = Self { points, triangles, sources, mates: Vec::new(), leaving: Vec::new() };
-        surface.join_edges(is_hole);
+    /// Makes a surface of triangles; those of faces that are holes, which ascend, have no neighbours.
+    pub fn from_triangles(points: Vec<Vec3>, triangles: Vec<[u32; 3]>, sources: Vec<u32>, holes: Vec<u32>) -> Self {
+        let mut surface = Self { points, triangles, sources, holes, mates: Vec::new(), leaving: Vec::new() };
+        surface.join_edges();
         surface.split_vertices();
         surface
     }
 
-    fn join_edges(&mut self, is_hole: &[bool]) {
+    fn join_edges(&mut self) {
         self.mates = vec![NONE; 3 * self.triangles.len()];
-        let is_left_out = |face: usize| is_hole.get(self.sources[face] as usize).is_some_and(|hole| *hole);
+        let is_left_out = |face: usize| self.is_hole(face as u32);
         // Edges by the end with the smaller number; those with one other end are one edge.
         let edges = Edges::new(&self.triangles, self.points.len(), is_left_out, u32::min);
         let mut list: Vec<(u32, u32)> = Vec::new();
@@ -125,6 +130,11 @@ impl Surface {
                 }
             }
         }
+    }
+
+    /// Returns whether a triangle is a part of a face that is a hole.
+    pub fn is_hole(&self, triangle: u32) -> bool {
+        self.holes.binary_search(&self.sources[triangle as usize]).is_ok()
     }
 
     /// Returns the vertex that a half-edge leaves.
@@ -213,7 +223,7 @@ mod tests {
 
     fn surface(points: usize, triangles: &[[u32; 3]]) -> Surface {
         let points = (0..points).map(|index| [index as f64, (index * index) as f64, 0.0]).collect();
-        Surface::from_triangles(points, triangles.to_vec(), (0..triangles.len() as u32).collect(), &[])
+        Surface::from_triangles(points, triangles.to_vec(), (0..triangles.len() as u32).collect(), Vec::new())
     }
 
     #[test]

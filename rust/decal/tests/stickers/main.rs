@@ -2,6 +2,7 @@
 
 mod disks;
 mod geodesics;
+mod holes;
 mod hostile;
 mod lay;
 mod models;
