@@ -30,7 +30,14 @@ def enable():
 
 
 def empty():
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    """Opens an empty file with the preferences of the factory and enables the add-on anew."""
+    if "relievo" in bpy.context.preferences.addons:
+        # Its preferences go with it, and Blender's other add-ons, which take long to start, stay.
+        bpy.ops.preferences.addon_disable(module="relievo")
+        bpy.context.preferences.edit.undo_steps = 32
+        bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    else:
+        bpy.ops.wm.read_factory_settings(use_empty=True)
     return enable()
 
 
@@ -114,26 +121,38 @@ def digest(relievo, target):
     return found["positions"].tobytes() + found["colors"].tobytes()
 
 
+def command(code):
+    """Returns the command that runs code in another process of this host."""
+    if Path(sys.executable).name.startswith("python") and not bpy.app.binary_path:
+        return [sys.executable, "-c", code]
+    return [bpy.app.binary_path, "--background", "--factory-startup", "--python-expr", code]
+
+
 def run(code, wanted="", **environment):
     """Runs code in another process of this host; what it prints must have `wanted`."""
     environment = {**os.environ, **{name: str(value) for name, value in environment.items()}}
-    if Path(sys.executable).name.startswith("python") and not bpy.app.binary_path:
-        command = [sys.executable, "-c", code]
-    else:
-        command = [bpy.app.binary_path, "--background", "--factory-startup", "--python-expr", code]
-    outcome = subprocess.run(command, env=environment, capture_output=True, text=True)
+    outcome = subprocess.run(command(code), env=environment, capture_output=True, text=True)
     said = outcome.stdout + outcome.stderr
     assert wanted in said, said
     return said
 
 
+def arguments():
+    """Returns the arguments of a script. Those of Blender itself come before `--`."""
+    return sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
+
+
 def main():
-    """Runs the tests of the file that is run, under Blender too, whose own arguments come before `--`."""
-    arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
-    outcome = unittest.main(module="__main__", argv=[sys.argv[0], *arguments], exit=False)
+    """Runs the tests of the file that is run."""
+    outcome = unittest.main(module="__main__", argv=[sys.argv[0], *arguments()], exit=False)
+    end(outcome.result.wasSuccessful())
+
+
+def end(is_good):
+    """Ends the process where tests failed: Blender's own interpreter does not end with the status of SystemExit."""
     sys.stdout.flush()
-    if not outcome.result.wasSuccessful():
-        # Blender's own interpreter does not end with the status of SystemExit.
+    sys.stderr.flush()
+    if not is_good:
         os._exit(1)
 
 

@@ -1,7 +1,9 @@
 """Baked results in renders without the add-on: what is wired into a material and what the Mesh Cache plays look the same
 in Cycles whether the add-on is there or not."""
 
+import json
 import os
+import subprocess
 import sys
 import unittest
 from pathlib import Path
@@ -14,24 +16,32 @@ sys.path.append(str(Path(__file__).resolve().parent))
 import host
 
 RENDER = r"""
-import sys
+import json, sys
 import bpy
-path, out, frame, addon = {path!r}, {out!r}, {frame}, {addon}
-if addon:
-    bpy.ops.preferences.addon_enable(module="relievo")
-bpy.ops.wm.open_mainfile(filepath=path)
-assert hasattr(bpy.types.Object, "relievo") == addon
-scene = bpy.context.scene
-scene.frame_set(frame)
-scene.render.filepath = out
-bpy.ops.render.render(write_still=True)
-print("rendered")
+for line in sys.stdin:
+    path, out, frame = json.loads(line)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    assert not hasattr(bpy.types.Object, "relievo") and "relievo" not in sys.modules
+    bpy.context.scene.frame_set(frame)
+    bpy.context.scene.render.filepath = out
+    bpy.ops.render.render(write_still=True)
+    print("rendered", out, flush=True)
 """
 SIZE = 48
 
 
 @unittest.skipUnless("cycles" in bpy.context.preferences.addons or hasattr(bpy.types.Scene, "cycles"), "skipped: no Cycles")
 class Renders(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        # A process of this host where the add-on was never enabled.
+        pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+        cls.bare = subprocess.Popen(host.command(RENDER), text=True, **pipes)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.bare.communicate()
+
     def setUp(self):
         self.relievo = host.empty()
         scene = bpy.context.scene
@@ -52,10 +62,30 @@ class Renders(unittest.TestCase):
         sun.rotation_euler, sun.data.energy = (0.9, 0, 0.4), 3.0
         scene.collection.objects.link(sun)
 
-    def render(self, path, frame, addon):
-        """A picture of a frame, by another process: rows from the top, linear."""
-        out = f"{path}.{frame}.{addon}"
-        host.run(RENDER.format(path=path, out=out, frame=frame, addon=addon), "rendered")
+    def bare_render(self, path, frame):
+        """Returns a picture of a frame of a file as the process without the add-on renders it."""
+        out = f"{path}.{frame}.bare"
+        self.bare.stdin.write(json.dumps([path, out, frame]) + "\n")
+        self.bare.stdin.flush()
+        said = []
+        while not said or said[-1] != f"rendered {out}\n":
+            line = self.bare.stdout.readline()
+            self.assertTrue(line, "".join(said))
+            said.append(line)
+        return self.picture(out)
+
+    def render(self, path, frame):
+        """Returns a picture of a frame of a file as it is rendered here, with the add-on."""
+        bpy.ops.wm.open_mainfile(filepath=path)
+        self.assertIn("relievo", bpy.context.preferences.addons)
+        scene, out = bpy.context.scene, f"{path}.{frame}.addon"
+        scene.frame_set(frame)
+        scene.render.filepath = out
+        bpy.ops.render.render(write_still=True)
+        return self.picture(out)
+
+    def picture(self, out):
+        """Returns the pixels of a picture: rows from the top, linear."""
         image = bpy.data.images.load(f"{out}.exr" if os.path.exists(f"{out}.exr") else out)
         pixels = numpy.empty(SIZE * SIZE * image.channels, numpy.float32)
         image.pixels.foreach_get(pixels)
@@ -81,8 +111,8 @@ class Renders(unittest.TestCase):
         with host.folder() as folder:
             path, _field = self.baked(folder, cache=True)
             bpy.ops.wm.save_mainfile()
-            without = {frame: self.render(path, frame, False) for frame in (1, 3)}
-            numpy.testing.assert_allclose(self.render(path, 3, True), without[3], atol=1e-5)
+            without = {frame: self.bare_render(path, frame) for frame in (1, 3)}
+            numpy.testing.assert_allclose(self.render(path, 3), without[3], atol=1e-5)
             self.assertGreater(float(numpy.abs(without[3] - without[1]).max()), 0.1)
 
     def test_hooks_of_levels_are_rendered_where_they_are(self):
@@ -117,8 +147,7 @@ class Renders(unittest.TestCase):
             path, field = self.baked(folder, images=True, image_size=128)
             field.relievo.result.hide_render, field.hide_render = True, False
             bpy.ops.wm.save_mainfile()
-            without = {frame: self.render(path, frame, False) for frame in (1, 3)}
-            numpy.testing.assert_allclose(self.render(path, 3, True), without[3], atol=1e-5)
+            without = {frame: self.bare_render(path, frame) for frame in (1, 3)}
             self.assertGreater(float(numpy.abs(without[3] - without[1]).max()), 0.1)
             # The track of the ball is where it went: x from -0.6 to 0.6 at y = 0.25, and nowhere else.
             flat = numpy.median(without[3].reshape(-1, 3), axis=0)
@@ -133,8 +162,9 @@ class Renders(unittest.TestCase):
             field.hide_render, field.relievo.result.hide_render = True, False
             bpy.context.scene.frame_set(3)
             bpy.ops.wm.save_as_mainfile(filepath=os.path.join(folder, "mesh.blend"))
-            mesh = self.render(os.path.join(folder, "mesh.blend"), 3, False)
+            mesh = self.bare_render(os.path.join(folder, "mesh.blend"), 3)
             self.assertLess(float(numpy.abs(mesh - without[3]).mean()), 0.06)
+            numpy.testing.assert_allclose(self.render(path, 3), without[3], atol=1e-5)
 
     def test_paint_renders_from_the_first_stroke(self):
         """Beside a mesh of the same material without paint, which stays as it was."""
@@ -177,8 +207,8 @@ class Renders(unittest.TestCase):
             self.assertEqual(bpy.ops.relievo.result_image(quantity="COLOR"), {"FINISHED"})
             field.relievo.result.hide_render = True
             bpy.ops.wm.save_mainfile()
-            without = self.render(path, 1, False)
-            numpy.testing.assert_allclose(self.render(path, 1, True), without, atol=1e-5)
+            without = self.bare_render(path, 1)
+            numpy.testing.assert_allclose(self.render(path, 1), without, atol=1e-5)
             painted = without[int(SIZE * 0.375), SIZE // 2]
             self.assertGreater(painted[0], 3 * painted[1])
             plain = without[int(SIZE * 0.85), SIZE // 2]

@@ -1,6 +1,7 @@
 //! `cargo xtask blender`: the extension for Blender 4.2 and later and the add-on for Blender 3.4, as zip files that
 //! bring the library; and their tests and those of the Python package, in PyPI's bpy and in Debian's Blender.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -15,7 +16,7 @@ const PACKAGES: &[&str] = &["bpy==5.0.1", "numpy==1.26.4"];
 /// What geodesics are compared with.
 const PEERS: &[&str] = &["numpy==1.26.4", "scipy==1.13.1", "potpourri3d==1.4.0"];
 
-/// The tests that run in both hosts.
+/// The tests that run in both hosts, in one process of each.
 const TESTS: &[&str] = &[
     "test_addon.py",
     "test_interface.py",
@@ -64,66 +65,70 @@ pub fn zips() -> Result<[PathBuf; 2], String> {
     Ok([made.extension, made.addon])
 }
 
-/// Makes everything of the library that was built and runs `tests/python` and `tests/blender`.
+/// Makes everything of the library that was built and runs `tests/python` and `tests/blender`: those of Python and bpy, those of
+/// Blender and those of its window side by side, so that two cores are busy to the end.
 pub fn test() -> Outcome {
     let made = make()?;
     let python = python()?;
+    let command = target().join("release/relievo");
+    let mut alone = Vec::new();
     for name in ["test_abi.py", "test_nouns.py", "test_grid.py", "test_client.py", "test_wheel.py"] {
-        let mut command = clean(&python);
-        command.env("RELIEVO_OPENVDB", module::path()).env("RELIEVO_COMMAND", target().join("release/relievo"));
-        call(command.arg(root().join("tests/python").join(name)).env("PYTHONPATH", &made.site))?;
+        let mut test = clean(&python);
+        test.env("RELIEVO_OPENVDB", module::path()).env("RELIEVO_COMMAND", &command);
+        test.arg(root().join("tests/python").join(name)).env("PYTHONPATH", &made.site);
+        alone.push(test);
     }
     let mut geodesics = clean(&environment(&target().join("blender/peers"), PEERS)?);
-    geodesics.env("RELIEVO_COMMAND", target().join("release/relievo"));
-    call(geodesics.arg(root().join("tests/python/test_geodesics.py")))?;
+    geodesics.arg(root().join("tests/python/test_geodesics.py")).env("RELIEVO_COMMAND", &command);
+    alone.push(geodesics);
     let scripts = made.folder.parent().and_then(Path::parent).unwrap_or(&made.folder);
-    for name in TESTS {
-        let file = root().join("tests/blender").join(name);
-        let mut bpy = clean(&python);
-        let mut blender = clean(Path::new("blender"));
-        blender.args(["--background", "--factory-startup", "--python-exit-code", "1", "--python"]);
-        for command in [&mut bpy, &mut blender] {
-            command
-                .arg(&file)
-                .env("BLENDER_USER_SCRIPTS", scripts)
-                .env("RELIEVO_COMMAND", target().join("release/relievo"));
-            command.env("RELIEVO_EXTENSION", &made.extension).env("RELIEVO_ADDON", &made.addon);
-        }
-        side_by_side(bpy, blender)?;
+    let mut bpy = clean(&python);
+    let mut blender = clean(Path::new("blender"));
+    blender.args(["--background", "--factory-startup", "--python-exit-code", "1", "--python"]);
+    for host in [&mut bpy, &mut blender] {
+        host.arg(root().join("tests/blender/suite.py")).arg("--").args(TESTS);
+        host.env("BLENDER_USER_SCRIPTS", scripts).env("RELIEVO_COMMAND", &command);
+        host.env("RELIEVO_EXTENSION", &made.extension).env("RELIEVO_ADDON", &made.addon);
     }
-    window(scripts)
+    alone.push(bpy);
+    side_by_side(vec![alone, vec![blender], vec![window(scripts)?]])
 }
 
-/// Runs a test in both hosts at once, since each is busy with its own start for most of the time. What the second one printed
-/// follows when both have ended.
-fn side_by_side(mut first: Command, mut second: Command) -> Outcome {
-    let (alone, printed) = std::thread::scope(|scope| {
-        let other = scope.spawn(|| second.output());
-        (call(&mut first), other.join())
+/// Runs lists of commands side by side, each list one command after the other. All run, also after one that failed.
+fn side_by_side(lists: Vec<Vec<Command>>) -> Outcome {
+    let run = |mut list: Vec<Command>| list.iter_mut().filter_map(|one| aside(one).err()).collect::<Vec<_>>();
+    let failed: Vec<String> = std::thread::scope(|scope| {
+        let threads: Vec<_> = lists.into_iter().map(|list| scope.spawn(move || run(list))).collect();
+        let ended = threads.into_iter().map(|thread| thread.join());
+        ended.flat_map(|failed| failed.unwrap_or_else(|_| vec!["a thread of tests ended early".to_owned()])).collect()
     });
-    let printed = printed.map_err(|_| "the thread of the second host ended early".to_owned())?;
-    let printed = printed.map_err(|error| format!("cannot start `{}`: {error}", shown(&second)))?;
-    print!("{}", String::from_utf8_lossy(&printed.stdout));
-    eprint!("{}", String::from_utf8_lossy(&printed.stderr));
-    alone?;
-    if printed.status.success() { Ok(()) } else { Err(format!("`{}` ended with {}", shown(&second), printed.status)) }
+    if failed.is_empty() { Ok(()) } else { Err(failed.join("; ")) }
 }
 
-/// Runs `tests/blender/window.py` in a real window of Debian's Blender, on a display without a screen. Its screenshots
-/// are in `target/blender/window`.
-fn window(scripts: &Path) -> Outcome {
+/// Runs a command to its end, then prints what it printed, so that lines of others are not among it.
+fn aside(command: &mut Command) -> Outcome {
+    let printed = command.output().map_err(|error| format!("cannot start `{}`: {error}", shown(command)))?;
+    let mut out = std::io::stdout().lock();
+    let written = out.write_all(&printed.stdout).and_then(|()| out.flush());
+    written.and_then(|()| std::io::stderr().write_all(&printed.stderr)).map_err(|error| error.to_string())?;
+    if printed.status.success() { Ok(()) } else { Err(format!("`{}` ended with {}", shown(command), printed.status)) }
+}
+
+/// Returns the command that runs `tests/blender/window.py` in a real window of Debian's Blender, on a display without a screen. Its
+/// screenshots go to `target/blender/window`.
+fn window(scripts: &Path) -> Result<Command, String> {
     let pictures = target().join("blender/window");
     remove(&pictures)?;
     std::fs::create_dir_all(&pictures).map_err(|error| format!("{}: {error}", pictures.display()))?;
     let mut command = clean(Path::new("xvfb-run"));
     // A window that hangs is ended.
     let blender = "timeout --kill-after 10 600 blender --factory-startup --enable-event-simulate";
-    let place = "--window-geometry 0 0 1200 800 --python";
-    command.args(["--auto-servernum", "--server-args", "-screen 0 1200x800x24"]);
+    let place = "--window-geometry 0 0 1040 700 --python";
+    command.args(["--auto-servernum", "--server-args", "-screen 0 1040x700x24"]);
     command.args(blender.split(' ')).args(place.split(' ')).arg(root().join("tests/blender/window.py"));
     command.env("BLENDER_USER_SCRIPTS", scripts).env("RELIEVO_SCREENSHOTS", &pictures);
     command.env("LIBGL_ALWAYS_SOFTWARE", "1");
-    call(&mut command)
+    Ok(command)
 }
 
 /// The Embree that bpy carries.
