@@ -5,12 +5,13 @@
 //   build/host/studio FOLDER [cpu|gpu [WIDTH]]
 //
 // Begin with pool.hpp (threads), heap.hpp (memory), object.hpp (an object and its document), scene_file.hpp, history.hpp
-// (undo), session.hpp (edits) and renderer.hpp (an Embree of its own).
+// (undo), session.hpp (edits), renderer.hpp (an Embree of its own) and viewport.hpp (a Vulkan device of its own, on which
+// the library works with "gpu"). Without a Vulkan driver there is no viewport, and the processor works.
 #include "heap.hpp"
 #include "renderer.hpp"
 #include "session.hpp"
+#include "viewport.hpp"
 
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -74,11 +75,67 @@ void expect(bool holds, const char *what) {
     }
 }
 
-void play(Pool &pool, RlvDevice device, const std::string &folder, unsigned width) {
+/// Shows a session in a viewport; without a driver it does nothing.
+class Screen {
+public:
+    Screen(VulkanDevice *device, const Session &session, unsigned width, unsigned height) : session_(session) {
+        if (device) {
+            viewport_ = std::make_unique<Viewport>(*device, session.context(), width, height);
+        }
+    }
+
+    /// Follows the session. `some` says whether it changed points: then some of them are written and not all, else none.
+    void follow(bool some) {
+        if (viewport_) {
+            const Viewport::Written written = viewport_->follow(session_.objects());
+            expect((written.points > 0) == some && written.points < written.all, "what changed is written again, and no more");
+            written_ += written.points;
+            all_ = written.all;
+            ++times_;
+        }
+    }
+
+    /// Draws to a file what the renderer shows, but for shadows, in another picture.
+    void compare(const Camera &camera, const Picture &rendered, const std::string &path) {
+        if (!viewport_) {
+            std::printf("no Vulkan driver, so no viewport\n");
+            return;
+        }
+        const Picture drawn = viewport_->draw(camera);
+        drawn.write(path);
+        const std::size_t apart = drawn.apart(rendered, 0.02f);
+        std::printf("viewport: %zu of %zu pixels apart from the renderer's; %.1f %% of the points written after an edit\n", apart,
+                    drawn.covered_count(), 100.0 * static_cast<double>(written_) / static_cast<double>(all_ * times_));
+        // Silhouettes, and edges of strokes where triangles are coarser than the surface.
+        expect(100 * apart <= 4 * drawn.covered_count(), "the viewport shows what the renderer does");
+    }
+
+    /// Makes buffers of the objects.
+    void begin() {
+        if (viewport_) {
+            const Viewport::Written written = viewport_->follow(session_.objects());
+            expect(written.points == written.all, "all points are written at first");
+        }
+    }
+
+private:
+    const Session &session_;
+    std::unique_ptr<Viewport> viewport_;
+    std::size_t written_ = 0, all_ = 0, times_ = 0;
+};
+
+void play(Pool &pool, VulkanDevice *vulkan, bool on_device, const std::string &folder, unsigned width) {
     const std::string path = folder + "/scene.studio";
-    Session session(pool, device);
+    const auto context = [&] {
+        return on_device && vulkan ? vulkan->context(pool.options(RLV_DEVICE_GPU))
+                                   : relievo::Context::create(pool.options(RLV_DEVICE_CPU));
+    };
+    Session session(context());
     const auto field = session.add("field", make_field(session.context(), 6, 4), relievo::moved(0, 0, 0));
     const auto ball = session.add("ball", make_ball(session.context()), relievo::moved(0, 0, 0));
+    const unsigned height = width * 9 / 16;
+    Screen screen(vulkan, session, width, height);
+    screen.begin();
 
     // The artist carves and paints the ball, then rolls it through the field.
     RlvBrushOptions brush = RLV_BRUSH_OPTIONS_INIT;
@@ -88,27 +145,33 @@ void play(Pool &pool, RlvDevice device, const std::string &folder, unsigned widt
     brush.action = RLV_BRUSH_SCULPT;
     brush.height = 0.12f;
     session.stroke(ball, brush, settings, ring(0.8, 0.0));
+    screen.follow(true);
     brush.action = RLV_BRUSH_PAINT;
     const float red[4] = {0.7f, 0.1f, 0.05f, 1.0f};
     std::copy(red, red + 4, brush.color);
     session.stroke(ball, brush, settings, ring(0.5, 0.5));
+    screen.follow(true);
     session.move(ball, relievo::moved(-2.0, 0.2, 0.55));
+    screen.follow(false);
     session.press(ball, field, relievo::moved(1.2, 0.2, 0.55));
+    screen.follow(true);
     const auto done = state(session);
     const std::size_t steps = session.steps();
 
     // All is undone, the host's own steps and those of documents, and done again.
     while (session.undo()) {
     }
+    screen.follow(true);
     expect(state(session) != done, "undone steps change something");
     while (session.redo()) {
     }
+    screen.follow(true);
     expect(state(session) == done, "steps that are done again give the same points");
     std::printf("%zu steps undone and done again\n", steps);
 
     // The scene goes through its file.
     session.save(path);
-    const Session opened(pool, device, path);
+    const Session opened(context(), path);
     expect(state(opened) == done, "a scene that is opened has the same points");
     std::size_t bytes = 0, edits = 0;
     for (const Object &object : opened.objects()) {
@@ -117,11 +180,13 @@ void play(Pool &pool, RlvDevice device, const std::string &folder, unsigned widt
     }
     std::printf("%zu objects with %zu edits in %zu bytes of documents\n", opened.objects().size(), edits, bytes);
 
-    // The renderer shows what was opened.
+    // The renderer shows what was opened, and the viewport what was edited.
     const Renderer renderer(pool, opened.objects());
-    const Picture picture = renderer.render({{4.2f, -4.6f, 3.4f}, {0.4f, 0.1f, 0.0f}}, width, width * 9 / 16);
+    const Camera camera{{4.2f, -4.6f, 3.4f}, {0.4f, 0.1f, 0.0f}};
+    const Picture picture = renderer.render(camera, width, height, true);
     picture.write(folder + "/picture.ppm");
-    std::printf("%zu of %zu pixels show objects\n", picture.covered, picture.pixels.size());
+    std::printf("%zu of %zu pixels show objects\n", picture.covered_count(), picture.pixels.size());
+    screen.compare(camera, renderer.render(camera, width, height, false), folder + "/viewport.ppm");
 }
 
 } // namespace
@@ -138,7 +203,8 @@ int main(int count, char **words) {
             const bool on_device = count > 2 && std::strcmp(words[2], "gpu") == 0;
             const int width = count > 3 ? std::atoi(words[3]) : 480;
             expect(width >= 16 && width <= 8192, "WIDTH is 16 to 8192");
-            play(pool, on_device ? RLV_DEVICE_GPU : RLV_DEVICE_CPU, words[1], static_cast<unsigned>(width));
+            const auto vulkan = VulkanDevice::open();
+            play(pool, vulkan.get(), on_device, words[1], static_cast<unsigned>(width));
         }
         const heap::Use use = heap::use();
         std::printf("%.1f MiB of the host's memory at most\n", static_cast<double>(use.most) / 1048576.0);

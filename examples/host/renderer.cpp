@@ -1,37 +1,12 @@
 #include "renderer.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <limits>
-#include <numeric>
 #include <stdexcept>
 
 namespace studio {
 
 namespace {
-
-using Vec = relievo::Float3;
-
-Vec operator+(const Vec &a, const Vec &b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-Vec operator-(const Vec &a, const Vec &b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Vec operator*(const Vec &a, float s) { return {a[0] * s, a[1] * s, a[2] * s}; }
-float dot(const Vec &a, const Vec &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vec cross(const Vec &a, const Vec &b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-Vec normalized(const Vec &a) { return a * (1.0f / std::sqrt(std::max(dot(a, a), 1e-30f))); }
-
-/// A direction of an object in the world: columns of the matrix are the images of the axes.
-Vec turned(const relievo::Matrix &matrix, const Vec &v) {
-    Vec made{};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-        for (std::size_t column = 0; column < 3; ++column) {
-            made[axis] += static_cast<float>(matrix[3 * column + axis]) * v[column];
-        }
-    }
-    return made;
-}
 
 const Vec SUN = normalized({0.5f, -0.6f, 0.6f});
 
@@ -113,9 +88,8 @@ Renderer::~Renderer() {
     rtcReleaseDevice(device_);
 }
 
-void Renderer::row(const Camera &camera, unsigned y, Picture &picture, std::size_t &covered) const {
-    const Vec ahead = normalized(camera.target - camera.eye);
-    const Vec right = normalized(cross(ahead, {0, 0, 1})), up = cross(right, ahead);
+void Renderer::row(const Camera &camera, unsigned y, bool shadows, Picture &picture) const {
+    const auto [ahead, right, up] = camera.axes();
     const auto size = static_cast<float>(picture.width);
     const float v = (0.5f * static_cast<float>(picture.height) - static_cast<float>(y) - 0.5f) / size;
     // Hits of each object are shaded together, since a call for many costs little more than one for a single one.
@@ -140,12 +114,12 @@ void Renderer::row(const Camera &camera, unsigned y, Picture &picture, std::size
     }
     for (std::size_t object = 0; object < shown_.size(); ++object) {
         const relievo::ShadedHits shaded = shown_[object]->procedural.evaluate(hits[object], true);
-        covered += hits[object].size();
         for (std::size_t k = 0; k < hits[object].size(); ++k) {
             const Vec normal = normalized(turned(shown_[object]->place, shaded.normals[k]));
             const auto [x, point] = pixels[object][k];
+            const std::size_t pixel = std::size_t{y} * picture.width + x;
             float sun = std::max(dot(normal, SUN), 0.0f);
-            if (sun > 0.0f) {
+            if (shadows && sun > 0.0f) {
                 RTCRay shadow = ray_of(point + normal * 2e-3f, SUN);
                 RTCIntersectContext context;
                 rtcInitIntersectContext(&context);
@@ -154,34 +128,17 @@ void Renderer::row(const Camera &camera, unsigned y, Picture &picture, std::size
             }
             const Vec light = Vec{0.9f, 0.82f, 0.7f} * sun + Vec{0.25f, 0.3f, 0.4f} * (0.6f + 0.4f * normal[2]);
             const auto &color = shaded.colors[k];
-            picture.pixels[y * picture.width + x] = {light[0] * color[0], light[1] * color[1], light[2] * color[2]};
+            picture.pixels[pixel] = {light[0] * color[0], light[1] * color[1], light[2] * color[2]};
+            picture.covered[pixel] = 1;
         }
     }
 }
 
-Picture Renderer::render(const Camera &camera, unsigned width, unsigned height) const {
-    Picture picture{width, height, std::vector<Vec>(std::size_t{width} * height), 0};
-    std::vector<std::size_t> covered(height, 0);
-    pool_.loop(height, [&](std::size_t y) { row(camera, static_cast<unsigned>(y), picture, covered[y]); });
-    picture.covered = std::accumulate(covered.begin(), covered.end(), std::size_t{0});
+Picture Renderer::render(const Camera &camera, unsigned width, unsigned height, bool shadows) const {
+    const std::size_t count = std::size_t{width} * height;
+    Picture picture{width, height, std::vector<Vec>(count), std::vector<std::uint8_t>(count, 0)};
+    pool_.loop(height, [&](std::size_t y) { row(camera, static_cast<unsigned>(y), shadows, picture); });
     return picture;
-}
-
-void Picture::write(const std::string &path) const {
-    std::FILE *file = std::fopen(path.c_str(), "wb");
-    if (!file) {
-        throw std::runtime_error("cannot write " + path);
-    }
-    std::fprintf(file, "P6\n%u %u\n255\n", width, height);
-    for (const Vec &pixel : pixels) {
-        for (const float value : pixel) {
-            const float light = std::min(std::max(value, 0.0f), 1.0f);
-            std::fputc(static_cast<int>(255.0f * std::pow(light, 1.0f / 2.2f) + 0.5f), file);
-        }
-    }
-    if (std::fclose(file) != 0) {
-        throw std::runtime_error("cannot write " + path);
-    }
 }
 
 } // namespace studio

@@ -2,27 +2,12 @@
 #pragma once
 
 #include "object.hpp"
+#include "picture.hpp"
 #include "pool.hpp"
 
 #include <embree3/rtcore.h>
 
 namespace studio {
-
-struct Camera {
-    relievo::Float3 eye, target;
-    /// Width of the picture at distance 1.
-    float width = 0.9f;
-};
-
-/// Linear light, row by row from the top, and how many of the pixels show an object.
-struct Picture {
-    unsigned width, height;
-    std::vector<relievo::Float3> pixels;
-    std::size_t covered;
-
-    /// Writes PPM, as sRGB encodes it.
-    void write(const std::string &path) const;
-};
 
 class Renderer {
 public:
@@ -33,8 +18,8 @@ public:
     Renderer(const Renderer &) = delete;
     Renderer &operator=(const Renderer &) = delete;
 
-    /// Renders by a sun and a sky, rows side by side on the pool.
-    Picture render(const Camera &camera, unsigned width, unsigned height) const;
+    /// Renders by a sun, which casts shadows if asked to, and a sky; rows side by side on the pool.
+    Picture render(const Camera &camera, unsigned width, unsigned height, bool shadows) const;
 
 private:
     /// A procedural with its place: what Embree's callbacks get, so that it stays where it is.
@@ -45,7 +30,7 @@ private:
         RTCScene scene;
     };
 
-    void row(const Camera &camera, unsigned y, Picture &picture, std::size_t &covered) const;
+    void row(const Camera &camera, unsigned y, bool shadows, Picture &picture) const;
 
     Pool &pool_;
     RTCDevice device_;

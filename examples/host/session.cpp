@@ -4,9 +4,7 @@
 
 namespace studio {
 
-Session::Session(Pool &pool, RlvDevice device) : context_(relievo::Context::create(pool.options(device))) {}
-
-Session::Session(Pool &pool, RlvDevice device, const std::string &path) : Session(pool, device) {
+Session::Session(relievo::Context context, const std::string &path) : Session(std::move(context)) {
     objects_ = open_scene(context_, path);
 }
 

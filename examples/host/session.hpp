@@ -3,17 +3,16 @@
 
 #include "history.hpp"
 #include "object.hpp"
-#include "pool.hpp"
 
 namespace studio {
 
 class Session {
 public:
-    /// A new scene whose work is done on `pool`; `device` is what sculpts and presses.
-    Session(Pool &pool, RlvDevice device);
+    /// A new scene, whose work is done in `context`.
+    explicit Session(relievo::Context context) : context_(std::move(context)) {}
 
     /// A scene of a file. Its documents bring their own histories; the session's begins anew.
-    Session(Pool &pool, RlvDevice device, const std::string &path);
+    Session(relievo::Context context, const std::string &path);
     // Steps of the history refer to their session.
     Session(const Session &) = delete;
     Session &operator=(const Session &) = delete;
