@@ -233,6 +233,13 @@ impl DeviceStandIns {
         (view, time): (&CrowdView, f64),
     ) -> Result<DeviceCounts> {
         self.bounds = bounds(crowd);
+        if crowd.agents().is_empty() {
+            // Kernels cannot be bound to no agents.
+            let mut frame = self.device.frame()?;
+            frame.clear(&self.room.arguments);
+            let _ = frame.submit()?;
+            return Ok(DeviceCounts::default());
+        }
         loop {
             let sizes = self.room.sizes();
             if self.room.agents != crowd.agents().len() {
