@@ -1591,6 +1591,28 @@ struct CrowdDraws {
     std::vector<std::uint32_t> first_weights;
     /// How far the vertices of each draw are on the way to their targets, 0 to 1.
     std::vector<float> blends;
+
+    /// Makes room for what a cut found, which `counts` has the numbers of, and returns buffers that lie in it.
+    template <class Counts> RlvCrowdBuffers make_room(const Counts &counts) {
+        draws.resize(counts.draw_count);
+        clusters.resize(counts.draw_count);
+        instances.resize(counts.agent_count);
+        matrices.resize(counts.matrix_count);
+        weights.resize(counts.weight_count);
+        first_weights.resize(counts.agent_count);
+        RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
+        buffers.draws = draws.data();
+        buffers.draw_capacity = draws.size();
+        buffers.clusters = reinterpret_cast<std::uint32_t *>(clusters.data());
+        buffers.instances = instances.data();
+        buffers.instance_capacity = instances.size();
+        buffers.matrices = reinterpret_cast<float *>(matrices.data());
+        buffers.matrix_capacity = matrices.size();
+        buffers.weights = weights.data();
+        buffers.weight_capacity = weights.size();
+        buffers.first_weights = first_weights.data();
+        return buffers;
+    }
 };
 
 /// The quads of agents of a few pixels, with their pictures and the texels of one picture after the other.
@@ -1643,23 +1665,7 @@ public:
     /// Returns what a cut found; `frame` is that of the last one.
     CrowdDraws draws(const RlvCrowdFrame &frame) const {
         CrowdDraws found;
-        found.draws.resize(frame.draw_count);
-        found.clusters.resize(frame.draw_count);
-        found.instances.resize(frame.agent_count);
-        found.matrices.resize(frame.matrix_count);
-        RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
-        buffers.draws = found.draws.data();
-        buffers.draw_capacity = found.draws.size();
-        buffers.clusters = reinterpret_cast<std::uint32_t *>(found.clusters.data());
-        buffers.instances = found.instances.data();
-        buffers.instance_capacity = found.instances.size();
-        buffers.matrices = reinterpret_cast<float *>(found.matrices.data());
-        buffers.matrix_capacity = found.matrices.size();
-        found.weights.resize(frame.weight_count);
-        found.first_weights.resize(frame.agent_count);
-        buffers.weights = found.weights.data();
-        buffers.weight_capacity = found.weights.size();
-        buffers.first_weights = found.first_weights.data();
+        RlvCrowdBuffers buffers = found.make_room(frame);
         found.blends.resize(frame.draw_count);
         buffers.blends = found.blends.data();
         check(rlv_crowd_get(get(), &buffers));
@@ -1704,23 +1710,7 @@ public:
     /// Copies what a cut found back, without blends; `info` is that of the last one.
     CrowdDraws draws(const RlvDeviceCrowdInfo &info) const {
         CrowdDraws found;
-        found.draws.resize(info.draw_count);
-        found.clusters.resize(info.draw_count);
-        found.instances.resize(info.agent_count);
-        found.matrices.resize(info.matrix_count);
-        found.weights.resize(info.weight_count);
-        found.first_weights.resize(info.agent_count);
-        RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
-        buffers.draws = found.draws.data();
-        buffers.draw_capacity = found.draws.size();
-        buffers.clusters = reinterpret_cast<std::uint32_t *>(found.clusters.data());
-        buffers.instances = found.instances.data();
-        buffers.instance_capacity = found.instances.size();
-        buffers.matrices = reinterpret_cast<float *>(found.matrices.data());
-        buffers.matrix_capacity = found.matrices.size();
-        buffers.weights = found.weights.data();
-        buffers.weight_capacity = found.weights.size();
-        buffers.first_weights = found.first_weights.data();
+        const RlvCrowdBuffers buffers = found.make_room(info);
         check(rlv_device_crowd_get(get(), &buffers));
         return found;
     }
