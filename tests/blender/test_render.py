@@ -75,7 +75,7 @@ class Renders(unittest.TestCase):
         return self.picture(out)
 
     def render(self, path, frame):
-        """Returns a picture of a frame of a file as it is rendered here, with the add-on."""
+        """Renders a frame of a file in this process, with the add-on, and returns the picture."""
         bpy.ops.wm.open_mainfile(filepath=path)
         self.assertIn("relievo", bpy.context.preferences.addons)
         scene, out = bpy.context.scene, f"{path}.{frame}.addon"
