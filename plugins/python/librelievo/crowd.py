@@ -178,6 +178,20 @@ class CrowdModel(Handle):
         return Mesh.of("rlv_crowd_model_mesh", self.handle, error, clip, pose)
 
 
+def draws_of(function: str, handle: Any, counts: Any) -> tuple[Any, ...]:
+    """Calls a function that copies draws of a cut, which has these counts, and returns them as `Crowd.draws`."""
+    draws, clusters = numpy.zeros(counts.draw_count, DRAW), numpy.empty((counts.draw_count, 2), numpy.uint32)
+    instances = numpy.zeros(counts.agent_count, INSTANCE)
+    matrices = numpy.empty((counts.matrix_count, 3, 4), numpy.float32)
+    capacities = {"draw_capacity": len(draws), "instance_capacity": len(instances), "matrix_capacity": len(matrices)}
+    buffers = record.fill(abi.RlvCrowdBuffers, capacities)
+    buffers.draws = draws.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdDraw))
+    buffers.instances = instances.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdInstance))
+    buffers.clusters, buffers.matrices = address(clusters), address(matrices)
+    library.call(function, handle, ctypes.byref(buffers))
+    return draws, clusters, instances, matrices
+
+
 class Crowd(Handle):
     """Agents of some models, and what a view draws of them."""
 
@@ -255,16 +269,7 @@ class Crowd(Handle):
         """What the last cut found: arrays of `abi.RlvCrowdDraw`, of model and cluster (n, 2) of each draw, of
         `abi.RlvCrowdInstance`, and of skin matrices (n, 3, 4)."""
         frame = getattr(self, "_frame", None) or record.empty(abi.RlvCrowdFrame)
-        draws, clusters = numpy.zeros(frame.draw_count, DRAW), numpy.empty((frame.draw_count, 2), numpy.uint32)
-        instances = numpy.zeros(frame.agent_count, INSTANCE)
-        matrices = numpy.empty((frame.matrix_count, 3, 4), numpy.float32)
-        counts = {"draw_capacity": len(draws), "instance_capacity": len(instances), "matrix_capacity": len(matrices)}
-        buffers = record.fill(abi.RlvCrowdBuffers, counts)
-        buffers.draws = draws.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdDraw))
-        buffers.instances = instances.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdInstance))
-        buffers.clusters, buffers.matrices = address(clusters), address(matrices)
-        library.call("rlv_crowd_get", self.handle, ctypes.byref(buffers))
-        return draws, clusters, instances, matrices
+        return draws_of("rlv_crowd_get", self.handle, frame)
 
     def impostors(self) -> tuple[Any, ...]:
         """The quads of the last cut: arrays of `abi.RlvCrowdImpostor`, of `abi.RlvCrowdPicture`, and of `abi.RlvCrowdTexel`
@@ -301,16 +306,7 @@ class DeviceCrowd(Handle):
     def draws(self) -> tuple[Any, ...]:
         """What the last cut found, copied back, as `Crowd.draws`; the matrices are those of all poses."""
         info = getattr(self, "_info", None) or record.empty(abi.RlvDeviceCrowdInfo)
-        draws, clusters = numpy.zeros(info.draw_count, DRAW), numpy.empty((info.draw_count, 2), numpy.uint32)
-        instances = numpy.zeros(info.agent_count, INSTANCE)
-        matrices = numpy.empty((info.matrix_count, 3, 4), numpy.float32)
-        counts = {"draw_capacity": len(draws), "instance_capacity": len(instances), "matrix_capacity": len(matrices)}
-        buffers = record.fill(abi.RlvCrowdBuffers, counts)
-        buffers.draws = draws.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdDraw))
-        buffers.instances = instances.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdInstance))
-        buffers.clusters, buffers.matrices = address(clusters), address(matrices)
-        library.call("rlv_device_crowd_get", self.handle, ctypes.byref(buffers))
-        return draws, clusters, instances, matrices
+        return draws_of("rlv_device_crowd_get", self.handle, info)
 
     def vulkan(self) -> Any:
         """Its Vulkan objects as numbers; see buffer.h for who may use them when."""
