@@ -16,14 +16,16 @@ bl_info = {
     "category": "Mesh",
 }
 
-from . import native, preferences
+from .core import native, preferences
 
 # In the order in which they are registered.
 MODULES = [
-    "settings", "handler", "playback", "presser", "imprint", "rebake", "preview", "brush_size", "brush", "preset",
-    "layer_list", "layer", "compact", "result", "scene", "progressive", "levels", "hook", "grip", "carve", "frames", "fluid",
-    "fluid_add", "estimate", "farm", "unused", "repair", "crowd", "panel", "foam", "server", "tissue", "decal", "pin_tool",
-    "manual", "menu",
+    "core.settings", "ops.handler", "data.playback", "ops.presser", "ops.imprint", "ops.rebake", "ops.preview",
+    "tools.brush_size", "tools.brush", "ui.preset", "data.layer_list", "ops.layer", "ops.compact", "ops.result", "ops.scene",
+    "data.progressive", "ops.levels", "ops.hook", "tools.grip", "tools.carve", "data.frames", "ops.fluid", "ops.fluid_add",
+    "ops.estimate", "ops.farm", "ops.unused", "ops.repair", "ops.crowd", "ops.foam", "ops.server", "ops.tissue", "ops.decal",
+    "ui.lists", "ui.panel", "ui.foam_panel", "ui.server_panel", "ui.tissue_panel", "ui.decal_panel", "ui.crowd_panel",
+    "tools.pin_tool", "ui.manual", "ui.menu",
 ]
 _registered = []
 
@@ -33,7 +35,7 @@ def register():
 
     preferences.register()
     _registered.append(preferences)
-    names = MODULES if native.problem() is None else ["missing", "manual"]
+    names = MODULES if native.problem() is None else ["ui.missing", "ui.manual"]
     for name in names:
         module = importlib.import_module(f".{name}", __package__)
         module.register()

@@ -20,7 +20,7 @@ import shapes
 relievo = host.empty()
 
 import librelievo as rl
-from relievo import mesh, state, view
+from relievo.data import mesh, state, view
 
 
 def grid(cells, name):
@@ -64,7 +64,7 @@ def million():
     # A result of as many points: 250,000 faces of two by two cells.
     cage = grid(499, "cage")
     with mesh.to_native(cage.data, attributes=False) as low:
-        surface = rl.Surface(relievo.native.context(), low)
+        surface = rl.Surface(relievo.core.native.context(), low)
     detail = rl.Detail(surface, tile_size=8)
     follow = rl.Tessellation(detail, coarse=2, fine=2)
     count = follow.info.point_count
@@ -80,7 +80,7 @@ def million():
 
 def brush():
     """What `RELIEVO_OT_stroke.extend` does with every event."""
-    from relievo import brush as tool
+    from relievo.tools import brush as tool
 
     target = grid(447, "brush")
     target.relievo.tile_size, target.relievo.cells = "8", "1"
@@ -117,7 +117,7 @@ def brush():
 
 def levels():
     """Another level of a million triangles, and what an event of a handle does to a hundredth of its points."""
-    from relievo import progressive
+    from relievo.data import progressive
 
     target = grid(707, "levels")
     points = mesh.get_points(target.data)

@@ -24,7 +24,7 @@ def enable():
     assert "relievo" in bpy.context.preferences.addons, "the add-on is not there"
     import relievo
 
-    problem = relievo.native.problem()
+    problem = relievo.core.native.problem()
     assert problem is None, problem
     return relievo
 
@@ -114,7 +114,7 @@ def evaluated(target):
 
 def digest(relievo, target):
     """What the detail of an object comes to."""
-    state = relievo.state.of(target)
+    state = relievo.data.state.of(target)
     tiles = numpy.repeat(numpy.arange(state.detail.info.tile_count), 9)
     uvs = numpy.tile([[u, v] for u in (0.1, 0.3, 0.5) for v in (0.1, 0.3, 0.5)], (len(tiles) // 9, 1))
     found = state.detail.evaluate(tiles, uvs, ["positions", "colors"])

@@ -121,7 +121,7 @@ class Carried(Case):
         field.relievo.kind, field.relievo.segments, field.relievo.cells = kind, "8", "2"
         data, points = field.data, host.positions(field)
         second = data.uv_layers.new(name="Lightmap")
-        at = points[self.relievo.mesh.get_corners(data)]
+        at = points[self.relievo.data.mesh.get_corners(data)]
         second.data.foreach_set("uv", (at[:, :2] / 4 + 0.25).astype(numpy.float32).ravel())
         for name in ("left", "right"):
             data.materials.append(bpy.data.materials.new(name))
@@ -137,11 +137,11 @@ class Carried(Case):
     def check(self, field):
         result = field.relievo.result
         data, points = result.data, host.positions(result)
-        corners = self.relievo.mesh.get_corners(data)
+        corners = self.relievo.data.mesh.get_corners(data)
         self.assertEqual([layer.name for layer in data.uv_layers], ["UVMap", "Lightmap"])
         self.assertEqual(data.uv_layers.active.name, field.data.uv_layers.active.name)
-        uvs = self.relievo.mesh.get_uvs(data, data.uv_layers["Lightmap"])
-        flat = self.relievo.mesh.get_uvs(data, data.uv_layers["UVMap"])
+        uvs = self.relievo.data.mesh.get_uvs(data, data.uv_layers["Lightmap"])
+        flat = self.relievo.data.mesh.get_uvs(data, data.uv_layers["UVMap"])
         # Both maps are straight, so that one tells the place on the other.
         numpy.testing.assert_allclose(uvs, flat / 2, atol=1e-5)
         places = numpy.empty((len(points), 2))
@@ -194,13 +194,13 @@ class Carried(Case):
         surface.inputs["Base Color"].default_value = (0, 0, 1, 1)
         host.draw(field, [[-0.5, 0.25, 0], [0.5, 0.25, 0]])
         self.assertNotIn("Relievo paint", left.node_tree.nodes)
-        from relievo import brush
+        from relievo.tools import brush
 
         points = json.dumps([[-0.5, 0.25, 0], [0.5, 0.25, 0]])
         host.select(field)
         steps = host.operator(brush.RELIEVO_OT_stroke, action="PAINT", points=points)
         told = steps.gi_frame.f_locals["self"].told
-        self.relievo.job.run(steps)
+        self.relievo.core.job.run(steps)
         self.assertEqual(len(told), 1)
         self.assertIn("Paint is not seen in right, whose base colour", told[0])
         self.assertIn("Relievo paint", left.node_tree.nodes)
@@ -257,10 +257,10 @@ class VisibleResults(Case):
         copy = bpy.context.active_object
         copy.location.x += 3
         bpy.context.view_layer.update()
-        before = self.relievo.state.of(field).detail.info.revision
+        before = self.relievo.data.state.of(field).detail.info.revision
         copy.relievo.kind, copy.relievo.segments = "TRIANGLES", "8"
         host.draw(copy, [[2.5, -0.25, 0], [3.5, -0.25, 0]], radius=0.2)
-        self.assertEqual(self.relievo.state.of(field).detail.info.revision, before)
+        self.assertEqual(self.relievo.data.state.of(field).detail.info.revision, before)
         self.assertNotIn(copy.relievo.result, (None, result))
         self.assertEqual(len(copy.relievo.strokes), 1)
 
@@ -315,7 +315,7 @@ class Lengths(Case):
         self.assertEqual([round(scene.brush.settings.radius, 6), scene.brush.height, scene.handle.radius], [0.1, 0.5, 3])
 
     def test_a_clipped_dent_is_said(self):
-        from relievo import imprint
+        from relievo.ops import imprint
 
         field, scene = self.scaled(4000), bpy.context.scene
         scene.frame_end, scene.relievo.imprint.voxels = 1, 2**16
@@ -329,7 +329,7 @@ class Lengths(Case):
             host.select(field, ball)
             made = host.operator(imprint.RELIEVO_OT_imprint, frame_start=-1, frame_end=-1, cache=False, images=False, image_size=64)
             told = made.gi_frame.f_locals["self"].told
-            self.relievo.job.run(made)
+            self.relievo.core.job.run(made)
             self.assertAlmostEqual(-float(host.positions(field.relievo.result)[:, 2].min()), wanted, delta=0.05 * wanted)
             self.assertEqual(any("clipped" in text for text in told), limit == 1)
 
@@ -345,7 +345,7 @@ class Undo(Case):
         """Something at random by an operator; says whether anything was done."""
         x, y = chance.uniform(-0.8, 0.8) + target.location.x, chance.uniform(-0.8, 0.8)
         host.select(target)
-        layers = list(self.relievo.state.of(target).detail.layers)
+        layers = list(self.relievo.data.state.of(target).detail.layers)
         layer, choice = chance.choice(layers), chance.random()
         try:
             if choice < 0.1:
@@ -391,7 +391,7 @@ class Undo(Case):
         def states():
             found = []
             for target in objects():
-                layers = [layer._replace(is_active=0) for layer in self.relievo.state.of(target).detail.layers]
+                layers = [layer._replace(is_active=0) for layer in self.relievo.data.state.of(target).detail.layers]
                 colors = target.data.attributes.get("Relievo colour")
                 values = numpy.empty((len(target.data.loops), 4), numpy.float32)
                 if colors is not None:
@@ -450,7 +450,7 @@ class Documents(Case):
             field = bpy.data.objects["field"]
             self.assertEqual(host.digest(self.relievo, field), before)
             self.assertEqual(len(field.relievo.strokes), 2)
-            self.assertEqual(self.relievo.state.of(field).document.info.undo_count, 2)
+            self.assertEqual(self.relievo.data.state.of(field).document.info.undo_count, 2)
             # An object that is appended beside it gets a document of its own.
             other_path = shutil.copy(path, os.path.join(folder, "other.blend"))
             with bpy.data.libraries.load(other_path) as (_there, wanted):
@@ -483,7 +483,7 @@ class Imprints(Case):
         inside = row[numpy.abs(row[:, 0]) < 0.5]
         numpy.testing.assert_allclose(inside[:, 2], -0.1, atol=0.015)
         self.assertLess(numpy.abs(row[numpy.abs(row[:, 0]) > 0.95][:, 2]).max(), 0.01)
-        state = self.relievo.state.of(field)
+        state = self.relievo.data.state.of(field)
         self.assertEqual(state.document.info.undo_count, 1)
 
     def test_a_deforming_presser_follows_its_armature_and_shape_keys(self):
@@ -562,7 +562,9 @@ class Threads(Case):
     def test_what_takes_long_is_done_on_a_thread(self):
         """Operators that run in a window as steps call of the library on the main thread only what is short."""
         import librelievo as rl
-        from relievo import brush, imprint, job, layer, preview, repair, result, scene
+        from relievo.core import job
+        from relievo.ops import imprint, layer, preview, repair, result, scene
+        from relievo.tools import brush
 
         slow = ("surface_create", "detail_create", "document_", "tessellation_create", "tessellation_update", "imprint_run")
         slow += ("imprint_sweep", "stroke_", "caster_create", "bake_", "ptex_", "layer_add", "layer_set", "evaluate", "surface_set")
@@ -654,14 +656,14 @@ class Results(Case):
             field.data.attributes["Relievo colour"].data.foreach_get("color", colors.ravel())
             heights = host.positions(field)
             self.assertEqual(heights.shape[0], 25)
-            corners = self.relievo.mesh.get_corners(field.data)
+            corners = self.relievo.data.mesh.get_corners(field.data)
             near = numpy.abs(heights[corners][:, 1] - 0.0) < 0.3
             self.assertEqual(bpy.ops.relievo.result_ptex(filepath=os.path.join(folder, "a.ptx")), {"FINISHED"})
             path = os.path.join(folder, "a.relievo")
             self.assertEqual(bpy.ops.relievo.result_document(filepath=path), {"FINISHED"})
             import librelievo as rl
 
-            made = rl.document.mesh(self.relievo.native.context(), path)
+            made = rl.document.mesh(self.relievo.core.native.context(), path)
             self.assertEqual(made.info.face_count, 16)
             self.assertTrue(near.any() and (colors[:, 3] > 0.99).all())
 

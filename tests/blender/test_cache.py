@@ -141,7 +141,7 @@ class Imprints(Case):
             numpy.testing.assert_array_equal(self.played(field), baked)
             self.open("b", "c", "other.blend")
             field = bpy.data.objects["field"]
-            self.assertTrue(self.relievo.playback.path_of(field).startswith("//../../a"))
+            self.assertTrue(self.relievo.data.playback.path_of(field).startswith("//../../a"))
             self.assertFalse(numpy.array_equal(self.played(field, 1), baked))
             numpy.testing.assert_array_equal(self.played(field), baked)
             # The add-on goes over to another way of playing it there.
@@ -253,7 +253,7 @@ class Fluids(Case):
             self.assertEqual(self.files(".rlvfluid"), [])
 
     def test_clear_frames_asks(self):
-        from relievo import fluid
+        from relievo.ops import fluid
 
         kind, asked = fluid.RELIEVO_OT_fluid_clear, []
         manager = types.SimpleNamespace(invoke_confirm=lambda *_, **shown: asked.append(shown) or {"RUNNING_MODAL"})

@@ -99,7 +99,7 @@ class Crowds(unittest.TestCase):
         twin, ahead = self.place("twin", 150.5), self.place("ahead", 150, phase=0.25)
         self.scene.frame_set(7)
         self.assertEqual(bpy.ops.relievo.crowd_show(), {"FINISHED"})
-        shown = {one.name: self.relievo.crowd.child_of(one) for one in (near, middle, far, twin, ahead)}
+        shown = {one.name: self.relievo.ops.crowd.child_of(one) for one in (near, middle, far, twin, ahead)}
         self.assertIsNone(shown["near"])
         self.assertEqual((near.instance_type, far.instance_type), ("COLLECTION", "NONE"))
         faces = {name: len(child.data.polygons) for name, child in shown.items() if child}

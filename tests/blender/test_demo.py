@@ -44,7 +44,7 @@ class Demo(unittest.TestCase):
             scene.frame_set(12)
             self.assertGreater(len(water.data.polygons), 500)
             self.assertLess(len(found["Hill"].data.polygons), 0.06 * 2 * 48 * 48)
-            self.assertEqual(relievo.state.of(shell).document.info.undo_count, 3)
+            self.assertEqual(relievo.data.state.of(shell).document.info.undo_count, 3)
 
 
 if __name__ == "__main__":

@@ -85,7 +85,7 @@ class Owners(Case):
             result = field.relievo.result
             host.select(field)
             bpy.ops.object.delete()
-            self.assertEqual(self.relievo.state.source_of(result), result)
+            self.assertEqual(self.relievo.data.state.source_of(result), result)
             self.save(os.path.join(folder, "deleted.blend"))
             bpy.ops.wm.open_mainfile(filepath=os.path.join(folder, "deleted.blend"))
 
@@ -99,7 +99,7 @@ class Owners(Case):
                 self.save(path)
                 field = self.open(path)
                 self.assertEqual(self.digest(field), before)
-            self.assertEqual(self.relievo.state.of(field).document.info.undo_count, 4)
+            self.assertEqual(self.relievo.data.state.of(field).document.info.undo_count, 4)
 
     def test_save_as_and_copies_of_files_go_on_apart(self):
         with host.folder() as folder:
@@ -129,12 +129,12 @@ class Owners(Case):
             linked = wanted.objects[0]
             bpy.context.scene.collection.objects.link(linked)
             self.save(os.path.join(folder, "linking.blend"))
-            with self.assertRaisesRegex(self.relievo.error.Refused, "Make Local"):
-                self.relievo.state.of(linked)
+            with self.assertRaisesRegex(self.relievo.core.error.Refused, "Make Local"):
+                self.relievo.data.state.of(linked)
             over = linked.override_create()
             bpy.context.scene.collection.objects.link(over)
-            with self.assertRaisesRegex(self.relievo.error.Refused, "Make Local"):
-                self.relievo.state.of(over)
+            with self.assertRaisesRegex(self.relievo.core.error.Refused, "Make Local"):
+                self.relievo.data.state.of(over)
             self.save(os.path.join(folder, "linking.blend"))
             local = linked.copy()
             bpy.context.scene.collection.objects.link(local)
@@ -161,7 +161,7 @@ class Strokes(Case):
         image.pixels.foreach_set(numpy.tile(numpy.linspace(0, 1, 8 * 8, dtype=numpy.float32)[:, None], 4).ravel())
         group.stamp = image
         bpy.ops.relievo.curves()
-        curve = self.relievo.settings.curve_nodes(group)["strength"].mapping
+        curve = self.relievo.core.settings.curve_nodes(group)["strength"].mapping
         curve.curves[0].points[0].location = (0.0, 0.8)
         curve.update()
         group.settings.strength_pressure = 1.0
@@ -171,7 +171,7 @@ class Strokes(Case):
         return field
 
     def layer(self, field, name):
-        return next(layer.id for layer in self.relievo.state.of(field).detail.layers if layer.name == name)
+        return next(layer.id for layer in self.relievo.data.state.of(field).detail.layers if layer.name == name)
 
     def test_vectors_and_pinches_are_undone_and_saved(self):
         with host.folder() as folder:
@@ -206,7 +206,7 @@ class Strokes(Case):
             self.assertEqual(count, 5)
             self.save(path)
             field = self.open(path)
-            self.relievo.document.clear(field)
+            self.relievo.data.document.clear(field)
             # Nothing is replaced unasked.
             shown = host.positions(field.relievo.result)
             self.refused(field, "The document of field is gone.*make its strokes again")
@@ -214,7 +214,7 @@ class Strokes(Case):
             host.select(field)
             self.assertEqual(bpy.ops.relievo.replay(), {"FINISHED"})
             self.assertEqual(host.digest(self.relievo, field), before)
-            made = self.relievo.state.of(field)
+            made = self.relievo.data.state.of(field)
             self.assertEqual(made.revision, field.relievo.revision)
             names = {layer.name: layer.opacity for layer in made.detail.layers}
             self.assertEqual(names["Relief"], 0.5)
@@ -249,7 +249,7 @@ class Strokes(Case):
         before = self.digest(field)
         self.assertEqual(bpy.ops.relievo.replay(), {"FINISHED"})
         self.assertEqual(self.digest(field), before)
-        self.relievo.state.forget_all()
+        self.relievo.data.state.forget_all()
         cut = bytes(field[PIECE])[:100]
         del field[PIECE]
         field[PIECE] = cut
@@ -266,7 +266,7 @@ class Strokes(Case):
         field.relievo.strokes[1].text = '{"points": 7}'
         self.assertEqual(bpy.ops.relievo.replay(), {"FINISHED"})
         # Three strokes, and the layers.
-        self.assertEqual(self.relievo.state.of(field).document.info.undo_count, 3 + 1)
+        self.assertEqual(self.relievo.data.state.of(field).document.info.undo_count, 3 + 1)
         field.relievo.layers = "nonsense"
         self.assertEqual(bpy.ops.relievo.replay(), {"FINISHED"})
 
@@ -280,9 +280,9 @@ class Strokes(Case):
             for by_events in (True, False):
                 self.setUp()
                 field = host.field()
-                made = relievo.state.of(field)
-                kept, pixels = relievo.stroke.describe(bpy.context.scene, action)
-                brush = relievo.stroke.brush(kept, pixels)
+                made = relievo.data.state.of(field)
+                kept, pixels = relievo.data.stroke.describe(bpy.context.scene, action)
+                brush = relievo.data.stroke.brush(kept, pixels)
                 if by_events:
                     drawn = rl.Stroke(made.detail, brush)
                     for point in points:
@@ -304,11 +304,11 @@ class Versions(Case):
             self.assertEqual(field.relievo.format, 1)
             heights = host.positions(field.relievo.result)
             self.assertEqual(len(heights), (4 * 8 + 1) ** 2)
-            made = self.relievo.state.of(field)
+            made = self.relievo.data.state.of(field)
             self.assertEqual(made.document.info.undo_count, 2)
             host.draw(field, [[0, 0.7, 0], [0.2, 0.7, 0]])
             after = self.digest(field)
-            self.assertEqual(field.relievo.format, self.relievo.state.FORMAT)
+            self.assertEqual(field.relievo.format, self.relievo.data.state.FORMAT)
             self.save(path)
             self.assertEqual(self.digest(self.open(path)), after)
             # Its strokes, which have fewer digits and no place, make nearly the same.
@@ -321,26 +321,26 @@ class Versions(Case):
     def test_what_a_newer_addon_may_have_written_is_told(self):
         field = host.field()
         host.draw(field, [[0, 0, 0], [0.2, 0, 0]])
-        field.relievo.format = self.relievo.state.FORMAT + 1
+        field.relievo.format = self.relievo.data.state.FORMAT + 1
         self.refused(field, "newer Relievo add-on")
         for operator in (bpy.ops.relievo.result_mesh, bpy.ops.relievo.layer_add, bpy.ops.relievo.replay):
             with self.assertRaisesRegex(RuntimeError, "newer Relievo add-on"):
                 operator()
-        field.relievo.format = self.relievo.state.FORMAT
+        field.relievo.format = self.relievo.data.state.FORMAT
         # A stroke with what is not known is made as far as it is understood; one that cannot be is left out.
         entry = field.relievo.strokes[0]
         kept = json.loads(entry.text)
         entry.text = json.dumps({**kept, "future": {"a": 1}})
         self.assertEqual(bpy.ops.relievo.replay(), {"FINISHED"})
-        self.assertEqual(self.relievo.state.of(field).document.info.undo_count, 1)
+        self.assertEqual(self.relievo.data.state.of(field).document.info.undo_count, 1)
         entry.text = json.dumps({**kept, "options": {**kept["options"], "mode": "unheard of"}})
         self.assertEqual(bpy.ops.relievo.replay(), {"FINISHED"})
-        self.assertEqual(self.relievo.state.of(field).document.info.undo_count, 0)
+        self.assertEqual(self.relievo.data.state.of(field).document.info.undo_count, 0)
 
     def test_a_damaged_document_is_refused(self):
         field = host.field()
         host.draw(field, [[0, 0, 0], [0.2, 0, 0]])
-        self.relievo.state.forget_all()
+        self.relievo.data.state.forget_all()
         packed, history = bytes(field[PIECE]), field["relievo_history"]
         flipped = bytearray(packed)
         flipped[len(packed) // 2] ^= 1

@@ -73,7 +73,7 @@ class Resumed(Case):
         return [self.at(frame).copy() for frame in range(1, 7)]
 
     def test_a_cancelled_simulation_goes_on_to_the_bit(self):
-        from relievo import fluid
+        from relievo.ops import fluid
 
         self.pouring()
         self.simulate()
@@ -401,7 +401,7 @@ class Simulating(Case):
     def test_damaged_and_missing_frames_are_told(self):
         self.part("FILL", "water", (0, 0, 0), (0.3, 0.4, 0.4))
         self.simulate()
-        frames = sys.modules["relievo.frames"]
+        frames = sys.modules["relievo.data.frames"]
         path = frames.path_of(self.domain.relievo.fluid.cache, frames.PARTICLES, 4)
         data = Path(path).read_bytes()
         for kept in (data[:100], b"", data[:-200], b"PK\3\4" + bytes(99), os.urandom(500)):
@@ -411,7 +411,7 @@ class Simulating(Case):
         newer[8:12] = (1000).to_bytes(4, "little")
         Path(path).write_bytes(newer)
         self.assertRegex(frames.show(self.domain, 4), "version 1000")
-        context = sys.modules["relievo.native"].context()
+        context = sys.modules["relievo.core.native"].context()
         with sys.modules["librelievo"].Particles(context, numpy.zeros((1, 3))) as made:
             made.write(path)
         self.assertRegex(frames.show(self.domain, 4), "no velocities")

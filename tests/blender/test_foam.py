@@ -76,7 +76,7 @@ class Foaming(Case):
     def test_a_damaged_frame_and_limits_that_contradict_are_told(self):
         self.simulate()
         self.bake()
-        from relievo import foam
+        from relievo.ops import foam
 
         path = Path(foam.path_at(self.domain, 6))
         path.write_bytes(path.read_bytes()[:-1])

@@ -99,7 +99,7 @@ class Menus(Case):
             layout = drawn(getattr(bpy.types, name))
             found |= set(layout.operators)
             left += [other for other in layout.menus if other not in seen]
-        from relievo import menu
+        from relievo.ui import menu
 
         image = Recorder()
         menu.draw_image(type("Drawn", (), {"layout": image})(), bpy.context)
@@ -110,9 +110,9 @@ class Menus(Case):
         # Blender's own menus have ours, until the add-on is disabled.
         places = ("VIEW3D_MT_object", "VIEW3D_MT_object_context_menu", "VIEW3D_MT_add", "IMAGE_MT_image")
         functions = lambda: [one for name in places for one in getattr(bpy.types, name)._dyn_ui_initialize()]
-        self.assertEqual(len([one for one in functions() if one.__module__ == "relievo.menu"]), 4)
+        self.assertEqual(len([one for one in functions() if one.__module__ == "relievo.ui.menu"]), 4)
         bpy.ops.preferences.addon_disable(module="relievo")
-        self.assertEqual([one for one in functions() if one.__module__ == "relievo.menu"], [])
+        self.assertEqual([one for one in functions() if one.__module__ == "relievo.ui.menu"], [])
         host.enable()
 
     def test_operators_and_settings_have_tooltips(self):
@@ -160,7 +160,7 @@ class Menus(Case):
 
 class Presets(Case):
     def test_presets_set_what_they_say_and_no_lengths(self):
-        from relievo import preset
+        from relievo.ui import preset
 
         field = host.field()
         host.select(field)
@@ -248,7 +248,7 @@ class Brush(Case):
         self.assertLess(kept[2]["height"], 0)
 
     def test_the_circle_lies_on_the_surface(self):
-        from relievo import ring
+        from relievo.tools import ring
 
         normal = numpy.array([0.6, 0.0, 0.8])
         points = ring.circle(numpy.array([1.0, 2.0, 3.0]), normal, 0.5)
@@ -313,7 +313,7 @@ class Pressing(Case):
         self.assertAlmostEqual(float(host.positions(field.relievo.result)[:, 2].min()), -0.04, delta=0.01)
 
     def test_what_touches_nothing_is_warned_of(self):
-        from relievo import imprint
+        from relievo.ops import imprint
 
         field, ball = self.pressed()
         ball.location.z = 5
@@ -321,7 +321,7 @@ class Pressing(Case):
         options = {"frame_start": 1, "frame_end": 1, "cache": False, "images": False, "image_size": 64}
         steps = host.operator(imprint.RELIEVO_OT_imprint, **options)
         told = steps.gi_frame.f_locals["self"].told
-        self.relievo.job.run(steps)
+        self.relievo.core.job.run(steps)
         self.assertEqual(len(told), 1)
         self.assertIn("ball touched field nowhere in frames 1 to 1", told[0])
         self.assertFalse(field.relievo_press.is_there)
@@ -357,7 +357,7 @@ class Pressing(Case):
         field, ball = self.pressed()
         self.imprint()
         before, revision = host.positions(field.relievo.result), field.relievo.revision
-        from relievo import rebake
+        from relievo.ops import rebake
 
         options = {"frame_start": 1, "frame_end": 30, "cache": False, "images": False, "image_size": 64}
         for turns in (3, 9, 14):
@@ -366,12 +366,12 @@ class Pressing(Case):
                 next(steps)[2](None)
             steps.close()
             numpy.testing.assert_array_equal(host.positions(field.relievo.result), before)
-            self.assertEqual(self.relievo.state.of(field).revision, revision)
+            self.assertEqual(self.relievo.data.state.of(field).revision, revision)
 
 
 class Layers(Case):
     def names(self, field):
-        return [layer.name for layer in self.relievo.state.of(field).detail.layers]
+        return [layer.name for layer in self.relievo.data.state.of(field).detail.layers]
 
     def test_the_list_renames_hides_and_chooses(self):
         field = host.field()
@@ -394,7 +394,7 @@ class Layers(Case):
         self.assertGreater(host.positions(field.relievo.result)[:, 2].max(), 0.08)
         # Strokes go to what was chosen.
         field.relievo_layers.active = relief
-        active = [layer.name for layer in self.relievo.state.of(field).detail.layers if layer.is_active]
+        active = [layer.name for layer in self.relievo.data.state.of(field).detail.layers if layer.is_active]
         self.assertIn(rows[relief].name, active)
         # Buttons are about the row that was chosen, and move it in both lists.
         bpy.ops.relievo.layer_change(action="UP")
@@ -430,7 +430,7 @@ class Work(Case):
     def test_the_view_turns_while_something_is_at_work(self):
         from types import SimpleNamespace
 
-        from relievo import job
+        from relievo.core import job
 
         at_work = SimpleNamespace(work=SimpleNamespace(is_cancelled=False))
         event = lambda kind: SimpleNamespace(type=kind, value="PRESS")
@@ -445,12 +445,12 @@ class Work(Case):
             host.draw(field, [[-0.5, y, 0], [0.5, y, 0]], radius=0.2)
         before, shown = host.digest(self.relievo, field), host.positions(field.relievo.result)
         bpy.ops.ed.undo_push(message="strokes")
-        size = lambda: len(self.relievo.state.of(field).data().data)
+        size = lambda: len(self.relievo.data.state.of(field).data().data)
         whole, uid = size(), field.relievo.uid
         host.select(field)
         self.assertEqual(bpy.ops.relievo.compact(), {"FINISHED"})
         self.assertLess(size(), 0.8 * whole)
-        self.assertEqual(self.relievo.state.of(field).document.info.undo_count, 0)
+        self.assertEqual(self.relievo.data.state.of(field).document.info.undo_count, 0)
         self.assertEqual(host.digest(self.relievo, field), before)
         numpy.testing.assert_array_equal(host.positions(field.relievo.result), shown)
         bpy.ops.ed.undo_push(message="compact")
@@ -461,12 +461,12 @@ class Work(Case):
         field = bpy.data.objects["field"]
         self.assertEqual(field.relievo.uid, uid)
         self.assertEqual(host.digest(self.relievo, field), before)
-        self.assertEqual(self.relievo.state.of(field).document.info.undo_count, 3)
+        self.assertEqual(self.relievo.data.state.of(field).document.info.undo_count, 3)
 
 
 class Tools(Case):
     def test_tools_have_icons_of_their_own_that_are_there(self):
-        from relievo import brush, carve, grip, pin_tool
+        from relievo.tools import brush, carve, grip, pin_tool
 
         tools = [brush.PaintTool, brush.SculptTool, grip.HandleTool, carve.LevelSculptTool, pin_tool.PinTool]
         folder = Path(bpy.utils.system_resource("DATAFILES", path="icons"))
@@ -502,7 +502,7 @@ class Added(Case):
 
 class Manual(Case):
     def test_the_page_has_a_part_for_every_operator(self):
-        from relievo import manual
+        from relievo.ui import manual
 
         text = manual.SOURCE.read_text(encoding="utf-8")
         page = manual.page(text)

@@ -133,7 +133,7 @@ class Building(Case):
         self.assertFalse(field.data.validate())
 
     def test_custom_normals_stay_and_turn_with_edits(self):
-        ball, mesh = host.ball(1.0, rings=24), self.relievo.mesh
+        ball, mesh = host.ball(1.0, rings=24), self.relievo.data.mesh
 
         def tilted(points):
             found = points + numpy.float32((0.0, 0.0, 0.5))
@@ -195,14 +195,14 @@ class Building(Case):
         self.refused(build, "is the result of")
         textured = host.field(name="textured")
         textured.vertex_groups.new(name="group")
-        self.assertEqual(self.relievo.progressive.left_out(textured), ["vertex groups"])
+        self.assertEqual(self.relievo.data.progressive.left_out(textured), ["vertex groups"])
         self.built(textured)
         # Its levels are written no more once there is detail.
         host.draw(textured, [[0, 0, 0], [0.2, 0, 0]])
         count = triangles(textured)
         textured.relievo.progressive.ratio = 0.2
         self.assertEqual(triangles(textured), count)
-        self.assertIn("detail", self.relievo.progressive.trouble(textured))
+        self.assertIn("detail", self.relievo.data.progressive.trouble(textured))
         host.select(textured)
         self.refused(bpy.ops.relievo.levels_clear, "has detail", keep="ORIGINAL")
         self.assertEqual(bpy.ops.relievo.levels_clear(keep="LEVEL"), {"FINISHED"})
@@ -213,7 +213,7 @@ class Building(Case):
         ball = host.ball(1.0, rings=64)
         host.select(ball)
         before, count = shape(ball), len(bpy.data.meshes)
-        kind, fractions = self.relievo.levels.RELIEVO_OT_levels_build, []
+        kind, fractions = self.relievo.ops.levels.RELIEVO_OT_levels_build, []
 
         def progress(fraction, _stage):
             fractions.append(fraction)
@@ -238,7 +238,7 @@ class Building(Case):
         other = self.built(host.ball(1.0, "other"))
         ball.name = "renamed"
         ball.relievo.progressive.ratio = 0.5
-        progressive = self.relievo.progressive
+        progressive = self.relievo.data.progressive
         uids = [target.relievo.progressive.uid for target in (ball, other)]
         self.assertNotIn(first, uids)
         self.assertEqual(set(progressive._wholes), set(uids))
@@ -251,13 +251,13 @@ class Building(Case):
         count = triangles(ball)
         self.settle("coarse")
         self.assertEqual(bpy.ops.relievo.levels_clear(keep="LEVEL"), {"FINISHED"})
-        self.assertEqual((triangles(ball), self.relievo.progressive.is_there(ball)), (count, False))
+        self.assertEqual((triangles(ball), self.relievo.data.progressive.is_there(ball)), (count, False))
         self.settle("clear")
         bpy.ops.ed.undo()
         ball = bpy.data.objects["ball"]
         self.assertEqual(bpy.ops.relievo.levels_clear(keep="ORIGINAL"), {"FINISHED"})
         numpy.testing.assert_array_equal(shape(ball), before)
-        self.assertNotIn(self.relievo.progressive.PACKED, ball)
+        self.assertNotIn(self.relievo.data.progressive.PACKED, ball)
 
 
 class Edits(Case):
@@ -276,7 +276,7 @@ class Edits(Case):
         turn = {"axis": (0, 2, 0), "angle": 0.6, "falloff": "LINEAR", "anchors": json.dumps(anchors)}
         self.assertEqual(self.pull(ball, **turn), {"FINISHED"})
         # The library itself, edited at the same level.
-        level = rl.Level(rl.Progressive(self.relievo.mesh.Triangles(options.original).build()))
+        level = rl.Level(rl.Progressive(self.relievo.data.mesh.Triangles(options.original).build()))
         level.set_triangles(round(0.1 * options.finest))
         made = rl.Grip(rl.Region((0, 0, 1), numpy.float32(0.8), "linear"), (0, 0, 0.5), (0, 1, 0), numpy.float32(0.6))
         level.edit([made], [rl.Region((1, 0, 0), 0.5)])
@@ -401,7 +401,7 @@ class Edits(Case):
     def test_a_cancelled_edit_leaves_nothing(self):
         ball = self.built(host.ball(1.0, rings=64))
         before = shape(ball)
-        kind = self.relievo.grip.RELIEVO_OT_levels_edit
+        kind = self.relievo.tools.grip.RELIEVO_OT_levels_edit
         named = {"point": (0, 0, 1), "radius": 0.8, "falloff": "SMOOTH", "move": (0, 0, 1), "axis": (0, 0, 1)}
         steps = host.operator(kind, angle=0.0, anchors="", **named)
         next(steps)[2](None)
@@ -433,10 +433,10 @@ class Strokes(Case):
         world = [[1, 2, 5, 1.0, 0.0], [1.5, 2, 4.9, 0.5, 0.1]]
         settings = {"sculpt_mode": "DRAW", "height": 0.3, "radius": 1.2, "size_pressure": 1.0, "spacing": 0.5}
         self.assertEqual(self.draw(ball, world, **settings), {"FINISHED"})
-        kept = self.relievo.settings.values(bpy.context.scene.relievo.brush.settings)
-        level = rl.Level(rl.Progressive(self.relievo.mesh.Triangles(options.original).build()))
+        kept = self.relievo.core.settings.values(bpy.context.scene.relievo.brush.settings)
+        level = rl.Level(rl.Progressive(self.relievo.data.mesh.Triangles(options.original).build()))
         level.set_triangles(round(0.1 * options.finest))
-        made = rl.Brush(self.relievo.native.context(), {**kept, "radius": kept["radius"] / 2}, action="sculpt", height=numpy.float32(0.3))
+        made = rl.Brush(self.relievo.core.native.context(), {**kept, "radius": kept["radius"] / 2}, action="sculpt", height=numpy.float32(0.3))
         level.sculpt(made, [[0, 0, 1, 1.0, 0.0], [0.25, 0, 0.95, 0.5, 0.1]])
         for ratio in (0.1, 1.0, 0.3):
             options.ratio = ratio
@@ -474,7 +474,7 @@ class Strokes(Case):
             ball.relievo.progressive.ratio = 0.5
             for points in ([[0, 0, 1]], [[0, 0, -1]]):
                 self.assertEqual(self.draw(ball, points, height=0.3, radius=0.6), {"FINISHED"})
-            kept = [name for name in ball.keys() if name.startswith(self.relievo.progressive.STAMPS)]
+            kept = [name for name in ball.keys() if name.startswith(self.relievo.data.progressive.STAMPS)]
             self.assertEqual(len(kept), 1)
             coarse = places(ball)
             ball.relievo.progressive.ratio = 1.0
@@ -493,7 +493,7 @@ class Strokes(Case):
             ball = bpy.data.objects["ball"]
             del ball[kept[0]]
             ball.relievo.progressive.ratio = 1.0
-            self.assertIn("its stamp dots is gone", self.relievo.progressive.trouble(ball))
+            self.assertIn("its stamp dots is gone", self.relievo.data.progressive.trouble(ball))
             host.select(ball)
             bpy.ops.relievo.levels_clear(keep="LEVEL")
             self.assertFalse([name for name in ball.keys() if name.startswith("relievo_")])
@@ -559,7 +559,7 @@ class Hooks(Case):
         import librelievo as rl
 
         options = ball.relievo.progressive
-        level = rl.Level(rl.Progressive(self.relievo.mesh.Triangles(options.original).build()))
+        level = rl.Level(rl.Progressive(self.relievo.data.mesh.Triangles(options.original).build()))
         level.set_triangles(round(0.1 * options.finest))
         radius = numpy.float32(0.8)
         grips = [
@@ -616,7 +616,7 @@ class Hooks(Case):
         self.assertGreater(found[:, 2].max(), 1.25)
         self.assertLess(found[:, 2].min(), -1.4)
         self.assertEqual(len(ball.relievo.progressive.edits), 1)
-        self.assertFalse(self.relievo.progressive.trouble(ball))
+        self.assertFalse(self.relievo.data.progressive.trouble(ball))
 
     def test_hooks_are_released_with_the_shape_or_without(self):
         for keep, highest in (("SHAPE", 1.3), ("REST", 1.0)):
@@ -651,7 +651,7 @@ class Hooks(Case):
         ball.relievo.progressive.hooked_at = "nonsense"
         other.location = (0.5, 0, 0)
         bpy.context.view_layer.update()
-        self.assertIn("release them", self.relievo.progressive.trouble(ball))
+        self.assertIn("release them", self.relievo.data.progressive.trouble(ball))
 
 
 class Files(Case):
@@ -711,7 +711,7 @@ class Files(Case):
             path = os.path.join(folder, "levels.blend")
             ball = self.built()
             bpy.ops.wm.save_as_mainfile(filepath=path)
-            name = self.relievo.progressive.PACKED
+            name = self.relievo.data.progressive.PACKED
             whole = bytes(ball[name])
             for packed in (None, 7, whole[:100], whole[:-1]):
                 bpy.ops.wm.open_mainfile(filepath=path)
@@ -722,7 +722,7 @@ class Files(Case):
                 count = triangles(ball)
                 ball.relievo.progressive.ratio = 0.1
                 self.assertEqual(triangles(ball), count)
-                self.assertTrue(self.relievo.progressive.trouble(ball))
+                self.assertTrue(self.relievo.data.progressive.trouble(ball))
                 host.select(ball)
                 self.refused(bpy.ops.relievo.levels_write, "the file keeps|The file keeps", filepath=os.path.join(folder, "ball.rlvpm"))
             ball.relievo.progressive.format += 1
@@ -744,7 +744,7 @@ class Undo(Case):
         for wanted in reversed(seen[:-1]):
             bpy.ops.ed.undo()
             numpy.testing.assert_array_equal(shape(bpy.data.objects["ball"]), wanted)
-        self.assertFalse(self.relievo.progressive.is_there(bpy.data.objects["ball"]))
+        self.assertFalse(self.relievo.data.progressive.is_there(bpy.data.objects["ball"]))
         for wanted in seen[1:]:
             bpy.ops.ed.redo()
             numpy.testing.assert_array_equal(shape(bpy.data.objects["ball"]), wanted)

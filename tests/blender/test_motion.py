@@ -72,7 +72,7 @@ class Following(Case):
         field.relievo.cells = "32"
         self.frames(1, 3)
         ball = skinned_ball((0, 0.25, 0.25), (-0.35, 0.35))
-        self.assertTrue((self.relievo.imprint.Presser(ball, bpy.context.evaluated_depsgraph_get()).now == numpy.array(ball.matrix_world)).all())
+        self.assertTrue((self.relievo.ops.imprint.Presser(ball, bpy.context.evaluated_depsgraph_get()).now == numpy.array(ball.matrix_world)).all())
         track = self.track(self.imprint(field, ball))
         inside = track[numpy.abs(track[:, 0]) < 0.4]
         # The tip is 1.75 + 0.3 below the pivot: at its lowest -0.05, elsewhere on the chords between the frames.
@@ -164,7 +164,8 @@ class Following(Case):
         host.draw(field, [[0, 0, 0], [0.2, 0, 0]])
         before = host.digest(self.relievo, field)
         host.select(field, ball)
-        from relievo import imprint, job
+        from relievo.core import job
+        from relievo.ops import imprint
 
         def steps():
             options = {"frame_start": -1, "frame_end": -1, "cache": False, "images": False, "image_size": 64}
@@ -178,7 +179,7 @@ class Following(Case):
             worker.stop()
             self.assertTrue(worker.is_done)
             self.assertEqual(host.digest(self.relievo, field), before)
-            self.assertFalse(self.relievo.state.of(field).document.info.is_open)
+            self.assertFalse(self.relievo.data.state.of(field).document.info.is_open)
         # Progress goes up, and what is left alone gets to its end.
         worker, shares = job.Worker(steps()), []
         tell, worker.progress = worker.progress, lambda *told: shares.append(told[0]) or tell(*told)
@@ -191,7 +192,8 @@ class Following(Case):
 
 class Progress(Case):
     def test_progress_of_an_imprint_never_falls(self):
-        from relievo import imprint, job
+        from relievo.core import job
+        from relievo.ops import imprint
 
         shares, field = [], host.field()
         balls = [host.ball(0.2, f"ball {number}", rings=6) for number in range(2)]
@@ -220,7 +222,7 @@ class Progress(Case):
 
 class Previews(Case):
     def preview(self):
-        from relievo import preview
+        from relievo.ops import preview
 
         return preview
 
@@ -244,7 +246,7 @@ class Previews(Case):
         return field, ball
 
     def check_clean(self, field):
-        made = self.relievo.state.of(field)
+        made = self.relievo.data.state.of(field)
         self.assertEqual(host.digest(self.relievo, field), self.digest)
         self.assertEqual((made.document.info.undo_count, made.document.info.is_open), (1, 0))
 
@@ -281,7 +283,7 @@ class Previews(Case):
         shown = running.shown
         ball.location.x = 0.3
         bpy.context.view_layer.update()
-        from relievo import view
+        from relievo.data import view
 
         # However fast the dent is made, it is under way until it may go on.
         follow, go_on = view.follow, threading.Event()
@@ -400,7 +402,7 @@ class Playback(Case):
             self.assertEqual(len(last), len(shown[3]))
 
     def test_a_render_does_not_write_from_its_thread_while_the_interface_is_open(self):
-        from relievo import playback
+        from relievo.data import playback
 
         field = host.field()
         host.draw(field, [[0, 0, 0], [0.2, 0, 0]])

@@ -82,7 +82,7 @@ class Repairs(unittest.TestCase):
         soup = self.soup()
         self.repair(soup, fill=False)
         data = soup.data
-        points, corners = host.positions(soup), self.relievo.mesh.get_corners(soup.data)
+        points, corners = host.positions(soup), self.relievo.data.mesh.get_corners(soup.data)
         self.assertEqual(data.uv_layers.active.name, "second")
         for layer, factor in (("first", 1.0), ("second", 0.5)):
             uvs = numpy.empty((len(corners), 2), numpy.float32)
@@ -126,7 +126,8 @@ class Repairs(unittest.TestCase):
         self.assertNotEqual(other.data, soup.data)
 
     def test_a_cancelled_repair_changes_nothing(self):
-        from relievo import job, repair
+        from relievo.core import job
+        from relievo.ops import repair
 
         soup = self.soup()
         host.select(soup)

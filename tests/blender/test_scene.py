@@ -49,13 +49,13 @@ class Scenes(unittest.TestCase):
         """What the add-on has against the document that the run wrote."""
         import librelievo as rl
 
-        made = self.relievo.state.of(field)
+        made = self.relievo.data.state.of(field)
         made.set_pose(made.rest)
         made.detail.commit()
         documents = list(Path(folder, "out").rglob("*.relievo"))
         self.assertEqual(len(documents), 1, documents)
-        with self.relievo.mesh.to_native(field.data) as cage:
-            surface = rl.Surface(self.relievo.native.context(), cage, kind=made.kind.lower())
+        with self.relievo.data.mesh.to_native(field.data) as cage:
+            surface = rl.Surface(self.relievo.core.native.context(), cage, kind=made.kind.lower())
         other = rl.Detail(surface, tile_size=made.tile_size)
         other.add_paint(color=(0.8, 0.8, 0.8, 1.0), tile_size=made.tile_size)
         kept = rl.Document.open(other, str(documents[0]))
@@ -84,7 +84,7 @@ class Scenes(unittest.TestCase):
             group.stamp = image
             group.stamp_settings.scale, group.stamp_settings.angle = 1.5, 0.4
             bpy.ops.relievo.curves()
-            curve = self.relievo.settings.curve_nodes(group)["size"].mapping
+            curve = self.relievo.core.settings.curve_nodes(group)["size"].mapping
             curve.curves[0].points[0].location = (0.0, 0.5)
             curve.update()
             group.settings.size_pressure = 1.0
@@ -100,7 +100,7 @@ class Scenes(unittest.TestCase):
             self.compare(folder, field, 2e-3)
 
     def layer(self, field, name):
-        return next(layer.id for layer in self.relievo.state.of(field).detail.layers if layer.name == name)
+        return next(layer.id for layer in self.relievo.data.state.of(field).detail.layers if layer.name == name)
 
     def test_a_sheared_surface_and_a_sheared_collider_that_turns(self):
         with host.folder() as folder:

@@ -124,7 +124,7 @@ class Documents(Case):
             steps.append(self.digest(field))
         for place in (2, 1, 0):
             bpy.ops.ed.undo()
-            self.relievo.state.forget_all()
+            self.relievo.data.state.forget_all()
             self.assertEqual(self.digest(bpy.data.objects["field"]), steps[place])
         for place in (1, 2):
             bpy.ops.ed.redo()
@@ -165,7 +165,7 @@ class Documents(Case):
 
     def test_an_edit_adds_what_it_changed(self):
         """Pieces are the file of the document, and those before the last stay."""
-        document = self.relievo.document
+        document = self.relievo.data.document
         field = host.field()
         with mock.patch.object(document, "GROWING", 2000):
             seen = {}
@@ -178,24 +178,24 @@ class Documents(Case):
                 self.assertLessEqual(len(changed), 1)
                 self.assertTrue(all(len(seen[name]) < 2000 for name in changed))
                 seen = pieces
-                made = self.relievo.state.of(field)
+                made = self.relievo.data.state.of(field)
                 self.assertEqual(b"".join(pieces.values()), Path(made.path).read_bytes())
             self.assertGreater(len(seen), 3)
         before = self.digest(field)
-        self.relievo.state.forget_all()
+        self.relievo.data.state.forget_all()
         self.assertEqual(self.digest(field), before)
-        self.assertEqual(self.relievo.state.of(field).document.info.undo_count, 12)
+        self.assertEqual(self.relievo.data.state.of(field).document.info.undo_count, 12)
 
     def test_a_crash_leaves_a_document_in_the_temporary_folder(self):
         field = self.dented()
         before = self.digest(field)
-        made = self.relievo.state.of(field)
-        crashed = os.path.join(os.path.dirname(os.path.normpath(self.relievo.document.folder())), f"blender_{made.uid[:8]}")
+        made = self.relievo.data.state.of(field)
+        crashed = os.path.join(os.path.dirname(os.path.normpath(self.relievo.data.document.folder())), f"blender_{made.uid[:8]}")
         os.mkdir(crashed)
         self.addCleanup(shutil.rmtree, crashed)
         for name in (made.path, f"{made.path}.json"):
             shutil.copy(name, crashed)
-        self.relievo.document.clear(field)
+        self.relievo.data.document.clear(field)
         self.save("crashed.blend")
         self.assertEqual(self.digest(self.open("crashed.blend")), before)
         self.check_dent(bpy.data.objects["field"])
@@ -203,12 +203,12 @@ class Documents(Case):
         for text in ('{"revisions": [0, 1], "position": 1}', "[]", "nonsense"):
             Path(crashed, f"{made.uid}.relievo.json").write_text(text)
             self.open("crashed.blend")
-            with self.assertRaisesRegex(self.relievo.error.Refused, "is gone"):
+            with self.assertRaisesRegex(self.relievo.core.error.Refused, "is gone"):
                 self.digest(bpy.data.objects["field"])
 
     def test_what_is_shown_is_not_replaced_by_less(self):
         field = self.dented()
-        self.relievo.document.clear(field)
+        self.relievo.data.document.clear(field)
         self.save("lost.blend")
         field = self.open("lost.blend")
         shown = host.positions(field.relievo.result)
@@ -221,7 +221,7 @@ class Documents(Case):
         numpy.testing.assert_array_equal(host.positions(field.relievo.result), shown)
         self.assertEqual(len(field.relievo.strokes), 1)
         # Asked for, strokes are made again, and that can be undone.
-        from relievo import brush
+        from relievo.tools import brush
 
         self.asked(brush.RELIEVO_OT_replay, field)
         numpy.testing.assert_array_equal(host.positions(field.relievo.result), shown)
@@ -247,16 +247,16 @@ class Documents(Case):
         self.assertEqual(self.digest(bpy.data.objects["field"]), again)
 
     def test_an_edit_that_cannot_be_stored_is_taken_back(self):
-        from relievo import brush
+        from relievo.tools import brush
 
         field = self.dented()
         before, shown = self.digest(field), host.positions(field.relievo.result)
-        full = mock.patch.object(self.relievo.document, "write", side_effect=OSError("no space is left"))
+        full = mock.patch.object(self.relievo.data.document, "write", side_effect=OSError("no space is left"))
         with full:
             with self.assertRaisesRegex(RuntimeError, "no space is left"):
                 host.draw(field, [[0, -0.5, 0], [0.2, -0.5, 0]])
             # The same where the pointer draws.
-            made, said = self.relievo.state.of(field), []
+            made, said = self.relievo.data.state.of(field), []
             stroke = types.SimpleNamespace(
                 drawn=[[0, -0.5, 0, 1, 0]],
                 stroke=mock.Mock(),
@@ -295,7 +295,7 @@ class Documents(Case):
 
     def test_a_uid_is_no_path(self):
         field = self.dented()
-        self.relievo.state.forget_all()
+        self.relievo.data.state.forget_all()
         field.relievo.uid = "../../outside"
         with self.assertRaisesRegex(RuntimeError, "damaged"):
             host.draw(field, [[0, 0, 0], [0.2, 0, 0]])
@@ -303,7 +303,7 @@ class Documents(Case):
 
 class Clearing(Case):
     def test_clear_detail_asks(self):
-        from relievo import result
+        from relievo.ops import result
 
         field = self.dented()
         before = self.digest(field)
@@ -327,7 +327,7 @@ class Clearing(Case):
         field = bpy.data.objects["field"]
         numpy.testing.assert_array_equal(host.positions(field.relievo.result), shown)
         self.assertEqual(self.digest(field), before)
-        self.assertEqual(self.relievo.state.of(field).document.info.undo_count, 2)
+        self.assertEqual(self.relievo.data.state.of(field).document.info.undo_count, 2)
         self.check_dent(field)
         bpy.ops.ed.undo_push(message="stroke")
         # From there on it goes as if it had never been cleared.

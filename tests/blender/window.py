@@ -171,7 +171,7 @@ def play():
         field = bpy.data.objects["field"]
         if wanted is None:
             assert len(field.relievo.strokes) == 0, "the stroke is not undone"
-            state = relievo.state.of(field)
+            state = relievo.data.state.of(field)
             assert state.position == 0, state.position
         else:
             assert len(field.relievo.strokes) == 1
@@ -183,7 +183,7 @@ def play():
     yield from drag((0.42, 0.58), (0.56, 0.42))
     yield from until(lambda: strokes() == 2)
     field = bpy.data.objects["field"]
-    assert relievo.state.of(field).detail.info.painted_count > 0
+    assert relievo.data.state.of(field).detail.info.painted_count > 0
     yield from over(0.1, 0.9)
     painted = screenshot("paint.png")
     assert reds(view(painted)) > reds(view(sculpted)) + 300, (reds(view(painted)), reds(view(sculpted)))
@@ -196,7 +196,7 @@ def play():
     bpy.context.scene.relievo.imprint.voxels = 2**18
     host.select(field, ball)
     # A preview follows the ball by Blender's own timer.
-    edits = relievo.state.of(field).document.info.undo_count
+    edits = relievo.data.state.of(field).document.info.undo_count
     with override():
         bpy.ops.relievo.preview("INVOKE_DEFAULT")
     for height in (0.2, 0.25):
@@ -207,7 +207,7 @@ def play():
     with override():
         bpy.ops.relievo.preview("INVOKE_DEFAULT")
     assert heights().min() > -0.02, heights().min()
-    assert relievo.state.of(field).document.info.undo_count == edits
+    assert relievo.data.state.of(field).document.info.undo_count == edits
     for frame, x in ((1, -0.6), (6, 0.6)):
         ball.location = (x, -0.6, 0.2)
         ball.keyframe_insert("location", frame=frame)
@@ -222,15 +222,15 @@ def play():
     for value in ("PRESS", "RELEASE"):
         event("ESC", value)
         yield
-    while relievo.job.is_busy():
+    while relievo.core.job.is_busy():
         yield
     assert heights().min() > -0.02, heights().min()
-    assert relievo.state.of(field).document.info.undo_count == edits
+    assert relievo.data.state.of(field).document.info.undo_count == edits
     bpy.context.scene.frame_end = 6
     with override():
         answer = bpy.ops.relievo.imprint("INVOKE_DEFAULT")
     assert answer <= {"RUNNING_MODAL", "FINISHED"}, answer
-    while relievo.job.is_busy():
+    while relievo.core.job.is_busy():
         yield
     assert heights().min() < -0.08, heights().min()
     ball.hide_set(True)
@@ -328,7 +328,7 @@ def asked(relievo):
             numpy.testing.assert_array_equal(heights(), dented)
             yield from press(key, 0.5, 0.5)
             yield from wait(10)
-            while relievo.job.is_busy():
+            while relievo.core.job.is_busy():
                 yield
         result = bpy.data.objects["field"].relievo.result
         assert result is None or heights().min() > -0.02, operator

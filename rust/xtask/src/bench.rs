@@ -61,7 +61,7 @@ fn blender(json: bool) -> Outcome {
     let scripts = base.join("bench");
     let addon = scripts.join("addons/relievo");
     remove(&scripts)?;
-    copy_files(&root().join("plugins/blender"), &addon)?;
+    crate::blender::sources(&addon)?;
     copy_files(&root().join("plugins/python/librelievo"), &addon.join("librelievo"))?;
     let mut bench = Command::new(python);
     bench.arg(root().join("tests/blender/bench.py")).env("PYTHONDONTWRITEBYTECODE", "1").env_remove("PYTHONPATH");

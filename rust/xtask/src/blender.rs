@@ -18,6 +18,7 @@ const PEERS: &[&str] = &["numpy==1.26.4", "scipy==1.13.1", "potpourri3d==1.4.0"]
 
 /// The tests that run in both hosts, in one process of each.
 const TESTS: &[&str] = &[
+    "test_folders.py",
     "test_addon.py",
     "test_interface.py",
     "test_demo.py",
@@ -151,6 +152,15 @@ pub fn clean(program: &Path) -> Command {
     command
 }
 
+/// The folders of the add-on's sources.
+const FOLDERS: [&str; 6] = ["", "core", "data", "ops", "tools", "ui"];
+
+/// Copies the add-on's sources into a folder.
+pub fn sources(to: &Path) -> Outcome {
+    let from = root().join("plugins/blender");
+    FOLDERS.iter().try_for_each(|folder| copy_files(&from.join(folder), &to.join(folder)))
+}
+
 /// Puts the manual with its pictures into a folder of the add-on.
 fn manual(folder: &Path) -> Outcome {
     let (docs, to) = (root().join("docs"), folder.join("manual"));
@@ -173,16 +183,14 @@ fn make() -> Result<Made, String> {
     remove(&site)?;
     call(Command::new(&python).args(install).arg("--target").arg(&site).arg(&wheel))?;
     let version = env!("CARGO_PKG_VERSION");
-    let source = root().join("plugins/blender");
-
     let extension = base.join("extension/relievo");
     remove(&extension)?;
-    copy_files(&source, &extension)?;
+    sources(&extension)?;
     manual(&extension)?;
     copy(&wheel, &extension.join("wheels").join(wheel.file_name().unwrap_or_default()))?;
     let folder = base.join("scripts/addons/relievo");
     remove(&folder)?;
-    copy_files(&source, &folder)?;
+    sources(&folder)?;
     manual(&folder)?;
     for part in ["librelievo", "librelievo.libs"] {
         copy_files(&site.join(part), &folder.join(part))?;
