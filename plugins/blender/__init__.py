@@ -21,7 +21,7 @@ from .core import native, preferences
 # In the order in which they are registered.
 MODULES = [
     "core.settings", "ops.handler", "data.playback", "ops.presser", "ops.imprint", "ops.rebake", "ops.preview",
-    "tools.brush_size", "tools.brush", "ui.preset", "data.layer_list", "ops.layer", "ops.compact", "ops.result", "ops.scene",
+    "tools.brush_size", "tools.brush", "ui.preset", "ui.asset", "data.layer_list", "ops.layer", "ops.compact", "ops.result", "ops.scene",
     "data.progressive", "ops.levels", "ops.hook", "tools.grip", "tools.carve", "data.frames", "ops.fluid", "ops.fluid_add",
     "ops.estimate", "ops.farm", "ops.unused", "ops.repair", "ops.crowd", "ops.foam", "ops.server", "ops.tissue", "ops.decal",
     "ui.lists", "ui.panel", "ui.foam_panel", "ui.server_panel", "ui.tissue_panel", "ui.decal_panel", "ui.crowd_panel",

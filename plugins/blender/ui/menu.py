@@ -32,6 +32,7 @@ MENUS = {
             None,
             Entry("preset_brush", choice="preset"),
             Entry("preset_save_brush"),
+            Entry("assets_add"),
             Entry("curves"),
             None,
             Entry("compact"),

@@ -154,6 +154,7 @@ class Presets:
         if bpy.utils.preset_paths(self.preset_subdir):
             bpy.types.Menu.draw_preset(self, context)
         self.layout.operator(f"relievo.preset_save_{self.kind}", icon="ADD")
+        self.layout.operator("relievo.assets_add", icon="ASSET_MANAGER")
 
 
 def _saving(kind):
