@@ -73,6 +73,27 @@ class Foaming(Case):
         options.settings.air_max = 0.1
         self.refused(bpy.ops.relievo.foam_bake, "simulate it first")
 
+    def test_the_estimate_is_near_what_it_takes(self):
+        self.refused(bpy.ops.relievo.foam_estimate, "simulate it first")
+        bpy.context.scene.frame_end = 16
+        self.simulate()
+        host.select(self.domain)
+        files = set(Path(self.folder.name).rglob("*"))
+        self.assertEqual(bpy.ops.relievo.foam_estimate(), {"FINISHED"})
+        self.assertEqual(set(Path(self.folder.name).rglob("*")), files)
+        said = self.domain.relievo_foam.estimate
+        self.assertRegex(said, r"^About [\d,]+ particles, [\d.]+ MiB, [\d.e-]+ min$")
+        words = said.split()
+        result = self.bake()
+        bpy.context.scene.frame_set(16)
+        self.assertAlmostEqual(int(words[1].replace(",", "")) / len(result.data.vertices), 1, delta=0.5)
+        size = sum(path.stat().st_size for path in Path(self.folder.name).rglob("foam_*")) / 2**20
+        self.assertAlmostEqual(float(words[3]) / size, 1, delta=0.5)
+        # More is born at a higher rate, and no more is kept than the settings allow.
+        self.domain.relievo_foam.settings.most = 100
+        bpy.ops.relievo.foam_estimate()
+        self.assertIn("About 100 particles", self.domain.relievo_foam.estimate)
+
     def test_a_damaged_frame_and_limits_that_contradict_are_told(self):
         self.simulate()
         self.bake()

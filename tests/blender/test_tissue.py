@@ -105,6 +105,25 @@ class Tissue(unittest.TestCase):
         pressed = self.at(4)
         self.assertLess(pressed[12, 2], 0.0825)
 
+    def test_the_estimate_is_near_what_it_takes(self):
+        self.model.relaxes = True
+        host.select(self.block)
+        self.assertEqual(bpy.ops.relievo.tissue_estimate(), {"FINISHED"})
+        said = self.model.estimate.split()
+        self.assertEqual(said[:3], ["About", "64", "elements,"])
+        self.bake()
+        size = sum(path.stat().st_size for path in Path(self.folder.name).glob("*.pc2")) / 2**20
+        self.assertAlmostEqual(float(said[3]) / size, 1, delta=0.1)
+        # Minutes go by the last bake, and half the size of elements has eight times as many, in twice as many steps.
+        self.model.relaxes, self.model.pace = False, 1e-3
+        bpy.ops.relievo.tissue_estimate()
+        coarse = self.model.estimate.split()
+        self.model.voxel /= 2
+        bpy.ops.relievo.tissue_estimate()
+        fine = self.model.estimate.split()
+        self.assertEqual(fine[1], "512")
+        self.assertAlmostEqual(float(fine[5]) / float(coarse[5]), 16, delta=0.5)
+
     def test_what_cannot_be_simulated_is_refused(self):
         self.model.voxel = 1.0
         self.refused("no voxel|share")

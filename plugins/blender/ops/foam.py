@@ -64,6 +64,16 @@ class RelievoFoam(bpy.types.PropertyGroup):
         update=changed,
     )
     result: bpy.props.PointerProperty(name="Result", description="What shows the foam", type=bpy.types.Object)
+    estimate: bpy.props.StringProperty(description="What a bake is expected to take")
+
+
+def start_of(scene, domain):
+    """Returns a function that makes a run of foam without particles and the seconds of a frame, and its settings. The function
+    reads no data of Blender."""
+    gravity = tuple(scene.gravity) if scene.use_gravity else (0.0, 0.0, 0.0)
+    values, spacing = settings.values(domain.relievo_foam.settings), domain.relievo.fluid.spacing
+    seconds = scene.render.fps_base / scene.render.fps
+    return lambda: (rl.Diffuse(native.context(), spacing, gravity, **values), seconds), values
 
 
 class RELIEVO_OT_foam_bake(fluid.OnDomain, job.Steps, bpy.types.Operator):
@@ -82,10 +92,9 @@ class RELIEVO_OT_foam_bake(fluid.OnDomain, job.Steps, bpy.types.Operator):
         # Other objects play these frames, or undo may bring them back.
         if not cache.is_own(domain, source):
             folder = frames.new_folder(domain)
-        gravity = tuple(scene.gravity) if scene.use_gravity else (0.0, 0.0, 0.0)
-        fps, span = scene.render.fps / scene.render.fps_base, options.last - options.first + 1
-        run = rl.Diffuse(native.context(), options.spacing, gravity, **settings.values(domain.relievo_foam.settings))
-        refused = 0
+        span, refused = options.last - options.first + 1, 0
+        start, _settings = start_of(scene, domain)
+        run, seconds = start()
         for number, frame in enumerate(range(options.first, options.last + 1)):
             before, path = (frames.path_of(place, frames.PARTICLES, frame) for place in (source, folder))
 
@@ -94,9 +103,9 @@ class RELIEVO_OT_foam_bake(fluid.OnDomain, job.Steps, bpy.types.Operator):
                 if before != path:
                     frames.share(before, path)
                 if number:
-                    report = run.advance(*frames.particles(before), 1.0 / fps, progress)
+                    report = run.advance(*frames.particles(before), seconds, progress)
                     refused += report.refused
-                run.save(frames.path_of(folder, frames.FOAM, frame), number / fps)
+                run.save(frames.path_of(folder, frames.FOAM, frame), number * seconds)
 
             yield number / span, (number + 1) / span, work
         if folder != source:

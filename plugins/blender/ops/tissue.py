@@ -4,6 +4,7 @@ that push. It is simulated over the frames of the scene, and skins get caches th
 are metres of the world."""
 
 import os
+import time
 
 import bpy
 import librelievo as rl
@@ -91,6 +92,8 @@ class RelievoTissueModel(bpy.types.PropertyGroup):
     )
     touches: bpy.props.BoolProperty(name="Touches itself", description="Whether tissue does not pass through itself")
     relaxes: bpy.props.BoolProperty(name="Begins at rest", description="Whether it hangs at rest in the first frame")
+    pace: bpy.props.FloatProperty(description="Seconds that an element took for a step when tissue was baked last")
+    estimate: bpy.props.StringProperty(description="What a bake is expected to take")
 
 
 def collection_of(context):
@@ -166,6 +169,8 @@ class Simulation:
         self.directions = [tuple(one.matrix_world.to_3x3().col[0]) for one, _shape in self.muscles]
         self.materials = [material_of(one) for one, _shape in self.volumes + self.muscles]
         self.tissue = self.simulation = None
+        # Seconds of work on frames.
+        self.seconds = 0.0
         # What is read below is of the first frame, and threads do not read Blender's data.
         model = self.options
         self.description = {"cell": model.voxel, "samples": model.samples}
@@ -238,7 +243,9 @@ class Simulation:
 
     def advance(self, progress):
         """Goes on to the next frame and writes it; without Blender's data."""
+        began = time.perf_counter()
         self.simulation.advance(1.0 / self.fps, progress)
+        self.seconds += time.perf_counter() - began
         self.store()
 
     def store(self, _progress=None):
@@ -300,7 +307,9 @@ class RELIEVO_OT_tissue_bake(OnCollection, job.Steps, bpy.types.Operator):
             for one, path in kept.items():
                 if path and one.relievo_tissue.cache:
                     cache.play(one, bpy.path.abspath(path), first)
-        count = simulation.tissue.info.element_count
+        count, steps = simulation.tissue.info.element_count, simulation.simulation.info.steps
+        if simulation.seconds > 0 and steps:
+            collection.relievo_tissue.pace = simulation.seconds / (count * steps)
         self.report({"INFO"}, f"{collection.name}: {count} elements, {last - first + 1} frames")
 
 

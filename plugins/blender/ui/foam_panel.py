@@ -21,6 +21,9 @@ class RELIEVO_PT_foam(Panel, bpy.types.Panel):
         options = domain.relievo_foam
         for name in foam.SETTINGS:
             column.prop(options.settings, name)
+        column.operator("relievo.foam_estimate")
+        if options.estimate:
+            column.label(text=options.estimate)
         column.operator("relievo.foam_bake")
         if not foam.shows(domain):
             return

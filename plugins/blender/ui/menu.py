@@ -104,11 +104,12 @@ MENUS = {
             Entry("fluid_mesh"),
             Entry("fluid_clear"),
             None,
+            Entry("foam_estimate", "Estimate Foam"),
             Entry("foam_bake"),
             Entry("foam_composite"),
         ],
     ),
-    "tissue": ("Soft Tissue", [Entry("tissue_bake"), Entry("tissue_clear")]),
+    "tissue": ("Soft Tissue", [Entry("tissue_estimate"), Entry("tissue_bake"), Entry("tissue_clear")]),
     "crowd": ("Crowd", [Entry("crowd_build"), Entry("crowd_show"), Entry("crowd_clear")]),
     "decal": (
         "Decal",

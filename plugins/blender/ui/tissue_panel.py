@@ -36,6 +36,9 @@ class RELIEVO_PT_tissue(Panel, bpy.types.Panel):
         column.label(text=collection.name, icon="OUTLINER_COLLECTION")
         for name in tissue.SETTINGS:
             column.prop(collection.relievo_tissue, name)
+        column.operator("relievo.tissue_estimate")
+        if collection.relievo_tissue.estimate:
+            column.label(text=collection.relievo_tissue.estimate)
         column.operator("relievo.tissue_bake")
         column.operator("relievo.tissue_clear")
         column.operator("relievo.cache_clean")
@@ -51,7 +54,7 @@ class RELIEVO_PT_tissue_advanced(Advanced, bpy.types.Panel):
     def draw(self, context):
         column, model = self.column(), tissue.collection_of(context).relievo_tissue
         for name in tissue.RelievoTissueModel.__annotations__:
-            if name not in tissue.SETTINGS:
+            if name not in (*tissue.SETTINGS, "pace", "estimate"):
                 column.prop(model, name)
 
 
