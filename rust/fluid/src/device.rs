@@ -17,11 +17,11 @@ use relievo_gpu::{Device, PassTime};
 use self::forces::ForceRow;
 use self::obstacles::Obstacles;
 use self::passes::{FluidCall, Passes, Report};
-use crate::constants::Constants;
-use crate::pace::{Pace, within};
-use crate::pcisph::Excess;
+use crate::boundary::wall::Wall;
+use crate::solver::constants::Constants;
+use crate::solver::pace::{Pace, within};
+use crate::solver::pcisph::Excess;
 use crate::solver::press::CARRIED;
-use crate::wall::Wall;
 use crate::{
     Classes, Fluid, FluidOptions, Force, Given, PressureSolver, State, StepStatistics, SurfaceFunction, Visibility,
 };

@@ -1,26 +1,45 @@
 //! A fluid of particles, and its steps.
 
+pub(crate) mod cells;
+pub(crate) mod constants;
+mod dfsph;
+pub(crate) mod domain;
+pub(crate) mod force;
+pub(crate) mod kernel;
+mod migration;
+pub(crate) mod neighbours;
+pub(crate) mod noise;
+pub(crate) mod options;
+pub(crate) mod pace;
+pub(crate) mod pairs;
+pub(crate) mod particles;
+pub(crate) mod pcisph;
+mod prepare;
+pub(crate) mod radix;
+mod tension;
+pub(crate) mod transport;
+
 use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
 use relievo_core::{Context, Error, Result};
 
 use crate::FluidOptions;
-use crate::cells::{Cells, bounds};
-use crate::collider::Collider;
-use crate::constants::Constants;
-use crate::domain::{Domain, Traffic};
-use crate::exchange::{Given, Impulse};
-use crate::force::{self, Force};
-use crate::neighbours::Neighbours;
-use crate::pace::{Pace, within};
-use crate::pairs::Rows;
-use crate::particles::{Batch, ParticleChannel, Particles};
-use crate::pcisph::Excess;
-use crate::prepare::{Begin, Found, prepare};
+use crate::boundary::collider::Collider;
+use crate::boundary::exchange::{Given, Impulse};
+use crate::boundary::sweep::Sweep;
+use crate::boundary::wall::Wall;
+use crate::solver::cells::{Cells, bounds};
+use crate::solver::constants::Constants;
+use crate::solver::domain::{Domain, Traffic};
+use crate::solver::force::Force;
+use crate::solver::neighbours::Neighbours;
+use crate::solver::pace::{Pace, within};
+use crate::solver::pairs::Rows;
+use crate::solver::particles::{Batch, ParticleChannel, Particles};
+use crate::solver::pcisph::Excess;
+use crate::solver::prepare::{Begin, Found, prepare};
+use crate::solver::tension::Tension;
+use crate::solver::transport::Transport;
 use crate::state::State;
-use crate::sweep::Sweep;
-use crate::tension::{self, Tension};
-use crate::transport::Transport;
-use crate::wall::Wall;
 
 /// What a step did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -1,16 +1,20 @@
 //! Where particles come from while a fluid is simulated, and where they go: emitters and sinks.
 
+pub(crate) mod field;
+pub(crate) mod shape;
+pub(crate) mod solid;
+
 use std::collections::HashMap;
 
 use glam::{Vec3, Vec4Swizzles};
 use relievo_core::{Error, Result};
 
-use crate::isosurface::Channel;
-use crate::lattice::{Lattice, lattice};
-use crate::particles::Batch;
-use crate::sampling::{Sample, sample};
-use crate::solid::Solid;
+use crate::boundary::lattice::{Lattice, lattice};
+use crate::boundary::sampling::{Sample, sample};
 use crate::solver::Fluid;
+use crate::solver::particles::Batch;
+use crate::source::solid::Solid;
+use crate::surface::isosurface::Channel;
 
 /// Where there is a particle within so many spacings of a place, none is emitted.
 const TAKEN: f32 = 0.6;

@@ -1,9 +1,11 @@
 //! What a fluid goes on from.
 
+pub(crate) mod checkpoint;
+
 use glam::Vec4;
 use relievo_core::{Error, Result};
 
-use crate::particles::{MOST, MOST_CHANNELS, ParticleChannel, is_reserved, too_many};
+use crate::solver::particles::{MOST, MOST_CHANNELS, ParticleChannel, is_reserved, too_many};
 
 /// All that a fluid goes on from: one with the same options and walls does the same from it, to the bit. The rows of all
 /// lists are in the same order, which counts.

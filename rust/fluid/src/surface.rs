@@ -1,14 +1,30 @@
 //! The surface function of a set of particles, prepared for looking at places: sorted, with the kernels of all
 //! particles.
 
+mod anisotropy;
+pub(crate) mod blind;
+pub(crate) mod block;
+mod chords;
+pub(crate) mod function;
+pub(crate) mod hierarchy;
+mod interior;
+pub(crate) mod isosurface;
+pub(crate) mod level_set;
+mod marching;
+pub(crate) mod probe;
+pub(crate) mod profile;
+pub(crate) mod raytrace;
+pub(crate) mod rows;
+pub(crate) mod smoothing;
+
 use glam::{DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
 
-use crate::anisotropy::{self, Kernel};
-use crate::function::{Combination, SurfaceFunction};
-use crate::probe::Probe;
-use crate::profile::{Profile, WIDEST};
-use crate::rows::Rows;
+use crate::surface::anisotropy::Kernel;
+use crate::surface::function::{Combination, SurfaceFunction};
+use crate::surface::probe::Probe;
+use crate::surface::profile::{Profile, WIDEST};
+use crate::surface::rows::Rows;
 
 /// Cells are wider than what particles reach by this factor, so that rounding hides none.
 const MARGIN: f32 = 1.0001;

@@ -12,9 +12,9 @@ use glam::Vec4;
 use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Buffer, Device, GROUP, Kernel, KernelSpec, Readback, Scan, Sort, groups};
 
-use crate::blind::Distances;
-use crate::function::Combination;
-use crate::profile::Profile;
+use crate::surface::blind::Distances;
+use crate::surface::function::Combination;
+use crate::surface::profile::Profile;
 use crate::{Classes, SurfaceFunction, Visibility};
 
 /// Corners of a brick.

@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
 use crate::Force;
-use crate::noise::slice;
+use crate::solver::noise::slice;
 
 /// As in `fluid_forces.wgsl`.
 #[repr(C)]

@@ -5,9 +5,9 @@ use relievo_core::{Error, Result};
 use relievo_gpu::{Buffer, Device};
 
 use super::passes::CELL_BITS;
-use crate::collider::{Collider, Contact};
-use crate::options::{FluidOptions, TimeStep};
-use crate::wall::Wall;
+use crate::boundary::collider::{Collider, Contact};
+use crate::boundary::wall::Wall;
+use crate::solver::options::{FluidOptions, TimeStep};
 
 /// How far a particle goes in a step at most by itself, in spacings, and a little more for rounding.
 const REACH: f32 = 1.02;

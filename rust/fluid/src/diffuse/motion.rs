@@ -7,7 +7,7 @@ use relievo_core::{Context, dispatch_simd};
 use super::options::DiffuseOptions;
 use super::surroundings::Surroundings;
 use super::{DiffuseKind, DiffuseParticles, PART};
-use crate::pairs::Vectors;
+use crate::solver::pairs::Vectors;
 
 /// The fluid around a particle.
 #[derive(Clone, Copy, Debug, Default)]

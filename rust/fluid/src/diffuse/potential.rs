@@ -9,7 +9,7 @@ use relievo_core::{Context, dispatch_simd};
 use super::PART;
 use super::options::DiffuseOptions;
 use super::surroundings::{Surroundings, columns};
-use crate::pairs::Vectors;
+use crate::solver::pairs::Vectors;
 
 /// The share of the support radius that the mean of the neighbours is away from a particle at the surface.
 const SURFACE: f32 = 0.1;

@@ -9,10 +9,10 @@ use relievo_core::{Context, Result};
 
 use super::PART;
 use super::options::DiffuseOptions;
-use crate::pairs::Vectors;
-use crate::profile::{LANES, WIDEST};
-use crate::radix::sort;
-use crate::rows::{Cell, Rows};
+use crate::solver::pairs::Vectors;
+use crate::solver::radix::sort;
+use crate::surface::profile::{LANES, WIDEST};
+use crate::surface::rows::{Cell, Rows};
 
 /// The width of a cell in support radii, so that rounding hides no neighbour.
 const CELL: f32 = 1.0001;

@@ -3,12 +3,12 @@
 use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
 use relievo_core::{Context, Error, Result};
 
-use crate::cells::Cells;
-use crate::collider::{Collider, ColliderOptions};
-use crate::exchange::{Exchange, Given, Impulse, exchange};
-use crate::pairs::Rows;
+use crate::boundary::collider::{Collider, ColliderOptions};
+use crate::boundary::exchange::{Exchange, Given, Impulse, exchange};
+use crate::boundary::wall::{Wall, weigh};
 use crate::solver::Fluid;
-use crate::wall::{Wall, weigh};
+use crate::solver::cells::Cells;
+use crate::solver::pairs::Rows;
 
 /// The distance from particles of walls at which there is room for fluid, in spacings: it rests at one.
 const BESIDE: f32 = 0.9;

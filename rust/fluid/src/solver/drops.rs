@@ -3,8 +3,8 @@
 use std::f64::consts::{PI, TAU};
 
 use super::*;
-use crate::constants::TENSION as SHARES;
-use crate::neighbours::PART;
+use crate::solver::constants::TENSION as SHARES;
+use crate::solver::neighbours::PART;
 use crate::{KernelSet, Kernels, PressureSolver, block};
 
 const SOLVERS: [PressureSolver; 2] = [PressureSolver::Pcisph, PressureSolver::Dfsph];

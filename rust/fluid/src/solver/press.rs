@@ -4,10 +4,10 @@ use relievo_core::{Context, Result};
 
 use super::{Fluid, StepStatistics};
 use crate::PressureSolver;
-use crate::dfsph::slow;
-use crate::pairs::Rows;
-use crate::pcisph::{Correction, correct, predict, push};
-use crate::sweep::Step;
+use crate::boundary::sweep::Step;
+use crate::solver::dfsph::slow;
+use crate::solver::pairs::Rows;
+use crate::solver::pcisph::{Correction, correct, predict, push};
 
 /// The share of a step's pressures that the next begins with (Ihmsen et al. 2014, Section 3): with all of them they lag
 /// behind, do work on what expands, and a fluid at rest boils.
