@@ -6,6 +6,8 @@
 //! triangle nearest to its middle, and its parts are looked at in turn (after Guthe, Borodin, Klein 2005). Pieces whose
 //! bound is below a distance that was already found are dropped.
 
+pub(crate) mod posed_distance;
+
 use glam::{DAffine3, DVec3};
 use relievo_core::{Context, Error, Progress, Result};
 use relievo_detail::hierarchy::Target;

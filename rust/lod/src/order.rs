@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use glam::{Vec3, Vec4Swizzles};
 use relievo_core::Context;
 
-use crate::patch::Pieces;
+use crate::simplify::patch::Pieces;
 
 /// Bits of a digit at most.
 const DIGIT: u32 = 11;

@@ -6,22 +6,39 @@
 //! fifth that do not touch each other, at the same time. Where a vertex goes and what that costs is found from the
 //! triangles as they are then (Lindstrom, Turk 1998): `placement.rs`. Results do not depend on the number of threads.
 
+pub(crate) mod attributes;
+mod beside;
+pub(crate) mod decimation;
+mod doubles;
+mod error_bound;
+mod exchange;
+pub(crate) mod mesh;
+mod offset;
+mod open_fans;
+mod outliers;
+pub(crate) mod patch;
+mod patches;
+pub(crate) mod placement;
+mod queue;
+mod selection;
+mod sheets;
+pub(crate) mod wedges;
+
 use std::collections::HashMap;
 
 use glam::Vec4;
 use relievo_core::{Context, Error, Progress, Result};
 
 use crate::connectivity::NONE;
-use crate::decimation::Decimation;
-use crate::doubles::Doubles;
-use crate::error_bound::{self, Limits, Triangles};
-use crate::exchange::exchange;
-use crate::open_fans::OpenFans;
-use crate::outliers;
-use crate::patch::Pieces;
-use crate::patches::{self, Reduced};
 use crate::progressive::Recording;
-use crate::sheets::Sheets;
+use crate::simplify::decimation::Decimation;
+use crate::simplify::doubles::Doubles;
+use crate::simplify::error_bound::{Limits, Triangles};
+use crate::simplify::exchange::exchange;
+use crate::simplify::open_fans::OpenFans;
+use crate::simplify::patch::Pieces;
+use crate::simplify::patches::Reduced;
+use crate::simplify::sheets::Sheets;
 use crate::watched::watched;
 
 /// When a simplification ends, at the first of these, and what it leaves alone.

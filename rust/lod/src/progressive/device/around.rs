@@ -9,11 +9,11 @@ use relievo_gpu::{Access, Bindings, Buffer, GROUP, Kernel, KernelSpec, Pass, gro
 
 use super::hierarchy::{DeviceHierarchy, by_depth};
 use super::windows::Windows;
-use crate::progressive::active::ActiveMesh;
-use crate::progressive::cut::Cut;
-use crate::progressive::hierarchy::Progressive;
-use crate::progressive::stars::{HEAD, Star, Stars};
-use crate::progressive::view::Extents;
+use crate::progressive::build::cut::Cut;
+use crate::progressive::build::hierarchy::Progressive;
+use crate::progressive::edit::stars::{HEAD, Star, Stars};
+use crate::progressive::mesh::active::ActiveMesh;
+use crate::progressive::mesh::view::Extents;
 
 /// Neighbours of a vertex at most: kernels look at them some ten times over, and drivers end loops of an invocation without
 /// a word when they have taken 65,535 turns together.

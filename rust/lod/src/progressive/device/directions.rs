@@ -13,8 +13,8 @@ use super::hierarchy::DeviceHierarchy;
 use super::places::Places;
 use super::wedges::LevelWedges;
 use crate::connectivity::NONE;
-use crate::progressive::hierarchy::Progressive;
-use crate::progressive::wedges::WedgeTrees;
+use crate::progressive::build::hierarchy::Progressive;
+use crate::progressive::build::wedges::WedgeTrees;
 
 /// In place of a number: none, as in `progressive_directions.wgsl`.
 const NOTHING: u32 = u32::MAX;

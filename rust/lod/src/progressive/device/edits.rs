@@ -13,8 +13,8 @@ use super::hierarchy::DeviceHierarchy;
 use super::places::{Place, Places};
 use super::records::{Record, Records};
 use super::windows::Windows;
-use crate::progressive::handle::{Edit, Handle, Region};
-use crate::progressive::moves::LEAST_MOVE;
+use crate::progressive::edit::handle::{Edit, Handle, Region};
+use crate::progressive::edit::moves::LEAST_MOVE;
 
 /// As in `progressive_edit.wgsl`.
 #[repr(C)]

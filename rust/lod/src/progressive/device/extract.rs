@@ -5,8 +5,8 @@ use relievo_core::Result;
 use super::hierarchy::Vertex;
 use super::level::DeviceLevel;
 use crate::connectivity::NONE;
-use crate::progressive::active::Extract;
-use crate::progressive::packing::Normal;
+use crate::progressive::files::packing::Normal;
+use crate::progressive::mesh::active::Extract;
 
 impl DeviceLevel {
     /// Waits for what was submitted. Returns how many vertices, triangles and wedges there are, of which some may be of no

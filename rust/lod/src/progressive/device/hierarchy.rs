@@ -11,9 +11,9 @@ use super::around::DeviceAround;
 use super::directions::DeviceDirections;
 use super::wedges::DeviceWedges;
 use crate::connectivity::NONE;
-use crate::progressive::hierarchy::{Child, LEAF, Progressive};
-use crate::progressive::packing::Normal;
-use crate::progressive::view::Extents;
+use crate::progressive::build::hierarchy::{Child, LEAF, Progressive};
+use crate::progressive::files::packing::Normal;
+use crate::progressive::mesh::view::Extents;
 
 /// Vertices at most: numbers are also given doubled, with four bits above.
 const MOST: usize = 1 << 27;

@@ -8,9 +8,9 @@ use relievo_gpu::{Buffer, Frame};
 
 use super::level::{DeviceLevel, Shown};
 use super::records::Record;
-use crate::progressive::cut::Cut;
-use crate::progressive::handle::{Edit, Handle};
-use crate::progressive::keyed::{KeyedEdit, check_time};
+use crate::progressive::build::cut::Cut;
+use crate::progressive::edit::handle::{Edit, Handle};
+use crate::progressive::edit::keyed::{KeyedEdit, check_time};
 
 /// A mesh on a device, by its splits.
 #[derive(Clone, Debug)]

@@ -14,8 +14,8 @@ use super::hierarchy::{DeviceHierarchy, Vertex};
 use super::history::{DeviceFront, History};
 use super::places::Places;
 use super::wedges::LevelWedges;
-use crate::progressive::cut::Cut;
-use crate::progressive::view::View;
+use crate::progressive::build::cut::Cut;
+use crate::progressive::mesh::view::View;
 
 /// Planes of a view at most.
 const PLANES: usize = 6;

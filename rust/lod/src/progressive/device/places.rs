@@ -6,7 +6,7 @@ use relievo_gpu::{Access, Bindings, Device};
 
 use super::hierarchy::DeviceHierarchy;
 use super::windows::Windows;
-use crate::progressive::place;
+use crate::progressive::edit::place;
 
 /// As in `progressive.wgsl`.
 #[repr(C)]

@@ -8,10 +8,10 @@ use super::history::{DeviceFront, History};
 use super::level::{DeviceLevel, Shown};
 use super::places::Place;
 use super::windows::gathered;
-use crate::progressive::active::ActiveMesh;
-use crate::progressive::cut::Cut;
-use crate::progressive::hierarchy::Progressive;
-use crate::progressive::moves::Moves;
+use crate::progressive::build::cut::Cut;
+use crate::progressive::build::hierarchy::Progressive;
+use crate::progressive::edit::moves::Moves;
+use crate::progressive::mesh::active::ActiveMesh;
 
 impl DeviceLevel {
     /// The finest mesh on the processor, at rest, with the edits of this one at all levels, to the bit. They cannot be taken

@@ -10,9 +10,9 @@ use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, Sc
 use super::calls::blocks;
 use super::hierarchy::DeviceHierarchy;
 use crate::connectivity::NONE;
-use crate::progressive::active::Extract;
-use crate::progressive::hierarchy::Progressive;
-use crate::progressive::wedges::WedgeTrees;
+use crate::progressive::build::hierarchy::Progressive;
+use crate::progressive::build::wedges::WedgeTrees;
+use crate::progressive::mesh::active::Extract;
 
 /// In place of the owner of a wedge whose split is not there.
 const NO_SPLIT: u32 = u32::MAX - 1;
