@@ -1,14 +1,27 @@
 //! The border between C and Rust: no panic crosses it, and every failure becomes a result and the thread's last error.
 
+mod arithmetic;
+pub mod array;
+#[macro_use]
+pub mod descriptor;
+pub mod element;
+pub mod fork;
+mod glibc;
+pub mod host;
+pub mod log;
+pub mod making;
+pub mod memory;
+pub mod registry;
+pub mod work;
+
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
 
 use relievo_core::{Error, Result};
 
-use crate::arithmetic::HostArithmetic;
-use crate::error::{self, RLV_OK, RlvResult};
-use crate::work;
+use crate::border::arithmetic::HostArithmetic;
+use crate::runtime::error::{self, RLV_OK, RlvResult};
 
 thread_local! {
     /// Where this thread panicked last; read right after the panic was caught.
@@ -62,7 +75,7 @@ macro_rules! entry {
         $(#[$meta])*
         #[unsafe(no_mangle)]
         #[allow(clippy::too_many_arguments)]
-        pub unsafe extern "C" fn $name($($argument: $type),*) -> $crate::error::RlvResult {
+        pub unsafe extern "C" fn $name($($argument: $type),*) -> $crate::runtime::error::RlvResult {
             $crate::border::enter(stringify!($name), || $body)
         }
     )*};

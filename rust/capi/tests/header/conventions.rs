@@ -3,11 +3,11 @@
 use std::ffi::CStr;
 use std::sync::RwLock;
 
-use relievo::array::{Input, fixed, write_text};
+use relievo::border::array::{Input, fixed, write_text};
+use relievo::border::descriptor::{Descriptor, read_descriptor, write_descriptor};
 use relievo::border::enter;
-use relievo::descriptor::{Descriptor, read_descriptor, write_descriptor};
+use relievo::border::registry::{Handle, get, insert, release, retain, try_read, try_write};
 use relievo::error::{RLV_ERROR_INTERNAL, RLV_ERROR_INVALID, RLV_OK, rlv_error_last};
-use relievo::registry::{Handle, get, insert, release, retain, try_read, try_write};
 use relievo::version::{RLV_VERSION_MAJOR, RLV_VERSION_MINOR, RLV_VERSION_PATCH};
 use relievo_core::{Error, ErrorKind};
 use relievo_detail::{Falloff, PaintMode, SculptMode};

@@ -1,0 +1,201 @@
+//! Crowds on a graphics device; see `include/relievo/device_crowd.h`.
+
+use std::sync::{Arc, RwLock};
+
+use relievo_core::{Error, Result};
+use relievo_crowd::{DeviceCrowd, DrawList};
+use relievo_gpu::{Buffer, Device};
+
+use crate::border::array::{present, put};
+use crate::border::descriptor::{check_optional, read_descriptor, write_descriptor, write_optional};
+use crate::border::registry::{self, handle, try_read, try_write};
+use crate::runtime::buffer::{Objects, objects, settle};
+use crate::scenery::crowd::{CrowdObject, RlvCrowd, RlvCrowdBuffers, RlvCrowdView, Seen, view_of, write_list};
+
+handle!(RlvDeviceCrowd, 36, DeviceCrowdObject);
+
+/// Draws that there is room for at first.
+const ROOM: u32 = 1 << 12;
+
+descriptor! {
+    pub struct RlvDeviceCrowdInfo {
+        struct_size: u32,
+        agent_count: u32,
+        draw_count: u32,
+        matrix_count: u32,
+        weight_count: u32,
+        reserved: u32,
+    }
+}
+
+descriptor! {
+    pub struct RlvDeviceCrowdVulkan {
+        struct_size: u32,
+        queue_family: u32,
+        queue_index: u32,
+        reserved: u32,
+        instance: u64,
+        physical_device: u64,
+        device: u64,
+        queue: u64,
+        draws: u64,
+        clusters: u64,
+        instances: u64,
+        counts: u64,
+        matrices: u64,
+        weights: u64,
+    }
+}
+
+pub struct DeviceCrowdObject {
+    whole: Arc<CrowdObject>,
+    state: RwLock<State>,
+}
+
+struct State {
+    crowd: DeviceCrowd,
+    /// Agents in view and draws of the last cut.
+    counts: Option<[u32; 2]>,
+}
+
+impl DeviceCrowdObject {
+    /// Returns the device. Fails if it was lost.
+    fn device(&self) -> Result<&Device> {
+        let device = self.whole.context().opened_device()?;
+        device.check()?;
+        Ok(device)
+    }
+}
+
+/// Copies a buffer back from the device.
+fn read_back<T: bytemuck::Pod>(device: &Device, buffer: &Buffer<T>) -> Result<Vec<T>> {
+    let mut frame = device.frame()?;
+    let reading = frame.read(buffer, 0..buffer.len())?;
+    frame.submit()?.wait()?;
+    reading.get(device)
+}
+
+entry! {
+    fn rlv_device_crowd_create(crowd: RlvCrowd, out: *mut RlvDeviceCrowd) {
+        present("out", out)?;
+        let whole = registry::get(crowd)?;
+        let device = whole.context().opened_device()?;
+        device.check()?;
+        let crowd = whole.with_crowd(|crowd| DeviceCrowd::new(device, crowd, ROOM))?;
+        settle(device)?;
+        let handle = registry::insert(DeviceCrowdObject { state: RwLock::new(State { crowd, counts: None }), whole })?;
+        // SAFETY: checked above.
+        unsafe { put(out, handle) };
+        Ok(())
+    }
+
+    fn rlv_device_crowd_retain(crowd: RlvDeviceCrowd) {
+        registry::retain(crowd)
+    }
+
+    fn rlv_device_crowd_release(crowd: RlvDeviceCrowd) {
+        registry::release(crowd)
+    }
+
+    fn rlv_device_crowd_cut(crowd: RlvDeviceCrowd, view: *const RlvCrowdView, out: *mut RlvDeviceCrowdInfo) {
+        let object = registry::get(crowd)?;
+        // SAFETY: the caller gives NULL or descriptors that start with their size.
+        let Seen { view, pixels, time, .. } = unsafe {
+            check_optional(out)?;
+            view_of(view)?
+        };
+        if pixels.is_some() {
+            return Err(Error::unsupported("occlusion is of cuts on the processor").at("view").advise("use rlv_crowd_cut"));
+        }
+        object.device()?;
+        let mut state = try_write(&object.state, "device crowd")?;
+        state.counts = None;
+        let context = &object.whole.context().context;
+        let [agent_count, draw_count] =
+            object.whole.with_crowd(|crowd| state.crowd.update(context, crowd, &view, time))?;
+        state.counts = Some([agent_count, draw_count]);
+        let found = RlvDeviceCrowdInfo {
+            struct_size: 0,
+            agent_count,
+            draw_count,
+            matrix_count: state.crowd.matrices().len() as u32,
+            weight_count: state.crowd.weight_count() as u32,
+            reserved: 0,
+        };
+        // SAFETY: checked above.
+        unsafe { write_optional(out, found) }
+    }
+
+    fn rlv_device_crowd_get(crowd: RlvDeviceCrowd, buffers: *const RlvCrowdBuffers) {
+        let object = registry::get(crowd)?;
+        // SAFETY: a descriptor of nothing but numbers and NULL pointers.
+        let default: RlvCrowdBuffers = unsafe { std::mem::zeroed() };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let given = unsafe { read_descriptor(buffers, default) }?;
+        if !given.blends.is_null() {
+            return Err(Error::invalid("draws of devices have no blends").at("blends").advise("pass NULL"));
+        }
+        let device = object.device()?;
+        let state = try_read(&object.state, "device crowd")?;
+        let counts = state.counts.ok_or_else(|| {
+            Error::invalid("there was no cut").at("device crowd").advise("call rlv_device_crowd_cut first")
+        })?;
+        let made = state.crowd.read(counts)?;
+        let mut list = DrawList {
+            draws: made.draws,
+            clusters: made.clusters,
+            instances: made.instances,
+            first_weights: made.first_weights,
+            ..DrawList::default()
+        };
+        if !given.matrices.is_null() {
+            list.matrices = read_back(device, state.crowd.matrices())?;
+        }
+        if !given.weights.is_null() {
+            list.weights = read_back(device, state.crowd.weights())?;
+            list.weights.truncate(state.crowd.weight_count());
+        }
+        // SAFETY: the caller promises room for the capacities in each array that is not NULL.
+        unsafe { write_list(&given, &list) }
+    }
+
+    fn rlv_device_crowd_vulkan(crowd: RlvDeviceCrowd, out: *mut RlvDeviceCrowdVulkan) {
+        let object = registry::get(crowd)?;
+        let device = object.device()?;
+        let state = try_read(&object.state, "device crowd")?;
+        let made = &state.crowd;
+        let buffers = [
+            made.draws().wgpu(),
+            made.clusters().wgpu(),
+            made.instances().wgpu(),
+            made.counts().wgpu(),
+            made.matrices().wgpu(),
+            made.weights().wgpu(),
+        ];
+        let found = objects(device, buffers).ok_or_else(|| {
+            Error::unsupported(format!("{} hands out no Vulkan objects", device.summary()))
+                .at("device crowd")
+                .advise("copy the draws with rlv_device_crowd_get")
+        })?;
+        let Objects { queue_family, queue_index, instance, physical_device, device, queue, buffers } = found;
+        let [draws, clusters, instances, counts, matrices, weights] = buffers;
+        let found = RlvDeviceCrowdVulkan {
+            struct_size: 0,
+            queue_family,
+            queue_index,
+            reserved: 0,
+            instance,
+            physical_device,
+            device,
+            queue,
+            draws,
+            clusters,
+            instances,
+            counts,
+            matrices,
+            weights,
+        };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, found) }
+    }
+}

@@ -1,0 +1,14 @@
+//! Nouns of meshes, surfaces, grids and what is found on them.
+
+pub mod bezier;
+pub mod caster;
+pub mod evaluate;
+pub mod grid;
+pub mod mesh;
+pub mod procedural;
+pub mod ptex;
+pub mod repair;
+pub mod shape;
+pub mod subdivision;
+pub mod surface;
+pub mod tessellate;
