@@ -4,6 +4,9 @@
 //! block keeps its room until its tile is freed or has another size, and freed room is taken again, last in, first out
 //! (Schäfer et al. 2015, *Local Painting and Deformation of Meshes on the GPU*, Section 4).
 
+pub(crate) mod mips;
+pub(crate) mod ring;
+
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
@@ -12,9 +15,9 @@ use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, groups, wgpu};
 use relievo_surface::{DeviceSurface, Place, SURFACE_GROUP};
 
-use crate::device_ring::{BoundRing, DeviceRing};
-use crate::field::Field;
-use crate::heap::{CLASS_COUNT, SizeClass};
+use crate::device::ring::{BoundRing, DeviceRing};
+use crate::quads::field::Field;
+use crate::store::heap::{CLASS_COUNT, SizeClass};
 use crate::texel::Texel;
 
 /// What kernels that import `tiles` have as their group 2.
@@ -95,7 +98,7 @@ impl<T: Texel> DeviceTiles<T> {
 
     /// As [`Self::update`] after an edit whose texels are on the device: `written` tells of tiles from which word of `from`
     /// on their blocks are there, rings left out. Those of all others that differ are what neighbours make them, so that
-    /// nothing comes from the processor. The rings are those of [`crate::device_ring`], which says how equal they are to
+    /// nothing comes from the processor. The rings are those of [`crate::device::ring`], which says how equal they are to
     /// `field`'s.
     pub fn follow(
         &mut self,

@@ -9,61 +9,38 @@
 //! - Vectors: [`vector`], in the frames of [`frame`].
 //! - The displaced surface: [`displaced`] evaluates it, [`tessellate`] makes triangles of it, [`fold`] counts its folds.
 
-pub mod blocks;
-mod carried;
-pub mod channel;
-pub mod color;
-pub mod composite;
-pub mod decay;
 mod device;
-mod device_mips;
-mod device_ring;
-pub mod displaced;
-pub mod displacement;
-pub mod face_varying;
-mod fade;
-pub mod field;
-pub mod filter;
-pub mod fold;
-pub mod frame;
-pub mod heap;
-pub mod levels;
-mod mip;
-mod numbering;
-mod pages;
-pub mod paging;
+mod layers;
 pub mod planes;
-pub mod ring;
-mod seam;
-pub mod sets;
-mod slot;
-mod spare;
-pub mod spline;
-pub mod stored;
-pub mod tessellate;
+mod quads;
+mod store;
 pub mod texel;
-pub mod trace;
 pub mod triangle;
-pub mod vector;
 
-pub use blocks::Blocks;
-pub use channel::{Applied, Channel, ChannelOptions, Snapshot, Texels};
-pub use color::{AnyField, ByFormat, Paint};
-pub use composite::{Layered, Sheet};
-pub use decay::{Decay, DecayOptions, Faded, StampBlocks};
+pub use device::mips::DeviceMips;
+pub use device::ring::{BoundRing, DeviceRing, WorkedBlocks};
 pub use device::{DeviceTiles, DisplacedEvaluation, TILES_GROUP};
-pub use device_mips::DeviceMips;
-pub use device_ring::{BoundRing, DeviceRing, WorkedBlocks};
-pub use displaced::{Displaced, Points};
-pub use displacement::{Displacement, DisplacementOptions};
-pub use field::Field;
-pub use fold::Folds;
+pub use layers::composite::{Layered, Sheet};
+pub use layers::decay::{Decay, DecayOptions, Faded, StampBlocks};
+pub use layers::trace::{Mark, Trace, Traces};
+pub use layers::{composite, decay, trace};
 pub use planes::{ColorPlanes, Planes};
-pub use ring::Change;
-pub use seam::SEAM_REACH;
-pub use sets::{Candidate, Sets};
-pub use stored::StoredTexel;
-pub use tessellate::{Tessellation, Tessellator, uniform_rates};
+pub use quads::channel::{Applied, Channel, ChannelOptions, Snapshot, Texels};
+pub use quads::color::{AnyField, ByFormat, Paint};
+pub use quads::displaced::{Displaced, Points};
+pub use quads::displacement::{Displacement, DisplacementOptions};
+pub use quads::field::Field;
+pub use quads::fold::Folds;
+pub use quads::ring::Change;
+pub use quads::seam::SEAM_REACH;
+pub use quads::tessellate::{Tessellation, Tessellator, uniform_rates};
+pub use quads::vector::VectorDisplacement;
+pub use quads::{
+    channel, color, displaced, displacement, face_varying, field, filter, fold, frame, levels, ring, spline,
+    tessellate, vector,
+};
+pub use store::blocks::Blocks;
+pub use store::sets::{Candidate, Sets};
+pub use store::stored::StoredTexel;
+pub use store::{blocks, heap, paging, sets, stored};
 pub use texel::{ColorTexel, Rgba8, Rgba16, Texel, Vector};
-pub use trace::{Mark, Trace, Traces};
-pub use vector::VectorDisplacement;

@@ -17,7 +17,7 @@ use relievo_core::dispatch_simd;
 use relievo_core::lanes::Lanes;
 use relievo_core::simd::Level;
 
-use crate::frame::Turn;
+use crate::quads::frame::Turn;
 
 /// What texels are averaged as: a number, or several that do not know of each other.
 pub trait Value:
@@ -178,7 +178,7 @@ fn finite_halves(texels: &[f16]) -> bool {
 }
 
 /// Vector displacement: B-spline coefficients along the tile's tangent by u, across it, and along the normal, in the
-/// orthonormal frame of [`crate::frame`]. Object units.
+/// orthonormal frame of [`crate::quads::frame`]. Object units.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Vector(pub [f16; 3]);

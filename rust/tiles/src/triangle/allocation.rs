@@ -14,9 +14,9 @@ use super::change::TriangleSets;
 use super::channel::TriangleChannel;
 use super::field::{Entry, TriangleClass, TriangleField, barycentric};
 use super::pattern::{Pattern, Slot};
-use crate::heap::Class;
-use crate::paging::Paged;
-use crate::slot;
+use crate::store::heap::Class;
+use crate::store::paging::Paged;
+use crate::store::slot;
 use crate::texel::Texel;
 
 /// A block that an edit makes: of a face or an edge.

@@ -9,7 +9,7 @@ use super::change::TriangleChange;
 use super::channel::TriangleChannel;
 use super::field::{CHUNK, TriangleClass};
 use super::pattern::Pattern;
-use crate::heap::Class;
+use crate::store::heap::Class;
 use crate::texel::Texel;
 
 /// What a block belongs to.

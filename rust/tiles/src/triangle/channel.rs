@@ -22,9 +22,9 @@ use super::change::{TriangleChange, TriangleSnapshot, TriangleValues};
 use super::expendable::Expendable;
 use super::field::{Entry, TriangleClass, TriangleField};
 use super::pattern::Pattern;
-use crate::heap::{Class, Heap};
-use crate::pages::Pages;
-use crate::paging::{Paged, Paging};
+use crate::store::heap::{Class, Heap};
+use crate::store::pages::Pages;
+use crate::store::paging::{Paged, Paging};
 use crate::texel::{ColorTexel, Texel};
 
 /// How a channel over triangles is made.

@@ -1,7 +1,7 @@
 //! Layers of a triangle mesh put on each other: the composite is a channel of its own, with a value at every vertex
 //! where one of the layers has one, as fine there as the finest of them.
 //!
-//! Values are blended as those of tiles are, see [`crate::composite`]. A layer is read where the composite has its
+//! Values are blended as those of tiles are, see [`crate::layers::composite`]. A layer is read where the composite has its
 //! values, as [`TriangleField::value`] says: patterns of fewer segments are subsets, so that a coarser layer is linear
 //! between its own. Units: object units, linear light.
 
@@ -13,8 +13,8 @@ use super::change::{TriangleChange, TriangleSets, TriangleValues};
 use super::channel::{TriangleChannel, TriangleOptions};
 use super::field::{TriangleClass, TriangleField};
 use super::pattern::{Node, Pattern, Slot};
-use crate::composite::{Layered, Sheet};
-use crate::heap::Class;
+use crate::layers::composite::{Layered, Sheet};
+use crate::store::heap::Class;
 
 /// A layer of a composite.
 pub type TriangleSheet<'a, T> = Sheet<'a, TriangleField<T>>;

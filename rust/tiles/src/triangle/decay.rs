@@ -2,7 +2,7 @@
 //! linearly back to what is blank.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 7.2, as
-//! on tiles, see [`crate::decay`]. The edited values and their stamps are two channels more over the same triangles, so
+//! on tiles, see [`crate::layers::decay`]. The edited values and their stamps are two channels more over the same triangles, so
 //! that what a finer pattern finds between stamped values is stamped too. Bytes: those of [`super::channel`] for values
 //! and for stamps of 4 bytes, of the faces that hold a stamp. Units: seconds.
 
@@ -24,10 +24,10 @@ use super::change::{TriangleChange, TriangleSets, TriangleValues};
 use super::channel::{TriangleChannel, TriangleOptions};
 use super::field::{TriangleClass, TriangleField};
 use super::pattern::Pattern;
-use crate::blocks::Blocks;
-use crate::decay::{DecayOptions, Faded, PERMANENT, order};
-use crate::fade::{Fader, Fading, words};
-use crate::stored::StoredTexel;
+use crate::layers::decay::{DecayOptions, Faded, PERMANENT, order};
+use crate::layers::fade::{Fader, Fading, words};
+use crate::store::blocks::Blocks;
+use crate::store::stored::StoredTexel;
 use crate::texel::Texel;
 
 /// When a value was edited, in seconds; [`PERMANENT`] where it does not fade.

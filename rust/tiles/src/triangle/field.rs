@@ -19,9 +19,9 @@ use relievo_surface::{TriangleSide, TriangleTopology};
 
 use super::block::TriangleBlock;
 use super::pattern::{Node, Pattern, Slot};
-use crate::heap::{BlockId, Class};
-use crate::pages::Pages;
-use crate::slot::{self, Pager};
+use crate::store::heap::{BlockId, Class};
+use crate::store::pages::Pages;
+use crate::store::slot::{self, Pager};
 use crate::texel::Texel;
 
 /// A kind and size of block: the inside of an edge or of a face of a pattern whose segments are a power of two.

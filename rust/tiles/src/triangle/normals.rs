@@ -18,9 +18,9 @@ use super::field::{Entry, TriangleClass, TriangleField};
 use super::pattern::{Node, Pattern, Slot};
 use super::piece::FaceRates;
 use super::vectors::Offset;
-use crate::heap::BlockId;
-use crate::pages::Pages;
-use crate::slot;
+use crate::store::heap::BlockId;
+use crate::store::pages::Pages;
+use crate::store::slot;
 
 /// The share of a segment from which on a displacement counts in full.
 const FULL: f64 = 1.0 / 64.0;

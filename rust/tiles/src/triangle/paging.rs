@@ -1,5 +1,5 @@
 //! Paging of triangle meshes: when the byte budget of a channel is spent, the blocks of faces and edges that were
-//! edited longest ago make room for others. See [`crate::paging`].
+//! edited longest ago make room for others. See [`crate::store::paging`].
 //!
 //! Each block pages by itself, with the face or the edge it belongs to: a face and its edges stay allocated together.
 //! Vertices never page, nor do normals, which are no channel. Units: bytes.
@@ -12,9 +12,9 @@ use relievo_document::{Page, PageStore};
 use super::block::TriangleBlock;
 use super::channel::TriangleChannel;
 use super::field::{Entry, TriangleClass};
-use crate::heap::{BlockId, Class};
-use crate::paging::{NOWHERE, Paged, Paging};
-use crate::slot::{Pager, Slot};
+use crate::store::heap::{BlockId, Class};
+use crate::store::paging::{NOWHERE, Paged, Paging};
+use crate::store::slot::{Pager, Slot};
 use crate::texel::Texel;
 
 impl<T: Texel> TriangleChannel<T> {

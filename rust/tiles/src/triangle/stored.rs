@@ -14,9 +14,9 @@ use super::change::TriangleChange;
 use super::channel::{TriangleChannel, TriangleOptions};
 use super::field::{CHUNK, Entry, TriangleField};
 use super::pattern::Pattern;
-use crate::blocks::Blocks;
-use crate::pages::Pages;
-use crate::stored::StoredTexel;
+use crate::store::blocks::Blocks;
+use crate::store::pages::Pages;
+use crate::store::stored::StoredTexel;
 use crate::texel::Texel;
 
 /// Blocks that are unpacked at a time.

@@ -1,5 +1,5 @@
 //! Traces of contact on triangle meshes: where colliders pushed, how far in all, and when last; at the vertices where
-//! the displacement is. See [`crate::trace`]. Units: object units, seconds.
+//! the displacement is. See [`crate::layers::trace`]. Units: object units, seconds.
 
 use relievo_core::Result;
 
@@ -7,7 +7,7 @@ use super::channel::{TriangleChannel, TriangleOptions};
 use super::field::TriangleField;
 use super::pattern::{Node, Pattern};
 use super::tessellate::{TriangleTessellation, point_attribute};
-use crate::trace::{Mark, Trace};
+use crate::layers::trace::{Mark, Trace};
 
 impl TriangleChannel<Trace> {
     /// No traces, for a mesh with this displacement. They may occupy `budget` bytes. Fails as

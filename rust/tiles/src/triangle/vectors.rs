@@ -17,7 +17,7 @@ use super::channel::{TriangleChannel, TriangleOptions};
 use super::displaced::{edge_foot, foot};
 use super::field::{Entry, TriangleField};
 use super::pattern::Slot;
-use crate::slot;
+use crate::store::slot;
 use crate::texel::{Texel, Vector};
 
 /// A vector of object space: by how much a point is moved, or a normal differs from that of the undisplaced mesh.

@@ -1,7 +1,7 @@
 //! Paging: when the byte budget of a channel is spent, the blocks that were edited longest ago make room for others.
 //!
 //! Nothing that is read or written depends on it but memory and time: a block on a page returns when it is looked at,
-//! see [`crate::slot`], and has a place in the heap again when it is edited. So which blocks go does not change a
+//! see [`crate::store::slot`], and has a place in the heap again when it is edited. So which blocks go does not change a
 //! result; it is those of the oldest version, of equal ones that of the lowest tile, whatever readers looked at. Blocks
 //! go while a channel is edited or committed, never while it is only read. Within an edit its own blocks may exceed the
 //! budget for a while, together with what was read for it; when it is settled the budget holds again. Only tiles that
@@ -13,10 +13,10 @@ use std::sync::Arc;
 use relievo_core::Result;
 use relievo_document::{Page, PageStore};
 
-use crate::channel::Channel;
-use crate::heap::BlockId;
-use crate::sets::Sets;
-use crate::slot::{Pager, Slot};
+use crate::quads::channel::Channel;
+use crate::store::heap::BlockId;
+use crate::store::sets::Sets;
+use crate::store::slot::{Pager, Slot};
 use crate::texel::Texel;
 
 /// What a channel knows of its pages. Blocks are tiles, or those of triangles by number.

@@ -3,7 +3,7 @@
 use relievo_core::{Context, Domain, Error, Result, Values};
 use relievo_surface::{Order, Place, Samples, Surface};
 
-use crate::tessellate::Tessellation;
+use crate::quads::tessellate::Tessellation;
 
 impl Tessellation {
     /// Replaces the corner attribute `name`, which was carried from the cage, by its limit: what

@@ -13,13 +13,13 @@ use relievo_core::progress::Silent;
 use relievo_core::{Attribute, Context, Domain, Error, Mesh, Parts, Progress, Result, Values};
 use relievo_surface::{Grid, Place, Placement, TileTopology};
 
-use crate::carried::Carried;
-use crate::displaced::{Displaced, Points};
-use crate::field::Field;
-pub use crate::numbering::MAX_RATE;
-use crate::numbering::{Local, Numbering, check_cage};
+use crate::layers::trace::Trace;
+use crate::quads::carried::Carried;
+use crate::quads::displaced::{Displaced, Points};
+use crate::quads::field::Field;
+pub use crate::quads::numbering::MAX_RATE;
+use crate::quads::numbering::{Local, Numbering, check_cage};
 use crate::texel::{ColorTexel, Texel};
-use crate::trace::Trace;
 
 /// What is being done, for progress.
 const STAGE: &str = "tessellate";

@@ -1,18 +1,18 @@
 //! The mips of colours on a graphics device, made there from the tiles that it has (`shaders/tiles/ring.wgsl`).
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, *Local Painting and Deformation of Meshes on the GPU*, Section 5, with the
-//! rules of [`crate::mip`]: levels of half, a quarter, … of a tile's texels a side, down to two, each with its own ring.
+//! rules of [`crate::quads::mip`]: levels of half, a quarter, … of a tile's texels a side, down to two, each with its own ring.
 //! Means of 8 bits are the processor's to the bit, by the same tables: it adds whole numbers, and what each level rounds
 //! would else add up. Rings are its within 1/255.
 
 use relievo_core::{Error, Result};
 use relievo_gpu::{Buffer, Device, wgpu};
 
-use crate::channel::neighbours;
+use crate::device::ring::DeviceRing;
 use crate::device::{DeviceTiles, read_texels};
-use crate::device_ring::DeviceRing;
-use crate::field::Field;
-use crate::heap::{CLASS_COUNT, MAX_SIZE, SizeClass};
+use crate::quads::channel::neighbours;
+use crate::quads::field::Field;
+use crate::store::heap::{CLASS_COUNT, MAX_SIZE, SizeClass};
 use crate::texel::Texel;
 
 /// Mips on a device. Of every tile its levels follow one another, finest first, row by row with their rings.

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use crate::heap::BlockId;
+use crate::store::heap::BlockId;
 
 /// The block of an element.
 #[derive(Clone, Debug)]

@@ -17,7 +17,7 @@
 //!   without a block read as, which for displacement is zero.
 //! - Across a reversed link displacements change sign, because the normals do; colours stay. Vectors are re-expressed
 //!   in the frame of the tile that receives them, at the point of the edge that the texel is beside, see
-//!   [`crate::frame`].
+//!   [`crate::quads::frame`].
 //!
 //! Colours are looked up bilinearly, and the same rules make that continuous across edges of equal density.
 //!
@@ -29,11 +29,11 @@ use std::ops::Range;
 use relievo_core::{Context, List};
 use relievo_surface::{Incidence, Link, RingClass, Side, TileTopology};
 
-use crate::field::{Field, Line};
-use crate::frame::{Turn, entry_of, opposite};
-use crate::heap::MAX_SIZE;
-use crate::mip;
-use crate::spline::{restrict_curve, subdivide_curve};
+use crate::quads::field::{Field, Line};
+use crate::quads::frame::{Turn, entry_of, opposite};
+use crate::quads::mip;
+use crate::quads::spline::{restrict_curve, subdivide_curve};
+use crate::store::heap::MAX_SIZE;
 use crate::texel::Texel;
 
 /// What an edit changed of a tile.

@@ -13,11 +13,11 @@ use half::f16;
 use relievo_core::{Attribute, Domain, Error, Result, Values};
 use relievo_surface::Place;
 
-use crate::channel::{Channel, ChannelOptions};
-use crate::color::cell;
-use crate::field::Field;
-use crate::heap::MAX_SIZE;
-use crate::tessellate::Tessellation;
+use crate::quads::channel::{Channel, ChannelOptions};
+use crate::quads::color::cell;
+use crate::quads::field::Field;
+use crate::quads::tessellate::Tessellation;
+use crate::store::heap::MAX_SIZE;
 use crate::texel::Texel;
 
 /// One texel of traces.

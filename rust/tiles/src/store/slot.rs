@@ -1,7 +1,7 @@
 //! Where the texels of a block are: in memory, or on a page from which they return when somebody looks at them.
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 4, where
-//! a heap that is full refuses; here the oldest blocks make room, see [`crate::paging`]. Any number of readers may look
+//! a heap that is full refuses; here the oldest blocks make room, see [`crate::store::paging`]. Any number of readers may look
 //! at a page at once: one of them reads it, the others wait for it, and it stays for the life of the fields that have
 //! it. Texels that cannot be read back are blank to readers, and an error to whoever asks or edits.
 

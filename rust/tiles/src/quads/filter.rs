@@ -6,7 +6,7 @@
 //! edge are found by walking on straight through the links of [`relievo_surface::TileTopology`]; at borders of the
 //! surface and at non-manifold edges a place stays at the edge.
 //!
-//! Tiles of equal size agree on their common edge because their levels do, see [`crate::ring`]. Where sizes differ,
+//! Tiles of equal size agree on their common edge because their levels do, see [`crate::quads::ring`]. Where sizes differ,
 //! levels differ too, and texels are rounded: there the finer tile's look-up is shifted, close to the edge, by what the
 //! coarser one has on the edge less what it has itself there, and at vertices likewise by the coarsest of all tiles. So
 //! colours are continuous to rounding whatever the sizes. Units: parameters of the tile, 0 to 1.
@@ -15,10 +15,10 @@ use glam::{Vec2, Vec4};
 use relievo_core::simd::prefetch;
 use relievo_surface::{Link, Place, TileTopology};
 
-use crate::color::{cell, inner_cell};
-use crate::field::Field;
-use crate::heap::MAX_SIZE;
-use crate::ring::{View, texel_of_none};
+use crate::quads::color::{cell, inner_cell};
+use crate::quads::field::Field;
+use crate::quads::ring::{View, texel_of_none};
+use crate::store::heap::MAX_SIZE;
 use crate::texel::ColorTexel;
 
 /// Most places that a look-up visits.

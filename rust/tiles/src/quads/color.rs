@@ -2,7 +2,7 @@
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 5: the
 //! ring of one texel lets a look-up stay in its tile, and what is looked up on an edge is the same from both of its
-//! tiles: by the rules of [`crate::ring`] where their density is equal, else by those of [`crate::filter`]. Colours are
+//! tiles: by the rules of [`crate::quads::ring`] where their density is equal, else by those of [`crate::quads::filter`]. Colours are
 //! linear Rec.709 with alpha and are interpolated in linear light, whatever the texels encode.
 
 use std::sync::Arc;
@@ -11,10 +11,10 @@ use glam::Vec4;
 use relievo_core::{Attribute, Domain, Result, Values};
 use relievo_surface::{Place, TileTopology};
 
-use crate::channel::{Channel, ChannelOptions};
-use crate::field::Field;
-use crate::filter::{bilinear, inside};
-use crate::tessellate::Tessellation;
+use crate::quads::channel::{Channel, ChannelOptions};
+use crate::quads::field::Field;
+use crate::quads::filter::{bilinear, inside};
+use crate::quads::tessellate::Tessellation;
 use crate::texel::{ColorTexel, Rgba8, Rgba16};
 
 /// Colours that may be edited, four bytes a texel unless it says otherwise.

@@ -1,12 +1,12 @@
 //! What coarser tiles around a tile add to its colours near its edges, as lists that a graphics device reads.
 //!
-//! [`Field::color`] shifts what a tile has itself near edges where a coarser tile rules (see [`crate::filter`]). Along an
+//! [`Field::color`] shifts what a tile has itself near edges where a coarser tile rules (see [`crate::quads::filter`]). Along an
 //! edge that shift is a polygon: both sides are straight between texels, whose middles, and the middles between them,
 //! are at whole numbers of halves of the finer side's texels.
 
 use glam::Vec4;
 
-use crate::field::Field;
+use crate::quads::field::Field;
 use crate::texel::ColorTexel;
 
 /// Texels from an edge within which what rules there is seen; less and less towards the last.
@@ -42,7 +42,7 @@ mod tests {
     use relievo_testing::{Random, grid};
 
     use super::*;
-    use crate::filter::bilinear;
+    use crate::quads::filter::bilinear;
     use crate::{Channel, ChannelOptions, Rgba16, Sets};
 
     #[test]

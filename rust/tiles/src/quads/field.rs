@@ -10,12 +10,12 @@ use relievo_core::simd::Level;
 use relievo_document::PageStore;
 use relievo_surface::{Link, Place, TileTopology};
 
-use crate::frame::Frames;
-use crate::heap::{BlockId, SizeClass};
-use crate::pages::{Page, Pages};
-use crate::slot::{Pager, Slot};
-use crate::spare::Spare;
-use crate::spline::{self, Jet};
+use crate::quads::frame::Frames;
+use crate::quads::spline::{self, Jet};
+use crate::store::heap::{BlockId, SizeClass};
+use crate::store::pages::{Page, Pages};
+use crate::store::slot::{Pager, Slot};
+use crate::store::spare::Spare;
 use crate::texel::{Texel, Vector};
 
 /// The block of a tile and its mips.
@@ -268,7 +268,7 @@ impl<T: Texel> Field<T> {
         self.pager.as_ref().map(|pager| &pager.store)
     }
 
-    /// Whether `tile` is allocated and on a page, see [`crate::paging`].
+    /// Whether `tile` is allocated and on a page, see [`crate::store::paging`].
     pub fn is_paged(&self, tile: u32) -> bool {
         self.entry(tile).is_some_and(|entry| entry.texels.is_paged())
     }
@@ -322,7 +322,7 @@ impl<T: Texel> Field<T> {
         seen.clear();
         seen.extend(changed);
         if !self.uneven.is_empty() || !before.uneven.is_empty() {
-            seen.extend(changed.iter().flat_map(|tile| crate::channel::neighbours(&self.topology, *tile)));
+            seen.extend(changed.iter().flat_map(|tile| crate::quads::channel::neighbours(&self.topology, *tile)));
             seen.sort_unstable();
             seen.dedup();
         }

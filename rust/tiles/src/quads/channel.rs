@@ -14,13 +14,13 @@ use half::f16;
 use relievo_core::{Context, Error, Result, Retired};
 use relievo_surface::{Link, TileTopology};
 
-use crate::field::{Entry, Field, Line};
-use crate::heap::{BlockId, CLASS_COUNT, Heap, MIN_SIZE, SizeClass};
-use crate::mip::Rect;
-use crate::paging::{Paged, Paging};
-use crate::ring::{self, Change, Plan, View, Writes, WritesAt};
-use crate::sets::Sets;
-use crate::slot::Slot;
+use crate::quads::field::{Entry, Field, Line};
+use crate::quads::mip::Rect;
+use crate::quads::ring::{self, Change, Plan, View, Writes, WritesAt};
+use crate::store::heap::{BlockId, CLASS_COUNT, Heap, MIN_SIZE, SizeClass};
+use crate::store::paging::{Paged, Paging};
+use crate::store::sets::Sets;
+use crate::store::slot::Slot;
 use crate::texel::Texel;
 
 /// How a channel is made.
@@ -511,7 +511,7 @@ impl<T: Texel> Channel<T> {
         Ok(applied.refused.drain(..).collect())
     }
 
-    /// Brings borders and rings up to date, see [`crate::ring`]. Returns the tiles that changed by it, ascending.
+    /// Brings borders and rings up to date, see [`crate::quads::ring`]. Returns the tiles that changed by it, ascending.
     #[inline(never)]
     pub fn update_rings(&mut self, context: &Context, changes: &[Change]) -> Result<Vec<u32>> {
         let mut tiles = Vec::new();

@@ -13,14 +13,14 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 use relievo_core::{Context, Error, Result};
 
-use crate::channel::{Applied, Channel, class_of};
-use crate::field::{Entry, Field};
-use crate::heap::SizeClass;
-use crate::paging::Paged;
-use crate::ring::{self, Change, Plan, View, Writes};
-use crate::sets::Sets;
-use crate::slot::Slot;
-use crate::spline::{coarsen_block, subdivide_block};
+use crate::quads::channel::{Applied, Channel, class_of};
+use crate::quads::field::{Entry, Field};
+use crate::quads::ring::{self, Change, Plan, View, Writes};
+use crate::quads::spline::{coarsen_block, subdivide_block};
+use crate::store::heap::SizeClass;
+use crate::store::paging::Paged;
+use crate::store::sets::Sets;
+use crate::store::slot::Slot;
 use crate::texel::{Texel, Value};
 
 /// The coarsest level of edits: a quarter of the texels.

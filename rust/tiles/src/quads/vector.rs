@@ -1,5 +1,5 @@
-//! Vector displacement: a [`Channel`] of the B-spline coefficients of [`crate::spline`], three a texel, in the frames
-//! of [`crate::frame`]. It comes after scalar displacement, see [`crate::displaced`]. Units: object units.
+//! Vector displacement: a [`Channel`] of the B-spline coefficients of [`crate::quads::spline`], three a texel, in the frames
+//! of [`crate::quads::frame`]. It comes after scalar displacement, see [`crate::quads::displaced`]. Units: object units.
 
 use std::sync::Arc;
 
@@ -7,8 +7,8 @@ use relievo_core::{Context, Result};
 use relievo_document::{Document, PageStore};
 use relievo_surface::Surface;
 
-use crate::channel::{Channel, ChannelOptions};
-use crate::frame::Frames;
+use crate::quads::channel::{Channel, ChannelOptions};
+use crate::quads::frame::Frames;
 use crate::texel::Vector;
 
 /// Vector displacements that may be edited.

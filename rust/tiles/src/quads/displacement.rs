@@ -1,4 +1,4 @@
-//! Scalar displacement: a [`Channel`] of the B-spline coefficients of [`crate::spline`]. Units: object units.
+//! Scalar displacement: a [`Channel`] of the B-spline coefficients of [`crate::quads::spline`]. Units: object units.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use half::f16;
 use relievo_core::Result;
 use relievo_surface::TileTopology;
 
-use crate::channel::{Channel, ChannelOptions};
+use crate::quads::channel::{Channel, ChannelOptions};
 
 /// Displacements that may be edited.
 pub type Displacement = Channel<f16>;

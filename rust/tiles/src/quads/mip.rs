@@ -2,7 +2,7 @@
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 5 and
 //! Figure 5. A texel of a level is the mean, in linear light, of two by two texels of the level below; every level has
-//! a ring of its own, made by [`crate::ring`]. Only what lies above changed texels is made anew. At vertices where
+//! a ring of its own, made by [`crate::quads::ring`]. Only what lies above changed texels is made anew. At vertices where
 //! texels are equalised a level holds something else than means at its corners; the means there are found from the
 //! level below whenever they are needed. Units: texels.
 
@@ -12,11 +12,11 @@ use std::sync::Arc;
 use relievo_core::Context;
 use relievo_core::simd::Level;
 
-use crate::channel::Channel;
-use crate::field::Entry;
-use crate::heap::{MAX_SIZE, SizeClass};
-use crate::ring::{self, Change, Plan, View, Writes};
-use crate::slot::Slot;
+use crate::quads::channel::Channel;
+use crate::quads::field::Entry;
+use crate::quads::ring::{self, Change, Plan, View, Writes};
+use crate::store::heap::{MAX_SIZE, SizeClass};
+use crate::store::slot::Slot;
 use crate::texel::Texel;
 
 /// Texels of a tile that changed, without the ring.

@@ -9,9 +9,9 @@ use relievo_core::Result;
 use relievo_document::Kind;
 use relievo_surface::TileTopology;
 
-use crate::field::Field;
-use crate::heap::{MAX_SIZE, SizeClass};
-use crate::stored::StoredTexel;
+use crate::quads::field::Field;
+use crate::store::heap::{MAX_SIZE, SizeClass};
+use crate::store::stored::StoredTexel;
 
 /// Blocks by number at one moment. Cheap to keep, since what is not written afterwards is shared.
 pub trait Blocks: Any + Debug + Send + Sync {

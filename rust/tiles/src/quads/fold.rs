@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3};
 use relievo_core::{Context, Result};
 use relievo_surface::{Grid, Order, Placement, Samples};
 
-use crate::displaced::{Displaced, Points};
+use crate::quads::displaced::{Displaced, Points};
 use crate::triangle::{FaceRates, TriangleDisplaced};
 
 /// Triangles of displaced tiles, or faces of a triangle mesh, and how many of them are folded.

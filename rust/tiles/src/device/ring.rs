@@ -1,7 +1,7 @@
 //! The ring update on a graphics device (`shaders/tiles`).
 //!
 //! Schäfer, Keinert, Nießner, Buchenau, Guthe and Stamminger 2014, *Real-Time Deformation of Subdivision Surfaces from
-//! Object Collisions*, Section 6, with the rules of [`crate::ring`], for displacement and for colours. What is copied is the
+//! Object Collisions*, Section 6, with the rules of [`crate::quads::ring`], for displacement and for colours. What is copied is the
 //! same to the bit, and so are vectors that are turned into the frame of a neighbour, averages at vertices, and mips of 8
 //! bits; what lies between tiles of different density is the processor's up to one unit in the last place of a half float,
 //! or 2⁻²² of the largest number that it is made of, colours of 8 bits within 1/255.
@@ -15,8 +15,8 @@ use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, P
 use relievo_surface::{Link, RingClass, TileTopology};
 
 use crate::device::DeviceTiles;
-use crate::field::Field;
-use crate::frame::{Frames, TURN_NUMBERS};
+use crate::quads::field::Field;
+use crate::quads::frame::{Frames, TURN_NUMBERS};
 use crate::texel::{Texel, Vector, mean_tables};
 
 /// As in `ring.wgsl`.

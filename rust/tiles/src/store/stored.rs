@@ -8,12 +8,12 @@ use relievo_core::{Context, Error, Result};
 use relievo_document::{Block, Document, Head, Kind, PageStore};
 use relievo_surface::TileTopology;
 
-use crate::blocks::Blocks;
-use crate::channel::{Channel, ChannelOptions};
-use crate::field::Field;
-use crate::paging::Paged;
+use crate::layers::trace::Trace;
+use crate::quads::channel::{Channel, ChannelOptions};
+use crate::quads::field::Field;
+use crate::store::blocks::Blocks;
+use crate::store::paging::Paged;
 use crate::texel::{Rgba8, Rgba16, Texel, Vector};
-use crate::trace::Trace;
 
 /// A texel that documents hold.
 pub trait StoredTexel: Texel {

@@ -12,12 +12,12 @@ use half::f16;
 use relievo_core::{Context, Result};
 use relievo_document::{Blend, Settings};
 
-use crate::blocks::Blocks;
-use crate::channel::{Channel, ChannelOptions};
-use crate::field::Field;
-use crate::sets::Sets;
-use crate::spline::subdivide_block;
-use crate::stored::StoredTexel;
+use crate::quads::channel::{Channel, ChannelOptions};
+use crate::quads::field::Field;
+use crate::quads::spline::subdivide_block;
+use crate::store::blocks::Blocks;
+use crate::store::sets::Sets;
+use crate::store::stored::StoredTexel;
 use crate::texel::{ColorTexel, Rgba8, Rgba16};
 
 /// A texel of layers that can be put on each other.

@@ -2,7 +2,7 @@
 //!
 //! Nießner and Loop 2013, Analytic Displacement Mapping using Hardware Tessellation, Section 4: the normal is that of
 //! `P'_u = S_u + D_u·N + D·N_u` and `P'_v`, where `N_u` comes from the second derivatives of the surface. A vector
-//! displacement `V = a·T + b·B + c·N` in the frame of [`crate::frame`] has derivatives of the same order: with `T_u =
+//! displacement `V = a·T + b·B + c·N` in the frame of [`crate::quads::frame`] has derivatives of the same order: with `T_u =
 //! (S_uu − T (T·S_uu))/|S_u|` and `B_u = N_u × T + N × T_u`, nothing above second derivatives is needed. Points on
 //! edges and vertices are evaluated at their canonical place, so that they are equal to the bit whichever tile is
 //! asked, allocated or not. Units: object units; normals have length 1.
@@ -18,8 +18,8 @@ use relievo_core::simd::{Arithmetic, Level};
 use relievo_core::{Context, Error, Result, dispatch_simd};
 use relievo_surface::{Grid, Order, Place, Placement, Samples, Surface};
 
-use crate::field::Field;
-use crate::spline::{self, Jet, Jets};
+use crate::quads::field::Field;
+use crate::quads::spline::{self, Jet, Jets};
 use crate::texel::Vector;
 
 /// Points of a displaced surface.

@@ -3,7 +3,7 @@
 
 use relievo_core::{Attribute, Context, Domain, Mesh, Values};
 
-use crate::numbering::{Local, Numbering};
+use crate::quads::numbering::{Local, Numbering};
 
 /// Attributes of a cage on their way to a tessellation.
 pub(crate) struct Carried<'a> {

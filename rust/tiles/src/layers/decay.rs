@@ -18,14 +18,14 @@ use relievo_core::{Context, Error, Result};
 use relievo_document::{Document, Kind, Stamps};
 use relievo_gpu::Device;
 
-use crate::blocks::Blocks;
-use crate::channel::{Channel, neighbours};
-use crate::fade::{Fader, Fading, words};
-use crate::field::Field;
-use crate::heap::{Heap, SizeClass};
-use crate::pages::{Entry, Pages};
-use crate::ring::Change;
-use crate::stored::StoredTexel;
+use crate::layers::fade::{Fader, Fading, words};
+use crate::quads::channel::{Channel, neighbours};
+use crate::quads::field::Field;
+use crate::quads::ring::Change;
+use crate::store::blocks::Blocks;
+use crate::store::heap::{Heap, SizeClass};
+use crate::store::pages::{Entry, Pages};
+use crate::store::stored::StoredTexel;
 use crate::texel::Texel;
 
 /// When edits fade.

@@ -199,7 +199,7 @@ fn tangents(surface: &Surface, place: Place) -> (Vec3, Vec3, Vec3) {
     let frame = |place: Place| {
         let sample = surface.sample(Level::Baseline, place).ok()?;
         let (u, v) = (Vec3::from(sample.du).try_normalize()?, Vec3::from(sample.dv).try_normalize()?);
-        // As parallel as [`crate::displaced`] takes them.
+        // As parallel as [`crate::quads::displaced`] takes them.
         let across = u.cross(v);
         (across.length() > 1e-6).then(|| (u, across.normalize(), v))
     };

@@ -12,7 +12,7 @@ use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Buffer, Device, GROUP, Kernel, KernelSpec};
 
-use crate::decay::DecayOptions;
+use crate::layers::decay::DecayOptions;
 use crate::texel::Texel;
 
 /// As in `fade.wgsl`.
