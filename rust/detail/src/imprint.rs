@@ -3,7 +3,19 @@
 //! and reports its time under `imprint.obb`, `imprint.cull`, `imprint.compact`, `imprint.voxelise`, `imprint.raycast`
 //! and `imprint.ring`, and where rims are asked for `imprint.rim`.
 
+pub mod collider;
+pub mod contact;
+pub mod cull;
+pub mod dents;
+pub mod motion;
+pub mod pair;
+pub mod raycast;
+pub mod rim;
+pub mod row;
 pub mod settings;
+pub(crate) mod smoothing;
+pub mod tool;
+pub(crate) mod traces;
 
 use glam::{DAffine3, DVec3};
 use relievo_core::progress::Silent;
@@ -11,24 +23,21 @@ use relievo_core::{Context, Error, Progress, Result};
 use relievo_gpu::Device;
 use relievo_tiles::{Applied, Candidate, Change, Field, Sets};
 
-use crate::collider::Collider;
-use crate::cull::{self, CulledTile, VoxelFrame};
-use crate::dents::TileDents;
+use crate::channels::knots::block_edge;
 use crate::device::{DeviceChain, DeviceMeshes, Imprinted, TriangleChain};
-use crate::grid::Grid;
-use crate::ground::Ground;
+use crate::geometry::grid::Grid;
+use crate::geometry::obb::Obb;
+use crate::geometry::overlap::{jittered, overlap};
+use crate::geometry::voxel::Voxels;
+use crate::imprint::collider::Collider;
+use crate::imprint::cull::{CulledTile, VoxelFrame};
+use crate::imprint::dents::TileDents;
+use crate::imprint::motion::Motion;
+use crate::imprint::rim::Volumes;
+use crate::imprint::row::Sweep;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
-use crate::knots::block_edge;
-use crate::motion::Motion;
-use crate::obb::Obb;
 use crate::object::DisplacedObject;
-use crate::overlap::{jittered, overlap};
-use crate::raycast;
-use crate::rim::{self, Volumes};
-use crate::row::Sweep;
-use crate::smoothing;
-use crate::traces;
-use crate::voxel::Voxels;
+use crate::paint::ground::Ground;
 
 /// The voxel buffer that all imprints of a scene share.
 #[derive(Debug, Default)]

@@ -1,6 +1,17 @@
 //! A deformable object: a limit surface, its displacement, the colours painted on it, and an affine transform to the
 //! world. Displacement is in object units.
 
+pub mod canvas;
+pub(crate) mod fit;
+pub(crate) mod instances;
+pub mod nearest;
+pub(crate) mod ranges;
+pub mod refusal;
+#[cfg(test)]
+pub(crate) mod shapes;
+mod tile_bounds;
+pub(crate) mod transform;
+
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
@@ -13,16 +24,16 @@ use relievo_tiles::{
     Vector, VectorDisplacement,
 };
 
+use crate::channels::fading::FadingObject;
+use crate::channels::layered::{self, Layers};
 use crate::device::DeviceObject;
-use crate::fading::FadingObject;
-use crate::fit::Fit;
-use crate::ground::Ground;
-use crate::hierarchy::{Hierarchy, Region};
-use crate::layered::{self, Layers};
-use crate::obb::Obb;
-use crate::ranges::Ranges;
-use crate::tile_bounds::{tile_bounds, tile_cone};
-use crate::transform::{check_time, check_transform};
+use crate::geometry::hierarchy::{Hierarchy, Region};
+use crate::geometry::obb::Obb;
+use crate::object::fit::Fit;
+use crate::object::ranges::Ranges;
+use crate::object::tile_bounds::{tile_bounds, tile_cone};
+use crate::object::transform::{check_time, check_transform};
+use crate::paint::ground::Ground;
 
 /// A displaced surface in the world.
 #[derive(Debug)]

@@ -4,26 +4,44 @@
 //! before it left on the device. Their grids seldom depend on that: inwards all reach equally far, and what reaches
 //! outwards stays; where a rim raises it by a step, later imprints are made again.
 
+mod batches;
+mod blocks;
+pub(crate) mod chain;
+pub(crate) mod cull;
+pub(crate) mod link;
+pub(crate) mod meshes;
+mod moved;
+mod rim;
+mod shared;
+mod slots;
+pub(crate) mod smoothing;
+mod stages;
+pub(crate) mod triangle_imprint;
+pub(crate) mod triangle_press;
+mod triangle_rim;
+mod triangle_smoothing;
+mod voxel;
+
 use relievo_core::{Context, Error, ErrorKind, Result};
 use relievo_gpu::Device;
 use relievo_tiles::Field;
 
-use super::chain::DeviceChain;
-use super::dabs::OnDevice;
-use super::link::Link;
-use super::meshes::DeviceMeshes;
-use super::stages::Target;
+use super::imprint::chain::DeviceChain;
+use super::imprint::link::Link;
+use super::imprint::meshes::DeviceMeshes;
+use super::imprint::stages::Target;
+use super::imprint::triangle_imprint::TriangleChain;
+use super::paint::dabs::OnDevice;
 use super::state::DeviceObject;
-use super::triangle_imprint::TriangleChain;
-use crate::collider::Collider;
-use crate::dents::TileDents;
-use crate::grid::Grid;
+use crate::channels::knots::block_edge;
+use crate::channels::layered::LayeredObject;
+use crate::geometry::grid::Grid;
+use crate::imprint::collider::Collider;
+use crate::imprint::dents::TileDents;
+use crate::imprint::rim::outwards;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
 use crate::imprint::{Cast, Imprinter, Pressed, grid_over};
-use crate::knots::block_edge;
-use crate::layered::LayeredObject;
 use crate::object::DisplacedObject;
-use crate::rim::outwards;
 
 /// A surface that imprints are made into, one by one or several at a time on a device.
 pub(crate) trait Imprinted: Pressed + OnDevice {
@@ -431,10 +449,10 @@ fn is_written(field: &Field, dents: &TileDents) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dents::key;
-    use crate::device::cull::tests::object;
-    use crate::row::Press;
-    use crate::shapes;
+    use crate::device::imprint::cull::tests::object;
+    use crate::imprint::dents::key;
+    use crate::imprint::row::Press;
+    use crate::object::shapes;
     use glam::{DAffine3, DVec3};
     use relievo_testing::device;
 

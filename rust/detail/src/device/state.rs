@@ -6,12 +6,12 @@ use relievo_gpu::Device;
 use relievo_surface::DeviceSurface;
 use relievo_tiles::{DeviceRing, DeviceTiles, Field, Rgba8, Rgba16, Texel, Vector};
 
-use super::brush::{DeviceBrush, DeviceGround};
-use super::channels::DeviceColors;
-use super::cull::DeviceCull;
-use super::smoothing::WorkedTiles;
-use crate::ground::Ground;
+use super::imprint::cull::DeviceCull;
+use super::imprint::smoothing::WorkedTiles;
+use super::paint::brush::{DeviceBrush, DeviceGround};
+use super::paint::channels::DeviceColors;
 use crate::object::DisplacedObject;
+use crate::paint::ground::Ground;
 
 /// The state of an object on a device, which edits share.
 #[derive(Debug)]

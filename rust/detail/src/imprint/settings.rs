@@ -4,8 +4,8 @@ use std::borrow::Borrow;
 
 use relievo_core::Context;
 
-use crate::dents::Limits;
-use crate::rim::Volumes;
+use crate::imprint::dents::Limits;
+use crate::imprint::rim::Volumes;
 
 relievo_core::parameters! {
     /// How colliders imprint themselves.

@@ -16,11 +16,11 @@ use super::dab::{faces_of, places, write};
 use super::level;
 use super::object::{TriangleGround, TriangleObject, field_length};
 use super::site::{self, Element, ElementEdit, values};
-use crate::dab::Kind;
-use crate::dab::{Dab, DabReport, no_vectors};
-use crate::mode::SculptMode;
-use crate::vector::Bending;
-use crate::weights::BrushParameters;
+use crate::paint::dab::Kind;
+use crate::paint::dab::{Dab, DabReport, no_vectors};
+use crate::paint::mode::SculptMode;
+use crate::paint::vector::Bending;
+use crate::paint::weights::BrushParameters;
 
 impl TriangleObject {
     /// Changes the vector displacement.

@@ -16,14 +16,14 @@ use relievo_tiles::{Candidate, ColorPlanes, Sets, Texel, by_format};
 use super::level;
 use super::object::{TriangleGround, TriangleObject};
 use super::site::{self, Element, ElementEdit, Run};
-use crate::dab::Kind;
-use crate::dab::{Action, Dab, DabReport};
-use crate::frame::Vectors;
-use crate::knots::PerKnot;
-use crate::layered::LayeredObject;
-use crate::mode::{PaintMode, SculptMode};
-use crate::spot::{Painting, Sculpting, everywhere};
-use crate::weights::BrushParameters;
+use crate::channels::frame::Vectors;
+use crate::channels::knots::PerKnot;
+use crate::channels::layered::LayeredObject;
+use crate::paint::dab::Kind;
+use crate::paint::dab::{Action, Dab, DabReport};
+use crate::paint::mode::{PaintMode, SculptMode};
+use crate::paint::spot::{Painting, Sculpting, everywhere};
+use crate::paint::weights::BrushParameters;
 
 impl TriangleObject {
     /// Paints or sculpts the mesh, all passes in a row.
@@ -151,7 +151,7 @@ impl TriangleObject {
         });
         let edits = level::refined(context, field, pattern, edits);
         let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
-        self.widen(edits.iter().map(|edit| crate::cull::range(&edit.values)).fold([0.0; 2], with));
+        self.widen(edits.iter().map(|edit| crate::imprint::cull::range(&edit.values)).fold([0.0; 2], with));
         let (report, shown) =
             write(context, &mut self.displacement, pattern, &faces, edits, mode == SculptMode::Erase)?;
         self.touch(&shown);

@@ -17,15 +17,15 @@ use super::dab::write;
 use super::level::refined;
 use super::object::{TriangleGround, TriangleObject};
 use super::site::{Element, ElementEdit, values};
-use crate::dab::{Dab, DabReport, Kind, no_vectors};
+use crate::channels::layered::LayeredObject;
 use crate::device::{
     DeviceValue, Edit, OnDevice, Returned, TriangleBrush, TrianglePress, TriangleStage, edits_of, on_device,
     reports_of, smudges_of,
 };
-use crate::layered::LayeredObject;
-use crate::mode::{PaintMode, SculptMode};
-use crate::vector::BrushMaps;
-use crate::weights::BrushParameters;
+use crate::paint::dab::{Dab, DabReport, Kind, no_vectors};
+use crate::paint::mode::{PaintMode, SculptMode};
+use crate::paint::vector::BrushMaps;
+use crate::paint::weights::BrushParameters;
 
 /// The state of a mesh on a device.
 #[derive(Debug)]
@@ -141,7 +141,9 @@ impl TriangleObject {
                     |device: &mut TriangleDevice, object: &Self| device.sculpt(context, object, dabs, start, mode);
                 let Some(event) = on_device(context, "dab.device", self, make) else { return Ok(None) };
                 let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
-                self.widen(event.edits.iter().map(|edit| crate::cull::range(&edit.values)).fold([0.0; 2], with));
+                self.widen(
+                    event.edits.iter().map(|edit| crate::imprint::cull::range(&edit.values)).fold([0.0; 2], with),
+                );
                 let erases = mode == SculptMode::Erase;
                 let (reports, shown) = event.take(context, &mut self.displacement, erases)?;
                 self.touch(&shown);

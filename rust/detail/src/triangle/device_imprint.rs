@@ -12,13 +12,13 @@ use super::device::TriangleDevice;
 use super::object::TriangleObject;
 use super::site::{Element, ElementEdit, values};
 use super::traces;
-use crate::collider::Collider;
-use crate::dents::key;
 use crate::device::{
     DeviceMeshes, Imprinted, Link, PressedValues, Standing, TriangleCast, TriangleChain, TriangleTarget,
 };
-use crate::grid::Grid;
+use crate::geometry::grid::Grid;
 use crate::imprint::Imprinter;
+use crate::imprint::collider::Collider;
+use crate::imprint::dents::key;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
 
 impl Imprinter {

@@ -1,4 +1,4 @@
-//! Layers of a triangle mesh whose edits fade. See [`crate::fading`] and [`relievo_tiles::triangle::decay`].
+//! Layers of a triangle mesh whose edits fade. See [`crate::channels::fading`] and [`relievo_tiles::triangle::decay`].
 
 use std::sync::Arc;
 
@@ -8,8 +8,8 @@ use relievo_gpu::Device;
 use relievo_tiles::triangle::{TriangleChannel, TriangleDecay, TriangleField};
 use relievo_tiles::{Blocks, DecayOptions};
 
-use crate::fading::LayerDecay;
-use crate::layer_channel::Absorb;
+use crate::channels::fading::LayerDecay;
+use crate::channels::layer_channel::Absorb;
 
 impl<T: Absorb> LayerDecay<TriangleChannel<T>> for TriangleDecay<T> {
     fn new(field: &TriangleField<T>, options: DecayOptions, budget: u64) -> Result<Self> {

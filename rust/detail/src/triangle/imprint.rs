@@ -16,22 +16,22 @@ use super::device_imprint::Known;
 use super::object::{TriangleGround, TriangleObject, field_length};
 use super::site::{Element, ElementEdit, Run, values};
 use super::{rim, smoothing, traces};
-use crate::collider::Collider;
-use crate::cull::VoxelFrame;
-use crate::dents::{Limits, TileDents};
+use crate::channels::frame::STILL;
+use crate::channels::knots::{BLOCK_KNOTS, KnotBlock};
 use crate::device::{Imprinted, TriangleCast};
-use crate::frame::STILL;
-use crate::grid::Grid;
-use crate::hierarchy::Region;
+use crate::geometry::grid::Grid;
+use crate::geometry::hierarchy::Region;
+use crate::geometry::obb::Obb;
+use crate::geometry::voxel::Voxels;
+use crate::imprint::collider::Collider;
+use crate::imprint::cull::VoxelFrame;
+use crate::imprint::dents::{Limits, TileDents};
+use crate::imprint::motion::Motion;
+use crate::imprint::raycast::{Scratch, cast_block};
+use crate::imprint::rim::Volumes;
+use crate::imprint::row::Sweep;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
 use crate::imprint::{Imprinter, Pressed, grid_over};
-use crate::knots::{BLOCK_KNOTS, KnotBlock};
-use crate::motion::Motion;
-use crate::obb::Obb;
-use crate::raycast::{Scratch, cast_block};
-use crate::rim::Volumes;
-use crate::row::Sweep;
-use crate::voxel::Voxels;
 
 impl Imprinter {
     /// As [`Imprinter::imprint_since`] on a triangle mesh.
@@ -194,7 +194,7 @@ fn finish_triangles(
     report: &mut Report,
 ) -> Result<[u64; 2]> {
     let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
-    object.widen(edits.iter().map(|edit| crate::cull::range(&edit.values)).fold([0.0; 2], with));
+    object.widen(edits.iter().map(|edit| crate::imprint::cull::range(&edit.values)).fold([0.0; 2], with));
     let before = object.displacement.field().clone();
     let finest = before.pattern();
     let (done, shown) = write(context, &mut object.displacement, finest, faces, edits, false)?;

@@ -15,7 +15,7 @@ use relievo_tiles::triangle::{
 use relievo_tiles::{Layered, StoredTexel};
 
 use super::site::{Element, values};
-use crate::layer_channel::{Absorb, BlockChannel, LayerChannel};
+use crate::channels::layer_channel::{Absorb, BlockChannel, LayerChannel};
 
 impl<T: StoredTexel> BlockChannel for TriangleChannel<T> {
     type Field = TriangleField<T>;

@@ -7,8 +7,8 @@ use relievo_surface::Place;
 use relievo_surface::triangle::closest;
 
 use super::object::{TriangleGround, TriangleObject};
-use crate::nearest::SurfacePoint;
-use crate::obb::Obb;
+use crate::geometry::obb::Obb;
+use crate::object::nearest::SurfacePoint;
 
 impl TriangleObject {
     /// The place of the displaced mesh nearest to `point`, if one is no further than `within`: the face as the tile,

@@ -15,12 +15,12 @@ use relievo_tiles::triangle::{
 use relievo_tiles::{ByFormat, Mark, Rgba8, Rgba16, StoredTexel, Texel, Trace, Vector, by_format};
 
 use super::device::TriangleDevice;
-use crate::fading::FadingObject;
-use crate::hierarchy::{Bounds, Hierarchy, Region};
-use crate::layered::{self, Channels, LayeredObject, Layers, Stored};
-use crate::obb::Obb;
-use crate::ranges::{Ranges, widest};
-use crate::transform::{check_time, check_transform};
+use crate::channels::fading::FadingObject;
+use crate::channels::layered::{self, Channels, LayeredObject, Layers, Stored};
+use crate::geometry::hierarchy::{Bounds, Hierarchy, Region};
+use crate::geometry::obb::Obb;
+use crate::object::ranges::{Ranges, widest};
+use crate::object::transform::{check_time, check_transform};
 
 /// Displacements that dabs go by: along the normals, and in object space.
 #[derive(Clone, Copy, Debug)]
@@ -620,7 +620,7 @@ pub(crate) fn field_range(field: &TriangleField, face: u32) -> [f32; 2] {
     let topology = field.topology();
     let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
     let corners = topology.face(face).map(|vertex| field.vertex(vertex));
-    let sum = with([0.0; 2], crate::cull::range(&corners));
+    let sum = with([0.0; 2], crate::imprint::cull::range(&corners));
     let blocks = topology.edges_of(face).map(TriangleBlock::Edge).into_iter().chain([TriangleBlock::Face(face)]);
     blocks.filter_map(|block| field.range(block)).fold(sum, with)
 }
@@ -634,7 +634,7 @@ fn range(field: &TriangleField) -> [f32; 2] {
 /// The same of what lies on edges and at vertices.
 fn range_between(field: &TriangleField) -> [f32; 2] {
     let edges = field.allocated_edges().filter_map(|edge| field.range(TriangleBlock::Edge(edge)));
-    edges.chain(field.vertices().map(crate::cull::range)).fold([0.0; 2], widest)
+    edges.chain(field.vertices().map(crate::imprint::cull::range)).fold([0.0; 2], widest)
 }
 
 fn bounds(surface: &TriangleSurface, face: u32) -> Bounds {

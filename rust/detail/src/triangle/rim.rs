@@ -1,5 +1,5 @@
 //! Rims on triangle meshes: values of faces, edges and vertices around an imprint rise by a share of what it pushed
-//! away. See [`crate::rim`], which has the method; here are the places, their neighbours and their areas.
+//! away. See [`crate::imprint::rim`], which has the method; here are the places, their neighbours and their areas.
 //!
 //! All triangles of the pattern (Schäfer et al. 2015, Section 6) have the same area in a face, 2/(3T²) of it. Values are
 //! linear between its vertices, so each stands for a third of the triangles around it, in all faces that have it. That
@@ -14,12 +14,12 @@ use relievo_tiles::triangle::{Pattern, TriangleField};
 
 use super::object::{TriangleGround, TriangleObject};
 use super::site::{Element, ElementEdit, Run, around, values};
-use crate::cull::VoxelFrame;
-use crate::frame::STILL;
+use crate::channels::frame::STILL;
+use crate::channels::knots::{BLOCK_KNOTS, KnotBlock};
+use crate::geometry::voxel::Voxels;
+use crate::imprint::cull::VoxelFrame;
+use crate::imprint::rim::{Piece, Volumes, check_bytes, rise};
 use crate::imprint::settings::ImprintSettings;
-use crate::knots::{BLOCK_KNOTS, KnotBlock};
-use crate::rim::{Piece, Volumes, check_bytes, rise};
-use crate::voxel::Voxels;
 
 /// Raises rims around what `edits` push away, which are ascending by element and those of `voxels`, made from the
 /// displacement as it is or was at `start`; they get the values that rise as well. Returns what every element pushed

@@ -13,11 +13,11 @@ use relievo_tiles::Texel;
 use relievo_tiles::triangle::displaced::foot;
 use relievo_tiles::triangle::{Node, Offset, Pattern, Slot, TriangleField, TriangleNormals};
 
-use crate::frame::{STILL, Vectors};
-use crate::knots::{BLOCK_KNOTS, KnotBlock, PerKnot};
-use crate::spot::Spot;
-use crate::vector::{Framed, VectorTexel};
-use crate::weights::{BrushParameters, Weights};
+use crate::channels::frame::{STILL, Vectors};
+use crate::channels::knots::{BLOCK_KNOTS, KnotBlock, PerKnot};
+use crate::paint::spot::Spot;
+use crate::paint::vector::{Framed, VectorTexel};
+use crate::paint::weights::{BrushParameters, Weights};
 
 /// What has values: the inside of a face or of an edge, or a vertex of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

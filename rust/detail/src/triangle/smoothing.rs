@@ -1,5 +1,5 @@
 //! Smoothing of dents on a triangle mesh after an imprint: values around changed ones move toward the mean of
-//! their one-rings, across edges and at vertices over all faces there. See [`crate::smoothing`].
+//! their one-rings, across edges and at vertices over all faces there. See [`crate::imprint::smoothing`].
 
 use std::collections::BTreeMap;
 

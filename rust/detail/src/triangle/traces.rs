@@ -1,5 +1,5 @@
 //! What an imprint notes down of itself on a triangle mesh: the traces of contact of the values that it pushed. Rims
-//! and smoothing are no contact. See [`crate::traces`].
+//! and smoothing are no contact. See [`crate::imprint::traces`].
 
 use relievo_core::{Context, Error, Result};
 use relievo_tiles::triangle::{TriangleChannel, TriangleField};

@@ -1,0 +1,748 @@
+//! Layers whose edits fade (Schäfer et al. 2015, Section 7.2): displacement and colours that were edited before the
+//! time that the object comes to. See [`relievo_tiles::decay`].
+//!
+//! What is left of an edit at a time follows from the stamps alone. So histories and documents hold these, and what
+//! they hold of the texels is brought to the object's time when it is put back. Units: seconds, bytes.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use relievo_core::{Context, Error, Result};
+use relievo_document::head::STAMPS_OF;
+use relievo_document::{Document, Head, Kind, Stamps};
+use relievo_gpu::Device;
+use relievo_tiles::{Blocks, Channel, Decay, DecayOptions, Displacement, Field, Paint, Rgba16, StoredTexel};
+
+use crate::channels::history::{BlockState, LayerState};
+use crate::channels::layer_channel::{Absorb, LayerChannel};
+use crate::channels::layered::{LayeredObject, Layers};
+use crate::channels::layers::Stack;
+
+/// The stamps of a channel that layers are kept in.
+pub trait LayerDecay<C: LayerChannel>: Debug + Send + Sync + Sized {
+    /// No stamps yet, for a channel that is `field`; they may occupy `budget` bytes. Fails if the times are invalid or
+    /// the budget does not hold what every channel needs.
+    fn new(field: &C::Field, options: DecayOptions, budget: u64) -> Result<Self>;
+
+    /// When edits fade.
+    fn options(&self) -> DecayOptions;
+
+    /// Replaces the decay times; edits already recorded follow the new ones. Fails if the times are invalid.
+    fn set_options(&mut self, options: DecayOptions) -> Result<()>;
+
+    /// Bytes of the stamps and what they belong to.
+    fn bytes(&self) -> u64;
+
+    /// Has a graphics device evaluate what is left of edits from now on, or the processor again, which also takes over
+    /// where the device fails.
+    fn use_device(&mut self, device: Option<&Device>);
+
+    /// The failure after which the processor took over, told once.
+    fn take_device_fault(&mut self) -> Option<Error>;
+
+    /// The newest stamp there is.
+    fn newest(&self) -> Option<f32>;
+
+    /// The tiles or faces that hold nothing but what fades, beginning with those whose newest stamp is oldest, each
+    /// behind a number that grows with that stamp.
+    fn oldest(&self) -> Vec<(u64, u32)>;
+
+    /// Stamps with `time` all in which `channel` now differs from `before`. Returns the tiles or faces, ascending, that
+    /// the budget refused.
+    fn stamp(&mut self, context: &Context, before: &C::Field, channel: &C, time: f64) -> Result<Vec<u32>>;
+
+    /// Brings `channel` to what is left of it at `time`, and gives back what has faded. Returns the tiles or faces that
+    /// look different.
+    fn fade(&mut self, context: &Context, channel: &mut C, time: f64) -> Result<Vec<u32>>;
+
+    /// As [`Self::fade`] without giving anything back, after stamps and `restored` blocks of the channel were put back.
+    fn bring(&mut self, context: &Context, channel: &mut C, time: f64, restored: &[u32]) -> Result<Vec<u32>>;
+
+    /// The blocks that hold stamps, ascending.
+    fn stamped(&self) -> Vec<u32>;
+
+    /// The blocks whose stamps changed since this was called last, ascending.
+    fn take_changed(&mut self) -> Vec<u32>;
+
+    /// The stamps of a block as bytes, with what they belong to; `None` without stamps.
+    fn read(&self, block: u32) -> Option<Vec<u8>>;
+
+    /// Puts back what [`Self::read`] gave, of a channel that is `field`. Fails if it does not fit.
+    fn write(&mut self, field: &C::Field, block: u32, bytes: Option<&[u8]>) -> Result<()>;
+
+    /// As [`Self::write`], whatever the budget says.
+    fn restore(&mut self, field: &C::Field, block: u32, bytes: Option<&[u8]>) -> Result<()>;
+
+    /// What documents say of the stamps of the layer `layer`.
+    fn head(&self, layer: u32) -> Stamps;
+
+    /// The stamps as histories and documents see them.
+    fn blocks(&self, field: &C::Field) -> Arc<dyn Blocks>;
+
+    /// The stamps that `document` has as the layer called `name`, for a channel that is `field`, in `budget` bytes.
+    /// Fails if there is no such layer, it is damaged, or `budget` is too small.
+    fn stored(context: &Context, document: &Document, name: &str, field: &C::Field, budget: u64) -> Result<Self>;
+}
+
+impl<T: Absorb> LayerDecay<Channel<T>> for Decay<T> {
+    fn new(field: &Field<T>, options: DecayOptions, budget: u64) -> Result<Self> {
+        Decay::new(field.tile_count(), options, budget)
+    }
+
+    fn options(&self) -> DecayOptions {
+        Decay::options(self)
+    }
+
+    fn set_options(&mut self, options: DecayOptions) -> Result<()> {
+        Decay::set_options(self, options)
+    }
+
+    fn bytes(&self) -> u64 {
+        Decay::bytes(self)
+    }
+
+    fn use_device(&mut self, device: Option<&Device>) {
+        Decay::use_device(self, device);
+    }
+
+    fn take_device_fault(&mut self) -> Option<Error> {
+        Decay::take_device_fault(self)
+    }
+
+    fn newest(&self) -> Option<f32> {
+        Decay::newest(self)
+    }
+
+    fn oldest(&self) -> Vec<(u64, u32)> {
+        Decay::oldest(self)
+    }
+
+    fn stamp(&mut self, context: &Context, before: &Field<T>, channel: &Channel<T>, time: f64) -> Result<Vec<u32>> {
+        Ok(Decay::stamp(self, context, before, channel, time))
+    }
+
+    fn fade(&mut self, context: &Context, channel: &mut Channel<T>, time: f64) -> Result<Vec<u32>> {
+        Ok(Decay::fade(self, context, channel, time)?.changed)
+    }
+
+    fn bring(&mut self, context: &Context, channel: &mut Channel<T>, time: f64, restored: &[u32]) -> Result<Vec<u32>> {
+        Decay::bring(self, context, channel, time, restored)
+    }
+
+    fn stamped(&self) -> Vec<u32> {
+        Decay::stamped(self).collect()
+    }
+
+    fn take_changed(&mut self) -> Vec<u32> {
+        Decay::take_changed(self)
+    }
+
+    fn read(&self, tile: u32) -> Option<Vec<u8>> {
+        Decay::read(self, tile)
+    }
+
+    fn write(&mut self, field: &Field<T>, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+        Decay::write(self, field, tile, bytes)
+    }
+
+    fn restore(&mut self, field: &Field<T>, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+        Decay::restore(self, field, tile, bytes)
+    }
+
+    fn head(&self, layer: u32) -> Stamps {
+        Decay::head(self, layer)
+    }
+
+    fn blocks(&self, field: &Field<T>) -> Arc<dyn Blocks> {
+        Arc::new(Decay::blocks(self, field))
+    }
+
+    fn stored(context: &Context, document: &Document, name: &str, field: &Field<T>, budget: u64) -> Result<Self> {
+        Decay::stored(context, document, name, field, budget)
+    }
+}
+
+/// The stamps of an object.
+#[derive(Debug)]
+pub struct Fading<H: LayerChannel = Displacement, C: LayerChannel = Paint, W: LayerChannel = Paint<Rgba16>> {
+    displacement: Vec<Faded<H>>,
+    paint: Vec<Faded<C>>,
+    half_paint: Vec<Faded<W>>,
+    /// How the object's own displacement and colours, the lowest layers, fade.
+    own: Option<(DecayOptions, u64)>,
+    lost: u64,
+    unstamped: u64,
+}
+
+/// The stamps of a layer.
+#[derive(Debug)]
+struct Faded<C: LayerChannel> {
+    /// The number of the layer, and that of its stamps as a layer of documents.
+    layer: u32,
+    number: u32,
+    decay: C::Decay,
+    /// What has been stamped.
+    stamped: C::Field,
+}
+
+/// A kind of layers that fade, and the channel to which they come.
+struct Kept<'a, C: LayerChannel> {
+    faded: &'a mut Vec<Faded<C>>,
+    stack: &'a mut Stack<C>,
+    composite: &'a mut C,
+}
+
+impl<C: LayerChannel> Kept<'_, C> {
+    fn kind(&self) -> Kind {
+        C::Texel::KIND
+    }
+
+    /// Stamps what was edited since it was last done. Returns the tiles or faces that budgets refused, and the lost
+    /// ones.
+    fn stamp(&mut self, context: &Context, time: f64) -> Result<[Vec<u32>; 2]> {
+        let (mut refused, mut lost) = (Vec::new(), Vec::new());
+        for faded in &mut *self.faded {
+            let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) else { continue };
+            let mut left = faded.decay.stamp(context, &faded.stamped, channel, time)?;
+            if !left.is_empty() {
+                // Those that have no room take that of the oldest, unless these were edited now.
+                let mut oldest = faded.decay.oldest();
+                oldest.retain(|(_, tile)| !C::is_edited(channel.field(), &faded.stamped, *tile));
+                while !left.is_empty() && !oldest.is_empty() {
+                    let gone: Vec<u32> = oldest.drain(..left.len().min(oldest.len())).map(|(_, tile)| tile).collect();
+                    if channel.lose_all(context, &gone).is_err() {
+                        break;
+                    }
+                    left = faded.decay.stamp(context, &faded.stamped, channel, time)?;
+                }
+            }
+            refused.extend(left);
+            lost.extend(channel.take_lost());
+            faded.stamped = channel.field().clone();
+        }
+        self.name_expendable();
+        Ok([refused, lost])
+    }
+
+    /// Says which tiles may be lost: of a layer that fades the tiles that hold nothing else, of the composite the tiles
+    /// that only such layers have.
+    fn name_expendable(&mut self) {
+        let ids: Vec<u32> = self.stack.layers().iter().map(|layer| layer.id()).collect();
+        let mut ages: BTreeMap<u32, u64> = BTreeMap::new();
+        let mut named = Vec::with_capacity(ids.len());
+        for id in &ids {
+            let faded = self.faded.iter().find(|faded| faded.layer == *id);
+            let oldest = faded.map_or_else(Vec::new, |faded| faded.decay.oldest());
+            for (age, tile) in &oldest {
+                let newest = ages.entry(*tile).or_insert(*age);
+                *newest = (*newest).max(*age);
+            }
+            let tiles: Vec<u32> = oldest.into_iter().map(|(_, tile)| tile).collect();
+            if let Some(channel) = self.stack.channel_mut(*id, self.composite) {
+                channel.set_expendable(&tiles);
+            }
+            named.push(tiles.into_iter().collect::<BTreeSet<u32>>());
+        }
+        if self.stack.is_plain() {
+            return;
+        }
+        for (id, named) in ids.iter().zip(&named) {
+            if let Some(channel) = self.stack.channel(*id, self.composite) {
+                ages.retain(|tile, _| named.contains(tile) || !C::is_allocated(channel.field(), *tile));
+            }
+        }
+        let mut tiles: Vec<(u64, u32)> = ages.into_iter().map(|(tile, age)| (age, tile)).collect();
+        tiles.sort_unstable();
+        self.composite.set_expendable(&tiles.into_iter().map(|(_, tile)| tile).collect::<Vec<_>>());
+    }
+
+    /// Has `device` evaluate it, if there is one. Returns the tiles or faces that look different, and why the processor
+    /// took over, if it had to.
+    #[inline(never)]
+    fn fade(&mut self, context: &Context, time: f64, device: Option<&Device>) -> Result<(Vec<u32>, Option<Error>)> {
+        let (mut shown, mut fault) = (Vec::new(), None);
+        for faded in &mut *self.faded {
+            faded.decay.use_device(device);
+            if let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) {
+                shown.extend(faded.decay.fade(context, channel, time)?);
+            }
+            fault = faded.decay.take_device_fault().or(fault);
+        }
+        Ok((shown, fault))
+    }
+
+    #[inline(never)]
+    fn take_as_stamped(&mut self) {
+        for faded in &mut *self.faded {
+            if let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) {
+                faded.stamped = channel.field().clone();
+            }
+        }
+        self.name_expendable();
+    }
+
+    /// Makes the edits of a layer fade from now on, or stay. Fails if the times are invalid or there is no such layer.
+    fn set(&mut self, layer: u32, number: u32, options: Option<(DecayOptions, u64)>) -> Result<()> {
+        let none = || Error::invalid(format!("there is no layer with the number {layer}"));
+        let channel = self.stack.channel_mut(layer, self.composite).ok_or_else(none)?;
+        let there = self.faded.iter().position(|faded| faded.layer == layer);
+        match (options, there) {
+            (Some((options, _)), Some(at)) => self.faded[at].decay.set_options(options)?,
+            (Some((options, budget)), None) => {
+                let decay = C::Decay::new(channel.field(), options, budget)?;
+                let stamped = channel.field().clone();
+                self.faded.push(Faded { layer, number, decay, stamped });
+            }
+            (None, Some(at)) => drop(self.faded.remove(at)),
+            (None, None) => {}
+        }
+        self.name_expendable();
+        Ok(())
+    }
+
+    /// Puts back stamps, and brings their layers to `time`, whose blocks were put back.
+    #[inline(never)]
+    fn restore(&mut self, context: &Context, heads: Option<&[Head]>, blocks: &[BlockState], time: f64) -> Result<()> {
+        if let Some(heads) = heads {
+            let gone = |faded: &Faded<C>| !heads.iter().any(|head| head.id == faded.number);
+            let gone: Vec<u32> = self.faded.iter().filter(|faded| gone(faded)).map(|faded| faded.layer).collect();
+            self.faded.retain(|faded| !gone.contains(&faded.layer));
+            for head in heads {
+                let Some(stamps) = head.stamps.filter(|stamps| stamps.texel == C::Texel::KIND) else { continue };
+                let options = DecayOptions { delay: stamps.delay, duration: stamps.duration };
+                let budget = self.composite.budget();
+                self.set(stamps.layer, head.id, Some((options, budget)))?;
+            }
+        }
+        for faded in &mut *self.faded {
+            let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) else { continue };
+            for block in blocks.iter().filter(|block| block.layer == faded.number) {
+                faded.decay.restore(channel.field(), block.block, block.bytes.as_deref())?;
+            }
+            let own = blocks.iter().filter(|block| block.layer == faded.layer);
+            let restored: Vec<u32> = own.map(|block| block.block).collect();
+            faded.decay.bring(context, channel, time, &restored)?;
+        }
+        Ok(())
+    }
+
+    /// Keeps the stamps of layers that were there before, by their numbers then and now; they get numbers of their own.
+    fn follow(&mut self, moved: &[(u32, u32)], number: &mut u32) {
+        self.faded.retain_mut(|faded| match moved.iter().find(|(before, _)| *before == faded.layer) {
+            Some((_, now)) => {
+                (faded.layer, faded.number) = (*now, *number);
+                *number += 1;
+                true
+            }
+            None => false,
+        });
+    }
+
+    /// Takes over the stamps that `document` has of these layers. Returns the newest of them.
+    #[inline(never)]
+    fn take_up(&mut self, context: &Context, document: &Document, budget: u64) -> Result<Option<f32>> {
+        let mut newest: Option<f32> = None;
+        for layer in document.layers() {
+            let Some(Stamps { layer: of, texel, .. }) = layer.head().stamps else { continue };
+            let there = self.stack.channel_mut(of, self.composite);
+            let Some(channel) = there.filter(|_| texel == C::Texel::KIND) else { continue };
+            let stamped = channel.field().clone();
+            let decay = C::Decay::stored(context, document, layer.name(), &stamped, budget)?;
+            newest = newest.into_iter().chain(decay.newest()).reduce(f32::max);
+            self.faded.retain(|faded| faded.layer != of);
+            self.faded.push(Faded { layer: of, number: layer.id(), decay, stamped });
+        }
+        Ok(newest)
+    }
+
+    /// Puts back what [`read`] gave of the same layers, after their own blocks.
+    fn write(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+        let misfit = || Error::invalid("stamps do not fit the layers").at(format!("tile {tile}"));
+        let mut rest = bytes;
+        let single = self.faded.len() == 1;
+        for faded in &mut *self.faded {
+            let mut block = rest;
+            if let (Some(bytes), false) = (rest, single) {
+                let (length, after) = bytes.split_first_chunk().ok_or_else(misfit)?;
+                let (own, after) = after.split_at_checked(u32::from_le_bytes(*length) as usize).ok_or_else(misfit)?;
+                block = (!own.is_empty()).then_some(own);
+                rest = Some(after);
+            }
+            let channel = self.stack.channel_mut(faded.layer, self.composite).ok_or_else(misfit)?;
+            faded.decay.write(channel.field(), tile, block)?;
+        }
+        if self.faded.is_empty() && bytes.is_some() || !single && rest.is_some_and(|rest| !rest.is_empty()) {
+            return Err(misfit());
+        }
+        Ok(())
+    }
+
+    fn take_changed(&mut self) -> Vec<u32> {
+        sorted(self.faded.iter_mut().flat_map(|faded| faded.decay.take_changed()).collect())
+    }
+}
+
+/// The stamps of `tile`, for caches: of the only layer that fades, or of all one after the other, each behind its
+/// length. `None` without stamps.
+fn read<C: LayerChannel>(list: &[Faded<C>], tile: u32) -> Option<Vec<u8>> {
+    if let [only] = list {
+        return only.decay.read(tile);
+    }
+    let (mut all, mut any) = (Vec::new(), false);
+    for faded in list {
+        let block = faded.decay.read(tile);
+        any |= block.is_some();
+        let block = block.unwrap_or_default();
+        all.extend((block.len() as u32).to_le_bytes());
+        all.extend(block);
+    }
+    any.then_some(all)
+}
+
+fn stamped<C: LayerChannel>(list: &[Faded<C>]) -> Vec<u32> {
+    sorted(list.iter().flat_map(|faded| faded.decay.stamped()).collect())
+}
+
+/// The layers of stamps as documents have them; those of `states` that they belong to are marked.
+fn add_states<C: LayerChannel>(list: &[Faded<C>], stack: &Stack<C>, composite: &C, states: &mut Vec<LayerState>) {
+    for faded in list {
+        let Some(channel) = stack.channel(faded.layer, composite) else { continue };
+        states.iter_mut().filter(|state| state.id == faded.layer).for_each(|state| state.fades = true);
+        let blocks = faded.decay.blocks(channel.field());
+        let name = format!("{STAMPS_OF}{}", faded.layer);
+        let stamps = Some(faded.decay.head(faded.layer));
+        states.push(LayerState { stamps, fades: true, ..LayerState::new(faded.number, &name, blocks) });
+    }
+}
+
+fn sorted(mut tiles: Vec<u32>) -> Vec<u32> {
+    tiles.sort_unstable();
+    tiles.dedup();
+    tiles
+}
+
+/// Does the same for displacement and colours, of which an object has those of one format.
+macro_rules! each_kind {
+    ($object:expr, $kept:ident => $work:expr) => {{
+        let own = $object.channels_mut(false);
+        let Layers { displacement: stack, colors, half_colors, fading, .. } = own.layers;
+        #[allow(unused_mut)]
+        let mut $kept = Kept { faded: &mut fading.displacement, stack, composite: own.displacement };
+        $work;
+        if let (Some(stack), Some(composite)) = (colors, own.paint) {
+            #[allow(unused_mut)]
+            let mut $kept = Kept { faded: &mut fading.paint, stack, composite };
+            $work;
+        }
+        if let (Some(stack), Some(composite)) = (half_colors, own.half_paint) {
+            #[allow(unused_mut)]
+            let mut $kept = Kept { faded: &mut fading.half_paint, stack, composite };
+            $work;
+        }
+    }};
+}
+
+impl<H: LayerChannel, C: LayerChannel, W: LayerChannel> Default for Fading<H, C, W> {
+    fn default() -> Self {
+        let (displacement, paint, half_paint) = (Vec::new(), Vec::new(), Vec::new());
+        Self { displacement, paint, half_paint, own: None, lost: 0, unstamped: 0 }
+    }
+}
+
+impl<H: LayerChannel, C: LayerChannel, W: LayerChannel> Fading<H, C, W> {
+    /// Bytes of all stamps and the texels they belong to.
+    pub fn bytes(&self) -> u64 {
+        let displacement: u64 = self.displacement.iter().map(|faded| faded.decay.bytes()).sum();
+        let paint: u64 = self.paint.iter().map(|faded| faded.decay.bytes()).sum();
+        displacement + paint + self.half_paint.iter().map(|faded| faded.decay.bytes()).sum::<u64>()
+    }
+
+    /// When edits of the layer `id` fade; `None` if they stay.
+    pub fn options(&self, id: u32) -> Option<DecayOptions> {
+        let displacement = self.displacement.iter().find(|faded| faded.layer == id).map(|faded| faded.decay.options());
+        let paint = || self.paint.iter().find(|faded| faded.layer == id).map(|faded| faded.decay.options());
+        let half = || self.half_paint.iter().find(|faded| faded.layer == id).map(|faded| faded.decay.options());
+        displacement.or_else(paint).or_else(half)
+    }
+
+    /// Counts tiles that got no stamps.
+    pub(crate) fn refuse(&mut self, tiles: usize) {
+        self.unstamped += tiles as u64;
+    }
+
+    /// Releases the stamps of colours, which are others now.
+    pub(crate) fn forget_colors(&mut self) {
+        self.paint.clear();
+        self.half_paint.clear();
+    }
+
+    /// The numbers that stamps have as layers of documents.
+    pub(crate) fn numbers(&self) -> Vec<u32> {
+        let paint = self.paint.iter().map(|faded| faded.number);
+        let half = self.half_paint.iter().map(|faded| faded.number);
+        self.displacement.iter().map(|faded| faded.number).chain(paint).chain(half).collect()
+    }
+
+    fn is_empty(&self) -> bool {
+        self.displacement.is_empty() && self.paint.is_empty() && self.half_paint.is_empty()
+    }
+}
+
+/// The stamps of an object of the kind `O`.
+pub type FadingOf<O> =
+    Fading<<O as LayeredObject>::Displacement, <O as LayeredObject>::Paint, <O as LayeredObject>::HalfPaint>;
+
+/// An object whose edits may fade: every one that has layers.
+pub trait FadingObject: LayeredObject {
+    /// Makes edits of the object's own displacement and colours, the lowest layers, fade from now on; what was edited
+    /// before stays. Stamps may occupy `budget` bytes for each of the two. Fails if the times are invalid, or the
+    /// budget does not hold what every channel needs.
+    #[inline(never)]
+    fn set_decay(&mut self, options: DecayOptions, budget: u64) -> Result<()> {
+        options.check()?;
+        self.channels_mut(false).layers.fading.own = Some((options, budget));
+        self.fade_own()
+    }
+
+    /// Gives the lowest layers the decay of the object, if it has one and they have none.
+    #[inline(never)]
+    fn fade_own(&mut self) -> Result<()> {
+        let Some(own) = self.channels().layers.fading.own else { return Ok(()) };
+        let first = self.free_number();
+        each_kind!(self, kept => {
+            if let Some(lowest) = kept.stack.layers().first().map(|layer| layer.id()) {
+                kept.set(lowest, first + u32::from(kept.kind().is_color()), Some(own))?;
+            }
+        });
+        Ok(())
+    }
+
+    /// Makes edits of the layer `id` fade from now on, or stay; earlier edits too, if they have been stamped. Its
+    /// stamps may occupy `budget` bytes. Where that or the budget of the layer is full, the tiles or faces of the layer
+    /// whose newest edit is oldest are lost to make room, see [`Self::take_lost`].
+    ///
+    /// Fails, and changes nothing, if the times are invalid or there is no such layer.
+    #[inline(never)]
+    fn set_layer_decay(
+        &mut self,
+        context: &Context,
+        id: u32,
+        options: Option<DecayOptions>,
+        budget: u64,
+    ) -> Result<()> {
+        options.map_or(Ok(()), |options| options.check())?;
+        self.settle(context)?;
+        self.stamp(context)?;
+        let number = self.free_number();
+        let mut done = Err(Error::invalid(format!("there is no layer with the number {id}")));
+        each_kind!(self, kept => {
+            if kept.stack.layers().iter().any(|layer| layer.id() == id) {
+                done = kept.set(id, number, options.map(|options| (options, budget)));
+            }
+        });
+        done
+    }
+
+    /// The stamps, if edits of any layer fade.
+    fn fading(&self) -> Option<&FadingOf<Self>> {
+        let fading = &self.channels().layers.fading;
+        (!fading.is_empty()).then_some(fading)
+    }
+
+    /// Stamps what was edited since it was last done with the object's time; [`LayeredObject::settle`] is to be done
+    /// before. Returns the tiles or faces, ascending, whose stamps their budget refused; what was edited there stays.
+    #[inline(never)]
+    fn stamp(&mut self, context: &Context) -> Result<Vec<u32>> {
+        if self.channels().layers.fading.is_empty() {
+            return Ok(Vec::new());
+        }
+        let (time, mut refused, mut lost, mut gone) = (self.edit_time(), Vec::new(), 0, Vec::new());
+        each_kind!(self, kept => {
+            let is_color = kept.kind().is_color();
+            let [left, over] = kept.stamp(context, time)?;
+            refused.extend(left);
+            lost += over.len() as u64;
+            if !is_color {
+                gone = over;
+            }
+        });
+        self.channels_mut(false).layers.fading.lost += lost;
+        self.note_shown(&gone);
+        Ok(sorted(refused))
+    }
+
+    /// How many tiles or faces of layers that fade were lost since this was called last, because a budget had no room
+    /// for others.
+    fn take_lost(&mut self) -> u64 {
+        std::mem::take(&mut self.channels_mut(false).layers.fading.lost)
+    }
+
+    /// How many tiles or faces got no stamps since this was called last, because their budget refused them:
+    /// [`Self::stamp`] says so itself, histories and documents do it unasked.
+    fn take_unstamped(&mut self) -> u64 {
+        std::mem::take(&mut self.channels_mut(false).layers.fading.unstamped)
+    }
+
+    /// Comes to `time` in seconds: what was edited fades as it should, and edits are made then from now on. The time
+    /// never goes back, except to be that of stamps that were put back.
+    ///
+    /// Fails if the time is not finite.
+    #[inline(never)]
+    fn advance(&mut self, context: &Context, time: f64) -> Result<()> {
+        if self.channels().layers.fading.is_empty() {
+            return self.set_edit_time(time);
+        }
+        let _stage = context.stats().begin("decay");
+        self.settle(context)?;
+        self.stamp(context)?;
+        self.set_edit_time(time)?;
+        let device = self.device_in_use().cloned();
+        let (mut shown, mut fault) = (Vec::new(), None);
+        each_kind!(self, kept => {
+            let is_color = kept.kind().is_color();
+            let (faded, failed) = kept.fade(context, time, device.as_ref())?;
+            fault = failed.or(fault);
+            if !is_color {
+                shown = faded;
+            }
+        });
+        if let Some(fault) = fault {
+            self.lose_device(fault);
+        }
+        self.note_shown(&shown);
+        self.settle(context)?;
+        self.take_as_stamped();
+        Ok(())
+    }
+
+    /// Notes that nothing of what there is now waits for a stamp, as after channels and stamps were put back.
+    fn take_as_stamped(&mut self) {
+        each_kind!(self, kept => kept.take_as_stamped());
+    }
+
+    /// The stamps of `block` of all layers of a kind, as caches keep them; `None` without stamps.
+    fn read_stamps(&self, kind: Kind, block: u32) -> Option<Vec<u8>> {
+        let own = self.channels();
+        match kind.is_color() {
+            true if own.half_paint.is_some() => read(&own.layers.fading.half_paint, block),
+            true => read(&own.layers.fading.paint, block),
+            false => read(&own.layers.fading.displacement, block),
+        }
+    }
+
+    /// Puts back what [`Self::read_stamps`] gave of the same layers, after their blocks; [`Self::take_as_stamped`] is
+    /// to follow. Fails if they do not fit.
+    fn write_stamps(&mut self, kind: Kind, block: u32, bytes: Option<&[u8]>) -> Result<()> {
+        each_kind!(self, kept => {
+            if kept.kind().is_color() == kind.is_color() {
+                kept.write(block, bytes)?;
+            }
+        });
+        Ok(())
+    }
+
+    /// The blocks with stamps of a kind of layers, ascending.
+    fn stamped_blocks(&self, kind: Kind) -> Vec<u32> {
+        let own = self.channels();
+        match kind.is_color() {
+            true if own.half_paint.is_some() => stamped(&own.layers.fading.half_paint),
+            true => stamped(&own.layers.fading.paint),
+            false => stamped(&own.layers.fading.displacement),
+        }
+    }
+
+    /// The blocks of a kind of layers whose stamps changed since this was called last, ascending.
+    fn commit_stamps(&mut self, kind: Kind) -> Vec<u32> {
+        let mut blocks = Vec::new();
+        each_kind!(self, kept => {
+            if kept.kind().is_color() == kind.is_color() {
+                blocks = kept.take_changed();
+            }
+        });
+        blocks
+    }
+}
+
+impl<O: LayeredObject> FadingObject for O {}
+
+/// Adds the layers of stamps to `states`, and says of the others which fade.
+pub(crate) fn add_stamp_states(object: &impl LayeredObject, states: &mut Vec<LayerState>) {
+    let own = object.channels();
+    let fading = &own.layers.fading;
+    add_states(&fading.displacement, &own.layers.displacement, own.displacement, states);
+    if let (Some(stack), Some(paint)) = (&own.layers.colors, own.paint) {
+        add_states(&fading.paint, stack, paint, states);
+    }
+    if let (Some(stack), Some(paint)) = (&own.layers.half_colors, own.half_paint) {
+        add_states(&fading.half_paint, stack, paint, states);
+    }
+}
+
+/// Makes edits of `layers` stay, because they have become others.
+pub(crate) fn stop_fading(object: &mut impl LayeredObject, layers: &[u32]) {
+    each_kind!(object, kept => {
+        kept.faded.retain(|faded| !layers.contains(&faded.layer));
+        kept.name_expendable();
+    });
+}
+
+/// Puts back stamps of a history, whose layers were put back, and brings these to the object's time.
+#[inline(never)]
+pub(crate) fn put_stamps(
+    object: &mut impl LayeredObject,
+    context: &Context,
+    heads: Option<&[Head]>,
+    blocks: &[BlockState],
+) -> Result<()> {
+    let knows = heads.is_some_and(|heads| heads.iter().any(|head| head.stamps.is_some()));
+    if object.channels().layers.fading.is_empty() && !knows {
+        return Ok(());
+    }
+    let time = object.edit_time();
+    each_kind!(object, kept => kept.restore(context, heads, blocks, time)?);
+    object.settle(context)?;
+    object.take_as_stamped();
+    Ok(())
+}
+
+/// Takes over the stamps of `document`, whose layers were taken over, and its time, if it has any. Layers that were
+/// there before have the numbers that `moved` says now.
+#[inline(never)]
+pub(crate) fn find_stamps(
+    object: &mut impl LayeredObject,
+    context: &Context,
+    document: &Document,
+    budget: u64,
+    moved: &[(u32, u32)],
+) -> Result<()> {
+    let mut newest: Option<f32> = None;
+    let mut number = object.free_number().max(document.free_id());
+    each_kind!(object, kept => {
+        kept.follow(moved, &mut number);
+        let found = kept.take_up(context, document, budget)?;
+        newest = newest.into_iter().chain(found).reduce(f32::max);
+    });
+    object.fade_own()?;
+    if document.layers().iter().any(|layer| layer.kind() == Kind::Stamps) {
+        // Edits of the journal may be later than what the document says.
+        let time = newest.map_or(document.time, |newest| document.time.max(f64::from(newest)));
+        object.set_edit_time(time)?;
+        each_kind!(object, kept => kept.bring(context, time)?);
+        object.settle(context)?;
+    }
+    object.take_as_stamped();
+    Ok(())
+}
+
+impl<C: LayerChannel> Kept<'_, C> {
+    #[inline(never)]
+    fn bring(&mut self, context: &Context, time: f64) -> Result<()> {
+        for faded in &mut *self.faded {
+            if let Some(channel) = self.stack.channel_mut(faded.layer, self.composite) {
+                faded.decay.bring(context, channel, time, &[])?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,870 @@
+//! The layers of an object: stacks of displacement and of colour, and how they are recorded and kept in documents.
+
+use std::sync::Arc;
+
+use half::f16;
+use relievo_core::{Context, Error, Result};
+use relievo_document::head::STAMPS_OF;
+use relievo_document::{self as document, Document, Head, Kind, MAX_LAYERS, PageStore, Settings};
+use relievo_gpu::Device;
+use relievo_tiles::{
+    Blocks, ByFormat, Channel, ColorTexel, Displacement, Paint, Rgba8, Rgba16, Traces, VectorDisplacement,
+};
+
+use crate::channels::fading::{Fading, FadingObject, add_stamp_states, find_stamps, put_stamps, stop_fading};
+use crate::channels::history::{BlockState, LayerState, LayerStates, Recorded};
+use crate::channels::layer_channel::{BlockChannel, LayerChannel};
+use crate::channels::layers::Stack;
+use crate::device::DeviceObject;
+use crate::object::DisplacedObject;
+
+/// The numbers of the layers that every object may have.
+const DISPLACEMENT: u32 = 0;
+const COLOUR: u32 = 1;
+const TRACES: u32 = 2;
+const VECTORS: u32 = 3;
+/// The first number of added layers.
+const ADDED: u32 = 16;
+
+/// The stacks of an object.
+#[derive(Debug)]
+pub struct Layers<H: LayerChannel = Displacement, C: LayerChannel = Paint, W: LayerChannel = Paint<Rgba16>> {
+    /// Those of displacement.
+    pub(crate) displacement: Stack<H>,
+    /// Those of colour, if it has colours of 8 bits.
+    pub(crate) colors: Option<Stack<C>>,
+    /// Those of colour, if it has colours of half floats; then it has no others.
+    pub(crate) half_colors: Option<Stack<W>>,
+    /// The stamps of layers that fade.
+    pub(crate) fading: Fading<H, C, W>,
+    /// The numbers of its traces and of its vectors.
+    others: [u32; 2],
+    /// What [`LayeredObject::read_sizes`] gave when sizes were committed.
+    sizes: Vec<(u32, Vec<u8>)>,
+}
+
+impl<H: LayerChannel<Texel = f16>, C: LayerChannel, W: LayerChannel> Default for Layers<H, C, W> {
+    fn default() -> Self {
+        Self {
+            displacement: Stack::new(DISPLACEMENT, "displacement", f16::ZERO),
+            colors: None,
+            half_colors: None,
+            fading: Fading::default(),
+            others: [TRACES, VECTORS],
+            sizes: Vec::new(),
+        }
+    }
+}
+
+/// One layer of colour; `background` is seen where it is hidden.
+pub(crate) fn colors<C: LayerChannel>(background: C::Texel) -> Stack<C> {
+    Stack::new(COLOUR, "colour", background)
+}
+
+/// What a layer is, for people and hosts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LayerInfo {
+    /// Its number, which it keeps.
+    pub id: u32,
+    /// Its name.
+    pub name: String,
+    /// What its texels are.
+    pub kind: Kind,
+    /// How it takes part in what is seen.
+    pub settings: Settings,
+    /// Whether edits of its kind go to it.
+    pub active: bool,
+    /// Its tiles.
+    pub tiles: usize,
+}
+
+/// What an object holds in layers.
+#[derive(Debug)]
+pub struct Channels<O, C, W, L> {
+    /// The stacks.
+    pub layers: L,
+    /// The displacement, to which its layers come.
+    pub displacement: O,
+    /// The colours of 8 bits, to which their layers come.
+    pub paint: C,
+    /// The colours of half floats, to which their layers come; an object has those or the others.
+    pub half_paint: W,
+}
+
+/// Does something with the layers of colour of an object's channels and what they come to, whichever format they have,
+/// or something else without colours.
+macro_rules! with_colors {
+    ($own:ident.$as:ident, |$stack:ident, $paint:ident| $done:expr, $none:expr) => {{
+        let bytes = ($own.layers.colors.$as(), $own.paint.$as());
+        match (bytes, ($own.layers.half_colors.$as(), $own.half_paint.$as())) {
+            ((Some($stack), Some($paint)), _) => $done,
+            (_, (Some($stack), Some($paint))) => $done,
+            _ => $none,
+        }
+    }};
+}
+
+/// Does something with the layers of colour and what they come to. Fails if there are no colours.
+macro_rules! edit_colors {
+    ($object:expr, |$stack:ident, $paint:ident| $done:expr) => {{
+        let own = $object.channels_mut(false);
+        let none = || Error::invalid("the object has no colours").advise("give it some first");
+        with_colors!(own.as_mut, |$stack, $paint| $done, Err(none()))
+    }};
+}
+
+/// Does something with the layers of whichever kind the layer `id` is of, and what they come to, once they are settled.
+macro_rules! edit_either {
+    ($object:expr, $context:expr, $id:expr, |$stack:ident, $composite:ident| $done:expr) => {{
+        $object.settle($context)?;
+        if $object.is_color($id) {
+            edit_colors!($object, |$stack, $composite| $done)
+        } else {
+            $object.edit_heights(|$stack, $composite| $done)
+        }
+    }};
+}
+
+/// A channel that a document held.
+#[derive(Debug)]
+pub enum Stored<O: LayeredObject> {
+    /// Scalar displacement.
+    Displacement(O::Displacement),
+    /// Colours of 8 bits.
+    Paint(O::Paint),
+    /// Colours of half floats.
+    HalfPaint(O::HalfPaint),
+    /// Traces of contact.
+    Traces(O::Traces),
+    /// Vector displacement.
+    Vectors(O::Vectors),
+}
+
+/// An object whose displacement and colours are in layers, over whatever kind of surface.
+pub trait LayeredObject: Sized {
+    /// What displacement is kept in.
+    type Displacement: LayerChannel<Texel = f16>;
+    /// What colours of 8 bits are kept in.
+    type Paint: LayerChannel<Texel = Rgba8>;
+    /// What colours of half floats are kept in.
+    type HalfPaint: LayerChannel<Texel = Rgba16>;
+    /// What traces are kept in.
+    type Traces: BlockChannel;
+    /// What vectors are kept in.
+    type Vectors: BlockChannel;
+
+    /// Faces of the surface.
+    fn face_count(&self) -> usize;
+
+    /// When edits are made now, in seconds.
+    fn edit_time(&self) -> f64;
+
+    /// When edits are made from now on, in seconds. Fails if the time is not finite.
+    fn set_edit_time(&mut self, time: f64) -> Result<()>;
+
+    /// The graphics device that edits are made on, if there is one.
+    fn device_in_use(&self) -> Option<&Device>;
+
+    /// Has edits made on the processor from now on, because of `fault`.
+    fn lose_device(&mut self, fault: Error);
+
+    /// Notes that displacement looks different in and around tiles or faces, because it has faded or was lost.
+    fn note_shown(&mut self, _tiles: &[u32]) {}
+
+    /// What it holds in layers.
+    #[allow(clippy::type_complexity)]
+    fn channels(
+        &self,
+    ) -> Channels<
+        &Self::Displacement,
+        &Option<Self::Paint>,
+        &Option<Self::HalfPaint>,
+        &Layers<Self::Displacement, Self::Paint, Self::HalfPaint>,
+    >;
+
+    /// What it holds in layers, to be written. Whatever was measured of the displacement is measured anew if
+    /// `displaced`.
+    #[allow(clippy::type_complexity)]
+    fn channels_mut(
+        &mut self,
+        displaced: bool,
+    ) -> Channels<
+        &mut Self::Displacement,
+        &mut Option<Self::Paint>,
+        &mut Option<Self::HalfPaint>,
+        &mut Layers<Self::Displacement, Self::Paint, Self::HalfPaint>,
+    >;
+
+    /// Traces and vectors, if it has them.
+    fn others(&self) -> (Option<&Self::Traces>, Option<&Self::Vectors>);
+
+    /// Traces and vectors, if it has them, to be written.
+    fn others_mut(&mut self) -> (Option<&mut Self::Traces>, Option<&mut Self::Vectors>);
+
+    /// The channel that `document` holds as `layer`, in `budget` bytes; `None` where an object has none of its kind.
+    fn stored(
+        &self,
+        context: &Context,
+        document: &Document,
+        layer: &document::Layer,
+        budget: u64,
+    ) -> Result<Option<Stored<Self>>>;
+
+    /// Takes the place of its channel of the same kind. Colours become one layer. Fails if it is that of another
+    /// surface.
+    fn set_channel(&mut self, channel: Stored<Self>) -> Result<()>;
+
+    /// The layers, from the lowest: those of displacement, then those of colour. What is evaluated is
+    /// [`Self::displacement`] and [`Self::paint`], to which they come.
+    #[inline(never)]
+    fn layers(&self) -> Vec<LayerInfo> {
+        let info = |state: LayerState, active: u32| LayerInfo {
+            id: state.id,
+            name: state.name.to_string(),
+            kind: state.blocks.kind(),
+            settings: state.settings,
+            active: state.id == active,
+            tiles: state.blocks.numbers().len(),
+        };
+        let own = self.channels();
+        let stack = &own.layers.displacement;
+        let heights = stack.states(own.displacement).into_iter().map(|state| info(state, stack.active()));
+        let colors = with_colors!(
+            own.as_ref,
+            |stack, paint| stack.states(paint).into_iter().map(|state| info(state, stack.active())).collect(),
+            Vec::new()
+        );
+        heights.chain(colors).collect()
+    }
+
+    /// The number of the layer called `name`.
+    fn layer(&self, name: &str) -> Option<u32> {
+        self.layers().into_iter().find(|layer| layer.name == name).map(|layer| layer.id)
+    }
+
+    /// Adds a layer of displacement ([`Kind::Scalar`]) or colour (of either kind: it gets the texels of the object's
+    /// colours) above those of its kind, with `size` texels along an edge of every face; edits of its kind go to it.
+    /// Returns its number and the tiles that the budget refused to the composite.
+    ///
+    /// Fails if the name is taken or none, the settings are not for its kind, there is no such size, the object has no
+    /// colours, or it cannot have more layers.
+    #[inline(never)]
+    fn add_layer(
+        &mut self,
+        context: &Context,
+        kind: Kind,
+        name: &str,
+        settings: Settings,
+        size: u32,
+    ) -> Result<(u32, Vec<u32>)> {
+        self.check_name(name)?;
+        self.settle(context)?;
+        if self.layers().len() >= MAX_LAYERS {
+            return Err(Error::invalid(format!("an object has at most {MAX_LAYERS} layers")));
+        }
+        let (id, faces) = (self.free_number(), vec![size; self.face_count()]);
+        let head = (id, name, settings);
+        let refused = match kind {
+            Kind::Scalar => self.edit_heights(|stack, composite| stack.add(context, composite, head, &faces)),
+            kind if kind.is_color() => {
+                edit_colors!(self, |stack, composite| stack.add(context, composite, head, &faces))
+            }
+            _ => Err(Error::unsupported(format!("layers cannot hold {}", kind.name()))
+                .advise("add layers of scalar displacement or colour")),
+        };
+        Ok((id, refused.map_err(|error| error.at(format!("layer `{name}`")))?))
+    }
+
+    /// A number that no layer has.
+    fn free_number(&self) -> u32 {
+        let numbers = self.layers().into_iter().map(|layer| layer.id).chain(self.channels().layers.others);
+        numbers.chain(self.channels().layers.fading.numbers()).map(|id| id + 1).max().unwrap_or(0).max(ADDED)
+    }
+
+    /// Fails unless a layer can be called so.
+    fn check_name(&self, name: &str) -> Result<()> {
+        let place = || format!("layer `{name}`");
+        if name.is_empty() || name.len() > usize::from(u8::MAX) || name.contains(char::is_control) {
+            return Err(Error::invalid("the name of a layer is 1 to 255 bytes of text").at(place()));
+        }
+        if self.layer(name).is_some() || ["traces", "vectors"].contains(&name) || name.starts_with(STAMPS_OF) {
+            return Err(Error::invalid("there is a layer of that name").at(place()).advise("name it otherwise"));
+        }
+        Ok(())
+    }
+
+    /// Does something with the layers of displacement and what they come to.
+    fn edit_heights(
+        &mut self,
+        edit: impl FnOnce(&mut Stack<Self::Displacement>, &mut Self::Displacement) -> Result<Vec<u32>>,
+    ) -> Result<Vec<u32>> {
+        let own = self.channels_mut(true);
+        edit(&mut own.layers.displacement, own.displacement)
+    }
+
+    /// Whether `id` is the number of a layer of colour.
+    fn is_color(&self, id: u32) -> bool {
+        let own = self.channels();
+        with_colors!(own.as_ref, |stack, _paint| stack.layers().iter().any(|layer| layer.id() == id), false)
+    }
+
+    /// Makes `id` the layer that edits of its kind go to. Fails if there is no such layer.
+    #[inline(never)]
+    fn set_active_layer(&mut self, context: &Context, id: u32) -> Result<()> {
+        edit_either!(self, context, id, |stack, _composite| stack.set_active(id).map(|()| Vec::new())).map(drop)
+    }
+
+    /// Names a layer. Fails if there is no such layer, or the name is taken or none.
+    fn rename_layer(&mut self, id: u32, name: &str) -> Result<()> {
+        let there = self.layers().into_iter().find(|layer| layer.id == id);
+        let there = there.ok_or_else(|| Error::invalid(format!("there is no layer with the number {id}")))?;
+        if there.name != name {
+            self.check_name(name)?;
+            let layers = self.channels_mut(false).layers;
+            layers.displacement.rename(id, name);
+            layers.colors.iter_mut().for_each(|stack| stack.rename(id, name));
+            layers.half_colors.iter_mut().for_each(|stack| stack.rename(id, name));
+        }
+        Ok(())
+    }
+
+    /// Changes how a layer is seen. Returns the tiles that the budget refused to the composite. Fails if there is no
+    /// such layer or its kind cannot be seen so.
+    #[inline(never)]
+    fn set_layer(&mut self, context: &Context, id: u32, to: Settings) -> Result<Vec<u32>> {
+        edit_either!(self, context, id, |stack, composite| stack.set(context, composite, id, to))
+    }
+
+    /// Puts a layer at a place among those of its kind, counted from the lowest. As [`Self::set_layer`] otherwise.
+    #[inline(never)]
+    fn place_layer(&mut self, context: &Context, id: u32, place: usize) -> Result<Vec<u32>> {
+        edit_either!(self, context, id, |stack, composite| stack.place(context, composite, id, place))
+    }
+
+    /// Removes a layer with all that is on it. Fails if there is no such layer, or it is the last of its kind.
+    #[inline(never)]
+    fn remove_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
+        let done = edit_either!(self, context, id, |stack, composite| stack.remove(context, composite, id))?;
+        stop_fading(self, &[id]);
+        Ok(done)
+    }
+
+    /// Puts a layer and the one below it into one that looks as both did, but for rounding; it has the number and the
+    /// name of the lower one, and fades no more. Fails, and changes nothing, where no one layer would look so, or one
+    /// of them is hidden.
+    #[inline(never)]
+    fn merge_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
+        let before = self.layers();
+        let below = before.iter().zip(before.iter().skip(1)).find(|(_, upper)| upper.id == id);
+        let ids = [id, below.map_or(id, |(lower, _)| lower.id)];
+        let done = edit_either!(self, context, id, |stack, composite| stack.merge_down(context, composite, id))?;
+        stop_fading(self, &ids);
+        Ok(done)
+    }
+
+    /// Makes one layer of displacement and one of colour of all: what is seen, to the bit. Where there were several,
+    /// the one fades no more.
+    #[inline(never)]
+    fn flatten_layers(&mut self, context: &Context) -> Result<Vec<u32>> {
+        let refused = self.settle(context)?;
+        for is_color in [false, true] {
+            let layers = self.layers().into_iter().filter(|layer| layer.kind.is_color() == is_color);
+            let ids: Vec<u32> = layers.map(|layer| layer.id).collect();
+            if ids.len() > 1 {
+                stop_fading(self, &ids);
+            }
+        }
+        let layers = self.channels_mut(false).layers;
+        layers.displacement.flatten();
+        layers.colors.iter_mut().for_each(Stack::flatten);
+        layers.half_colors.iter_mut().for_each(Stack::flatten);
+        Ok(refused)
+    }
+
+    /// Brings layers and composites together after edits: what was changed in displacement goes to its active layer,
+    /// and composites are computed anew where layers changed. Strokes do it themselves. Returns the tiles that budgets
+    /// refused. With one plain layer of each kind there is nothing to do.
+    ///
+    /// Fails if the active layer cannot be seen; what was edited is then undone.
+    #[inline(never)]
+    fn settle(&mut self, context: &Context) -> Result<Vec<u32>> {
+        let mut refused = Vec::new();
+        if !self.channels().layers.displacement.is_plain() {
+            refused = self.edit_heights(|stack, composite| stack.settle(context, composite))?;
+        }
+        refused.extend(self.settle_colors(context)?);
+        refused.sort_unstable();
+        refused.dedup();
+        Ok(refused)
+    }
+
+    /// As [`Self::settle`], of colours alone, whose layers hold what was painted already: to look at a stroke that is
+    /// still being made.
+    #[inline(never)]
+    fn settle_colors(&mut self, context: &Context) -> Result<Vec<u32>> {
+        let own = self.channels_mut(false);
+        with_colors!(own.as_mut, |stack, paint| stack.settle(context, paint), Ok(Vec::new()))
+    }
+
+    /// Takes away what is painted on: the active layer. Fails if there are no colours, or it cannot be seen.
+    fn take_paint(&mut self) -> Result<ByFormat<Self::Paint, Self::HalfPaint>> {
+        /// The active layer, or what is the only one.
+        fn taken<C: LayerChannel>(stack: &mut Option<Stack<C>>, paint: &mut Option<C>) -> Result<Option<C>> {
+            let Some(stack) = stack else { return Ok(paint.take()) };
+            stack.check_editable()?;
+            Ok(stack.take_active().or_else(|| paint.take()))
+        }
+        let own = self.channels_mut(false);
+        if let Some(paint) = taken(&mut own.layers.half_colors, own.half_paint)? {
+            return Ok(ByFormat::Rgba16(paint));
+        }
+        let paint = taken(&mut own.layers.colors, own.paint)?.map(ByFormat::Rgba8);
+        paint.ok_or_else(|| Error::invalid("the object has no colours to paint on").advise("give it some first"))
+    }
+
+    /// Puts back what [`Self::take_paint`] took.
+    fn put_paint(&mut self, paint: ByFormat<Self::Paint, Self::HalfPaint>) {
+        fn put<C: LayerChannel>(stack: &mut Option<Stack<C>>, to: &mut Option<C>, paint: C) {
+            match stack {
+                Some(stack) if !stack.is_plain() => stack.put_active(paint),
+                _ => *to = Some(paint),
+            }
+        }
+        let own = self.channels_mut(false);
+        match paint {
+            ByFormat::Rgba8(paint) => put(&mut own.layers.colors, own.paint, paint),
+            ByFormat::Rgba16(paint) => put(&mut own.layers.half_colors, own.half_paint, paint),
+        }
+    }
+
+    /// All layers as they are, traces and vectors too; [`Self::settle`] is to be done before.
+    #[inline(never)]
+    fn layer_states(&self) -> LayerStates {
+        let own = self.channels();
+        let mut states = own.layers.displacement.states(own.displacement);
+        states.extend(with_colors!(own.as_ref, |stack, paint| stack.states(paint), Vec::new()));
+        let mut add = |id: u32, name: &str, blocks: Arc<dyn Blocks>| states.push(LayerState::new(id, name, blocks));
+        let ([traces, vectors], others) = (own.layers.others, self.others());
+        if let Some(channel) = others.0 {
+            add(traces, "traces", Arc::new(channel.field().clone()));
+        }
+        if let Some(channel) = others.1 {
+            add(vectors, "vectors", Arc::new(channel.field().clone()));
+        }
+        add_stamp_states(self, &mut states);
+        states
+    }
+
+    /// Adds all layers to `document`; [`Self::settle`] is to be done before. Fails if it is for another mesh or has
+    /// layers.
+    #[inline(never)]
+    fn store(&self, context: &Context, document: &mut Document) -> Result<()> {
+        document.time = self.edit_time();
+        for state in self.layer_states() {
+            let tiles = state.blocks.numbers();
+            let read = |tile| Ok(state.blocks.try_bytes(tile)?.unwrap_or_default().into_owned());
+            document.pack_layer(context, state.head(), &tiles, read)?;
+        }
+        Ok(())
+    }
+
+    /// The displacement of `tile` as caches keep it: of all layers, see [`Stack::read`].
+    fn read_displacement(&self, tile: u32) -> Result<Option<Vec<u8>>> {
+        let own = self.channels();
+        own.layers.displacement.read(own.displacement, tile)
+    }
+
+    /// Puts back what [`Self::read_displacement`] gave; [`Self::settle`] is to follow.
+    fn write_displacement(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+        self.edit_heights(|stack, composite| stack.write(composite, tile, bytes).map(|()| Vec::new())).map(drop)
+    }
+
+    /// The tiles that have displacement in any layer, ascending.
+    fn displaced_tiles(&self) -> Vec<u32> {
+        let own = self.channels();
+        own.layers.displacement.allocated(own.displacement)
+    }
+
+    /// Makes displacement visible to readers. Returns the tiles that changed in it or in one of its layers, ascending.
+    fn commit_displacement(&mut self) -> Vec<u32> {
+        // Reached for writing, so that its reach is measured anew.
+        let own = self.channels_mut(true);
+        own.layers.displacement.commit(own.displacement)
+    }
+
+    /// The colours of `tile` as caches keep them, see [`Stack::read`]; `None` too if the object has no colours at all.
+    fn read_paint(&self, tile: u32) -> Result<Option<Vec<u8>>> {
+        let own = self.channels();
+        with_colors!(own.as_ref, |stack, paint| stack.read(paint, tile), Ok(None))
+    }
+
+    /// Puts back what [`Self::read_paint`] gave; [`Self::settle`] is to follow. Fails too if the object has no colours.
+    fn write_paint(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+        edit_colors!(self, |stack, composite| stack.write(composite, tile, bytes))
+    }
+
+    /// The tiles that have colours in any layer, ascending.
+    fn painted_tiles(&self) -> Vec<u32> {
+        let own = self.channels();
+        with_colors!(own.as_ref, |stack, paint| stack.allocated(paint), Vec::new())
+    }
+
+    /// Makes colours visible to readers. Returns the tiles that changed in them or in one of their layers, ascending.
+    fn commit_paint(&mut self) -> Vec<u32> {
+        let own = self.channels_mut(false);
+        with_colors!(own.as_mut, |stack, paint| stack.commit(paint), Vec::new())
+    }
+
+    /// The sizes of the faces of the layer `id` as caches keep them, the power of two of each, if edits at other levels
+    /// changed any; `None` if not, or there is no such layer.
+    fn read_sizes(&self, id: u32) -> Option<Vec<u8>> {
+        let own = self.channels();
+        if let Some(vectors) = self.others().1.filter(|_| id == own.layers.others[1]) {
+            let sizes = || vectors.field().face_sizes().into_iter().map(|size| size.ilog2() as u8).collect();
+            return (!vectors.field().given_sizes().is_empty()).then(sizes);
+        }
+        let mut states = own.layers.displacement.states(own.displacement);
+        states.extend(with_colors!(own.as_ref, |stack, paint| stack.states(paint), Vec::new()));
+        let state = states.into_iter().find(|state| state.id == id)?;
+        let sizes = || state.blocks.face_sizes().into_iter().map(|size| size.ilog2() as u8).collect();
+        (!state.blocks.given_sizes().is_empty()).then(sizes)
+    }
+
+    /// Puts back what [`Self::read_sizes`] gave, before the blocks of the layer; [`Self::settle`] is to follow. Fails,
+    /// and changes nothing, if there is no such layer or the sizes are not those of its faces.
+    fn write_sizes(&mut self, id: u32, sizes: Option<&[u8]>) -> Result<()> {
+        if let Some(bits) = sizes.into_iter().flatten().find(|bits| **bits > 8) {
+            return Err(Error::invalid(format!("a face cannot have 2^{bits} texels along an edge")));
+        }
+        let sizes = sizes.map(|sizes| sizes.iter().map(|bits| 1 << bits).collect::<Vec<u32>>());
+        if id == self.channels().layers.others[1]
+            && let Some(vectors) = self.others_mut().1
+        {
+            return reshape(vectors, sizes);
+        }
+        let none = || Error::invalid(format!("there is no layer with the number {id}"));
+        if self.is_color(id) {
+            return edit_colors!(self, |stack, paint| {
+                reshape(stack.channel_mut(id, paint).ok_or_else(none)?, sizes)
+            });
+        }
+        self.edit_heights(|stack, composite| {
+            reshape(stack.channel_mut(id, composite).ok_or_else(none)?, sizes).map(|()| Vec::new())
+        })
+        .map(drop)
+    }
+
+    /// The layers for which [`Self::read_sizes`] gives some, that of vectors too.
+    fn sized_layers(&self) -> Vec<u32> {
+        let ids = self.layers().into_iter().map(|layer| layer.id);
+        let vectors = self.channels().layers.others[1];
+        ids.chain([vectors]).filter(|id| self.read_sizes(*id).is_some()).collect()
+    }
+
+    /// The layers for which [`Self::read_sizes`] gives other sizes than when this was called last.
+    fn commit_sizes(&mut self) -> Vec<u32> {
+        let ids = self.sized_layers();
+        let now: Vec<(u32, Vec<u8>)> = ids.into_iter().filter_map(|id| Some((id, self.read_sizes(id)?))).collect();
+        let sizes = &mut self.channels_mut(false).layers.sizes;
+        let before = std::mem::replace(sizes, now);
+        let now = &*sizes;
+        let both = before
+            .iter()
+            .filter(|layer| !now.contains(layer))
+            .chain(now.iter().filter(|layer| !before.contains(layer)));
+        let mut changed: Vec<u32> = both.map(|(id, _)| *id).collect();
+        changed.sort_unstable();
+        changed.dedup();
+        changed
+    }
+
+    /// Takes over the layers of `document`, each of which may occupy `budget` bytes. Kinds of which it has none stay as
+    /// they are. Returns the names of layers that an object cannot have.
+    ///
+    /// Fails if the document is for another mesh, a layer is damaged, or the budget is too small.
+    #[inline(never)]
+    fn take_up(&mut self, context: &Context, document: &Document, budget: u64) -> Result<Vec<String>> {
+        let (mut heights, mut paints, mut halves, mut unknown) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let mut others = [None; 2];
+        let layers = self.layers();
+        let colors_before = layers.iter().filter(|layer| layer.kind.is_color()).count();
+        let before: Vec<u32> = layers.into_iter().map(|layer| layer.id).collect();
+        for layer in document.layers() {
+            if layer.kind() == Kind::Stamps {
+                continue;
+            }
+            match self.stored(context, document, layer, budget)? {
+                Some(Stored::Displacement(channel)) => heights.push((layer.head(), channel)),
+                // Colours have one format, that of their lowest layer.
+                Some(Stored::Paint(channel)) if halves.is_empty() => paints.push((layer.head(), channel)),
+                Some(Stored::HalfPaint(channel)) if paints.is_empty() => halves.push((layer.head(), channel)),
+                Some(channel @ Stored::Traces(_)) if others[0].is_none() => {
+                    others[0] = Some(layer.id());
+                    self.set_channel(channel)?;
+                }
+                Some(channel @ Stored::Vectors(_)) if others[1].is_none() => {
+                    others[1] = Some(layer.id());
+                    self.set_channel(channel)?;
+                }
+                _ => unknown.push(layer.name().to_string()),
+            }
+        }
+        // What the document does not have gets numbers that it has not.
+        let free = document.free_id().max(ADDED);
+        let kept = (heights.is_empty(), paints.is_empty() && halves.is_empty());
+        if let Some((_, first)) = heights.first() {
+            self.set_channel(Stored::Displacement(first.clone()))?;
+            self.edit_heights(|stack, composite| stack.take_up(context, composite, heights))?;
+        }
+        let layers = self.channels().layers;
+        let halves_behind = || layers.half_colors.as_ref().map(|stack| stack.background().color());
+        let behind = layers.colors.as_ref().map(|stack| stack.background().color()).or_else(halves_behind);
+        macro_rules! take_up {
+            ($paints:ident, $stored:ident, $texel:ty, $colors:ident, $paint:ident) => {
+                if let Some((_, first)) = $paints.first() {
+                    self.set_channel(Stored::$stored(first.clone()))?;
+                    let own = self.channels_mut(false);
+                    if let (Some(stack), Some(paint)) = (&mut own.layers.$colors, own.$paint) {
+                        behind.into_iter().for_each(|color| stack.set_background(<$texel>::of_color(color)));
+                        stack.take_up(context, paint, $paints)?;
+                    }
+                }
+            };
+        }
+        take_up!(paints, Paint, Rgba8, colors, paint);
+        take_up!(halves, HalfPaint, Rgba16, half_colors, half_paint);
+        let layers = self.channels_mut(false).layers;
+        layers.others = [others[0].unwrap_or(free), others[1].unwrap_or(free + 1)];
+        if kept.0 {
+            layers.displacement.renumber(free + 2);
+        }
+        if kept.1 {
+            let first = free + 2 + MAX_LAYERS as u32;
+            layers.colors.iter_mut().for_each(|stack| stack.renumber(first));
+            layers.half_colors.iter_mut().for_each(|stack| stack.renumber(first));
+        }
+        let (mut after, mut old) = (self.layers(), before);
+        if !kept.0 {
+            after.retain(|layer| layer.kind.is_color());
+            old.drain(..old.len() - colors_before);
+        }
+        if !kept.1 {
+            after.retain(|layer| !layer.kind.is_color());
+            old.truncate(after.len());
+        }
+        let moved: Vec<(u32, u32)> = old.into_iter().zip(after.into_iter().map(|layer| layer.id)).collect();
+        find_stamps(self, context, document, budget, &moved)?;
+        Ok(unknown)
+    }
+}
+
+impl<O: LayeredObject> Recorded for O {
+    #[inline(never)]
+    fn states(&mut self, context: &Context) -> Result<LayerStates> {
+        self.settle(context)?;
+        let refused = self.stamp(context)?.len();
+        self.channels_mut(false).layers.fading.refuse(refused);
+        // What is lost for want of room changes what is seen.
+        self.settle(context)?;
+        Ok(self.layer_states())
+    }
+
+    #[inline(never)]
+    fn restore(&mut self, context: &Context, heads: Option<&[Head]>, blocks: Vec<BlockState>) -> Result<()> {
+        let such =
+            |wanted: fn(Kind) -> bool| heads.into_iter().flatten().filter(|head| wanted(head.kind)).collect::<Vec<_>>();
+        let whole = heads.is_some();
+        let (heights, colors) = (such(|kind| kind == Kind::Scalar), such(Kind::is_color));
+        let heights = (whole && !heights.is_empty()).then_some(heights.as_slice());
+        self.edit_heights(|stack, composite| put_layers(context, stack, composite, heights, &blocks))?;
+        let colors = (whole && !colors.is_empty()).then_some(colors.as_slice());
+        let own = self.channels_mut(false);
+        with_colors!(own.as_mut, |stack, paint| put_layers(context, stack, paint, colors, &blocks).map(drop)?, ());
+        let ids = self.channels().layers.others;
+        let head = |id: u32| heads.into_iter().flatten().find(|head| head.id == id);
+        let (traces, vectors) = self.others_mut();
+        traces.map_or(Ok(()), |traces| put_whole(traces, ids[0], head(ids[0]), &blocks))?;
+        vectors.map_or(Ok(()), |vectors| put_whole(vectors, ids[1], head(ids[1]), &blocks))?;
+        put_stamps(self, context, heads, &blocks)
+    }
+}
+
+/// Gives a stack the layers `heads`, unless they stay, and `blocks`.
+#[inline(never)]
+fn put_layers<C: LayerChannel>(
+    context: &Context,
+    stack: &mut Stack<C>,
+    composite: &mut C,
+    heads: Option<&[&Head]>,
+    blocks: &[BlockState],
+) -> Result<Vec<u32>> {
+    if let Some(heads) = heads {
+        stack.arrange(composite, heads)?;
+    }
+    let ids: Vec<u32> = stack.layers().iter().map(|layer| layer.id()).collect();
+    for id in ids {
+        if let Some(channel) = stack.channel_mut(id, composite) {
+            put(channel, id, blocks)?;
+        }
+    }
+    if heads.is_some() { stack.refresh(context, composite) } else { stack.settle(context, composite) }
+}
+
+/// Gives the faces of a layer `sizes`, or those they were given.
+fn reshape(channel: &mut impl BlockChannel, sizes: Option<Vec<u32>>) -> Result<()> {
+    let field = channel.field();
+    let given = field.given_sizes();
+    let given = if given.is_empty() { field.face_sizes() } else { given };
+    channel.reshape(sizes.as_ref().unwrap_or(&given), &given)
+}
+
+/// Gives a channel that is a layer of its own the sizes of `head`, unless they stay, and its blocks.
+fn put_whole(channel: &mut impl BlockChannel, layer: u32, head: Option<&Head>, blocks: &[BlockState]) -> Result<()> {
+    if let Some(head) = head {
+        channel.reshape(&head.face_sizes, &head.given_sizes)?;
+    }
+    put(channel, layer, blocks)
+}
+
+/// Puts back the blocks of `layer`, whatever the budget says: blocks that go first, so that others have room.
+#[inline(never)]
+fn put(channel: &mut impl BlockChannel, layer: u32, blocks: &[BlockState]) -> Result<()> {
+    let budget = channel.budget();
+    channel.set_budget(u64::MAX);
+    let mut own = blocks.iter().filter(|block| block.layer == layer);
+    let done = own.try_for_each(|block| channel.write(block.block, block.bytes.as_deref()));
+    channel.set_budget(budget);
+    done
+}
+
+/// Makes blocks of all channels and layers of an object leave memory for `pages`. Fails if one cannot be read back.
+pub(crate) fn page_to(object: &mut impl LayeredObject, pages: Option<&Arc<dyn PageStore>>) -> Result<()> {
+    object.edit_heights(|stack, composite| stack.page_to(composite, pages).map(|()| Vec::new()))?;
+    let own = object.channels_mut(false);
+    with_colors!(own.as_mut, |stack, paint| stack.page_to(paint, pages)?, ());
+    let (traces, vectors) = object.others_mut();
+    traces.map_or(Ok(()), |traces| traces.page_to(pages))?;
+    vectors.map_or(Ok(()), |vectors| vectors.page_to(pages))
+}
+
+/// Fails once with what could not be read back from a page of an object, or written to one, since it was asked last.
+pub(crate) fn report_fault(object: &impl LayeredObject) -> Result<()> {
+    let own = object.channels();
+    own.layers.displacement.report_fault(own.displacement)?;
+    with_colors!(own.as_ref, |stack, paint| stack.report_fault(paint)?, ());
+    let (traces, vectors) = object.others();
+    traces.map_or(Ok(()), BlockChannel::report_fault)?;
+    vectors.map_or(Ok(()), BlockChannel::report_fault)
+}
+
+impl DisplacedObject {
+    /// Makes tiles of all channels and layers leave memory for `pages` when their budgets are spent, the ones edited
+    /// longest ago first, see [`relievo_tiles::paging`]; without, all come back. [`LayeredObject::settle`] is to be
+    /// done before. The texels and stamps of edits that fade stay in memory.
+    ///
+    /// Fails if a tile cannot be read back.
+    pub fn page_to(&mut self, pages: Option<Arc<dyn PageStore>>) -> Result<()> {
+        page_to(self, pages.as_ref())?;
+        self.pages = pages;
+        Ok(())
+    }
+
+    /// Where tiles page to, if they do.
+    pub fn page_store(&self) -> Option<&Arc<dyn PageStore>> {
+        self.pages.as_ref()
+    }
+
+    /// Fails once with what could not be read back from a page, or written to one, since it was asked last: a tile that
+    /// is blank to readers, or one that stays in memory beyond its budget.
+    pub fn report_fault(&self) -> Result<()> {
+        report_fault(self)
+    }
+}
+
+impl LayeredObject for DisplacedObject {
+    type Displacement = Displacement;
+    type Paint = Paint;
+    type HalfPaint = Paint<Rgba16>;
+    type Traces = Traces;
+    type Vectors = VectorDisplacement;
+
+    fn face_count(&self) -> usize {
+        self.surface().topology().face_count()
+    }
+
+    fn edit_time(&self) -> f64 {
+        self.time()
+    }
+
+    fn set_edit_time(&mut self, time: f64) -> Result<()> {
+        self.set_time(time)
+    }
+
+    fn device_in_use(&self) -> Option<&Device> {
+        self.device.as_ref().map(DeviceObject::device)
+    }
+
+    fn lose_device(&mut self, fault: Error) {
+        (self.device, self.device_fault) = (None, Some(fault));
+    }
+
+    fn channels(&self) -> Channels<&Displacement, &Option<Paint>, &Option<Paint<Rgba16>>, &Layers> {
+        let Self { layers, displacement, paint, half_paint, .. } = self;
+        Channels { layers, displacement, paint, half_paint }
+    }
+
+    fn channels_mut(
+        &mut self,
+        displaced: bool,
+    ) -> Channels<&mut Displacement, &mut Option<Paint>, &mut Option<Paint<Rgba16>>, &mut Layers> {
+        if displaced {
+            self.displacement_mut();
+        }
+        let Self { layers, displacement, paint, half_paint, .. } = self;
+        Channels { layers, displacement, paint, half_paint }
+    }
+
+    fn others(&self) -> (Option<&Traces>, Option<&VectorDisplacement>) {
+        (self.traces(), self.vectors())
+    }
+
+    fn others_mut(&mut self) -> (Option<&mut Traces>, Option<&mut VectorDisplacement>) {
+        self.traces_and_vectors_mut()
+    }
+
+    fn stored(
+        &self,
+        context: &Context,
+        document: &Document,
+        layer: &document::Layer,
+        budget: u64,
+    ) -> Result<Option<Stored<Self>>> {
+        let (topology, name, pages) = (self.surface().topology().clone(), layer.name(), self.page_store());
+        Ok(match layer.kind() {
+            Kind::Scalar => {
+                Channel::stored_with(context, topology, document, name, budget, pages)?.map(Stored::Displacement)
+            }
+            Kind::Rgba8 => Channel::stored_with(context, topology, document, name, budget, pages)?.map(Stored::Paint),
+            Kind::Trace => Channel::stored_with(context, topology, document, name, budget, pages)?.map(Stored::Traces),
+            Kind::Vector => {
+                let surface = self.surface();
+                VectorDisplacement::stored_on(context, surface, document, name, budget, pages)?.map(Stored::Vectors)
+            }
+            Kind::Rgba16 => {
+                Channel::stored_with(context, topology, document, name, budget, pages)?.map(Stored::HalfPaint)
+            }
+            Kind::Stamps => None,
+        })
+    }
+
+    fn set_channel(&mut self, channel: Stored<Self>) -> Result<()> {
+        match channel {
+            Stored::Displacement(displacement) => *self.displacement_mut() = displacement,
+            Stored::Paint(paint) => self.set_paint(paint)?,
+            Stored::HalfPaint(paint) => self.set_half_paint(paint)?,
+            Stored::Traces(traces) => self.set_traces(traces)?,
+            Stored::Vectors(vectors) => self.set_vectors(vectors)?,
+        }
+        Ok(())
+    }
+}

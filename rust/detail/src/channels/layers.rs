@@ -1,0 +1,541 @@
+//! Layers of displacement or colour: named, in order, each with opacity, blend mode and visibility.
+//!
+//! What is evaluated is the composite, a channel of its own that is kept and computed anew only where a layer changed.
+//! With one layer that is seen as a whole the composite *is* the layer: there is no second copy. Edits of displacement
+//! are made on the composite; what they changed goes to the active layer, divided by its opacity, when the layers are
+//! settled. Edits of colour are made on the texels of the active layer. Units: object units, linear light.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use bytemuck::Zeroable;
+use relievo_core::{Context, Error, Result};
+use relievo_document::{Blend, Head, PageStore, Settings};
+use relievo_tiles::{Blocks, Sheet, StoredTexel};
+
+use crate::channels::history::LayerState;
+use crate::channels::layer_channel::{BlockChannel, FAINTEST, LayerChannel};
+
+/// A layer of a [`Stack`].
+#[derive(Debug)]
+pub struct Layer<C> {
+    id: u32,
+    name: Arc<str>,
+    settings: Settings,
+    /// `None` where its texels are those of the composite.
+    channel: Option<C>,
+}
+
+impl<C> Layer<C> {
+    /// Its number.
+    pub fn id(&self) -> u32 {
+        self.id
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// How it takes part in what is seen.
+    pub fn settings(&self) -> Settings {
+        self.settings
+    }
+}
+
+/// The fields of the composite and of the layers when it was last computed.
+#[derive(Debug)]
+struct Seen<F> {
+    composite: F,
+    layers: Vec<F>,
+}
+
+/// The layers of one kind of an object, from the lowest. The composite is given to every function.
+#[derive(Debug)]
+pub struct Stack<C: LayerChannel> {
+    layers: Vec<Layer<C>>,
+    active: u32,
+    background: C::Texel,
+    /// `None` while the composite is the only layer.
+    seen: Option<Seen<C::Field>>,
+}
+
+impl<C: LayerChannel> Stack<C> {
+    /// One layer, whose texels are those of the composite; `background` is seen where it is hidden.
+    pub fn new(id: u32, name: &str, background: C::Texel) -> Self {
+        let layer = Layer { id, name: name.into(), settings: Settings::of(C::Texel::KIND), channel: None };
+        Self { layers: vec![layer], active: id, background, seen: None }
+    }
+
+    /// The layers, from the lowest.
+    pub fn layers(&self) -> &[Layer<C>] {
+        &self.layers
+    }
+
+    /// The number of the layer that edits go to.
+    pub fn active(&self) -> u32 {
+        self.active
+    }
+
+    /// Whether the composite is the only layer.
+    pub fn is_plain(&self) -> bool {
+        self.seen.is_none()
+    }
+
+    fn index(&self, id: u32) -> Option<usize> {
+        self.layers.iter().position(|layer| layer.id == id)
+    }
+
+    /// Makes `id` the layer that edits go to. Fails if there is no such layer.
+    pub fn set_active(&mut self, id: u32) -> Result<()> {
+        self.index(id).ok_or_else(|| no_layer(id))?;
+        self.active = id;
+        Ok(())
+    }
+
+    /// The field of a layer.
+    fn field<'a>(layer: &'a Layer<C>, composite: &'a C) -> &'a C::Field {
+        layer.channel.as_ref().unwrap_or(composite).field()
+    }
+
+    /// What the layers are, as documents have it.
+    #[inline(never)]
+    pub fn states(&self, composite: &C) -> Vec<LayerState> {
+        let state = |(index, layer): (usize, &Layer<C>)| {
+            let blocks = Arc::new(Self::field(layer, composite).clone());
+            // Nothing is behind displacement.
+            let is_lowest = index == 0 && C::Texel::KIND.is_color();
+            let behind = if is_lowest { bytemuck::bytes_of(&self.background).to_vec() } else { Vec::new() };
+            LayerState { settings: layer.settings, behind, ..LayerState::new(layer.id, &layer.name, blocks) }
+        };
+        self.layers.iter().enumerate().map(state).collect()
+    }
+
+    /// What is seen where all layers are hidden.
+    pub fn background(&self) -> C::Texel {
+        self.background
+    }
+
+    /// Changes what is seen where all layers are hidden; the layers are to be refreshed.
+    pub(crate) fn set_background(&mut self, background: C::Texel) {
+        self.background = background;
+    }
+
+    /// Takes over what is behind the layers, if `head`, the lowest of them, knows it.
+    fn see_behind(&mut self, head: &Head) {
+        if head.behind.len() == size_of::<C::Texel>() {
+            self.background = bytemuck::pod_read_unaligned(&head.behind);
+        }
+    }
+
+    /// The texels of a layer; `None` if there is no such layer.
+    pub fn channel<'a>(&'a self, id: u32, composite: &'a C) -> Option<&'a C> {
+        self.index(id).map(|index| self.layers[index].channel.as_ref().unwrap_or(composite))
+    }
+
+    /// The texels of a layer, for writing; `None` if there is no such layer. The layers are to be settled or refreshed
+    /// afterwards.
+    pub fn channel_mut<'a>(&'a mut self, id: u32, composite: &'a mut C) -> Option<&'a mut C> {
+        let index = self.index(id)?;
+        self.layers[index].channel.as_mut().or(Some(composite))
+    }
+
+    /// The texels of the active layer, if they are not those of the composite.
+    pub fn take_active(&mut self) -> Option<C> {
+        let index = self.index(self.active)?;
+        self.layers[index].channel.take()
+    }
+
+    /// Puts back what [`Self::take_active`] took.
+    pub fn put_active(&mut self, channel: C) {
+        if let Some(index) = self.index(self.active) {
+            self.layers[index].channel = Some(channel);
+        }
+    }
+
+    /// The block of `tile`, for caches: that of the only layer, or those of all layers one after the other, each behind
+    /// its length. `None` if no layer has one. Fails if there is no such tile.
+    pub fn read(&self, composite: &C, tile: u32) -> Result<Option<Vec<u8>>> {
+        if self.is_plain() {
+            return composite.read(tile);
+        }
+        let (mut all, mut any) = (Vec::new(), false);
+        for layer in &self.layers {
+            let block = layer.channel.as_ref().unwrap_or(composite).read(tile)?;
+            any |= block.is_some();
+            let block = block.unwrap_or_default();
+            all.extend((block.len() as u32).to_le_bytes());
+            all.extend(block);
+        }
+        Ok(any.then_some(all))
+    }
+
+    /// Puts back what [`Self::read`] gave of the same layers; with several, [`Self::settle`] is to follow. Fails, and
+    /// may have put back some of the layers, if it does not fit them.
+    pub fn write(&mut self, composite: &mut C, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
+        if self.is_plain() {
+            return composite.write(tile, bytes);
+        }
+        let misfit = || Error::invalid("a block does not fit the layers").at(format!("tile {tile}"));
+        let mut rest = bytes;
+        for layer in &mut self.layers {
+            let mut block = None;
+            if let Some(bytes) = rest {
+                let (length, after) = bytes.split_first_chunk().ok_or_else(misfit)?;
+                let length = u32::from_le_bytes(*length) as usize;
+                let (own, after) = after.split_at_checked(length).ok_or_else(misfit)?;
+                block = (length > 0).then_some(own);
+                rest = Some(after);
+            }
+            layer.channel.as_mut().unwrap_or(composite).write(tile, block)?;
+        }
+        if rest.is_some_and(|rest| !rest.is_empty()) { Err(misfit()) } else { Ok(()) }
+    }
+
+    /// The tiles of which any layer has a block, ascending.
+    pub fn allocated(&self, composite: &C) -> Vec<u32> {
+        let fields = self.layers.iter().map(|layer| Self::field(layer, composite));
+        let mut tiles: Vec<u32> = fields.flat_map(Blocks::numbers).collect();
+        tiles.sort_unstable();
+        tiles.dedup();
+        tiles
+    }
+
+    /// Makes edits visible to readers. Returns the tiles that changed of the composite or of a layer, ascending.
+    pub fn commit(&mut self, composite: &mut C) -> Vec<u32> {
+        let mut tiles = composite.commit();
+        for channel in self.layers.iter_mut().filter_map(|layer| layer.channel.as_mut()) {
+            tiles.extend(channel.commit());
+        }
+        tiles.sort_unstable();
+        tiles.dedup();
+        tiles
+    }
+
+    /// Fails if an edit of the active layer could not be seen.
+    pub fn check_editable(&self) -> Result<()> {
+        let Some(layer) = self.index(self.active).map(|index| &self.layers[index]) else { return Ok(()) };
+        let Settings { visible, opacity, .. } = layer.settings;
+        if self.is_plain() || visible && opacity >= FAINTEST {
+            return Ok(());
+        }
+        Err(Error::invalid("it is the active layer and cannot be seen, so that it cannot be edited")
+            .at(format!("layer `{}`", layer.name))
+            .advise("show it, or make another layer the active one"))
+    }
+
+    fn sheets(layers: &[Layer<C>]) -> Vec<Sheet<'_, C::Field>> {
+        let channels = layers.iter().filter_map(|layer| Some((layer.channel.as_ref()?, layer.settings)));
+        channels.map(|(channel, settings)| Sheet { field: channel.field(), settings }).collect()
+    }
+
+    fn look(&mut self, composite: &C) {
+        let layers = self.layers.iter().map(|layer| Self::field(layer, composite).clone()).collect();
+        self.seen = Some(Seen { composite: composite.field().clone(), layers });
+    }
+
+    /// Puts what was changed in the composite into the active layer, and computes the composite anew where layers
+    /// changed. Returns the tiles that budgets refused.
+    ///
+    /// Fails if the active layer cannot be seen; the composite is then as it was before it was changed.
+    #[inline(never)]
+    pub fn settle(&mut self, context: &Context, composite: &mut C) -> Result<Vec<u32>> {
+        let Some(mut seen) = self.seen.take() else { return Ok(Vec::new()) };
+        let done = self.settle_since(context, composite, &mut seen);
+        if done.is_err() {
+            self.seen = Some(seen);
+        }
+        let (refused, failed) = done?;
+        self.report_fault(composite)?;
+        failed.map(|()| refused)
+    }
+
+    fn settle_since(
+        &mut self,
+        context: &Context,
+        composite: &mut C,
+        seen: &mut Seen<C::Field>,
+    ) -> Result<(Vec<u32>, Result<()>)> {
+        let mut tiles = composite.field().changed(&seen.composite);
+        // What made room for an edit of the composite goes from its layers too, and is none of that edit.
+        let lost = composite.take_lost();
+        self.lose(context, &lost)?;
+        C::forget(&mut seen.composite, &lost);
+        let (mut refused, mut failed) = (Vec::new(), Ok(()));
+        // An edit at another level may have changed sizes; then those of all are compared anew.
+        let mut resized = !composite.field().is_sized_as(&seen.composite);
+        if C::THROUGH_COMPOSITE && !tiles.is_empty() {
+            failed = self.check_editable();
+            if failed.is_ok() {
+                let there = if lost.is_empty() { Vec::new() } else { composite.field().numbers() };
+                let gone = |tile: &u32| lost.binary_search(tile).is_ok() && there.binary_search(tile).is_err();
+                let edited: Vec<u32> = tiles.iter().copied().filter(|tile| !gone(tile)).collect();
+                refused = self.absorb(context, composite, seen, &edited)?;
+            }
+        }
+        let layers = self.layers.iter().map(|layer| Self::field(layer, composite));
+        resized |= !layers.zip(&seen.layers).all(|(layer, before)| layer.is_sized_as(before));
+        if resized {
+            refused.extend(self.refresh(context, composite)?);
+            refused.sort_unstable();
+            refused.dedup();
+            return Ok((refused, failed));
+        }
+        for (layer, before) in self.layers.iter().zip(&seen.layers) {
+            tiles.extend(Self::field(layer, composite).changed(before));
+        }
+        tiles.sort_unstable();
+        tiles.dedup();
+        tiles.extend(lost);
+        while !tiles.is_empty() {
+            tiles.sort_unstable();
+            tiles.dedup();
+            refused.extend(composite.compose(context, &Self::sheets(&self.layers), self.background, &tiles)?);
+            // Layers that do not fade keep theirs, which is then refused.
+            tiles = composite.take_lost();
+            self.lose(context, &tiles)?;
+        }
+        refused.sort_unstable();
+        refused.dedup();
+        self.look(composite);
+        Ok((refused, failed))
+    }
+
+    /// Loses blocks of the layers that fade.
+    fn lose(&mut self, context: &Context, blocks: &[u32]) -> Result<()> {
+        self.layers
+            .iter_mut()
+            .filter_map(|layer| layer.channel.as_mut())
+            .try_for_each(|layer| layer.lose(context, blocks))
+    }
+
+    /// Makes the blocks of all layers, and of the composite, leave memory for `pages`. Fails as
+    /// [`BlockChannel::page_to`] does.
+    pub fn page_to(&mut self, composite: &mut C, pages: Option<&Arc<dyn PageStore>>) -> Result<()> {
+        composite.page_to(pages)?;
+        self.layers.iter_mut().filter_map(|layer| layer.channel.as_mut()).try_for_each(|layer| layer.page_to(pages))?;
+        if self.seen.is_some() {
+            self.look(composite);
+        }
+        Ok(())
+    }
+
+    /// Fails once with what could not be read back from a page, or written to one, since it was asked last.
+    pub fn report_fault(&self, composite: &C) -> Result<()> {
+        composite.report_fault()?;
+        self.layers.iter().filter_map(|layer| layer.channel.as_ref()).try_for_each(BlockChannel::report_fault)
+    }
+
+    #[inline(never)]
+    fn absorb(&mut self, context: &Context, composite: &C, seen: &Seen<C::Field>, tiles: &[u32]) -> Result<Vec<u32>> {
+        let Some(index) = self.index(self.active) else { return Ok(Vec::new()) };
+        let (under, above) = self.layers.split_at_mut(index);
+        let Some(Layer { channel: Some(channel), settings, .. }) = above.first_mut() else { return Ok(Vec::new()) };
+        let (settings, below) = (*settings, Self::sheets(under));
+        let fields = [&seen.composite, composite.field()];
+        channel.absorb(context, fields, (&below, self.background), settings, tiles)
+    }
+
+    /// Gives it the layers `heads`, from the lowest: layers that were there keep their texels as far as their sizes are
+    /// what they were, others are blank. [`Self::refresh`] is to follow.
+    ///
+    /// Fails, and changes nothing, if `heads` is empty or one cannot be.
+    #[inline(never)]
+    pub fn arrange(&mut self, composite: &mut C, heads: &[&Head]) -> Result<()> {
+        if heads.is_empty() {
+            return Err(Error::invalid("the last layer cannot be removed").advise("hide it, or erase what is on it"));
+        }
+        let mut fresh = Vec::with_capacity(heads.len());
+        for head in heads {
+            let place = |error: Error| error.at(format!("layer `{}`", head.name));
+            head.settings.check(C::Texel::KIND).map_err(place)?;
+            if head.kind != C::Texel::KIND || head.blank.len() != size_of::<C::Texel>() {
+                return Err(place(Error::invalid("it is of another kind")));
+            }
+            let there = self.index(head.id).map(|index| &self.layers[index]);
+            let there = there.filter(|layer| Blocks::blank(Self::field(layer, composite)) == head.blank);
+            let channel = match there {
+                // Cheap: blocks are shared.
+                Some(layer) => layer.channel.as_ref().unwrap_or(composite).clone(),
+                None => {
+                    let blank = bytemuck::pod_read_unaligned(&head.blank);
+                    C::sized(composite.field(), &head.face_sizes, blank, composite.budget())?
+                }
+            };
+            fresh.push(channel);
+        }
+        for (head, channel) in heads.iter().zip(&mut fresh) {
+            channel.reshape(&head.face_sizes, &head.given_sizes)?;
+        }
+        let layer = |(head, channel): (&&Head, C)| {
+            let (id, name, settings) = (head.id, head.name.as_str().into(), head.settings);
+            Layer { id, name, settings, channel: Some(channel) }
+        };
+        self.layers = heads.iter().zip(fresh).map(layer).collect();
+        if let Some(lowest) = heads.first() {
+            self.see_behind(lowest);
+        }
+        if self.index(self.active).is_none() {
+            self.active = self.layers.last().map_or(0, |layer| layer.id);
+        }
+        Ok(())
+    }
+
+    /// Computes the composite anew, after layers were changed as a whole; as far as it is not the only layer. Returns
+    /// the tiles that the budget refused.
+    #[inline(never)]
+    pub fn refresh(&mut self, context: &Context, composite: &mut C) -> Result<Vec<u32>> {
+        self.seen = None;
+        if let [only] = self.layers.as_mut_slice()
+            && only.settings == Settings::of(C::Texel::KIND)
+        {
+            if let Some(mut channel) = only.channel.take() {
+                channel.follow(composite);
+                *composite = channel;
+            }
+            return Ok(Vec::new());
+        }
+        for layer in &mut self.layers {
+            layer.channel.get_or_insert_with(|| composite.clone());
+        }
+        let (fresh, refused) = composite.recomposed(context, &Self::sheets(&self.layers), self.background)?;
+        *composite = fresh;
+        self.look(composite);
+        Ok(refused)
+    }
+
+    /// Puts the layer `id` and the one below it into one, which then has what both come to: the number and the name of
+    /// the lower one. Returns the tiles that the budget refused.
+    ///
+    /// Fails, and changes nothing, if there is none below, one is hidden, or what is seen would not stay the same.
+    #[inline(never)]
+    pub fn merge_down(&mut self, context: &Context, composite: &mut C, id: u32) -> Result<Vec<u32>> {
+        let at = self.index(id).ok_or_else(|| no_layer(id))?;
+        let place = |layer: &Layer<C>| format!("layer `{}`", layer.name);
+        let Some(under) = at.checked_sub(1) else {
+            return Err(Error::invalid("there is no layer below it").at(place(&self.layers[at])));
+        };
+        for layer in &self.layers[under..=at] {
+            if !layer.settings.visible {
+                return Err(Error::invalid("a hidden layer cannot be merged").at(place(layer)).advise("show it first"));
+            }
+        }
+        let [lower, upper] = [under, at].map(|index| self.layers[index].settings.blend);
+        let additive = |blend| matches!(blend, Blend::Add | Blend::Subtract) && !C::Texel::KIND.is_color();
+        let sound =
+            under == 0 || lower == Blend::Normal && upper == Blend::Normal || lower == Blend::Add && additive(upper);
+        if !sound {
+            let what = format!("`{}` on `{}` cannot become one layer that looks the same", upper.name(), lower.name());
+            return Err(Error::invalid(what)
+                .at(place(&self.layers[at]))
+                .advise("merge from the lowest layer, or flatten all"));
+        }
+        let (merged, refused) = {
+            let sheets = Self::sheets(&self.layers[under..=at]);
+            let background = if under == 0 { self.background } else { C::Texel::zeroed() };
+            let lowest = &Self::sheets(&self.layers[under..=under]);
+            let blank = lowest.first().map_or(background, |sheet| bytemuck::pod_read_unaligned(sheet.field.blank()));
+            let empty = C::sized(sheets[0].field, &sheets[0].field.face_sizes(), blank, composite.budget())?;
+            empty.recomposed(context, &sheets, background)?
+        };
+        self.layers.remove(at);
+        self.layers[under].settings = Settings::of(C::Texel::KIND);
+        self.layers[under].channel = Some(merged);
+        if self.active == id {
+            self.active = self.layers[under].id;
+        }
+        let mut all = self.refresh(context, composite)?;
+        all.extend(refused);
+        Ok(all)
+    }
+
+    /// Adds a layer above all others, blank, with the sizes that `face_sizes` has for every face; edits go to it. Fails
+    /// if the settings are not for its kind or a size does not exist.
+    pub fn add(
+        &mut self,
+        context: &Context,
+        composite: &mut C,
+        (id, name, settings): (u32, &str, Settings),
+        face_sizes: &[u32],
+    ) -> Result<Vec<u32>> {
+        settings.check(C::Texel::KIND)?;
+        let channel = C::sized(composite.field(), face_sizes, C::Texel::zeroed(), composite.budget())?;
+        self.layers.push(Layer { id, name: name.into(), settings, channel: Some(channel) });
+        self.active = id;
+        self.refresh(context, composite)
+    }
+
+    /// Takes the place of all layers: layers that were read, from the lowest, with their texels. What is behind them
+    /// stays. Fails if `layers` is empty.
+    #[inline(never)]
+    pub fn take_up(&mut self, context: &Context, composite: &mut C, layers: Vec<(&Head, C)>) -> Result<Vec<u32>> {
+        let Some((lowest, _)) = layers.first() else { return Err(Error::invalid("there are no layers to take up")) };
+        let lowest = (*lowest).clone();
+        self.active = lowest.id;
+        let layer = |(head, channel): (&Head, C)| {
+            let (id, name, settings) = (head.id, head.name.as_str().into(), head.settings);
+            Layer { id, name, settings, channel: Some(channel) }
+        };
+        self.see_behind(&lowest);
+        self.layers = layers.into_iter().map(layer).collect();
+        self.refresh(context, composite)
+    }
+
+    /// Gives the layers other numbers, from `first` on.
+    pub fn renumber(&mut self, first: u32) {
+        let active = self.index(self.active);
+        for (layer, id) in self.layers.iter_mut().zip(first..) {
+            layer.id = id;
+        }
+        self.active = first + active.unwrap_or(0) as u32;
+    }
+
+    /// Changes the name of a layer.
+    pub fn rename(&mut self, id: u32, name: &str) {
+        if let Some(index) = self.index(id) {
+            self.layers[index].name = name.into();
+        }
+    }
+
+    /// Changes how a layer is seen. Fails if there is no such layer or its kind cannot be seen so.
+    pub fn set(&mut self, context: &Context, composite: &mut C, id: u32, to: Settings) -> Result<Vec<u32>> {
+        let index = self.index(id).ok_or_else(|| no_layer(id))?;
+        to.check(C::Texel::KIND)?;
+        self.layers[index].settings = to;
+        self.refresh(context, composite)
+    }
+
+    /// Puts a layer at a place counted from the lowest, or above all. Fails if there is no such layer.
+    pub fn place(&mut self, context: &Context, composite: &mut C, id: u32, place: usize) -> Result<Vec<u32>> {
+        let layer = self.layers.remove(self.index(id).ok_or_else(|| no_layer(id))?);
+        self.layers.insert(place.min(self.layers.len()), layer);
+        self.refresh(context, composite)
+    }
+
+    /// Removes a layer. Fails if there is no such layer, or no other.
+    pub fn remove(&mut self, context: &Context, composite: &mut C, id: u32) -> Result<Vec<u32>> {
+        let index = self.index(id).ok_or_else(|| no_layer(id))?;
+        if self.layers.len() == 1 {
+            return Err(Error::invalid("the last layer cannot be removed").advise("hide it, or erase what is on it"));
+        }
+        self.layers.remove(index);
+        if self.active == id {
+            self.active = self.layers[index.saturating_sub(1)].id;
+        }
+        self.refresh(context, composite)
+    }
+
+    /// Makes one layer of all: what is seen. It has the number and the name of the lowest.
+    pub fn flatten(&mut self) {
+        self.layers.truncate(1);
+        if let Some(only) = self.layers.first_mut() {
+            (only.settings, only.channel) = (Settings::of(C::Texel::KIND), None);
+            self.active = only.id;
+        }
+        self.seen = None;
+    }
+}
+
+fn no_layer(id: u32) -> Error {
+    Error::invalid(format!("there is no layer with the number {id}"))
+}

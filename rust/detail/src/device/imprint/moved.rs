@@ -1,0 +1,30 @@
+//! The displacement of an object as kernels have it that ask where vectors bring places (`shaders/imprint/imprint_vectors.wgsl`).
+
+use relievo_core::Result;
+use relievo_gpu::{Access, Bindings, Device};
+use relievo_tiles::DeviceTiles;
+
+use crate::device::state::DeviceObject;
+
+/// What such kernels have as their group 2: heights, then vectors or, without vectors, anything.
+pub(super) const MOVED_GROUP: [Access; 4] = [Access::Read; 4];
+
+/// The constants of kernels for objects with vectors or without, which so do not ask.
+pub(super) const STRAIGHT_AND_BENT: [[(&str, f64); 1]; 2] = [[("VECTORS", 0.0)], [("VECTORS", 1.0)]];
+
+/// What is bound of an object as that group.
+#[derive(Debug)]
+pub(super) struct Moved {
+    pub group: Bindings,
+    /// Whether there are vectors.
+    pub bent: bool,
+}
+
+impl Moved {
+    /// The displacement that `state` has. Fails where the device does.
+    pub fn of(device: &Device, state: &DeviceObject) -> Result<Self> {
+        let heights = state.tiles.buffers();
+        let vectors = state.vectors.as_ref().map_or(heights, DeviceTiles::buffers);
+        Ok(Self { group: device.bind_as(&MOVED_GROUP, &[heights, vectors].concat())?, bent: state.vectors.is_some() })
+    }
+}

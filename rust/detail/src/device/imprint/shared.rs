@@ -1,0 +1,141 @@
+//! What the stages of the imprints of a submission share on a device, and what they tell of each.
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+use relievo_core::{Error, Result};
+use relievo_gpu::{Buffer, Device, Frame, Readback};
+
+use super::link::{MOST_LINKS, Words};
+
+/// The counters of an imprint. As stored in buffers.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+pub(super) struct Told {
+    /// Blocks that were found, whether or not there was room for them.
+    pub found: u32,
+    /// Rays that were held at the border of the grid.
+    pub clamped: u32,
+    pub tiles: u32,
+    /// Faults in voxelising.
+    faults: u32,
+    /// Coefficients that were looked at.
+    pub tested: u32,
+    /// The work of the triangles, see the kernels.
+    work: u32,
+    /// Blocks that it changed, where these are smoothed.
+    changed: u32,
+    unused: u32,
+}
+
+impl Told {
+    /// Fails if the voxels are not those of the collider.
+    pub fn check(&self) -> Result<()> {
+        if self.faults & 1 != 0 {
+            return Err(Error::unsupported(
+                "the collider reaches too far beyond the overlap to be voxelised on a graphics device",
+            )
+            .advise("cut the collider down, make the objects that collide closer in size, or use the device `cpu`"));
+        }
+        if self.faults & 2 != 0 {
+            return Err(Error::unsupported("the collider covers the voxel grid too many times for a graphics device")
+                .advise("use fewer voxels or a coarser collider, or the device `cpu`"));
+        }
+        Ok(())
+    }
+}
+
+/// Words of the counters before those of the first imprint.
+const FIRST: usize = 4;
+const TOLD: usize = size_of::<Told>() / 4;
+
+/// Words of an imprint's arguments: those of chunks of columns, and those of its blocks.
+const ARGUMENTS: usize = 8;
+const CANDIDATES: usize = 4;
+
+/// What the stages of a submission share.
+#[derive(Debug)]
+pub(crate) struct Shared {
+    pub links: Buffer<Words>,
+    pub told: Buffer<u32>,
+    pub arguments: Buffer<u32>,
+    /// Of every imprint the box of the collider's points along the axes of the overlap, as `imprint_box.wgsl` has it.
+    pub boxes: Buffer<[u32; 6]>,
+    /// Of every imprint how many tiles were listed for it and those of its row, and the arguments of what takes them.
+    pub candidates: Buffer<u32>,
+}
+
+impl Shared {
+    /// Room for as many imprints as there may be. Fails where the device has none.
+    pub fn new(device: &Device) -> Result<Self> {
+        Ok(Self {
+            links: Buffer::new(device, "imprints", MOST_LINKS)?,
+            told: Buffer::new(device, "what is told of imprints", FIRST + TOLD * MOST_LINKS)?,
+            arguments: Buffer::new(device, "arguments of imprints", ARGUMENTS * MOST_LINKS)?,
+            boxes: Buffer::new(device, "boxes of colliders", MOST_LINKS)?,
+            candidates: Buffer::new(device, "tiles of imprints", CANDIDATES * MOST_LINKS)?,
+        })
+    }
+
+    /// Tells of the imprints of a submission, and records that nothing was told of them so far. What is listed for them is
+    /// nothing once they are voxelised.
+    pub fn begin(&self, device: &Device, frame: &mut Frame, words: &[Words]) -> Result<()> {
+        frame.clear(&self.told);
+        frame.clear(&self.boxes);
+        self.links.write(device, 0, words)
+    }
+
+    /// Records that nothing is listed for any imprint, where nothing is voxelised.
+    pub fn begin_lists(&self, frame: &mut Frame) {
+        frame.clear(&self.arguments);
+        frame.clear(&self.candidates);
+    }
+
+    /// Where the arguments of the dispatch over chunks of columns are, of the imprints that are voxelised with `link`,
+    /// the first of them, and of those over the blocks and over the tiles of the row that begins with `link`.
+    pub fn chunks(link: usize) -> usize {
+        ARGUMENTS * link + 1
+    }
+
+    pub fn blocks(link: usize) -> usize {
+        ARGUMENTS * link + 5
+    }
+
+    pub fn tiles(link: usize) -> usize {
+        CANDIDATES * link + 1
+    }
+
+    /// Records the way back of the counters of so many imprints.
+    pub fn read_told(&self, frame: &mut Frame, links: usize) -> Result<Readback<u32>> {
+        frame.read(&self.told, 0..FIRST + TOLD * links)
+    }
+}
+
+/// The immediate data of a dispatch over `links`.
+pub(super) fn step(links: Range<usize>) -> [u32; 2] {
+    [links.start as u32, links.len() as u32]
+}
+
+/// How many blocks changed in all imprints and how many tiles were worked on, and the counters of each imprint, from
+/// the words of [`Shared::read_told`].
+pub(super) fn parse(words: &[u32]) -> ([usize; 2], Vec<Told>) {
+    let (first, each) = words.split_at(FIRST.min(words.len()));
+    let count = |at: usize| first.get(at).map_or(0, |count| *count as usize);
+    ([count(0), count(1)], bytemuck::cast_slice(each).to_vec())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use relievo_testing::wgsl::assert_layout;
+    use std::mem::offset_of;
+
+    #[test]
+    fn the_layout_is_that_of_the_kernels() {
+        macro_rules! fields {
+            ($($name:ident),*) => { [$((stringify!($name), offset_of!(Told, $name))),*] };
+        }
+        let told = fields!(found, clamped, tiles, faults, tested, work, changed);
+        assert_layout("imprint_snap", "Told", size_of::<Told>(), &told);
+    }
+}

@@ -1,0 +1,416 @@
+//! Imprints on triangle meshes on a graphics device (`shaders/imprint`): culling of triangles, voxels,
+//! rays of their values, rims and smoothing are one submission of one or more imprints, each of which starts from what
+//! those before it left.
+//! Nothing is read back before the end; what comes back becomes the edits that the processor would have made.
+//!
+//! Stages and voxels are those of imprints on tiles, see [`super::chain`]. A triangle's block has the values of its sides
+//! and corners too, so that there is one list; 256 values of a block are a record as 256 coefficients of a tile are.
+
+use half::f16;
+use relievo_core::{Context, Error, Result};
+use relievo_gpu::{Bindings, Buffer, Device, GROUP, Pass, groups};
+use relievo_surface::DeviceMesh;
+use relievo_tiles::triangle::TriangleField;
+
+use super::batches::{Batch, batches, most_voxels};
+use super::blocks::Record;
+use super::link::{Ground, Link, MOST_LINKS, Slots, Words};
+use super::meshes::DeviceMeshes;
+use super::rim::{Around, RimRoom, RimStages, volumes};
+use super::shared::{Shared, Told, parse, step};
+use super::triangle_press::{CASTING, CULLING, TrianglePress, parts};
+use super::triangle_rim::BoundRim;
+use super::triangle_smoothing::{Beside, BoundMesh, TriangleSmoothing};
+use super::voxel::{DeviceVoxels, VoxelRoom};
+use crate::channels::knots::BLOCK_KNOTS;
+use crate::imprint::collider::Collider;
+use crate::imprint::rim::Volumes;
+use crate::triangle::TriangleObject;
+
+/// In the number of a record's part: values inside follow those on the sides; it is what smoothing left.
+const FANNED: u32 = 0x8000;
+const SETTLED: u32 = 0x4000;
+
+/// A mesh that is imprinted on.
+#[derive(Debug)]
+pub(crate) struct TriangleTarget<'a> {
+    pub press: &'a mut Option<TrianglePress>,
+    pub mesh: &'a DeviceMesh,
+    pub object: &'a TriangleObject,
+    /// The displacement from which the depth limits count, if it is not what it is now.
+    pub start: Option<&'a TriangleField>,
+}
+
+impl TriangleTarget<'_> {
+    fn press(&self) -> Result<&TrianglePress> {
+        self.press.as_ref().ok_or_else(|| Error::internal("a mesh that is not ready for imprints"))
+    }
+}
+
+/// Values of a triangle's block as an imprint left them.
+#[derive(Clone, Debug)]
+pub(crate) struct PressedValues {
+    pub face: u32,
+    /// The first of them: those inside, then those of the sides from the lower vertex of each edge, then the corners.
+    pub first: usize,
+    /// As many as there are from there on; what follows the last is of no meaning.
+    pub values: [f16; BLOCK_KNOTS],
+    /// Whether those inside are what the sides say, since the triangle has no block.
+    pub follows: bool,
+    /// Whether they are what smoothing left afterwards, and no edit.
+    pub settled: bool,
+}
+
+/// What the rays of an imprint found.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TriangleCast {
+    /// By triangle, ascending.
+    pub pressed: Vec<PressedValues>,
+    /// Triangles and values that were looked at, those of sides and corners once for each triangle that has them.
+    pub faces: u64,
+    pub tested: u64,
+    pub clamped: u64,
+    pub triangles: u64,
+    /// What triangles pushed and raised, ascending, where something rises.
+    pub volumes: Vec<(u32, Volumes)>,
+}
+
+/// Records that there is room for at first, and that are read back.
+const FEW: usize = 512;
+
+/// What imprints on triangle meshes have on a device besides the meshes.
+#[derive(Debug)]
+pub(crate) struct TriangleChain {
+    device: Device,
+    shared: Shared,
+    voxels: Option<DeviceVoxels>,
+    records: Buffer<Record>,
+    slots: Buffer<u32>,
+    smoothing: TriangleSmoothing,
+    rims: Option<RimStages>,
+    rim_room: RimRoom,
+    /// Records that are read back at once.
+    likely: usize,
+}
+
+/// What is bound of a mesh.
+#[derive(Debug)]
+struct Bound {
+    culling: Bindings,
+    casting: Bindings,
+    smoothing: Option<BoundMesh>,
+    /// What culls around contacts, and what rises there.
+    rim: Option<(Bindings, BoundRim)>,
+}
+
+/// What came back of a submission.
+struct Submitted {
+    /// Records, whether or not there was room for them, and triangles that were smoothed.
+    kept: usize,
+    taken: usize,
+    told: Vec<Told>,
+    /// The records that there was room for, and their volumes where something rises.
+    records: Vec<Record>,
+    moved: Vec<[f32; 2]>,
+    /// The room that rims need.
+    rim_room: Option<RimRoom>,
+}
+
+impl TriangleChain {
+    /// Room for imprints on a device. Fails where it has none.
+    pub fn new(device: &Device) -> Result<Self> {
+        Ok(Self {
+            device: device.clone(),
+            shared: Shared::new(device)?,
+            voxels: None,
+            records: Buffer::new(device, "changed values", FEW)?,
+            slots: Buffer::new(device, "values' slots", 1)?,
+            smoothing: TriangleSmoothing::new(device)?,
+            rims: None,
+            rim_room: RimRoom::default(),
+            likely: FEW,
+        })
+    }
+
+    /// Makes the imprints `links` of `colliders`, each after those before it, in one submission. What is returned is in
+    /// their order; nothing is written into the objects. The colliders are brought to `meshes`.
+    ///
+    /// Fails, as a whole, where the device does, has no room, or cannot place the points of a collider, and for a collider
+    /// that has two poses of its points at once.
+    pub fn run(
+        &mut self,
+        context: &Context,
+        meshes: &mut DeviceMeshes,
+        targets: &mut [TriangleTarget<'_>],
+        colliders: &[&Collider],
+        links: &[Link],
+    ) -> Result<Vec<TriangleCast>> {
+        if links.len() > MOST_LINKS {
+            return Err(Error::internal(format!("{} imprints at once; there may be {MOST_LINKS}", links.len())));
+        }
+        for (index, target) in targets.iter_mut().enumerate() {
+            let press = TrianglePress::follow(target.press, &self.device, target.object, target.start)?;
+            let smooths = (0..links.len()).any(|link| links[link].target == index && is_smoothed(links, link));
+            let rises = links.iter().any(|link| link.target == index && link.rising.is_some());
+            press.prepare(&self.device, smooths, rises)?;
+        }
+        meshes.bring(&self.device, colliders)?;
+        let (slots, slot_count) = slots(targets, links);
+        if slot_count > self.slots.len() {
+            self.slots = Buffer::new(&self.device, "values' slots", slot_count)?;
+        }
+        let tell = |link: &Link| {
+            let TriangleTarget { object, start, .. } = &targets[link.target];
+            let tiles = object.surface().topology().face_count();
+            let ground =
+                Ground { transform: object.transform(), tiles, started: start.is_some(), slots: slots[link.target] };
+            Ok(Words::new(link, meshes.place(link.mesh)?, &ground))
+        };
+        let mut words = links.iter().map(tell).collect::<Result<Vec<_>>>()?;
+        // Every imprint is a row of its own.
+        let rows: Vec<usize> = (0..links.len()).collect();
+        let batches = batches(&mut words, &rows, most_voxels(&self.device))?;
+        let room = batches.iter().fold(VoxelRoom::default(), |room, batch| room.or(batch.room));
+        DeviceVoxels::prepare(&mut self.voxels, &self.device, &self.shared, meshes, room)?;
+        let (places, place_count) = places(targets, links);
+        let around = |(link, words): (&Link, &Words)| {
+            let (rising, transform) = (link.rising?, targets[link.target].object.transform());
+            let words = words.in_grid(&rising.grid(&link.grid, transform), transform);
+            Some(Around { rising, words, places: places[link.target] })
+        };
+        let rims: Vec<Option<Around>> = links.iter().zip(&words).map(around).collect();
+        let smooths = (0..links.len()).any(|link| is_smoothed(links, link));
+        let (mut taken, mut rim_room) = (0, rims.iter().any(Option::is_some).then_some(self.rim_room));
+        let (told, records, moved) = loop {
+            if smooths {
+                let smoothed = targets.iter().filter_map(|target| target.press.as_ref()?.smoothed.as_ref());
+                self.smoothing.enlarge(&self.device, taken, smoothed)?;
+            }
+            if let Some(room) =
+                rim_room.filter(|room| !self.rims.as_ref().is_some_and(|it| it.fits(*room, place_count)))
+            {
+                // What they took is free before more is asked for.
+                self.rims = None;
+                self.rims = Some(RimStages::new(&self.device, room, place_count, self.records.len())?);
+            }
+            let (room, capacity) = (self.records.len(), self.smoothing.capacity());
+            words.iter_mut().for_each(|words| words.set_room([0, room, capacity]));
+            let made = self.submit(context, targets, links, (&words, &rims), &batches)?;
+            if made.kept <= room && made.taken <= capacity && made.rim_room == rim_room {
+                break (made.told, made.records, made.moved);
+            }
+            (taken, rim_room) = (made.taken, made.rim_room);
+            self.rim_room = rim_room.unwrap_or(self.rim_room);
+            if made.kept > room {
+                self.rims = None;
+                self.records = Buffer::new(&self.device, "changed values", made.kept + made.kept / 4)?;
+            }
+        };
+        told.iter().try_for_each(Told::check)?;
+        Ok(casts(links, &told, &records, &moved))
+    }
+
+    fn rims(&self) -> Result<&RimStages> {
+        self.rims.as_ref().ok_or_else(|| Error::internal("no room for rims"))
+    }
+
+    /// Records and submits everything.
+    fn submit(
+        &mut self,
+        context: &Context,
+        targets: &[TriangleTarget<'_>],
+        links: &[Link],
+        (words, rims): (&[Words], &[Option<Around>]),
+        batches: &[Batch],
+    ) -> Result<Submitted> {
+        let device = &self.device;
+        let time = context.stats().begin("imprint.device.submit");
+        let voxels = self.voxels.as_ref().ok_or_else(|| Error::internal("no room for voxels"))?;
+        let bound = targets.iter().map(|target| self.bind(target.press()?, voxels)).collect::<Result<Vec<_>>>()?;
+        let mut frame = device.frame()?;
+        self.shared.begin(device, &mut frame, words)?;
+        if words.iter().any(Words::is_chained) {
+            frame.clear(&self.slots);
+        }
+        self.smoothing.clear(&mut frame);
+        let rising = rims.iter().any(Option::is_some);
+        if rising {
+            self.rims()?.begin(device, &mut frame, rims)?;
+        }
+        let mut pass = frame.pass("imprint.device.triangles");
+        for batch in batches {
+            voxels.fill(&mut pass, &self.shared, batch)?;
+            for link in batch.links.clone() {
+                let index = links[link].target;
+                self.press(&mut pass, &targets[index], &bound[index], (links, link))?;
+            }
+        }
+        drop(pass);
+        let told = self.shared.read_told(&mut frame, links.len())?;
+        let likely = self.likely.min(self.records.len());
+        let first = frame.read(&self.records, 0..likely)?;
+        let volumes = |frame: &mut _, range| rising.then(|| self.rims()?.read_volumes(frame, range)).transpose();
+        let first_moved = volumes(&mut frame, 0..likely)?;
+        let told_rims = rising.then(|| self.rims()?.read(&mut frame, links.len())).transpose()?;
+        let submission = frame.submit()?;
+        time.end();
+        let ([kept, taken], told) = parse(&told.get(device)?);
+        let mut records = first.get(device)?;
+        for time in submission.wait()? {
+            context.stats().add(time.name, time.length);
+        }
+        let there = kept.min(self.records.len());
+        records.truncate(there);
+        let mut moved = first_moved.map_or(Ok(Vec::new()), |it| it.get(device))?;
+        moved.truncate(there);
+        if there > likely {
+            let mut frame = device.frame()?;
+            let rest = frame.read(&self.records, likely..there)?;
+            let rest_moved = volumes(&mut frame, likely..there)?;
+            let _ = frame.submit()?;
+            records.extend(rest.get(device)?);
+            moved.extend(rest_moved.map_or(Ok(Vec::new()), |it| it.get(device))?);
+        }
+        let rim_room = told_rims.map(|read| self.rims()?.needed(context, device, read)).transpose()?;
+        self.likely = (kept + kept / 4).max(FEW);
+        Ok(Submitted { kept, taken, told, records, moved, rim_room })
+    }
+
+    /// What is bound of a mesh.
+    fn bind(&self, press: &TrianglePress, voxels: &DeviceVoxels) -> Result<Bound> {
+        let (device, shared) = (&self.device, &self.shared);
+        let (told, slots) = (shared.told.wgpu(), self.slots.wgpu());
+        let culling = |of: &Shared| {
+            let (boxes, arguments) = (of.boxes.wgpu(), shared.arguments.wgpu());
+            device.bind_as(&CULLING, &[of.links.wgpu(), slots, boxes, arguments, told])
+        };
+        let (links, held, inside) = (shared.links.wgpu(), press.held.wgpu(), press.inside.wgpu());
+        let records = self.records.wgpu();
+        let from = [links, press.listed.wgpu(), shared.arguments.wgpu(), voxels.spans().wgpu(), voxels.words().wgpu()];
+        let beside = [&[inside, held][..], &press.ways()].concat();
+        let casting = device.bind_as(&CASTING, &[&from[..], &[slots, told, records], &beside].concat())?;
+        let smoothing = press
+            .smoothed
+            .as_ref()
+            .map(|mesh| self.smoothing.bind(device, mesh, Beside { links, held, slots, told, records, inside }));
+        let rim = self.rims.as_ref().filter(|_| press.raised.is_some()).map(|stages| {
+            let [entries, values] = press.ways();
+            let beside = (press.listed.wgpu(), [inside, held, entries, values]);
+            let bound = BoundRim::new(device, stages, (shared, voxels), (&self.slots, &self.records), beside)?;
+            Ok((culling(&stages.around)?, bound))
+        });
+        Ok(Bound { culling: culling(shared)?, casting, smoothing: smoothing.transpose()?, rim: rim.transpose()? })
+    }
+
+    /// Records an imprint whose voxels are there: culling and rays, what rises, and where others go on from it what follows
+    /// and is smoothed.
+    fn press(
+        &self,
+        pass: &mut Pass<'_>,
+        target: &TriangleTarget<'_>,
+        it: &Bound,
+        (links, link): (&[Link], usize),
+    ) -> Result<()> {
+        let (press, mesh) = (target.press()?, target.mesh);
+        let Link { target: index, smoothing: (_, passes), rising, .. } = links[link];
+        let rim = it.rim.as_ref().zip(press.raised.as_ref()).filter(|_| rising.is_some());
+        let immediates = step(link..link + 1);
+        let immediates = bytemuck::bytes_of(&immediates);
+        let faces = groups((mesh.face_count() as u32).div_ceil(GROUP));
+        let culling = rim.map_or(&it.culling, |((around, _), _)| around);
+        pass.run(&press.culling, &[culling, mesh.group(), &press.culled], immediates, faces)?;
+        let on = (mesh, &press.values);
+        if let Some(((_, bound), kernels)) = rim {
+            bound.gather(pass, (self.rims()?, kernels), on, link)?;
+        }
+        let start = press.begun.as_ref().filter(|_| target.start.is_some()).unwrap_or(&press.values);
+        let bound = [&it.casting, mesh.group(), press.values.group(), start.group()];
+        let (arguments, first) = (&self.shared.arguments, Shared::blocks(link));
+        pass.run_indirect(&press.casting, &bound, immediates, arguments, first)?;
+        if let Some(((_, bound), kernels)) = rim {
+            bound.raise(pass, (self.rims()?, kernels), on, link)?;
+        }
+        if !links[link + 1..].iter().any(|link| link.target == index) {
+            return Ok(());
+        }
+        pass.run_indirect(&press.following, &bound, immediates, arguments, first)?;
+        match press.smoothed.as_ref().zip(it.smoothing.as_ref()).filter(|_| passes > 0) {
+            Some(smoothed) => self.smoothing.smooth(pass, smoothed, on, link, passes),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Whether what an imprint changed is smoothed for another one that follows it on the same mesh.
+fn is_smoothed(links: &[Link], link: usize) -> bool {
+    links[link].smoothing.1 > 0 && links[link + 1..].iter().any(|later| later.target == links[link].target)
+}
+
+/// Where the pieces of every target are on which something rises, and how many a triangle has. And how many there are.
+fn places(targets: &[TriangleTarget<'_>], links: &[Link]) -> (Vec<[u32; 2]>, usize) {
+    let mut count = 0;
+    let each = targets.iter().enumerate().map(|(index, target)| {
+        if !links.iter().any(|link| link.target == index && link.rising.is_some()) {
+            return [0; 2];
+        }
+        let field = target.object.displacement().field();
+        let (base, of_face) = (count, parts(field.pattern()));
+        count += field.topology().face_count() * of_face as usize;
+        [base as u32, of_face]
+    });
+    (each.collect(), count)
+}
+
+/// Where the slots of every target are that several imprints meet, see `triangle_imprint_slot.wgsl`, and how many there are.
+fn slots(targets: &[TriangleTarget<'_>], links: &[Link]) -> (Vec<Option<Slots>>, usize) {
+    let mut count = 0;
+    let each = targets.iter().enumerate().map(|(index, target)| {
+        if links.iter().filter(|link| link.target == index).count() < 2 {
+            return None;
+        }
+        let field = target.object.displacement().field();
+        let (base, stride) = (count, 3 + 2 * parts(field.pattern()));
+        count += field.topology().face_count() * stride as usize;
+        Some(Slots { base: base as u32, stride })
+    });
+    (each.collect(), count)
+}
+
+/// What the imprints did, from what was read back.
+fn casts(links: &[Link], told: &[Told], records: &[Record], moved: &[[f32; 2]]) -> Vec<TriangleCast> {
+    let moved = moved.iter().copied().chain(std::iter::repeat([0.0; 2]));
+    let mut order: Vec<(&Record, [f32; 2])> = records.iter().zip(moved).collect();
+    let part = |record: &Record| record.block() & !(FANNED | SETTLED);
+    let is_settled = |record: &Record| record.block() & SETTLED != 0;
+    order.sort_unstable_by_key(|(record, _)| (record.link(), record.tile, part(record), is_settled(record)));
+    let mut order = &order[..];
+    let mut all = Vec::with_capacity(links.len());
+    for (index, (link, told)) in links.iter().zip(told).enumerate() {
+        let (own, rest) = order.split_at(order.partition_point(|(record, _)| record.link() <= index as u32));
+        order = rest;
+        let pressed = own.iter().map(|(record, _)| {
+            let mut values = [f16::ZERO; BLOCK_KNOTS];
+            values.copy_from_slice(bytemuck::cast_slice(&record.values));
+            PressedValues {
+                face: record.tile,
+                first: part(record) as usize * BLOCK_KNOTS,
+                values,
+                follows: record.block() & FANNED != 0,
+                settled: is_settled(record),
+            }
+        });
+        // Of records that are no edits nothing is known.
+        let edited = own.iter().filter(|(record, _)| link.rising.is_some() && record.changed > 0);
+        let edited: Vec<_> = edited.map(|(record, moved)| (record.tile, volumes(*moved))).collect();
+        let by_face = edited.chunk_by(|(a, _), (b, _)| a == b);
+        all.push(TriangleCast {
+            pressed: pressed.collect(),
+            faces: told.tiles.into(),
+            tested: told.tested.into(),
+            clamped: told.clamped.into(),
+            triangles: link.triangles,
+            volumes: by_face.map(|of| (of[0].0, of.iter().map(|(_, volumes)| *volumes).sum())).collect(),
+        });
+    }
+    all
+}

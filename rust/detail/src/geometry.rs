@@ -1,0 +1,12 @@
+//! Boxes, hierarchies, voxels and rays: where things meet.
+
+pub(crate) mod closure;
+pub mod dda;
+pub mod grid;
+pub mod hierarchy;
+pub(crate) mod lattice;
+pub mod obb;
+pub mod overlap;
+pub(crate) mod rays;
+mod scanline;
+pub mod voxel;

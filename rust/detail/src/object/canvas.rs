@@ -1,0 +1,229 @@
+//! What strokes are made on: displaced Catmull-Clark surfaces and triangle meshes alike.
+
+use std::fmt::Debug;
+
+use glam::{DAffine3, DVec3};
+use relievo_core::{Context, Result};
+use relievo_tiles::triangle::{Offset, TriangleField};
+use relievo_tiles::{Field, Vector, by_format};
+
+use crate::channels::layered::LayeredObject;
+use crate::imprint::cull;
+use crate::object::DisplacedObject;
+use crate::object::nearest::SurfacePoint;
+use crate::paint::dab::{Dab, DabReport};
+use crate::paint::ground::Ground;
+use crate::triangle::{TriangleGround, TriangleObject};
+
+/// The displacement of an object when a stroke began.
+#[derive(Clone, Debug)]
+pub enum Start {
+    /// That of a Catmull-Clark surface, and the vector displacement that comes after it.
+    Tiles(Field, Option<Field<Vector>>),
+    /// That of a triangle mesh, and the vectors that come after it, in object space.
+    Triangles(TriangleField, Option<TriangleField<Offset>>),
+}
+
+impl Start {
+    /// That of a Catmull-Clark surface, if it is one's.
+    pub(crate) fn ground(&self) -> Option<Ground<'_>> {
+        match self {
+            Start::Tiles(heights, vectors) => Some(Ground { heights, vectors: vectors.as_ref() }),
+            Start::Triangles(..) => None,
+        }
+    }
+
+    /// That of a triangle mesh, if it is one's.
+    fn triangles(&self) -> Option<TriangleGround<'_>> {
+        match self {
+            Start::Tiles(..) => None,
+            Start::Triangles(heights, vectors) => Some(TriangleGround { heights, vectors: vectors.as_ref() }),
+        }
+    }
+}
+
+/// An object that can be painted and sculpted.
+pub trait Canvas: Debug + Send + Sync {
+    /// From object space to the world.
+    fn transform(&self) -> &DAffine3;
+
+    /// Whether it has colours to paint on.
+    fn is_paintable(&self) -> bool;
+
+    /// Whether it has vector displacement to change.
+    fn is_bendable(&self) -> bool;
+
+    /// Makes it ready for a stroke, so that nothing has to be measured anew for each dab, and returns what dabs go by.
+    fn begin(&mut self, context: &Context) -> Result<Start>;
+
+    /// The place of its surface nearest to a point of the world, no further than `within`, as it was at `start`.
+    fn nearest(&self, context: &Context, start: &Start, point: DVec3, within: f64) -> Result<Option<SurfacePoint>>;
+
+    /// Whether the brush of a dab may reach its surface, as it is or was at `start`.
+    fn meets(&mut self, context: &Context, dab: &Dab, start: &Start) -> bool;
+
+    /// Bytes of the colours that are painted on. Fails where the object has no colours, or they cannot be seen.
+    fn painted_bytes(&mut self) -> Result<u64>;
+
+    /// Makes a dab at `level`, see [`StrokeSettings::level`](crate::StrokeSettings::level), as one of a stroke that
+    /// began with `start`.
+    fn dab(&mut self, context: &Context, dab: &Dab, start: &Start, level: u32) -> Result<DabReport>;
+
+    /// Makes `dabs` one after the other, see [`Self::dab`]. Returns what each did; the report of the last has what is
+    /// known of several together.
+    fn dabs(&mut self, context: &Context, dabs: &[Dab], start: &Start, level: u32) -> Result<Vec<DabReport>> {
+        dabs.iter().map(|dab| self.dab(context, dab, start, level)).collect()
+    }
+
+    /// Makes what dabs painted visible where colours have layers; what later dabs find stays the same. Returns tiles
+    /// that a budget refused.
+    fn show(&mut self, _: &Context) -> Result<Vec<u32>> {
+        Ok(Vec::new())
+    }
+
+    /// Ends a stroke. Returns tiles that a budget refused after the last dab.
+    fn end(&mut self, _: &Context) -> Result<Vec<u32>> {
+        Ok(Vec::new())
+    }
+}
+
+impl Canvas for DisplacedObject {
+    fn transform(&self) -> &DAffine3 {
+        DisplacedObject::transform(self)
+    }
+
+    fn is_paintable(&self) -> bool {
+        self.colors().is_some()
+    }
+
+    fn is_bendable(&self) -> bool {
+        self.vectors().is_some()
+    }
+
+    fn begin(&mut self, context: &Context) -> Result<Start> {
+        self.settle(context)?;
+        self.follow(context, None);
+        self.reach();
+        let vectors = self.vectors().map(|vectors| vectors.field().clone());
+        Ok(Start::Tiles(self.displacement().field().clone(), vectors))
+    }
+
+    fn nearest(&self, context: &Context, start: &Start, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
+        let Some(ground) = start.ground() else { return DisplacedObject::nearest(self, context, point, within) };
+        self.nearest_of(context, &ground.displaced(self.surface())?, point, within)
+    }
+
+    fn meets(&mut self, context: &Context, dab: &Dab, start: &Start) -> bool {
+        let size = |object: &Self, tile| object.displacement().field().size(tile);
+        let culled = dab.intersect(context, self, start.ground(), size);
+        let meets = !culled.is_empty();
+        cull::give_back(context, culled);
+        meets
+    }
+
+    fn painted_bytes(&mut self) -> Result<u64> {
+        let paint = self.take_paint()?;
+        let bytes = by_format!(&paint, paint => paint.bytes());
+        self.put_paint(paint);
+        Ok(bytes)
+    }
+
+    fn dab(&mut self, context: &Context, dab: &Dab, start: &Start, level: u32) -> Result<DabReport> {
+        dab.make_at(context, self, start.ground(), level)
+    }
+
+    fn dabs(&mut self, context: &Context, dabs: &[Dab], start: &Start, level: u32) -> Result<Vec<DabReport>> {
+        let mut done: Vec<DabReport> = context.scratch().take_list();
+        while let Some((first, _)) = dabs[done.len()..].split_first() {
+            let together = match level {
+                0 => self.dab_on_device(context, &dabs[done.len()..], start.ground())?,
+                _ => None,
+            };
+            match together {
+                Some(reports) => done.extend(reports),
+                None => done.push(self.dab(context, first, start, level)?),
+            }
+        }
+        Ok(done)
+    }
+
+    fn show(&mut self, context: &Context) -> Result<Vec<u32>> {
+        self.settle_colors(context)
+    }
+
+    fn end(&mut self, context: &Context) -> Result<Vec<u32>> {
+        self.settle(context)
+    }
+}
+
+impl Canvas for TriangleObject {
+    fn transform(&self) -> &DAffine3 {
+        TriangleObject::transform(self)
+    }
+
+    fn is_paintable(&self) -> bool {
+        self.colors().is_some()
+    }
+
+    fn is_bendable(&self) -> bool {
+        self.vectors().is_some()
+    }
+
+    fn begin(&mut self, context: &Context) -> Result<Start> {
+        self.settle(context)?;
+        self.reach();
+        self.renew(context)?;
+        let TriangleGround { heights, vectors } = self.ground();
+        Ok(Start::Triangles(heights.clone(), vectors.cloned()))
+    }
+
+    fn nearest(&self, context: &Context, start: &Start, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
+        match start.triangles() {
+            None => TriangleObject::nearest(self, context, point, within),
+            Some(ground) => self.nearest_of(context, ground, point, within),
+        }
+    }
+
+    fn meets(&mut self, context: &Context, dab: &Dab, start: &Start) -> bool {
+        !self.intersect(context, dab, start.triangles()).is_empty()
+    }
+
+    fn painted_bytes(&mut self) -> Result<u64> {
+        let paint = self.take_paint()?;
+        let bytes = by_format!(&paint, paint => paint.bytes());
+        self.put_paint(paint);
+        Ok(bytes)
+    }
+
+    fn dab(&mut self, context: &Context, dab: &Dab, start: &Start, level: u32) -> Result<DabReport> {
+        // What the stroke does not say, the object does.
+        let own = self.level();
+        self.set_level(if level > 0 { level } else { own })?;
+        let done = self.make_dab(context, dab, start.triangles());
+        self.set_level(own)?;
+        done
+    }
+
+    fn dabs(&mut self, context: &Context, dabs: &[Dab], start: &Start, level: u32) -> Result<Vec<DabReport>> {
+        let mut done: Vec<DabReport> = context.scratch().take_list();
+        while let Some((first, _)) = dabs[done.len()..].split_first() {
+            let together = match level {
+                0 => self.dab_on_device(context, &dabs[done.len()..], start.triangles())?,
+                _ => None,
+            };
+            match together {
+                Some(reports) => done.extend(reports),
+                None => done.push(Canvas::dab(self, context, first, start, level)?),
+            }
+        }
+        Ok(done)
+    }
+
+    fn show(&mut self, context: &Context) -> Result<Vec<u32>> {
+        self.settle_colors(context)
+    }
+
+    fn end(&mut self, context: &Context) -> Result<Vec<u32>> {
+        self.settle(context)
+    }
+}
