@@ -396,7 +396,7 @@ class Simulating(Case):
         self.refused(simulate, "no velocity")
         tap.relievo.fluid.role = "FILL"
         self.domain.relievo.fluid.spacing = 1e-4
-        self.refused(simulate, "larger spacing|memory limit|no basin")
+        self.refused(simulate, "Spacing: it does not fit the domain")
 
     def test_damaged_and_missing_frames_are_told(self):
         self.part("FILL", "water", (0, 0, 0), (0.3, 0.4, 0.4))

@@ -103,7 +103,7 @@ class Foaming(Case):
         path.write_bytes(path.read_bytes()[:-1])
         self.assertRegex(foam.show(self.domain, 6), "damaged")
         self.domain.relievo_foam.settings.air_max = 0.1
-        self.refused(bpy.ops.relievo.foam_bake, "air_max")
+        self.refused(bpy.ops.relievo.foam_bake, "Trapped air to: ")
 
     def camera(self, kind):
         scene, camera = bpy.context.scene, bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))

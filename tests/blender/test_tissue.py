@@ -126,7 +126,7 @@ class Tissue(unittest.TestCase):
 
     def test_what_cannot_be_simulated_is_refused(self):
         self.model.voxel = 1.0
-        self.refused("no voxel|share")
+        self.refused("Element size: no element has enough of a volume inside; make it smaller")
         self.model.voxel = 0.025
         self.skin.modifiers.new("finer", "SUBSURF")
         self.refused("finer")

@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The exception of operations that cannot be done, and failures as sentences for the user."""
 
-import re
+import json
+
+from . import words
+
+# What values that are missing or of another kind raise, which say nothing to artists.
+STRANGE = (KeyError, IndexError, TypeError, AttributeError, json.JSONDecodeError)
 
 
 class Refused(Exception):
@@ -9,5 +14,14 @@ class Refused(Exception):
 
 
 def said(failure):
-    """Returns the sentence of a failure, without the name of the library's function that it begins with."""
-    return re.sub(r"^rlv_\w+: ", "", str(failure))
+    """Returns a failure as a sentence in words of the panels."""
+    if isinstance(failure, Refused):
+        return str(failure)
+    if getattr(failure, "place", "") or getattr(failure, "code", 0):
+        return words.sentence(failure)
+    if isinstance(failure, STRANGE):
+        return "what is kept of it is damaged"
+    if isinstance(failure, OSError) and failure.strerror:
+        path = str(failure.filename or "").removesuffix(".part")
+        return f"{path}: {failure.strerror}" if path else failure.strerror
+    return words.plain(str(failure))

@@ -19,7 +19,7 @@ from collections import namedtuple
 
 import bpy
 
-from ..core.error import Refused
+from ..core.error import Refused, said
 
 # Names of custom properties: the pieces' common beginning and the revisions; the whole document, of formats 1 and 2.
 PIECES, HISTORY, WHOLE = "relievo_document_", "relievo_history", "relievo_document"
@@ -49,8 +49,8 @@ def _history(text):
     try:
         kept = json.loads(text)
         revisions, position = [int(revision) for revision in kept["revisions"]], int(kept["position"])
-    except (KeyError, TypeError) as failure:
-        raise ValueError(f"{type(failure).__name__}: {failure}") from None
+    except (KeyError, TypeError):
+        raise ValueError("a value is missing or of another kind") from None
     if not 0 <= position < len(revisions):
         raise ValueError("a position that does not exist")
     return revisions, position, kept
@@ -87,7 +87,7 @@ def read(target):
             raise ValueError("a document that is not bytes")
     except (ValueError, TypeError) as failure:
         raise Refused(
-            f"The document of {target.name} is damaged: {failure}; make its strokes again, or clear the detail"
+            f"The document of {target.name} is damaged: {said(failure)}; make its strokes again, or clear the detail"
         ) from None
     return Document(data, revisions, position)
 

@@ -14,6 +14,7 @@ import numpy
 from bpy.app.handlers import persistent
 
 from ..core import settings
+from ..core.error import said
 from . import cache, mesh, state
 
 _open = {}
@@ -63,7 +64,7 @@ def show(target, frame):
     try:
         points = points_at(path_of(target), frame)
     except (OSError, ValueError) as failure:
-        print(f"Relievo: the cache of {target.name} cannot be played: {failure}")
+        print(f"Relievo: the cache of {target.name} cannot be played: {said(failure)}")
         return
     if len(points) != len(result.data.vertices):
         print(f"Relievo: the cache of {target.name} has other points than its result; bake it again")
@@ -116,7 +117,7 @@ def changed(target):
         try:
             first, _ = frames_of(path)
         except (OSError, ValueError) as failure:
-            print(f"Relievo: the cache of {target.name} cannot be played: {failure}")
+            print(f"Relievo: the cache of {target.name} cannot be played: {said(failure)}")
             return
         cache.play(options.result, bpy.path.abspath(path), first)
 

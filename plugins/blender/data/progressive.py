@@ -186,8 +186,8 @@ def read(text):
             grip(handle)
         for held in kept["anchors"]:
             region(held)
-    except STRANGE as failure:
-        raise ValueError(f"{type(failure).__name__}: {failure}") from None
+    except STRANGE:
+        raise ValueError("a value is missing or of another kind") from None
     return kept
 
 

@@ -11,6 +11,7 @@ import librelievo as rl
 import numpy
 
 from ..core import native, settings
+from ..core.error import said
 from . import mesh
 
 # Modes that move surfaces along all three axes, which needs a channel of its own.
@@ -167,8 +168,8 @@ def read(entry):
         if "matrix" in kept and numpy.asarray(kept["matrix"], numpy.float64).shape != (4, 4):
             raise ValueError("no place")
         checked_layers(kept.get("layers", []))
-    except (KeyError, TypeError, AttributeError) as failure:
-        raise ValueError(f"{type(failure).__name__}: {failure}") from None
+    except (KeyError, TypeError, AttributeError):
+        raise ValueError("a value is missing or of another kind") from None
     return kept
 
 
@@ -193,8 +194,8 @@ def checked_layers(layers):
                 raise ValueError("an unknown layer")
             layer["opacity"], layer["is_visible"] = float(layer["opacity"]), int(layer["is_visible"])
             layer["is_active"] = int(layer["is_active"])
-    except (KeyError, TypeError) as failure:
-        raise ValueError(f"{type(failure).__name__}: {failure}") from None
+    except (KeyError, TypeError):
+        raise ValueError("a value is missing or of another kind") from None
     return layers
 
 
@@ -208,7 +209,7 @@ def read_all(target):
             found.append((kept, stamp_of(target, kept), pose_of(target, kept)))
         except ValueError as failure:
             lost += 1
-            print(f"Relievo: a stroke of {target.name} cannot be made again: {failure}")
+            print(f"Relievo: a stroke of {target.name} cannot be made again: {said(failure)}")
     return found, lost
 
 

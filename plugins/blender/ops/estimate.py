@@ -29,13 +29,6 @@ TISSUE_PACE, REST = 1.5e-7, 35
 POINT = 12
 
 
-def volume_of(shape):
-    """Returns the volume of a closed shape, m³; that of its box where it is not closed."""
-    a, b, c = (shape.points[shape.corners.reshape(-1, 3)[:, number]].astype(float) for number in range(3))
-    inside = abs(float((a * numpy.cross(b, c)).sum())) / 6
-    return min(inside, float(numpy.ptp(shape.points, 0).prod()))
-
-
 def share_within(shape, low, high):
     """Returns the share of the box of a shape that is in another box."""
     ends = shape.points.min(0), shape.points.max(0)
@@ -54,7 +47,7 @@ def of(simulation, count, pace):
     """Returns the particles of the last of `count` frames of a simulation, and the bytes and seconds of all frames."""
     grain, low, high = simulation.spacing**3, simulation.low, simulation.high
     most = float(numpy.prod(high - low)) / grain
-    filled = sum(volume_of(shape) * share_within(shape, low, high) for shape, _velocity in simulation.fills) / grain
+    filled = sum(shape.volume() * share_within(shape, low, high) for shape, _velocity in simulation.fills) / grain
     rate = sum(outline_of(one.shape, one.direction) * one.speed for one in simulation.pourings) / grain / simulation.fps
     numbers = numpy.minimum(filled + rate * numpy.arange(count), most)
     return int(numbers[-1]), BYTES * float(numbers.sum()), (pace or PACE) * float(numbers[1:].sum())
@@ -104,9 +97,8 @@ def step_of(simulation):
     """Returns the seconds of a step of a tissue: the least of its materials, each as one element of the library; without Blender's
     data."""
     thin, steps = [name for name, thickness in simulation.layers.items() if thickness > 0], []
-    for material in [*simulation.materials, *({"library": name} for name in thin)]:
-        told = {name: value for name, value in material.items() if name != "name"}
-        with rl.Tissue.block(native.context(), (0, 0, 0), simulation.description["cell"], (1, 1, 1), **told) as made:
+    for material in [*simulation.materials, *({"name": name, "library": name} for name in thin)]:
+        with rl.Tissue.block(native.context(), (0, 0, 0), simulation.description["cell"], (1, 1, 1), **material) as made:
             with made.simulate(safety=simulation.how["safety"]) as one:
                 steps.append(one.info.step)
     return max(min(steps), simulation.how["mass_scaling"])
@@ -114,14 +106,11 @@ def step_of(simulation):
 
 def tissue_of(simulation, count, pace):
     """Returns the elements of a tissue, and the bytes and seconds of `count` frames; without Blender's data."""
-    cell, shapes = simulation.description["cell"], [shape for _one, shape in simulation.volumes]
-    # Muscles and volumes of other levels lie in those of level 0.
-    making = [shape for shape, (_name, level) in zip(shapes, simulation.parts) if level == 0]
-    elements = sum(volume_of(shape) for shape in making or shapes) / cell**3
-    across = max(float(numpy.ptp(shape.points, 0).max()) for shape in shapes) / cell
+    elements, cell = simulation.expected(), simulation.description["cell"]
+    across = max(float(numpy.ptp(shape.points, 0).max()) for _one, shape in simulation.volumes) / cell
     steps = (count - 1) / simulation.fps / step_of(simulation) + (REST * across if simulation.relaxes else 0)
     size = POINT * count * sum(len(follower.points) for follower in simulation.skins)
-    return round(elements), size, steps * elements * (pace or TISSUE_PACE)
+    return elements, size, steps * elements * (pace or TISSUE_PACE)
 
 
 class RELIEVO_OT_fluid_estimate(fluid.OnDomain, job.Steps, bpy.types.Operator):

@@ -45,6 +45,12 @@ class Shape:
         """A mesh of the library, without Blender's data."""
         return rl.Mesh(native.context(), self.points, self.corners.astype(numpy.uint32), 3)
 
+    def volume(self):
+        """Returns the volume of a closed shape, m³; that of its box where it is not closed."""
+        a, b, c = (self.points[self.corners.reshape(-1, 3)[:, number]].astype(float) for number in range(3))
+        within = abs(float((a * numpy.cross(b, c)).sum())) / 6
+        return min(within, float(numpy.ptp(self.points, 0).prod()))
+
     def inside(self, places):
         """Which places are inside of it, if it is closed; without Blender's data."""
         with self.build() as made, rl.Caster(native.context(), made) as caster:

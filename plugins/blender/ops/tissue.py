@@ -17,6 +17,8 @@ from .fluid import TYPES, Shape
 
 # Settings of a collection that the panel shows at once.
 SETTINGS = ("voxel", "dermis", "epidermis", "damping", "relaxes")
+# Elements at most: some hundred bytes each, and minutes a frame.
+MOST = 20_000_000
 LIBRARY = ("stratum corneum", "dermis", "hypodermis", "muscle", "tendon")
 MATERIALS = [(name.upper().replace(" ", "_"), name.capitalize(), "") for name in LIBRARY]
 MATERIALS.append(("CUSTOM", "Custom", "By its own stiffness"))
@@ -184,6 +186,20 @@ class Simulation:
         self.purposes = [(one.name, one.relievo_tissue.role.lower()) for one, _shape in self.surfaces]
         self.frictions = [one.relievo_tissue.friction for one, _shape in self.colliders]
 
+    def expected(self):
+        """Returns about how many elements the tissue gets."""
+        shapes = [shape for _one, shape in self.volumes]
+        # Muscles and volumes of other levels lie in those of level 0.
+        making = [shape for shape, (_name, level) in zip(shapes, self.parts) if level == 0]
+        return round(sum(shape.volume() for shape in making or shapes) / self.description["cell"] ** 3)
+
+    def check(self):
+        """Refuses a tissue of more elements than can be simulated."""
+        count = self.expected()
+        if count > MOST:
+            least = self.description["cell"] * (count / MOST) ** (1 / 3)
+            raise Refused(f"There would be {count:,} elements; give Element size {least:.2g} m or more")
+
     def read(self, time):
         """Reads activations and where colliders are in this frame."""
         for (one, _shape), keys in zip(self.muscles, self.activations):
@@ -283,6 +299,7 @@ class RELIEVO_OT_tissue_bake(OnCollection, job.Steps, bpy.types.Operator):
                 cache.stop(one)
             scene.frame_set(first)
             simulation = Simulation(scene, collection, context.evaluated_depsgraph_get())
+            simulation.check()
             for frame in range(first, last + 1):
                 scene.frame_set(frame)
                 simulation.read((frame - first) / simulation.fps)

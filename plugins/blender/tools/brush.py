@@ -110,8 +110,8 @@ class RELIEVO_OT_stroke(job.Steps, bpy.types.Operator):
         """The whole stroke at once."""
         try:
             points = rl.stroke.points_of(json.loads(self.points))
-        except (ValueError, rl.RelievoError) as failure:
-            raise Refused(f"The points are not a list of x, y, z, pressure and time: {said(failure)}") from None
+        except (ValueError, rl.RelievoError):
+            raise Refused("The points are not a list of x, y, z, pressure and time") from None
         target = state.source_of(context.active_object)
         made = yield from opening(context, target, self.action, self.effect)
         self.warn(made.take_notes())

@@ -48,8 +48,8 @@ class RELIEVO_OT_levels_sculpt(pointer.Edit, bpy.types.Operator):
         """The points of the property in the space of the object."""
         try:
             points = rl.stroke.points_of(json.loads(self.points))
-        except (ValueError, rl.RelievoError) as failure:
-            raise Refused(f"The points are not a list of x, y, z, pressure and time: {said(failure)}") from None
+        except (ValueError, rl.RelievoError):
+            raise Refused("The points are not a list of x, y, z, pressure and time") from None
         points[:, :3] = points[:, :3] @ inverse[:3, :3].T + inverse[:3, 3]
         return points.tolist()
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import bpy
 
 from ..core import native
+from ..core.error import said
 
 # The manual's Markdown and pictures, beside this file.
 SOURCE = Path(__file__).resolve().parents[1] / "manual" / "blender.md"
@@ -136,7 +137,7 @@ class RELIEVO_OT_manual(bpy.types.Operator):
         try:
             address = write()
         except OSError as failure:
-            self.report({"ERROR"}, f"The manual cannot be opened: {failure}")
+            self.report({"ERROR"}, f"The manual cannot be opened: {said(failure)}")
             return {"CANCELLED"}
         if not bpy.app.background:
             webbrowser.open(address)

@@ -21,6 +21,7 @@ const TESTS: &[&str] = &[
     "test_folders.py",
     "test_addon.py",
     "test_interface.py",
+    "test_words.py",
     "test_demo.py",
     "test_files.py",
     "test_storage.py",
