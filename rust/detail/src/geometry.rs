@@ -10,3 +10,4 @@ pub mod overlap;
 pub(crate) mod rays;
 mod scanline;
 pub mod voxel;
+pub mod voxel_frame;

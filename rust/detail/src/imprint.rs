@@ -6,6 +6,7 @@
 pub mod collider;
 pub mod contact;
 pub mod cull;
+pub mod culled;
 pub mod dents;
 pub mod motion;
 pub mod pair;
@@ -14,6 +15,7 @@ pub mod rim;
 pub mod row;
 pub mod settings;
 pub(crate) mod smoothing;
+mod surface_collider;
 pub mod tool;
 pub(crate) mod traces;
 
@@ -29,8 +31,9 @@ use crate::geometry::grid::Grid;
 use crate::geometry::obb::Obb;
 use crate::geometry::overlap::{jittered, overlap};
 use crate::geometry::voxel::Voxels;
+use crate::geometry::voxel_frame::VoxelFrame;
 use crate::imprint::collider::Collider;
-use crate::imprint::cull::{CulledTile, VoxelFrame};
+use crate::imprint::culled::CulledTile;
 use crate::imprint::dents::TileDents;
 use crate::imprint::motion::Motion;
 use crate::imprint::rim::Volumes;
@@ -208,7 +211,7 @@ impl Imprinter {
             tiles
         };
         if tiles.is_empty() {
-            cull::give_back(context, tiles);
+            culled::give_back(context, tiles);
             return Ok(Cast::default());
         }
         let triangles = {
@@ -226,7 +229,7 @@ impl Imprinter {
         let clamped = sum(|dents| dents.clamped);
         stage.end();
         let count = tiles.len() as u64;
-        cull::give_back(context, tiles);
+        culled::give_back(context, tiles);
         Ok(Cast { dents, tiles: count, tested, clamped, triangles, volumes: None })
     }
 

@@ -10,6 +10,7 @@ mod level;
 pub mod mode;
 pub(crate) mod open;
 pub mod path;
+pub mod report;
 pub(crate) mod smudge;
 pub(crate) mod spot;
 pub mod stamp;

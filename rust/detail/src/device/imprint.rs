@@ -12,6 +12,7 @@ pub(crate) mod link;
 pub(crate) mod meshes;
 mod moved;
 mod rim;
+mod rising;
 mod shared;
 mod slots;
 pub(crate) mod smoothing;
@@ -21,6 +22,7 @@ pub(crate) mod triangle_press;
 mod triangle_rim;
 mod triangle_smoothing;
 mod voxel;
+mod work;
 
 use relievo_core::{Context, Error, ErrorKind, Result};
 use relievo_gpu::Device;

@@ -2,6 +2,7 @@
 
 pub(crate) mod brush;
 pub(crate) mod channels;
+pub(crate) mod colors;
 pub(crate) mod dabs;
 pub(crate) mod events;
 mod follow;

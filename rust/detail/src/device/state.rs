@@ -9,7 +9,7 @@ use relievo_tiles::{DeviceRing, DeviceTiles, Field, Rgba8, Rgba16, Texel, Vector
 use super::imprint::cull::DeviceCull;
 use super::imprint::smoothing::WorkedTiles;
 use super::paint::brush::{DeviceBrush, DeviceGround};
-use super::paint::channels::DeviceColors;
+use super::paint::colors::DeviceColors;
 use crate::object::DisplacedObject;
 use crate::paint::ground::Ground;
 
@@ -188,7 +188,8 @@ impl DeviceObject {
 
     /// Makes ready to cull tiles of `object`, whose state this is.
     pub(super) fn prepare_culling(&mut self, object: &DisplacedObject) -> Result<()> {
-        let (device, Ground { heights, vectors }) = (&self.device, object.ground());
+        let (device, ground) = (&self.device, object.ground());
+        let Ground { heights, vectors } = ground;
         match &mut self.culling {
             Some((culling, known, bent)) => {
                 let mut changed = heights.differing(known);
@@ -198,13 +199,15 @@ impl DeviceObject {
                     (None, Some(some)) => changed.extend(some.allocated()),
                     (None, None) => {}
                 }
-                culling.update(device, object, &changed)?;
+                culling.update(device, ground, &changed)?;
                 if self.posed {
-                    culling.pose(device, object)?;
+                    culling.pose(device, &object.surface)?;
                 }
                 (*known, *bent) = (heights.clone(), vectors.cloned());
             }
-            none => *none = Some((DeviceCull::new(device, object)?, heights.clone(), vectors.cloned())),
+            none => {
+                *none = Some((DeviceCull::new(device, &object.surface, ground)?, heights.clone(), vectors.cloned()))
+            }
         }
         self.posed = false;
         Ok(())

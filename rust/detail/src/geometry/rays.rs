@@ -7,7 +7,7 @@ use relievo_core::lanes::Lanes;
 
 use crate::geometry::dda::{Ray, WHOLE};
 use crate::geometry::voxel::{Columns, PIECES};
-use crate::imprint::cull::VoxelFrame;
+use crate::geometry::voxel_frame::VoxelFrame;
 use crate::imprint::dents::Limits;
 
 /// Lanes of the widest vector.

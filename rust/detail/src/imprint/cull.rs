@@ -5,200 +5,23 @@
 //! hulls are bounded in voxel coordinates and widened by the tile's range of displacement along the cone of normals
 //! (Sederberg and Meyers 1988). Patches larger than a block are cut along the blocks' borders first.
 
-use std::ops::{Deref, Range};
+use std::ops::Range;
 
 use glam::{DAffine3, DMat3, DVec3};
-use half::f16;
 use relievo_core::simd::{Arithmetic, Level};
-use relievo_core::{Context, List, dispatch_simd};
+use relievo_core::{Context, dispatch_simd};
 use relievo_surface::{PatchForm, PatchView};
 
 use crate::channels::knots::block_edge;
 use crate::geometry::grid::Grid;
 use crate::geometry::hierarchy::Region;
 use crate::geometry::obb::Obb;
+use crate::geometry::voxel_frame::VoxelFrame;
+use crate::imprint::culled::{Block, BlockList, CulledTile, left};
 use crate::object::DisplacedObject;
 use crate::object::fit::Reach;
+use crate::object::ranges::range;
 use crate::paint::ground::Ground;
-
-/// A block of coefficients that may be in the overlap.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Block {
-    /// Its number in the tile, see [`crate::channels::knots`].
-    pub index: u32,
-    /// Smallest voxel coordinates of its points.
-    pub low: [f32; 3],
-    /// Largest voxel coordinates of its points.
-    pub high: [f32; 3],
-}
-
-impl Block {
-    /// A block of which nothing is known.
-    const EMPTY: Self = Self { index: 0, low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] };
-
-    fn grow(&mut self, low: [f32; 3], high: [f32; 3]) {
-        for axis in 0..3 {
-            self.low[axis] = self.low[axis].min(low[axis] - SLACK);
-            self.high[axis] = self.high[axis].max(high[axis] + SLACK);
-        }
-    }
-}
-
-/// A tile that may have coefficients in the overlap.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CulledTile {
-    /// The tile.
-    pub tile: u32,
-    /// Its blocks that may, ascending.
-    pub blocks: BlockList,
-}
-
-/// Blocks of a tile: of small tiles in place, since there may be thousands of them.
-#[derive(Clone, Debug)]
-pub enum BlockList {
-    /// The first so many of these.
-    Few([Block; FEW], usize),
-    /// More than that.
-    Many(Vec<Block>),
-}
-
-/// Blocks of a small tile.
-const FEW: usize = 4;
-
-impl BlockList {
-    /// As many as `count`, one after another.
-    fn new(context: &Context, count: u32) -> Self {
-        let block = |index| Block { index, ..Block::EMPTY };
-        if count as usize <= FEW {
-            return Self::Few(std::array::from_fn(|index| block(index as u32)), count as usize);
-        }
-        let mut blocks = context.scratch().take_list();
-        blocks.extend((0..count).map(block));
-        Self::Many(blocks)
-    }
-
-    /// Gives its room back to the context.
-    fn give_back(self, context: &Context) {
-        if let Self::Many(blocks) = self {
-            context.scratch().keep_list(blocks);
-        }
-    }
-
-    fn blocks_mut(&mut self) -> &mut [Block] {
-        match self {
-            Self::Few(blocks, count) => &mut blocks[..*count],
-            Self::Many(blocks) => blocks,
-        }
-    }
-
-    fn retain(&mut self, keep: impl Fn(&Block) -> bool) {
-        match self {
-            Self::Few(blocks, count) => {
-                let before = std::mem::take(count);
-                for index in 0..before {
-                    if keep(&blocks[index]) {
-                        blocks[*count] = blocks[index];
-                        *count += 1;
-                    }
-                }
-            }
-            Self::Many(blocks) => blocks.retain(keep),
-        }
-    }
-}
-
-impl Deref for BlockList {
-    type Target = [Block];
-
-    fn deref(&self) -> &[Block] {
-        match self {
-            Self::Few(blocks, count) => &blocks[..*count],
-            Self::Many(blocks) => blocks,
-        }
-    }
-}
-
-impl PartialEq for BlockList {
-    fn eq(&self, other: &Self) -> bool {
-        **self == **other
-    }
-}
-
-/// Gives the room of culled tiles back to the context that they were culled with.
-pub fn give_back(context: &Context, mut culled: Vec<CulledTile>) {
-    culled.drain(..).for_each(|tile| tile.blocks.give_back(context));
-    context.scratch().keep_list(culled);
-}
-
-/// Those of `tiles` of which blocks are left.
-fn left(context: &Context, mut tiles: List<'_, CulledTile>) -> Vec<CulledTile> {
-    let mut left = context.scratch().take_list();
-    for tile in tiles.drain(..) {
-        if tile.blocks.is_empty() {
-            tile.blocks.give_back(context);
-        } else {
-            left.push(tile);
-        }
-    }
-    left
-}
-
-/// From object space to voxel coordinates in f32, by way of a place near the middle of the grid so that little is lost.
-#[derive(Clone, Copy, Debug)]
-pub struct VoxelFrame {
-    /// The linear part, row by row.
-    pub rows: [[f32; 3]; 3],
-    /// The place in object space that is subtracted first.
-    pub origin: [f32; 3],
-    /// Where that place is, in voxels.
-    pub shift: [f32; 3],
-    /// The size of the grid, in voxels.
-    pub dims: [f32; 3],
-}
-
-impl VoxelFrame {
-    /// The frame for an object with the given transform to the world.
-    pub fn new(grid: &Grid, transform: &DAffine3) -> Self {
-        let center = transform.inverse().transform_point3(grid.obb.center);
-        Self::of_map(&(grid.map * *transform), center, grid.dims.map(|count| count as f32))
-    }
-
-    /// The frame in which `map`, from object space, gives coordinates from 0 to `dims`; `center` is the middle of those
-    /// in object space.
-    pub fn of_map(map: &DAffine3, center: DVec3, dims: [f32; 3]) -> Self {
-        let origin = center.as_vec3();
-        let matrix = map.matrix3.transpose();
-        let shift = map.transform_point3(origin.as_dvec3());
-        Self {
-            rows: [0, 1, 2].map(|row| matrix.col(row).as_vec3().to_array()),
-            origin: origin.to_array(),
-            shift: shift.as_vec3().to_array(),
-            dims,
-        }
-    }
-
-    /// The place of a point, in voxels.
-    #[inline(always)]
-    pub fn place(&self, p: [f32; 3]) -> [f32; 3] {
-        let q = [p[0] - self.origin[0], p[1] - self.origin[1], p[2] - self.origin[2]];
-        let turned = self.turn(q);
-        [turned[0] + self.shift[0], turned[1] + self.shift[1], turned[2] + self.shift[2]]
-    }
-
-    /// A direction of object space, in voxels.
-    #[inline(always)]
-    pub fn turn(&self, d: [f32; 3]) -> [f32; 3] {
-        self.rows.map(|row| row[0] * d[0] + row[1] * d[1] + row[2] * d[2])
-    }
-
-    /// Whether intervals of voxel coordinates reach into the grid.
-    fn meets(&self, low: [f32; 3], high: [f32; 3]) -> bool {
-        (0..3).all(|axis| low[axis] <= self.dims[axis] + SLACK && high[axis] >= -SLACK)
-    }
-}
-
-/// Voxels by which bounds are widened against rounding.
-const SLACK: f32 = 0.05;
 
 /// The tiles and blocks that may have points in `grid`, ascending by the hierarchy's order.
 pub fn cull(context: &Context, object: &mut DisplacedObject, grid: &Grid) -> Vec<CulledTile> {
@@ -272,20 +95,6 @@ pub fn everything(object: &DisplacedObject) -> Vec<CulledTile> {
             CulledTile { tile, blocks: BlockList::Many(blocks) }
         })
         .collect()
-}
-
-/// The least and the largest of some coefficients.
-pub(crate) fn range(block: &[f16]) -> [f32; 2] {
-    // Half floats order like integers once the magnitude of negative ones is reversed.
-    let key = |bits: u16| (bits ^ (((bits as i16) >> 15) as u16 & 0x7fff)) as i16;
-    let back = |key: i16| f16::from_bits(key as u16 ^ ((key >> 15) as u16 & 0x7fff)).to_f32();
-    let (mut low, mut high) = (i16::MAX, i16::MIN);
-    for value in block {
-        let key = key(value.to_bits());
-        low = low.min(key);
-        high = high.max(key);
-    }
-    [back(low), back(high)]
 }
 
 /// The blocks of a tile that may have points in the grid.
@@ -438,14 +247,6 @@ fn restriction(a: f32, b: f32) -> [[f32; 4]; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_range_of_coefficients_is_exact() {
-        let values = [0.5, -3.25, 7.0, -0.0, 0.001].map(f16::from_f32);
-        assert_eq!(range(&values), [-3.25, 7.0]);
-        assert_eq!(range(&[f16::from_f32(-2.0), f16::from_f32(-5.0)]), [-5.0, -2.0]);
-        assert_eq!(range(&[f16::from_f32(2.0), f16::from_f32(5.0)]), [2.0, 5.0]);
-    }
 
     #[test]
     fn a_restricted_curve_ends_where_it_is_cut() {

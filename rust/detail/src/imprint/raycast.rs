@@ -16,7 +16,8 @@ use crate::channels::knots::{BLOCK_KNOTS, KnotBlock, block_edge};
 use crate::channels::window::Window;
 use crate::geometry::rays::Rays;
 use crate::geometry::voxel::{Columns, Voxels};
-use crate::imprint::cull::{CulledTile, VoxelFrame};
+use crate::geometry::voxel_frame::VoxelFrame;
+use crate::imprint::culled::CulledTile;
 use crate::imprint::dents::{DentBlock, Limits, TileDents, deepest, key, stepped_down, unkey};
 use crate::paint::ground::Ground;
 

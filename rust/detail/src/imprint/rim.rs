@@ -14,17 +14,19 @@ use std::collections::BTreeMap;
 use std::iter::Sum;
 use std::ops::{Add, AddAssign};
 
+use glam::DAffine3;
 use half::f16;
 use relievo_core::simd::{Arithmetic, Level};
 use relievo_core::{Context, Error, Result, dispatch_simd};
 
 use crate::channels::knots::BLOCK_KNOTS;
+use crate::geometry::grid::Grid;
+use crate::geometry::obb::Obb;
 use crate::imprint::settings::ImprintSettings;
 
 mod tiles;
 
 pub use tiles::raise;
-pub(crate) use tiles::surroundings;
 
 /// What an imprint moved, in object units cubed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -72,6 +74,13 @@ pub(crate) struct Piece {
     pub area: [f32; BLOCK_KNOTS],
     /// No neighbours are further apart.
     pub spacing: f32,
+}
+
+/// The grid of nothing but the box in which something rises, `width` object units around that of an imprint.
+pub(crate) fn surroundings(obb: &Obb, transform: &DAffine3, width: f32) -> Grid {
+    let scale = transform.matrix3;
+    let stretch = scale.x_axis.length().max(scale.y_axis.length()).max(scale.z_axis.length());
+    Grid::new(&obb.enlarged(f64::from(width) * stretch), 4096, None)
 }
 
 /// Bytes that the pieces around a contact may take.

@@ -8,11 +8,12 @@ use relievo_tiles::triangle::{Offset, TriangleField};
 use relievo_tiles::{Field, Vector, by_format};
 
 use crate::channels::layered::LayeredObject;
-use crate::imprint::cull;
+use crate::imprint::culled;
 use crate::object::DisplacedObject;
 use crate::object::nearest::SurfacePoint;
-use crate::paint::dab::{Dab, DabReport};
+use crate::paint::dab::Dab;
 use crate::paint::ground::Ground;
+use crate::paint::report::DabReport;
 use crate::triangle::{TriangleGround, TriangleObject};
 
 /// The displacement of an object when a stroke began.
@@ -117,7 +118,7 @@ impl Canvas for DisplacedObject {
         let size = |object: &Self, tile| object.displacement().field().size(tile);
         let culled = dab.intersect(context, self, start.ground(), size);
         let meets = !culled.is_empty();
-        cull::give_back(context, culled);
+        culled::give_back(context, culled);
         meets
     }
 

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use half::f16;
+
 /// The ranges of blocks' coefficients with the numbers of the edits that made them so.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Ranges(BTreeMap<u32, (u64, [f32; 2])>);
@@ -38,10 +40,32 @@ pub(crate) fn widest(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
     [a[0].min(b[0]), a[1].max(b[1])]
 }
 
+/// The least and the largest of some coefficients.
+pub(crate) fn range(block: &[f16]) -> [f32; 2] {
+    // Half floats order like integers once the magnitude of negative ones is reversed.
+    let key = |bits: u16| (bits ^ (((bits as i16) >> 15) as u16 & 0x7fff)) as i16;
+    let back = |key: i16| f16::from_bits(key as u16 ^ ((key >> 15) as u16 & 0x7fff)).to_f32();
+    let (mut low, mut high) = (i16::MAX, i16::MIN);
+    for value in block {
+        let key = key(value.to_bits());
+        low = low.min(key);
+        high = high.max(key);
+    }
+    [back(low), back(high)]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::cell::RefCell;
+
+    #[test]
+    fn the_range_of_coefficients_is_exact() {
+        let values = [0.5, -3.25, 7.0, -0.0, 0.001].map(f16::from_f32);
+        assert_eq!(range(&values), [-3.25, 7.0]);
+        assert_eq!(range(&[f16::from_f32(-2.0), f16::from_f32(-5.0)]), [-5.0, -2.0]);
+        assert_eq!(range(&[f16::from_f32(2.0), f16::from_f32(5.0)]), [2.0, 5.0]);
+    }
 
     #[test]
     fn only_what_changed_is_measured_and_what_is_gone_does_not_count() {

@@ -8,13 +8,14 @@ use relievo_core::{Context, Result};
 use crate::channels::frame::Vectors;
 use crate::channels::knots::PerKnot;
 use crate::channels::window::{Moved, Window};
-use crate::imprint::cull;
+use crate::imprint::culled;
 use crate::object::DisplacedObject;
 use crate::paint::dab::Kind;
-use crate::paint::dab::{Dab, DabReport, no_vectors};
+use crate::paint::dab::{Dab, no_vectors};
 use crate::paint::edit;
 use crate::paint::ground::Ground;
 use crate::paint::mode::SculptMode;
+use crate::paint::report::DabReport;
 use crate::paint::vector::Bending;
 use crate::paint::weights::BrushParameters;
 
@@ -77,7 +78,7 @@ impl Dab {
         let report = edit::write_at(context, vectors, coarse.as_ref(), &culled, edits, erase)?;
         let tiles = edit::stale(context, vectors.field(), &culled, &report);
         object.refit(context, start, &tiles);
-        cull::give_back(context, culled);
+        culled::give_back(context, culled);
         Ok(report)
     }
 }

@@ -6,8 +6,6 @@
 //! box only grazes takes no memory. Tiles that hold nothing any more after an eraser are given back. Stages report
 //! their time under `dab.intersect` and as [`crate::paint::edit`] says. Displacement is in object units.
 
-use std::borrow::Borrow;
-
 use glam::Vec4;
 use half::f16;
 use relievo_core::{Context, Error, Result};
@@ -17,12 +15,14 @@ use crate::channels::frame::Vectors;
 use crate::channels::knots::PerKnot;
 use crate::channels::layered::LayeredObject;
 use crate::channels::window::Window;
-use crate::imprint::cull::{self, CulledTile};
+use crate::imprint::cull;
+use crate::imprint::culled::{self, CulledTile};
 use crate::object::DisplacedObject;
 use crate::paint::brush::Brush;
 use crate::paint::edit::{self, TileEdit};
 use crate::paint::ground::Ground;
 use crate::paint::mode::{PaintMode, SculptMode};
+use crate::paint::report::DabReport;
 use crate::paint::spot::{Painting, Sculpting, everywhere};
 use crate::paint::weights::BrushParameters;
 
@@ -54,59 +54,6 @@ pub struct Dab {
     pub action: Action,
     /// How much of it, 0 to 1.
     pub strength: f32,
-}
-
-/// What dabs did.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct DabReport {
-    /// Tiles of which texels were looked at.
-    pub tested_tiles: u64,
-    /// Texels that were looked at.
-    pub tested_texels: u64,
-    /// Tiles of which texels changed, ascending.
-    pub changed: Vec<u32>,
-    /// Texels that changed.
-    pub changed_texels: u64,
-    /// Tiles that were newly allocated, neighbours included.
-    pub allocated: u64,
-    /// Tiles that were given back.
-    pub freed: u64,
-    /// Tiles that the budget refused, ascending.
-    pub refused: Vec<u32>,
-    /// Bytes of the allocated tiles of the channel afterwards; of both where a mode changes displacement and vectors.
-    pub bytes: u64,
-}
-
-impl DabReport {
-    /// Counts tiles as refused.
-    pub(crate) fn refuse(&mut self, tiles: Vec<u32>) {
-        self.refused.extend(tiles);
-        self.refused.sort_unstable();
-        self.refused.dedup();
-    }
-
-    /// Adds what another dab did afterwards.
-    pub fn merge(&mut self, other: impl Borrow<Self>) {
-        let other = other.borrow();
-        let union = |a: &mut Vec<u32>, b: &[u32]| {
-            a.extend_from_slice(b);
-            a.sort_unstable();
-            a.dedup();
-        };
-        self.tested_tiles += other.tested_tiles;
-        self.tested_texels += other.tested_texels;
-        union(&mut self.changed, &other.changed);
-        self.changed_texels += other.changed_texels;
-        self.allocated += other.allocated;
-        self.freed += other.freed;
-        union(&mut self.refused, &other.refused);
-        self.bytes = other.bytes;
-    }
-
-    /// Gives the room of its lists back to the context that the dab was made with.
-    pub fn give_back(self, context: &Context) {
-        [self.changed, self.refused].into_iter().for_each(|list| context.scratch().keep_list(list));
-    }
 }
 
 impl Dab {
@@ -221,7 +168,7 @@ impl Dab {
             painting.edit(site, texels);
         });
         let report = edit::write(context, paint, &culled, edits, mode == PaintMode::Erase)?;
-        cull::give_back(context, culled);
+        culled::give_back(context, culled);
         Ok(report)
     }
 
@@ -280,7 +227,7 @@ impl Dab {
         let displacement: &mut Displacement = &mut object.displacement;
         let report = edit::write(context, displacement, &culled, edits, mode == SculptMode::Erase)?;
         object.refit_after(context, start, &culled, &report, false);
-        cull::give_back(context, culled);
+        culled::give_back(context, culled);
         Ok(report)
     }
 

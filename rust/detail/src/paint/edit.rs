@@ -15,8 +15,8 @@ use relievo_tiles::{Applied, Candidate, Channel, Displaced, Field, Points, Sets,
 use crate::channels::frame::{Frames, STILL, Vectors};
 use crate::channels::knots::{BLOCK_KNOTS, KnotBlock, PerKnot, block_edge};
 use crate::channels::window::{Moved, Window};
-use crate::imprint::cull::CulledTile;
-use crate::paint::dab::DabReport;
+use crate::imprint::culled::CulledTile;
+use crate::paint::report::DabReport;
 use crate::paint::spot::Spot;
 use crate::paint::vector::Framed;
 use crate::paint::weights::{BrushParameters, Weights};
@@ -207,7 +207,7 @@ fn tested<T: Texel>(field: &Field<T>, tile: &CulledTile) -> u64 {
 /// The least and the largest texel of the edited tiles, and 0.
 pub(crate) fn range(context: &Context, edits: &[TileEdit<f16>]) -> [f32; 2] {
     let mut ranges = context.scratch().list();
-    context.map_into(edits.len(), &mut ranges, |index| crate::imprint::cull::range(&edits[index].texels));
+    context.map_into(edits.len(), &mut ranges, |index| crate::object::ranges::range(&edits[index].texels));
     ranges.iter().fold([0.0f32; 2], |sum, range| [sum[0].min(range[0]), sum[1].max(range[1])])
 }
 

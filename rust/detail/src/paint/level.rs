@@ -12,12 +12,13 @@ use crate::channels::knots::PerKnot;
 use crate::channels::layered::LayeredObject;
 use crate::channels::window::Window;
 use crate::device::DeviceColor;
-use crate::imprint::cull::{self, CulledTile};
+use crate::imprint::culled::{self, CulledTile};
 use crate::object::DisplacedObject;
-use crate::paint::dab::{Action, Dab, DabReport};
+use crate::paint::dab::{Action, Dab};
 use crate::paint::edit;
 use crate::paint::ground::Ground;
 use crate::paint::mode::{PaintMode, SculptMode};
+use crate::paint::report::DabReport;
 use crate::paint::spot::{Painting, Sculpting, everywhere};
 use crate::paint::weights::BrushParameters;
 
@@ -111,7 +112,7 @@ impl Dab {
             })
         });
         let report = edit::write_at(context, paint, Some(&coarse), &culled, edits, mode == PaintMode::Erase)?;
-        cull::give_back(context, culled);
+        culled::give_back(context, culled);
         Ok(report)
     }
 
@@ -152,7 +153,7 @@ impl Dab {
         let erase = mode == SculptMode::Erase;
         let report = edit::write_at(context, &mut object.displacement, Some(&coarse), &culled, edits, erase)?;
         object.refit_after(context, start, &culled, &report, true);
-        cull::give_back(context, culled);
+        culled::give_back(context, culled);
         Ok(report)
     }
 }

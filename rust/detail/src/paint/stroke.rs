@@ -14,9 +14,10 @@ use crate::object::canvas::{Canvas, Start};
 use crate::object::nearest::SurfacePoint;
 use crate::paint::brush::Brush;
 use crate::paint::curve::Curve;
-use crate::paint::dab::{Action, Dab, DabReport};
+use crate::paint::dab::{Action, Dab};
 use crate::paint::open::OpenStroke;
 use crate::paint::path::{Pace, Station, StrokePoint};
+use crate::paint::report::DabReport;
 use crate::paint::stamp::Stamp;
 use relievo_core::Falloff;
 

@@ -17,8 +17,9 @@ use super::level;
 use super::object::{TriangleGround, TriangleObject, field_length};
 use super::site::{self, Element, ElementEdit, values};
 use crate::paint::dab::Kind;
-use crate::paint::dab::{Dab, DabReport, no_vectors};
+use crate::paint::dab::{Dab, no_vectors};
 use crate::paint::mode::SculptMode;
+use crate::paint::report::DabReport;
 use crate::paint::vector::Bending;
 use crate::paint::weights::BrushParameters;
 

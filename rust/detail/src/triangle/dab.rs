@@ -20,8 +20,9 @@ use crate::channels::frame::Vectors;
 use crate::channels::knots::PerKnot;
 use crate::channels::layered::LayeredObject;
 use crate::paint::dab::Kind;
-use crate::paint::dab::{Action, Dab, DabReport};
+use crate::paint::dab::{Action, Dab};
 use crate::paint::mode::{PaintMode, SculptMode};
+use crate::paint::report::DabReport;
 use crate::paint::spot::{Painting, Sculpting, everywhere};
 use crate::paint::weights::BrushParameters;
 
@@ -151,7 +152,7 @@ impl TriangleObject {
         });
         let edits = level::refined(context, field, pattern, edits);
         let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
-        self.widen(edits.iter().map(|edit| crate::imprint::cull::range(&edit.values)).fold([0.0; 2], with));
+        self.widen(edits.iter().map(|edit| crate::object::ranges::range(&edit.values)).fold([0.0; 2], with));
         let (report, shown) =
             write(context, &mut self.displacement, pattern, &faces, edits, mode == SculptMode::Erase)?;
         self.touch(&shown);

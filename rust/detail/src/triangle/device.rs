@@ -22,8 +22,9 @@ use crate::device::{
     DeviceValue, Edit, OnDevice, Returned, TriangleBrush, TrianglePress, TriangleStage, edits_of, on_device,
     reports_of, smudges_of,
 };
-use crate::paint::dab::{Dab, DabReport, Kind, no_vectors};
+use crate::paint::dab::{Dab, Kind, no_vectors};
 use crate::paint::mode::{PaintMode, SculptMode};
+use crate::paint::report::DabReport;
 use crate::paint::vector::BrushMaps;
 use crate::paint::weights::BrushParameters;
 
@@ -142,7 +143,7 @@ impl TriangleObject {
                 let Some(event) = on_device(context, "dab.device", self, make) else { return Ok(None) };
                 let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
                 self.widen(
-                    event.edits.iter().map(|edit| crate::imprint::cull::range(&edit.values)).fold([0.0; 2], with),
+                    event.edits.iter().map(|edit| crate::object::ranges::range(&edit.values)).fold([0.0; 2], with),
                 );
                 let erases = mode == SculptMode::Erase;
                 let (reports, shown) = event.take(context, &mut self.displacement, erases)?;

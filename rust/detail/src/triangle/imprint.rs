@@ -23,8 +23,8 @@ use crate::geometry::grid::Grid;
 use crate::geometry::hierarchy::Region;
 use crate::geometry::obb::Obb;
 use crate::geometry::voxel::Voxels;
+use crate::geometry::voxel_frame::VoxelFrame;
 use crate::imprint::collider::Collider;
-use crate::imprint::cull::VoxelFrame;
 use crate::imprint::dents::{Limits, TileDents};
 use crate::imprint::motion::Motion;
 use crate::imprint::raycast::{Scratch, cast_block};
@@ -194,7 +194,7 @@ fn finish_triangles(
     report: &mut Report,
 ) -> Result<[u64; 2]> {
     let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
-    object.widen(edits.iter().map(|edit| crate::imprint::cull::range(&edit.values)).fold([0.0; 2], with));
+    object.widen(edits.iter().map(|edit| crate::object::ranges::range(&edit.values)).fold([0.0; 2], with));
     let before = object.displacement.field().clone();
     let finest = before.pattern();
     let (done, shown) = write(context, &mut object.displacement, finest, faces, edits, false)?;

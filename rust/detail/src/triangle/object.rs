@@ -620,7 +620,7 @@ pub(crate) fn field_range(field: &TriangleField, face: u32) -> [f32; 2] {
     let topology = field.topology();
     let with = |sum: [f32; 2], range: [f32; 2]| [sum[0].min(range[0]), sum[1].max(range[1])];
     let corners = topology.face(face).map(|vertex| field.vertex(vertex));
-    let sum = with([0.0; 2], crate::imprint::cull::range(&corners));
+    let sum = with([0.0; 2], crate::object::ranges::range(&corners));
     let blocks = topology.edges_of(face).map(TriangleBlock::Edge).into_iter().chain([TriangleBlock::Face(face)]);
     blocks.filter_map(|block| field.range(block)).fold(sum, with)
 }
@@ -634,7 +634,7 @@ fn range(field: &TriangleField) -> [f32; 2] {
 /// The same of what lies on edges and at vertices.
 fn range_between(field: &TriangleField) -> [f32; 2] {
     let edges = field.allocated_edges().filter_map(|edge| field.range(TriangleBlock::Edge(edge)));
-    edges.chain(field.vertices().map(crate::imprint::cull::range)).fold([0.0; 2], widest)
+    edges.chain(field.vertices().map(crate::object::ranges::range)).fold([0.0; 2], widest)
 }
 
 fn bounds(surface: &TriangleSurface, face: u32) -> Bounds {

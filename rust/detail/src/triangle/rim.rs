@@ -17,7 +17,7 @@ use super::site::{Element, ElementEdit, Run, around, values};
 use crate::channels::frame::STILL;
 use crate::channels::knots::{BLOCK_KNOTS, KnotBlock};
 use crate::geometry::voxel::Voxels;
-use crate::imprint::cull::VoxelFrame;
+use crate::geometry::voxel_frame::VoxelFrame;
 use crate::imprint::rim::{Piece, Volumes, check_bytes, rise};
 use crate::imprint::settings::ImprintSettings;
 

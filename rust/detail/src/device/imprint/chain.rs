@@ -88,7 +88,10 @@ impl DeviceChain {
             target.state.follow_vectors(target.object, None)?;
             target.state.prepare_culling(target.object)?;
         }
-        let moved = targets.iter().map(|it| Moved::of(&self.device, it.state)).collect::<Result<Vec<_>>>()?;
+        let moved = targets
+            .iter()
+            .map(|it| Moved::of(&self.device, &it.state.tiles, it.state.vectors.as_ref()))
+            .collect::<Result<Vec<_>>>()?;
         if !self.bends && moved.iter().any(|moved| moved.bent) {
             (self.bends, self.blocks, self.rims) = (true, None, None);
         }

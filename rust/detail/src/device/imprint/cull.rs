@@ -9,11 +9,11 @@ use std::sync::Arc;
 use bytemuck::{Pod, Zeroable};
 use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, Kernel, KernelSpec, Pass, groups};
-use relievo_surface::{DeviceSurface, SURFACE_GROUP};
+use relievo_surface::{DeviceSurface, SURFACE_GROUP, Surface};
 use relievo_tiles::{DeviceTiles, TILES_GROUP};
 
 use super::shared::{Shared, step};
-use crate::object::DisplacedObject;
+use crate::paint::ground::Ground;
 
 /// As in `imprint_cull.wgsl`.
 #[repr(C)]
@@ -53,16 +53,15 @@ const PATCHES: u32 = 64;
 /// Words of a tile's mask, as in `imprint_hull.wgsl`.
 const MASK: usize = 3;
 
-fn cones(object: &DisplacedObject) -> Vec<[f32; 4]> {
-    let surface = object.surface();
+fn cones(surface: &Surface) -> Vec<[f32; 4]> {
     let patches = (0..surface.tile_count() as u32).flat_map(|tile| surface.patches(tile));
     let cone = |cone: relievo_surface::Cone| [cone.axis[0], cone.axis[1], cone.axis[2], cone.cosine];
     patches.map(|patch| cone(patch.normals())).collect()
 }
 
 impl DeviceCull {
-    /// Culling of the tiles of `object`, in its pose and as they are displaced. Fails where the device has no room.
-    pub fn new(device: &Device, object: &DisplacedObject) -> Result<Self> {
+    /// Culling of the tiles of `surface`, in its pose and as they are displaced. Fails where the device has no room.
+    pub fn new(device: &Device, surface: &Surface, ground: Ground<'_>) -> Result<Self> {
         use Access::{Read, Write};
         let kernel = |module, entry, groups: &[&[Access]]| {
             let immediates = size_of::<[u32; 2]>() as u32;
@@ -81,15 +80,14 @@ impl DeviceCull {
             immediates: size_of::<u32>() as u32,
             constants: &[],
         })?;
-        let field = object.displacement().field();
+        let field = ground.heights;
         let tile = |tile: u32| CullTile { least: 0.0, most: 0.0, size: field.size(tile), length: 0.0 };
-        let tiles: Vec<CullTile> = (0..object.surface().tile_count() as u32).map(tile).collect();
+        let tiles: Vec<CullTile> = (0..surface.tile_count() as u32).map(tile).collect();
         let tiles = Buffer::of(device, "tiles", &tiles)?;
-        let cones = Buffer::of(device, "cones of normals", &cones(object))?;
+        let cones = Buffer::of(device, "cones of normals", &cones(surface))?;
         let changed = Buffer::new(device, "tiles to measure", tiles.len())?;
-        let owners: Vec<u32> = (0..tiles.len() as u32)
-            .flat_map(|tile| std::iter::repeat_n(tile, object.surface().patches(tile).count()))
-            .collect();
+        let owners: Vec<u32> =
+            (0..tiles.len() as u32).flat_map(|tile| std::iter::repeat_n(tile, surface.patches(tile).count())).collect();
         let owners = Buffer::of(device, "tiles of patches", &owners)?;
         let masks = Buffer::<u32>::new(device, "imprints of tiles", MASK * tiles.len())?;
         let listed = Buffer::<u32>::new(device, "listed tiles", tiles.len())?;
@@ -98,21 +96,21 @@ impl DeviceCull {
         let measured = device.bind(&measure, 0, &[changed.wgpu(), tiles.wgpu()])?;
         let _kept = (tiles, [owners, masks, listed]);
         let mut made = Self { kernels, buffers, cones, measure, measured, changed, pending: Vec::new(), _kept };
-        let bent = object.vectors().into_iter().flat_map(|vectors| vectors.field().allocated());
-        made.update(device, object, &field.allocated().chain(bent).collect::<Vec<_>>())?;
+        let bent = ground.vectors.into_iter().flat_map(|vectors| vectors.allocated());
+        made.update(device, ground, &field.allocated().chain(bent).collect::<Vec<_>>())?;
         Ok(made)
     }
 
-    /// Says which `tiles` of `object` are displaced otherwise than before. Fails unless it is the same object.
-    pub fn update(&mut self, device: &Device, object: &DisplacedObject, tiles: &[u32]) -> Result<()> {
+    /// Says which `tiles` are displaced otherwise than before, by `ground`. Fails unless it is of the same surface.
+    pub fn update(&mut self, device: &Device, ground: Ground<'_>, tiles: &[u32]) -> Result<()> {
         if tiles.is_empty() {
             return Ok(());
         }
         self.pending.extend_from_slice(tiles);
         self.pending.sort_unstable();
         self.pending.dedup();
-        let field = object.displacement().field();
-        let length = |tile| object.vectors().map_or(0.0, |vectors| vectors.field().length(tile));
+        let field = ground.heights;
+        let length = |tile| ground.vectors.map_or(0.0, |vectors| vectors.length(tile));
         let entry = |tile| [tile, field.size(tile), length(tile).to_bits(), 0];
         let entries: Vec<_> = self.pending.iter().map(|tile| entry(*tile)).collect();
         self.changed.write(device, 0, &entries)
@@ -130,9 +128,9 @@ impl DeviceCull {
         self.pending.clear();
     }
 
-    /// Writes the normals of the pose of `object`. Fails unless it is the same object.
-    pub fn pose(&self, device: &Device, object: &DisplacedObject) -> Result<()> {
-        let cones = cones(object);
+    /// Writes the normals of the pose of `surface`. Fails unless it is the same surface.
+    pub fn pose(&self, device: &Device, surface: &Surface) -> Result<()> {
+        let cones = cones(surface);
         if cones.len() != self.cones.len() {
             return Err(Error::internal("another surface than the one that is culled"));
         }
@@ -163,7 +161,7 @@ impl DeviceCull {
 pub(crate) mod tests {
     use super::*;
     use crate::device::imprint::blocks::DeviceBlocks;
-    use crate::device::imprint::link::{Ground, Link, Words};
+    use crate::device::imprint::link::{self, Link, Words};
     use crate::device::imprint::meshes::DeviceMeshes;
     use crate::device::imprint::shared::{Shared, parse};
     use crate::device::imprint::voxel::{DeviceVoxels, VoxelRoom};
@@ -175,10 +173,10 @@ pub(crate) mod tests {
     use crate::imprint::compact;
     use crate::imprint::cull;
     use crate::imprint::settings::ImprintSettings;
-    use crate::object::shapes;
+    use crate::object::{DisplacedObject, shapes};
     use glam::{DAffine3, DMat3, DVec3, EulerRot};
     use relievo_core::{Context, Mesh};
-    use relievo_surface::{Surface, SurfaceOptions};
+    use relievo_surface::SurfaceOptions;
     use relievo_testing::{Random, device, grid, wgsl::assert_layout};
     use relievo_tiles::{Candidate, Displacement, DisplacementOptions, Sets, Vector, VectorDisplacement};
     use std::mem::offset_of;
@@ -242,9 +240,9 @@ pub(crate) mod tests {
     fn compare(device: &Device, context: &Context, mut object: DisplacedObject) -> usize {
         let surface = DeviceSurface::new(device, object.surface()).unwrap();
         let fields = DeviceTiles::new(device, object.displacement().field()).unwrap();
-        let mut culling = DeviceCull::new(device, &object).unwrap();
-        culling.pose(device, &object).unwrap();
-        culling.update(device, &object, &[0, 1, 2, 5, 7, 8]).unwrap();
+        let mut culling = DeviceCull::new(device, object.surface(), object.ground()).unwrap();
+        culling.pose(device, object.surface()).unwrap();
+        culling.update(device, object.ground(), &[0, 1, 2, 5, 7, 8]).unwrap();
         let (points, triangles) = shapes::cube(1.0);
         let collider = Collider::new(context, points, triangles, DAffine3::IDENTITY).unwrap();
         let shared = Shared::new(device).unwrap();
@@ -268,7 +266,7 @@ pub(crate) mod tests {
             let limits = ImprintSettings::default().limits();
             let link = Link::of(0, &collider, &grid, &limits, Side::Forward, lattice);
             let tiles = object.surface().tile_count();
-            let ground = Ground { transform: object.transform(), tiles, started: false, slots: None };
+            let ground = link::Ground { transform: object.transform(), tiles, started: false, slots: None };
             let mut words = [Words::new(&link, place, &ground)];
             words[0].set_room([4096, 1, 0]);
             let mut commands = device.frame().unwrap();

@@ -6,14 +6,13 @@ use glam::DAffine3;
 use relievo_core::Context;
 
 use super::meshes::Place;
-use super::rim::Rising;
-use super::smoothing::Work;
-use super::voxel::MOST_NARROW;
+use super::rising::Rising;
+use super::work::Work;
 use crate::geometry::grid::Grid;
 use crate::geometry::lattice::Lattice;
 use crate::geometry::voxel::Side;
+use crate::geometry::voxel_frame::VoxelFrame;
 use crate::imprint::collider::Collider;
-use crate::imprint::cull::VoxelFrame;
 use crate::imprint::dents::{Limits, deepest};
 use crate::imprint::settings::ImprintSettings;
 
@@ -143,6 +142,9 @@ pub(crate) struct Words {
 
 /// Imprints that are submitted together at most.
 pub(crate) const MOST_LINKS: usize = 64;
+
+/// Triangles of a collider of which no number can change a winding number by more than 16 bits hold.
+pub(super) const MOST_NARROW: u32 = i16::MAX as u32;
 
 /// No imprint.
 const NONE: u32 = u32::MAX;

@@ -17,7 +17,7 @@ const KEPT: usize = 16;
 
 /// Where a mesh is.
 #[derive(Clone, Debug)]
-pub(super) struct Place {
+pub(crate) struct Place {
     pub points: Range<u32>,
     pub triangles: Range<u32>,
     /// Whether it is solid inside, and not behind its front.

@@ -2,9 +2,7 @@
 
 use relievo_core::Result;
 use relievo_gpu::{Access, Bindings, Device};
-use relievo_tiles::DeviceTiles;
-
-use crate::device::state::DeviceObject;
+use relievo_tiles::{DeviceTiles, Vector};
 
 /// What such kernels have as their group 2: heights, then vectors or, without vectors, anything.
 pub(super) const MOVED_GROUP: [Access; 4] = [Access::Read; 4];
@@ -21,10 +19,10 @@ pub(super) struct Moved {
 }
 
 impl Moved {
-    /// The displacement that `state` has. Fails where the device does.
-    pub fn of(device: &Device, state: &DeviceObject) -> Result<Self> {
-        let heights = state.tiles.buffers();
-        let vectors = state.vectors.as_ref().map_or(heights, DeviceTiles::buffers);
-        Ok(Self { group: device.bind_as(&MOVED_GROUP, &[heights, vectors].concat())?, bent: state.vectors.is_some() })
+    /// The displacement by `heights` and then `vectors`. Fails where the device does.
+    pub fn of(device: &Device, heights: &DeviceTiles, vectors: Option<&DeviceTiles<Vector>>) -> Result<Self> {
+        let heights = heights.buffers();
+        let bound = [heights, vectors.map_or(heights, DeviceTiles::buffers)].concat();
+        Ok(Self { group: device.bind_as(&MOVED_GROUP, &bound)?, bent: vectors.is_some() })
     }
 }

@@ -8,7 +8,6 @@
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
-use glam::DAffine3;
 use relievo_core::{Context, Error, Result};
 use relievo_gpu::{
     Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Pass, Readback, groups as groups_of, wgpu,
@@ -20,32 +19,10 @@ use super::blocks::{DeviceBlocks, Record};
 use super::cull::DeviceCull;
 use super::link::{MOST_LINKS, Words};
 use super::moved::{MOVED_GROUP, Moved, STRAIGHT_AND_BENT};
+use super::rising::Rising;
 use super::shared::{Shared, parse, step};
 use super::voxel::DeviceVoxels;
-use crate::geometry::grid::Grid;
-use crate::imprint::rim::{Volumes, check_bytes, highest, surroundings};
-use crate::imprint::settings::ImprintSettings;
-
-/// What an imprint raises.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Rising {
-    share: f32,
-    width: f32,
-    highest: f32,
-}
-
-impl Rising {
-    /// What imprints of these settings raise; `None` where they raise nothing.
-    pub fn of(settings: &ImprintSettings) -> Option<Self> {
-        let rising = Self { share: settings.rim, width: settings.rim_width, highest: highest(settings) };
-        (settings.rim > 0.0).then_some(rising)
-    }
-
-    /// The grid of nothing but the box in which something may rise, around that of an imprint.
-    pub fn grid(&self, grid: &Grid, transform: &DAffine3) -> Grid {
-        surroundings(&grid.obb, transform, self.width)
-    }
-}
+use crate::imprint::rim::{Volumes, check_bytes};
 
 /// As `Rim` in the kernels.
 #[repr(C)]
@@ -414,13 +391,15 @@ mod tests {
     use crate::device::imprint::link::Link;
     use crate::device::imprint::meshes::DeviceMeshes;
     use crate::device::imprint::stages::Target;
+    use crate::geometry::grid::Grid;
     use crate::geometry::obb::Obb;
     use crate::imprint::Imprinter;
     use crate::imprint::collider::Collider;
     use crate::imprint::dents::key;
     use crate::imprint::rim::raise;
+    use crate::imprint::settings::ImprintSettings;
     use crate::object::shapes;
-    use glam::{DMat3, DVec3};
+    use glam::{DAffine3, DMat3, DVec3};
     use relievo_testing::{device, wgsl::assert_layout};
     use std::mem::offset_of;
 

@@ -14,6 +14,7 @@ use relievo_tiles::{BoundRing, DeviceRing, DeviceTiles, Field, WorkedBlocks};
 use super::blocks::DeviceBlocks;
 use super::link::MOST_LINKS;
 use super::shared::{Shared, step};
+use super::work::Work;
 
 /// Slots of a tile, as in `imprint_link.wgsl`.
 pub(super) const SLOTS: u32 = 6;
@@ -80,18 +81,6 @@ pub(crate) struct WorkedTiles {
     /// The block of every tile, and that there is none.
     pointers: Buffer<u32>,
     none: Buffer<u32>,
-}
-
-/// The parameters of an object whose tiles are worked on.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Work {
-    /// Words of a block, workgroups for one and for its ring.
-    pub words: u32,
-    pub parts: u32,
-    pub ring_parts: u32,
-    /// Where rings and their entries begin in the topology.
-    pub rings: u32,
-    pub entries: u32,
 }
 
 /// An object that is bound to the blocks.

@@ -10,6 +10,7 @@ use relievo_core::{Error, Result};
 use relievo_gpu::{Access, Bindings, Buffer, Device, GROUP, Kernel, KernelSpec, Pass, groups};
 
 use super::batches::Batch;
+use super::link::MOST_NARROW;
 use super::meshes::DeviceMeshes;
 use super::shared::{Shared, step};
 
@@ -22,9 +23,6 @@ const COUNTED: u32 = 1024;
 /// Columns that a ray may pass at most: a loop over them stays below the 65,535 iterations at which some devices stop,
 /// with room for the words of one column.
 const MOST_PASSED: u32 = 60_000;
-
-/// Triangles of a collider of which no number can change a winding number by more than 16 bits hold.
-pub(super) const MOST_NARROW: u32 = i16::MAX as u32;
 
 /// How much voxels need: points on lattices and items of work, words of changes, of columns and of bits.
 #[derive(Clone, Copy, Debug, Default)]

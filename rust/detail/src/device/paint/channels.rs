@@ -4,9 +4,10 @@
 use glam::{DAffine3, Vec4};
 use half::f16;
 use relievo_core::{Context, Result};
-use relievo_tiles::{Channel, ColorPlanes, DeviceTiles, Field, Rgba8, Rgba16, Texel, Vector};
+use relievo_tiles::{Channel, ColorPlanes, DeviceTiles, Field, Rgba8, Rgba16, Vector};
 
 use super::brush::{DeviceBrush, DeviceGround, Event, Stage};
+use super::colors::DeviceColors;
 use super::events::{DeviceTile, Edit};
 use super::smear::PICTURES;
 use crate::device::state::{DeviceObject, bring};
@@ -17,15 +18,6 @@ use crate::paint::mode::{PaintMode, SculptMode};
 use crate::paint::smudge::Smudge;
 use crate::paint::vector::BrushMaps;
 use crate::paint::weights::BrushParameters;
-
-/// Colours, and what paints them.
-#[derive(Debug)]
-pub(crate) struct DeviceColors<T: Texel> {
-    pub tiles: DeviceTiles<T>,
-    /// At a coarser level, once a dab needed them.
-    coarse: Option<DeviceTiles<T>>,
-    pub brush: Option<DeviceBrush<T>>,
-}
 
 /// A colour that a device has room for.
 pub(crate) trait DeviceColor: ColorPlanes + DeviceTile {

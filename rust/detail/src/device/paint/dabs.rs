@@ -12,12 +12,13 @@ use super::follow::kept;
 use super::memory::Tested;
 use crate::channels::layered::LayeredObject;
 use crate::device::state::DeviceObject;
-use crate::imprint::cull::{BlockList, CulledTile};
+use crate::imprint::culled::{BlockList, CulledTile};
 use crate::object::DisplacedObject;
-use crate::paint::dab::{Dab, DabReport, Kind, no_vectors};
+use crate::paint::dab::{Dab, Kind, no_vectors};
 use crate::paint::edit::{self, TileEdit};
 use crate::paint::ground::Ground;
 use crate::paint::mode::{PaintMode, SculptMode};
+use crate::paint::report::DabReport;
 
 impl DisplacedObject {
     /// Makes a dab that sculpts on the device and keeps nothing of it. Returns how long its passes took there, by the

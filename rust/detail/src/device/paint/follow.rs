@@ -6,7 +6,7 @@ use relievo_tiles::{Field, Vector};
 
 use super::channels::DeviceColor;
 use crate::device::state::DeviceObject;
-use crate::paint::dab::DabReport;
+use crate::paint::report::DabReport;
 
 /// Those of the tiles whose blocks are on the device that the budget did not refuse.
 pub(crate) fn kept(firsts: &[(u32, u32)], report: &DabReport) -> Vec<(u32, u32)> {

@@ -1,18 +1,17 @@
 //! Rims on tiles: the blocks of coefficients around an imprint as pieces, and what rises of them.
 
-use glam::DAffine3;
 use half::f16;
 use relievo_core::{Context, Result};
 use relievo_surface::{Grid as SampleGrid, Order, Placement, Samples};
 
-use super::{Piece, Volumes, check_bytes, rise};
+use super::{Piece, Volumes, check_bytes, rise, surroundings};
 use crate::channels::frame::{Frames, STILL};
 use crate::channels::knots::{BLOCK_KNOTS, KnotBlock, block_edge};
 use crate::channels::window::Window;
-use crate::geometry::grid::Grid;
-use crate::geometry::obb::Obb;
 use crate::geometry::voxel::Voxels;
-use crate::imprint::cull::{self, CulledTile, VoxelFrame};
+use crate::geometry::voxel_frame::VoxelFrame;
+use crate::imprint::cull;
+use crate::imprint::culled::CulledTile;
 use crate::imprint::dents::{DentBlock, TileDents};
 use crate::imprint::settings::ImprintSettings;
 use crate::object::DisplacedObject;
@@ -74,13 +73,6 @@ struct Place {
     /// Blocks along the tile, and coefficients along a block.
     blocks: u32,
     edge: usize,
-}
-
-/// The grid of nothing but the box in which something rises, `width` object units around that of an imprint.
-pub(crate) fn surroundings(obb: &Obb, transform: &DAffine3, width: f32) -> Grid {
-    let scale = transform.matrix3;
-    let stretch = scale.x_axis.length().max(scale.y_axis.length()).max(scale.z_axis.length());
-    Grid::new(&obb.enlarged(f64::from(width) * stretch), 4096, None)
 }
 
 /// The blocks within `width` of what `dents` push away, ascending by tile and number.
