@@ -1,5 +1,5 @@
 // Has a server simulate a fluid, and writes the particles of each frame while later ones are computed:
-//   relievo serve
+//   relievo server run
 //   remote dam.toml dam. [ADDRESS]
 #include <cstdio>
 #include <fstream>

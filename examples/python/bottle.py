@@ -1,6 +1,6 @@
 """Writes a bottle with a handle, a label with a logo, and a scene in which the label lies on the bottle:
 
-    python bottle.py FOLDER && relievo run FOLDER/layer.toml
+    python bottle.py FOLDER && relievo scene run FOLDER/layer.toml
 
 Needs NumPy. The label runs around the bottle and through under the handle."""
 

@@ -1,6 +1,6 @@
 """Writes a finger, a plaster, and a scene in which the plaster goes around the finger one and a half times, over itself:
 
-    python finger.py FOLDER && relievo run FOLDER/layer.toml
+    python finger.py FOLDER && relievo scene run FOLDER/layer.toml
 
 Needs NumPy."""
 

@@ -1,6 +1,6 @@
 """Renders a frame that a scene wrote for Blender in Cycles, and on it a decal that is a mesh, if one is given:
 
-    relievo run bottle/bare.toml --out bare
+    relievo scene run bottle/bare.toml --out bare
     relievo decal mesh bare/mesh-000000-bottle.ply -o decal.obj --image bottle/sticker.png --contour 0.5 --offset 0.004 $(cat bottle/pins.txt)
     python frame.py bare/scene-000000.py -o mesh.png --decal decal.obj --image bottle/sticker.png
 

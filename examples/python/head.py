@@ -1,6 +1,6 @@
 """Writes a head, a painted face, and a scene in which the face lies on the head by twelve pins:
 
-    python head.py FOLDER && relievo run FOLDER/layer.toml
+    python head.py FOLDER && relievo scene run FOLDER/layer.toml
 
 Needs NumPy. The head is a smooth union of simple shapes, and the cage of its surface a ball that was pulled onto it."""
 

@@ -1,6 +1,6 @@
 """Has a server simulate a fluid, and writes a mesh of each frame while later ones are computed.
 
-    relievo serve
+    relievo server run
     python3 remote.py ../fluids/drop.toml meshes
 
 It needs no shared library of Relievo: the server makes the meshes."""

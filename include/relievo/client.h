@@ -1,4 +1,4 @@
-/* Relievo: clients of the simulation server, `relievo serve`. docs/server.md is its manual.
+/* Relievo: clients of the simulation server, `relievo server run`. docs/server.md is its manual.
  *
  * A client submits scenes, waits for their frames and fetches them, while the server simulates. Its calls may run at the
  * same time on several threads: each takes a connection of its own. Where a connection breaks, or the server is started
@@ -74,7 +74,7 @@ typedef struct RlvClientScene {
     uint32_t is_forced;      /* 1 if each frame waits for rlv_client_force, else 0 */
     const char *name;        /* 1 to 128 bytes, without control characters */
     const char *kind;        /* "fluid" or "foam"; NULL for "fluid" */
-    const char *description; /* the text that `relievo submit` reads from a file; docs/fluids.md lists its keys */
+    const char *description; /* the text that `relievo server submit` reads from a file; docs/fluids.md lists its keys */
     const RlvClientFile *files;
     size_t file_count;
 } RlvClientScene;

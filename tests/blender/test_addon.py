@@ -692,7 +692,7 @@ class Results(Case):
             path = os.path.join(folder, "scene.toml")
             for start in ("STROKES", "DOCUMENT"):
                 self.assertEqual(bpy.ops.relievo.export_scene(filepath=path, start=start), {"FINISHED"})
-                checked = subprocess.run([command, "check", path], capture_output=True, text=True)
+                checked = subprocess.run([command, "scene", "check", path], capture_output=True, text=True)
                 self.assertEqual(checked.returncode, 0, checked.stderr)
 
 

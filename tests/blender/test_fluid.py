@@ -171,7 +171,7 @@ class OnServer(Case):
         self.domain.relievo.fluid.place = "SERVER"
 
     def serve(self, cache, *more):
-        command = [os.environ["RELIEVO_COMMAND"], "serve", "--listen", "127.0.0.1:0", "--threads", "1", *more]
+        command = [os.environ["RELIEVO_COMMAND"], "server", "run", "--listen", "127.0.0.1:0", "--threads", "1", *more]
         command += ["--cache", os.path.join(self.folder.name, cache)]
         server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         self.addCleanup(server.stdout.close)

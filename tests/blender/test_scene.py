@@ -1,4 +1,4 @@
-"""Scenes that the add-on exports, run by `relievo run`: the displacement is that of the add-on."""
+"""Scenes that the add-on exports, run by `relievo scene run`: the displacement is that of the add-on."""
 
 import os
 import subprocess
@@ -33,7 +33,7 @@ class Scenes(unittest.TestCase):
             text = file.read()
         with open(path, "a", encoding="utf-8") as file:
             file.write('pictures = []\nmesh = "none"\ndocuments = "last"\n')
-        for arguments in (["check", path], ["run", path, "--out", os.path.join(folder, "out")]):
+        for arguments in (["scene", "check", path], ["scene", "run", path, "--out", os.path.join(folder, "out")]):
             ran = subprocess.run([COMMAND, *arguments], capture_output=True, text=True)
             self.assertEqual(ran.returncode, 0, ran.stderr + text)
         return text

@@ -1,4 +1,4 @@
-/* Clients of `relievo serve`, the first argument: scenes, jobs, steering, forces, foam, a server that is killed, and what is
+/* Clients of `relievo server run`, the first argument: scenes, jobs, steering, forces, foam, a server that is killed, and what is
  * refused. */
 #define _POSIX_C_SOURCE 200809L
 #include "sheet.h"
@@ -32,7 +32,7 @@ static pid_t serve(void) {
         const int nowhere = open("/dev/null", O_WRONLY);
         dup2(nowhere, 1);
         dup2(nowhere, 2);
-        execl(command, command, "serve", "--listen", address, "--cache", cache, "--threads", "1", (char *)NULL);
+        execl(command, command, "server", "run", "--listen", address, "--cache", cache, "--threads", "1", (char *)NULL);
         _exit(127);
     }
     return child;

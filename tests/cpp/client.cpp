@@ -1,4 +1,4 @@
-// The C++ wrapper of clients: a scene of a `relievo serve`, the first argument, its frames, jobs, and exceptions.
+// The C++ wrapper of clients: a scene of a `relievo server run`, the first argument, its frames, jobs, and exceptions.
 #include <relievo/relievo.hpp>
 
 #include <cstdio>
@@ -30,7 +30,7 @@ public:
             const int nowhere = open("/dev/null", O_WRONLY);
             dup2(nowhere, 1);
             dup2(nowhere, 2);
-            execl(command, command, "serve", "--listen", listen.c_str(), "--cache", cache.c_str(), "--threads", "1",
+            execl(command, command, "server", "run", "--listen", listen.c_str(), "--cache", cache.c_str(), "--threads", "1",
                   static_cast<char *>(nullptr));
             _exit(127);
         }

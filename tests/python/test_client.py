@@ -76,7 +76,7 @@ class Serving(unittest.TestCase):
         self.begin("127.0.0.1:0")
 
     def begin(self, listen, *more):
-        command = [os.environ["RELIEVO_COMMAND"], "serve", "--listen", listen, "--cache", self.folder / "cache", "--threads", "1", *more]
+        command = [os.environ["RELIEVO_COMMAND"], "server", "run", "--listen", listen, "--cache", self.folder / "cache", "--threads", "1", *more]
         self.server = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         self.addCleanup(self.server.stdout.close)
         self.addCleanup(self.server.wait)

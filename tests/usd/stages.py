@@ -58,7 +58,7 @@ def run(folder, up="z", units="m"):
         begin, end = ([x, z, -y] for x, y, z in (begin, end))
     scene = Path(folder) / "scene.toml"
     scene.write_text(SCENE.format(up=up, units=units, begin=begin, end=end))
-    command("run", scene, "--out", Path(folder) / "out")
+    command("scene", "run", scene, "--out", Path(folder) / "out")
     return Path(folder) / "out"
 
 

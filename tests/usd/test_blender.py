@@ -97,7 +97,7 @@ class Case(unittest.TestCase):
             '[objects.wave]\nmesh = "wave"\n'
             '[output]\nframes = 3\npictures = []\nmesh = "every"\nmesh_formats = ["usda"]\n'
         )
-        stages.command("run", self.folder / "scene.toml", "--out", self.folder / "out")
+        stages.command("scene", "run", self.folder / "scene.toml", "--out", self.folder / "out")
         mesh = bpy.data.meshes.new("wave")
         mesh.from_pydata(points.tolist(), [], corners.reshape(-1, 4).tolist())
         made = bpy.data.objects.new("wave", mesh)
@@ -154,7 +154,7 @@ class Case(unittest.TestCase):
                 '[objects.cage]\nmesh = "cage"\n'
                 '[output]\nframes = 11\npictures = []\nmesh = "every"\nmesh_formats = ["ply"]\n'
             )
-            stages.command("run", self.folder / "scene.toml", "--out", self.folder / suffix)
+            stages.command("scene", "run", self.folder / "scene.toml", "--out", self.folder / suffix)
             for frame in (0, 4, 10):
                 bpy.context.scene.frame_set(frame + 1)
                 world = numpy.array(made.matrix_world)

@@ -146,7 +146,7 @@ class Written(Case):
             '[objects.wave]\nmesh = "wave"\n'
             '[output]\nframes = 6\npictures = []\nmesh = "every"\nmesh_formats = ["usda"]\n'
         )
-        stages.command("run", self.folder / "scene.toml", "--out", self.folder / "out")
+        stages.command("scene", "run", self.folder / "scene.toml", "--out", self.folder / "out")
         path = self.folder / "out" / "mesh-000000-000005.usda"
         self.assertEqual(problems(path), [])
         opened = Usd.Stage.Open(str(path))
@@ -314,7 +314,7 @@ class Read(Case):
                 '[objects.a]\nmesh = "a"\n'
                 '[output]\nframes = 25\npictures = []\nmesh = "every"\nmesh_formats = ["ply"]\n'
             )
-            stages.command("run", folder / "scene.toml", "--out", folder / "out")
+            stages.command("scene", "run", folder / "scene.toml", "--out", folder / "out")
             for frame in (0, 1, 7, 12, 24):
                 points = stages.ply_points(folder / "out" / f"mesh-{frame:06}-a.ply")
                 self.same(points, self.shown(stage, frame + 1), 1e-5)

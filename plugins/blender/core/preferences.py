@@ -50,7 +50,7 @@ class RelievoPreferences(bpy.types.AddonPreferences):
     )
     server: bpy.props.StringProperty(
         name="Server",
-        description="Where `relievo serve` listens: host:port, tls://host:port or unix:/path",
+        description="Where `relievo server run` listens: host:port, tls://host:port or unix:/path",
         default="127.0.0.1:7350",
     )
     token_file: bpy.props.StringProperty(

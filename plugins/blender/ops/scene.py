@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Export of a scene file for headless runs with `relievo run`: cages as OBJ with their creases, the active object with
+"""Export of a scene file for headless runs with `relievo scene run`: cages as OBJ with their creases, the active object with
 its strokes or its document, the other selected objects as colliders that move and deform as they do in Blender."""
 
 import json
@@ -199,7 +199,7 @@ class Stamps:
 
 
 class RELIEVO_OT_export_scene(job.FileSteps, bpy.types.Operator):
-    """Write a scene file that `relievo run` renders without Blender"""
+    """Write a scene file that `relievo scene run` renders without Blender"""
 
     bl_idname = "relievo.export_scene"
     bl_label = "Export Relievo scene"
@@ -245,7 +245,7 @@ class RELIEVO_OT_export_scene(job.FileSteps, bpy.types.Operator):
         finally:
             if pressers:
                 scene.frame_set(now)
-        lines = ["# Written by the Relievo add-on of Blender. Run it with `relievo run`.", "version = 1"]
+        lines = ["# Written by the Relievo add-on of Blender. Run it with `relievo scene run`.", "version = 1"]
         lines += [f"fps = {text(fps)}", 'up = "z"']
 
         def write_meshes(progress):

@@ -1,4 +1,4 @@
-"""A client of the simulation server, `relievo serve`. docs/protocol.md describes the protocol and every method.
+"""A client of the simulation server, `relievo server run`. docs/protocol.md describes the protocol and every method.
 
     with client.Client("127.0.0.1:7350") as server:
         server.submit("dam", open("dam.toml").read())

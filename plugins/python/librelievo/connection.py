@@ -41,7 +41,7 @@ def fetch_of(particles: Any, channels: Any, half: Any, plain: Any) -> Any:
 
 
 class Connection(Handle):
-    """A client of `relievo serve`. It connects again by itself; calls may run at the same time."""
+    """A client of `relievo server run`. It connects again by itself; calls may run at the same time."""
 
     noun, kind = "client", abi.RlvClient
 

@@ -1,6 +1,12 @@
 //! `relievo doc`
 
+pub mod displaced;
 mod edits;
+mod export;
+mod import;
+mod stroke;
+mod transfer;
+pub mod triangles;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -8,7 +14,7 @@ use std::process::ExitCode;
 use clap::Subcommand;
 use relievo_document::{Damage, compact, examine, repair};
 
-use crate::{Outcome, export, import, transfer};
+use crate::Outcome;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -18,6 +24,8 @@ pub struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
+    /// Replays a list of strokes on a mesh, or on a document of it.
+    Stroke(stroke::Arguments),
     /// Verifies every block and every edit of a document and says which are damaged.
     Check(Named),
     /// Makes a damaged document one that opens: keeps what can be kept, says what is lost, and leaves the file as it
@@ -59,6 +67,7 @@ struct Compact {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     match &arguments.task {
+        Task::Stroke(arguments) => stroke::run(arguments),
         Task::Check(arguments) => check(arguments),
         Task::Repair(arguments) => mend(arguments),
         Task::Compact(arguments) => fold(arguments),

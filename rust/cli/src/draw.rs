@@ -15,8 +15,8 @@ use relievo_scene::showing::Showing;
 use relievo_surface::bezier::{BezierSurface, Levels, MOST_LEVEL};
 
 use crate::Outcome;
-use crate::povray::Axis;
-use crate::run::Device as Kind;
+use crate::args::device::Device as Kind;
+use crate::args::viewpoint::Axis;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -63,7 +63,7 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value = "z")]
     up: Axis,
     /// Pixels of the picture: WIDTHxHEIGHT.
-    #[arg(long, value_name = "PIXELS", value_parser = crate::export::size, default_value = "640x480")]
+    #[arg(long, value_name = "PIXELS", value_parser = crate::args::numbers::pixels, default_value = "640x480")]
     size: [u32; 2],
     /// Colours that are taken in every pixel.
     #[arg(long, value_name = "COUNT", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=256))]
@@ -72,7 +72,7 @@ pub struct Arguments {
     #[arg(long)]
     wireframe: bool,
     #[command(flatten)]
-    isolation: crate::limits::Isolation,
+    isolation: crate::args::limits::Isolation,
     /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
     #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
     memory_limit: u64,
@@ -94,7 +94,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
             .into());
     }
     let context = crate::context(arguments.memory_limit)?;
-    let device = crate::run::device(arguments.device, arguments.adapter.as_deref(), arguments.memory_limit)?;
+    let device = crate::args::device::device(arguments.device, arguments.adapter.as_deref(), arguments.memory_limit)?;
     let is_mesh = surface::is_document(&arguments.file) || !relievo_meshio::holds_patches(&arguments.file)?;
     let frame = match is_mesh {
         true => surface::drawn(&context, arguments, device.as_ref())?,
@@ -121,7 +121,7 @@ fn view(arguments: &Arguments, showing: &Showing) -> View {
 }
 
 fn patches(context: &Context, arguments: &Arguments, device: Option<&Device>) -> Result<Frame> {
-    let surface = crate::tessellate::surface(context, &arguments.file)?;
+    let surface = crate::mesh::tessellate::surface(context, &arguments.file)?;
     let showing = Showing::new(surface.total_bounds(), arguments.up.into(), arguments.size)?;
     let view = view(arguments, &showing);
     let levels = match arguments.tolerance {

@@ -5,6 +5,7 @@ mod files;
 mod frames;
 mod info;
 mod mesh;
+mod plot;
 #[cfg(feature = "server")]
 mod rank;
 mod render;
@@ -21,7 +22,6 @@ pub use self::frames::{bar, chunk, frames, needs_folder, read};
 pub use self::info::tell;
 pub use self::render::{add_floor, bounds, ends};
 pub use self::sim::FrameFormat;
-pub use self::statistics::{COLUMNS, NAME as STATISTICS};
 pub use self::surface::Options as SurfaceOptions;
 use crate::Outcome;
 
@@ -44,6 +44,8 @@ enum Task {
     Render(render::Rendering),
     /// Says what is in a file of particles or a folder of frames, or what a description begins as.
     Info(info::Arguments),
+    /// Plots how a simulation went, from its statistics.
+    Plot(plot::Arguments),
     /// Writes particles in another format.
     Convert(convert::Arguments),
 }
@@ -56,6 +58,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         Task::Mesh(arguments) => mesh::run(arguments),
         Task::Render(arguments) => render::run(arguments),
         Task::Info(arguments) => info::run(arguments),
+        Task::Plot(arguments) => plot::run(arguments),
         Task::Convert(arguments) => convert::run(arguments),
     }
 }

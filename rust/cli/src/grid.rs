@@ -11,8 +11,8 @@ use relievo_core::{Mesh, Result};
 use relievo_openvdb::{Grid, Kind, Packing, Polygons, Writing};
 
 use crate::Outcome;
+use crate::args::limits::Limits;
 use crate::bar::Bar;
-use crate::limits::Limits;
 
 #[derive(clap::Args)]
 pub struct Arguments {

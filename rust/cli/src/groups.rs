@@ -4,14 +4,11 @@ use clap::Command;
 
 /// Headings, and the commands below each.
 const GROUPS: [(&str, &[&str]); 7] = [
-    ("Scenes", &["run", "new", "check", "schema", "export"]),
-    ("Surfaces and their details", &["view", "stroke", "doc", "tessellate"]),
-    ("Meshes", &["mesh", "simplify", "progressive", "decal", "crowd"]),
-    ("Fluids, soft tissue and grids", &["fluid", "foam", "plot", "tissue", "grid"]),
-    (
-        "Simulation servers and farms",
-        &["serve", "submit", "status", "watch", "fetch", "steer", "control", "cache", "farm"],
-    ),
+    ("Scenes", &["scene"]),
+    ("Surfaces and their details", &["view", "doc"]),
+    ("Meshes", &["mesh", "progressive", "decal", "crowd"]),
+    ("Fluids, soft tissue and grids", &["fluid", "foam", "tissue", "grid"]),
+    ("Simulation servers and farms", &["server", "farm"]),
     ("Pictures", &["draw", "compare", "shader"]),
     ("Files and devices", &["info", "devices"]),
 ];

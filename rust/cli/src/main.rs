@@ -3,48 +3,33 @@
 //! Results go to standard output, everything else to standard error. Exit codes: 0 done, 1 failed, 2 wrong usage,
 //! 3 files that were compared differ by more than allowed, or a mesh that was checked has defects.
 
+mod args;
 mod bar;
-mod check;
 mod compare;
 mod crowd;
 #[cfg(feature = "decal")]
 mod decal;
 mod devices;
-mod displaced;
 mod doc;
 mod draw;
-mod edits;
-mod export;
 mod farm;
 mod fluid;
 mod foam;
 mod grid;
 mod groups;
-mod import;
 mod info;
-mod limits;
 mod manual;
 mod mesh;
-mod new;
-mod numbers;
-mod plot;
-mod povray;
 mod progressive;
-mod run;
-mod schema;
+mod scene;
 #[cfg(feature = "server")]
 mod server;
 #[cfg(feature = "shader")]
 mod shader;
-mod simplify;
-mod stroke;
-mod tessellate;
+mod spelling;
 mod tissue;
-mod transfer;
-mod triangles;
 #[cfg(feature = "view")]
 mod view;
-mod viewpoint;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -63,23 +48,13 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Runs a scene: physics, imprints, pictures and meshes of its frames.
-    Run(run::Arguments),
-    /// Writes a commented scene for your own meshes.
-    New(new::Arguments),
-    /// Reads a scene and its meshes and says what is wrong, without running it.
-    Check(check::Arguments),
-    /// Prints the format of scene files.
-    Schema(schema::Arguments),
+    /// Runs, writes, checks and exports scenes: physics, imprints, pictures and meshes of frames.
+    Scene(scene::Arguments),
     /// Says how much two pictures differ.
     Compare(compare::Arguments),
     /// Says what is in a mesh file, a file of Bézier patches, a Ptex file, a document or particles.
     Info(info::Arguments),
-    /// Makes a mesh of Bézier patches.
-    Tessellate(tessellate::Arguments),
-    /// Makes a mesh of fewer triangles for nearly the same surface.
-    Simplify(simplify::Arguments),
-    /// Checks and repairs meshes: holes, doubled, twisted and non-manifold faces.
+    /// Checks, repairs and simplifies meshes, and makes them of Bézier patches.
     Mesh(mesh::Arguments),
     /// Lays stickers on meshes, exactly on feature points.
     #[cfg(feature = "decal")]
@@ -88,7 +63,7 @@ enum Command {
     Crowd(crowd::Arguments),
     /// Builds progressive meshes, and takes meshes of any level from them.
     Progressive(progressive::Arguments),
-    /// Simulates fluids of particles, and makes meshes of their surfaces.
+    /// Simulates fluids of particles, makes meshes of their surfaces, and plots how it went.
     Fluid(fluid::Arguments),
     /// Makes spray, foam and bubbles of a fluid's frames, and renders them over pictures.
     Foam(foam::Arguments),
@@ -96,34 +71,11 @@ enum Command {
     Tissue(tissue::Arguments),
     /// Lists, converts, meshes and combines OpenVDB's sparse grids: level sets, fog, masks, labels.
     Grid(grid::Arguments),
-    /// Simulates for other programs and machines, until it is asked to stop.
+    /// Runs a simulation server, and submits, watches, steers and fetches what a server simulates.
     #[cfg(feature = "server")]
-    Serve(server::serve::Arguments),
-    /// Sends a fluid to a server, which simulates it in the background.
-    #[cfg(feature = "server")]
-    Submit(server::submit::Arguments),
-    /// Says what the scenes on a server are doing.
-    #[cfg(feature = "server")]
-    Status(server::status::Arguments),
-    /// Shows the progress of a scene on a server until it is done.
-    #[cfg(feature = "server")]
-    Watch(server::watch::Arguments),
-    /// Fetches frames from a server, also while later ones are computed.
-    #[cfg(feature = "server")]
-    Fetch(server::fetch::Arguments),
-    /// Changes a scene on a server from a frame on.
-    #[cfg(feature = "server")]
-    Steer(server::steer::Arguments),
-    /// Pauses, resumes, cancels or removes a scene on a server.
-    #[cfg(feature = "server")]
-    Control(server::control::Arguments),
-    /// Lists, checks, shrinks and exports the cache of a server.
-    #[cfg(feature = "server")]
-    Cache(server::cache::Arguments),
+    Server(server::Arguments),
     /// Writes and submits jobs of render farms: a simulation, then meshes, foam and pictures in parallel.
     Farm(farm::Arguments),
-    /// Plots how a simulation of a fluid went, from its statistics.
-    Plot(plot::Arguments),
     /// Opens a window in which a mesh or a document is looked at, painted and sculpted.
     #[cfg(feature = "view")]
     View(view::Arguments),
@@ -134,12 +86,8 @@ enum Command {
     Shader(shader::Arguments),
     /// Lists the processor and the graphics devices of this machine.
     Devices(devices::Arguments),
-    /// Replays a list of strokes on a mesh, or on a document of it.
-    Stroke(stroke::Arguments),
-    /// Looks after documents.
+    /// Makes documents of strokes and textures, lists and undoes their edits, and exports their layers.
     Doc(doc::Arguments),
-    /// Writes scenes for other programs.
-    Export(povray::Arguments),
     /// Writes the manual pages of all commands.
     #[command(hide = true)]
     Manual(manual::Arguments),
@@ -150,17 +98,12 @@ type Outcome = std::result::Result<ExitCode, Failure>;
 
 fn main() -> ExitCode {
     relievo_gpu::quiet_drivers();
-    let matches = groups::grouped(Arguments::command()).get_matches();
+    let matches = groups::grouped(Arguments::command()).get_matches_from(spelling::current(std::env::args_os()));
     let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let outcome = match arguments.command {
-        Command::Run(arguments) => run::run(&arguments),
-        Command::New(arguments) => new::run(&arguments),
-        Command::Check(arguments) => check::run(&arguments),
-        Command::Schema(arguments) => schema::run(&arguments),
+        Command::Scene(arguments) => scene::run(&arguments),
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
-        Command::Tessellate(arguments) => tessellate::run(&arguments),
-        Command::Simplify(arguments) => simplify::run(&arguments),
         Command::Mesh(arguments) => mesh::run(&arguments),
         #[cfg(feature = "decal")]
         Command::Decal(arguments) => decal::run(&arguments),
@@ -171,32 +114,15 @@ fn main() -> ExitCode {
         Command::Tissue(arguments) => tissue::run(&arguments),
         Command::Grid(arguments) => grid::run(&arguments),
         #[cfg(feature = "server")]
-        Command::Serve(arguments) => server::serve::run(&arguments),
-        #[cfg(feature = "server")]
-        Command::Submit(arguments) => server::submit::run(&arguments),
-        #[cfg(feature = "server")]
-        Command::Status(arguments) => server::status::run(&arguments),
-        #[cfg(feature = "server")]
-        Command::Watch(arguments) => server::watch::run(&arguments),
-        #[cfg(feature = "server")]
-        Command::Fetch(arguments) => server::fetch::run(&arguments),
-        #[cfg(feature = "server")]
-        Command::Steer(arguments) => server::steer::run(&arguments),
-        #[cfg(feature = "server")]
-        Command::Control(arguments) => server::control::run(&arguments),
-        #[cfg(feature = "server")]
-        Command::Cache(arguments) => server::cache::run(&arguments),
+        Command::Server(arguments) => server::run(&arguments),
         Command::Farm(arguments) => farm::run(&arguments),
-        Command::Plot(arguments) => plot::run(&arguments),
         #[cfg(feature = "view")]
         Command::View(arguments) => view::run(&arguments),
         Command::Draw(arguments) => draw::run(&arguments),
         #[cfg(feature = "shader")]
         Command::Shader(arguments) => shader::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
-        Command::Stroke(arguments) => stroke::run(&arguments),
         Command::Doc(arguments) => doc::run(&arguments),
-        Command::Export(arguments) => povray::run(&arguments),
         Command::Manual(arguments) => manual::run(&arguments),
     };
     outcome.unwrap_or_else(|failure| {

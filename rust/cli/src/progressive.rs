@@ -1,6 +1,7 @@
 //! `relievo progressive`
 
 mod device;
+mod edits;
 mod picture;
 
 use std::collections::VecDeque;
@@ -15,13 +16,13 @@ use relievo_lod::Progressive;
 use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit as MeshEdit, EditJournal, Front, Input};
 use serde_json::json;
 
+use self::edits::Change;
 use self::picture::{Drawing, Panel};
 use crate::Outcome;
+use crate::args::device::Device as Kind;
+use crate::args::limits::Limits;
 use crate::bar::Bar;
-use crate::edits::Change;
-use crate::limits::Limits;
-use crate::run::Device as Kind;
-use crate::simplify::{Attributes, SEAMS, faces};
+use crate::mesh::simplify::{Attributes, SEAMS, faces};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -124,7 +125,7 @@ struct Edit {
     /// the finest. Each of its `[[edit.handle]]` has `center` and `radius` of what it grabs, `translation`, `axis` and
     /// `angle` in degrees, and `falloff`: constant, linear, smooth, sphere or gaussian. Or it has `[[edit.handle.key]]`,
     /// each with `time` in seconds, `translation`, `axis` and `angle`. Each of its `[[edit.anchor]]`, which
-    /// stays, has `center`, `radius` and `falloff`. Or it has `strokes`: a list of strokes that sculpt, as `relievo stroke`
+    /// stays, has `center`, `radius` and `falloff`. Or it has `strokes`: a list of strokes that sculpt, as `relievo doc stroke`
     /// takes it, beside this one.
     #[arg(long, value_name = "FILE")]
     script: PathBuf,
@@ -202,7 +203,7 @@ fn build(arguments: &Build) -> Outcome {
     let attributes = arguments.attributes.options();
     let (built, left_out) =
         Progressive::build_mesh(&context, &mesh, &options, &attributes, &mut Bar::new()).map_err(|error| {
-            crate::mesh::offered(error, &mesh, &arguments.mesh).at(arguments.mesh.display().to_string())
+            crate::mesh::advice::offered(error, &mesh, &arguments.mesh).at(arguments.mesh.display().to_string())
         })?;
     left_out.iter().for_each(|name| eprintln!("note: {name} is left out"));
     built.save(&context, &arguments.output)?;
@@ -211,7 +212,7 @@ fn build(arguments: &Build) -> Outcome {
         if !built.attributes().is_empty() {
             eprintln!("note: {SEAMS}");
         }
-        crate::mesh::note_non_manifold(&mesh, &arguments.mesh);
+        crate::mesh::advice::note_non_manifold(&mesh, &arguments.mesh);
     }
     crate::print(&format!("{} triangles, {base} in the base\n", built.triangle_count()))?;
     Ok(ExitCode::SUCCESS)
@@ -284,7 +285,7 @@ fn panels(
         let level = device.map(|device| device::level(device, mesh, active.cut())).transpose()?;
         return Ok(vec![Panel { mesh: active.extract(), level, edit: None }]);
     };
-    let list = (&**script, crate::edits::read(context, script, arguments.moment.time)?);
+    let list = (&**script, self::edits::read(context, script, arguments.moment.time)?);
     active.adapt(context, Cut::FINEST);
     let mut panels = vec![Panel { mesh: active.extract(), level: None, edit: None }];
     edit_by(context, (&mut active, None), mesh, list, |active, edit, _| {
@@ -382,12 +383,12 @@ fn export(arguments: &Export) -> Outcome {
     let mesh = Arc::new(Progressive::open(&context, &arguments.file, faces.unwrap_or(usize::MAX))?);
     let mut active = ActiveMesh::new(&mesh);
     if let Some(script) = &arguments.script {
-        let list = (&**script, crate::edits::read(&context, script, arguments.moment.time)?);
+        let list = (&**script, self::edits::read(&context, script, arguments.moment.time)?);
         edit_by(&context, (&mut active, None), &mesh, list, |_, _, _| Ok(()))?;
     }
     let bound = if arguments.error.or(arguments.error_relative).is_some() {
         active.adapt(&context, Cut::FINEST);
-        crate::simplify::bound(arguments.error, arguments.error_relative, &active.to_mesh().0.points)?
+        crate::mesh::simplify::bound(arguments.error, arguments.error_relative, &active.to_mesh().0.points)?
     } else {
         None
     };
@@ -408,8 +409,9 @@ fn export(arguments: &Export) -> Outcome {
 
 fn edit(arguments: &Edit) -> Outcome {
     let context = arguments.limits.context()?;
-    let device = crate::run::device(arguments.device, arguments.adapter.as_deref(), arguments.limits.memory_limit)?;
-    let list = (&*arguments.script, crate::edits::read(&context, &arguments.script, arguments.moment.time)?);
+    let device =
+        crate::args::device::device(arguments.device, arguments.adapter.as_deref(), arguments.limits.memory_limit)?;
+    let list = (&*arguments.script, self::edits::read(&context, &arguments.script, arguments.moment.time)?);
     let mesh = Arc::new(Progressive::open(&context, &arguments.file, usize::MAX)?);
     let mut journal = arguments.output.clone().into_os_string();
     journal.push(".journal");

@@ -1,105 +1,55 @@
-//! The simulation server and the commands that use one.
+//! `relievo server`
 
-pub mod cache;
-pub mod control;
-pub mod fetch;
+mod cache;
+pub mod connection;
+mod control;
+mod fetch;
 mod log;
-pub mod serve;
-pub mod status;
-pub mod steer;
-pub mod submit;
-pub mod watch;
+mod run;
+mod status;
+mod steer;
+mod submit;
+mod watch;
 
-use std::path::{Path, PathBuf};
+use clap::Subcommand;
 
-use relievo_client::{Activity, Address, Client, ClientOptions, Status};
-use relievo_core::{Error, Result, file};
-use serde_json::{Value, json};
+use crate::Outcome;
 
-/// The server that a command connects to.
 #[derive(clap::Args)]
-pub struct Connection {
-    /// The server: host:port, tls://host:port or unix:/path.
-    #[arg(long, value_name = "ADDRESS", default_value_t = Address::default())]
-    server: Address,
-    /// A file with the certificates, in PEM, of the authority that the certificate of a server at tls://host:port is
-    /// checked against.
-    #[arg(long, value_name = "FILE")]
-    tls_authority: Option<PathBuf>,
-    /// A file with your token, where the server wants one.
-    #[arg(long, value_name = "FILE")]
-    token_file: Option<PathBuf>,
+pub struct Arguments {
+    #[command(subcommand)]
+    task: Task,
 }
 
-/// Bytes of a file with a token at most.
-const LONGEST: u64 = 4096;
+#[derive(Subcommand)]
+enum Task {
+    /// Simulates for other programs and machines, until it is asked to stop.
+    Run(run::Arguments),
+    /// Sends a fluid to a server, which simulates it in the background.
+    Submit(submit::Arguments),
+    /// Says what the scenes on a server are doing.
+    Status(status::Arguments),
+    /// Shows the progress of a scene on a server until it is done.
+    Watch(watch::Arguments),
+    /// Fetches frames from a server, also while later ones are computed.
+    Fetch(fetch::Arguments),
+    /// Changes a scene on a server from a frame on.
+    Steer(steer::Arguments),
+    /// Pauses, resumes, cancels or removes a scene on a server.
+    Control(control::Arguments),
+    /// Lists, checks, shrinks and exports the cache of a server.
+    Cache(cache::Arguments),
+}
 
-impl Connection {
-    /// Connects to the server.
-    pub fn client(&self) -> Result<Client> {
-        let token = token(self.token_file.as_deref())?;
-        let address = self.server.clone();
-        // Somebody who types an address wants to hear soon that there is nobody.
-        let patience = std::time::Duration::from_secs(5);
-        let authorities = self.tls_authority.clone();
-        Client::connect(ClientOptions { address, token, authorities, patience, ..ClientOptions::default() })
+pub fn run(arguments: &Arguments) -> Outcome {
+    match &arguments.task {
+        Task::Run(arguments) => run::run(arguments),
+        Task::Submit(arguments) => submit::run(arguments),
+        Task::Status(arguments) => status::run(arguments),
+        Task::Watch(arguments) => watch::run(arguments),
+        Task::Fetch(arguments) => fetch::run(arguments),
+        Task::Steer(arguments) => steer::run(arguments),
+        Task::Control(arguments) => control::run(arguments),
+        Task::Cache(arguments) => cache::run(arguments),
     }
-}
-
-/// Reads the token in a file; without one it is empty.
-pub fn token(path: Option<&Path>) -> Result<String> {
-    let Some(path) = path else { return Ok(String::new()) };
-    let text = String::from_utf8(file::load(path, LONGEST)?);
-    let unfit = |_| Error::invalid("the token is not text").at(path.display().to_string());
-    Ok(text.map_err(unfit)?.trim().to_owned())
-}
-
-/// Returns the word for what a scene is doing.
-fn word(state: Activity) -> &'static str {
-    match state {
-        Activity::Running => "running",
-        Activity::Forces => "waiting for forces",
-        Activity::Paused => "paused",
-        Activity::Done => "done",
-        Activity::Cancelled => "cancelled",
-        Activity::Failed => "failed",
-    }
-}
-
-/// Returns a status for programs.
-fn value(status: &Status) -> Value {
-    json!({
-        "scene": status.scene,
-        "state": word(status.state),
-        "ready": status.ready,
-        "frames": status.frames,
-        "fraction": status.fraction,
-        "seconds_left": status.seconds_left,
-        "particles": status.particles,
-        "error": status.error.as_ref().map(|error| Error::from(error.clone()).to_string()),
-    })
-}
-
-/// Returns a status as a line.
-fn line(status: &Status) -> String {
-    let mut line = format!(
-        "{}: {}, {} of {} frames, {} particles",
-        status.scene,
-        word(status.state),
-        status.ready,
-        status.frames,
-        status.particles
-    );
-    if let Some(seconds) = status.seconds_left.filter(|_| status.state == Activity::Running) {
-        line += &format!(", about {seconds:.0} s left");
-    }
-    if let Some(error) = &status.error {
-        line += &format!("\n  {}", Error::from(error.clone()));
-    }
-    line + "\n"
-}
-
-/// Prints a status.
-fn print(status: &Status, json: bool) -> Result<()> {
-    crate::print(&if json { format!("{:#}\n", value(status)) } else { line(status) })
 }

@@ -15,7 +15,7 @@ use relievo_tissue::{Model, SavedState, Simulation};
 
 pub use self::info::tell;
 use crate::Outcome;
-use crate::limits::Limits;
+use crate::args::limits::Limits;
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -8,8 +8,8 @@ use relievo_view::Script;
 use relievo_view::model::{self, Opening, Session, SurfaceKind};
 
 use crate::Outcome;
-use crate::limits::Limits;
-use crate::povray::Axis;
+use crate::args::limits::Limits;
+use crate::args::viewpoint::Axis;
 
 const EXAMPLE: &str = "Examples: relievo view frog.obj
           relievo view frog.relievo        (with frog.obj beside it)
@@ -70,8 +70,8 @@ fn cells(text: &str) -> Result<u32, String> {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let script = arguments.script.as_deref().map(Script::read).transpose()?;
-    let (kind, adapter) = (crate::run::Device::Gpu, arguments.adapter.as_deref());
-    let device = crate::run::device(kind, adapter, arguments.limits.memory_limit)?
+    let (kind, adapter) = (crate::args::device::Device::Gpu, arguments.adapter.as_deref());
+    let device = crate::args::device::device(kind, adapter, arguments.limits.memory_limit)?
         .ok_or_else(|| Error::new(ErrorKind::Device, "there is no graphics device to draw with"))?;
     let opening = Opening {
         file: arguments.file.clone(),

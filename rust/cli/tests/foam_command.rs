@@ -193,7 +193,7 @@ fn foam_of_a_scene_is_laid_over_its_pictures() {
         air_rate = 300\ncrest_rate = 300\n[objects.water.fluid.foam.look]\nradius = 0.03\n";
     let run = |name: &str, text: &str, more: &[&str]| {
         std::fs::write(at.join("scene.toml"), text).unwrap();
-        relievo(at, &[&["run", "scene.toml", "--out", name], more].concat())
+        relievo(at, &[&["scene", "run", "scene.toml", "--out", name], more].concat())
     };
     let picture = |name: &str, frame: u32| std::fs::read(at.join(format!("{name}/beauty-{frame:06}.png"))).unwrap();
     let ran = run("with", &scene(FOAM), &[]);
@@ -227,7 +227,7 @@ fn check_cached_frames(at: &Path, text: &str) {
     let picture = || std::fs::read(at.join("with/beauty-000008.png")).unwrap();
     let run = |text: &str, more: &[&str]| {
         std::fs::write(at.join("scene.toml"), text).unwrap();
-        let fixed = ["run", "scene.toml", "--out", "with", "--frames", "8..8", "--trace", "trace.json"];
+        let fixed = ["scene", "run", "scene.toml", "--out", "with", "--frames", "8..8", "--trace", "trace.json"];
         let done = relievo(at, &[&fixed, more].concat());
         assert!(done.status.success(), "{done:?}");
         let trace = std::fs::read_to_string(at.join("trace.json")).unwrap();

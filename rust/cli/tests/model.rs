@@ -134,7 +134,7 @@ fn without_a_display_or_a_sound_file_the_command_says_so() {
         String::from_utf8_lossy(&done.stderr).into_owned()
     };
     let display = said(&["ball.obj"]);
-    assert!(display.contains("no window can be opened") && display.contains("relievo stroke"), "{display}");
+    assert!(display.contains("no window can be opened") && display.contains("relievo doc stroke"), "{display}");
     let missing = said(&["nothing.relievo"]);
     assert!(missing.contains("no mesh of the same name"), "{missing}");
     let second = said(&["ball.obj", "ball.obj"]);

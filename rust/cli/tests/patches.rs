@@ -25,18 +25,18 @@ fn patches_are_looked_into_and_become_meshes_and_files() {
     let info = relievo(folder, &["info", "--json", PATCHES]);
     let found: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
     assert_eq!((&found["patches"], &found["border_edges"]), (&2.into(), &8.into()));
-    let made = relievo(folder, &["tessellate", PATCHES, "-o", "mesh.ply", "--level", "2"]);
+    let made = relievo(folder, &["mesh", "tessellate", PATCHES, "-o", "mesh.ply", "--level", "2"]);
     assert!(made.status.success(), "{made:?}");
     let info = relievo(folder, &["info", "--json", "mesh.ply"]);
     let found: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
     assert_eq!((&found["faces"], &found["problem"]), (&(2 * 2 * 7 * 7).into(), &serde_json::Value::Null));
     // Raised to degree 3, which is what the copy has.
-    assert!(relievo(folder, &["tessellate", PATCHES, "-o", "copy.bpt"]).status.success());
+    assert!(relievo(folder, &["mesh", "tessellate", PATCHES, "-o", "copy.bpt"]).status.success());
     let copy = relievo(folder, &["info", "copy.bpt"]);
     assert!(text(&copy.stdout).contains("2 rational bicubic"), "{copy:?}");
-    let refused = relievo(folder, &["export", "pov", PATCHES, "--out", "scene"]);
-    assert!(!refused.status.success() && text(&refused.stderr).contains("relievo tessellate"), "{refused:?}");
-    let level = relievo(folder, &["tessellate", PATCHES, "-o", "mesh.ply", "--level", "9"]);
+    let refused = relievo(folder, &["scene", "export", "pov", PATCHES, "--out", "scene"]);
+    assert!(!refused.status.success() && text(&refused.stderr).contains("relievo mesh tessellate"), "{refused:?}");
+    let level = relievo(folder, &["mesh", "tessellate", PATCHES, "-o", "mesh.ply", "--level", "9"]);
     assert_eq!(level.status.code(), Some(2));
     let plain = std::fs::read_to_string(folder.join("copy.bpt")).unwrap();
     let plain: String = plain
@@ -47,7 +47,7 @@ fn patches_are_looked_into_and_become_meshes_and_files() {
         })
         .collect();
     std::fs::write(folder.join("plain.bpt"), plain).unwrap();
-    let exported = relievo(folder, &["export", "pov", "plain.bpt", "--out", "scene"]);
+    let exported = relievo(folder, &["scene", "export", "pov", "plain.bpt", "--out", "scene"]);
     assert!(exported.status.success(), "{exported:?}");
     let scene = std::fs::read_to_string(folder.join("scene/scene-000000.pov")).unwrap();
     assert_eq!(scene.matches("bicubic_patch").count(), 2);

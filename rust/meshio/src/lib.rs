@@ -217,7 +217,7 @@ fn decode(extension: &str, bytes: Vec<u8>, left: u64, (folder, root): (&Path, &R
     let open = |name: &str, most: u64| file::load(&root.resolve(folder, name)?, most);
     match Format::of(extension, &bytes)? {
         Format::Patches => Err(Error::unsupported("the file holds Bézier patches and no mesh")
-            .advise("make a mesh of it by `relievo tessellate`")),
+            .advise("make a mesh of it by `relievo mesh tessellate`")),
         Format::Obj => read_obj(&bytes, left),
         Format::Ply => read_ply(&bytes, left),
         Format::Gltf => read_gltf(&bytes, left, &open),

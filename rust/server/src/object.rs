@@ -47,7 +47,7 @@ pub struct Object<F> {
 
 fn damaged(what: &str) -> Error {
     Error::invalid(format!("the file of the cache is damaged: {what}"))
-        .advise("`relievo cache verify --remove` removes damaged files; their frames are computed again")
+        .advise("`relievo server cache verify --remove` removes damaged files; their frames are computed again")
 }
 
 impl<F: Read + Seek> Object<F> {

@@ -92,7 +92,7 @@ impl Content for Viewer {
     }
 
     fn without_window() -> &'static str {
-        "`relievo draw` and `relievo stroke`"
+        "`relievo draw` and `relievo doc stroke`"
     }
 
     fn device(&self) -> &Device {

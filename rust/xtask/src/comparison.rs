@@ -78,7 +78,7 @@ fn compare(sheet: Option<&Path>) -> Outcome {
     cycles.arg(source.join("render_cycles.py"));
     for (scene, out) in SCENES.iter().zip(&outs) {
         let file = source.join(scene.name).with_extension("toml");
-        call(Command::new(&relievo).arg("run").arg(file).arg("--out").arg(out).stdout(Stdio::null()))?;
+        call(Command::new(&relievo).args(["scene", "run"]).arg(file).arg("--out").arg(out).stdout(Stdio::null()))?;
         cycles.arg(out.join("scene-000000.py")).arg(out.join("cycles.exr"));
     }
     call(cycles.stdout(Stdio::null()))?;

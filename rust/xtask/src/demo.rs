@@ -33,10 +33,12 @@ pub fn run(yes: bool, device: &str) -> Outcome {
     ]))?;
     if device != "cpu" {
         let relievo = target().join("release/relievo");
-        call(Command::new(relievo).current_dir(root()).args(["run", SCENE, "--out", OUT, "--device", device]))?;
+        call(
+            Command::new(relievo).current_dir(root()).args(["scene", "run", SCENE, "--out", OUT, "--device", device]),
+        )?;
         println!("\nThe pictures, the mesh, the tiles and the table are in {}.", root().join(OUT).display());
     }
-    println!("\nThe scene is {SCENE}: change it and type `target/release/relievo run {SCENE} --out {OUT}`.");
+    println!("\nThe scene is {SCENE}: change it and type `target/release/relievo scene run {SCENE} --out {OUT}`.");
     Ok(())
 }
 

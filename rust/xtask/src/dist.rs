@@ -136,9 +136,11 @@ fn test_made(made: &Packages) -> Outcome {
 fn test_archives(made: &Packages) -> Outcome {
     let folder = prefix();
     unpack(&made.library.archive, &folder)?;
-    for file in
-        ["share/man/man1/relievo-run.1", "share/doc/relievo/third-party.txt", "lib/cmake/Relievo/RelievoConfig.cmake"]
-    {
+    for file in [
+        "share/man/man1/relievo-scene-run.1",
+        "share/doc/relievo/third-party.txt",
+        "lib/cmake/Relievo/RelievoConfig.cmake",
+    ] {
         if !folder.join(file).is_file() {
             return Err(format!("the archive lacks {file}"));
         }
@@ -148,7 +150,7 @@ fn test_archives(made: &Packages) -> Outcome {
     let out = target().join("dist/run");
     remove(&out)?;
     let mut run = Command::new(folder.join("bin/relievo"));
-    call(run.arg("run").arg(root().join(SCENE)).args(["--frames", "0..1", "--out"]).arg(out))?;
+    call(run.args(["scene", "run"]).arg(root().join(SCENE)).args(["--frames", "0..1", "--out"]).arg(out))?;
     // The command finds the module of an unpacked archive, and says what to install without it.
     let out = target().join("dist/run/box.vdb");
     let convert = || {
@@ -184,7 +186,7 @@ const SHOWN: &str = "relievo:faces:";
 
 /// Where the package has the service, and how the server is tried: `timeout` returns 124 where it had to stop it.
 const UNIT: &str = "lib/systemd/system/relievo.service";
-const SERVE: &str = "timeout 3 relievo serve --listen unix:/tmp/socket --cache /tmp/cache";
+const SERVE: &str = "timeout 3 relievo server run --listen unix:/tmp/socket --cache /tmp/cache";
 
 /// Installs the packages with what they depend on into a bare system, runs a scene there and looks into a document.
 fn test_debian(made: &Packages) -> Outcome {
@@ -203,7 +205,9 @@ fn test_debian(made: &Packages) -> Outcome {
     let install =
         |file: &Path, more: &str| hook(&format!("chroot \"$1\" apt-get install --yes {more} --quiet=2 {}", name(file)));
     bare.arg(install(library, "--install-recommends"));
-    bare.arg(hook("chroot \"$1\" sh -c 'cd /tmp && relievo run press.toml --frames 0..1 --out out && ls out/*.png'"));
+    bare.arg(hook(
+        "chroot \"$1\" sh -c 'cd /tmp && relievo scene run press.toml --frames 0..1 --out out && ls out/*.png'",
+    ));
     // The service is there and off, and what it starts serves until it is asked to stop.
     bare.arg(hook(&format!("test -f \"$1\"/usr/{UNIT} && ! ls \"$1\"/etc/systemd/system/*/relievo.service")));
     bare.arg(hook(&format!("chroot \"$1\" sh -c '{SERVE}; test $? = 124'")));

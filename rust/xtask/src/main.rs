@@ -10,6 +10,7 @@ mod files;
 mod fuzz;
 mod licences;
 mod module;
+mod mutants;
 mod packages;
 mod peers;
 mod stage;
@@ -42,7 +43,7 @@ enum Task {
         /// Installs missing packages without asking
         #[arg(long)]
         yes: bool,
-        /// What makes imprints and pictures, as of `relievo run`: `cpu`, `gpu` or `auto`
+        /// What makes imprints and pictures, as of `relievo scene run`: `cpu`, `gpu` or `auto`
         #[arg(long, default_value = "cpu")]
         device: String,
     },
@@ -92,6 +93,17 @@ enum Task {
         #[arg(long)]
         test: bool,
     },
+    /// Changes code at drawn places and counts the changes that tests notice; 200 mutants take hours
+    Mutants {
+        /// Crates to draw from: `tiles`, `detail`, `lod`, `fluid`, `document`, which are the usual ones, or `ptex`
+        names: Vec<String>,
+        /// How many mutants are drawn
+        #[arg(long, default_value_t = 200)]
+        count: usize,
+        /// What they are drawn by
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
     /// Writes the licences of the crates that are linked
     Notices {
         /// The file
@@ -122,6 +134,7 @@ fn main() -> ExitCode {
         Task::Docs => bindings::pages(),
         Task::Dist { test } => dist::run(test),
         Task::Notices { file } => licences::write(&file),
+        Task::Mutants { names, count, seed } => mutants::run(&names, count, seed),
         Task::Blender { test } => blender::run(test),
         Task::Bench { name, json } => bench::run(&name, json),
     };

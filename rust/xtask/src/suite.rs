@@ -118,7 +118,7 @@ fn mpi() -> Outcome {
 }
 
 /// Sets what tests ask their surroundings for.
-fn surroundings(test: &mut Command) {
+pub fn surroundings(test: &mut Command) {
     test.env("PROPTEST_RNG_SEED", SEED.to_string());
     // Without the second, Mesa looks for a screen at every start and says that there is none.
     test.env("RELIEVO_GPU_TESTS", "required").env("NODEVICE_SELECT", "1");

@@ -1,4 +1,4 @@
-// The depths of `scene-000000.pov`, a scene that `relievo export pov` wrote, from Near (0) to Far (1), as red
+// The depths of `scene-000000.pov`, a scene that `relievo scene export pov` wrote, from Near (0) to Far (1), as red
 // divided by green: where POV-Ray blends the textures of vertices its weights do not always add up to 1.
 // povray +Idepth.pov +L<folder of the scene> +FN16 +UA File_Gamma=1 Declare=Near=1 Declare=Far=9
 #version 3.7;

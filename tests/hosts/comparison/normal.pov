@@ -1,4 +1,4 @@
-// The normals of `scene-000000.pov`, a scene that `relievo export pov` wrote, as colours (1 + N) / 2:
+// The normals of `scene-000000.pov`, a scene that `relievo scene export pov` wrote, as colours (1 + N) / 2:
 // povray +Inormal.pov +L<folder of the scene> +FN16 +UA File_Gamma=1
 #version 3.7;
 // POV-Ray's slope is the angle to an axis, from 0 to 1; the map makes it the cosine again, to 2e-5.

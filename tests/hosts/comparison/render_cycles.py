@@ -1,4 +1,4 @@
-"""Renders scripts that `relievo export blender` wrote by Cycles, under PyPI's bpy or in Blender's own Python:
+"""Renders scripts that `relievo scene export blender` wrote by Cycles, under PyPI's bpy or in Blender's own Python:
 `render_cycles.py SCRIPT PICTURE [SCRIPT PICTURE]...`. Pictures are EXR files with passes of colour, depth and normal; rays
 go through the middles of pixels, and light comes from the sun alone, as in our ray caster."""
 

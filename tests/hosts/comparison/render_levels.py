@@ -1,6 +1,6 @@
 """Renders levels that the add-on makes by Cycles, in the scenes of `levels.toml`:
 `render_levels.py FILE.rlvpm EDITS.toml FOLDER`. The folder has `original`, `level`, `ball` and `result`, each with a script
-that `relievo export blender` wrote and gets `cycles.exr`: the finest level, the one of the edit without and with its
+that `relievo scene export blender` wrote and gets `cycles.exr`: the finest level, the one of the edit without and with its
 ball, and the finest level after it. The add-on reads the file and makes the edit by its operators."""
 
 import json

@@ -7,7 +7,7 @@ use relievo_core::Error;
 use relievo_crowd::{CrowdModel, MOST_LEVELS, clip_index};
 
 use crate::Outcome;
-use crate::limits::Limits;
+use crate::args::limits::Limits;
 
 const EXAMPLE: &str = "\
 Examples: relievo crowd export robot.rcrowd -o far.glb --error-relative 0.01 --time 0.5

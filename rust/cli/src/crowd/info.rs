@@ -9,7 +9,7 @@ use relievo_crowd::{CrowdModel, Reader};
 use serde_json::{Value, json};
 
 use crate::Outcome;
-use crate::limits::Limits;
+use crate::args::limits::Limits;
 
 const EXAMPLE: &str = "Example: relievo crowd info robot.rcrowd";
 

@@ -16,7 +16,7 @@ use relievo_scene::walking::{DeviceStandIns, Look, StandIns};
 
 use super::scene::{Scene, SceneArguments};
 use crate::Outcome;
-use crate::run::Device as Kind;
+use crate::args::device::Device as Kind;
 
 const EXAMPLE: &str = "Example: relievo crowd render robot.rcrowd --square 1000 -o crowd.png --show clusters";
 
@@ -105,8 +105,11 @@ pub fn run(arguments: &Arguments) -> Outcome {
     view.settings.wireframe = Switch(u32::from(arguments.wireframe));
     view.settings.false_color = 1.0;
     view.false_color = Some(FalseColor { palette: palette(arguments.show) });
-    let device =
-        crate::run::device(arguments.device, arguments.adapter.as_deref(), arguments.scene.limits.memory_limit)?;
+    let device = crate::args::device::device(
+        arguments.device,
+        arguments.adapter.as_deref(),
+        arguments.scene.limits.memory_limit,
+    )?;
     if arguments.unshadowed {
         (view.settings.shadows, view.settings.sky_rays) = (Switch::OFF, 0);
     }

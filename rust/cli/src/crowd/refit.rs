@@ -7,8 +7,8 @@ use relievo_crowd::{BuildSettings, CrowdModel};
 use serde_json::json;
 
 use crate::Outcome;
+use crate::args::limits::Limits;
 use crate::bar::Bar;
-use crate::limits::Limits;
 
 const EXAMPLE: &str = "Example: relievo crowd refit robot.rcrowd sculpted.glb -o sculpted.rcrowd";
 

@@ -14,9 +14,9 @@ use relievo_render::Camera;
 use serde_json::{Value, json};
 
 use crate::Outcome;
-use crate::limits::Limits;
-use crate::numbers::vector;
-use crate::run::Device as Kind;
+use crate::args::device::Device as Kind;
+use crate::args::limits::Limits;
+use crate::args::numbers::vector;
 
 const EXAMPLE: &str = "Example: relievo crowd view robot.rcrowd --square 1000 --time 1.5";
 
@@ -95,7 +95,7 @@ pub struct SceneArguments {
     #[arg(long, value_name = "DEGREES", default_value_t = 40.0)]
     fov: f64,
     /// Pixels of the picture: WIDTHxHEIGHT.
-    #[arg(long, value_name = "PIXELS", value_parser = crate::export::size, default_value = "1280x720")]
+    #[arg(long, value_name = "PIXELS", value_parser = crate::args::numbers::pixels, default_value = "1280x720")]
     pub size: [u32; 2],
     #[command(flatten)]
     pub limits: Limits,
@@ -337,7 +337,7 @@ pub fn run(arguments: &ViewArguments) -> Outcome {
         }
     };
     let memory = arguments.scene.limits.memory_limit;
-    if let Some(device) = crate::run::device(arguments.device, arguments.adapter.as_deref(), memory)? {
+    if let Some(device) = crate::args::device::device(arguments.device, arguments.adapter.as_deref(), memory)? {
         scene.on_device = Some(DeviceCrowd::new(&device, &scene.crowd, ROOM)?);
     }
     let (mut text, mut values) = (String::new(), Vec::new());

@@ -17,7 +17,7 @@ use serde_json::json;
 use super::common::{Common, Depths};
 use super::picture;
 use crate::Outcome;
-use crate::limits::Isolation;
+use crate::args::limits::Isolation;
 
 const EXAMPLE: &str = "Example: relievo decal apply spot.obj -o spot.relievo --image logo.png --pin 20,30@-0.2,0.3,0.8 \
     --pin 236,30@0.2,0.3,0.8 --pin 128,220@0,0.1,0.9 --layer logo --picture spot.png";

@@ -10,9 +10,9 @@ use relievo_render::{Image, read_image};
 use serde_json::{Value, json};
 
 use super::picture;
+use crate::args::limits::Limits;
+use crate::args::numbers::numbers;
 use crate::bar::Bar;
-use crate::limits::Limits;
-use crate::numbers::numbers;
 
 /// The mesh, the sticker and its pins.
 #[derive(clap::Args)]
@@ -23,7 +23,7 @@ pub struct Common {
     #[arg(long, value_name = "FILE", required_unless_present = "size")]
     pub image: Option<PathBuf>,
     /// The size of the image in pixels, WIDTHxHEIGHT, where there is no file.
-    #[arg(long, value_name = "PIXELS", value_parser = crate::export::size, conflicts_with = "image")]
+    #[arg(long, value_name = "PIXELS", value_parser = crate::args::numbers::pixels, conflicts_with = "image")]
     pub size: Option<[u32; 2]>,
     /// A pin: a point of the image in pixels from its upper left corner, and the point of space whose nearest place on the
     /// mesh it belongs to. May be repeated.

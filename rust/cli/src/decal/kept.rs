@@ -10,8 +10,8 @@ use relievo_document::{Document, Kind};
 use relievo_surface::{Surface, SurfaceOptions};
 use relievo_tiles::{ChannelOptions, Displacement, Paint, Rgba8};
 
-use crate::limits::{Isolation, Limits};
-use crate::triangles;
+use crate::args::limits::{Isolation, Limits};
+use crate::doc::triangles;
 
 /// Bytes of edits that are kept in memory.
 const MEMORY: u64 = 64 << 20;

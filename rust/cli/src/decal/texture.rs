@@ -30,7 +30,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     texture: Option<PathBuf>,
     /// The size of a new texture in pixels, WIDTHxHEIGHT.
-    #[arg(long, value_name = "PIXELS", value_parser = crate::export::size, default_value = "1024x1024", conflicts_with = "texture")]
+    #[arg(long, value_name = "PIXELS", value_parser = crate::args::numbers::pixels, default_value = "1024x1024", conflicts_with = "texture")]
     texture_size: [u32; 2],
     /// Pixels around islands of the texture that continue what is painted, so that filters find no background.
     #[arg(long, value_name = "PIXELS", default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=256))]

@@ -11,8 +11,8 @@ use serde_json::json;
 use super::common::Pair;
 use super::kept::{self, Task, path};
 use crate::Outcome;
+use crate::args::numbers::numbers;
 use crate::bar::Bar;
-use crate::numbers::numbers;
 
 const EXAMPLE: &str =
     "Example: relievo decal update spot.obj spot.relievo --layer logo --image logo.png --move 2@0,0.15,0.9";

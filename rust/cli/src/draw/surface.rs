@@ -210,7 +210,7 @@ fn triangles(
     device: Option<&Device>,
 ) -> Result<Frame> {
     document.fit_triangles(mesh)?;
-    let mut object = crate::triangles::opened(context, document, mesh)?;
+    let mut object = crate::doc::triangles::opened(context, document, mesh)?;
     object.renew(context)?;
     let displaced = object.displaced()?;
     let rates = |face| object.rates(face);

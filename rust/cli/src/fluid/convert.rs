@@ -7,7 +7,7 @@ use relievo_core::Error;
 
 use super::sim::FrameFormat;
 use crate::Outcome;
-use crate::limits::Limits;
+use crate::args::limits::Limits;
 
 #[derive(clap::Args)]
 pub struct Arguments {

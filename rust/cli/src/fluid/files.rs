@@ -6,7 +6,7 @@ use std::sync::Arc;
 use relievo_core::{Context, Mesh, Result};
 use relievo_simulation::{Files, Source};
 
-use crate::displaced;
+use crate::doc::displaced;
 
 /// The folder of a description.
 #[derive(Debug)]

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::files::beside;
 use crate::Outcome;
-use crate::limits::Limits;
+use crate::args::limits::Limits;
 
 #[derive(clap::Args)]
 pub struct Arguments {

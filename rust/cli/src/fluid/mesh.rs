@@ -9,7 +9,7 @@ use relievo_fluid::{Smoothing, Surface, level_set, smooth};
 use relievo_particleio::LevelSet;
 
 use crate::Outcome;
-use crate::limits::Limits;
+use crate::args::limits::Limits;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -21,7 +21,7 @@ pub struct Arguments {
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// Of a folder, the first and the last frame, both included; left out, all.
-    #[arg(long, value_name = "A..B", value_parser = crate::run::range)]
+    #[arg(long, value_name = "A..B", value_parser = crate::args::numbers::frames)]
     frames: Option<(u32, u32)>,
     /// Size of the cells by which the mesh is made, in spacings.
     #[arg(long, value_name = "SPACINGS", default_value_t = 0.5)]

@@ -9,7 +9,7 @@ use relievo_server::{RankOptions, RpcRanks};
 use relievo_simulation::simulate_on_rank;
 
 use crate::Outcome;
-use crate::limits::Limits;
+use crate::args::limits::Limits;
 
 const EXAMPLE: &str = "Example, each line in a process of its own:\n  \
     relievo fluid rank dam.toml -o frames --ranks 127.0.0.1:7351,127.0.0.1:7352 --rank 0\n  \
@@ -45,7 +45,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let options = RankOptions {
         addresses: arguments.ranks.clone(),
         rank: arguments.rank,
-        token: crate::server::token(arguments.token_file.as_deref())?,
+        token: crate::server::connection::token(arguments.token_file.as_deref())?,
         insecure: arguments.allow_remote_connections_without_encryption,
         limit: arguments.limits.memory_limit,
         ..RankOptions::default()

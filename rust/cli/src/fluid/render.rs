@@ -16,9 +16,9 @@ use relievo_scene::isosurface::Isosurface;
 
 use super::surface::Selection;
 use crate::Outcome;
-use crate::limits::Limits;
-use crate::numbers::vector;
-use crate::viewpoint::Viewpoint;
+use crate::args::limits::Limits;
+use crate::args::numbers::vector;
+use crate::args::viewpoint::Viewpoint;
 
 #[derive(clap::Args)]
 pub struct Rendering {
@@ -31,7 +31,7 @@ pub struct Rendering {
     #[arg(short, long, value_name = "FILE.png")]
     output: PathBuf,
     /// Of a folder, the first and the last frame, both included; left out, all.
-    #[arg(long = "frames", value_name = "A..B", value_parser = crate::run::range)]
+    #[arg(long = "frames", value_name = "A..B", value_parser = crate::args::numbers::frames)]
     chunk: Option<(u32, u32)>,
     #[command(flatten)]
     surface: super::surface::Options,

@@ -13,8 +13,8 @@ use relievo_simulation::{Description, Making, Simulation};
 use super::files::beside;
 use super::statistics::{NAME, Row, Statistics};
 use crate::Outcome;
-use crate::limits::Limits;
-use crate::run::{Device, device};
+use crate::args::device::{Device, device};
+use crate::args::limits::Limits;
 
 /// The name of the file that a run goes on from whose frames have no state.
 const CHECKPOINT: &str = "checkpoint";

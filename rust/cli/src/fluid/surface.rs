@@ -10,7 +10,7 @@ use relievo_fluid::{Surface, SurfaceFunction, Visibility, classify, classify_on}
 use relievo_gpu::Device as GraphicsDevice;
 use relievo_particleio::{Channel, Particles, frame_bytes};
 
-use crate::run::{Device, device};
+use crate::args::device::{Device, device};
 
 /// The channel that tells blind particles, 1, from those at the surface, 0.
 const BLIND: &str = "blind";

@@ -13,9 +13,9 @@ use relievo_render::{Camera, Image, Lights, Picture};
 use super::picture::{Options, summary};
 use super::source::Source;
 use crate::Outcome;
-use crate::limits::Limits;
-use crate::numbers::vector;
-use crate::run::{Device, device};
+use crate::args::device::{Device, device};
+use crate::args::limits::Limits;
+use crate::args::numbers::vector;
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -14,7 +14,7 @@ use relievo_scene::foam::for_each_part;
 use super::picture::Settings;
 use super::source::Source;
 use crate::Outcome;
-use crate::limits::Limits;
+use crate::args::limits::Limits;
 
 #[derive(clap::Args)]
 pub struct Arguments {

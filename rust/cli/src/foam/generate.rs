@@ -11,9 +11,9 @@ use relievo_particleio::{Format, FrameNumber, Particles, frames, read_frame, wri
 use relievo_scene::foam::Identity;
 
 use crate::Outcome;
+use crate::args::limits::Limits;
+use crate::args::numbers::vector;
 use crate::fluid::FrameFormat;
-use crate::limits::Limits;
-use crate::numbers::vector;
 
 /// The name of the file that a run goes on from whose frames have no state.
 const CHECKPOINT: &str = "checkpoint";

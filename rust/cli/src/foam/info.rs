@@ -8,7 +8,7 @@ use relievo_render::foam::FoamSettings;
 use serde_json::{Value, json};
 
 use crate::Outcome;
-use crate::limits::Limits;
+use crate::args::limits::Limits;
 
 #[derive(clap::Args)]
 pub struct Arguments {

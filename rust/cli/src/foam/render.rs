@@ -17,10 +17,10 @@ use relievo_scene::isosurface::Isosurface;
 use super::picture::{Options, summary};
 use super::source::Source;
 use crate::Outcome;
+use crate::args::limits::Limits;
+use crate::args::numbers::vector;
+use crate::args::viewpoint::Viewpoint;
 use crate::fluid::{add_floor, bar, bounds, chunk, ends, needs_folder};
-use crate::limits::Limits;
-use crate::numbers::vector;
-use crate::viewpoint::Viewpoint;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -31,7 +31,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FRAME")]
     fluid: Option<PathBuf>,
     /// Of a folder, the first and the last frame, both included; left out, all.
-    #[arg(long, value_name = "A..B", value_parser = crate::run::range)]
+    #[arg(long, value_name = "A..B", value_parser = crate::args::numbers::frames)]
     frames: Option<(u32, u32)>,
     #[command(flatten)]
     surface: crate::fluid::SurfaceOptions,

@@ -2,8 +2,9 @@
 
 use std::process::ExitCode;
 
-use super::{Bar, Common};
+use super::report::{self, Common};
 use crate::Outcome;
+use crate::bar::Bar;
 
 const EXAMPLE: &str = "Example: relievo mesh check scan.ply\n\n\
     Ends with 0 if the mesh is a closed, oriented manifold without degenerate or doubled faces, with 3 if it is not, \
@@ -29,8 +30,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let report = relievo_repair::check(&context, &mesh, &common.settings(), &mut Bar::new())
         .map_err(|error| error.at(common.place()))?;
     let text = match common.json {
-        true => format!("{:#}\n", super::machine_readable(&common.file, &report)),
-        false => format!("{}\n{}\n{}", common.place(), super::described(&report.before), super::defects(&report)),
+        true => format!("{:#}\n", report::machine_readable(&common.file, &report)),
+        false => format!("{}\n{}\n{}", common.place(), report::described(&report.before), report::defects(&report)),
     };
     crate::print(&text)?;
     let mut judged = report;

@@ -6,8 +6,9 @@ use std::process::ExitCode;
 use relievo_repair::{RepairSettings, Repaired, Report};
 use serde_json::{Value, json};
 
-use super::{Bar, Common};
+use super::report::{self, Common};
 use crate::Outcome;
+use crate::bar::Bar;
 
 const EXAMPLE: &str = "Example: relievo mesh repair scan.stl -o scan.ply --tolerance 0.01 --hole-edges 200";
 
@@ -40,8 +41,8 @@ pub fn run(arguments: &Arguments) -> Outcome {
         false => format!(
             "{}\n{}\n{}{}\n{}\n",
             common.place(),
-            super::described(&report.before),
-            super::defects(&report),
+            report::described(&report.before),
+            report::defects(&report),
             arguments.output.display(),
             changes(&report)
         ),
@@ -52,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
 
 /// What a repair changed, and the mesh that it made.
 fn changes(report: &Report) -> String {
-    let mut lines = vec![super::described(&report.after)];
+    let mut lines = vec![report::described(&report.after)];
     let mut line = |count: usize, text: String| {
         if count > 0 {
             lines.push(text);
@@ -79,15 +80,15 @@ fn changes(report: &Report) -> String {
 }
 
 fn machine_readable(arguments: &Arguments, report: &Report) -> Value {
-    let mut value = super::machine_readable(&arguments.common.file, report);
+    let mut value = report::machine_readable(&arguments.common.file, report);
     value["output"] = json!(arguments.output.display().to_string());
     value["turned_faces"] = json!(report.turned_faces);
     value["split_points"] = json!(report.split_points);
     value["filled_holes"] = json!(report.filled_holes);
-    value["open_holes"] = super::finding_value(&report.open_holes);
+    value["open_holes"] = report::finding_value(&report.open_holes);
     value["filling_points"] = json!(report.filling_points);
     value["filling_faces"] = json!(report.filling_faces);
     value["seam_attributes"] = json!(report.seam_attributes);
-    value["repaired"] = super::topology_value(&report.after);
+    value["repaired"] = report::topology_value(&report.after);
     value
 }

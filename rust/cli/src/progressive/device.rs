@@ -9,7 +9,7 @@ use relievo_lod::Progressive;
 use relievo_lod::progressive::{ActiveMesh, Cut, DeviceHierarchy, DeviceLevel, Extents};
 
 use super::Level;
-use crate::edits::Change;
+use super::edits::Change;
 
 /// A level that a device makes.
 pub fn level(device: &Device, mesh: &Progressive, cut: Cut) -> Result<DeviceLevel> {

@@ -11,8 +11,8 @@ use relievo_render::virtual_vertex::{DeviceMesh, IndirectMesh, Placed, Rasterize
 use relievo_render::{Image, Material, Mesh, Scene, View, write_png};
 use relievo_scene::showing::Showing;
 
-use crate::povray::Axis;
-use crate::run::Device as Kind;
+use crate::args::device::Device as Kind;
+use crate::args::viewpoint::Axis;
 
 #[derive(clap::Args)]
 pub struct Drawing {
@@ -27,7 +27,7 @@ pub struct Drawing {
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     turn: f64,
     /// Pixels of each picture: WIDTHxHEIGHT.
-    #[arg(long, value_name = "PIXELS", value_parser = crate::export::size, default_value = "480x480")]
+    #[arg(long, value_name = "PIXELS", value_parser = crate::args::numbers::pixels, default_value = "480x480")]
     size: [u32; 2],
     /// What makes the level of the picture and draws it. Edits are made by the processor.
     #[arg(long, value_enum, default_value = "cpu")]
@@ -62,7 +62,7 @@ impl Drawing {
 
     /// The graphics device that is to draw, if one is.
     pub fn device(&self, memory_limit: u64) -> Result<Option<Device>> {
-        crate::run::device(self.device, self.adapter.as_deref(), memory_limit)
+        crate::args::device::device(self.device, self.adapter.as_deref(), memory_limit)
     }
 
     /// Draws meshes side by side, all from where the first and the last of them are in view, on a graphics device or by

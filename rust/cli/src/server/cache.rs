@@ -1,4 +1,4 @@
-//! `relievo cache`
+//! `relievo server cache`
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use crate::Outcome;
 
-const EXAMPLE: &str = "Example: relievo cache ls";
+const EXAMPLE: &str = "Example: relievo server cache ls";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
@@ -45,7 +45,7 @@ enum Task {
     },
     /// Writes a frame as the file that `relievo fluid` reads.
     Export {
-        /// The key of the frame, as `relievo cache ls` and `frame.info` say it.
+        /// The key of the frame, as `relievo server cache ls` and `frame.info` say it.
         key: String,
         /// The file to write.
         output: PathBuf,
@@ -64,7 +64,7 @@ fn ls(store: &Store, json: bool) -> Result<String> {
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
-    let folder = arguments.cache.clone().map_or_else(super::serve::default_cache, Ok)?;
+    let folder = arguments.cache.clone().map_or_else(super::run::default_cache, Ok)?;
     match &arguments.task {
         Task::Ls { json } => crate::print(&ls(&Store::look(&folder)?, *json)?)?,
         Task::Verify { remove } => {

@@ -1,13 +1,13 @@
-//! `relievo control`
+//! `relievo server control`
 
 use std::process::ExitCode;
 
 use relievo_client::{Nothing, SceneName, Status};
 
-use super::Connection;
+use super::connection::{self, Connection};
 use crate::Outcome;
 
-const EXAMPLE: &str = "Example: relievo control dam pause";
+const EXAMPLE: &str = "Example: relievo server control dam pause";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
@@ -46,6 +46,6 @@ pub fn run(arguments: &Arguments) -> Outcome {
         }
     };
     let status: Status = client.call(method, &name)?;
-    super::print(&status, false)?;
+    connection::print(&status, false)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,4 +1,4 @@
-//! `relievo fetch`
+//! `relievo server fetch`
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -8,10 +8,10 @@ use relievo_core::progress::Silent;
 use relievo_core::{Error, file};
 use relievo_particleio::Format;
 
-use super::Connection;
+use super::connection::Connection;
 use crate::Outcome;
 
-const EXAMPLE: &str = "Example: relievo fetch dam -o frames --frames 0..24";
+const EXAMPLE: &str = "Example: relievo server fetch dam -o frames --frames 0..24";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
@@ -31,7 +31,7 @@ pub struct Arguments {
     #[arg(long, value_name = "TEXT", default_value = "")]
     settings: String,
     /// First and last frame, both included; left out, all. Frames that are not computed yet are waited for.
-    #[arg(long, value_name = "A..B", value_parser = crate::run::range)]
+    #[arg(long, value_name = "A..B", value_parser = crate::args::numbers::frames)]
     frames: Option<(u32, u32)>,
     #[command(flatten)]
     connection: Connection,

@@ -1,14 +1,14 @@
-//! `relievo status`
+//! `relievo server status`
 
 use std::process::ExitCode;
 
 use relievo_client::{Nothing, SceneList};
 use serde_json::Value;
 
-use super::Connection;
+use super::connection::{self, Connection};
 use crate::Outcome;
 
-const EXAMPLE: &str = "Example: relievo status --json";
+const EXAMPLE: &str = "Example: relievo server status --json";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
@@ -25,13 +25,13 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Outcome {
     let mut client = arguments.connection.client()?;
     if let Some(scene) = &arguments.scene {
-        super::print(&client.status(scene)?, arguments.json)?;
+        connection::print(&client.status(scene)?, arguments.json)?;
         return Ok(ExitCode::SUCCESS);
     }
     let SceneList { scenes } = client.call("scene.list", &Nothing {})?;
     let text = match arguments.json {
-        true => format!("{:#}\n", Value::from_iter(scenes.iter().map(super::value))),
-        false => scenes.iter().map(super::line).collect(),
+        true => format!("{:#}\n", Value::from_iter(scenes.iter().map(connection::value))),
+        false => scenes.iter().map(connection::line).collect(),
     };
     crate::print(&text)?;
     Ok(ExitCode::SUCCESS)

@@ -1,14 +1,14 @@
-//! `relievo steer`
+//! `relievo server steer`
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use relievo_core::{Error, file};
 
-use super::Connection;
+use super::connection::{self, Connection};
 use crate::Outcome;
 
-const EXAMPLE: &str = "Example: relievo steer dam --after 24 --set 'fluid.viscosity = 0.1'";
+const EXAMPLE: &str = "Example: relievo server steer dam --after 24 --set 'fluid.viscosity = 0.1'";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
@@ -41,6 +41,6 @@ pub fn run(arguments: &Arguments) -> Outcome {
             .map_err(|_| Error::invalid("it is not UTF-8 text").at(path.display().to_string()))?,
     };
     let status = arguments.connection.client()?.steer(&arguments.scene, arguments.after, &changes)?;
-    super::print(&status, arguments.json)?;
+    connection::print(&status, arguments.json)?;
     Ok(ExitCode::SUCCESS)
 }

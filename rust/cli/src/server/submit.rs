@@ -1,4 +1,4 @@
-//! `relievo submit`
+//! `relievo server submit`
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -8,12 +8,12 @@ use relievo_client::Submit;
 use relievo_core::{Error, file};
 use relievo_simulation::{Description, FoamDescription};
 
-use super::Connection;
+use super::connection::{self, Connection};
 use crate::Outcome;
 use crate::bar::Bar;
 use crate::fluid::beside;
 
-const EXAMPLE: &str = "Example: relievo submit examples/fluids/dam.toml --watch";
+const EXAMPLE: &str = "Example: relievo server submit examples/fluids/dam.toml --watch";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
@@ -62,6 +62,6 @@ pub fn run(arguments: &Arguments) -> Outcome {
     if arguments.watch {
         status = super::watch::watch(&mut client, &scene)?;
     }
-    super::print(&status, arguments.json)?;
+    connection::print(&status, arguments.json)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -1,15 +1,15 @@
-//! `relievo watch`
+//! `relievo server watch`
 
 use std::process::ExitCode;
 
 use relievo_client::{Client, Status};
 use relievo_core::Result;
 
-use super::Connection;
+use super::connection::{self, Connection};
 use crate::Outcome;
 use crate::bar::Bar;
 
-const EXAMPLE: &str = "Example: relievo watch dam";
+const EXAMPLE: &str = "Example: relievo server watch dam";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
@@ -28,6 +28,6 @@ pub fn watch(client: &mut Client, scene: &str) -> Result<Status> {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let status = watch(&mut arguments.connection.client()?, &arguments.scene)?;
-    super::print(&status, false)?;
+    connection::print(&status, false)?;
     Ok(ExitCode::SUCCESS)
 }

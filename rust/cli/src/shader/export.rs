@@ -27,7 +27,7 @@ pub struct Arguments {
     #[arg(long, value_name = "LOW,HIGH", value_parser = range, num_args = 2, allow_hyphen_values = true)]
     ranges: Vec<[f32; 2]>,
     /// Pixels of the image: WIDTHxHEIGHT.
-    #[arg(long, value_name = "PIXELS", value_parser = crate::export::size, default_value = "256x256")]
+    #[arg(long, value_name = "PIXELS", value_parser = crate::args::numbers::pixels, default_value = "256x256")]
     size: [u32; 2],
     /// The name of the function.
     #[arg(long, value_name = "NAME", default_value = "membership")]

@@ -9,7 +9,7 @@ use relievo_shaderlab::{
     Texture, Volume,
 };
 
-use crate::limits::Limits;
+use crate::args::limits::Limits;
 
 #[derive(clap::Args)]
 pub struct Options {
@@ -32,7 +32,7 @@ pub struct Options {
     #[arg(long = "set", value_name = "NAME=NUMBERS", allow_hyphen_values = true)]
     numbers: Vec<String>,
     /// Pixels of the picture: WIDTHxHEIGHT; left out, those of the project, or of the first image.
-    #[arg(long, value_name = "PIXELS", value_parser = crate::export::size)]
+    #[arg(long, value_name = "PIXELS", value_parser = crate::args::numbers::pixels)]
     size: Option<[u32; 2]>,
     /// The entry point, where the shader has several.
     #[arg(long, value_name = "NAME")]
@@ -147,8 +147,12 @@ impl Options {
         }
         let stated = Some(project.size).filter(|size| !size.contains(&0));
         let size = self.size.or(stated).or(image_size).unwrap_or([640, 480]);
-        let device = crate::run::device(crate::run::Device::Gpu, self.adapter.as_deref(), self.limits.memory_limit)?
-            .ok_or_else(|| Error::internal("no graphics device was opened"))?;
+        let device = crate::args::device::device(
+            crate::args::device::Device::Gpu,
+            self.adapter.as_deref(),
+            self.limits.memory_limit,
+        )?
+        .ok_or_else(|| Error::internal("no graphics device was opened"))?;
         Ok(Begun { project, inputs, size, device })
     }
 

@@ -44,7 +44,7 @@ pub struct Arguments {
     #[arg(long)]
     bound: bool,
     /// Pixels of each picture: WIDTHxHEIGHT.
-    #[arg(long, value_name = "PIXELS", value_parser = crate::export::size, default_value = "640x480")]
+    #[arg(long, value_name = "PIXELS", value_parser = crate::args::numbers::pixels, default_value = "640x480")]
     size: [u32; 2],
     /// Rays from the camera per pixel.
     #[arg(long, default_value_t = 8)]
@@ -53,16 +53,16 @@ pub struct Arguments {
     #[arg(long, default_value_t = 2)]
     columns: u32,
     /// Where the camera is, z up; left out, where it has all in view.
-    #[arg(long, value_name = "X,Y,Z", value_parser = crate::numbers::vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = crate::args::numbers::vector, allow_hyphen_values = true)]
     eye: Option<DVec3>,
     /// Where it looks; left out, at the middle of the model.
-    #[arg(long, value_name = "X,Y,Z", value_parser = crate::numbers::vector, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = crate::args::numbers::vector, allow_hyphen_values = true)]
     target: Option<DVec3>,
     /// Its vertical field of view.
     #[arg(long, value_name = "DEGREES", default_value_t = 30.0)]
     fov: f64,
     /// Direction to the sun.
-    #[arg(long, value_name = "X,Y,Z", value_parser = crate::numbers::vector, allow_hyphen_values = true, default_value = "-0.55,-0.45,0.7")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = crate::args::numbers::vector, allow_hyphen_values = true, default_value = "-0.55,-0.45,0.7")]
     sun: DVec3,
     #[command(flatten)]
     limits: Limits,

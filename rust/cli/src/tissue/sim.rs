@@ -11,8 +11,8 @@ use relievo_tissue::{SavedState, Simulation};
 
 use super::Limits;
 use crate::Outcome;
+use crate::args::device::{Device, device};
 use crate::bar::Bar;
-use crate::run::{Device, device};
 
 const EXAMPLE: &str = "Example: relievo tissue sim examples/tissue/press.toml -o frames\n\n\
     A run that was interrupted goes on from the last frame in the folder.";

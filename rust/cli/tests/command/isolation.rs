@@ -42,7 +42,7 @@ fn isolation_is_lowered_with_a_note_or_taken_as_asked_for() {
     std::fs::write(folder.path().join("list.toml"), STROKES).unwrap();
     let picture = ["--device", "cpu", "--size", "32x24", "--samples", "1", "--cells", "2"];
     let commands: [&[&str]; 4] = [
-        &["stroke", "cage.obj", "list.toml", "-o", "a.relievo"],
+        &["doc", "stroke", "cage.obj", "list.toml", "-o", "a.relievo"],
         &[&["draw", "a.relievo", "cage.obj", "-o", "a.png"][..], &picture].concat(),
         &["doc", "transfer", "a.relievo", "cage.obj", "-o", "b.relievo"],
         &["doc", "export", "a.relievo", "cage.obj", "-o", "a.ply", "--cells", "2"],
@@ -67,7 +67,7 @@ fn what_a_stroke_says_is_about_the_mesh_and_no_scene() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("cage.obj"), cage()).unwrap();
     std::fs::write(folder.path().join("list.toml"), STROKES).unwrap();
-    let stroke = ["stroke", "cage.obj", "list.toml", "-o", "a.relievo", "--memory-limit", LIMIT];
+    let stroke = ["doc", "stroke", "cage.obj", "list.toml", "-o", "a.relievo", "--memory-limit", LIMIT];
     let refused = relievo(folder.path(), &[&stroke[..], &["--isolation", "6"]].concat());
     let lowered = relievo(folder.path(), &stroke);
     assert_eq!((refused.status.code(), lowered.status.code()), (Some(1), Some(0)), "{refused:?} {lowered:?}");

@@ -5,6 +5,7 @@ mod isolation;
 mod levels;
 mod repair;
 mod simplification;
+mod spelling;
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -24,10 +25,10 @@ const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -
 fn a_new_scene_checks_runs_and_leaves_only_results_on_standard_output() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("cube.obj"), CUBE).unwrap();
-    let new = relievo(folder.path(), &["new", "cube.obj", "-o", "scene.toml"]);
+    let new = relievo(folder.path(), &["scene", "new", "cube.obj", "-o", "scene.toml"]);
     assert!(new.status.success() && new.stdout.is_empty(), "{new:?}");
-    assert!(!relievo(folder.path(), &["new", "cube.obj", "-o", "scene.toml"]).status.success());
-    let check = relievo(folder.path(), &["check", "scene.toml"]);
+    assert!(!relievo(folder.path(), &["scene", "new", "cube.obj", "-o", "scene.toml"]).status.success());
+    let check = relievo(folder.path(), &["scene", "check", "scene.toml"]);
     assert!(check.status.success() && text(&check.stdout).contains("no faults"), "{check:?}");
     // The starter scene as it is, but small and short.
     let scene = std::fs::read_to_string(folder.path().join("scene.toml")).unwrap();
@@ -39,7 +40,7 @@ fn a_new_scene_checks_runs_and_leaves_only_results_on_standard_output() {
         .replace("samples = 16", "samples = 1\npicture_frames = \"last\"")
         .replace("tile_size = 128", "tile_size = 16");
     std::fs::write(folder.path().join("scene.toml"), small).unwrap();
-    let run = relievo(folder.path(), &["run", "scene.toml", "--trace", "trace.json"]);
+    let run = relievo(folder.path(), &["scene", "run", "scene.toml", "--trace", "trace.json"]);
     assert!(run.status.success() && run.stderr.is_empty(), "{run:?}");
     assert!(text(&run.stdout).contains("imprint.raycast"));
     assert!(folder.path().join("scene-out/beauty-000013.png").exists());
@@ -67,14 +68,15 @@ fn a_new_scene_checks_runs_and_leaves_only_results_on_standard_output() {
     let compare = relievo(folder.path(), &[&["compare"][..], &row, &["--row", "a", "--row", "b"]].concat());
     assert!(compare.status.code() == Some(1) && text(&compare.stderr).contains("3 pictures"), "{compare:?}");
     // The last frame, from the cache, and one that is asked for.
-    let export = relievo(folder.path(), &["export", "pov", "scene.toml"]);
+    let export = relievo(folder.path(), &["scene", "export", "pov", "scene.toml"]);
     assert!(export.status.success() && text(&export.stdout) == "scene-out/scene-000013.pov\n", "{export:?}");
     let pov = std::fs::read_to_string(folder.path().join("scene-out/scene-000013.pov")).unwrap();
     assert!(pov.contains("#version 3.7;") && pov.contains("camera {") && pov.contains("mesh2 {"));
-    let export = relievo(folder.path(), &["export", "pov", "scene.toml", "--out", "scene-out", "--frames", "3..4"]);
+    let export =
+        relievo(folder.path(), &["scene", "export", "pov", "scene.toml", "--out", "scene-out", "--frames", "3..4"]);
     assert!(export.status.success() && text(&export.stdout).lines().count() == 2, "{export:?}");
-    assert_eq!(relievo(folder.path(), &["export", "pov", "none.toml"]).status.code(), Some(1));
-    let export = relievo(folder.path(), &["export", "blender", "scene.toml"]);
+    assert_eq!(relievo(folder.path(), &["scene", "export", "pov", "none.toml"]).status.code(), Some(1));
+    let export = relievo(folder.path(), &["scene", "export", "blender", "scene.toml"]);
     let files = "scene-out/scene-000013.py\nscene-out/scene-000013.bin\n";
     assert!(export.status.success() && text(&export.stdout) == files, "{export:?}");
     let script = std::fs::read_to_string(folder.path().join("scene-out/scene-000013.py")).unwrap();
@@ -92,14 +94,14 @@ fn a_new_scene_checks_runs_and_leaves_only_results_on_standard_output() {
 fn faults_point_into_the_scene_and_end_with_one() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("bad.toml"), "version = 1\n[objects.a]\nmash = \"b\"\n").unwrap();
-    for command in ["check", "run"] {
-        let output = relievo(folder.path(), &[command, "bad.toml"]);
+    for verb in ["check", "run"] {
+        let output = relievo(folder.path(), &["scene", verb, "bad.toml"]);
         assert_eq!(output.status.code(), Some(1));
         let shown = text(&output.stderr);
         assert!(output.stdout.is_empty() && shown.contains("bad.toml:3:1") && shown.contains("did you mean `mesh`?"));
     }
     assert!(!folder.path().join("bad-out").exists());
-    let missing = relievo(folder.path(), &["check", "none.toml"]);
+    let missing = relievo(folder.path(), &["scene", "check", "none.toml"]);
     assert!(missing.status.code() == Some(1) && text(&missing.stderr).contains("none.toml"));
     assert_eq!(relievo(folder.path(), &["fly"]).status.code(), Some(2));
 }
@@ -112,7 +114,8 @@ fn scenes_run_on_the_graphics_device_where_there_is_one() {
                  translation = [0, 0, 0.1]\n[imprints]\nvoxels = 65536\n[colliders.b]\n[output]\nframes = 1\n\
                  pictures = []\nmesh = \"none\"\n";
     std::fs::write(folder.path().join("a.toml"), scene).unwrap();
-    let run = |more: &[&str]| relievo(folder.path(), &[&["run", "a.toml", "--out", more[0]], &more[1..]].concat());
+    let run =
+        |more: &[&str]| relievo(folder.path(), &[&["scene", "run", "a.toml", "--out", more[0]], &more[1..]].concat());
     assert!(run(&["auto", "--device", "auto"]).status.success());
     // A device that is not there is told, and nothing is written.
     let missing = run(&["missing", "--device", "gpu", "--adapter", "no such device"]);
@@ -154,10 +157,10 @@ fn devices_are_listed_as_others_name_them() {
 fn schema_and_info_print_for_people_and_programs() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("cube.obj"), CUBE).unwrap();
-    let schema = relievo(folder.path(), &["schema", "--json"]);
+    let schema = relievo(folder.path(), &["scene", "schema", "--json"]);
     let schema: serde_json::Value = serde_json::from_slice(&schema.stdout).unwrap();
     assert_eq!(schema["version"], 1);
-    assert!(text(&relievo(folder.path(), &["schema"]).stdout).contains("max_displacement = 1"));
+    assert!(text(&relievo(folder.path(), &["scene", "schema"]).stdout).contains("max_displacement = 1"));
     let info = relievo(folder.path(), &["info", "cube.obj", "--json"]);
     let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
     assert_eq!((&info["faces"], &info["boundary_edges"]), (&6.into(), &0.into()));

@@ -49,7 +49,7 @@ fn steps_are_left_out_and_failures_say_what_to_do() {
     assert!(text(&unknown.stderr).contains(".ply") && !unknown.status.success(), "{unknown:?}");
     let fin = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 0 -1\nf 1 2 3\nf 1 2 4\nf 1 2 5\n";
     std::fs::write(folder.path().join("fin.obj"), fin).unwrap();
-    let noted = relievo(folder.path(), &["simplify", "fin.obj", "-o", "less.ply", "--faces", "1"]);
+    let noted = relievo(folder.path(), &["mesh", "simplify", "fin.obj", "-o", "less.ply", "--faces", "1"]);
     assert!(text(&noted.stderr).contains("relievo mesh repair fin.obj"), "{noted:?}");
     let help = text(&relievo(folder.path(), &["mesh", "repair", "--help"]).stdout);
     assert!(help.contains("Example: relievo mesh repair"), "{help}");

@@ -1,4 +1,4 @@
-//! `relievo simplify`.
+//! `relievo mesh simplify`.
 
 use crate::{relievo, text};
 
@@ -20,8 +20,9 @@ pub fn bowl() -> String {
 fn a_mesh_is_simplified_to_a_share_a_number_or_a_deviation() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("bowl.obj"), bowl()).unwrap();
-    let simplify =
-        |goal: &[&str]| relievo(folder.path(), &[&["simplify", "bowl.obj", "-o", "less.ply"][..], goal].concat());
+    let simplify = |goal: &[&str]| {
+        relievo(folder.path(), &[&["mesh", "simplify", "bowl.obj", "-o", "less.ply"][..], goal].concat())
+    };
     let faces = || {
         let info = relievo(folder.path(), &["info", "--json", "less.ply"]);
         let found: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
@@ -49,7 +50,7 @@ fn a_deviation_is_a_bound_or_called_an_estimate() {
         (mesh.points, triangles)
     };
     let simplify = |goal: &[&str]| {
-        let done = relievo(folder.path(), &[&["simplify", "bowl.obj", "-o", "less.ply"][..], goal].concat());
+        let done = relievo(folder.path(), &[&["mesh", "simplify", "bowl.obj", "-o", "less.ply"][..], goal].concat());
         assert!(done.status.success(), "{done:?}");
         let said = text(&done.stdout).trim().to_owned();
         let (rest, number) = said.rsplit_once(' ').unwrap();
@@ -68,7 +69,7 @@ fn a_deviation_is_a_bound_or_called_an_estimate() {
     assert!(said.ends_with("estimated deviation") && number <= 0.02, "{said} {number}");
     let (.., locked) = simplify(&["--error", "0.02", "--lock-border"]);
     assert!(locked > faces, "{locked} {faces}");
-    let refused = relievo(folder.path(), &["simplify", "bowl.obj", "-o", "less.ply", "--error-relative=-1"]);
+    let refused = relievo(folder.path(), &["mesh", "simplify", "bowl.obj", "-o", "less.ply", "--error-relative=-1"]);
     assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("--error-relative"), "{refused:?}");
 }
 
@@ -76,8 +77,9 @@ fn a_deviation_is_a_bound_or_called_an_estimate() {
 fn several_goals_make_as_many_files() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("bowl.obj"), bowl()).unwrap();
-    let simplify =
-        |goal: &[&str]| relievo(folder.path(), &[&["simplify", "bowl.obj", "-o", "less.ply"][..], goal].concat());
+    let simplify = |goal: &[&str]| {
+        relievo(folder.path(), &[&["mesh", "simplify", "bowl.obj", "-o", "less.ply"][..], goal].concat())
+    };
     let faces = |name: &str| {
         let mesh = relievo_meshio::read(&relievo_core::Context::serial(), &folder.path().join(name)).unwrap();
         mesh.face_count()
@@ -159,7 +161,10 @@ fn a_simplified_mesh_keeps_its_texture_coordinates() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("map.obj"), map()).unwrap();
     let simplify = |more: &[&str]| {
-        relievo(folder.path(), &[&["simplify", "map.obj", "-o", "less.obj", "--faces", "200"][..], more].concat())
+        relievo(
+            folder.path(),
+            &[&["mesh", "simplify", "map.obj", "-o", "less.obj", "--faces", "200"][..], more].concat(),
+        )
     };
     let done = simplify(&["--weight", "uv=0.05"]);
     assert!(done.status.success() && done.stderr.is_empty(), "{done:?}");
@@ -233,7 +238,7 @@ fn what_a_gltf_file_has_around_its_meshes_is_noted() {
     let folder = tempfile::tempdir().unwrap();
     strip(folder.path());
     let simplify = |from: &str, to: &str| {
-        let done = relievo(folder.path(), &["simplify", from, "-o", to, "--ratio", "0.5"]);
+        let done = relievo(folder.path(), &["mesh", "simplify", from, "-o", to, "--ratio", "0.5"]);
         assert!(done.status.success(), "{done:?}");
         text(&done.stderr)
     };

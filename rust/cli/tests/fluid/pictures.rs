@@ -117,7 +117,7 @@ fn fluids_stand_in_scenes_beside_other_objects() {
     assert!(relievo(folder.path(), &["fluid", "sim", "dam.toml", "-o", "frames", "--format", "ply"]).status.success());
     let run = |name: &str, scene: &str| {
         std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
-        let done = relievo(folder.path(), &["run", "scene.toml", "--out", name]);
+        let done = relievo(folder.path(), &["scene", "run", "scene.toml", "--out", name]);
         assert!(done.status.success(), "{done:?}");
         let picture = folder.path().join(name).join("beauty-000000.png");
         relievo_render::read_png(&picture, 1 << 24).unwrap()
@@ -144,7 +144,7 @@ fn fluids_are_blobs_and_grids_in_scenes_for_pov_ray() {
     let export = |form: &str| {
         let scene = format!("{SCENE}povray = \"{form}\"\n");
         std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
-        let done = relievo(folder.path(), &["export", "pov", "scene.toml", "--out", form]);
+        let done = relievo(folder.path(), &["scene", "export", "pov", "scene.toml", "--out", form]);
         assert!(done.status.success(), "{done:?}");
         std::fs::read_to_string(folder.path().join(form).join("scene-000000.pov")).unwrap()
     };
@@ -169,7 +169,7 @@ fn statistics_are_plotted() {
     assert!(
         relievo(folder.path(), &["fluid", "sim", "dam.toml", "-o", "frames", "--format", "cache"]).status.success()
     );
-    let plot = |from: &str, to: &str| relievo(folder.path(), &["plot", from, "-o", to]);
+    let plot = |from: &str, to: &str| relievo(folder.path(), &["fluid", "plot", from, "-o", to]);
     for (from, to) in [("frames", "a.png"), ("frames/statistics.csv", "a.svg")] {
         let done = plot(from, to);
         assert!(done.status.success() && text(&done.stdout) == "4 frames\n", "{done:?}");

@@ -70,7 +70,7 @@ pub fn parse(path: &Path, text: &str) -> Result<Scene, Faults> {
         let list = errors.iter().map(|error| {
             let remedy = match error.message() {
                 message if message.contains("duplicate") => "keep one of them",
-                _ => "write `key = value` with texts in quotes, below [headers] in brackets; `relievo schema` shows every key",
+                _ => "write `key = value` with texts in quotes, below [headers] in brackets; `relievo scene schema` shows every key",
             };
             let what = format!("the file is not TOML: {}", error.message());
             Diagnostic::new(error.span().unwrap_or(0..0), what).advise(remedy)

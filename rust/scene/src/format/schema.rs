@@ -1,5 +1,5 @@
 //! The format of scene files as tables: every key with its type, unit, default, range and help. The reader, the
-//! `relievo schema` command and the documentation all come from here.
+//! `relievo scene schema` command and the documentation all come from here.
 
 use relievo_core::Parameter;
 
@@ -896,7 +896,7 @@ pub static SKY: Section = Section {
 /// `[output]`
 pub static OUTPUT: Section = Section {
     name: "output",
-    help: "What `relievo run` writes",
+    help: "What `relievo scene run` writes",
     keys: &[
         key("frames", Kind::Whole(1, 1_000_000), "1", "", "How many frames there are; they are numbered from 0"),
         key("images", Kind::Choices(&["png", "exr"]), "[\"png\"]", "", "Formats of pictures"),

@@ -51,7 +51,7 @@ pub fn starter(context: &Context, entries: &[Entry], up: usize) -> Result<String
     let diagonal = side.iter().map(|side| side * side).sum::<f64>().sqrt().max(1e-6);
     let axis = ["x", "y", "z"][up];
     let mut out = format!(
-        "# A scene for Relievo. Run it with `relievo run`; `relievo schema` lists every key.\n\
+        "# A scene for Relievo. Run it with `relievo scene run`; `relievo scene schema` lists every key.\n\
          # Angles are in degrees, times in seconds, paths relative to this file.\n\
          version = 1\n\
          fps = 24\n\

@@ -65,7 +65,7 @@ const HALVINGS: u32 = 7;
 pub fn write_patches(path: &Path, surface: &BezierSurface, showing: &Showing) -> Result<()> {
     if surface.is_rational() {
         return Err(Error::unsupported("POV-Ray has no patches with weights")
-            .advise("make a mesh of it by `relievo tessellate`"));
+            .advise("make a mesh of it by `relievo mesh tessellate`"));
     }
     let mut head = String::new();
     write_head(&mut head, &showing.camera, showing.size, &showing.lights, 1.0, showing.bounds);

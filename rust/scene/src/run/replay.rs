@@ -178,7 +178,7 @@ fn about_mesh(failure: Failure, end: usize, mesh: &Path) -> Failure {
 fn alone(path: &Path) -> Error {
     Error::invalid("a list of strokes has no objects of its own")
         .at(path.display().to_string())
-        .advise("use `relievo run` for scenes")
+        .advise("use `relievo scene run` for scenes")
 }
 
 /// The extension of a path, in small letters.

@@ -233,7 +233,7 @@ fn a_list_of_strokes_in_two_goes_is_the_list_in_one() {
         ("first.toml", "a.fbx", ".relievo, .obj"),
         ("none.toml", "a.ply", "none.toml"),
         ("bad.toml", "a.ply", "truncated"),
-        ("scene.toml", "a.ply", "relievo run"),
+        ("scene.toml", "a.ply", "relievo scene run"),
     ] {
         let bytes = std::fs::read(path("hill.png")).unwrap();
         std::fs::write(path("truncated.png"), &bytes[..bytes.len() / 2]).unwrap();

@@ -55,7 +55,14 @@ pub fn compare(python: &Path, source: &Path, mesh: &Path) -> Outcome {
             text += &std::fs::read_to_string(&part).map_err(|error| format!("{}: {error}", part.display()))?;
         }
         std::fs::write(&scene, text).map_err(|error| format!("{}: {error}", scene.display()))?;
-        call(Command::new(&relievo).arg("run").arg(&scene).arg("--out").arg(folder.join(name)).stdout(Stdio::null()))?;
+        call(
+            Command::new(&relievo)
+                .args(["scene", "run"])
+                .arg(&scene)
+                .arg("--out")
+                .arg(folder.join(name))
+                .stdout(Stdio::null()),
+        )?;
     }
     let mut cycles = blender::clean(python);
     cycles.env("RELIEVO_LIBRARY", target().join("release/librelievo.so")).current_dir(root());

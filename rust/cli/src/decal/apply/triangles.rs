@@ -13,7 +13,7 @@ use super::{Arguments, report};
 use crate::Outcome;
 use crate::decal::common::Laid;
 use crate::decal::picture;
-use crate::triangles::tessellation;
+use crate::doc::triangles::tessellation;
 
 /// Lays the sticker on the displaced triangles of a mesh and writes it into a layer of their document.
 pub fn run(arguments: &Arguments, context: Context, mesh: &Mesh, document: Option<Document>) -> Outcome {

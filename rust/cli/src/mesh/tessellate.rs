@@ -1,4 +1,4 @@
-//! `relievo tessellate`
+//! `relievo mesh tessellate`
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

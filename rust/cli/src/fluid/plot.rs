@@ -1,4 +1,4 @@
-//! `relievo plot`
+//! `relievo fluid plot`
 
 mod raster;
 mod table;
@@ -35,7 +35,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let path = match arguments.statistics.is_dir() {
-        true => arguments.statistics.join(crate::fluid::STATISTICS),
+        true => arguments.statistics.join(super::statistics::NAME),
         false => arguments.statistics.clone(),
     };
     let table = Table::read(&path)?;

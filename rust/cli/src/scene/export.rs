@@ -1,16 +1,18 @@
-//! `relievo export`
+//! `relievo scene export`
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use relievo_core::{Context, ContextOptions, Error};
-use relievo_scene::description::{Up, When};
+use relievo_scene::description::When;
 use relievo_scene::showing::Showing;
 use relievo_scene::stepper::RunOptions;
 
+use super::folder::folder_of;
 use crate::Outcome;
+use crate::args::numbers::{frames, pixels};
+use crate::args::viewpoint::Axis;
 use crate::bar::Bar;
-use crate::run::{folder_of, range};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -35,7 +37,7 @@ struct Frames {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// First and last frame, both included; left out, the last one alone.
-    #[arg(long, value_name = "A..B", value_parser = range)]
+    #[arg(long, value_name = "A..B", value_parser = frames)]
     frames: Option<(u32, u32)>,
     /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
     #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
@@ -47,31 +49,13 @@ struct Frames {
     #[arg(long, value_enum, default_value = "z")]
     up: Axis,
     /// Pixels of a picture of Bézier patches: WIDTHxHEIGHT.
-    #[arg(long, value_name = "PIXELS", value_parser = crate::export::size, default_value = "640x480")]
+    #[arg(long, value_name = "PIXELS", value_parser = pixels, default_value = "640x480")]
     size: [u32; 2],
-}
-
-/// An axis.
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-pub enum Axis {
-    X,
-    Y,
-    Z,
-}
-
-impl From<Axis> for Up {
-    fn from(axis: Axis) -> Self {
-        match axis {
-            Axis::X => Up::X,
-            Axis::Y => Up::Y,
-            Axis::Z => Up::Z,
-        }
-    }
 }
 
 /// Writes the scene as its first frame would be called, for what includes it by that name.
 fn patches(context: &Context, arguments: &Frames) -> Outcome {
-    let surface = crate::tessellate::surface(context, &arguments.scene)?;
+    let surface = crate::mesh::tessellate::surface(context, &arguments.scene)?;
     let showing = Showing::new(surface.total_bounds(), arguments.up.into(), arguments.size)?;
     let folder = arguments.out.clone().unwrap_or_else(|| folder_of(&arguments.scene));
     std::fs::create_dir_all(&folder).map_err(|error| Error::io(&folder, &error))?;

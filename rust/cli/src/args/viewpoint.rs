@@ -6,12 +6,30 @@ use relievo_render::{Camera, Lights, View};
 use relievo_scene::description::Up;
 use relievo_scene::picture::whole_view;
 
-use crate::numbers::vector;
+use super::numbers::{pixels, vector};
+
+/// An axis.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+impl From<Axis> for Up {
+    fn from(axis: Axis) -> Self {
+        match axis {
+            Axis::X => Up::X,
+            Axis::Y => Up::Y,
+            Axis::Z => Up::Z,
+        }
+    }
+}
 
 #[derive(clap::Args)]
 pub struct Viewpoint {
     /// Pixels of each picture: WIDTHxHEIGHT.
-    #[arg(long, value_name = "PIXELS", value_parser = crate::export::size, default_value = "1280x720")]
+    #[arg(long, value_name = "PIXELS", value_parser = pixels, default_value = "1280x720")]
     pub size: [u32; 2],
     /// Where the camera is, z up; left out, where it has all in view.
     #[arg(long, value_name = "X,Y,Z", value_parser = vector, allow_hyphen_values = true)]

@@ -7,7 +7,7 @@ use relievo_core::{Context, Error, Mesh, Result};
 use relievo_document::Document;
 use relievo_tiles::{Displaced, Tessellation, uniform_rates};
 
-use crate::triangles;
+use super::triangles;
 
 /// The surface with the layer called `layer` alone, or all as they are seen together, with so many cells along an edge of
 /// its cage.

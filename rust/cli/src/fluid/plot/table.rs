@@ -4,7 +4,7 @@ use std::path::Path;
 
 use relievo_core::{Error, Result, file};
 
-use crate::fluid::COLUMNS;
+use super::super::statistics::COLUMNS;
 
 /// Bytes of a file at most.
 const LONGEST: u64 = 1 << 28;

@@ -1,4 +1,4 @@
-//! `relievo new`
+//! `relievo scene new`
 
 use std::path::{Component, Path, PathBuf};
 use std::process::ExitCode;
@@ -72,7 +72,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         }
         Some(path) => {
             relievo_core::file::store(path, |out| std::io::Write::write_all(out, text.as_bytes()))?;
-            eprintln!("wrote {}; run it with `relievo run {}`", path.display(), path.display());
+            eprintln!("wrote {}; run it with `relievo scene run {}`", path.display(), path.display());
         }
     }
     Ok(ExitCode::SUCCESS)

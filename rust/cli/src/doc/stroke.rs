@@ -1,4 +1,4 @@
-//! `relievo stroke`
+//! `relievo doc stroke`
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -7,15 +7,15 @@ use relievo_core::{Context, ContextOptions};
 use relievo_scene::replay::{Replay, replay};
 
 use crate::Outcome;
+use crate::args::device::Device as Kind;
+use crate::args::limits::Isolation;
 use crate::bar::Bar;
-use crate::limits::Isolation;
-use crate::run::Device as Kind;
 
 #[derive(clap::Args)]
 pub struct Arguments {
     /// The mesh: the control cage of the surface that is painted and sculpted.
     mesh: PathBuf,
-    /// The list of strokes: a scene file with `[[strokes]]` and no objects; `relievo schema` shows the keys.
+    /// The list of strokes: a scene file with `[[strokes]]` and no objects; `relievo scene schema` shows the keys.
     strokes: PathBuf,
     /// File to write, once for each: a document (.relievo), or the displaced mesh (.obj, .ply, .glb, .usda, .stl, .off).
     #[arg(short, long, value_name = "FILE", required = true)]
@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
         document: arguments.document.clone(),
         outputs: arguments.out.clone(),
         allowed: arguments.allow_path.clone(),
-        device: crate::run::device(arguments.device, arguments.adapter.as_deref(), arguments.memory_limit)?,
+        device: crate::args::device::device(arguments.device, arguments.adapter.as_deref(), arguments.memory_limit)?,
     };
     let (done, notes) = replay(&context, &wanted, &mut Bar::new())?;
     for note in &notes {

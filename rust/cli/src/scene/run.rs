@@ -1,45 +1,17 @@
-//! `relievo run`
+//! `relievo scene run`
 
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use relievo_core::{Context, ContextOptions};
-use relievo_gpu::{AdapterChoice, Device as GraphicsDevice, DeviceOptions};
 use relievo_scene::stepper::RunOptions;
 
+use super::folder::folder_of;
 use crate::Outcome;
-
-#[derive(Clone, Copy, Debug, PartialEq, clap::ValueEnum)]
-pub enum Device {
-    /// The processor.
-    Cpu,
-    /// The graphics device.
-    Gpu,
-    /// The graphics device if there is one that can be used, else the processor.
-    Auto,
-}
-
-/// The graphics device that was asked for; `None` for the processor, which `auto` takes, with a note, where there is no
-/// other device.
-pub(crate) fn device(
-    kind: Device,
-    adapter: Option<&str>,
-    memory_limit: u64,
-) -> relievo_core::Result<Option<GraphicsDevice>> {
-    let open = |otherwise| {
-        let adapter = adapter.map_or(otherwise, |name| AdapterChoice::Named(name.to_owned()));
-        GraphicsDevice::open(&DeviceOptions { adapter, timing: true, memory_limit })
-    };
-    match kind {
-        Device::Cpu => Ok(None),
-        Device::Gpu => open(AdapterChoice::Best).map(Some),
-        Device::Auto => {
-            Ok(open(AdapterChoice::Hardware).inspect_err(|it| eprintln!("note: on the processor: {it}")).ok())
-        }
-    }
-}
+use crate::args::device::{Device, device};
+use crate::args::numbers::frames;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -49,7 +21,7 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// First and last frame, both included; a run goes on from the baked frame before.
-    #[arg(long, value_name = "A..B", value_parser = range)]
+    #[arg(long, value_name = "A..B", value_parser = frames)]
     frames: Option<(u32, u32)>,
     /// What makes imprints and evaluates dabs that sculpt. What a graphics device does not do, the processor does.
     #[arg(long, value_enum, default_value = "cpu")]
@@ -72,23 +44,6 @@ pub struct Arguments {
     /// Compute frames again that are in the cache.
     #[arg(long)]
     rebake: bool,
-}
-
-/// The folder that is named after a scene.
-pub(crate) fn folder_of(scene: &Path) -> PathBuf {
-    let mut name = scene.file_stem().unwrap_or_default().to_os_string();
-    name.push("-out");
-    PathBuf::from(name)
-}
-
-/// `A..B`, `A..=B` or `A`.
-pub(crate) fn range(text: &str) -> Result<(u32, u32), String> {
-    let number = |text: &str| text.trim().parse::<u32>().map_err(|_| format!("{text:?} is no frame number"));
-    let (from, to) = match text.split_once("..") {
-        Some((from, to)) => (number(from)?, number(to.trim_start_matches('='))?),
-        None => (number(text)?, number(text)?),
-    };
-    if from > to { Err(format!("frame {from} comes after frame {to}")) } else { Ok((from, to)) }
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {
@@ -131,17 +86,4 @@ fn bar() -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {elapsed} of about {duration}");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn frames_are_inclusive_ranges() {
-        assert_eq!(range("3..7"), Ok((3, 7)));
-        assert_eq!(range("3..=7"), Ok((3, 7)));
-        assert_eq!(range("4"), Ok((4, 4)));
-        assert!(range("7..3").is_err() && range("a..b").is_err() && range("-1..2").is_err());
-    }
 }

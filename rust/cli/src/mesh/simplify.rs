@@ -1,4 +1,4 @@
-//! `relievo simplify`
+//! `relievo mesh simplify`
 
 mod scene;
 
@@ -144,7 +144,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
     for (level, options) in goals.iter().enumerate() {
         let SimplifiedMesh { mesh: made, error, left_out } =
             simplify_mesh(&context, &mesh, options, &attributes, &mut Bar::new()).map_err(|error| {
-                crate::mesh::offered(error, &mesh, &arguments.file).at(arguments.file.display().to_string())
+                super::advice::offered(error, &mesh, &arguments.file).at(arguments.file.display().to_string())
             })?;
         let is_first = level == 0;
         left_out.iter().filter(|_| is_first).for_each(|name| eprintln!("note: {name} is left out"));
@@ -161,7 +161,7 @@ pub fn run(arguments: &Arguments) -> Outcome {
             if !made.attributes.is_empty() {
                 eprintln!("note: {SEAMS}");
             }
-            crate::mesh::note_non_manifold(&mesh, &arguments.file);
+            super::advice::note_non_manifold(&mesh, &arguments.file);
         }
         let deviation = if options.bound < f32::INFINITY { "distance at most" } else { "estimated deviation" };
         crate::print(&format!("{label}{before} triangles, {left} left, {deviation} {error}\n"))?;

@@ -1,4 +1,4 @@
-//! `relievo schema`
+//! `relievo scene schema`
 
 use std::process::ExitCode;
 

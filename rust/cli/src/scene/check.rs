@@ -1,4 +1,4 @@
-//! `relievo check`
+//! `relievo scene check`
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -7,8 +7,8 @@ use relievo_bake::transfer::{TransferOptions, transfer_watched};
 use relievo_document::Document;
 
 use crate::Outcome;
+use crate::args::limits::Isolation;
 use crate::bar::Bar;
-use crate::limits::Isolation;
 
 #[derive(clap::Args)]
 pub struct Arguments {

@@ -17,8 +17,9 @@ use relievo_meshio::write;
 use relievo_surface::Surface;
 use relievo_tiles::{Displaced, Displacement, Field, VectorDisplacement};
 
+use super::{displaced, triangles};
+use crate::Outcome;
 use crate::bar::Bar;
-use crate::{Outcome, displaced, triangles};
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -43,7 +44,7 @@ pub struct Arguments {
     #[arg(long, value_name = "WHAT")]
     bake: Option<What>,
     /// Pixels of a bake: one number, or WIDTHxHEIGHT.
-    #[arg(long, value_name = "PIXELS", value_parser = size, default_value = "2048")]
+    #[arg(long, value_name = "PIXELS", value_parser = crate::args::numbers::pixels, default_value = "2048")]
     size: [u32; 2],
     /// Bake every UDIM tile to a file of its own, whose number replaces `<UDIM>` in the name or follows it.
     #[arg(long)]
@@ -78,7 +79,7 @@ pub struct Arguments {
     #[arg(long, value_name = "COUNT", default_value_t = 16)]
     cells: u32,
     #[command(flatten)]
-    isolation: crate::limits::Isolation,
+    isolation: crate::args::limits::Isolation,
     /// Bytes that files and what is made of them may occupy, with K, M or G; 0 for no limit.
     #[arg(long, value_name = "BYTES", value_parser = crate::bytes, default_value = "8G")]
     memory_limit: u64,
@@ -118,13 +119,6 @@ enum AxesName {
 enum HandednessName {
     Opengl,
     Directx,
-}
-
-/// Pixels along both sides.
-pub fn size(text: &str) -> std::result::Result<[u32; 2], String> {
-    let (width, height) = text.split_once('x').unwrap_or((text, text));
-    let number = |text: &str| text.trim().parse().map_err(|_| format!("{text:?} is not a number of pixels"));
-    Ok([number(width)?, number(height)?])
 }
 
 pub fn run(arguments: &Arguments) -> Outcome {

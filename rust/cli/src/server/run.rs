@@ -1,4 +1,4 @@
-//! `relievo serve`
+//! `relievo server run`
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -10,9 +10,9 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
 use crate::Outcome;
-use crate::run::{Device, device};
+use crate::args::device::{Device, device};
 
-const EXAMPLE: &str = "Example: relievo serve --cache-limit 100G";
+const EXAMPLE: &str = "Example: relievo server run --cache-limit 100G";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]

@@ -1,0 +1,6 @@
+//! Options that several commands have.
+
+pub mod device;
+pub mod limits;
+pub mod numbers;
+pub mod viewpoint;
