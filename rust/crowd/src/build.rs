@@ -1,20 +1,27 @@
 //! Building a cluster hierarchy, level upon level.
 
+mod collapse;
+mod deformation;
+mod eigen;
+mod grouping;
+pub(crate) mod norm;
+mod partition;
+mod places;
+pub(crate) mod refit;
+mod representative;
+
 use glam::DVec3;
 use relievo_core::{Context, Error, ErrorKind, Progress, Result};
 use relievo_lod::PosedDistance;
 use relievo_meshio::Model;
 
+use crate::build::collapse::Face;
+use crate::build::places::Places;
+use crate::build::representative::representatives;
 use crate::character::Character;
 use crate::clip::{self, Clip, Skeleton};
-use crate::collapse::{self, Face};
-use crate::deformation;
 use crate::geomorph::Collapse;
-use crate::grouping;
 use crate::hierarchy::{BuildSettings, Cluster, CrowdModel, Group, NONE, Report};
-use crate::partition;
-use crate::places::Places;
-use crate::representative::representatives;
 
 /// Share of the triangles that a simplification may leave to count as one.
 const LEFT: f64 = 0.85;

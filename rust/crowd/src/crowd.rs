@@ -14,12 +14,12 @@ use std::sync::Arc;
 use glam::{DAffine3, Vec3};
 use relievo_core::{Context, Error, Result};
 
+use crate::build::norm::norm;
 use crate::clip::{BoneMatrix, Pose};
 use crate::geomorph::{Geomorph, Limits};
 use crate::hierarchy::{CrowdModel, Group, NONE};
 use crate::impostor;
 use crate::ladder::Ladder;
-use crate::norm::norm;
 use crate::view::CrowdView;
 use crate::weights::{Offsets, OwnWeights};
 

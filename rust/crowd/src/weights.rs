@@ -14,9 +14,9 @@ use std::sync::OnceLock;
 use glam::{DMat3, DVec3};
 use relievo_core::{Error, Result};
 
+use crate::build::norm::norm;
 use crate::clip::{BoneMatrix, Clip, Pose};
 use crate::hierarchy::{CrowdModel, NONE};
-use crate::norm::norm;
 
 /// Bones of a group at most whose differences are looked at.
 const FEW: usize = 12;

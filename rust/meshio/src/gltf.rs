@@ -5,6 +5,8 @@
 mod accessor;
 mod animation;
 mod container;
+pub(crate) mod glb_levels;
+pub(crate) mod glb_writer;
 mod hierarchy;
 mod primitive;
 

@@ -7,26 +7,19 @@
 
 mod color;
 mod corners;
-mod glb_levels;
-mod glb_writer;
 mod gltf;
 mod instancers;
 mod merge;
 mod model;
 mod notes;
 mod obj;
-mod obj_writer;
 mod off;
-mod off_writer;
 mod patches;
 mod ply;
-mod ply_header;
-mod ply_writer;
 mod pose;
 mod root;
 mod stage_options;
 mod stl;
-mod stl_writer;
 mod summary;
 mod text;
 mod transform;
@@ -42,23 +35,23 @@ use std::path::Path;
 
 use relievo_core::{Context, Error, Mesh, Result, budget, file};
 
-pub use glb_levels::{Joint, JointClip, Levels, write_glb_levels};
-pub use glb_writer::{Instance, write_glb};
+pub use gltf::glb_levels::{Joint, JointClip, Levels, write_glb_levels};
+pub use gltf::glb_writer::{Instance, write_glb};
 pub use gltf::{Open, read_gltf};
 pub use instancers::{Copied, PointInstancer};
 pub use model::{Animation, Channel, Interpolation, Model, Node, Part, Placement, Property, ShapeKeys, Skin};
 pub use obj::read_obj;
-pub use obj_writer::write_obj;
+pub use obj::writer::write_obj;
 pub use off::read_off;
-pub use off_writer::write_off;
+pub use off::writer::write_off;
 pub use patches::{Patches, parse_patches, read_patches, write_bpt};
 pub use ply::read_ply;
-pub use ply_writer::{write_ply, write_points_ply};
+pub use ply::writer::{write_ply, write_points_ply};
 pub use pose::{Pose, Shape};
 pub use root::Root;
 pub use stage_options::StageOptions;
 pub use stl::read_stl;
-pub use stl_writer::write_stl;
+pub use stl::writer::write_stl;
 pub use summary::Summary;
 pub use transform::{Kind, Operation};
 #[cfg(feature = "openusd")]
@@ -249,9 +242,9 @@ pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
 /// As [`write`], or the extension is another.
 pub fn to_bytes(extension: &str, mesh: &Mesh) -> Result<Vec<u8>> {
     match extension.to_ascii_lowercase().as_str() {
-        "obj" => obj_writer::obj_bytes(mesh),
-        "ply" => ply_writer::ply_bytes(mesh),
-        "glb" => glb_writer::glb_bytes(&[Instance::new("mesh", mesh)]),
+        "obj" => obj::writer::obj_bytes(mesh),
+        "ply" => ply::writer::ply_bytes(mesh),
+        "glb" => gltf::glb_writer::glb_bytes(&[Instance::new("mesh", mesh)]),
         other => Err(Error::unsupported(format!("bytes of the format {other:?} are not written"))
             .at("format")
             .advise("use obj, ply or glb")),

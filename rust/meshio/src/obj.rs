@@ -4,6 +4,8 @@
 //! on corners otherwise), colours behind `v` the point attribute `color` (taken as linear), `usemtl` the face
 //! attribute `material`, `g` and `o` the face attribute `group`. No other file is opened.
 
+pub(crate) mod writer;
+
 use std::collections::HashMap;
 
 use relievo_core::mesh::INFINITE_SHARPNESS;

@@ -1,5 +1,7 @@
 //! Object File Format (OFF) in text: polygons, with colours and normals of points.
 
+pub(crate) mod writer;
+
 use relievo_core::{Attribute, Domain, Error, Mesh, Result, Values};
 
 use crate::budget::Budget;

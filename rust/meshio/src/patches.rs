@@ -12,7 +12,7 @@ use std::path::Path;
 use relievo_core::{Context, Error, Result, file};
 
 use crate::budget::Budget;
-use crate::obj_writer::Shortest;
+use crate::obj::writer::Shortest;
 use crate::text::{Words, at_line, expect_finite, finite, integer, shown};
 
 /// Control points of a patch, and of a patch's row.

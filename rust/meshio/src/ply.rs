@@ -4,13 +4,16 @@
 //! sRGB-encoded and made linear; floats are linear already), `s t`, `u v` or `texture_u texture_v` `uv`, others keep
 //! their name. Face columns become face attributes, the list `texcoord` of a face the corner attribute `uv`.
 
+mod header;
+pub(crate) mod writer;
+
 use relievo_core::{Attribute, Domain, Error, Mesh, Result, Values};
 
 use crate::budget::Budget;
 use crate::color::linear_from_srgb;
 use crate::model::Model;
 use crate::notes::Notes;
-use crate::ply_header::{Element, Encoding, Header, Kind, Property};
+use crate::ply::header::{Element, Encoding, Header, Kind, Property};
 use crate::text::{Words, at_line, shown};
 
 /// Reads a PLY file. `memory_limit` bounds in bytes what is allocated for it.

@@ -1,5 +1,7 @@
 //! Stereolithography (STL), text and binary: loose triangles, whose corners with equal coordinates become one point.
 
+pub(crate) mod writer;
+
 use std::collections::HashMap;
 
 use relievo_core::{Error, Mesh, Result};

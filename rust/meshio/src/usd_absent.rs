@@ -5,7 +5,7 @@ use std::path::Path;
 
 use relievo_core::{Error, Result};
 
-use crate::glb_writer::Instance;
+use crate::gltf::glb_writer::Instance;
 use crate::instancers::PointInstancer;
 use crate::model::Model;
 use crate::root::Root;

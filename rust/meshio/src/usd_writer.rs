@@ -15,7 +15,7 @@ use relievo_core::{Attribute, Domain, Error, Mesh, Result, Values};
 
 use crate::budget::Budget;
 use crate::file;
-use crate::glb_writer::Instance;
+use crate::gltf::glb_writer::Instance;
 use crate::stage_options::StageOptions;
 use crate::usd::fenced;
 

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use relievo_core::{Error, Result};
 
-use crate::exr_file::{COLOR, DEPTH, Layer, NORMAL, read_exr};
+use crate::files::exr_file::{COLOR, DEPTH, Layer, NORMAL, read_exr};
+use crate::files::png_file::read_png;
 use crate::image::Image;
-use crate::png_file::read_png;
 
 /// What two pictures are compared by.
 #[derive(Clone, Debug, PartialEq)]

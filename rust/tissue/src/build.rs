@@ -1,15 +1,22 @@
 //! Models from surfaces (Section 4): voxels, layers, muscles, restraints and bound surfaces.
 
+pub(crate) mod bend;
+pub(crate) mod binding;
+pub(crate) mod labels;
+pub(crate) mod nurbs;
+pub(crate) mod volume;
+mod voxel;
+
 use glam::Vec3;
 use relievo_core::{Context, Error, Progress, Result};
 
-use crate::bend::divided;
-use crate::binding::Binding;
+use crate::build::bend::divided;
+use crate::build::binding::Binding;
+use crate::build::volume::{Depth, Description, Restraint, Skin, middle};
+use crate::build::voxel::{Grid, Voxel, sample};
 use crate::distance::DistanceField;
 use crate::hexahedron::FACES;
 use crate::model::{Fibre, Held, Model, NodeSet, Portion, Sliding};
-use crate::volume::{Depth, Description, Restraint, Skin, middle};
-use crate::voxel::{Grid, Voxel, sample};
 
 /// No element or node.
 const NONE: u32 = u32::MAX;

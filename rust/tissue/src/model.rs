@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::{DVec3, Vec3};
 use relievo_core::{Error, Result};
 
-use crate::binding::Binding;
+use crate::build::binding::Binding;
 use crate::hexahedron::{Hexahedron, SIGNS};
 use crate::material::{Material, Muscle};
 

@@ -10,7 +10,7 @@ use super::occlusion::shadow;
 use super::projection::{FoamView, Projection};
 use super::scenery::Depths;
 use super::settings::FoamSettings;
-use crate::exr_file::{Channel, Layer, Samples};
+use crate::files::exr_file::{Channel, Layer, Samples};
 
 /// The nearest fragments of all pixels, row after row.
 #[derive(Clone, Debug)]

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
+use crate::build::places::Places;
 use crate::character::Character;
-use crate::places::Places;
 
 /// Relative difference of deformation levels within which neighbours are similar.
 const SIMILAR: f32 = 0.1;

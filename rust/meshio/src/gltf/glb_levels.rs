@@ -10,7 +10,7 @@ use glam::{DAffine3, DMat4, DQuat, DVec3};
 use relievo_core::{Error, Mesh, Result};
 use serde_json::{Value, json};
 
-use crate::glb_writer::{FLOAT, Instance, Writer, store};
+use crate::gltf::glb_writer::{FLOAT, Instance, Writer, store};
 
 /// Relative difference between a map and its scale, rotation and translation from which it counts as sheared.
 const SHEAR: f64 = 1e-3;

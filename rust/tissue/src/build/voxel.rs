@@ -8,7 +8,7 @@ use glam::{DVec3, Vec3};
 use relievo_core::{Context, Error, Progress, Result};
 use relievo_embree::{Device, Ray, Scene, Tracer};
 
-use crate::volume::{Depth, Description, Volume};
+use crate::build::volume::{Depth, Description, Volume};
 
 /// Rays that are traced together.
 const PACKET: usize = 8;

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
+use crate::build::places::Places;
 use crate::hierarchy::CrowdModel;
-use crate::places::Places;
 
 /// Difference of levels, as a share of the higher one, that halves what a common edge counts.
 const SIMILAR: f32 = 0.1;
@@ -106,7 +106,7 @@ fn neighbours(model: &CrowdModel, places: &Places, front: &[u32], extent: f32) -
                 let (a, b) = (places.of[triangle[from] as usize], places.of[triangle[to] as usize]);
                 edges.push((a.min(b), a.max(b), index as u32));
             }
-            sum += Vec3::from(crate::partition::center(&model.character, *triangle));
+            sum += Vec3::from(crate::build::partition::center(&model.character, *triangle));
         }
         centers.push(sum / (3 * model.triangles(*cluster).len()).max(1) as f32);
     }

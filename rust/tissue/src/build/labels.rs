@@ -3,11 +3,11 @@
 use glam::Vec3;
 use relievo_core::{Context, Error, Result};
 
+use crate::build::voxel::{Grid, Voxel};
 use crate::build::{BuildReport, elements};
+use crate::files::scan::Scan;
 use crate::material::Material;
 use crate::model::Model;
-use crate::scan::Scan;
-use crate::voxel::{Grid, Voxel};
 
 /// What a scan becomes.
 #[derive(Clone, Debug, Default)]

@@ -16,8 +16,8 @@ use relievo_core::{Context, Error, ErrorKind, Result};
 
 use crate::chromaticities::REC_709;
 use crate::color::encode_srgb;
-use crate::exr_file::{Content, failed};
-use crate::output::replace;
+use crate::files::exr_file::{Content, failed};
+use crate::files::output::replace;
 
 /// A picture to be written.
 #[derive(Clone, Copy)]

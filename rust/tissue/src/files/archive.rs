@@ -9,7 +9,7 @@ use std::path::Path;
 
 use relievo_core::{Context, Error, Result, file};
 
-use crate::binding::{Anchor, Binding};
+use crate::build::binding::{Anchor, Binding};
 use crate::material::{Material, Muscle};
 use crate::model::{Fibre, Held, Lists, Model, NodeSet, Portion, Shape, Sliding};
 use crate::simulation::State;

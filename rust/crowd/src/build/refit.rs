@@ -6,11 +6,11 @@
 use relievo_core::{Context, Error, Progress, Result};
 use relievo_meshio::Model;
 
+use crate::build::places::Places;
 use crate::build::{Base, Builder};
 use crate::character::Character;
 use crate::clip;
 use crate::hierarchy::{BuildSettings, CrowdModel, NONE};
-use crate::places::Places;
 
 /// Errors whose cuts are compared before and after, as shares of the model's size.
 const SHARES: [f32; 4] = [0.001, 0.003, 0.01, 0.03];

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use relievo_core::{Error, Result};
 
-use crate::exr_file::{Layer, Samples, read_exr};
+use crate::files::exr_file::{Layer, Samples, read_exr};
+use crate::files::png_file::read_png;
 use crate::image::Image;
-use crate::png_file::read_png;
 
 /// Channels that make an image, the first that are all there.
 const SETS: [&[&str]; 5] = [&["R", "G", "B", "A"], &["R", "G", "B"], &["Y", "A"], &["Y"], &["A"]];
@@ -69,8 +69,8 @@ fn bytes(samples: &Samples) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exr_file::{Channel, Content, write_exr};
-    use crate::png_file::write_png;
+    use crate::files::exr_file::{Channel, Content, write_exr};
+    use crate::files::png_file::write_png;
     use half::f16;
 
     fn layer(channels: &[(&str, [f32; 2])]) -> Layer {

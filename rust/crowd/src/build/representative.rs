@@ -7,10 +7,10 @@
 
 use glam::DVec3;
 
+use crate::build::eigen::symmetric_eigen;
+use crate::build::partition::Regions;
 use crate::character::Character;
 use crate::clip::Skeleton;
-use crate::eigen::symmetric_eigen;
-use crate::partition::Regions;
 
 /// Dimensions that poses are brought to.
 const DIMENSIONS: usize = 9;

@@ -11,9 +11,9 @@ use half::f16;
 use relievo_core::{Error, ErrorKind, Result};
 
 use crate::chromaticities::{Chromaticities, REC_709};
+use crate::files::output::replace;
 use crate::frame::Frame;
 use crate::image::Image;
-use crate::output::replace;
 
 /// The numbers of a channel, row after row from the top.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,7 +7,7 @@ use relievo_core::{Attribute, Domain, Mesh, Result, Values};
 
 use crate::color::srgb_from_linear;
 use crate::file;
-use crate::obj_writer::Shortest;
+use crate::obj::writer::Shortest;
 
 /// Writes `mesh` as OFF, NOFF, COFF or CNOFF, as its points have normals and colours. Colours become sRGB-encoded bytes,
 /// as other programs expect them; brighter ones than 1 are 1. Other attributes and tags of subdivision are not written.

@@ -3,11 +3,11 @@
 use glam::{DVec3, Vec3};
 use relievo_core::{Error, Result};
 
-use crate::bend::Bend;
+use crate::build::bend::Bend;
+use crate::build::nurbs::NurbsMuscle;
 use crate::distance::DistanceField;
 use crate::material::{Material, Muscle};
 use crate::model::{Model, Shape};
-use crate::nurbs::NurbsMuscle;
 
 /// Volumes at most: the bits of a mask.
 pub(crate) const MOST: usize = 64;

@@ -11,8 +11,8 @@ use std::collections::{BTreeMap, BinaryHeap};
 
 use glam::{DVec3, Vec3};
 
+use crate::build::places::Places;
 use crate::character::Character;
-use crate::places::Places;
 
 /// Weight of the planes that hold borders and seams, beside that of the triangles.
 const EDGE_WEIGHT: f64 = 1.0;

@@ -7,8 +7,8 @@ use std::path::Path;
 use relievo_core::{Error, Result};
 
 use crate::color::{decode_srgb, srgb_byte};
+use crate::files::output::replace;
 use crate::image::Image;
-use crate::output::replace;
 
 /// Writes a picture of scene-linear colour as PNG. One channel becomes grey, two grey and alpha.
 pub fn write_png(path: &Path, image: &Image) -> Result<()> {

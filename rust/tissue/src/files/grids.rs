@@ -7,8 +7,8 @@ use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, Result};
 use relievo_openvdb::{Block, Class, Grid, Kind, Transform, Writing, read, write};
 
+use crate::files::scan::Scan;
 use crate::model::Model;
-use crate::scan::Scan;
 use crate::simulation::{ElementState, Simulation};
 
 impl Scan {
