@@ -61,7 +61,6 @@ SAID = [
     (re.compile(r"-?\d{10,}(?:\.\d+)?"), lambda found: f"{float(found[0]):g}"),
     (re.compile(r"\bobject units\b"), "units"),
     (re.compile(r"\bshear modulus\b"), "stiffness (its shear modulus)"),
-    (re.compile(r"could not convert string to float: .*"), "a value is no number"),
     (re.compile(r"\b(?:NaN|nan)\b"), "no number"),
 ]
 # What stays: names in quotes, and paths.
@@ -83,6 +82,8 @@ def shown(nouns, name):
 
 def plain(text, nouns=()):
     """Returns a text of the library without names of its functions, with those of settings as panels have them."""
+    if text.startswith("could not convert"):
+        return "a value is no number"
     made, last = [], 0
     for span in [*((found.start(), found.end()) for found in KEPT.finditer(text)), (len(text), len(text))]:
         between = text[last : span[0]]

@@ -17,6 +17,8 @@ from . import frames
 
 # Bytes of a file with a token at most.
 LONGEST = 4096
+# Seconds to wait for a server that does not answer.
+PATIENCE = 3.0
 
 
 def linking():
@@ -27,7 +29,7 @@ def linking():
         with open(bpy.path.abspath(options.token_file), encoding="utf-8") as file:
             token = file.read(LONGEST).strip()
     address, authority = options.server, bpy.path.abspath(options.tls_authority)
-    return lambda: client.Client(address, token, patience=3.0, authority=authority)
+    return lambda: client.Client(address, token, patience=PATIENCE, authority=authority)
 
 
 def connect():
