@@ -168,6 +168,8 @@ class RELIEVO_OT_decal_apply(OnDecal, job.Steps, bpy.types.Operator):
         is_relief, amount = options.kind == "RELIEF", options.height if options.kind == "RELIEF" else options.opacity
         made = yield from state.opening(target)
         self.warn(made.take_notes())
+        if not is_relief:
+            view.reveal_paint(context)
         yield from state.placing(made, target, context.evaluated_depsgraph_get())
         found = []
 

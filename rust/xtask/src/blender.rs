@@ -53,12 +53,22 @@ struct Made {
 
 /// Builds the library and makes the zip files, or runs their tests too.
 pub fn run(is_test: bool) -> Outcome {
-    call(cargo().args(["build", "--release", "--package", "relievo-capi", "--package", "relievo-cli"]))?;
+    build()?;
     if is_test {
         return test();
     }
     zips()?.iter().for_each(|zip| println!("{}", zip.display()));
     Ok(())
+}
+
+/// Builds the library and the command.
+fn build() -> Outcome {
+    call(cargo().args(["build", "--release", "--package", "relievo-capi", "--package", "relievo-cli"]))
+}
+
+/// The folder that Blender 3.4 finds the add-on in.
+fn scripts(made: &Made) -> &Path {
+    made.folder.parent().and_then(Path::parent).unwrap_or(&made.folder)
 }
 
 /// Makes the zip files of the library that was built.
@@ -83,7 +93,7 @@ pub fn test() -> Outcome {
     let mut geodesics = clean(&environment(&target().join("blender/peers"), PEERS)?);
     geodesics.arg(root().join("tests/python/test_geodesics.py")).env("RELIEVO_COMMAND", &command);
     alone.push(geodesics);
-    let scripts = made.folder.parent().and_then(Path::parent).unwrap_or(&made.folder);
+    let scripts = scripts(&made);
     let mut bpy = clean(&python);
     let mut blender = clean(Path::new("blender"));
     blender.args(["--background", "--factory-startup", "--python-exit-code", "1", "--python"]);
@@ -93,7 +103,7 @@ pub fn test() -> Outcome {
         host.env("RELIEVO_EXTENSION", &made.extension).env("RELIEVO_ADDON", &made.addon);
     }
     alone.push(bpy);
-    side_by_side(vec![alone, vec![blender], vec![window(scripts)?]])
+    side_by_side(vec![alone, vec![blender], vec![window(scripts, "window")?]])
 }
 
 /// Runs lists of commands side by side, each list one command after the other. All run, also after one that failed.
@@ -116,10 +126,10 @@ fn aside(command: &mut Command) -> Outcome {
     if printed.status.success() { Ok(()) } else { Err(format!("`{}` ended with {}", shown(command), printed.status)) }
 }
 
-/// Returns the command that runs `tests/blender/window.py` in a real window of Debian's Blender, on a display without a screen. Its
-/// screenshots go to `target/blender/window`.
-fn window(scripts: &Path) -> Result<Command, String> {
-    let pictures = target().join("blender/window");
+/// Returns the command that runs a file of `tests/blender` in a real window of Debian's Blender, on a display without a screen.
+/// Its screenshots go to the folder of `target/blender` that is called as the file.
+fn window(scripts: &Path, name: &str) -> Result<Command, String> {
+    let pictures = target().join("blender").join(name);
     remove(&pictures)?;
     std::fs::create_dir_all(&pictures).map_err(|error| format!("{}: {error}", pictures.display()))?;
     let mut command = clean(Path::new("xvfb-run"));
@@ -127,10 +137,23 @@ fn window(scripts: &Path) -> Result<Command, String> {
     let blender = "timeout --kill-after 10 600 blender --factory-startup --enable-event-simulate";
     let place = "--window-geometry 0 0 1040 700 --python";
     command.args(["--auto-servernum", "--server-args", "-screen 0 1040x700x24"]);
-    command.args(blender.split(' ')).args(place.split(' ')).arg(root().join("tests/blender/window.py"));
+    command.args(blender.split(' ')).args(place.split(' '));
+    command.arg(root().join("tests/blender").join(format!("{name}.py")));
     command.env("BLENDER_USER_SCRIPTS", scripts).env("RELIEVO_SCREENSHOTS", &pictures);
     command.env("LIBGL_ALWAYS_SOFTWARE", "1");
     Ok(command)
+}
+
+/// Does the five first tasks of `docs/tasks.md` in a window, and puts their pictures into `docs/images`.
+pub fn tasks() -> Outcome {
+    build()?;
+    let made = make()?;
+    call(&mut window(scripts(&made), "tasks")?)?;
+    for name in ["snow", "frog", "bottle", "wave", "crowd"] {
+        let picture = format!("task_{name}.png");
+        copy(&target().join("blender/tasks").join(&picture), &root().join("docs/images").join(&picture))?;
+    }
+    Ok(())
 }
 
 /// The Embree that bpy carries.

@@ -70,6 +70,9 @@ enum Task {
         /// Runs the tests of both and of the Python package too
         #[arg(long)]
         test: bool,
+        /// Does the five first tasks of `docs/tasks.md` in a window and renews their pictures
+        #[arg(long, conflicts_with = "test")]
+        tasks: bool,
     },
     /// Renders scenes in our ray caster, in Cycles and in POV-Ray, and compares what is seen
     Comparison {
@@ -135,7 +138,8 @@ fn main() -> ExitCode {
         Task::Dist { test } => dist::run(test),
         Task::Notices { file } => licences::write(&file),
         Task::Mutants { names, count, seed } => mutants::run(&names, count, seed),
-        Task::Blender { test } => blender::run(test),
+        Task::Blender { tasks: true, .. } => blender::tasks(),
+        Task::Blender { test, .. } => blender::run(test),
         Task::Bench { name, json } => bench::run(&name, json),
     };
     match outcome {
