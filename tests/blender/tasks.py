@@ -12,7 +12,7 @@ from pathlib import Path
 import bpy
 import numpy
 from bpy_extras import view3d_utils
-from mathutils import Euler, Vector
+from mathutils import Euler, Matrix, Vector
 
 sys.path += [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[2] / "examples" / "blender")]
 
@@ -418,7 +418,88 @@ def crowd(task):
     yield from task.shoot()
 
 
+def repair(task):
+    """A ball with holes and faces that are turned over, which is repaired."""
+    made = demo.ball("Ball", 1.0, rings=16)
+    kept = [face for face in (tuple(one.vertices) for one in made.polygons) if face[0] % 37 > 2]
+    points = [tuple(one.co) for one in made.vertices]
+    made.clear_geometry()
+    made.from_pydata(points, [], [face[::-1] if face[0] % 5 == 0 else face for face in kept])
+    target = demo.add(clear(1), made, color=(0.3, 0.45, 0.6))
+    area().spaces.active.overlay.show_face_orientation = True
+    look((0, 0, 0), 4.2, 1.1, 0.4)
+    yield from wait(10)
+    yield from task.click(top(0.3, -0.3))
+    yield from task.shoot()
+    yield from task.find("repair mesh")
+    assert target.relievo.repair_report, "nothing was repaired"
+    yield from task.shoot()
+    area().spaces.active.overlay.show_face_orientation = False
+
+
+def tissue(task):
+    """A block of gel that a stamp presses into."""
+    parts, scene = clear(8), bpy.context.scene
+    made = {}
+    for name, low, high in (("Gel", (0, 0, 0), (0.1, 0.1, 0.05)), ("Bone", (-1, -1, 0), (1, 1, 1)), ("Stamp", (0.03, 0.03, 0.055), (0.07, 0.07, 0.08))):
+        points = [(x, y, z) for z in (low[2], high[2]) for y in (low[1], high[1]) for x in (low[0], high[0])]
+        faces = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (1, 3, 7, 5), (3, 2, 6, 7), (2, 0, 4, 6)]
+        data = bpy.data.meshes.new(name)
+        data.from_pydata(points, [], faces)
+        made[name] = demo.add(parts, data, color=(0.8, 0.3, 0.1) if name == "Stamp" else (0.8, 0.5, 0.4))
+        data.polygons.foreach_set("use_smooth", [False] * len(data.polygons))
+    for name, role in (("Gel", "VOLUME"), ("Bone", "HOLD"), ("Stamp", "COLLIDER")):
+        made[name].relievo_tissue.role = role
+    data = demo.grid("Skin", 24, 0.1)
+    data.transform(Matrix.Translation((0.05, 0.05, 0.05)))
+    skin = demo.add(parts, data, color=(0.8, 0.5, 0.4))
+    skin.relievo_tissue.role = "SKIN"
+    made["Bone"].hide_set(True)
+    made["Gel"].display_type = "WIRE"
+    for frame, z in ((1, 0.0), (8, -0.02)):
+        made["Stamp"].location.z = z
+        made["Stamp"].keyframe_insert("location", frame=frame)
+    model = parts.relievo_tissue
+    model.voxel = 0.0125
+    scene.frame_set(1)
+    look((0.05, 0.05, 0.03), 0.28, 1.0, 0.4)
+    yield from wait(10)
+    yield from task.click((0.09, 0.01, 0.05))
+    assert bpy.context.object == skin, bpy.context.object
+    yield from task.shoot()
+    yield from task.find("bake tissue")
+    assert skin.relievo_tissue.cache, "nothing was baked"
+    yield from task.key("RIGHT_ARROW", shift=True)
+    made["Stamp"].hide_set(True)
+    yield from task.shoot()
+    assert host.evaluated(skin)[:, 2].min() < 0.045
+
+
+def result(task):
+    """A sculpted and painted sheet whose colours are baked to an image on its texture coordinates."""
+    target = demo.add(clear(1), demo.grid("Sheet", 8, 2), color=(0.7, 0.68, 0.62))
+    brush = bpy.context.scene.relievo.brush
+    ring = lambda size, z=0.0: [(size * math.cos(turn), size * math.sin(turn), z) for turn in [math.pi * number / 16 for number in range(33)]]
+    host.select(target)
+    brush.settings.radius, brush.height, brush.color = 0.15, 0.12, (0.02, 0.25, 0.35, 1)
+    host.draw(target, ring(0.6))
+    host.draw(target, ring(0.6, 0.11), action="PAINT", radius=0.1)
+    host.draw(target, ring(0.25), action="PAINT")
+    look((0, 0, 0), 3.4, 0.8, 0.3)
+    yield from wait(10)
+    area().spaces.active.shading.color_type = "VERTEX"
+    yield from task.shoot()
+    bpy.context.scene.relievo.image_size = 512
+    yield from task.find("bake image color")
+    assert any(tuple(one.size) == (512, 512) for one in bpy.data.images), "there is no image"
+    yield from task.work()
+    area().spaces.active.shading.color_type = "TEXTURE"
+    yield from task.shoot()
+
+
 TASKS = {"snow": snow, "frog": frog, "bottle": bottle, "wave": wave, "crowd": crowd}
+# Pictures of the manual that no task has.
+MORE = {"repair": repair, "tissue": tissue, "result": result}
 
 
 def play(names):
@@ -438,9 +519,9 @@ def play(names):
         bpy.context.preferences.addons["relievo"].preferences.cache_folder = folder
         for name in names:
             task = Task(name)
-            yield from TASKS[name](task)
+            yield from {**TASKS, **MORE}[name](task)
             task.end()
         bpy.context.scene.frame_set(1)
 
 
-run(play(host.arguments() or list(TASKS)), "tasks")
+run(play(host.arguments() or [*TASKS, *MORE]), "tasks")

@@ -134,6 +134,38 @@ class Menus(Case):
                 self.assertNotRegex(found.name, r"_|Culling|Mode$", kind.__name__)
             self.assertEqual(len(labels), len(set(labels)), (kind.__name__, labels))
 
+    def test_tooltips_say_units(self):
+        scene, field = bpy.context.scene.relievo, host.field()
+        foam = field.relievo_foam
+        for group in (scene.brush.settings, scene.brush.stamp_settings, scene.imprint, scene.repair, foam.settings, foam.look):
+            for parameter in group.table:
+                if parameter.unit:
+                    self.assertIn(f"({parameter.unit})", group.bl_rna.properties[parameter.name].description, parameter.name)
+        lengths = ("spacing", "viscosity", "tension", "velocity"), ("voxel", "dermis", "damping"), ("young", "density", "strength")
+        own = (field.relievo.fluid, bpy.context.scene.collection.relievo_tissue, field.relievo_tissue)
+        for group, names in zip(own, lengths):
+            for name in names:
+                self.assertRegex(group.bl_rna.properties[name].description, r"\b(metres|m²/s|N/m|m/s|1/s|Pa|kg/m³)", name)
+
+    def test_every_system_has_its_panel(self):
+        field = host.field()
+        field.relievo.fluid.role, field.relievo.fluid.place = "DOMAIN", "SERVER"
+        field.relievo_tissue.role = "VOLUME"
+        rig = bpy.data.objects.new("rig", bpy.data.armatures.new("rig"))
+        bpy.context.scene.collection.objects.link(rig)
+        systems = {"fluid": "fluid_simulate", "foam": "foam_bake", "server": "server_check", "tissue": "tissue_bake"}
+        systems |= {"decal": "decal_apply", "levels": "levels_build", "repair": "repair", "imprint": "imprint", "crowd": "crowd_build"}
+        for name, operator in systems.items():
+            host.select(rig if name == "crowd" else field)
+            panel = getattr(bpy.types, f"RELIEVO_PT_{name}")
+            self.assertTrue(panel.poll(bpy.context), name)
+            layout = Recorder()
+            if name == "decal":
+                panel.draw(SimpleNamespace(layout=layout), bpy.context)
+            else:
+                layout = drawn(panel)
+            self.assertIn(f"relievo.{operator}", layout.operators)
+
     def test_the_redo_panel_has_no_json(self):
         for name in operators():
             for found in operator_of(name).properties:
@@ -221,87 +253,6 @@ class Presets(Case):
                 bpy.utils.user_resource = original
 
 
-class Assets(Case):
-    def setUp(self):
-        super().setUp()
-        from relievo.ui import asset, preset
-
-        self.asset, self.given = asset, preset.GIVEN
-        kept, folder = asset.folder, host.folder()
-        self.addCleanup(folder.cleanup)
-        self.addCleanup(setattr, asset, "folder", kept)
-        self.path = f"{folder.name}/assets"
-        asset.folder = lambda: self.path
-
-    def test_a_library_has_all_presets_and_is_added_once(self):
-        if bpy.app.version < self.asset.FIRST:
-            with self.assertRaisesRegex(RuntimeError, "from version 4.3 on|poll"):
-                bpy.ops.relievo.assets_add()
-            return
-        own = bpy.data.materials.new("Snow")
-        for _ in range(2):
-            self.assertEqual(bpy.ops.relievo.assets_add(), {"FINISHED"})
-        libraries = bpy.context.preferences.filepaths.asset_libraries
-        added = [one for one in libraries if one.path.rstrip("/") == self.path]
-        self.assertEqual(len(added), 1)
-        libraries.remove(added[0])
-        self.assertEqual((own.name, len(bpy.data.materials), len(bpy.data.brushes)), ("Snow", 1, 0))
-        with bpy.data.libraries.load(f"{self.path}/presets.blend", assets_only=True) as (kept, wanted):
-            wanted.brushes, wanted.materials = list(kept.brushes), list(kept.materials)
-        self.assertEqual({one.name for one in wanted.brushes}, set(self.given["brush"]))
-        names = {one.name.removesuffix(".001") for one in wanted.materials}
-        self.assertEqual(names, {*self.given["imprint"], *self.given["fluid"]})
-        with open(f"{self.path}/blender_assets.cats.txt", encoding="utf-8") as file:
-            catalogs = dict(line.split(":")[:2] for line in file.read().splitlines() if ":" in line)
-        for one in [*wanted.brushes, *wanted.materials]:
-            self.assertTrue(catalogs[one.asset_data.catalog_id].startswith("Relievo/"), one.name)
-            self.assertIn(one.asset_data["relievo"], self.given)
-            pixels = numpy.empty(4 * 96 * 96, numpy.float32)
-            one.preview.image_pixels_float.foreach_get(pixels)
-            self.assertGreater(pixels.reshape(-1, 4)[:, :3].std(), 0.02, one.name)
-        self.assertFalse(any(one.use_paint_sculpt for one in wanted.brushes))
-
-    def test_assets_set_what_presets_set(self):
-        field = host.field()
-        host.select(field)
-        brush, use = bpy.context.scene.relievo.brush, bpy.ops.relievo.asset_use
-        use(relative_asset_identifier="presets.blend/Brush/Scrape")
-        self.assertEqual((brush.sculpt_mode, brush.falloff), ("SCRAPE", "SPHERE"))
-        use(relative_asset_identifier="presets.blend\\Material\\Clay")
-        self.assertAlmostEqual(bpy.context.scene.relievo.imprint.smoothing, 0.1)
-        with self.assertRaisesRegex(RuntimeError, "make a domain the active object"):
-            use(relative_asset_identifier="presets.blend/Material/Honey")
-        field.relievo.fluid.role = "DOMAIN"
-        use(relative_asset_identifier="presets.blend/Material/Honey")
-        self.assertAlmostEqual(field.relievo.fluid.viscosity, 7e-3)
-        with self.assertRaisesRegex(RuntimeError, "Grass is no asset of Relievo"):
-            use(relative_asset_identifier="other.blend/Brush/Grass")
-
-    def test_the_browser_uses_assets_of_this_library(self):
-        drawn = []
-        for data in ({"relievo": "imprint"}, {}):
-            layout = Recorder()
-            asset = SimpleNamespace(metadata=data, full_path="/home/presets.blend/Material/Mud")
-            self.asset.draw_menu(SimpleNamespace(layout=layout), SimpleNamespace(asset=asset))
-            drawn.append((layout.operators, getattr(layout, "relative_asset_identifier", "")))
-        self.assertEqual(drawn, [(["relievo.asset_use"], "/home/presets.blend/Material/Mud"), ([], "")])
-        self.asset.use(bpy.context, drawn[0][1])
-        self.assertAlmostEqual(bpy.context.scene.relievo.imprint.repose, 0.35)
-
-    def test_the_shelf_lists_brushes_of_this_library(self):
-        if bpy.app.version < self.asset.FIRST:
-            self.assertFalse(hasattr(bpy.types, "RELIEVO_AST_brushes"))
-            return
-        shelf = self.asset.RELIEVO_AST_brushes
-        self.assertEqual(shelf.bl_activate_operator, self.asset.RELIEVO_OT_asset_use.bl_idname)
-        listed = [shelf.asset_poll(SimpleNamespace(metadata=data)) for data in ({"relievo": "brush"}, {"relievo": "fluid"}, {})]
-        self.assertEqual(listed, [True, False, False])
-        for tool, is_shown in (("relievo.sculpt_tool", True), ("builtin.select_box", False)):
-            tools = SimpleNamespace(from_space_view3d_mode=lambda *_, tool=tool, **__: SimpleNamespace(idname=tool))
-            context = SimpleNamespace(mode="OBJECT", workspace=SimpleNamespace(tools=tools))
-            self.assertEqual(shelf.poll(context), is_shown)
-
-
 class Brush(Case):
     def test_ctrl_sinks_and_shift_smooths(self):
         field = host.field()
@@ -386,6 +337,16 @@ class Pressing(Case):
             field.relievo_press.collection = None
             with self.assertRaisesRegex(RuntimeError, "Nothing in the list of field presses"):
                 self.imprint()
+
+    def test_the_panel_says_what_was_done_and_what_a_frame_shows(self):
+        field, _ball = self.pressed()
+        self.imprint()
+        self.assertRegex(field.relievo_press.report, r"^\d+ tiles, deepest 0\.09\d*$")
+        texts = lambda: " ".join(filter(None, drawn(bpy.types.RELIEVO_PT_imprint).texts))
+        self.assertIn(field.relievo_press.report, texts())
+        self.assertNotIn("Shows frame", texts())
+        bpy.context.scene.frame_set(7)
+        self.assertIn("Shows frame 1: without a cache, all do", texts())
 
     def test_a_presser_may_have_settings_of_its_own(self):
         field, ball = self.pressed()
@@ -600,6 +561,14 @@ class Manual(Case):
         self.assertGreater(len(pictures), 2)
         for picture in pictures:
             self.assertTrue((manual.SOURCE.parent / picture).exists(), picture)
+        # Each system has a picture.
+        for part in re.split(r"(?m)^## ", text)[1:]:
+            if not part.startswith("Files"):
+                self.assertIn("](images/", part, part[:20])
+        layout = Recorder()
+        preferences = bpy.context.preferences.addons["relievo"].preferences
+        type(preferences).draw(SimpleNamespace(layout=layout), bpy.context)
+        self.assertLessEqual({"relievo.manual", "relievo.report"}, set(layout.operators))
         self.assertEqual(bpy.ops.relievo.manual(), {"FINISHED"})
         address, parts = manual.places()
         self.assertTrue(address.startswith("file:///") and address.endswith(".html#"), address)

@@ -191,7 +191,11 @@ class Words(unittest.TestCase):
                 setattr(volume, name, value)
                 self.run_it(bpy.ops.relievo.tissue_estimate)
             volume.property_unset(name)
-        self.told(4, "elements; give Element size", "Element size: no element", "`volume`: the stiffness", "`volume`: the density")
+        model.property_unset("samples")
+        bone = box("bone", (5, 5, 5), (6, 6, 6))
+        bone.relievo_tissue.role = "HOLD"
+        self.run_it(bpy.ops.relievo.tissue_bake)
+        self.told(4, "surface `bone`: no tissue is near it", "elements; give Element size", "Element size: no element", "`volume`: the stiffness", "`volume`: the density")
 
     def test_files_that_are_not_there_or_damaged(self):
         field = host.field()

@@ -42,6 +42,8 @@ SENTENCES = {
     1970625689: ("Element size: elements of this size cannot be", "use 1e-7 to 1e6 m"),
     # "no voxel has enough samples inside"
     1041961763: ("Element size: no element has enough of a volume inside", "make it smaller"),
+    # "no node is near it"
+    3982270125: ("{place}: no tissue is near it", "place it within the size of an element, its normals out of the tissue"),
     # "the upward direction is not finite or points along the normal"
     2475014667: ("Up: it is not finite, or points out of the surface there", "give another direction"),
     # "point # is nowhere"

@@ -71,7 +71,7 @@ class RELIEVO_OT_result_image(ResultOperator, bpy.types.Operator):
     """Bake an image on the texture coordinates of the object, which renders without the add-on"""
 
     bl_idname = "relievo.result_image"
-    bl_label = "Image"
+    bl_label = "Bake image"
 
     quantity: bpy.props.EnumProperty(
         name="Quantity",
@@ -103,7 +103,7 @@ class RELIEVO_OT_result_color(ResultOperator, bpy.types.Operator):
     """Write the colours at the corners of the object's own mesh as a colour attribute"""
 
     bl_idname = "relievo.result_color"
-    bl_label = "Colour attribute"
+    bl_label = "Bake colour attribute"
 
     def make(self, _context, target, made):
         corners, sizes = mesh.get_corners(target.data), mesh.get_sizes(target.data)
@@ -132,7 +132,7 @@ class RELIEVO_OT_result_ptex(FileOperator, bpy.types.Operator):
     """Write displacement or colours as a Ptex file"""
 
     bl_idname = "relievo.result_ptex"
-    bl_label = "Ptex"
+    bl_label = "Write Ptex file"
     filename_ext = ".ptx"
 
     channel: bpy.props.EnumProperty(
@@ -148,7 +148,7 @@ class RELIEVO_OT_result_document(FileOperator, bpy.types.Operator):
     """Write the detail with its layers and history as a .relievo document"""
 
     bl_idname = "relievo.result_document"
-    bl_label = "Document"
+    bl_label = "Write document"
     filename_ext = ".relievo"
 
     def make(self, _context, _target, made):

@@ -21,6 +21,7 @@ const TESTS: &[&str] = &[
     "test_folders.py",
     "test_addon.py",
     "test_interface.py",
+    "test_assets.py",
     "test_words.py",
     "test_demo.py",
     "test_files.py",
@@ -144,12 +145,13 @@ fn window(scripts: &Path, name: &str) -> Result<Command, String> {
     Ok(command)
 }
 
-/// Does the five first tasks of `docs/tasks.md` in a window, and puts their pictures into `docs/images`.
+/// Does the five first tasks of `docs/tasks.md`, and what the manual has pictures of, in a window; puts the pictures into
+/// `docs/images`.
 pub fn tasks() -> Outcome {
     build()?;
     let made = make()?;
     call(&mut window(scripts(&made), "tasks")?)?;
-    for name in ["snow", "frog", "bottle", "wave", "crowd"] {
+    for name in ["snow", "frog", "bottle", "wave", "crowd", "repair", "tissue", "result"] {
         let picture = format!("task_{name}.png");
         copy(&target().join("blender/tasks").join(&picture), &root().join("docs/images").join(&picture))?;
     }
