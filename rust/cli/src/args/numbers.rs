@@ -46,6 +46,13 @@ mod tests {
     }
 
     #[test]
+    fn pixels_are_one_number_or_two() {
+        assert_eq!(pixels("512"), Ok([512, 512]));
+        assert_eq!(pixels("64x32"), Ok([64, 32]));
+        assert!(pixels("64x").is_err() && pixels("-1").is_err());
+    }
+
+    #[test]
     fn frames_are_inclusive_ranges() {
         assert_eq!(frames("3..7"), Ok((3, 7)));
         assert_eq!(frames("3..=7"), Ok((3, 7)));

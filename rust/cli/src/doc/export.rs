@@ -393,15 +393,3 @@ fn mesh(arguments: &Arguments, context: &Context, work: &Work<'_>) -> Result<Str
     let (points, triangles) = (made.mesh.points.len(), made.tiles.len());
     Ok(format!("{}: {points} points, {triangles} triangles\n", arguments.output.display()))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sizes_are_one_number_or_two() {
-        assert_eq!(size("512"), Ok([512, 512]));
-        assert_eq!(size("64x32"), Ok([64, 32]));
-        assert!(size("64x").is_err() && size("-1").is_err());
-    }
-}
