@@ -214,6 +214,17 @@ class Presets(Case):
                         self.assertEqual(found, value, f"{name} {path}")
         self.assertFalse(bpy.context.scene.relievo.brush.settings.is_property_set("radius"))
 
+    def test_brushes_of_presets_are_round(self):
+        """Paint with a hard border stays in the circle that the tool shows."""
+        field = host.field(16)
+        host.select(field)
+        bpy.ops.relievo.preset_brush(preset="HARD_PAINT")
+        host.draw(field, [[0.02, 0.01, 0.0]], action="PAINT", radius=0.3, color=(1, 0, 0, 1))
+        far = numpy.linalg.norm(host.positions(field.relievo.result)[:, :2] - (0.02, 0.01), axis=1)
+        red = host_colors(field)[:, 1] < 0.4
+        self.assertLess(far[red].max(), 0.31)
+        self.assertGreater(far[~red].min(), 0.2)
+
     def test_sand_rises_around_a_print_and_snow_hardly(self):
         highest = {}
         for name in ("SNOW", "SAND"):

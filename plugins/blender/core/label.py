@@ -116,7 +116,7 @@ TIPS = {
         "VECTOR": "Move the surface as the colours of the stamp say",
     },
     "RlvFalloff": {
-        "CONSTANT": "The same to the border",
+        "CONSTANT": "The same in the whole square around the circle, which a stamp fills",
         "LINEAR": "Falls evenly to the border",
         "SMOOTH": "Falls smoothly at the middle and at the border",
         "SPHERE": "Round as a ball",

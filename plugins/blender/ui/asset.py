@@ -49,7 +49,7 @@ def spread():
 
 def profile(falloff, far):
     """Returns the strength of a brush at distances from its middle, by its falloff."""
-    shapes = {"CONSTANT": far < 1, "SPHERE": numpy.sqrt(1 - far * far), "GAUSSIAN": numpy.exp(-5 * far * far) * (far < 1)}
+    shapes = {"SPHERE": numpy.sqrt(1 - far * far), "GAUSSIAN": numpy.exp(-5 * far * far) * (far < 1)}
     return numpy.asarray(shapes.get(falloff, (1 - far) ** 2 * (1 + 2 * far)), float)
 
 

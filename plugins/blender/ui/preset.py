@@ -16,7 +16,7 @@ GIVEN = {
         "Smooth": {"sculpt_mode": "SMOOTH", "falloff": "SMOOTH", "settings.strength": 0.5},
         "Inflate": {"sculpt_mode": "INFLATE", "falloff": "SMOOTH", "settings.strength": 0.3},
         "Pinch": {"sculpt_mode": "PINCH", "falloff": "SMOOTH", "settings.strength": 0.3},
-        "Hard paint": {"paint_mode": "MIX", "falloff": "CONSTANT", "settings.strength": 1.0, "settings.rate": 0.0},
+        "Hard paint": {"paint_mode": "MIX", "falloff": "SPHERE", "settings.strength": 1.0, "settings.rate": 0.0},
         "Soft paint": {"paint_mode": "MIX", "falloff": "GAUSSIAN", "settings.strength": 0.5, "settings.rate": 0.0},
         "Airbrush": {"paint_mode": "MIX", "falloff": "GAUSSIAN", "settings.strength": 0.1, "settings.rate": 60.0},
         "Smear": {"paint_mode": "SMEAR", "falloff": "SMOOTH", "settings.strength": 0.8, "settings.rate": 0.0},
