@@ -12,7 +12,7 @@ use relievo_decal::{
 };
 
 use crate::lod::Triangles;
-use crate::measure::{Sample, memory, sample, seconds};
+use crate::measure::{Sample, anew, memory, printed, sample, seconds};
 use crate::peers::Peer;
 use crate::report::{Goal, Report};
 
@@ -25,8 +25,7 @@ const PIXELS: f64 = 100.0;
 pub fn run(report: &mut Report, peers: Option<&Path>) -> Result<()> {
     let peers = peers.map_or(Ok(Vec::new()), Peer::of_folder)?;
     let of = |name: &str| peers.iter().find(|peer| peer.name.contains(name));
-    // First, while the process has had no more memory.
-    bytes(report)?;
+    bytes(report);
     let cap = cap(104);
     for side in [2.9, 4.0] {
         moved(report, &cap, side, of("SLIM"), of("LSCM"))?;
@@ -91,7 +90,8 @@ fn pin_error(decal: &Decal, pins: &[Pin]) -> f64 {
 
 /// A patch for a peer: the triangles of a decal, and its pins in the plane.
 fn patch(decal: &Decal, pins: &[Pin]) -> (Triangles, String) {
-    let points = decal.points.iter().map(|point| point.map(|value| value as f32)).collect();
+    // In widths of the image, as peers compare sizes on the surface with those between pins.
+    let points = decal.points.iter().map(|point| point.map(|value| (decal.scale * value) as f32)).collect();
     let line = |(pin, vertex): (&Pin, &u32)| format!("{vertex} {} {}\n", pin.image[0] / PIXELS, pin.image[1] / PIXELS);
     ((points, decal.triangles.clone()), pins.iter().zip(&decal.pins).map(line).collect())
 }
@@ -247,23 +247,38 @@ fn paths(report: &mut Report, peer: Option<&Peer>) -> Result<()> {
     Ok(())
 }
 
-/// Bytes for each triangle of the patch, the mesh included that the decal keeps.
-fn bytes(report: &mut Report) -> Result<()> {
+/// Squares along each side of the caps that stickers are laid on by a process each, to see what memory it takes.
+const SIDES: [u32; 2] = [224, 310];
+
+/// Bytes for each triangle of the patch at the peak, the mesh included that the decal keeps: by how much the process grows, and by
+/// how much where the allocator gives large blocks back that are freed (glibc keeps some of them).
+fn bytes(report: &mut Report) {
+    for (row, side) in SIDES.into_iter().enumerate() {
+        let name = format!("peak memory, 6 pins on a cap of {} triangles", 2 * side * side);
+        let process = || anew("sticker", "--row", &row.to_string());
+        let grown = process().and_then(|mut process| printed(&mut process));
+        let alive = process().and_then(|mut process| printed(process.env("MALLOC_MMAP_THRESHOLD_", "65536")));
+        for (name, bytes) in [(name.clone(), grown), (format!("{name}: without freed blocks"), alive)] {
+            match bytes {
+                Some(bytes) => report.add(&name, &one(bytes), None, "bytes a triangle", Goal::AtMost(400.0)),
+                None => report.skip(&name, "the system does not tell it"),
+            }
+        }
+    }
+}
+
+/// Lays the sticker of a row of [`bytes`] and prints by how many bytes the process grew, for each triangle of the patch.
+pub fn peak(row: usize) -> Result<()> {
+    let Some(side) = SIDES.get(row) else { return Err(Error::invalid(format!("there is no row {row}"))) };
     // The pages of the program itself are read at first use, as many at a time as the system likes.
     let small = cap(28);
     lay(&small, &whole()?, &pins(&small, 2.5)?, None, &DecalSettings::default(), &mut Silent)?;
-    let mesh = cap(224);
+    let mesh = cap(*side);
     let pins = pins(&mesh, 2.5)?;
     let (sticker, before) = (whole()?, memory("VmRSS"));
     let placed = Placement::new(&mesh, &sticker, &pins, None, &DecalSettings::default(), &mut Silent)?;
-    let triangles = placed.decal().quality.triangles;
-    let name = format!("peak memory, {} pins on {triangles} of {} triangles", pins.len(), mesh.face_count());
-    match memory("VmHWM").zip(before) {
-        Some((peak, before)) => {
-            let bytes = one((peak - before) / triangles as f64);
-            report.add(&name, &bytes, None, "bytes a triangle", Goal::AtMost(400.0));
-        }
-        None => report.skip(&name, "the system does not tell it"),
+    if let Some((peak, before)) = memory("VmHWM").zip(before) {
+        println!("{}", (peak - before) / placed.decal().quality.triangles as f64);
     }
     Ok(())
 }

@@ -43,7 +43,7 @@ use report::Report;
 #[command(about = "Measures Relievo beside its peers")]
 struct Arguments {
     /// Which bench: `surface`, `imprint`, `paint`, `gpu`, `lod`, `crowd`, `fluid`, `foam`, `tissue`, `decal`, `native`, `server`, `shader`, `memory` (a
-    /// part of `hosts`), or `dams` and `pictures`, parts of `fluid`; or `peak`, `cage`, `creation`, `drawing` and `meshing`, which they run
+    /// part of `hosts`), or `dams` and `pictures`, parts of `fluid`; or `peak`, `cage`, `creation`, `drawing`, `sticker` and `meshing`, which they run
     name: String,
     /// One JSON object per line instead of a table
     #[arg(long)]
@@ -57,7 +57,7 @@ struct Arguments {
     /// The control cage whose surface is made for `cage`
     #[arg(long, required_if_eq("name", "cage"))]
     cage: Option<String>,
-    /// The row of the table of models of tissue that `creation` makes, or of pictures of foam that `drawing` draws
+    /// The row of the table of models of tissue that `creation` makes, of pictures of foam that `drawing` draws, or of decals that `sticker` lays
     #[arg(long, default_value_t = 0)]
     row: usize,
     /// The particles that `meshing` makes a mesh of, as 32-bit floats
@@ -91,6 +91,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         "cage" => return memory::peak(arguments.cage.as_deref().unwrap_or_default()),
         "creation" => return tissue::peak(arguments.row),
         "drawing" => return foam::peak(arguments.row),
+        "sticker" => return decal::peak(arguments.row),
         "pictures" => fluid_render::run(&mut report)?,
         "shader" => shader::run(&mut report, arguments.shaders.as_deref())?,
         "meshing" => return fluid::mesh_file(arguments.particles.as_deref().unwrap_or(Path::new(""))),

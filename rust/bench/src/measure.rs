@@ -52,9 +52,19 @@ pub fn memory(what: &str) -> Option<f64> {
 
 /// Bytes that this program prints when it is called anew to do one thing; `None` where it prints none.
 pub fn peak_of(name: &str, option: &str, value: &str) -> Option<f64> {
-    let program = std::env::current_exe().ok()?;
-    let told = Command::new(program).args([name, option, value]).output().ok()?;
-    String::from_utf8(told.stdout).ok()?.trim().parse().ok()
+    printed(&mut anew(name, option, value)?)
+}
+
+/// This program, to be called anew to do one thing.
+pub fn anew(name: &str, option: &str, value: &str) -> Option<Command> {
+    let mut command = Command::new(std::env::current_exe().ok()?);
+    command.args([name, option, value]);
+    Some(command)
+}
+
+/// The number that a program prints; `None` where it prints none.
+pub fn printed(command: &mut Command) -> Option<f64> {
+    String::from_utf8(command.output().ok()?.stdout).ok()?.trim().parse().ok()
 }
 
 /// Seconds that all threads of this process have worked; 0 where the system does not tell.

@@ -57,7 +57,7 @@ impl DecalSettings {
     }
 
     pub(crate) fn stop(&self) -> Stop {
-        Stop { steps: self.steps as usize, decrease: self.decrease, enough: 0.0, residual: 1e-5 }
+        Stop { steps: self.steps as usize, decrease: self.decrease, enough: 0.0, residual: 1e-5, is_trial: false }
     }
 }
 
@@ -197,7 +197,7 @@ pub fn lay_watched(
 }
 
 /// The share of a sticker to be shown once, below which a patch is made in another way too.
-const ENOUGH: f64 = 0.99;
+const ENOUGH: f64 = 0.995;
 /// Other sets of pins that are tried where a sticker cannot be laid, to propose a place.
 const PROPOSALS: usize = 3;
 
@@ -226,7 +226,7 @@ impl Laying<'_> {
         let (limits, stop) = (settings.limits(), settings.stop());
         let mut grow = |mut seed: Seed, heading: Option<(u32, Vec2)>, is_free: bool| -> Grown<Seed> {
             watch(&seed.patch);
-            Growth { seed: &mut seed, vertices, places, outline, heading, is_free, limits, watch }
+            Growth { seed: &mut seed, vertices, places, outline, heading, is_free, limits, factor: Vec::new(), watch }
                 .run(stop, progress)?;
             Ok(seed)
         };

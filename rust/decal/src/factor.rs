@@ -76,6 +76,11 @@ impl System {
     /// # Errors
     /// Memory does not suffice.
     pub fn new(count: usize, faces: &[[u32; 3]], is_pinned: &[bool]) -> Result<Self> {
+        Self::within(Vec::new(), count, faces, is_pinned)
+    }
+
+    /// As [`Self::new`], with its factor in the memory of an earlier one.
+    pub fn within(mut factor: Vec<f32>, count: usize, faces: &[[u32; 3]], is_pinned: &[bool]) -> Result<Self> {
         let mut free = 0;
         let mut rows: Vec<u32> = (0..count)
             .map(|vertex| {
@@ -96,9 +101,16 @@ impl System {
         let upper = lower.mirrored();
         let symbolic = structure(lower)?;
         let (blocks, diagonal) = (vec![[0.0; 4]; upper.items.len() - free], vec![[0.0; 3]; free]);
-        let factor = vec![0.0; symbolic.len_val()];
+        factor.clear();
+        factor.reserve_exact(symbolic.len_val());
+        factor.resize(symbolic.len_val(), 0.0);
         let (steps, is_stale, work) = (None, true, Work::default());
         Ok(Self { rows, upper, blocks, diagonal, symbolic, factor, steps, is_stale, work })
+    }
+
+    /// Returns the memory of the factor, for another system.
+    pub fn into_factor(self) -> Vec<f32> {
+        self.factor
     }
 
     /// Returns the number of free vertices.

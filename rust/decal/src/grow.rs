@@ -24,13 +24,14 @@ use crate::pins::name;
 use crate::relax::{Map, Part, Relaxed, Stop, spread};
 use crate::seed::Seed;
 use crate::surface::{NONE, Surface, dot, minus, previous};
+use crate::turns::turned_twice;
 
 /// Rounds after which growth gives up: the map does not settle.
-const ROUNDS: usize = 120;
+const ROUNDS: usize = 240;
 /// Passes of removal, relaxation and growth at the end.
 const PASSES: usize = 4;
 /// Rings of faces that a round adds at most.
-const RINGS: u32 = 12;
+const RINGS: u32 = 6;
 /// The share of its faces that a patch grows by in a round, beside the first rings.
 const GROWTH: usize = 2;
 /// Copies of a vertex of the surface that a sticker which overlaps itself may have.
@@ -46,7 +47,10 @@ const WORSE: f64 = 1.05;
 const UPRIGHT: f64 = 1e-3;
 
 /// When to stop while the patch grows.
-const ROUGH: Stop = Stop { steps: 8, decrease: 0.02, enough: 4.05, residual: 1e-4 };
+const ROUGH: Stop = Stop { steps: 8, decrease: 0.02, enough: 4.05, residual: 1e-4, is_trial: false };
+/// As [`ROUGH`], after pins pulled: what they bend beside them is a small share of the energy of a patch, and fronts go on from
+/// there.
+const PULLED: Stop = Stop { decrease: 2e-3, ..ROUGH };
 /// How much more energy than the mean one, for each unit of area, a new face may have without a relaxation.
 const DISTORTED: f64 = 2.0;
 /// New faces of a patch of this many times their number are relaxed with those around them alone.
@@ -142,6 +146,9 @@ pub struct Growth<'a> {
     pub is_free: bool,
     /// Bounds.
     pub limits: Limits,
+    /// The memory of the factor of the last relaxation of the whole patch. It is kept, as allocators keep freed blocks of this
+    /// size that a larger one does not fit into.
+    pub factor: Vec<f32>,
     /// Is called after each change of the faces.
     pub watch: &'a dyn Fn(&Patch),
 }
@@ -169,10 +176,21 @@ impl Growth<'_> {
         if is_pulled {
             self.relax(ROUGH, progress)?;
         }
-        self.cover(progress)?;
-        self.attach();
-        if !self.is_arrived() {
-            self.relax(ROUGH, progress)?;
+        // Pins that are reached pull the patch, which may grow towards others then. Faces that they pulled out of the region
+        // would stop fronts.
+        let mut before = None;
+        loop {
+            self.cover(progress)?;
+            self.attach();
+            if !self.is_arrived() {
+                self.relax(PULLED, progress)?;
+            }
+            let held = self.seed.pins.len();
+            if held == self.places.len() || before == Some(held) {
+                break;
+            }
+            before = Some(held);
+            self.peel();
         }
         if let Some(missing) = (0..self.places.len()).find(|pin| self.seed.pins.iter().all(|other| other.0 != *pin)) {
             return Err(Fault::Unreached(missing));
@@ -307,11 +325,13 @@ impl Growth<'_> {
         if self.is_arrived() {
             let faces = before..self.seed.patch.faces.len();
             let is_few = FEW * faces.len() <= before;
-            if self.is_smooth(before, most) || (is_few && self.smooth(before, most, progress)?) {
+            let is_smooth = self.is_smooth(before, most) || (is_few && self.smooth(before, most, progress)?);
+            if is_smooth && self.turned_twice().is_none() {
                 return Ok(Advance::Made);
             }
         }
-        match self.relax(ROUGH, progress) {
+        let stop = if self.is_arrived() { ROUGH } else { PULLED };
+        match self.relax(Stop { is_trial: true, ..stop }, progress) {
             Ok(()) => Ok(Advance::Made),
             Err(Fault::Folded(_)) => {
                 self.seed.patch.revert(mark);
@@ -543,18 +563,36 @@ impl Growth<'_> {
             Map { faces: &patch.faces, rest: &rest, positions: &mut patch.positions, pins: &targets, hook: None };
         if map.is_good(stop.enough) {
             self.turn();
-            return Ok(());
+            return self.check_turns();
         }
-        let mut system = System::new(is_pinned.len(), map.faces, &is_pinned)?;
-        if let Relaxed::Flipped(face) = map.relax(&mut system, stop, progress)? {
-            let place = patch.positions[patch.faces[face][0] as usize];
-            let nearest = pins
-                .iter()
-                .min_by(|a, b| distance(self.places[a.0], place).total_cmp(&distance(self.places[b.0], place)));
-            return Err(Fault::Folded(nearest.map_or(0, |nearest| nearest.0)));
+        let factor = std::mem::take(&mut self.factor);
+        let mut system = System::within(factor, is_pinned.len(), map.faces, &is_pinned)?;
+        let relaxed = map.relax(&mut system, stop, progress)?;
+        self.factor = system.into_factor();
+        if let Relaxed::Flipped(face) = relaxed {
+            return Err(self.folded(self.seed.patch.faces[face][0]));
         }
         self.turn();
-        Ok(())
+        self.check_turns()
+    }
+
+    /// The fault at a vertex where triangles fold.
+    fn folded(&self, vertex: u32) -> Fault {
+        let place = self.seed.patch.positions[vertex as usize];
+        let far = |pin: &&(usize, u32)| distance(self.places[pin.0], place);
+        let nearest = self.seed.pins.iter().min_by(|a, b| far(a).total_cmp(&far(b)));
+        Fault::Folded(nearest.map_or(0, |nearest| nearest.0))
+    }
+
+    /// A vertex inside around which faces turn twice, if there is one.
+    fn turned_twice(&self) -> Option<u32> {
+        let patch = &self.seed.patch;
+        turned_twice(&patch.faces, &patch.positions, |vertex| !patch.is_boundary(vertex))
+    }
+
+    /// Fails where faces turn twice around a vertex.
+    fn check_turns(&self) -> Grown<()> {
+        self.turned_twice().map_or(Ok(()), |vertex| Err(self.folded(vertex)))
     }
 
     /// With one pin: turns the patch about it until it has its heading again.

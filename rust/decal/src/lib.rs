@@ -65,6 +65,7 @@ mod texels;
 mod texture;
 mod triangle_print;
 mod triangular;
+mod turns;
 
 pub use applied::{Applied, Ground, next_recipe, recipes};
 pub use artwork::Artwork;

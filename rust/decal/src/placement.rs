@@ -243,6 +243,7 @@ impl Placement {
             heading: None,
             is_free: false,
             limits,
+            factor: Vec::new(),
             watch: &|_| {},
         };
         match growth.settle(self.settings.stop(), progress) {

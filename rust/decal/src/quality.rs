@@ -4,6 +4,7 @@ use crate::coverage::{Coverage, coverage};
 use crate::energy::Vec2;
 use crate::outline::Outline;
 use crate::surface::{Surface, cross, dot, length, minus};
+use crate::turns::count_turned_twice;
 
 /// How much a decal stretches the image.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -18,6 +19,9 @@ pub struct Quality {
     pub area_ratio: f64,
     /// The number of triangles that are turned over.
     pub flips: usize,
+    /// The number of vertices inside around which the triangles turn more than once: none of them is turned over, but the map
+    /// is not injective there.
+    pub turned_twice: usize,
     /// The number of faces of the mesh's surface that lie under more than one layer of the sticker.
     pub overlaps: usize,
     /// The share of the sticker's area that lies on the surface: below 1 where the surface ends or cannot be reached.
@@ -57,7 +61,9 @@ pub fn measure(
     positions: &[Vec2],
 ) -> Quality {
     let Coverage { covered, doubled } = coverage(outline, faces, positions);
-    let mut quality = Quality { coverage: covered, doubled, triangles: faces.len(), ..Quality::default() };
+    let turned_twice = count_turned_twice(faces, positions);
+    let mut quality =
+        Quality { turned_twice, coverage: covered, doubled, triangles: faces.len(), ..Quality::default() };
     let (mut squares, mut area, mut flat) = (0.0, 0.0, 0.0);
     let mut scales = Vec::with_capacity(faces.len());
     for (face, triangle) in faces.iter().zip(triangles) {

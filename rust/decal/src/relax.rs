@@ -1,13 +1,13 @@
 //! Lowers the distortion of a map with exact pins by projected Newton steps that never flip a triangle.
 //!
 //! The positions of pins are no unknowns: a pin that is not at its target yet moves along with each Newton step, as far as
-//! the step can go without a flip. When no step gets further, the pins jump to their targets, and the flipped triangles are
-//! turned back with the regularised energy of Garanzha et al. 2021: at first by vertices near them alone, then by all of a
-//! small map, or of one whose pins jumped.
+//! the step can go without a flip. When no step gets further, the pins jump to their targets. Flipped triangles are turned
+//! back with the regularised energy of Garanzha et al. 2021: at first by vertices near them alone, then by all of a small map,
+//! or of one whose pins jumped and that is no trial.
 
 use std::collections::HashMap;
 
-use relievo_core::{Error, Progress, Result};
+use relievo_core::{Progress, Result};
 
 use crate::energy::{Rest, Vec2};
 use crate::factor::{PINNED, Pairs, System};
@@ -42,6 +42,8 @@ pub struct Stop {
     /// The residual of the linear system of a step, as a share of that of no step. Maps of a surface before and after it is
     /// turned differ by about as much, since one may take a step of conjugate gradients more than the other.
     pub residual: f64,
+    /// Whether another map is made where this one folds: then no large map moves as a whole to turn triangles back.
+    pub is_trial: bool,
 }
 
 /// The outcome of a relaxation.
@@ -269,7 +271,8 @@ impl Map<'_> {
     /// The caller cancels, or memory does not suffice.
     pub fn relax(&mut self, system: &mut System, stop: Stop, progress: &mut dyn Progress) -> Result<Relaxed> {
         let mut direction = vec![[0.0_f32; 2]; self.positions.len()];
-        let mut is_valid = self.worst().1 > 0.0;
+        // New faces fold where they are: they are turned back before pins pull.
+        let mut is_valid = self.worst().1 > 0.0 || self.untangle_around(progress)?;
         let mut pulls = 0;
         while is_valid && !self.is_arrived() {
             progress.step(0.0, "pulling pins")?;
@@ -286,13 +289,12 @@ impl Map<'_> {
             }
         }
         if !is_valid || !self.is_arrived() {
-            // Pins that jump may bend the whole map; new faces fold where they are.
             let has_jumped = !self.is_arrived();
             self.arrive();
-            let is_mended = RINGS.into_iter().try_fold(false, |is_mended, rings| {
-                Ok::<bool, Error>(is_mended || self.untangle_near(rings, progress)?)
-            })?;
-            if !is_mended && !has_jumped && self.faces.len() > FEW {
+            let is_mended = has_jumped && self.untangle_around(progress)?;
+            // Pins that jump may bend the whole map.
+            let is_bent = has_jumped && !stop.is_trial;
+            if !is_mended && !is_bent && self.faces.len() > FEW {
                 return Ok(Relaxed::Flipped(self.worst().0));
             }
             if let Relaxed::Flipped(face) = self.untangle(system, &mut direction, progress)? {
@@ -317,8 +319,13 @@ impl Map<'_> {
         Ok(Relaxed::Valid)
     }
 
-    /// Turns flipped triangles back by moving only vertices within some rings of them. Returns whether none is flipped any
-    /// more; otherwise nothing has moved.
+    /// Turns flipped triangles back by the vertices around them alone. Returns whether none is flipped any more; otherwise
+    /// nothing has moved.
+    fn untangle_around(&mut self, progress: &mut dyn Progress) -> Result<bool> {
+        RINGS.into_iter().try_fold(false, |is_mended, rings| Ok(is_mended || self.untangle_near(rings, progress)?))
+    }
+
+    /// As [`Self::untangle_around`], by vertices within some rings of them.
     fn untangle_near(&mut self, rings: usize, progress: &mut dyn Progress) -> Result<bool> {
         let mut is_near = vec![false; self.positions.len()];
         for (face, rest) in self.rest.iter().enumerate() {

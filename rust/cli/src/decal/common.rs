@@ -193,12 +193,23 @@ impl Common {
 
 /// The distortion, one number a line.
 pub fn described(quality: &Quality) -> String {
-    let Quality { l2, l_infinity, worst_angle, area_ratio, flips, overlaps, coverage, doubled, triangles } = quality;
+    let Quality {
+        l2,
+        l_infinity,
+        worst_angle,
+        area_ratio,
+        flips,
+        turned_twice,
+        overlaps,
+        coverage,
+        doubled,
+        triangles,
+    } = quality;
     format!(
         "triangles              {triangles}\ncovered                {:.2} % of the sticker\n\
          covered twice          {:.2} % of the sticker\nL2 stretch             {l2:.6}\nL-infinity stretch     {l_infinity:.4}\n\
          worst angle            {:.2} degrees\narea ratio             {area_ratio:.4}\nflipped triangles      {flips}\n\
-         overlapped faces       {overlaps}\n",
+         turned twice           {turned_twice} vertices\noverlapped faces       {overlaps}\n",
         100.0 * coverage,
         100.0 * doubled,
         worst_angle.to_degrees()
@@ -216,6 +227,7 @@ pub fn machine_readable(common: &Common, laid: &Laid) -> Value {
         "worst_angle": quality.worst_angle,
         "area_ratio": quality.area_ratio,
         "flips": quality.flips,
+        "turned_twice": quality.turned_twice,
         "overlaps": quality.overlaps,
         "coverage": quality.coverage,
         "doubled": quality.doubled,

@@ -8,6 +8,7 @@ mod lay;
 mod models;
 mod placement;
 mod recipes;
+mod ring;
 mod sheets;
 mod strip;
 mod triangle_recipes;
