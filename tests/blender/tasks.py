@@ -29,7 +29,7 @@ KEYS = {" ": "SPACE", "-": "MINUS", ".": "PERIOD", **dict(zip("0123456789", "ZER
 
 
 class Task:
-    """What a task has taken, and its pictures."""
+    """Counts the input of a task, and keeps its pictures."""
 
     def __init__(self, name):
         self.name, self.seconds, self.pictures = name, 0.0, []

@@ -5,7 +5,7 @@ import json
 
 from . import words
 
-# What values that are missing or of another kind raise, which say nothing to artists.
+# Exceptions of stored data with missing values or values of another kind; their texts are of Python.
 STRANGE = (KeyError, IndexError, TypeError, AttributeError, json.JSONDecodeError)
 
 
@@ -20,7 +20,7 @@ def said(failure):
     if getattr(failure, "place", "") or getattr(failure, "code", 0):
         return words.sentence(failure)
     if isinstance(failure, STRANGE):
-        return "what is kept of it is damaged"
+        return "its stored data is damaged"
     if isinstance(failure, OSError) and failure.strerror:
         path = str(failure.filename or "").removesuffix(".part")
         return f"{path}: {failure.strerror}" if path else failure.strerror
