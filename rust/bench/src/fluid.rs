@@ -2,6 +2,9 @@
 //! and meshes of particles beside splashsurf's. Time is that of all cores together where it says core-seconds, so that other
 //! work of the machine counts less.
 
+mod device;
+pub(crate) mod render;
+
 use std::path::Path;
 use std::process::Command;
 
@@ -52,7 +55,7 @@ pub fn run(report: &mut Report, peers: Option<&Path>) -> Result<()> {
     let context = Context::new(&ContextOptions::default())?;
     dams(report, peers)?;
     for (side, frames, paper) in TABLE {
-        crate::fluid_device::case(report, &dam(&context, options(PressureSolver::Pcisph, None), side)?)?;
+        crate::fluid::device::case(report, &dam(&context, options(PressureSolver::Pcisph, None), side)?)?;
         let fluid = table(report, &context, side, frames, paper)?;
         if side > DAMS[0].0 {
             meshing(report, program.as_deref(), &fluid)?;

@@ -5,6 +5,10 @@
 //! A frame is 1280 × 720 pixels of everything; times are by the device's clock, medians after a warm-up. What a device
 //! that is the processor itself (lavapipe) draws is measured too, in few frames.
 
+mod imprint;
+mod paint;
+pub(crate) mod progressive;
+
 use std::time::Instant;
 
 use glam::{DAffine3, DVec3};
@@ -50,8 +54,8 @@ pub fn run(report: &mut Report, json: bool) -> Result<()> {
             return Ok(());
         }
     };
-    crate::device_paint::run(&device, report, json)?;
-    crate::imprint_device::run(&context, report, &device)?;
+    crate::gpu::paint::run(&device, report, json)?;
+    crate::gpu::imprint::run(&context, report, &device)?;
     let software = device.summary().kind == AdapterKind::Software;
     let frames = if software { 3 } else { 200 };
     let mut rasterizer = Rasterizer::new(&device)?;

@@ -1,12 +1,15 @@
 //! Bench `imprint`: what the imprint of a collider costs, in all and stage by stage (Schäfer et al. 2014, Section 7).
 
+pub(crate) mod contact;
+mod table1;
+
 use relievo_core::{Context, ContextOptions, Result};
 use relievo_surface::Place;
 
-use crate::contact::{Contact, Press};
+use crate::imprint::contact::{Contact, Press};
 use crate::measure::{Sample, sample, seconds};
 use crate::report::{Goal, Report};
-use crate::{shapes, table1, voxels};
+use crate::{shapes, voxels};
 
 /// Faces along a side of the terrain: 8,836 in all, as many as the paper's has.
 pub const SIDE: u32 = 94;

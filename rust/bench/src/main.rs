@@ -1,18 +1,13 @@
 //! `relievo-bench NAME [--json]`: measures Relievo and a peer in the same run and holds the figures against goals.
 //! `cargo xtask bench` builds and runs it.
 
-mod contact;
 mod crowd;
 mod decal;
 mod deviation;
-mod device_paint;
 mod fluid;
-mod fluid_device;
-mod fluid_render;
 mod foam;
 mod gpu;
 mod imprint;
-mod imprint_device;
 mod lod;
 mod measure;
 mod memory;
@@ -20,13 +15,11 @@ mod native;
 mod paint;
 mod peers;
 mod progressive;
-mod progressive_device;
 mod report;
 mod server;
 mod shader;
 mod shapes;
 mod surface;
-mod table1;
 mod textured;
 mod tissue;
 mod triangles;
@@ -78,7 +71,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         "lod" => lod::run(&mut report, arguments.peers.as_deref())?,
         "fluid" => {
             fluid::run(&mut report, arguments.peers.as_deref())?;
-            fluid_render::run(&mut report)?;
+            fluid::render::run(&mut report)?;
         }
         "tissue" => tissue::run(&mut report)?,
         "decal" => decal::run(&mut report, arguments.peers.as_deref())?,
@@ -92,7 +85,7 @@ fn run(arguments: &Arguments) -> Result<()> {
         "creation" => return tissue::peak(arguments.row),
         "drawing" => return foam::peak(arguments.row),
         "sticker" => return decal::peak(arguments.row),
-        "pictures" => fluid_render::run(&mut report)?,
+        "pictures" => fluid::render::run(&mut report)?,
         "shader" => shader::run(&mut report, arguments.shaders.as_deref())?,
         "meshing" => return fluid::mesh_file(arguments.particles.as_deref().unwrap_or(Path::new(""))),
         "peak" => return lod::peak(arguments.knot[0], arguments.knot[1]),

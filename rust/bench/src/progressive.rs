@@ -9,9 +9,9 @@ use relievo_core::{Context, Falloff, Result};
 use relievo_lod::Progressive;
 use relievo_lod::progressive::{ActiveMesh, BuildOptions, Cut, Edit, Extents, Extract, Handle, Region, View};
 
+use crate::gpu::progressive;
 use crate::lod::Triangles;
 use crate::measure::{Sample, memory, sample, seconds};
-use crate::progressive_device;
 use crate::report::{Goal, Report};
 
 /// Whose figures stand beside ours.
@@ -63,7 +63,7 @@ pub fn case(
     let (frames, triangles) = frames(context, &built, &views)?;
     let what = format!("{name}: frames of a camera around it, {triangles} triangles");
     report.add(&what, &frames, None, "1/s", Goal::None);
-    progressive_device::case(report, context, &name, &built, &views)
+    progressive::case(report, context, &name, &built, &views)
 }
 
 /// Bytes a triangle that a build has at its peak beside the mesh that it is of, if the system tells and this process has had

@@ -3,6 +3,9 @@
 //! Pixels outside of the outline have no weight, so that the pixels inside alone make the colour at the outline. Smaller
 //! copies of the image, each of half the pixels, serve where many pixels fall on one texel (Williams 1983).
 
+pub(crate) mod contour;
+pub(crate) mod outline;
+
 use relievo_core::{Error, Result};
 use relievo_render::Image;
 

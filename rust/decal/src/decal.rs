@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use relievo_core::{Attribute, Domain, Error, ErrorKind, Mesh, Progress, Result, Values};
 
+use crate::artwork::outline::Outline;
 use crate::energy::{Vec2, distance};
 use crate::graph::Graph;
 use crate::grow::{FOLDED, Fault, Grown, Growth, Limits, UNREACHED, is_covered, once};
-use crate::outline::Outline;
 use crate::patch::Patch;
 use crate::pins::{Pin, name};
 use crate::placement::Placement;

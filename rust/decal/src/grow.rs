@@ -13,14 +13,14 @@ use std::ops::Range;
 
 use relievo_core::{Error, Progress, Result};
 
-use crate::buckets::{Buckets, holds, middle};
-use crate::coverage::coverage;
+use crate::artwork::outline::Outline;
 use crate::energy::{Rest, Vec2, distance};
 use crate::extend::extend;
 use crate::factor::System;
-use crate::outline::Outline;
 use crate::patch::{Joint, Patch};
 use crate::pins::name;
+use crate::print::buckets::{Buckets, holds, middle};
+use crate::print::coverage::coverage;
 use crate::relax::{Map, Part, Relaxed, Stop, spread};
 use crate::seed::Seed;
 use crate::surface::{NONE, Surface, dot, minus, previous};

@@ -5,6 +5,15 @@
 //! strokes do. Units: object units for displacement, linear Rec.709 for colour. Vector
 //! displacement has no layers: it is changed itself.
 
+pub(crate) mod applied;
+pub(crate) mod buckets;
+pub(crate) mod coverage;
+pub(crate) mod printable;
+pub(crate) mod recipe;
+pub(crate) mod texels;
+pub(crate) mod texture;
+pub(crate) mod triangle_print;
+
 use glam::{DVec3, Vec4};
 use half::f16;
 use relievo_core::{Context, Error, Result};
@@ -16,7 +25,7 @@ use relievo_tiles::{Channel, ColorTexel, Layered, Sets, Tessellation, Texel, Vec
 use crate::artwork::Artwork;
 use crate::decal::Decal;
 use crate::energy::Vec2;
-use crate::texels::{Chart, Window, draw};
+use crate::print::texels::{Chart, Window, draw};
 
 /// What writing a decal changed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

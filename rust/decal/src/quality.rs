@@ -1,8 +1,8 @@
 //! The distortion of a decal.
 
-use crate::coverage::{Coverage, coverage};
+use crate::artwork::outline::Outline;
 use crate::energy::Vec2;
-use crate::outline::Outline;
+use crate::print::coverage::{Coverage, coverage};
 use crate::surface::{Surface, cross, dot, length, minus};
 use crate::turns::count_turned_twice;
 

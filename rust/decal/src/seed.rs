@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use relievo_core::{Error, Result};
 
-use crate::cut::{Cut, Meeting, cut, half_edges};
 use crate::embed::embed;
 use crate::energy::{Vec2, distance};
-use crate::geodesic::{Path, geodesic};
 use crate::graph::Graph;
 use crate::patch::Patch;
+use crate::paths::cut::{Cut, Meeting, cut, half_edges};
+use crate::paths::geodesic::{Path, geodesic};
 use crate::pins::name;
 use crate::surface::{Surface, dot, length, minus, previous};
 

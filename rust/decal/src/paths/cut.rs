@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use crate::geodesic::{Crossing, Path};
+use crate::paths::geodesic::{Crossing, Path};
 use crate::surface::{Surface, Vec3, between, cross, length, minus};
 
 /// A crossing this near to the end of an edge moves into the vertex, so that no sliver of a face is cut off.

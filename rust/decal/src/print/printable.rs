@@ -13,9 +13,9 @@ use relievo_tiles::{Tessellation, uniform_rates};
 use crate::artwork::Artwork;
 use crate::decal::Decal;
 use crate::pins::Place;
+use crate::print::recipe::Ink;
+use crate::print::triangle_print::TrianglePrint;
 use crate::print::{Print, Printed};
-use crate::recipe::Ink;
-use crate::triangle_print::TrianglePrint;
 
 /// An object that decals are written into.
 pub trait Printable: LayeredObject {

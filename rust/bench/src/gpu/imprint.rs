@@ -11,7 +11,7 @@ use relievo_detail::ImprintSettings;
 use relievo_gpu::{AdapterKind, Device, DeviceOptions};
 use relievo_surface::Place;
 
-use crate::contact::Contact;
+use crate::imprint::contact::Contact;
 use crate::imprint::{RADIUS, SIDE, frog, frog_tiles, terrain_tiles};
 use crate::measure::Sample;
 use crate::report::{Goal, Report};

@@ -7,8 +7,8 @@
 use relievo_core::{Error, Mesh, Result};
 
 use crate::decal::Sticker;
-use crate::geodesic::geodesic;
 use crate::nearest::weights;
+use crate::paths::geodesic::geodesic;
 use crate::pins::{Pin, Place, insert, name};
 use crate::surface::{Surface, Vec3, between, length, minus};
 

@@ -14,13 +14,13 @@ use relievo_document::code::{Decoder, Encoder};
 use relievo_document::{Blend, Kind, Settings};
 use relievo_render::Image;
 
+use crate::artwork::outline::{MOST, Outline};
 use crate::decal::{DecalSettings, Pose, Sticker, check};
 use crate::energy::Vec2;
-use crate::outline::{MOST, Outline};
 use crate::pins::{Pin, Place, name};
 use crate::placement::Placement;
 use crate::print::check_height;
-use crate::printable::Printable;
+use crate::print::printable::Printable;
 
 const MAGIC: [u8; 8] = *b"RLVDECAL";
 /// The version that is written, and the newest that is read.

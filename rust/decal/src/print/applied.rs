@@ -8,9 +8,9 @@ use relievo_render::Image;
 
 use crate::artwork::Artwork;
 use crate::print::Printed;
-use crate::printable::Printable;
+use crate::print::printable::Printable;
+use crate::print::recipe::{Recipe, hash};
 use crate::quality::Quality;
-use crate::recipe::{Recipe, hash};
 
 /// A decal in a layer of its own.
 #[derive(Clone, Debug, PartialEq)]

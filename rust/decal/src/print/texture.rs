@@ -10,7 +10,7 @@ use relievo_render::color::luminance;
 use crate::artwork::Artwork;
 use crate::decal::Decal;
 use crate::print::check_opacity;
-use crate::texels::{Chart, SAMPLES, draw, weights};
+use crate::print::texels::{Chart, SAMPLES, draw, weights};
 
 /// Rows of pixels that are searched for charts at once.
 const BAND: usize = 64;

@@ -4,9 +4,9 @@
 use relievo_core::{Error, Result};
 use relievo_render::Image;
 
+use crate::artwork::outline::MOST;
 use crate::decal::Sticker;
 use crate::energy::{Vec2, distance};
-use crate::outline::MOST;
 
 /// Halvings of the tolerance for a simplified contour that crosses itself.
 const HALVINGS: usize = 8;

@@ -4,7 +4,7 @@
 use relievo_core::{Context, Result};
 use relievo_surface::Place;
 
-use crate::contact::{Contact, Press};
+use crate::imprint::contact::{Contact, Press};
 use crate::imprint::{RADIUS, SIDE, frog, frog_tiles, terrain_tiles};
 use crate::measure::Sample;
 use crate::report::{Goal, Report};
