@@ -461,6 +461,12 @@ def decal():
     yield from wait(10)
     pins = bpy.data.objects["ball"].relievo.decal.pins
     assert numpy.linalg.norm(numpy.array(pins[4].position) - aim) < 0.03, tuple(pins[4].position)
+    # What is painted into a layer is seen in a view that shows materials.
+    shading = area().spaces.active.shading
+    shading.color_type = "MATERIAL"
+    with override():
+        assert bpy.ops.relievo.decal_apply() == {"FINISHED"}
+    assert shading.color_type == "VERTEX", shading.color_type
     place = spot(on_ball(70, 128))
     for value in ("PRESS", "RELEASE"):
         event("LEFTMOUSE", value, x=place[0], y=place[1], ctrl=True)
