@@ -10,7 +10,7 @@ use relievo_core::{Error, Result};
 use relievo_render::Image;
 
 use crate::decal::Sticker;
-use crate::energy::Vec2;
+use crate::map::energy::Vec2;
 
 /// The most bytes of an image with its smaller copies.
 const MOST: u64 = 4 << 30;

@@ -5,15 +5,15 @@ use std::sync::Arc;
 use relievo_core::{Attribute, Domain, Error, ErrorKind, Mesh, Progress, Result, Values};
 
 use crate::artwork::outline::Outline;
-use crate::energy::{Vec2, distance};
-use crate::graph::Graph;
-use crate::grow::{FOLDED, Fault, Grown, Growth, Limits, UNREACHED, is_covered, once};
-use crate::patch::Patch;
+use crate::map::energy::{Vec2, distance};
+use crate::map::graph::Graph;
+use crate::map::grow::{FOLDED, Fault, Grown, Growth, Limits, UNREACHED, is_covered, once};
+use crate::map::patch::Patch;
+use crate::map::quality::{Quality, measure};
+use crate::map::relax::Stop;
+use crate::map::seed::{Seed, at_pin, between_pins, single};
 use crate::pins::{Pin, name};
 use crate::placement::Placement;
-use crate::quality::{Quality, measure};
-use crate::relax::Stop;
-use crate::seed::{Seed, at_pin, between_pins, single};
 use crate::surface::{Surface, Vec3, cross, dot, length, minus};
 
 /// The part of an image that is laid on a surface.

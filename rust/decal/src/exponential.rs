@@ -11,7 +11,7 @@ use std::collections::{BinaryHeap, HashMap};
 use relievo_core::{Mesh, Result};
 
 use crate::decal::{Decal, Frame, Pose, Sticker};
-use crate::energy::Vec2;
+use crate::map::energy::Vec2;
 use crate::pins::{Pin, insert, name};
 use crate::surface::{NONE, Surface, Vec3, cross, dot, length, minus, previous};
 

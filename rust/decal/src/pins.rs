@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use relievo_core::{Error, Result};
 
-use crate::energy::Vec2;
+use crate::map::energy::Vec2;
 use crate::surface::{NONE, Surface, Vec3, cross, dot, minus};
 
 /// Barycentric coordinates below this are zero: the pin lies on an edge or a vertex.

@@ -10,13 +10,13 @@ use std::sync::Arc;
 use relievo_core::{Error, Mesh, Progress, Result};
 
 use crate::decal::{Decal, DecalSettings, Laying, Pose, Sticker, check};
-use crate::energy::{Rest, Vec2};
-use crate::factor::System;
-use crate::grow::Growth;
-use crate::patch::Patch;
+use crate::map::energy::{Rest, Vec2};
+use crate::map::factor::System;
+use crate::map::grow::Growth;
+use crate::map::patch::Patch;
+use crate::map::relax::{Hook, Map};
+use crate::map::seed::Seed;
 use crate::pins::{Pin, Place, insert, name};
-use crate::relax::{Hook, Map};
-use crate::seed::Seed;
 use crate::surface::{Surface, Vec3, cross, dot, minus};
 
 /// Newton steps of an update after the pin arrived.
@@ -304,7 +304,7 @@ impl Placement {
             let at: Vec2 =
                 std::array::from_fn(|axis| (0..3).map(|corner| weights[corner] * places[corner][axis]).sum());
             // A place outside of a part of the face belongs to another part.
-            let far = 1e6 * (outside - 1e-9).max(0.0) + crate::energy::distance(at, target);
+            let far = 1e6 * (outside - 1e-9).max(0.0) + crate::map::energy::distance(at, target);
             if best.is_none_or(|best| far < best.0) {
                 best = Some((far, face, weights));
             }

@@ -24,7 +24,7 @@ use relievo_tiles::{Channel, ColorTexel, Layered, Sets, Tessellation, Texel, Vec
 
 use crate::artwork::Artwork;
 use crate::decal::Decal;
-use crate::energy::Vec2;
+use crate::map::energy::Vec2;
 use crate::print::texels::{Chart, Window, draw};
 
 /// What writing a decal changed.

@@ -3,7 +3,7 @@
 use relievo_core::{Error, Mesh, Result};
 
 use crate::decal::{Decal, Sticker};
-use crate::energy::Vec2;
+use crate::map::energy::Vec2;
 use crate::surface::{Surface, Vec3, cross, dot, length, minus};
 
 /// A plane that an image is projected from, and which faces it reaches.

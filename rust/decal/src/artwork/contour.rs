@@ -6,7 +6,7 @@ use relievo_render::Image;
 
 use crate::artwork::outline::MOST;
 use crate::decal::Sticker;
-use crate::energy::{Vec2, distance};
+use crate::map::energy::{Vec2, distance};
 
 /// Halvings of the tolerance for a simplified contour that crosses itself.
 const HALVINGS: usize = 8;

@@ -2,7 +2,7 @@
 
 use relievo_core::{Error, Result};
 
-use crate::energy::Vec2;
+use crate::map::energy::Vec2;
 
 /// The most corners of an outline.
 pub const MOST: usize = 1 << 16;

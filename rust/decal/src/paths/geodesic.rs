@@ -10,7 +10,7 @@ use std::collections::BinaryHeap;
 
 use relievo_core::{Error, Mesh, Result};
 
-use crate::energy::Vec2;
+use crate::map::energy::Vec2;
 use crate::pins::{Place, insert};
 use crate::surface::{NONE, Surface, Vec3, between, dot, length, minus, previous};
 

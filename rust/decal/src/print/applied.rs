@@ -7,10 +7,10 @@ use relievo_document::{Kind, Settings};
 use relievo_render::Image;
 
 use crate::artwork::Artwork;
+use crate::map::quality::Quality;
 use crate::print::Printed;
 use crate::print::printable::Printable;
 use crate::print::recipe::{Recipe, hash};
-use crate::quality::Quality;
 
 /// A decal in a layer of its own.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! Buckets of the plane with the faces of a map, to find the faces at a point.
 
-use crate::energy::Vec2;
-use crate::gradual::push;
+use crate::map::energy::Vec2;
+use crate::map::gradual::push;
 use crate::surface::NONE;
 
 /// Buckets along each side at most.

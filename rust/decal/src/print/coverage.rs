@@ -1,7 +1,7 @@
 //! The part of a sticker that a map covers, counted on a lattice of samples.
 
 use crate::artwork::outline::Outline;
-use crate::energy::Vec2;
+use crate::map::energy::Vec2;
 
 /// Samples along the longer side of the outline's bounds.
 const SIDE: f64 = 256.0;

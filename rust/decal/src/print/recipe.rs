@@ -16,7 +16,7 @@ use relievo_render::Image;
 
 use crate::artwork::outline::{MOST, Outline};
 use crate::decal::{DecalSettings, Pose, Sticker, check};
-use crate::energy::Vec2;
+use crate::map::energy::Vec2;
 use crate::pins::{Pin, Place, name};
 use crate::placement::Placement;
 use crate::print::check_height;

@@ -11,7 +11,7 @@ use relievo_core::{Context, Error, Mesh, Result};
 
 use crate::artwork::Artwork;
 use crate::decal::Decal;
-use crate::energy::Vec2;
+use crate::map::energy::Vec2;
 use crate::surface::{Vec3, cross, dot, minus};
 
 /// Samples along each side of a texel.

@@ -1,5 +1,16 @@
 //! Dabs and strokes of a graphics device, which are those of the processor.
 
+mod bent;
+mod fading;
+mod history;
+mod imprints;
+mod rims;
+mod smoothing;
+mod triangle_imprints;
+mod triangle_vectors;
+mod triangles;
+mod vectors;
+
 use glam::{DAffine3, DMat3, DVec3, Vec4};
 use half::f16;
 use relievo_core::parameter::Switch;

@@ -3,16 +3,6 @@
 mod bending;
 mod budgets;
 mod device;
-mod device_bent;
-mod device_fading;
-mod device_history;
-mod device_imprints;
-mod device_rims;
-mod device_smoothing;
-mod device_triangle_imprints;
-mod device_triangle_vectors;
-mod device_triangles;
-mod device_vectors;
 mod fading;
 mod half_colors;
 mod history;

@@ -5,7 +5,7 @@ use relievo_core::{Context, ContextOptions};
 use relievo_detail::{Collider, DisplacedObject, ImprintSettings, Imprinter, Moment, Press, Report};
 use relievo_testing::device;
 
-use crate::device_imprints::{assert_alike, ball, difference, object, object_of, plate, settings, transforms};
+use crate::device::imprints::{assert_alike, ball, difference, object, object_of, plate, settings, transforms};
 
 fn rimmed() -> ImprintSettings {
     ImprintSettings { rim: 0.6, rim_width: 0.3, repose: 0.9, ..settings() }

@@ -7,8 +7,8 @@
 use relievo_core::{Error, Result};
 
 use crate::edges::{Edges, target};
-use crate::energy::Vec2;
-use crate::gradual::{push, reserve};
+use crate::map::energy::Vec2;
+use crate::map::gradual::{push, reserve};
 use crate::surface::{NONE, Surface, next, previous};
 
 /// A disk of faces.

@@ -2,8 +2,8 @@
 
 use relievo_core::Result;
 
-use crate::energy::{Rest, Vec2};
-use crate::factor::{PINNED, System};
+use crate::map::energy::{Rest, Vec2};
+use crate::map::factor::{PINNED, System};
 
 /// Rounds of rotations and positions.
 const ROUNDS: usize = 4;

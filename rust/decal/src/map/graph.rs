@@ -7,7 +7,7 @@ use relievo_core::{Error, Result};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
 use crate::artwork::outline::Outline;
-use crate::energy::Vec2;
+use crate::map::energy::Vec2;
 use crate::pins::name;
 
 /// The most pins of a decal.

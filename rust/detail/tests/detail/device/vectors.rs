@@ -72,7 +72,7 @@ pub(super) struct Apart {
 }
 
 impl Apart {
-    pub(super) fn add<T: Texel, const N: usize>(&mut self, a: &[T], b: &[T], numbers: impl Fn(&T) -> [f32; N]) {
+    pub(crate) fn add<T: Texel, const N: usize>(&mut self, a: &[T], b: &[T], numbers: impl Fn(&T) -> [f32; N]) {
         for (a, b) in a.iter().zip(b).flat_map(|(a, b)| numbers(a).into_iter().zip(numbers(b))) {
             let step = f32::powi(2.0, a.abs().max(b.abs()).max(1.0 / 128.0).log2().floor() as i32 - 10);
             let far = (a - b).abs() / step;

@@ -14,17 +14,17 @@ use std::ops::Range;
 use relievo_core::{Error, Progress, Result};
 
 use crate::artwork::outline::Outline;
-use crate::energy::{Rest, Vec2, distance};
-use crate::extend::extend;
-use crate::factor::System;
-use crate::patch::{Joint, Patch};
+use crate::map::energy::{Rest, Vec2, distance};
+use crate::map::extend::extend;
+use crate::map::factor::System;
+use crate::map::patch::{Joint, Patch};
+use crate::map::relax::{Map, Part, Relaxed, Stop, spread};
+use crate::map::seed::Seed;
+use crate::map::turns::turned_twice;
 use crate::pins::name;
 use crate::print::buckets::{Buckets, holds, middle};
 use crate::print::coverage::coverage;
-use crate::relax::{Map, Part, Relaxed, Stop, spread};
-use crate::seed::Seed;
 use crate::surface::{NONE, Surface, dot, minus, previous};
-use crate::turns::turned_twice;
 
 /// Rounds after which growth gives up: the map does not settle.
 const ROUNDS: usize = 240;

@@ -1,10 +1,10 @@
 //! The distortion of a decal.
 
 use crate::artwork::outline::Outline;
-use crate::energy::Vec2;
+use crate::map::energy::Vec2;
+use crate::map::turns::count_turned_twice;
 use crate::print::coverage::{Coverage, coverage};
 use crate::surface::{Surface, cross, dot, length, minus};
-use crate::turns::count_turned_twice;
 
 /// How much a decal stretches the image.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

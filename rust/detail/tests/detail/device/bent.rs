@@ -11,9 +11,7 @@ use relievo_gpu::Device;
 use relievo_testing::{Random, device};
 use relievo_tiles::{ChannelOptions, Sets, Vector, VectorDisplacement};
 
-use super::device_imprints::{
-    assert_alike, ball, bits, difference, object_of, place, plate, settings, sheet, transforms,
-};
+use super::imprints::{assert_alike, ball, bits, difference, object_of, place, plate, settings, sheet, transforms};
 
 /// Vectors of up to a tenth on two tiles of three, which have other sizes than those of the heights.
 fn bend(context: &Context, object: &mut DisplacedObject, seed: u64) {

@@ -8,7 +8,7 @@ use faer::prelude::*;
 use faer::sparse::{SparseColMat, Triplet};
 use relievo_core::{Error, Result};
 
-use crate::energy::Vec2;
+use crate::map::energy::Vec2;
 use crate::surface::{Surface, cross, dot, length, minus};
 
 /// Places the vertices that are not fixed. Faces are those of triangles of the surface.

@@ -10,9 +10,9 @@ use relievo_detail::{
 use relievo_testing::device;
 use relievo_tiles::triangle::TriangleChannel;
 
-use crate::device_imprints::{self, ball};
-use crate::device_triangle_vectors::bent;
-use crate::device_triangles::{object, pairs, stroke};
+use crate::device::imprints::{self, ball};
+use crate::device::triangle_vectors::bent;
+use crate::device::triangles::{object, pairs, stroke};
 
 fn settings() -> ImprintSettings {
     ImprintSettings { voxels: 1 << 18, max_displacement: 0.6, ..ImprintSettings::default() }
@@ -370,7 +370,7 @@ fn what_a_budget_refuses_and_coarser_blocks_end_a_submission_and_nothing_else_di
 fn surfaces_and_triangle_meshes_share_the_colliders_of_an_imprinter() {
     let Some(device) = device() else { return };
     let context = Context::serial();
-    let make = || (object(&context, 16), device_imprints::object(&context, 32, device_imprints::transforms()[1]));
+    let make = || (object(&context, 16), imprints::object(&context, 32, imprints::transforms()[1]));
     let [(mut here, mut tiled_here), (mut there, mut tiled_there)] = [make(), make()];
     there.use_device(Some(&device)).unwrap();
     tiled_there.use_device(Some(&device)).unwrap();
@@ -383,7 +383,7 @@ fn surfaces_and_triangle_meshes_share_the_colliders_of_an_imprinter() {
                 let moment = Moment { frame: frame as u64, pair: pair as u32, ..Moment::default() };
                 ball.set_transform(place(mesh, pair as u32)).unwrap();
                 imprinter.imprint_triangles(&context, mesh, ball, &settings(), moment, None).unwrap();
-                ball.set_transform(device_imprints::place(tiled, pair as u32)).unwrap();
+                ball.set_transform(imprints::place(tiled, pair as u32)).unwrap();
                 imprinter.imprint(&context, tiled, ball, &settings(), moment).unwrap();
             }
         }
@@ -393,7 +393,7 @@ fn surfaces_and_triangle_meshes_share_the_colliders_of_an_imprinter() {
     assert!(there.take_device_fault().is_none() && tiled_there.take_device_fault().is_none());
     let (apart, moved) = difference(&here, &there);
     let fields = [&tiled_here, &tiled_there].map(|object| object.displacement().field());
-    let (tiled_apart, all) = device_imprints::difference(fields[0], fields[1]);
+    let (tiled_apart, all) = imprints::difference(fields[0], fields[1]);
     println!("{apart} of {moved} values and {tiled_apart} of {all} coefficients are more than one half apart");
     assert!(moved > 300 && apart * 10_000 < moved, "{apart} of {moved}");
     assert!(all > 3_000 && tiled_apart * 10_000 < all, "{tiled_apart} of {all}");

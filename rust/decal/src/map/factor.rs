@@ -19,8 +19,8 @@ use faer::sparse::linalg::{SymbolicSupernodalParams, amd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
 use relievo_core::{Error, Result};
 
-use crate::energy::Couplings;
-use crate::triangular::{Work, solve};
+use crate::map::energy::Couplings;
+use crate::map::triangular::{Work, solve};
 
 /// Stands for a vertex that is no unknown.
 pub const PINNED: u32 = u32::MAX;

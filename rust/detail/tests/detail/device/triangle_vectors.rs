@@ -9,15 +9,15 @@ use relievo_detail::{
 use relievo_testing::{Random, device};
 use relievo_tiles::triangle::{TriangleChannel, TriangleOptions};
 
-use super::device_triangles::{color_difference, object, pairs, stroke};
-use super::device_vectors::Apart;
+use super::triangles::{color_difference, object, pairs, stroke};
+use super::vectors::Apart;
 
 fn sculpt(mode: SculptMode, height: f32) -> Action {
     Action::Sculpt { mode, height }
 }
 
 /// A mesh with vectors and colours, raised and bent a bit.
-pub(super) fn bent(context: &Context) -> TriangleObject {
+pub(crate) fn bent(context: &Context) -> TriangleObject {
     let mut object = object(context, 16);
     let topology = object.surface().topology().clone();
     let options = TriangleOptions { segments: 16, ..Default::default() };

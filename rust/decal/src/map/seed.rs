@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use relievo_core::{Error, Result};
 
-use crate::embed::embed;
-use crate::energy::{Vec2, distance};
-use crate::graph::Graph;
-use crate::patch::Patch;
+use crate::map::embed::embed;
+use crate::map::energy::{Vec2, distance};
+use crate::map::graph::Graph;
+use crate::map::patch::Patch;
 use crate::paths::cut::{Cut, Meeting, cut, half_edges};
 use crate::paths::geodesic::{Path, geodesic};
 use crate::pins::name;

@@ -29,7 +29,7 @@ fn mesh() -> Mesh {
     Mesh::from_triangles(points, &triangles)
 }
 
-pub(super) fn object(context: &Context, segments: u32) -> TriangleObject {
+pub(crate) fn object(context: &Context, segments: u32) -> TriangleObject {
     let surface = TriangleSurface::new(context, &mesh()).unwrap();
     let options = TriangleOptions { segments, ..Default::default() };
     let displacement = TriangleChannel::displacement(surface.topology().clone(), &options).unwrap();
@@ -42,7 +42,7 @@ pub(super) fn object(context: &Context, segments: u32) -> TriangleObject {
 }
 
 /// The texels of two fields, block by block, which have the same ones.
-pub(super) fn pairs<'a, T: Texel>(a: &'a TriangleField<T>, b: &'a TriangleField<T>) -> Vec<(&'a [T], &'a [T])> {
+pub(crate) fn pairs<'a, T: Texel>(a: &'a TriangleField<T>, b: &'a TriangleField<T>) -> Vec<(&'a [T], &'a [T])> {
     let faces = |field: &TriangleField<T>| field.allocated().collect::<Vec<_>>();
     let edges = |field: &TriangleField<T>| field.allocated_edges().collect::<Vec<_>>();
     assert_eq!((faces(a), edges(a)), (faces(b), edges(b)), "the blocks that are allocated");
@@ -82,7 +82,7 @@ fn told(report: &DabReport) -> (&[u32], u64, u64, u64, u64) {
     (&report.changed, report.changed_texels, report.allocated, report.freed, report.bytes)
 }
 
-pub(super) fn stroke(object: &TriangleObject, points: &[[f64; 3]], action: Action, settings: StrokeSettings) -> Stroke {
+pub(crate) fn stroke(object: &TriangleObject, points: &[[f64; 3]], action: Action, settings: StrokeSettings) -> Stroke {
     let point = |p: &[f64; 3]| StrokePoint::new(object.transform().transform_point3(DVec3::from(*p)), 1.0);
     Stroke::new(points.iter().map(point).collect(), settings, Falloff::Smooth, action)
 }

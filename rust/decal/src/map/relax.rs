@@ -9,8 +9,8 @@ use std::collections::HashMap;
 
 use relievo_core::{Progress, Result};
 
-use crate::energy::{Rest, Vec2};
-use crate::factor::{PINNED, Pairs, System};
+use crate::map::energy::{Rest, Vec2};
+use crate::map::factor::{PINNED, Pairs, System};
 
 /// The share of the way to the first flip that a step may go.
 const SAFE: f64 = 0.9;
@@ -235,7 +235,7 @@ impl Map<'_> {
         let mut direction = vec![[0.0_f32; 2]; self.positions.len()];
         let mut left = steps;
         for _ in 0..PULLING_STEPS {
-            let is_held = crate::energy::distance(self.hooked(hook), hook.target) <= tolerance;
+            let is_held = crate::map::energy::distance(self.hooked(hook), hook.target) <= tolerance;
             if is_held && left == 0 {
                 return Ok(true);
             }

@@ -7,7 +7,7 @@ use relievo_gpu::Device;
 use relievo_testing::device;
 use relievo_tiles::Traces;
 
-use super::device_imprints::{assert_alike, ball, bits, difference, object, place, settings, transforms};
+use super::imprints::{assert_alike, ball, bits, difference, object, place, settings, transforms};
 
 /// Sheets with faces of all kinds and sizes, with traces.
 fn sheets<const N: usize>(context: &Context, device: Option<&Device>) -> [DisplacedObject; N] {

@@ -3,7 +3,7 @@
 //! Faces that are not flipped may still go around a vertex twice: the map is not injective there. A full turn crosses each
 //! direction once, so that crossings of one direction count turns, by comparisons alone.
 
-use crate::energy::Vec2;
+use crate::map::energy::Vec2;
 
 /// Returns a vertex inside, as `is_inside` says, around which unflipped faces turn more than once, if there is one.
 pub fn turned_twice(faces: &[[u32; 3]], positions: &[Vec2], is_inside: impl Fn(u32) -> bool) -> Option<u32> {
