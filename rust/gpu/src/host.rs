@@ -299,11 +299,17 @@ impl<T: Pod> Buffer<T> {
     pub unsafe fn import(device: &Device, label: &str, handle: u64, bytes: u64) -> Result<Self> {
         let len = bytes / size_of::<T>() as u64;
         let size = len * size_of::<T>() as u64 / 4 * 4;
-        if handle == 0 || size == 0 || size > device.limits().max_buffer_size {
-            let most = device.limits().max_buffer_size;
-            return Err(Error::invalid(format!("a VkBuffer of {bytes} bytes is no place for `{label}`"))
+        if handle == 0 {
+            return Err(Error::invalid("the VkBuffer is NULL")
                 .at(label)
-                .advise(format!("pass a buffer of the host with 1 to {most} bytes")));
+                .advise("pass a VkBuffer of the host's device, with memory bound to it"));
+        }
+        let most = device.limits().max_buffer_size;
+        if size == 0 || size > most {
+            let least = (size_of::<T>() as u64).next_multiple_of(4);
+            return Err(Error::invalid(format!("the VkBuffer is given with {bytes} bytes"))
+                .at(label)
+                .advise(format!("pass one of {least} to {most} bytes")));
         }
         let usage = BufferUsages::COPY_DST | BufferUsages::COPY_SRC;
         let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
