@@ -1,5 +1,5 @@
 // import common
-// Soft tissue on a device: what a step of explicit dynamics is given (`rust/tissue/src/device.rs`).
+// Soft tissue on a device: what a step of explicit dynamics is given (`rust/tissue/src/simulation/device.rs`).
 
 struct Step {
     /// m/s²

@@ -2,7 +2,7 @@
 // import halves
 // import imprint_link
 // import imprint_record
-// Rims as rust/detail/src/rim.rs makes them: what its stages share. A workgroup takes a block of 256 coefficients of a tile,
+// Rims as rust/detail/src/imprint/rim.rs makes them: what its stages share. A workgroup takes a block of 256 coefficients of a tile,
 // or values of a triangle, the piece, and an invocation one of them.
 
 // Faults: cells too far from the contact or too many, and borders too many.
