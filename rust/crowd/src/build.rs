@@ -23,14 +23,17 @@ use crate::clip::{self, Clip, Skeleton};
 use crate::geomorph::Collapse;
 use crate::hierarchy::{BuildSettings, Cluster, CrowdModel, Group, NONE, Report};
 
-/// Share of the triangles that a simplification may leave to count as one.
-const LEFT: f64 = 0.85;
+/// Share of the triangles that are to be removed which a simplification has to remove to count as one.
+const REMOVED: f64 = 0.3;
 /// Share of the triangles that a level has of those of the level before.
 const SHARE: f64 = 0.5;
 /// The same once the whole surface is one group: there are no parts to choose cuts from, so levels are nearer.
 const WHOLE_SHARE: f64 = 0.8;
-/// Clusters of the whole surface, in groups, from which it is one.
-const WHOLE: usize = 2;
+/// The same for levels of at most [`SMALL`] triangles, which take little room.
+const SMALL_SHARE: f64 = 0.9;
+const SMALL: usize = 1024;
+/// Triangles of the whole surface, in full groups, from which it is one group.
+const WHOLE: usize = 10;
 /// Groups that small models have at the first level.
 const GROUPS: usize = 8;
 /// Clusters of a group in small models.
@@ -76,7 +79,7 @@ struct Simplified {
     exceeded: u64,
 }
 
-/// The whole surface when it first was one group. Without neighbours it can be simplified from there to each level anew, and
+/// The whole surface when it first was one group. Without neighbours it can be simplified from there to each level, and
 /// distances are measured from it: the sum of those from level to level would be several times as large.
 pub(crate) struct Base {
     pub faces: Vec<Face>,
@@ -104,7 +107,7 @@ pub(crate) fn build(
             clusters.to_vec()
         }
     };
-    let made = builder.run(context, settings, &leaves, progress)?;
+    let made = builder.run(context, settings, (&leaves, clusters.is_some()), progress)?;
     Ok(builder.finished(made, &clips))
 }
 
@@ -167,7 +170,7 @@ impl<'a> Builder<'a> {
         &self,
         context: &Context,
         settings: &BuildSettings,
-        leaves: &[Vec<u32>],
+        (leaves, is_given): (&[Vec<u32>], bool),
         progress: &mut dyn Progress,
     ) -> Result<CrowdModel> {
         let most = settings.cluster_triangles as usize;
@@ -188,30 +191,26 @@ impl<'a> Builder<'a> {
         let mut front: Vec<u32> = (0..made.clusters.len() as u32).collect();
         // Larger groups have fewer places on borders, smaller ones leave more choice to cuts.
         let group = (front.len() / GROUPS).clamp(FEWEST, settings.group_clusters as usize);
-        let mut base: Option<Base> = None;
         for level in 1..=MOST_LEVELS {
             // Most levels have about half of the triangles of the one before.
             let start = 1.0 - 0.5f32.powi(level as i32 - 1);
             let span = [start, 0.5 * (1.0 + start)];
-            if base.is_none() && front.len() <= WHOLE * group {
-                front.sort_unstable();
-                let error = self.group(&made, &front, (0.0, None)).error;
-                base = Some(Base { faces: made.faces(&front), error });
+            let full = settings.group_clusters as usize * most;
+            if !is_given && made.triangle_count(&front) <= (WHOLE * full) as u64 {
+                self.whole(&mut made, front, (context, most), (progress, span))?;
+                break;
             }
-            let (groups, share) = match base {
-                None => (grouping::grouped(&made, &self.places, &front, group, self.size), SHARE),
-                Some(_) => (vec![front.clone()], WHOLE_SHARE),
-            };
+            let groups = grouping::grouped(&made, &self.places, &front, group, self.size);
             let owners = self.owners(&made, &groups);
             let results = context.map_watched(groups.len(), progress, ("simplify", span), |group| {
-                self.simplify(&made, &groups[group], (group as u32, &owners), base.as_ref(), (share, most))
+                self.simplify(&made, &groups[group], (group as u32, &owners), most)
             })?;
             let mut next = Vec::new();
             let mut is_done = true;
             for (clusters, result) in groups.iter().zip(results) {
                 match result? {
                     Some(result) => {
-                        next.extend(self.replace(&mut made, clusters, result, base.as_ref()));
+                        next.extend(self.replace(&mut made, clusters, result, None));
                         is_done = false;
                     }
                     None => next.extend(clusters),
@@ -251,6 +250,23 @@ impl<'a> Builder<'a> {
         let error = if added > 0.0 { (from + added).next_up() } else { from };
         group.error = group.error.max(error);
         group
+    }
+
+    /// Returns clusters of the whole surface as a base. Its distance from the input is measured, since those from level to level
+    /// add up to more.
+    ///
+    /// # Errors
+    /// Memory does not suffice.
+    pub fn base(&self, context: &Context, made: &CrowdModel, clusters: &[u32]) -> Result<Base> {
+        let faces = made.faces(clusters);
+        let sum = self.group(made, clusters, (0.0, None)).error;
+        if made.groups.is_empty() {
+            return Ok(Base { faces, error: sum });
+        }
+        let input = made.clusters.iter().zip(0..).filter(|(cluster, _)| cluster.made_by == NONE);
+        let input = made.faces(&input.map(|(_, number)| number).collect::<Vec<u32>>());
+        let (direct, ..) = self.measure(context, &input, &faces)?;
+        Ok(Base { faces, error: sum.min(direct) })
     }
 
     /// Adds a cluster and returns its index.
@@ -309,34 +325,68 @@ impl<'a> Builder<'a> {
         made: &CrowdModel,
         clusters: &[u32],
         (number, owners): (u32, &[u32]),
-        base: Option<&Base>,
-        (share, most): (f64, usize),
+        most: usize,
     ) -> Result<Option<Simplified>> {
         let faces = made.faces(clusters);
-        // The whole surface has no neighbours.
-        let is_locked = |place: u32| base.is_none() && owners[place as usize] != number;
-        let input = collapse::Input {
-            character: self.character,
-            places: &self.places,
-            posed: &self.posed,
-            is_locked: &is_locked,
-        };
-        let before = base.map_or(&faces, |base| &base.faces);
-        let collapse::Left { faces: left, places, vertices } =
-            collapse::simplify(&input, before, (share * faces.len() as f64) as usize);
-        if left.is_empty() || left.len() as f64 > LEFT * faces.len() as f64 {
+        let is_locked = |place: u32| owners[place as usize] != number;
+        let input = self.input(&is_locked);
+        let left = collapse::Work::new(&input, &faces).left((SHARE * faces.len() as f64) as usize);
+        if !is_level(left.faces.len(), (SHARE, faces.len())) {
             return Ok(None);
         }
-        let (added, measured, exceeded) = self.measure(before, &left)?;
+        let measured = self.measure(&Context::serial(), &faces, &left.faces)?;
+        Ok(Some(self.simplified(left, measured, most)))
+    }
+
+    /// Simplifies the whole surface as one group to the end. It has no neighbours, so that every level goes on from the one before.
+    fn whole(
+        &self,
+        made: &mut CrowdModel,
+        mut front: Vec<u32>,
+        (context, most): (&Context, usize),
+        (progress, span): (&mut dyn Progress, [f32; 2]),
+    ) -> Result<()> {
+        front.sort_unstable();
+        let base = self.base(context, made, &front)?;
+        let input = self.input(&|_| false);
+        let mut work = collapse::Work::new(&input, &base.faces);
+        let (mut levels, mut count) = (Vec::new(), base.faces.len());
+        loop {
+            let share = if count > SMALL { WHOLE_SHARE } else { SMALL_SHARE };
+            let left = work.left((share * count as f64) as usize);
+            if !is_level(left.faces.len(), (share, count)) {
+                break;
+            }
+            count = left.faces.len();
+            levels.push(left);
+        }
+        let measured = context.map_watched(levels.len(), progress, ("measure", span), |level| {
+            self.measure(&Context::serial(), &base.faces, &levels[level].faces)
+        })?;
+        for (left, measured) in levels.into_iter().zip(measured) {
+            front = self.replace(made, &front, self.simplified(left, measured?, most), Some(&base));
+        }
+        Ok(())
+    }
+
+    /// Returns what simplification works with.
+    fn input<'b>(&'b self, is_locked: &'b (dyn Fn(u32) -> bool + Sync)) -> collapse::Input<'b> {
+        collapse::Input { character: self.character, places: &self.places, posed: &self.posed, is_locked }
+    }
+
+    /// Divides what is left of a group into clusters.
+    fn simplified(&self, left: collapse::Left, measured: (f32, u64, u64), most: usize) -> Simplified {
+        let collapse::Left { faces: left, places, vertices } = left;
+        let (added, measured, exceeded) = measured;
         let center = |face: u32| partition::center(self.character, left[face as usize].0);
         let pieces = partition::cut((0..left.len() as u32).collect(), most, &center);
         let pieces = pieces.iter().map(|piece| piece.iter().map(|face| left[*face as usize]).collect()).collect();
-        Ok(Some(Simplified { pieces, places, vertices, added, measured, exceeded }))
+        Simplified { pieces, places, vertices, added, measured, exceeded }
     }
 
     /// Measures the largest distance between a group before and after its simplification over all poses. Returns it with
     /// the number of poses, and of poses that exceed the representative ones.
-    pub fn measure(&self, before: &[Face], after: &[Face]) -> Result<(f32, u64, u64)> {
+    pub fn measure(&self, context: &Context, before: &[Face], after: &[Face]) -> Result<(f32, u64, u64)> {
         let mut vertices: Vec<u32> = before.iter().chain(after).flat_map(|face| face.0).collect();
         vertices.sort_unstable();
         vertices.dedup();
@@ -347,7 +397,7 @@ impl<'a> Builder<'a> {
         let points = |skeleton: &Skeleton| -> Vec<[f32; 3]> {
             vertices.iter().map(|vertex| place(skeleton, vertex).as_vec3().to_array()).collect()
         };
-        let mut gauge = Gauge { context: Context::serial(), triangles: [&before, &after], posed: None };
+        let mut gauge = Gauge { context, triangles: [&before, &after], posed: None };
         let count = self.skeletons.len() as u64;
         if self.is_rigid(&vertices) {
             // The distance is the same in all poses, up to rounding.
@@ -385,7 +435,7 @@ impl<'a> Builder<'a> {
 
 /// Measures distances between two lists of triangles, before and after a simplification, in one pose after the other.
 struct Gauge<'a> {
-    context: Context,
+    context: &'a Context,
     triangles: [&'a [[u32; 3]]; 2],
     /// What was found out in the first pose in which both have area.
     posed: Option<PosedDistance<'a>>,
@@ -395,8 +445,8 @@ impl Gauge<'_> {
     /// Returns `floor`, or a bound of the distance in a pose if that may be larger.
     fn at_most(&mut self, points: &[[f32; 3]], floor: f32) -> Result<f32> {
         let found = match &mut self.posed {
-            Some(posed) => posed.at_most(&self.context, points, floor),
-            None => PosedDistance::new(&self.context, points, self.triangles).map(|(posed, found)| {
+            Some(posed) => posed.at_most(self.context, points, floor),
+            None => PosedDistance::new(self.context, points, self.triangles).map(|(posed, found)| {
                 self.posed = Some(posed);
                 found.max(floor)
             }),
@@ -415,6 +465,11 @@ fn lower(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
 
 fn upper(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|axis| a[axis].max(b[axis]))
+}
+
+/// Whether a simplification to a share of some triangles left few enough to be a level.
+fn is_level(left: usize, (share, triangles): (f64, usize)) -> bool {
+    left > 0 && left as f64 <= (1.0 - REMOVED * (1.0 - share)) * triangles as f64
 }
 
 /// Returns the diagonal of the box of some points.

@@ -43,22 +43,6 @@ pub(crate) struct Left {
     pub vertices: Vec<(u32, u32)>,
 }
 
-/// Returns about `target` triangles, or more where no further collapse is possible.
-pub(crate) fn simplify(input: &Input, faces: &[Face], target: usize) -> Left {
-    let mut work = Work::new(input, faces);
-    let before = work.faces.clone();
-    work.run(target);
-    let kept = || (0..before.len()).filter(|face| work.is_alive[*face]);
-    let corners = kept().flat_map(|face| before[face].0.into_iter().zip(work.faces[face].0));
-    let mut vertices: Vec<(u32, u32)> = corners.filter(|(from, to)| from != to).collect();
-    vertices.sort_unstable();
-    vertices.dedup_by_key(|(from, _)| *from);
-    let number = |place: u32| work.numbers[place as usize];
-    let removed = (0..).zip(&work.removed);
-    let places = removed.flat_map(|(to, gone)| gone.iter().map(move |from| (number(*from), number(to)))).collect();
-    Left { faces: kept().map(|face| work.faces[face]).collect(), places, vertices }
-}
-
 /// A quadric in symmetric form: xx, yy, zz, xy, xz, yz, then the linear part, the constant and the sum of the weights.
 #[derive(Clone, Copy, Default)]
 struct Quadric([f64; 11]);
@@ -151,8 +135,10 @@ impl PartialOrd for Candidate {
 }
 
 /// A group while it is simplified. Places are numbered within the group.
-struct Work<'a> {
+pub(crate) struct Work<'a> {
     input: &'a Input<'a>,
+    /// Triangles as they were.
+    before: Vec<Face>,
     /// The place of the character of every place of the group.
     numbers: Vec<u32>,
     faces: Vec<Face>,
@@ -174,7 +160,8 @@ struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    fn new(input: &'a Input<'a>, faces: &[Face]) -> Self {
+    /// Begins to simplify some triangles.
+    pub fn new(input: &'a Input<'a>, faces: &[Face]) -> Self {
         let place = |vertex: u32| input.places.of[vertex as usize];
         let mut numbers: Vec<u32> = faces.iter().flat_map(|(triangle, _)| triangle.map(place)).collect();
         numbers.sort_unstable();
@@ -204,6 +191,7 @@ impl<'a> Work<'a> {
             live: faces.len(),
             is_alive: vec![true; faces.len()],
             numbers,
+            before: faces.clone(),
             faces,
             corners,
             around,
@@ -215,6 +203,21 @@ impl<'a> Work<'a> {
             made.push_from(place);
         }
         made
+    }
+
+    /// Simplifies further and returns about `target` triangles, or more where no collapse is possible. The result is that of a
+    /// simplification to `target` triangles from the start.
+    pub fn left(&mut self, target: usize) -> Left {
+        self.run(target);
+        let remaining = || (0..self.before.len()).filter(|face| self.is_alive[*face]);
+        let corners = remaining().flat_map(|face| self.before[face].0.into_iter().zip(self.faces[face].0));
+        let mut vertices: Vec<(u32, u32)> = corners.filter(|(from, to)| from != to).collect();
+        vertices.sort_unstable();
+        vertices.dedup_by_key(|(from, _)| *from);
+        let number = |place: u32| self.numbers[place as usize];
+        let removed = (0..).zip(&self.removed);
+        let places = removed.flat_map(|(to, gone)| gone.iter().map(move |from| (number(*from), number(to)))).collect();
+        Left { faces: remaining().map(|face| self.faces[face]).collect(), places, vertices }
     }
 
     fn poses(&self) -> usize {
@@ -369,33 +372,44 @@ impl<'a> Work<'a> {
         Candidate { cost, from, to, is_measured: false, stamp: self.changes[from as usize] + self.changes[to as usize] }
     }
 
-    /// Returns the largest squared distance, over all poses, of the places that were removed for both ends of a collapse
-    /// from the triangles that it leaves there.
-    fn deviation(&self, from: u32, to: u32) -> f64 {
-        let left = |index: &u32| {
-            let corners = self.corners[*index as usize];
-            !(corners.contains(&from) && corners.contains(&to))
-        };
-        let triangles = self.living(from).chain(self.living(to)).filter(left);
-        let triangles: Vec<[u32; 3]> = triangles
-            .map(|index| self.corners[index as usize].map(|corner| if corner == from { to } else { corner }))
-            .collect();
+    /// Returns the largest squared distance, over all poses, between the surface and what a collapse leaves of it: of the places
+    /// that were removed for both ends from the triangles there, and of middles of the triangles that change, and of their edges,
+    /// from the triangles before. Returns `floor` if that is larger.
+    fn deviation(&self, from: u32, to: u32, floor: f32) -> f32 {
+        let moved = |corners: [u32; 3]| corners.map(|corner| if corner == from { to } else { corner });
+        let before: Vec<[u32; 3]> = self.living(from).map(|index| self.corners[index as usize]).collect();
+        let changed: Vec<[u32; 3]> =
+            before.iter().filter(|corners| !corners.contains(&to)).map(|corners| moved(*corners)).collect();
+        let other = self.living(to).map(|index| self.corners[index as usize]);
+        let mut after = changed.clone();
+        after.extend(other.filter(|corners| !corners.contains(&from)));
         let gone = || std::iter::once(from).chain(self.removed[from as usize].iter().copied());
-        let mut most = 0.0f32;
+        let mut most = floor;
         for pose in 0..self.poses() {
-            for place in gone().chain(self.removed[to as usize].iter().copied()) {
-                let point = self.point(place, pose);
+            let placed = |corners: [u32; 3]| corners.map(|corner| self.point(corner, pose));
+            let mut measure = |point: Vec3, triangles: &[[u32; 3]]| {
                 let mut nearest = f32::INFINITY;
-                for corners in &triangles {
-                    nearest = nearest.min(squared(point, corners.map(|corner| self.point(corner, pose))));
+                for corners in triangles {
+                    nearest = nearest.min(squared(point, placed(*corners)));
                     if nearest <= most {
-                        break;
+                        return;
                     }
                 }
-                most = most.max(nearest);
+                most = nearest;
+            };
+            for place in gone().chain(self.removed[to as usize].iter().copied()) {
+                measure(self.point(place, pose), &after);
+            }
+            for corners in &changed {
+                let at = corners.iter().position(|corner| *corner == to).unwrap_or_default();
+                let [a, b, c] = placed(*corners);
+                let next = placed(*corners)[(at + 1) % 3];
+                measure((a + b + c) / 3.0, &before);
+                // The other edge at this end is that of the next triangle.
+                measure(0.5 * (self.point(to, pose) + next), &before);
             }
         }
-        f64::from(most)
+        most
     }
 
     /// Collapses until `target` triangles are left or no collapse is possible. What a neighbour did not allow at first may be
@@ -423,9 +437,10 @@ impl<'a> Work<'a> {
             }
             let Some(charts) = self.allowed(from, to) else { continue };
             if !candidate.is_measured {
-                let cost = self.deviation(from, to);
-                if cost > candidate.cost {
-                    self.queue.push(Candidate { cost, is_measured: true, ..candidate });
+                let floor = candidate.cost as f32;
+                let cost = self.deviation(from, to, floor);
+                if cost > floor {
+                    self.queue.push(Candidate { cost: cost.into(), is_measured: true, ..candidate });
                     continue;
                 }
             }

@@ -6,8 +6,8 @@
 use relievo_core::{Context, Error, Progress, Result};
 use relievo_meshio::Model;
 
+use crate::build::Builder;
 use crate::build::places::Places;
-use crate::build::{Base, Builder};
 use crate::character::Character;
 use crate::clip;
 use crate::hierarchy::{BuildSettings, CrowdModel, NONE};
@@ -69,7 +69,7 @@ impl CrowdModel {
         let first = is_whole.iter().position(|is_whole| *is_whole).unwrap_or_default();
         let measured = context.map_watched(self.groups.len(), progress, ("measure", [0.0, 1.0]), |group| {
             let from = if is_whole[group] { first } else { group };
-            builder.measure(&self.faces(&before[from]), &self.faces(&after[group]))
+            builder.measure(&Context::serial(), &self.faces(&before[from]), &self.faces(&after[group]))
         })?;
         let mut made = Self {
             character: Character {
@@ -91,8 +91,7 @@ impl CrowdModel {
         for (number, result) in measured.into_iter().enumerate() {
             let (added, poses, exceeded) = result?;
             if is_whole[number] && base.is_none() {
-                let error = builder.group(&made, &before[number], (0.0, None)).error;
-                base = Some(Base { faces: Vec::new(), error });
+                base = Some(builder.base(context, &made, &before[number])?);
             }
             let group = builder.group(&made, &before[number], (added, base.as_ref().filter(|_| is_whole[number])));
             found.grown += u32::from(group.error > self.groups[number].error);

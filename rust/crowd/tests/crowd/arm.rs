@@ -107,7 +107,8 @@ fn shared<T: Clone>(made: &Shared<T>, name: String, make: impl FnOnce() -> T) ->
 /// Returns the hierarchy of an arm of about `2 * rings * sides` triangles.
 pub fn built(rings: usize, sides: usize) -> CrowdModel {
     static MADE: Shared<CrowdModel> = Mutex::new(BTreeMap::new());
-    let settings = BuildSettings { cluster_triangles: 40, pose_rate: 12.0, ..BuildSettings::default() };
+    let settings =
+        BuildSettings { cluster_triangles: 40, group_clusters: 4, pose_rate: 12.0, ..BuildSettings::default() };
     let build = || CrowdModel::build(&Context::serial(), &arm(rings, sides), &[0], &settings, &mut Silent).unwrap();
     shared(&MADE, format!("{rings} {sides}"), build)
 }

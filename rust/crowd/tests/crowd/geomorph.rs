@@ -119,7 +119,7 @@ impl Stage {
 
 #[test]
 fn no_vertex_jumps_where_the_cut_changes() {
-    let mut stage = Stage::new(built(40, 20), 7);
+    let mut stage = Stage::new(built(60, 24), 7);
     let plain = CrowdView { eye: [0.4, 1.0, 6.0], pixels: 1000.0, ..CrowdView::default() };
     let moving = CrowdView { geomorph: true, ..plain.clone() };
     let (jump, changes) = stage.largest_jump(&moving, [0.2, 80.0]);

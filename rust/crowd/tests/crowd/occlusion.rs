@@ -27,7 +27,7 @@ fn view_at(number: u32) -> (PixelView, CrowdView) {
     let share = f64::from(number) / 200.0;
     let eye = DVec3::new(4.0 * (6.0 * share).sin(), 1.2 + 0.4 * (9.0 * share).cos(), 5.0 - 3.0 * share);
     let axes = DMat3::from_rotation_y(0.3 * (5.0 * share).sin());
-    let view = CrowdView::perspective(eye, axes, FOV, SIZE, 0.5).unwrap();
+    let view = CrowdView::perspective(eye, axes, FOV, SIZE, 0.25).unwrap();
     (PixelView { eye, axes, fov: FOV, size: SIZE }, view)
 }
 
