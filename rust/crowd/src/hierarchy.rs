@@ -2,8 +2,8 @@
 //!
 //! The paper joins two clusters and simplifies both together, so that the border between two branches stays as fine as
 //! the input up to the root. Here groups of 4 to 16 clusters are simplified together and divided into clusters anew,
-//! so that borders differ from level to level. Places on the border of a group stay while it is simplified. Once few clusters
-//! are left, all of them are one group without a border. The clusters
+//! so that borders differ from level to level. Places on the border of a group stay while it is simplified. Once the surface
+//! has at most the triangles of ten full groups, it is one group without a border. The clusters
 //! of a group are either all drawn coarse or all fine, and a group is coarse only if all below it are, because errors and
 //! boxes grow upwards. That makes every cut free of cracks.
 
@@ -117,7 +117,7 @@ impl CrowdModel {
     }
 
     /// As [`Self::build`], from clusters that the caller made: lists of the triangles of [`Character::from_model`]. They are
-    /// joined by their common edges alone, whatever their deformation.
+    /// joined by their common edges alone, whatever their deformation, and simplified in groups to the end.
     ///
     /// # Errors
     /// As [`Self::build`], or a triangle is not in exactly one cluster, or a cluster has none or more than the settings say.
