@@ -2,10 +2,11 @@
 //! seen from.
 //!
 //! The picture is an orthographic one of 32 × 32 texels along one of 1,536 directions, on a square through the middle of the
-//! pose. A texel is covered where some triangle reaches into it. So a place of the surface, and any place of a covered texel,
-//! are apart in the picture by no more than the sum of the diagonal of a texel, the error of the triangles that were drawn, and
-//! the radius times the angle between the direction of the picture and that of the view. [`error`] is that sum. Depths are
-//! those of the square, off by the radius at most.
+//! pose. A texel is covered where triangles fill half of it, or reach into it and no texel beside it is covered: so thin limbs stay,
+//! and covered texels have about the area of the surface. A place of the surface and the nearest covered texel, and any place of
+//! a covered texel and the surface, are then apart in the picture by no more than the sum of the diagonal of a texel, the error of
+//! the triangles that were drawn, and the radius times the angle between the direction of the picture and that of the view.
+//! [`error`] is that sum. Depths are those of the square, off by the radius at most.
 
 use std::collections::HashMap;
 use std::f32::consts::{FRAC_PI_4, SQRT_2};
@@ -24,6 +25,8 @@ pub const SIDE: usize = 32;
 const ACROSS: u32 = 16;
 /// The largest angle between a direction and that of its picture, radians: the corner of a cell in the middle of a face.
 const ANGLE: f32 = SQRT_2 * FRAC_PI_4 / ACROSS as f32;
+/// Places along a side of a texel at which it is tested whether a triangle fills it.
+const SAMPLES: usize = 4;
 /// Error of the triangles in a picture, in texels.
 const FINE: f32 = 0.25;
 /// Pictures that are kept; all are forgotten where there would be more.
@@ -184,6 +187,7 @@ fn picture(model: &CrowdModel, (points, normals): (&[[f32; 3]], &[[f32; 3]]), nu
     let mut made = Impostor { number: 0, model: 0, center, axes, radius, texels: vec![nothing; SIDE * SIDE] };
     // Triangles at the middle of a texel come first: others in it are often narrow, and would have too large a share.
     let mut nearest = vec![(false, f32::NEG_INFINITY); SIDE * SIDE];
+    let mut filled = vec![0u16; SIDE * SIDE];
     let scale = 0.5 * SIDE as f32 / radius;
     let place = |vertex: u32| {
         let from = Vec3::from(points[vertex as usize]) - center;
@@ -195,7 +199,8 @@ fn picture(model: &CrowdModel, (points, normals): (&[[f32; 3]], &[[f32; 3]]), nu
         for (triangle, material) in model.triangles(cluster).iter().zip(&model.character.materials[first..]) {
             let corners = triangle.map(place);
             let own = triangle.map(|vertex| normals.get(vertex as usize).map_or(Vec3::ZERO, |it| Vec3::from(*it)));
-            for (texel, weights, has_middle) in touched(&corners) {
+            for Touched { texel, weights, has_middle, samples } in touched(&corners) {
+                filled[texel] |= samples;
                 let depth: f32 = corners.iter().zip(weights).map(|(corner, weight)| weight * corner.z).sum();
                 if (has_middle, depth) > nearest[texel] {
                     nearest[texel] = (has_middle, depth);
@@ -207,12 +212,38 @@ fn picture(model: &CrowdModel, (points, normals): (&[[f32; 3]], &[[f32; 3]]), nu
             }
         }
     }
+    uncover(&mut made.texels, &filled);
     made
 }
 
-/// Returns the texels that a triangle reaches into, for each the weights of its corners near the middle of the texel, and whether
-/// the middle is in the triangle.
-fn touched(corners: &[Vec3; 3]) -> impl Iterator<Item = (usize, [f32; 3], bool)> {
+/// Uncovers texels that are filled by less than half, unless none beside them is covered.
+fn uncover(texels: &mut [Texel], filled: &[u16]) {
+    let is_filled = |at: usize| filled[at].count_ones() as usize >= SAMPLES * SAMPLES / 2;
+    let mut is_covered: Vec<bool> = (0..texels.len()).map(is_filled).collect();
+    for at in 0..texels.len() {
+        let [row, column] = [at / SIDE, at % SIDE];
+        let mut beside = (row.saturating_sub(1)..(row + 2).min(SIDE))
+            .flat_map(|row| (column.saturating_sub(1)..(column + 2).min(SIDE)).map(move |column| row * SIDE + column));
+        is_covered[at] |= texels[at].cluster != NONE && !beside.any(|other| is_covered[other]);
+        if !is_covered[at] {
+            texels[at].cluster = NONE;
+        }
+    }
+}
+
+/// A texel that a triangle reaches into.
+struct Touched {
+    texel: usize,
+    /// Weights of the triangle's corners near the middle of the texel.
+    weights: [f32; 3],
+    /// Whether the middle is in the triangle.
+    has_middle: bool,
+    /// A bit for each sample that is in the triangle.
+    samples: u16,
+}
+
+/// Returns the texels that a triangle reaches into.
+fn touched(corners: &[Vec3; 3]) -> impl Iterator<Item = Touched> {
     let flat = corners.map(|corner| corner.truncate());
     let low = flat[0].min(flat[1]).min(flat[2]).floor().max(Vec2::ZERO);
     let high = flat[0].max(flat[1]).max(flat[2]).floor().min(Vec2::splat(SIDE as f32 - 1.0));
@@ -234,14 +265,21 @@ fn touched(corners: &[Vec3; 3]) -> impl Iterator<Item = (usize, [f32; 3], bool)>
             }
         }
         let area = (flat[1] - flat[0]).perp_dot(flat[2] - flat[0]);
-        let weight = |from: usize, to: usize| {
-            let share = (flat[from] - middle).perp_dot(flat[to] - middle) / area;
-            if share.is_finite() { share } else { -1.0 }
+        let shares = |place: Vec2| {
+            [(1, 2), (2, 0), (0, 1)].map(|(from, to)| {
+                let share = (flat[from] - place).perp_dot(flat[to] - place) / area;
+                if share.is_finite() { share } else { -1.0 }
+            })
         };
-        let shares = [weight(1, 2), weight(2, 0), weight(0, 1)];
-        let has_middle = shares.iter().all(|share| *share >= 0.0);
-        let weights = shares.map(|share| share.max(0.0));
+        let has = |shares: [f32; 3]| shares.iter().all(|share| *share >= 0.0);
+        let mut samples = 0;
+        for sample in 0..SAMPLES * SAMPLES {
+            let [x, y] = [sample % SAMPLES, sample / SAMPLES].map(|at| (at as f32 + 0.5) / SAMPLES as f32);
+            samples |= u16::from(has(shares(Vec2::new(column as f32 + x, row as f32 + y)))) << sample;
+        }
+        let weights = shares(middle).map(|share| share.max(0.0));
         let sum: f32 = weights.iter().sum();
-        Some((row * SIDE + column, weights.map(|weight| if sum > 0.0 { weight / sum } else { 1.0 / 3.0 }), has_middle))
+        let weights = weights.map(|weight| if sum > 0.0 { weight / sum } else { 1.0 / 3.0 });
+        Some(Touched { texel: row * SIDE + column, weights, has_middle: has(shares(middle)), samples })
     })
 }

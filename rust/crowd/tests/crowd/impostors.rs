@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DQuat, DVec2, DVec3, Vec3};
+use glam::{DAffine3, DQuat, DVec2, DVec3, Vec2, Vec3};
 use relievo_core::Context;
 use relievo_crowd::{Agent, Blend, Crowd, CrowdView, Drawn, Frame, Impostors, skin};
 use relievo_testing::Random;
@@ -82,6 +82,52 @@ fn what_is_seen_of_an_impostor_is_what_is_seen_of_its_model() {
     }
     // The bound is of use.
     assert!(largest > 0.1, "{largest}");
+}
+
+#[test]
+fn covered_texels_have_the_area_of_what_is_seen() {
+    let (context, model) = (Context::serial(), Arc::new(built(24, 12)));
+    let (mut impostors, mut random, mut ratios) = (Impostors::default(), Random(11), Vec::new());
+    for _ in 0..16 {
+        let mut crowd = Crowd::new(vec![Arc::clone(&model)]);
+        let phase = f64::from(random.unit());
+        crowd.add(Agent { model: 0, clip: 0, phase, transform: DAffine3::IDENTITY }).unwrap();
+        let direction = [0; 3].map(|_| 2.0 * random.unit() - 1.0);
+        let eye = 1000.0 * Vec3::from(direction).normalize();
+        let view = CrowdView { eye: eye.to_array(), pixels: 300.0, impostors: true, ..CrowdView::default() };
+        let mut frame = Frame::default();
+        crowd.cut(&context, &view, &mut frame).unwrap();
+        let found = impostors.of_frame(&context, (&crowd, &frame, 0.0), eye.as_dvec3()).unwrap();
+        let impostor = &found[0].1;
+        let pose = crowd.posed(&crowd.pose_key(0, 0.0)).into_owned();
+        let points = skin(&context, &model.character, &pose, Blend::Linear).unwrap();
+        let side = impostor.texels.len().isqrt();
+        const FINER: usize = 16;
+        let scale = 0.5 * (side * FINER) as f32 / impostor.radius;
+        let see = |vertex: u32| {
+            let from = Vec3::from(points[vertex as usize]) - impostor.center;
+            Vec2::new(impostor.axes[0].dot(from), impostor.axes[1].dot(from)) * scale
+                + 0.5 * Vec2::splat((side * FINER) as f32)
+        };
+        let mut seen = vec![false; (side * FINER).pow(2)];
+        for triangle in model.input_clusters().iter().flat_map(|cluster| model.triangles(*cluster)) {
+            let [a, b, c] = triangle.map(see);
+            let (low, high) = (a.min(b).min(c).floor(), a.max(b).max(c).ceil());
+            for y in low.y as usize..high.y as usize {
+                for x in low.x as usize..high.x as usize {
+                    let place = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+                    let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| (to - from).perp_dot(place - from));
+                    let is_in = sides.iter().all(|side| *side >= 0.0) || sides.iter().all(|side| *side <= 0.0);
+                    seen[y * side * FINER + x] |= is_in;
+                }
+            }
+        }
+        let area = seen.iter().filter(|seen| **seen).count() as f32 / (FINER * FINER) as f32;
+        ratios.push(impostor.covered().count() as f32 / area);
+    }
+    let mean = ratios.iter().sum::<f32>() / ratios.len() as f32;
+    assert!((0.95..1.05).contains(&mean), "{mean}");
+    assert!(ratios.iter().all(|ratio| (0.8..1.2).contains(ratio)), "{ratios:?}");
 }
 
 #[test]
