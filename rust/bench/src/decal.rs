@@ -28,10 +28,11 @@ pub fn run(report: &mut Report, peers: Option<&Path>) -> Result<()> {
     bytes(report);
     let cap = cap(104);
     for side in [2.9, 4.0] {
-        moved(report, &cap, side, of("SLIM"), of("LSCM"))?;
+        moved(report, (&cap, side), of("SLIM"), of("LSCM"), of("flipped_triangles"))?;
     }
     drag(report)?;
     large(report, of("log map"))?;
+    part(report)?;
     paths(report, of("geodesics"))?;
     around(report)?;
     small(report)
@@ -127,7 +128,13 @@ fn one(value: f64) -> Sample {
 }
 
 /// Pins moved by a quarter of their spacing.
-fn moved(report: &mut Report, mesh: &Mesh, side: f64, soft: Option<&Peer>, hard: Option<&Peer>) -> Result<()> {
+fn moved(
+    report: &mut Report,
+    (mesh, side): (&Mesh, f64),
+    soft: Option<&Peer>,
+    hard: Option<&Peer>,
+    count: Option<&Peer>,
+) -> Result<()> {
     let (sticker, pins) = (whole()?, pins(mesh, side)?);
     let settings = DecalSettings::default();
     let decal = lay(mesh, &sticker, &pins, None, &settings, &mut Silent)?;
@@ -150,6 +157,13 @@ fn moved(report: &mut Report, mesh: &Mesh, side: f64, soft: Option<&Peer>, hard:
         let flips = other.map(|(name, (_, flips), _)| (name, one(flips as f64)));
         let flips = flips.as_ref().map(|(name, sample)| (*name, sample));
         report.add(&format!("{name}: flips"), &one(decal.quality.flips as f64), flips, "", Goal::AtMost(0.0));
+    }
+    let row = format!("{name}: flips as libigl counts them");
+    let all = decal.uv.iter().enumerate().map(|(vertex, [u, v])| format!("{vertex} {u} {v}\n")).collect();
+    match count.map(|peer| mapped(peer, &(given.0.clone(), all))) {
+        Some(Ok((plane, _))) => report.add(&row, &one(plane.0[0][0].into()), None, "", Goal::AtMost(0.0)),
+        Some(Err(error)) => report.skip(&row, &error.to_string()),
+        None => report.skip(&row, "libigl is not there"),
     }
     let error = pin_error(&decal, &pins);
     report.add(&format!("{name}: pins off"), &one(error), None, "widths", Goal::AtMost(1e-6));
@@ -178,12 +192,7 @@ fn drag(report: &mut Report) -> Result<()> {
 fn large(report: &mut Report, peer: Option<&Peer>) -> Result<()> {
     let mesh = cap(224);
     let sticker = whole()?;
-    let place = |x: f64, y: f64| -> Result<Pin> {
-        let place = over(&mesh, [x, y].map(|value| 0.15 + 0.7 * value / PIXELS))?;
-        Ok(Pin { image: [x, y], place })
-    };
-    let pins = [(20.0, 20.0), (80.0, 22.0), (50.0, 48.0), (25.0, 75.0), (78.0, 80.0), (52.0, 85.0)];
-    let pins: Vec<Pin> = pins.into_iter().map(|(x, y)| place(x, y)).collect::<Result<_>>()?;
+    let pins = six(&mesh, 0.7)?;
     let settings = DecalSettings::default();
     let decal = lay(&mesh, &sticker, &pins, None, &settings, &mut Silent)?;
     let time = sample(RUNS, || seconds(|| lay(&mesh, &sticker, &pins, None, &settings, &mut Silent)));
@@ -200,6 +209,33 @@ fn large(report: &mut Report, peer: Option<&Peer>) -> Result<()> {
     report.add(&name, &time, peer_time, "s", Goal::AtMost(2.0));
     let peer_stretch = other.as_ref().map(|(name, l2, _)| (*name, l2));
     report.add(&format!("{name}: L2 stretch"), &one(decal.quality.l2), peer_stretch, "", Goal::AtMost(1.25));
+    Ok(())
+}
+
+/// Six pins of a sticker over the middle of the cap, as wide as a share of it.
+fn six(mesh: &Mesh, share: f64) -> Result<Vec<Pin>> {
+    let pins = [(20.0, 20.0), (80.0, 22.0), (50.0, 48.0), (25.0, 75.0), (78.0, 80.0), (52.0, 85.0)];
+    let place = |(x, y): (f64, f64)| -> Result<Pin> {
+        let place = over(mesh, [x, y].map(|value| 0.5 + share * (value / PIXELS - 0.5)))?;
+        Ok(Pin { image: [x, y], place })
+    };
+    pins.into_iter().map(place).collect()
+}
+
+/// A sticker over the same number of triangles of a small mesh and of one of sixteen times as many.
+fn part(report: &mut Report) -> Result<()> {
+    let (sticker, settings) = (whole()?, DecalSettings::default());
+    let laid = |count: u32, share: f64| -> Result<(usize, usize, Sample)> {
+        let mesh = cap(count);
+        let pins = six(&mesh, share)?;
+        let decal = lay(&mesh, &sticker, &pins, None, &settings, &mut Silent)?;
+        let time = sample(RUNS, || seconds(|| lay(&mesh, &sticker, &pins, None, &settings, &mut Silent)));
+        Ok((decal.quality.triangles, mesh.face_count(), time))
+    };
+    let (few, small, alone) = laid(112, 0.7)?;
+    let (many, large, time) = laid(448, 0.175)?;
+    let name = format!("6 pins, patch of {many} of {large} triangles, beside one of {few} of {small}");
+    report.add(&name, &time, Some(("the small mesh", &alone)), "s", Goal::RatioAtMost(2.0));
     Ok(())
 }
 

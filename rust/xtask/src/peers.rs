@@ -71,6 +71,7 @@ pub fn decals() -> Result<PathBuf, String> {
     for (name, called) in [
         ("libigl SLIM", "decal.py slim"),
         ("libigl LSCM", "decal.py lscm"),
+        ("libigl flipped_triangles", "decal.py flips"),
         ("potpourri3d log map", "decal.py log_map"),
         ("potpourri3d geodesics", "decal.py geodesics"),
     ] {

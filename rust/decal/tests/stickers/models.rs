@@ -4,9 +4,9 @@ use crate::disks::lay_as_disk;
 use relievo_core::{Context, Mesh};
 use relievo_decal::{Decal, DecalSettings, Pin, Quality, Sticker, nearest};
 
-/// A model as triangles.
+/// A model as triangles, by its path in the folder of models.
 fn model(name: &str) -> Option<Mesh> {
-    let path = relievo_testing::file(&format!("meshes/{name}"))?;
+    let path = relievo_testing::file(name)?;
     let mesh = relievo_meshio::read(&Context::serial(), &path).unwrap_or_else(|error| panic!("{error}"));
     let triangles = mesh.triangles();
     Some(Mesh::from_triangles(mesh.points, &triangles))
@@ -31,7 +31,7 @@ fn laid(mesh: &Mesh, pins: &[([f64; 2], [f64; 3])]) -> Decal {
 
 #[test]
 fn a_face_covers_the_head_between_large_ears() {
-    let Some(mesh) = model("cheburashka.obj") else { return };
+    let Some(mesh) = model("meshes/cheburashka.obj") else { return };
     let pins = [
         ([90.0, 110.0], [0.42, 0.69, 0.70]),
         ([210.0, 110.0], [0.58, 0.69, 0.70]),
@@ -47,7 +47,7 @@ fn a_face_covers_the_head_between_large_ears() {
 
 #[test]
 fn a_sticker_over_head_and_ears_shows_no_part_of_the_image_twice() {
-    let Some(mesh) = model("cheburashka.obj") else { return };
+    let Some(mesh) = model("meshes/cheburashka.obj") else { return };
     let pins = [
         ([120.0, 150.0], [0.42, 0.69, 0.70]),
         ([180.0, 150.0], [0.58, 0.69, 0.70]),
@@ -59,7 +59,7 @@ fn a_sticker_over_head_and_ears_shows_no_part_of_the_image_twice() {
 
 #[test]
 fn a_sticker_lies_on_one_of_many_components() {
-    let Some(mesh) = model("ogre.obj") else { return };
+    let Some(mesh) = model("meshes/ogre.obj") else { return };
     let pins = [
         ([60.0, 60.0], [-2.5, 16.0, 4.0]),
         ([240.0, 60.0], [2.5, 16.0, 4.0]),
@@ -68,4 +68,22 @@ fn a_sticker_lies_on_one_of_many_components() {
     ];
     let decal = laid(&mesh, &pins);
     assert!(decal.quality.coverage > 0.98, "{:?}", decal.quality);
+}
+
+#[test]
+fn a_sticker_lies_on_the_flank_of_a_cow() {
+    let Some(mesh) = model("cages/spot_quadrangulated.obj") else { return };
+    // The head looks along -z, so that the image goes from the head to the tail.
+    let pins = [
+        ([60.0, 100.0], [0.35, -0.1, 0.0]),
+        ([240.0, 100.0], [0.35, -0.1, 0.45]),
+        ([60.0, 220.0], [0.33, 0.2, 0.0]),
+        ([240.0, 220.0], [0.3, 0.2, 0.45]),
+        ([150.0, 160.0], [0.36, 0.05, 0.22]),
+    ];
+    for count in [2, 3, 5] {
+        let decal = laid(&mesh, &pins[..count]);
+        let Quality { coverage, doubled, turned_twice, .. } = decal.quality;
+        assert!(coverage > 0.98 && doubled < 0.01 && turned_twice == 0, "{count} pins: {:?}", decal.quality);
+    }
 }
