@@ -138,10 +138,10 @@ static void write_theirs(HostDevice *host, const Scene *scene) {
     given.triangle_bytes = triangle_bytes - 12;
     CHECK_FAILS(RLV_ERROR_MEMORY, rlv_vulkan_create_buffer(scene->tessellation, &given, &buffer), "triangle_bytes");
     given.triangle_bytes = 3;
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_vulkan_create_buffer(scene->tessellation, &given, &buffer), "triangles");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_vulkan_create_buffer(scene->tessellation, &given, &buffer), "given with 3 bytes");
     given.triangle_bytes = triangle_bytes;
     given.points = 0;
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_vulkan_create_buffer(scene->tessellation, &given, &buffer), "points");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_vulkan_create_buffer(scene->tessellation, &given, &buffer), "points: the VkBuffer is NULL");
     CHECK(buffer.id == 77);
     given.points = (uint64_t)points.buffer;
     CHECK_OK(rlv_context_info(scene->context, &before));
