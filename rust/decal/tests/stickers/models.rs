@@ -73,12 +73,12 @@ fn a_sticker_lies_on_one_of_many_components() {
 #[test]
 fn a_sticker_lies_on_the_flank_of_a_cow() {
     let Some(mesh) = model("cages/spot_quadrangulated.obj") else { return };
-    // The head looks along -z, so that the image goes from the head to the tail.
+    // Seen from the side, the image's right is -z.
     let pins = [
-        ([60.0, 100.0], [0.35, -0.1, 0.0]),
-        ([240.0, 100.0], [0.35, -0.1, 0.45]),
-        ([60.0, 220.0], [0.33, 0.2, 0.0]),
-        ([240.0, 220.0], [0.3, 0.2, 0.45]),
+        ([60.0, 100.0], [0.35, -0.1, 0.45]),
+        ([240.0, 100.0], [0.35, -0.1, 0.0]),
+        ([60.0, 220.0], [0.3, 0.2, 0.45]),
+        ([240.0, 220.0], [0.33, 0.2, 0.0]),
         ([150.0, 160.0], [0.36, 0.05, 0.22]),
     ];
     for count in [2, 3, 5] {
