@@ -6,32 +6,29 @@ import bpy
 from ..ops import decal
 
 
-class RELIEVO_PT_decal(bpy.types.Panel):
+class DecalPanel:
+    """What the panels of an object's decal share."""
+
     bl_label = "Decal"
-    bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Relievo"
-    bl_options = {"DEFAULT_CLOSED"}
 
     @classmethod
     def poll(cls, context):
         target = decal.owner_of(context.active_object)
         return target is not None and target.type == "MESH"
+
+
+class RELIEVO_PT_decal(DecalPanel, bpy.types.Panel):
+    bl_space_type = "VIEW_3D"
+    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context):
         draw_decal(self.layout, decal.owner_of(context.active_object), "relievo.decal_pin_add")
 
 
-class RELIEVO_PT_decal_image(bpy.types.Panel):
-    bl_label = "Decal"
+class RELIEVO_PT_decal_image(DecalPanel, bpy.types.Panel):
     bl_space_type = "IMAGE_EDITOR"
-    bl_region_type = "UI"
-    bl_category = "Relievo"
-
-    @classmethod
-    def poll(cls, context):
-        target = decal.owner_of(context.active_object)
-        return target is not None and target.type == "MESH"
 
     def draw(self, context):
         draw_decal(self.layout, decal.owner_of(context.active_object), "relievo.decal_pin_image")

@@ -127,6 +127,13 @@ fn one(value: f64) -> Sample {
     Sample::new(vec![value])
 }
 
+/// Lays a decal and measures how long that takes.
+fn timed(mesh: &Mesh, sticker: &Sticker, pins: &[Pin]) -> Result<(Decal, Sample)> {
+    let settings = DecalSettings::default();
+    let decal = lay(mesh, sticker, pins, None, &settings, &mut Silent)?;
+    Ok((decal, sample(RUNS, || seconds(|| lay(mesh, sticker, pins, None, &settings, &mut Silent)))))
+}
+
 /// Pins moved by a quarter of their spacing.
 fn moved(
     report: &mut Report,
@@ -135,10 +142,8 @@ fn moved(
     hard: Option<&Peer>,
     count: Option<&Peer>,
 ) -> Result<()> {
-    let (sticker, pins) = (whole()?, pins(mesh, side)?);
-    let settings = DecalSettings::default();
-    let decal = lay(mesh, &sticker, &pins, None, &settings, &mut Silent)?;
-    let time = sample(RUNS, || seconds(|| lay(mesh, &sticker, &pins, None, &settings, &mut Silent)));
+    let pins = pins(mesh, side)?;
+    let (decal, time) = timed(mesh, &whole()?, &pins)?;
     let given = patch(&decal, &pins);
     let name = format!("{} pins on a cap of {} triangles", pins.len(), mesh.face_count());
     for peer in [soft, hard] {
@@ -191,11 +196,8 @@ fn drag(report: &mut Report) -> Result<()> {
 /// A sticker over half of a cap of 100,000 triangles with 6 pins, and the same with one pin by the exponential map.
 fn large(report: &mut Report, peer: Option<&Peer>) -> Result<()> {
     let mesh = cap(224);
-    let sticker = whole()?;
     let pins = six(&mesh, 0.7)?;
-    let settings = DecalSettings::default();
-    let decal = lay(&mesh, &sticker, &pins, None, &settings, &mut Silent)?;
-    let time = sample(RUNS, || seconds(|| lay(&mesh, &sticker, &pins, None, &settings, &mut Silent)));
+    let (decal, time) = timed(&mesh, &whole()?, &pins)?;
     let given = patch(&decal, &pins);
     let other = peer.and_then(|peer| match mapped(peer, &given) {
         Ok((plane, seconds)) => Some((peer.name.as_str(), one(quality(&given.0, &plane).0), one(seconds))),
@@ -224,12 +226,9 @@ fn six(mesh: &Mesh, share: f64) -> Result<Vec<Pin>> {
 
 /// A sticker over the same number of triangles of a small mesh and of one of sixteen times as many.
 fn part(report: &mut Report) -> Result<()> {
-    let (sticker, settings) = (whole()?, DecalSettings::default());
     let laid = |count: u32, share: f64| -> Result<(usize, usize, Sample)> {
         let mesh = cap(count);
-        let pins = six(&mesh, share)?;
-        let decal = lay(&mesh, &sticker, &pins, None, &settings, &mut Silent)?;
-        let time = sample(RUNS, || seconds(|| lay(&mesh, &sticker, &pins, None, &settings, &mut Silent)));
+        let (decal, time) = timed(&mesh, &whole()?, &six(&mesh, share)?)?;
         Ok((decal.quality.triangles, mesh.face_count(), time))
     };
     let (few, small, alone) = laid(112, 0.7)?;

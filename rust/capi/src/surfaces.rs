@@ -1,4 +1,4 @@
-//! Nouns of meshes, surfaces, grids and what is found on them.
+//! Nouns of meshes, surfaces and grids, and of queries of them.
 
 pub mod bezier;
 pub mod caster;

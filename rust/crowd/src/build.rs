@@ -189,14 +189,14 @@ impl<'a> Builder<'a> {
             self.add(&mut made, piece.iter().map(face).collect(), NONE, 0);
         }
         let mut front: Vec<u32> = (0..made.clusters.len() as u32).collect();
+        let whole = (WHOLE * settings.group_clusters as usize * most) as u64;
         // Larger groups have fewer places on borders, smaller ones leave more choice to cuts.
         let group = (front.len() / GROUPS).clamp(FEWEST, settings.group_clusters as usize);
         for level in 1..=MOST_LEVELS {
             // Most levels have about half of the triangles of the one before.
             let start = 1.0 - 0.5f32.powi(level as i32 - 1);
             let span = [start, 0.5 * (1.0 + start)];
-            let full = settings.group_clusters as usize * most;
-            if !is_given && made.triangle_count(&front) <= (WHOLE * full) as u64 {
+            if !is_given && made.triangle_count(&front) <= whole {
                 self.whole(&mut made, front, (context, most), (progress, span))?;
                 break;
             }

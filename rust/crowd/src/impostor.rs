@@ -277,9 +277,10 @@ fn touched(corners: &[Vec3; 3]) -> impl Iterator<Item = Touched> {
             let [x, y] = [sample % SAMPLES, sample / SAMPLES].map(|at| (at as f32 + 0.5) / SAMPLES as f32);
             samples |= u16::from(has(shares(Vec2::new(column as f32 + x, row as f32 + y)))) << sample;
         }
-        let weights = shares(middle).map(|share| share.max(0.0));
+        let at_middle = shares(middle);
+        let weights = at_middle.map(|share| share.max(0.0));
         let sum: f32 = weights.iter().sum();
         let weights = weights.map(|weight| if sum > 0.0 { weight / sum } else { 1.0 / 3.0 });
-        Some(Touched { texel: row * SIDE + column, weights, has_middle: has(shares(middle)), samples })
+        Some(Touched { texel: row * SIDE + column, weights, has_middle: has(at_middle), samples })
     })
 }

@@ -14,7 +14,7 @@ use crate::object::DisplacedObject;
 const CELL_BYTES: u64 = 256;
 
 impl Collider {
-    /// A collider of a displaced surface, as it is now.
+    /// Makes a collider of the present shape of a displaced surface.
     ///
     /// Tiles that may be in `obb` are cut into cells whose sides are at most `edge` long there (world units), as far as
     /// a tile can be cut; the others are only as fine as their faces. `cage` has the surface's faces.
