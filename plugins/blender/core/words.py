@@ -23,35 +23,43 @@ GROUPS = {
 }
 # Names of the library that are no setting of a panel.
 TERMS = {"cell": "Element size", "voxel": "Element size", "jitter_position": "Jitter", "level": "Coarseness"}
-# Sentences in place of the library's own, by the code of what happened (`rlv_error_get`): what, and what to do. {element} is the
-# number of the element that the failure names, {place} where it happened.
+# Sentences in place of the library's own, which have # for each number: what happened, and what to do. {element} is the number of
+# the element that the failure names, {place} where it happened.
 SENTENCES = {
-    # "a coordinate is not a finite number"
-    1091035688: ("Vertex {element} of the mesh is at no finite place", "move it, remove it, or use Repair mesh"),
-    # "point # is repeated"
-    3354265190: ("Face {element} of the mesh has a vertex twice", "use Repair mesh"),
-    # "point # does not exist"
-    2511282179: ("A face of the mesh has a vertex that is not there", "use Repair mesh"),
-    # "no basin goes from [#, #, #] to [#, #, #] by #"
-    2571998156: ("Spacing: it does not fit the domain", "let it be less than each side, and more than some thousandth of it"),
-    # "a place or velocity of a particle is not finite"
-    412906995: ("Velocity: it is not a finite number", "set it anew; else a vertex of the fill is at no finite place"),
-    # "its height is out of range"
-    3310729352: ("Height: it is out of range", "use -60000 to 60000"),
-    # "voxels of [#, #, #] m cannot be"
-    1970625689: ("Element size: elements of this size cannot be", "use 1e-7 to 1e6 m"),
-    # "no voxel has enough samples inside"
-    1041961763: ("Element size: no element has enough of a volume inside", "make it smaller"),
-    # "no node is near it"
-    3982270125: ("{place}: no tissue is near it", "place it within the size of an element, its normals out of the tissue"),
-    # "the upward direction is not finite or points along the normal"
-    2475014667: ("Up: it is not finite, or points out of the surface there", "give another direction"),
-    # "point # is nowhere"
-    3691186718: ("A point of the stroke is at no finite place", "stay below 1e12"),
-    # "the collider reaches too far beyond the overlap to be voxelised"
-    3525807712: ("What presses reaches too far beyond what it dents", "cut it down, or make both closer in size"),
-    # "the format of the file is not known"
-    2192475487: ("{place}: the file is damaged, or of another kind", "make it again, or choose another one"),
+    "a coordinate is not a finite number": (
+        "Vertex {element} of the mesh is at no finite place",
+        "move it, remove it, or use Repair mesh",
+    ),
+    "point # is repeated": ("Face {element} of the mesh has a vertex twice", "use Repair mesh"),
+    "point # does not exist": ("A face of the mesh has a vertex that is not there", "use Repair mesh"),
+    "no basin goes from [#, #, #] to [#, #, #] by #": (
+        "Spacing: it does not fit the domain",
+        "let it be less than each side, and more than some thousandth of it",
+    ),
+    "a place or velocity of a particle is not finite": (
+        "Velocity: it is not a finite number",
+        "set it anew; else a vertex of the fill is at no finite place",
+    ),
+    "its height is out of range": ("Height: it is out of range", "use -60000 to 60000"),
+    "voxels of [#, #, #] m cannot be": ("Element size: elements of this size cannot be", "use 1e-7 to 1e6 m"),
+    "no voxel has enough samples inside": ("Element size: no element has enough of a volume inside", "make it smaller"),
+    "no node is near it": (
+        "{place}: no tissue is near it",
+        "place it within the size of an element, its normals out of the tissue",
+    ),
+    "the upward direction is not finite or points along the normal": (
+        "Up: it is not finite, or points out of the surface there",
+        "give another direction",
+    ),
+    "point # is nowhere": ("A point of the stroke is at no finite place", "stay below 1e12"),
+    "the collider reaches too far beyond the overlap to be voxelised": (
+        "What presses reaches too far beyond what it dents",
+        "cut it down, or make both closer in size",
+    ),
+    "the format of the file is not known": (
+        "{place}: the file is damaged, or of another kind",
+        "make it again, or choose another one",
+    ),
 }
 # What the library says to programs, and what it comes to for artists.
 SAID = [
@@ -69,6 +77,17 @@ SAID = [
 KEPT = re.compile(r"`[^`]*`|'[^']*'|\"[^\"]*\"|(?:[\w.~-]*/)+[\w.#-]*")
 FIELD = re.compile(r"\b[a-z]+(?:_[a-z]+)+\b")
 FUNCTION = re.compile(r"rlv_[a-z]+")
+
+
+def code_of(sentence):
+    """Returns the code of a sentence of the library, as `rlv_error_get` gives it: FNV-1a of 32 bits."""
+    code = 0x811C9DC5
+    for byte in sentence.encode():
+        code = (code ^ byte) * 0x01000193 % 2**32
+    return code
+
+
+CODES = {code_of(sentence): told for sentence, told in SENTENCES.items()}
 
 
 def shown(nouns, name):
@@ -111,8 +130,8 @@ def sentence(failure):
     """Returns a failure of the library as a sentence: where, what, and what to do."""
     nouns = FUNCTION.findall(failure.place)
     place = place_of(failure, nouns)
-    if failure.code in SENTENCES:
-        what, remedy = (text.format(element=failure.element, place=place) for text in SENTENCES[failure.code])
+    if failure.code in CODES:
+        what, remedy = (text.format(element=failure.element, place=place) for text in CODES[failure.code])
         return f"{what}; {remedy}"
     told = [plain(failure.what, nouns), plain(failure.remedy, nouns)]
     return (f"{place}: " if place else "") + "; ".join(text for text in told if text)
