@@ -17,10 +17,12 @@ use faer::sparse::linalg::cholesky::supernodal::{
 };
 use faer::sparse::linalg::{SymbolicSupernodalParams, amd};
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMat, SymbolicSparseColMatRef};
-use relievo_core::{Error, Result};
+use relievo_core::lanes::Lanes;
+use relievo_core::simd::Level;
+use relievo_core::{Error, Result, dispatch_simd};
 
 use crate::map::energy::Couplings;
-use crate::map::triangular::{Work, solve};
+use crate::map::triangular::{BEYOND, Work, invert_diagonal, solve};
 
 /// Stands for a vertex that is no unknown.
 pub const PINNED: u32 = u32::MAX;
@@ -102,8 +104,9 @@ impl System {
         let symbolic = structure(lower)?;
         let (blocks, diagonal) = (vec![[0.0; 4]; upper.items.len() - free], vec![[0.0; 3]; free]);
         factor.clear();
-        factor.reserve_exact(symbolic.len_val());
-        factor.resize(symbolic.len_val(), 0.0);
+        let size = symbolic.len_val() + BEYOND;
+        factor.reserve_exact(size);
+        factor.resize(size, 0.0);
         let (steps, is_stale, work) = (None, true, Work::default());
         Ok(Self { rows, upper, blocks, diagonal, symbolic, factor, steps, is_stale, work })
     }
@@ -202,7 +205,7 @@ impl System {
                 }
             }
             let made = factorize_supernodal_numeric_llt(
-                &mut self.factor,
+                &mut self.factor[..self.symbolic.len_val()],
                 SparseColMatRef::new(matrix, &values),
                 LltRegularization::default(),
                 &self.symbolic,
@@ -211,6 +214,7 @@ impl System {
                 Default::default(),
             );
             if made.is_ok() && self.factor.iter().all(|value| value.is_finite()) {
+                invert_diagonal(&self.symbolic, &mut self.factor);
                 (self.steps, self.is_stale) = (None, false);
                 return Ok(());
             }
@@ -285,21 +289,30 @@ impl System {
     /// Multiplies the scaled matrix by a vector.
     fn multiply(&self, vector: &Pairs, image: &mut Pairs) {
         image.copy_from_slice(vector);
-        let mut blocks = self.blocks.iter();
-        for (row, [x, y]) in vector.iter().enumerate() {
-            let range = self.upper.range(row);
-            let [mut first, mut second] = [0.0; 2];
-            for (other, [p, q, r, s]) in self.upper.items[range.start + 1..range.end].iter().zip(&mut blocks) {
-                let [u, v] = vector[*other as usize];
-                first += p * u + q * v;
-                second += r * u + s * v;
-                let above = &mut image[*other as usize];
-                above[0] += p * x + r * y;
-                above[1] += q * x + s * y;
-            }
-            image[row][0] += first;
-            image[row][1] += second;
+        add_couplings(Level::best(), &self.upper, &self.blocks, vector, image);
+    }
+}
+
+dispatch_simd! {
+    /// Adds the products of a vector with the blocks beside the diagonal.
+    fn add_couplings = add_couplings_body(upper: &Lists, blocks: &[[f32; 4]], vector: &[[f32; 2]], image: &mut [[f32; 2]])
+}
+
+#[inline(always)]
+fn add_couplings_body<A: Lanes>(_: A, upper: &Lists, blocks: &[[f32; 4]], vector: &[[f32; 2]], image: &mut [[f32; 2]]) {
+    let mut blocks = blocks.iter();
+    for (row, [x, y]) in vector.iter().enumerate() {
+        let range = upper.range(row);
+        let [mut first, mut second] = [0.0; 2];
+        for (other, [p, q, r, s]) in upper.items[range.start + 1..range.end].iter().zip(&mut blocks) {
+            let [u, v] = vector[*other as usize];
+            first = A::fma(*p, u, A::fma(*q, v, first));
+            second = A::fma(*r, u, A::fma(*s, v, second));
+            let above = &mut image[*other as usize];
+            *above = [A::fma(*p, *x, A::fma(*r, *y, above[0])), A::fma(*q, *x, A::fma(*s, *y, above[1]))];
         }
+        image[row][0] += first;
+        image[row][1] += second;
     }
 }
 

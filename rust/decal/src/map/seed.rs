@@ -375,3 +375,42 @@ pub fn single(
     }
     Patch::new(triangle.to_vec(), positions, vec![[0, 1, 2]], vec![face])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A plane of 12 by 12 squares, and the vertex at a point of whole coordinates.
+    fn plane() -> Arc<Surface> {
+        let at = |x: u32, y: u32| 13 * y + x;
+        let points = (0..169).map(|vertex| [f64::from(vertex % 13), f64::from(vertex / 13), 0.0]).collect();
+        let squares = (0..144).map(|square| (square % 12, square / 12));
+        let triangles = squares.flat_map(|(x, y)| {
+            let [a, b, c, d] = [at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)];
+            [[a, b, c], [a, c, d]]
+        });
+        let triangles: Vec<[u32; 3]> = triangles.collect();
+        let sources = (0..triangles.len() as u32).collect();
+        Arc::new(Surface::from_triangles(points, triangles, sources, Vec::new()))
+    }
+
+    #[test]
+    fn paths_of_no_region_cross_others_and_those_of_regions_do_not() {
+        // Pins 3 and 4 are joined by bridges, whose paths cross each other and a side of the triangle.
+        let vertices = [[2, 2], [10, 3], [3, 10], [9, 9], [5, 11]].map(|[x, y]: [u32; 2]| 13 * y + x);
+        let places = [[0.0, 0.0], [8.0, 1.0], [1.0, 8.0], [-5.0, 9.0], [12.0, 7.0]];
+        let edges = vec![[0, 1], [0, 2], [0, 3], [1, 2], [1, 4]];
+        let graph = Graph { edges: edges.clone(), triangles: vec![[0, 1, 2]] };
+        let seed = between_pins(&plane(), &vertices, &places, &graph).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(seed.pins.iter().map(|(pin, _)| *pin).collect::<Vec<_>>(), [0, 1, 2]);
+        for (pin, vertex) in &seed.pins {
+            assert_eq!(seed.patch.positions[*vertex as usize], places[*pin]);
+        }
+        // The same paths as sides of a second triangle are refused, with the four pins and a proposal.
+        let graph = Graph { edges: [edges, vec![[3, 4]]].concat(), triangles: vec![[0, 1, 2], [0, 3, 4]] };
+        let error = between_pins(&plane(), &vertices, &places, &graph).expect_err("they cross").to_string();
+        for part in ["meet on the surface near", "pins 0, 3, 1 and 2", "add a pin for the point"] {
+            assert!(error.contains(part), "{error}");
+        }
+    }
+}

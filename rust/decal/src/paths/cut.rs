@@ -38,6 +38,8 @@ pub fn cut(surface: &Surface, paths: &[Path], is_pin: &dyn Fn(u32) -> bool) -> R
     // Divisions of each face, with their path.
     let mut chords: BTreeMap<u32, Vec<(u32, u32, usize)>> = BTreeMap::new();
     let mut owner: HashMap<u32, usize> = HashMap::new();
+    // Edges that a path follows, by the smaller half-edge.
+    let mut followed: BTreeMap<u32, usize> = BTreeMap::new();
     let mut lines = Vec::with_capacity(paths.len());
     for (number, path) in paths.iter().enumerate() {
         let mut line = vec![path.vertices[0]];
@@ -62,7 +64,12 @@ pub fn cut(surface: &Surface, paths: &[Path], is_pin: &dyn Fn(u32) -> bool) -> R
             }
             match span.last() {
                 Some(last) => append(&mut line, end, surface.mates[last.half as usize] / 3, number, &mut chords),
-                None if line[line.len() - 1] != end => line.push(end),
+                None if line[line.len() - 1] != end => {
+                    let last = line[line.len() - 1];
+                    let edge = from_to(surface, last, end).or_else(|| from_to(surface, end, last));
+                    followed.extend(edge.map(|half| (half.min(surface.mates[half as usize]), number)));
+                    line.push(end);
+                }
                 None => {}
             }
         }
@@ -75,6 +82,14 @@ pub fn cut(surface: &Surface, paths: &[Path], is_pin: &dyn Fn(u32) -> bool) -> R
             }
         }
         lines.push(line);
+    }
+    for (edge, number) in &followed {
+        // An edge that one path follows is divided where another crosses it.
+        let crossed = on_edges.get(edge).and_then(|places| places.first());
+        if let Some((_, vertex)) = crossed {
+            let other = owner.get(vertex).copied().unwrap_or(*number);
+            return Err(Meeting { paths: [other.min(*number), other.max(*number)], point: points[*vertex as usize] });
+        }
     }
     for places in on_edges.values_mut() {
         places.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
@@ -223,12 +238,17 @@ fn shape(triangle: [u32; 3], points: &[Vec3]) -> f64 {
     if longest > 0.0 { length(cross(edges[0], edges[1])) / (longest * longest * 0.75_f64.sqrt()) } else { 0.0 }
 }
 
+/// The half-edge from one vertex to another.
+fn from_to(surface: &Surface, from: u32, to: u32) -> Option<u32> {
+    surface.fan(from).find(|half| surface.target(*half) == to)
+}
+
 /// Returns the half-edges of a path of edges, in its direction.
 pub fn half_edges(surface: &Surface, path: &[u32]) -> Option<Vec<PathEdge>> {
     path.windows(2)
         .map(|pair| {
-            let forward = surface.fan(pair[0]).find(|half| surface.target(*half) == pair[1]);
-            let backward = surface.fan(pair[1]).find(|half| surface.target(*half) == pair[0]);
+            let forward = from_to(surface, pair[0], pair[1]);
+            let backward = from_to(surface, pair[1], pair[0]);
             (forward.is_some() || backward.is_some()).then_some(PathEdge { forward, backward })
         })
         .collect()

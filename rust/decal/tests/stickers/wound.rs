@@ -86,6 +86,58 @@ fn a_sticker_with_many_pins_goes_around_a_finger_one_and_a_half_times() {
     }
 }
 
+/// The band of a sticker goes around a finger one and a third times, and two arms that rise from its ends cross on the way. Each
+/// arm is held by one pin, whose path crosses that of the other arm and encloses no region with it.
+#[test]
+fn paths_between_separate_parts_of_a_sticker_may_cross() {
+    let outline = [
+        [0.1, 0.0],
+        [1.45, 0.0],
+        [1.45, 0.25],
+        [1.2, 0.95],
+        [1.0, 0.95],
+        [1.25, 0.25],
+        [0.3, 0.25],
+        [0.55, 0.95],
+        [0.35, 0.95],
+        [0.1, 0.25],
+    ];
+    let sticker = Sticker::new([200, 100], outline.map(|point| point.map(|value| 100.0 * value)).into());
+    let sticker = sticker.expect("a sticker");
+    let mesh = finger(48, 0.0);
+    let pins = [
+        [0.2, 0.18],
+        [0.4, 0.07],
+        [0.6, 0.18],
+        [0.8, 0.07],
+        [1.0, 0.18],
+        [1.2, 0.07],
+        [1.35, 0.18],
+        [0.45, 0.88],
+        [1.1, 0.88],
+    ]
+    .map(|[x, y]| {
+        let point = place(std::f64::consts::TAU.recip(), y, x, 0.0);
+        Pin { image: [100.0 * x, 100.0 * y], place: nearest(&mesh, point).expect("a place").0 }
+    });
+    let settings = DecalSettings { overlap: true, ..DecalSettings::default() };
+    let decal = lay_as_disk(&mesh, &sticker, &pins, None, &settings).unwrap_or_else(|error| panic!("{error}"));
+    let quality = decal.quality;
+    assert!(off(&decal, &pins, [200.0, 100.0]) < 1e-9);
+    assert!(decal.is_disk().expect("a manifold"));
+    assert!((turns(&decal.triangles, &decal.uv) - 1.0).abs() < 1e-6);
+    assert!(quality.flips == 0 && quality.l2 < 1.001, "{quality:?}");
+    assert!(quality.coverage > 0.999 && quality.doubled < 0.001, "{quality:?}");
+    // Where the arms cross, above the band, faces lie under both.
+    let lies_above = |triangle: &[u32; 3]| triangle.iter().all(|vertex| decal.points[*vertex as usize][1] > 0.3);
+    let mut above: Vec<u32> =
+        decal.triangles.iter().zip(&decal.faces).filter(|(triangle, _)| lies_above(triangle)).map(|it| *it.1).collect();
+    let count = above.len();
+    above.sort_unstable();
+    above.dedup();
+    assert!(count > above.len() + 50, "{count} triangles on {} faces", above.len());
+}
+
 /// A head that looks along z: a ball with a nose, sockets of eyes, a chin and ears.
 fn head([x, y, z]: [f64; 3]) -> [f64; 3] {
     let bump = |center: [f64; 3], width: f64| {
