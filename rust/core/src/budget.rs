@@ -21,7 +21,10 @@ impl Budget {
         self.limit - self.used
     }
 
-    /// Counts `bytes` as allocated. Fails above the limit.
+    /// Counts `bytes` as allocated.
+    ///
+    /// # Errors
+    /// Fails with `Memory`, and counts nothing, if `bytes` is more than is left of the limit.
     pub fn charge(&mut self, bytes: u64) -> Result<()> {
         if bytes > self.left() {
             return Err(Error::memory(format!("reading it needs more than the memory limit of {} bytes", self.limit))
@@ -32,6 +35,9 @@ impl Budget {
     }
 
     /// Makes room for exactly `additional` more items.
+    ///
+    /// # Errors
+    /// Fails with `Memory` if the new block exceeds what is left of the limit, or if the system has no memory for it.
     pub fn reserve<T>(&mut self, list: &mut Vec<T>, additional: usize) -> Result<()> {
         if additional <= list.capacity() - list.len() {
             return Ok(());
@@ -50,6 +56,9 @@ impl Budget {
     }
 
     /// Makes room for `additional` more items of a list that grows in pieces; room is at least doubled.
+    ///
+    /// # Errors
+    /// Fails with `Memory`, as [`Self::reserve`] does.
     pub fn reserve_more<T>(&mut self, list: &mut Vec<T>, additional: usize) -> Result<()> {
         if additional <= list.capacity() - list.len() {
             return Ok(());
@@ -58,6 +67,9 @@ impl Budget {
     }
 
     /// Appends one item; room is doubled when there is none.
+    ///
+    /// # Errors
+    /// Fails with `Memory` if the list is full and its larger block exceeds the limit or what the system has.
     #[inline]
     pub fn push<T>(&mut self, list: &mut Vec<T>, value: T) -> Result<()> {
         if list.len() == list.capacity() {
@@ -73,6 +85,9 @@ impl Budget {
     }
 
     /// A list of `count` copies of `value`.
+    ///
+    /// # Errors
+    /// Fails with `Memory`, as [`Self::reserve`] does.
     pub fn filled<T: Clone>(&mut self, count: usize, value: T) -> Result<Vec<T>> {
         let mut list = Vec::new();
         self.reserve(&mut list, count)?;

@@ -42,7 +42,11 @@ struct Inner {
 const MAX_THREADS: usize = 1024;
 
 impl Context {
-    /// Makes a context. Fails if the threads cannot be started or `RELIEVO_SIMD` names no level of this processor.
+    /// Makes a context.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` for more than 1024 threads, with `Internal` if the threads cannot be started, and as
+    /// [`Level::detect`] does.
     pub fn new(options: &ContextOptions) -> Result<Self> {
         let available = || std::thread::available_parallelism().map_or(1, usize::from);
         let threads = if options.threads == 0 { available() } else { options.threads };
@@ -63,14 +67,18 @@ impl Context {
         Self::on(executor, options.memory_limit)
     }
 
-    /// Makes a context that works on the threads of `other`, and has a memory limit of its own in bytes, 0 for none. Fails
-    /// if `RELIEVO_SIMD` names no level of this processor.
+    /// Makes a context that works on the threads of `other`, and has a memory limit of its own in bytes, 0 for none.
+    ///
+    /// # Errors
+    /// Fails as [`Level::detect`] does if `RELIEVO_SIMD` names no level of this processor.
     pub fn sharing(other: &Self, memory_limit: u64) -> Result<Self> {
         Self::on(other.inner.executor.clone(), memory_limit)
     }
 
     /// Makes a context that works on the threads of the host, and starts none. `memory_limit` is in bytes, 0 for none.
-    /// Fails if `RELIEVO_SIMD` names no level of this processor.
+    ///
+    /// # Errors
+    /// Fails as [`Level::detect`] does if `RELIEVO_SIMD` names no level of this processor.
     pub fn scheduled(scheduler: Arc<dyn Scheduler>, memory_limit: u64) -> Result<Self> {
         Self::on(Executor::Host(scheduler), memory_limit)
     }
@@ -182,8 +190,11 @@ impl Context {
         }
     }
 
-    /// Calls `work` with `size` items of `parts` each time, the last time maybe with fewer, and the index of the first of
-    /// them, in any order. Returns the error of the lowest index, if there is one.
+    /// Calls `work` with `size` items of `parts` each time, the last time maybe with fewer, and the index of the first
+    /// of them, in any order.
+    ///
+    /// # Errors
+    /// Returns the error of `work` at the lowest index.
     pub fn for_each_part<P: Parts>(
         &self,
         parts: P,
@@ -215,7 +226,10 @@ impl Context {
     }
 
     /// As [`Self::map`], in pieces between which `progress` hears of `stage`, from the first to the second fraction of
-    /// `span`. Fails where it asks to stop.
+    /// `span`.
+    ///
+    /// # Errors
+    /// Fails with `Cancelled` if `progress` asks to stop.
     pub fn map_watched<R: Send>(
         &self,
         count: usize,

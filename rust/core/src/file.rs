@@ -6,7 +6,11 @@ use std::path::Path;
 
 use crate::{Error, Result};
 
-/// Opens the file at `path` for reading. A pipe or device, which could wait or go on for ever, is refused.
+/// Opens the file at `path` for reading.
+///
+/// # Errors
+/// Fails with `Invalid` if it is not a file: a pipe or device could wait or go on for ever. Fails with `NotFound` or
+/// `Io` if the system does not find or open it.
 pub fn open(path: &Path) -> Result<File> {
     let failed = |error: std::io::Error| Error::io(path, &error);
     // It is not even opened.
@@ -17,17 +21,27 @@ pub fn open(path: &Path) -> Result<File> {
 }
 
 /// A file without a name, which is gone when it is closed.
+///
+/// # Errors
+/// Fails with `NotFound` or `Io` if the folder for temporary files does not exist or takes no file.
 pub fn temporary() -> Result<File> {
     let failed = |error: std::io::Error| Error::io(&std::env::temp_dir(), &error);
     tempfile::tempfile().map_err(|error| failed(error).advise("check the folder for temporary files and its space"))
 }
 
 /// As [`temporary`], in `folder`.
+///
+/// # Errors
+/// Fails with `NotFound` or `Io` if `folder` does not exist or takes no file.
 pub fn temporary_in(folder: &Path) -> Result<File> {
     tempfile::tempfile_in(folder).map_err(|error| Error::io(folder, &error).advise("check the folder and its space"))
 }
 
-/// The bytes of the file at `path`, at most `limit` of them.
+/// The bytes of the file at `path`.
+///
+/// # Errors
+/// Fails with `Invalid` if it is not a file, with `Memory` if it has more than `limit` bytes or the system has no room
+/// for them, and with `NotFound` or `Io` if it does not exist or cannot be read.
 pub fn load(path: &Path, limit: u64) -> Result<Vec<u8>> {
     let failed = |error: std::io::Error| Error::io(path, &error);
     let named = |error: Error| error.at(path.display().to_string());
@@ -64,6 +78,10 @@ fn without_temporary_name(error: std::io::Error) -> std::io::Error {
 /// Makes the file at `path` from what `write` writes. It appears under its name when it is complete; until then it
 /// has another name in the same folder, and after an error it is gone. A file that is replaced leaves its permissions, and
 /// of a symbolic link the file that it names is replaced.
+///
+/// # Errors
+/// Fails with `NotFound` or `Io` if the folder takes no new file, `write` returns an error, or the file cannot be
+/// renamed.
 pub fn store(path: &Path, write: impl FnOnce(&mut BufWriter<&mut File>) -> std::io::Result<()>) -> Result<()> {
     let failed = |error: std::io::Error| {
         Error::io(path, &without_temporary_name(error)).advise("check the folder, its rights and its space")

@@ -152,8 +152,12 @@ impl Mesh {
         }))
     }
 
-    /// Fails unless the mesh can be used: it has faces of at least three corners, every index exists, no face repeats
-    /// a point, every number is finite, attributes have as many values as their domain, and tags refer to what exists.
+    /// Checks that the mesh can be used: it has faces of at least three corners, every index exists, no face repeats a
+    /// point, every number is finite, attributes have as many values as their domain, and tags refer to what exists.
+    ///
+    /// # Errors
+    /// Fails with `Invalid`, and names the element, if one of these does not hold, if the mesh is empty or has 2³² or
+    /// more points or corners, or if two attributes share a name.
     pub fn check(&self) -> Result<()> {
         if self.points.is_empty() || self.face_sizes.is_empty() {
             return Err(Error::invalid("the mesh is empty").advise("give it at least three points and one face"));

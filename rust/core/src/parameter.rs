@@ -38,7 +38,10 @@ pub struct Parameter {
     pub help: &'static str,
 }
 
-/// The parameter called `name` in `table`, or an error that suggests the nearest name.
+/// The parameter called `name` in `table`.
+///
+/// # Errors
+/// Fails with `Invalid` if the table has no such parameter, and suggests the nearest name.
 pub fn find<'a>(table: &'a [Parameter], name: &str) -> Result<&'a Parameter> {
     table.iter().find(|parameter| parameter.name == name).ok_or_else(|| {
         let error = Error::invalid(format!("unknown parameter `{name}`"));
@@ -50,7 +53,10 @@ pub fn find<'a>(table: &'a [Parameter], name: &str) -> Result<&'a Parameter> {
 }
 
 impl Parameter {
-    /// Fails unless `value` is a number of this parameter's type in its range.
+    /// Checks that `value` is a number of this parameter's type in its range.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if it is not in the range, not a number, or has a fraction where the type is whole.
     pub fn check(&self, value: f64) -> Result<()> {
         let whole = self.kind == ParameterKind::F32 || value.fract() == 0.0;
         if value >= self.min && value <= self.max && whole {

@@ -7,7 +7,10 @@ pub trait Progress {
     /// `fraction` is in 0..=1, `stage` names what is being done. Returning `false` asks the call to stop.
     fn report(&mut self, fraction: f32, stage: &str) -> bool;
 
-    /// As [`Progress::report`], with the wish to stop as an error.
+    /// As [`Progress::report`].
+    ///
+    /// # Errors
+    /// Fails with `Cancelled` if the report asks to stop.
     fn step(&mut self, fraction: f32, stage: &str) -> Result<()> {
         if self.report(fraction, stage) {
             Ok(())

@@ -97,7 +97,10 @@ impl Level {
         Level::Baseline
     }
 
-    /// The level that `RELIEVO_SIMD` names, or the best one. Fails if it is unknown or the processor lacks it.
+    /// The level that `RELIEVO_SIMD` names, or the best one.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the name is unknown, and with `Unsupported` if the processor lacks the level.
     pub fn detect() -> Result<Self> {
         let Ok(name) = std::env::var("RELIEVO_SIMD") else { return Ok(Self::best()) };
         let best = Self::best();
