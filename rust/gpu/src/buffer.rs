@@ -50,20 +50,31 @@ impl<T: Pod> Buffer<T> {
         Ok(Self { raw, len, _charge: charge, item: PhantomData })
     }
 
-    /// Storage of `len` items that are zero. Fails above the device's limits and where it has no memory.
+    /// Storage of `len` items that are zero.
+    ///
+    /// # Errors
+    /// Fails with `Memory` above the device's limits for storage, above the memory limit, or if the device has no
+    /// memory for it, and with `Device` if the device was lost.
     pub fn new(device: &Device, label: &str, len: usize) -> Result<Self> {
         Self::with_usage(device, label, len, USAGES, device.limits().max_storage_buffer_binding_size)
     }
 
     /// Storage that holds `items`.
+    ///
+    /// # Errors
+    /// Fails as [`Self::new`] does.
     pub fn of(device: &Device, label: &str, items: &[T]) -> Result<Self> {
         let buffer = Self::new(device, label, items.len())?;
         buffer.write(device, 0, items)?;
         Ok(buffer)
     }
 
-    /// Vertices that are drawn, or their indices, to which no kernel is bound, so that there may be more of them. Zero at
-    /// first. Fails above the device's limits and where it has no memory.
+    /// Vertices that are drawn, or their indices, to which no kernel is bound, so that there may be more of them. Zero
+    /// at first.
+    ///
+    /// # Errors
+    /// Fails with `Memory` above the device's limit for buffers, above the memory limit, or if the device has no memory
+    /// for it, and with `Device` if the device was lost.
     pub fn vertices(device: &Device, label: &str, len: usize) -> Result<Self> {
         let usage = BufferUsages::VERTEX | BufferUsages::INDEX | BufferUsages::COPY_DST;
         Self::with_usage(device, label, len, usage, u64::MAX)
@@ -90,8 +101,11 @@ impl<T: Pod> Buffer<T> {
         &self.raw
     }
 
-    /// Writes `items` from index `first` on, before what is submitted next. Fails if they do not fit, or if an item is
-    /// no multiple of 4 bytes and neither end is a multiple.
+    /// Writes `items` from index `first` on, before what is submitted next.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if they do not fit, or do not lie on whole words of 4 bytes, and with `Device` if the
+    /// device was lost.
     pub fn write(&self, device: &Device, first: usize, items: &[T]) -> Result<()> {
         if items.is_empty() {
             return Ok(());

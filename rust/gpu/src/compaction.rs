@@ -37,7 +37,11 @@ pub struct Compaction {
 
 impl Compaction {
     /// Lists for `classes` classes of the items whose masks are in `masks`: bit c says that an item is in class c. Bits
-    /// beyond the classes are ignored. Fails for no class or more than four, and where there is no memory.
+    /// beyond the classes are ignored.
+    ///
+    /// # Errors
+    /// Fails with `Internal` for no class or more than four, with `Unsupported` for more than 2³¹ items, and as
+    /// [`Buffer::new`] does.
     pub fn new(device: &Device, masks: &Buffer<u32>, classes: usize) -> Result<Self> {
         if !(1..=MAX_CLASSES).contains(&classes) {
             return Err(Error::internal(format!("a compaction into {classes} classes; there are 1 to {MAX_CLASSES}")));
@@ -78,6 +82,9 @@ impl Compaction {
     }
 
     /// Records the compaction of the first `count` items.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Pass::run`]; the immediate data that it passes have the declared size.
     pub fn run(&self, pass: &mut Pass<'_>, count: u32) -> Result<()> {
         let count = count.min(self.capacity);
         let work = Classes { count, classes: self.classes, stride: self.capacity };

@@ -88,7 +88,11 @@ fn error_of(error: &wgpu::Error) -> Error {
 }
 
 impl Device {
-    /// Opens a device. Fails where there is none such, or where it lacks something that every kernel needs.
+    /// Opens a device.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` if no adapter is as `options` say, with `Unsupported` if it has no immediate data, which
+    /// every kernel needs, and with `Device` if the driver refuses to open it.
     pub fn open(options: &DeviceOptions) -> Result<Self> {
         let (instance, adapter, summary) = choose(&options.adapter)?;
         if !summary.is_usable {
@@ -199,7 +203,8 @@ impl Device {
 
     /// Makes a surface that presents pictures of `size` pixels in a window, with its configuration, which is in no colour space.
     ///
-    /// Fails if the device cannot present to the display of the window.
+    /// # Errors
+    /// Fails with `Device` if the device cannot present 8-bit pictures to the display of the window, or was lost.
     pub fn surface(
         &self,
         window: wgpu::SurfaceTarget<'static>,
@@ -223,7 +228,11 @@ impl Device {
         &self.inner
     }
 
-    /// Fails if something went wrong on the device since it was opened.
+    /// Checks that nothing went wrong on the device since it was opened.
+    ///
+    /// # Errors
+    /// Returns the first error that the device or its driver reported outside of [`Self::guard`]: of kind `Device` if
+    /// it was lost.
     pub fn check(&self) -> Result<()> {
         match &*lock(&self.inner.fault) {
             Some(error) => Err(error.clone()),
@@ -237,7 +246,10 @@ impl Device {
         lock(&self.inner.fault).get_or_insert(lost("it was abandoned"));
     }
 
-    /// Counts `bytes` of a new buffer or texture. Fails above the limit; the count is undone by the [`Charge`]'s end.
+    /// Counts `bytes` of a new buffer or texture, until the [`Charge`] ends.
+    ///
+    /// # Errors
+    /// Fails with `Memory` above the limit; the count is then undone. Fails as [`Self::check`] does.
     pub fn charge(&self, bytes: u64) -> Result<Charge> {
         self.check()?;
         let memory = &self.inner.memory;
@@ -253,7 +265,11 @@ impl Device {
         Ok(charge)
     }
 
-    /// Runs `work`, which makes something on the device, and returns what the device says against it.
+    /// Runs `work`, which makes something on the device, and returns what it made.
+    ///
+    /// # Errors
+    /// Fails with `Memory` if the device runs out of memory, with `Internal` if it refuses what `work` asks, with
+    /// `Device` if its driver fails or it is lost, and as [`Self::check`] does.
     pub fn guard<T>(&self, work: impl FnOnce() -> T) -> Result<T> {
         self.check()?;
         let device = &self.inner.device;

@@ -56,6 +56,9 @@ impl fmt::Debug for Submission {
 
 impl Device {
     /// Begins a frame.
+    ///
+    /// # Errors
+    /// Fails as [`Device::check`] does, or if the device has no memory for the queries of times.
     pub fn frame(&self) -> Result<Frame> {
         self.check()?;
         let timing = if self.is_timed() { Some(take(self)?) } else { None };
@@ -110,6 +113,9 @@ impl Frame {
     }
 
     /// Copies items of one buffer to another, from its item `first` on.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if a range is not within its buffer, or does not lie on whole words of 4 bytes.
     pub fn copy<T: Pod>(&mut self, from: &Buffer<T>, range: Range<usize>, to: &Buffer<T>, first: usize) -> Result<()> {
         let target = to.bytes(first..first.saturating_add(range.len()))?;
         let source = from.bytes(range)?;
@@ -119,6 +125,10 @@ impl Frame {
     }
 
     /// Copies items on their way back to the host.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if the range is not within the buffer, or does not lie on whole words of 4 bytes, and with
+    /// `Memory` or `Device` if the device has no memory for the copy or was lost.
     pub fn read<T: Pod>(&mut self, buffer: &Buffer<T>, range: Range<usize>) -> Result<Readback<T>> {
         let len = range.len();
         let bytes = buffer.bytes(range)?;
@@ -130,7 +140,10 @@ impl Frame {
         Ok(Readback { host, len, item: PhantomData })
     }
 
-    /// Hands the commands to the device. Fails if the device was lost or one of the commands is faulty; what was
+    /// Hands the commands to the device.
+    ///
+    /// # Errors
+    /// Fails with `Device` if the device was lost and with `Internal` if one of the commands is faulty; what was
     /// recorded is then not done.
     pub fn submit(mut self) -> Result<Submission> {
         if let Some(set) = self.timing.as_ref().filter(|_| !self.names.is_empty()) {
@@ -147,6 +160,9 @@ impl Frame {
 impl Pass<'_> {
     /// Runs a kernel with its groups of buffers and its immediate data, of which there are as many bytes as it declares,
     /// in `size` workgroups.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if there are not as many bytes of immediate data as the kernel declares.
     pub fn run(&mut self, kernel: &Kernel, groups: &[&Bindings], immediates: &[u8], size: [u32; 3]) -> Result<()> {
         if size.contains(&0) {
             return Ok(());
@@ -157,6 +173,10 @@ impl Pass<'_> {
     }
 
     /// Runs as many workgroups as three numbers of `arguments` from index `first` on say.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if the three numbers are not within `arguments`, or there are not as many bytes of
+    /// immediate data as the kernel declares.
     pub fn run_indirect(
         &mut self,
         kernel: &Kernel,
@@ -189,6 +209,10 @@ impl Pass<'_> {
 
 impl Submission {
     /// Waits until the device has done it and returns the times of its passes, none if the device does not time.
+    ///
+    /// # Errors
+    /// Fails with `Device` if the device was lost or does not end in time, and with `Internal` if its times cannot be
+    /// read.
     pub fn wait(self) -> Result<Vec<PassTime>> {
         self.device.wait(Some(self.index.clone()))?;
         let Some(set) = &self.timing else { return Ok(Vec::new()) };

@@ -157,8 +157,13 @@ fn no_vulkan(device: &Device) -> Error {
 }
 
 impl Device {
-    /// Opens a device on what the host made and keeps. Fails if something is missing or not as it is described, and as
-    /// [`Device::open`] does. The choice of an adapter in `options` is not read.
+    /// Opens a device on what the host made and keeps. The choice of an adapter in `options` is not read.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if an object or the loader is NULL, only one of `lock` and `unlock` is set, the instance
+    /// has no such device or the device no such queue, or another context works on the queue under another lock; with
+    /// `Unsupported` below Vulkan 1.1 or if the queue does not both draw and compute; and with `Device` if wgpu or the
+    /// driver refuses the objects.
     ///
     /// # Safety
     /// The objects are alive until `released` is called, belong together and are as described; `loader` is
@@ -254,8 +259,11 @@ impl Device {
         }
     }
 
-    /// Has what is submitted from now on wait until `semaphore` is signalled, a timeline semaphore with `value`, a binary
-    /// one where that is 0. Fails if the device was lost or is not reached through Vulkan.
+    /// Has what is submitted from now on wait until `semaphore` is signalled, a timeline semaphore with `value`, a
+    /// binary one where that is 0.
+    ///
+    /// # Errors
+    /// Fails with `Device` if the device was lost, and with `Unsupported` if it is not reached through Vulkan.
     ///
     /// # Safety
     /// It is a semaphore of the device, of the kind that `value` says, and lives until the wait is over. Its signal
@@ -272,8 +280,11 @@ impl Device {
         Ok(())
     }
 
-    /// Signals `semaphore`, a timeline semaphore with `value`, a binary one where that is 0, once all that was submitted is
-    /// done. Fails if the device was lost or is not reached through Vulkan.
+    /// Signals `semaphore`, a timeline semaphore with `value`, a binary one where that is 0, once all that was
+    /// submitted is done.
+    ///
+    /// # Errors
+    /// Fails with `Device` if the device was lost, and with `Unsupported` if it is not reached through Vulkan.
     ///
     /// # Safety
     /// It is a semaphore of the device, of the kind that `value` says, that may be signalled, and lives until it is.
@@ -291,7 +302,11 @@ impl Device {
 
 impl<T: Pod> Buffer<T> {
     /// The `VkBuffer` of the host in `handle`, as storage of as many items as `bytes` hold; it is written and read by
-    /// copies, and does not count as memory of the device. Fails above the device's limits.
+    /// copies, and does not count as memory of the device.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the handle is NULL, or `bytes` hold no item or exceed the device's limit, with
+    /// `Unsupported` if the device is not reached through Vulkan, and with `Device` if it was lost.
     ///
     /// # Safety
     /// It is a buffer of the device with memory of `bytes` bytes, may be the source and target of transfers, and lives until

@@ -32,7 +32,11 @@ pub struct Bindings {
 }
 
 impl Device {
-    /// The kernel that `spec` describes, compiled at the first call. Fails with the file and line where it is faulty.
+    /// The kernel that `spec` describes, compiled at the first call.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if there is no such module or entry point or it is faulty, with its file and line, and
+    /// with `Memory` or `Device` if the device runs out of memory or was lost.
     pub fn kernel(&self, spec: &KernelSpec<'_>) -> Result<Arc<Kernel>> {
         let label = format!("{}.{}{:?}", spec.module, spec.entry, spec.constants);
         // An entry point may be bound with what it does not use, to share a group.
@@ -76,7 +80,10 @@ impl Device {
         Ok(Arc::clone(lock(&self.inner().kernels).entry(key).or_insert(kernel)))
     }
 
-    /// A shader module of composed text, for pipelines that draw. Fails with the file and line where it is faulty.
+    /// A shader module of composed text, for pipelines that draw.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if the text is faulty, with its file and line, and with `Device` if the device was lost.
     pub fn module(&self, name: &str, composed: &Composed) -> Result<wgpu::ShaderModule> {
         let descriptor = wgpu::ShaderModuleDescriptor {
             label: Some(name),
@@ -129,6 +136,10 @@ impl Device {
     }
 
     /// Binds `buffers` to group `group` of `kernel`, and of every kernel with a group of the same accesses.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if there are not as many buffers as the group has bindings, there is no such group, or a
+    /// buffer does not suit its binding, and with `Device` if the device was lost.
     pub fn bind(&self, kernel: &Kernel, group: usize, buffers: &[&wgpu::Buffer]) -> Result<Bindings> {
         let count = kernel.counts.get(group).copied().unwrap_or_default();
         if buffers.len() != count || count == 0 {
@@ -140,6 +151,10 @@ impl Device {
     }
 
     /// Binds `buffers` to a group of every kernel in which it has these accesses.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if there is no buffer, not one for each access, or one that does not suit its binding, and
+    /// with `Device` if the device was lost.
     pub fn bind_as(&self, accesses: &[Access], buffers: &[&wgpu::Buffer]) -> Result<Bindings> {
         if buffers.len() != accesses.len() || buffers.is_empty() {
             let what = format!("{} buffers for {} bindings", buffers.len(), accesses.len());

@@ -54,7 +54,10 @@ pub fn path(name: &str) -> String {
     source(name).map_or_else(|_| name.to_owned(), |module| format!("shaders/{}", module.file))
 }
 
-/// The module `name` with all that it imports. Fails where a module does not exist.
+/// The module `name` with all that it imports.
+///
+/// # Errors
+/// Fails if the module or one that it imports does not exist.
 pub fn compose(name: &str) -> Result<Composed> {
     let mut composed = Composed::default();
     append(name, &mut BTreeSet::new(), &mut composed)?;

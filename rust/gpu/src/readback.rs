@@ -22,7 +22,10 @@ pub struct Readback<T> {
 }
 
 impl<T: Pod> Readback<T> {
-    /// Waits for the submission that copies the items and returns them. Fails if the device was lost.
+    /// Waits for the submission that copies the items and returns them.
+    ///
+    /// # Errors
+    /// Fails with `Device` if the device was lost, and with `Internal` if it does not hand out the items.
     pub fn get(self, device: &Device) -> Result<Vec<T>> {
         let mut items = vec![T::zeroed(); self.len];
         read(device, &self.host, bytemuck::cast_slice_mut(&mut items))?;

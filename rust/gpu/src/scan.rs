@@ -38,7 +38,9 @@ pub struct Scan {
 
 impl Scan {
     /// Prefix sums in place over `items`, for which room is made on the device. `lengths` may say how many there are.
-    /// Fails where there is no memory.
+    ///
+    /// # Errors
+    /// Fails with `Unsupported` for more than 2³¹ items, and as [`Buffer::new`] does.
     pub fn new(device: &Device, items: &Buffer<u32>, lengths: &Buffer<u32>) -> Result<Self> {
         let capacity = capacity_of(items.len())?;
         let sums = Buffer::new(device, "scan sums", capacity.div_ceil(BLOCK) as usize + 1)?;
@@ -62,11 +64,17 @@ impl Scan {
     }
 
     /// Records the prefix sums of the first `count` items.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Pass::run`]; the immediate data that it passes have the declared size.
     pub fn run(&self, pass: &mut Pass<'_>, count: u32) -> Result<()> {
         self.record(pass, Length { count: count.min(self.capacity), indirect: 0 })
     }
 
     /// Records the prefix sums of as many items as element `index` of the lengths says, at most as many as there are.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if there is no such length.
     pub fn run_indirect(&self, pass: &mut Pass<'_>, index: usize) -> Result<()> {
         if index >= self.lengths {
             return Err(Error::internal(format!("length {index} of {}", self.lengths)));

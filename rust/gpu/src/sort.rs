@@ -34,7 +34,11 @@ pub struct Sort {
 }
 
 impl Sort {
-    /// A sort of `keys` and `values`, which are as many. Fails where there is no memory for as much again.
+    /// A sort of `keys` and `values`, which are as many.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if there are not as many values as keys, with `Unsupported` for more than 2³¹ of them, and
+    /// as [`Buffer::new`] does: it needs as much memory again.
     pub fn new(device: &Device, keys: &Buffer<u32>, values: &Buffer<u32>) -> Result<Self> {
         if keys.len() != values.len() {
             return Err(Error::internal(format!("{} keys and {} values to sort", keys.len(), values.len())));
@@ -64,6 +68,9 @@ impl Sort {
     }
 
     /// Records the sort of the first `count` keys, of which the lowest `bits` bits differ. Equal keys keep their order.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Pass::run`]; the immediate data that it passes have the declared size.
     pub fn run(&self, pass: &mut Pass<'_>, count: u32, bits: u32) -> Result<()> {
         let count = count.min(self.capacity);
         let blocks = count.div_ceil(BLOCK);
