@@ -106,8 +106,11 @@ const CHUNK: usize = 4096;
 impl Surface {
     /// Refines `mesh` and poses it at the mesh's own points.
     ///
-    /// Fails if the mesh does not pass [`Mesh::check`], or if it would make more patches than the limit or than fit the
-    /// context's memory limit.
+    /// # Errors
+    /// Fails with `Invalid` if the mesh does not pass [`Mesh::check`] or the isolation is not 1 to 10, with
+    /// `Unsupported` above the limit of patches or for a face or point with more than 65,535 neighbours, with `Memory`
+    /// if the patches are expected to exceed the context's memory limit, and with `NotFound` if OpenSubdiv cannot be
+    /// opened.
     pub fn new(context: &Context, mesh: &Mesh, options: &SurfaceOptions) -> Result<Self> {
         mesh.check()?;
         let refinement = refinement(context, mesh, options);
@@ -133,7 +136,9 @@ impl Surface {
     /// The most levels of isolation, up to those of `options`, at which `mesh` is expected to make no more patches than
     /// the limit and than fit the context's memory limit. `None` if one level is too many.
     ///
-    /// Fails if the mesh does not pass [`Mesh::check`].
+    /// # Errors
+    /// Fails with `Invalid` if the mesh does not pass [`Mesh::check`] or the isolation is not 1 to 10, with
+    /// `Unsupported` if OpenSubdiv cannot refine it, and with `NotFound` if OpenSubdiv cannot be opened.
     pub fn affordable_isolation(context: &Context, mesh: &Mesh, options: &SurfaceOptions) -> Result<Option<u32>> {
         mesh.check()?;
         let refinement = refinement(context, mesh, options);
@@ -172,7 +177,10 @@ impl Surface {
         Ok((SurfaceOptions { isolation, ..*options }, note))
     }
 
-    /// The surface of the same cage with other points. Fails unless there are as many, and all are finite.
+    /// The surface of the same cage with other points.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` unless there are as many points as the cage has, and all are finite.
     pub fn posed(&self, context: &Context, points: &[[f32; 3]]) -> Result<Self> {
         let count = self.layout.table.cage_point_count();
         if points.len() != count {

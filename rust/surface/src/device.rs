@@ -86,7 +86,11 @@ pub struct Evaluation {
 }
 
 impl DeviceSurface {
-    /// Brings a surface to a device, in its pose. Fails where the device has no room for it.
+    /// Brings a surface to a device, in its pose.
+    ///
+    /// # Errors
+    /// Fails with `Unsupported` if the weights of a stencil are too large for the integers of the device, with `Memory`
+    /// if the device has no room for the surface, and with `Device` if it was lost.
     pub fn new(device: &Device, surface: &Surface) -> Result<Self> {
         let layout = &*surface.layout;
         let table = &layout.table;
@@ -165,8 +169,11 @@ impl DeviceSurface {
         [kept.patches.wgpu(), kept.leaves.wgpu(), kept.tiles.wgpu(), kept.data.wgpu()]
     }
 
-    /// Writes the points of a pose, which [`Self::pose`] then turns into control data. Fails unless there are as many as
-    /// the cage has, all finite.
+    /// Writes the points of a pose, which [`Self::pose`] then turns into control data.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` unless there are as many points as the cage has, all finite, and with `Device` if the
+    /// device was lost.
     pub fn set_points(&mut self, device: &Device, points: &[[f32; 3]]) -> Result<()> {
         if points.len() != self.pose.cage as usize {
             return Err(Error::invalid(format!("the pose has {} points, the cage {}", points.len(), self.pose.cage)));
@@ -181,6 +188,9 @@ impl DeviceSurface {
     }
 
     /// Records the control data of the points that were set.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Pass::run`]; the immediate data that it passes have the declared size.
     pub fn pose(&self, pass: &mut Pass<'_>) -> Result<()> {
         let immediates = bytemuck::bytes_of(&self.pose);
         let size = |count: u32| groups(count.div_ceil(GROUP));
@@ -196,7 +206,9 @@ impl DeviceSurface {
     /// The evaluation of the surface at `places`. Samples are P, du, dv, duu, duv, dvv, as many as `order` asks for, three
     /// numbers each; those in a hole, outside a tile or of no tile are zeros.
     ///
-    /// Fails if `samples` is shorter than that.
+    /// # Errors
+    /// Fails with `Internal` if `samples` is shorter than that, and with `Memory` or `Device` if the device has no
+    /// memory for the kernel or was lost.
     pub fn evaluation(
         &self,
         device: &Device,
@@ -214,6 +226,9 @@ impl DeviceSurface {
     }
 
     /// Records an evaluation at the first `count` places.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Pass::run`]; the immediate data that it passes have the declared size.
     pub fn evaluate(&self, pass: &mut Pass<'_>, evaluation: &Evaluation, count: u32) -> Result<()> {
         let count = count.min(evaluation.places as u32);
         let size = groups(count.div_ceil(GROUP));

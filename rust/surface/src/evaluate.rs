@@ -143,7 +143,8 @@ const CHUNK: usize = 1024;
 impl Surface {
     /// Position and derivatives at a place; zeros in a hole.
     ///
-    /// Fails if there is no such tile or u or v is outside 0..=1.
+    /// # Errors
+    /// Fails with `Invalid` if there is no such tile or u or v is outside 0..=1.
     pub fn sample(&self, level: Level, place: Place) -> Result<Sample> {
         self.check(&place)?;
         let [p, du, dv, duu, duv, dvv] = self.find(place.tile, place.u, place.v).map_or([[0.0; 3]; 6], |patch| {
@@ -156,7 +157,8 @@ impl Surface {
 
     /// Evaluates at many places. Places in holes give zeros.
     ///
-    /// Fails, without touching `out`, if a tile does not exist or u or v is outside 0..=1.
+    /// # Errors
+    /// Fails with `Invalid`, without touching `out`, if a tile does not exist or u or v is outside 0..=1.
     pub fn evaluate(&self, context: &Context, places: &[Place], order: Order, out: &mut Samples) -> Result<()> {
         for (index, place) in places.iter().enumerate() {
             self.check(place).map_err(|error| error.at(format!("place {index}")))?;

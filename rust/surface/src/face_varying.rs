@@ -13,7 +13,9 @@ impl Surface {
     /// The limit of the corner attribute `name` of `mesh`, of width 1 to 3: at (tile, u, v) its position has the
     /// attribute's numbers, and zeros beyond its width. Creases of the mesh hold for the attribute too.
     ///
-    /// Fails if there is no such attribute of floats on corners, or if it cannot be subdivided.
+    /// # Errors
+    /// Fails with `Invalid` if the mesh does not pass [`Mesh::check`] or has no such attribute of floats on corners,
+    /// and as [`Surface::new`] does for the cage that its values make.
     pub fn face_varying(context: &Context, mesh: &Mesh, name: &str, options: &SurfaceOptions) -> Result<Self> {
         Surface::new(context, &cage(mesh, name)?, options).map_err(|error| error.at(format!("attribute `{name}`")))
     }

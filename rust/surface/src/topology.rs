@@ -151,7 +151,10 @@ struct PinnedSide {
 const NO_RING: u32 = u32::MAX;
 
 impl TileTopology {
-    /// The tiles of `mesh`. Fails if the mesh cannot be used (see [`Mesh::check`]).
+    /// The tiles of `mesh`.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the mesh does not pass [`Mesh::check`], or makes 2²⁹ tiles or more.
     pub fn new(mesh: &Mesh) -> Result<Self> {
         mesh.check()?;
         let mut hole = vec![false; mesh.face_count()];

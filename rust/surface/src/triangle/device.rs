@@ -20,7 +20,10 @@ pub struct DeviceMesh {
 }
 
 impl DeviceMesh {
-    /// Brings `surface` to a device. Fails where the device has no room for it.
+    /// Brings `surface` to a device.
+    ///
+    /// # Errors
+    /// Fails with `Memory` if the device has no room for it, and with `Device` if it was lost.
     pub fn new(device: &Device, surface: &TriangleSurface) -> Result<Self> {
         let topology = surface.topology();
         let words = Buffer::of(device, "triangles", &words(topology))?;
@@ -29,8 +32,10 @@ impl DeviceMesh {
         Ok(Self { points, faces: topology.face_count(), group, words })
     }
 
-    /// Takes on the pose of `surface`, which has the same triangles. Fails if it has another number of points, or the
-    /// device is lost.
+    /// Takes on the pose of `surface`, which has the same triangles.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if it has another number of points, and with `Device` if the device was lost.
     pub fn pose(&mut self, device: &Device, surface: &TriangleSurface) -> Result<()> {
         let points = points(surface);
         if points.len() != self.points.len() {

@@ -39,9 +39,10 @@ struct Part {
 /// The triangles of `mesh` with no edge longer than `longest`, with all attributes and creases; polygons are fanned,
 /// holes left out.
 ///
-/// Fails as [`TriangleTopology::of_mesh`] does, if `longest` is not positive, if there would be over 2²⁶ triangles or
-/// they would take more than the context's memory limit, or where an edge cannot get as short because no number lies
-/// between those of its ends.
+/// # Errors
+/// Fails as [`TriangleTopology::of_mesh`] does; with `Invalid` if `longest` is not positive and finite, or an edge
+/// cannot get as short because no number lies between those of its ends; and with `Memory` if there would be over 2²⁶
+/// triangles or points, or they would take more than the context's memory limit.
 pub fn split(context: &Context, mesh: &Mesh, longest: f64) -> Result<(Mesh, SplitReport)> {
     if !(longest > 0.0 && longest.is_finite()) {
         return Err(Error::invalid(format!("edges cannot be as short as {longest}")).advise("give a length above 0"));

@@ -21,14 +21,20 @@ pub struct TriangleSurface {
 const CHUNK: usize = 1024;
 
 impl TriangleSurface {
-    /// The triangles of `mesh`; polygons are fanned and holes left out. Fails as [`TriangleTopology::of_mesh`] does.
+    /// The triangles of `mesh`; polygons are fanned and holes left out.
+    ///
+    /// # Errors
+    /// Fails as [`TriangleTopology::of_mesh`] does.
     pub fn new(context: &Context, mesh: &Mesh) -> Result<Self> {
         let topology = Arc::new(TriangleTopology::of_mesh(mesh)?);
         let surface = Self { topology, points: Vec::new(), normals: Vec::new() };
         surface.posed(context, &mesh.points)
     }
 
-    /// The same triangles with other points. Fails if there are not as many points or one is not finite.
+    /// The same triangles with other points.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there are not as many points or one is not finite.
     pub fn posed(&self, context: &Context, points: &[[f32; 3]]) -> Result<Self> {
         let count = self.topology.vertex_count();
         if points.len() != count {

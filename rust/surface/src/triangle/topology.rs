@@ -54,7 +54,9 @@ impl Lists {
 impl TriangleTopology {
     /// The triangles of `mesh`. Polygons are fanned from their first corner; holes are left out.
     ///
-    /// Fails as [`Mesh::check`] does, or if there would be 2³⁰ triangles or more.
+    /// # Errors
+    /// Fails as [`Mesh::check`] does, and with `Invalid` if all faces are holes or there would be 2³⁰ triangles or
+    /// more.
     pub fn of_mesh(mesh: &Mesh) -> Result<Self> {
         mesh.check()?;
         let triangles = mesh.triangles();
