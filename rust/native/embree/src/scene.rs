@@ -100,12 +100,18 @@ const IDENTITY: [f32; 12] = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0
 
 impl Scene {
     /// An empty scene.
+    ///
+    /// # Errors
+    /// Fails with `Memory` if Embree makes no scene, and with `Internal` if it reports another error.
     pub fn new(device: &Device) -> Result<Self> {
         let top = device.scene(abi::RTC_SCENE_FLAG_ROBUST, abi::RTC_BUILD_QUALITY_LOW)?;
         Ok(Self { device: device.clone(), top, objects: BTreeMap::new(), next: 0, dirty: true })
     }
 
     /// Adds an object without meshes at the identity.
+    ///
+    /// # Errors
+    /// Fails with `Memory` if Embree makes no scene or instance, and with `Internal` if it reports another error.
     pub fn add_object(&mut self) -> Result<ObjectId> {
         let embree = &self.device.table().embree;
         let id = self.next;
@@ -126,6 +132,9 @@ impl Scene {
     }
 
     /// Removes an object.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such object.
     pub fn remove_object(&mut self, object: ObjectId) -> Result<()> {
         self.object(object)?;
         // SAFETY: the object is attached under its id.
@@ -224,6 +233,10 @@ impl Scene {
     }
 
     /// Moves the points of a mesh; its triangles stay.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such object or mesh, there are not as many points as before, or a coordinate
+    /// is not finite or beyond 1e12.
     pub fn move_points(&mut self, object: ObjectId, mesh: u32, points: &[[f32; 3]]) -> Result<()> {
         let embree = &self.device.table().embree;
         let found = self.object(object)?.meshes.get(&mesh);
@@ -252,6 +265,9 @@ impl Scene {
     }
 
     /// Removes a mesh of an object, if there is one.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such object.
     pub fn remove_mesh(&mut self, object: ObjectId, mesh: u32) -> Result<()> {
         let found = self.object(object)?;
         if found.meshes.contains_key(&mesh) {
@@ -263,6 +279,10 @@ impl Scene {
     }
 
     /// Builds or updates the hierarchies of what changed. While the result lives, the scene cannot change.
+    ///
+    /// # Errors
+    /// Fails with `Memory` if Embree has no memory for the hierarchies, and with `Internal` if it reports another
+    /// error.
     pub fn commit(&mut self) -> Result<Tracer<'_>> {
         let embree = &self.device.table().embree;
         for object in self.objects.values_mut().filter(|object| object.dirty) {
@@ -285,7 +305,8 @@ impl Scene {
 
     /// The scene for tracing as it was committed, from any number of threads.
     ///
-    /// Fails if it changed since the last [`Scene::commit`].
+    /// # Errors
+    /// Fails with `Internal` if it changed since the last [`Scene::commit`].
     pub fn tracer(&self) -> Result<Tracer<'_>> {
         if self.dirty || self.objects.values().any(|object| object.dirty) {
             return Err(Error::internal("a scene is traced that is not committed"));

@@ -66,6 +66,9 @@ impl Patch {
     }
 
     /// Copies the patch, so that a caller can return to it.
+    ///
+    /// # Errors
+    /// Fails with `Invalid`, the kind of all exceptions of OpenMesh, if memory for the copy runs out.
     pub fn try_clone(&self) -> Result<Self> {
         self.0.copy().map(Self).map_err(|error| refused(&error))
     }
@@ -91,6 +94,9 @@ impl Patch {
     }
 
     /// Returns the positions of vertices.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a vertex does not exist.
     pub fn points(&self, vertices: &[u32]) -> Result<Vec<[f32; 3]>> {
         let mut out = vec![[0.0; 3]; vertices.len()];
         self.0.points(vertices, out.as_flattened_mut()).map_err(|error| refused(&error))?;
@@ -98,12 +104,18 @@ impl Patch {
     }
 
     /// Moves vertices.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a vertex does not exist, or there are not as many points as vertices.
     pub fn set_points(&mut self, vertices: &[u32], points: &[[f32; 3]]) -> Result<()> {
         same_count(vertices.len(), points.len())?;
         self.0.pin_mut().set_points(vertices, points.as_flattened()).map_err(|error| refused(&error))
     }
 
     /// Returns every edge with the vertices around it.
+    ///
+    /// # Errors
+    /// Fails only on an exception of OpenMesh; no case is known.
     pub fn edges(&self) -> Result<Vec<PatchEdge>> {
         let mut numbers = Vec::new();
         self.0.edges(&mut numbers).map_err(|error| refused(&error))?;
@@ -150,6 +162,9 @@ impl Patch {
 
     /// Collapses edges in turn, each first vertex into the second. Returns which were collapsed: an edge that is gone or
     /// fails the link condition (Dey, Edelsbrunner, Guha, Nekhayev 1999) stays.
+    ///
+    /// # Errors
+    /// Fails only on an exception of OpenMesh; edges and vertices that do not exist are no error.
     pub fn collapse_edges(&mut self, edges: &[[u32; 2]]) -> Result<Vec<bool>> {
         let mut done = vec![0; edges.len()];
         self.0.pin_mut().collapse_edges(edges.as_flattened(), &mut done).map_err(|error| refused(&error))?;
@@ -165,6 +180,9 @@ impl Patch {
     }
 
     /// Returns the loops of the boundary, each as its vertices in order with the surface on the right.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if memory for the marks of half-edges runs out.
     pub fn boundary_loops(&self) -> Result<Vec<Vec<u32>>> {
         let (mut sizes, mut vertices) = (Vec::new(), Vec::new());
         self.0.boundary_loops(&mut sizes, &mut vertices).map_err(|error| refused(&error))?;
@@ -178,21 +196,33 @@ impl Patch {
     }
 
     /// Returns the number of parts that share no edge.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if memory for the marks of faces runs out.
     pub fn components(&self) -> Result<usize> {
         self.0.components().map_err(|error| refused(&error))
     }
 
     /// Returns the Euler number: vertices less edges plus faces.
+    ///
+    /// # Errors
+    /// Fails only on an exception of OpenMesh; no case is known.
     pub fn euler_number(&self) -> Result<i64> {
         self.0.euler_number().map_err(|error| refused(&error))
     }
 
     /// Returns whether the patch is a topological disk: one part with one boundary loop and Euler number 1.
+    ///
+    /// # Errors
+    /// Fails as [`Self::components`] and [`Self::boundary_loops`] do.
     pub fn is_disk(&self) -> Result<bool> {
         Ok(self.components()? == 1 && self.euler_number()? == 1 && self.boundary_loops()?.len() == 1)
     }
 
     /// Returns points and triangles without gaps, with their numbers in the patch.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if memory for the numbers of vertices runs out.
     pub fn read(&self) -> Result<Compact> {
         let (mut points, mut triangles) = (Vec::new(), Vec::new());
         let mut compact = Compact::default();

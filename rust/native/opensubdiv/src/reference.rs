@@ -10,6 +10,10 @@ use crate::table::{Cage, Options, Table};
 ///
 /// `points` are all points of the table. Derivatives are per unit of the tile's own parameters. A place without a patch
 /// (a hole) gives zeros. Note that `EvaluateBasis` takes single-crease patches for infinitely sharp ones.
+///
+/// # Errors
+/// Fails with `Invalid` if there are not as many points as the table has or a place is outside its tile, and with
+/// `Internal` if OpenSubdiv fails to evaluate.
 pub fn evaluate(table: &Table, points: &[[f64; 3]], places: &[(u32, f64, f64)]) -> Result<Vec<[[f64; 3]; 6]>> {
     if points.len() != table.point_count() {
         return Err(Error::invalid("as many points as the table has are needed"));
@@ -43,6 +47,10 @@ pub struct Evaluation<'m> {
 
 impl<'m> Evaluation<'m> {
     /// Prepares `mesh`, which must have passed [`Mesh::check`], and `(tile, u, v)` on its tiles.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a place is outside its tile, with `NotFound` if OpenSubdiv cannot be opened, and with
+    /// `Unsupported` if a face or point has more than 65,535 neighbours.
     pub fn new(mesh: &'m Mesh, options: &Options, places: &[(u32, f64, f64)]) -> Result<Self> {
         let tile_count = mesh.face_sizes.iter().map(|size| if *size == 4 { 1 } else { *size as usize }).sum();
         let (tiles, uv) = split(places, tile_count)?;
@@ -51,6 +59,9 @@ impl<'m> Evaluation<'m> {
     }
 
     /// Refines the cage and evaluates it, as [`Table::new`] and [`evaluate`] do together, within C++ alone.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if OpenSubdiv cannot refine the cage or evaluate it.
     pub fn run(&self) -> Result<Vec<[[f64; 3]; 6]>> {
         let mut out = vec![[[0.0; 3]; 6]; self.tiles.len()];
         let numbers = out.as_flattened_mut().as_flattened_mut();
@@ -62,6 +73,10 @@ impl<'m> Evaluation<'m> {
 
 /// P, du, dv by `EvaluateBasis` in f32 on a `size`² lattice of every tile, nine floats a sample, into `buffer`, from
 /// its start again when it is full. Returns the number of samples.
+///
+/// # Errors
+/// Fails with `Invalid` if there are not as many points as the table has, `size` is not 2 to 4096, or `buffer` holds
+/// less than one tile, and with `Internal` if OpenSubdiv fails.
 pub fn far_grid(table: &Table, points: &[[f32; 3]], size: usize, buffer: &mut [f32]) -> Result<u64> {
     check_grid(points.len() == table.point_count(), size, buffer)?;
     table.inner().far_grid(points.as_flattened(), size as u32, buffer).map_err(failed)
@@ -75,11 +90,18 @@ pub struct Bfr<'a> {
 
 impl<'a> Bfr<'a> {
     /// With `level` as the approximation level of smooth and sharp features.
+    ///
+    /// # Errors
+    /// Fails with `Internal` on an exception of OpenSubdiv.
     pub fn new(table: &'a Table, level: u32) -> Result<Self> {
         Ok(Self { inner: ffi::make_bfr(table.inner(), level).map_err(failed)?, table })
     }
 
     /// As [`far_grid`], from the cage's points.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there are not as many points as the cage has, `size` is not 2 to 4096, or `buffer` holds
+    /// less than one tile, and with `Internal` if OpenSubdiv fails.
     pub fn grid(&mut self, points: &[[f32; 3]], size: usize, buffer: &mut [f32]) -> Result<u64> {
         check_grid(points.len() == self.table.cage_point_count(), size, buffer)?;
         self.inner.pin_mut().grid(points.as_flattened(), size as u32, buffer).map_err(failed)

@@ -246,7 +246,10 @@ impl Table {
 
     /// Refines `mesh`, which must have passed [`Mesh::check`].
     ///
-    /// Fails if a face or point has more than 65,535 neighbours, or if more patches are expected than the limits allow.
+    /// # Errors
+    /// Fails with `Invalid` if the isolation is not 1 to 10, with `Unsupported` if a face or point has more than 65,535
+    /// neighbours or more patches are expected than their limit, with `Memory` if they are expected to exceed the
+    /// memory limit, and with `NotFound` if OpenSubdiv cannot be opened.
     pub fn new(mesh: &Mesh, options: &Options) -> Result<Self> {
         check_isolation(options.isolation)?;
         let cage = Cage::new(mesh)?;

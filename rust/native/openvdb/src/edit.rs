@@ -53,7 +53,9 @@ const FARTHEST: f64 = 10_000.0;
 impl Grid {
     /// Combines it with another grid of its kind and class. The other one is resampled to its transform if they differ.
     ///
-    /// Fails if the kinds or classes differ, or are vectors.
+    /// # Errors
+    /// Fails with `Invalid` if the kinds or classes differ, or are vectors, with `Memory` if resampling would exceed
+    /// the memory limit, with `Cancelled` if `progress` asks to stop, and as [`Module::open`] does.
     pub fn combined(
         &self,
         context: &Context,
@@ -79,7 +81,9 @@ impl Grid {
 
     /// Moves the surface of a level set outwards by a distance in world units, inwards if it is negative.
     ///
-    /// Fails if it is no level set of cubic voxels, or the distance is not finite or over 10,000 voxels.
+    /// # Errors
+    /// Fails with `Invalid` if it is no level set of cubic voxels, or the distance is not finite or over 10,000 voxels,
+    /// with `Cancelled` if `progress` asks to stop, and as [`Module::open`] does.
     pub fn offset(&self, context: &Context, distance: f64, progress: &mut dyn Progress) -> Result<Self> {
         let voxel = self.info()?.transform.voxel_size[0];
         if !distance.is_finite() || (distance / voxel).abs() > FARTHEST {
@@ -96,7 +100,9 @@ impl Grid {
     /// Smooths a grid of floats or doubles: `radius` in voxels is half the width of the filter (that of means, Gaussians and
     /// medians), `iterations` is how often it is applied.
     ///
-    /// Fails if the filter does not fit the kind and class, or a number is out of its range.
+    /// # Errors
+    /// Fails with `Invalid` if the filter does not fit the kind and class, the radius is not 1 to 100 or the iterations
+    /// are not 1 to 1000, with `Cancelled` if `progress` asks to stop, and as [`Module::open`] does.
     pub fn filtered(
         &self,
         context: &Context,
@@ -119,7 +125,10 @@ impl Grid {
 
     /// Resamples it to another transform. A level set keeps its distances in world units and the width of its band in voxels.
     ///
-    /// Fails if the transform has no inverse, or the estimate of the memory exceeds the limit.
+    /// # Errors
+    /// Fails with `Invalid` if the transform has no inverse, with `Unsupported` if it is a frustum, with `Memory` if
+    /// the estimate of the memory exceeds the limit, with `Cancelled` if `progress` asks to stop, and as
+    /// [`Module::open`] does.
     pub fn resampled(
         &self,
         context: &Context,
@@ -143,7 +152,9 @@ impl Grid {
     /// Converts it to another kind of values: scalars to scalars, vectors to vectors; a bool or a mask has the active voxels,
     /// and becomes 1 and 0 as a number.
     ///
-    /// Fails between scalars and vectors.
+    /// # Errors
+    /// Fails with `Invalid` between scalars and vectors, with `Unsupported` for points, with `Cancelled` if `progress`
+    /// asks to stop, and as [`Module::open`] does.
     pub fn converted(&self, context: &Context, kind: Kind, progress: &mut dyn Progress) -> Result<Self> {
         if kind == Kind::Points {
             return Err(Error::unsupported("voxels are not converted to points").at("kind"));
@@ -155,7 +166,11 @@ impl Grid {
         })
     }
 
-    /// Makes a fog volume of a level set: 1 inside, falling to 0 over the inner band. Fails if it is no level set.
+    /// Makes a fog volume of a level set: 1 inside, falling to 0 over the inner band.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if it is no level set, with `Cancelled` if `progress` asks to stop, and as [`Module::open`]
+    /// does.
     pub fn fog(&self, context: &Context, progress: &mut dyn Progress) -> Result<Self> {
         let module = Module::open()?;
         Self::long(context, "level set to fog", progress, |out, how, error| {
@@ -167,7 +182,9 @@ impl Grid {
     /// Makes a level set of the surface at which a scalar grid has a value, or of the active voxels of a bool or a mask.
     /// `band` is half its width in voxels.
     ///
-    /// Fails if the grid has integers or vectors, or the value or the band is out of its range.
+    /// # Errors
+    /// Fails with `Invalid` if the grid has integers or vectors, the value is not finite or the band is not 1 to 100,
+    /// with `Cancelled` if `progress` asks to stop, and as [`Module::open`] does.
     pub fn level_set(&self, context: &Context, value: f64, band: f32, progress: &mut dyn Progress) -> Result<Self> {
         if !value.is_finite() || !(1.0..=100.0).contains(&band) {
             let error = Error::invalid(format!("a level set at {value} with a band of {band} voxels cannot be"));
@@ -185,7 +202,11 @@ impl Grid {
         Ok(made)
     }
 
-    /// Makes a mask of the voxels that have a label. Fails if the grid has no integers.
+    /// Makes a mask of the voxels that have a label.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the grid has no integers, with `Cancelled` if `progress` asks to stop, and as
+    /// [`Module::open`] does.
     pub fn label_mask(&self, context: &Context, label: i64, progress: &mut dyn Progress) -> Result<Self> {
         let module = Module::open()?;
         Self::long(context, "mask of a label", progress, |out, how, error| {
@@ -197,7 +218,9 @@ impl Grid {
 
 /// Makes a grid of 32-bit labels: voxels inside a level set have its label, later ones win, and 0 is outside of all.
 ///
-/// Fails if there are not as many labels as level sets, one is no level set of floats, or their transforms differ.
+/// # Errors
+/// Fails with `Invalid` if there is no label, there are not as many labels as level sets, one is no level set of
+/// floats, or their transforms differ, with `Cancelled` if `progress` asks to stop, and as [`Module::open`] does.
 pub fn labels(context: &Context, level_sets: &[&Grid], labels: &[i32], progress: &mut dyn Progress) -> Result<Grid> {
     if level_sets.len() != labels.len() || labels.is_empty() {
         let what = format!("there are {} labels for {} level sets", labels.len(), level_sets.len());

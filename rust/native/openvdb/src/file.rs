@@ -54,8 +54,13 @@ pub struct Writing {
 /// Reads a grid of a file: the one of a name, or the first that can be read. With `bounds` leaves that do not touch the box are
 /// skipped; voxels outside of it are background.
 ///
-/// The file is checked first. Fails if it is damaged, has no such grid or one of another kind, or if the grid would need more
-/// than the context's memory limit.
+/// The file is checked first.
+///
+/// # Errors
+/// Fails with `NotFound` if the file or the grid does not exist, with `Io` if the file cannot be read, with `Invalid`
+/// if it is damaged or `bounds` are empty or not finite, with `Unsupported` for a grid of another kind or a name used
+/// twice, with `Memory` above the context's memory limit, with `Cancelled` if `progress` asks to stop, and as
+/// [`Module::open`] does.
 pub fn read(
     context: &Context,
     path: &Path,
@@ -91,7 +96,10 @@ pub fn read(
 
 /// Writes grids to a file, which appears whole or not at all.
 ///
-/// Fails if there is no grid, or the system refuses.
+/// # Errors
+/// Fails with `Invalid` if there is no grid or a text holds a zero byte, with `Io` or `NotFound` if the folder takes no
+/// file, with `Internal` if OpenVDB cannot write it, with `Cancelled` if `progress` asks to stop, and as
+/// [`Module::open`] does.
 pub fn write(
     context: &Context,
     path: &Path,

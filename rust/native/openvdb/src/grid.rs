@@ -52,7 +52,9 @@ impl Grid {
     /// Makes an empty grid. `background` is the value outside of all leaves; of scalars its first number counts. `voxel` is
     /// the edge of a voxel in world units.
     ///
-    /// Fails if the module cannot be opened, the kind is points, or the size is not positive and finite.
+    /// # Errors
+    /// Fails with `Unsupported` if the kind is points, with `Invalid` if the size is not positive and finite, and as
+    /// [`Module::open`] does.
     pub fn new(kind: Kind, background: [f64; 3], voxel: f64) -> Result<Self> {
         if kind == Kind::Points {
             return Err(
@@ -89,7 +91,10 @@ impl Grid {
         self.pointer
     }
 
-    /// Copies it. Fails if memory runs out.
+    /// Copies it.
+    ///
+    /// # Errors
+    /// Fails with `Memory` if memory runs out.
     pub fn copy(&self) -> Result<Self> {
         let module = Module::open()?;
         // SAFETY: the grid is alive, and both outputs live through the call.
@@ -97,6 +102,10 @@ impl Grid {
     }
 
     /// Returns its facts.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if the module returns a kind of grids that does not exist, and with `Memory` if memory
+    /// runs out.
     pub fn info(&self) -> Result<GridInfo> {
         let mut metadata = self.metadata()?;
         metadata.sort_by(|a, b| a.name.cmp(&b.name));
@@ -113,6 +122,9 @@ impl Grid {
     }
 
     /// Returns the kind of its values.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if the module returns a kind of grids that does not exist.
     pub fn kind(&self) -> Result<Kind> {
         if let Some(kind) = self.kind.get() {
             return Ok(*kind);
@@ -122,11 +134,17 @@ impl Grid {
     }
 
     /// Returns the value outside of all leaves; of scalars the first number counts.
+    ///
+    /// # Errors
+    /// Fails only on an exception of OpenVDB, as for want of memory.
     pub fn background(&self) -> Result<[f64; 3]> {
         Ok(self.facts()?.background)
     }
 
     /// Says what its values mean.
+    ///
+    /// # Errors
+    /// Fails with `Memory` if the module has no memory for the entry of metadata.
     pub fn set_class(&mut self, class: Class) -> Result<()> {
         let module = Module::open()?;
         // SAFETY: the grid is alive and ours alone, and the error record lives through the call.
@@ -134,13 +152,19 @@ impl Grid {
     }
 
     /// Has its numbers written with 16 bits.
+    ///
+    /// # Errors
+    /// Fails with `Memory` if the module has no memory for the entry of metadata.
     pub fn set_half(&mut self, is_half: bool) -> Result<()> {
         let module = Module::open()?;
         // SAFETY: the grid is alive and ours alone, and the error record lives through the call.
         short(|error| unsafe { module.table().rlvdb_set_half(self.pointer, is_half.into(), error) })
     }
 
-    /// Sets the map from voxels to the world. Fails if it is a frustum, is not finite, or has no inverse.
+    /// Sets the map from voxels to the world.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if it is a frustum, is not finite, or has no inverse.
     pub fn set_transform(&mut self, transform: &Transform) -> Result<()> {
         transform.check()?;
         if !transform.is_linear {
@@ -152,8 +176,11 @@ impl Grid {
         short(|error| unsafe { module.table().rlvdb_set_matrix(self.pointer, numbers.as_ptr(), error) })
     }
 
-    /// Makes its transform a frustum, whose pyramid the affine map `after` follows. Fails if the box is empty, or a number is
-    /// not positive and finite.
+    /// Makes its transform a frustum, whose pyramid the affine map `after` follows.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the box is empty, the taper or the depth is not positive and finite, or `after` is not
+    /// finite or has no inverse.
     pub fn set_frustum(&mut self, frustum: &Frustum, after: &Transform) -> Result<()> {
         after.check()?;
         let Frustum { voxels: [low, high], taper, depth } = *frustum;
@@ -171,6 +198,9 @@ impl Grid {
     }
 
     /// Returns its metadata.
+    ///
+    /// # Errors
+    /// Fails only on an exception of OpenVDB, as for want of memory.
     pub fn metadata(&self) -> Result<Vec<Entry>> {
         let module = Module::open()?;
         let mut count = 0;
@@ -195,7 +225,8 @@ impl Grid {
 
     /// Sets an entry of metadata. Its kind is `string`, `bool`, `int32`, `int64`, `float` or `double`.
     ///
-    /// Fails if the value is not one of its kind.
+    /// # Errors
+    /// Fails with `Invalid` if the value is not one of its kind, the kind is another, or a text holds a zero byte.
     pub fn set_metadata(&mut self, entry: &Entry) -> Result<()> {
         let is_sound = match entry.kind.as_str() {
             "string" => true,
@@ -220,6 +251,9 @@ impl Grid {
     }
 
     /// Names it.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the name holds a zero byte.
     pub fn set_name(&mut self, name: &str) -> Result<()> {
         self.set_metadata(&Entry { name: "name".into(), kind: "string".into(), value: name.into() })
     }

@@ -59,7 +59,10 @@ impl Kind {
         self.row().1
     }
 
-    /// Finds a kind by its name. Fails, with the names that exist, if there is none.
+    /// Finds a kind by its name.
+    ///
+    /// # Errors
+    /// Fails with `Invalid`, and the names that exist, if there is no such kind.
     pub fn by_name(name: &str) -> Result<Self> {
         Self::all().find(|kind| kind.name() == name).ok_or_else(|| {
             let names: Vec<_> = Self::all().map(Self::name).collect();

@@ -30,8 +30,9 @@ static OPENING: Mutex<()> = Mutex::new(());
 impl Module {
     /// Returns the module, which is opened at the first call. A failure is not kept: the next call tries again.
     ///
-    /// Fails with [`ErrorKind::NotFound`] if there is no module, and [`ErrorKind::Unsupported`] if it belongs to another
-    /// version of Relievo.
+    /// # Errors
+    /// Fails with [`ErrorKind::NotFound`] if there is no module, and [`ErrorKind::Unsupported`] if it belongs to
+    /// another version of Relievo.
     pub fn open() -> Result<&'static Self> {
         if let Some(module) = MODULE.get() {
             return Ok(module);

@@ -45,7 +45,10 @@ pub enum Change {
 }
 
 impl Grid {
-    /// Makes a grid of it. Fails as the function of the change does, or if a setting is out of its range.
+    /// Makes a grid of it.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a setting is out of its range, and as the function of the change does.
     pub fn changed(
         &self,
         context: &Context,
@@ -65,7 +68,10 @@ impl Grid {
         }
     }
 
-    /// Meshes it at the value with the adaptivity of settings. Fails as [`Grid::polygons`] does.
+    /// Meshes it at the value with the adaptivity of settings.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a setting is out of its range, and as [`Grid::polygons`] does.
     pub fn meshed(&self, context: &Context, settings: &GridSettings, progress: &mut dyn Progress) -> Result<Polygons> {
         settings.check()?;
         self.polygons(context, settings.value.into(), settings.adaptivity.into(), progress)

@@ -46,7 +46,10 @@ impl Grid {
     /// Makes a level set of a closed triangle mesh: distances in world units, negative inside, up to `exterior` voxels
     /// outside and `interior` voxels inside.
     ///
-    /// Fails if an index does not exist, a point is not finite, or the estimate of its memory exceeds the limit.
+    /// # Errors
+    /// Fails with `Invalid` if an index does not exist, a point is not finite or too far from 0, a width is not 1 to
+    /// 1000 voxels or the transform has no inverse, with `Memory` if the estimate of its memory exceeds the limit, with
+    /// `Cancelled` if `progress` asks to stop, and as [`Module::open`] does.
     pub fn of_mesh(
         context: &Context,
         points: &[[f32; 3]],
@@ -87,8 +90,10 @@ impl Grid {
 
     /// Makes a level set of the union of balls, with a band of `band` voxels on either side.
     ///
-    /// Fails if there are not as many radii as points, a number is not finite or a radius not positive, or the estimate of
-    /// its memory exceeds the limit.
+    /// # Errors
+    /// Fails with `Invalid` if there are not as many radii as points, a number is not finite or too far from 0, a
+    /// radius is not positive or the band is not 1 to 1000 voxels, with `Memory` if the estimate of its memory exceeds
+    /// the limit, with `Cancelled` if `progress` asks to stop, and as [`Module::open`] does.
     pub fn of_spheres(
         context: &Context,
         points: &[[f32; 3]],
@@ -136,7 +141,9 @@ impl Grid {
     /// Meshes the surface at which a scalar grid has a value: 0 of a level set, in world units. `adaptivity` is 0 for quads
     /// of one size, up to 1 for the fewest polygons that keep to the surface.
     ///
-    /// Fails if the grid has bools, masks or vectors, or a number is out of its range.
+    /// # Errors
+    /// Fails with `Invalid` if the grid has bools, masks or vectors, the value is not finite or the adaptivity is not 0
+    /// to 1, with `Cancelled` if `progress` asks to stop, and as [`Module::open`] does.
     pub fn polygons(
         &self,
         context: &Context,

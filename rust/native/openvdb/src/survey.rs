@@ -63,7 +63,10 @@ enum Depth {
 impl Survey {
     /// Lists the grids of a file. Values of leaves are left out, except in a stream, where they are between grids.
     ///
-    /// Fails if the file is damaged or of another version, or if its list would need more than `memory_limit` bytes.
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if the file does not exist or cannot be read, with `Invalid` if it is damaged,
+    /// with `Unsupported` if it is of another version, and with `Memory` if its list would need more than
+    /// `memory_limit` bytes.
     pub fn of_file(path: &Path, memory_limit: u64) -> Result<Self> {
         let mut file = Cursor::open(path)?;
         Self::list(&mut file, memory_limit).map_err(|error| error.at(path.display().to_string()))
@@ -125,6 +128,9 @@ impl Survey {
     }
 
     /// Finds the grid of a name, whatever its kind.
+    ///
+    /// # Errors
+    /// Fails with `NotFound`, and the names that exist, if there is no such grid.
     pub fn find_any(&self, name: &str) -> Result<usize> {
         self.grids.iter().position(|grid| grid.name == name).ok_or_else(|| self.none())
     }
@@ -136,6 +142,10 @@ impl Survey {
     }
 
     /// Finds a grid whose values can be read: the one of a name, or the first.
+    ///
+    /// # Errors
+    /// Fails with `NotFound`, and the names that exist, if there is no such grid, and with `Unsupported` if it has
+    /// points or a type that this module does not handle.
     pub fn find(&self, name: Option<&str>) -> Result<usize> {
         let readable = |info: &GridInfo| info.kind.is_some_and(|kind| kind != Kind::Points);
         let index = match name {

@@ -46,7 +46,8 @@ impl Grid {
     /// Returns the values at world positions, as many numbers a point as a value has; trilinear between voxels where
     /// `is_linear`, otherwise of the nearest voxel. Integers above 2⁵³ are rounded.
     ///
-    /// Fails if a position is not finite.
+    /// # Errors
+    /// Fails with `Invalid` if a position is not finite.
     pub fn sample(&self, points: &[[f64; 3]], is_linear: bool) -> Result<Vec<f64>> {
         if let Some(index) = points.iter().position(|point| point.iter().any(|at| !at.is_finite())) {
             return Err(Error::invalid("the position is not finite").at(format!("point {index}")));
@@ -65,6 +66,9 @@ impl Grid {
     }
 
     /// Returns the values of voxels, as many numbers a voxel as a value has.
+    ///
+    /// # Errors
+    /// Fails only as [`Self::kind`] does; voxels outside of all leaves have the background.
     pub fn voxels(&self, voxels: &[[i32; 3]]) -> Result<Vec<f64>> {
         let module = Module::open()?;
         let mut values = vec![0.0; voxels.len() * self.kind()?.components()];
@@ -80,7 +84,9 @@ impl Grid {
 
     /// Copies a block of voxels: `low` is the lowest one, `size` how many there are along each axis.
     ///
-    /// Fails if the block is empty or larger than the memory limit.
+    /// # Errors
+    /// Fails with `Invalid` if the block is empty or more than 2³⁰ voxels from 0, and with `Memory` if it is larger
+    /// than the memory limit.
     pub fn block(&self, context: &Context, low: [i32; 3], size: [u32; 3]) -> Result<Block> {
         let module = Module::open()?;
         let kind = self.kind()?;
@@ -98,7 +104,10 @@ impl Grid {
 
     /// Sets a block of voxels. Values within `tolerance` of the background become the background and are not active.
     ///
-    /// Fails if the block is of another kind, does not have its size, or has a number that is not finite.
+    /// # Errors
+    /// Fails with `Invalid` if the block is of another kind, does not have its size, is empty or more than 2³⁰ voxels
+    /// from 0, has a number that is not finite, or the tolerance is negative or not finite, and with `Memory` if it is
+    /// larger than the memory limit.
     pub fn set_block(&mut self, context: &Context, block: &Block, tolerance: f64) -> Result<()> {
         let module = Module::open()?;
         let kind = self.kind()?;
