@@ -157,7 +157,10 @@ pub struct Atlas {
 const MOST_PIXELS: u64 = 32_768;
 
 impl Atlas {
-    /// Packs tiles of these sizes. Fails if the picture would be too large.
+    /// Packs tiles of these sizes.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no tile, and with `Unsupported` if the picture would be too large.
     pub fn pack(tiles: impl Iterator<Item = (u32, u32)>) -> Result<Self> {
         let mut cells: Vec<Cell> = tiles.map(|(tile, size)| Cell { tile, x: 0, y: 0, size }).collect();
         cells.sort_by_key(|cell| (std::cmp::Reverse(cell.size), cell.tile));
@@ -257,7 +260,10 @@ fn numbers<T: PictureTexel>(
 
 /// Writes the tiles of a channel as one picture, .exr or .png, and the table beside it. Returns where they are.
 ///
-/// Fails if no tile has a block, the picture would be too large, or a file cannot be written.
+/// # Errors
+/// Fails with `Invalid` if no tile has a block or the scaling cannot be used, with `Unsupported` if the extension is
+/// another or the picture would be too large, with `Memory` if it does not fit the context's memory limit, and with
+/// `NotFound` or `Io` if a file cannot be written.
 pub fn write_atlas<T: PictureTexel>(
     context: &Context,
     path: &Path,
@@ -306,7 +312,10 @@ pub fn write_atlas<T: PictureTexel>(
 /// Writes every tile that has a block as a picture of its own, without a gutter, to the path that `name` makes of its
 /// number. Returns how many.
 ///
-/// Fails if no tile has a block, or a file cannot be written.
+/// # Errors
+/// Fails with `Invalid` if no tile has a block or the scaling cannot be used, with `Unsupported` if an extension is
+/// neither .exr nor .png, with `Memory` if a tile does not fit the context's memory limit, and with `NotFound` or `Io`
+/// if a file cannot be written; the files before it are there.
 pub fn write_tiles<T: PictureTexel>(
     context: &Context,
     field: &Field<T>,

@@ -38,8 +38,11 @@ const MOST_TABLE: u64 = 256 << 20;
 /// The channel of the atlas with the table at `path`, for `surface`, which may occupy `budget` bytes.
 /// Colours from PNG become bytes, those from EXR half floats.
 ///
-/// Fails, with what differs, if the tiles are not those of the mesh, a cell is not in the picture, a number is not
-/// finite, or the tiles do not fit the budget.
+/// # Errors
+/// Fails with `NotFound` or `Io` if a file does not exist or cannot be read; with `Invalid`, and what differs, if the
+/// table is none, the tiles are not those of the mesh, a cell is not in the picture or a number is not finite; with
+/// `Unsupported` for another version or kind; and with `Memory` if a file exceeds the context's memory limit or the
+/// tiles the budget.
 pub fn from_atlas(context: &Context, surface: &Surface, path: &Path, budget: u64) -> Result<Imported> {
     let topology = surface.topology();
     let named = |error: Error| error.at(path.display().to_string());

@@ -120,8 +120,10 @@ type Band<'a> = ((&'a mut [f32], &'a mut [bool]), Result<u64>);
 
 /// Bakes `quantity` on the texture coordinates `limit` of its surface, and calls `each` for every picture, by number.
 ///
-/// Fails if the options are out of range, the picture does not fit the context's memory limit, the texture coordinates
-/// cannot be used, nothing lies on a picture, or `each` fails.
+/// # Errors
+/// Fails with `Invalid` if the options are out of range, the texture coordinates cannot be used or are of another
+/// surface, or nothing lies on a picture; with `Memory` if the picture does not fit the context's memory limit; and as
+/// `each` does.
 pub fn bake(
     context: &Context,
     limit: &Surface,
@@ -132,8 +134,11 @@ pub fn bake(
     bake_watched(context, limit, quantity, options, &mut Silent, each)
 }
 
-/// As [`bake`], telling `progress` of every few bands of a picture. Fails too where it asks to stop; pictures that
-/// `each` was called for are done.
+/// As [`bake`], telling `progress` of every few bands of a picture.
+///
+/// # Errors
+/// Fails as [`bake`] does, and with `Cancelled` if `progress` asks to stop; pictures that `each` was called for are
+/// done.
 pub fn bake_watched(
     context: &Context,
     limit: &Surface,

@@ -132,7 +132,8 @@ pub struct Shown {
 /// What a document can show: of every kind what its layers come to, and then each of them if that is not the same;
 /// colours come first. Layers of a kind that are kept in different formats are shown one by one.
 ///
-/// Fails if the document has nothing to show.
+/// # Errors
+/// Fails with `Invalid` if the document has no layers that are pictures.
 pub fn shown(document: &Document) -> Result<Vec<Shown>> {
     let topology = document.topology();
     let tiles = tile_count(document);
@@ -192,7 +193,11 @@ pub fn tile_count(document: &Document) -> u32 {
     if topology.is_of_triangles() { topology.face_count() as u32 } else { topology.tile_count() }
 }
 
-/// How the tiles of a document's mesh meet. Fails if the mesh is none.
+/// How the tiles of a document's mesh meet.
+///
+/// # Errors
+/// Fails with `Invalid` if the mesh does not pass [`Mesh::check`], or is of triangles and the document does not have
+/// its points.
 pub fn meeting(document: &Document) -> Result<Meeting> {
     let topology = document.topology();
     if topology.is_of_triangles() {
@@ -234,7 +239,11 @@ pub struct Mosaic {
 }
 
 impl Mosaic {
-    /// Unpacks the layers. Fails if they are damaged or do not fit the memory limit.
+    /// Unpacks the layers.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a layer is damaged or of another mesh, with `Memory` if the layers do not fit the memory
+    /// limit, with `Unsupported` for times of edits, and with `Internal` if `shown` names no layer of the document.
     pub fn new(context: &Context, document: &Document, meeting: &Meeting, shown: &Shown) -> Result<Self> {
         let layers: Vec<&Layer> = shown.layers.iter().filter_map(|index| document.layers().get(*index)).collect();
         let Some(first) = layers.first() else {
@@ -262,7 +271,8 @@ impl Mosaic {
     /// The pixels of `columns` by `rows` of a level, row by row: little-endian numbers as [`Tesserae`] says. Cells
     /// without a tile are zero.
     ///
-    /// Fails if there is no such level or the picture is smaller.
+    /// # Errors
+    /// Fails with `Invalid` if there is no such level or the picture is smaller.
     pub fn read(&self, level: u32, columns: Range<u32>, rows: Range<u32>) -> Result<Vec<u8>> {
         let cells = &self.shown.cells;
         if level >= cells.levels() {

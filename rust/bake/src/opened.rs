@@ -69,7 +69,10 @@ impl<'a> Opened<'a> {
         &self.surface
     }
 
-    /// What the layer called `name` is; `None` if none was named. Fails if there is no such layer.
+    /// What the layer called `name` is; `None` if none was named.
+    ///
+    /// # Errors
+    /// Fails with `NotFound`, and the names that exist, if there is no such layer.
     pub fn kind(&self, name: Option<&str>) -> Result<Option<Kind>> {
         let Some(name) = name else { return Ok(None) };
         match self.document.layer(name) {
@@ -124,6 +127,10 @@ impl<'a> Opened<'a> {
 
     /// The scalar displacement of the layer called `name`, or what all layers of displacement come to; `None` without
     /// such layers.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` if there is no layer called `name`, with `Invalid` if a layer is damaged, and with
+    /// `Memory` if the layers do not fit the context's memory limit.
     pub fn displacement(&self, context: &Context, name: Option<&str>) -> Result<Option<Displacement>> {
         match self.layers(&[Kind::Scalar], name)? {
             (layers, _) if layers.is_empty() => Ok(None),
@@ -132,18 +139,29 @@ impl<'a> Opened<'a> {
     }
 
     /// The vector displacement of the layer called `name`, if the document has vector displacement.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` if there is no layer called `name`, with `Invalid` if the layer is damaged or one of
+    /// several is to be named, and with `Memory` if it does not fit the context's memory limit.
     pub fn vectors(&self, context: &Context, name: Option<&str>) -> Result<Option<VectorDisplacement>> {
         let Some(layer) = self.layer(&[Kind::Vector], name, VECTORS)? else { return Ok(None) };
         VectorDisplacement::stored_on(context, &self.surface, self.document, layer.name(), context.memory_limit(), None)
     }
 
     /// A displacement of zero everywhere.
+    ///
+    /// # Errors
+    /// Fails only as [`Displacement::new`] does with the default options.
     pub fn undisplaced(&self) -> Result<Displacement> {
         Displacement::new(self.surface.topology().clone(), &ChannelOptions::default())
     }
 
-    /// The colours of the layer called `name`, or what all layers of colour come to; `None` without such layers. Fails
-    /// if some of several are bytes and others half floats.
+    /// The colours of the layer called `name`, or what all layers of colour come to; `None` without such layers.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` if there is no layer called `name`, with `Unsupported` if some of several are bytes and
+    /// others half floats, with `Invalid` if a layer is damaged, and with `Memory` if they do not fit the context's
+    /// memory limit.
     pub fn colors(&self, context: &Context, name: Option<&str>) -> Result<Option<ColorLayer>> {
         let (layers, named) = self.layers(&[Kind::Rgba8, Kind::Rgba16], name)?;
         let bytes = layers.iter().filter(|layer| layer.kind() == Kind::Rgba8).count();
@@ -159,6 +177,10 @@ impl<'a> Opened<'a> {
     }
 
     /// The traces of the layer called `name`, if the document has traces.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` if there is no layer called `name`, with `Invalid` if the layer is damaged or one of
+    /// several is to be named, and with `Memory` if it does not fit the context's memory limit.
     pub fn traces(&self, context: &Context, name: Option<&str>) -> Result<Option<Traces>> {
         let layer = self.layer(&[Kind::Trace], name, TRACES)?;
         layer.map(|layer| self.channel(context, layer)).transpose()

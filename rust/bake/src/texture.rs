@@ -43,7 +43,10 @@ pub enum MapFormat {
 }
 
 impl MapFormat {
-    /// The format that the extension of a path names. Fails if it is another.
+    /// The format that the extension of a path names.
+    ///
+    /// # Errors
+    /// Fails with `Unsupported` if it is neither .exr nor .png.
     pub fn of(path: &Path) -> Result<Self> {
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
         match extension.as_deref() {
@@ -82,7 +85,10 @@ impl Scaling {
         ((f64::from(stored) - f64::from(self.mid_level)) * f64::from(self.scale)) as f32
     }
 
-    /// Fails unless both numbers can be used.
+    /// Checks that both numbers can be used.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if one is not finite, or the scale is 0.
     pub fn check(&self) -> Result<()> {
         if !self.scale.is_finite() || self.scale == 0.0 || !self.mid_level.is_finite() {
             return Err(Error::invalid(format!("a scale of {} with mid-level {}", self.scale, self.mid_level))
@@ -105,7 +111,9 @@ pub fn numbered(path: &Path, mark: &str, number: impl Display) -> PathBuf {
 
 /// Writes a map of what `meaning` says. Lengths and times go by `scaling`.
 ///
-/// Fails if the extension is neither .exr nor .png, the scaling cannot be used, or the file cannot be written.
+/// # Errors
+/// Fails with `Unsupported` if the extension is neither .exr nor .png, with `Invalid` if the scaling cannot be used,
+/// and with `NotFound` or `Io` if the file cannot be written.
 pub fn write_map(context: &Context, path: &Path, map: &Map, meaning: Meaning, scaling: &Scaling) -> Result<()> {
     let format = MapFormat::of(path)?;
     scaling.check()?;

@@ -100,7 +100,10 @@ pub fn transfer(
     transfer_watched(context, document, from, mesh, options, &mut Silent)
 }
 
-/// As [`transfer`], telling `progress` of every layer and every few tiles. Fails too where it asks to stop.
+/// As [`transfer`], telling `progress` of every layer and every few tiles.
+///
+/// # Errors
+/// Fails as [`transfer`] does, and with `Cancelled` if `progress` asks to stop.
 pub fn transfer_watched(
     context: &Context,
     document: &Document,

@@ -171,7 +171,9 @@ impl TriangleQuantity<'_> {
 /// Bakes `quantity`, of the triangles of `mesh`, on its texture coordinates `uv`, and calls `each` for every picture,
 /// by number.
 ///
-/// Fails as [`crate::bake_watched`] does.
+/// # Errors
+/// Fails as [`crate::bake_watched`] does, and with `Invalid` if the mesh has no such texture coordinates or other
+/// triangles than its detail, or what is to be baked is missing.
 pub fn bake_triangles(
     context: &Context,
     (mesh, uv): (&Mesh, &str),

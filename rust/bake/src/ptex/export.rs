@@ -81,12 +81,16 @@ fn inside<T: Texel>(block: &[T], size: usize) -> Vec<u8> {
 
 /// The channel as a Ptex file, with the `mesh` that it lies on.
 ///
-/// Fails if the mesh has other faces than the channel, or the format cannot hold it.
+/// # Errors
+/// Fails with `Invalid` if the mesh has other faces than the channel, or a face is none that the format can hold.
 pub fn to_ptex<T: PtexTexel>(context: &Context, mesh: &Mesh, field: &Field<T>) -> Result<Writer> {
     to_ptex_watched(context, mesh, field, &mut Silent)
 }
 
-/// As [`to_ptex`], telling `progress`. Fails too where it asks to stop.
+/// As [`to_ptex`], telling `progress`.
+///
+/// # Errors
+/// Fails as [`to_ptex`] does, and with `Cancelled` if `progress` asks to stop.
 pub fn to_ptex_watched<T: PtexTexel>(
     context: &Context,
     mesh: &Mesh,

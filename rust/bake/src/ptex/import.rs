@@ -104,8 +104,10 @@ impl fmt::Display for PtexReport {
 
 /// The channel that `reader` holds for `surface`.
 ///
-/// Fails, with what differs, if the faces of the file are not the tiles of the surface, if it has too few channels, if
-/// a texel is damaged or not finite, or if the tiles do not fit the budget.
+/// # Errors
+/// Fails with `Invalid`, and what differs, if the faces of the file are not the tiles of the surface, it has too few
+/// channels, or a texel is damaged, not finite or too large; with `Unsupported` if its faces are triangles; and with
+/// `Memory` if the tiles do not fit the budget.
 pub fn from_ptex<B: AsRef<[u8]> + Sync>(
     context: &Context,
     surface: &Surface,
@@ -115,7 +117,10 @@ pub fn from_ptex<B: AsRef<[u8]> + Sync>(
     from_ptex_watched(context, surface, reader, options, &mut Silent)
 }
 
-/// As [`from_ptex`], telling `progress` of every few faces. Fails too where it asks to stop.
+/// As [`from_ptex`], telling `progress` of every few faces.
+///
+/// # Errors
+/// Fails as [`from_ptex`] does, and with `Cancelled` if `progress` asks to stop.
 pub fn from_ptex_watched<B: AsRef<[u8]> + Sync>(
     context: &Context,
     surface: &Surface,
