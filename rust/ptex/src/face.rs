@@ -94,7 +94,10 @@ impl Face {
         Self { resolution: Resolution::new(u, v), ..Self::default() }
     }
 
-    /// Fails unless resolution and neighbours are possible in a mesh of `count` faces.
+    /// Checks that resolution and neighbours are possible in a mesh of `count` faces.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a neighbour is no edge of the mesh, and as [`Resolution::check`] does.
     pub fn check(&self, mesh: MeshType, count: u32) -> Result<()> {
         self.resolution.check(mesh)?;
         let edges = if mesh == MeshType::Triangle { 3 } else { 4 };

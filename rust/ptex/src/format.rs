@@ -126,7 +126,10 @@ impl Format {
         usize::from(self.channels) * self.data_type.size()
     }
 
-    /// Fails unless there is a channel and the alpha channel is one.
+    /// Checks that there is a channel, and that the alpha channel is one.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there are no channels or the alpha channel is none of them.
     pub fn check(&self) -> Result<()> {
         if self.channels == 0 {
             return Err(Error::invalid("texels have no channels").advise("store at least one"));
@@ -184,7 +187,11 @@ impl Resolution {
         Some(Self { u: self.u.checked_sub(times)?, v: self.v.checked_sub(times)? })
     }
 
-    /// Fails above [`Resolution::LARGEST`], and for triangles unless both powers are the same.
+    /// Checks that a face of `mesh` may have it.
+    ///
+    /// # Errors
+    /// Fails with `Unsupported` above [`Resolution::LARGEST`], and with `Invalid` for triangles unless both powers are
+    /// the same.
     pub fn check(self, mesh: MeshType) -> Result<()> {
         if self.u.max(self.v) > Self::LARGEST {
             return Err(Error::unsupported(format!("it has 2^{} by 2^{} texels", self.u, self.v))

@@ -45,6 +45,10 @@ pub struct Reader<B> {
 impl Reader<Vec<u8>> {
     /// Opens the file at `path`. `memory_limit` bounds in bytes the file and what is made of it, texels of one face
     /// included.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if the file does not exist or cannot be read, with `Memory` above the limit, and
+    /// as [`Self::new`] does.
     pub fn open(path: &Path, memory_limit: u64) -> Result<Self> {
         let bytes = file::load(path, memory_limit)?;
         let left = memory_limit - bytes.len() as u64;
@@ -56,7 +60,9 @@ impl<B: AsRef<[u8]>> Reader<B> {
     /// Reads everything of a file but its texels. `memory_limit` bounds in bytes what is allocated, now and for the
     /// texels of a face.
     ///
-    /// Fails, with the byte or face, where the file is damaged, cut off or of another version.
+    /// # Errors
+    /// Fails with `Invalid`, and the byte or face, if the file is damaged or cut off, with `Unsupported` if it is of
+    /// another version, and with `Memory` above the limit.
     pub fn new(bytes: B, memory_limit: u64) -> Result<Self> {
         let file = bytes.as_ref();
         let mut budget = Budget::new(memory_limit);
@@ -152,7 +158,10 @@ impl<B: AsRef<[u8]>> Reader<B> {
         })
     }
 
-    /// Resolution and neighbours of a face. Fails if it does not exist.
+    /// Resolution and neighbours of a face.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` if it does not exist.
     pub fn face(&self, face: u32) -> Result<&Face> {
         self.record(face).map(|record| &record.face)
     }
@@ -163,6 +172,9 @@ impl<B: AsRef<[u8]>> Reader<B> {
     }
 
     /// The mean of a face's texels, which the file states.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` if the face does not exist.
     pub fn average(&self, face: u32) -> Result<&[u8]> {
         self.record(face)?;
         let size = self.format.texel_size();
@@ -182,8 +194,11 @@ impl<B: AsRef<[u8]>> Reader<B> {
 
     /// The texels of a face: little-endian numbers of [`Format::data_type`], channels together, the row v = 0 first.
     ///
-    /// A constant face is spread out; [`Reader::constant`] avoids that. Fails if the texels are damaged or take more
-    /// than is left of the memory limit.
+    /// A constant face is spread out; [`Reader::constant`] avoids that.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` if the face does not exist, with `Invalid` if the texels are damaged, and with `Memory` if
+    /// they take more than is left of the memory limit.
     pub fn texels(&self, face: u32) -> Result<Vec<u8>> {
         self.decoded(face, 0).map_err(|error| error.at(format!("face {face}")))
     }
@@ -214,6 +229,10 @@ impl<B: AsRef<[u8]>> Reader<B> {
 
     /// The texels that the file holds of a face in a level of reductions: half as many along u and v per level,
     /// colours multiplied by alpha. `None` for constant, edited and small faces, which have none.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` if the face does not exist, with `Invalid` if the texels are damaged, and with `Memory` if
+    /// they take more than is left of the memory limit.
     pub fn reduction(&self, face: u32, level: usize) -> Result<Option<Vec<u8>>> {
         if !self.has_reduction(self.record(face)?, face, level) {
             return Ok(None);
@@ -235,7 +254,10 @@ impl<B: AsRef<[u8]>> Reader<B> {
     }
 
     /// Decompresses all that is stored of faces and reductions once, in a time that the length of the file bounds.
-    /// Fails at the first that is damaged.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` at the first that is damaged, and with `Memory` if one takes more than is left of the
+    /// memory limit.
     pub fn check(&self) -> Result<()> {
         for (face, record) in (0u32..).zip(&self.records).filter(|(_, record)| !record.is_constant()) {
             let last = (1..self.level_count()).take_while(|level| self.has_reduction(record, face, *level)).last();

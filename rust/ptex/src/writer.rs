@@ -45,7 +45,10 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// A file of `faces` faces, which are all to be given. Fails if the format cannot be.
+    /// A file of `faces` faces, which are all to be given.
+    ///
+    /// # Errors
+    /// Fails as [`Format::check`] does.
     pub fn new(format: Format, borders: Borders, faces: u32) -> Result<Self> {
         format.check()?;
         Ok(Self { format, borders, entries: vec![None; faces as usize], meta: MetaData::new() })
@@ -54,8 +57,9 @@ impl Writer {
     /// Gives a face its texels: little-endian numbers of the format's type, channels together, the row v = 0 first,
     /// colours not multiplied by alpha. A face whose texels are all the same bit by bit is stored as a constant.
     ///
-    /// Fails, and leaves the face as it was, if it does not exist, names neighbours that do not, has a resolution that
-    /// cannot be, or has other than as many bytes as that takes.
+    /// # Errors
+    /// Fails with `Invalid`, and leaves the face as it was, if it does not exist, names neighbours that do not, or has
+    /// other than as many bytes as its resolution takes, and as [`Resolution::check`] does.
     pub fn set(&mut self, index: u32, face: &Face, texels: &[u8]) -> Result<()> {
         let entry = self.encode(index, face, texels).map_err(|error| error.at(format!("face {index}")))?;
         self.put(index, entry);
@@ -63,12 +67,19 @@ impl Writer {
     }
 
     /// Gives every face what `face` makes of its number, on the threads of the context: a face and its texels, as for
-    /// [`Writer::set`]. Fails with the error of the first face that has one, and leaves all faces as they were.
+    /// [`Writer::set`].
+    ///
+    /// # Errors
+    /// Returns the error of `face` or of [`Writer::set`] at the first face that has one, and leaves all faces as they
+    /// were.
     pub fn set_all(&mut self, context: &Context, face: impl Fn(u32) -> Result<(Face, Vec<u8>)> + Sync) -> Result<()> {
         self.set_all_watched(context, &mut Silent, face)
     }
 
-    /// As [`Writer::set_all`], telling `progress`. Fails too where it asks to stop.
+    /// As [`Writer::set_all`], telling `progress`.
+    ///
+    /// # Errors
+    /// Fails as [`Writer::set_all`] does, and with `Cancelled` if `progress` asks to stop.
     pub fn set_all_watched(
         &mut self,
         context: &Context,
@@ -86,6 +97,9 @@ impl Writer {
     }
 
     /// Gives all texels of a face one value, as [`Writer::set`] does.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the face or a neighbour does not exist, or `value` is not as long as a texel.
     pub fn set_constant(&mut self, index: u32, face: &Face, value: &[u8]) -> Result<()> {
         let named = |error: Error| error.at(format!("face {index}"));
         self.check(index, face, self.format.texel_size() as u64, value.len()).map_err(named)?;
@@ -145,13 +159,17 @@ impl Writer {
 
     /// Writes the file to `path`. It appears under its name when it is complete.
     ///
-    /// Fails if a face was not given, and if the system refuses.
+    /// # Errors
+    /// Fails as [`Self::bytes`] does, and with `NotFound` or `Io` if the system refuses.
     pub fn write(&self, path: &Path) -> Result<()> {
         let parts = self.parts().map_err(|error| error.at(path.display().to_string()))?;
         file::store(path, |out| parts.pieces().try_for_each(|piece| out.write_all(piece)))
     }
 
     /// The bytes of the file: the same for the same faces and meta data, in whatever order they were given.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a face was not given, and with `Unsupported` if a part exceeds the 4 GiB of the format.
     pub fn bytes(&self) -> Result<Vec<u8>> {
         Ok(self.parts()?.pieces().collect::<Vec<_>>().concat())
     }
