@@ -18,7 +18,9 @@ impl Procedural {
     /// The primitives of a triangle mesh, as fine as its displacement but with at most `segments` along a side, of which
     /// there are at least 8; if `end` is given, of one that moves from the first to the second.
     ///
-    /// Fails if the meshes have other faces, or it does not fit the memory limit.
+    /// # Errors
+    /// Fails with `Invalid` if the meshes have other faces, and with `Memory` if it does not fit the context's memory
+    /// limit.
     pub fn of_triangles(
         context: &Context,
         begin: &TriangleDisplaced<'_>,

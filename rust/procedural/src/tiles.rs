@@ -22,7 +22,9 @@ impl Procedural {
     /// The primitives of a surface with `rates[tile]` cells along each tile ([`procedural_rates`]); if `end` is given,
     /// of one that moves from the first to the second.
     ///
-    /// Fails if the surfaces have other tiles than there are rates, or it does not fit the memory limit.
+    /// # Errors
+    /// Fails with `Invalid` if the surfaces have other tiles than there are rates, and with `Memory` if it does not fit
+    /// the context's memory limit.
     pub fn new(context: &Context, begin: &Displaced<'_>, end: Option<&Displaced<'_>>, rates: &[u32]) -> Result<Self> {
         let topology = begin.field().topology();
         let fits = |displaced: &Displaced<'_>| displaced.field().tile_count() == rates.len();
