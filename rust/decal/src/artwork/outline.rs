@@ -63,6 +63,9 @@ impl Outline {
     }
 
     /// Makes the outline of a rectangle.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a coordinate is not finite, or the rectangle has no area.
     pub fn rectangle(low: Vec2, high: Vec2) -> Result<Self> {
         Self::new(vec![low, [high[0], low[1]], high, [low[0], high[1]]])
     }

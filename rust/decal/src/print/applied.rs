@@ -51,7 +51,10 @@ pub fn recipes(history: &History) -> Vec<(u32, Result<Recipe>)> {
     decals.map(|recipe| (recipe.id, Recipe::decode(&recipe.bytes))).collect()
 }
 
-/// Returns the number for one more recipe, ascending. Fails if the last one has the greatest number.
+/// Returns the number for one more recipe, ascending.
+///
+/// # Errors
+/// Fails with `Invalid` if the last one has the greatest number.
 pub fn next_recipe(recipes: &[relievo_document::Recipe]) -> Result<u32> {
     let Some(last) = recipes.last() else { return Ok(0) };
     last.id.checked_add(1).ok_or_else(|| {

@@ -252,7 +252,10 @@ impl Recipe {
         Ok(Self { sticker, image, pins, depths, pose, settings, cells, layer, ink, seen })
     }
 
-    /// Fails unless `image` is the one that the decal was made with.
+    /// Checks that `image` is the one that the decal was made with.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if it is another.
     pub fn check_image(&self, image: &Image) -> Result<()> {
         if hash(image) == self.image {
             return Ok(());
