@@ -87,6 +87,9 @@ impl Comparison {
     }
 
     /// The FLIP errors in colours from black over purple and orange to white.
+    ///
+    /// # Errors
+    /// Fails with `Invalid`, as [`Image::from_data`] does, only if the colours are not as many as the pixels.
     pub fn error_picture(&self) -> Result<Image> {
         let (width, height) = (self.flip_map.width(), self.flip_map.height());
         let errors = nv_flip::FlipImageFloat::with_data(width, height, self.flip_map.data());
