@@ -19,7 +19,10 @@ impl Dielectric {
     /// Clear water, where a world unit is a metre.
     pub const WATER: Self = Self { index: 1.333, absorption: [0.45, 0.09, 0.06] };
 
-    /// Fails if a number is out of range.
+    /// Checks that the numbers are in range.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the index of refraction is not 1 to 4, or an absorption is not 0 to 1e6.
     pub fn check(&self) -> Result<()> {
         let absorbs = |value: f32| (0.0..=1e6).contains(&value);
         if (1.0..=4.0).contains(&self.index) && self.absorption.into_iter().all(absorbs) {

@@ -24,6 +24,10 @@ impl Image {
     }
 
     /// A picture of the given numbers, pixel after pixel, row after row.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there are no pixels, more than 2³², not 1 to 4 channels, or not as many numbers as these
+    /// take.
     pub fn from_data(width: u32, height: u32, channels: u32, data: Vec<f32>) -> Result<Self> {
         let count = checked_count(width, height, channels)?;
         if data.len() != count {

@@ -59,7 +59,11 @@ impl Sky {
 }
 
 impl Lights {
-    /// Fails unless every direction has a length and every number is finite and in range.
+    /// Checks that every direction has a length and every number is finite and in range.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a direction has no length, light is negative or not finite, or an angular radius is not
+    /// 0 to π/2.
     pub fn check(&self) -> Result<()> {
         let direction = |v: [f32; 3]| Vec3::from(v).try_normalize().is_some();
         let color = |v: Color| v.iter().all(|value| *value >= 0.0 && value.is_finite());

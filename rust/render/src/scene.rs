@@ -105,6 +105,10 @@ impl Scene {
     }
 
     /// Adds an object without meshes.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the transform is singular or not finite or a number of the material is not 0 to 1, and
+    /// with `Memory` or `Internal` if Embree makes no object.
     pub fn add_object(&mut self, transform: DAffine3, material: Material) -> Result<ObjectId> {
         check_transform(&transform)?;
         check_material(&material)?;
@@ -116,6 +120,9 @@ impl Scene {
     }
 
     /// Removes an object with its meshes. Its id is not used again.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such object.
     pub fn remove_object(&mut self, object: ObjectId) -> Result<()> {
         let id = self.object(object)?.id;
         self.embree.remove_object(id)?;
@@ -134,6 +141,9 @@ impl Scene {
     }
 
     /// Gives an object another material.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a number of the material is not 0 to 1, or there is no such object.
     pub fn set_material(&mut self, object: ObjectId, material: Material) -> Result<()> {
         check_material(&material)?;
         self.object(object)?.material = material;
@@ -154,6 +164,9 @@ impl Scene {
     }
 
     /// Gives an object an implicit surface beside its meshes, or none.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such object.
     pub fn set_implicit(&mut self, object: ObjectId, implicit: Option<Box<dyn Implicit>>) -> Result<()> {
         self.object(object)?.implicit = implicit;
         Ok(())
@@ -181,6 +194,10 @@ impl Scene {
 
     /// Moves the points of a mesh and gives them other normals; triangles, colours and tags stay. This is cheaper than
     /// [`Scene::set_mesh`].
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such object or mesh, there are not as many points or normals as before, or a
+    /// coordinate is not finite or beyond 1e12.
     pub fn move_points(
         &mut self,
         object: ObjectId,
@@ -206,6 +223,9 @@ impl Scene {
     }
 
     /// Removes a mesh of an object, if there is one.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such object.
     pub fn remove_mesh(&mut self, object: ObjectId, number: u32) -> Result<()> {
         let found = self.object(object)?;
         if let Some(slot) = found.meshes.get_mut(number as usize) {

@@ -203,6 +203,10 @@ pub fn read_exr(path: &Path, memory_limit: u64) -> Result<Vec<Layer>> {
 }
 
 /// As [`read_exr`], from an open file or bytes in memory.
+///
+/// # Errors
+/// Fails with `Invalid` if the bytes are damaged or state chromaticities that cannot be, with `Unsupported` if they use
+/// what is not read, with `Memory` if they take more than `memory_limit` bytes, and with `Io` if reading fails.
 pub fn decode_exr(mut reader: impl std::io::BufRead + std::io::Seek, memory_limit: u64) -> Result<Vec<Layer>> {
     let meta = exr::meta::MetaData::read_from_buffered(&mut reader, false).map_err(failed)?;
     let mut bytes = 0u64;
@@ -337,6 +341,10 @@ pub(crate) const DEPTH: [&str; 1] = ["Z"];
 impl Frame {
     /// Writes all of the frame to an EXR file: `R G B`, `Z`, `normal.X Y Z`, `albedo.R G B` as floats, and `object` as
     /// unsigned integers.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the pictures of the frame differ in size, and with `NotFound` or `Io` if the file cannot
+    /// be written.
     pub fn write_exr(&self, path: &Path) -> Result<()> {
         let (width, height) = (self.color.width(), self.color.height());
         let mut layer = Layer { name: None, width, height, channels: Vec::new(), attributes: Vec::new() };

@@ -11,6 +11,9 @@ use crate::files::output::replace;
 use crate::image::Image;
 
 /// Writes a picture of scene-linear colour as PNG. One channel becomes grey, two grey and alpha.
+///
+/// # Errors
+/// Fails with `NotFound` or `Io` if the file cannot be written.
 pub fn write_png(path: &Path, image: &Image) -> Result<()> {
     let kind = match image.channels() {
         1 => png::ColorType::Grayscale,
@@ -54,6 +57,10 @@ pub fn read_png(path: &Path, memory_limit: u64) -> Result<Image> {
 }
 
 /// As [`read_png`], from an open file or bytes in memory.
+///
+/// # Errors
+/// Fails with `Invalid` if the bytes are damaged or cannot be read, and with `Memory` if the picture takes more than
+/// `memory_limit` bytes.
 pub fn decode_png(file: impl std::io::BufRead + std::io::Seek, memory_limit: u64) -> Result<Image> {
     let damaged = |error: png::DecodingError| match error {
         png::DecodingError::LimitsExceeded => too_large(),

@@ -10,9 +10,12 @@ use crate::image::Image;
 const WIDEST: f32 = 16.0;
 
 impl FoamLayers {
-    /// Returns a picture, of three channels at least, with the foam over it: C = (1 − ι) C_bg + ι (I − ζ). Further channels
-    /// stay. A graphics device that made the layers does this too. Fails if the picture has another size than the layers, or
-    /// fewer channels, or a device has no memory for it or is lost.
+    /// Returns a picture, of three channels at least, with the foam over it: C = (1 − ι) C_bg + ι (I − ζ). Further
+    /// channels stay. A graphics device that made the layers does this too.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the picture has another size than the layers, or fewer channels, and with `Memory` or
+    /// `Device` if a device has no memory for it or was lost.
     pub fn composite(&self, context: &Context, background: &Image) -> Result<Image> {
         let [width, height] = self.size();
         if [background.width(), background.height()] != [width, height] || background.channels() < 3 {

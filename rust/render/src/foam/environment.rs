@@ -79,13 +79,20 @@ fn solid_angle(y: u32, rows: u32) -> f32 {
 }
 
 impl Environment {
-    /// Makes an environment of the same radiance everywhere. Fails if it is negative or not finite.
+    /// Makes an environment of the same radiance everywhere.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if it is negative or not a number.
     pub fn uniform(radiance: Color) -> Result<Self> {
         Self::of_image(&Image::from_data(2, 1, 3, [radiance, radiance].concat())?, [0.0, 0.0, 1.0])
     }
 
-    /// Makes an environment of a picture by latitude and longitude, twice as wide as high, whose top row is `up`. Infinite
-    /// radiance counts as 65,504. Fails if a number is negative or not a number, or the shape is another.
+    /// Makes an environment of a picture by latitude and longitude, twice as wide as high, whose top row is `up`.
+    /// Infinite radiance counts as 65,504.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a number is negative or not a number, the picture has another shape, or `up` has no
+    /// length.
     pub fn of_image(image: &Image, up: [f32; 3]) -> Result<Self> {
         let (width, height) = (image.width(), image.height());
         if width != 2 * height || !matches!(image.channels(), 1 | 3 | 4) {
@@ -125,7 +132,10 @@ impl Environment {
         Ok(Self { radiance: Map { rows: ROWS, values }, axes })
     }
 
-    /// Makes the environment of lights: their sky with their suns in it. Fails if the lights cannot be used.
+    /// Makes the environment of lights: their sky with their suns in it.
+    ///
+    /// # Errors
+    /// Fails as [`Lights::check`] does.
     pub fn of_lights(lights: &Lights) -> Result<Self> {
         lights.check()?;
         let axes = axes(lights.sky.up)?;

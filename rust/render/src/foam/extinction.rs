@@ -28,8 +28,11 @@ pub struct Extinction {
 }
 
 impl Extinction {
-    /// Makes a grid without foam that covers a box and a cell around it, of cubic cells with this edge. Fails if a setting is
-    /// out of range, or the grid has more than 2²⁶ values, 65,535 along an axis, or more than the memory limit has room for.
+    /// Makes a grid without foam that covers a box and a cell around it, of cubic cells with this edge.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a setting is out of range, or the grid has more than 2²⁶ values or 65,535 along an axis,
+    /// and with `Memory` if it has more than the memory limit has room for.
     pub fn new(context: &Context, settings: FoamSettings, [low, high]: [DVec3; 2], cell: f64) -> Result<Self> {
         settings.check()?;
         let counts = ((high - low) / cell).ceil() + 3.0;

@@ -32,7 +32,10 @@ pub struct FoamView {
 const MOST_SIDE: u32 = 1 << 14;
 
 impl FoamView {
-    /// Checks the size and the lens. Fails if the picture has no pixels or too many, or no height.
+    /// Checks the size and the lens.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the picture has no pixels or too many, or an orthographic one no height.
     pub fn check(&self) -> Result<()> {
         let Self { width, height, .. } = *self;
         if width == 0 || height == 0 || width.max(height) > MOST_SIDE {

@@ -39,14 +39,20 @@ enum Executor {
 }
 
 impl Foam {
-    /// Makes a picture without foam. Fails if a setting is out of range, the depths have another size than the view, or
-    /// the picture does not fit the memory limit of the context.
+    /// Makes a picture without foam.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a setting or the view is out of range or the depths have another size than the view, and
+    /// with `Memory` if the picture does not fit the memory limit of the context.
     pub fn new(context: &Context, settings: FoamSettings, view: FoamView, scenery: &Scenery) -> Result<Self> {
         Self::on(context, None, settings, view, scenery)
     }
 
-    /// Makes a picture without foam that a graphics device draws, where there is one. It is that of the processor but for
-    /// the last bits of numbers. Fails as [`Self::new`] does, and if the device has no memory or is lost.
+    /// Makes a picture without foam that a graphics device draws, where there is one. It is that of the processor but
+    /// for the last bits of numbers.
+    ///
+    /// # Errors
+    /// Fails as [`Self::new`] does, with `Memory` if the device has no memory, and with `Device` if it was lost.
     pub fn on(
         context: &Context,
         device: Option<&Device>,
@@ -78,8 +84,11 @@ impl Foam {
         self.particles
     }
 
-    /// Adds particles: a part of a frame, in any order. Fails, and adds none, if a number is not finite. A device that is lost
-    /// fails too.
+    /// Adds particles: a part of a frame, in any order.
+    ///
+    /// # Errors
+    /// Fails with `Invalid`, and adds none, if a number is not finite, and with `Memory` or `Device` if a device has no
+    /// memory or was lost.
     pub fn add(&mut self, context: &Context, particles: &[FoamParticle]) -> Result<()> {
         check(particles)?;
         self.draw(context, particles, 1.0)?;
@@ -87,9 +96,12 @@ impl Foam {
         Ok(())
     }
 
-    /// Adds particles that move by velocities in m/s, one a particle, while the shutter of the settings is open: from their
-    /// places on, each at several places that share its thickness. Fails, and adds none, if a number is not finite, or there
-    /// are not as many velocities as particles. A device that is lost fails too.
+    /// Adds particles that move by velocities in m/s, one a particle, while the shutter of the settings is open: from
+    /// their places on, each at several places that share its thickness.
+    ///
+    /// # Errors
+    /// Fails with `Invalid`, and adds none, if a number is not finite, or there are not as many velocities as
+    /// particles, and with `Memory` or `Device` if a device has no memory or was lost.
     pub fn add_moving(&mut self, context: &Context, particles: &[FoamParticle], velocities: &[[f32; 3]]) -> Result<()> {
         check(particles)?;
         if velocities.len() != particles.len() || !velocities.as_flattened().iter().all(|value| value.is_finite()) {
@@ -130,8 +142,11 @@ impl Foam {
         }
     }
 
-    /// Returns the layers of all particles that were added, lit by an environment. Fails if `progress` asks to stop, or a
-    /// device has no memory or is lost.
+    /// Returns the layers of all particles that were added, lit by an environment.
+    ///
+    /// # Errors
+    /// Fails with `Cancelled` if `progress` asks to stop, and with `Memory` or `Device` if a device has no memory or
+    /// was lost.
     pub fn finish(
         self,
         context: &Context,

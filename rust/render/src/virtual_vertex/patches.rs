@@ -72,6 +72,9 @@ pub struct DrawCall {
 
 impl DrawCall {
     /// Vertices of its strip.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such level, and with `Unsupported` if there are 2³² vertices or more.
     pub fn vertices(&self) -> Result<u32> {
         let vertices = ParametricMap::new(self.level)?.strip_vertices() * u64::from(self.count);
         u32::try_from(vertices).map_err(|_| Error::unsupported("a draw has more vertices than 32 bits count"))
