@@ -125,8 +125,11 @@ fn unfit(error: &toml::de::Error) -> Error {
 }
 
 impl Description {
-    /// Parses the text of a description. Fails if it is longer than 1 MiB, has unknown keys, or no frames that could be
-    /// simulated.
+    /// Parses the text of a description.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if it is longer than 1 MiB, is no TOML, has unknown keys or values that do not fit, a rate
+    /// of frames that cannot be, or too many files.
     pub fn parse(text: &str) -> Result<Self> {
         if text.len() as u64 > LONGEST {
             return Err(Error::invalid("the description is longer than 1 MiB").advise("put meshes into files"));
@@ -161,6 +164,9 @@ impl Description {
     }
 
     /// Lists the files that the description names, each once, as it writes them.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a collider names files of a sequence without one, or how many they are is not said.
     pub fn files(&self) -> Result<BTreeSet<PathBuf>> {
         let mut names = BTreeSet::new();
         let meshes = self.fill.iter().filter_map(Fill::mesh).chain(self.body.iter().filter_map(Floating::mesh));
@@ -175,7 +181,11 @@ impl Description {
         Ok(names)
     }
 
-    /// Reads a description. Fails if it cannot be read, has unknown keys, or no frames that could be simulated.
+    /// Reads a description.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if the file does not exist or cannot be read, with `Memory` if it is longer than 1
+    /// MiB, and as [`Self::parse`] does.
     pub fn read(path: &Path) -> Result<Self> {
         let named = |error: Error| error.at(path.display().to_string());
         let bytes = file::load(path, LONGEST)?;
@@ -184,6 +194,11 @@ impl Description {
     }
 
     /// Opens what moves, comes and goes on the way.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if a file that it names cannot be read, with `Memory` if one exceeds the context's
+    /// memory limit, and with `Invalid` if a collider, an emitter or a sink has no shape, more than one, or numbers out
+    /// of range.
     pub fn play(&self, context: &Context, files: &Source) -> Result<Play> {
         let numbered = self.collider.iter().enumerate();
         let movers = numbered.map(|(number, collider)| {
@@ -202,6 +217,10 @@ impl Description {
 
     /// All that decides what the frames are, but not how many there are: the description, and a line for each file that it
     /// names, with a checksum of what is in it.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if a file that it names cannot be read, with `Memory` if one exceeds the context's
+    /// memory limit, and with `Invalid` if a mesh file is damaged or how many files a sequence has is not said.
     pub fn identity(&self, context: &Context, files: &Source) -> Result<String> {
         let text = format!("{self:?}").replacen(&format!("frames: {}, ", self.frames), "", 1);
         // Each once.
@@ -231,6 +250,11 @@ impl Description {
     }
 
     /// The fluid as it begins, with its bodies.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a number is out of range, there are no such kernels or solver, or a shape cannot be
+    /// filled; with `NotFound` or `Io` if a file that it names cannot be read; and with `Memory` if there are too many
+    /// particles or a file exceeds the context's memory limit.
     pub fn begin(&self, context: &Context, files: &Source, play: &mut Play) -> Result<Fluid> {
         let options = &self.fluid;
         let kernels = match options.kernels.as_str() {

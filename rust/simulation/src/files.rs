@@ -8,12 +8,18 @@ use relievo_core::{Context, Error, Mesh, Result};
 
 /// Finds the files that a description names.
 pub trait Files: Debug + Send + Sync {
-    /// Returns the path of the file called `name` in the description. Fails if there is none.
+    /// Returns the path of the file called `name` in the description.
+    ///
+    /// # Errors
+    /// Fails if the files have none of this name.
     fn path(&self, name: &Path) -> Result<PathBuf>;
 
-    /// Displaces `mesh` by the document called `document` in the description: by the layer of this name alone or, without
-    /// one, by all layers together, with so many cells along an edge of the cage. Fails if the document does not fit the
-    /// mesh.
+    /// Displaces `mesh` by the document called `document` in the description: by the layer of this name alone or,
+    /// without one, by all layers together, with so many cells along an edge of the cage.
+    ///
+    /// # Errors
+    /// Fails if the document cannot be read or does not fit the mesh, and with `Unsupported` if these files displace no
+    /// meshes.
     fn displaced(&self, context: &Context, document: &Path, mesh: &Mesh, shown: (Option<&str>, u32)) -> Result<Mesh>;
 }
 

@@ -62,8 +62,10 @@ impl FoamDescription {
         toml::from_str::<toml::Table>(text).is_ok_and(|table| table.contains_key(TABLE))
     }
 
-    /// Parses the text of a description. Fails as [`Description::parse`] does, or where a setting of the foam is unknown or
-    /// out of range.
+    /// Parses the text of a description.
+    ///
+    /// # Errors
+    /// Fails as [`Description::parse`] does, and with `Invalid` if a setting of the foam is unknown or out of range.
     pub fn parse(text: &str) -> Result<Self> {
         let invalid = |error: &dyn std::fmt::Display| Error::invalid(error.to_string());
         let mut table: toml::Table = toml::from_str(text).map_err(|error| invalid(&error))?;
@@ -91,8 +93,10 @@ pub struct Foam {
 }
 
 impl Foam {
-    /// Begins at the first frame, which has no foam. Fails as [`Simulation::begin`] does. `making` is that of the fluid,
-    /// with one step a frame.
+    /// Begins at the first frame, which has no foam. `making` is that of the fluid, with one step a frame.
+    ///
+    /// # Errors
+    /// Fails as [`Simulation::begin`] does, and with `Invalid` if an option of the foam is out of range.
     pub fn begin(context: &Context, description: FoamDescription, files: &Source, making: Making) -> Result<Self> {
         let FoamDescription { fluid, options } = description;
         let fluid = Simulation::begin(context, fluid, files, making)?;
@@ -120,8 +124,12 @@ impl Foam {
         self.diffuse.particles().is_empty()
     }
 
-    /// Simulates to the next frame. `progress` may stop it; after an error the simulation is between two frames: restore it
-    /// before it goes on.
+    /// Simulates to the next frame.
+    ///
+    /// # Errors
+    /// Fails with `Cancelled` if `progress` asks to stop, with `Invalid` if pressures do not converge or a number is
+    /// not finite, and with `Memory` if new particles exceed the memory limit. The simulation is then between two
+    /// frames: restore it before it goes on.
     pub fn advance(&mut self, context: &Context, progress: &mut dyn Progress) -> Result<()> {
         let (mut done, seconds) = (0.0, self.fluid.seconds());
         self.fluid.advance(context, |step| {
@@ -139,6 +147,9 @@ impl Foam {
     }
 
     /// Returns this frame as a file of the cache format: the diffuse particles, and all that the simulation goes on from.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if the frame cannot be compressed, and with `Invalid` if a particle is not finite.
     pub fn encode(&self, context: &Context) -> Result<Vec<u8>> {
         let water = self.fluid.encode(context)?;
         let mut state = MAGIC.to_vec();
@@ -149,7 +160,11 @@ impl Foam {
         encode_frame(context, &self.diffuse.particles().to_file(time, self.options.spacing)?, Some(&state))
     }
 
-    /// Goes on from a frame of [`Self::encode`]. Fails where the frame is damaged or not one of foam.
+    /// Goes on from a frame of [`Self::encode`].
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the frame is damaged or not one of foam, with `Unsupported` if it is of a newer version,
+    /// and with `Memory` if it does not fit the context's memory limit.
     pub fn restore(&mut self, context: &Context, frame: &[u8]) -> Result<()> {
         let mut frame = read_frame(context, frame)?;
         let whole = frame.state.take().ok_or_else(unfit)?;
@@ -162,7 +177,11 @@ impl Foam {
         Ok(())
     }
 
-    /// Returns the frame of the fluid that is in a frame of foam. Fails where the frame is damaged or not one of foam.
+    /// Returns the frame of the fluid that is in a frame of foam.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the frame is damaged or not one of foam, with `Unsupported` if it is of a newer version,
+    /// and with `Memory` if it does not fit the context's memory limit.
     pub fn water(context: &Context, frame: &[u8]) -> Result<Vec<u8>> {
         let state = read_frame(context, frame)?.state.ok_or_else(unfit)?;
         Ok(split(&state)?.0.to_vec())

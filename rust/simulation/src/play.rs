@@ -19,6 +19,10 @@ pub struct Play {
 impl Play {
     /// Simulates so many seconds from a time on, and calls `watch` after each step. All but bodies follows from the time
     /// alone, so a fluid that was put back into a state, with its bodies, goes on as it did.
+    ///
+    /// # Errors
+    /// Returns the error of `watch`, and fails with `Invalid` if pressures do not converge or something goes where it
+    /// cannot be, with `Memory` for more than 2³⁰ particles, and with `Io` if another rank has ended.
     pub fn advance(
         &mut self,
         context: &Context,
@@ -55,8 +59,11 @@ impl Play {
         Ok(())
     }
 
-    /// The same on a device, where nothing comes or goes and no bodies move. Fails if something does, and as
-    /// [`DeviceFluid::new`].
+    /// The same on a device, where nothing comes or goes and no bodies move.
+    ///
+    /// # Errors
+    /// Fails with `Unsupported` if something does, as [`DeviceFluid::new`] does, with `Invalid` if pressures do not
+    /// converge, with `Device` if the device was lost, and as `watch` does.
     pub fn advance_on(
         &mut self,
         (context, device): (&Context, &Device),

@@ -33,7 +33,11 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Begins a simulation at its first frame. Fails where the description, or a file that it names, cannot be used.
+    /// Begins a simulation at its first frame.
+    ///
+    /// # Errors
+    /// Fails as [`Description::play`], [`Description::begin`] and [`Description::identity`] do: if the description, or
+    /// a file that it names, cannot be used.
     pub fn begin(context: &Context, description: Description, files: &Source, making: Making) -> Result<Self> {
         let mut play = description.play(context, files)?;
         let fluid = description.begin(context, files, &mut play)?;
@@ -85,8 +89,10 @@ impl Simulation {
         (1.0 / (self.description.fps * f64::from(self.making.parts))) as f32
     }
 
-    /// Goes on from a frame that was stored. Whether it is of this simulation is for the caller to check. Fails if its
-    /// state does not fit.
+    /// Goes on from a frame that was stored. Whether it is of this simulation is for the caller to check.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if its state does not fit the fluid or its bodies.
     pub fn restore(&mut self, checkpoint: Checkpoint) -> Result<()> {
         let bodies = bodies::decode(&checkpoint.rest)?;
         self.fluid.set_state(checkpoint.state)?;
@@ -95,8 +101,11 @@ impl Simulation {
         Ok(())
     }
 
-    /// Simulates to the next frame or sub-frame and calls `watch` after each step of the solver, which may stop it by an
-    /// error. After an error the fluid is between two frames: restore it before it goes on.
+    /// Simulates to the next frame or sub-frame and calls `watch` after each step of the solver
+    ///
+    /// # Errors
+    /// Returns the error of `watch`, and fails as [`Play::advance`] or [`Play::advance_on`] does. The fluid is then
+    /// between two frames: restore it before it goes on.
     pub fn advance(&mut self, context: &Context, mut watch: impl FnMut(&StepStatistics) -> Result<()>) -> Result<()> {
         let (time, seconds) =
             (self.step as f64 / (self.description.fps * f64::from(self.making.parts)), self.seconds());
@@ -120,8 +129,10 @@ impl Simulation {
         Ok(())
     }
 
-    /// Accelerates each particle by so many m/s² beside all else, in the order of a frame's particles, from now on. Fails
-    /// if there are not as many as particles, or a number is not finite.
+    /// Accelerates each particle by so many m/s² beside all else, in the order of a frame's particles, from now on.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there are not as many as particles, or a number is not finite.
     pub fn accelerate(&mut self, accelerations: &[[f32; 3]]) -> Result<()> {
         let accelerations: Vec<_> = accelerations.iter().copied().map(glam::Vec3::from).collect();
         self.fluid.accelerate(&accelerations)
@@ -132,8 +143,12 @@ impl Simulation {
         self.checkpoint_of(self.fluid.state())
     }
 
-    /// Goes on with a part of the particles, while other ranks, which have begun or restored the same simulation and call
-    /// this too, have the rest. Fails where there is a graphics device.
+    /// Goes on with a part of the particles, while other ranks, which have begun or restored the same simulation and
+    /// call this too, have the rest.
+    ///
+    /// # Errors
+    /// Fails with `Unsupported` where there is a graphics device or the fluid has what domains cannot have, and with
+    /// `Io` if another rank has ended.
     pub fn distribute(&mut self, transport: Box<dyn Transport>) -> Result<()> {
         if self.making.device.is_some() {
             return Err(Error::unsupported("graphics devices do not work in domains")
@@ -142,8 +157,11 @@ impl Simulation {
         self.fluid.distribute(transport)
     }
 
-    /// Returns what the simulation goes on from at this frame, of all ranks: on rank 0, and on others `None`. All ranks call
-    /// this. Fails if another rank has ended.
+    /// Returns what the simulation goes on from at this frame, of all ranks: on rank 0, and on others `None`. All ranks
+    /// call this.
+    ///
+    /// # Errors
+    /// Fails with `Io` if another rank has ended.
     pub fn gather(&mut self) -> Result<Option<Checkpoint>> {
         Ok(self.fluid.gather()?.map(|state| self.checkpoint_of(state)))
     }
@@ -159,12 +177,19 @@ impl Simulation {
     }
 
     /// Returns this frame as a file of the cache format holds it, with what the simulation goes on from.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a particle is not finite, and with `Internal` if the frame cannot be compressed.
     pub fn encode(&self, context: &Context) -> Result<Vec<u8>> {
         let checkpoint = self.checkpoint();
         encode_frame(context, &checkpoint.state.particles(self.description.spacing()), Some(&checkpoint.encode()))
     }
 
-    /// Reads a frame that [`Self::encode`] or a run of `relievo fluid sim` made. Fails if it is damaged or has no state.
+    /// Reads a frame that [`Self::encode`] or a run of `relievo fluid sim` made.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if it is damaged or has no state, with `Unsupported` if it is of a newer version, and with
+    /// `Memory` if it does not fit the context's memory limit.
     pub fn decode(context: &Context, bytes: &[u8]) -> Result<Checkpoint> {
         Checkpoint::of(relievo_particleio::read_frame(context, bytes)?)?
             .ok_or_else(|| Error::invalid("the frame has no state that a simulation could go on from"))
