@@ -35,7 +35,9 @@ const PIECE: usize = 1 << 16;
 /// Reads a classic `.bgeo` file. `memory_limit` bounds in bytes what is allocated for it. Attributes of other kinds, or of
 /// more than four numbers, are left out with a note.
 ///
-/// Fails where the file ends too early, a number is not finite, or it is of another version or of Houdini's newer form.
+/// # Errors
+/// Fails with `Invalid` if the file ends too early, cannot be unpacked or a number is not finite, with `Unsupported` if
+/// it is of another version or of Houdini's newer form, and with `Memory` above the limit.
 pub fn read_bgeo(bytes: &[u8], memory_limit: u64) -> Result<Read> {
     let mut budget = Budget::new(memory_limit);
     let unpacked = unpack(bytes, &mut budget)?;

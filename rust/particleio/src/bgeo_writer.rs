@@ -13,8 +13,9 @@ const END: [u8; 2] = [0x00, 0xff];
 
 /// Writes particles as classic `.bgeo`, not packed. The time is kept in 32 bits.
 ///
-/// Fails, and leaves no file, if the particles are not sound, a number has more than 31 bits, two channels have one name
-/// there, or the system refuses.
+/// # Errors
+/// Fails, and leaves no file: as [`Particles::check`] does, with `Unsupported` if a number has more than 31 bits or two
+/// channels have one name there, and with `NotFound` or `Io` if the system refuses.
 pub fn write_bgeo(path: &Path, particles: &Particles) -> Result<()> {
     let named = |error: Error| error.at(path.display().to_string());
     particles.check().map_err(named)?;

@@ -95,18 +95,25 @@ fn planes(words: impl Iterator<Item = u32> + Clone) -> Vec<u8> {
 
 /// Writes a frame of a cache. The file appears under its name when it is complete.
 ///
-/// Fails, and leaves no file, if the particles are not sound, or the system refuses.
+/// # Errors
+/// Fails, and leaves no file, as [`Particles::check`] does, and with `NotFound` or `Io` if the system refuses.
 pub fn write_frame(context: &Context, path: &Path, particles: &Particles, state: Option<&[u8]>) -> Result<()> {
     let parts = parts(context, particles, state).map_err(|error| error.at(path.display().to_string()))?;
     file::store(path, |out| parts.iter().try_for_each(|part| std::io::Write::write_all(out, part)))
 }
 
-/// Bytes of a frame of a cache with these particles and no state. Fails if they are not sound.
+/// Bytes of a frame of a cache with these particles and no state.
+///
+/// # Errors
+/// Fails as [`Particles::check`] does, and with `Internal` if zstd fails.
 pub fn frame_bytes(context: &Context, particles: &Particles) -> Result<usize> {
     Ok(parts(context, particles, None)?.iter().map(Vec::len).sum())
 }
 
-/// A frame of a cache, as it is in a file. Fails if the particles are not sound.
+/// A frame of a cache, as it is in a file.
+///
+/// # Errors
+/// Fails as [`Particles::check`] does, and with `Internal` if zstd fails.
 pub fn encode_frame(context: &Context, particles: &Particles, state: Option<&[u8]>) -> Result<Vec<u8>> {
     Ok(parts(context, particles, state)?.concat())
 }
@@ -322,7 +329,9 @@ struct Packed<'a> {
 
 /// Reads a frame of a cache. The context's memory limit bounds the file and what is made of it together.
 ///
-/// Fails where the file is damaged or of a newer version, or needs more memory than the limit.
+/// # Errors
+/// Fails with `Invalid` if the file is damaged, with `Unsupported` if it is of a newer version, and with `Memory` if it
+/// needs more memory than the limit.
 pub fn read_frame(context: &Context, bytes: &[u8]) -> Result<Frame> {
     let mut budget = Budget::new(context.memory_limit().saturating_sub(bytes.len() as u64));
     let header = Header::read(bytes)?;
@@ -403,7 +412,11 @@ pub struct FrameStream {
 }
 
 impl FrameStream {
-    /// Opens a frame. Fails where it is damaged or of a newer version, or its index does not fit the memory limit.
+    /// Opens a frame.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if the file does not exist or cannot be read, with `Invalid` if it is damaged,
+    /// with `Unsupported` if it is of a newer version, and with `Memory` if its index does not fit the memory limit.
     pub fn open(context: &Context, path: &Path) -> Result<Self> {
         let named = |error: Error| error.at(path.display().to_string());
         let failed = |error: std::io::Error| Error::io(path, &error);
@@ -438,8 +451,10 @@ impl FrameStream {
         self.index.count.div_ceil(CHUNK)
     }
 
-    /// Returns the particles of a chunk with their numbers and the channels of these names, where the frame has them. Fails
-    /// if there is no such chunk, or it is damaged.
+    /// Returns the particles of a chunk with their numbers and the channels of these names, where the frame has them.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such chunk or it is damaged, and with `Io` if the file cannot be read.
     pub fn read(&mut self, chunk: usize, channels: &[&str]) -> Result<Particles> {
         let named = |error: Error| error.at(self.path.display().to_string());
         if chunk >= self.chunks() {

@@ -50,7 +50,11 @@ impl Particles {
         self.channel(VELOCITY).filter(|channel| channel.width == 3).map(|channel| channel.values.as_chunks().0)
     }
 
-    /// Fails where a number is not finite, there are not as many as particles, or a name or width cannot be.
+    /// Checks that every number is finite, that there are as many as particles, and that names and widths can be.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if one of these does not hold, two channels share a name or the spacing is not above 0, and
+    /// with `Unsupported` for more than 2³¹ - 1 particles or too many channels.
     pub fn check(&self) -> Result<()> {
         let count = self.points.len();
         if count as u64 > MOST {

@@ -13,7 +13,8 @@ const NUMBER: &str = "id";
 /// Reads the points of a PLY file as particles. `memory_limit` bounds in bytes what is allocated for it. Columns called
 /// `NAME_0`, `NAME_1` and so on up to four are one channel, as [`write_ply`] writes them.
 ///
-/// Fails as `relievo_meshio::read_ply`, and where there is no element `vertex`.
+/// # Errors
+/// Fails as [`relievo_meshio::read_ply`] does, and with `Invalid` if there is no element `vertex`.
 pub fn read_ply(bytes: &[u8], memory_limit: u64) -> Result<Read> {
     let model = relievo_meshio::read_ply(bytes, memory_limit)?;
     let mut read = Read { notes: model.notes, ..Read::default() };
@@ -74,7 +75,8 @@ fn gather(channels: &mut Vec<Channel>) {
 /// Writes particles as binary PLY, without their time and spacing. Channels of several numbers but `velocity`, `color`,
 /// `normal` and `uv` become columns `NAME_0`, `NAME_1` and so on.
 ///
-/// Fails, and leaves no file, if the particles are not sound, or the system refuses.
+/// # Errors
+/// Fails, and leaves no file, as [`Particles::check`] does, and with `NotFound` or `Io` if the system refuses.
 pub fn write_ply(path: &Path, particles: &Particles) -> Result<()> {
     particles.check().map_err(|error| error.at(path.display().to_string()))?;
     let attribute = |name: &str, width: u32, values: Values| Attribute {

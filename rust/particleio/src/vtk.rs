@@ -19,8 +19,10 @@ const NEWEST: u32 = 5;
 /// Reads a legacy VTK file. `memory_limit` bounds in bytes what is allocated for it. Arrays that no channel can hold are
 /// left out with a note.
 ///
-/// Fails, with the section, where the file ends too early, a number cannot be read or is not finite, or it is a grid
-/// without points of its own.
+/// # Errors
+/// Fails with `Invalid`, and the section, if the file ends too early, a number cannot be read or is not finite, or
+/// there are no points; with `Unsupported` if it is of a newer version or a grid without points of its own; and with
+/// `Memory` above the limit.
 pub fn read_vtk(bytes: &[u8], memory_limit: u64) -> Result<Read> {
     let mut words = Words::new(bytes);
     let version = words.line()?.strip_prefix("# vtk DataFile Version").map(str::trim);

@@ -10,7 +10,8 @@ use crate::vtk::{NUMBER, SPACING, TIME};
 
 /// Writes particles as POLYDATA of a vertex each, version 3.0, which all of VTK's readers know.
 ///
-/// Fails, and leaves no file, if the particles are not sound, or the system refuses.
+/// # Errors
+/// Fails, and leaves no file, as [`Particles::check`] does, and with `NotFound` or `Io` if the system refuses.
 pub fn write_vtk(path: &Path, particles: &Particles) -> Result<()> {
     particles.check().map_err(|error| error.at(path.display().to_string()))?;
     file::store(path, |out| encode(particles, out))

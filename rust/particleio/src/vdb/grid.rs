@@ -23,8 +23,10 @@ pub struct Grid {
 /// Reads a grid of floats of an OpenVDB file: the one of a name, or the first. `memory_limit` bounds in bytes what is allocated
 /// for it.
 ///
-/// Fails where the file is damaged or older than OpenVDB 2, has no such grid, or one whose transform is not linear or whose
-/// values are packed in another way than by zlib, or Blosc with LZ4, zlib or zstd.
+/// # Errors
+/// Fails with `Invalid` if the file is damaged or has no such grid; with `Unsupported` if it is older than OpenVDB 2, a
+/// stream, or the grid has a transform that is not linear or values packed in another way than by zlib, or Blosc with
+/// LZ4, zlib or zstd; and with `Memory` above the limit.
 pub fn read_grid(file: &[u8], name: Option<&str>, memory_limit: u64) -> Result<Grid> {
     let mut budget = Budget::new(memory_limit);
     let mut entries = entries(file)?;

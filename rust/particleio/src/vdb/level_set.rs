@@ -25,8 +25,9 @@ pub struct LevelSet {
 
 /// Writes a level set. `is_inside` tells of a place in voxels, in parts where no block is, whether it is inside.
 ///
-/// Fails, and leaves no file, if a number is not finite, blocks are not sorted or farther than 2³⁰ voxels from 0, or the
-/// system refuses.
+/// # Errors
+/// Fails, and leaves no file: with `Invalid` if a number is not finite or blocks are not sorted or farther than 2³⁰
+/// voxels from 0, and with `NotFound` or `Io` if the system refuses.
 pub fn write_vdb(
     context: &Context,
     path: &Path,

@@ -49,8 +49,10 @@ struct Attribute<'a> {
 /// `color`, `N` for `normal`, `id` for numbers, `pscale` for half of the spacing, others by their names; the time is in the
 /// metadata of the grid.
 ///
-/// Fails, and leaves no file, if the particles are not sound or farther than 2³⁰ voxels from 0, a number has more than 31
-/// bits, two channels have one name there, or the system refuses.
+/// # Errors
+/// Fails, and leaves no file: as [`Particles::check`] does, with `Unsupported` if a particle is farther than 2³⁰ voxels
+/// from 0, a number has more than 31 bits or two channels have one name there, and with `NotFound` or `Io` if the
+/// system refuses.
 pub fn write_vdb_points(context: &Context, path: &Path, particles: &Particles) -> Result<()> {
     let bytes = write(context, particles).map_err(|error| error.at(path.display().to_string()))?;
     file::store(path, |out| out.write_all(&bytes))

@@ -37,7 +37,9 @@ struct Part {
 /// Reads the first grid of points of an OpenVDB file. `memory_limit` bounds in bytes what is allocated for it. Attributes of
 /// other kinds than numbers and vectors of them are left out with a note.
 ///
-/// Fails where the file is damaged, or has no grid of points.
+/// # Errors
+/// Fails with `Invalid` if the file is damaged or has no grid of points, with `Unsupported` if it is of another version
+/// or the points have what is not read, and with `Memory` above the limit.
 pub fn read_vdb_points(bytes: &[u8], memory_limit: u64) -> Result<Read> {
     let mut budget = Budget::new(memory_limit);
     let mut entries = entries(bytes)?;
