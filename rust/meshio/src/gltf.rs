@@ -21,8 +21,10 @@ use crate::notes::Notes;
 /// Reads a `.glb` or `.gltf` file. `memory_limit` bounds in bytes what is allocated for it; `open` is asked for the
 /// files it names, and gets their name and the most bytes it may return.
 ///
-/// Fails, with the element, where data are missing, cut off or not finite, an index refers to nothing, or nodes form
-/// a circle.
+/// # Errors
+/// Fails with `Invalid`, and the element, if data are missing, cut off or not finite, an index refers to nothing, or
+/// nodes form a circle; with `Unsupported` for another version, or an extension that is required and not read; with
+/// `Memory` above the limit; and as `open` does.
 pub fn read_gltf(bytes: &[u8], memory_limit: u64, open: &Open) -> Result<Model> {
     // Many meshes may name the same few bytes; a small file that becomes gigabytes is an attack.
     let sane = (1 << 30) + 256 * bytes.len() as u64;

@@ -155,6 +155,9 @@ pub fn holds_patches(path: &Path) -> Result<bool> {
 }
 
 /// Reads a file as one mesh, at rest if it is animated. See [`read_model`].
+///
+/// # Errors
+/// Fails as [`read_model`] and [`Model::merged_mesh`] do.
 pub fn read(context: &Context, path: &Path) -> Result<Mesh> {
     let model = read_model(context, path)?;
     model.into_merged_mesh(context).map_err(|error| error.at(path.display().to_string()))
@@ -164,6 +167,10 @@ pub fn read(context: &Context, path: &Path) -> Result<Mesh> {
 ///
 /// The context's memory limit bounds the file and what is made of it together. Indices are in range and numbers
 /// finite in what is returned; whether the faces can be used says [`Mesh::check`].
+///
+/// # Errors
+/// Fails with `NotFound` or `Io` if the file does not exist or cannot be read, with `Invalid` if it is damaged, with
+/// `Unsupported` if its format or a part of it is not known, and with `Memory` above the memory limit.
 pub fn read_model(context: &Context, path: &Path) -> Result<Model> {
     let folder = path.parent().unwrap_or(Path::new(""));
     read_model_within(context, path, &Root::below(folder)?)
@@ -186,6 +193,9 @@ pub fn read_point_instancers(context: &Context, path: &Path) -> Result<Vec<Point
 }
 
 /// As [`read_model`]; files that it names are opened only where `root` allows.
+///
+/// # Errors
+/// Fails as [`read_model`] does, and with `Invalid` if the file needs one that `root` does not allow.
 pub fn read_model_within(context: &Context, path: &Path, root: &Root) -> Result<Model> {
     let named = |error: Error| error.at(path.display().to_string());
     let limit = context.memory_limit();
@@ -222,6 +232,9 @@ fn decode(extension: &str, bytes: Vec<u8>, left: u64, (folder, root): (&Path, &R
 
 /// Writes a mesh as OBJ, PLY, GLB, USD, STL or OFF, as the extension of the path says. See [`write_obj`], [`write_ply`],
 /// [`write_glb`], [`write_usd`], [`write_stl`] and [`write_off`].
+///
+/// # Errors
+/// Fails with `Unsupported` if the extension is another, and as the function of the format does.
 pub fn write(path: &Path, mesh: &Mesh) -> Result<()> {
     match extension(path).to_ascii_lowercase().as_str() {
         "obj" => write_obj(path, mesh, &[]),

@@ -21,7 +21,9 @@ const MISSING: u32 = u32::MAX;
 
 /// Reads an OBJ file. `memory_limit` bounds in bytes what is allocated for it.
 ///
-/// Fails, with the line, where a number cannot be read or is not finite, or an index refers to nothing.
+/// # Errors
+/// Fails with `Invalid`, and the line, if a number cannot be read or is not finite, or an index refers to nothing, with
+/// `Unsupported` for 2³² or more corners, and with `Memory` above the limit.
 pub fn read_obj(bytes: &[u8], memory_limit: u64) -> Result<Model> {
     let mut reader = Reader::new(memory_limit);
     let mut words = Words::new(bytes).with_comments(b'#').with_continuation();

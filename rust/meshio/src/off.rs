@@ -11,8 +11,11 @@ use crate::text::{Words, at_line, expect_finite, integer, shown};
 
 /// Reads an OFF, COFF, NOFF or CNOFF file. `memory_limit` bounds in bytes what is allocated for it.
 ///
-/// Colours of faces are left out. Fails, with the line, where the file ends too early, a number cannot be read, or an
-/// index refers to nothing.
+/// Colours of faces are left out.
+///
+/// # Errors
+/// Fails with `Invalid`, and the line, if the file ends too early, a number cannot be read, or an index refers to
+/// nothing, with `Unsupported` if it begins with another keyword, and with `Memory` above the limit.
 pub fn read_off(bytes: &[u8], memory_limit: u64) -> Result<Model> {
     let mut budget = Budget::new(memory_limit);
     let mut words = Words::new(bytes).with_comments(b'#');

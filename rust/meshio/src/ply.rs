@@ -18,8 +18,10 @@ use crate::text::{Words, at_line, shown};
 
 /// Reads a PLY file. `memory_limit` bounds in bytes what is allocated for it.
 ///
-/// Fails, with the row of the element and in text files the line, where the file ends too early, a number cannot be
-/// read, or an index refers to nothing.
+/// # Errors
+/// Fails with `Invalid`, the row of the element and in text files the line, if the file ends too early, a number cannot
+/// be read, or an index refers to nothing, with `Unsupported` for a type that is not known or 2³² or more corners, and
+/// with `Memory` above the limit.
 pub fn read_ply(bytes: &[u8], memory_limit: u64) -> Result<Model> {
     let mut budget = Budget::new(memory_limit);
     let mut words = Words::new(bytes);

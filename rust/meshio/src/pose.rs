@@ -38,7 +38,10 @@ impl Pose {
 }
 
 impl Model {
-    /// The animation that `name` means: its name, or its number counted from 0. Fails with the nearest name.
+    /// The animation that `name` means: its name, or its number counted from 0.
+    ///
+    /// # Errors
+    /// Fails with `NotFound`, and the nearest name, if the model has no such animation.
     pub fn animation(&self, name: &str) -> Result<usize> {
         if let Some(index) = self.animations.iter().position(|animation| animation.name == name) {
             return Ok(index);
@@ -62,7 +65,8 @@ impl Model {
 
     /// The model at `time` seconds of an animation. Before its first and behind its last key it stands still.
     ///
-    /// Fails if there is no such animation or the time is not finite.
+    /// # Errors
+    /// Fails with `NotFound` if there is no such animation, and with `Invalid` if the time is not finite.
     pub fn pose(&self, context: &Context, animation: usize, time: f64) -> Result<Pose> {
         let animation = self.animation_at(animation, time)?;
         let mut curves = Curves::at_rest(self);
@@ -108,12 +112,16 @@ impl Model {
     /// One mesh of all instances at rest, in the model's space. Attributes are united by name, where one part lacks
     /// them with zeros (colours with white); `joints` and `weights` are left out, because poses have applied them.
     ///
-    /// Fails above the memory limit and at 2³² points or corners.
+    /// # Errors
+    /// Fails with `Memory` above the memory limit, and with `Unsupported` at 2³² points or corners.
     pub fn merged_mesh(&self, context: &Context) -> Result<Mesh> {
         crate::merge::model(context, self, &self.rest(context))
     }
 
     /// As [`Model::merged_mesh`], without a copy where there is a single mesh that nothing places or deforms.
+    ///
+    /// # Errors
+    /// Fails as [`Model::merged_mesh`] does.
     pub fn into_merged_mesh(mut self, context: &Context) -> Result<Mesh> {
         let plain = match (self.meshes.as_slice(), self.nodes.as_slice()) {
             ([part], [node]) => {

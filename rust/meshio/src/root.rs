@@ -16,12 +16,18 @@ impl Root {
         Self::default()
     }
 
-    /// Files below `folder`, which must exist.
+    /// Files below `folder`.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if `folder` does not exist or cannot be reached.
     pub fn below(folder: &Path) -> Result<Self> {
         Self::none().allow(folder)
     }
 
-    /// Also files below `folder`, which must exist.
+    /// Also files below `folder`.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if `folder` does not exist or cannot be reached.
     pub fn allow(mut self, folder: &Path) -> Result<Self> {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         self.folders.push(folder.canonicalize().map_err(|error| Error::io(folder, &error))?);
@@ -33,8 +39,9 @@ impl Root {
 
     /// The path of the existing file that `name` means when it is written in a file of folder `base`.
     ///
-    /// Fails for addresses of the network, and for paths that lead out of the folders, by `..`, by a link, or because
-    /// they are absolute.
+    /// # Errors
+    /// Fails with `Invalid` for addresses of the network, and for paths that lead out of the folders, by `..`, by a
+    /// link, or because they are absolute, and with `NotFound` or `Io` if the file does not exist or cannot be reached.
     pub fn resolve(&self, base: &Path, name: &str) -> Result<PathBuf> {
         let refuse = |what: &str| {
             Error::invalid(format!("{name:?} {what}"))

@@ -13,8 +13,11 @@ use crate::text::{Words, at_line, expect_finite, shown};
 
 /// Reads an STL file. `memory_limit` bounds in bytes what is allocated for it.
 ///
-/// Triangles that repeat a point are left out. Fails, with the line or triangle, where the file ends too early or a
-/// number cannot be read.
+/// Triangles that repeat a point are left out.
+///
+/// # Errors
+/// Fails with `Invalid`, and the line or triangle, if the file ends too early or a number cannot be read or is not
+/// finite, and with `Memory` above the limit.
 pub fn read_stl(bytes: &[u8], memory_limit: u64) -> Result<Model> {
     let mut builder = Builder::new(memory_limit);
     // Binary files may begin with `solid` too; their length tells.

@@ -85,6 +85,9 @@ impl Summary {
     }
 
     /// Numbers about everything in a file, merged into one mesh at rest.
+    ///
+    /// # Errors
+    /// Fails as [`Model::merged_mesh`] does.
     pub fn of_model(context: &Context, model: &Model) -> Result<Self> {
         let part = |part: &crate::Part| (part.name.clone(), part.mesh.face_count(), part.mesh.points.len());
         Ok(Self {

@@ -40,8 +40,12 @@ pub const ANIMATION: &str = "stage";
 /// Reads a stage whose root layer is `bytes`; files that it names from `folder` are opened where `root` allows.
 /// `memory_limit` bounds in bytes what is allocated for it.
 ///
-/// Fails, with the prim, where data are damaged, refer to nothing or are not finite. Prims that are no meshes, files
-/// that cannot be opened, and what only other renderers need are left out with a note.
+/// Prims that are no meshes, files that cannot be opened, and what only other renderers need are left out with a note.
+///
+/// # Errors
+/// Fails with `Invalid`, and the prim, if data are damaged, refer to nothing or are not finite, or the stage shows no
+/// meshes; with `Unsupported` for too many or too deeply nested prims, or a binary layer of another version; and with
+/// `Memory` above the limit.
 pub fn read_usd(bytes: Vec<u8>, memory_limit: u64, folder: &Path, root: &Root) -> Result<Model> {
     let mut stage = Stage::open(bytes, Budget::new(memory_limit), folder, root)?;
     let (clock, space) = opened(&stage)?;

@@ -20,6 +20,9 @@ use crate::stage_options::StageOptions;
 use crate::usd::fenced;
 
 /// Writes instances at rest. See [`StageWriter`].
+///
+/// # Errors
+/// Fails as [`StageWriter::new`], [`StageWriter::frame`] and [`StageWriter::finish`] do.
 pub fn write_usd(path: &FilePath, instances: &[Instance], options: &StageOptions) -> Result<()> {
     let mut writer = StageWriter::new(options, u64::MAX)?;
     writer.frame(0.0, instances).map_err(|error| error.at(path.display().to_string()))?;
@@ -97,7 +100,10 @@ impl Track {
 }
 
 impl StageWriter {
-    /// A stage without frames. Fails if the options are no positive numbers. Frames take at most `memory_limit` bytes.
+    /// A stage without frames. Frames take at most `memory_limit` bytes.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the options are no positive numbers.
     pub fn new(options: &StageOptions, memory_limit: u64) -> Result<Self> {
         for number in [options.meters_per_unit, options.time_codes_per_second] {
             if !(number > 0.0 && number.is_finite()) {
@@ -121,8 +127,10 @@ impl StageWriter {
     /// Adds what there is at a time code, which must be higher than that of the frame before. Every frame has the same
     /// instances in the same order; of their materials the first frame's count.
     ///
-    /// Fails if a mesh cannot be used (see [`Mesh::check`]), no instance is given, a transform is not finite, or all
-    /// frames together need more than the memory limit.
+    /// # Errors
+    /// Fails with `Invalid` if the time code does not come after the one before, a mesh cannot be used (see
+    /// [`Mesh::check`]), no instance is given or not as many as before, or a transform is not finite, and with `Memory`
+    /// if all frames together need more than the memory limit.
     pub fn frame(&mut self, code: f64, instances: &[Instance]) -> Result<()> {
         if !code.is_finite() || self.codes.last().is_some_and(|last| *last >= code) {
             return Err(Error::invalid(format!("time code {code} does not come after the one before")));
@@ -212,8 +220,11 @@ impl StageWriter {
         }
     }
 
-    /// Writes the stage as text, whose extension is `.usda` or `.usd`. The file appears whole or not at all. Fails with
-    /// another extension, and without frames.
+    /// Writes the stage as text, whose extension is `.usda` or `.usd`. The file appears whole or not at all.
+    ///
+    /// # Errors
+    /// Fails with `Unsupported` for another extension, with `Invalid` without frames, with `Internal` if the stage
+    /// cannot be put into text, and with `NotFound` or `Io` if the system refuses.
     pub fn finish(self, path: &FilePath) -> Result<()> {
         let named = |error: Error| error.at(path.display().to_string());
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());

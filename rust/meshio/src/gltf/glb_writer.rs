@@ -38,8 +38,10 @@ impl<'a> Instance<'a> {
 
 /// Writes instances as GLB.
 ///
-/// Fails, and leaves no file, if a mesh cannot be used (see [`Mesh::check`]), no instance is given, a transform is not
-/// finite, the file would be larger than the format's 4 GiB, or the system refuses.
+/// # Errors
+/// Fails, and leaves no file: with `Invalid` if a mesh cannot be used (see [`Mesh::check`]), no instance is given or a
+/// transform is not finite, with `Unsupported` if the file would be larger than the format's 4 GiB, and with `NotFound`
+/// or `Io` if the system refuses.
 pub fn write_glb(path: &Path, instances: &[Instance]) -> Result<()> {
     let (json, buffer) = described(instances).map_err(|error| error.at(path.display().to_string()))?;
     store(path, &json, &buffer)

@@ -11,7 +11,9 @@ use crate::file;
 
 /// Writes `mesh` as OBJ. The attribute `material` becomes `usemtl` with the names in `materials`, or its numbers.
 ///
-/// Fails, and leaves no file, if the mesh cannot be used (see [`Mesh::check`]) or the system refuses.
+/// # Errors
+/// Fails, and leaves no file: with `Invalid` if the mesh cannot be used (see [`Mesh::check`]), and with `NotFound` or
+/// `Io` if the system refuses.
 pub fn write_obj(path: &Path, mesh: &Mesh, materials: &[String]) -> Result<()> {
     mesh.check().map_err(|error| error.at(path.display().to_string()))?;
     file::store(path, |out| encode(mesh, materials, out))

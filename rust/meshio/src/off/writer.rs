@@ -12,7 +12,9 @@ use crate::obj::writer::Shortest;
 /// Writes `mesh` as OFF, NOFF, COFF or CNOFF, as its points have normals and colours. Colours become sRGB-encoded bytes,
 /// as other programs expect them; brighter ones than 1 are 1. Other attributes and tags of subdivision are not written.
 ///
-/// Fails, and leaves no file, if the mesh cannot be used (see [`Mesh::check`]) or the system refuses.
+/// # Errors
+/// Fails, and leaves no file: with `Invalid` if the mesh cannot be used (see [`Mesh::check`]), and with `NotFound` or
+/// `Io` if the system refuses.
 pub fn write_off(path: &Path, mesh: &Mesh) -> Result<()> {
     mesh.check().map_err(|error| error.at(path.display().to_string()))?;
     file::store(path, |out| encode(mesh, out))

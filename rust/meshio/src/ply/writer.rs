@@ -11,8 +11,9 @@ use crate::file;
 /// Writes `mesh` as binary PLY. Colours become sRGB-encoded bytes, as other programs expect them, or linear floats if
 /// some are brighter than 1.
 ///
-/// Fails, and leaves no file, if the mesh cannot be used (see [`Mesh::check`]), its indices do not fit the format's
-/// signed numbers, or the system refuses.
+/// # Errors
+/// Fails, and leaves no file: with `Invalid` if the mesh cannot be used (see [`Mesh::check`]), with `Unsupported` if
+/// its indices do not fit the format's signed numbers, and with `NotFound` or `Io` if the system refuses.
 pub fn write_ply(path: &Path, mesh: &Mesh) -> Result<()> {
     check(mesh).map_err(|error| error.at(path.display().to_string()))?;
     file::store(path, |out| encode(mesh, out))
@@ -36,8 +37,9 @@ fn check(mesh: &Mesh) -> Result<()> {
 
 /// Writes points without faces, such as particles, as binary PLY, with values of theirs.
 ///
-/// Fails, and leaves no file, if a value's numbers are not as many as the points', there are 2³¹ points or more, or the
-/// system refuses.
+/// # Errors
+/// Fails, and leaves no file: with `Invalid` if an attribute has not a value for each point, with `Unsupported` for 2³¹
+/// points or more, and with `NotFound` or `Io` if the system refuses.
 pub fn write_points_ply(path: &Path, points: Vec<[f32; 3]>, attributes: Vec<Attribute>) -> Result<()> {
     let named = |error: Error| error.at(path.display().to_string());
     let fits = |attribute: &Attribute| {

@@ -9,8 +9,9 @@ use crate::file;
 
 /// Writes `mesh` as binary STL. Polygons become fans of triangles; attributes and tags of subdivision are not written.
 ///
-/// Fails, and leaves no file, if the mesh cannot be used (see [`Mesh::check`]), has 2³² triangles or more, or the system
-/// refuses.
+/// # Errors
+/// Fails, and leaves no file: with `Invalid` if the mesh cannot be used (see [`Mesh::check`]), with `Unsupported` for
+/// 2³² triangles or more, and with `NotFound` or `Io` if the system refuses.
 pub fn write_stl(path: &Path, mesh: &Mesh) -> Result<()> {
     let named = |error: Error| error.at(path.display().to_string());
     mesh.check().map_err(named)?;
