@@ -103,6 +103,9 @@ const LEVEL: i32 = 1;
 
 impl Column {
     /// Encodes floats, `width` a particle. With `half`, positions become fractions of their box, and others halves.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if zstd fails; the other packings do not.
     pub fn of_floats(
         name: &str,
         width: u32,
@@ -141,6 +144,9 @@ impl Column {
     }
 
     /// Encodes integers, one a particle.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if zstd fails; the other packings do not.
     pub fn of_integers(name: &str, values: &[u32], layout: Layout, packing: Packing) -> Result<Self> {
         let mut column = Self::empty(name, 1, Form::U32, layout, packing);
         column.data = column.pack(values.len(), |at| values[at])?;
@@ -190,8 +196,11 @@ impl Column {
         }
     }
 
-    /// Decodes the numbers of `count` particles. Fails if the column is not as long as that, whatever it unpacks to: no
-    /// more is unpacked.
+    /// Decodes the numbers of `count` particles.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the column is not as long as that, whatever it unpacks to: no more is unpacked. Fails so
+    /// too if it cannot be unpacked, a particle has not 1 to 4 numbers, or fractions lack their box.
     pub fn values(&self, count: u32) -> Result<Values> {
         let refused = |what: &str| {
             Err(Error::invalid(format!("the channel {:?} of a chunk {what}", self.name))

@@ -95,8 +95,11 @@ enum Fault {
 }
 
 impl Client {
-    /// Connects and introduces the user. Fails if there is no server within the patience of the options, it speaks another
-    /// version of the protocol, or it does not take the token.
+    /// Connects and introduces the user.
+    ///
+    /// # Errors
+    /// Fails with `Io` if there is no server within the patience of the options, with `Unsupported` if it speaks
+    /// another version of the protocol, and with its own error if it does not take the token.
     pub fn connect(options: ClientOptions) -> Result<Self> {
         let mut client = Self { options, link: None, welcome: Welcome::default(), next: 0 };
         client.retry(&mut Silent, 0.0, |_| Ok(()))?;
@@ -108,8 +111,10 @@ impl Client {
         &self.welcome
     }
 
-    /// Calls a method. Connects again, and repeats the call, where the connection breaks. Fails as the method does, or when
-    /// patience ends.
+    /// Calls a method. Connects again, and repeats the call, where the connection breaks.
+    ///
+    /// # Errors
+    /// Fails as the method does, and with `Io` when patience ends.
     pub fn call<R: DeserializeOwned>(&mut self, method: &str, parameters: &impl Serialize) -> Result<R> {
         self.call_at(method, parameters, &mut Silent, 0.0)
     }
@@ -185,6 +190,10 @@ impl Client {
 
     /// Sends the files of a scene that the server lacks. `files` are paths by the names that the description gives them.
     /// Returns their hashes.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if a file does not exist or cannot be read, with `Cancelled` if `progress` asks to
+    /// stop, and as [`Self::call`] does.
     pub fn send_files(&mut self, files: &BTreeMap<String, PathBuf>, progress: &mut dyn Progress) -> Result<FileMap> {
         let mut hashes = FileMap::new();
         for (name, path) in files {
@@ -218,17 +227,26 @@ impl Client {
     }
 
     /// Submits a scene whose files the server has.
+    ///
+    /// # Errors
+    /// Fails as [`Self::call`] does: also if the server refuses the scene.
     pub fn submit(&mut self, scene: &Submit) -> Result<Status> {
         self.call("scene.submit", scene)
     }
 
     /// Returns what a scene is doing.
+    ///
+    /// # Errors
+    /// Fails as [`Self::call`] does: also if the server has no such scene.
     pub fn status(&mut self, scene: &str) -> Result<Status> {
         self.call("scene.status", &SceneName { scene: scene.into() })
     }
 
-    /// Waits until a frame is stored, and returns what the scene is doing then. Fails where the scene stops before it, or
-    /// `progress` asks to stop.
+    /// Waits until a frame is stored, and returns what the scene is doing then.
+    ///
+    /// # Errors
+    /// Fails with `Cancelled` if the scene is finished, paused or cancelled before it, or `progress` asks to stop, with
+    /// the error of the simulation if that failed, and as [`Self::call`] does.
     pub fn wait(&mut self, scene: &str, frame: u64, progress: &mut dyn Progress) -> Result<Status> {
         let mut share = 0.0;
         loop {
@@ -258,12 +276,18 @@ impl Client {
     }
 
     /// Changes keys of a scene's description from a frame on.
+    ///
+    /// # Errors
+    /// Fails as [`Self::call`] does: also if the server has no such scene, or the keys cannot be changed so.
     pub fn steer(&mut self, scene: &str, frame: u64, changes: &str) -> Result<Status> {
         self.call("scene.steer", &Steer { scene: scene.into(), frame, changes: changes.into() })
     }
 
-    /// Sends the accelerations in m/s² of all particles of a frame, on their way to the next one. Fails where the scene is
-    /// not at that frame, was submitted without `forced`, or has another number of particles.
+    /// Sends the accelerations in m/s² of all particles of a frame, on their way to the next one.
+    ///
+    /// # Errors
+    /// Fails as [`Self::call`] does: also if the scene is not at that frame, was submitted without `forced`, or has
+    /// another number of particles. Fails with `Cancelled` if `progress` asks to stop.
     pub fn force(
         &mut self,
         scene: &str,
@@ -288,6 +312,10 @@ impl Client {
 
     /// Fetches a frame chunk by chunk: what `fetch` asks for, from its first particle to the last of the frame. Begins again
     /// where the server computes the frame anew meanwhile.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the server sends chunks that do not fit together or cannot be decoded, with `Cancelled`
+    /// if `progress` asks to stop, and as [`Self::call`] does.
     pub fn frame(&mut self, fetch: &Fetch, progress: &mut dyn Progress) -> Result<Frame> {
         let mut next = Fetch { count: MAX_CHUNK, ..fetch.clone() };
         let (mut frame, mut key) = (Frame::default(), None);
@@ -328,6 +356,10 @@ impl Client {
 
     /// Fetches a frame as the file of the cache format that the simulation stored, and passes its parts to `write`. Returns
     /// the bytes of the file.
+    ///
+    /// # Errors
+    /// Fails with `Busy` if the server computes the frame anew meanwhile, with `Io` if `write` does, with `Invalid` if
+    /// the server sends a part without bytes, with `Cancelled` if `progress` asks to stop, and as [`Self::call`] does.
     pub fn file(
         &mut self,
         scene: &str,
@@ -341,6 +373,10 @@ impl Client {
 
     /// Fetches the surface of a frame as a file that the server makes, and passes its parts to `write`. `settings` are keys
     /// and values of the kind of the simulation, in TOML. Returns the bytes of the file.
+    ///
+    /// # Errors
+    /// Fails with `Busy` if the server computes the frame anew meanwhile, with `Io` if `write` does, with `Invalid` if
+    /// the server sends a part without bytes, with `Cancelled` if `progress` asks to stop, and as [`Self::call`] does.
     pub fn surface(
         &mut self,
         (scene, frame): (&str, u64),

@@ -84,7 +84,10 @@ fn malformed(what: impl std::fmt::Display) -> Error {
         .advise("send [0, id, method, [parameters]], or see docs/protocol.md")
 }
 
-/// Splits a whole message into its parts. Fails if it is none of the three kinds.
+/// Splits a whole message into its parts.
+///
+/// # Errors
+/// Fails with `Invalid` if it is none of the three kinds.
 pub fn parse(bytes: &[u8]) -> Result<Message<'_>> {
     let mut rest = bytes;
     let length = rmp::decode::read_array_len(&mut rest).map_err(|_| malformed("it is not a list"))?;
@@ -115,11 +118,17 @@ fn method(rest: &[u8]) -> Result<(&str, &[u8])> {
 }
 
 /// Decodes one MessagePack item.
+///
+/// # Errors
+/// Fails with `Invalid` if the bytes are no MessagePack, or not of the type.
 pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T> {
     rmp_serde::from_slice(bytes).map_err(malformed)
 }
 
 /// Decodes the parameters of a call: a list of one map. An empty list is taken as an empty map.
+///
+/// # Errors
+/// Fails with `Invalid` if they are not a list of one map with the keys of the type.
 pub fn parameters<T: DeserializeOwned>(bytes: &[u8]) -> Result<T> {
     if bytes == [0x90] {
         return decode(&[0x80]);
@@ -133,21 +142,33 @@ fn encode(message: &impl Serialize) -> Result<Vec<u8>> {
 }
 
 /// Encodes a request.
+///
+/// # Errors
+/// Fails with `Internal` if the parameters have no MessagePack form.
 pub fn request(id: u32, method: &str, parameters: &impl Serialize) -> Result<Vec<u8>> {
     encode(&(0, id, method, (parameters,)))
 }
 
 /// Encodes a notification.
+///
+/// # Errors
+/// Fails with `Internal` if the parameters have no MessagePack form.
 pub fn notification(method: &str, parameters: &impl Serialize) -> Result<Vec<u8>> {
     encode(&(2, method, (parameters,)))
 }
 
 /// Encodes the response to a request that succeeded.
+///
+/// # Errors
+/// Fails with `Internal` if the result has no MessagePack form.
 pub fn response(id: u32, result: &impl Serialize) -> Result<Vec<u8>> {
     encode(&(1, id, (), result))
 }
 
 /// Encodes the response to a request that failed.
+///
+/// # Errors
+/// Fails with `Internal` if the failure has no MessagePack form; no case is known.
 pub fn failure(id: u32, failure: &Failure) -> Result<Vec<u8>> {
     encode(&(1, id, failure, ()))
 }

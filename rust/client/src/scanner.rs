@@ -33,9 +33,12 @@ impl Scanner {
         Self { limit, at: 0, open: Vec::new() }
     }
 
-    /// Returns the length of the message that `bytes` begins with, or `None` until it is complete. `bytes` are those of the
-    /// call before and what has arrived since. Fails if the message is longer than the limit, deeper than [`MAX_DEPTH`], or
-    /// is not MessagePack; nothing can be read from the connection after that.
+    /// Returns the length of the message that `bytes` begins with, or `None` until it is complete. `bytes` are those of
+    /// the call before and what has arrived since.
+    ///
+    /// # Errors
+    /// Fails with `Memory` if the message is longer than the limit, and with `Invalid` if it is deeper than
+    /// [`MAX_DEPTH`] or is not MessagePack; nothing can be read from the connection after that.
     pub fn scan(&mut self, bytes: &[u8]) -> Result<Option<usize>> {
         loop {
             let Some(Head { head, body, items }) = head(&bytes[self.at..])? else { return Ok(None) };
