@@ -30,7 +30,10 @@ thread_local! {
 
 static QUIET: Once = Once::new();
 
-/// Runs `body`; a panic in it becomes an error.
+/// Runs `body` and returns its result.
+///
+/// # Errors
+/// Returns the error of `body`, and fails with `Internal` if it panics.
 pub fn caught<T>(body: impl FnOnce() -> Result<T>) -> Result<T> {
     guarded(body).unwrap_or_else(Err)
 }

@@ -76,6 +76,10 @@ pub struct Input<T> {
 impl<T: Plain> Input<T> {
     /// The array called `name` in messages.
     ///
+    /// # Errors
+    /// Fails with `Invalid` if `count` is not zero and the pointer is NULL, the stride is less than an element, or the
+    /// elements exceed the address space.
+    ///
     /// # Safety
     /// If `count` is not zero and `pointer` not NULL, `count` elements can be read at `stride` bytes from one another
     /// until the call ends.
@@ -85,6 +89,9 @@ impl<T: Plain> Input<T> {
     }
 
     /// As [`Input::new`], where NULL means that there is no array.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the stride is less than an element, or the elements exceed the address space.
     ///
     /// # Safety
     /// As for [`Input::new`].
@@ -121,7 +128,10 @@ impl<T: Plain> Input<T> {
         unsafe { self.start.add(index * self.stride).cast::<T>().read_unaligned() }
     }
 
-    /// A copy of the elements, or an error if there is no memory for it within `limit` bytes.
+    /// A copy of the elements.
+    ///
+    /// # Errors
+    /// Fails with `Memory` if it takes more than `limit` bytes, or the machine does not have them.
     pub fn to_vec(&self, name: &str, limit: u64) -> Result<Vec<T>> {
         let mut copy = Vec::new();
         self.copy_to(name, limit, &mut copy)?;
@@ -129,6 +139,9 @@ impl<T: Plain> Input<T> {
     }
 
     /// As [`Self::to_vec`], in place of what `copy` holds, whose room is used again.
+    ///
+    /// # Errors
+    /// Fails with `Memory` if there is too little room in `copy`, and more takes over `limit` bytes or is not there.
     pub fn copy_to(&self, name: &str, limit: u64, copy: &mut Vec<T>) -> Result<()> {
         if copy.capacity() < self.count {
             *copy = reserve(name, self.count, limit)?;
@@ -140,6 +153,10 @@ impl<T: Plain> Input<T> {
 }
 
 /// The places of `count` structs called `name` in messages, which start with their size.
+///
+/// # Errors
+/// Fails with `Invalid` if `count` is not zero and the pointer is NULL, the stride is less than a struct, or they
+/// exceed the address space.
 ///
 /// # Safety
 /// If `count` is not zero and `pointer` not NULL, they can be read at `stride` bytes from one another until the call ends.
@@ -153,7 +170,10 @@ pub unsafe fn descriptors<T>(
     Ok((0..count).map(move |at| pointer.wrapping_byte_add(at * stride)))
 }
 
-/// An empty vector with room for `count` elements, or an error if `limit` bytes or the machine do not have it.
+/// An empty vector with room for `count` elements.
+///
+/// # Errors
+/// Fails with `Memory` if it takes more than `limit` bytes, or the machine does not have them.
 pub fn reserve<T>(name: &str, count: usize, limit: u64) -> Result<Vec<T>> {
     let bytes = (count as u64).saturating_mul(size_of::<T>() as u64);
     let mut room = Vec::new();
@@ -177,6 +197,10 @@ pub struct Output<T> {
 impl<T: Plain> Output<T> {
     /// The array called `name` in messages, with room for `count` elements.
     ///
+    /// # Errors
+    /// Fails with `Invalid` if `count` is not zero and the pointer is NULL, the stride is less than an element, or the
+    /// elements exceed the address space.
+    ///
     /// # Safety
     /// If `pointer` is not NULL, `count` elements can be written at `stride` bytes from one another until the call
     /// ends.
@@ -186,6 +210,9 @@ impl<T: Plain> Output<T> {
     }
 
     /// As [`Output::new`], where NULL means that the array is not wanted.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the stride is less than an element, or the elements exceed the address space.
     ///
     /// # Safety
     /// As for [`Output::new`].
@@ -197,7 +224,10 @@ impl<T: Plain> Output<T> {
         unsafe { Self::new(name, pointer, count, stride) }.map(Some)
     }
 
-    /// Fails unless there is room for `needed` elements.
+    /// Checks that there is room for `needed` elements.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is less.
     pub fn holds(self, name: &str, needed: usize) -> Result<Self> {
         if needed <= self.count {
             return Ok(self);
@@ -232,6 +262,9 @@ pub struct Rows {
 impl Rows {
     /// The array called `name` in messages with room for `count` rows of `width` numbers, which NULL says is not wanted.
     ///
+    /// # Errors
+    /// Fails with `Invalid` if the stride is less than a row, or the rows exceed the address space.
+    ///
     /// # Safety
     /// If the pointer is not NULL, `count` rows can be written at `stride` bytes from one another until the call ends.
     pub unsafe fn optional(
@@ -246,7 +279,10 @@ impl Rows {
         Ok(Some(Self { first, width }))
     }
 
-    /// Fails unless there is room for `needed` rows.
+    /// Checks that there is room for `needed` rows.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is less.
     pub fn holds(&self, name: &str, needed: usize) -> Result<()> {
         self.first.holds(name, needed).map(drop)
     }
@@ -274,7 +310,10 @@ pub unsafe fn put<T>(to: *mut T, value: T) {
     unsafe { to.write_unaligned(value) };
 }
 
-/// Fails if the output pointer called `name` is NULL; called before the work whose result goes there.
+/// Checks that the output pointer called `name` is there; called before the work whose result goes there.
+///
+/// # Errors
+/// Fails with `Invalid` if it is NULL.
 pub fn present<T>(name: &str, pointer: *mut T) -> Result<()> {
     if pointer.is_null() {
         return Err(Error::invalid("the output pointer is NULL").at(name).advise("pass a place for the result"));
@@ -282,7 +321,10 @@ pub fn present<T>(name: &str, pointer: *mut T) -> Result<()> {
     Ok(())
 }
 
-/// The text at `pointer`, or an error if it is NULL or not UTF-8.
+/// The text at `pointer`, which is called `name` in messages.
+///
+/// # Errors
+/// Fails with `Invalid` if the pointer is NULL or the text not UTF-8.
 ///
 /// # Safety
 /// `pointer` is NULL or points to a NUL-terminated string that lives until the call ends.

@@ -48,6 +48,9 @@ macro_rules! constants {
 }
 
 /// The one that C calls `number`, in the order of its names in scene files.
+///
+/// # Errors
+/// Fails with `Invalid` if there is no such number.
 pub fn numbered<T: Copy>(what: &str, list: &[(T, &str)], number: u32) -> Result<T> {
     let most = list.len() - 1;
     list.get(number as usize).map(|(value, _)| *value).ok_or_else(|| {
@@ -66,6 +69,10 @@ fn declared_size<D: Descriptor>(size: usize) -> Result<usize> {
 
 /// Reads the descriptor that `from` points to. Fields beyond the caller's `struct_size` keep the value in `default`;
 /// fields that a newer header has and this library lacks must be zero.
+///
+/// # Errors
+/// Fails with `Invalid` if the pointer is NULL or `struct_size` is none of the type, and with `Unsupported` if a field
+/// that this library lacks is not zero.
 ///
 /// # Safety
 /// `from` is NULL or points to `struct_size` readable bytes, the first four of which are `struct_size`.
@@ -93,6 +100,10 @@ pub unsafe fn read_descriptor<D: Descriptor>(from: *const D, default: D) -> Resu
 
 /// As [`read_descriptor`], where NULL means `default`.
 ///
+/// # Errors
+/// Fails with `Invalid` if `struct_size` is none of the type, and with `Unsupported` if a field that this library lacks
+/// is not zero.
+///
 /// # Safety
 /// As for [`read_descriptor`].
 pub unsafe fn read_optional<D: Descriptor>(from: *const D, default: D) -> Result<D> {
@@ -104,6 +115,9 @@ pub unsafe fn read_optional<D: Descriptor>(from: *const D, default: D) -> Result
 }
 
 /// Writes `value` through `to`, no further than the caller's `struct_size`, which is left as it is.
+///
+/// # Errors
+/// Fails with `Invalid` if the pointer is NULL or `struct_size` is none of the type.
 ///
 /// # Safety
 /// `to` is NULL or points to `struct_size` writable bytes, the first four of which are `struct_size`.
@@ -123,6 +137,9 @@ pub unsafe fn write_descriptor<D: Descriptor>(to: *mut D, value: D) -> Result<()
 }
 
 /// As [`write_descriptor`], where NULL says that no result is wanted.
+///
+/// # Errors
+/// Fails with `Invalid` if `struct_size` is none of the type.
 ///
 /// # Safety
 /// As for [`write_descriptor`].
@@ -153,7 +170,10 @@ macro_rules! write_fields {
     }};
 }
 
-/// The size of the descriptor at `to`. Fails if it is NULL or not a descriptor; called before the work whose result goes there.
+/// The size of the descriptor at `to`; called before the work whose result goes there.
+///
+/// # Errors
+/// Fails with `Invalid` if the pointer is NULL or `struct_size` is none of the type.
 ///
 /// # Safety
 /// As for [`write_descriptor`].
@@ -166,6 +186,9 @@ pub unsafe fn check_descriptor<D: Descriptor>(to: *mut D) -> Result<usize> {
 }
 
 /// As [`check_descriptor`], where NULL says that no result is wanted.
+///
+/// # Errors
+/// Fails with `Invalid` if `struct_size` is none of the type.
 ///
 /// # Safety
 /// As for [`write_descriptor`].

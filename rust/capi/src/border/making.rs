@@ -30,11 +30,17 @@ impl<T> Making<T> {
     }
 
     /// Does the work on the calling thread.
+    ///
+    /// # Errors
+    /// Returns the error of the work.
     pub fn now(self) -> Result<T> {
         (self.make)(&mut Silent)
     }
 
     /// Does the work and reports progress.
+    ///
+    /// # Errors
+    /// Returns the error of the work, which is `Cancelled` if `progress` asks to stop.
     pub fn watched(self, progress: &mut dyn Progress) -> Result<T> {
         (self.make)(progress)
     }

@@ -39,7 +39,10 @@ impl Memory {
         monitor.callback.is_none_or(|callback| unsafe { callback(monitor.user, bytes) == 0 })
     }
 
-    /// Takes `bytes` for something called `noun`, until the result is dropped. Fails if the host refuses.
+    /// Takes `bytes` for something called `noun`, until the result is dropped.
+    ///
+    /// # Errors
+    /// Fails with `Memory` if the host's memory monitor refuses.
     pub fn admit(self: &Arc<Self>, noun: &str, bytes: u64) -> Result<Admitted> {
         let signed = i64::try_from(bytes).unwrap_or(i64::MAX);
         if !self.ask(signed) {

@@ -170,6 +170,9 @@ impl Registry {
 }
 
 /// Registers `object` with one reference.
+///
+/// # Errors
+/// Fails with `Memory` if there are 2³² objects.
 pub fn insert<H: Handle>(object: H::Object) -> Result<H> {
     let object: Arc<dyn Any + Send + Sync> = Arc::new(object);
     let mut registry = writing();
@@ -189,6 +192,10 @@ pub fn insert<H: Handle>(object: H::Object) -> Result<H> {
 }
 
 /// What a handle with the id is of, and its object, whatever noun it is.
+///
+/// # Errors
+/// Fails with `Invalid` if the id is 0 or of no living handle, and with `Unsupported` if the process was forked after
+/// the object was made.
 pub fn any(id: u64) -> Result<(&'static str, Arc<dyn Any + Send + Sync>)> {
     let registry = reading();
     let dead = || {
@@ -210,6 +217,10 @@ fn inherited(tag: u8) -> Error {
 }
 
 /// The object of a handle, which stays alive while the returned reference does, even if C releases the handle.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is NULL, dead or of another noun, and with `Unsupported` if the process was
+/// forked after the object was made.
 pub fn get<H: Handle>(handle: H) -> Result<Arc<H::Object>> {
     let registry = reading();
     let index = registry.slot(handle)?;
@@ -228,6 +239,9 @@ pub fn get<H: Handle>(handle: H) -> Result<Arc<H::Object>> {
 }
 
 /// Adds a reference.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is NULL, dead or of another noun, or has 2³² references.
 pub fn retain<H: Handle>(handle: H) -> Result<()> {
     let mut registry = writing();
     let index = registry.slot(handle)?;
@@ -239,6 +253,9 @@ pub fn retain<H: Handle>(handle: H) -> Result<()> {
 }
 
 /// Takes a reference away; the handle dies with the last one.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is NULL, dead or of another noun.
 pub fn release<H: Handle>(handle: H) -> Result<()> {
     let mut registry = writing();
     let index = registry.slot(handle)?;
@@ -260,17 +277,26 @@ pub fn release<H: Handle>(handle: H) -> Result<()> {
     Ok(())
 }
 
-/// Reads `lock` without waiting; fails as busy while a mutating call is at work.
+/// Reads `lock` without waiting.
+///
+/// # Errors
+/// Fails with `Busy` while a mutating call is at work, and with `Internal` if an earlier panic left the object broken.
 pub fn try_read<'a, T>(lock: &'a RwLock<T>, noun: &str) -> Result<Held<RwLockReadGuard<'a, T>>> {
     work::hold(lock, lock.try_read(), noun)
 }
 
-/// Takes `lock` exclusively without waiting; fails as busy while any other call is at work.
+/// Takes `lock` exclusively without waiting.
+///
+/// # Errors
+/// Fails with `Busy` while any other call is at work, and with `Internal` if an earlier panic left the object broken.
 pub fn try_write<'a, T>(lock: &'a RwLock<T>, noun: &str) -> Result<Held<RwLockWriteGuard<'a, T>>> {
     work::hold(lock, lock.try_write(), noun)
 }
 
-/// Takes `lock` without waiting; fails as busy while another call is at work.
+/// Takes `lock` without waiting.
+///
+/// # Errors
+/// Fails with `Busy` while another call is at work, and with `Internal` if an earlier panic left the object broken.
 pub fn try_lock<'a, T>(lock: &'a Mutex<T>, noun: &str) -> Result<Held<MutexGuard<'a, T>>> {
     work::hold(lock, lock.try_lock(), noun)
 }

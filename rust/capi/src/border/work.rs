@@ -123,7 +123,11 @@ impl<G: DerefMut> DerefMut for Held<G> {
     }
 }
 
-/// Takes what `tried` got of `lock`; fails as busy, naming who has it, or as broken by an earlier panic.
+/// Takes what `tried` got of `lock`.
+///
+/// # Errors
+/// Fails with `Busy`, naming who has it, while another call is at work, and with `Internal` if an earlier panic left it
+/// broken.
 pub fn hold<L, G>(lock: &L, tried: std::result::Result<G, TryLockError<G>>, noun: &str) -> Result<Held<G>> {
     let address = std::ptr::from_ref(lock).addr();
     match tried {
@@ -134,6 +138,9 @@ pub fn hold<L, G>(lock: &L, tried: std::result::Result<G, TryLockError<G>>, noun
 }
 
 /// As [`hold`], of a lock that guards no data, which an earlier panic cannot break.
+///
+/// # Errors
+/// Fails with `Busy`, naming who has it, while another call is at work.
 pub fn hold_empty<'a>(lock: &'a Mutex<()>, noun: &str) -> Result<Held<MutexGuard<'a, ()>>> {
     let tried = match lock.try_lock() {
         Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),

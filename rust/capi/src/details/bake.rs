@@ -237,6 +237,12 @@ pub struct Order {
 }
 
 impl Order {
+    /// Copies what was asked for.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if an option is out of range or the path is no text, and with `Unsupported` if its
+    /// extension is neither .exr nor .png.
+    ///
     /// # Safety
     /// `options` is NULL or a descriptor that starts with its size, `path` a NUL-terminated text.
     pub unsafe fn read(options: *const RlvBakeOptions, path: *const c_char) -> Result<Self> {
@@ -247,6 +253,11 @@ impl Order {
     }
 
     /// Bakes and writes every picture.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the detail does not have what is to be baked, or its texture coordinates cannot be used;
+    /// with `Memory` if a picture does not fit the context's memory limit; with `NotFound` or `Io` if a file cannot be
+    /// written; and with `Cancelled` if `progress` asks to stop.
     pub fn write(&self, context: &Context, view: &View, progress: &mut dyn Progress) -> Result<RlvBakeReport> {
         let Self { request, path, format } = self;
         let Given { scale, mid_level, .. } = request.given;

@@ -62,6 +62,10 @@ fn first_half(progress: &mut dyn Progress) -> impl Progress + '_ {
 
 /// Reads what a collider of a mesh is made of.
 ///
+/// # Errors
+/// Fails with `Invalid` if a handle is not alive. What the work refuses, it returns: a mesh that is busy or cannot be
+/// collided with, or `Cancelled`.
+///
 /// # Safety
 /// `matrix` is NULL or twelve doubles.
 pub unsafe fn of_mesh(context: RlvContext, mesh: RlvMesh, matrix: *const f64) -> Result<Making<RlvCollider>> {
@@ -77,6 +81,10 @@ pub unsafe fn of_mesh(context: RlvContext, mesh: RlvMesh, matrix: *const f64) ->
 }
 
 /// Reads what a collider of a limit surface is made of.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or an option is out of range. What the work refuses, it returns:
+/// triangles over the memory limit, or `Cancelled`.
 ///
 /// # Safety
 /// `options` is NULL or a descriptor that starts with its size, `matrix` NULL or twelve doubles.
@@ -97,6 +105,10 @@ pub unsafe fn of_surface(
 }
 
 /// Reads the last commit of a detail, of which a collider is made.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or an option is out of range. What the work refuses, it returns:
+/// triangles over the memory limit, or `Cancelled`.
 ///
 /// # Safety
 /// `options` is NULL or a descriptor that starts with its size.

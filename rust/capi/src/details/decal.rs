@@ -171,6 +171,10 @@ pub struct Laying {
 impl Laying {
     /// Copies what a decal on a mesh needs.
     ///
+    /// # Errors
+    /// Fails with `Invalid` if the handle is not alive, or an option, the outline or the array of pins cannot be used,
+    /// and with `Memory` if the pins exceed the context's memory limit.
+    ///
     /// # Safety
     /// `options` is NULL or a descriptor that starts with its size, with an outline of its count, and `count` pins can be
     /// read at `stride` bytes from one another.
@@ -187,6 +191,10 @@ impl Laying {
     }
 
     /// Copies what a decal on a detail needs.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the handle is not alive, or an option, the outline or the array of pins cannot be used,
+    /// and with `Memory` if the pins exceed the context's memory limit.
     ///
     /// # Safety
     /// As for [`Self::on_mesh`].
@@ -236,6 +244,10 @@ impl Laying {
     }
 
     /// Lays the sticker and registers the decal.
+    ///
+    /// # Errors
+    /// Fails with `Busy` if the mesh is being changed, with `Invalid` if a pin is not finite or the sticker cannot be
+    /// laid so, with `Memory` if triangles exceed the memory limit, and with `Cancelled` if `progress` asks to stop.
     pub fn run(&self, progress: &mut dyn Progress) -> Result<RlvDecal> {
         let Self { ground, size, sticker, pins, pose, settings, cells } = self;
         let mut place = |mesh: &Mesh| -> Result<Placement> {

@@ -174,7 +174,10 @@ macro_rules! each {
 pub(crate) use each;
 
 impl Object {
-    /// That of a Catmull-Clark surface. Fails, naming `what` it is wanted for, if it is a triangle mesh.
+    /// That of a Catmull-Clark surface.
+    ///
+    /// # Errors
+    /// Fails with `Unsupported`, naming `what` it is wanted for, if it is a triangle mesh.
     pub fn tiles(&mut self, what: &str) -> Result<&mut DisplacedObject> {
         match self {
             Self::Tiles(object) => Ok(object),
@@ -209,8 +212,11 @@ pub struct DetailObject {
 }
 
 impl DetailObject {
-    /// The detail for a call that edits it; fails as busy while another one does. Poses and commits that nobody looks at
-    /// any more are free for it to write to.
+    /// The detail for a call that edits it. Poses and commits that nobody looks at any more are free for it to write
+    /// to.
+    ///
+    /// # Errors
+    /// Fails with `Busy` while another call edits it, and with `Internal` if an earlier panic left it broken.
     pub fn edit(&self) -> Result<Held<MutexGuard<'_, Editor>>> {
         let mut editor = try_lock(&self.editor, "detail")?;
         self.context.gather();
@@ -242,6 +248,9 @@ impl DetailObject {
 
 impl Editor {
     /// See [`Object::tiles`].
+    ///
+    /// # Errors
+    /// Fails as [`Object::tiles`] does.
     pub fn tiles(&mut self, what: &str) -> Result<&mut DisplacedObject> {
         self.object.tiles(what)
     }
@@ -272,6 +281,9 @@ impl Editor {
 }
 
 /// The affine transform of twelve doubles, the identity for NULL.
+///
+/// # Errors
+/// Fails only as [`Input::new`] does, which takes twelve packed doubles.
 ///
 /// # Safety
 /// `matrix` is NULL or points to twelve readable doubles.
@@ -774,6 +786,9 @@ entry! {
 }
 
 /// Gives traces the sizes of the displacement, after that was replaced.
+///
+/// # Errors
+/// Fails with `Memory` if the budget of the traces does not allow the sizes.
 pub fn fit_traces(context: &Context, object: &mut DisplacedObject) -> Result<()> {
     let sizes: Vec<(u32, u32)> = (0..).zip(object.displacement().field().face_sizes()).collect();
     match object.traces_mut() {

@@ -76,7 +76,10 @@ pub struct DocumentObject {
 const MEMORY: u64 = 256 << 20;
 
 impl DocumentObject {
-    /// The history for a call that changes it; fails as busy while another one does.
+    /// The history for a call that changes it.
+    ///
+    /// # Errors
+    /// Fails with `Busy` while another call changes it, and with `Internal` if an earlier panic left it broken.
     pub fn history(&self) -> Result<Held<MutexGuard<'_, History>>> {
         try_lock(&self.history, "document")
     }
@@ -189,6 +192,12 @@ pub struct Transfer {
 }
 
 impl Transfer {
+    /// Copies the meshes and the paths.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a handle is not alive, a path is no text or `struct_size` is none of the type, and with
+    /// `Busy` if a mesh is being changed.
+    ///
     /// # Safety
     /// The paths are NUL-terminated texts, `options` is NULL or a descriptor that starts with its size.
     pub unsafe fn read(
@@ -209,6 +218,11 @@ impl Transfer {
     }
 
     /// Writes the document of the other mesh.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if the document cannot be read or the other one written, with `Invalid` if it is
+    /// damaged, of another mesh or without its points, with `Memory` above the context's memory limit, and with
+    /// `Cancelled` if `progress` asks to stop.
     pub fn run(&self, context: &ContextObject, progress: &mut dyn Progress) -> Result<RlvTransferReport> {
         let (executor, path) = (&context.context, &self.path);
         let document = Document::open(Path::new(path), executor.memory_limit())?;
@@ -234,6 +248,10 @@ impl Transfer {
 
 /// Reads what a document is made of, and where it is written to.
 ///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or the path is no text. What the work refuses, it returns: a detail
+/// that is busy, a file that cannot be written, or `Cancelled`.
+///
 /// # Safety
 /// `path` is NULL or a NUL-terminated text.
 pub unsafe fn creating(detail: RlvDetail, path: *const c_char, memory: u64) -> Result<Making<RlvDocument>> {
@@ -253,6 +271,10 @@ pub unsafe fn creating(detail: RlvDetail, path: *const c_char, memory: u64) -> R
 
 /// Reads which document is opened.
 ///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or the path is no text. What the work refuses, it returns: a detail
+/// that is busy, a file that cannot be read, is damaged or of another mesh, or `Cancelled`.
+///
 /// # Safety
 /// As for [`creating`].
 pub unsafe fn opening(detail: RlvDetail, path: *const c_char, memory: u64) -> Result<Making<RlvDocument>> {
@@ -266,6 +288,10 @@ pub unsafe fn opening(detail: RlvDetail, path: *const c_char, memory: u64) -> Re
 }
 
 /// Reads where a document is written to.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or the path is no text. What the work refuses, it returns: a
+/// document that is busy, a file that cannot be written, or `Cancelled`.
 ///
 /// # Safety
 /// As for [`creating`].
@@ -283,6 +309,10 @@ pub unsafe fn saving(document: RlvDocument, path: *const c_char) -> Result<Makin
 }
 
 /// Reads which file is compacted.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or the path is no text. What the work refuses, it returns: a file
+/// that cannot be read, is damaged or cannot be replaced, or `Cancelled`.
 ///
 /// # Safety
 /// As for [`creating`].

@@ -53,6 +53,10 @@ descriptor! {
 
 /// The settings and the moment of an imprint.
 ///
+/// # Errors
+/// Fails with `Invalid` if a setting is out of range or `struct_size` is none of the type, and with `Unsupported` if a
+/// field that this library lacks is not zero.
+///
 /// # Safety
 /// Both are NULL or descriptors that start with their size.
 pub unsafe fn how(
@@ -127,6 +131,10 @@ impl Before {
 
 /// Where a deforming collider starts and ends: transforms, and points of its mesh, at both moments.
 ///
+/// # Errors
+/// Fails with `Invalid` if an array of points is NULL and `count` is not 0 or its stride is too small, and with
+/// `Memory` if the points exceed the context's memory limit.
+///
 /// # Safety
 /// A matrix is NULL or has twelve doubles; `from_points` and `to_points` have `count` points.
 pub unsafe fn poses_of(
@@ -170,6 +178,10 @@ unsafe fn sweep_now(
 
 /// Moves a collider from one pose to another and presses it in on the way. After a failure both are as before. Reports
 /// progress only while it has both for itself; the last report, of the whole, can still cancel.
+///
+/// # Errors
+/// Fails with `Busy` if another call is at work on the collider or the detail, with `Invalid` if a pose or the settings
+/// cannot be used, with `Memory` if something exceeds its limit, and with `Cancelled` if `progress` asks to stop.
 pub fn sweep(
     detail: &DetailObject,
     collider: &ColliderObject,

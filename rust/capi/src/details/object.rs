@@ -20,6 +20,9 @@ descriptor! {
 }
 
 /// The time that C gives as seconds; `None` for as long as it takes.
+///
+/// # Errors
+/// Fails with `Invalid` if it is negative but not -1, or not a number.
 pub fn duration(seconds: f64) -> Result<Option<Duration>> {
     if seconds == -1.0 {
         return Ok(None);

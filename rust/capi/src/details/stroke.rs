@@ -65,6 +65,12 @@ fn ended() -> Error {
     Error::invalid("it has ended").at("stroke").advise("begin another one")
 }
 
+/// Copies the points of a stroke into a list that is lent.
+///
+/// # Errors
+/// Fails with `Invalid` if the pointer is NULL and `count` is not 0 or the stride is too small, and with `Memory` if
+/// the points exceed the context's memory limit.
+///
 /// # Safety
 /// `count` points can be read at `stride` bytes from one another.
 pub unsafe fn points_of(

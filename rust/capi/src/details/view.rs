@@ -141,6 +141,9 @@ impl TileState {
 
 impl TileView {
     /// The surface with its displacement.
+    ///
+    /// # Errors
+    /// Fails only as [`Displaced::new`] does, if a layer were of another cage than the surface.
     pub fn displaced(&self) -> Result<Displaced<'_>> {
         let displaced = Displaced::new(&self.surface, self.snapshot.field())?;
         match &self.vectors {
@@ -265,6 +268,9 @@ fn refill<T>(list: &mut Vec<T>, values: impl Iterator<Item = T>) {
 
 impl TriangleView {
     /// The mesh with its displacement.
+    ///
+    /// # Errors
+    /// Fails only as [`TriangleDisplaced::new`] does, if a layer were of another mesh than the surface.
     pub fn displaced(&self) -> Result<TriangleDisplaced<'_>> {
         let displaced = TriangleDisplaced::new(&self.surface, self.snapshot.field())?;
         self.offsets.as_ref().map_or(Ok(displaced), |(offsets, _)| displaced.with_vectors(offsets))
@@ -390,7 +396,10 @@ impl View {
         }
     }
 
-    /// The tiles of a Catmull-Clark surface. Fails, naming `what` they are wanted for, on a triangle mesh.
+    /// The tiles of a Catmull-Clark surface.
+    ///
+    /// # Errors
+    /// Fails with `Unsupported`, naming `what` they are wanted for, on a triangle mesh.
     pub fn tiles(&self, what: &str) -> Result<&TileView> {
         match &self.layers {
             Layers::Tiles(view) => Ok(view),
@@ -433,7 +442,11 @@ impl View {
     }
 
     /// A tile of a channel, with its bytes if they are `wanted`, which faces of triangle meshes do not have by
-    /// themselves. Fails if there is no such channel or tile.
+    /// themselves.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such tile or channel, with `Unsupported` if the bytes of a face of a
+    /// triangle mesh are `wanted`, and with the error of the store if a page of the channel cannot be read.
     pub fn tile(&self, channel: u32, tile: u32, wanted: bool) -> Result<TileState> {
         self.shape().check_tile(tile)?;
         let state = match &self.layers {
@@ -470,7 +483,10 @@ impl View {
         }
     }
 
-    /// A channel; `None` if the detail does not have it. Fails if there is no such channel.
+    /// A channel; `None` if the detail does not have it.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such channel.
     pub fn channel(&self, channel: u32) -> Result<Option<ChannelState>> {
         fn tiles<T: Texel>(snapshot: &Arc<Snapshot<T>>) -> ChannelState {
             let field = snapshot.field();
@@ -502,6 +518,9 @@ impl View {
     }
 
     /// Conservative bounds of the displaced surface of `tiles`, which exist; `None` for no tiles.
+    ///
+    /// # Errors
+    /// Fails only as [`TileView::displaced`] or [`TriangleView::displaced`] does.
     pub fn bounds(&self, tiles: &[u32]) -> Result<Option<([f32; 3], [f32; 3])>> {
         Ok(match &self.layers {
             Layers::Tiles(view) => {
@@ -516,6 +535,9 @@ impl View {
     }
 
     /// Where the displaced surface is folded.
+    ///
+    /// # Errors
+    /// Fails only as [`Displaced::folds`] does; triangle meshes do not fail.
     pub fn folds(&self, context: &Context) -> Result<Folds> {
         match &self.layers {
             Layers::Tiles(view) => view.displaced()?.folds(context),
@@ -524,6 +546,9 @@ impl View {
     }
 
     /// What is at places, which exist; colours of tiles as means over as many footprints, if there are any.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a place or a footprint cannot be evaluated.
     pub fn look(
         &self,
         context: &Context,
@@ -600,6 +625,9 @@ impl View {
 
     /// What was committed of a triangle mesh. `before` is the view before, whose surface is shared if the pose is the
     /// same.
+    ///
+    /// # Errors
+    /// Fails only as [`TriangleDisplaced::new`] or [`TriangleNormals::of`] does, if a layer were of another mesh.
     pub fn of_triangles(
         context: &Context,
         object: &mut TriangleObject,

@@ -120,6 +120,11 @@ impl LevelObject {
 
 /// What a view asks for.
 ///
+/// # Errors
+/// Fails with `Invalid` if the descriptor is NULL, its `struct_size` is none of the type or the array of planes cannot
+/// be used, with `Unsupported` if a field that this library lacks is not zero, and with `Memory` if the planes exceed
+/// the memory limit.
+///
 /// # Safety
 /// `view` is NULL or a descriptor whose array is as the header demands.
 pub unsafe fn read_view(context: &ContextObject, view: *const RlvLevelView) -> Result<View> {
@@ -136,6 +141,9 @@ pub unsafe fn read_view(context: &ContextObject, view: *const RlvLevelView) -> R
 }
 
 /// The mesh of a deviation.
+///
+/// # Errors
+/// Fails with `Invalid` if it is negative or not a number.
 pub fn cut_of_error(error: f32) -> Result<Cut> {
     if error.is_nan() || error < 0.0 {
         return Err(Error::invalid(format!("{error} is no length")).at("error").advise("use 0 or more"));

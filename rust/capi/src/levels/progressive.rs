@@ -64,6 +64,10 @@ impl ProgressiveObject {
     }
 
     /// What the device of the context has of it, which is sent if it has nothing.
+    ///
+    /// # Errors
+    /// Fails with `Unsupported` if the context has no graphics device, with `Memory` if that has no room for it, with
+    /// `Device` if it was lost, and with `Internal` if an earlier panic left this broken.
     pub fn on_device(&self) -> Result<Arc<DeviceHierarchy>> {
         let device = self.context.opened_device()?;
         device.check()?;
@@ -94,6 +98,10 @@ enum Source {
 impl Build {
     /// Copies what is needed of a mesh.
     ///
+    /// # Errors
+    /// Fails with `Invalid` if the handle is not alive, an option or an array cannot be used or a locked point does not
+    /// exist, and with `Busy` if the mesh is being changed.
+    ///
     /// # Safety
     /// `options` is NULL or a descriptor whose arrays are as the header demands.
     pub unsafe fn read(mesh: RlvMesh, options: *const RlvProgressiveOptions) -> Result<Self> {
@@ -121,6 +129,10 @@ impl Build {
     }
 
     /// Builds it.
+    ///
+    /// # Errors
+    /// Fails with `Busy` if the mesh is being changed, with `Cancelled` if `progress` asks to stop, and as
+    /// [`Progressive::build`] or [`Progressive::build_mesh`] does.
     pub fn run(&self, progress: &mut dyn Progress) -> Result<RlvProgressive> {
         let context = &self.context.context;
         let mesh = match &self.source {
@@ -138,6 +150,10 @@ impl Build {
 
 /// What a mesh is built for, and what its attributes count for if they are kept. `number` tells the vertex at a locked
 /// point.
+///
+/// # Errors
+/// Fails with `Invalid` if `struct_size` is none of the type or an option or an array cannot be used, with
+/// `Unsupported` if a field that this library lacks is not zero, and as `number` does.
 ///
 /// # Safety
 /// `options` is NULL or a descriptor whose arrays are as the header demands.
@@ -171,6 +187,9 @@ pub unsafe fn read_options(
 }
 
 /// Registers a progressive mesh.
+///
+/// # Errors
+/// Fails with `Memory` if there are too many objects.
 pub fn register(context: Arc<ContextObject>, mesh: impl Into<Arc<Progressive>>) -> Result<RlvProgressive> {
     let (mesh, extents, sent) = (mesh.into(), OnceLock::new(), Mutex::default());
     registry::insert(ProgressiveObject { context, mesh, extents, sent })

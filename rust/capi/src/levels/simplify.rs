@@ -58,6 +58,10 @@ pub struct Simplification {
 impl Simplification {
     /// Copies what was asked for.
     ///
+    /// # Errors
+    /// Fails with `Invalid` if the handle is not alive, or an option or an array cannot be used, and with `Memory` if
+    /// an array exceeds the context's memory limit.
+    ///
     /// # Safety
     /// `options` is NULL or a descriptor whose arrays are as the header demands.
     pub unsafe fn read(mesh: RlvMesh, options: *const RlvSimplifyOptions) -> Result<Self> {
@@ -72,6 +76,11 @@ impl Simplification {
     }
 
     /// Makes the mesh. Returns it, and its largest distance if there is a bound, else its largest estimated deviation.
+    ///
+    /// # Errors
+    /// Fails with `Busy` if the mesh is being changed, with `Invalid` if no triangle is left or what was asked for
+    /// cannot be, with `Memory` if the host refuses the bytes of the mesh, and with `Cancelled` if `progress` asks to
+    /// stop.
     pub fn run(&self, progress: &mut dyn Progress) -> Result<(RlvMesh, f32)> {
         let mesh = try_read(&self.object.mesh, "mesh")?;
         let made = simplify_mesh(&self.context().context, &mesh, &self.options, &self.attributes, progress)?;
@@ -85,6 +94,9 @@ impl Simplification {
 }
 
 /// What attributes count for.
+///
+/// # Errors
+/// Fails with `Invalid` if a name is no text, or `is_left_out` is neither 0 nor 1.
 ///
 /// # Safety
 /// Names are NULL or NUL-terminated texts.

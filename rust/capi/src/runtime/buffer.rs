@@ -67,6 +67,9 @@ fn point_of(position: &[f32; 3], normal: &[f32; 3]) -> Point {
 }
 
 /// Waits until what was written has arrived.
+///
+/// # Errors
+/// Fails with `Device` if the device was lost, and with `Internal` if it refuses a command.
 pub fn settle(device: &Device) -> Result<()> {
     device.frame()?.submit()?.wait().map(drop)
 }
@@ -152,6 +155,11 @@ impl Uploaded {
 }
 
 /// Buffers of the host, each with its bytes, that follow a tessellation: points, then triangles.
+///
+/// # Errors
+/// Fails with `Unsupported` if the context has no graphics device or one that is not reached through Vulkan, with
+/// `Invalid` if a buffer is NULL or without an item, with `Memory` if one is too small for the tessellation, with
+/// `Busy` while that changes, and with `Device` if the device was lost.
 ///
 /// # Safety
 /// They are buffers of the context's device as the header says.

@@ -12,6 +12,9 @@ pub struct BytesObject(Vec<u8>);
 
 /// A handle of bytes, in whose place `out` receives it.
 ///
+/// # Errors
+/// Fails with `Memory` if there are too many objects.
+///
 /// # Safety
 /// `out` is valid for a write.
 pub unsafe fn give(bytes: Vec<u8>, out: *mut RlvBytes) -> Result<()> {
@@ -21,7 +24,11 @@ pub unsafe fn give(bytes: Vec<u8>, out: *mut RlvBytes) -> Result<()> {
     Ok(())
 }
 
-/// A copy of the bytes that C lends, no more than `limit`.
+/// A copy of the bytes that C lends.
+///
+/// # Errors
+/// Fails with `Invalid` if the pointer is NULL and `size` is not 0, and with `Memory` if they are more than `limit` or
+/// the machine does not have room for them.
 ///
 /// # Safety
 /// The caller promises `size` readable bytes, or NULL if `size` is 0.

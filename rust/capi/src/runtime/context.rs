@@ -103,7 +103,10 @@ impl ContextObject {
         self.device.as_ref().ok().filter(|device| device.check().is_ok())
     }
 
-    /// The graphics device, whatever became of it. Fails if there is none.
+    /// The graphics device, whatever became of it.
+    ///
+    /// # Errors
+    /// Fails if there is none: with the reason why it was not opened, or with `Unsupported` if it was not asked for.
     pub fn opened_device(&self) -> Result<&Device> {
         self.device.as_ref().map_err(|reason| {
             let none = || Error::unsupported("it has no graphics device").advise("make it with RLV_DEVICE_GPU");
@@ -215,6 +218,10 @@ fn executor_of(given: &RlvContextOptions) -> Result<Context> {
 
 /// The options in a descriptor, the defaults for NULL.
 ///
+/// # Errors
+/// Fails with `Invalid` if `struct_size` is none of the type, and with `Unsupported` if a field that this library lacks
+/// is not zero.
+///
 /// # Safety
 /// It is NULL or a descriptor that starts with its size.
 pub unsafe fn read(options: *const RlvContextOptions) -> Result<RlvContextOptions> {
@@ -235,7 +242,11 @@ pub unsafe fn read(options: *const RlvContextOptions) -> Result<RlvContextOption
     unsafe { read_optional(options, default) }
 }
 
-/// Makes a context with the device that `open` returns, or the reason why there is none.
+/// Makes a context with the device that `open` returns, or with the reason why there is none.
+///
+/// # Errors
+/// Fails with `Invalid` if there are too many threads, or some beside those of a context that is shared; as
+/// [`Context::new`] does; and as `open` does.
 pub fn make(given: &RlvContextOptions, open: impl FnOnce() -> Result<Opened>) -> Result<RlvContext> {
     fork::watch();
     allocator::settle();
@@ -348,6 +359,9 @@ impl Default for RlvContextStat {
 unsafe impl crate::border::array::Plain for RlvContextStat {}
 
 /// The object of a context handle and its executor.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is NULL, dead or of another noun.
 pub fn executor(context: RlvContext) -> Result<(std::sync::Arc<ContextObject>, Context)> {
     let object = registry::get(context)?;
     let executor = object.context.clone();

@@ -54,6 +54,10 @@ macro_rules! settings {
         impl $name {
             /// The settings that C gives, or the defaults for NULL, checked.
             ///
+            /// # Errors
+            /// Fails with `Invalid` if `struct_size` is none of the type or a setting is out of range, and with
+            /// `Unsupported` if a field that this library lacks is not zero.
+            ///
             /// # Safety
             /// `from` is NULL or a descriptor that starts with its size.
             pub unsafe fn read(from: *const $name) -> relievo_core::Result<$settings> {

@@ -52,6 +52,12 @@ pub struct HostStream {
 unsafe impl Send for HostStream {}
 
 impl HostStream {
+    /// Reads the callbacks of a stream.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the descriptor is NULL, its `struct_size` is none of the type, or a callback other than
+    /// `close` is NULL, and with `Unsupported` if a field that this library lacks is not zero.
+    ///
     /// # Safety
     /// `stream` is NULL or a descriptor that starts with its size, whose callbacks work as the header says until `close`.
     pub unsafe fn read(stream: *const RlvStream) -> Result<Box<Self>> {

@@ -271,7 +271,10 @@ impl CrowdObject {
         &self.context
     }
 
-    /// Works with the models and agents. Fails while they change.
+    /// Works with the models and agents.
+    ///
+    /// # Errors
+    /// Fails with `Busy` while they change, with `Internal` if an earlier panic left them broken, and as `work` does.
     pub fn with_crowd<T>(&self, work: impl FnOnce(&Crowd) -> Result<T>) -> Result<T> {
         work(&try_read(&self.state, "crowd")?.crowd)
     }
@@ -304,6 +307,10 @@ pub struct CrowdBuild {
 impl CrowdBuild {
     /// Copies what a build needs.
     ///
+    /// # Errors
+    /// Fails with `Invalid` if the handle is not alive, a text or the array of clips cannot be used or a setting is out
+    /// of range, and with `Memory` if the names exceed the context's memory limit.
+    ///
     /// # Safety
     /// `path` is NULL or a NUL-terminated text, `clips` has `count` names, `settings` is NULL or a descriptor that starts
     /// with its size.
@@ -330,6 +337,10 @@ impl CrowdBuild {
     }
 
     /// Builds the hierarchy.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` if the file or a clip does not exist, as [`relievo_meshio::read_model`] and
+    /// [`CrowdModel::build`] do, and with `Cancelled` if `progress` asks to stop.
     pub fn run(&self, progress: &mut dyn Progress) -> Result<RlvCrowdModel> {
         progress.step(0.0, "read poses")?;
         let context = &self.context.context;

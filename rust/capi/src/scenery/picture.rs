@@ -364,6 +364,10 @@ fn read_ptex<B: AsRef<[u8]>>(
 
 /// Reads which picture is opened.
 ///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or the path is no text. What the work refuses, it returns: a file
+/// that cannot be read, is damaged or neither a document nor Ptex, or `Cancelled`.
+///
 /// # Safety
 /// `path` is NULL or a NUL-terminated text.
 pub unsafe fn opening(context: RlvContext, path: *const c_char) -> Result<Making<RlvPicture>> {

@@ -10,6 +10,10 @@ use crate::surfaces::mesh::{RLV_DOMAIN_POINT, RLV_TYPE_F32, RlvAttributeArrays, 
 
 /// Copies values of particles.
 ///
+/// # Errors
+/// Fails with `Invalid` if an array cannot be used, or a channel is not one of floats on points without indices, and
+/// with `Memory` if one takes more than `limit` bytes.
+///
 /// # Safety
 /// The arrays are as the headers demand.
 pub unsafe fn channels(
@@ -38,6 +42,9 @@ pub unsafe fn channels(
 }
 
 /// The index of a name among others.
+///
+/// # Errors
+/// Fails with `NotFound`, and the nearest name, if it is none of them.
 pub fn find<'a>(mut names: impl Iterator<Item = &'a str> + Clone, name: &str) -> Result<u32> {
     let there = names.clone();
     names.position(|other| other == name).map(|at| at as u32).ok_or_else(|| {
@@ -63,6 +70,9 @@ pub fn info(name: &str, width: u32, count: usize) -> RlvAttributeInfo {
 }
 
 /// Writes rows of a width to a host's array: its first number, the rows it has room for and its stride.
+///
+/// # Errors
+/// Fails with `Invalid` if the pointer is NULL, the stride is less than a row, or there is too little room.
 ///
 /// # Safety
 /// If the pointer is not NULL, the rows can be written at the stride from one another.

@@ -449,6 +449,11 @@ pub struct ClientJob {
 }
 
 impl ClientJob {
+    /// Copies a scene that is submitted.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the handle is not alive, or the descriptor or a text of it cannot be used.
+    ///
     /// # Safety
     /// As for [`rlv_client_submit`].
     pub unsafe fn submit(client: RlvClient, scene: *const RlvClientScene) -> Result<Self> {
@@ -458,6 +463,11 @@ impl ClientJob {
         Ok(Self { client, work: ClientWork::Submit(Box::new(order)) })
     }
 
+    /// Copies what of a frame is fetched.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the handle is not alive, or the descriptor or a text of it cannot be used.
+    ///
     /// # Safety
     /// As for [`rlv_client_fetch`].
     pub unsafe fn fetch(
@@ -472,6 +482,11 @@ impl ClientJob {
         Ok(Self { client, work: ClientWork::Fetch(fetch) })
     }
 
+    /// Copies what frame is fetched as a mesh.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the handle is not alive, or a text cannot be used.
+    ///
     /// # Safety
     /// As for [`rlv_client_fetch_mesh`].
     pub unsafe fn mesh(client: RlvClient, scene: *const c_char, frame: u64, settings: *const c_char) -> Result<Self> {
@@ -487,6 +502,11 @@ impl ClientJob {
     }
 
     /// Makes the call.
+    ///
+    /// # Errors
+    /// Fails with `Busy` while another call uses the client, with `Io` if the server cannot be reached, with the error
+    /// that it returns, with `Invalid` if it sends what does not fit, and with `Cancelled` if the scene stops before
+    /// the frame or `progress` asks to stop.
     pub fn run(self, progress: &mut dyn Progress) -> Result<ClientProduct> {
         let Self { client, work } = self;
         progress.step(0.0, "connect")?;

@@ -170,6 +170,11 @@ impl FluidObject {
     }
 
     /// Simulates so many seconds.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the seconds are negative or not finite, or pressures do not converge, with `Busy` while
+    /// another call is at work on the fluid, with `Memory` if its particles exceed the context's memory limit, and with
+    /// `Cancelled` if `progress` asks to stop.
     pub fn advance(&self, seconds: f64, progress: &mut dyn Progress) -> Result<RlvFluidReport> {
         check_seconds(seconds)?;
         self.change(|simulation| {

@@ -177,6 +177,10 @@ impl IsosurfaceObject {
     /// Of particles; flags of blind ones may be none. `radius` is that of a particle where no
     /// options are given.
     ///
+    /// # Errors
+    /// Fails with `Invalid` if an option or a particle cannot be used, and with `Memory` if the surface takes more than
+    /// the context's memory limit.
+    ///
     /// # Safety
     /// `options` is NULL or a descriptor that starts with its size.
     pub unsafe fn new(
@@ -238,6 +242,10 @@ fn function(given: &RlvIsosurfaceOptions) -> Result<SurfaceFunction> {
 /// Registers a surface of particles in the order of the host, none of which is blind; `radius` is that of a particle where
 /// no options are given.
 ///
+/// # Errors
+/// Fails with `Invalid` if an option or a particle cannot be used, and with `Memory` if the surface takes more than the
+/// context's memory limit.
+///
 /// # Safety
 /// `options` is NULL or a descriptor that starts with its size.
 pub unsafe fn register(
@@ -260,6 +268,10 @@ pub struct Meshing {
 
 impl Meshing {
     /// Copies what was asked for.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the handle is not alive, or an option or a channel cannot be used, and with `Memory` if
+    /// a channel exceeds the context's memory limit.
     ///
     /// # Safety
     /// `options` is NULL or a descriptor whose arrays are as the header demands.
@@ -293,6 +305,11 @@ impl Meshing {
     }
 
     /// Makes it.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if two channels share a name, or the cell or the smoothing cannot be used, with `Memory` if
+    /// the mesh exceeds the memory limit or the host refuses its bytes, and with `Cancelled` if `progress` asks to
+    /// stop.
     pub fn run(&self, progress: &mut dyn Progress) -> Result<RlvMesh> {
         let context = &self.object.context.context;
         let velocities = self.object.velocities.as_flattened();

@@ -62,6 +62,9 @@ pub struct ParticlesObject {
 }
 
 /// Registers particles that are sound.
+///
+/// # Errors
+/// Fails with `Memory` if there are too many objects.
 pub fn register(context: Arc<ContextObject>, particles: Particles) -> Result<RlvParticles> {
     registry::insert(ParticlesObject { context, particles })
 }
@@ -114,6 +117,10 @@ fn is_known(channel: &Channel) -> bool {
 
 /// Reads what particles are read from.
 ///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or the path is no text. What the work refuses, it returns: a file
+/// that cannot be read or is damaged, or `Cancelled`.
+///
 /// # Safety
 /// `path` is NULL or a NUL-terminated text.
 pub unsafe fn reading(context: RlvContext, path: *const c_char) -> Result<Making<RlvParticles>> {
@@ -131,6 +138,10 @@ pub unsafe fn reading(context: RlvContext, path: *const c_char) -> Result<Making
 }
 
 /// Reads where particles are written to.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or the path is no text. What the work refuses, it returns: a file
+/// that cannot be written, or `Cancelled`.
 ///
 /// # Safety
 /// As for [`reading`].

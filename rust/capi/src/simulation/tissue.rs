@@ -75,6 +75,9 @@ pub struct TissueObject {
 }
 
 /// Registers a checked model.
+///
+/// # Errors
+/// Fails with `Memory` if there are too many objects.
 pub fn register(context: Arc<ContextObject>, model: Model) -> Result<RlvTissue> {
     registry::insert(TissueObject { context, model: RwLock::new(model) })
 }

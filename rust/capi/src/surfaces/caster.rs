@@ -357,6 +357,10 @@ impl Rays {
 const STAGE: &str = "caster";
 
 /// Reads what a caster of a mesh is made of.
+///
+/// # Errors
+/// Fails with `Invalid` if a handle is not alive. What the work refuses, it returns: a mesh that is busy, memory that
+/// Embree does not get, or `Cancelled`.
 pub fn of_mesh(context: RlvContext, mesh: RlvMesh) -> Result<Making<RlvCaster>> {
     let (context, mesh) = (registry::get(context)?, registry::get(mesh)?);
     Ok(Making::new(context.clone(), move |progress| {
@@ -365,6 +369,10 @@ pub fn of_mesh(context: RlvContext, mesh: RlvMesh) -> Result<Making<RlvCaster>> 
 }
 
 /// Reads the last commit of a detail, of which a caster is made.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or an option is out of range. What the work refuses, it returns:
+/// triangles over the memory limit, or `Cancelled`.
 ///
 /// # Safety
 /// `options` is NULL or a descriptor that starts with its size.
@@ -379,6 +387,10 @@ pub unsafe fn of_detail(detail: RlvDetail, options: *const RlvTessellateOptions)
 }
 
 /// Reads what a caster that follows a tessellation is made of.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive. What the work refuses, it returns: a tessellation that is busy,
+/// memory that Embree does not get, or `Cancelled`.
 pub fn of_tessellation(tessellation: RlvTessellation) -> Result<Making<RlvCaster>> {
     let tessellation = registry::get(tessellation)?;
     Ok(Making::new(tessellation.shared_context(), move |progress| {

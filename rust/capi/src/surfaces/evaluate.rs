@@ -71,6 +71,10 @@ pub struct Arrays {
 impl Arrays {
     /// Checks the arrays and, by `check`, every place.
     ///
+    /// # Errors
+    /// Fails with `Invalid` if the descriptor is NULL, its `struct_size` is none of the type or an array cannot be
+    /// used, with `Unsupported` if a field that this library lacks is not zero, and, naming the place, as `check` does.
+    ///
     /// # Safety
     /// `arrays` is NULL or a descriptor whose arrays are as `evaluate.h` demands.
     pub unsafe fn new(arrays: *const RlvEvaluateArrays, check: impl Fn(u32, [f32; 2]) -> Result<()>) -> Result<Self> {
@@ -117,7 +121,10 @@ impl Arrays {
         Ok(made)
     }
 
-    /// Fails if what only details have is wanted of `what`.
+    /// Checks that nothing that only details have is wanted of `what`.
+    ///
+    /// # Errors
+    /// Fails with `Unsupported` if colours or traces are.
     pub fn refuse_marks(&self, what: &str) -> Result<()> {
         let wanted = [("colors", self.colors.is_some()), ("traces", self.traces.is_some())];
         match wanted.iter().find(|(_, wanted)| *wanted) {

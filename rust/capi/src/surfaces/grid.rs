@@ -88,6 +88,9 @@ pub struct GridObject {
 }
 
 /// Registers a grid.
+///
+/// # Errors
+/// Fails with `Memory` if there are too many objects.
 pub fn register(context: Arc<ContextObject>, grid: Grid) -> Result<RlvGrid> {
     registry::insert(GridObject { context, grid: RwLock::new(grid) })
 }
@@ -215,6 +218,9 @@ pub enum Work {
 impl Work {
     /// Copies what reading a file needs.
     ///
+    /// # Errors
+    /// Fails with `Invalid` if the handle is not alive, or the path or the name is no text.
+    ///
     /// # Safety
     /// The texts are NULL or end with zeros, and `bounds` is NULL or has six numbers.
     pub unsafe fn reading(
@@ -247,6 +253,10 @@ impl Work {
     }
 
     /// Makes the grid.
+    ///
+    /// # Errors
+    /// Fails with `Busy` if a mesh or grid is being changed, with `Invalid` if particles have no spacing and no radius
+    /// is given, with `Cancelled` if `progress` asks to stop, and as the function of OpenVDB that makes the grid does.
     pub fn run(&self, progress: &mut dyn Progress) -> Result<RlvGrid> {
         let context = &self.context().context;
         let made = match self {
@@ -286,6 +296,9 @@ pub struct Meshing(Arc<GridObject>, GridSettings);
 impl Meshing {
     /// Copies what is needed.
     ///
+    /// # Errors
+    /// Fails with `Invalid` if the handle is not alive or a setting is out of range.
+    ///
     /// # Safety
     /// `settings` is NULL or a descriptor that starts with its size.
     pub unsafe fn read(grid: RlvGrid, settings: *const RlvGridSettings) -> Result<Self> {
@@ -298,6 +311,11 @@ impl Meshing {
     }
 
     /// Makes the mesh.
+    ///
+    /// # Errors
+    /// Fails with `Busy` if the grid is being changed, with `Invalid` if it has no surface at the value, with `Memory`
+    /// if the host refuses the bytes of the mesh, with `Cancelled` if `progress` asks to stop, and as [`Grid::meshed`]
+    /// does.
     pub fn run(&self, progress: &mut dyn Progress) -> Result<RlvMesh> {
         let polygons = try_read(&self.0.grid, "grid")?.meshed(&self.context().context, &self.1, progress)?;
         mesh::register(self.context().clone(), mesh_of(polygons)?)
@@ -305,6 +323,11 @@ impl Meshing {
 }
 
 /// Copies the box of active voxels of a grid, and returns it with the grid's context.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or no voxel is active, with `Busy` if the grid is being changed,
+/// with `Unsupported` if values are not single numbers or voxels no boxes along the axes, and with `Memory` above the
+/// context's memory limit.
 pub fn scan(grid: RlvGrid) -> Result<(Arc<ContextObject>, relievo_tissue::Scan)> {
     let object = registry::get(grid)?;
     let scan = relievo_tissue::Scan::of_grid(&object.context.context, &*try_read(&object.grid, "grid")?)?;
@@ -312,6 +335,9 @@ pub fn scan(grid: RlvGrid) -> Result<(Arc<ContextObject>, relievo_tissue::Scan)>
 }
 
 /// Reads settings and what a change is.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive, there is no such change or a setting is out of range.
 ///
 /// # Safety
 /// `settings` is NULL or a descriptor that starts with its size.
@@ -323,6 +349,9 @@ pub unsafe fn changing(grid: RlvGrid, change: u32, settings: *const RlvGridSetti
 }
 
 /// Reads what a level set is made of a mesh with.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or a setting is out of range.
 ///
 /// # Safety
 /// `settings` is NULL or a descriptor that starts with its size.

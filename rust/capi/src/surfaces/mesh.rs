@@ -271,7 +271,10 @@ fn offer_repair(error: Error, call: &str) -> Error {
     error.advise(remedy)
 }
 
-/// Registers a checked mesh. Fails if the host refuses its bytes.
+/// Registers a checked mesh.
+///
+/// # Errors
+/// Fails with `Memory` if the host refuses its bytes or there are too many objects.
 pub fn register(context: Arc<ContextObject>, mesh: Mesh) -> Result<RlvMesh> {
     let admitted = context.memory.admit("mesh", mesh_bytes(&mesh))?;
     registry::insert(MeshObject { context, mesh: RwLock::new(Body::new(mesh)), admitted })
@@ -354,6 +357,11 @@ unsafe fn copy(arrays: &RlvMeshArrays, limit: u64) -> Result<Mesh> {
 
 /// Copies the arrays of a descriptor, without a check of the mesh that they make.
 ///
+/// # Errors
+/// Fails with `Invalid` if the descriptor is NULL, its `struct_size` is none of the type or an array cannot be used,
+/// with `Unsupported` if a field that this library lacks is not zero, and with `Memory` if an array takes more than
+/// `limit` bytes.
+///
 /// # Safety
 /// `arrays` is NULL or a descriptor that starts with its size, and its arrays are as `mesh.h` demands.
 pub unsafe fn read_arrays(arrays: *const RlvMeshArrays, limit: u64) -> Result<Mesh> {
@@ -364,6 +372,10 @@ pub unsafe fn read_arrays(arrays: *const RlvMeshArrays, limit: u64) -> Result<Me
 }
 
 /// Copies an attribute.
+///
+/// # Errors
+/// Fails with `Invalid` if there is no such domain or type, the width is not 1 to 4, the name is no text, empty or too
+/// long for `RLV_NAME_SIZE`, or an array cannot be used, and with `Memory` if one takes more than `limit` bytes.
 ///
 /// # Safety
 /// The arrays are as `mesh.h` demands.
@@ -434,7 +446,10 @@ fn attribute(mesh: &Mesh, index: u32) -> Result<&Attribute> {
     })
 }
 
-/// Fails unless every coordinate is finite.
+/// Checks that every coordinate is finite.
+///
+/// # Errors
+/// Fails with `Invalid`, and the number of the element, if one is not.
 pub fn finite(name: &str, points: &[[f32; 3]]) -> Result<()> {
     match points.iter().position(|point| !point.iter().all(|value| value.is_finite())) {
         Some(index) => {
@@ -445,6 +460,10 @@ pub fn finite(name: &str, points: &[[f32; 3]]) -> Result<()> {
 }
 
 /// Reads what a mesh is read from.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or the path is no text. What the work refuses, it returns: a file
+/// that cannot be read or is damaged, a mesh that cannot be used or whose bytes the host refuses, or `Cancelled`.
 ///
 /// # Safety
 /// `path` is NULL or a NUL-terminated text.
@@ -463,6 +482,10 @@ pub unsafe fn reading(context: RlvContext, path: *const c_char) -> Result<Making
 }
 
 /// Reads where a mesh is written to.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or the path is no text. What the work refuses, it returns: a mesh
+/// that is busy, a file that cannot be written, or `Cancelled`.
 ///
 /// # Safety
 /// As for [`reading`].

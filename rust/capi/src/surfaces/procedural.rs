@@ -185,6 +185,10 @@ const STAGE: &str = "procedural";
 
 /// Reads the last commit of a detail, of which primitives are made.
 ///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or an option is out of range. What the work refuses, it returns:
+/// primitives over the memory limit, or `Cancelled`.
+///
 /// # Safety
 /// `options` is NULL or a descriptor that starts with its size.
 pub unsafe fn create(detail: RlvDetail, options: *const RlvProceduralOptions) -> Result<Making<RlvProcedural>> {
@@ -195,6 +199,10 @@ pub unsafe fn create(detail: RlvDetail, options: *const RlvProceduralOptions) ->
 }
 
 /// Reads what the primitives of a surface that moves are made of.
+///
+/// # Errors
+/// Fails with `Invalid` if a handle is not alive. What the work refuses, it returns: a detail with another cage,
+/// primitives over the memory limit, or `Cancelled`.
 pub fn create_moving(begin: RlvProcedural, end: RlvDetail) -> Result<Making<RlvProcedural>> {
     let (begin, end) = (registry::get(begin)?, registry::get(end)?);
     Ok(making(begin.context.clone(), begin.begin.clone(), Some(end.view()), begin.cells))

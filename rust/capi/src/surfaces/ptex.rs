@@ -87,6 +87,9 @@ pub struct Export {
 impl Export {
     /// Of a detail as it was committed last.
     ///
+    /// # Errors
+    /// Fails with `Invalid` if the path is no text.
+    ///
     /// # Safety
     /// `path` is a NUL-terminated text.
     pub unsafe fn read(detail: &DetailObject, channel: u32, path: *const c_char) -> Result<Self> {
@@ -96,6 +99,10 @@ impl Export {
     }
 
     /// Writes the file.
+    ///
+    /// # Errors
+    /// Fails with `Unsupported` for triangle meshes and traces, with `Invalid` if the detail has no such channel, with
+    /// `NotFound` or `Io` if the file cannot be written, and with `Cancelled` if `progress` asks to stop.
     pub fn write(&self, context: &Context, progress: &mut dyn Progress) -> Result<()> {
         let Self { view, channel, path } = self;
         let (cage, tiles) = (&view.cage, view.tiles("Ptex")?);
@@ -123,6 +130,12 @@ pub struct Import {
 }
 
 impl Import {
+    /// Copies what was asked for.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the path is no text, `struct_size` is none of the type or there is no such kind, and
+    /// with `Unsupported` if a field that this library lacks is not zero.
+    ///
     /// # Safety
     /// `path` is a NUL-terminated text, `options` NULL or a descriptor that starts with its size.
     pub unsafe fn read(path: *const c_char, options: *const RlvPtexOptions) -> Result<Self> {
@@ -145,6 +158,11 @@ impl Import {
     }
 
     /// Reads the file. The first progress is reported once the detail is there for this alone.
+    ///
+    /// # Errors
+    /// Fails with `Busy` while another call edits the detail, with `Unsupported` for triangle meshes, with `NotFound`
+    /// or `Io` if the file cannot be read, with `Invalid` if it is damaged or of another mesh, with `Memory` above the
+    /// budget or the memory limit, and with `Cancelled` if `progress` asks to stop.
     pub fn take_up(&self, detail: &DetailObject, progress: &mut dyn Progress) -> Result<RlvPtexReport> {
         let context = &detail.context.context;
         let mut editor = detail.edit()?;

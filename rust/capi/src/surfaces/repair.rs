@@ -140,6 +140,9 @@ pub struct RepairJob {
 impl RepairJob {
     /// Reads the settings.
     ///
+    /// # Errors
+    /// Fails with `Invalid` if the handle is not alive or a setting is out of range.
+    ///
     /// # Safety
     /// `settings` is NULL or a descriptor that starts with its size.
     pub unsafe fn read(mesh: RlvMesh, settings: *const RlvRepairSettings) -> Result<Self> {
@@ -154,6 +157,10 @@ impl RepairJob {
     }
 
     /// Makes the repaired mesh.
+    ///
+    /// # Errors
+    /// Fails with `Busy` if the mesh is being changed, with `Invalid` if nothing usable is left of it, with `Memory` if
+    /// the host refuses the bytes of the mesh, and with `Cancelled` if `progress` asks to stop.
     pub fn run(&self, progress: &mut dyn Progress) -> Result<(RlvMesh, RlvRepairReport)> {
         let mesh = try_read(&self.object.mesh, "mesh")?;
         register(self.context(), &mesh, &self.settings, progress)

@@ -29,7 +29,10 @@ impl Shape {
         }
     }
 
-    /// Fails unless `tile` exists.
+    /// Checks that `tile` exists.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if it does not.
     pub fn check_tile(&self, tile: u32) -> Result<()> {
         if (tile as usize) < self.tile_count() {
             return Ok(());
@@ -39,7 +42,10 @@ impl Shape {
             .advise(format!("the surface has {} tiles", self.tile_count())))
     }
 
-    /// Fails unless the place exists.
+    /// Checks that the place exists.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the tile does not exist, or u and v are outside of it.
     pub fn check_place(&self, tile: u32, [u, v]: [f32; 2]) -> Result<()> {
         self.check_tile(tile)?;
         let inside = (0.0..=1.0).contains(&u) && (0.0..=1.0).contains(&v);
@@ -105,7 +111,10 @@ impl Shape {
         }
     }
 
-    /// The limit surface. Fails, naming `what` it is wanted for, if it is a triangle mesh.
+    /// The limit surface.
+    ///
+    /// # Errors
+    /// Fails with `Unsupported`, naming `what` it is wanted for, if it is a triangle mesh.
     pub fn tiles(&self, what: &str) -> Result<&Surface> {
         match self {
             Self::Tiles(surface) => Ok(surface),
@@ -114,6 +123,9 @@ impl Shape {
     }
 
     /// The same in another pose.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there are not as many points or one is not finite.
     pub fn posed(&self, context: &Context, points: &[[f32; 3]]) -> Result<Self> {
         Ok(match self {
             Self::Tiles(surface) => Self::Tiles(surface.posed(context, points)?),

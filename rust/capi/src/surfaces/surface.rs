@@ -99,6 +99,10 @@ const STAGE: &str = "surface";
 
 /// Reads what a surface is made of.
 ///
+/// # Errors
+/// Fails with `Invalid` if a handle is not alive, or the boundary rule, the isolation or the kind is out of range. What
+/// the work refuses, it returns: a mesh that is busy or cannot be subdivided, patches over a limit, or `Cancelled`.
+///
 /// # Safety
 /// `options` is NULL or a descriptor that starts with its size.
 pub unsafe fn create(

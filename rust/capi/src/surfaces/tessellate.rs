@@ -71,6 +71,10 @@ const MAX_CELLS: u32 = 512;
 impl Cells {
     /// The cells, and whether places are wanted.
     ///
+    /// # Errors
+    /// Fails with `Invalid` if `struct_size` is none of the type or a number of cells is no power of two up to the
+    /// most, and with `Unsupported` if a field that this library lacks is not zero.
+    ///
     /// # Safety
     /// `options` is NULL or a descriptor that starts with its size.
     pub unsafe fn new(options: *const RlvTessellateOptions) -> Result<(Self, bool)> {
@@ -179,6 +183,10 @@ fn triangle_count(rates: &FaceRates) -> u64 {
 }
 
 /// Returns the triangles that [`tessellate_view`] makes, without colours, traces and attributes of the cage.
+///
+/// # Errors
+/// Fails with `Memory` if the triangles exceed the context's memory limit, and with `Cancelled` if `progress` asks to
+/// stop.
 pub fn tessellate_bare_view(
     context: &Context,
     view: &View,
@@ -233,6 +241,10 @@ fn tessellate_bare(
 }
 
 /// As [`tessellate_bare`], for colliders.
+///
+/// # Errors
+/// Fails with `Memory` if the triangles exceed the context's memory limit, and with `Cancelled` if `progress` asks to
+/// stop.
 pub fn bare_mesh(
     context: &Context,
     surface: &SurfaceObject,
@@ -327,7 +339,11 @@ impl TessellationObject {
         self.detail.context.clone()
     }
 
-    /// Calls `look` with what the last update left; fails as busy while another one is at work.
+    /// Calls `look` with what the last update left.
+    ///
+    /// # Errors
+    /// Fails with `Busy` while an update is at work, with `Internal` if an earlier panic left it broken, and as `look`
+    /// does.
     pub fn with_vertices<R>(&self, look: impl FnOnce(&Vertices<'_>) -> Result<R>) -> Result<R> {
         let kept = try_read(&self.kept, "tessellation")?;
         let Kept { serial, rebuilt, ranges, follower, view } = &*kept;
@@ -512,6 +528,10 @@ impl Kept {
 }
 
 /// The triangles of what was committed, with their places if those are wanted.
+///
+/// # Errors
+/// Fails with `Memory` if the triangles exceed the context's memory limit or the host refuses their bytes, and with
+/// `Cancelled` if `progress` asks to stop.
 pub fn tessellate_committed(
     context: &Arc<ContextObject>,
     view: &View,

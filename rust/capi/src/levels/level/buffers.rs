@@ -74,7 +74,10 @@ pub struct HostBuffers {
 }
 
 impl HostBuffers {
-    /// Those of a level of `whole`. Fails where pointers or strides are not usable, or there is too little room for wedges.
+    /// Those of a level of `whole`.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a pointer or stride cannot be used, or there is too little room for wedges.
     ///
     /// # Safety
     /// There is room for the capacities.

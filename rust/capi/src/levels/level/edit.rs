@@ -112,6 +112,10 @@ fn region(given: &RlvLevelRegion, place: impl Fn() -> String) -> Result<Region> 
 
 /// What an edit does.
 ///
+/// # Errors
+/// Fails with `Invalid` if the descriptor is NULL, its `struct_size` is none of the type, an array cannot be used or
+/// there is no such falloff, and with `Unsupported` if a field that this library lacks is not zero.
+///
 /// # Safety
 /// `edit` is NULL or a descriptor whose arrays are as the header demands.
 pub unsafe fn read_edit(edit: *const RlvLevelEdit) -> Result<Edit> {
@@ -138,6 +142,11 @@ pub unsafe fn read_edit(edit: *const RlvLevelEdit) -> Result<Edit> {
 }
 
 /// What an edit over time does.
+///
+/// # Errors
+/// Fails with `Invalid` if the descriptor is NULL, its `struct_size` is none of the type, an array cannot be used,
+/// there is no such falloff or the keys are not in order, and with `Unsupported` if a field that this library lacks is
+/// not zero.
 ///
 /// # Safety
 /// `motion` is NULL or a descriptor whose arrays are as the header demands.

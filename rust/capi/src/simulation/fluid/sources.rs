@@ -72,6 +72,9 @@ fn force(given: &RlvFluidForce) -> Result<Force> {
 
 /// The points of a mesh in the fluid, and its triangles.
 ///
+/// # Errors
+/// Fails only as [`transform`] does.
+///
 /// # Safety
 /// `matrix` is NULL or twelve doubles.
 pub unsafe fn placed(mesh: &Mesh, matrix: *const f64) -> Result<(Vec<Vec3>, Vec<[u32; 3]>)> {

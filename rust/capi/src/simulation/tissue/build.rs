@@ -134,6 +134,10 @@ const DENSITY: f32 = 1000.0;
 
 /// Returns a material.
 ///
+/// # Errors
+/// Fails with `Invalid` if the descriptor or a text cannot be used, a number is out of range, or the library has no
+/// such material.
+///
 /// # Safety
 /// `from` is NULL or a descriptor that starts with its size, with NUL-terminated texts or NULL.
 pub unsafe fn material(from: *const RlvTissueMaterial) -> Result<Material> {
@@ -164,6 +168,9 @@ unsafe fn materials(from: *const RlvTissueMaterial, count: usize, stride: usize)
 }
 
 /// Returns how a scan or a grid becomes a model.
+///
+/// # Errors
+/// Fails with `Invalid` if the descriptor, an array or a material cannot be used.
 ///
 /// # Safety
 /// `from` is NULL or a descriptor that starts with its size, with arrays of their counts.
@@ -207,6 +214,11 @@ const FINE: [u32; 2] = [48, 64];
 
 impl Building {
     /// Copies what a model is built from.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a handle is not alive, or a descriptor, an array or the description that they make
+    /// cannot be used, with `Busy` if a mesh is being changed, and with `Memory` if an array exceeds the context's
+    /// memory limit.
     ///
     /// # Safety
     /// `from` is NULL or a descriptor that starts with its size, with arrays of their counts.
@@ -282,6 +294,10 @@ impl Building {
     }
 
     /// Builds the model and registers it.
+    ///
+    /// # Errors
+    /// Fails with `Cancelled` if `progress` asks to stop, and as [`Description::build`] does: if a surface is not
+    /// closed, no voxel is an element, a place cannot be bent, or memory does not suffice.
     pub fn run(&self, progress: &mut dyn Progress) -> Result<(RlvTissue, RlvTissueReport)> {
         progress.step(0.0, "voxels")?;
         let (model, report) = self.description.build(&self.context.context, progress)?;

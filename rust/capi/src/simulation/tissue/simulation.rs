@@ -111,6 +111,10 @@ pub struct TissueSimulationObject {
 
 impl TissueSimulationObject {
     /// Goes on by whole steps that end at or just after so many seconds.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the seconds are negative or not finite, with `Busy` while another call is at work on the
+    /// simulation, with `Cancelled` if `progress` asks to stop, and as the steps do.
     pub fn advance(&self, seconds: f64, progress: &mut dyn Progress) -> Result<()> {
         if !(seconds >= 0.0 && seconds.is_finite()) {
             return Err(Error::invalid(format!("{seconds} seconds cannot be simulated"))
