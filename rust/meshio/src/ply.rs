@@ -20,8 +20,8 @@ use crate::text::{Words, at_line, shown};
 ///
 /// # Errors
 /// Fails with `Invalid`, the row of the element and in text files the line, if the file ends too early, a number cannot
-/// be read, or an index refers to nothing, with `Unsupported` for a type that is not known or 2³² or more corners, and
-/// with `Memory` above the limit.
+/// be read, or an index refers to nothing, with `Unsupported` for a format that is not known or 2³² or more corners,
+/// and with `Memory` above the limit.
 pub fn read_ply(bytes: &[u8], memory_limit: u64) -> Result<Model> {
     let mut budget = Budget::new(memory_limit);
     let mut words = Words::new(bytes);
