@@ -181,7 +181,7 @@ unsafe fn sweep_now(
 ///
 /// # Errors
 /// Fails with `Busy` if another call is at work on the collider or the detail, with `Invalid` if a pose or the settings
-/// cannot be used, with `Memory` if something exceeds its limit, and with `Cancelled` if `progress` asks to stop.
+/// cannot be used, with `Memory` if the rim exceeds the memory limit, and with `Cancelled` if `progress` asks to stop.
 pub fn sweep(
     detail: &DetailObject,
     collider: &ColliderObject,

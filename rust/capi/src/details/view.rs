@@ -627,7 +627,7 @@ impl View {
     /// same.
     ///
     /// # Errors
-    /// Fails only as [`TriangleDisplaced::new`] or [`TriangleNormals::of`] does, if a layer were of another mesh.
+    /// Fails only as [`TriangleDisplaced::new`] does, if a layer were of another mesh.
     pub fn of_triangles(
         context: &Context,
         object: &mut TriangleObject,

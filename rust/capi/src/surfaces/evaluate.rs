@@ -121,10 +121,10 @@ impl Arrays {
         Ok(made)
     }
 
-    /// Checks that nothing that only details have is wanted of `what`.
+    /// Checks that `what` is not asked for colours or traces, which only details have.
     ///
     /// # Errors
-    /// Fails with `Unsupported` if colours or traces are.
+    /// Fails with `Unsupported` if it is.
     pub fn refuse_marks(&self, what: &str) -> Result<()> {
         let wanted = [("colors", self.colors.is_some()), ("traces", self.traces.is_some())];
         match wanted.iter().find(|(_, wanted)| *wanted) {
