@@ -54,9 +54,11 @@ pub struct DeviceFluid {
 }
 
 impl DeviceFluid {
-    /// Sends a fluid with its walls, forces and colliders to a device, where colliders go where they are going now. Fails if it
-    /// has particles that do not stay for ever, surface tension, another solver than PCISPH, or colliders with more than 2,000
-    /// triangles within a few spacings, and where the device has no memory.
+    /// Sends a fluid with its walls, forces and colliders to a device, where colliders go where they are going now.
+    ///
+    /// # Errors
+    /// Fails if the fluid has particles that do not stay for ever, surface tension, another solver than PCISPH, or
+    /// colliders with more than 2,000 triangles within a few spacings, and where the device is lost or has no memory.
     pub fn new(device: &Device, fluid: &Fluid) -> Result<Self> {
         let is_tense = fluid.options().tension > 0.0;
         if fluid.is_mortal() || is_tense || fluid.options().solver != PressureSolver::Pcisph {
@@ -118,6 +120,9 @@ impl DeviceFluid {
     }
 
     /// Simulates so many seconds in as many steps as it takes, and calls `watch` after each.
+    ///
+    /// # Errors
+    /// Fails as [`Self::step`], and with the error that `watch` returns.
     pub fn advance(
         &mut self,
         seconds: f32,
@@ -132,9 +137,11 @@ impl DeviceFluid {
         Ok(())
     }
 
-    /// Makes a step of so many seconds, or a shorter one where pressures do not converge, a collider comes to rest, or one would
-    /// go farther than the options' part of the spacing. Fails as [`Fluid::step`], and where the device has no memory or is
-    /// lost; nothing has moved then.
+    /// Makes a step of so many seconds, or a shorter one where pressures do not converge, a collider comes to rest, or
+    /// one would go farther than the options' part of the spacing.
+    ///
+    /// # Errors
+    /// Fails as [`Fluid::step`], and where the device has no memory or is lost; nothing has moved then.
     pub fn step(&mut self, seconds: f32) -> Result<StepStatistics> {
         let seconds = seconds.max(0.0).min(self.obstacles.longest());
         if self.is_empty() || seconds == 0.0 {
@@ -189,6 +196,9 @@ impl DeviceFluid {
     }
 
     /// All that the fluid goes on from, on the processor too. Particles are in the order in which they were sent.
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no memory.
     pub fn state(&self) -> Result<State> {
         let count = self.len();
         let mut frame = self.device.frame()?;
@@ -208,8 +218,11 @@ impl DeviceFluid {
         Ok(state)
     }
 
-    /// What particles are for their surface, in the order in which they were sent, as [`classify_on`] and with its errors; they stay
-    /// on the device.
+    /// What particles are for their surface, in the order in which they were sent, as [`classify_on`]; they stay on the
+    /// device.
+    ///
+    /// # Errors
+    /// Fails as [`classify_on`].
     pub fn classify(&self, function: SurfaceFunction, threshold: Option<f32>) -> Result<Classes> {
         if self.is_empty() {
             return Ok(Classes::new(Vec::new()));

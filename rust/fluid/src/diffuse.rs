@@ -166,14 +166,20 @@ pub struct Diffuse {
 }
 
 impl Diffuse {
-    /// Makes a run without particles. Fails if a setting is out of range.
+    /// Makes a run without particles.
+    ///
+    /// # Errors
+    /// Fails if a setting is out of range.
     pub fn new(options: DiffuseOptions) -> Result<Self> {
         options.check()?;
         Ok(Self { options, particles: DiffuseParticles::default(), frames: 0, births: 0 })
     }
 
-    /// Continues a run after `frames` frames in which `births` particles were born. Fails if a setting is out of range or
-    /// the lists of particles do not fit each other.
+    /// Continues a run after `frames` frames in which `births` particles were born.
+    ///
+    /// # Errors
+    /// Fails if a setting is out of range, the lists of particles have different lengths, or a position or velocity is
+    /// not finite.
     pub fn restore(options: DiffuseOptions, particles: DiffuseParticles, frames: u64, births: u64) -> Result<Self> {
         options.check()?;
         particles.check()?;
@@ -195,7 +201,11 @@ impl Diffuse {
         (self.frames, self.births)
     }
 
-    /// Returns the potentials of the particles of a fluid, in their order. Fails as [`Self::advance`] does.
+    /// Returns the potentials of the particles of a fluid, in their order.
+    ///
+    /// # Errors
+    /// Fails if the lists of the frame have different lengths, a number is not finite, a velocity is above 10¹⁵ m/s
+    /// along an axis, or the particles are too far from each other.
     pub fn potentials(&self, context: &Context, frame: FluidFrame<'_>) -> Result<Vec<Potentials>> {
         frame.check()?;
         let surroundings = Surroundings::new(context, &self.options, frame.positions, frame.velocities)?;
@@ -209,10 +219,12 @@ impl Diffuse {
 
     /// Moves the particles by `seconds` to the end of a frame, and adds the new particles of the frame.
     ///
-    /// Within the frame the fluid moves by its velocities, in as many steps as the settings have. Fails, and changes
-    /// nothing, if the lists of the frame have different lengths, a number is not finite, a velocity is above 10¹⁵ m/s along
-    /// an axis, the particles are too far from each other, the particles that are born exceed the memory limit, or `progress`
-    /// asks to stop.
+    /// Within the frame the fluid moves by its velocities, in as many steps as the settings have.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, if `seconds` is not above 0 or not finite, the lists of the frame have different
+    /// lengths, a number is not finite, a velocity is above 10¹⁵ m/s along an axis, the particles are too far from each
+    /// other, the particles that are born exceed the memory limit, or `progress` asks to stop.
     pub fn advance(
         &mut self,
         context: &Context,

@@ -89,7 +89,10 @@ pub struct Fluid {
 }
 
 impl Fluid {
-    /// A fluid without particles and walls. Fails if an option is out of range.
+    /// A fluid without particles and walls.
+    ///
+    /// # Errors
+    /// Fails if an option is out of range.
     pub fn new(options: FluidOptions) -> Result<Self> {
         options.check()?;
         Ok(Self {
@@ -176,8 +179,12 @@ impl Fluid {
         &self.particles.channels
     }
 
-    /// Gives each particle so many numbers of a channel, in the order of [`Self::numbers`], and makes the channel if there
-    /// is none of the name. Fails if there are not `width` finite numbers a particle, 1 to 4, or it has another width.
+    /// Gives each particle so many numbers of a channel, in the order of [`Self::numbers`], and makes the channel if
+    /// there is none of the name.
+    ///
+    /// # Errors
+    /// Fails if there are not `width` finite numbers a particle, 1 to 4, the channel has another width, the name is
+    /// reserved, or there are as many channels as a fluid can have.
     pub fn set_channel(&mut self, name: &str, width: usize, values: &[f32]) -> Result<()> {
         if values.len() != width * self.len() || !values.iter().all(|value| value.is_finite()) {
             let (given, count) = (values.len(), self.len());
@@ -190,14 +197,19 @@ impl Fluid {
         Ok(())
     }
 
-    /// Adds particles at places in metres, with a velocity in m/s. Fails if a number is not finite, or there are more than
-    /// 2³⁰ particles.
+    /// Adds particles at places in metres, with a velocity in m/s.
+    ///
+    /// # Errors
+    /// Fails if a number is not finite, there would be more than 2³⁰ particles, or the fluid is split into domains.
     pub fn add(&mut self, places: &[Vec3], velocity: Vec3) -> Result<()> {
         self.add_batch(&Batch { places, velocities: &[velocity], lifetime: f32::INFINITY, channels: &[] })
     }
 
-    /// Adds particles with what they carry. Fails if a number is out of range, a channel has another width, or there are
-    /// more than 2³⁰ particles; nothing is added then.
+    /// Adds particles with what they carry.
+    ///
+    /// # Errors
+    /// Fails if a number is out of range, lists do not fit each other, a channel has another width, there would be more
+    /// than 2³⁰ particles, or the fluid is split into domains; nothing is added then.
     pub fn add_batch(&mut self, batch: &Batch) -> Result<()> {
         self.domain.expect_whole("particles cannot be added")?;
         self.particles.add(batch, self.seconds)
@@ -244,7 +256,10 @@ impl Fluid {
         State { seconds: self.seconds, pulled: self.pace.pulled, share: self.pace.share, ..self.particles.save() }
     }
 
-    /// Goes on from a state, with other particles than before. Fails if that is not sound; nothing has changed then.
+    /// Goes on from a state, with other particles than before.
+    ///
+    /// # Errors
+    /// Fails as [`State::check`]; nothing has changed then.
     pub fn set_state(&mut self, state: State) -> Result<()> {
         state.check()?;
         self.seconds = state.seconds;
@@ -258,6 +273,9 @@ impl Fluid {
     /// From now on all ranks call [`Self::step`], [`Self::advance`], [`Self::set_state`] and [`Self::gather`] alike; what is
     /// said of particles is said of those of this rank, and what is said of the fluid, of all.
     /// Sources add particles on all ranks alike; hosts can add none.
+    ///
+    /// # Errors
+    /// Fails if the fluid is split already.
     pub fn distribute(&mut self, transport: Box<dyn Transport>) -> Result<()> {
         self.domain.expect_whole("a fluid cannot be split again")?;
         self.domain = Domain::new(transport, 0.0);
@@ -265,8 +283,10 @@ impl Fluid {
         Ok(())
     }
 
-    /// Returns all that the fluid goes on from, as [`Self::state`], of all ranks: on rank 0, and on others `None`. Fails if
-    /// another rank has ended.
+    /// Returns all that the fluid goes on from, as [`Self::state`], of all ranks: on rank 0, and on others `None`.
+    ///
+    /// # Errors
+    /// Fails if another rank has ended, or sent a message that does not fit.
     pub fn gather(&mut self) -> Result<Option<State>> {
         if self.domain.is_whole() {
             return Ok(Some(self.state()));
@@ -296,7 +316,10 @@ impl Fluid {
         }
     }
 
-    /// Has each particle accelerated by so much, in m/s² and the order of [`Self::numbers`], beside all else, from now on.
+    /// Has each particle accelerated by so much, in m/s² and the order of [`Self::numbers`], beside all else, from now
+    /// on.
+    ///
+    /// # Errors
     /// Fails if there are not as many as particles, or a number is not finite.
     pub fn accelerate(&mut self, accelerations: &[Vec3]) -> Result<()> {
         if accelerations.len() != self.len() {
@@ -311,7 +334,10 @@ impl Fluid {
         Ok(())
     }
 
-    /// Has these forces act, instead of those before. Fails if a number of theirs is out of range.
+    /// Has these forces act, instead of those before.
+    ///
+    /// # Errors
+    /// Fails if a number of a force is out of range ([`Force::check`]).
     pub fn set_forces(&mut self, forces: &[Force]) -> Result<()> {
         for (number, force) in forces.iter().enumerate() {
             force.check().map_err(|error| error.at(format!("force {number}")))?;
@@ -325,8 +351,12 @@ impl Fluid {
         &self.forces
     }
 
-    /// The density of each particle where it is now, in kg/m³, walls seen too. Particles may be in another order afterwards.
-    /// Fails if particles are where none can be.
+    /// The density of each particle where it is now, in kg/m³, walls seen too. Particles may be in another order
+    /// afterwards.
+    ///
+    /// # Errors
+    /// Fails if a position is not finite, particles are too far from each other or from the origin, more than 4,096
+    /// particles are within the support radius of one, or the fluid is split into domains.
     pub fn densities(&mut self, context: &Context) -> Result<impl ExactSizeIterator<Item = f32>> {
         self.domain.expect_whole("densities are not found")?;
         if !self.is_empty() {
@@ -348,6 +378,9 @@ impl Fluid {
     }
 
     /// Simulates so many seconds in as many steps as it takes, and calls `watch` after each.
+    ///
+    /// # Errors
+    /// Fails as [`Self::step`], and with the error that `watch` returns.
     pub fn advance(
         &mut self,
         context: &Context,
@@ -373,8 +406,12 @@ impl Fluid {
         self.domain.fastest().unwrap_or_else(|| fastest(&self.particles))
     }
 
-    /// Makes a step of so many seconds, or a shorter one where pressures do not converge. Fails if they do not at all, or
-    /// particles are where none can be; nothing has moved then.
+    /// Makes a step of so many seconds, or a shorter one where pressures do not converge.
+    ///
+    /// # Errors
+    /// Fails if pressures do not converge at all, a position is not finite, particles are too far from each other or
+    /// from the origin, or more than 4,096 particles are within the support radius of one; nothing has moved then.
+    /// Fails too if another rank has ended.
     pub fn step(&mut self, context: &Context, seconds: f32) -> Result<StepStatistics> {
         let seconds = seconds.max(0.0).min(self.until_arrival());
         if seconds <= 0.0 || self.domain.count(self.len())? == 0 {

@@ -41,7 +41,11 @@ pub struct Emitter {
 }
 
 impl Emitter {
-    /// A disc about a place, whose particles go along its normal at a speed in m/s. Fails if a number is out of range.
+    /// A disc about a place, whose particles go along its normal at a speed in m/s.
+    ///
+    /// # Errors
+    /// Fails if the radius or the speed is not positive, a number is not finite, the normal has no length, or a layer
+    /// would have no particle or 10⁷ or more in its square.
     pub fn disc(middle: Vec3, normal: Vec3, radius: f32, speed: f32, spacing: f32) -> Result<Self> {
         let direction = normal.normalize_or_zero();
         let (u, v) = if direction == Vec3::ZERO { (Vec3::ZERO, Vec3::ZERO) } else { direction.any_orthonormal_pair() };
@@ -52,6 +56,10 @@ impl Emitter {
     }
 
     /// A rectangle about a place, by half its sides, whose particles go at right angles to both, along their cross product.
+    ///
+    /// # Errors
+    /// Fails if a side is shorter than half a spacing, the sides are parallel, a layer would have 10⁷ particles or
+    /// more, or the speed is not positive or a number not finite.
     pub fn rectangle(middle: Vec3, [u, v]: [Vec3; 2], speed: f32, spacing: f32) -> Result<Self> {
         let count = [u, v].map(|side| (2.0 * side.length() / spacing).round());
         let normal = u.cross(v).normalize_or_zero();
@@ -76,6 +84,10 @@ impl Emitter {
     ///
     /// Where all triangles face the same way the places are a lattice, and those are taken whose cell has its middle in the
     /// mesh; else they cover it up to its edges. Layers come as often as the volume is that of the area at the speed.
+    ///
+    /// # Errors
+    /// Fails if a point is not finite or does not exist, there is no triangle, the mesh is too large for the spacing or
+    /// has no room for a particle, or the speed is not positive.
     pub fn mesh(points: &[Vec3], triangles: &[[u32; 3]], speed: f32, spacing: f32) -> Result<Self> {
         Solid::new(points, triangles)?;
         let (places, normals, area) = match lattice(points, triangles, spacing)? {
@@ -248,10 +260,13 @@ pub struct Sources {
 }
 
 impl Sources {
-    /// Takes away what sinks reach and adds what was emitted since a time, in seconds; called after each step with the time
-    /// at which that began, it does the same in a run that goes on from a state. Of a fluid in domains, all ranks call it alike.
-    /// Returns how many particles were added, on all ranks, and removed, on this one. Fails if there are too many, or another
-    /// rank has ended.
+    /// Takes away what sinks reach and adds what was emitted since a time, in seconds; called after each step with the
+    /// time at which that began, it does the same in a run that goes on from a state. Of a fluid in domains, all ranks
+    /// call it alike. Returns how many particles were added, on all ranks, and removed, on this one.
+    ///
+    /// # Errors
+    /// Fails if there are more particles than the budget and [`Overflow::Refuse`] holds, an emitter would make too many
+    /// layers in a step, a channel of an emitter does not fit, or another rank has ended.
     pub fn renew(&self, fluid: &mut Fluid, since: f64) -> Result<[usize; 2]> {
         let gone: Vec<bool> = if self.sinks.is_empty() {
             Vec::new()

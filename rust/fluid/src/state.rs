@@ -38,8 +38,11 @@ pub struct State {
 }
 
 impl State {
-    /// Fails if lists are not of the same length, a number is out of range, two particles have the same number, or two
-    /// channels the same name.
+    /// Checks that the lists fit each other and their numbers are in range.
+    ///
+    /// # Errors
+    /// Fails if lists are not of the same length, a number is out of range, two particles have the same number, two
+    /// channels have the same name, or there are more particles or channels than a fluid can have.
     pub fn check(&self) -> Result<()> {
         let count = self.numbers.len();
         let lists = [

@@ -53,9 +53,12 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Of particles at these positions, in metres. Fails if a parameter is out of range, if a position is not finite,
-    /// or if there are 2³² particles or such as are more than a million support radii apart; of densities and
-    /// anisotropic kernels, if so many particles lie on each other that their pairs, cell by cell, are more than 2³³.
+    /// Of particles at these positions, in metres.
+    ///
+    /// # Errors
+    /// Fails if a parameter is out of range, if a position is not finite, or if there are 2³² particles or such as are
+    /// more than a million support radii apart; of densities and anisotropic kernels, if so many particles lie on each
+    /// other that their pairs, cell by cell, are more than 2³³.
     pub fn new(context: &Context, positions: &[[f32; 3]], function: SurfaceFunction) -> Result<Self> {
         function.check()?;
         let mut surface = Self::spheres(context, positions, function)?;

@@ -72,8 +72,11 @@ impl Bodies {
         self.bodies.is_empty()
     }
 
-    /// Adds a body of points in metres and triangles of them, as a collider of the fluid, and returns its number. Fails if
-    /// it cannot be a collider, does not close, or an option is out of range.
+    /// Adds a body of points in metres and triangles of them, as a collider of the fluid, and returns its number.
+    ///
+    /// # Errors
+    /// Fails if the density or a velocity is out of range, the mesh does not close or has no volume, or as
+    /// [`Fluid::add_collider`].
     pub fn add(
         &mut self,
         context: &Context,
@@ -106,24 +109,32 @@ impl Bodies {
         Ok(number)
     }
 
-    /// Adds a mesh that bodies do not pass, where it is, and returns its number. Fails if rapier3d cannot use it.
+    /// Adds a mesh that bodies do not pass, where it is, and returns its number.
+    ///
+    /// # Errors
+    /// Fails if rapier3d cannot make a triangle mesh of it.
     pub fn add_obstacle(&mut self, points: &[Vec3], triangles: &[[u32; 3]]) -> Result<usize> {
         let number = self.obstacles.len();
         self.obstacles.push(Obstacle::new(points, triangles).map_err(|error| error.at(format!("obstacle {number}")))?);
         Ok(number)
     }
 
-    /// Has an obstacle go from a pose to another while [`Self::advance`] is called next: turned about the origin from where it
-    /// was added, and then moved by so many metres. Fails if there is no such obstacle, or a number is not finite.
+    /// Has an obstacle go from a pose to another while [`Self::advance`] is called next: turned about the origin from
+    /// where it was added, and then moved by so many metres.
+    ///
+    /// # Errors
+    /// Fails if there is no such obstacle, a turn is not of length 1, or a number is not finite.
     pub fn move_obstacle(&mut self, number: usize, path: [(Quat, Vec3); 2]) -> Result<()> {
         self.obstacle(number)
             .and_then(|obstacle| obstacle.go(path))
             .map_err(|error| error.at(format!("obstacle {number}")))
     }
 
-    /// Has an obstacle go from points in metres to others, in straight lines, while [`Self::advance`] is called next. Bodies
-    /// meet its triangles with their velocities, but for what they stretch. Fails if there is no such obstacle, or there are
-    /// not as many finite points as it has.
+    /// Has an obstacle go from points in metres to others, in straight lines, while [`Self::advance`] is called next.
+    /// Bodies meet its triangles with their velocities, but for what they stretch.
+    ///
+    /// # Errors
+    /// Fails if there is no such obstacle, or there are not as many finite points as it has.
     pub fn bend_obstacle(&mut self, number: usize, path: [&[Vec3]; 2]) -> Result<()> {
         self.obstacle(number)
             .and_then(|obstacle| obstacle.bend(path))
@@ -145,7 +156,11 @@ impl Bodies {
         self.bodies.iter().map(|body| body.state).collect()
     }
 
-    /// Goes on from states. Fails if there are not as many as bodies, or a number is not finite; nothing has changed then.
+    /// Goes on from states.
+    ///
+    /// # Errors
+    /// Fails if there are not as many as bodies, a turn is not of length 1, or a number is not finite; nothing has
+    /// changed then.
     pub fn set_states(&mut self, states: &[BodyState]) -> Result<()> {
         if states.len() != self.bodies.len() {
             let (given, count) = (states.len(), self.bodies.len());
@@ -159,6 +174,10 @@ impl Bodies {
     }
 
     /// Simulates a fluid and its bodies for so many seconds, and calls `watch` after each step of the fluid.
+    ///
+    /// # Errors
+    /// Fails as [`Fluid::move_collider`] where a body has gone to places that are not finite, as [`Fluid::step`], and
+    /// with the error that `watch` returns.
     pub fn advance(
         &mut self,
         context: &Context,

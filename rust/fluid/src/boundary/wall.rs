@@ -140,8 +140,11 @@ pub fn weigh(context: &Context, constants: &Constants, places: &[Vec3]) -> Resul
     Ok(points)
 }
 
-/// The places of the particles of a basin, in metres: behind the six sides of a box from `low` to `high`, a spacing from
-/// each other. Fails if there would be more than 2²⁶, or a number is not finite.
+/// The places of the particles of a basin, in metres: behind the six sides of a box from `low` to `high`, a spacing
+/// from each other.
+///
+/// # Errors
+/// Fails if a side is shorter than half a spacing, the diagonal is 4,096 spacings or more, or a number is not finite.
 pub fn basin(low: Vec3, high: Vec3, spacing: f32) -> Result<Vec<Vec3>> {
     let count = ((high - low) / spacing).round();
     if !(count.min_element() >= 1.0 && count.length_squared() < (1 << 24) as f32) {
@@ -161,8 +164,10 @@ pub fn basin(low: Vec3, high: Vec3, spacing: f32) -> Result<Vec<Vec3>> {
     Ok(places)
 }
 
-/// The places of particles that fill a box from `low` to `high`, in metres, half a spacing from its sides. Fails if there
-/// would be more than 2²⁶, or a number is not finite.
+/// The places of particles that fill a box from `low` to `high`, in metres, half a spacing from its sides.
+///
+/// # Errors
+/// Fails if a side is shorter than half a spacing, there would be 2²⁶ particles or more, or a number is not finite.
 pub fn block(low: Vec3, high: Vec3, spacing: f32) -> Result<Vec<Vec3>> {
     let count = ((high - low) / spacing).round();
     if !(count.min_element() >= 1.0 && count.element_product() < (1 << 26) as f32) {

@@ -59,9 +59,11 @@ struct SurfaceCall {
 /// distance from it is that of a limit, but for rounding, may be of the class beside. `threshold` is in metres, and without one
 /// the influence of particles.
 ///
-/// Fails if the function or the threshold is out of range, a position is not finite or more than 2²⁰ cells of a quarter of the
-/// support radius from 0, or the device has no memory or is lost. Anisotropic kernels, thresholds of more than 2.5 support
-/// radii, more than 2,000 particles in a cube as wide as the support radius and boxes of 2³² such cubes are refused.
+/// # Errors
+/// Fails if the function or the threshold is out of range, a position is not finite or more than 2²⁰ cells of a quarter
+/// of the support radius from 0, or the device has no memory or is lost. Anisotropic kernels, thresholds of more than
+/// 2.5 support radii, more than 2,000 particles in a cube as wide as the support radius and boxes of 2³² such cubes are
+/// refused ([`ErrorKind::Unsupported`](relievo_core::ErrorKind)).
 pub fn classify_on(
     device: &Device,
     positions: &[[f32; 3]],

@@ -7,8 +7,11 @@ use glam::Vec3;
 use relievo_core::{Error, Result};
 use relievo_particleio::Particles;
 
-/// Returns the positions and velocities of the particles that are in both of two frames, `seconds` apart, in the order of
-/// the second. Fails if one of the frames has no numbers.
+/// Returns the positions and velocities of the particles that are in both of two frames, `seconds` apart, in the order
+/// of the second.
+///
+/// # Errors
+/// Fails if one of the frames has no numbers.
 pub fn differences(before: &Particles, after: &Particles, seconds: f32) -> Result<(Vec<Vec3>, Vec<Vec3>)> {
     let (Some(old), Some(new)) = (&before.numbers, &after.numbers) else {
         return Err(Error::invalid("the frame has neither velocities nor numbers of its particles")
@@ -20,8 +23,11 @@ pub fn differences(before: &Particles, after: &Particles, seconds: f32) -> Resul
     Ok(both.map(|(point, from)| (point, (point - Vec3::from(*from)) / seconds)).unzip())
 }
 
-/// Returns the positions and velocities of a frame: those of the file, or as [`differences`] does to the frame `seconds`
-/// before. Fails if the frame has no velocities, and one of the frames no numbers.
+/// Returns the positions and velocities of a frame: those of the file, or as [`differences`] does to the frame
+/// `seconds` before.
+///
+/// # Errors
+/// Fails if the frame has no velocities, and one of the frames no numbers.
 pub fn positions_and_velocities(before: &Particles, after: &Particles, seconds: f32) -> Result<(Vec<Vec3>, Vec<Vec3>)> {
     match after.velocities() {
         Some(velocities) => {

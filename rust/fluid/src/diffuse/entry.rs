@@ -44,8 +44,10 @@ impl DiffuseSettings {
         Self::PARAMETERS.iter().filter_map(entry).collect()
     }
 
-    /// Sets an entry by its name. Fails if there is none of that name, if it has another number of values, or if a value is
-    /// out of range.
+    /// Sets an entry by its name.
+    ///
+    /// # Errors
+    /// Fails if there is none of that name, if it has another number of values, or if a value is out of range.
     pub fn set_entry(&mut self, name: &str, values: &[f64]) -> Result<()> {
         let entries = Self::entries();
         let Some(entry) = entries.iter().find(|entry| entry.name == name) else {

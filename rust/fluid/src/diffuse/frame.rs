@@ -19,7 +19,10 @@ const LIFETIME: &str = "lifetime";
 const MAGIC: [u8; 8] = *b"RLVFOAM1";
 
 impl DiffuseParticles {
-    /// Returns the ids as numbers of 32 bits, as files have them. Fails if one has more.
+    /// Returns the ids as numbers of 32 bits, as files have them.
+    ///
+    /// # Errors
+    /// Fails if an id has more than 32 bits.
     pub fn numbers(&self) -> Result<Vec<u32>> {
         let number = |id: &u64| u32::try_from(*id);
         self.ids.iter().map(number).collect::<std::result::Result<_, _>>().map_err(|_| {
@@ -28,7 +31,10 @@ impl DiffuseParticles {
         })
     }
 
-    /// Returns the particles as those of a file, at a time in seconds, of a fluid whose particles are so many metres apart.
+    /// Returns the particles as those of a file, at a time in seconds, of a fluid whose particles are so many metres
+    /// apart.
+    ///
+    /// # Errors
     /// Fails if an id has more than 32 bits.
     pub fn to_file(&self, time: f64, spacing: f32) -> Result<Particles> {
         let channel = |name: &str, width: u32, values: Vec<f32>| Channel { name: name.into(), width, values };
@@ -47,7 +53,10 @@ impl DiffuseParticles {
         })
     }
 
-    /// Returns the diffuse particles of a file. Fails if it has no numbers, a channel is missing, or a type is unknown.
+    /// Returns the diffuse particles of a file.
+    ///
+    /// # Errors
+    /// Fails if the particles have no numbers, a channel is missing, or a type is unknown.
     pub fn of_file(particles: &Particles) -> Result<Self> {
         let column = |name: &str, width: u32| {
             let found = particles.channel(name).filter(|channel| channel.width == width);
@@ -92,8 +101,10 @@ impl Diffuse {
         frame.state.as_ref().is_some_and(|state| state.starts_with(&MAGIC))
     }
 
-    /// Returns the identity and the run of a frame of a cache; `None` if the frame has no state. Fails if the state is of
-    /// another version or does not fit, or a setting is out of range.
+    /// Returns the identity and the run of a frame of a cache; `None` if the frame has no state.
+    ///
+    /// # Errors
+    /// Fails if the state is of another version or does not fit, or a setting is out of range.
     pub fn resume(options: DiffuseOptions, frame: &Frame) -> Result<Option<(String, Self)>> {
         let Some(state) = &frame.state else { return Ok(None) };
         let unfit = || Error::invalid("the state of the frame is not one of diffuse particles").advise("begin anew");

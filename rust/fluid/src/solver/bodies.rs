@@ -14,16 +14,21 @@ use crate::solver::pairs::Rows;
 const BESIDE: f32 = 0.9;
 
 impl Fluid {
-    /// Takes particles at these places as walls at rest, instead of the former ones. Fails if a place is not finite, or
-    /// more particles are near one than can be told apart.
+    /// Takes particles at these places as walls at rest, instead of the former ones.
+    ///
+    /// # Errors
+    /// Fails if a place is not finite, places are too far from each other or from the origin, or more than 4,096
+    /// particles are within the support radius of one.
     pub fn set_walls(&mut self, context: &Context, places: &[Vec3]) -> Result<()> {
         let walls = weigh(context, &self.constants, places)?;
         self.build(context, &walls)
     }
 
-    /// Has walls be at other places and go on from there with velocities in m/s, in the order in which they were set, until
-    /// told otherwise. Each counts as much as where it was set, so that shapes should stay about what they were. Fails if
-    /// there are not as many as walls, or a number is not finite.
+    /// Has walls be at other places and go on from there with velocities in m/s, in the order in which they were set,
+    /// until told otherwise. Each counts as much as where it was set, so that shapes should stay about what they were.
+    ///
+    /// # Errors
+    /// Fails if there are not as many as walls, or a number is not finite.
     pub fn move_walls(&mut self, places: &[Vec3], velocities: &[Vec3]) -> Result<()> {
         let count = self.wall_count;
         if places.len() != count || velocities.len() != count {
@@ -40,7 +45,10 @@ impl Fluid {
     }
 
     /// Those of some places, in metres, that have room beside walls and colliders where they are now: nine tenths of a
-    /// spacing or more from all of their particles. Fluid that begins nearer is pushed away. Fails if a place is not finite.
+    /// spacing or more from all of their particles. Fluid that begins nearer is pushed away.
+    ///
+    /// # Errors
+    /// Fails if a place is not finite, or walls are too far from each other or from the origin.
     pub fn beside_walls(&self, context: &Context, places: &[Vec3]) -> Result<Vec<Vec3>> {
         let radius = BESIDE * self.options.spacing;
         let set: Vec<Vec4> = self.wall.set().iter().map(|set| set.xyz().extend(0.0)).collect();
@@ -57,9 +65,13 @@ impl Fluid {
         Ok(places.iter().zip(is_free).filter(|(_, is_free)| *is_free).map(|(place, _)| *place).collect())
     }
 
-    /// Adds a collider of points in metres and triangles of them, at rest, and returns its number. Triangles may be without
-    /// an area, and the mesh may have holes, but then fluid is on both sides of it, and rests a spacing from it. Fails if a
-    /// number is not finite, a point does not exist, no triangle has an area, or the mesh is too large for the spacing.
+    /// Adds a collider of points in metres and triangles of them, at rest, and returns its number. Triangles may be
+    /// without an area, and the mesh may have holes, but then fluid is on both sides of it, and rests a spacing from
+    /// it.
+    ///
+    /// # Errors
+    /// Fails if a number is not finite, the friction is out of range, a point does not exist, no triangle has an area,
+    /// the mesh is too large for the spacing, or it is too far from the origin or other walls.
     pub fn add_collider(
         &mut self,
         context: &Context,
@@ -79,9 +91,12 @@ impl Fluid {
         Ok(number)
     }
 
-    /// Has a collider go from points to others, in straight lines and within so many seconds from now on, where it stays; with
-    /// 0 seconds it is at the first ones, at rest. Fails if there is no such collider, or there are not as many finite points
-    /// as it has.
+    /// Has a collider go from points to others, in straight lines and within so many seconds from now on, where it
+    /// stays; with 0 seconds it is at the first ones, at rest.
+    ///
+    /// # Errors
+    /// Fails if there is no such collider, there are not as many finite points as it has, or the seconds are negative
+    /// or not finite.
     pub fn move_collider(&mut self, context: &Context, number: usize, path: [&[Vec3]; 2], seconds: f32) -> Result<()> {
         let named = |error: Error| error.at(format!("collider {number}"));
         let collider = self.colliders.get_mut(number).ok_or_else(|| named(Error::invalid("it does not exist")))?;

@@ -63,7 +63,11 @@ pub enum Force {
 }
 
 impl Force {
-    /// Fails if a number is out of range.
+    /// Checks the numbers of the force.
+    ///
+    /// # Errors
+    /// Fails if a number is not finite, a radius or scale is not between 10⁻⁹ and 10⁹, an axis has no length, a share
+    /// is not from 0 to 100 a second, or a rate is not from 0 to 10⁶.
     pub fn check(&self) -> Result<()> {
         let is_share = |share: f32| (0.0..=FASTEST).contains(&share);
         let is_length = |length: f32| length > 1e-9 && length < 1e9;

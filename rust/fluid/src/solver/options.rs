@@ -88,7 +88,10 @@ impl Default for FluidOptions {
 }
 
 impl FluidOptions {
-    /// Fails if an option is out of range.
+    /// Checks the options.
+    ///
+    /// # Errors
+    /// Fails if an option is out of range, and names it.
     pub fn check(&self) -> Result<()> {
         let steps = match self.time_step {
             TimeStep::Fixed(step) => [step, 1.0],

@@ -15,10 +15,16 @@ pub trait Transport: Send + Sync {
     fn ranks(&self) -> usize;
 
     /// Sends a message to each rank, in the order of ranks, and returns the messages that each sent to this one.
-    /// Messages may be empty, also for most pairs of ranks. Fails if a rank has ended.
+    /// Messages may be empty, also for most pairs of ranks.
+    ///
+    /// # Errors
+    /// Fails if a rank has ended.
     fn exchange(&mut self, sent: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>>;
 
-    /// Sends a message to all ranks and returns the messages of all, in the order of ranks. Fails if a rank has ended.
+    /// Sends a message to all ranks and returns the messages of all, in the order of ranks.
+    ///
+    /// # Errors
+    /// Fails if a rank has ended.
     fn gather(&mut self, own: Vec<u8>) -> Result<Vec<Vec<u8>>> {
         self.exchange(vec![own; self.ranks()])
     }

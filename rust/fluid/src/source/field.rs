@@ -12,7 +12,9 @@ const AROUND: f32 = 0.499;
 /// of a spacing that begins half a spacing from the low sides of the box, where the places half a spacing away along the axes
 /// and the diagonals are inside too. A box that ends where the inside does is filled as [`crate::surface::block`] does.
 ///
-/// Fails if there would be too many.
+/// # Errors
+/// Fails if the spacing is not positive, a number is not finite, or the box has too many places
+/// ([`ErrorKind::Memory`](relievo_core::ErrorKind)).
 pub fn fill_where(
     context: &Context,
     [low, high]: [Vec3; 2],

@@ -55,8 +55,10 @@ pub struct Solid {
 }
 
 impl Solid {
-    /// Of points in metres and triangles of them, wound either way. Fails if a number is not finite, a point does not exist,
-    /// or there is no triangle.
+    /// Of points in metres and triangles of them, wound either way.
+    ///
+    /// # Errors
+    /// Fails if a number is not finite, a point does not exist, or there is no triangle.
     pub fn new(points: &[Vec3], triangles: &[[u32; 3]]) -> Result<Self> {
         if let Some(number) = points.iter().position(|point| !point.is_finite()) {
             return Err(Error::invalid("a place is not finite").at(format!("point {number}")));
@@ -102,9 +104,13 @@ impl Solid {
         votes.count() > 1
     }
 
-    /// The places of particles that fill it, in metres: those of a lattice of a spacing that are inside and half a spacing or
-    /// more from its surface. The lattice begins half a spacing from the low sides of its box, so that a box is filled as
-    /// [`crate::surface::block`] does. Fails if there would be too many.
+    /// The places of particles that fill it, in metres: those of a lattice of a spacing that are inside and half a
+    /// spacing or more from its surface. The lattice begins half a spacing from the low sides of its box, so that a box
+    /// is filled as [`crate::surface::block`] does.
+    ///
+    /// # Errors
+    /// Fails if the spacing is not positive, or the box of the solid has too many places
+    /// ([`ErrorKind::Memory`](relievo_core::ErrorKind)).
     pub fn fill(&self, context: &Context, spacing: f32) -> Result<Vec<Vec3>> {
         let (low, high) = (Vec3::from(self.bounds.low), Vec3::from(self.bounds.high));
         let lattice = Lattice::new(low, high, spacing)?;

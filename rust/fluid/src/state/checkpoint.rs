@@ -86,8 +86,10 @@ impl Checkpoint {
         out
     }
 
-    /// Where the simulation was that wrote a frame; `None` if the frame has no state. Fails if that is of a newer version,
-    /// does not fit the particles, or is not sound.
+    /// Where the simulation was that wrote a frame; `None` if the frame has no state.
+    ///
+    /// # Errors
+    /// Fails if the state is of another version, does not fit the particles, or is not sound ([`State::check`]).
     pub fn of(frame: Frame) -> Result<Option<Self>> {
         let Some(bytes) = frame.state else { return Ok(None) };
         let Particles { points, numbers, mut channels, .. } = frame.particles;

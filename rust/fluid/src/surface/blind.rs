@@ -85,6 +85,7 @@ const LANES: usize = 16;
 /// What particles are for their surface. The surface was made of `positions`; a particle is blind if the
 /// surface is nearer than `threshold`, in metres, which is [`Surface::influence`] where none is given.
 ///
+/// # Errors
 /// Fails if there are not as many positions as particles of the surface, if the threshold is negative or no number,
 /// where the surface cannot be found, see [`crate::mesh`], or where `progress` asks to stop.
 pub fn classify(

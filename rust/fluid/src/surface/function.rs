@@ -88,8 +88,11 @@ impl SurfaceFunction {
         }
     }
 
-    /// Fails unless the support radius is positive, the radius below it, the iso value between 0 and 1, the sharpness
-    /// between 0 and 64 and the share from 0 to 1.
+    /// Checks the parameters of the function.
+    ///
+    /// # Errors
+    /// Fails unless the support radius is between 10⁻¹⁵ and 10¹⁵, the radius positive and below it, the iso value
+    /// between 0 and 1, the sharpness between 0 and 64 and the share from 0 to 1.
     pub fn check(&self) -> Result<()> {
         let support = self.support();
         if !(support > 1e-15 && support < 1e15) {

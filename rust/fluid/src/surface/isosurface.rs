@@ -36,6 +36,7 @@ pub struct Channel<'a> {
 /// The mesh of a surface, of cells of a size in metres: triangles with the attribute `normal` from the gradient, and
 /// one for each channel, whose values are means by the particles' weights. Without particles it has no faces.
 ///
+/// # Errors
 /// Fails if the cell size is not between 1/128 of the support radius and all of it, if a coordinate is more than
 /// 1,048,576 cells from 0, if a channel has not as many numbers as particles need or one is not finite, if the memory
 /// limit of the context or 2³¹ vertices would be exceeded, or where `progress` asks to stop.

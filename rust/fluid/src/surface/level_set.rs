@@ -31,8 +31,9 @@ pub struct LevelSet {
 
 /// The level set of a surface in voxels of a size in metres, from its mesh, as [`crate::mesh`] makes it and not smoothed.
 ///
-/// Fails if the size is not positive, if a voxel is more than 2²² voxels from 0, if the memory limit is not enough, or where
-/// `progress` asks to stop.
+/// # Errors
+/// Fails if the size is not positive, if a voxel is more than 2²² voxels from 0, if the memory limit is not enough, or
+/// where `progress` asks to stop.
 pub fn level_set(
     context: &Context,
     surface: &Surface,

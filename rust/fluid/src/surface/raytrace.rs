@@ -106,6 +106,7 @@ impl RayCaster {
     /// Of a surface whose particles move, or not, and are blind, or not, both in the order of the positions it was made
     /// of.
     ///
+    /// # Errors
     /// Fails if there are not as many velocities or flags as particles, none at all left aside, if a velocity or a time
     /// is not finite, if the shutter closes before it opens, or if steps are out of range.
     pub fn new(

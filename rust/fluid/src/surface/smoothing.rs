@@ -28,6 +28,7 @@ const PART: usize = 4096;
 /// Moves the points of a closed mesh of triangles, such as [`crate::mesh`] makes. Normals, if it has any, are then
 /// those of the triangles around a point, by their areas; other attributes stay.
 ///
+/// # Errors
 /// Fails if a face is no triangle or a corner has no point, if a number is out of range, or where `progress` asks to
 /// stop; the mesh is then as it was.
 pub fn smooth(context: &Context, mesh: &mut Mesh, smoothing: Smoothing, progress: &mut dyn Progress) -> Result<()> {
