@@ -44,8 +44,9 @@ pub struct Distance {
 /// Measures the largest distance between the surfaces of two meshes, both ways. Triangles without area do not count.
 /// Results do not depend on the number of threads.
 ///
-/// Fails if a coordinate is not finite, an index is too large, only one of the meshes has area, memory does not suffice,
-/// or `progress` asks to stop.
+/// # Errors
+/// Fails if a coordinate is not finite, an index is too large, only one of the meshes has area, memory does not
+/// suffice, or `progress` asks to stop.
 pub fn distance(
     context: &Context,
     [first, second]: [(&[[f32; 3]], &[[u32; 3]]); 2],

@@ -77,7 +77,11 @@ impl Default for SimplifyOptions {
 }
 
 impl SimplifyOptions {
-    /// Fails if they are not for a mesh of so many points.
+    /// Checks the options for a mesh of so many points.
+    ///
+    /// # Errors
+    /// Fails if a locked point does not exist, factors are not one a point or not from 10⁻⁶ to 10⁶, or a length is
+    /// negative or no number.
     pub fn check(&self, points: usize) -> Result<()> {
         if self.locked.iter().any(|index| *index as usize >= points) {
             return Err(Error::invalid("a locked point is not there").at("locked"));
@@ -139,13 +143,17 @@ const FEW: f32 = 0.25;
 /// Simplifications at most of a mesh whose curves, where sheets meet, or double parts leave too many triangles.
 const TRIES: usize = 5;
 
-/// Simplifies a mesh. Vertices and triangles keep their order, but for the other sides of triangles that are there back to
-/// back in a whole part, which come last. Vertices at boundaries stay there; those of edges with more than two triangles,
-/// and vertices that several fans of triangles share, are not moved. Without a limit of the deviation they become fewer
-/// along the curves where sheets meet, in all sheets at once, and vertices around the largest deviations are moved at
-/// the end, and edges turned, to make these smaller. Of inputs of up to 4,096 triangles with a border, vertices are
-/// also put back there, and others collapsed instead, unless some are locked or have factors. Fails if there is no
-/// triangle, a coordinate is not finite, an index too large, or `progress` asks to stop.
+/// Simplifies a mesh. Vertices and triangles keep their order, but for the other sides of triangles that are there back
+/// to back in a whole part, which come last. Vertices at boundaries stay there; those of edges with more than two
+/// triangles, and vertices that several fans of triangles share, are not moved. Without a limit of the deviation they
+/// become fewer along the curves where sheets meet, in all sheets at once, and vertices around the largest deviations
+/// are moved at the end, and edges turned, to make these smaller. Of inputs of up to 4,096 triangles with a border,
+/// vertices are also put back there, and others collapsed instead, unless some are locked or have factors.
+///
+/// # Errors
+/// Fails if there is no triangle, there are 2³⁰ triangles or points or more, a coordinate is not finite, an index is
+/// too large, an option is not usable ([`SimplifyOptions::check`]), memory does not suffice, or `progress` asks to
+/// stop.
 pub fn simplify(
     context: &Context,
     points: &[[f32; 3]],

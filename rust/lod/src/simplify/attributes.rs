@@ -104,7 +104,11 @@ impl Bounded for SimplifiedWith {
 /// Simplifies a mesh as [`crate::simplify`] does, with the attributes of its vertices: their differences, with their
 /// weights, count as distances too. Vertices at the same place are taken as one, with a seam where their attributes
 /// differ. A seam collapses along itself only, and its ends, and places where several meet, stay. Values stay within
-/// the range of the input's. Fails as `simplify` does, and where attributes are not what they should be.
+/// the range of the input's.
+///
+/// # Errors
+/// Fails as [`crate::simplify`], if a vertex has more than 16 numbers, or values, labels or weights do not fit the
+/// vertices or are not usable.
 pub fn simplify_with(
     context: &Context,
     points: &[[f32; 3]],

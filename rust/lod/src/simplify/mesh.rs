@@ -51,11 +51,14 @@ pub fn is_direction(attribute: &Attribute) -> bool {
     matches!(attribute.name.as_str(), "normal" | "tangent") && attribute.width >= 3
 }
 
-/// Simplifies the triangles of a mesh, fanned from its polygons, with its attributes; points at the same place are taken
-/// as one, with a seam where attributes differ. Attributes of whole numbers are kept on faces alone; where those of faces
-/// differ there is a seam too. What `left_out` of the result names is not kept. Locked points and factors are those of
-/// the mesh. Triangles with two corners at one place are left out at the end. Fails as [`simplify_with`] does, and if
-/// there is no attribute of a name. The mesh is one that [`Mesh::check`] takes, but faces may repeat points.
+/// Simplifies the triangles of a mesh, fanned from its polygons, with its attributes; points at the same place are
+/// taken as one, with a seam where attributes differ. Attributes of whole numbers are kept on faces alone; where those
+/// of faces differ there is a seam too. What `left_out` of the result names is not kept. Locked points and factors are
+/// those of the mesh. Triangles with two corners at one place are left out at the end. The mesh is one that
+/// [`Mesh::check`] takes, but faces may repeat points.
+///
+/// # Errors
+/// Fails as [`simplify_with`], and if there is no attribute of a name.
 pub fn simplify_mesh(
     context: &Context,
     mesh: &Mesh,

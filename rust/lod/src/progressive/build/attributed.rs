@@ -21,8 +21,11 @@ pub const FACE_NUMBERS: usize = 64;
 impl Progressive {
     /// Builds a progressive mesh of the triangles of a mesh, fanned from its polygons, with its attributes, as
     /// [`crate::simplify_mesh`] takes them: points at the same place are one, with a seam where attributes differ. Also
-    /// returns the names of attributes that are not kept, and of tags. The finest mesh has the attributes' values at every
-    /// corner, 0 for −0. Fails as `simplify_mesh`, if a name has more than 255 bytes, and if faces have more than 64 numbers.
+    /// returns the names of attributes that are not kept, and of tags. The finest mesh has the attributes' values at
+    /// every corner, 0 for −0.
+    ///
+    /// # Errors
+    /// Fails as [`crate::simplify_mesh`], if a name has more than 255 bytes, and if faces have more than 64 numbers.
     pub fn build_mesh(
         context: &Context,
         mesh: &Mesh,

@@ -97,7 +97,10 @@ pub enum Child {
 }
 
 impl Progressive {
-    /// Builds a progressive mesh of triangles. Fails as [`crate::simplify`].
+    /// Builds a progressive mesh of triangles.
+    ///
+    /// # Errors
+    /// Fails as [`crate::simplify`].
     pub fn build(
         context: &Context,
         points: &[[f32; 3]],

@@ -42,9 +42,12 @@ impl ActiveMesh {
         made
     }
 
-    /// A progressive mesh that is built anew of the finest mesh with its edits: its levels deviate by what they tell, and
-    /// have triangles where the surface needs them now. Its vertices are those of this one's finest mesh, in their order.
-    /// Takes as long as building did, which [`Self::settled`] does not. Attributes weigh as [`crate::default_weight`] says.
+    /// A progressive mesh that is built anew of the finest mesh with its edits: its levels deviate by what they tell,
+    /// and have triangles where the surface needs them now. Its vertices are those of this one's finest mesh, in their
+    /// order. Takes as long as building did, which [`Self::settled`] does not. Attributes weigh as
+    /// [`crate::default_weight`] says.
+    ///
+    /// # Errors
     /// Fails as [`Progressive::build`].
     pub fn rebuilt(
         &mut self,

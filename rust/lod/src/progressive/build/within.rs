@@ -21,6 +21,7 @@ impl ActiveMesh {
     /// its edits, nor that from it, in object units. Returns the distance, never less than the true one. Less than 10⁻⁷ of
     /// the largest coordinate, its rounding, counts as that.
     ///
+    /// # Errors
     /// Fails if memory does not suffice, or `progress` asks to stop.
     pub fn adapt_within(&mut self, context: &Context, bound: f32, progress: &mut dyn Progress) -> Result<f32> {
         self.adapt(context, Cut::FINEST);

@@ -11,6 +11,9 @@ use crate::progressive::mesh::active::Extract;
 impl DeviceLevel {
     /// Waits for what was submitted. Returns how many vertices, triangles and wedges there are, of which some may be of no
     /// triangle.
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no memory.
     pub fn counts(&self) -> Result<[usize; 3]> {
         let device = &self.hierarchy.device;
         let mut frame = device.frame()?;
@@ -21,6 +24,9 @@ impl DeviceLevel {
     }
 
     /// Waits for what was submitted. Returns the mesh as [`ActiveMesh::extract`](crate::progressive::ActiveMesh::extract).
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no memory.
     pub fn extract(&self) -> Result<Extract> {
         let device = &self.hierarchy.device;
         let [vertices, triangles, wedges] = self.counts()?;

@@ -58,7 +58,11 @@ pub struct DeviceHierarchy {
 }
 
 impl DeviceHierarchy {
-    /// Sends a mesh to a device. Fails if it has more than 2²⁷ vertices, and where the device has no memory.
+    /// Sends a mesh to a device.
+    ///
+    /// # Errors
+    /// Fails if the mesh has more than 2²⁷ vertices or its attributes more numbers than a device counts, and where the
+    /// device is lost or has no memory.
     pub fn new(device: &Device, mesh: &Progressive) -> Result<Self> {
         let count = mesh.vertex_count();
         if count > MOST {
@@ -117,7 +121,11 @@ impl DeviceHierarchy {
         })
     }
 
-    /// The same with what views and edits need. Fails if the extents are of another mesh, and as [`Self::new`].
+    /// The same with what views and edits need.
+    ///
+    /// # Errors
+    /// Fails if the extents are of another mesh, a vertex has more than 4,096 neighbours or what is around splits is too
+    /// much for a device, and as [`Self::new`].
     pub fn with_surroundings(
         context: &Context,
         device: &Device,

@@ -42,12 +42,15 @@ fn nothing_yet() -> Error {
 }
 
 impl DeviceLevel {
-    /// Moves and turns regions of this mesh, also where it was made for a view, and waits until it is known what is reached;
-    /// finer and coarser levels follow when it becomes those. Returns how many vertices were reached. With the first edit it
-    /// takes 65 bytes a triangle more, 96 with normals or tangents among attributes, and with each 36 bytes for every place of a vertex that it changes, at any level.
-    /// Fails as [`ActiveMesh::edit`](crate::progressive::ActiveMesh::edit), and if the progressive mesh was not sent with
-    /// what edits need, or has normals or tangents among attributes and a vertex of more than 4,096 triangles; nothing has
-    /// changed then but that it is at rest.
+    /// Moves and turns regions of this mesh, also where it was made for a view, and waits until it is known what is
+    /// reached; finer and coarser levels follow when it becomes those. Returns how many vertices were reached. With the
+    /// first edit it takes 65 bytes a triangle more, 96 with normals or tangents among attributes, and with each 36
+    /// bytes for every place of a vertex that it changes, at any level.
+    ///
+    /// # Errors
+    /// Fails as [`ActiveMesh::edit`](crate::progressive::ActiveMesh::edit), and if the progressive mesh was not sent
+    /// with what edits need, or has normals or tangents among attributes and a vertex of more than 4,096 triangles;
+    /// nothing has changed then but that it is at rest. Fails too where the device is lost or has no memory.
     pub fn edit(&mut self, edit: &Edit) -> Result<usize> {
         self.rest()?;
         let (reached, state) = self.change(edit)?;
@@ -65,6 +68,9 @@ impl DeviceLevel {
     /// Takes the last edit back. Returns whether there was one. The mesh keeps its splits. Where it has not become another
     /// since the edit it is what it was, to the bit, and so is the base and every mesh that is made finer from that; what has
     /// followed the edit at finer levels follows what was before, but for roundings.
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no memory.
     pub fn undo(&mut self) -> Result<bool> {
         self.rest()?;
         let Some(state) = self.history.done.pop() else { return Ok(false) };
@@ -75,6 +81,9 @@ impl DeviceLevel {
     }
 
     /// Makes the edit again that was taken back last. Returns whether there was one.
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no memory.
     pub fn redo(&mut self) -> Result<bool> {
         self.rest()?;
         let Some(state) = self.history.undone.pop() else { return Ok(false) };
@@ -84,7 +93,10 @@ impl DeviceLevel {
         Ok(true)
     }
 
-    /// The mesh that it is. Fails if it is nothing yet, and where the device has no memory.
+    /// The mesh that it is.
+    ///
+    /// # Errors
+    /// Fails if it is nothing yet, and where the device is lost or has no memory.
     pub fn front(&self) -> Result<DeviceFront> {
         match self.shown {
             Shown::Nothing => Err(nothing_yet()),
@@ -98,10 +110,12 @@ impl DeviceLevel {
         }
     }
 
-    /// Makes edits as they are at a time in seconds, one after the other, each of the mesh that its front is, in place of
-    /// what was made for another time. Then it is the mesh again that it was. They are no edits to be taken back. Returns how
-    /// many vertices were reached. Fails, and is at rest, as
-    /// [`ActiveMesh::pose`](crate::progressive::ActiveMesh::pose) and [`Self::edit`].
+    /// Makes edits as they are at a time in seconds, one after the other, each of the mesh that its front is, in place
+    /// of what was made for another time. Then it is the mesh again that it was. They are no edits to be taken back.
+    /// Returns how many vertices were reached.
+    ///
+    /// # Errors
+    /// Fails, and is at rest, as [`ActiveMesh::pose`](crate::progressive::ActiveMesh::pose) and [`Self::edit`].
     pub fn pose(&mut self, edits: &[(DeviceFront, KeyedEdit)], time: f64) -> Result<usize> {
         self.rest()?;
         check_time(time)?;
@@ -130,6 +144,9 @@ impl DeviceLevel {
     }
 
     /// Takes back what [`Self::pose`] has made.
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no memory.
     pub fn rest(&mut self) -> Result<()> {
         if self.history.posed.is_empty() {
             return Ok(());

@@ -84,8 +84,10 @@ pub enum Shown {
 }
 
 impl DeviceLevel {
-    /// A mesh that has nothing until it is adapted, with room for all of a progressive mesh. Fails where the device has no
-    /// memory.
+    /// A mesh that has nothing until it is adapted, with room for all of a progressive mesh.
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no memory.
     pub fn new(hierarchy: &Arc<DeviceHierarchy>) -> Result<Self> {
         let device = &hierarchy.device;
         let bits = |count: usize| count.div_ceil(32).max(1);
@@ -202,6 +204,10 @@ impl DeviceLevel {
     }
 
     /// Records that it becomes another mesh. The frame has to be submitted.
+    ///
+    /// # Errors
+    /// Fails with [`ErrorKind::Internal`](relievo_core::ErrorKind) if a command does not fit its kernel or buffers;
+    /// what the device refuses comes back where the frame is submitted.
     pub fn adapt(&mut self, frame: &mut Frame, cut: Cut) -> Result<()> {
         self.turn_to(frame, &DeviceFront::Cut(cut))?;
         self.write(&mut frame.pass("write"))
@@ -248,11 +254,13 @@ impl DeviceLevel {
         }
     }
 
-    /// Records that it becomes as fine as a view needs it: it has what the view wants and all that this stands on. That is
-    /// the mesh that the processor has after its finest one; without outlines it is so after any. A product or
-    /// sum may be rounded otherwise, so splits may differ that are nearer to a limit of the view than 1e-5 of it, and than
-    /// 1e-3 where the mesh was edited. The first view after an edit has the finest mesh follow that. Fails if the view is
-    /// not usable or has more than six planes, and if the progressive mesh was not sent for views.
+    /// Records that it becomes as fine as a view needs it: it has what the view wants and all that this stands on. That
+    /// is the mesh that the processor has after its finest one; without outlines it is so after any. A product or sum
+    /// may be rounded otherwise, so splits may differ that are nearer to a limit of the view than 1e-5 of it, and than
+    /// 1e-3 where the mesh was edited. The first view after an edit has the finest mesh follow that.
+    ///
+    /// # Errors
+    /// Fails if the view is not usable or has more than six planes, and if the progressive mesh was not sent for views.
     pub fn adapt_to(&mut self, frame: &mut Frame, view: &View) -> Result<()> {
         view.check()?;
         let (Some((want, bindings)), Some(around)) = (&self.want, &self.hierarchy.around) else {

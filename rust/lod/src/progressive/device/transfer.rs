@@ -14,9 +14,11 @@ use crate::progressive::edit::moves::Moves;
 use crate::progressive::mesh::active::ActiveMesh;
 
 impl DeviceLevel {
-    /// The finest mesh on the processor, at rest, with the edits of this one at all levels, to the bit. They cannot be taken
-    /// back there. `mesh` is what was sent to the device. Waits for the device, which gives 64 bytes a triangle. Fails if the
-    /// mesh is another one.
+    /// The finest mesh on the processor, at rest, with the edits of this one at all levels, to the bit. They cannot be
+    /// taken back there. `mesh` is what was sent to the device. Waits for the device, which gives 64 bytes a triangle.
+    ///
+    /// # Errors
+    /// Fails if the mesh is another one, and where the device is lost or has no memory.
     pub fn to_active(&mut self, context: &Context, mesh: &Arc<Progressive>) -> Result<ActiveMesh> {
         self.is_of(mesh)?;
         self.rest()?;
@@ -47,9 +49,12 @@ impl DeviceLevel {
         Ok(active)
     }
 
-    /// Has the edits of a mesh on the processor in place of its own, at all levels, to the bit; they cannot be taken back
-    /// here. Both stay as fine as they are, at rest. Fails if the mesh is of another progressive mesh or this one was sent without what
-    /// edits need, and where the device has no memory.
+    /// Has the edits of a mesh on the processor in place of its own, at all levels, to the bit; they cannot be taken
+    /// back here. Both stay as fine as they are, at rest.
+    ///
+    /// # Errors
+    /// Fails if the mesh is of another progressive mesh or this one was sent without what edits need, and where the
+    /// device is lost or has no memory.
     pub fn take(&mut self, context: &Context, active: &mut ActiveMesh) -> Result<()> {
         self.is_of(&active.whole)?;
         self.rest()?;

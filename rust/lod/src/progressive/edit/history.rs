@@ -47,7 +47,11 @@ fn check_finite(reached: &[(u32, Place)]) -> Result<()> {
 
 impl ActiveMesh {
     /// Moves and turns regions of this mesh. Coarser levels follow, and finer ones when it is refined. Returns how many
-    /// vertices were reached. Fails if no vertex is, or a handle is not usable; nothing has changed then.
+    /// vertices were reached.
+    ///
+    /// # Errors
+    /// Fails if no vertex is reached, one would go where there is no number, or a handle or anchor is not usable;
+    /// nothing has changed then.
     pub fn edit(&mut self, context: &Context, edit: &Edit) -> Result<usize> {
         self.rest(context);
         let reached = self.reached(context, edit)?;

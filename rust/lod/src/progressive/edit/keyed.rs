@@ -40,7 +40,11 @@ pub struct KeyedEdit {
 }
 
 impl KeyedEdit {
-    /// Fails if a handle has no keys, they do not come one after another, or a handle or anchor is not usable.
+    /// Checks the keys, handles and anchors.
+    ///
+    /// # Errors
+    /// Fails if a handle has no keys or a time that is not finite, keys do not come one after another or turn more than
+    /// once between different axes, or a handle or anchor is not usable.
     pub fn check(&self) -> Result<()> {
         for (number, handle) in self.handles.iter().enumerate() {
             let refused = |what: &str| Err(Error::invalid(what).at(format!("keys of handle {number}")));
@@ -64,7 +68,10 @@ impl KeyedEdit {
         (0..keys).try_for_each(|key| at_key(key).check())
     }
 
-    /// What it is at a time in seconds. Fails as [`Self::check`], and if the time is not finite.
+    /// What it is at a time in seconds.
+    ///
+    /// # Errors
+    /// Fails as [`Self::check`], and if the time is not finite.
     pub fn at(&self, time: f64) -> Result<Edit> {
         check_time(time)?;
         self.check()?;
@@ -126,11 +133,13 @@ fn turn_between(pair: [HandleKey; 2], share: f64) -> ([f32; 3], f32) {
 }
 
 impl ActiveMesh {
-    /// Makes edits as they are at a time, one after the other, each of the mesh that its front is, in place of what was made
-    /// for another time. Then it is the mesh again that it was. They are no edits to be taken back: before one of those is
-    /// made, taken back or made again, the mesh is at rest. Returns how many vertices were reached. Fails, and is at rest, if
-    /// the time is not finite, an edit is not usable ([`KeyedEdit::check`]), its front is none of this mesh, or it moves and
-    /// reaches no vertex.
+    /// Makes edits as they are at a time, one after the other, each of the mesh that its front is, in place of what was
+    /// made for another time. Then it is the mesh again that it was. They are no edits to be taken back: before one of
+    /// those is made, taken back or made again, the mesh is at rest. Returns how many vertices were reached.
+    ///
+    /// # Errors
+    /// Fails, and is at rest, if the time is not finite, an edit is not usable ([`KeyedEdit::check`]), its front is
+    /// none of this mesh, or it moves and reaches no vertex.
     pub fn pose(&mut self, context: &Context, edits: &[(Front, KeyedEdit)], time: f64) -> Result<usize> {
         self.rest(context);
         check_time(time)?;

@@ -39,8 +39,9 @@ impl ActiveMesh {
     /// stroke began. What the brush draws is along the normals of then; inflating goes by those of now, smoothing to the
     /// mean of the neighbours, erasing to where the vertices were built.
     ///
-    /// Fails, and changes nothing, if the stroke cannot be ([`Stroke::check`]), paints, has an image of vectors, a level or
-    /// dabs beside their places, or if no vertex is reached.
+    /// # Errors
+    /// Fails, and changes nothing, if the stroke cannot be ([`Stroke::check`]), paints, has an image of vectors, a
+    /// level or dabs beside their places, or if no vertex is reached.
     pub fn sculpt(&mut self, context: &Context, stroke: &Stroke) -> Result<Sculpted> {
         let stations = stroke.stations()?;
         let Action::Sculpt { mode, height } = stroke.action else {

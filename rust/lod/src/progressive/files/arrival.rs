@@ -27,8 +27,11 @@ impl Arrival {
     }
 
     /// Takes the next bytes of the file, however many. Returns how many triangles the finest mesh has that is there, 0
-    /// before the base is. Bytes after the end of the file are not looked at. Fails as [`Progressive::read`]; nothing is there then, nor
-    /// taken any more, and meshes in use stay as they are.
+    /// before the base is. Bytes after the end of the file are not looked at.
+    ///
+    /// # Errors
+    /// Fails as [`Progressive::read`], and after an earlier failure; nothing is there then, nor taken any more, and
+    /// meshes in use stay as they are.
     pub fn push(&mut self, context: &Context, bytes: &[u8]) -> Result<usize> {
         if self.is_refused {
             return Err(damaged("what came before was refused"));
@@ -86,8 +89,11 @@ impl Arrival {
 }
 
 impl ActiveMesh {
-    /// Goes on as a mesh of a progressive mesh of which more has arrived ([`Arrival::mesh`]). It has the splits it had, and its
-    /// edits; what is finer can be made from now on. Fails, and stays as it is, if that is not what it is a mesh of.
+    /// Goes on as a mesh of a progressive mesh of which more has arrived ([`Arrival::mesh`]). It has the splits it had,
+    /// and its edits; what is finer can be made from now on.
+    ///
+    /// # Errors
+    /// Fails, and stays as it is, if `whole` is of another progressive mesh, or less of it has arrived.
     pub fn take_up(&mut self, whole: &Arc<Progressive>) -> Result<()> {
         if !self.whole.is_beginning_of(whole) {
             return Err(Error::invalid("it is another progressive mesh, or less of it has arrived")

@@ -120,13 +120,19 @@ impl Faces {
 }
 
 impl Progressive {
-    /// Writes a file, which is there when it is complete. Fails too if not all of the mesh was read.
+    /// Writes a file, which is there when it is complete.
+    ///
+    /// # Errors
+    /// Fails if not all of the mesh was read, or the file cannot be written.
     pub fn save(&self, context: &Context, path: &Path) -> Result<()> {
         self.check_whole()?;
         file::store(path, |out| self.write(context, out))
     }
 
-    /// The bytes of the file that [`Self::save`] writes. Fails as that does.
+    /// The bytes of the file that [`Self::save`] writes.
+    ///
+    /// # Errors
+    /// Fails if not all of the mesh was read, or a part of it cannot be compressed.
     pub fn to_bytes(&self, context: &Context) -> Result<Vec<u8>> {
         self.check_whole()?;
         let mut bytes = Vec::new();
@@ -142,6 +148,9 @@ impl Progressive {
     }
 
     /// Writes the mesh.
+    ///
+    /// # Errors
+    /// Fails with the error of `out`, or if a part of the mesh cannot be compressed.
     pub fn write(&self, context: &Context, out: &mut impl Write) -> std::io::Result<()> {
         let mut splits: Vec<(Key, u32)> = self.splits().map(|(split, key, _)| (key, split)).collect();
         splits.sort_unstable_by_key(|split| std::cmp::Reverse(*split));

@@ -62,8 +62,9 @@ impl EditJournal {
     /// The journal at `path` of a mesh that is not edited yet; if it is there already, its edits are made again. The mesh is
     /// at the same level afterwards.
     ///
-    /// Fails if the mesh has edits, or the file is that of another mesh, is damaged, or another program works on it. The mesh
-    /// has no edits then.
+    /// # Errors
+    /// Fails if the mesh has edits, the file cannot be read or written, is that of another mesh or damaged, or another
+    /// program works on it. The mesh has no edits then.
     pub fn open(context: &Context, path: &Path, mesh: &mut ActiveMesh) -> Result<(Self, Recovered)> {
         if mesh.edits() != [0, 0] {
             return Err(Error::invalid("it has edits already").advise("begin its journal before the first one"));
@@ -113,14 +114,20 @@ impl EditJournal {
         Ok((made, found))
     }
 
-    /// Moves and turns regions; see [`ActiveMesh::edit`]. Fails too, and changes nothing, if it cannot be written down.
+    /// Moves and turns regions; see [`ActiveMesh::edit`].
+    ///
+    /// # Errors
+    /// Fails as [`ActiveMesh::edit`], and if the edit cannot be written down; nothing has changed then.
     pub fn edit(&mut self, context: &Context, mesh: &mut ActiveMesh, edit: &Edit) -> Result<usize> {
         let bytes = inputs::edit(&mesh.front(), edit)?;
         self.made(context, mesh, &bytes, |mesh| mesh.edit(context, edit), |reached| *reached)
             .map(|(reached, _)| reached)
     }
 
-    /// Makes a stroke; see [`ActiveMesh::sculpt`]. Fails too, and changes nothing, if it cannot be written down.
+    /// Makes a stroke; see [`ActiveMesh::sculpt`].
+    ///
+    /// # Errors
+    /// Fails as [`ActiveMesh::sculpt`], and if the stroke cannot be written down; nothing has changed then.
     pub fn sculpt(&mut self, context: &Context, mesh: &mut ActiveMesh, stroke: &Stroke) -> Result<Sculpted> {
         let Action::Sculpt { mode, height } = stroke.action else { return mesh.sculpt(context, stroke) };
         let image = stroke.stamp.as_ref().map(Stamp::image);
@@ -165,7 +172,10 @@ impl EditJournal {
         Ok((made, location))
     }
 
-    /// Takes the last edit back; see [`ActiveMesh::undo`]. Fails, and changes nothing, if that cannot be written down.
+    /// Takes the last edit back; see [`ActiveMesh::undo`].
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, if the file cannot be written.
     pub fn undo(&mut self, context: &Context, mesh: &mut ActiveMesh) -> Result<bool> {
         let Some(number) = self.done.last().copied() else { return Ok(false) };
         self.journal.undo(number)?;
@@ -173,8 +183,10 @@ impl EditJournal {
         Ok(mesh.undo(context))
     }
 
-    /// Makes the edit again that was taken back last; see [`ActiveMesh::redo`]. Fails, and changes nothing, if that cannot be
-    /// written down.
+    /// Makes the edit again that was taken back last; see [`ActiveMesh::redo`].
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, if the file cannot be written.
     pub fn redo(&mut self, context: &Context, mesh: &mut ActiveMesh) -> Result<bool> {
         let Some(number) = self.undone.last().copied() else { return Ok(false) };
         self.journal.redo(number)?;
@@ -183,6 +195,9 @@ impl EditJournal {
     }
 
     /// Waits until all is on the disk: against a failure of power.
+    ///
+    /// # Errors
+    /// Fails if the system cannot write the file to the disk.
     pub fn sync(&self) -> Result<()> {
         self.journal.sync()
     }
@@ -226,6 +241,9 @@ impl EditJournal {
 
 impl Input {
     /// Makes it on a mesh. Returns how many vertices it reached.
+    ///
+    /// # Errors
+    /// Fails as [`ActiveMesh::edit`] or [`ActiveMesh::sculpt`]; nothing has changed then.
     pub fn make(&self, context: &Context, mesh: &mut ActiveMesh) -> Result<usize> {
         let reached = match self {
             Input::Edit(edit) => mesh.edit(context, edit)?,

@@ -207,14 +207,21 @@ impl Reading {
 }
 
 impl Progressive {
-    /// Opens a file. `faces` is how fine a mesh is wanted: what comes after is not read. Fails if the file is damaged or
-    /// of a newer version, or the mesh needs more than `context`'s memory.
+    /// Opens a file. `faces` is how fine a mesh is wanted: what comes after is not read.
+    ///
+    /// # Errors
+    /// Fails if the file cannot be read, is damaged or of a newer version, or the mesh needs more than `context`'s
+    /// memory.
     pub fn open(context: &Context, path: &Path, faces: usize) -> Result<Self> {
         let mut source = std::io::BufReader::new(file::open(path)?);
         Self::read(context, &mut source, faces).map_err(|error| error.at(path.display().to_string()))
     }
 
     /// As [`Self::open`], from any source.
+    ///
+    /// # Errors
+    /// Fails if what the source gives ends too early, is damaged or of a newer version, or the mesh needs more than
+    /// `context`'s memory.
     pub fn read(context: &Context, source: &mut impl Read, faces: usize) -> Result<Self> {
         let (mut reading, mut made) = (Reading::new(context), None);
         while !reading.is_complete() && !is_enough(&reading, &made, faces) {

@@ -88,8 +88,11 @@ impl View {
 }
 
 impl ActiveMesh {
-    /// Becomes as fine as a view needs it. Splits that a wanted one stands on are made too, and those stay that a wanted one
-    /// stands on. Returns how many splits were made and taken back. Fails if the view is not usable.
+    /// Becomes as fine as a view needs it. Splits that a wanted one stands on are made too, and those stay that a
+    /// wanted one stands on. Returns how many splits were made and taken back.
+    ///
+    /// # Errors
+    /// Fails if the view is not usable, or the extents are of another mesh.
     pub fn adapt_to(&mut self, context: &Context, view: &View, extents: &Extents) -> Result<[usize; 2]> {
         view.check()?;
         if extents.0.len() != self.whole.vertex_count() {
