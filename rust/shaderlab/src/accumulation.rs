@@ -36,7 +36,10 @@ impl Accumulation {
         Self::ALL[self as usize].1
     }
 
-    /// Finds a way by its name; `weighted average` is `average`. Fails with the nearest name where there is none.
+    /// Finds a way by its name; `weighted average` is `average`.
+    ///
+    /// # Errors
+    /// Fails if there is no accumulation of the name; the error advises the nearest one.
     pub fn by_name(name: &str) -> Result<Self> {
         let name = if name == "weighted average" { "average" } else { name };
         let found = Self::ALL.iter().find(|(_, other)| *other == name);
@@ -51,8 +54,10 @@ impl Accumulation {
 
     /// Accumulates vectors and their weights to the vector of a pixel, as the augmented shader does on a device, in f32.
     ///
-    /// `vectors` has `features` numbers a vector. Fails if no vector has a weight other than 0, or if the weights of an
-    /// average sum to 0.
+    /// `vectors` has `features` numbers a vector.
+    ///
+    /// # Errors
+    /// Fails if no vector has a weight other than 0, the weights of an average sum to 0, or the vector is not finite.
     pub fn of(self, features: usize, weights: &[f32], vectors: &[f32]) -> Result<Vec<f32>> {
         let mut sums = vec![0.0_f32; features];
         let mut total = 0.0_f32;

@@ -63,8 +63,9 @@ const GROUPS: u32 = 4;
 impl Shader {
     /// Augments the shader. The result is checked by the front end again; its faults lie at the annotations.
     ///
-    /// Fails if the shader takes no vector, if its vectors differ in length, if an annotation stands where no statement can,
-    /// or if an expression is no float.
+    /// # Errors
+    /// Fails with faults at the annotations if the shader takes no vector, if its vectors differ in length, if an
+    /// annotation stands where no statement can, or if an expression is no float.
     pub fn augment(&self) -> Result<Augmented, Faults> {
         self.augmented().map_err(Faults::of(self.source()))
     }
@@ -477,6 +478,7 @@ fn built_in(module: &naga::Module, entry: &naga::EntryPoint, wanted: fn(&naga::B
 impl Augmented {
     /// Returns the text in WGSL, for devices.
     ///
+    /// # Errors
     /// Fails if the shader uses what WGSL lacks.
     pub fn wgsl(&self, shader: &Shader) -> Result<String, Faults> {
         match shader.source.language {

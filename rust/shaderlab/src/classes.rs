@@ -95,8 +95,9 @@ impl Classes {
 
     /// Checks the classes.
     ///
-    /// Fails if a vector has another length than the features or a number that is not finite, if the exponent is not in 0.01
-    /// to 64, or if there are more than [`MOST_EXAMPLES`] examples.
+    /// # Errors
+    /// Fails if the version is another one, a vector has another length than the features or a number that is not
+    /// finite, the exponent is not in 0.01 to 64, or there are more than [`MOST_EXAMPLES`] examples.
     pub fn check(&self) -> Result<()> {
         if self.version != 1 {
             return Err(Error::unsupported(format!("the classes have version {}", self.version))
@@ -169,12 +170,18 @@ impl Classes {
     }
 
     /// Returns the text of their file.
+    ///
+    /// # Errors
+    /// Fails as [`Classes::check`] does.
     pub fn to_json(&self) -> Result<String> {
         self.check()?;
         serde_json::to_string_pretty(self).map_err(|error| Error::internal(error.to_string()))
     }
 
-    /// Reads the text of a file. Fails if it is no classes, or where [`Classes::check`] does.
+    /// Reads the text of a file.
+    ///
+    /// # Errors
+    /// Fails if the text is no classes, or as [`Classes::check`] does.
     pub fn from_json(text: &str) -> Result<Self> {
         let classes: Self = serde_json::from_str(text).map_err(|error| {
             Error::invalid(format!("the classes cannot be read: {error}"))
@@ -185,12 +192,18 @@ impl Classes {
     }
 
     /// Writes the file, which appears whole or not at all.
+    ///
+    /// # Errors
+    /// Fails as [`Classes::check`] does, and if the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
         let text = self.to_json()?;
         relievo_core::file::store(path, |file| writeln!(file, "{text}"))
     }
 
     /// Reads a file.
+    ///
+    /// # Errors
+    /// Fails if the file cannot be read, is larger than 64 MiB or no UTF-8, or as [`Classes::from_json`] does.
     pub fn read(path: &Path) -> Result<Self> {
         let place = path.display().to_string();
         let bytes = relievo_core::file::load(path, MOST_BYTES)?;

@@ -58,8 +58,9 @@ impl Part {
 impl Log {
     /// Reads the words of a log whose vectors have `features` numbers.
     ///
-    /// Fails if there are fewer words than the accumulated features need, if the pixel took no vector of a weight other than
-    /// 0, if the weights of an average sum to 0, or if the vector is not finite.
+    /// # Errors
+    /// Fails if there are fewer words than the accumulated features need, if the pixel took no vector of a weight other
+    /// than 0, if the weights of an average sum to 0, or if the vector is not finite.
     pub fn of(words: &[u32], features: usize, accumulation: Accumulation) -> Result<Self> {
         Self::join(vec![(Part::of(words, features)?, 1.0)], features, accumulation)
     }

@@ -77,7 +77,11 @@ fn exponent() -> f32 {
 }
 
 impl Project {
-    /// Reads a project of its text. Fails with the line where it is faulty.
+    /// Reads a project of its text.
+    ///
+    /// # Errors
+    /// Fails if the text is no TOML of a project, with the line where it is faulty, if the version is another one, or
+    /// if the picture has no pixels.
     pub fn parse(text: &str) -> Result<Self> {
         let project: Self = toml::from_str(text).map_err(|error| {
             let line = error.span().map(|span| text[..span.start.min(text.len())].matches('\n').count() + 1);
@@ -98,6 +102,9 @@ impl Project {
     }
 
     /// Reads a project; paths in it become relative to the folder of the process.
+    ///
+    /// # Errors
+    /// Fails if the file cannot be read, is larger than 16 MiB or no UTF-8, or as [`Self::parse`] does.
     pub fn read(path: &Path) -> Result<Self> {
         let place = path.display().to_string();
         let bytes = relievo_core::file::load(path, MOST_BYTES)?;
@@ -112,8 +119,11 @@ impl Project {
         Ok(project)
     }
 
-    /// Writes a project whose paths are relative to the folder of the process. Comments before the first line of a file that
-    /// is there already stay. Fails if the file cannot be written; it appears whole or not at all.
+    /// Writes a project whose paths are relative to the folder of the process. Comments before the first line of a file
+    /// that is there already stay.
+    ///
+    /// # Errors
+    /// Fails if the file that is there cannot be read or the new one cannot be written; it appears whole or not at all.
     pub fn write(&self, path: &Path) -> Result<()> {
         let folder = path.parent().unwrap_or(Path::new(""));
         let relative = |path: &Path| path.strip_prefix(folder).map_or_else(|_| path.to_owned(), Path::to_owned);
@@ -136,6 +146,10 @@ impl Project {
     }
 
     /// Appends classified pixels to a project file and leaves the rest of its text alone.
+    ///
+    /// # Errors
+    /// Fails, and leaves the file as it is, if it cannot be read, is larger than 16 MiB, no UTF-8 or no project, or
+    /// cannot be written.
     pub fn append(path: &Path, examples: &[Classified]) -> Result<()> {
         let place = path.display().to_string();
         let bytes = relievo_core::file::load(path, MOST_BYTES)?;

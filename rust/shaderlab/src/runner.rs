@@ -117,9 +117,14 @@ fn place(pixel: [u32; 2]) -> String {
 impl Runner {
     /// Prepares a shader for pictures of `size` pixels.
     ///
-    /// `entry` names the entry point; it may be left out where there is one that computes pixels, or else one of vertices.
-    /// Fails if there is none or more than one, if an input is missing or of the wrong kind, if a name of a number is unknown,
-    /// or if the device cannot run the shader: vectors of vertices need a device whose vertex shaders can write.
+    /// `entry` names the entry point; it may be left out where there is one that computes pixels, or else one of
+    /// vertices.
+    ///
+    /// # Errors
+    /// Fails if the size is 0 or more than the device draws, if there is no entry point of the name or, without a name,
+    /// none or more than one, if an input is missing or of the wrong kind or length, if a name of an input is unknown,
+    /// or if the device cannot run the shader, is lost or has no memory: vectors of vertices need a device whose vertex
+    /// shaders can write.
     pub fn new(
         device: &Device,
         program: &Program,
@@ -132,6 +137,9 @@ impl Runner {
 
     /// Prepares a shader as [`Runner::new`] does, with the textures that `textures` has of these inputs on this device already;
     /// missing ones are added.
+    ///
+    /// # Errors
+    /// Fails as [`Runner::new`] does.
     pub fn sharing(
         device: &Device,
         program: &Program,
@@ -218,6 +226,9 @@ impl Runner {
     }
 
     /// Runs the shader without reading anything back and waits until it is done.
+    ///
+    /// # Errors
+    /// Fails if the classes do not fit the shader, or where the device is lost or has no memory.
     pub fn run(&self, classes: Option<&Classes>) -> Result<()> {
         let mut frame = self.device.frame()?;
         let list = self.start(&mut frame, classes)?;
@@ -262,6 +273,10 @@ impl Runner {
 
     /// Returns the picture of the shader, with the membership that `classes` give; an augmented shader without classes has
     /// the membership 0.5 everywhere. Channels are what the shader writes, without any conversion of colours.
+    ///
+    /// # Errors
+    /// Fails if the classes do not fit the shader, a compute shader writes no picture, or the device is lost or has no
+    /// memory.
     pub fn picture(&self, classes: Option<&Classes>) -> Result<Image> {
         let mut frame = self.device.frame()?;
         let list = self.start(&mut frame, classes)?;
@@ -274,8 +289,10 @@ impl Runner {
 
     /// Returns the membership of each pixel's vector, in one channel; 0.5 where the shader takes no vector.
     ///
-    /// Fails if vertices and fragments take vectors: those of fragments are judged on the device, before they could be joined
-    /// with those of vertices.
+    /// # Errors
+    /// Fails if vertices and fragments take vectors: those of fragments are judged on the device, before they could be
+    /// joined with those of vertices. Fails too if the shader is not augmented, the classes do not fit it, or the
+    /// device is lost or has no memory.
     pub fn mask(&self, classes: &Classes) -> Result<Image> {
         let [width, height] = self.size;
         match self.takes {
@@ -364,7 +381,10 @@ impl Runner {
     /// Returns the vectors of a pixel, whose column and row count from the upper left corner: those of the corners of the
     /// triangle that is seen there, their weights multiplied by the corners' shares, and then those of the pixel itself.
     ///
-    /// Fails if the pixel lies outside of the picture, or if the shader takes no vector of a weight other than 0 there.
+    /// # Errors
+    /// Fails if the pixel lies outside of the picture, if the shader is not augmented or takes no vector of a weight
+    /// other than 0 there, if the classes do not fit it, if the weights of an average sum to 0 or the vector is not
+    /// finite, or where the device is lost or has no memory.
     pub fn classify(&self, classes: &Classes, pixel: [u32; 2]) -> Result<Log> {
         self.check(pixel)?;
         let Instruments { features, accumulation, .. } = *self.instruments()?;

@@ -47,6 +47,7 @@ pub struct Entry {
 impl Shader {
     /// Reads a shader.
     ///
+    /// # Errors
     /// Fails with the faults of its annotations, or else with the faults that the front end of its language finds.
     pub fn new(source: Source) -> Result<Self, Faults> {
         let faults = Faults::of(&source);
@@ -119,8 +120,11 @@ impl Shader {
 
     /// Returns its text with a vector of variables, taken behind the last of them.
     ///
-    /// `chosen` has indices into [`Shader::variables`], `weight` is an expression. Fails if there is none, if one cannot be
-    /// seen from where the last is declared, or if no statement can stand there.
+    /// `chosen` has indices into [`Shader::variables`], `weight` is an expression.
+    ///
+    /// # Errors
+    /// Fails if no variable is chosen or one does not exist, if one cannot be seen from where the last is declared, or
+    /// if no statement can stand there.
     pub fn with_vector(&self, chosen: &[usize], weight: &str) -> Result<String, Faults> {
         with_vector(&self.source, &self.outline, &self.variables(), chosen, weight)
     }
@@ -138,6 +142,7 @@ impl Shader {
 
     /// Returns its text in WGSL, for devices.
     ///
+    /// # Errors
     /// Fails if the shader uses what WGSL lacks.
     pub fn wgsl(&self) -> Result<String, Faults> {
         match self.source.language {

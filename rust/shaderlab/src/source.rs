@@ -72,6 +72,7 @@ impl Source {
     /// Reads a shader. Its language and stage follow from the ending of the name: `.wgsl`; `.frag`, `.vert` or `.comp` for
     /// GLSL; `.glsl` for a fragment shader unless `.vert` or `.comp` stands before it.
     ///
+    /// # Errors
     /// Fails if the file cannot be read, is larger than [`MOST_BYTES`], is no UTF-8, or has another ending.
     pub fn read(path: &Path) -> Result<Self> {
         let place = path.display().to_string();

@@ -22,8 +22,11 @@ const MARGIN: f32 = 0.25;
 impl Transfer {
     /// Makes a transfer function over the features `axes`.
     ///
-    /// Without `ranges` it covers the examples and a quarter of their range on each side. Fails if there is no example, if a
-    /// feature does not exist or is named twice, or if a range is empty or not finite.
+    /// Without `ranges` it covers the examples and a quarter of their range on each side.
+    ///
+    /// # Errors
+    /// Fails if the classes are not usable ([`Classes::check`]), if there is no example, if a feature does not exist or
+    /// is named twice, or if a range is empty or not finite.
     pub fn new(classes: &Classes, axes: [usize; 2], ranges: Option<[[f32; 2]; 2]>) -> Result<Self> {
         classes.check()?;
         let count = classes.features.len();
@@ -64,6 +67,9 @@ impl Transfer {
     }
 
     /// Returns an image of one channel: the first feature grows to the right, the second one upwards.
+    ///
+    /// # Errors
+    /// Fails if the image has no pixels or more than an image can have.
     pub fn image(&self, width: u32, height: u32) -> Result<Image> {
         let mut image = Image::new(width, height, 1)?;
         let mut vector = self.means();
@@ -82,7 +88,8 @@ impl Transfer {
 
     /// Returns a function `name` of a shader that takes all features in order and returns the membership.
     ///
-    /// Fails if `name` is no name.
+    /// # Errors
+    /// Fails if `name` is no name of the shading languages.
     pub fn function(&self, language: Language, name: &str) -> Result<String> {
         membership_function(&self.classes, language, name)
     }
@@ -90,6 +97,7 @@ impl Transfer {
 
 /// Returns a function `name` of a shader that takes all features of classes in order and returns the membership, 0 to 1.
 ///
+/// # Errors
 /// Fails if `name` is no name of the shading languages, or if the classes cannot be used.
 pub fn membership_function(classes: &Classes, language: Language, name: &str) -> Result<String> {
     classes.check()?;

@@ -67,10 +67,13 @@ impl Shader {
     /// the variable is declared. Each is taken by a vector of that variable alone, in place of the vectors of the shader. All
     /// runs share the textures of `textures`, which are those of the setting's inputs on its device.
     ///
-    /// A variable of a vertex shader has its values at the vertices of the triangle that is seen at the pixel; their mean is
-    /// the interpolated value. A variable has an error in its place if its declaration gives it no value, if the pixel does not
-    /// pass it, if a value is not finite, or if no statement can stand behind it. Fails if the pixel lies outside of the
-    /// picture or the device cannot run the shader.
+    /// A variable of a vertex shader has its values at the vertices of the triangle that is seen at the pixel; their
+    /// mean is the interpolated value. A variable has an error in its place if its declaration gives it no value, if
+    /// the pixel does not pass it, if a value is not finite, or if no statement can stand behind it.
+    ///
+    /// # Errors
+    /// Fails if the pixel lies outside of the picture, the shader without its annotations cannot be read, or the device
+    /// cannot run it.
     pub fn values(
         &self,
         setting: &Setting<'_>,

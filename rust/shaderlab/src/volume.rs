@@ -26,7 +26,9 @@ impl Volume {
     /// Reads a volume: NIfTI-1 (`.nii`, `.nii.gz`) of one volume of numbers, or the first grid of floats of an OpenVDB file
     /// (`.vdb`), as far as its voxels are active.
     ///
-    /// Fails if the file is damaged or of another kind, or if it needs more than the context's memory limit.
+    /// # Errors
+    /// Fails if the file cannot be read, is damaged or of another kind, has no active voxel or an edge of more than
+    /// 16,384 voxels, or needs more than the context's memory limit.
     pub fn read(context: &Context, path: &Path) -> Result<Self> {
         let name = path.to_string_lossy().to_lowercase();
         let named = |error: Error| error.at(path.display().to_string());
@@ -41,7 +43,11 @@ impl Volume {
         Self::of_nifti(&bytes, context.memory_limit()).map_err(named)
     }
 
-    /// Reads a NIfTI-1 file in memory. Fails as [`Volume::read`] does.
+    /// Reads a NIfTI-1 file in memory.
+    ///
+    /// # Errors
+    /// Fails if the bytes end too early, are no NIfTI-1 file of one volume, have numbers of a kind that is not read or
+    /// an edge of more than 16,384 voxels, or if the volume needs more than `memory_limit` bytes.
     pub fn of_nifti(bytes: &[u8], memory_limit: u64) -> Result<Self> {
         let header = Header::of(bytes)?;
         let size = header.size()?;

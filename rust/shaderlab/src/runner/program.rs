@@ -64,12 +64,18 @@ pub struct Program {
 }
 
 impl Program {
-    /// Makes a program of a shader as it is. Fails if the shader uses what WGSL lacks.
+    /// Makes a program of a shader as it is.
+    ///
+    /// # Errors
+    /// Fails if the shader uses what WGSL lacks.
     pub fn plain(shader: &Shader) -> std::result::Result<Self, Faults> {
         Ok(Self::of(&shader.parsed, shader.wgsl()?, None))
     }
 
-    /// Makes a program of an augmented shader. Fails as [`Program::plain`] does.
+    /// Makes a program of an augmented shader.
+    ///
+    /// # Errors
+    /// Fails as [`Program::plain`] does.
     pub fn augmented(shader: &Shader, augmented: &Augmented) -> std::result::Result<Self, Faults> {
         Ok(Self::of(&augmented.parsed, augmented.wgsl(shader)?, Some(augmented)))
     }
@@ -84,8 +90,9 @@ impl Program {
     /// Adds a vertex shader of another text, plain or augmented, to the program of a fragment shader. Its bind groups follow
     /// those of the fragment shader, so that both may number them from 0; inputs of one name reach both.
     ///
-    /// Fails if the vertex shader has no vertex entry point or several, if it uses what WGSL lacks, or if both take vectors
-    /// that differ in length or accumulation.
+    /// # Errors
+    /// Fails if the vertex shader has no vertex entry point or several, if it uses what WGSL lacks, or if both take
+    /// vectors that differ in length or accumulation.
     pub fn with_vertex(mut self, shader: &Shader, augmented: Option<&Augmented>) -> Result<Self> {
         let first = self.resources.iter().map(|resource| resource.group.saturating_add(1)).max().unwrap_or(0);
         let parsed = augmented.map_or(&shader.parsed, |it| &it.parsed);
