@@ -52,6 +52,7 @@ pub enum Body {
 impl Collider {
     /// Makes a collider with a coefficient of friction, a translation and a rotation vector over time.
     ///
+    /// # Errors
     /// Fails if the friction is negative or the radius not positive.
     pub fn new(body: Body, friction: f32, translation: Curve<3>, rotation: Curve<3>) -> Result<Self> {
         Self::moving(body, friction, Motion::Curves { translation, rotation })
@@ -59,6 +60,7 @@ impl Collider {
 
     /// Makes a collider that stays in a pose until [`Self::add_pose`] gives it others, such as those of a rigid body.
     ///
+    /// # Errors
     /// Fails as [`Self::new`] does.
     pub fn posed(body: Body, friction: f32, pose: Pose) -> Result<Self> {
         Self::moving(body, friction, Motion::Poses(vec![(0.0, pose)]))
@@ -81,8 +83,10 @@ impl Collider {
         (&self.body, self.friction)
     }
 
-    /// Adds the pose at a time in seconds after all so far. Between two it moves and turns evenly. Fails if the time is not
-    /// later, or the collider moves along curves.
+    /// Adds the pose at a time in seconds after all so far. Between two it moves and turns evenly.
+    ///
+    /// # Errors
+    /// Fails if the time is not later, or the collider moves along curves.
     pub fn add_pose(&mut self, time: f64, pose: Pose) -> Result<()> {
         match &mut self.motion {
             Motion::Poses(poses) if poses.last().is_none_or(|(last, _)| time > *last) => poses.push((time, pose)),

@@ -9,7 +9,10 @@ pub struct Curve<const WIDTH: usize> {
 }
 
 impl<const WIDTH: usize> Curve<WIDTH> {
-    /// Makes a curve of times in seconds, which increase, and values. Fails if there is no key or a number is not finite.
+    /// Makes a curve of times in seconds, which increase, and values.
+    ///
+    /// # Errors
+    /// Fails if there is no key, a number is not finite, or the times do not increase.
     pub fn new(keys: Vec<(f64, [f32; WIDTH])>) -> Result<Self> {
         let is_finite = |(time, value): &(f64, [f32; WIDTH])| time.is_finite() && value.iter().all(|v| v.is_finite());
         if keys.is_empty() || !keys.iter().all(is_finite) || !keys.windows(2).all(|pair| pair[0].0 < pair[1].0) {

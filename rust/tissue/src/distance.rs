@@ -46,8 +46,10 @@ pub struct Closest {
 }
 
 impl DistanceField {
-    /// Makes the field of a mesh. Triangles without area are left out. Fails if an index does not exist, a point is not
-    /// finite or no triangle has an area.
+    /// Makes the field of a mesh. Triangles without area are left out.
+    ///
+    /// # Errors
+    /// Fails if an index does not exist, a point is not finite or no triangle has an area.
     pub fn new(points: &[[f32; 3]], triangles: &[[u32; 3]]) -> Result<Self> {
         if let Some(point) = points.iter().position(|point| !point.iter().all(|at| at.is_finite())) {
             return Err(Error::invalid("a coordinate is not finite").at(format!("point {point}")));

@@ -45,8 +45,10 @@ const TISSUES: [(&str, f32, f32); 5] = [
 const DENSITY: f32 = 1060.0;
 
 impl Material {
-    /// Makes a material of Young's modulus in Pa and Poisson's ratio. Fails if the modulus or density is not positive, or
-    /// the ratio is outside −0.99 to 0.4999.
+    /// Makes a material of Young's modulus in Pa and Poisson's ratio.
+    ///
+    /// # Errors
+    /// Fails if the ratio is outside −0.99 to 0.4999, or a number is not in the range of [`Self::check`].
     pub fn of_young(name: &str, young: f32, poisson: f32, density: f32) -> Result<Self> {
         if !(-0.99..=0.4999).contains(&poisson) {
             return Err(Error::invalid(format!("Poisson's ratio of `{name}` is {poisson}"))
@@ -62,7 +64,10 @@ impl Material {
         Ok(material)
     }
 
-    /// Returns the soft tissue called `name` from the built-in library. Fails if it has none of that name.
+    /// Returns the soft tissue called `name` from the built-in library.
+    ///
+    /// # Errors
+    /// Fails if the library has none of that name.
     pub fn of_library(name: &str) -> Result<Self> {
         match TISSUES.iter().find(|tissue| tissue.0 == name) {
             Some((name, young, poisson)) => Self::of_young(name, *young, *poisson, DENSITY),
@@ -79,7 +84,10 @@ impl Material {
         young(self.shear, self.bulk)
     }
 
-    /// Fails if a number is out of its range.
+    /// Checks the density in kg/m³ and the moduli in Pa.
+    ///
+    /// # Errors
+    /// Fails if one is not between 10⁻⁶ and 10¹⁵.
     pub fn check(&self) -> Result<()> {
         let numbers = [("density", self.density), ("shear modulus", self.shear), ("bulk modulus", self.bulk)];
         match numbers.into_iter().find(|(_, value)| !(*value > 1e-6 && *value < 1e15)) {
@@ -92,7 +100,10 @@ impl Material {
 }
 
 impl Muscle {
-    /// Fails if a number is out of its range.
+    /// Checks the stiffness and the strength in Pa.
+    ///
+    /// # Errors
+    /// Fails if one is negative or not below 10¹⁵.
     pub fn check(&self) -> Result<()> {
         let numbers = [("stiffness", self.stiffness), ("strength", self.strength)];
         match numbers.into_iter().find(|(_, value)| !(*value >= 0.0 && *value < 1e15)) {

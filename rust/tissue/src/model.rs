@@ -151,7 +151,9 @@ impl<T> Lists<T> {
 impl Model {
     /// Makes a block of equal boxes of one material, from its lowest corner and the size of an element in metres.
     ///
-    /// Fails if a size is not positive or there are too many elements.
+    /// # Errors
+    /// Fails if a count is 0, a size is not positive, the material is not usable, or there are 2³² nodes or more or too
+    /// many for the memory.
     pub fn block(low: [f32; 3], cell: [f32; 3], counts: [u32; 3], material: Material) -> Result<Self> {
         let [x, y, z] = counts.map(|count| count as usize);
         let nodes = counts.iter().map(|count| f64::from(*count) + 1.0).product::<f64>();
@@ -184,7 +186,10 @@ impl Model {
         Ok(model)
     }
 
-    /// Returns the set of nodes called `name`. Fails if there is none.
+    /// Returns the set of nodes called `name`.
+    ///
+    /// # Errors
+    /// Fails if there is no set of that name.
     pub fn set(&self, name: &str) -> Result<&NodeSet> {
         self.sets.iter().find(|set| set.name == name).ok_or_else(|| {
             let names: Vec<&str> = self.sets.iter().map(|set| set.name.as_str()).collect();
@@ -195,7 +200,10 @@ impl Model {
         })
     }
 
-    /// Returns the index of the muscle called `name`. Fails if there is none.
+    /// Returns the index of the muscle called `name`.
+    ///
+    /// # Errors
+    /// Fails if there is no muscle of that name.
     pub fn muscle(&self, name: &str) -> Result<usize> {
         self.muscles.iter().position(|muscle| muscle.name == name).ok_or_else(|| {
             let names: Vec<&str> = self.muscles.iter().map(|muscle| muscle.name.as_str()).collect();
@@ -254,8 +262,12 @@ impl Model {
         sums
     }
 
-    /// Fails unless the model can be simulated: every index exists, every number is finite and in its range, and every
-    /// element has a volume and a material.
+    /// Checks that the model can be simulated.
+    ///
+    /// # Errors
+    /// Fails unless every index exists, every number is finite and in its range, every element has materials whose
+    /// shares add up to 1, and every fibre a muscle, a share and a direction of length 1; with `cell`, unless every
+    /// element is a box of that size.
     pub fn check(&self) -> Result<()> {
         let (nodes, elements) = (self.nodes.len(), self.elements.len());
         if nodes == 0 || elements == 0 {

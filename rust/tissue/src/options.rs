@@ -43,7 +43,10 @@ impl Default for SimulationOptions {
 }
 
 impl SimulationOptions {
-    /// Fails if an option is out of its range.
+    /// Checks the options.
+    ///
+    /// # Errors
+    /// Fails if an option is out of its range, and names it.
     pub fn check(&self) -> Result<()> {
         let is_step = |step: Option<f32>| step.is_none_or(|step| step > 0.0 && step.is_finite());
         let refuse = |what: String, name: &str, range: &str| Err(Error::invalid(what).at(name).advise(range));

@@ -195,7 +195,10 @@ impl Simulation {
         &self.state
     }
 
-    /// Goes on from a state. Fails if it is not of this model, or a number is not finite.
+    /// Goes on from a state.
+    ///
+    /// # Errors
+    /// Fails if the state is not of this model, or a number is not finite.
     pub fn set_state(&mut self, state: State) -> Result<()> {
         let count = self.model.nodes.len();
         if state.displacements.len() != count || state.velocities.len() != count {
@@ -210,8 +213,10 @@ impl Simulation {
         Ok(())
     }
 
-    /// Sets the activation over time of muscle `muscle`, 0 to 1. Fails if the muscle does not exist or a value is out of
-    /// range.
+    /// Sets the activation over time of muscle `muscle`, 0 to 1.
+    ///
+    /// # Errors
+    /// Fails if the muscle does not exist or a value is out of range.
     pub fn activate(&mut self, muscle: usize, activation: Curve<1>) -> Result<()> {
         if let Some((time, value)) = activation.keys().iter().find(|(_, value)| !(0.0..=1.0).contains(&value[0])) {
             return Err(
@@ -225,7 +230,10 @@ impl Simulation {
         Ok(())
     }
 
-    /// Moves nodes along axes. Fails if a node does not exist.
+    /// Moves nodes along axes.
+    ///
+    /// # Errors
+    /// Fails if a node does not exist.
     pub fn drive(&mut self, drive: Drive) -> Result<()> {
         if let Some(node) = drive.nodes.iter().find(|node| **node as usize >= self.masses.len()) {
             return Err(Error::invalid(format!("node {node} does not exist")).at("nodes that are moved"));
@@ -240,7 +248,10 @@ impl Simulation {
         Ok(())
     }
 
-    /// Sets the forces on all nodes from outside, in N; none if the list is empty. Fails if there are not as many as nodes.
+    /// Sets the forces on all nodes from outside, in N; none if the list is empty.
+    ///
+    /// # Errors
+    /// Fails if there are not as many forces as nodes, or one is not finite.
     pub fn load(&mut self, forces: &[[f32; 3]]) -> Result<()> {
         if !(forces.is_empty() || forces.len() == self.masses.len())
             || !forces.as_flattened().iter().all(|f| f.is_finite())
@@ -275,7 +286,10 @@ impl Simulation {
         &mut self.colliders
     }
 
-    /// Presses on faces. Fails if a node does not exist.
+    /// Presses on faces.
+    ///
+    /// # Errors
+    /// Fails if a node of a face does not exist.
     pub fn press(&mut self, pressure: Pressure) -> Result<()> {
         pressure.check(self.masses.len())?;
         self.pressures.push(pressure);
@@ -287,10 +301,13 @@ impl Simulation {
         self.halved
     }
 
-    /// Takes `count` steps. Fails when an element is inside out and the step cannot be halved again; the state is then the
-    /// one in which it is.
+    /// Takes `count` steps.
     ///
     /// A device that was given takes the steps if it can, and the processor takes over where it fails. The state is then that before where an element turns inside out.
+    ///
+    /// # Errors
+    /// Fails when an element is inside out and the step cannot be halved again, when all nodes are inside of a
+    /// collider, and if `progress` asks to stop; the state is then the one in which it is.
     pub fn advance(&mut self, context: &Context, count: u64, progress: &mut dyn Progress) -> Result<()> {
         if self.has_device() {
             match self.advance_on_device(count, progress) {
@@ -317,6 +334,9 @@ impl Simulation {
     }
 
     /// Takes one step, whose length is never halved.
+    ///
+    /// # Errors
+    /// Fails if an element is inside out, or all nodes are inside of a collider.
     pub fn step(&mut self, context: &Context) -> Result<()> {
         self.state.steps += 1;
         self.move_on(context, [self.steps.step; 2])
@@ -516,6 +536,10 @@ impl Simulation {
     ///
     /// It ends when no node has an unbalanced force above `tolerance` times the largest force on a node, or after `most`
     /// steps. The time does not go on.
+    ///
+    /// # Errors
+    /// Fails if an element is inside out, all nodes are inside of a collider, or `progress` asks to stop; the
+    /// displacements are then those of the last step.
     pub fn relax(
         &mut self,
         context: &Context,
@@ -641,6 +665,9 @@ impl Simulation {
     }
 
     /// Returns the forces with which nodes resist their displacements in the present state, added up, in N.
+    ///
+    /// # Errors
+    /// Fails if an element is inside out.
     pub fn reaction(&mut self, context: &Context, nodes: &[u32]) -> Result<[f64; 3]> {
         self.forces(context, self.state.seconds)?;
         let known = nodes.iter().filter(|node| (**node as usize) < self.masses.len());
@@ -649,6 +676,9 @@ impl Simulation {
     }
 
     /// Returns the force of elements on every node in the present state, in N.
+    ///
+    /// # Errors
+    /// Fails if an element is inside out.
     pub fn inner_forces(&mut self, context: &Context) -> Result<Vec<[f32; 3]>> {
         self.forces(context, self.state.seconds)?;
         Ok((0..self.masses.len()).map(|node| self.inner(node).to_array()).collect())
@@ -658,9 +688,12 @@ impl Simulation {
     /// force of contact along the collider's normal, by the node's share of the outer faces that look at the collider. Where
     /// several touch a node, the largest counts.
     ///
-    /// The force is the one that balances elements, loads, pressures, gravity and damping along the normal: that of a node
-    /// which the collider holds at rest or in even motion. It depends on the state alone. Contact of the model with itself is
-    /// left out. Fails if an element is inside out.
+    /// The force is the one that balances elements, loads, pressures, gravity and damping along the normal: that of a
+    /// node which the collider holds at rest or in even motion. It depends on the state alone. Contact of the model
+    /// with itself is left out.
+    ///
+    /// # Errors
+    /// Fails if an element is inside out.
     pub fn contact_pressures(&self, context: &Context) -> Result<Vec<f32>> {
         if self.colliders.is_empty() {
             return Ok(vec![0.0; self.masses.len()]);
@@ -693,6 +726,9 @@ impl Simulation {
     }
 
     /// Returns the energies in the present state. Velocities are those at the time of the displacements.
+    ///
+    /// # Errors
+    /// Fails if an element is inside out.
     pub fn energies(&mut self, context: &Context) -> Result<Energies> {
         self.forces(context, self.state.seconds)?;
         let mut energies = Energies::default();
@@ -725,6 +761,9 @@ impl Simulation {
     }
 
     /// Returns the stress and the stretch of every element in the present state.
+    ///
+    /// # Errors
+    /// Fails if an element of the model at rest is inside out.
     pub fn element_states(&self, context: &Context) -> Result<Vec<ElementState>> {
         context.map(self.model.elements.len(), |element| self.element_state(element)).into_iter().collect()
     }

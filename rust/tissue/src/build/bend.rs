@@ -23,8 +23,11 @@ pub struct Bend {
 }
 
 impl Bend {
-    /// Fails unless radii are positive, and the points lie within half a turn across, a quarter of a turn up or down, and in
-    /// front of the centres of the arcs.
+    /// Checks the radii, and that points in metres can be bent.
+    ///
+    /// # Errors
+    /// Fails unless radii are positive, and the points lie within half a turn across, a quarter of a turn up or down,
+    /// and in front of the centres of the arcs.
     pub fn check(&self, points: &[[f32; 3]]) -> Result<()> {
         let [across, up] = self.radii;
         let refuse = |what: String, advice: &str| Err(Error::invalid(what).at("bend").advise(advice));

@@ -30,8 +30,10 @@ pub struct Anchor {
 }
 
 impl Binding {
-    /// Binds points in metres to the closest elements of a model. Fails if a point is not finite or a triangle names one
-    /// that does not exist.
+    /// Binds points in metres to the closest elements of a model.
+    ///
+    /// # Errors
+    /// Fails if a point is not finite or a triangle names a point that does not exist.
     pub fn new(
         context: &Context,
         model: &Model,

@@ -31,8 +31,11 @@ struct Jet {
 }
 
 impl NurbsMuscle {
-    /// Makes the volume of rings of control points with their weights, in metres. Fails unless there are at least two rings,
-    /// all of the same number of at least four points, with finite numbers and positive weights.
+    /// Makes the volume of rings of control points with their weights, in metres.
+    ///
+    /// # Errors
+    /// Fails unless there are at least two rings, all of the same number of at least four points, with finite numbers
+    /// and positive weights.
     pub fn new(rings: &[Vec<[f64; 4]>]) -> Result<Self> {
         let around = rings.first().map_or(0, Vec::len);
         let along = rings.len();

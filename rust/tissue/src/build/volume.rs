@@ -95,7 +95,11 @@ pub struct Restraint {
 }
 
 impl Description {
-    /// Fails if a number is out of its range, an index does not exist or the surface of a volume is not closed.
+    /// Checks that a model can be made of it.
+    ///
+    /// # Errors
+    /// Fails if a number is out of its range, there is no volume or none on level 0, an index does not exist, a volume
+    /// has layers without a skin, or the surface of a volume is not closed.
     pub fn check(&self) -> Result<()> {
         if !self.cell.iter().all(|size| *size > 1e-7 && *size < 1e6) {
             return Err(Error::invalid(format!("voxels of {:?} m cannot be", self.cell))

@@ -82,7 +82,10 @@ impl Model {
         sealed(MODEL, &out.0)
     }
 
-    /// Returns the model in the bytes of a file. Fails if they are damaged or of a newer version, or the model cannot be used.
+    /// Returns the model in the bytes of a file.
+    ///
+    /// # Errors
+    /// Fails if the bytes are no model, damaged or of another version, or the model cannot be used ([`Self::check`]).
     pub fn decode(bytes: &[u8]) -> Result<Self> {
         let mut input = opened(MODEL, bytes, "model")?;
         let model = Self {
@@ -133,12 +136,18 @@ impl Model {
     }
 
     /// Writes a model file. It appears under its name when it is complete.
+    ///
+    /// # Errors
+    /// Fails if the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
         let bytes = self.encode();
         file::store(path, |out| out.write_all(&bytes))
     }
 
-    /// Reads a model file. Fails as [`Self::decode`].
+    /// Reads a model file.
+    ///
+    /// # Errors
+    /// Fails if the file cannot be read or is larger than the memory limit, and as [`Self::decode`].
     pub fn read(context: &Context, path: &Path) -> Result<Self> {
         let bytes = file::load(path, context.memory_limit())?;
         Self::decode(&bytes).map_err(|error| error.at(path.display().to_string()))
@@ -164,7 +173,10 @@ impl SavedState {
         sealed(STATE, &out.0)
     }
 
-    /// Returns the state in the bytes of a file. Fails if they are damaged or of a newer version.
+    /// Returns the state in the bytes of a file.
+    ///
+    /// # Errors
+    /// Fails if the bytes are no state, damaged or of another version.
     pub fn decode(bytes: &[u8]) -> Result<Self> {
         let mut input = opened(STATE, bytes, "state")?;
         let identity = input.number()?;
@@ -183,12 +195,18 @@ impl SavedState {
     }
 
     /// Writes a state file. It appears under its name when it is complete.
+    ///
+    /// # Errors
+    /// Fails if the file cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
         let bytes = self.encode();
         file::store(path, |out| out.write_all(&bytes))
     }
 
-    /// Reads a state file. Fails as [`Self::decode`].
+    /// Reads a state file.
+    ///
+    /// # Errors
+    /// Fails if the file cannot be read or is larger than the memory limit, and as [`Self::decode`].
     pub fn read(context: &Context, path: &Path) -> Result<Self> {
         let bytes = file::load(path, context.memory_limit())?;
         Self::decode(&bytes).map_err(|error| error.at(path.display().to_string()))

@@ -12,8 +12,10 @@ use crate::model::Model;
 use crate::simulation::{ElementState, Simulation};
 
 impl Scan {
-    /// Reads a grid of an OpenVDB file: the one of a name, or the first. Fails as [`relievo_openvdb::read`] and
-    /// [`Self::of_grid`].
+    /// Reads a grid of an OpenVDB file: the one of a name, or the first.
+    ///
+    /// # Errors
+    /// Fails as [`relievo_openvdb::read`] and [`Self::of_grid`].
     pub fn read_grid(context: &Context, path: &Path, name: Option<&str>) -> Result<Self> {
         let grid = read(context, path, name, None, &mut Silent)?;
         Self::of_grid(context, &grid).map_err(|error| error.at(path.display().to_string()))
@@ -22,8 +24,9 @@ impl Scan {
     /// Copies the box of active voxels of a grid of numbers, truth values or labels. Inside of a level set values are
     /// negative, and those of truth values are 0 and 1.
     ///
-    /// Fails if no voxel is active, a value has more than one number, the box does not fit the memory limit, or the voxels
-    /// are not boxes along the axes of the world.
+    /// # Errors
+    /// Fails if no voxel is active, a value has more than one number, the box does not fit the memory limit, or the
+    /// voxels are not boxes along the axes of the world.
     pub fn of_grid(context: &Context, grid: &Grid) -> Result<Self> {
         let info = grid.info()?;
         let named = |error: Error| error.at(format!("grid {}", info.name));
@@ -77,8 +80,10 @@ fn number(kind: Kind, bytes: &[u8]) -> f32 {
 }
 
 impl Model {
-    /// Returns a grid of labels at rest: 1 and the index of the material with the largest share, 0 outside. Fails if the
-    /// elements are not equal boxes, or the grid does not fit the memory limit.
+    /// Returns a grid of labels at rest: 1 and the index of the material with the largest share, 0 outside.
+    ///
+    /// # Errors
+    /// Fails if the elements are not equal boxes, or the grid does not fit the memory limit.
     pub fn label_grid(&self, context: &Context) -> Result<Grid> {
         let labels = self.main_materials();
         self.grid(context, "material", Kind::Int32, |element| (labels[element] as i32 + 1).to_ne_bytes())
@@ -117,8 +122,11 @@ impl Model {
 }
 
 impl Simulation {
-    /// Writes grids of the elements at rest to an OpenVDB file: `material` as labels, `von_mises` in Pa and `volume` as the
-    /// share of that at rest. Fails as [`Model::label_grid`], or if the system refuses.
+    /// Writes grids of the elements at rest to an OpenVDB file: `material` as labels, `von_mises` in Pa and `volume` as
+    /// the share of that at rest.
+    ///
+    /// # Errors
+    /// Fails as [`Model::label_grid`], or if the file cannot be written.
     pub fn write_vdb(&self, context: &Context, path: &Path, elements: &[ElementState]) -> Result<()> {
         let model = self.model();
         let of = |element: usize| elements.get(element).copied().unwrap_or_default();

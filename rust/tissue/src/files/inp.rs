@@ -59,6 +59,9 @@ impl Model {
     }
 
     /// Writes an Abaqus input file.
+    ///
+    /// # Errors
+    /// Fails if the file cannot be written.
     pub fn write_inp(&self, path: &Path) -> Result<()> {
         let text = self.to_inp();
         file::store(path, |out| out.write_all(text.as_bytes()))

@@ -21,7 +21,10 @@ pub struct InpModel {
 const DENSITY: f32 = 1000.0;
 
 impl Model {
-    /// Reads an Abaqus input file. Fails if it cannot be read or has no hexahedra with materials.
+    /// Reads an Abaqus input file.
+    ///
+    /// # Errors
+    /// Fails if the file cannot be read, is larger than the memory limit or no UTF-8, and as [`Self::of_inp`].
     pub fn read_inp(context: &Context, path: &Path) -> Result<InpModel> {
         let named = |error: Error| error.at(path.display().to_string());
         let bytes = file::load(path, context.memory_limit())?;
@@ -29,7 +32,11 @@ impl Model {
         Self::of_inp(text).map_err(named)
     }
 
-    /// Makes a model of the text of an Abaqus input file. Fails as [`Self::read_inp`].
+    /// Makes a model of the text of an Abaqus input file.
+    ///
+    /// # Errors
+    /// Fails, with the line where it can, if a number cannot be read, a name, node or set does not exist, elements are
+    /// not hexahedra of eight nodes, an element has no material, or the model cannot be used ([`Self::check`]).
     pub fn of_inp(text: &str) -> Result<InpModel> {
         let mut reader = Reader::default();
         for (number, line) in (1..).zip(text.lines()) {

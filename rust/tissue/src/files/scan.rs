@@ -27,8 +27,10 @@ const HEADER: usize = 348;
 const MOST: i16 = i16::MAX;
 
 impl Scan {
-    /// Reads a file, compressed or not. Fails if it is not NIfTI-1, its numbers are of a kind that is not read, it is shorter
-    /// than it states or larger than the memory limit.
+    /// Reads a file, compressed or not.
+    ///
+    /// # Errors
+    /// Fails if the file cannot be read, and as [`Self::decode`]; the memory limit of the context holds for both.
     pub fn read(context: &Context, path: &Path) -> Result<Self> {
         let named = |error: Error| error.at(path.display().to_string());
         let bytes = file::load(path, context.memory_limit())?;
@@ -38,7 +40,11 @@ impl Scan {
         Self::decode(bytes.as_slice(), context.memory_limit()).map_err(named)
     }
 
-    /// Reads a scan from uncompressed bytes. Fails as [`Self::read`].
+    /// Reads a scan from uncompressed bytes.
+    ///
+    /// # Errors
+    /// Fails if the bytes are not NIfTI-1 in one file, its numbers are of a kind that is not read, a size is out of
+    /// range, it is shorter than it states, or its voxels do not fit into `limit` bytes.
     pub fn decode(mut input: impl Read, limit: u64) -> Result<Self> {
         let mut header = [0; HEADER];
         input.read_exact(&mut header).map_err(|_| cut())?;

@@ -16,6 +16,9 @@ impl Simulation {
     /// Writes the present state as a `.vtu` file: displacements, velocities and contact pressures of nodes; stress,
     /// Green–Lagrange strain, von Mises stress, principal stresses and strains, volume, fibre stretch and main material of
     /// elements. Lists of another length than the model has nodes or elements are left out.
+    ///
+    /// # Errors
+    /// Fails if the file cannot be written.
     pub fn write_vtu(&self, path: &Path, elements: &[ElementState], pressures: &[f32]) -> Result<()> {
         let mut data = Appended::default();
         let state = self.state();
