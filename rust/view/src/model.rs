@@ -41,7 +41,9 @@ const UPLOAD: usize = 3;
 /// Opens the window of a session, drawn by `device`, where the axis `up`, 0 to 2, points up. Returns the session when the
 /// window is closed. A script acts first; the window closes at its end.
 ///
-/// Fails if there is no display, if the graphics device cannot present to it, or if an act of the script finds no widget.
+/// # Errors
+/// Fails if there is no display, if the graphics device cannot present to it, is lost or has no memory, or if an act of
+/// the script finds no widget.
 pub fn run(session: Session, device: &Device, up: usize, script: Option<Script>) -> Result<Session> {
     let context = egui::Context::default();
     context.set_theme(egui::Theme::Dark);

@@ -75,7 +75,10 @@ pub struct Script {
 }
 
 impl Script {
-    /// Reads the text of a script. Fails with the line that is no act.
+    /// Reads the text of a script.
+    ///
+    /// # Errors
+    /// Fails, with the line, if a line is no act.
     pub fn parse(text: &str) -> Result<Self> {
         let mut acts = Vec::new();
         for (index, line) in text.lines().enumerate() {
@@ -94,6 +97,9 @@ impl Script {
     }
 
     /// Reads a file.
+    ///
+    /// # Errors
+    /// Fails if the file cannot be read, is larger than 1 MiB or no UTF-8, and as [`Self::parse`].
     pub fn read(path: &Path) -> Result<Self> {
         let place = path.display().to_string();
         let bytes = relievo_core::file::load(path, MOST_BYTES)?;

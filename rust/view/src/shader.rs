@@ -22,7 +22,9 @@ pub use session::{Opening, Session};
 
 /// Opens the window of a session and returns when it is closed. A script acts first; the window closes at its end.
 ///
-/// Fails if there is no display, if the graphics device cannot present to it, or if an act of the script finds no widget.
+/// # Errors
+/// Fails if there is no display, if the graphics device cannot present to it, is lost or has no memory, or if an act of
+/// the script finds no widget.
 pub fn run(session: Session, script: Option<Script>) -> Result<()> {
     let context = egui::Context::default();
     let panels = Panels::new(&context, &session);

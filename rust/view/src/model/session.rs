@@ -415,12 +415,18 @@ impl Session {
         self.show()
     }
 
-    /// Undoes the last edit, if there is one. Fails as [`Self::go_to`] does.
+    /// Undoes the last edit, if there is one.
+    ///
+    /// # Errors
+    /// Fails as [`Self::go_to`] does.
     pub fn undo(&mut self) -> Result<()> {
         self.go_to(self.history.undo_count().saturating_sub(1))
     }
 
-    /// Makes the edit that was undone last again, if there is one. Fails as [`Self::go_to`] does.
+    /// Makes the edit that was undone last again, if there is one.
+    ///
+    /// # Errors
+    /// Fails as [`Self::go_to`] does.
     pub fn redo(&mut self) -> Result<()> {
         self.go_to(self.history.undo_count() + 1)
     }

@@ -90,6 +90,7 @@ impl std::fmt::Debug for Session {
 impl Session {
     /// Opens a session. A shader that is refused is no failure: its faults are shown beside its text.
     ///
+    /// # Errors
     /// Fails if the file of the shader cannot be read or its language is unknown.
     pub fn open(opening: Opening) -> Result<Self> {
         let text = Source::read(&opening.project.shader)?.text.to_string();
@@ -237,7 +238,9 @@ impl Session {
 
     /// Makes a pixel an example of a class, in place of an example that it was, and draws the picture anew.
     ///
-    /// Fails if the shader takes no vector there; then nothing changes.
+    /// # Errors
+    /// Fails if the shader takes no vector there, there are as many examples as there may be, or the device is lost or
+    /// has no memory; then nothing changes.
     pub fn classify(&mut self, pixel: [u32; 2], class: Class) -> Result<()> {
         let log = self.log(pixel)?;
         let Some(classes) = &self.classes else { return Ok(()) };
@@ -294,7 +297,10 @@ impl Session {
         compiled.runner.classify(&Classes::of(augmented), pixel)
     }
 
-    /// Asks why a pixel has its membership. Fails if the shader takes no vector there.
+    /// Asks why a pixel has its membership.
+    ///
+    /// # Errors
+    /// Fails if the shader takes no vector there, or the device is lost or has no memory.
     pub fn ask(&mut self, pixel: [u32; 2]) -> Result<()> {
         let log = self.log(pixel)?;
         let Some(classes) = &self.classes else { return Ok(()) };
@@ -304,7 +310,10 @@ impl Session {
         Ok(())
     }
 
-    /// Takes the values of all float variables at a pixel. Fails if the pixel lies outside of the picture.
+    /// Takes the values of all float variables at a pixel.
+    ///
+    /// # Errors
+    /// Fails if the pixel lies outside of the picture, or the device cannot run the shader without its vectors.
     pub fn look(&mut self, pixel: [u32; 2]) -> Result<()> {
         let Some(Compiled { shader, vertex, .. }) = &self.compiled else { return Ok(()) };
         let Opening { device, project, inputs, size, .. } = &self.opening;
@@ -345,6 +354,7 @@ impl Session {
 
     /// Saves the shader and the project. Without a project file, one is written beside the shader.
     ///
+    /// # Errors
     /// Fails if a file cannot be written; files appear whole or not at all.
     pub fn save(&mut self) -> Result<PathBuf> {
         let Opening { project, file, .. } = &self.opening;
@@ -361,8 +371,11 @@ impl Session {
         Ok(path)
     }
 
-    /// Writes what is not saved beside the files of the session, with the ending `.rescued`, and returns the file of the
-    /// project; `None` where all is saved. Fails if a file cannot be written.
+    /// Writes what is not saved beside the files of the session, with the ending `.rescued`, and returns the file of
+    /// the project; `None` where all is saved.
+    ///
+    /// # Errors
+    /// Fails if a file cannot be written.
     pub fn rescue(&self) -> Result<Option<PathBuf>> {
         if !self.is_changed() {
             return Ok(None);
@@ -379,13 +392,20 @@ impl Session {
         Ok(Some(path))
     }
 
-    /// Writes the picture as it is shown, as PNG. Fails if there is none or the file cannot be written.
+    /// Writes the picture as it is shown, as PNG.
+    ///
+    /// # Errors
+    /// Fails if there is no picture or the file cannot be written.
     pub fn save_picture(&self, path: &Path) -> Result<()> {
         let picture = self.picture.as_ref().ok_or_else(|| Error::invalid("there is no picture"))?;
         relievo_render::write_png(path, picture)
     }
 
-    /// Writes the membership of each pixel as PNG. Fails if the shader takes no vector or the file cannot be written.
+    /// Writes the membership of each pixel as PNG.
+    ///
+    /// # Errors
+    /// Fails if the shader takes no vector or both of its shaders do, the file cannot be written, or the device is lost
+    /// or has no memory.
     pub fn save_mask(&self, path: &Path) -> Result<()> {
         let (Some(compiled), Some(classes)) = (&self.compiled, &self.classes) else {
             return Err(Error::invalid("the shader takes no vector").advise("choose variables and write a vector"));
