@@ -63,8 +63,10 @@ fn words<T>(class: SizeClass) -> u32 {
 }
 
 impl<T: Texel> DeviceTiles<T> {
-    /// Brings `field` to a device. Fails where the device has no room for it, or a block is on a page that cannot be
-    /// read.
+    /// Brings `field` to a device.
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no room for it, or a block is on a page that cannot be read.
     pub fn new(device: &Device, field: &Field<T>) -> Result<Self> {
         let tiles = field.tile_count();
         let entries = vec![TileEntry { first: NONE, size: 0 }; tiles];
@@ -88,7 +90,10 @@ impl<T: Texel> DeviceTiles<T> {
     }
 
     /// Makes the device have what `field` has, a later or earlier state of the same channel. Returns the tiles that
-    /// were written or freed, ascending. Fails as [`Self::new`], and for the field of another cage.
+    /// were written or freed, ascending.
+    ///
+    /// # Errors
+    /// Fails as [`Self::new`], and for the field of another cage.
     pub fn update(&mut self, device: &Device, field: &Field<T>) -> Result<Vec<u32>> {
         self.check(field)?;
         let changed = field.differing(&self.field);
@@ -100,6 +105,10 @@ impl<T: Texel> DeviceTiles<T> {
     /// on their blocks are there, rings left out. Those of all others that differ are what neighbours make them, so that
     /// nothing comes from the processor. The rings are those of [`crate::device::ring`], which says how equal they are to
     /// `field`'s.
+    ///
+    /// # Errors
+    /// Fails as [`Self::follow_with`], and with [`ErrorKind::Internal`](relievo_core::ErrorKind) if `from` ends before
+    /// a block that `written` names.
     pub fn follow(
         &mut self,
         device: &Device,
@@ -119,6 +128,10 @@ impl<T: Texel> DeviceTiles<T> {
 
     /// As [`Self::follow`], of an edit whose texels `write` records, rings left out, where this has the tiles of `field`:
     /// blocks that it had not before are blank.
+    ///
+    /// # Errors
+    /// Fails for the field of another cage, with the error of `write`, if `ring` is not one for these texels, and where
+    /// the device is lost or has no room.
     pub fn follow_with(
         &mut self,
         device: &Device,
@@ -237,7 +250,10 @@ impl<T: Texel> DeviceTiles<T> {
         &self.group
     }
 
-    /// The blocks of all tiles as the device has them, ascending. Fails where the device does.
+    /// The blocks of all tiles as the device has them, ascending.
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no memory.
     pub fn read_back(&self, device: &Device) -> Result<Vec<(u32, Vec<T>)>> {
         let mut frame = device.frame()?;
         let back = frame.read(&self.texels, 0..self.texels.len())?;
@@ -251,7 +267,10 @@ impl<T: Texel> DeviceTiles<T> {
         Ok(self.field.allocated().map(block).collect())
     }
 
-    /// The block of a tile as the device has it, if it has one. Fails where the device does.
+    /// The block of a tile as the device has it, if it has one.
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no memory.
     pub fn read(&self, device: &Device, tile: u32) -> Result<Option<Vec<T>>> {
         let entry = self.entries.get(tile as usize).filter(|entry| entry.first != NONE);
         entry.map(|entry| read_texels(device, &self.texels, entry.first, self.field.class(tile).texels())).transpose()
@@ -283,9 +302,11 @@ pub(crate) fn read_texels<T: Texel>(device: &Device, words: &Buffer<u32>, first:
 }
 
 impl DeviceTiles {
-    /// The evaluation of the displaced surface at `places`, in the very tiles that they name: position and unit normal, six
-    /// numbers each. Places must be on the surface; of a tile that does not exist, zeros come out. Fails if `points` is
-    /// shorter.
+    /// The evaluation of the displaced surface at `places`, in the very tiles that they name: position and unit normal,
+    /// six numbers each. Places must be on the surface; of a tile that does not exist, zeros come out.
+    ///
+    /// # Errors
+    /// Fails if `points` has fewer than six numbers a place, and where the device is lost or has no memory.
     pub fn evaluation(
         &self,
         device: &Device,
@@ -301,6 +322,10 @@ impl DeviceTiles {
     }
 
     /// Records an evaluation at the first `count` places of `surface` displaced by this.
+    ///
+    /// # Errors
+    /// Fails with [`ErrorKind::Internal`](relievo_core::ErrorKind) if the command does not fit the kernel; what the
+    /// device refuses comes back where the frame is submitted.
     pub fn evaluate(
         &self,
         pass: &mut Pass<'_>,

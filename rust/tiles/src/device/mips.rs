@@ -35,7 +35,10 @@ pub struct DeviceMips<T: Texel> {
 const NONE: u32 = u32::MAX;
 
 impl<T: Texel> DeviceMips<T> {
-    /// The mips of `tiles`, by the rules of `ring`. Fails where the device has no room.
+    /// The mips of `tiles`, by the rules of `ring`.
+    ///
+    /// # Errors
+    /// Fails if `ring` is not one for the texels of `tiles`, and where the device is lost or has no room.
     pub fn new(device: &Device, ring: &DeviceRing, tiles: &DeviceTiles<T>) -> Result<Self> {
         let count = tiles.field().tile_count();
         let (firsts, sizes) = (vec![NONE; count], vec![[0; 2]; count]);
@@ -53,7 +56,11 @@ impl<T: Texel> DeviceMips<T> {
         Ok(made)
     }
 
-    /// Brings the mips up to date with `tiles`, of the same surface. Fails as [`Self::new`].
+    /// Brings the mips up to date with `tiles`, of the same surface.
+    ///
+    /// # Errors
+    /// Fails if `tiles` are those of another surface, `ring` is not one for their texels, or the device is lost or has
+    /// no room.
     pub fn update(&mut self, device: &Device, ring: &DeviceRing, tiles: &DeviceTiles<T>) -> Result<()> {
         let field = tiles.field();
         if field.tile_count() != self.firsts.len() {
@@ -156,7 +163,10 @@ impl<T: Texel> DeviceMips<T> {
         [self.pointers.wgpu(), self.mips.wgpu()]
     }
 
-    /// Level `level` of a tile, from 1, if it has that. Fails where the device does.
+    /// Level `level` of a tile, from 1, if it has that.
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no memory.
     pub fn read(&self, device: &Device, tile: u32, level: u32) -> Result<Option<Vec<T>>> {
         let first = self.firsts.get(tile as usize).copied().filter(|first| *first != NONE);
         let Some((field, first)) = self.field.as_ref().zip(first) else { return Ok(None) };
@@ -169,7 +179,10 @@ impl<T: Texel> DeviceMips<T> {
         read_texels(device, &self.mips, first + before, side * side).map(Some)
     }
 
-    /// All levels of the tiles that have some, ascending. Fails where the device does.
+    /// All levels of the tiles that have some, ascending.
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no memory.
     pub fn read_back(&self, device: &Device) -> Result<Vec<(u32, Vec<T>)>> {
         let mut frame = device.frame()?;
         let back = frame.read(&self.mips, 0..self.mips.len())?;

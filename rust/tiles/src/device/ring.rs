@@ -89,7 +89,10 @@ pub struct DeviceRing {
 }
 
 impl DeviceRing {
-    /// For tiles of `topology` whose texels are no vectors. Fails where the device has no room.
+    /// For tiles of `topology` whose texels are no vectors.
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no room, and if the surface has more tiles than a device counts.
     pub fn new(device: &Device, topology: &TileTopology) -> Result<Self> {
         let (words, starts) = flattened(topology)?;
         let words = Arc::new(Buffer::of(device, "topology of tiles", &words)?);
@@ -98,7 +101,10 @@ impl DeviceRing {
 
     /// For vectors of `field`, on the tiles that this is for. The turns between its frames are the turns that the
     /// processor makes rings with, of the pose in which the channel was made, so that no later pose changes them;
-    /// [`Self::turn`] brings them over. Fails where the device has no room, and for a field of vectors without frames.
+    /// [`Self::turn`] brings them over.
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no room, and for a field of vectors without frames.
     pub fn framed(&self, device: &Device, field: &Field<Vector>) -> Result<Self> {
         let frames = field.frames.clone().ok_or_else(|| Error::internal("vectors without frames on a device"))?;
         let turns = Buffer::new(device, "turns of frames", TURN_NUMBERS * field.tile_count())?;
@@ -106,7 +112,10 @@ impl DeviceRing {
         Self::with(device, topology, field.topology().ring_count(), (Some((frames, field.topology().clone())), turns))
     }
 
-    /// Brings over the turns that the rings of `tiles` need. Fails where the device does.
+    /// Brings over the turns that the rings of `tiles` need.
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no memory.
     pub fn turn(&mut self, context: &Context, device: &Device, tiles: impl IntoIterator<Item = u32>) -> Result<()> {
         let Some((frames, topology)) = &self.frames else { return Ok(()) };
         let at_vertex = |ring: &u32| topology.ring(*ring).iter().map(|it| it.tile);
@@ -169,9 +178,12 @@ impl DeviceRing {
         (&self.topology, [self.rings, self.entries])
     }
 
-    /// Binds the update of the tiles in `listed`, of which there are as many as the first word of `counts` says. Rings of
-    /// `worked` blocks are made there, and tiles without any block count as blank ones; without such blocks it is those of
-    /// `tiles` that change, and what is beside a tile without one is blank. Fails if the device does.
+    /// Binds the update of the tiles in `listed`, of which there are as many as the first word of `counts` says. Rings
+    /// of `worked` blocks are made there, and tiles without any block count as blank ones; without such blocks it is
+    /// those of `tiles` that change, and what is beside a tile without one is blank.
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no memory.
     pub fn bind<T: Texel>(
         &self,
         device: &Device,
@@ -206,6 +218,11 @@ impl DeviceRing {
     }
 
     /// Records the update of so many listed tiles of at most so many texels a side.
+    ///
+    /// # Errors
+    /// Fails with [`ErrorKind::Internal`](relievo_core::ErrorKind) if no kernel knows the texels, or if they are
+    /// vectors and this is not [`Self::framed`], or the reverse; what the device refuses comes back where the frame is
+    /// submitted.
     pub fn update<T: Texel>(&self, pass: &mut Pass<'_>, bound: &BoundRing, blank: T, tiles: (u32, u32)) -> Result<()> {
         let work = self.work(bound, blank)?;
         self.make(pass, bound, &work, tiles)
@@ -221,6 +238,9 @@ impl DeviceRing {
 
     /// As [`Self::update`]; workgroups along x and z are tiles, of which each has enough along y for its block, as three
     /// words of `arguments` from `first` on say.
+    ///
+    /// # Errors
+    /// Fails as [`Self::update`], and if `arguments` has not three words from `first` on.
     pub fn update_indirect<T: Texel>(
         &self,
         pass: &mut Pass<'_>,

@@ -175,8 +175,10 @@ pub fn blended<T: Layered>(sheets: &[Sheet<'_, Field<T>>], background: T, tile: 
 }
 
 impl<T: Layered> Channel<T> {
-    /// A channel over the surface of `field` with the sizes that `face_sizes` has for every face, without blocks. Fails
-    /// if a size does not exist.
+    /// A channel over the surface of `field` with the sizes that `face_sizes` has for every face, without blocks.
+    ///
+    /// # Errors
+    /// Fails if a size does not exist, or the store of pages fails.
     #[inline(never)]
     pub fn sized(field: &Field<T>, face_sizes: &[u32], blank: T, budget: u64) -> Result<Self> {
         let face_sizes = (0..).zip(face_sizes.iter().copied()).collect();
@@ -189,7 +191,11 @@ impl<T: Layered> Channel<T> {
     /// Makes `tiles` of a composite what `sheets`, from the lowest, come to over `background`. Tiles are allocated
     /// where a sheet that is seen is, and given back where none is. Returns tiles that the budget refused.
     ///
-    /// Fails if a tile does not exist, or a sheet has more texels somewhere than the composite.
+    /// No sheet may have more texels somewhere than the composite, which is not checked.
+    ///
+    /// # Errors
+    /// Fails if a tile does not exist or is a hole, a blended number is not finite, or a page cannot be read or
+    /// written.
     #[inline(never)]
     pub fn compose(
         &mut self,
@@ -249,6 +255,9 @@ impl<T: Layered> Channel<T> {
 
     /// A composite of `sheets` over `background` in place of this one: as fine everywhere as the finest of them.
     /// Readers that follow this channel follow it on. Returns tiles that the budget refused too.
+    ///
+    /// # Errors
+    /// Fails if a blended number is not finite, or a page cannot be read or written.
     #[inline(never)]
     pub fn recomposed(
         &self,

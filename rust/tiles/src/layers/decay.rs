@@ -38,6 +38,9 @@ pub struct DecayOptions {
 }
 
 impl DecayOptions {
+    /// Checks the times in seconds.
+    ///
+    /// # Errors
     /// Fails unless the times are finite, the delay is at least 0 and the duration more.
     pub fn check(&self) -> Result<()> {
         let Self { delay, duration } = *self;
@@ -90,7 +93,10 @@ pub struct Faded {
 }
 
 impl<T: Texel> Decay<T> {
-    /// No stamps yet, for a channel of `tiles` tiles; they may occupy `budget` bytes. Fails if the times are invalid.
+    /// No stamps yet, for a channel of `tiles` tiles; they may occupy `budget` bytes.
+    ///
+    /// # Errors
+    /// Fails as [`DecayOptions::check`].
     pub fn new(tiles: usize, options: DecayOptions, budget: u64) -> Result<Self> {
         options.check()?;
         let heap = Heap::new(size_of::<T>() + size_of::<f32>(), budget);
@@ -114,7 +120,10 @@ impl<T: Texel> Decay<T> {
         self.options
     }
 
-    /// Replaces the decay times; edits already recorded follow the new ones. Fails if the times are invalid.
+    /// Replaces the decay times; edits already recorded follow the new ones.
+    ///
+    /// # Errors
+    /// Fails as [`DecayOptions::check`].
     pub fn set_options(&mut self, options: DecayOptions) -> Result<()> {
         options.check()?;
         self.options = options;
@@ -223,6 +232,9 @@ impl<T: Texel> Decay<T> {
     /// Brings the texels of `channel` to what is left of them at `time`, which never goes back, and gives back what has
     /// faded. Borders toward tiles that the channel's budget refuses are blank, as after an edit.
     ///
+    /// # Errors
+    /// Fails if a page of the channel cannot be read or written.
+    ///
     /// # Panics
     /// If the channel is that of another surface.
     #[inline(never)]
@@ -256,6 +268,9 @@ impl<T: Texel> Decay<T> {
 
     /// As [`Self::fade`] without giving anything back, so that stamps stay what they are: after stamps and blocks of
     /// `restored` tiles were put back, which may be those of another time. Returns the tiles of which texels changed.
+    ///
+    /// # Errors
+    /// Fails if a tile of `restored` does not exist or is a hole, or a page of the channel cannot be read or written.
     #[inline(never)]
     pub fn bring(
         &mut self,
@@ -318,6 +333,7 @@ impl<T: Texel> Decay<T> {
 
     /// Puts back what [`Self::read`] gave, for tiles of the sizes that `field` has.
     ///
+    /// # Errors
     /// Fails, and changes nothing, if the tile does not exist, the length is not that of its block, a number is not
     /// finite, or the budget does not allow it.
     #[inline(never)]
@@ -385,6 +401,7 @@ impl<T: StoredTexel> Decay<T> {
 
     /// The stamps that `document` has as the layer called `name`, for a channel that is `field` now, in `budget` bytes.
     ///
+    /// # Errors
     /// Fails if there is no such layer of these texels, it is damaged, or `budget` is too small.
     #[inline(never)]
     pub fn stored(context: &Context, document: &Document, name: &str, field: &Field<T>, budget: u64) -> Result<Self> {
@@ -402,6 +419,9 @@ impl<T: StoredTexel> Decay<T> {
     }
 
     /// Puts back stamps whatever the budget says.
+    ///
+    /// # Errors
+    /// Fails as [`Self::write`], but for the budget.
     pub fn restore(&mut self, field: &Field<T>, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
         let budget = self.heap.budget();
         self.heap.set_budget(u64::MAX);

@@ -90,6 +90,9 @@ impl Texel for Trace {
 
 impl Traces {
     /// No traces, for a surface with this displacement. They may occupy `budget` bytes.
+    ///
+    /// # Errors
+    /// Fails if traces cannot have the size that the displacement has in a tile.
     pub fn of(displacement: &Field, budget: u64) -> Result<Self> {
         let topology = displacement.topology();
         let sizes = (0..topology.face_count() as u32).map(|face| {

@@ -273,7 +273,9 @@ impl<T: Texel> Channel<T> {
 
     /// Makes `tiles` blank and gives their blocks back, whatever neighbours have at their borders. They count as lost.
     ///
-    /// Fails, and changes nothing, if a tile does not exist or is a hole.
+    /// # Errors
+    /// Fails, and changes nothing, if a tile does not exist or is a hole. Fails too if a page cannot be read or
+    /// written.
     #[inline(never)]
     pub fn lose_tiles(&mut self, context: &Context, tiles: &[u32]) -> Result<()> {
         let applied = self.apply(&Sets { deallocate: tiles.to_vec(), ..Sets::default() })?;
@@ -283,6 +285,9 @@ impl<T: Texel> Channel<T> {
     }
 
     /// As [`Self::lose_tiles`], but only tiles that [`Self::set_expendable`] named and that were not edited since.
+    ///
+    /// # Errors
+    /// Fails if a page cannot be read or written.
     #[inline(never)]
     pub fn lose_expendable(&mut self, context: &Context, tiles: &[u32]) -> Result<()> {
         let named = |tile: &u32| self.expendable.contains(&(*tile, self.field.version(*tile)));
@@ -319,7 +324,11 @@ impl<T: Texel> Channel<T> {
 
     /// Allocates and deallocates the tiles of `sets`. New blocks are blank. Tiles that already are as wished are left
     /// out; tiles beyond the budget are reported. With pages, the blocks edited longest ago make room, and those of the
-    /// sets come back. Fails, and does nothing, if a tile does not exist or is a hole, or a page cannot be read.
+    /// sets come back.
+    ///
+    /// # Errors
+    /// Fails, and does nothing, if a tile does not exist or is a hole, a page cannot be read, or one could not be
+    /// written before.
     pub fn apply(&mut self, sets: &Sets) -> Result<Applied> {
         let mut applied = Applied::default();
         self.apply_into(sets, &mut applied)?;
@@ -327,6 +336,9 @@ impl<T: Texel> Channel<T> {
     }
 
     /// As [`Self::apply`], in place of what `applied` holds, whose room is used again.
+    ///
+    /// # Errors
+    /// Fails as [`Self::apply`].
     #[inline(never)]
     pub fn apply_into(&mut self, sets: &Sets, applied: &mut Applied) -> Result<()> {
         applied.changes.clear();
@@ -382,8 +394,9 @@ impl<T: Texel> Channel<T> {
     /// Calls `work` for each of `tiles` to change its texels; tiles are worked on in parallel. Returns what changed,
     /// by tile; a tile whose texels stay the same is not touched.
     ///
-    /// Fails, and changes nothing, if a tile is not allocated or listed twice, or if `work` leaves a number that is
-    /// not finite.
+    /// # Errors
+    /// Fails, and changes nothing, if a tile does not exist or is a hole, is not allocated or listed twice, if a page
+    /// cannot be read, or if `work` leaves a number that is not finite.
     #[inline(never)]
     pub fn edit(
         &mut self,
@@ -443,8 +456,9 @@ impl<T: Texel> Channel<T> {
     /// a tile whose texels stay the same is not touched. For edits that make whole blocks anyway; as [`Self::edit`]
     /// else.
     ///
-    /// Fails, and changes nothing, if a tile is not allocated or not listed in ascending order, a length is not that of
-    /// its block, or a number is not finite.
+    /// # Errors
+    /// Fails, and changes nothing, if a tile does not exist or is a hole, is not allocated or not listed in ascending
+    /// order, a length is not that of its block, a page cannot be read, or a number is not finite.
     pub fn put(&mut self, context: &Context, mut blocks: Vec<(u32, Arc<[T]>)>) -> Result<Vec<Change>> {
         let place = |tile: u32| format!("tile {tile}");
         if let Some(pair) = blocks.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
@@ -491,6 +505,9 @@ impl<T: Texel> Channel<T> {
 
     /// Ends an edit: allocates the tiles that `changes` reach and brings borders and rings up to date. Returns the
     /// tiles the budget refused; borders toward them are blank again.
+    ///
+    /// # Errors
+    /// Fails if a tile of `changes` does not exist or is a hole, or a page cannot be read or written.
     #[inline(never)]
     pub fn settle(&mut self, context: &Context, changes: &[Change]) -> Result<Vec<u32>> {
         let scratch = context.scratch();
@@ -512,6 +529,9 @@ impl<T: Texel> Channel<T> {
     }
 
     /// Brings borders and rings up to date, see [`crate::quads::ring`]. Returns the tiles that changed by it, ascending.
+    ///
+    /// # Errors
+    /// Fails if a tile of `changes` does not exist or is a hole, or a page cannot be read or written.
     #[inline(never)]
     pub fn update_rings(&mut self, context: &Context, changes: &[Change]) -> Result<Vec<u32>> {
         let mut tiles = Vec::new();
@@ -546,7 +566,9 @@ impl<T: Texel> Channel<T> {
     /// Gives back the blocks of those of `tiles` that hold nothing but what tiles without a block read as, unless a
     /// neighbour's texels reach into them: nothing reads otherwise afterwards. Returns the tiles, ascending.
     ///
-    /// Fails, and changes nothing, if a tile does not exist.
+    /// # Errors
+    /// Fails, and changes nothing, if a tile does not exist or is a hole. Fails too if a page cannot be read or
+    /// written.
     #[inline(never)]
     pub fn reclaim(&mut self, context: &Context, tiles: &[u32]) -> Result<Vec<u32>> {
         for tile in tiles {
@@ -599,7 +621,9 @@ impl<T: Texel> Channel<T> {
     }
 
     /// The block of `tile` as bytes: `(size + 2)²` texels, of little-endian numbers; `None` if it is not allocated.
-    /// Fails if there is no such tile, or it is on a page that cannot be read.
+    ///
+    /// # Errors
+    /// Fails if the tile does not exist or is a hole, or it is on a page that cannot be read.
     pub fn read(&self, tile: u32) -> Result<Option<Vec<u8>>> {
         self.check(tile)?;
         Ok(self.field.try_block(tile)?.map(|block| bytemuck::cast_slice(block).to_vec()))
@@ -608,8 +632,9 @@ impl<T: Texel> Channel<T> {
     /// Puts back what [`Self::read`] gave, rings and all: allocates or deallocates as needed. When all tiles of an
     /// edit are put back their rings agree; after anything else, call [`Self::update_rings`].
     ///
+    /// # Errors
     /// Fails, and changes nothing, if the tile does not exist or is a hole, the length is not that of its block, a
-    /// number is not finite, or the budget does not allow it.
+    /// number is not finite, the budget does not allow it, or a page cannot be written.
     #[inline(never)]
     pub fn write(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
         self.check(tile)?;

@@ -66,7 +66,10 @@ impl<'a> AnyField<'a> {
 }
 
 impl<T: ColorTexel> Channel<T> {
-    /// A surface that has the colour `blank` all over, rounded as texels are. Fails if a size or face does not exist.
+    /// A surface that has the colour `blank` all over, rounded as texels are.
+    ///
+    /// # Errors
+    /// Fails if a size or face does not exist.
     pub fn of_color(topology: Arc<TileTopology>, blank: Vec4, options: &ChannelOptions) -> Result<Self> {
         Self::blank(topology, T::of_color(blank), options)
     }

@@ -97,7 +97,10 @@ const CHUNK: usize = 1024;
 const ROWS: u32 = 16;
 
 impl<'a> Displaced<'a> {
-    /// `surface` displaced by `field`. Fails if the field belongs to a cage with other tiles.
+    /// `surface` displaced by `field`.
+    ///
+    /// # Errors
+    /// Fails if the field belongs to a cage with other tiles.
     pub fn new(surface: &'a Surface, field: &'a Field) -> Result<Self> {
         if surface.tile_count() != field.tile_count() {
             return Err(Error::invalid(format!(
@@ -110,7 +113,10 @@ impl<'a> Displaced<'a> {
         Ok(Self { surface, field, vectors: None })
     }
 
-    /// Displaced by `vectors` as well, after the scalar displacement. Fails if they belong to a cage with other tiles.
+    /// Displaced by `vectors` as well, after the scalar displacement.
+    ///
+    /// # Errors
+    /// Fails if the vectors belong to a cage with other tiles.
     pub fn with_vectors(self, vectors: &'a Field<Vector>) -> Result<Self> {
         if self.surface.tile_count() != vectors.tile_count() {
             return Err(Error::invalid(format!(
@@ -165,8 +171,10 @@ impl<'a> Displaced<'a> {
         (low.map(|value| value - reach), high.map(|value| value + reach))
     }
 
-    /// Positions and normals at many places. Fails, without touching `out`, if a tile does not exist or u or v is
-    /// outside 0 to 1.
+    /// Positions and normals at many places.
+    ///
+    /// # Errors
+    /// Fails, without touching `out`, if a tile does not exist or u or v is outside 0 to 1.
     pub fn evaluate(&self, context: &Context, places: &[Place], out: &mut Points) -> Result<()> {
         for (index, place) in places.iter().enumerate() {
             let inside = (0.0..=1.0).contains(&place.u) && (0.0..=1.0).contains(&place.v);
@@ -189,7 +197,10 @@ impl<'a> Displaced<'a> {
     }
 
     /// As [`Self::evaluate`], in the very tiles that `places` name: give it canonical ones, or want a side's own
-    /// normal. Fails if a place is not on the surface.
+    /// normal.
+    ///
+    /// # Errors
+    /// Fails if a place is not on the surface.
     pub fn evaluate_in_place(&self, context: &Context, places: &[Place], out: &mut Points) -> Result<()> {
         out.reset(places.len());
         let parts = (places, out.p.as_mut_slice(), out.normal.as_mut_slice());
@@ -246,7 +257,10 @@ impl<'a> Displaced<'a> {
         }
     }
 
-    /// Position and normal at a place. Fails if the tile does not exist or u or v is outside 0 to 1.
+    /// Position and normal at a place.
+    ///
+    /// # Errors
+    /// Fails if the tile does not exist or u or v is outside 0 to 1.
     pub fn sample(&self, context: &Context, place: Place) -> Result<([f32; 3], [f32; 3])> {
         let mut points = Points::default();
         self.evaluate(context, &[place], &mut points)?;
@@ -256,6 +270,7 @@ impl<'a> Displaced<'a> {
     /// Positions and normals on a grid of `tile`: sample (i, j) has the index
     /// `(j − rows.start) · columns.len() + i − columns.start`. Points on the tile's edges are the canonical ones.
     ///
+    /// # Errors
     /// Fails, without touching `out`, if the tile does not exist or the grid is larger than its size says.
     pub fn grid(&self, context: &Context, tile: u32, grid: &Grid, out: &mut Points) -> Result<()> {
         let limit = grid.size + u32::from(grid.placement == Placement::Lattice);

@@ -15,7 +15,10 @@ pub type Displacement = Channel<f16>;
 pub type DisplacementOptions = ChannelOptions;
 
 impl Displacement {
-    /// A displacement of zero everywhere. Fails if a size or face does not exist.
+    /// A displacement of zero everywhere.
+    ///
+    /// # Errors
+    /// Fails if a size or face does not exist.
     pub fn new(topology: Arc<TileTopology>, options: &DisplacementOptions) -> Result<Self> {
         Self::blank(topology, f16::ZERO, options)
     }

@@ -9,6 +9,7 @@ impl Tessellation {
     /// Replaces the corner attribute `name`, which was carried from the cage, by its limit: what
     /// [`Surface::face_varying`] made of the same cage and attribute.
     ///
+    /// # Errors
     /// Fails if there is no such attribute of up to three floats, or the limit has other tiles.
     pub fn smooth_attribute(&mut self, context: &Context, name: &str, limit: &Surface) -> Result<()> {
         let place = format!("attribute `{name}`");

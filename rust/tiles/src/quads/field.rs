@@ -256,7 +256,10 @@ impl<T: Texel> Field<T> {
         self.entry(tile).map(|entry| &*entry.texels)
     }
 
-    /// As [`Self::block`]. Fails if the texels are on a page that cannot be read, which [`Self::block`] shows as blank.
+    /// As [`Self::block`].
+    ///
+    /// # Errors
+    /// Fails if the texels are on a page that cannot be read, which [`Self::block`] shows as blank.
     pub fn try_block(&self, tile: u32) -> Result<Option<&[T]>> {
         let Some(entry) = self.entry(tile) else { return Ok(None) };
         entry.texels.check()?;

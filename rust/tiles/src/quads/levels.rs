@@ -29,6 +29,7 @@ pub const MAX_LEVEL: u32 = 2;
 impl<T: Texel> Field<T> {
     /// The allocated ones of `tiles` at the size of an edit's `level`, with their rings; no other tile is in it.
     ///
+    /// # Errors
     /// Fails if the level is above [`MAX_LEVEL`] or a tile does not exist.
     pub fn at_level(&self, context: &Context, level: u32, tiles: &[u32]) -> Result<Self> {
         if level > MAX_LEVEL {
@@ -53,6 +54,7 @@ impl<T: Texel> Channel<T> {
     /// and enlarges faces that are coarser than the level. Returns what changed and what the budget refused, for
     /// [`Self::settle`].
     ///
+    /// # Errors
     /// Fails, and changes no texel, as [`Self::put`] and [`Self::resize`] do.
     pub fn put_at(&mut self, context: &Context, level: &Field<T>, blocks: Vec<(u32, Arc<[T]>)>) -> Result<Applied> {
         if let Some(pair) = blocks.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
@@ -123,7 +125,9 @@ impl<T: Texel> Channel<T> {
     /// where a face becomes finer; where it becomes coarser in the least detail, of colours as means. Returns tiles
     /// that the budget refused to allocate beside a coarser one, as [`Self::settle`] does.
     ///
-    /// Fails, and changes nothing, if a face or size does not exist or the budget does not allow it.
+    /// # Errors
+    /// Fails, and changes nothing, if a face or size does not exist, the budget does not allow it, or a page cannot be
+    /// read. Fails too if a page cannot be written.
     pub fn resize(&mut self, context: &Context, faces: &[(u32, u32)]) -> Result<Vec<u32>> {
         let topology = self.field.topology().clone();
         let mut sizes = BTreeMap::new();
@@ -145,7 +149,9 @@ impl<T: Texel> Channel<T> {
     /// as when an edit is undone. Tiles that change their size are blank and not allocated afterwards; their blocks are
     /// to be put back, and then [`Self::update_rings`] or all of their neighbours' blocks.
     ///
-    /// Fails, and changes nothing, if a size does not exist or there is not one for every face.
+    /// # Errors
+    /// Fails, and changes nothing, if a size does not exist, there is not one for every face, or a page could not be
+    /// read or written before.
     #[inline(never)]
     pub fn reshape(&mut self, sizes: &[u32], given: &[u32]) -> Result<()> {
         let topology = self.field.topology().clone();
@@ -186,7 +192,8 @@ impl<T: Texel> Channel<T> {
     /// Gives the faces of `tiles`, ascending, the sizes they have in `other`, which an edit changed, as an edit at
     /// another level does: where there is no tile yet, or it is coarser. Returns what changed, for [`Self::settle`].
     ///
-    /// Fails, and changes nothing, if the budget does not allow it.
+    /// # Errors
+    /// Fails, and changes nothing, if the budget does not allow it, or a page cannot be read.
     pub fn follow_sizes(&mut self, context: &Context, other: &Field<T>, tiles: &[u32]) -> Result<Vec<Change>> {
         self.fit(context, other, tiles)
     }

@@ -61,6 +61,9 @@ struct Part<'a> {
 
 impl Displaced<'_> {
     /// Triangles of the displaced surface at these rates, see [`Tessellator`].
+    ///
+    /// # Errors
+    /// Fails as [`Tessellator::new`] and [`Tessellator::tessellate`].
     pub fn tessellate(&self, context: &Context, cage: &Mesh, rates: &[u32]) -> Result<Tessellation> {
         Tessellator::new(self.field().topology(), cage, rates.to_vec())?.tessellate(context, self, cage)
     }
@@ -70,6 +73,7 @@ impl Tessellator {
     /// Tessellates with `rates[tile]` cells along the sides of each tile: a power of two up to [`MAX_RATE`]. The faces
     /// and creases are those of `cage`.
     ///
+    /// # Errors
     /// Fails if the cage has other faces, there is not one rate per tile, a rate cannot be used, or the mesh would have
     /// 2³² corners or more.
     pub fn new(topology: &Arc<TileTopology>, cage: &Mesh, rates: Vec<u32>) -> Result<Self> {
@@ -88,6 +92,7 @@ impl Tessellator {
 
     /// Triangles of the displaced surface, with the attributes of `cage`. Holes are left out.
     ///
+    /// # Errors
     /// Fails if the cage has other faces, or the surface other tiles.
     pub fn tessellate(&self, context: &Context, displaced: &Displaced<'_>, cage: &Mesh) -> Result<Tessellation> {
         self.tessellate_watched(context, displaced, cage, &mut Silent)
@@ -184,6 +189,7 @@ impl Tessellator {
     /// [`Snapshot::changed`](crate::Snapshot::changed) lists them; all else stays. `ranges` become the points of these
     /// tiles, ascending and not touching.
     ///
+    /// # Errors
     /// Fails, and changes nothing, if a tile does not exist, the tessellation is not one of this tessellator, or the
     /// surface has other tiles.
     pub fn update(
@@ -259,6 +265,7 @@ impl Tessellator {
     /// Gives the points of `changed` tiles the colours of `paint`, as [`Tessellation::paint`] gives them to all. What
     /// is seen in a tile may depend on those around it, see [`Field::seen_from`].
     ///
+    /// # Errors
     /// Fails, and changes nothing, if the mesh has no colours yet, or the colours are those of another surface.
     pub fn paint<T: ColorTexel>(
         &self,
@@ -276,6 +283,7 @@ impl Tessellator {
 
     /// Gives the points of `changed` tiles what `traces` says, as [`Tessellation::trace`] gives it to all.
     ///
+    /// # Errors
     /// Fails, and changes nothing, if the mesh has no traces yet, or the traces are those of another surface.
     pub fn trace(
         &self,

@@ -16,12 +16,18 @@ pub type VectorDisplacement = Channel<Vector>;
 
 impl VectorDisplacement {
     /// No displacement anywhere. Vectors turn with the tangents of `surface`, and what tiles know of each other is
-    /// re-expressed by its tangents as they are now. Fails if a size or face does not exist.
+    /// re-expressed by its tangents as they are now.
+    ///
+    /// # Errors
+    /// Fails if a size or face does not exist.
     pub fn on(surface: &Surface, options: &ChannelOptions) -> Result<Self> {
         Ok(Self::blank(surface.topology().clone(), Vector::ZERO, options)?.framed(surface))
     }
 
     /// As [`Channel::stored_with`], for `surface` in the pose that the stored channel was made in.
+    ///
+    /// # Errors
+    /// Fails as [`Channel::stored_with`].
     pub fn stored_on(
         context: &Context,
         surface: &Surface,

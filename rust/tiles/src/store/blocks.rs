@@ -37,7 +37,10 @@ pub trait Blocks: Any + Debug + Send + Sync {
     /// The block with a number, if it is there.
     fn bytes(&self, block: u32) -> Option<Cow<'_, [u8]>>;
 
-    /// As [`Self::bytes`]. Fails if the block is on a page that cannot be read.
+    /// As [`Self::bytes`].
+    ///
+    /// # Errors
+    /// Fails if the block is on a page that cannot be read.
     fn try_bytes(&self, block: u32) -> Result<Option<Cow<'_, [u8]>>> {
         Ok(self.bytes(block))
     }

@@ -23,7 +23,10 @@ pub const CLASS_COUNT: usize = 6;
 pub struct SizeClass(u8);
 
 impl SizeClass {
-    /// The class of tiles of `size` texels a side. Fails unless it is a power of two from 8 to 256.
+    /// The class of tiles of `size` texels a side.
+    ///
+    /// # Errors
+    /// Fails unless the size is a power of two from 8 to 256.
     pub fn of(size: u32) -> Result<Self> {
         if size.is_power_of_two() && (MIN_SIZE..=MAX_SIZE).contains(&size) {
             return Ok(Self((size.ilog2() - MIN_SIZE.ilog2()) as u8));

@@ -135,7 +135,8 @@ impl<T: Texel> Channel<T> {
     /// Makes blocks leave memory for `store` when the budget is spent, the oldest first; without a store all come back,
     /// whatever the budget is. Layers that are made of this channel page to the same store.
     ///
-    /// Fails if blocks cannot be read back.
+    /// # Errors
+    /// Fails if blocks cannot be read back or written.
     #[inline(never)]
     pub fn page_to(&mut self, store: Option<Arc<dyn PageStore>>) -> Result<()> {
         self.let_go();
@@ -168,7 +169,10 @@ impl<T: Texel> Channel<T> {
         self.field.is_paged(tile)
     }
 
-    /// Fails once with what could not be read back, or written, since it was asked last.
+    /// Reports a failure of the store of pages, once.
+    ///
+    /// # Errors
+    /// Fails with what could not be read back, or written, since it was asked last.
     pub fn report_fault(&self) -> Result<()> {
         self.field.pager.as_ref().and_then(|pager| pager.take_fault()).map_or(Ok(()), Err)
     }

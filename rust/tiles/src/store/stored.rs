@@ -45,8 +45,11 @@ impl StoredTexel for Trace {
 const BATCH: usize = 256;
 
 impl<T: StoredTexel> Field<T> {
-    /// Adds its tiles to `document` as the layer called `name`. Fails, and adds nothing, if the document is for another
-    /// mesh or has a layer of that name, or a tile is on a page that cannot be read.
+    /// Adds its tiles to `document` as the layer called `name`.
+    ///
+    /// # Errors
+    /// Fails, and adds nothing, if the document is for another mesh or has a layer of that name, or a tile is on a page
+    /// that cannot be read.
     pub fn store(&self, context: &Context, document: &mut Document, name: &str) -> Result<()> {
         let tiles: Vec<u32> = self.allocated().collect();
         let read = |tile: u32| Ok(bytemuck::cast_slice(self.try_block(tile)?.unwrap_or(&[])).to_vec());
@@ -60,6 +63,7 @@ impl<T: StoredTexel> Channel<T> {
     /// The channel that was stored in `document` as the layer called `name`, which may occupy `budget` bytes; `None` if
     /// there is no such layer.
     ///
+    /// # Errors
     /// Fails if the document is for another mesh, the layer is of another kind or damaged, or `budget` is too small.
     pub fn stored(
         context: &Context,
@@ -73,6 +77,9 @@ impl<T: StoredTexel> Channel<T> {
 
     /// As [`Self::stored`], of a channel that pages to `pages`: what exceeds the budget stays in the file of the
     /// document, as far as that has it.
+    ///
+    /// # Errors
+    /// Fails as [`Self::stored`], but for the budget where there are pages, and if a page cannot be read or written.
     pub fn stored_with(
         context: &Context,
         topology: Arc<TileTopology>,

@@ -44,6 +44,7 @@ impl<T: Texel> TriangleChannel<T> {
     /// rounding. Faces that already are as wished are left out. Returns the faces the budget refused, ascending. With
     /// pages, the blocks edited longest ago make room.
     ///
+    /// # Errors
     /// Fails, and does nothing, if a face does not exist, the pattern is not the finest, half or a quarter of it, or a
     /// page cannot be read.
     #[inline(never)]
@@ -306,7 +307,8 @@ impl<T: Texel> TriangleChannel<T> {
     /// Gives back the blocks of those of `faces` that hold nothing but what is read without them: those whose corners
     /// and inside are blank, and whose edges are blank or have another face with a block. Returns the faces, ascending.
     ///
-    /// Fails, and changes nothing, if a face does not exist.
+    /// # Errors
+    /// Fails, and changes nothing, if a page could not be read or written before.
     #[inline(never)]
     pub fn reclaim(&mut self, context: &Context, faces: &[u32]) -> Result<Vec<u32>> {
         let topology = self.field.topology().clone();

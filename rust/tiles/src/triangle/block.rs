@@ -89,8 +89,10 @@ impl<T: Texel> TriangleChannel<T> {
         self.field().blocks()
     }
 
-    /// The values of a block as bytes; `None` if it holds nothing. Fails if there is no such block, or it is on a page
-    /// that cannot be read.
+    /// The values of a block as bytes; `None` if it holds nothing.
+    ///
+    /// # Errors
+    /// Fails if there is no such block, or it is on a page that cannot be read.
     pub fn read(&self, number: u32) -> Result<Option<Vec<u8>>> {
         let field = self.field();
         let block = TriangleBlock::of(field.topology(), number).ok_or_else(|| missing(number))?;
@@ -100,6 +102,7 @@ impl<T: Texel> TriangleChannel<T> {
     /// Puts back what [`Self::read`] gave: allocates or deallocates as needed; vertices without bytes become blank.
     /// When all blocks of an edit are put back, faces have blocks with their edges again.
     ///
+    /// # Errors
     /// Fails, and changes nothing, if there is no such block, the length is not that of one of the patterns, a number
     /// is not finite, or the budget does not allow it.
     #[inline(never)]

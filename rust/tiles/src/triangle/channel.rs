@@ -74,22 +74,30 @@ impl<T: Texel> Clone for TriangleChannel<T> {
 }
 
 impl TriangleChannel {
-    /// A displacement of zero everywhere. Fails as [`TriangleChannel::blank`] does.
+    /// A displacement of zero everywhere.
+    ///
+    /// # Errors
+    /// Fails as [`TriangleChannel::blank`] does.
     pub fn displacement(topology: Arc<TriangleTopology>, options: &TriangleOptions) -> Result<Self> {
         Self::blank(topology, f16::ZERO, options)
     }
 }
 
 impl<T: ColorTexel> TriangleChannel<T> {
-    /// A mesh that has the colour `blank` all over, rounded as values are. Fails as [`TriangleChannel::blank`] does.
+    /// A mesh that has the colour `blank` all over, rounded as values are.
+    ///
+    /// # Errors
+    /// Fails as [`TriangleChannel::blank`] does.
     pub fn of_color(topology: Arc<TriangleTopology>, blank: Vec4, options: &TriangleOptions) -> Result<Self> {
         Self::blank(topology, T::of_color(blank), options)
     }
 }
 
 impl<T: Texel> TriangleChannel<T> {
-    /// A channel that reads as `blank` everywhere. Fails if the number of segments is not allowed or the budget does
-    /// not hold the vertices.
+    /// A channel that reads as `blank` everywhere.
+    ///
+    /// # Errors
+    /// Fails unless there are 8, 16, 32 or 64 segments, or if the budget does not hold the vertices.
     #[inline(never)]
     pub fn blank(topology: Arc<TriangleTopology>, blank: T, options: &TriangleOptions) -> Result<Self> {
         let pattern = Pattern::new(options.segments)?;
@@ -153,6 +161,7 @@ impl<T: Texel> TriangleChannel<T> {
 
     /// Writes new values; elements whose values stay the same are not touched.
     ///
+    /// # Errors
     /// Fails, and changes nothing, if an element does not exist or is listed out of order, has no block or one of
     /// another length, a number is not finite, or a page cannot be read.
     #[inline(never)]

@@ -50,7 +50,9 @@ fn over<T: Layered>(
 
 impl<T: Layered> TriangleChannel<T> {
     /// A channel over the mesh of `field` with `segments` an edge, without blocks, that pages as that of `field` does.
-    /// Fails as [`TriangleChannel::blank`] does.
+    ///
+    /// # Errors
+    /// Fails as [`TriangleChannel::blank`] does, or if the store of pages fails.
     #[inline(never)]
     pub fn sized(field: &TriangleField<T>, segments: u32, blank: T, budget: u64) -> Result<Self> {
         let mut channel = Self::blank(field.topology().clone(), blank, &TriangleOptions { segments, budget })?;
@@ -62,7 +64,10 @@ impl<T: Layered> TriangleChannel<T> {
     /// `background`. Faces are allocated where a sheet that is seen has them, and given back where none has. Returns
     /// faces that the budget refused.
     ///
-    /// Fails if a sheet has more segments than the composite.
+    /// Faces for which a sheet has more segments than the composite get no block.
+    ///
+    /// # Errors
+    /// Fails if a blended number is not finite, or a page cannot be read or written.
     #[inline(never)]
     pub fn compose(
         &mut self,
@@ -164,6 +169,10 @@ impl<T: Layered> TriangleChannel<T> {
 
     /// A composite of `sheets` over `background` in place of this one: as fine everywhere as the finest of them.
     /// Readers that follow this channel follow it on. Returns faces that the budget refused too.
+    ///
+    /// # Errors
+    /// Fails if the budget does not hold the vertices, a blended number is not finite, or a page cannot be read or
+    /// written.
     #[inline(never)]
     pub fn recomposed(
         &self,

@@ -181,8 +181,10 @@ fn listed<T: Texel>(values: impl Iterator<Item = (Element, Vec<T>)>) -> Triangle
 }
 
 impl<T: StoredTexel> TriangleDecay<T> {
-    /// No stamps yet, for a channel that is `field`; values and stamps may occupy `budget` bytes together. Fails if the
-    /// times are invalid, or the budget does not hold the vertices.
+    /// No stamps yet, for a channel that is `field`; values and stamps may occupy `budget` bytes together.
+    ///
+    /// # Errors
+    /// Fails as [`DecayOptions::check`], or if the budget does not hold the vertices.
     pub fn new(field: &TriangleField<T>, options: DecayOptions, budget: u64) -> Result<Self> {
         options.check()?;
         // They have the same blocks, so that both are full at once.
@@ -201,7 +203,10 @@ impl<T: StoredTexel> TriangleDecay<T> {
         self.options
     }
 
-    /// Replaces the decay times; edits already recorded follow the new ones. Fails if the times are invalid.
+    /// Replaces the decay times; edits already recorded follow the new ones.
+    ///
+    /// # Errors
+    /// Fails as [`DecayOptions::check`].
     pub fn set_options(&mut self, options: DecayOptions) -> Result<()> {
         options.check()?;
         self.options = options;
@@ -302,6 +307,9 @@ impl<T: StoredTexel> TriangleDecay<T> {
 
     /// Stamps with `time` all values in which `channel` now differs from `before`. Returns the faces, ascending, that
     /// the budget refused; what was edited there stays.
+    ///
+    /// # Errors
+    /// Fails if a face of the channel does not exist in the mesh of the stamps.
     #[inline(never)]
     pub fn stamp(
         &mut self,
@@ -454,6 +462,9 @@ impl<T: StoredTexel> TriangleDecay<T> {
 
     /// Brings the values of `channel` to what is left of them at `time`, which never goes back. Returns the faces that
     /// look different, and the faces that were given back.
+    ///
+    /// # Errors
+    /// Fails if a page of the channel cannot be read or written.
     #[inline(never)]
     pub fn fade(&mut self, context: &Context, channel: &mut TriangleChannel<T>, time: f64) -> Result<Faded> {
         let topology = self.topology();
@@ -496,6 +507,9 @@ impl<T: StoredTexel> TriangleDecay<T> {
     /// As [`Self::fade`] without giving anything back, so that stamps stay what they are: after stamps, and the blocks
     /// `restored` of the channel, were put back, which may be those of another time. Returns the faces that look
     /// different.
+    ///
+    /// # Errors
+    /// Fails if a page of the channel cannot be read or written.
     #[inline(never)]
     pub fn bring(
         &mut self,
@@ -554,8 +568,11 @@ impl<T: StoredTexel> TriangleDecay<T> {
         stamped_bytes(self.edited.field(), self.stamps.field(), block)
     }
 
-    /// Puts back what [`Self::read`] gave. Fails if there is no such block, the bytes are not those of one, a number is
-    /// not finite, or the budget does not allow it.
+    /// Puts back what [`Self::read`] gave.
+    ///
+    /// # Errors
+    /// Fails if there is no such block, the bytes are not those of one, a number is not finite, or the budget does not
+    /// allow it.
     #[inline(never)]
     pub fn write(&mut self, block: u32, bytes: Option<&[u8]>) -> Result<()> {
         let each = size_of::<T>() + size_of::<Stamp>();
@@ -574,6 +591,9 @@ impl<T: StoredTexel> TriangleDecay<T> {
     }
 
     /// As [`Self::write`], whatever the budget says.
+    ///
+    /// # Errors
+    /// Fails as [`Self::write`], but for the budget.
     #[inline(never)]
     pub fn restore(&mut self, block: u32, bytes: Option<&[u8]>) -> Result<()> {
         let budgets = (self.edited.budget(), self.stamps.budget());
@@ -599,6 +619,7 @@ impl<T: StoredTexel> TriangleDecay<T> {
 
     /// The stamps that `document` has as the layer called `name`, for a channel that is `field` now, in `budget` bytes.
     ///
+    /// # Errors
     /// Fails if there is no such layer of these values, it is damaged, or `budget` is too small.
     #[inline(never)]
     pub fn stored(

@@ -37,8 +37,10 @@ pub struct DeviceTriangles<T: Texel = f16> {
 }
 
 impl<T: Texel> DeviceTriangles<T> {
-    /// Brings `field` to a device, read in `pattern`. Fails where the device has no room for it, or a block is on a page
-    /// that cannot be read.
+    /// Brings `field` to a device, read in `pattern`.
+    ///
+    /// # Errors
+    /// Fails where the device is lost or has no room for it, or a block is on a page that cannot be read.
     pub fn new(device: &Device, field: &TriangleField<T>, pattern: Pattern) -> Result<Self> {
         let topology = field.topology();
         let entries = vec![NONE; topology.face_count()];
@@ -52,7 +54,10 @@ impl<T: Texel> DeviceTriangles<T> {
     }
 
     /// Makes the device have what `field` has, a later or earlier state over the same mesh. Returns the faces that read
-    /// otherwise, ascending. Fails as [`Self::new`], and for the field of another mesh.
+    /// otherwise, ascending.
+    ///
+    /// # Errors
+    /// Fails as [`Self::new`], and for the field of another mesh.
     pub fn update(&mut self, device: &Device, field: &TriangleField<T>) -> Result<Vec<u32>> {
         let (found, own) = (field.topology(), self.field.topology());
         if (found.face_count(), found.vertex_count()) != (own.face_count(), own.vertex_count()) {

@@ -91,7 +91,10 @@ pub fn foot_at(surface: &TriangleSurface, face: u32, at: [f32; 3]) -> Foot {
 }
 
 impl<'a> TriangleDisplaced<'a> {
-    /// The surface with a displacement of its own. Fails if that is one of another mesh.
+    /// The surface with a displacement of its own.
+    ///
+    /// # Errors
+    /// Fails if the displacement is one of another mesh.
     pub fn new(surface: &'a TriangleSurface, field: &'a TriangleField) -> Result<Self> {
         let [own, other] = [surface.topology(), field.topology()];
         if (own.face_count(), own.vertex_count()) != (other.face_count(), other.vertex_count()) {
@@ -101,7 +104,10 @@ impl<'a> TriangleDisplaced<'a> {
         Ok(Self { surface, field, vectors: None })
     }
 
-    /// The same moved further, see [`TriangleField::in_object_space`]. Fails if the vectors are those of another mesh.
+    /// The same moved further, see [`TriangleField::in_object_space`].
+    ///
+    /// # Errors
+    /// Fails if the vectors are those of another mesh.
     pub fn with_vectors(self, vectors: &'a TriangleField<Offset>) -> Result<Self> {
         let [own, other] = [self.field.topology(), vectors.topology()];
         if (own.face_count(), own.vertex_count()) != (other.face_count(), other.vertex_count()) {

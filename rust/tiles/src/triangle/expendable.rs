@@ -59,6 +59,7 @@ impl<T: Texel> TriangleChannel<T> {
 
     /// Makes `faces` and their corners blank and gives their blocks back, with the edges that no other face uses.
     ///
+    /// # Errors
     /// Fails, and changes nothing, if a face does not exist.
     #[inline(never)]
     pub fn lose_faces(&mut self, faces: &[u32]) -> Result<()> {
@@ -69,6 +70,9 @@ impl<T: Texel> TriangleChannel<T> {
     }
 
     /// As [`Self::lose_faces`], but only faces that [`Self::set_expendable`] named and that were not edited since.
+    ///
+    /// # Errors
+    /// None at present: faces that were named exist, and others are passed over.
     #[inline(never)]
     pub fn lose_expendable(&mut self, faces: &[u32]) -> Result<()> {
         let named =

@@ -69,6 +69,9 @@ impl TriangleNormals {
     }
 
     /// Those of `displaced`, all of them.
+    ///
+    /// # Errors
+    /// None at present: normals are found wherever the surface has a point.
     pub fn of(context: &Context, displaced: &TriangleDisplaced<'_>) -> Result<Self> {
         let field = displaced.field();
         let mut normals = Self::new(field.topology(), field.pattern());

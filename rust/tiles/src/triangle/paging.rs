@@ -21,7 +21,8 @@ impl<T: Texel> TriangleChannel<T> {
     /// Makes blocks leave memory for `store` when the budget is spent, the oldest first; without a store all come back,
     /// whatever the budget is. Composites that are made of this channel page to the same store.
     ///
-    /// Fails if blocks cannot be read back.
+    /// # Errors
+    /// Fails if blocks cannot be read back or written.
     #[inline(never)]
     pub fn page_to(&mut self, store: Option<Arc<dyn PageStore>>) -> Result<()> {
         self.paged().into_iter().try_for_each(|block| self.bring_back(block))?;
@@ -54,7 +55,10 @@ impl<T: Texel> TriangleChannel<T> {
         self.bytes() + self.paged().into_iter().map(|block| self.back_bytes(block)).sum::<u64>()
     }
 
-    /// Fails once with what could not be read back, or written, since it was asked last.
+    /// Reports a failure of the store of pages, once.
+    ///
+    /// # Errors
+    /// Fails with what could not be read back, or written, since it was asked last.
     pub fn report_fault(&self) -> Result<()> {
         self.field.pager.as_ref().and_then(|pager| pager.take_fault()).map_or(Ok(()), Err)
     }

@@ -83,7 +83,10 @@ impl Pattern {
         Self(segments.clamp(2, 64))
     }
 
-    /// The pattern of `segments` a side. Fails unless that is even and from 2 to 64.
+    /// The pattern of `segments` a side.
+    ///
+    /// # Errors
+    /// Fails unless the number of segments is even and from 2 to 64.
     pub fn new(segments: u32) -> Result<Self> {
         if segments.is_multiple_of(2) && (2..=64).contains(&segments) {
             return Ok(Self(segments));

@@ -108,8 +108,11 @@ impl<T: Texel> TriangleField<T> {
 }
 
 impl<T: StoredTexel> TriangleField<T> {
-    /// Adds its blocks to `document` as the layer called `name`. Fails, and adds nothing, if the document is for
-    /// another mesh or has a layer of that name.
+    /// Adds its blocks to `document` as the layer called `name`.
+    ///
+    /// # Errors
+    /// Fails, and adds nothing, if the document is for another mesh or has a layer of that name, or a block is on a
+    /// page that cannot be read.
     pub fn store(&self, context: &Context, document: &mut Document, name: &str) -> Result<()> {
         check(self.topology(), document)?;
         let read = |block: u32| Ok(self.try_bytes(block)?.unwrap_or_default().to_vec());
@@ -122,6 +125,7 @@ impl<T: StoredTexel> TriangleChannel<T> {
     /// The channel that was stored in `document` as the layer called `name`, which may occupy `budget` bytes; `None` if
     /// there is no such layer. Where a damaged document lost edges of faces, they read as what they are between.
     ///
+    /// # Errors
     /// Fails if the document is for another mesh, the layer is of another kind or damaged, or `budget` is too small.
     #[inline(never)]
     pub fn stored(
@@ -136,6 +140,9 @@ impl<T: StoredTexel> TriangleChannel<T> {
 
     /// As [`Self::stored`], of a channel that pages to `pages`: what exceeds the budget stays in the file of the
     /// document, as far as that has it.
+    ///
+    /// # Errors
+    /// Fails as [`Self::stored`], and if a page cannot be read or written.
     pub fn stored_with(
         context: &Context,
         topology: Arc<TriangleTopology>,
@@ -180,6 +187,9 @@ impl<T: StoredTexel> TriangleChannel<T> {
 
 impl<T: Texel> TriangleChannel<T> {
     /// The blocks of `before` that this channel can have too are put into it.
+    ///
+    /// # Errors
+    /// Fails if the budget does not allow a block, this mesh does not have it, or it is on a page that cannot be read.
     #[inline(never)]
     pub fn keep(&mut self, before: &TriangleField<T>) -> Result<()> {
         let pattern = self.field().pattern();
@@ -200,7 +210,10 @@ impl<T: Texel> TriangleChannel<T> {
     }
 
     /// Changes the segments that an edge has at its finest. Blocks that had more than that, or less than a quarter of
-    /// it, go. Fails, and changes nothing, if the number of segments is not allowed, or a page cannot be read.
+    /// it, go.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, if the number of segments is not allowed, or a page cannot be read.
     #[inline(never)]
     pub fn set_segments(&mut self, segments: u32) -> Result<()> {
         if segments == self.field().pattern().segments() {

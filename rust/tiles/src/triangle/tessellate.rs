@@ -36,6 +36,7 @@ impl TriangleTessellation {
     /// The triangles of all faces at `rates`, where the undisplaced mesh is `cage`. Rates of an edge must be the same
     /// from all its faces, as those of [`FaceRates::of`] are.
     ///
+    /// # Errors
     /// Fails if `cage` is another mesh or there are too many vertices.
     pub fn new(
         context: &Context,
@@ -145,7 +146,8 @@ impl TriangleTessellation {
     /// Moves points and normals to where they now are after `faces` came to look different, whose rates are the same as
     /// before: those of these faces and of all around them. Returns the points, as ascending ranges that do not touch.
     ///
-    /// Fails if the tessellation is that of another mesh, or its mesh was changed.
+    /// # Errors
+    /// Fails if a face does not exist, the tessellation is that of another mesh, or its mesh was changed.
     pub fn update(
         &mut self,
         context: &Context,
@@ -195,7 +197,10 @@ impl TriangleTessellation {
     }
 
     /// Gives the mesh the colours of `paint` as the point attribute `color`, in place of one it may have: red, green
-    /// and blue, linear. Fails if they are those of another mesh.
+    /// and blue, linear.
+    ///
+    /// # Errors
+    /// None at present: faces that `paint` does not have get its blank colour.
     pub fn paint<T: ColorTexel>(&mut self, paint: &TriangleField<T>) -> Result<()> {
         let blank = paint.blank().color();
         let color = |place: &Option<(u32, Pattern, Node)>| match place {

@@ -10,8 +10,10 @@ use super::tessellate::{TriangleTessellation, point_attribute};
 use crate::layers::trace::{Mark, Trace};
 
 impl TriangleChannel<Trace> {
-    /// No traces, for a mesh with this displacement. They may occupy `budget` bytes. Fails as
-    /// [`TriangleChannel::blank`] does.
+    /// No traces, for a mesh with this displacement. They may occupy `budget` bytes.
+    ///
+    /// # Errors
+    /// Fails as [`TriangleChannel::blank`] does.
     pub fn of(displacement: &TriangleField, budget: u64) -> Result<Self> {
         let options = TriangleOptions { segments: displacement.pattern().segments(), budget };
         Self::blank(displacement.topology().clone(), Trace::default(), &options)

@@ -47,7 +47,10 @@ impl Texel for Offset {
 }
 
 impl TriangleChannel<Vector> {
-    /// A vector displacement of zero everywhere. Fails as [`TriangleChannel::blank`] does.
+    /// A vector displacement of zero everywhere.
+    ///
+    /// # Errors
+    /// Fails as [`TriangleChannel::blank`] does.
     pub fn vectors(topology: Arc<TriangleTopology>, options: &TriangleOptions) -> Result<Self> {
         Self::blank(topology, Vector::ZERO, options)
     }
