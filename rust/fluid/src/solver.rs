@@ -320,7 +320,7 @@ impl Fluid {
     /// on.
     ///
     /// # Errors
-    /// Fails if there are not as many as particles, or a number is not finite.
+    /// Fails if there are not as many accelerations as particles, or a number is not finite.
     pub fn accelerate(&mut self, accelerations: &[Vec3]) -> Result<()> {
         if accelerations.len() != self.len() {
             let (given, count) = (accelerations.len(), self.len());

@@ -159,8 +159,8 @@ impl Bodies {
     /// Goes on from states.
     ///
     /// # Errors
-    /// Fails if there are not as many as bodies, a turn is not of length 1, or a number is not finite; nothing has
-    /// changed then.
+    /// Fails if there are not as many states as bodies, a turn is not of length 1, or a number is not finite; nothing
+    /// has changed then.
     pub fn set_states(&mut self, states: &[BodyState]) -> Result<()> {
         if states.len() != self.bodies.len() {
             let (given, count) = (states.len(), self.bodies.len());

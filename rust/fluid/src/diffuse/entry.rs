@@ -47,7 +47,7 @@ impl DiffuseSettings {
     /// Sets an entry by its name.
     ///
     /// # Errors
-    /// Fails if there is none of that name, if it has another number of values, or if a value is out of range.
+    /// Fails if there is no entry of the name, if it has another number of values, or if a value is out of range.
     pub fn set_entry(&mut self, name: &str, values: &[f64]) -> Result<()> {
         let entries = Self::entries();
         let Some(entry) = entries.iter().find(|entry| entry.name == name) else {

@@ -28,7 +28,7 @@ impl Fluid {
     /// until told otherwise. Each counts as much as where it was set, so that shapes should stay about what they were.
     ///
     /// # Errors
-    /// Fails if there are not as many as walls, or a number is not finite.
+    /// Fails if there are not as many places and velocities as walls, or a number is not finite.
     pub fn move_walls(&mut self, places: &[Vec3], velocities: &[Vec3]) -> Result<()> {
         let count = self.wall_count;
         if places.len() != count || velocities.len() != count {

@@ -13,7 +13,7 @@ const AROUND: f32 = 0.499;
 /// and the diagonals are inside too. A box that ends where the inside does is filled as [`crate::surface::block`] does.
 ///
 /// # Errors
-/// Fails if the spacing is not positive, a number is not finite, or the box has too many places
+/// Fails if the spacing is not positive, a number is not finite, or the box has more than 2²⁸ places
 /// ([`ErrorKind::Memory`](relievo_core::ErrorKind)).
 pub fn fill_where(
     context: &Context,

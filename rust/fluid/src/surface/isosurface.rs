@@ -38,8 +38,8 @@ pub struct Channel<'a> {
 ///
 /// # Errors
 /// Fails if the cell size is not between 1/128 of the support radius and all of it, if a coordinate is more than
-/// 1,048,576 cells from 0, if a channel has not as many numbers as particles need or one is not finite, if the memory
-/// limit of the context or 2³¹ vertices would be exceeded, or where `progress` asks to stop.
+/// 1,048,576 cells from 0, if a channel has no name of its own, not 1 to 4 numbers for each particle, or one that is
+/// not finite, if the memory limit of the context or 2³¹ vertices would be exceeded, or where `progress` asks to stop.
 pub fn mesh(
     context: &Context,
     surface: &Surface,
