@@ -124,8 +124,8 @@ impl DeviceHierarchy {
     /// The same with what views and edits need.
     ///
     /// # Errors
-    /// Fails if the extents are of another mesh, a vertex has more than 4,096 neighbours or what is around splits is too
-    /// much for a device, and as [`Self::new`].
+    /// Fails if the extents are of another mesh, a vertex has more than 4,096 neighbours or what is around splits is
+    /// too much for a device, and as [`Self::new`].
     pub fn with_surroundings(
         context: &Context,
         device: &Device,

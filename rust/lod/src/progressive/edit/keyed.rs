@@ -139,7 +139,7 @@ impl ActiveMesh {
     ///
     /// # Errors
     /// Fails, and is at rest, if the time is not finite, an edit is not usable ([`KeyedEdit::check`]), its front is
-    /// none of this mesh, or it moves and reaches no vertex.
+    /// none of this mesh, or it moves and reaches no vertex or takes one where there is no number.
     pub fn pose(&mut self, context: &Context, edits: &[(Front, KeyedEdit)], time: f64) -> Result<usize> {
         self.rest(context);
         check_time(time)?;
