@@ -355,7 +355,8 @@ impl Session {
     /// Saves the shader and the project. Without a project file, one is written beside the shader.
     ///
     /// # Errors
-    /// Fails if a file cannot be written; files appear whole or not at all.
+    /// Fails if a file cannot be written, or the project that is there cannot be read; files appear whole or not at
+    /// all.
     pub fn save(&mut self) -> Result<PathBuf> {
         let Opening { project, file, .. } = &self.opening;
         if self.text != self.saved {
