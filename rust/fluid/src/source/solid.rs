@@ -109,7 +109,7 @@ impl Solid {
     /// is filled as [`crate::surface::block`] does.
     ///
     /// # Errors
-    /// Fails if the spacing is not positive, or its box has more than 2²⁸ places
+    /// Fails if the spacing is not positive, or the box of the solid has more than 2²⁸ places
     /// ([`ErrorKind::Memory`](relievo_core::ErrorKind)).
     pub fn fill(&self, context: &Context, spacing: f32) -> Result<Vec<Vec3>> {
         let (low, high) = (Vec3::from(self.bounds.low), Vec3::from(self.bounds.high));
