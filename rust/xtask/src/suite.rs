@@ -10,7 +10,7 @@ use crate::stage::{Outcome, Stages, call, cargo, output, root, target};
 use crate::{bindings, blender, comparison, dist, fuzz, licences, module, packages, usd, wheel};
 
 /// Seconds each fuzz target runs; `cargo xtask fuzz` runs them for longer.
-const FUZZ_SECONDS: u32 = 5;
+const FUZZ_SECONDS: u32 = 3;
 /// The seed of libFuzzer and of tests with random cases, so that a change that touches nothing is not failed by chance.
 /// `cargo test` draws another one each time.
 const SEED: u32 = 1;
