@@ -3,7 +3,7 @@
  * A level is as fine as was asked for last: by deviation, number of triangles, or for a view. Regions of it are moved and
  * turned by handles, and brushes sculpt it; finer levels follow as it becomes finer, coarser ones as it becomes coarser,
  * and all the same whatever way was taken. Its vertices and triangles are written to the host's own buffers, where they
- * keep their places while they exist: an update writes what has changed, and says within which range.
+ * keep their places while they exist: an update writes what has changed, and says in which ranges.
  *
  * A level may write its edits down in a journal, from which they are made again after its host was killed.
  *
@@ -150,7 +150,8 @@ typedef struct RlvLevelUpdate {
     uint32_t reserved;
     size_t vertex_count;         /* vertices, from the first place on */
     size_t triangle_count;       /* triangles, from the first place on */
-    size_t first_vertex;         /* all vertices that were written are among changed_vertex_count from this one on */
+    size_t first_vertex;         /* all vertices that were written are among changed_vertex_count from this one on;
+                                    rlv_level_changed_ranges has them more finely */
     size_t changed_vertex_count; /* 0 if none was */
     size_t first_triangle;       /* the same of triangles */
     size_t changed_triangle_count;
@@ -257,6 +258,14 @@ RLV_API RlvResult rlv_level_close_journal(RlvLevel level);
 /* Mutating. Writes to the host's buffers what has changed of the mesh since the last update; out may be NULL. Fails, and
  * writes nothing, if there is not enough room; there is for any level with rlv_progressive_info's counts. */
 RLV_API RlvResult rlv_level_update(RlvLevel level, const RlvLevelBuffers *buffers, RlvLevelUpdate *out);
+
+/* The ranges that the last update wrote, as pairs of the first and the number of elements, ascending, those of the domain:
+ * RLV_DOMAIN_POINT for vertices, RLV_DOMAIN_FACE for triangles, with their wedges and face values, RLV_DOMAIN_CORNER for
+ * values of wedges. Each begins and ends with an element that was written, and gaps of at most 8 elements that were not
+ * are part of a range. Writes up to capacity pairs to ranges and their number to count; there are none before the first
+ * update. ranges may be NULL to ask for the number. Fails if there is no such domain, or capacity is too small. */
+RLV_API RlvResult rlv_level_changed_ranges(RlvLevel level, uint32_t domain, uint32_t *ranges, size_t capacity,
+                                           size_t *count);
 
 /* Makes a mesh of the level in its present state, with the attributes that the progressive mesh has, and "normal" at
  * its points if that is none of them; it takes less memory than the level. Where attributes of points differ about a

@@ -35,13 +35,13 @@ typedef struct RlvMeshArrays {
     size_t corner_stride;
 
     const uint32_t *creases;       /* two points per sharp edge */
-    const float *crease_sharpness; /* of each: 0 (smooth) to 10 (infinitely sharp) */
+    const float *crease_sharpness; /* of each: 0 (smooth) to 10; 10 and more is infinitely sharp */
     size_t crease_count;
     size_t crease_stride;
     size_t crease_sharpness_stride;
 
     const uint32_t *sharp_points;       /* points that are sharp corners */
-    const float *sharp_point_sharpness; /* of each: 0 to 10 */
+    const float *sharp_point_sharpness; /* of each, as of creases */
     size_t sharp_point_count;
     size_t sharp_point_stride;
     size_t sharp_point_sharpness_stride;

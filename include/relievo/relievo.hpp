@@ -662,6 +662,7 @@ public:
         return changes;
     }
 
+    /// The ranges of points that the last update changed.
     std::vector<Range> changed_ranges() const {
         std::size_t count = 0;
         check(rlv_tessellation_changed_ranges(get(), nullptr, 0, &count));
@@ -2188,6 +2189,20 @@ public:
         RlvLevelBuffers room = buffers.room();
         room.is_whole = is_whole ? 1 : 0;
         check(rlv_level_update(get(), &room, &buffers.last));
+    }
+
+    /// A range of vertices, triangles or wedges.
+    struct Range {
+        std::uint32_t first, count;
+    };
+
+    /// What the last update wrote of a domain: vertices of points, triangles of faces, values of wedges of corners.
+    std::vector<Range> changed_ranges(RlvDomain domain) const {
+        std::size_t count = 0;
+        check(rlv_level_changed_ranges(get(), domain, nullptr, 0, &count));
+        std::vector<Range> ranges(count);
+        check(rlv_level_changed_ranges(get(), domain, count == 0 ? nullptr : &ranges.front().first, count, &count));
+        return ranges;
     }
 
     /// Returns a mesh of its present state.

@@ -36,8 +36,8 @@ RLV_API RlvResult rlv_tessellate_surface(RlvSurface surface, const RlvTessellate
 RLV_API RlvResult rlv_tessellate_detail(RlvDetail detail, const RlvTessellateOptions *options, RlvMesh *out);
 
 /* Triangles of a detail that follow its commits: after rlv_detail_commit, rlv_tessellation_update renews the points of
- * the tiles that changed and says which they are, so that a host uploads and refits these and leaves the rest. The
- * points are the same to the last bit as those of rlv_tessellate_detail. */
+ * the tiles that changed and says which points are other than before, so that a host uploads and refits these and leaves
+ * the rest. The points are the same to the last bit as those of rlv_tessellate_detail. */
 typedef struct RlvTessellation {
     uint64_t id;
 } RlvTessellation;
@@ -58,7 +58,7 @@ typedef struct RlvTessellationChanges {
     uint32_t rebuilt; /* 1 if there are other triangles and points than before, all in one range, because tiles got or
                          lost displacement, or another size, and with it another number of cells. That never happens
                          where the options say the same number for coarse and fine. */
-    size_t range_count; /* ranges of points that were written; rlv_tessellation_changed_ranges lists them */
+    size_t range_count; /* ranges of points that changed; rlv_tessellation_changed_ranges lists them */
     size_t point_count; /* points in them */
     float low[3];       /* bounds of these points, object units; zero for none */
     float high[3];
@@ -78,14 +78,16 @@ RLV_API RlvResult rlv_tessellation_info(RlvTessellation tessellation, RlvTessell
 
 /* Brings the points to the detail's last commit, however many there were since the last update. Costs what changed,
  * unless triangles are rebuilt or the cage was posed, which concerns all points; triangle meshes cost a look at all
- * points. Points in the ranges have their colours and traces renewed too; the ages of traces, where the detail came
- * to another time, are renewed at all points. Needs the tessellation for itself and returns RLV_ERROR_BUSY while
+ * points. Colours and traces are renewed too; the ages of traces, where the detail came to another time, are renewed at
+ * all points, in the ranges or not. Needs the tessellation for itself and returns RLV_ERROR_BUSY while
  * another call is at work on it; edits of the detail do not matter. After a failure the tessellation is what it was.
  * out may be NULL. */
 RLV_API RlvResult rlv_tessellation_update(RlvTessellation tessellation, RlvTessellationChanges *out);
 
-/* The ranges of points that the last update wrote, as pairs of the first point and the number of points, ascending and
- * apart from one another; all points before the first update. Writes up to capacity pairs to ranges and their number to
+/* The ranges of points that the last update changed, as pairs of the first point and the number of points, ascending. A
+ * point changed if a bit of its position, normal, colour or trace did, but for ages that only time changed; all did where
+ * the detail got colours or traces, or colours of another format. Each range begins and ends with a point that changed,
+ * and gaps of at most 8 points that did not are part of a range; all points are in one before the first update. Writes up to capacity pairs to ranges and their number to
  * count. ranges may be NULL to ask for the number. Fails if capacity is too small for them. */
 RLV_API RlvResult rlv_tessellation_changed_ranges(RlvTessellation tessellation, uint32_t *ranges, size_t capacity,
                                                   size_t *count);

@@ -114,6 +114,7 @@ static RlvResult open_journal(uint64_t id) { return rlv_level_open_journal((RlvL
 static RlvResult sync_journal(uint64_t id) { return rlv_level_sync_journal((RlvLevel){id}); }
 static RlvResult close_journal(uint64_t id) { return rlv_level_close_journal((RlvLevel){id}); }
 static RlvResult update_level(uint64_t id) { RlvLevelBuffers room = RLV_LEVEL_BUFFERS_INIT; return rlv_level_update((RlvLevel){id}, &room, NULL); }
+static RlvResult level_ranges(uint64_t id) { size_t count; return rlv_level_changed_ranges((RlvLevel){id}, RLV_DOMAIN_POINT, NULL, 0, &count); }
 static RlvResult level_mesh(uint64_t id) { RlvMesh out; return rlv_level_mesh((RlvLevel){id}, &out); }
 static RlvResult settle_level(uint64_t id) { RlvProgressive out; return rlv_level_settle((RlvLevel){id}, &out); }
 static RlvResult evaluate(uint64_t id) { RlvProceduralHits hits = RLV_PROCEDURAL_HITS_INIT; return rlv_procedural_evaluate((RlvProcedural){id}, &hits); }
@@ -160,6 +161,7 @@ static const struct {
     {level_bound, LEVEL},
     {level_error, LEVEL},         {level_triangles, LEVEL},      {level_view, LEVEL},          {edit_level, LEVEL},
     {undo_level, LEVEL},          {redo_level, LEVEL},           {update_level, LEVEL},        {level_mesh, LEVEL},
+    {level_ranges, LEVEL},
     {settle_level, LEVEL},        {update_colors, COLORS},       {release_colors, COLORS},      {read_colors, COLORS},
     {undo_on_device, ON_DEVICE},  {release_on_device, ON_DEVICE}, {read_on_device, ON_DEVICE},  {vulkan_on_device, ON_DEVICE},
     {vulkan_colors, COLORS},      {simplify_mesh, MESH},         {sculpt_level, LEVEL},

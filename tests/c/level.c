@@ -7,12 +7,13 @@ typedef struct Kept {
     RlvLevelUpdate update;
     float *vertices; /* point, normal, one more */
     uint32_t *triangles;
+    size_t reported; /* vertices in the ranges of the last update */
 } Kept;
 
 enum { VERTEX = 7, TRIANGLE = 4 };
 
 static Kept make_room(size_t vertices, size_t triangles) {
-    Kept kept = {RLV_LEVEL_BUFFERS_INIT, RLV_LEVEL_UPDATE_INIT, NULL, NULL};
+    Kept kept = {RLV_LEVEL_BUFFERS_INIT, RLV_LEVEL_UPDATE_INIT, NULL, NULL, 0};
     kept.vertices = malloc((vertices + 1) * VERTEX * sizeof(float));
     kept.triangles = malloc((triangles + 1) * TRIANGLE * sizeof(uint32_t));
     CHECK(kept.vertices != NULL && kept.triangles != NULL);
@@ -32,10 +33,52 @@ static Kept make_room(size_t vertices, size_t triangles) {
     return kept;
 }
 
+/* The ranges of a domain begin and end where the update says, have more than 8 elements between them, and all rows of a
+ * buffer that differ from before are in them. Returns how many elements they have. */
+static size_t check_ranges(RlvLevel level, uint32_t domain, const size_t told[2], const void *before, const void *now,
+                           size_t row, size_t rows) {
+    size_t count = 0, element = 0, all = 0;
+    CHECK_OK(rlv_level_changed_ranges(level, domain, NULL, 0, &count));
+    uint32_t *ranges = malloc(count * 8 + 8);
+    CHECK(ranges != NULL);
+    CHECK_OK(rlv_level_changed_ranges(level, domain, ranges, count, &count));
+    CHECK((count == 0) == (told[1] == 0));
+    for (size_t range = 0; range <= count; ++range) {
+        const size_t first = range < count ? ranges[2 * range] : rows;
+        CHECK(range > 0 || count == 0 || first == told[0]);
+        CHECK(range == 0 || range == count || first > element + 8);
+        for (; element < first; ++element) {
+            CHECK(memcmp((const char *)before + row * element, (const char *)now + row * element, row) == 0);
+        }
+        if (range < count) {
+            CHECK(ranges[2 * range + 1] > 0);
+            element += ranges[2 * range + 1];
+            all += ranges[2 * range + 1];
+            CHECK(range + 1 < count || element == told[0] + told[1]);
+        }
+    }
+    if (count > 0) {
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_changed_ranges(level, domain, ranges, count - 1, &count), "ranges");
+    }
+    free(ranges);
+    return all;
+}
+
 /* Six times the volume within the triangles; every number is where it should be, and nothing else was written. */
 static double check_update(RlvLevel level, Kept *kept) {
     RlvLevelInfo info = RLV_LEVEL_INFO_INIT;
+    const size_t rows[2] = {kept->buffers.vertex_capacity, kept->buffers.triangle_capacity};
+    const size_t bytes[2] = {VERTEX * sizeof(float), TRIANGLE * sizeof(uint32_t)};
+    void *before[2] = {malloc(rows[0] * bytes[0]), malloc(rows[1] * bytes[1])};
+    CHECK(before[0] != NULL && before[1] != NULL);
+    memcpy(before[0], kept->vertices, rows[0] * bytes[0]);
+    memcpy(before[1], kept->triangles, rows[1] * bytes[1]);
     CHECK_OK(rlv_level_update(level, &kept->buffers, &kept->update));
+    const size_t told[2][2] = {{kept->update.first_vertex, kept->update.changed_vertex_count},
+                               {kept->update.first_triangle, kept->update.changed_triangle_count}};
+    kept->reported = check_ranges(level, RLV_DOMAIN_POINT, told[0], before[0], kept->vertices, bytes[0], rows[0]);
+    check_ranges(level, RLV_DOMAIN_FACE, told[1], before[1], kept->triangles, bytes[1], rows[1]);
+    free(before[0]), free(before[1]);
     CHECK_OK(rlv_level_info(level, &info));
     const RlvLevelUpdate *update = &kept->update;
     CHECK(update->vertex_count == info.vertex_count && update->triangle_count == info.triangle_count);
@@ -355,6 +398,23 @@ int main(void) {
         near += kept.vertices[k * VERTEX + 2] > 0.0f;
     }
     CHECK(near > 2 * (kept.update.vertex_count - near));
+
+    /* What an edit moves is in ranges that are finer than from its first to its last vertex. */
+    CHECK_OK(rlv_level_set_triangles(level, SIZE_MAX));
+    check_update(level, &kept);
+    RlvLevelHandle side = {{{1, 0, 0}, 0.3f, RLV_FALLOFF_SMOOTH, 0}, {0.2f, 0, 0}, {0, 0, 1}, 0.0f, 0};
+    RlvLevelEdit push = RLV_LEVEL_EDIT_INIT;
+    push.handles = &side;
+    push.handle_count = 1;
+    size_t pushed = 0;
+    CHECK_OK(rlv_level_edit(level, &push, &pushed));
+    check_update(level, &kept);
+    CHECK(kept.reported >= pushed && kept.reported <= 4 * pushed && 2 * kept.reported < kept.update.changed_vertex_count);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_changed_ranges(level, 3, NULL, 0, &last), "domain");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_changed_ranges(level, RLV_DOMAIN_POINT, NULL, 0, NULL), "count");
+    CHECK_OK(rlv_level_undo(level));
+    CHECK_OK(rlv_level_set_view(level, &view));
+    check_update(level, &kept);
 
     /* The pole is pulled up at a coarse level, and turned; finer levels follow. */
     RlvLevelHandle handle = {{{0, 0, 1}, 0.9f, RLV_FALLOFF_SMOOTH, 0}, {0, 0, 0.5f}, {0, 0, 1}, 0.3f, 0};

@@ -63,7 +63,7 @@ static void drop(Buffers buffers) {
     free(buffers.positions), free(buffers.normals);
 }
 
-/* Copies what the last update wrote, and nothing else. */
+/* Copies what the last update changed, and nothing else. */
 static size_t refit(RlvTessellation tessellation, Buffers *buffers) {
     size_t count = 0, points = 0, end = 0;
     CHECK_OK(rlv_tessellation_changed_ranges(tessellation, NULL, 0, &count));
@@ -72,7 +72,7 @@ static size_t refit(RlvTessellation tessellation, Buffers *buffers) {
     CHECK_OK(rlv_tessellation_changed_ranges(tessellation, ranges, count, &count));
     for (size_t range = 0; range < count; ++range) {
         size_t first = ranges[2 * range], size = ranges[2 * range + 1];
-        CHECK(size > 0 && (range == 0 || first > end));
+        CHECK(size > 0 && (range == 0 || first > end + 8));
         CHECK_OK(rlv_tessellation_get_points(tessellation, first, size, buffers->positions + 3 * first, 0,
                                              buffers->normals + 3 * first, 0));
         end = first + size, points += size;
@@ -184,7 +184,7 @@ static void follow(RlvContext context) {
     CHECK_OK(rlv_mesh_release(plane));
 }
 
-/* Copies the colours and traces of the points that the last update wrote, six numbers a point. */
+/* Copies the colours and traces of the points that the last update changed, six numbers a point. */
 static void refit_coat(RlvTessellation tessellation, float *coat) {
     size_t count = 0;
     CHECK_OK(rlv_tessellation_changed_ranges(tessellation, NULL, 0, &count));
@@ -273,6 +273,108 @@ static void follow_coat(RlvContext context) {
     CHECK_OK(rlv_detail_release(detail));
     CHECK_OK(rlv_surface_release(surface));
     CHECK_OK(rlv_mesh_release(ball));
+    CHECK_OK(rlv_mesh_release(plane));
+}
+
+/* Positions, normals and colours of all points, nine numbers each. */
+static float *all_arrays(RlvTessellation tessellation, size_t count) {
+    float *arrays = malloc(count * 36);
+    CHECK(arrays != NULL);
+    CHECK_OK(rlv_tessellation_get_points(tessellation, 0, count, arrays, 36, arrays + 3, 36));
+    CHECK_OK(rlv_tessellation_get_colors(tessellation, 0, count, arrays + 6, 36));
+    return arrays;
+}
+
+static double distance(const float *point, const double middle[3]) {
+    return hypot(point[0] - middle[0], point[1] - middle[1]);
+}
+
+/* One dab of a radius, which sculpts or paints. */
+static void dab(RlvContext context, RlvDetail detail, RlvBrushOptions options, const double at[3], float radius) {
+    RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
+    const RlvStrokePoint point = {{at[0], at[1], at[2]}, 1.0, -1.0};
+    RlvBrush brush = RLV_NULL;
+    settings.radius = radius;
+    options.falloff = RLV_FALLOFF_CONSTANT;
+    options.height = 0.02f;
+    CHECK_OK(rlv_brush_create(context, &options, &settings, &brush));
+    CHECK_OK(rlv_stroke_run(detail, brush, &point, 1, 0, NULL));
+    CHECK_OK(rlv_brush_release(brush));
+}
+
+/* Ranges hold the points of which a bit differs in an array, with gaps of at most 8 others, and no more: after a dab that
+ * sculpts and one that paints elsewhere, these are the points within their radius, and few around them. */
+static void check_fine(RlvContext context, uint32_t kind, uint32_t size) {
+    static const double middles[2][3] = {{1.3, 1.4, 0.0}, {2.8, 2.7, 0.0}};
+    const float radius = 0.35f, around = 4.0f / size;
+    RlvSurface surface = RLV_NULL;
+    RlvDetail detail = RLV_NULL;
+    RlvTessellation tessellation = RLV_NULL;
+    RlvMesh plane = check_plane(context, 4, 4);
+    RlvSurfaceOptions surface_options = RLV_SURFACE_OPTIONS_INIT;
+    RlvDetailOptions detail_options = RLV_DETAIL_OPTIONS_INIT;
+    RlvPaintOptions paint_options = RLV_PAINT_OPTIONS_INIT;
+    RlvTessellateOptions options = RLV_TESSELLATE_OPTIONS_INIT;
+    RlvTessellationInfo info = RLV_TESSELLATION_INFO_INIT;
+    RlvTessellationChanges changes = RLV_TESSELLATION_CHANGES_INIT;
+    surface_options.kind = kind;
+    detail_options.tile_size = paint_options.tile_size = size;
+    options.coarse = options.fine = size;
+    CHECK_OK(rlv_surface_create(context, plane, &surface_options, &surface));
+    CHECK_OK(rlv_detail_create(surface, &detail_options, NULL, &detail));
+    CHECK_OK(rlv_detail_add_paint(detail, &paint_options));
+    RlvBrushOptions sculpt = RLV_BRUSH_OPTIONS_INIT, paint = RLV_BRUSH_OPTIONS_INIT;
+    sculpt.action = RLV_BRUSH_SCULPT;
+    sculpt.mode = RLV_SCULPT_DRAW;
+    for (int time = 0; time < 2; ++time) {
+        paint.color[0] = paint.color[1] = paint.color[2] = 0.2f + 0.5f * (float)time;
+        dab(context, detail, sculpt, middles[0], radius);
+        dab(context, detail, paint, middles[1], radius);
+        CHECK_OK(rlv_detail_commit(detail, NULL));
+        if (time == 0) {
+            CHECK_OK(rlv_tessellation_create(detail, &options, &tessellation));
+            CHECK_OK(rlv_tessellation_info(tessellation, &info));
+        }
+        if (time == 1) {
+            float *before = all_arrays(tessellation, info.point_count);
+            CHECK_OK(rlv_tessellation_update(tessellation, &changes));
+            CHECK(changes.rebuilt == 0);
+            float *after = all_arrays(tessellation, info.point_count);
+            uint32_t *ranges = malloc(changes.range_count * 8 + 8);
+            CHECK(ranges != NULL);
+            size_t count = 0, made = 0, differing = 0, reported = 0, end = 0;
+            CHECK_OK(rlv_tessellation_changed_ranges(tessellation, ranges, changes.range_count, &count));
+            CHECK(count == changes.range_count && count > 4);
+            for (size_t point = 0; point < info.point_count; ++point) {
+                const float *old = before + 9 * point, *now = after + 9 * point;
+                const double sculpted = distance(old, middles[0]), painted = distance(old, middles[1]);
+                const int is_other = memcmp(old, now, 36) != 0;
+                CHECK(is_other || (sculpted > 0.7f * radius && painted > 0.7f * radius));
+                CHECK(!is_other || sculpted < radius + around || painted < radius + around);
+                CHECK(painted > 0.7f * radius || memcmp(old, now, 24) == 0);
+                if (!is_other) {
+                    continue;
+                }
+                differing += 1;
+                if (made == 0 || point > end + 8) {
+                    made += 1;
+                    CHECK(made <= count && ranges[2 * made - 2] == point);
+                }
+                end = point + 1;
+                CHECK(ranges[2 * made - 2] + ranges[2 * made - 1] >= end);
+            }
+            CHECK(made == count && ranges[2 * made - 2] + ranges[2 * made - 1] == end);
+            for (size_t range = 0; range < count; ++range) {
+                reported += ranges[2 * range + 1];
+            }
+            CHECK(reported == changes.point_count && differing > 100 && 2 * reported <= 3 * differing);
+            CHECK(10 * reported < 3 * info.point_count);
+            free(before), free(after), free(ranges);
+        }
+    }
+    CHECK_OK(rlv_tessellation_release(tessellation));
+    CHECK_OK(rlv_detail_release(detail));
+    CHECK_OK(rlv_surface_release(surface));
     CHECK_OK(rlv_mesh_release(plane));
 }
 
@@ -419,6 +521,13 @@ int main(void) {
     RlvMesh untouched = {77};
     options.coarse = 3;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_tessellate_surface(surface, &options, &untouched), "coarse");
+    options.coarse = 8;
+    options.places = 2;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_tessellate_surface(surface, &options, &untouched), "places");
+    options.places = 1;
+    options.smooth_uvs = 2;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_tessellate_surface(surface, &options, &untouched), "smooth_uvs");
+    options.smooth_uvs = 0;
     options.coarse = 1024;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_tessellate_surface(surface, &options, &untouched), "coarse");
     CHECK(untouched.id == 77);
@@ -437,6 +546,8 @@ int main(void) {
     CHECK_OK(rlv_context_release(small));
     follow(context);
     follow_coat(context);
+    check_fine(context, RLV_SURFACE_CATMULL_CLARK, 32);
+    check_fine(context, RLV_SURFACE_TRIANGLES, 32);
     CHECK_OK(rlv_context_release(context));
     return 0;
 }

@@ -530,6 +530,8 @@ int main() {
     level.set_triangles(SIZE_MAX);
     level.update(buffers);
     CHECK(buffers.last.triangle_count == whole.info().triangle_count);
+    const auto written = buffers.last.changed_vertex_count == 0 ? 0 : level.changed_ranges(RLV_DOMAIN_POINT).front().first;
+    CHECK(written == buffers.last.first_vertex && !level.changed_ranges(RLV_DOMAIN_FACE).empty());
     CHECK(level.mesh().info().high[2] > 0.5f);
     const auto moving = relievo::Level::create(whole);
     moving.add_motion({{{{1.5f, 1.5f, 0}, 9, RLV_FALLOFF_CONSTANT, 0},

@@ -647,6 +647,7 @@ class Levels(unittest.TestCase):
             self.assertEqual(level.triangles.max() + 1, len(level.points))
             numpy.testing.assert_allclose(numpy.linalg.norm(level.points, axis=1), 1.0, atol=0.4)
         self.assertEqual(level.update().changed_vertex_count, 0)
+        self.assertEqual(level.changed_ranges().shape, (0, 2))
         finest = level.points.copy()
         level.set_view(eye=(0, 0, 1.5), pixels=100.0, planes=[[0, 0, 1, 0]])
         level.set_triangles(100)
@@ -655,6 +656,19 @@ class Levels(unittest.TestCase):
         level.set_triangles()
         level.update()
         self.assertGreater(level.points[:, 2].max(), 1.4)
+        pushed = rl.Level(self.whole)
+        pushed.set_triangles()
+        pushed.update()
+        before = pushed.points.copy()
+        pushed.edit([rl.Grip(rl.Region((0, 0, -1), 0.5), (0, 0, -0.1))])
+        update, ranges = pushed.update(), pushed.changed_ranges()
+        inside = numpy.zeros(len(before), bool)
+        for first, count in ranges:
+            inside[first : first + count] = True
+        self.assertTrue(inside[(pushed.points != before).any(axis=1)].all() and not inside.all())
+        self.assertEqual(ranges[0, 0], update.first_vertex)
+        self.assertEqual(ranges[-1].sum(), update.first_vertex + update.changed_vertex_count)
+        self.assertEqual(len(pushed.changed_ranges("face")), 0)
         self.assertEqual(level.mesh().info.face_count, self.whole.info.triangle_count)
         moving = rl.Level(self.whole)
         keys = [rl.GripKey(0.0), rl.GripKey(2.0, (0, 0, 1))]
@@ -1529,6 +1543,7 @@ class Details(unittest.TestCase):
         self.assertFalse(changes.rebuilt)
         ranges = follow.changed_ranges()
         self.assertEqual(ranges[:, 1].sum(), changes.point_count)
+        self.assertLess(changes.point_count, follow.info.point_count)
         first, count = ranges[0]
         now = follow.positions()
         numpy.testing.assert_array_equal(follow.points(first, count)[0], now[first : first + count])

@@ -3818,6 +3818,7 @@ FUNCTIONS = {
     "rlv_level_sync_journal": (RlvResult, [("level", RlvLevel)]),
     "rlv_level_close_journal": (RlvResult, [("level", RlvLevel)]),
     "rlv_level_update": (RlvResult, [("level", RlvLevel), ("buffers", POINTER(RlvLevelBuffers)), ("out", POINTER(RlvLevelUpdate))]),
+    "rlv_level_changed_ranges": (RlvResult, [("level", RlvLevel), ("domain", c_uint32), ("ranges", c_uint32_p), ("capacity", c_size_t), ("count", c_size_t_p)]),
     "rlv_level_mesh": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvMesh))]),
     "rlv_level_settle": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvProgressive))]),
     "rlv_level_misplaced": (RlvResult, [("level", RlvLevel), ("out", POINTER(RlvLevelMisplaced)), ("capacity", c_size_t), ("count", c_size_t_p)]),

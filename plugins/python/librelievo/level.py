@@ -12,7 +12,7 @@ import numpy
 from . import abi, library, record
 from .array import Reading, number, writing
 from .handle import Handle, held, path_bytes
-from .hint import ArrayLike, FilePath, Progress
+from .hint import Array, ArrayLike, FilePath, Progress
 from .mesh import Mesh
 from .parameter import address_of
 from .progress import watched
@@ -227,6 +227,15 @@ class Level(_Room, Handle):
         library.call("rlv_level_update", self.handle, ctypes.byref(self._room), ctypes.byref(out))
         self._show(out)
         return record.read(out)
+
+    def changed_ranges(self, domain: str | int = "point") -> Array:
+        """The ranges that the last update wrote, (first, count): vertices of "point", triangles of "face", values of wedges of
+        "corner"."""
+        count, of = ctypes.c_size_t(), record.named(abi.RlvDomain, domain, "domain")
+        library.call("rlv_level_changed_ranges", self.handle, of, None, 0, address_of(count))
+        out, place, _ = writing(None, count.value, numpy.uint32, 2, "ranges")
+        library.call("rlv_level_changed_ranges", self.handle, of, place, len(out), address_of(count))
+        return out[: count.value]
 
     def mesh(self) -> Mesh:
         """A mesh of it as it is now."""

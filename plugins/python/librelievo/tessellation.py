@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Tessellation(Handle):
-    """Triangles of a detail; `update` renews the points of the tiles that changed."""
+    """Triangles of a detail; `update` renews the points of the tiles that changed, `changed_ranges` says which did."""
 
     noun, kind = "tessellation", abi.RlvTessellation
 
@@ -42,7 +42,7 @@ class Tessellation(Handle):
         return record.read(out)
 
     def changed_ranges(self) -> Array:
-        """The ranges of points that the last update wrote: (first, count)."""
+        """The ranges of points that the last update changed: (first, count)."""
         count = ctypes.c_size_t()
         library.call("rlv_tessellation_changed_ranges", self.handle, None, 0, address_of(count))
         out, place, _ = writing(None, count.value, numpy.uint32, 2, "ranges")

@@ -99,6 +99,8 @@ fn run(arguments: &Arguments) -> Result<()> {
 }
 
 fn main() -> ExitCode {
+    // Rows are read by people and scripts; processes that are started for a row inherit it.
+    relievo_gpu::quiet_drivers();
     match run(&Arguments::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -4,6 +4,7 @@
 #include "../../c/check.h"
 #include "../figure.h"
 #include "allocations.h"
+#include "embedding.h"
 #include "follower.h"
 
 #include <chrono>
@@ -317,60 +318,18 @@ void imprint_frames(RlvContext context) {
     CHECK_OK(rlv_detail_release(detail));
 }
 
-/// Adds up what objects take.
-uint32_t add_up(void *user, int64_t taken) {
-    *static_cast<int64_t *>(user) += taken;
-    return RLV_PROGRESS_CONTINUE;
-}
-
-/// What a mesh takes whose arrays are the host's, and one whose arrays are copied.
-void borrowed_arrays(RlvContext context) {
-    const uint32_t side = 500;
-    std::vector<float> points;
-    std::vector<uint32_t> corners, sizes(size_t(side) * side, 4);
-    for (uint32_t at = 0; at < (side + 1) * (side + 1); ++at) {
-        points.insert(points.end(), {float(at % (side + 1)), float(at / (side + 1)), 0.0f});
-    }
-    for (uint32_t face = 0; face < side * side; ++face) {
-        const uint32_t first = face / side * (side + 1) + face % side;
-        corners.insert(corners.end(), {first, first + 1, first + side + 2, first + side + 1});
-    }
-    RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
-    arrays.points = points.data();
-    arrays.point_count = points.size() / 3;
-    arrays.corners = corners.data();
-    arrays.corner_count = corners.size();
-    arrays.face_sizes = sizes.data();
-    arrays.face_count = sizes.size();
-    int64_t taken[2] = {0, 0};
-    for (int is_borrowed = 0; is_borrowed < 2; ++is_borrowed) {
-        RlvMesh mesh = RLV_NULL;
-        CHECK_OK(rlv_context_set_memory_monitor(context, add_up, &taken[is_borrowed]));
-        CHECK_OK(is_borrowed ? rlv_mesh_create_borrowed(context, &arrays, nullptr, nullptr, &mesh)
-                             : rlv_mesh_create(context, &arrays, &mesh));
-        CHECK_OK(rlv_context_set_memory_monitor(context, nullptr, nullptr));
-        CHECK_OK(rlv_mesh_release(mesh));
-    }
-    if (json) {
-        std::printf("{\"bench\":\"hosts\",\"case\":\"borrowed arrays\",\"ours\":%lld,\"peer\":%lld,\"peer_name\":\"copied arrays\","
-                    "\"unit\":\"bytes\",\"ratio\":0,\"goal\":\"0\",\"met\":%s}\n",
-                    static_cast<long long>(taken[1]), static_cast<long long>(taken[0]), taken[1] == 0 ? "true" : "false");
-    } else {
-        std::printf("%-40s %8lld bytes of %lld  0  %s\n", "borrowed arrays", static_cast<long long>(taken[1]),
-                    static_cast<long long>(taken[0]), taken[1] == 0 ? "yes" : "NO");
-    }
-}
-
 } // namespace
 
 int main(int argc, char **argv) {
     json = argc > 1 && std::strcmp(argv[1], "--json") == 0;
     host_loops();
+    contexts(json);
     RlvContext context = RLV_NULL;
     CHECK_OK(rlv_context_create(nullptr, &context));
     brush_events(context);
     imprint_frames(context);
-    borrowed_arrays(context);
+    borrowed_arrays(json);
+    document_bytes(context, json);
     CHECK_OK(rlv_context_release(context));
     return 0;
 }

@@ -220,13 +220,14 @@ entry! {
         for (place, wedges) in made.wedges.iter().enumerate() {
             buffers.set_corners(place, *wedges, &made.face_values[place * face_width..(place + 1) * face_width]);
         }
+        let all = |count: usize| (count > 0).then_some(0..count as u32).into_iter().collect();
         let update = Update {
             vertices,
             triangles,
-            changed_vertices: 0..vertices,
-            changed_triangles: 0..triangles,
+            changed_vertices: all(vertices),
+            changed_triangles: all(triangles),
             wedges,
-            changed_wedges: 0..wedges,
+            changed_wedges: all(wedges),
         };
         // SAFETY: checked above.
         unsafe { write_optional(out, RlvLevelUpdate::of(&update)) }

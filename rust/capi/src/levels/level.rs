@@ -4,6 +4,7 @@ mod buffers;
 pub mod edit;
 
 use std::ffi::{c_char, c_void};
+use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, RwLock};
 
@@ -20,7 +21,7 @@ use crate::details::brush::RlvBrush;
 use crate::details::stroke::{RlvStrokePoint, points_of};
 use crate::levels::progressive::{self, ProgressiveObject, RlvProgressive, RlvProgressiveOptions};
 use crate::runtime::context::{ContextObject, HostProgress, RLV_LOG_WARNING, RlvProgress};
-use crate::surfaces::mesh::{self, RlvMesh};
+use crate::surfaces::mesh::{self, RLV_DOMAIN_CORNER, RLV_DOMAIN_FACE, RLV_DOMAIN_POINT, RlvMesh};
 
 handle!(RlvLevel, 17, LevelObject);
 
@@ -85,6 +86,8 @@ pub struct LevelObject {
     journal: Mutex<Option<EditJournal>>,
     /// Edits over time, each of a mesh. Taken after the mesh.
     motions: Mutex<Vec<(Front, KeyedEdit)>>,
+    /// What the last update wrote: ranges of vertices, triangles and wedges. Taken after the mesh.
+    changed: Mutex<[Vec<Range<u32>>; 3]>,
 }
 
 impl LevelObject {
@@ -107,6 +110,10 @@ impl LevelObject {
 
     fn motions(&self) -> Result<MutexGuard<'_, Vec<(Front, KeyedEdit)>>> {
         self.motions.lock().map_err(|_| broken("level"))
+    }
+
+    fn changed(&self) -> Result<MutexGuard<'_, [Vec<Range<u32>>; 3]>> {
+        self.changed.lock().map_err(|_| broken("level"))
     }
 
     /// Has mesh and journal for itself while they change.
@@ -171,8 +178,8 @@ entry! {
         }
         let mesh = RwLock::new(ActiveMesh::new(&whole.mesh));
         let (context, whole) = (whole.context.clone(), Mutex::new(whole));
-        let (journal, motions) = (Mutex::default(), Mutex::default());
-        let made = registry::insert(LevelObject { context, whole, mesh, journal, motions })?;
+        let (journal, motions, changed) = (Mutex::default(), Mutex::default(), Mutex::default());
+        let made = registry::insert(LevelObject { context, whole, mesh, journal, motions, changed })?;
         // SAFETY: checked above.
         unsafe { put(out, made) };
         Ok(())
@@ -404,9 +411,35 @@ entry! {
             buffers.triangles.holds("triangles", triangles)?;
             let update = mesh.update(&mut buffers, given.is_whole != 0);
             let told = RlvLevelUpdate::of(&update);
+            *object.changed()? = [update.changed_vertices, update.changed_triangles, update.changed_wedges];
             // SAFETY: checked above.
             unsafe { write_optional(out, told) }
         })
+    }
+
+    fn rlv_level_changed_ranges(level: RlvLevel, domain: u32, ranges: *mut u32, capacity: usize, count: *mut usize) {
+        present("count", count)?;
+        let object = registry::get(level)?;
+        let _mesh = try_read(&object.mesh, "level")?;
+        let changed = object.changed()?;
+        let list = match domain {
+            RLV_DOMAIN_POINT => &changed[0],
+            RLV_DOMAIN_FACE => &changed[1],
+            RLV_DOMAIN_CORNER => &changed[2],
+            _ => {
+                return Err(Error::invalid(format!("there is no domain {domain}"))
+                    .at("domain")
+                    .advise("use RLV_DOMAIN_POINT, RLV_DOMAIN_FACE or RLV_DOMAIN_CORNER"));
+            }
+        };
+        // SAFETY: checked above.
+        unsafe { put(count, list.len()) };
+        // SAFETY: the caller promises room for `capacity` pairs, or NULL to ask for the number alone.
+        if let Some(out) = unsafe { Output::<[u32; 2]>::optional("ranges", ranges.cast(), capacity, 0) }? {
+            let pairs = list.iter().map(|range| [range.start, range.end - range.start]);
+            out.holds("ranges", list.len())?.fill(pairs);
+        }
+        Ok(())
     }
 
     fn rlv_level_mesh(level: RlvLevel, out: *mut RlvMesh) {

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::{Arc, RwLock};
 
 use relievo_core::progress::Silent;
-use relievo_core::{Attribute, Context, Domain, Error, Mesh, Progress, Result, Values};
+use relievo_core::{Attribute, Context, Domain, Error, Marks, Mesh, Progress, Result, Values};
 use relievo_surface::{Surface, SurfaceOptions, TileTopology};
 use relievo_tiles::triangle::{
     FaceRates, Pattern, TriangleChannel, TriangleDisplaced, TriangleNormals, TriangleOptions, TriangleTessellation,
@@ -87,6 +87,11 @@ impl Cells {
                 return Err(Error::invalid(format!("a tile cannot have {value} cells a side"))
                     .at(name)
                     .advise(format!("use a power of two from 1 to {MAX_CELLS}, or 0 for the default")));
+            }
+        }
+        for (name, value) in [("places", given.places), ("smooth_uvs", given.smooth_uvs)] {
+            if value > 1 {
+                return Err(Error::invalid(format!("{name} is {value}")).at(name).advise("use 0 or 1"));
             }
         }
         let or = |value, default| if value == 0 { default } else { value };
@@ -299,7 +304,9 @@ struct Kept {
     /// The commit the triangles are of.
     view: Arc<View>,
     follower: Follower,
-    /// First and number of the points that the last update wrote.
+    /// Points that changed since the ranges were made.
+    marks: Marks,
+    /// First and number of the points that the last update changed.
     ranges: Vec<[u32; 2]>,
     /// Number of the last update, and of the last one that made other triangles.
     serial: u64,
@@ -316,7 +323,7 @@ pub struct Vertices<'a> {
     pub parameters: &'a [[f32; 2]],
     /// The commit that they are of.
     pub view: &'a Arc<View>,
-    /// First and number of the points that the last update wrote.
+    /// First and number of the points that the last update changed.
     pub ranges: &'a [[u32; 2]],
     /// Number of the last update.
     pub serial: u64,
@@ -346,7 +353,7 @@ impl TessellationObject {
     /// does.
     pub fn with_vertices<R>(&self, look: impl FnOnce(&Vertices<'_>) -> Result<R>) -> Result<R> {
         let kept = try_read(&self.kept, "tessellation")?;
-        let Kept { serial, rebuilt, ranges, follower, view } = &*kept;
+        let Kept { serial, rebuilt, ranges, follower, view, .. } = &*kept;
         let mesh = follower.mesh();
         let (tiles, parameters) = follower.places();
         look(&Vertices {
@@ -422,18 +429,11 @@ impl Follower {
         }
     }
 
-    /// Brings points from `before` to `view`, and puts moved points into `ranges`; false if there are to be other
-    /// triangles.
-    fn update(
-        &mut self,
-        context: &Context,
-        before: &View,
-        view: &View,
-        cells: Cells,
-        ranges: &mut Vec<Range<u32>>,
-    ) -> Result<bool> {
+    /// Brings points from `before` to `view`. `marks` get the points that changed in any array, but for ages of traces
+    /// where the time alone is another. Returns false if there are to be other triangles.
+    fn update(&mut self, context: &Context, before: &View, view: &View, cells: Cells, marks: &Marks) -> Result<bool> {
         let posed = view.pose != before.pose;
-        let aged = view.time != before.time;
+        let (was, aged) = (before.time, view.time != before.time);
         match (self, &view.layers, &before.layers) {
             (Self::Tiles { rates, tessellator, made }, Layers::Tiles(it), Layers::Tiles(before)) => {
                 let topology = it.surface.topology();
@@ -451,15 +451,27 @@ impl Follower {
                 }
                 let known = it.seen(before, changed, seen);
                 let renewed = if known { &*seen } else { &*changed };
-                tessellator.update(context, &it.displaced()?, renewed, made, ranges)?;
+                tessellator.update(context, &it.displaced()?, renewed, made, marks)?;
                 match &it.paint {
-                    Some(paint) if known => by_format!(paint, it => tessellator.paint(it.field(), seen, made))?,
-                    Some(paint) => by_format!(paint, it => made.paint(it.field())),
+                    Some(paint) if known => by_format!(paint, it => tessellator.paint(it.field(), seen, made, marks))?,
+                    Some(paint) => {
+                        by_format!(paint, it => made.paint(it.field()));
+                        marks.mark_all();
+                    }
                     None => {}
                 }
                 match (&it.traces, &before.traces) {
-                    (Some(traces), Some(_)) if !aged => tessellator.trace(traces.field(), view.time, changed, made)?,
-                    (Some(traces), _) => made.trace(traces.field(), view.time),
+                    (Some(traces), Some(_)) => {
+                        // Compared at the earlier time, so that ages alone mark no point.
+                        tessellator.trace(traces.field(), was, changed, made, marks)?;
+                        if aged {
+                            made.trace(traces.field(), view.time);
+                        }
+                    }
+                    (Some(traces), None) => {
+                        made.trace(traces.field(), view.time);
+                        marks.mark_all();
+                    }
                     (None, _) => {}
                 }
                 Ok(true)
@@ -470,9 +482,31 @@ impl Follower {
                     return Ok(false);
                 }
                 let changed = if posed { (0..faces as u32).collect() } else { it.shown(before) };
-                *ranges = made.update(context, &it.displaced()?, &it.normals, &changed)?;
-                if !changed.is_empty() || aged {
-                    coat_triangles(view, it, made)?;
+                let points = made.points_near(it.surface.topology(), &changed)?;
+                made.update(context, &it.displaced()?, &it.normals, &points, marks)?;
+                let formats = [&it.paint, &before.paint].map(|paint| paint.as_ref().map(std::mem::discriminant));
+                match &it.paint {
+                    Some(paint) if formats[0] == formats[1] => {
+                        by_format!(paint, it => made.repaint(it.field(), &points, marks))?;
+                    }
+                    Some(paint) => {
+                        by_format!(paint, it => made.paint(it.field()))?;
+                        marks.mark_all();
+                    }
+                    None => {}
+                }
+                match (&it.traces, &before.traces) {
+                    (Some(traces), Some(_)) => {
+                        made.retrace(traces.field(), was, &points, marks)?;
+                        if aged {
+                            made.trace(traces.field(), view.time);
+                        }
+                    }
+                    (Some(traces), None) => {
+                        made.trace(traces.field(), view.time);
+                        marks.mark_all();
+                    }
+                    (None, _) => {}
                 }
                 Ok(true)
             }
@@ -493,27 +527,29 @@ impl Kept {
     /// All triangles anew.
     fn new(context: &Context, view: Arc<View>, cells: Cells) -> Result<Self> {
         let follower = Follower::new(context, &view, cells, &mut Silent)?;
-        let ranges = vec![[0, follower.mesh().points.len() as u32]];
-        Ok(Self { view, follower, ranges, serial: 0, rebuilt: 0 })
+        let count = follower.mesh().points.len();
+        let (marks, ranges) = (Marks::new(count), vec![[0, count as u32]]);
+        Ok(Self { view, follower, marks, ranges, serial: 0, rebuilt: 0 })
     }
 
     /// Brings the triangles to `view`; whether they are others than before.
     fn update(&mut self, context: &Context, view: Arc<View>, cells: Cells) -> Result<bool> {
-        let Self { follower, view: before, serial, .. } = self;
+        let Self { follower, view: before, marks, serial, .. } = self;
         let serial = *serial + 1;
         let mut ranges = context.scratch().lend::<Vec<Range<u32>>>();
-        let update = || follower.update(context, before, &view, cells, &mut ranges);
+        let update = || follower.update(context, before, &view, cells, marks);
         if !context.stats().time("tessellate.update", update)? {
             *self = Self { serial, rebuilt: serial, ..Self::new(context, view, cells)? };
             return Ok(true);
         }
+        self.marks.take(&mut ranges);
         self.ranges.clear();
         self.ranges.extend(ranges.iter().map(|range| [range.start, range.end - range.start]));
         (self.view, self.serial) = (view, serial);
         Ok(false)
     }
 
-    /// The points that the last update wrote.
+    /// The points in the ranges of the last update.
     fn written(&self) -> impl Iterator<Item = &[f32; 3]> {
         let points = &self.follower.mesh().points;
         self.ranges.iter().flat_map(|[first, count]| points.iter().skip(*first as usize).take(*count as usize))

@@ -656,6 +656,7 @@ function!(rlv_level_open_journal: unsafe extern "C" fn(RlvLevel, *const c_char) 
 function!(rlv_level_sync_journal: unsafe extern "C" fn(RlvLevel) -> RlvResult);
 function!(rlv_level_close_journal: unsafe extern "C" fn(RlvLevel) -> RlvResult);
 function!(rlv_level_update: unsafe extern "C" fn(RlvLevel, *const RlvLevelBuffers, *mut RlvLevelUpdate) -> RlvResult);
+function!(rlv_level_changed_ranges: unsafe extern "C" fn(RlvLevel, u32, *mut u32, usize, *mut usize) -> RlvResult);
 function!(rlv_level_mesh: unsafe extern "C" fn(RlvLevel, *mut RlvMesh) -> RlvResult);
 function!(rlv_level_settle: unsafe extern "C" fn(RlvLevel, *mut RlvProgressive) -> RlvResult);
 function!(rlv_level_misplaced: unsafe extern "C" fn(RlvLevel, *mut RlvLevelMisplaced, usize, *mut usize) -> RlvResult);

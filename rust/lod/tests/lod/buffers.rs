@@ -1,8 +1,10 @@
 //! Meshes in their user's buffers: what is written there, and what is not.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
+use relievo_core::marks::GAP;
 use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions, Falloff};
 use relievo_lod::Progressive;
@@ -19,35 +21,39 @@ use crate::wedges::{self, painted_torus};
 #[derive(Default)]
 struct Kept {
     mesh: Extract,
-    vertices: Range<usize>,
-    triangles: Range<usize>,
-    wedges: Range<usize>,
+    vertices: BTreeSet<u32>,
+    triangles: BTreeSet<u32>,
+    wedges: BTreeSet<u32>,
     writes: usize,
 }
 
-impl Kept {
-    fn note(range: &mut Range<usize>, place: usize) {
-        *range =
-            if range.start == range.end { place..place + 1 } else { range.start.min(place)..range.end.max(place + 1) };
-    }
+/// The ranges that places are in: of those that are at most a gap apart, one.
+fn ranges(places: &BTreeSet<u32>) -> Vec<Range<u32>> {
+    let places: Vec<u32> = places.iter().copied().collect();
+    places.chunk_by(|a, b| b - a <= GAP + 1).map(|run| run[0]..run[run.len() - 1] + 1).collect()
+}
+
+/// How many elements ranges have.
+fn length(ranges: &[Range<u32>]) -> usize {
+    ranges.iter().map(ExactSizeIterator::len).sum()
 }
 
 impl Buffers for Kept {
     fn set_vertex(&mut self, place: usize, point: [f32; 3], normal: [f32; 3]) {
         self.mesh.set_vertex(place, point, normal);
-        Self::note(&mut self.vertices, place);
+        self.vertices.insert(place as u32);
         self.writes += 1;
     }
 
     fn set_triangle(&mut self, place: usize, vertices: [u32; 3]) {
         self.mesh.set_triangle(place, vertices);
-        Self::note(&mut self.triangles, place);
+        self.triangles.insert(place as u32);
         self.writes += 1;
     }
 
     fn set_wedge(&mut self, place: usize, values: &[f32]) {
         self.mesh.set_wedge(place, values);
-        Self::note(&mut self.wedges, place);
+        self.wedges.insert(place as u32);
         self.writes += 1;
     }
 
@@ -76,15 +82,15 @@ fn sorted(mesh: &Extract, triangles: usize, [width, face_width]: [usize; 2]) -> 
 
 /// Updates buffers and compares them with the whole mesh. Returns how often something was written.
 fn compare(active: &mut ActiveMesh, kept: &mut Kept) -> usize {
-    (kept.vertices, kept.triangles, kept.wedges, kept.writes) = (0..0, 0..0, 0..0, 0);
+    *kept = Kept { mesh: std::mem::take(&mut kept.mesh), ..Kept::default() };
     let update = active.update(kept, false);
     let expected = Update {
         vertices: active.vertex_count(),
         triangles: active.triangle_count(),
-        changed_vertices: kept.vertices.clone(),
-        changed_triangles: kept.triangles.clone(),
+        changed_vertices: ranges(&kept.vertices),
+        changed_triangles: ranges(&kept.triangles),
         wedges: update.wedges,
-        changed_wedges: kept.wedges.clone(),
+        changed_wedges: ranges(&kept.wedges),
     };
     assert_eq!(update, expected);
     let wedges = kept.mesh.wedges[..update.triangles.min(kept.mesh.wedges.len())].as_flattened();
@@ -156,8 +162,20 @@ fn little_is_written_of_little_that_changes() {
     assert!(compare(&mut active, &mut kept) < 16 * splits);
     let reached = active.edit(&context, &pull([1.4, 0.0, 0.0], 0.1)).unwrap();
     assert_eq!(compare(&mut active, &mut kept), reached);
+    // Ranges are as fine as what differs in the buffers.
+    active.edit(&context, &pull([-1.4, 0.0, 0.0], 0.2)).unwrap();
+    let before = kept.mesh.clone();
+    let update = active.update(&mut kept, false);
+    let differs = |place: &u32| {
+        let place = *place as usize;
+        (before.points[place], before.normals[place]) != (kept.mesh.points[place], kept.mesh.normals[place])
+    };
+    let differing: BTreeSet<u32> = (0..update.vertices as u32).filter(differs).collect();
+    assert!(differing.len() > 50 && update.changed_triangles.is_empty());
+    assert!(differing.iter().all(|place| update.changed_vertices.iter().any(|range| range.contains(place))));
+    assert!(length(&update.changed_vertices) <= 4 * differing.len(), "{:?}", update.changed_vertices);
     let all = active.update(&mut kept, true);
-    assert_eq!([all.changed_vertices.len(), all.changed_triangles.len()], [all.vertices, all.triangles]);
+    assert_eq!([length(&all.changed_vertices), length(&all.changed_triangles)], [all.vertices, all.triangles]);
 }
 
 #[test]

@@ -10,7 +10,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use relievo_core::progress::Silent;
-use relievo_core::{Attribute, Context, Domain, Error, Mesh, Parts, Progress, Result, Values};
+use relievo_core::{Attribute, Context, Domain, Error, Marks, Mesh, Parts, Progress, Result, Values};
 use relievo_surface::{Grid, Place, Placement, TileTopology};
 
 use crate::layers::trace::Trace;
@@ -186,8 +186,8 @@ impl Tessellator {
     }
 
     /// Moves the points and normals of `changed` tiles to where the displaced surface now is, as
-    /// [`Snapshot::changed`](crate::Snapshot::changed) lists them; all else stays. `ranges` become the points of these
-    /// tiles, ascending and not touching.
+    /// [`Snapshot::changed`](crate::Snapshot::changed) lists them; all else stays. `marks` get the points whose position
+    /// or normal differs from before.
     ///
     /// # Errors
     /// Fails, and changes nothing, if a tile does not exist, the tessellation is not one of this tessellator, or the
@@ -198,7 +198,7 @@ impl Tessellator {
         displaced: &Displaced<'_>,
         changed: &[u32],
         tessellation: &mut Tessellation,
-        ranges: &mut Vec<Range<u32>>,
+        marks: &Marks,
     ) -> Result<()> {
         let topology = &self.numbering.topology;
         self.check(displaced)?;
@@ -229,41 +229,36 @@ impl Tessellator {
         shared.sort_unstable();
         shared.dedup();
         self.outline(context, displaced, shared, outside)?;
+        let normals = normals.as_chunks_mut::<3>().0;
         for (vertex, (p, normal)) in shared.iter().zip(outside.p.iter().zip(&outside.normal)) {
             let vertex = *vertex as usize;
-            points[vertex] = *p;
-            normals[3 * vertex..3 * vertex + 3].copy_from_slice(normal);
+            marks.renew(vertex, &mut points[vertex..=vertex], &[*p]);
+            marks.renew(vertex, &mut normals[vertex..=vertex], &[*normal]);
         }
-        ranges.clear();
-        ranges.extend(shared.chunk_by(|a, b| a + 1 == *b).map(|run| run[0]..run[0] + run.len() as u32));
         // Insides are apart from one another and in the order of their tiles.
         insides.clear();
         for tile in live.iter() {
             let range = self.numbering.inside(*tile);
-            if range.is_empty() {
-                continue;
+            if !range.is_empty() {
+                insides.push((*tile, range));
             }
-            match ranges.last_mut() {
-                Some(last) if last.end == range.start => last.end = range.end,
-                _ => ranges.push(range.clone()),
-            }
-            insides.push((*tile, range));
         }
         let insides = Insides { tiles: insides, from: 0, p: points, normal: normals };
         context.for_each_part(insides, INSIDES, |_, Insides { tiles, from, p, normal }| {
             let mut inside = context.scratch().lend::<Points>();
             for (tile, range) in tiles {
                 self.inside(context, displaced, *tile, &mut inside)?;
-                let at = (range.start - from) as usize;
-                p[at..at + range.len()].copy_from_slice(&inside.p);
-                normal[3 * at..3 * (at + range.len())].copy_from_slice(inside.normal.as_flattened());
+                let (first, at) = (range.start as usize, (range.start - from) as usize);
+                marks.renew(first, &mut p[at..at + range.len()], &inside.p);
+                marks.renew(first, &mut normal[at..at + range.len()], &inside.normal);
             }
             Ok(())
         })
     }
 
     /// Gives the points of `changed` tiles the colours of `paint`, as [`Tessellation::paint`] gives them to all. What
-    /// is seen in a tile may depend on those around it, see [`Field::seen_from`].
+    /// is seen in a tile may depend on those around it, see [`Field::seen_from`]. `marks` get the points whose colour
+    /// differs from before.
     ///
     /// # Errors
     /// Fails, and changes nothing, if the mesh has no colours yet, or the colours are those of another surface.
@@ -272,16 +267,19 @@ impl Tessellator {
         paint: &Field<T>,
         changed: &[u32],
         tessellation: &mut Tessellation,
+        marks: &Marks,
     ) -> Result<()> {
         let [values] = self.attributes(paint, ["color"], 3, tessellation)?;
+        let values = values.as_chunks_mut::<3>().0;
         self.each_point(changed, |vertex, place| {
-            let color = paint.color(paint.canonical(place)).truncate();
-            values[3 * vertex..3 * vertex + 3].copy_from_slice(&color.to_array());
+            let color = paint.color(paint.canonical(place)).truncate().to_array();
+            marks.renew(vertex, &mut values[vertex..=vertex], &[color]);
         });
         Ok(())
     }
 
-    /// Gives the points of `changed` tiles what `traces` says, as [`Tessellation::trace`] gives it to all.
+    /// Gives the points of `changed` tiles what `traces` says, as [`Tessellation::trace`] gives it to all. `marks` get the
+    /// points whose contact, depth or age differs from before.
     ///
     /// # Errors
     /// Fails, and changes nothing, if the mesh has no traces yet, or the traces are those of another surface.
@@ -291,11 +289,15 @@ impl Tessellator {
         now: f64,
         changed: &[u32],
         tessellation: &mut Tessellation,
+        marks: &Marks,
     ) -> Result<()> {
-        let [contacts, depths, ages] = self.attributes(traces, ["contact", "depth", "age"], 1, tessellation)?;
+        let lists = self.attributes(traces, ["contact", "depth", "age"], 1, tessellation)?;
+        let mut lists = lists.map(|list| list.as_chunks_mut::<1>().0);
         self.each_point(changed, |vertex, place| {
             let mark = traces.mark(traces.canonical(place));
-            (contacts[vertex], depths[vertex], ages[vertex]) = (mark.contact, mark.depth, mark.age(now));
+            for (list, value) in lists.iter_mut().zip([mark.contact, mark.depth, mark.age(now)]) {
+                marks.renew(vertex, &mut list[vertex..=vertex], &[[value]]);
+            }
         });
         Ok(())
     }
@@ -408,7 +410,7 @@ struct Insides<'a> {
     tiles: &'a [(u32, Range<u32>)],
     from: u32,
     p: &'a mut [[f32; 3]],
-    normal: &'a mut [f32],
+    normal: &'a mut [[f32; 3]],
 }
 
 impl Parts for Insides<'_> {
@@ -421,7 +423,7 @@ impl Parts for Insides<'_> {
         let middle = high.first().map_or(self.from + self.p.len() as u32, |(_, range)| range.start);
         let cut = (middle - self.from) as usize;
         let (p, p_rest) = self.p.split_at_mut(cut);
-        let (normal, normal_rest) = self.normal.split_at_mut(3 * cut);
+        let (normal, normal_rest) = self.normal.split_at_mut(cut);
         (
             Self { tiles: low, from: self.from, p, normal },
             Self { tiles: high, from: middle, p: p_rest, normal: normal_rest },

@@ -3,10 +3,9 @@
 //! Every face has the triangles of its [`FaceRates`]. Vertices of the mesh keep their numbers; those on edges follow,
 //! then those inside faces. Integers, and the weights that belong to joints, are those of the nearest corner.
 
-use std::ops::Range;
-
 use relievo_core::progress::Silent;
-use relievo_core::{Attribute, Context, Domain, Error, Mesh, Progress, Result, Values};
+use relievo_core::{Attribute, Context, Domain, Error, Marks, Mesh, Progress, Result, Values};
+use relievo_surface::TriangleTopology;
 use relievo_surface::triangle::Pieces;
 
 use super::displaced::TriangleDisplaced;
@@ -143,19 +142,12 @@ impl TriangleTessellation {
         Ok(Self { mesh, tiles, parameters, places })
     }
 
-    /// Moves points and normals to where they now are after `faces` came to look different, whose rates are the same as
-    /// before: those of these faces and of all around them. Returns the points, as ascending ranges that do not touch.
+    /// Returns the points of `faces` and of all faces around them, ascending: what may have changed where these faces came
+    /// to look different.
     ///
     /// # Errors
-    /// Fails if a face does not exist, the tessellation is that of another mesh, or its mesh was changed.
-    pub fn update(
-        &mut self,
-        context: &Context,
-        displaced: &TriangleDisplaced<'_>,
-        normals: &TriangleNormals,
-        faces: &[u32],
-    ) -> Result<Vec<Range<u32>>> {
-        let topology = displaced.field().topology();
+    /// A face does not exist.
+    pub fn points_near(&self, topology: &TriangleTopology, faces: &[u32]) -> Result<Vec<u32>> {
         let mut near = vec![false; topology.face_count()];
         for face in faces {
             if *face as usize >= near.len() {
@@ -165,11 +157,25 @@ impl TriangleTessellation {
                 near[face as usize] = true;
             }
         }
-        let moved: Vec<(usize, (u32, Pattern, Node))> = (0..)
-            .zip(&self.places)
-            .filter_map(|(point, place)| place.map(|place| (point, place)))
-            .filter(|(_, (face, ..))| near.get(*face as usize).copied().unwrap_or(false))
-            .collect();
+        let is_near = |place: &Option<(u32, Pattern, Node)>| {
+            place.is_some_and(|(face, ..)| near.get(face as usize).copied().unwrap_or(false))
+        };
+        Ok((0..).zip(&self.places).filter(|(_, place)| is_near(place)).map(|(point, _)| point).collect())
+    }
+
+    /// Moves `changed` points and their normals to where they now are, as [`Self::points_near`] lists them; the rates of
+    /// faces are the same as before. `marks` get the points whose position or normal differs from before.
+    ///
+    /// Fails if the tessellation is that of another mesh, or its mesh was changed.
+    pub fn update(
+        &mut self,
+        context: &Context,
+        displaced: &TriangleDisplaced<'_>,
+        normals: &TriangleNormals,
+        changed: &[u32],
+        marks: &Marks,
+    ) -> Result<()> {
+        let faces = displaced.field().topology().face_count();
         let Mesh { points, attributes, .. } = &mut self.mesh;
         let attribute = attributes.iter_mut().find(|attribute| attribute.name == "normal");
         let Some(Values::F32(facing)) = attribute.map(|attribute| &mut attribute.values) else {
@@ -178,17 +184,22 @@ impl TriangleTessellation {
         if points.len() != self.places.len() || facing.len() != 3 * points.len() {
             return Err(Error::invalid("the mesh of the tessellation was changed"));
         }
+        let moved = changed.iter().map(|point| (*point as usize, self.places.get(*point as usize).copied().flatten()));
+        let moved: Vec<_> = moved
+            .filter_map(|(point, place)| place.map(|place| (point, place)))
+            .filter(|(_, (face, ..))| (*face as usize) < faces)
+            .collect();
         let found = context.map(moved.len(), |index| {
             let (face, pattern, node) = moved[index].1;
             let normal = normals.at(displaced.surface(), face, pattern, node);
             (displaced.point(face, pattern, node), normal)
         });
-        for ((point, _), (position, normal)) in moved.iter().zip(found) {
-            points[*point] = position.to_array();
-            facing[3 * point..3 * point + 3].copy_from_slice(&normal.to_array());
+        let facing = facing.as_chunks_mut::<3>().0;
+        for ((point, _), (position, normal)) in moved.into_iter().zip(found) {
+            marks.renew(point, &mut points[point..=point], &[position.to_array()]);
+            marks.renew(point, &mut facing[point..=point], &[normal.to_array()]);
         }
-        let run = |run: &[(usize, (u32, Pattern, Node))]| run[0].0 as u32..(run[0].0 + run.len()) as u32;
-        Ok(moved.chunk_by(|a, b| a.0 + 1 == b.0).map(run).collect())
+        Ok(())
     }
 
     /// Per point a face, a pattern and a vertex of it that is there; `None` for a vertex without a face.
@@ -202,18 +213,52 @@ impl TriangleTessellation {
     /// # Errors
     /// None at present: faces that `paint` does not have get its blank colour.
     pub fn paint<T: ColorTexel>(&mut self, paint: &TriangleField<T>) -> Result<()> {
-        let blank = paint.blank().color();
-        let color = |place: &Option<(u32, Pattern, Node)>| match place {
-            Some((face, pattern, node)) if (*face as usize) < paint.topology().face_count() => {
-                paint.at(*face, *pattern, *node).as_vec4()
-            }
-            _ => blank,
-        };
-        let values = self.places.iter().flat_map(|place| color(place).truncate().to_array()).collect();
+        let values = self.places.iter().flat_map(|place| color(paint, *place)).collect();
         self.mesh.attributes.retain(|attribute| attribute.name != "color");
         self.mesh.attributes.push(point_attribute("color", 3, values));
         Ok(())
     }
+
+    /// Gives `changed` points the colours of `paint`, as [`Self::paint`] gives them to all. `marks` get the points whose
+    /// colour differs from before.
+    ///
+    /// Fails, and changes nothing, if the mesh has no colours yet.
+    pub fn repaint<T: ColorTexel>(&mut self, paint: &TriangleField<T>, changed: &[u32], marks: &Marks) -> Result<()> {
+        self.renew::<3>("color", changed, marks, |place| color(paint, place))
+    }
+
+    /// Gives `changed` points the values of `of` at their places, in the point attribute `name` of N numbers. `marks` get
+    /// the points whose values differ from before.
+    pub(super) fn renew<const N: usize>(
+        &mut self,
+        name: &str,
+        changed: &[u32],
+        marks: &Marks,
+        of: impl Fn(Option<(u32, Pattern, Node)>) -> [f32; N],
+    ) -> Result<()> {
+        let attribute = self.mesh.attributes.iter_mut().find(|attribute| attribute.name == name);
+        let values = match attribute.map(|attribute| &mut attribute.values) {
+            Some(Values::F32(values)) if values.len() == N * self.places.len() => values.as_chunks_mut::<N>().0,
+            _ => return Err(Error::invalid(format!("the tessellation has no attribute \"{name}\"")).at("name")),
+        };
+        for point in changed.iter().map(|point| *point as usize) {
+            if let (Some(old), Some(place)) = (values.get_mut(point..=point), self.places.get(point)) {
+                marks.renew(point, old, &[of(*place)]);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Returns the colour at a place, red, green and blue; the blank one where there is none.
+fn color<T: ColorTexel>(paint: &TriangleField<T>, place: Option<(u32, Pattern, Node)>) -> [f32; 3] {
+    let color = match place {
+        Some((face, pattern, node)) if (face as usize) < paint.topology().face_count() => {
+            paint.at(face, pattern, node).as_vec4()
+        }
+        _ => paint.blank().color(),
+    };
+    color.truncate().to_array()
 }
 
 /// Numbers of every point.
@@ -224,11 +269,13 @@ pub(super) fn point_attribute(name: &str, width: u32, values: Vec<f32>) -> Attri
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::layers::trace::Trace;
     use crate::texel::Rgba8;
     use crate::triangle::shapes;
     use crate::triangle::{TriangleChannel, TriangleOptions, TriangleSets, TriangleValues};
     use glam::Vec4;
     use half::f16;
+    use relievo_core::marks::GAP;
     use relievo_surface::{TriangleSurface, TriangleTopology};
 
     #[test]
@@ -290,5 +337,86 @@ mod tests {
         }
         assert_eq!(mesh.attribute("color").unwrap().values, Values::F32(vec![1.0; 3 * mesh.points.len()]));
         assert!(TriangleTessellation::new(&context, &displaced, &normals, &shapes::sail(4), rates).is_err());
+    }
+
+    #[test]
+    fn what_differs_is_renewed_and_marked() {
+        let context = Context::serial();
+        let cage = shapes::sail(6);
+        let surface = TriangleSurface::new(&context, &cage).unwrap();
+        let topology = surface.topology();
+        let options = TriangleOptions { segments: 16, budget: 1 << 20 };
+        let mut heights = TriangleChannel::displacement(topology.clone(), &options).unwrap();
+        let mut colors = TriangleChannel::<Rgba8>::of_color(topology.clone(), Vec4::ONE, &options).unwrap();
+        let mut traces = TriangleChannel::<Trace>::of(heights.field(), 1 << 20).unwrap();
+        let sets = || TriangleSets { allocate: (0..topology.face_count() as u32).collect(), ..Default::default() };
+        heights.apply(&context, Pattern::new(16).unwrap(), &sets()).unwrap();
+        colors.apply(&context, Pattern::new(16).unwrap(), &sets()).unwrap();
+        traces.apply(&context, Pattern::new(16).unwrap(), &sets()).unwrap();
+        let rates = |face: u32| FaceRates::of(heights.field(), face);
+        let rates: Vec<FaceRates> = (0..topology.face_count() as u32).map(rates).collect();
+        let whole = |heights: &TriangleField, colors: &TriangleField<Rgba8>, traces: &TriangleField<Trace>| {
+            let displaced = TriangleDisplaced::new(&surface, heights).unwrap();
+            let normals = TriangleNormals::of(&context, &displaced).unwrap();
+            let rate = |face: u32| rates[face as usize];
+            let mut made = TriangleTessellation::new(&context, &displaced, &normals, &cage, rate).unwrap();
+            made.trace(traces, 2.0);
+            made.paint(colors).unwrap();
+            made
+        };
+        let numbers = |made: &TriangleTessellation, point: usize| {
+            let list = ["normal", "color", "contact", "depth", "age"].map(|name| made.mesh.attribute(name).unwrap());
+            let of = |attribute: &Attribute| match (&attribute.values, attribute.width as usize) {
+                (Values::F32(values), width) => values[width * point..][..width].to_vec(),
+                (Values::U32(_), _) => Vec::new(),
+            };
+            let mut numbers = made.mesh.points[point].to_vec();
+            numbers.extend(list.into_iter().flat_map(of));
+            numbers
+        };
+        let mut made = whole(heights.field(), colors.field(), traces.field());
+        let mut marks = Marks::new(made.mesh.points.len());
+        for step in 0..3 {
+            let (start, before) =
+                (made.clone(), (heights.field().clone(), colors.field().clone(), traces.field().clone()));
+            if step == 0 {
+                heights
+                    .write(TriangleValues { vertices: vec![(5, f16::from_f32(0.2))], ..Default::default() })
+                    .unwrap();
+            } else if step == 1 {
+                let red = Rgba8::of_color(Vec4::new(1.0, 0.0, 0.0, 1.0));
+                colors.write(TriangleValues { vertices: vec![(20, red)], ..Default::default() }).unwrap();
+            } else {
+                let trace = Trace::default().pushed(0.5, 1.0);
+                traces.write(TriangleValues { vertices: vec![(30, trace)], ..Default::default() }).unwrap();
+            }
+            let mut faces = heights.field().changes(&before.0).faces_shown(topology);
+            faces.extend(colors.field().changes(&before.1).faces_shown(topology));
+            faces.extend(traces.field().changes(&before.2).faces_shown(topology));
+            let points = made.points_near(topology, &faces).unwrap();
+            let displaced = TriangleDisplaced::new(&surface, heights.field()).unwrap();
+            let normals = TriangleNormals::of(&context, &displaced).unwrap();
+            made.update(&context, &displaced, &normals, &points, &marks).unwrap();
+            made.retrace(traces.field(), 2.0, &points, &marks).unwrap();
+            made.repaint(colors.field(), &points, &marks).unwrap();
+            assert_eq!(made.mesh, whole(heights.field(), colors.field(), traces.field()).mesh, "step {step}");
+            let differs = |point: &u32| numbers(&start, *point as usize) != numbers(&made, *point as usize);
+            let differing: Vec<u32> = (0..made.mesh.points.len() as u32).filter(differs).collect();
+            let expected = differing.chunk_by(|a, b| b - a <= GAP + 1).map(|run| run[0]..run[run.len() - 1] + 1);
+            let mut ranges = Vec::new();
+            marks.take(&mut ranges);
+            assert!(
+                !differing.is_empty() && 4 * differing.len() < points.len(),
+                "{} of {}",
+                differing.len(),
+                points.len()
+            );
+            assert_eq!(ranges, expected.collect::<Vec<_>>());
+        }
+        assert!(made.points_near(topology, &[9999]).is_err());
+        let mut bare = made;
+        bare.mesh.attributes.retain(|attribute| attribute.name == "normal");
+        assert!(bare.repaint(colors.field(), &[0], &marks).is_err());
+        assert!(bare.retrace(traces.field(), 2.0, &[0], &marks).is_err());
     }
 }

@@ -1,7 +1,7 @@
 //! Traces of contact on triangle meshes: where colliders pushed, how far in all, and when last; at the vertices where
 //! the displacement is. See [`crate::layers::trace`]. Units: object units, seconds.
 
-use relievo_core::Result;
+use relievo_core::{Marks, Result};
 
 use super::channel::{TriangleChannel, TriangleOptions};
 use super::field::TriangleField;
@@ -32,23 +32,35 @@ impl TriangleTessellation {
     ///
     /// [`Tessellation::trace`]: crate::Tessellation::trace
     pub fn trace(&mut self, traces: &TriangleField<Trace>, now: f64) {
-        let faces = traces.topology().face_count();
-        let places = self.places().iter();
-        let marks: Vec<Mark> = places
-            .map(|place| match place {
-                Some((face, pattern, node)) if (*face as usize) < faces => traces.mark(*face, *pattern, *node),
-                _ => Mark::default(),
-            })
-            .collect();
-        let age = |mark: &Mark| mark.time.map_or(-1.0, |time| (now - f64::from(time)).max(0.0) as f32);
+        let marks: Vec<Mark> = self.places().iter().map(|place| mark(traces, *place)).collect();
         let lists = [
             ("contact", marks.iter().map(|mark| mark.contact).collect()),
             ("depth", marks.iter().map(|mark| mark.depth).collect()),
-            ("age", marks.iter().map(age).collect()),
+            ("age", marks.iter().map(|mark| mark.age(now)).collect()),
         ];
         for (name, values) in lists {
             self.mesh.attributes.retain(|attribute| attribute.name != name);
             self.mesh.attributes.push(point_attribute(name, 1, values));
         }
+    }
+
+    /// Gives `changed` points what `traces` says, as [`Self::trace`] gives it to all. `marks` get the points whose contact,
+    /// depth or age differs from before.
+    ///
+    /// Fails, and changes nothing, if the mesh has no traces yet.
+    pub fn retrace(&mut self, traces: &TriangleField<Trace>, now: f64, changed: &[u32], marks: &Marks) -> Result<()> {
+        self.renew("contact", changed, marks, |place| [mark(traces, place).contact])?;
+        self.renew("depth", changed, marks, |place| [mark(traces, place).depth])?;
+        self.renew("age", changed, marks, |place| [mark(traces, place).age(now)])
+    }
+}
+
+/// Returns the trace at a place, and none where there is no place.
+fn mark(traces: &TriangleField<Trace>, place: Option<(u32, Pattern, Node)>) -> Mark {
+    match place {
+        Some((face, pattern, node)) if (face as usize) < traces.topology().face_count() => {
+            traces.mark(face, pattern, node)
+        }
+        _ => Mark::default(),
     }
 }

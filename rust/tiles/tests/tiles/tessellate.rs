@@ -1,11 +1,13 @@
 //! Tessellations: closed where the surface is, oriented, with their attributes.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use glam::{Vec3, Vec4};
 use half::f16;
 use proptest::prelude::*;
-use relievo_core::{Attribute, Context, ContextOptions, Crease, Domain, Mesh, Values};
+use relievo_core::marks::GAP;
+use relievo_core::{Attribute, Context, ContextOptions, Crease, Domain, Marks, Mesh, Values};
 use relievo_surface::{Place, Surface, SurfaceOptions};
 use relievo_testing::{Random, cage, grid};
 use relievo_tiles::{
@@ -20,6 +22,26 @@ fn surface(mesh: &Mesh) -> Surface {
 fn random_rates(surface: &Surface, seed: u64) -> Vec<u32> {
     let mut random = Random(seed);
     (0..surface.tile_count()).map(|_| 1 << random.below(5)).collect()
+}
+
+/// Holds ranges against the arrays of points before and after: they begin and end at points that differ, all that differ
+/// are in them, and gaps are small.
+fn check_ranges(before: &Tessellation, after: &Tessellation, ranges: &[Range<u32>]) {
+    let numbers = |made: &Tessellation, point: usize| {
+        let mut numbers = made.mesh.points[point].map(f32::to_bits).to_vec();
+        for attribute in made.mesh.attributes.iter().filter(|attribute| attribute.domain == Domain::Point) {
+            let Values::F32(values) = &attribute.values else { continue };
+            let width = attribute.width as usize;
+            numbers.extend(values[width * point..][..width].iter().map(|value| value.to_bits()));
+        }
+        numbers
+    };
+    let differing = (0..before.mesh.points.len()).filter(|point| numbers(before, *point) != numbers(after, *point));
+    let differing: Vec<u32> = differing.map(|point| point as u32).collect();
+    let expected: Vec<Range<u32>> =
+        differing.chunk_by(|a, b| b - a <= GAP + 1).map(|run| run[0]..run[run.len() - 1] + 1).collect();
+    assert!(!expected.is_empty() && differing.len() < before.mesh.points.len());
+    assert_eq!(ranges, expected);
 }
 
 /// How often each directed edge occurs.
@@ -243,7 +265,7 @@ fn sharp_edges_have_a_normal_for_each_side_and_no_cracks() {
     displacement.settle(&context, &changes.unwrap()).unwrap();
     let dented = displacement.commit();
     let view = Displaced::new(&surface, dented.field()).unwrap();
-    tessellator.update(&context, &view, dented.changed(), &mut made, &mut Vec::new()).unwrap();
+    tessellator.update(&context, &view, dented.changed(), &mut made, &Marks::default()).unwrap();
     assert_eq!(made, tessellator.tessellate(&context, &view, &mesh).unwrap());
     check_closed(&welded(&made.mesh), 0);
 }
@@ -270,24 +292,19 @@ fn an_update_of_the_changed_tiles_is_a_whole_tessellation() {
         let view = Displaced::new(&surface, snapshot.field()).unwrap();
         assert!(snapshot.changed().len() < surface.tile_count());
         let before = made.clone();
-        let mut moved: Vec<_> = std::iter::once(0..7).collect();
-        tessellator.update(&context, &view, snapshot.changed(), &mut made, &mut moved).unwrap();
+        let (mut marks, mut moved) = (Marks::new(made.mesh.points.len()), Vec::new());
+        tessellator.update(&context, &view, snapshot.changed(), &mut made, &marks).unwrap();
+        marks.take(&mut moved);
         assert_eq!(made, displaced(&snapshot));
-        assert!(moved.windows(2).all(|pair| pair[0].end < pair[1].start));
-        let points = moved.iter().map(|range| range.len()).sum::<usize>();
-        assert!(points > 0 && points < made.mesh.points.len());
-        for vertex in 0..made.mesh.points.len() {
-            let same = made.mesh.points[vertex] == before.mesh.points[vertex];
-            assert!(same || moved.iter().any(|range| range.contains(&(vertex as u32))), "point {vertex}");
-        }
+        check_ranges(&before, &made, &moved);
         for (triangle, tile) in made.tiles.iter().enumerate() {
             let (low, high) = view.tile_bounds(*tile);
             for p in self::triangle(&made.mesh, triangle) {
                 assert!(p.cmpge(Vec3::from(low)).all() && p.cmple(Vec3::from(high)).all(), "{tile}");
             }
         }
-        assert!(tessellator.update(&context, &view, &[9999], &mut made, &mut moved).is_err());
-        assert!(tessellator.update(&context, &view, &[0], &mut Tessellation::default(), &mut moved).is_err());
+        assert!(tessellator.update(&context, &view, &[9999], &mut made, &marks).is_err());
+        assert!(tessellator.update(&context, &view, &[0], &mut Tessellation::default(), &marks).is_err());
     }
 }
 
@@ -331,7 +348,7 @@ fn colours_and_traces_of_changed_tiles_are_those_of_all() {
     };
     let (mut colors, mut marks) = (paint.commit(), traces.commit());
     let mut made = whole(colors.field(), marks.field());
-    assert!(tessellator.paint(colors.field(), &[0], &mut plain.clone()).is_err());
+    assert!(tessellator.paint(colors.field(), &[0], &mut plain.clone(), &Marks::default()).is_err());
     for tile in [3, 17, 4, 3, 0, 11] {
         let sets = || Sets { allocate: vec![tile], ..Sets::default() };
         paint.apply(&sets()).unwrap();
@@ -359,8 +376,11 @@ fn colours_and_traces_of_changed_tiles_are_those_of_all() {
         let mut seen = Vec::new();
         colors.seen_from(&before.0, colors.changed(), &mut seen);
         assert!(seen.len() < surface.tile_count() && seen.windows(2).all(|pair| pair[0] < pair[1]));
-        tessellator.paint(colors.field(), &seen, &mut made).unwrap();
-        tessellator.trace(marks.field(), 3.0, marks.changed(), &mut made).unwrap();
+        let (start, mut points, mut ranges) = (made.clone(), Marks::new(made.mesh.points.len()), Vec::new());
+        tessellator.paint(colors.field(), &seen, &mut made, &points).unwrap();
+        tessellator.trace(marks.field(), 3.0, marks.changed(), &mut made, &points).unwrap();
         assert_eq!(made, whole(colors.field(), marks.field()));
+        points.take(&mut ranges);
+        check_ranges(&start, &made, &ranges);
     }
 }

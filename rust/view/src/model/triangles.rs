@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use relievo_core::{Context, Error, Mesh, Result, Values};
+use relievo_core::{Context, Error, Marks, Mesh, Result, Values};
 use relievo_detail::{DisplacedObject, TriangleObject};
 use relievo_tiles::triangle::{FaceRates, Offset, Pattern, TriangleField, TriangleTessellation};
 use relievo_tiles::{
@@ -23,6 +23,8 @@ const FINEST: u32 = 256;
 /// The triangles of an object.
 pub(crate) struct Triangles {
     made: Made,
+    /// Points that changed since they were last listed.
+    marks: Marks,
     /// Cells along the edges of faces without detail.
     cells: u32,
     /// Counts how often the triangles became others.
@@ -80,7 +82,8 @@ impl Triangles {
     /// # Errors
     /// `mesh` is not the one that the object is of, or memory runs out.
     pub(crate) fn new(context: &Context, object: &Object, mesh: &Mesh, cells: u32) -> Result<Self> {
-        Ok(Self { made: Made::new(context, object, mesh, cells)?, cells, serial: 0 })
+        let made = Made::new(context, object, mesh, cells)?;
+        Ok(Self { marks: Marks::new(made.mesh().points.len()), made, cells, serial: 0 })
     }
 
     /// Divides faces anew if details are finer than they show. Returns whether it did.
@@ -97,85 +100,26 @@ impl Triangles {
         };
         if !is_fine {
             self.made = Made::new(context, object, mesh, self.cells)?;
+            self.marks = Marks::new(self.mesh().points.len());
             self.serial += 1;
         }
         Ok(!is_fine)
     }
 
-    /// Brings the triangles to what the object is now. `ranges` become the points that may be others, ascending.
+    /// Brings the triangles to what the object is now. `ranges` become the points that changed, as [`Marks::take`] lists
+    /// them.
     ///
     /// # Errors
     /// The object is another one, or memory runs out.
     pub(crate) fn update(&mut self, context: &Context, object: &Object, ranges: &mut Vec<Range<u32>>) -> Result<()> {
-        ranges.clear();
-        match (&mut self.made, object) {
-            (Made::Surface { tessellator, made, shown, .. }, Object::Surface(object)) => {
-                let mut changed: Vec<u32> = object.displacement().field().touched(&shown.heights).collect();
-                match (object.vectors(), &shown.vectors) {
-                    (Some(new), Some(old)) => changed.extend(new.field().touched(old)),
-                    (Some(new), None) => changed.extend(new.field().allocated()),
-                    (None, _) => {}
-                }
-                let (mut painted, mut seen) = (Vec::new(), Vec::new());
-                match (object.colors(), &shown.colors) {
-                    (Some(ByFormat::Rgba8(new)), Some(ByFormat::Rgba8(old))) => see(new, old, &mut painted, &mut seen),
-                    (Some(ByFormat::Rgba16(new)), Some(ByFormat::Rgba16(old))) => {
-                        see(new, old, &mut painted, &mut seen);
-                    }
-                    _ => seen = (0..object.surface().tile_count() as u32).collect(),
-                }
-                changed.extend(&seen);
-                changed.sort_unstable();
-                changed.dedup();
-                tessellator.update(context, &object.displaced()?, &changed, made, ranges)?;
-                if let Some(colors) = object.colors() {
-                    by_format!(colors, field => tessellator.paint(field, &seen, made))?;
-                }
-                **shown = Tiles::of(object);
-                Ok(())
-            }
-            (Made::Triangles { made, shown, .. }, Object::Triangles(object)) => {
-                let topology = object.surface().topology();
-                let mut faces = object.displacement().field().changes(&shown.heights).faces_shown(topology);
-                match (object.offsets(), &shown.vectors) {
-                    (Some((new, _)), Some(old)) => faces.extend(new.changes(old).faces_shown(topology)),
-                    (Some(_), None) => faces.extend(0..topology.face_count() as u32),
-                    (None, _) => {}
-                }
-                let is_painted = match (object.colors(), &shown.colors) {
-                    (Some(ByFormat::Rgba8(new)), Some(ByFormat::Rgba8(old))) => {
-                        let painted = new.changes(old).faces_shown(topology);
-                        faces.extend(&painted);
-                        !painted.is_empty()
-                    }
-                    (Some(ByFormat::Rgba16(new)), Some(ByFormat::Rgba16(old))) => {
-                        let painted = new.changes(old).faces_shown(topology);
-                        faces.extend(&painted);
-                        !painted.is_empty()
-                    }
-                    _ => {
-                        faces.extend(0..topology.face_count() as u32);
-                        true
-                    }
-                };
-                faces.sort_unstable();
-                faces.dedup();
-                *ranges = made.update(context, &object.displaced()?, object.normals(), &faces)?;
-                if let (true, Some(colors)) = (is_painted, object.colors()) {
-                    by_format!(colors, field => made.paint(field))?;
-                }
-                *shown = Faces::of(object);
-                Ok(())
-            }
-            _ => Err(Error::internal("the triangles are of another kind of object")),
-        }
+        let Self { made, marks, .. } = self;
+        made.update(context, object, marks)?;
+        marks.take(ranges);
+        Ok(())
     }
 
     fn mesh(&self) -> &Mesh {
-        match &self.made {
-            Made::Surface { made, .. } => &made.mesh,
-            Made::Triangles { made, .. } => &made.mesh,
-        }
+        self.made.mesh()
     }
 
     /// The points.
@@ -236,6 +180,77 @@ impl Triangles {
 }
 
 impl Made {
+    /// Brings the triangles to what the object is now. `marks` get the points that changed.
+    fn update(&mut self, context: &Context, object: &Object, marks: &Marks) -> Result<()> {
+        match (self, object) {
+            (Made::Surface { tessellator, made, shown, .. }, Object::Surface(object)) => {
+                let mut changed: Vec<u32> = object.displacement().field().touched(&shown.heights).collect();
+                match (object.vectors(), &shown.vectors) {
+                    (Some(new), Some(old)) => changed.extend(new.field().touched(old)),
+                    (Some(new), None) => changed.extend(new.field().allocated()),
+                    (None, _) => {}
+                }
+                let (mut painted, mut seen) = (Vec::new(), Vec::new());
+                match (object.colors(), &shown.colors) {
+                    (Some(ByFormat::Rgba8(new)), Some(ByFormat::Rgba8(old))) => see(new, old, &mut painted, &mut seen),
+                    (Some(ByFormat::Rgba16(new)), Some(ByFormat::Rgba16(old))) => {
+                        see(new, old, &mut painted, &mut seen);
+                    }
+                    _ => seen = (0..object.surface().tile_count() as u32).collect(),
+                }
+                changed.extend(&seen);
+                changed.sort_unstable();
+                changed.dedup();
+                tessellator.update(context, &object.displaced()?, &changed, made, marks)?;
+                if let Some(colors) = object.colors() {
+                    by_format!(colors, field => tessellator.paint(field, &seen, made, marks))?;
+                }
+                **shown = Tiles::of(object);
+                Ok(())
+            }
+            (Made::Triangles { made, shown, .. }, Object::Triangles(object)) => {
+                let topology = object.surface().topology();
+                let mut faces = object.displacement().field().changes(&shown.heights).faces_shown(topology);
+                match (object.offsets(), &shown.vectors) {
+                    (Some((new, _)), Some(old)) => faces.extend(new.changes(old).faces_shown(topology)),
+                    (Some(_), None) => faces.extend(0..topology.face_count() as u32),
+                    (None, _) => {}
+                }
+                match (object.colors(), &shown.colors) {
+                    (Some(ByFormat::Rgba8(new)), Some(ByFormat::Rgba8(old))) => {
+                        faces.extend(new.changes(old).faces_shown(topology));
+                    }
+                    (Some(ByFormat::Rgba16(new)), Some(ByFormat::Rgba16(old))) => {
+                        faces.extend(new.changes(old).faces_shown(topology));
+                    }
+                    _ => faces.extend(0..topology.face_count() as u32),
+                }
+                faces.sort_unstable();
+                faces.dedup();
+                let points = made.points_near(topology, &faces)?;
+                made.update(context, &object.displaced()?, object.normals(), &points, marks)?;
+                match (object.colors(), &shown.colors) {
+                    (Some(colors), Some(_)) => by_format!(colors, field => made.repaint(field, &points, marks))?,
+                    (Some(colors), None) => {
+                        by_format!(colors, field => made.paint(field))?;
+                        marks.mark_all();
+                    }
+                    (None, _) => {}
+                }
+                *shown = Faces::of(object);
+                Ok(())
+            }
+            _ => Err(Error::internal("the triangles are of another kind of object")),
+        }
+    }
+
+    fn mesh(&self) -> &Mesh {
+        match self {
+            Self::Surface { made, .. } => &made.mesh,
+            Self::Triangles { made, .. } => &made.mesh,
+        }
+    }
+
     fn new(context: &Context, object: &Object, mesh: &Mesh, cells: u32) -> Result<Self> {
         match object {
             Object::Surface(object) => {

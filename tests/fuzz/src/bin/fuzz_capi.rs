@@ -1093,6 +1093,10 @@ fn levels(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
         if called(unsafe { rlv_level_update(level, &room, null_mut()) }) {
             assert!(triangles.iter().all(|corner| (*corner as usize) < info.vertex_count));
         }
+        let (mut ranges, mut found) = ([0_u32; 16], 0);
+        let domain = bytes.int_in_range(0..=3)?;
+        // SAFETY: the array has room for 8 pairs.
+        called(unsafe { rlv_level_changed_ranges(level, domain, ranges.as_mut_ptr(), 8, &mut found) });
     }
     let mut mesh = RlvMesh { id: UNTOUCHED };
     // SAFETY: the output is there.

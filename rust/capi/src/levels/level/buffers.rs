@@ -1,5 +1,7 @@
 //! The buffers of a host that levels are written to.
 
+use std::ops::Range;
+
 use relievo_core::Result;
 use relievo_lod::Progressive;
 use relievo_lod::progressive::{Buffers, Update};
@@ -47,19 +49,30 @@ descriptor! {
 impl RlvLevelUpdate {
     /// What an update has done.
     pub fn of(update: &Update) -> Self {
+        let [vertices, triangles, wedges] =
+            [&update.changed_vertices, &update.changed_triangles, &update.changed_wedges].map(|ranges| span(ranges));
         Self {
             struct_size: 0,
             reserved: 0,
             vertex_count: update.vertices,
             triangle_count: update.triangles,
-            first_vertex: update.changed_vertices.start,
-            changed_vertex_count: update.changed_vertices.len(),
-            first_triangle: update.changed_triangles.start,
-            changed_triangle_count: update.changed_triangles.len(),
+            first_vertex: vertices.start,
+            changed_vertex_count: vertices.len(),
+            first_triangle: triangles.start,
+            changed_triangle_count: triangles.len(),
             wedge_count: update.wedges,
-            first_wedge: update.changed_wedges.start,
-            changed_wedge_count: update.changed_wedges.len(),
+            first_wedge: wedges.start,
+            changed_wedge_count: wedges.len(),
         }
+    }
+}
+
+/// From the first element of ascending ranges to the last one.
+fn span(ranges: &[Range<u32>]) -> Range<usize> {
+    match ranges {
+        [first, .., last] => first.start as usize..last.end as usize,
+        [only] => only.start as usize..only.end as usize,
+        [] => 0..0,
     }
 }
 

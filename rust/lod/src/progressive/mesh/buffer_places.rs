@@ -1,5 +1,7 @@
 //! Places without gaps that vertices, triangles and wedges have in buffers.
 
+use relievo_core::Marks;
+
 use crate::connectivity::NONE;
 
 /// Where vertices and triangles are in buffers, and what has changed since they were written.
@@ -54,6 +56,8 @@ pub struct Order {
     /// Items that are to be written, and whether an item is one of them.
     pub written: Vec<u32>,
     pub is_written: Vec<u64>,
+    /// Places that were written.
+    pub marks: Marks,
     /// Places whose items are gone.
     pub free: Vec<u32>,
 }
@@ -61,7 +65,14 @@ pub struct Order {
 impl Order {
     pub fn new(count: usize) -> Self {
         let is_written = vec![0; count.div_ceil(64)];
-        Self { places: vec![NONE; count], items: Vec::new(), written: Vec::new(), is_written, free: Vec::new() }
+        Self {
+            places: vec![NONE; count],
+            items: Vec::new(),
+            written: Vec::new(),
+            is_written,
+            marks: Marks::new(count),
+            free: Vec::new(),
+        }
     }
 
     pub fn clear(&mut self) {

@@ -31,14 +31,14 @@ pub struct Update {
     pub vertices: usize,
     /// Triangles, from place 0 on.
     pub triangles: usize,
-    /// All places of vertices that were written are in it.
-    pub changed_vertices: Range<usize>,
-    /// All places of triangles that were written are in it.
-    pub changed_triangles: Range<usize>,
+    /// Places of the vertices that were written, as [`Marks::take`](relievo_core::Marks::take) lists them.
+    pub changed_vertices: Vec<Range<u32>>,
+    /// The same of triangles.
+    pub changed_triangles: Vec<Range<u32>>,
     /// Places of wedges, from place 0 on; some may be free.
     pub wedges: usize,
-    /// All places of wedges that were written are in it.
-    pub changed_wedges: Range<usize>,
+    /// The same of wedges.
+    pub changed_wedges: Vec<Range<u32>>,
 }
 
 impl ActiveMesh {
@@ -64,7 +64,7 @@ impl ActiveMesh {
             let Some(child) = self.child(vertex) else { continue };
             let found = self.place(vertex, child);
             buffers.set_vertex(place as usize, found.point.to_array(), found.normal.to_array());
-            widen(&mut update.changed_vertices, place as usize);
+            places.vertices.marks.mark(place as usize);
         }
         for (place, face) in places.triangles.take_written() {
             let vertices = self.face(face).map(|vertex| places.vertices.places[vertex as usize]);
@@ -73,14 +73,17 @@ impl ActiveMesh {
                 let wedges = wedges.map(|wedge| places.wedges.places[wedge as usize]);
                 buffers.set_corners(place as usize, wedges, values);
             }
-            widen(&mut update.changed_triangles, place as usize);
+            places.triangles.marks.mark(place as usize);
         }
         let mut turning = Turning::new(self);
         for (place, wedge) in places.wedges.take_written().into_iter().filter(|(place, _)| *place != NONE) {
             let Some(values) = turning.values_of(wedge) else { continue };
             buffers.set_wedge(place as usize, values);
-            widen(&mut update.changed_wedges, place as usize);
+            places.wedges.marks.mark(place as usize);
         }
+        places.vertices.marks.take(&mut update.changed_vertices);
+        places.triangles.marks.take(&mut update.changed_triangles);
+        places.wedges.marks.take(&mut update.changed_wedges);
         self.places = Some(places);
         update
     }
@@ -162,10 +165,6 @@ impl ActiveMesh {
     pub(crate) fn face(&self, face: u32) -> [u32; 3] {
         [0, 1, 2].map(|side| self.corners[3 * face as usize + side].vertex.load(Relaxed))
     }
-}
-
-fn widen(range: &mut Range<usize>, place: usize) {
-    *range = if range.start == range.end { place..place + 1 } else { range.start.min(place)..range.end.max(place + 1) };
 }
 
 impl Buffers for Extract {
