@@ -10,15 +10,22 @@ from simplify import read, write
 
 
 def slim(points, triangles, pins):
-    """libigl's SLIM with soft pins: 20 iterations from a Tutte map into a circle."""
+    """libigl's SLIM with soft pins: 20 iterations from a Tutte map into a circle that is moved, turned and scaled towards the pins.
+    Without that, pins are still 0.7 widths off after them."""
     import igl
 
     points, triangles = points.astype(np.float64), triangles.astype(np.int64)
     start = time.perf_counter()
     border = igl.boundary_loop(triangles)
     uv = igl.harmonic(points, triangles, border, igl.map_vertices_to_circle(points, border), 1)
+    vertices = pins[:, 0].astype(np.int64)
+    circle, target = uv[vertices] @ [1, 1j], pins[:, 1:] @ [1, 1j]
+    apart = circle - circle.mean()
+    turn = np.vdot(apart, target - target.mean()) / np.vdot(apart, apart)
+    moved = (uv @ [1, 1j] - circle.mean()) * turn + target.mean()
+    uv = np.ascontiguousarray(np.column_stack([moved.real, moved.imag]))
     solver = igl.SLIM(
-        points, triangles, uv, pins[:, :1].astype(np.int64), pins[:, 1:], igl.SLIM_ENERGY_TYPE_SYMMETRIC_DIRICHLET, 1e5
+        points, triangles, uv, vertices[:, None], pins[:, 1:], igl.SLIM_ENERGY_TYPE_SYMMETRIC_DIRICHLET, 1e5
     )
     solver.solve(20)
     return solver.vertices(), time.perf_counter() - start
