@@ -146,20 +146,28 @@ void Patch::set_points(rust::Slice<const std::uint32_t> vertices, rust::Slice<co
     }
 }
 
-void Patch::edges(rust::Vec<std::uint32_t> &out) const {
+std::size_t Patch::edges(rust::Slice<std::uint32_t> out) const {
     const auto &mesh = data->mesh;
+    std::size_t count = 0;
     for (std::size_t index = 0; index < mesh.n_edges(); ++index) {
         const Edge edge(static_cast<int>(index));
         if (mesh.status(edge).deleted()) {
             continue;
         }
+        if (out.size() < 4 * (count + 1)) {
+            fail("there is no room for all edges");
+        }
         const Halfedge half = mesh.halfedge_handle(edge, 0);
-        out.push_back(static_cast<std::uint32_t>(mesh.from_vertex_handle(half).idx()));
-        out.push_back(static_cast<std::uint32_t>(mesh.to_vertex_handle(half).idx()));
-        out.push_back(data->opposite(half));
-        out.push_back(data->opposite(mesh.opposite_halfedge_handle(half)));
+        std::uint32_t *numbers = out.data() + 4 * count++;
+        numbers[0] = static_cast<std::uint32_t>(mesh.from_vertex_handle(half).idx());
+        numbers[1] = static_cast<std::uint32_t>(mesh.to_vertex_handle(half).idx());
+        numbers[2] = data->opposite(half);
+        numbers[3] = data->opposite(mesh.opposite_halfedge_handle(half));
     }
+    return count;
 }
+
+std::size_t Patch::edge_slots() const noexcept { return data->mesh.n_edges(); }
 
 void Patch::split_edges(rust::Slice<const std::uint32_t> edges, rust::Slice<const float> points,
                         rust::Vec<std::uint32_t> &made) {

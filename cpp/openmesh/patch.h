@@ -24,7 +24,8 @@ public:
     void add_faces(rust::Slice<const std::uint32_t> triangles, rust::Vec<std::uint32_t> &made);
     void points(rust::Slice<const std::uint32_t> vertices, rust::Slice<float> out) const;
     void set_points(rust::Slice<const std::uint32_t> vertices, rust::Slice<const float> points);
-    void edges(rust::Vec<std::uint32_t> &out) const;
+    std::size_t edges(rust::Slice<std::uint32_t> out) const;
+    std::size_t edge_slots() const noexcept;
     void split_edges(rust::Slice<const std::uint32_t> edges, rust::Slice<const float> points,
                      rust::Vec<std::uint32_t> &made);
     void split_faces(rust::Slice<const std::uint32_t> faces, rust::Slice<const float> points,

@@ -10,6 +10,7 @@ use relievo_decal::{
     Decal, DecalSettings, Pin, Place, Placement, Pose, Scatter, Sticker, exponential, lay, nearest, scatter,
     shortest_path, stretch,
 };
+use relievo_openmesh::Patch;
 
 use crate::lod::Triangles;
 use crate::measure::{Sample, anew, memory, printed, sample, seconds};
@@ -300,10 +301,32 @@ fn bytes(report: &mut Report) {
             }
         }
     }
+    let name = "OpenMesh's half-edges of a patch";
+    let structure = anew("sticker", "--row", &SIDES.len().to_string());
+    match structure.and_then(|mut process| printed(process.env("MALLOC_MMAP_THRESHOLD_", "65536"))) {
+        Some(bytes) => report.add(name, &one(bytes), None, "bytes a triangle", Goal::None),
+        None => report.skip(name, "the system does not tell it"),
+    }
 }
 
-/// Lays the sticker of a row of [`bytes`] and prints by how many bytes the process grew, for each triangle of the patch.
+/// Prints how many bytes for each triangle OpenMesh's structure of the first cap takes.
+fn structure() -> Result<()> {
+    let (small, mesh) = (cap(28), cap(SIDES[0]));
+    Patch::new(&small.points, small.corners.as_chunks().0)?;
+    let before = memory("VmRSS");
+    let patch = Patch::new(&mesh.points, mesh.corners.as_chunks().0)?;
+    if let Some((after, before)) = memory("VmRSS").zip(before) {
+        println!("{}", (after - before) / patch.face_count() as f64);
+    }
+    Ok(())
+}
+
+/// Lays the sticker of a row of [`bytes`] and prints by how many bytes the process grew, for each triangle of the patch. The row
+/// after the last one is that of OpenMesh's structure.
 pub fn peak(row: usize) -> Result<()> {
+    if row == SIDES.len() {
+        return structure();
+    }
     let Some(side) = SIDES.get(row) else { return Err(Error::invalid(format!("there is no row {row}"))) };
     // The pages of the program itself are read at first use, as many at a time as the system likes.
     let small = cap(28);

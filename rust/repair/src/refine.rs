@@ -80,6 +80,8 @@ pub fn refine(filling: &mut Filling, scales: &[f64], is_taken: &dyn Fn(u32, u32)
 
 /// Flips edges until the angles opposite to each add up to no more than half a turn.
 fn relax(patch: &mut Patch, filling: &Filling, border: usize, is_taken: &dyn Fn(u32, u32) -> bool) -> Result<()> {
+    // Edges away from the flips of a round are as they were when they were tested.
+    let mut is_near = vec![true; filling.places.len()];
     for _ in 0..MOST_FLIPS {
         let mut is_touched = vec![false; filling.places.len()];
         let mut chosen = Vec::new();
@@ -89,6 +91,9 @@ fn relax(patch: &mut Patch, filling: &Filling, border: usize, is_taken: &dyn Fn(
                 continue;
             }
             let four = [edge.ends[0], edge.ends[1], left, right];
+            if four.iter().all(|vertex| !is_near[*vertex as usize]) {
+                continue;
+            }
             let on_border = (left as usize) < border && (right as usize) < border;
             // Flips of one round share no vertex, so that none sees another's.
             if four.iter().any(|vertex| is_touched[*vertex as usize])
@@ -103,6 +108,7 @@ fn relax(patch: &mut Patch, filling: &Filling, border: usize, is_taken: &dyn Fn(
         if !patch.flip_edges(&chosen)?.contains(&true) {
             return Ok(());
         }
+        is_near = is_touched;
     }
     Ok(())
 }

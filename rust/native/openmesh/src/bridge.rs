@@ -18,7 +18,8 @@ pub mod ffi {
         fn add_faces(self: Pin<&mut Patch>, triangles: &[u32], made: &mut Vec<u32>) -> Result<()>;
         fn points(self: &Patch, vertices: &[u32], out: &mut [f32]) -> Result<()>;
         fn set_points(self: Pin<&mut Patch>, vertices: &[u32], points: &[f32]) -> Result<()>;
-        fn edges(self: &Patch, out: &mut Vec<u32>) -> Result<()>;
+        fn edges(self: &Patch, out: &mut [u32]) -> Result<usize>;
+        fn edge_slots(self: &Patch) -> usize;
         fn split_edges(self: Pin<&mut Patch>, edges: &[u32], points: &[f32], made: &mut Vec<u32>) -> Result<()>;
         fn split_faces(self: Pin<&mut Patch>, faces: &[u32], points: &[f32], made: &mut Vec<u32>) -> Result<()>;
         fn flip_edges(self: Pin<&mut Patch>, edges: &[u32], done: &mut [u8]) -> Result<()>;
