@@ -21,14 +21,20 @@ use crate::channels::layers::Stack;
 
 /// The stamps of a channel that layers are kept in.
 pub trait LayerDecay<C: LayerChannel>: Debug + Send + Sync + Sized {
-    /// No stamps yet, for a channel that is `field`; they may occupy `budget` bytes. Fails if the times are invalid or
-    /// the budget does not hold what every channel needs.
+    /// No stamps yet, for a channel that is `field`; they may occupy `budget` bytes.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a time is not finite, the delay is below 0 or the duration not above 0, and with
+    /// `Memory` if the budget does not hold what every channel needs: the vertices of a triangle mesh.
     fn new(field: &C::Field, options: DecayOptions, budget: u64) -> Result<Self>;
 
     /// When edits fade.
     fn options(&self) -> DecayOptions;
 
-    /// Replaces the decay times; edits already recorded follow the new ones. Fails if the times are invalid.
+    /// Replaces the decay times; edits already recorded follow the new ones.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a time is not finite, the delay is below 0 or the duration not above 0.
     fn set_options(&mut self, options: DecayOptions) -> Result<()>;
 
     /// Bytes of the stamps and what they belong to.
@@ -50,13 +56,23 @@ pub trait LayerDecay<C: LayerChannel>: Debug + Send + Sync + Sized {
 
     /// Stamps with `time` all in which `channel` now differs from `before`. Returns the tiles or faces, ascending, that
     /// the budget refused.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if `channel` is over triangles and has a face that the mesh of the stamps does not have.
     fn stamp(&mut self, context: &Context, before: &C::Field, channel: &C, time: f64) -> Result<Vec<u32>>;
 
     /// Brings `channel` to what is left of it at `time`, and gives back what has faded. Returns the tiles or faces that
     /// look different.
+    ///
+    /// # Errors
+    /// Fails as [`Self::stamp`], and as the page store does if a page cannot be read or written. The processor takes
+    /// over where a device fails.
     fn fade(&mut self, context: &Context, channel: &mut C, time: f64) -> Result<Vec<u32>>;
 
     /// As [`Self::fade`] without giving anything back, after stamps and `restored` blocks of the channel were put back.
+    ///
+    /// # Errors
+    /// Fails as [`Self::fade`], and with `Invalid` if a tile of `restored` does not exist or is a hole.
     fn bring(&mut self, context: &Context, channel: &mut C, time: f64, restored: &[u32]) -> Result<Vec<u32>>;
 
     /// The blocks that hold stamps, ascending.
@@ -68,10 +84,17 @@ pub trait LayerDecay<C: LayerChannel>: Debug + Send + Sync + Sized {
     /// The stamps of a block as bytes, with what they belong to; `None` without stamps.
     fn read(&self, block: u32) -> Option<Vec<u8>>;
 
-    /// Puts back what [`Self::read`] gave, of a channel that is `field`. Fails if it does not fit.
+    /// Puts back what [`Self::read`] gave, of a channel that is `field`.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such block, the bytes are not the stamps of one or a number is not finite,
+    /// and with `Memory` if the budget does not allow it.
     fn write(&mut self, field: &C::Field, block: u32, bytes: Option<&[u8]>) -> Result<()>;
 
     /// As [`Self::write`], whatever the budget says.
+    ///
+    /// # Errors
+    /// Fails as [`Self::write`], but for the budget.
     fn restore(&mut self, field: &C::Field, block: u32, bytes: Option<&[u8]>) -> Result<()>;
 
     /// What documents say of the stamps of the layer `layer`.
@@ -81,7 +104,10 @@ pub trait LayerDecay<C: LayerChannel>: Debug + Send + Sync + Sized {
     fn blocks(&self, field: &C::Field) -> Arc<dyn Blocks>;
 
     /// The stamps that `document` has as the layer called `name`, for a channel that is `field`, in `budget` bytes.
-    /// Fails if there is no such layer, it is damaged, or `budget` is too small.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such layer, its stamps are those of other texels or it is damaged, and with
+    /// `Memory` if `budget` is too small.
     fn stored(context: &Context, document: &Document, name: &str, field: &C::Field, budget: u64) -> Result<Self>;
 }
 
@@ -496,8 +522,11 @@ pub type FadingOf<O> =
 /// An object whose edits may fade: every one that has layers.
 pub trait FadingObject: LayeredObject {
     /// Makes edits of the object's own displacement and colours, the lowest layers, fade from now on; what was edited
-    /// before stays. Stamps may occupy `budget` bytes for each of the two. Fails if the times are invalid, or the
-    /// budget does not hold what every channel needs.
+    /// before stays. Stamps may occupy `budget` bytes for each of the two.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a time is not finite, the delay is below 0 or the duration not above 0, and with
+    /// `Memory` if the budget does not hold what every channel needs.
     #[inline(never)]
     fn set_decay(&mut self, options: DecayOptions, budget: u64) -> Result<()> {
         options.check()?;
@@ -506,6 +535,9 @@ pub trait FadingObject: LayeredObject {
     }
 
     /// Gives the lowest layers the decay of the object, if it has one and they have none.
+    ///
+    /// # Errors
+    /// Fails with `Memory` if the budget of the decay does not hold what every channel needs.
     #[inline(never)]
     fn fade_own(&mut self) -> Result<()> {
         let Some(own) = self.channels().layers.fading.own else { return Ok(()) };
@@ -522,7 +554,10 @@ pub trait FadingObject: LayeredObject {
     /// stamps may occupy `budget` bytes. Where that or the budget of the layer is full, the tiles or faces of the layer
     /// whose newest edit is oldest are lost to make room, see [`Self::take_lost`].
     ///
-    /// Fails, and changes nothing, if the times are invalid or there is no such layer.
+    /// # Errors
+    /// Fails, and leaves the decay of the layer as it was, with `Invalid` if the times are invalid or there is no such
+    /// layer, with `Memory` if the budget does not hold what every channel needs, and as [`LayeredObject::settle`] and
+    /// [`Self::stamp`].
     #[inline(never)]
     fn set_layer_decay(
         &mut self,
@@ -552,6 +587,9 @@ pub trait FadingObject: LayeredObject {
 
     /// Stamps what was edited since it was last done with the object's time; [`LayeredObject::settle`] is to be done
     /// before. Returns the tiles or faces, ascending, whose stamps their budget refused; what was edited there stays.
+    ///
+    /// # Errors
+    /// Fails as [`LayerDecay::stamp`] does.
     #[inline(never)]
     fn stamp(&mut self, context: &Context) -> Result<Vec<u32>> {
         if self.channels().layers.fading.is_empty() {
@@ -587,7 +625,9 @@ pub trait FadingObject: LayeredObject {
     /// Comes to `time` in seconds: what was edited fades as it should, and edits are made then from now on. The time
     /// never goes back, except to be that of stamps that were put back.
     ///
-    /// Fails if the time is not finite.
+    /// # Errors
+    /// Fails with `Invalid` if the time is not finite or beyond the range of `f32`, and as [`LayeredObject::settle`],
+    /// [`Self::stamp`] and [`LayerDecay::fade`]. Where a device fails the processor takes over.
     #[inline(never)]
     fn advance(&mut self, context: &Context, time: f64) -> Result<()> {
         if self.channels().layers.fading.is_empty() {
@@ -632,7 +672,11 @@ pub trait FadingObject: LayeredObject {
     }
 
     /// Puts back what [`Self::read_stamps`] gave of the same layers, after their blocks; [`Self::take_as_stamped`] is
-    /// to follow. Fails if they do not fit.
+    /// to follow.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the bytes are not the stamps of these layers or a number is not finite, and with
+    /// `Memory` if a budget does not allow it; layers before the one that fails have their stamps.
     fn write_stamps(&mut self, kind: Kind, block: u32, bytes: Option<&[u8]>) -> Result<()> {
         each_kind!(self, kept => {
             if kept.kind().is_color() == kind.is_color() {

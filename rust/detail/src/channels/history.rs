@@ -79,10 +79,19 @@ pub struct BlockState {
 /// What a history records.
 pub trait Recorded {
     /// All that edits change, as it is now.
+    ///
+    /// # Errors
+    /// Objects with layers fail as [`LayeredObject::settle`](crate::LayeredObject::settle) and
+    /// [`FadingObject::stamp`](crate::FadingObject::stamp) do.
     fn states(&mut self, context: &Context) -> Result<LayerStates>;
 
     /// Gives it the layers `heads`, unless they stay, and then `blocks`; all others stay. Budgets do not count: what is
     /// put back was there before.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a head or a block does not fit the object, with `Memory` if a budget does not hold the
+    /// stamps that every channel needs, and as the page store does if a page cannot be read or written; what was put
+    /// back by then stays.
     fn restore(&mut self, context: &Context, heads: Option<&[Head]>, blocks: Vec<BlockState>) -> Result<()>;
 }
 
@@ -224,7 +233,10 @@ impl History {
     /// its edits can be undone, new ones go to its journal. Notes of the document say what was under way when it was
     /// left.
     ///
-    /// Fails if it is damaged or another program works on it.
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if the file does not exist or cannot be opened, read or written, with `Busy` if
+    /// another program works on it, with `Invalid` if it is no file or no document or is damaged, with `Unsupported` if
+    /// its format is newer than this build, and with `Memory` if it needs more than `limit`.
     pub fn open(path: &Path, limit: u64, memory: u64) -> Result<(Document, Self)> {
         Ok(Self::opened(Journal::open(path, limit)?, memory))
     }
@@ -254,9 +266,14 @@ impl History {
         (document, history)
     }
 
-    /// Writes `document`, the object in its present state, to `path` with all its edits and recipes, and journals to it from now
-    /// on. Where it does already, nothing but [`Self::sync`] is left to do. Fails, and goes on as before, if it cannot
-    /// be written or another program works on the file.
+    /// Writes `document`, the object in its present state, to `path` with all its edits and recipes, and journals to it
+    /// from now on. Where it does already, nothing but [`Self::sync`] is left to do.
+    ///
+    /// # Errors
+    /// Fails, and journals on to where it did, with `Invalid` if an edit is under way, `path` is not a file, the input
+    /// of an edit has more than 16 MiB or another program changed the journal; with `Busy` if another program works on
+    /// the file; with `NotFound` or `Io` if it cannot be written or edits cannot be read back; and with `Memory` if the
+    /// system has no memory for one of them. A file that was at `path` may have been replaced by then.
     pub fn save(&mut self, path: &Path, document: &Document) -> Result<()> {
         if self.path() == Some(path) && self.open.is_none() {
             return self.sync();
@@ -347,12 +364,20 @@ impl History {
     }
 
     /// Waits until all edits are on the disk, where a failure of power does not reach them.
+    ///
+    /// # Errors
+    /// Fails with `Io` if the system or the storage cannot bring them there. Without a journal there is nothing to wait
+    /// for.
     pub fn sync(&self) -> Result<()> {
         self.journal.as_ref().map_or(Ok(()), Journal::sync)
     }
 
-    /// Begins an edit of `object`; `input` says what it is going to be. Fails if one is under way or the journal cannot
-    /// be written.
+    /// Begins an edit of `object`; `input` says what it is going to be.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if an edit is under way or, where there is a journal, `input` has more than 16 MiB; as
+    /// [`Recorded::states`]; with `Unsupported` if a block of a layer that the journal lacks is too large for a record;
+    /// and with `Io` if the journal cannot be written.
     #[inline(never)]
     pub fn begin<R: Recorded>(&mut self, context: &Context, object: &mut R, input: &str) -> Result<()> {
         if self.open.is_some() {
@@ -419,7 +444,11 @@ impl History {
     /// Ends the edit that was begun: it is confirmed, and what was undone before it cannot be made again. `None` if it
     /// changed nothing.
     ///
-    /// Fails if none was begun or the journal cannot be written; `object` is then as it was when the edit began.
+    /// # Errors
+    /// Fails with `Invalid` if no edit was begun, as [`Recorded::states`], as the page store does if a block is on a
+    /// page that cannot be read, with `Unsupported` if a block is too large for a record, and with `NotFound` or `Io`
+    /// if the journal, or the temporary file in place of one, cannot be written. `object` is then as it was when the
+    /// edit began; where it cannot be put back either, that error is returned.
     #[inline(never)]
     pub fn end<R: Recorded>(&mut self, context: &Context, object: &mut R) -> Result<Option<Changed>> {
         let open = self.open.take().ok_or_else(|| Error::invalid("no edit was begun").advise("begin one first"))?;
@@ -432,7 +461,11 @@ impl History {
         }
     }
 
-    /// Takes back the edit that was begun, as if it had not been. Fails if none was.
+    /// Takes back the edit that was begun, as if it had not been.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if no edit was begun, as [`Recorded::states`] and [`Recorded::restore`], and with `Io` if
+    /// the journal cannot be cut off. The edit is no longer under way then, though what it changed may be there.
     #[inline(never)]
     pub fn abandon<R: Recorded>(&mut self, context: &Context, object: &mut R) -> Result<()> {
         let open = self.open.take().ok_or_else(|| Error::invalid("no edit was begun").advise("begin one first"))?;
@@ -510,12 +543,15 @@ impl History {
         Ok(Some(changed))
     }
 
-    /// Undoes the last edit on `object`; `None` if there is none. Every block is then as it was, to the bit. Settings and names of
-    /// layers that were changed without the history stay where the edit does not change them, and come back with [`Self::redo`]
-    /// where it does.
+    /// Undoes the last edit on `object`; `None` if there is none. Every block is then as it was, to the bit. Settings
+    /// and names of layers that were changed without the history stay where the edit does not change them, and come
+    /// back with [`Self::redo`] where it does.
     ///
-    /// Fails, and changes nothing, if an edit is under way, the object was changed without the history, or a file
-    /// cannot be read or written.
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if an edit is under way, the object was changed without the history
+    /// or the journal by another program, with `Io` if a file cannot be read or written, with `Memory` if the system
+    /// has no memory for the edit, and as the page store does if a block is on a page that cannot be read. Fails too as
+    /// [`Recorded::states`], and as [`Recorded::restore`], when a journal says already that the edit was undone.
     #[inline(never)]
     pub fn undo<R: Recorded>(&mut self, context: &Context, object: &mut R) -> Result<Option<Changed>> {
         let Some(last) = self.done.len().checked_sub(1) else { return Ok(None) };
@@ -525,7 +561,10 @@ impl History {
         Ok(Some(changed))
     }
 
-    /// Makes the edit that was undone last again; `None` if there is none. Fails as [`Self::undo`] does.
+    /// Makes the edit that was undone last again; `None` if there is none.
+    ///
+    /// # Errors
+    /// Fails as [`Self::undo`] does.
     #[inline(never)]
     pub fn redo<R: Recorded>(&mut self, context: &Context, object: &mut R) -> Result<Option<Changed>> {
         let Some(last) = (self.done.len() + self.undone.len()).checked_sub(1).filter(|_| !self.undone.is_empty())

@@ -27,10 +27,19 @@ pub trait BlockChannel: Debug + Send + Sync {
     /// Changes the budget. Blocks stay, even beyond it.
     fn set_budget(&mut self, budget: u64);
 
-    /// The bytes of a block; `None` if it is not there. Fails if there is no such block.
+    /// The bytes of a block; `None` if it is not there.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such block or it belongs to a hole, and as the page store does if it is on a
+    /// page that cannot be read.
     fn read(&self, block: u32) -> Result<Option<Vec<u8>>>;
 
-    /// Puts back what [`Self::read`] gave. Fails, and changes nothing, if it does not fit.
+    /// Puts back what [`Self::read`] gave.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if there is no such block, the length is not that of the block or a
+    /// number is not finite, with `Memory` if the budget does not allow it, and as the page store does if a page cannot
+    /// be read or written.
     fn write(&mut self, block: u32, bytes: Option<&[u8]>) -> Result<()>;
 
     /// Makes edits visible to readers. Returns the blocks that changed, ascending.
@@ -38,15 +47,25 @@ pub trait BlockChannel: Debug + Send + Sync {
 
     /// Gives every face the size that `sizes` has for it, of which it was given `given`, or the same if that is empty:
     /// blocks that had another go. Nothing for channels whose blocks have their size by themselves.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if a size does not exist or faces lack one, and as the page store
+    /// does if a page cannot be read or written.
     fn reshape(&mut self, _sizes: &[u32], _given: &[u32]) -> Result<()> {
         Ok(())
     }
 
-    /// Makes blocks leave memory for `pages` when the budget is spent; without, all come back. Fails if a block cannot
-    /// be read back.
+    /// Makes blocks leave memory for `pages` when the budget is spent; without, all come back.
+    ///
+    /// # Errors
+    /// Fails as the page store does if a block cannot be read back or written.
     fn page_to(&mut self, pages: Option<&Arc<dyn PageStore>>) -> Result<()>;
 
-    /// Fails once with what could not be read back from a page, or written to one, since it was asked last.
+    /// Reports a failure of the page store, once.
+    ///
+    /// # Errors
+    /// Fails with the error of the page store about what could not be read back from a page, or written to one, since
+    /// this was called last.
     fn report_fault(&self) -> Result<()>;
 }
 
@@ -58,10 +77,18 @@ pub trait LayerChannel: BlockChannel + Clone {
     type Decay: LayerDecay<Self>;
 
     /// A channel over the surface of `field` with the sizes that `face_sizes` has for every face, without blocks.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a size does not exist, and with `Memory` if the budget does not hold what every channel
+    /// needs: the vertices of a triangle mesh.
     fn sized(field: &Self::Field, face_sizes: &[u32], blank: Self::Texel, budget: u64) -> Result<Self>;
 
     /// Makes `blocks` of a composite what `sheets`, from the lowest, come to over `background`. Returns what the budget
     /// refused.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a tile does not exist or is a hole or a blended number is not finite, and as the page
+    /// store does if a page cannot be read or written.
     fn compose(
         &mut self,
         context: &Context,
@@ -72,6 +99,10 @@ pub trait LayerChannel: BlockChannel + Clone {
 
     /// A composite of `sheets` over `background` in place of this one: as fine everywhere as the finest of them.
     /// Returns what the budget refused too.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a blended number is not finite, or `sheets` is empty on a surface of tiles, and as the
+    /// page store does if a page cannot be read or written.
     fn recomposed(
         &self,
         context: &Context,
@@ -96,9 +127,16 @@ pub trait LayerChannel: BlockChannel + Clone {
     fn take_lost(&mut self) -> Vec<u32>;
 
     /// Loses those of `tiles` that fade and were not edited since that was said.
+    ///
+    /// # Errors
+    /// Fails as the page store does if a page cannot be read or written; always succeeds on a triangle mesh.
     fn lose(&mut self, context: &Context, tiles: &[u32]) -> Result<()>;
 
-    /// Loses `tiles`, whether they fade or not. Fails, and changes nothing, if one does not exist.
+    /// Loses `tiles`, whether they fade or not.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if a tile or face does not exist or is a hole. Fails too as the page
+    /// store does if a page cannot be read or written.
     fn lose_all(&mut self, context: &Context, tiles: &[u32]) -> Result<()>;
 
     /// Takes `tiles` away from `field`.
@@ -109,6 +147,10 @@ pub trait LayerChannel: BlockChannel + Clone {
 
     /// Puts what was changed in `blocks` of the composite, from `composite[0]` to `composite[1]`, into this layer,
     /// which is seen with `settings` over what `below` comes to on `background`. Returns what the budget refused.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a tile does not exist or is a hole, with `Memory` if the budget does not allow the sizes
+    /// that faces of the composite were given, and as the page store does if a page cannot be read or written.
     fn absorb(
         &mut self,
         context: &Context,

@@ -159,7 +159,10 @@ pub trait LayeredObject: Sized {
     /// When edits are made now, in seconds.
     fn edit_time(&self) -> f64;
 
-    /// When edits are made from now on, in seconds. Fails if the time is not finite.
+    /// When edits are made from now on, in seconds.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the time is not finite or beyond the range of `f32`.
     fn set_edit_time(&mut self, time: f64) -> Result<()>;
 
     /// The graphics device that edits are made on, if there is one.
@@ -202,6 +205,10 @@ pub trait LayeredObject: Sized {
     fn others_mut(&mut self) -> (Option<&mut Self::Traces>, Option<&mut Self::Vectors>);
 
     /// The channel that `document` holds as `layer`, in `budget` bytes; `None` where an object has none of its kind.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the document is for another mesh or the layer is damaged, with `Memory` if the budget is
+    /// too small for what does not go to pages, and as the page store does if a page cannot be read or written.
     fn stored(
         &self,
         context: &Context,
@@ -210,8 +217,12 @@ pub trait LayeredObject: Sized {
         budget: u64,
     ) -> Result<Option<Stored<Self>>>;
 
-    /// Takes the place of its channel of the same kind. Colours become one layer. Fails if it is that of another
-    /// surface.
+    /// Takes the place of its channel of the same kind. Colours become one layer.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if it is that of another surface, which is not checked for the displacement of a
+    /// [`DisplacedObject`]; with `Memory` if the budget of a decay does not hold what the stamps of colours need; and
+    /// as the page store does if a page cannot be read or written.
     fn set_channel(&mut self, channel: Stored<Self>) -> Result<()>;
 
     /// The layers, from the lowest: those of displacement, then those of colour. What is evaluated is
@@ -246,8 +257,10 @@ pub trait LayeredObject: Sized {
     /// colours) above those of its kind, with `size` texels along an edge of every face; edits of its kind go to it.
     /// Returns its number and the tiles that the budget refused to the composite.
     ///
-    /// Fails if the name is taken or none, the settings are not for its kind, there is no such size, the object has no
-    /// colours, or it cannot have more layers.
+    /// # Errors
+    /// Fails as [`Self::check_name`] and [`Self::settle`]; with `Invalid` if the settings are not for its kind, there
+    /// is no such size, the object has no colours or it cannot have more layers; with `Unsupported` if layers cannot
+    /// hold the kind; and as the page store does if a page cannot be read or written.
     #[inline(never)]
     fn add_layer(
         &mut self,
@@ -281,7 +294,11 @@ pub trait LayeredObject: Sized {
         numbers.chain(self.channels().layers.fading.numbers()).map(|id| id + 1).max().unwrap_or(0).max(ADDED)
     }
 
-    /// Fails unless a layer can be called so.
+    /// Checks that a layer can be called `name`.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` unless the name is 1 to 255 bytes without control characters, and if a layer has it already
+    /// or it is reserved for traces, vectors or stamps.
     fn check_name(&self, name: &str) -> Result<()> {
         let place = || format!("layer `{name}`");
         if name.is_empty() || name.len() > usize::from(u8::MAX) || name.contains(char::is_control) {
@@ -294,6 +311,9 @@ pub trait LayeredObject: Sized {
     }
 
     /// Does something with the layers of displacement and what they come to.
+    ///
+    /// # Errors
+    /// Fails as `edit` does.
     fn edit_heights(
         &mut self,
         edit: impl FnOnce(&mut Stack<Self::Displacement>, &mut Self::Displacement) -> Result<Vec<u32>>,
@@ -308,13 +328,19 @@ pub trait LayeredObject: Sized {
         with_colors!(own.as_ref, |stack, _paint| stack.layers().iter().any(|layer| layer.id() == id), false)
     }
 
-    /// Makes `id` the layer that edits of its kind go to. Fails if there is no such layer.
+    /// Makes `id` the layer that edits of its kind go to.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such layer, and as [`Self::settle`].
     #[inline(never)]
     fn set_active_layer(&mut self, context: &Context, id: u32) -> Result<()> {
         edit_either!(self, context, id, |stack, _composite| stack.set_active(id).map(|()| Vec::new())).map(drop)
     }
 
-    /// Names a layer. Fails if there is no such layer, or the name is taken or none.
+    /// Names a layer.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such layer, and as [`Self::check_name`] if the name is a new one.
     fn rename_layer(&mut self, id: u32, name: &str) -> Result<()> {
         let there = self.layers().into_iter().find(|layer| layer.id == id);
         let there = there.ok_or_else(|| Error::invalid(format!("there is no layer with the number {id}")))?;
@@ -328,20 +354,32 @@ pub trait LayeredObject: Sized {
         Ok(())
     }
 
-    /// Changes how a layer is seen. Returns the tiles that the budget refused to the composite. Fails if there is no
-    /// such layer or its kind cannot be seen so.
+    /// Changes how a layer is seen. Returns the tiles that the budget refused to the composite.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such layer or its kind cannot be seen so, as [`Self::settle`], and as the
+    /// page store does if a page cannot be read or written.
     #[inline(never)]
     fn set_layer(&mut self, context: &Context, id: u32, to: Settings) -> Result<Vec<u32>> {
         edit_either!(self, context, id, |stack, composite| stack.set(context, composite, id, to))
     }
 
-    /// Puts a layer at a place among those of its kind, counted from the lowest. As [`Self::set_layer`] otherwise.
+    /// Puts a layer at a place among those of its kind, counted from the lowest. Returns the tiles that the budget
+    /// refused to the composite.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such layer, as [`Self::settle`], and as the page store does if a page cannot
+    /// be read or written.
     #[inline(never)]
     fn place_layer(&mut self, context: &Context, id: u32, place: usize) -> Result<Vec<u32>> {
         edit_either!(self, context, id, |stack, composite| stack.place(context, composite, id, place))
     }
 
-    /// Removes a layer with all that is on it. Fails if there is no such layer, or it is the last of its kind.
+    /// Removes a layer with all that is on it. Returns the tiles that the budget refused to the composite.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such layer or it is the last of its kind, as [`Self::settle`], and as the
+    /// page store does if a page cannot be read or written.
     #[inline(never)]
     fn remove_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
         let done = edit_either!(self, context, id, |stack, composite| stack.remove(context, composite, id))?;
@@ -350,8 +388,12 @@ pub trait LayeredObject: Sized {
     }
 
     /// Puts a layer and the one below it into one that looks as both did, but for rounding; it has the number and the
-    /// name of the lower one, and fades no more. Fails, and changes nothing, where no one layer would look so, or one
-    /// of them is hidden.
+    /// name of the lower one, and fades no more. Returns the tiles that the budget refused.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if there is no such layer or none below it, one of the two is hidden,
+    /// or no one layer would look as both. Fails too as [`Self::settle`], and as the page store does if a page cannot
+    /// be read or written.
     #[inline(never)]
     fn merge_layer(&mut self, context: &Context, id: u32) -> Result<Vec<u32>> {
         let before = self.layers();
@@ -364,6 +406,9 @@ pub trait LayeredObject: Sized {
 
     /// Makes one layer of displacement and one of colour of all: what is seen, to the bit. Where there were several,
     /// the one fades no more.
+    ///
+    /// # Errors
+    /// Fails, and flattens nothing, as [`Self::settle`] does.
     #[inline(never)]
     fn flatten_layers(&mut self, context: &Context) -> Result<Vec<u32>> {
         let refused = self.settle(context)?;
@@ -385,7 +430,10 @@ pub trait LayeredObject: Sized {
     /// and composites are computed anew where layers changed. Strokes do it themselves. Returns the tiles that budgets
     /// refused. With one plain layer of each kind there is nothing to do.
     ///
-    /// Fails if the active layer cannot be seen; what was edited is then undone.
+    /// # Errors
+    /// Fails with `Invalid` if displacement was edited while its active layer is hidden or its opacity below 1/256;
+    /// what was edited is then undone. Fails with `Memory` if the budget of the active layer does not allow the sizes
+    /// that the edit gave to faces, and as the page store does if a page cannot be read or written.
     #[inline(never)]
     fn settle(&mut self, context: &Context) -> Result<Vec<u32>> {
         let mut refused = Vec::new();
@@ -400,13 +448,20 @@ pub trait LayeredObject: Sized {
 
     /// As [`Self::settle`], of colours alone, whose layers hold what was painted already: to look at a stroke that is
     /// still being made.
+    ///
+    /// # Errors
+    /// Fails as the page store does if a page cannot be read or written.
     #[inline(never)]
     fn settle_colors(&mut self, context: &Context) -> Result<Vec<u32>> {
         let own = self.channels_mut(false);
         with_colors!(own.as_mut, |stack, paint| stack.settle(context, paint), Ok(Vec::new()))
     }
 
-    /// Takes away what is painted on: the active layer. Fails if there are no colours, or it cannot be seen.
+    /// Takes away what is painted on: the active layer.
+    ///
+    /// # Errors
+    /// Fails, and takes nothing, with `Invalid` if there are no colours, or the active layer is hidden or its opacity
+    /// below 1/256.
     fn take_paint(&mut self) -> Result<ByFormat<Self::Paint, Self::HalfPaint>> {
         /// The active layer, or what is the only one.
         fn taken<C: LayerChannel>(stack: &mut Option<Stack<C>>, paint: &mut Option<C>) -> Result<Option<C>> {
@@ -455,8 +510,12 @@ pub trait LayeredObject: Sized {
         states
     }
 
-    /// Adds all layers to `document`; [`Self::settle`] is to be done before. Fails if it is for another mesh or has
-    /// layers.
+    /// Adds all layers to `document`; [`Self::settle`] is to be done before.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the document is for another mesh, has a layer of the name or number of one of these, or
+    /// would get more layers than a document may have; and as the page store does if a block is on a page that cannot
+    /// be read. Layers before the one that fails are added.
     #[inline(never)]
     fn store(&self, context: &Context, document: &mut Document) -> Result<()> {
         document.time = self.edit_time();
@@ -469,12 +528,18 @@ pub trait LayeredObject: Sized {
     }
 
     /// The displacement of `tile` as caches keep it: of all layers, see [`Stack::read`].
+    ///
+    /// # Errors
+    /// Fails as [`Stack::read`] does.
     fn read_displacement(&self, tile: u32) -> Result<Option<Vec<u8>>> {
         let own = self.channels();
         own.layers.displacement.read(own.displacement, tile)
     }
 
     /// Puts back what [`Self::read_displacement`] gave; [`Self::settle`] is to follow.
+    ///
+    /// # Errors
+    /// Fails as [`Stack::write`] does.
     fn write_displacement(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
         self.edit_heights(|stack, composite| stack.write(composite, tile, bytes).map(|()| Vec::new())).map(drop)
     }
@@ -493,12 +558,18 @@ pub trait LayeredObject: Sized {
     }
 
     /// The colours of `tile` as caches keep them, see [`Stack::read`]; `None` too if the object has no colours at all.
+    ///
+    /// # Errors
+    /// Fails as [`Stack::read`] does.
     fn read_paint(&self, tile: u32) -> Result<Option<Vec<u8>>> {
         let own = self.channels();
         with_colors!(own.as_ref, |stack, paint| stack.read(paint, tile), Ok(None))
     }
 
-    /// Puts back what [`Self::read_paint`] gave; [`Self::settle`] is to follow. Fails too if the object has no colours.
+    /// Puts back what [`Self::read_paint`] gave; [`Self::settle`] is to follow.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the object has no colours, and as [`Stack::write`].
     fn write_paint(&mut self, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
         edit_colors!(self, |stack, composite| stack.write(composite, tile, bytes))
     }
@@ -530,8 +601,11 @@ pub trait LayeredObject: Sized {
         (!state.blocks.given_sizes().is_empty()).then(sizes)
     }
 
-    /// Puts back what [`Self::read_sizes`] gave, before the blocks of the layer; [`Self::settle`] is to follow. Fails,
-    /// and changes nothing, if there is no such layer or the sizes are not those of its faces.
+    /// Puts back what [`Self::read_sizes`] gave, before the blocks of the layer; [`Self::settle`] is to follow.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if there is no such layer, a size does not exist or the sizes are not
+    /// those of its faces, and as the page store does if a page cannot be read or written.
     fn write_sizes(&mut self, id: u32, sizes: Option<&[u8]>) -> Result<()> {
         if let Some(bits) = sizes.into_iter().flatten().find(|bits| **bits > 8) {
             return Err(Error::invalid(format!("a face cannot have 2^{bits} texels along an edge")));
@@ -581,7 +655,9 @@ pub trait LayeredObject: Sized {
     /// Takes over the layers of `document`, each of which may occupy `budget` bytes. Kinds of which it has none stay as
     /// they are. Returns the names of layers that an object cannot have.
     ///
-    /// Fails if the document is for another mesh, a layer is damaged, or the budget is too small.
+    /// # Errors
+    /// Fails with `Invalid` if the document is for another mesh or a layer is damaged, with `Memory` if the budget is
+    /// too small, and as the page store does if a page cannot be read or written; what was taken over by then stays.
     #[inline(never)]
     fn take_up(&mut self, context: &Context, document: &Document, budget: u64) -> Result<Vec<String>> {
         let (mut heights, mut paints, mut halves, mut unknown) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -762,7 +838,8 @@ impl DisplacedObject {
     /// longest ago first, see [`relievo_tiles::paging`]; without, all come back. [`LayeredObject::settle`] is to be
     /// done before. The texels and stamps of edits that fade stay in memory.
     ///
-    /// Fails if a tile cannot be read back.
+    /// # Errors
+    /// Fails as the page store does if a tile cannot be read back or written.
     pub fn page_to(&mut self, pages: Option<Arc<dyn PageStore>>) -> Result<()> {
         page_to(self, pages.as_ref())?;
         self.pages = pages;
@@ -774,8 +851,11 @@ impl DisplacedObject {
         self.pages.as_ref()
     }
 
-    /// Fails once with what could not be read back from a page, or written to one, since it was asked last: a tile that
-    /// is blank to readers, or one that stays in memory beyond its budget.
+    /// Reports a failure of the page store, once for each channel and layer.
+    ///
+    /// # Errors
+    /// Fails with the error of the page store about what could not be read back from a page, or written to one, since
+    /// this was called last: a tile that is blank to readers, or one that stays in memory beyond its budget.
     pub fn report_fault(&self) -> Result<()> {
         report_fault(self)
     }

@@ -86,7 +86,10 @@ impl<C: LayerChannel> Stack<C> {
         self.layers.iter().position(|layer| layer.id == id)
     }
 
-    /// Makes `id` the layer that edits go to. Fails if there is no such layer.
+    /// Makes `id` the layer that edits go to.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such layer.
     pub fn set_active(&mut self, id: u32) -> Result<()> {
         self.index(id).ok_or_else(|| no_layer(id))?;
         self.active = id;
@@ -154,7 +157,11 @@ impl<C: LayerChannel> Stack<C> {
     }
 
     /// The block of `tile`, for caches: that of the only layer, or those of all layers one after the other, each behind
-    /// its length. `None` if no layer has one. Fails if there is no such tile.
+    /// its length. `None` if no layer has one.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such tile or it is a hole, and as the page store does if a block is on a
+    /// page that cannot be read.
     pub fn read(&self, composite: &C, tile: u32) -> Result<Option<Vec<u8>>> {
         if self.is_plain() {
             return composite.read(tile);
@@ -170,8 +177,12 @@ impl<C: LayerChannel> Stack<C> {
         Ok(any.then_some(all))
     }
 
-    /// Puts back what [`Self::read`] gave of the same layers; with several, [`Self::settle`] is to follow. Fails, and
-    /// may have put back some of the layers, if it does not fit them.
+    /// Puts back what [`Self::read`] gave of the same layers; with several, [`Self::settle`] is to follow.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such tile, the bytes are not blocks of these layers or a number is not
+    /// finite, with `Memory` if a budget does not allow it, and as the page store does if a page cannot be read or
+    /// written. Layers below the first that does not fit are put back.
     pub fn write(&mut self, composite: &mut C, tile: u32, bytes: Option<&[u8]>) -> Result<()> {
         if self.is_plain() {
             return composite.write(tile, bytes);
@@ -212,7 +223,10 @@ impl<C: LayerChannel> Stack<C> {
         tiles
     }
 
-    /// Fails if an edit of the active layer could not be seen.
+    /// Checks that an edit of the active layer can be seen.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the active layer is hidden or its opacity below 1/256.
     pub fn check_editable(&self) -> Result<()> {
         let Some(layer) = self.index(self.active).map(|index| &self.layers[index]) else { return Ok(()) };
         let Settings { visible, opacity, .. } = layer.settings;
@@ -237,7 +251,11 @@ impl<C: LayerChannel> Stack<C> {
     /// Puts what was changed in the composite into the active layer, and computes the composite anew where layers
     /// changed. Returns the tiles that budgets refused.
     ///
-    /// Fails if the active layer cannot be seen; the composite is then as it was before it was changed.
+    /// # Errors
+    /// Fails with `Invalid` if the composite was changed, edits are made on it, and [`Self::check_editable`] fails; the
+    /// composite is then as it was before it was changed. Fails with `Memory` if the budget of the active layer does
+    /// not allow the sizes that faces of the composite were given, and as the page store does if a page cannot be read
+    /// or written.
     #[inline(never)]
     pub fn settle(&mut self, context: &Context, composite: &mut C) -> Result<Vec<u32>> {
         let Some(mut seen) = self.seen.take() else { return Ok(Vec::new()) };
@@ -309,8 +327,10 @@ impl<C: LayerChannel> Stack<C> {
             .try_for_each(|layer| layer.lose(context, blocks))
     }
 
-    /// Makes the blocks of all layers, and of the composite, leave memory for `pages`. Fails as
-    /// [`BlockChannel::page_to`] does.
+    /// Makes the blocks of all layers, and of the composite, leave memory for `pages`.
+    ///
+    /// # Errors
+    /// Fails as [`BlockChannel::page_to`] does.
     pub fn page_to(&mut self, composite: &mut C, pages: Option<&Arc<dyn PageStore>>) -> Result<()> {
         composite.page_to(pages)?;
         self.layers.iter_mut().filter_map(|layer| layer.channel.as_mut()).try_for_each(|layer| layer.page_to(pages))?;
@@ -320,7 +340,11 @@ impl<C: LayerChannel> Stack<C> {
         Ok(())
     }
 
-    /// Fails once with what could not be read back from a page, or written to one, since it was asked last.
+    /// Reports a failure of the page store, once for the composite and each layer.
+    ///
+    /// # Errors
+    /// Fails with the error of the page store about what could not be read back from a page, or written to one, since
+    /// this was called last: the first of the composite and the layers.
     pub fn report_fault(&self, composite: &C) -> Result<()> {
         composite.report_fault()?;
         self.layers.iter().filter_map(|layer| layer.channel.as_ref()).try_for_each(BlockChannel::report_fault)
@@ -339,7 +363,9 @@ impl<C: LayerChannel> Stack<C> {
     /// Gives it the layers `heads`, from the lowest: layers that were there keep their texels as far as their sizes are
     /// what they were, others are blank. [`Self::refresh`] is to follow.
     ///
-    /// Fails, and changes nothing, if `heads` is empty or one cannot be.
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if `heads` is empty, or one is of another kind or has settings or
+    /// sizes that its kind does not have, and as the page store does if a page cannot be read or written.
     #[inline(never)]
     pub fn arrange(&mut self, composite: &mut C, heads: &[&Head]) -> Result<()> {
         if heads.is_empty() {
@@ -383,6 +409,9 @@ impl<C: LayerChannel> Stack<C> {
 
     /// Computes the composite anew, after layers were changed as a whole; as far as it is not the only layer. Returns
     /// the tiles that the budget refused.
+    ///
+    /// # Errors
+    /// Fails as the page store does if a page cannot be read or written; the composite is then as it was.
     #[inline(never)]
     pub fn refresh(&mut self, context: &Context, composite: &mut C) -> Result<Vec<u32>> {
         self.seen = None;
@@ -407,7 +436,9 @@ impl<C: LayerChannel> Stack<C> {
     /// Puts the layer `id` and the one below it into one, which then has what both come to: the number and the name of
     /// the lower one. Returns the tiles that the budget refused.
     ///
-    /// Fails, and changes nothing, if there is none below, one is hidden, or what is seen would not stay the same.
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if there is no such layer or none below it, one of the two is hidden,
+    /// or what is seen would not stay the same. Fails too as the page store does if a page cannot be read or written.
     #[inline(never)]
     pub fn merge_down(&mut self, context: &Context, composite: &mut C, id: u32) -> Result<Vec<u32>> {
         let at = self.index(id).ok_or_else(|| no_layer(id))?;
@@ -449,8 +480,12 @@ impl<C: LayerChannel> Stack<C> {
         Ok(all)
     }
 
-    /// Adds a layer above all others, blank, with the sizes that `face_sizes` has for every face; edits go to it. Fails
-    /// if the settings are not for its kind or a size does not exist.
+    /// Adds a layer above all others, blank, with the sizes that `face_sizes` has for every face; edits go to it.
+    /// Returns the tiles that the budget refused.
+    ///
+    /// # Errors
+    /// Fails, and adds nothing, with `Invalid` if the settings are not for its kind or a size does not exist. Fails too
+    /// as [`Self::refresh`], when the layer is added.
     pub fn add(
         &mut self,
         context: &Context,
@@ -466,7 +501,11 @@ impl<C: LayerChannel> Stack<C> {
     }
 
     /// Takes the place of all layers: layers that were read, from the lowest, with their texels. What is behind them
-    /// stays. Fails if `layers` is empty.
+    /// stays. Returns the tiles that the budget refused.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if `layers` is empty. Fails too as [`Self::refresh`], when they have
+    /// taken the place.
     #[inline(never)]
     pub fn take_up(&mut self, context: &Context, composite: &mut C, layers: Vec<(&Head, C)>) -> Result<Vec<u32>> {
         let Some((lowest, _)) = layers.first() else { return Err(Error::invalid("there are no layers to take up")) };
@@ -497,7 +536,11 @@ impl<C: LayerChannel> Stack<C> {
         }
     }
 
-    /// Changes how a layer is seen. Fails if there is no such layer or its kind cannot be seen so.
+    /// Changes how a layer is seen. Returns the tiles that the budget refused.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if there is no such layer or its kind cannot be seen so. Fails too as
+    /// [`Self::refresh`], when the settings are changed.
     pub fn set(&mut self, context: &Context, composite: &mut C, id: u32, to: Settings) -> Result<Vec<u32>> {
         let index = self.index(id).ok_or_else(|| no_layer(id))?;
         to.check(C::Texel::KIND)?;
@@ -505,14 +548,22 @@ impl<C: LayerChannel> Stack<C> {
         self.refresh(context, composite)
     }
 
-    /// Puts a layer at a place counted from the lowest, or above all. Fails if there is no such layer.
+    /// Puts a layer at a place counted from the lowest, or above all. Returns the tiles that the budget refused.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if there is no such layer. Fails too as [`Self::refresh`], when the
+    /// layer is at its place.
     pub fn place(&mut self, context: &Context, composite: &mut C, id: u32, place: usize) -> Result<Vec<u32>> {
         let layer = self.layers.remove(self.index(id).ok_or_else(|| no_layer(id))?);
         self.layers.insert(place.min(self.layers.len()), layer);
         self.refresh(context, composite)
     }
 
-    /// Removes a layer. Fails if there is no such layer, or no other.
+    /// Removes a layer. Returns the tiles that the budget refused.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if there is no such layer, or no other. Fails too as
+    /// [`Self::refresh`], when the layer is removed.
     pub fn remove(&mut self, context: &Context, composite: &mut C, id: u32) -> Result<Vec<u32>> {
         let index = self.index(id).ok_or_else(|| no_layer(id))?;
         if self.layers.len() == 1 {

@@ -47,7 +47,10 @@ pub(crate) struct DeviceObject {
 impl DisplacedObject {
     /// Has dabs and imprints made on a graphics device from now on, or on the processor again.
     ///
-    /// Fails, and changes nothing, where the device has no room for the object.
+    /// # Errors
+    /// Fails, and changes nothing, with `Memory` if the device has no room for the object, with `Unsupported` if the
+    /// stencils of its surface have weights too large for a device, with `Device` if the device is lost or its driver
+    /// fails, and as the page store does if a tile is on a page that cannot be read. Never fails without a device.
     pub fn use_device(&mut self, device: Option<&Device>) -> Result<()> {
         self.device = device.map(|device| DeviceObject::new(device, self)).transpose()?;
         Ok(())

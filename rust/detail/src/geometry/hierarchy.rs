@@ -174,7 +174,8 @@ struct Slabs {
 impl Hierarchy {
     /// Sorts and groups `count` boxes, given by their index. Empty boxes are never found.
     ///
-    /// Fails if there are 2³² or more.
+    /// # Errors
+    /// Fails with `Invalid` if there are 2³² boxes or more.
     pub fn build(context: &Context, count: usize, bounds: impl Fn(u32) -> Bounds + Sync) -> Result<Self> {
         if u32::try_from(count).is_err() {
             return Err(
@@ -294,7 +295,10 @@ impl Hierarchy {
     }
 
     /// Calls `visit` with the boxes that may come within a distance of `target`, the nearest box first. The distance is
-    /// `within` at first, and then what the last visit returned: how near something was found. Ends with the first error.
+    /// `within` at first, and then what the last visit returned: how near something was found.
+    ///
+    /// # Errors
+    /// Fails with the first error of `visit`.
     pub fn approach(&self, target: &Target, within: f64, mut visit: impl FnMut(u32) -> Result<f64>) -> Result<()> {
         // Distances are not negative, so their bits are in their order. Level 0 are boxes, level k groups of k − 1.
         let mut waiting = BinaryHeap::from(WAITING.take());

@@ -19,8 +19,11 @@ pub struct Obb {
 impl Obb {
     /// The box of `points` along their principal axes, or along the coordinate axes where that is no larger.
     ///
-    /// Flat, straight and single-point clouds give boxes without depth. Where principal axes are not determined, as
-    /// for symmetric clouds, the coordinate axes serve. Fails for an empty cloud and for numbers that are not finite.
+    /// Flat, straight and single-point clouds give boxes without depth. Where principal axes are not determined, as for
+    /// symmetric clouds, the coordinate axes serve.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no point, or a number is not finite.
     pub fn of_points(points: &[[f32; 3]]) -> Result<Self> {
         if points.is_empty() {
             return Err(Error::invalid("a bounding box needs at least one point"));

@@ -25,7 +25,10 @@ impl DisplacedObject {
     /// device's clock: `dab.intersect`, `dab.scan`, `dab.manage` and `dab.edit` among them; none if the device does not
     /// time.
     ///
-    /// Fails if the object uses no device, the device does not do such a dab, or it fails.
+    /// # Errors
+    /// Fails with `Invalid` if a number of the dab is out of range; with `Unsupported` if the object uses no device or
+    /// the device does not make such a dab; with `Memory` if the device has no room; with `Device` if it is lost or its
+    /// driver fails; and as the page store does if a tile is on a page that cannot be read.
     pub fn time_dab(&mut self, dab: &Dab) -> Result<Vec<PassTime>> {
         dab.check()?;
         let none = || Error::unsupported("the dab is none that a graphics device makes for this object");
