@@ -82,8 +82,12 @@ impl Imprinter {
 
     /// Presses `collider` into `object` where it stands, all stages in a row.
     ///
-    /// Fails if a setting is out of range, the active layer of the displacement is hidden or the collider is too large for
-    /// its overlap; nothing is changed then.
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if a setting is out of range, the active layer of the displacement
+    /// cannot be seen, or traces have another size than the displacement; with `Unsupported` if the collider reaches
+    /// too far beyond the overlap to be voxelised; and with `Memory` if the surface within the width of a rim exceeds
+    /// the context's memory limit, or 2 GiB. Fails with the error of the page store if a tile cannot be read from its
+    /// page or written to one; part of the imprint may be made then.
     pub fn imprint(
         &mut self,
         context: &Context,
@@ -98,6 +102,9 @@ impl Imprinter {
     /// As [`Imprinter::imprint`], as one of the sub-steps of a motion whose depth limit counts from `start`, the
     /// displacement when it began, if there is one. For motions that [`Imprinter::sweep`] does not make, such as of the
     /// surface itself.
+    ///
+    /// # Errors
+    /// Fails as [`Imprinter::imprint`].
     pub fn imprint_since(
         &mut self,
         context: &Context,
@@ -116,6 +123,10 @@ impl Imprinter {
     ///
     /// There are as many sub-steps as [`Motion::sub_steps`] wants, but no more than the settings allow; the depth limit
     /// counts over all of them. The first frame of a collider is a motion that stays where it is.
+    ///
+    /// # Errors
+    /// Fails as [`Imprinter::imprint`], and with `Invalid` if the motion is of a deforming collider with another number
+    /// of points; sub-steps before stay made.
     pub fn sweep(
         &mut self,
         context: &Context,
@@ -128,8 +139,11 @@ impl Imprinter {
         self.sweep_watched(context, object, collider, motion, settings, moment, &mut Silent)
     }
 
-    /// As [`Imprinter::sweep`], with the progress reported before every sub-step. If it cancels, the sub-steps until
-    /// then stay made.
+    /// As [`Imprinter::sweep`], with the progress reported before every sub-step.
+    ///
+    /// # Errors
+    /// Fails as [`Imprinter::sweep`], and with `Cancelled` if the progress asks to stop; the sub-steps until then stay
+    /// made.
     #[allow(clippy::too_many_arguments)]
     pub fn sweep_watched(
         &mut self,

@@ -68,7 +68,9 @@ pub struct DisplacedObject {
 impl DisplacedObject {
     /// Puts `surface`, made from a cage with the points `cage`, and its `displacement` into the world.
     ///
-    /// Fails if the displacement or the cage is that of another surface, or the transform cannot be undone.
+    /// # Errors
+    /// Fails with `Invalid` if the displacement has another number of tiles or the cage another number of points than
+    /// the surface, a point is not finite, or the transform is not finite or cannot be undone.
     pub fn new(
         context: &Context,
         surface: Surface,
@@ -117,6 +119,10 @@ impl DisplacedObject {
     }
 
     /// Moves the cage: poses the surface anew and refits the hierarchy. Displacements stay.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if there are not as many points as the cage has or one is not finite.
+    /// Where a device fails, the processor takes over instead, see [`Self::take_device_fault`].
     pub fn pose(&mut self, context: &Context, cage: &[[f32; 3]]) -> Result<()> {
         let surface = self.surface.posed(context, cage)?;
         self.obb = Obb::of_points(cage)?;
@@ -163,7 +169,11 @@ impl DisplacedObject {
         self.vectors.as_mut().map(|vectors| vectors.commit())
     }
 
-    /// The surface with all its displacements. Fails never, unless this object is damaged.
+    /// The surface with all its displacements.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` only if [`Self::displacement_mut`] or [`Self::vectors_mut`] was given a displacement of
+    /// another surface.
     pub fn displaced(&self) -> Result<Displaced<'_>> {
         self.ground().displaced(&self.surface)
     }
@@ -179,7 +189,11 @@ impl DisplacedObject {
         self.vectors.as_mut()
     }
 
-    /// Gives the object a vector displacement. Fails if it is that of another surface.
+    /// Gives the object a vector displacement.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if it has another number of tiles than the surface, and with the
+    /// error of the page store if a tile cannot be read from its page or written to one.
     pub fn set_vectors(&mut self, mut vectors: VectorDisplacement) -> Result<()> {
         Displaced::new(&self.surface, self.displacement.field())?.with_vectors(vectors.field())?;
         self.page(&mut vectors)?;
@@ -240,8 +254,11 @@ impl DisplacedObject {
         self.half_paint.as_mut()
     }
 
-    /// Makes the object one that can be painted with colours of 8 bits, in place of those it may have. Fails if the
-    /// colours are those of another surface.
+    /// Makes the object one that can be painted with colours of 8 bits, in place of those it may have.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if the colours have another number of tiles than the surface, and
+    /// with the error of the page store if a tile cannot be read from its page or written to one.
     pub fn set_paint(&mut self, mut paint: Paint) -> Result<()> {
         self.take_on(&mut paint)?;
         (self.layers.half_colors, self.half_paint) = (None, None);
@@ -252,6 +269,9 @@ impl DisplacedObject {
     }
 
     /// As [`Self::set_paint`] with colours of half floats, which may be brighter than 1.
+    ///
+    /// # Errors
+    /// Fails as [`Self::set_paint`].
     pub fn set_half_paint(&mut self, mut paint: Paint<Rgba16>) -> Result<()> {
         self.take_on(&mut paint)?;
         (self.layers.colors, self.paint) = (None, None);
@@ -287,7 +307,11 @@ impl DisplacedObject {
         (self.traces.as_mut(), self.vectors.as_mut())
     }
 
-    /// Makes imprints leave traces. Fails if the traces are those of another surface.
+    /// Makes imprints leave traces.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if the traces have another number of tiles than the surface, and with
+    /// the error of the page store if a tile cannot be read from its page or written to one.
     pub fn set_traces(&mut self, mut traces: Traces) -> Result<()> {
         let (tiles, traced) = (self.surface.tile_count(), traces.field().tile_count());
         if tiles != traced {
@@ -315,7 +339,8 @@ impl DisplacedObject {
 
     /// When edits are made from now on, in seconds; 0 at first.
     ///
-    /// Fails if the time is not finite.
+    /// # Errors
+    /// Fails with `Invalid` if the time is not finite or beyond [`f32::MAX`].
     pub fn set_time(&mut self, time: f64) -> Result<()> {
         check_time(time)?;
         self.time = time;
@@ -327,7 +352,10 @@ impl DisplacedObject {
         &self.transform
     }
 
-    /// Moves the object. Fails if the transform cannot be undone.
+    /// Moves the object.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the transform is not finite or cannot be undone.
     pub fn set_transform(&mut self, transform: DAffine3) -> Result<()> {
         check_transform(&transform)?;
         self.transform = transform;

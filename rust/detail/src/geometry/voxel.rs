@@ -153,9 +153,13 @@ impl Voxels {
 
     /// Voxelises `solid` in `grid`.
     ///
-    /// `selection` names the triangles to look at: at least those in the box's prism extended to `side`, or all of
-    /// them where it is `None`. Fails, before anything is written, where an index does not exist or a triangle is so
-    /// far outside the box that it cannot be placed.
+    /// `selection` names the triangles to look at: at least those in the box's prism extended to `side`, or all of them
+    /// where it is `None`.
+    ///
+    /// # Errors
+    /// Fails, and leaves the voxels as they are, with `Invalid` if a triangle that `selection` names or one of its
+    /// points does not exist, and with `Unsupported` if a corner of one has a coordinate in the grid that is not
+    /// finite, or is 2⁴⁰ voxels or more.
     pub fn fill(
         &mut self,
         context: &Context,

@@ -43,7 +43,8 @@ const TOGETHER: usize = 256;
 impl Collider {
     /// A collider of the faces of `mesh`, cut into triangles.
     ///
-    /// Fails if the mesh does not pass [`Mesh::check`] or the transform cannot be undone.
+    /// # Errors
+    /// Fails with `Invalid` if the mesh does not pass [`Mesh::check`] or all its faces are holes, and as [`Self::new`].
     pub fn of_mesh(context: &Context, mesh: &Mesh, transform: DAffine3) -> Result<Self> {
         mesh.check()?;
         Self::new(context, mesh.points.clone(), mesh.triangles(), transform)
@@ -52,9 +53,14 @@ impl Collider {
     /// A collider of triangles, counter-clockwise seen from outside.
     ///
     /// A mesh whose every edge is met by the same edge in the opposite direction is closed and solid inside, even where
-    /// shells overlap or are turned inside out; points at the same place are one. The holes of an open mesh are covered,
-    /// and it is solid inside. A sheet, an open mesh whose faces mostly point one way, is solid behind its front. Fails if
-    /// there is no triangle, a point does not exist, a coordinate is not finite or there are 2³¹ points.
+    /// shells overlap or are turned inside out; points at the same place are one. The holes of an open mesh are
+    /// covered, and it is solid inside. A sheet, an open mesh whose faces mostly point one way, is solid behind its
+    /// front.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the transform is not finite or cannot be undone, a coordinate is not finite, there is no
+    /// triangle, a point of one does not exist, or there are 2³² triangles or more with the covers of holes; and with
+    /// `Unsupported` if there are 2³¹ points or more.
     pub fn new(
         context: &Context,
         mut points: Vec<[f32; 3]>,
@@ -119,7 +125,10 @@ impl Collider {
         &self.transform
     }
 
-    /// Moves the collider. Fails if the transform cannot be undone.
+    /// Moves the collider.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the transform is not finite or cannot be undone.
     pub fn set_transform(&mut self, transform: DAffine3) -> Result<()> {
         check_transform(&transform)?;
         self.transform = transform;
@@ -128,6 +137,10 @@ impl Collider {
 
     /// Deforms the collider: as many points as before. Refits the hierarchy, or builds it anew where points that coincided
     /// come apart.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if there are not as many points as the collider has or a coordinate
+    /// is not finite.
     pub fn set_points(&mut self, context: &Context, points: &[[f32; 3]]) -> Result<()> {
         let count = self.points().len();
         if points.len() != count {
@@ -175,6 +188,10 @@ impl Collider {
     ///
     /// It is spanned by the surface in the box. Where no surface is, the box is inside or outside as a whole: a voxel
     /// of each slab that the surface leaves tells which. Boxes around sheets are left as they are.
+    ///
+    /// # Errors
+    /// Fails with `Unsupported` as [`Self::voxelise`] where a voxel has to tell whether a part of the box is inside;
+    /// never for sheets.
     pub fn occupied(&self, context: &Context, obb: &Obb) -> Result<Option<Obb>> {
         let to_box = DAffine3::from_mat3_translation(obb.axes, obb.center).inverse() * self.transform;
         let mut found = context.scratch().list();
@@ -254,6 +271,10 @@ impl Collider {
 
     /// Voxelises the part of the collider in `grid`, from the side that has fewer triangles. Returns how many
     /// triangles were looked at.
+    ///
+    /// # Errors
+    /// Fails, and leaves `voxels` as they are, with `Unsupported` if the columns of the grid, extended to that side,
+    /// meet a triangle with a coordinate of 2⁴⁰ voxels or more in the grid.
     pub fn voxelise(&self, context: &Context, grid: &Grid, voxels: &mut Voxels) -> Result<usize> {
         let (side, selection) = self.side(context, grid);
         let solid = Solid {

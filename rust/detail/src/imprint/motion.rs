@@ -77,7 +77,9 @@ impl Parts {
 impl Motion {
     /// The motion of `collider` from one pose to another.
     ///
-    /// Fails if a transform cannot be undone or a pose has another number of points than the collider.
+    /// # Errors
+    /// Fails with `Invalid` if a transform is not finite or cannot be undone, or a pose has another number of points
+    /// than the collider or a point that is not finite.
     pub fn new(collider: &Collider, from: Pose, to: Pose) -> Result<Self> {
         for pose in [&from, &to] {
             if pose.points.as_ref().is_some_and(|points| points.len() != collider.points().len()) {
@@ -158,6 +160,10 @@ impl Motion {
 
 impl Collider {
     /// Puts the collider into a pose.
+    ///
+    /// # Errors
+    /// Fails as [`Self::set_points`], and with `Invalid` if the transform is not finite or cannot be undone; the points
+    /// are those of the pose then.
     pub fn set_pose(&mut self, context: &Context, pose: &Pose) -> Result<()> {
         if let Some(points) = &pose.points {
             self.set_points(context, points)?;

@@ -29,8 +29,10 @@ pub struct Deformable<'a> {
 impl Imprinter {
     /// Presses two deformable objects into each other where they stand. Returns what happened to either.
     ///
-    /// Both surfaces are tessellated finer than a voxel where they meet. Fails as [`Imprinter::imprint`] does; the
-    /// first object may be dented then.
+    /// Both surfaces are tessellated finer than a voxel where they meet.
+    ///
+    /// # Errors
+    /// Fails as [`Imprinter::imprint`] and [`Collider::of_object`]; the first object may be dented then.
     pub fn collide(
         &mut self,
         context: &Context,

@@ -130,7 +130,9 @@ impl Imprinter {
     /// Presses colliders into `objects` where they stand, each after those before it. On a graphics device they are one
     /// submission as long as objects are on one device.
     ///
-    /// Fails as [`Imprinter::imprint`] does, and where an object does not exist; those before stay made.
+    /// # Errors
+    /// Fails with `Invalid`, before anything is made, if a setting is out of range or an object does not exist, and as
+    /// [`Imprinter::imprint`]; imprints before stay made then.
     pub fn imprint_all(
         &mut self,
         context: &Context,
@@ -149,8 +151,9 @@ impl Imprinter {
     /// Moves `colliders` along their motions and presses them into `objects`, each motion after those before it, as
     /// [`Imprinter::sweep`] does; on a graphics device in as few submissions as [`Imprinter::imprint_all`].
     ///
-    /// Fails as [`Imprinter::imprint`] does, and where an object or a collider does not exist; sub-steps before stay
-    /// made.
+    /// # Errors
+    /// Fails with `Invalid`, before anything is made, if a setting is out of range or an object or a collider does not
+    /// exist, and as [`Imprinter::sweep`]; sub-steps before stay made then.
     pub fn sweep_all(
         &mut self,
         context: &Context,
@@ -162,6 +165,9 @@ impl Imprinter {
     }
 
     /// As [`Imprinter::sweep_all`] on triangle meshes.
+    ///
+    /// # Errors
+    /// Fails as [`Imprinter::sweep_all`], and as [`Imprinter::imprint_triangles`] where traces have other segments.
     pub fn sweep_all_triangles(
         &mut self,
         context: &Context,

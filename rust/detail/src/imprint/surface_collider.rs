@@ -19,7 +19,10 @@ impl Collider {
     /// Tiles that may be in `obb` are cut into cells whose sides are at most `edge` long there (world units), as far as
     /// a tile can be cut; the others are only as fine as their faces. `cage` has the surface's faces.
     ///
-    /// Fails if the triangles would not fit the context's memory limit.
+    /// # Errors
+    /// Fails with `Memory` if the triangles would not fit the context's memory limit, and with `Invalid` if the points
+    /// and faces of `cage` do not pass [`Mesh::check`], its faces are not those of the surface or all holes, or the
+    /// triangles would have 2³² corners or more.
     pub fn of_object(context: &Context, object: &DisplacedObject, cage: &Mesh, obb: &Obb, edge: f64) -> Result<Self> {
         let topology = object.surface().topology();
         let mut rates = vec![1; topology.tile_count()];

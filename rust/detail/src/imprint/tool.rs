@@ -24,7 +24,10 @@ relievo_core::parameters! {
 /// whose tangent plane at `place` has that normal.
 ///
 /// The tool's foremost point along −`normal` is put at `place` and sunk until the displaced volume carries the force.
-/// Fails if a number is not finite, the normal is zero, the force is negative, or the tool is not closed.
+///
+/// # Errors
+/// Fails with `Invalid` if a setting is out of range, the place, the normal or the force is not finite, the normal is
+/// zero, the force is negative, or the tool is not closed.
 pub fn pressed(tool: &Collider, place: DVec3, normal: DVec3, force: f64, settings: &ToolSettings) -> Result<DAffine3> {
     settings.check()?;
     let up = normal.normalize_or_zero();

@@ -55,34 +55,59 @@ pub trait Canvas: Debug + Send + Sync {
     fn is_bendable(&self) -> bool;
 
     /// Makes it ready for a stroke, so that nothing has to be measured anew for each dab, and returns what dabs go by.
+    ///
+    /// # Errors
+    /// Fails as [`LayeredObject::settle`], which brings the edits before the stroke to their layers, and on a triangle
+    /// mesh as [`TriangleObject::renew`].
     fn begin(&mut self, context: &Context) -> Result<Start>;
 
     /// The place of its surface nearest to a point of the world, no further than `within`, as it was at `start`.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the displacement at `start` is that of another surface.
     fn nearest(&self, context: &Context, start: &Start, point: DVec3, within: f64) -> Result<Option<SurfacePoint>>;
 
     /// Whether the brush of a dab may reach its surface, as it is or was at `start`.
     fn meets(&mut self, context: &Context, dab: &Dab, start: &Start) -> bool;
 
-    /// Bytes of the colours that are painted on. Fails where the object has no colours, or they cannot be seen.
+    /// Bytes of the colours that are painted on.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the object has no colours, or their active layer cannot be seen.
     fn painted_bytes(&mut self) -> Result<u64>;
 
     /// Makes a dab at `level`, see [`StrokeSettings::level`](crate::StrokeSettings::level), as one of a stroke that
     /// began with `start`.
+    ///
+    /// # Errors
+    /// Fails as [`Dab::check`]; with `Invalid` if there is no such level, the object does not have the colours or
+    /// vectors to change, or the active layer cannot be seen; with `Memory` if tiles that are coarser than the level do
+    /// not fit the budget at its size; and with the error of the page store if a tile or block cannot be read from its
+    /// page or written to one.
     fn dab(&mut self, context: &Context, dab: &Dab, start: &Start, level: u32) -> Result<DabReport>;
 
     /// Makes `dabs` one after the other, see [`Self::dab`]. Returns what each did; the report of the last has what is
     /// known of several together.
+    ///
+    /// # Errors
+    /// Fails as [`Self::dab`]; dabs before stay made.
     fn dabs(&mut self, context: &Context, dabs: &[Dab], start: &Start, level: u32) -> Result<Vec<DabReport>> {
         dabs.iter().map(|dab| self.dab(context, dab, start, level)).collect()
     }
 
     /// Makes what dabs painted visible where colours have layers; what later dabs find stays the same. Returns tiles
     /// that a budget refused.
+    ///
+    /// # Errors
+    /// Fails as [`LayeredObject::settle_colors`].
     fn show(&mut self, _: &Context) -> Result<Vec<u32>> {
         Ok(Vec::new())
     }
 
     /// Ends a stroke. Returns tiles that a budget refused after the last dab.
+    ///
+    /// # Errors
+    /// Fails as [`LayeredObject::settle`].
     fn end(&mut self, _: &Context) -> Result<Vec<u32>> {
         Ok(Vec::new())
     }

@@ -38,6 +38,9 @@ impl DisplacedObject {
     /// The place of the displaced surface nearest to `point`, if one is no further than `within`. `None` too if a
     /// number is not finite. Where the surface bends strongly within a tenth of a tile, a place nearly as near may be
     /// found instead.
+    ///
+    /// # Errors
+    /// Fails as [`Self::displaced`].
     pub fn nearest(&self, context: &Context, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
         self.nearest_of(context, &self.displaced()?, point, within)
     }

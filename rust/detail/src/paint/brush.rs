@@ -28,8 +28,9 @@ const SLENDER: f64 = 1e6;
 impl Brush {
     /// A brush around `center` with the directions `axes` as columns and half extents `half` along them.
     ///
-    /// Fails if a number is not finite, the axes are not orthonormal and right-handed, or an extent is not positive or
-    /// a million times smaller than another.
+    /// # Errors
+    /// Fails with `Invalid` if a number is not finite, the axes are not orthonormal and right-handed, or an extent is
+    /// not positive, over a million times smaller than another, or outside 1e-12 to 1e12.
     pub fn new(center: DVec3, axes: DMat3, half: DVec3, falloff: Falloff) -> Result<Self> {
         let fault = |what: &str, remedy: &str| Err(Error::invalid(what).at("brush").advise(remedy));
         if !(center.is_finite() && axes.is_finite() && half.is_finite()) {
@@ -50,7 +51,8 @@ impl Brush {
 
     /// A brush at a point of a surface: its third axis is the `normal`, its first as near to `along` as that allows.
     ///
-    /// Fails as [`Self::new`] does, or if the normal is zero.
+    /// # Errors
+    /// Fails as [`Self::new`], and with `Invalid` if the normal is zero or not finite.
     pub fn on_surface(point: DVec3, normal: DVec3, along: DVec3, half: DVec3, falloff: Falloff) -> Result<Self> {
         let up = normal.try_normalize().ok_or_else(|| Error::invalid("its normal has no direction").at("brush"))?;
         let across = up.cross(along.normalize_or_zero());

@@ -17,7 +17,9 @@ const MOST: usize = 256;
 impl Curve {
     /// A curve through `points`; none make the one that returns the pressure as it is.
     ///
-    /// Fails if a number is not within 0 to 1, the pressure does not ascend from point to point, or there are over 256.
+    /// # Errors
+    /// Fails with `Invalid` if a number is not within 0 to 1, the pressure does not ascend from point to point, or
+    /// there are over 256 points.
     pub fn new(points: Vec<[f64; 2]>) -> Result<Self> {
         let fault = |index: usize, what: String, remedy: &str| {
             Err(Error::invalid(what).at(format!("point {index} of a pressure curve")).advise(remedy))

@@ -57,7 +57,11 @@ pub struct Dab {
 }
 
 impl Dab {
-    /// Fails if a number is not finite or out of its range.
+    /// Checks the numbers of the dab.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the strength is not within 0 to 1, a number of the colour not within 0 to 10000, or the
+    /// height not within −60000 to 60000 object units.
     pub fn check(&self) -> Result<()> {
         let fault = |what: &str, remedy: &str| Err(Error::invalid(what).at("dab").advise(remedy));
         if !(0.0..=1.0).contains(&self.strength) {
@@ -76,7 +80,10 @@ impl Dab {
 
     /// Paints or sculpts `object`, all passes in a row.
     ///
-    /// Fails, and changes nothing, if a number is out of range, or the object has no colours and is to be painted.
+    /// # Errors
+    /// Fails, and changes nothing, as [`Self::check`], and with `Invalid` if the object does not have the colours or
+    /// vectors to change, or the active layer cannot be seen. Fails with the error of the page store if a tile cannot
+    /// be read from its page or written to one; part of the dab may be made then.
     pub fn apply(&self, context: &Context, object: &mut DisplacedObject) -> Result<DabReport> {
         let mut report = self.make(context, object, None)?;
         report.refuse(object.settle(context)?);
@@ -118,8 +125,10 @@ impl Dab {
 
     /// Paints `channel`, colours over the surface of `object` that are not its own.
     ///
-    /// Fails, and changes nothing, if a number is out of range, the colours are those of another surface, or the dab
-    /// does not paint.
+    /// # Errors
+    /// Fails, and changes nothing, as [`Self::check`], and with `Invalid` if the colours have another number of tiles
+    /// than the surface, or the dab does not paint. Fails with the error of the page store if a tile cannot be read
+    /// from its page or written to one; part of the dab may be made then.
     pub fn apply_to<T: ColorPlanes>(
         &self,
         context: &Context,

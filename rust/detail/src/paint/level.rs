@@ -51,7 +51,9 @@ impl Dab {
     /// a quarter. Faces without a tile get tiles of that size. An eraser takes away what the level sees, and leaves
     /// detail.
     ///
-    /// Fails, and changes nothing, as [`Self::apply`] does, or if there is no such level.
+    /// # Errors
+    /// Fails as [`Self::apply`]; with `Invalid` if there is no such level; and with `Memory` if tiles that are coarser
+    /// than the level do not fit the budget at its size.
     pub fn apply_at(&self, context: &Context, object: &mut DisplacedObject, level: u32) -> Result<DabReport> {
         let mut report = self.make_at(context, object, None, level)?;
         report.refuse(object.settle(context)?);

@@ -30,8 +30,9 @@ pub struct OpenStroke {
 impl OpenStroke {
     /// Begins `stroke`, whose points are the first ones and may be none, on `objects`. No dab is made yet.
     ///
-    /// Fails if the stroke could not be made with any points, or an object has no colours and is to be painted, or no
-    /// vectors and they are to be changed.
+    /// # Errors
+    /// Fails as [`Stroke::check_brush`], or as [`Stroke::check`] if there are points; with `Invalid` if an object has
+    /// no colours and is to be painted, or no vectors and they are to be changed; and as [`Canvas::begin`].
     #[inline(never)]
     pub fn begin<C: Canvas + ?Sized>(context: &Context, mut stroke: Stroke, objects: &mut [&mut C]) -> Result<Self> {
         stroke.check_brush()?;
@@ -70,7 +71,10 @@ impl OpenStroke {
 
     /// Goes on to `points` and makes the dabs on the way. Returns what they did to each of the objects.
     ///
-    /// Fails, and changes nothing, if the points cannot be those of a stroke, or there are other objects than before.
+    /// # Errors
+    /// Fails, and changes nothing, as [`Stroke::check`] of all points so far, and with `Invalid` if there are not as
+    /// many objects as before. Fails as [`Canvas::nearest`], [`Canvas::dabs`] and [`Canvas::show`] too: dabs before
+    /// stay made, and the ones left of these points are not made later.
     #[inline(never)]
     pub fn extend<C: Canvas + ?Sized>(
         &mut self,
@@ -94,7 +98,9 @@ impl OpenStroke {
 
     /// Ends the stroke with its last `points`, if there are any, and makes the dabs that are left.
     ///
-    /// Fails as [`Self::extend`] does, and if the stroke has no points at all.
+    /// # Errors
+    /// Fails as [`Self::extend`], with `Invalid` if the stroke has no points at all, and as [`Canvas::end`]; dabs
+    /// before stay made.
     #[inline(never)]
     pub fn end<C: Canvas + ?Sized>(
         mut self,

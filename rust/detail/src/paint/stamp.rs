@@ -80,8 +80,9 @@ impl StampImage {
     /// An image of `width` × `height` pixels, row by row from the top, of `channels` numbers each: 1 is grey, 2 grey
     /// and alpha, 3 red, green and blue, 4 those and alpha.
     ///
-    /// Fails if it has no pixels, is larger than 16384 a side or 2²⁶ pixels, is not as long as it says, or has a number
-    /// that is not finite or an alpha beyond 0 to 1.
+    /// # Errors
+    /// Fails as [`Self::check_size`], and with `Invalid` if `data` is not as long as the size says, a number is not
+    /// finite or beyond a million, or an alpha is not within 0 to 1.
     pub fn new(width: u32, height: u32, channels: u32, data: &[f32]) -> Result<Arc<Self>> {
         let fault = |what: String, remedy: &str| Err(Error::invalid(what).at("stamp").advise(remedy));
         Self::check_size(width, height, channels)?;
@@ -115,7 +116,10 @@ impl StampImage {
         Ok(Self::reduced(width, height, pixels.into_iter().map(|[r, g, b, a]| [r * a, g * a, b * a, a]).collect()))
     }
 
-    /// An image of pixels as [`Self::pixels`] gives them. Fails as [`Self::new`] does.
+    /// An image of pixels as [`Self::pixels`] gives them.
+    ///
+    /// # Errors
+    /// Fails as [`Self::new`].
     pub fn of_pixels([width, height]: [u32; 2], pixels: Vec<[f32; 4]>) -> Result<Arc<Self>> {
         Self::check_size(width, height, 4)?;
         let is_sound =
@@ -139,7 +143,11 @@ impl StampImage {
         Arc::new(Self { levels })
     }
 
-    /// Fails if no image has this size.
+    /// Checks that an image may have `width` × `height` pixels of `channels` numbers each.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a side is not 1 to 16384 pixels, there are over 2²⁶ pixels, or a pixel does not have 1
+    /// to 4 numbers.
     pub fn check_size(width: u32, height: u32, channels: u32) -> Result<()> {
         let fault = |what: String, remedy: &str| Err(Error::invalid(what).at("stamp").advise(remedy));
         let count = u64::from(width) * u64::from(height);
@@ -236,7 +244,10 @@ pub struct Stamp {
 }
 
 impl Stamp {
-    /// A stamp of an image. Fails if a setting is out of its range.
+    /// A stamp of an image.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a setting is out of its range.
     pub fn new(image: Arc<StampImage>, settings: StampSettings, channel: StampChannel) -> Result<Self> {
         settings.check().map_err(|error| error.at("stamp"))?;
         Ok(Self { image, settings, channel, turned_over: false })

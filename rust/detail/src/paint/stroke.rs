@@ -168,14 +168,21 @@ impl Stroke {
         Self { points, settings, falloff, action, stamp: None, curves: PressureCurves::default() }
     }
 
-    /// Fails if there are no points, a number is not finite or out of its range, times are missing or go back, or there
-    /// would be over a million dabs.
+    /// Checks the brush and the points.
+    ///
+    /// # Errors
+    /// Fails as [`Self::check_brush`], and with `Invalid` if there are no points, a coordinate is not finite or beyond
+    /// 1e12, a pressure is not within 0 to 1, a time is not within 0 to 1e9 seconds, goes back, or is missing for an
+    /// airbrush, or there would be over a million dabs or steps of the string.
     pub fn check(&self) -> Result<()> {
         self.check_brush()?;
         self.pace().check(&self.points)
     }
 
-    /// Fails if a number of the brush, whatever the points are, is out of its range.
+    /// Checks the brush, whatever the points are.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a setting, or the colour or height of the action, is out of its range.
     pub fn check_brush(&self) -> Result<()> {
         self.settings.check().map_err(|error| error.at("stroke"))?;
         let brush = Brush::on_surface(DVec3::ZERO, DVec3::Z, DVec3::X, self.half(1.0, 0.0), self.falloff)?;
@@ -213,7 +220,8 @@ impl Stroke {
     /// The places that get a dab: the first point, then one at every step along the way and at every tick of an
     /// airbrush.
     ///
-    /// Fails as [`Self::check`] does.
+    /// # Errors
+    /// Fails as [`Self::check`].
     pub fn stations(&self) -> Result<Vec<Station>> {
         self.check()?;
         Ok(self.pace().stations(&self.points))
@@ -222,7 +230,9 @@ impl Stroke {
     /// Makes the dabs of the stroke on `object`, one after the other. Parts of the stroke that are off the surface do
     /// nothing and are counted.
     ///
-    /// Fails, and changes nothing, as [`Self::check`] does, or if the object has no colours and is to be painted.
+    /// # Errors
+    /// Fails before any dab is made as [`Self::check`] and [`OpenStroke::begin`], and with `Invalid` if the active
+    /// layer cannot be seen. Fails as [`OpenStroke::end`] too; dabs before stay made.
     pub fn apply<C: Canvas + ?Sized>(&self, context: &Context, object: &mut C) -> Result<StrokeReport> {
         Ok(self.apply_all(context, &mut [object])?.pop().unwrap_or_default())
     }
@@ -231,6 +241,9 @@ impl Stroke {
     /// that reach into its box. Symmetry is in the space of the object that the dab itself is put on, or of the first
     /// where it is on none. Returns what it did to each of them; a dab counts for those it was put on or changed, one
     /// that was left out counts for all.
+    ///
+    /// # Errors
+    /// Fails as [`Self::apply`]; where one object fails, dabs on others stay made.
     #[inline(never)]
     pub fn apply_all<C: Canvas + ?Sized>(
         &self,
@@ -245,7 +258,8 @@ impl Stroke {
     /// As [`Self::apply_all`] with dabs at `stations`, whatever the points are: of a brush that rides on something,
     /// say.
     ///
-    /// Fails, and changes nothing, as [`Self::check_brush`] does, or if an object has no colours and is to be painted.
+    /// # Errors
+    /// Fails as [`Self::apply_all`], where [`Self::check_brush`] takes the place of [`Self::check`].
     #[inline(never)]
     pub fn apply_stations<C: Canvas + ?Sized>(
         &self,
@@ -344,7 +358,11 @@ impl Stroke {
     }
 
     /// The dab of a station on a point of a surface with a normal, its first axis along `way`; `over` if it is a mirror
-    /// image. Fails where the normal is zero.
+    /// image.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the normal is zero or not finite, the point is not finite, or [`Brush::new`] refuses the
+    /// box.
     pub fn dab_on(&self, station: &Station, at: (DVec3, DVec3), way: DVec3, over: bool) -> Result<Dab> {
         let settings = &self.settings;
         let chance = |what| self.chance(station, what);

@@ -29,7 +29,10 @@ use crate::paint::weights::BrushParameters;
 impl TriangleObject {
     /// Paints or sculpts the mesh, all passes in a row.
     ///
-    /// Fails, and changes nothing, if a number is out of range, or the object has no colours and is to be painted.
+    /// # Errors
+    /// Fails, and changes nothing, as [`Dab::check`] and [`Self::renew`], and with `Invalid` if the object does not
+    /// have the colours or vectors to change, or the active layer cannot be seen. Fails with the error of the page
+    /// store if a block cannot be read from its page or written to one; part of the dab may be made then.
     pub fn dab(&mut self, context: &Context, dab: &Dab) -> Result<DabReport> {
         self.renew(context)?;
         let mut report = self.make_dab(context, dab, None)?;

@@ -85,7 +85,9 @@ impl OnDevice for TriangleObject {
 impl TriangleObject {
     /// Has dabs and imprints made on a graphics device from now on, or on the processor again.
     ///
-    /// Fails, and changes nothing, where the device has no room for the mesh.
+    /// # Errors
+    /// Fails, and changes nothing, with `Memory` if the device has no room for the mesh, and with `Device` if it is
+    /// lost or its driver fails.
     pub fn use_device(&mut self, device: Option<&Device>) -> Result<()> {
         self.device = device.map(|device| TriangleDevice::new(device, &self.surface)).transpose()?;
         Ok(())

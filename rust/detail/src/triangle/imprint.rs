@@ -35,6 +35,10 @@ use crate::imprint::{Imprinter, Pressed, grid_over};
 
 impl Imprinter {
     /// As [`Imprinter::imprint_since`] on a triangle mesh.
+    ///
+    /// # Errors
+    /// Fails as [`Imprinter::imprint`], where traces have another size if they have other segments along an edge than
+    /// the displacement.
     pub fn imprint_triangles(
         &mut self,
         context: &Context,
@@ -50,6 +54,9 @@ impl Imprinter {
     }
 
     /// As [`Imprinter::sweep`] on a triangle mesh.
+    ///
+    /// # Errors
+    /// Fails as [`Imprinter::sweep`] and [`Imprinter::imprint_triangles`].
     pub fn sweep_triangles(
         &mut self,
         context: &Context,
@@ -63,6 +70,10 @@ impl Imprinter {
     }
 
     /// Sweeps a collider over a triangle mesh as [`Imprinter::sweep_watched`] does over a Catmull-Clark surface.
+    ///
+    /// # Errors
+    /// Fails as [`Imprinter::sweep_triangles`], and with `Cancelled` if the progress asks to stop; the sub-steps until
+    /// then stay made.
     #[allow(clippy::too_many_arguments)]
     pub fn sweep_triangles_watched(
         &mut self,

@@ -14,6 +14,9 @@ impl TriangleObject {
     /// The place of the displaced mesh nearest to `point`, if one is no further than `within`: the face as the tile,
     /// and the barycentric coordinates of its second and third corner. `None` too if a number is not finite. Normals
     /// are as they were renewed last.
+    ///
+    /// # Errors
+    /// Fails as [`Self::displaced`].
     pub fn nearest(&self, context: &Context, point: DVec3, within: f64) -> Result<Option<SurfacePoint>> {
         self.nearest_of(context, self.ground(), point, within)
     }

@@ -65,7 +65,9 @@ pub struct TriangleObject {
 impl TriangleObject {
     /// Puts `surface` and its `displacement` into the world.
     ///
-    /// Fails if the displacement is that of another mesh, or the transform cannot be undone.
+    /// # Errors
+    /// Fails with `Invalid` if the displacement has another number of faces or vertices than the mesh, or the transform
+    /// is not finite or cannot be undone.
     pub fn new(
         context: &Context,
         surface: TriangleSurface,
@@ -104,7 +106,11 @@ impl TriangleObject {
         })
     }
 
-    /// Moves the points of the mesh. Displacements stay. Fails as [`TriangleSurface::posed`] does.
+    /// Moves the points of the mesh. Displacements stay.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if there are not as many points as the mesh has or one is not finite.
+    /// Where a device fails, the processor takes over instead, see [`Self::take_device_fault`].
     pub fn pose(&mut self, context: &Context, points: &[[f32; 3]]) -> Result<()> {
         let surface = self.surface.posed(context, points)?;
         self.obb = Obb::of_points(points)?;
@@ -161,8 +167,13 @@ impl TriangleObject {
         self.half_paint.as_mut()
     }
 
-    /// Makes the object one that can be painted with colours of 8 bits, in place of those it may have. Fails if the
-    /// colours are those of another mesh.
+    /// Makes the object one that can be painted with colours of 8 bits, in place of those it may have.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if the colours have another number of faces or vertices than the
+    /// mesh, and with the error of the page store if a block cannot be read from its page or written to one. Fails with
+    /// `Memory` if edits fade and the budget of stamps does not hold the vertices; the object has the colours then,
+    /// which do not fade.
     pub fn set_paint(&mut self, mut paint: TriangleChannel<Rgba8>) -> Result<()> {
         self.check_mesh(paint.field().topology(), "colours")?;
         self.page(&mut paint)?;
@@ -174,6 +185,9 @@ impl TriangleObject {
     }
 
     /// As [`Self::set_paint`] with colours of half floats, which may be brighter than 1.
+    ///
+    /// # Errors
+    /// Fails as [`Self::set_paint`].
     pub fn set_half_paint(&mut self, mut paint: TriangleChannel<Rgba16>) -> Result<()> {
         self.check_mesh(paint.field().topology(), "colours")?;
         self.page(&mut paint)?;
@@ -189,7 +203,10 @@ impl TriangleObject {
         self.time
     }
 
-    /// When edits are made from now on, in seconds; 0 at first. Fails if the time is not finite.
+    /// When edits are made from now on, in seconds; 0 at first.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the time is not finite or beyond [`f32::MAX`].
     pub fn set_time(&mut self, time: f64) -> Result<()> {
         check_time(time)?;
         self.time = time;
@@ -206,7 +223,11 @@ impl TriangleObject {
         self.traces.as_mut()
     }
 
-    /// Makes imprints leave traces. Fails if the traces are those of another mesh.
+    /// Makes imprints leave traces.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if the traces have another number of faces or vertices than the mesh,
+    /// and with the error of the page store if a block cannot be read from its page or written to one.
     pub fn set_traces(&mut self, mut traces: TriangleChannel<Trace>) -> Result<()> {
         self.check_mesh(traces.field().topology(), "traces")?;
         self.page(&mut traces)?;
@@ -219,7 +240,9 @@ impl TriangleObject {
     /// back. [`LayeredObject::settle`] is to be done before. Normals, vectors in object space, and the values and
     /// stamps of edits that fade stay in memory.
     ///
-    /// Fails if a block cannot be read back.
+    /// # Errors
+    /// Fails with the error of the page store if a block cannot be read from its page or written to one; some channels
+    /// and layers may page to `pages` then.
     pub fn page_to(&mut self, pages: Option<Arc<dyn PageStore>>) -> Result<()> {
         layered::page_to(self, pages.as_ref())?;
         self.pages = pages;
@@ -231,7 +254,10 @@ impl TriangleObject {
         self.pages.as_ref()
     }
 
-    /// Fails once with what could not be read back from a page, or written to one, since it was asked last.
+    /// Reports what could not be read back from a page, or written to one, since it was asked last.
+    ///
+    /// # Errors
+    /// Fails with the error of the page store, once for each channel or layer that has one.
     pub fn report_fault(&self) -> Result<()> {
         layered::report_fault(self)
     }
@@ -284,12 +310,19 @@ impl TriangleObject {
     }
 
     /// Makes the vectors visible to readers, as [`Self::commit`] does the displacement, and brings normals up to date.
+    ///
+    /// # Errors
+    /// Fails as [`Self::renew`].
     pub fn commit_vectors(&mut self, context: &Context) -> Result<Option<Arc<TriangleSnapshot<Vector>>>> {
         self.renew(context)?;
         Ok(self.vectors.as_mut().map(TriangleChannel::commit))
     }
 
-    /// Gives the object a vector displacement. Fails if it is that of another mesh.
+    /// Gives the object a vector displacement.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if it has another number of faces or vertices than the mesh, and with
+    /// the error of the page store if a block cannot be read from its page or written to one.
     pub fn set_vectors(&mut self, mut vectors: TriangleChannel<Vector>) -> Result<()> {
         self.check_mesh(vectors.field().topology(), "vectors")?;
         self.page(&mut vectors)?;
@@ -300,6 +333,9 @@ impl TriangleObject {
     }
 
     /// Makes everything that was sculpted up to now visible to readers, and brings normals up to date.
+    ///
+    /// # Errors
+    /// Fails as [`Self::renew`].
     pub fn commit(&mut self, context: &Context) -> Result<Arc<TriangleSnapshot>> {
         self.renew(context)?;
         Ok(self.displacement.commit())
@@ -310,8 +346,10 @@ impl TriangleObject {
         self.level
     }
 
-    /// Makes dabs edit another level. What finer levels have more stays when a coarser one is edited. Fails unless the
-    /// level is 0 to 2.
+    /// Makes dabs edit another level. What finer levels have more stays when a coarser one is edited.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` unless the level is 0 to 2.
     pub fn set_level(&mut self, level: u32) -> Result<()> {
         if level > 2 {
             return Err(Error::invalid(format!("there is no level {level}")).advise("use 0, 1 or 2"));
@@ -325,7 +363,10 @@ impl TriangleObject {
         &self.transform
     }
 
-    /// Moves the object. Fails if the transform cannot be undone.
+    /// Moves the object.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the transform is not finite or cannot be undone.
     pub fn set_transform(&mut self, transform: DAffine3) -> Result<()> {
         check_transform(&transform)?;
         self.transform = transform;
@@ -338,6 +379,10 @@ impl TriangleObject {
     }
 
     /// The displaced mesh.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` only if [`Self::displacement_mut`] or [`Self::vectors_mut`] was given a displacement of
+    /// another mesh.
     pub fn displaced(&self) -> Result<TriangleDisplaced<'_>> {
         self.displaced_by(self.ground())
     }
@@ -382,6 +427,9 @@ impl TriangleObject {
     }
 
     /// The triangles of a face and the colours at their corners, linear Rec.709 with alpha; none if it has no paint.
+    ///
+    /// # Errors
+    /// Fails as [`Self::displaced`].
     pub fn piece(&self, face: u32) -> Result<(TrianglePiece, Vec<[f32; 4]>)> {
         let rates = self.rates(face);
         let piece = TrianglePiece::new(&self.displaced()?, &self.normals, face, &rates);
@@ -411,6 +459,9 @@ impl TriangleObject {
     }
 
     /// Brings the normals up to date.
+    ///
+    /// # Errors
+    /// Fails as [`Self::displaced`].
     pub fn renew(&mut self, context: &Context) -> Result<()> {
         self.renew_vectors(context);
         let lost = self.displacement.lost().to_vec();

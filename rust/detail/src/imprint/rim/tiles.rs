@@ -19,7 +19,9 @@ use crate::object::DisplacedObject;
 /// Raises rims around what `dents` push away. `dents` are those of `voxels`, ascending by tile; they get the
 /// coefficients that rise as well. Returns what every tile pushed and raised, ascending.
 ///
-/// Fails if the blocks of coefficients within the rim's width exceed the context's memory limit, or 2 GiB.
+/// # Errors
+/// Fails, and leaves `dents` as they are, with `Memory` if the blocks of coefficients within the rim's width exceed the
+/// context's memory limit, or 2 GiB.
 pub fn raise(
     context: &Context,
     object: &mut DisplacedObject,
