@@ -40,6 +40,9 @@ pub struct Decoder<'a>(pub &'a [u8]);
 
 impl<'a> Decoder<'a> {
     /// The next `count` bytes.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if fewer are left.
     pub fn bytes(&mut self, count: usize) -> Result<&'a [u8]> {
         let (taken, rest) = self.0.split_at_checked(count).ok_or_else(short)?;
         self.0 = rest;
@@ -51,21 +54,33 @@ impl<'a> Decoder<'a> {
     }
 
     /// A number of one byte.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if no byte is left.
     pub fn u8(&mut self) -> Result<u8> {
         self.array::<1>().map(|[byte]| byte)
     }
 
     /// A number of four bytes.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if fewer than four bytes are left.
     pub fn u32(&mut self) -> Result<u32> {
         self.array().map(u32::from_le_bytes)
     }
 
     /// A number of eight bytes.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if fewer than eight bytes are left.
     pub fn u64(&mut self) -> Result<u64> {
         self.array().map(u64::from_le_bytes)
     }
 
     /// What [`Encoder::text`] wrote.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the text is longer than what is left, or not UTF-8.
     pub fn text(&mut self) -> Result<String> {
         let length = self.u8()?;
         let bytes = self.bytes(usize::from(length))?;
@@ -73,6 +88,9 @@ impl<'a> Decoder<'a> {
     }
 
     /// What [`Encoder::short`] wrote.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the bytes end before the number does, or it takes more than five bytes or 32 bits.
     pub fn short(&mut self) -> Result<u32> {
         let mut value = 0;
         for shift in (0..35).step_by(7) {
@@ -86,7 +104,10 @@ impl<'a> Decoder<'a> {
         Err(Error::invalid("the document is damaged: a number does not end"))
     }
 
-    /// Fails unless at least `count` bytes are left: what lists of `count` items take.
+    /// Checks that at least `count` bytes are left: what lists of `count` items take.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if fewer bytes are left.
     pub fn expect(&self, count: u64) -> Result<()> {
         if count > self.0.len() as u64 { Err(short()) } else { Ok(()) }
     }

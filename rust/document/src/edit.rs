@@ -106,7 +106,9 @@ impl Edit {
     /// The payload of a record about an edit that changed `count` blocks, of which `change` tells, and the `layers`
     /// from what they were before to what they are after, if it did.
     ///
-    /// Fails if a block is larger than [`MAX_BLOCK`].
+    /// # Errors
+    /// Fails with `Unsupported` if a block is larger than [`MAX_BLOCK`] or there are 2³² blocks or more, and with
+    /// `Internal` if zstd fails.
     pub fn encode<'a>(
         context: &Context,
         layers: Option<[&[Head]; 2]>,
@@ -117,6 +119,9 @@ impl Edit {
     }
 
     /// As [`Self::encode`], of an edit that changed `recipes` too.
+    ///
+    /// # Errors
+    /// Fails as [`Self::encode`].
     pub fn encode_with<'a>(
         context: &Context,
         layers: Option<[&[Head]; 2]>,
@@ -167,8 +172,10 @@ impl Edit {
         Ok(out.0)
     }
 
-    /// Reads what [`Self::encode`] wrote, for a mesh of `faces` faces. Fails if it is damaged or needs more than
-    /// `budget`.
+    /// Reads what [`Self::encode`] wrote, for a mesh of `faces` faces.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if it is damaged, and with `Memory` if it needs more than `budget`.
     pub fn decode(mut payload: Vec<u8>, faces: usize, budget: &mut Budget) -> Result<Self> {
         let mut from = Decoder(&payload);
         let flags = from.u8()?;
@@ -248,7 +255,8 @@ impl Edit {
     /// The bytes of the block of `delta`, one of [`Self::deltas`], after going in `direction` from `state`; `None`
     /// where it is not there. `blank` is the texel of the layer.
     ///
-    /// Fails if `state` is not what the edit met, unless its layer fades, or the difference is damaged.
+    /// # Errors
+    /// Fails with `Invalid` if `state` is not what the edit met, unless its layer fades, or the difference is damaged.
     pub fn apply(
         &self,
         delta: &Delta,

@@ -72,6 +72,9 @@ impl fmt::Display for Damage {
 
 impl Document {
     /// Writes it to `path`. The file appears under its name when it is complete.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if the file cannot be written, and with `Internal` if zstd fails.
     pub fn write(&self, path: &Path) -> Result<()> {
         let head = self.head()?;
         file::store(path, |out| self.write_parts(&head, out))
@@ -86,6 +89,9 @@ impl Document {
     }
 
     /// The bytes of its file.
+    ///
+    /// # Errors
+    /// Fails with `Internal` if zstd fails.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
         self.write_to(&mut bytes)?;
@@ -165,8 +171,13 @@ impl Document {
     }
 
     /// Reads the document at `path`, which may occupy `limit` bytes with what is made of it, with all edits of its
-    /// journal. An edit that was under way when its program was killed is left out, and noted; damage to the second copies
-    /// of header and index alone is noted too. Fails if any other part of it is damaged.
+    /// journal. An edit that was under way when its program was killed is left out, and noted; damage to the second
+    /// copies of header and index alone is noted too.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if the file cannot be read, with `Invalid` if it is no document or any other part
+    /// of it is damaged, with `Unsupported` if its version is newer than [`VERSION`], and with `Memory` if it needs
+    /// more than `limit`.
     pub fn open(path: &Path, limit: u64) -> Result<Self> {
         let open = || Ok(read(&mut file::open(path)?, limit)?.sound()?.0.with_source(path));
         let place = path.display().to_string();
@@ -174,6 +185,9 @@ impl Document {
     }
 
     /// Reads a document from `bytes`, as [`Self::open`] does.
+    ///
+    /// # Errors
+    /// Fails with `Invalid`, `Unsupported` or `Memory`, as [`Self::open`].
     pub fn parse(bytes: &[u8], limit: u64) -> Result<Self> {
         Ok(read(&mut Cursor::new(bytes), limit)?.sound()?.0)
     }
@@ -234,7 +248,10 @@ impl Found {
 
 /// Reads what can be read of the document at `path`, verifies every block, and says what is damaged.
 ///
-/// Fails if the file cannot be read, or neither its header nor its index in either copy.
+/// # Errors
+/// Fails with `NotFound` or `Io` if the file cannot be read, with `Invalid` if it is no document or neither copy of its
+/// header or of its index can be read, with `Unsupported` if its version is newer than [`VERSION`], and with `Memory`
+/// if it needs more than the context's memory limit.
 pub fn examine(context: &Context, path: &Path) -> Result<(Document, Vec<Damage>)> {
     let mut file = file::open(path)?;
     let (mut found, damage) = examined(context, &mut file).map_err(|error| error.at(path.display().to_string()))?;

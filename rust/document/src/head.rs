@@ -78,7 +78,10 @@ impl Settings {
         Self { opacity: 1.0, blend: Blend::of(kind), visible: true }
     }
 
-    /// Fails unless layers of `kind` can be seen so.
+    /// Checks that layers of `kind` can be seen so.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the opacity is outside 0 to 1, or the mode does not suit the kind.
     pub fn check(&self, kind: Kind) -> Result<()> {
         if !(0.0..=1.0).contains(&self.opacity) {
             return Err(Error::invalid(format!("its opacity is {}", self.opacity)).advise("use 0 to 1"));

@@ -33,12 +33,18 @@ pub const MAX_INPUT: usize = 16 << 20;
 
 impl Journal {
     /// A journal in a temporary file, which is gone with it.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if no file can be made in the folder for temporary files.
     pub fn temporary() -> Result<Self> {
         Ok(Self { storage: Box::new(file::temporary()?), path: None, end: 0, next: 0 })
     }
 
-    /// Writes `document` to `path`, in place of what may be there, and begins its journal. Fails if another program
-    /// works on the file.
+    /// Writes `document` to `path`, in place of what may be there, and begins its journal.
+    ///
+    /// # Errors
+    /// Fails with `Busy` if another program works on the file, with `Invalid` if what has its name is no file, and as
+    /// [`Document::write`].
     pub fn create(path: &Path, document: &Document) -> Result<Self> {
         if path.exists() {
             // What is there may be in use; whether it is a document does not matter.
@@ -64,7 +70,10 @@ impl Journal {
     /// What a killed program left of an edit is cut off; the [`Log`] says so. Documents of earlier versions are written
     /// anew.
     ///
-    /// Fails if it is damaged or another program works on it.
+    /// # Errors
+    /// Fails with `Busy` if another program works on it, with `NotFound` or `Io` if it cannot be read and written, with
+    /// `Invalid` if it is no document or damaged, with `Unsupported` if its version is newer than this build reads, and
+    /// with `Memory` if it needs more than `limit`.
     pub fn open(path: &Path, limit: u64) -> Result<(Document, Log, Self)> {
         let place = |error: Error| error.at(path.display().to_string());
         let mut file = lock(path)?;
@@ -124,7 +133,11 @@ impl Journal {
     }
 
     /// Begins a journal of something else than a document at `path`, in place of what may be there. `head` says what it
-    /// belongs to. Fails if another program works on the file.
+    /// belongs to.
+    ///
+    /// # Errors
+    /// Fails with `Busy` if another program works on the file, with `Invalid` if what has its name is no file, and with
+    /// `NotFound` or `Io` if it cannot be written.
     pub fn beside(path: &Path, head: &[u8]) -> Result<Self> {
         if path.exists() {
             lock(path)?;
@@ -134,10 +147,13 @@ impl Journal {
         Ok(Self { storage, path: Some(path.to_path_buf()), end: head.len() as u64, next: 0 })
     }
 
-    /// Takes up a journal that [`Self::beside`] began with `head`, none of whose records has more than `limit` bytes. What a
-    /// killed program left of an edit is cut off; the [`Log`] says so.
+    /// Takes up a journal that [`Self::beside`] began with `head`, none of whose records has more than `limit` bytes.
+    /// What a killed program left of an edit is cut off; the [`Log`] says so.
     ///
-    /// Fails, and changes nothing, if it begins otherwise, is damaged, or another program works on it.
+    /// # Errors
+    /// Fails, and changes nothing, with `Busy` if another program works on it, with `Invalid` if it begins otherwise or
+    /// is damaged, with `Memory` if a record has more than `limit` bytes, and with `NotFound` or `Io` if it cannot be
+    /// read or cut off.
     pub fn take_up(path: &Path, head: &[u8], limit: u64) -> Result<(Log, Self)> {
         let place = |error: Error| error.at(path.display().to_string());
         let failed = |error: std::io::Error| Error::io(path, &error);
@@ -176,6 +192,9 @@ impl Journal {
     }
 
     /// Appends what an edit is going to be.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the text has more than [`MAX_INPUT`] bytes, and with `Io` if it cannot be written.
     pub fn input(&mut self, text: &str) -> Result<Location> {
         if text.len() > MAX_INPUT {
             let what = format!("the description of an edit has {} bytes", text.len());
@@ -185,28 +204,43 @@ impl Journal {
     }
 
     /// Appends what an edit is going to be, where that is no text.
+    ///
+    /// # Errors
+    /// Fails with `Io` if they cannot be written.
     pub fn input_bytes(&mut self, bytes: &[u8]) -> Result<Location> {
         Ok(self.append(RecordKind::Input, bytes)?.0)
     }
 
     /// Appends what an edit changed, see [`Edit::encode`](crate::Edit::encode). Returns where it is and its sequence
     /// number.
+    ///
+    /// # Errors
+    /// Fails with `Io` if it cannot be written; the edit is not confirmed then.
     pub fn edit(&mut self, payload: &[u8]) -> Result<(Location, u64)> {
         self.append(RecordKind::Edit, payload)
     }
 
     /// Appends what an edit changed that the base has already, if it is `done`, or that was undone before.
+    ///
+    /// # Errors
+    /// Fails with `Io` if it cannot be written.
     pub fn carry(&mut self, payload: &[u8], done: bool) -> Result<(Location, u64)> {
         self.append(if done { RecordKind::Past } else { RecordKind::Future }, payload)
     }
 
     /// Appends the layers of what the document was opened on, see [`Edit::encode`](crate::Edit::encode), where they are
     /// not those of the document.
+    ///
+    /// # Errors
+    /// Fails with `Io` if they cannot be written.
     pub fn layers(&mut self, payload: &[u8]) -> Result<()> {
         self.append(RecordKind::Layers, payload).map(drop)
     }
 
     /// Takes back the input at `location` if nothing follows it: the edit was not made.
+    ///
+    /// # Errors
+    /// Fails with `Io` if the storage cannot be cut off.
     pub fn withdraw(&mut self, location: Location) -> Result<()> {
         let start = location.offset - record::HEAD as u64;
         if self.end == location.offset + location.length + record::TAIL as u64 {
@@ -218,26 +252,42 @@ impl Journal {
     }
 
     /// Notes that the edit with the sequence number `edit` was undone.
+    ///
+    /// # Errors
+    /// Fails with `Io` if the record cannot be written.
     pub fn undo(&mut self, edit: u64) -> Result<()> {
         self.append(RecordKind::Undo, &edit.to_le_bytes()).map(drop)
     }
 
     /// Notes that the edit with the sequence number `edit` was made again.
+    ///
+    /// # Errors
+    /// Fails with `Io` if the record cannot be written.
     pub fn redo(&mut self, edit: u64) -> Result<()> {
         self.append(RecordKind::Redo, &edit.to_le_bytes()).map(drop)
     }
 
-    /// The payload at `location`. Fails if the file was changed since by somebody else.
+    /// The payload at `location`.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the file was changed since by somebody else, with `Io` if it cannot be read, and with
+    /// `Memory` if the system has no memory for the payload.
     pub fn read(&mut self, location: Location) -> Result<Vec<u8>> {
         record::read_payload(&mut self.storage, location).map_err(|error| self.place(error))
     }
 
     /// The text of an input.
+    ///
+    /// # Errors
+    /// Fails as [`Self::read`], and with `Invalid` if the input is not UTF-8.
     pub fn read_input(&mut self, location: Location) -> Result<String> {
         self.read(location).and_then(replay::text)
     }
 
     /// Waits until all records are on the disk.
+    ///
+    /// # Errors
+    /// Fails with `Io` if the storage cannot write them.
     pub fn sync(&self) -> Result<()> {
         self.storage.sync().map_err(|error| self.place(record::failed(error)))
     }
@@ -322,7 +372,10 @@ pub struct Compacted {
 /// `keep` edits can still be undone, and if there are any, what was undone made again. The file is replaced as a whole
 /// or not at all.
 ///
-/// Fails, and changes nothing, if it is damaged or another program works on it.
+/// # Errors
+/// Fails, and changes nothing, with `Busy` if another program works on it, with `Invalid` if it is damaged, with
+/// `Unsupported` if its version is newer than this build reads, with `Memory` if it needs more than `limit`, and with
+/// `NotFound` or `Io` if it cannot be read or written.
 pub fn compact(path: &Path, limit: u64, keep: usize) -> Result<Compacted> {
     let size = || std::fs::metadata(path).map(|metadata| metadata.len()).map_err(|error| Error::io(path, &error));
     let before = size()?;
@@ -380,7 +433,11 @@ pub struct Repaired {
 /// damaged. Blocks of which later edits are damaged are as they last were known. If anything was damaged the journal is
 /// folded into the base, and the file as it was is kept beside it, with `.damaged` after its name.
 ///
-/// Fails, and changes nothing, if another program works on the file, or neither copy of its index can be read.
+/// # Errors
+/// Fails, and leaves the file as it is, with `Busy` if another program works on it, with `Invalid` if it is no document
+/// or neither copy of its header or of its index can be read, with `Unsupported` if its version is newer than this
+/// build reads, with `Memory` if it needs more than the context's memory limit, and with `NotFound` or `Io` if it
+/// cannot be read, copied or written.
 pub fn repair(context: &Context, path: &Path) -> Result<Repaired> {
     let mut file = lock(path)?;
     let (found, damage) = format::examined(context, &mut file).map_err(|error| error.at(path.display().to_string()))?;

@@ -213,7 +213,10 @@ impl Layer {
         (0..self.blocks.len()).map(|index| self.block_bytes(topology, index)).sum()
     }
 
-    /// The block at `index` of [`Self::blocks`]. Fails if there is none or its bytes are damaged.
+    /// The block at `index` of [`Self::blocks`].
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is none or its bytes are damaged.
     pub fn unpack(&self, topology: &Topology, index: usize) -> Result<Vec<u8>> {
         let block = self.blocks.get(index).ok_or_else(|| Error::invalid(format!("there is no block {index}")))?;
         let place = || format!("{}: {}", self.head.place(), topology.block_name(block.tile));

@@ -74,13 +74,16 @@ impl Document {
     ///
     /// The points of the mesh are kept so that layers can be transferred to another one.
     ///
-    /// Fails if the mesh has more tiles than a number of 32 bits counts, or `level` is longer than 255 bytes.
+    /// # Errors
+    /// Fails as [`Topology::of`], and with `Invalid` if `level` is longer than 255 bytes.
     pub fn new(mesh: &Mesh, level: &str) -> Result<Self> {
         Self::over(Topology::of(mesh)?, mesh, level)
     }
 
-    /// A document without layers for channels over the triangles of `mesh`. Fails as [`Self::new`] does, or if there
-    /// are 2³⁰ triangles or points.
+    /// A document without layers for channels over the triangles of `mesh`.
+    ///
+    /// # Errors
+    /// Fails as [`Topology::of_triangles`], and with `Invalid` if `level` is longer than 255 bytes.
     pub fn of_triangles(mesh: &Mesh, level: &str) -> Result<Self> {
         Self::over(Topology::of_triangles(mesh)?, mesh, level)
     }
@@ -150,9 +153,11 @@ impl Document {
     /// Adds a layer called `name` with the blocks that `read` returns of `tiles`, which ascend. Tiles without one read
     /// as the texel `blank`; `face_sizes` has the texels along an edge of every face.
     ///
-    /// Fails, and adds nothing, if the name is taken, empty or longer than 255 bytes, there is not a size from 8 to
-    /// 256, a power of two, for every face, `blank` is not one texel, a tile does not exist, a block has not the bytes
-    /// of its tile and ring, or `read` fails.
+    /// # Errors
+    /// Fails, and adds nothing, with `Invalid` if there are [`MAX_LAYERS`] layers, the name is taken, empty, longer
+    /// than 255 bytes or has control characters, there is not a size from 8 to 256, a power of two, for every face, or
+    /// on triangles one from 8 to 64 for all, `blank` is not one texel, a tile does not exist or follow the one before,
+    /// or a block has not the bytes of its tile and ring; with the error of `read`; and with `Internal` if zstd fails.
     pub fn pack(
         &mut self,
         context: &Context,
@@ -164,7 +169,11 @@ impl Document {
         self.pack_layer(context, Head::new(self.free_id(), name, kind, blank, face_sizes), tiles, read)
     }
 
-    /// As [`Self::pack`], with a number and settings of its own. Fails too if the number is taken.
+    /// As [`Self::pack`], with a number and settings of its own.
+    ///
+    /// # Errors
+    /// Fails as [`Self::pack`], and with `Invalid` if the number is taken or above [`head::MAX_ID`], or the settings,
+    /// stamps, given sizes or background of `head` do not suit the layer.
     pub fn pack_layer(
         &mut self,
         context: &Context,
@@ -202,7 +211,11 @@ impl Document {
         Ok(())
     }
 
-    /// Fails unless it belongs to the triangles of `mesh`, with what differs.
+    /// Checks that it belongs to the triangles of `mesh`.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if it was made on a Catmull-Clark surface or on other triangles; the error says what
+    /// differs.
     pub fn fit_triangles(&self, mesh: &Mesh) -> Result<()> {
         if !self.topology.is_of_triangles() {
             return Err(Error::invalid("the document was made on a Catmull-Clark surface and not on one of triangles")
@@ -223,8 +236,11 @@ impl Document {
         })
     }
 
-    /// Whether it belongs to `mesh`. Fails with what differs if faces do; returns what the user should know if only
-    /// sharpness does, which shapes the surface and does not move tiles.
+    /// Checks that it belongs to `mesh`. Returns what the user should know if only sharpness differs, which shapes the
+    /// surface and does not move tiles.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if it was made on triangles or on other faces; the error says what differs.
     pub fn fit(&self, mesh: &Mesh) -> Result<Option<String>> {
         if self.topology.is_of_triangles() {
             return Err(Error::invalid(

@@ -19,13 +19,20 @@ use crate::record::failed;
 
 /// Bytes that are not in memory. Its place is given back when it is dropped.
 pub trait Page: Debug + Send + Sync {
-    /// The bytes. Fails if they cannot be read, or are not the bytes that were stored.
+    /// The bytes.
+    ///
+    /// # Errors
+    /// Fails with `Io` if they cannot be read, with `Invalid` if they are not the bytes that were stored, and with
+    /// `Memory` if the system has no memory for them.
     fn load(&self) -> Result<Vec<u8>>;
 }
 
 /// Where pages are made.
 pub trait PageStore: Debug + Send + Sync {
-    /// Takes the bytes out of memory. Fails if there is no room for them.
+    /// Takes the bytes out of memory.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if there is no place for them or no room.
     fn store(&self, bytes: &[u8]) -> Result<Arc<dyn Page>>;
 }
 

@@ -9,9 +9,15 @@ use std::io::{Cursor, Read, Result, Seek, SeekFrom, Write};
 /// What is written beyond the end extends it. One journal at a time has a storage.
 pub trait Storage: Read + Write + Seek + Debug + Send {
     /// Cuts the storage off after `length` bytes, if it has more.
+    ///
+    /// # Errors
+    /// Fails with the error of the system or the host if the storage cannot be cut off.
     fn cut(&mut self, length: u64) -> Result<()>;
 
     /// Waits until all that was written is safe against a failure of power, as far as the storage knows one.
+    ///
+    /// # Errors
+    /// Fails with the error of the system or the host if something could not be written.
     fn sync(&self) -> Result<()>;
 }
 

@@ -40,7 +40,11 @@ pub struct Difference {
 }
 
 impl Topology {
-    /// That of `mesh`. Fails if its sizes and corners do not agree or it has more tiles than 32 bits count.
+    /// That of `mesh`.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if its sizes and corners do not agree or a hole is no face, with `Unsupported` if it has
+    /// more tiles than 32 bits count, and with `Memory` if the system has no memory for them.
     pub fn of(mesh: &Mesh) -> Result<Self> {
         let mut holes = mesh.holes.clone();
         holes.sort_unstable();
@@ -50,7 +54,9 @@ impl Topology {
 
     /// That of the triangles of `mesh`, whose blocks are those of a triangle mesh; polygons are fanned, holes left out.
     ///
-    /// Fails if a corner is no point or there are 2³⁰ triangles or points.
+    /// # Errors
+    /// Fails with `Invalid` if the mesh does not pass [`Mesh::check`] or has more than 2³⁰ points, with `Unsupported`
+    /// if there are 2³⁰ triangles or more, and with `Memory` if the system has no memory for their edges.
     pub fn of_triangles(mesh: &Mesh) -> Result<Self> {
         mesh.check()?;
         let triangles = mesh.triangles();
