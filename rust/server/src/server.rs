@@ -162,8 +162,15 @@ fn thread(name: String, task: impl FnOnce() + Send + 'static) -> Result<JoinHand
 }
 
 impl Server {
-    /// Starts a server. Fails where the cache cannot be opened or the address cannot be listened at, and where others than
-    /// this machine could connect without a token or encryption, unless the options allow it.
+    /// Starts a server.
+    ///
+    /// # Errors
+    /// Fails with `Busy` if another server uses the cache; with `NotFound` or `Io` if the cache, the tokens, the
+    /// certificates or the key cannot be read, or the address cannot be listened at; with `Invalid` if the tokens, the
+    /// certificates, the key or the number of threads cannot be used, metrics would be served to other machines, or
+    /// others than this machine could connect without a token or encryption, unless the options allow it; with
+    /// `Unsupported` if metrics are not to be served over TCP, or the build or system lacks TLS or Unix sockets; with
+    /// `Memory` if one of these files is longer than 1 MiB; and with `Internal` if threads cannot be started.
     pub fn start(options: ServerOptions, kinds: Vec<Box<dyn Kind>>) -> Result<Self> {
         let users = options.tokens.as_deref().map_or_else(|| Ok(Users::default()), Users::read)?;
         check_reach(&options, &users)?;

@@ -62,8 +62,11 @@ pub struct Listed {
 }
 
 impl Store {
-    /// Opens the cache in a folder, which is made if it is not there, and removes what is not complete. Fails if another
-    /// server uses it.
+    /// Opens the cache in a folder, which is made if it is not there, and removes what is not complete.
+    ///
+    /// # Errors
+    /// Fails with `Busy` if another server uses it, and with `NotFound` or `Io` if the folder cannot be made, read or
+    /// written.
     pub fn open(folder: &Path, limit: u64) -> Result<Self> {
         let failed =
             |error: std::io::Error| Error::io(folder, &error).advise("check the folder, its rights and its space");
@@ -83,6 +86,9 @@ impl Store {
     }
 
     /// Opens a cache to look at it, also while a server uses it.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` if the folder has no cache, and with `Io` if it cannot be read.
     pub fn look(folder: &Path) -> Result<Self> {
         if !folder.join(FRAMES).is_dir() {
             return Err(Error::new(relievo_core::ErrorKind::NotFound, "there is no cache")
@@ -148,8 +154,12 @@ impl Store {
         (index.total, index.entries.len())
     }
 
-    /// Stores a content under a key. It is there, whatever happens afterwards, once this returns. Older contents are removed
-    /// where the limit would be exceeded. Fails, and stores nothing, where it does not fit, or the system refuses.
+    /// Stores a content under a key. It is there, whatever happens afterwards, once this returns. Older contents are
+    /// removed where the limit would be exceeded.
+    ///
+    /// # Errors
+    /// Fails, and stores nothing, with `Memory` if the content and the pinned frames exceed the limit, and with
+    /// `NotFound` or `Io` if a file cannot be written or removed.
     pub fn put(&self, key: Hash, content: &[u8]) -> Result<()> {
         let bytes = object::file_size(content.len() as u64);
         let number = {
@@ -263,19 +273,30 @@ impl Store {
         result
     }
 
-    /// Returns the content under a key. Fails where there is none; where it is damaged, it is removed too.
+    /// Returns the content under a key.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` if there is none, with `Io` if its file cannot be opened, with `Invalid` if it is damaged,
+    /// with `Unsupported` if it is of another version, and with `Memory` if memory does not suffice; but for the first,
+    /// it is removed too.
     pub fn get(&self, key: Hash) -> Result<Vec<u8>> {
         let content = self.object(key).and_then(|mut object| object.part(0, usize::MAX));
         self.checked(key, content)
     }
 
-    /// Returns a part of the content under a key, and its whole size, as [`Self::get`].
+    /// Returns a part of the content under a key, and its whole size.
+    ///
+    /// # Errors
+    /// Fails as [`Self::get`]; only the chunks of the part are checked.
     pub fn part(&self, key: Hash, offset: u64, length: usize) -> Result<(Vec<u8>, u64)> {
         let part = self.object(key).and_then(|mut object| Ok((object.part(offset, length)?, object.size())));
         self.checked(key, part)
     }
 
     /// Returns the bytes of the content under a key.
+    ///
+    /// # Errors
+    /// Fails as [`Self::get`]; only the head of the file is checked.
     pub fn content_size(&self, key: Hash) -> Result<u64> {
         let size = self.object(key).map(|object| object.size());
         self.checked(key, size)
@@ -296,6 +317,9 @@ impl Store {
     }
 
     /// Lists the frames, least recently used first.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if the folder cannot be read.
     pub fn list(&self) -> Result<Vec<Listed>> {
         let mut found = self.scan()?;
         found.sort_by_key(|(_, _, time)| *time);
@@ -308,6 +332,9 @@ impl Store {
 
     /// Checks every chunk of every frame. Returns the damaged ones with what is wrong, and removes them where `remove` says
     /// so.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if the folder cannot be read or a damaged frame cannot be removed.
     pub fn verify(&self, remove: bool) -> Result<Vec<(String, Error)>> {
         let mut damaged = Vec::new();
         for (key, length, _) in self.scan()? {
@@ -331,6 +358,9 @@ impl Store {
     }
 
     /// Removes the frames that were used longest ago until at most `limit` bytes are left. Returns how many were removed.
+    ///
+    /// # Errors
+    /// Fails with `Io` if a file cannot be removed.
     pub fn collect(&self, limit: u64) -> Result<usize> {
         let mut index = self.index();
         Ok(self.make_room(&mut index, limit)?.len())
