@@ -91,6 +91,9 @@ impl Faults {
     }
 
     /// Writes the faults, each with its line and an underline, to a terminal or a file.
+    ///
+    /// # Errors
+    /// Fails with the error of `out` if it cannot be written.
     pub fn write(&self, out: &mut dyn std::io::Write) -> std::io::Result<()> {
         write!(out, "{self}")
     }

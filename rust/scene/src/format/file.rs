@@ -33,6 +33,10 @@ use crate::state::shapes;
 pub const MAX_BYTES: u64 = 16 << 20;
 
 /// Reads the scene file at `path`.
+///
+/// # Errors
+/// Fails with [`Failure::Other`] if the file cannot be read, has more than [`MAX_BYTES`] or is not UTF-8, and with
+/// [`Failure::Scene`] as [`parse`].
 pub fn read_file(path: &Path) -> Result<Scene, Failure> {
     let text = read_text(path)?;
     Ok(parse(path, &text)?)
@@ -61,7 +65,11 @@ pub(crate) fn read_text(path: &Path) -> relievo_core::Result<String> {
     })
 }
 
-/// Reads a scene from `text`, which came from `path`. All faults found are reported at once.
+/// Reads a scene from `text`, which came from `path`.
+///
+/// # Errors
+/// Fails with all faults found: the text is not TOML, a key is unknown, missing or twice there, a value is out of
+/// range, a name does not exist, or entries contradict each other.
 pub fn parse(path: &Path, text: &str) -> Result<Scene, Faults> {
     let text: Arc<str> = text.into();
     let fail = |list: Vec<Diagnostic>| Faults { name: path.display().to_string(), text: text.clone(), list };

@@ -14,7 +14,10 @@ pub struct Pattern<'a> {
 }
 
 impl<'a> Pattern<'a> {
-    /// Reads a pattern. Folders are taken as they are. Fails unless the file name has exactly one place for a number.
+    /// Reads a pattern. Folders are taken as they are.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` unless the file name has exactly one place for a number, of at most 18 digits.
     pub fn new(path: &'a str) -> Result<Self> {
         let file = path.rfind('/').map_or(0, |slash| slash + 1);
         let mut found: Vec<(usize, usize, usize)> = Vec::new();

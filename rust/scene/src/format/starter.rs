@@ -33,6 +33,11 @@ fn quoted(text: &str) -> String {
 
 /// A scene in which the first mesh, as a Catmull-Clark surface, is dented from above: by the other meshes, or by a ball
 /// without other meshes. `up` is 0 to 2 for x to z.
+///
+/// # Errors
+/// Fails with `Invalid` if there is no mesh, a mesh has no points, or the first does not pass [`Mesh::check`] or has no
+/// surface; with `Memory` if its surface would exceed the memory limit even with one level of isolation; and with
+/// `Unsupported` if that makes more patches than the limit of [`SurfaceOptions`].
 pub fn starter(context: &Context, entries: &[Entry], up: usize) -> Result<String> {
     let Some((target, tools)) = entries.split_first() else {
         return Err(Error::invalid("there is no mesh").advise("name at least one mesh file"));

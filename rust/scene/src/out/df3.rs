@@ -5,7 +5,10 @@ use std::path::Path;
 
 use relievo_core::Result;
 
-/// Writes a density file of so many columns, rows and layers. Fails if the system refuses.
+/// Writes a density file of so many columns, rows and layers.
+///
+/// # Errors
+/// Fails with `NotFound` or `Io` if the file cannot be written.
 pub fn write_df3(path: &Path, size: [usize; 3], values: &[u16]) -> Result<()> {
     relievo_core::file::store(path, |out| {
         for along in size {

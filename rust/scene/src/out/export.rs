@@ -68,6 +68,12 @@ pub(crate) fn shown<'a>(context: &Context, world: &'a World, stages: Option<&Sta
 
 /// Writes the meshes of all visible objects in the formats the scene asks for: GLB as one file with y up, OBJ and PLY
 /// one file per object in world space. Returns the files. A stage in USD is written when all frames are done.
+///
+/// # Errors
+/// Fails with `Invalid` if a mesh does not pass [`Mesh::check`], as that of a fluid without particles, or no object is
+/// visible for GLB; with `Memory` if a mesh would have 2³² corners or points, or that of a fluid exceeds the memory
+/// limit; with `Unsupported` if a mesh is too large for a format; and with `NotFound` or `Io` if a file cannot be
+/// written.
 pub fn write_meshes(context: &Context, world: &World, folder: &Folder, frame: u32) -> Result<Vec<PathBuf>> {
     let _stage = context.stats().begin("export.meshes");
     let scene = &world.scene;
@@ -233,6 +239,9 @@ fn placed(mesh: &Mesh, transform: &DAffine3) -> Mesh {
 /// Writes the allocated tiles of every surface, one EXR file per object with a layer per tile: the coefficients of the
 /// displacement in half floats, row 0 at v = 0, those of vectors in layers of their own, and as `face_corner` the face
 /// of the cage and, of a face without four corners, the corner that the tile belongs to. Returns the files.
+///
+/// # Errors
+/// Fails with `NotFound` or `Io` if a file cannot be written.
 pub fn write_tiles(context: &Context, world: &World, folder: &Folder, frame: u32) -> Result<Vec<PathBuf>> {
     let _stage = context.stats().begin("export.tiles");
     let mut written = Vec::new();

@@ -12,6 +12,9 @@ pub struct Folder {
 
 impl Folder {
     /// The folder at `path`, which is made if it is missing.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if it cannot be made.
     pub fn new(path: &Path) -> Result<Self> {
         std::fs::create_dir_all(path).map_err(|error| Error::io(path, &error))?;
         Ok(Self { path: path.to_path_buf() })
@@ -23,6 +26,9 @@ impl Folder {
     }
 
     /// The folder called `name` in this one, which is made if it is missing.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if it cannot be made.
     pub fn sub(&self, name: &str) -> Result<Self> {
         Self::new(&self.path.join(name))
     }

@@ -57,8 +57,14 @@ const CHANGED: u32 = 2;
 const RIGID: u32 = 3;
 
 impl Studio {
-    /// A view of `world` in which nothing is drawn before [`Self::update`]: by `device`, or by the ray caster, which draws
-    /// all scenes with crowds. Frames of foam are kept in `cache`. Fails if that or the device cannot be used.
+    /// A view of `world` in which nothing is drawn before [`Self::update`]: by `device`, or by the ray caster, which
+    /// draws all scenes with crowds. Frames of foam are kept in `cache`.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a transform is singular, foam is to be made of a mesh that is no sequence of files, or a
+    /// setting of foam or an agent of a crowd cannot be used; with `NotFound` or `Io` if the folder for foam cannot be
+    /// made; with `Device` or `Memory` if the device is lost or has no memory; and without a device with `NotFound` or
+    /// `Unsupported` if Embree is missing or of another version.
     pub fn new(context: &Context, world: &World, device: Option<&Device>, cache: &Folder) -> Result<Self> {
         let device = device.filter(|_| world.crowds().is_empty());
         let mut studio = Self {
@@ -100,6 +106,10 @@ impl Studio {
     }
 
     /// Takes over what changed of every object; what was not drawn yet is drawn as a whole.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a transform is singular or the particles of a fluid cannot be used, with `Memory` if
+    /// memory does not suffice, and with `Device` if the device is lost.
     pub fn update(&mut self, context: &Context, world: &World, changes: &[Change]) -> Result<()> {
         let mut stage = context.stats().begin("tessellate");
         let mut count = 0;
@@ -247,6 +257,11 @@ impl Studio {
     }
 
     /// Renders `kind`, one of the scene's pictures, at `time` seconds.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the camera has no direction of view or a setting of the view is out of range, with
+    /// `Memory` if the picture does not fit the memory limit, with `Device` if the device is lost, and with `NotFound`,
+    /// `Io` or `Invalid` if a file of a fluid, or a frame of its foam, cannot be read or written.
     pub fn render(&mut self, context: &Context, world: &World, kind: &str, time: f64) -> Result<render::Frame> {
         let scene = &world.scene;
         let mut view = render::View::new(camera(world, &self.automatic, time)?);

@@ -41,6 +41,10 @@ pub struct Stages {
 
 impl Stages {
     /// Notes that the world is in a frame that goes to a stage, if the scene asks for one.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` only if the displacement of an object is that of another surface, which the object refuses
+    /// when it is set.
     pub fn note(&mut self, world: &World, frame: u32) -> Result<()> {
         let scene = &world.scene;
         if !scene.output.mesh_formats.contains(&STAGE) {
@@ -81,8 +85,12 @@ impl Stages {
         self.divisions.get(&object)
     }
 
-    /// Adds the meshes of a frame, which the world is in. Fails if all frames together need more than the context's
-    /// memory limit.
+    /// Adds the meshes of a frame, which the world is in.
+    ///
+    /// # Errors
+    /// Fails with `Memory` if all frames together need more than the limit of `writer` or a mesh would have 2³² corners
+    /// or points, and with `Invalid` if `frame` does not follow the frame before, no object is visible, or a mesh does
+    /// not pass [`Mesh::check`](relievo_core::Mesh::check).
     pub fn add(&self, context: &Context, world: &World, frame: u32, writer: &mut StageWriter) -> Result<()> {
         let _stage = context.stats().begin("export.meshes");
         let turn = axes(world.scene.up).0;
@@ -95,6 +103,10 @@ impl Stages {
     }
 
     /// Writes the stage. Returns the file.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if no frame was added or the library for USD refuses the stage, and with `NotFound` or `Io`
+    /// if the file cannot be written.
     pub fn finish(&self, writer: StageWriter, folder: &Folder) -> Result<PathBuf> {
         let range = match self.frames[..] {
             [first, .., last] => format!("{first:06}-{last:06}"),

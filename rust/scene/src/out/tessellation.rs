@@ -91,7 +91,10 @@ impl Rates {
 /// Cosine of the angle from which the normals on both sides of an edge show a sharp edge, not rounding.
 const SHARP: f32 = 0.94;
 
-/// The triangles of `tile`, none for a hole. Fails if it does not exist.
+/// The triangles of `tile`, none for a hole and where `rates` has no such tile.
+///
+/// # Errors
+/// Fails with `Invalid` if `rates` are those of another surface and have a place that is not on this one.
 pub fn tile(context: &Context, displaced: &Displaced, coat: Option<&Coat>, rates: &Rates, tile: u32) -> Result<Piece> {
     let topology = displaced.field().topology();
     let rate = rates.of(tile);

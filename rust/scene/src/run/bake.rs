@@ -85,12 +85,21 @@ impl Changes {
 
 impl Baker {
     /// Presses the colliders in where they are at the beginning.
+    ///
+    /// # Errors
+    /// Fails as [`Self::advance`].
     pub fn start(&mut self, context: &Context, world: &mut World) -> Result<Changes> {
         let path = vec![world.transforms().to_vec()];
         self.frame(context, world, 0, &path)
     }
 
     /// Goes on from the frame before `frame`: moves the bodies and presses the colliders in on their way.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if an imprint, decal, stroke or brush cannot be made (a setting is out of range, a layer is
+    /// hidden or does not exist, or a transform cannot be undone), as [`World::pose`] if an animated mesh cannot be
+    /// posed, with `Memory` if memory does not suffice, and with `Io` if a page cannot be read back; a part of the
+    /// changes is made then.
     pub fn advance(&mut self, context: &Context, world: &mut World, frame: u32) -> Result<Changes> {
         // Tools are not where they were placed but where they were pressed to, so that the bodies are asked.
         let mut path = vec![world.physics.transforms()];
@@ -494,6 +503,10 @@ fn groups(world: &World, time: f64) -> Vec<Vec<Pair>> {
 }
 
 /// The blocks of the tiles in `changes`, for the cache; empty where a tile was given back.
+///
+/// # Errors
+/// Fails with `Invalid` if a block of `changes` does not exist, and with `Io`, `Invalid` or `Memory` if it is on a page
+/// that cannot be read back.
 pub fn blocks(context: &Context, world: &World, changes: &Changes) -> Result<Vec<Block>> {
     let list: Vec<(usize, Layer, u32)> = (0..)
         .zip(&changes.written)
@@ -521,8 +534,11 @@ fn allocated(world: &World) -> Vec<Key> {
     lists.flat_map(|(object, list)| list.into_iter().map(move |(layer, tile)| (object, layer, tile))).collect()
 }
 
-/// Puts the world into the state of a baked `frame`, coming from the state of `since`. Fails if the frame does not fit
-/// the scene.
+/// Puts the world into the state of a baked `frame`, coming from the state of `since`.
+///
+/// # Errors
+/// Fails with `Invalid` if the frame does not fit the scene, as [`Frame::read_since`] if it cannot be read, and as
+/// [`World::pose`] if an animated mesh cannot be posed; a part of the frame may be put back then.
 pub fn restore(context: &Context, world: &mut World, frame: &Frame, since: Option<&Frame>) -> Result<Changes> {
     let misfit = |what: &str| {
         Error::invalid(format!("the cached frame {} does not fit the scene: {what}", frame.number))

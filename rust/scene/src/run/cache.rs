@@ -159,6 +159,9 @@ pub struct Frame {
 
 impl Cache {
     /// The cache in `folder`, which is made if it is missing.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if the folder cannot be made.
     pub fn new(folder: &Path, identity: Identity) -> Result<Self> {
         std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error))?;
         Ok(Self { folder: folder.to_path_buf(), identity })
@@ -192,6 +195,10 @@ impl Cache {
     }
 
     /// Removes all frames from `first` on, as a new bake makes them worthless.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if the folder cannot be read or a file cannot be removed; others may be removed
+    /// then.
     pub fn truncate(&self, first: u32) -> Result<()> {
         let entries = std::fs::read_dir(&self.folder).map_err(|error| Error::io(&self.folder, &error))?;
         for entry in entries {
@@ -207,6 +214,9 @@ impl Cache {
     }
 
     /// Writes `frame`: `changed` blocks are stored, all others are where `before` has them.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if the file cannot be written, and with `Internal` if a block has more than 4 MiB.
     pub fn write(
         &self,
         context: &Context,
@@ -272,7 +282,12 @@ impl Cache {
         Ok(Frame { folder: self.folder.clone(), number: frame, transforms: transforms.to_vec(), index })
     }
 
-    /// Opens `frame`. Fails if it is missing, damaged or stale.
+    /// Opens `frame`.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if it is missing or cannot be read, with `Invalid` if it is damaged or stale, with
+    /// `Unsupported` if its file has another version, and with `Memory` if its index exceeds the context's memory
+    /// limit.
     pub fn open(&self, context: &Context, frame: u32) -> Result<Frame> {
         let path = Self::path(&self.folder, frame);
         let open = || -> Result<Frame> {
@@ -324,11 +339,19 @@ impl Frame {
     }
 
     /// Reads all blocks, in order.
+    ///
+    /// # Errors
+    /// Fails as [`Self::read_since`].
     pub fn read(&self, context: &Context) -> Result<Vec<Block>> {
         self.read_since(context, None)
     }
 
     /// Reads the blocks that are not as in the frame `since`, in order. Blocks that are gone are empty.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if a file of this or an earlier frame cannot be read, with `Invalid` if it is
+    /// damaged, with `Unsupported` if it has another version, and with `Memory` if the blocks exceed the context's
+    /// memory limit.
     pub fn read_since(&self, context: &Context, since: Option<&Frame>) -> Result<Vec<Block>> {
         let before = |key: &Key| since.and_then(|frame| frame.index.get(key));
         let same = |entry: &Entry, other: &Entry| entry.frame == other.frame && entry.offset == other.offset;

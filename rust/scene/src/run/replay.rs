@@ -50,11 +50,15 @@ pub struct Replay {
 /// Extensions of meshes that can be written.
 const MESHES: [&str; 7] = ["obj", "ply", "glb", "usd", "usda", "stl", "off"];
 
-/// Makes the strokes and writes the files. Returns what was done, and what the user should know. `progress` is asked before
-/// each stroke and each file.
+/// Makes the strokes and writes the files. Returns what was done, and what the user should know. `progress` is asked
+/// before each stroke and each file.
 ///
-/// Fails, and writes nothing, if `progress` asks to stop before the files are written, a file cannot be read or is not what it should be, or an output has another extension
-/// than `relievo`, `obj`, `ply`, `glb`, `usd` or `usda`.
+/// # Errors
+/// Fails, and writes nothing, with [`Failure::Scene`] if the list of strokes has faults, and with [`Failure::Other`] if
+/// no output is named, one has another extension than `relievo`, `obj`, `ply`, `glb`, `usd`, `usda`, `stl` or `off`, a
+/// file cannot be read or is not what it should be, the list has objects, the device has no room, a stroke cannot be
+/// made, or `progress` asks to stop before the first file. Fails, with the files before it written, if a file cannot be
+/// written or `progress` asks to stop before it.
 pub fn replay(
     context: &Context,
     wanted: &Replay,
@@ -139,10 +143,12 @@ pub fn replay(
     Ok((done, notes))
 }
 
-/// The strokes of a list with their images as heights, in the order of the file, to be made on something that is no object
-/// of a scene. `allowed` has folders besides that of the list that images may be read from.
+/// The strokes of a list with their images as heights, in the order of the file, to be made on something that is no
+/// object of a scene. `allowed` has folders besides that of the list that images may be read from.
 ///
-/// Fails if a file cannot be read or is not what it should be, or the list has objects.
+/// # Errors
+/// Fails with [`Failure::Scene`] if the list has faults, and with [`Failure::Other`] if it or an image cannot be read
+/// or is not what it should be, or the list has objects.
 pub fn strokes(context: &Context, path: &Path, allowed: &[PathBuf]) -> std::result::Result<Vec<Stroke>, Failure> {
     let text = file::read_text(path)?;
     // Strokes are on an object; what it is does not matter.

@@ -86,8 +86,10 @@ pub const CACHE_FOLDER: &str = "cache";
 
 /// Runs `scene`.
 ///
-/// Fails, leaving the frames before whole, if the scene cannot be used, a file cannot be read or written, the frames do
-/// not exist, or `progress` asks to stop.
+/// # Errors
+/// Fails, leaving the frames before whole, with [`Failure::Scene`] if the scene cannot be used, and with
+/// [`Failure::Other`] if the frames do not exist, a file cannot be read or written, memory or the room of the device
+/// does not suffice, an edit cannot be made, or `progress` asks to stop.
 pub fn run(
     context: &Context,
     scene: Scene,
@@ -99,6 +101,9 @@ pub fn run(
 
 /// As [`run`], of frames as they are in the cache if all of them are, whatever computed them: another instruction level
 /// or a graphics device.
+///
+/// # Errors
+/// Fails as [`run`].
 pub fn run_baked(
     context: &Context,
     scene: Scene,
@@ -185,6 +190,9 @@ pub struct Stepper {
 
 impl Stepper {
     /// A world before its first frame, whose files go to `out`.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if a folder cannot be made.
     pub fn new(context: &Context, mut world: World, out: &Path) -> relievo_core::Result<Self> {
         let folder = Folder::new(out)?;
         let level = context.level() as u32 | if world.is_on_device() { ON_DEVICE } else { 0 };
@@ -290,6 +298,9 @@ impl Stepper {
     }
 
     /// Opens a baked frame, whichever frame the world is at.
+    ///
+    /// # Errors
+    /// Fails as [`Cache::open`] and [`bake::restore`].
     pub fn open(&mut self, context: &Context, frame: u32) -> relievo_core::Result<Changes> {
         let opened = self.cache.open(context, frame)?;
         let changes = bake::restore(context, &mut self.world, &opened, self.current.as_ref())?;

@@ -66,7 +66,12 @@ impl Source {
 }
 
 impl Assets {
-    /// Reads and generates the meshes of `scene`. All meshes that cannot be used are reported at once.
+    /// Reads and generates the meshes of `scene`.
+    ///
+    /// # Errors
+    /// Fails with a fault for each tissue that cannot be read or simulated. If all can be, it fails with a fault for
+    /// each mesh whose file cannot be read, that does not pass [`Mesh::check`], or that lacks the animation or surface
+    /// that the scene names.
     pub fn load(context: &Context, scene: &Scene, paths: &Paths) -> std::result::Result<Self, Faults> {
         let mut list = Vec::new();
         let mut faults = Vec::new();
@@ -171,6 +176,11 @@ impl Assets {
 
     /// The points of a mesh at `time` seconds, `fps` frames a second; between files of a sequence they move evenly,
     /// or stay where there are not as many in both.
+    ///
+    /// # Errors
+    /// Fails as [`relievo_meshio::read_model_within`] if a file of a sequence cannot be read; with `Invalid` if it
+    /// cannot be used or its faces are not those of the first file, or an element of tissue turns inside out; and with
+    /// `NotFound` or `Io` if a frame of tissue cannot be read or written.
     pub fn points(&mut self, context: &Context, index: usize, time: f64, fps: f64) -> Result<Vec<[f32; 3]>> {
         let asset = &mut self.list[index];
         match &mut asset.motion {

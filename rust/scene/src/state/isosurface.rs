@@ -29,6 +29,9 @@ pub struct FluidEntry {
 
 impl FluidEntry {
     /// The surface itself, of particles at these places.
+    ///
+    /// # Errors
+    /// Fails as [`Surface::new`].
     pub fn implicit(&self, context: &Context, points: &[[f32; 3]]) -> Result<Box<dyn Implicit>> {
         let surface = Arc::new(Surface::new(context, points, self.function)?);
         let caster = RayCaster::new(context, &surface, Motion::default(), &[], March::default())?;
@@ -37,6 +40,10 @@ impl FluidEntry {
 
     /// A mesh of the surface with the point attribute `normal`, of cells of an eighth of the support radius where no
     /// size is given.
+    ///
+    /// # Errors
+    /// Fails as [`Surface::new`], with `Invalid` if the cells are below 1/128 of the support radius or above all of it
+    /// or a coordinate is more than 1,048,576 cells from 0, and with `Memory` if the mesh exceeds the memory limit.
     pub fn mesh(&self, context: &Context, points: &[[f32; 3]]) -> Result<Mesh> {
         let surface = Surface::new(context, points, self.function)?;
         let cell = self.cell.unwrap_or(self.function.support() / 8.0);

@@ -23,6 +23,10 @@ use crate::state::{stamps, stickers};
 
 impl World {
     /// Loads the meshes of `scene`, from below its folder and the folders `allowed`, and makes its surfaces, at time 0.
+    ///
+    /// # Errors
+    /// Fails with [`Failure::Scene`] if an entry cannot be used, such as a mesh, document, image or crowd that cannot
+    /// be read, and with [`Failure::Other`] if the folder of the scene or one of `allowed` does not exist.
     pub fn new(context: &Context, mut scene: Scene, allowed: &[PathBuf]) -> std::result::Result<Self, Failure> {
         let paths = Paths::new(&scene.path, allowed)?;
         let mut assets = context.stats().time("load.meshes", || Assets::load(context, &scene, &paths))?;

@@ -14,8 +14,10 @@ pub struct Paths {
 }
 
 impl Paths {
-    /// Paths of the scene file at `scene`, which may also lead below the folders `allowed`. Fails if one of them does
-    /// not exist.
+    /// Paths of the scene file at `scene`, which may also lead below the folders `allowed`.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if one of these folders does not exist or cannot be reached.
     pub fn new(scene: &Path, allowed: &[PathBuf]) -> Result<Self> {
         let folder = scene.parent().unwrap_or(Path::new("")).to_path_buf();
         let root = allowed.iter().try_fold(Root::below(&folder)?, |root, folder| root.allow(folder))?;
@@ -27,7 +29,11 @@ impl Paths {
         &self.root
     }
 
-    /// The file that the scene calls `written`. Fails if it lies elsewhere (links are followed first) or is missing.
+    /// The file that the scene calls `written`.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` if it is missing, with `Invalid` if it lies elsewhere (links are followed first) or is an
+    /// address of the network, and with `Io` if it cannot be reached.
     pub fn resolve(&self, written: &str) -> Result<PathBuf> {
         self.root.resolve(&self.folder, written).map_err(|error| match error.kind {
             ErrorKind::NotFound => {

@@ -55,7 +55,9 @@ fn pose(translation: DVec3, rotation: DQuat) -> Pose {
 impl Physics {
     /// The bodies of `scene` at time 0. `cages` has the control cage of every object, in its own coordinates.
     ///
-    /// Fails if a stand-in cannot be made of a cage.
+    /// # Errors
+    /// Fails, with the place of the body in the scene, if its stand-in cannot be made of the cage, or it has none and
+    /// is to be moved by forces.
     pub fn new(scene: &Scene, cages: &[&Mesh]) -> Result<Self, Diagnostic> {
         let mut world = PhysicsWorld { gravity: vector(scene.physics.gravity), ..PhysicsWorld::default() };
         world.integration_parameters.dt = (1.0 / (scene.fps * f64::from(scene.physics.sub_steps))) as Real;

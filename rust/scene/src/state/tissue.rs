@@ -52,6 +52,10 @@ pub fn is_named(path: &Path, extension: &str) -> bool {
 
 /// Reads a model (`.rtissue`, or Abaqus' `.inp`) or builds that of a description (`.toml`). Returns also notes on what was
 /// passed over.
+///
+/// # Errors
+/// Fails with `NotFound` or `Io` if a file cannot be read, with `Memory` if memory does not suffice, with `Invalid` if
+/// the file is damaged or no model can be made of it, and with `Unsupported` if it is of another version.
 pub fn read_model(context: &Context, path: &Path) -> Result<(Model, Vec<String>)> {
     if is_named(path, "toml") {
         return Ok((Recipe::read(path)?.build(context, &mut Silent)?.0, Vec::new()));

@@ -29,6 +29,11 @@ pub struct TriangleItem {
 impl TriangleItem {
     /// The triangles of `mesh`, painted if there is a colour where nothing is painted, and with `vectors` if it is to
     /// have vector displacement.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the mesh does not pass [`Mesh::check`] or all its faces are holes, edges cannot get as
+    /// short as `entry` says, the segments are not 8, 16, 32 or 64, or the transform cannot be undone, and with
+    /// `Memory` if the split mesh exceeds the memory limit, or the budget does not hold the values of the points.
     pub fn new(
         context: &Context,
         mesh: &Mesh,
@@ -84,6 +89,10 @@ impl TriangleItem {
     }
 
     /// The values of a block; `None` if it has none, or the mesh has no such layer.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if there is no such block, and with `Io`, `Invalid` or `Memory` if it is on a page that
+    /// cannot be read back.
     pub fn read(&self, layer: Layer, block: u32) -> Result<Option<Vec<u8>>> {
         match layer {
             Layer::Displacement => self.object.read_displacement(block),
@@ -97,7 +106,11 @@ impl TriangleItem {
         }
     }
 
-    /// Puts a block back, or takes it away. Fails if the mesh has no such layer or block, or the block does not fit it.
+    /// Puts a block back, or takes it away.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the mesh has no such layer or block, or the block does not fit it, and with `Memory` if
+    /// the budget does not hold it.
     pub fn write(&mut self, layer: Layer, block: u32, bytes: Option<&[u8]>) -> Result<()> {
         let missing = || Error::invalid("an object has no such layer");
         match layer {
@@ -128,6 +141,9 @@ impl TriangleItem {
     }
 
     /// Makes what was edited visible to readers. Returns the blocks that changed since this was done last.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` only if a displacement is that of another mesh, which the object refuses when it is set.
     pub fn commit(&mut self, context: &Context) -> Result<Vec<(Layer, u32)>> {
         // Measured anew, so that a frame does not depend on whether the frames before were computed or opened.
         let sculpted = self.object.commit_displacement();
@@ -149,6 +165,10 @@ impl TriangleItem {
     }
 
     /// Makes edits fade and imprints leave traces, if `entry` asks for it.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if the times of fading are out of range, and with `Memory` if the budget does not hold the
+    /// values of the points.
     pub fn keep(&mut self, entry: &ObjectEntry) -> Result<()> {
         if let Some(decay) = entry.decay {
             self.object.set_decay(decay, entry.detail.budget)?;
@@ -190,6 +210,9 @@ pub fn fading_parts(object: &TriangleObject, entry: &ObjectEntry) -> Vec<u32> {
 }
 
 /// The triangles of a part of the object that `entry` describes for the ray caster. `tag` says the tag of a face.
+///
+/// # Errors
+/// Fails with `Invalid` only if a displacement is that of another mesh, which the object refuses when it is set.
 pub fn part(object: &TriangleObject, entry: &ObjectEntry, part: u32, tag: impl Fn(u32) -> u32) -> Result<render::Mesh> {
     let count = object.surface().topology().face_count();
     let first = part as usize * PART;

@@ -95,7 +95,11 @@ impl World {
     }
 
     /// Has a graphics device make imprints on surfaces, and dabs on surfaces and meshes, from now on, or the processor
-    /// again. What a device does not do, the processor does. Fails where the device has no room for one of them.
+    /// again. What a device does not do, the processor does.
+    ///
+    /// # Errors
+    /// Fails with `Memory` or `Device` if the device has no room for one of them or is lost; objects before it work on
+    /// the device then.
     pub fn use_device(&mut self, device: Option<&Device>) -> relievo_core::Result<()> {
         for item in &mut self.items {
             match item {
@@ -239,6 +243,9 @@ impl World {
     }
 
     /// The limit of the texture coordinates of an object's surface; `None` if it is a mesh or its cage has none.
+    ///
+    /// # Errors
+    /// Fails as [`Surface::face_varying`].
     pub fn texture_limit(&self, context: &Context, object: usize) -> Result<Option<Surface>> {
         let (Some(entry), cage) = (self.scene.objects.get(object), self.cage(object)) else { return Ok(None) };
         let Geometry::Surface(index) = entry.geometry else { return Ok(None) };
@@ -311,6 +318,9 @@ impl World {
     }
 
     /// Places the objects.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a transform cannot be undone; objects before it are placed then.
     pub fn place(&mut self, transforms: &[DAffine3]) -> Result<()> {
         for (index, transform) in transforms.iter().enumerate().take(self.items.len()) {
             let name = || format!("object `{}`", self.scene.objects[index].name.text);
@@ -329,6 +339,10 @@ impl World {
     }
 
     /// Poses objects whose meshes are animated for `time` seconds. Returns their indices.
+    ///
+    /// # Errors
+    /// Fails as [`Assets::points`], and with `Invalid` if a surface or collider has another number of points, or one is
+    /// not finite; objects before it are posed then.
     pub fn pose(&mut self, context: &Context, time: f64) -> Result<Vec<usize>> {
         let mut moved = Vec::new();
         if time == self.time {
@@ -427,6 +441,9 @@ impl World {
     }
 
     /// The points of an object's mesh at `time` seconds if they move.
+    ///
+    /// # Errors
+    /// Fails as [`Assets::points`].
     pub fn moving_points(&mut self, context: &Context, object: usize, time: f64) -> Result<Option<Vec<[f32; 3]>>> {
         if !self.is_object_animated(object) {
             return Ok(None);

@@ -30,7 +30,10 @@ impl Identity {
         Self { settings, checksum: 0 }
     }
 
-    /// Adds the next file of the fluid and returns what the run is of up to it. Fails if the file cannot be read.
+    /// Adds the next file of the fluid and returns what the run is of up to it.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if the file cannot be read, and with `Invalid` if it is a folder, pipe or device.
     pub fn add(&mut self, path: &Path) -> Result<String> {
         let failed = |error: std::io::Error| Error::io(path, &error);
         let opened = file::open(path)?;

@@ -7,8 +7,11 @@ use relievo_render::foam::{Foam, FoamKind, FoamParticle};
 /// Particles that are converted at a time, so that a frame is not in memory twice.
 const CHUNK: usize = 1 << 18;
 
-/// Adds a frame of particles to a picture, as [`for_each_part`] understands it. Fails as that does, or if a number is not
-/// finite.
+/// Adds a frame of particles to a picture, as [`for_each_part`] understands it.
+///
+/// # Errors
+/// Fails as [`for_each_part`], with `Invalid` if a number is not finite, and with `Device` or `Memory` if a device that
+/// draws the foam is lost or has no memory.
 pub fn add_frame(context: &Context, foam: &mut Foam, particles: &Particles) -> Result<()> {
     for_each_part(particles, |part, velocities| match velocities {
         Some(velocities) => foam.add_moving(context, part, velocities),
@@ -16,9 +19,12 @@ pub fn add_frame(context: &Context, foam: &mut Foam, particles: &Particles) -> R
     })
 }
 
-/// Calls `work` with one part of a frame of particles after the other, and its velocities where the frame has some. The channel `type` holds 0 for spray, 1 for foam and 2
-/// for bubbles, and all are foam without it; `age` and `lifetime` hold seconds, and all are as if just born without them.
-/// Fails if a type is unknown, or `work` fails.
+/// Calls `work` with one part of a frame of particles after the other, and its velocities where the frame has some. The
+/// channel `type` holds 0 for spray, 1 for foam and 2 for bubbles, and all are foam without it; `age` and `lifetime`
+/// hold seconds, and all are as if just born without them.
+///
+/// # Errors
+/// Fails with `Invalid` if a type is unknown, and with the error of `work`.
 pub fn for_each_part(
     particles: &Particles,
     mut work: impl FnMut(&[FoamParticle], Option<&[[f32; 3]]>) -> Result<()>,

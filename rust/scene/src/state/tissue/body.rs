@@ -72,12 +72,19 @@ impl Body {
     }
 
     /// Returns the surface under a name. Files are named from a folder.
+    ///
+    /// # Errors
+    /// Fails as [`Self::triangles`]; the error says the name.
     pub fn shape(&self, context: &Context, folder: &Path, name: &str) -> Result<Shape> {
         let (points, triangles) = self.triangles(context, folder).map_err(|error| error.at(format!("`{name}`")))?;
         Ok(Shape { name: name.to_owned(), points, triangles })
     }
 
     /// Returns the triangles, counter-clockwise seen from outside.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if it has no shape or more than one, a number of a box or shell is out of range, or there
+    /// is no such side, and as [`relievo_meshio::read`] if its mesh file cannot be read.
     pub fn triangles(&self, context: &Context, folder: &Path) -> Result<Triangles> {
         match (&self.mesh, &self.cuboid, &self.sphere, &self.shell) {
             (Some(mesh), None, None, None) => {

@@ -123,7 +123,12 @@ fn fps() -> f64 {
 }
 
 impl Motion {
-    /// Reads a simulation. Fails if it has unknown keys or no frames that could be simulated.
+    /// Reads a simulation.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if the file cannot be read, with `Memory` if it is longer than 4 MiB, and with
+    /// `Invalid` if it is not TOML, has unknown keys, lacks one without a default, or its frames a second are out of
+    /// range.
     pub fn read(path: &Path) -> Result<Self> {
         let mut read: Self = description(path)?;
         if !(read.fps > 1e-3 && read.fps < 1e6) {
@@ -147,6 +152,9 @@ impl Motion {
     }
 
     /// Returns all that decides what frames of a model are, but not how many there are.
+    ///
+    /// # Errors
+    /// Fails as [`Body::triangles`] if the body of a collider cannot be made.
     pub fn identity(&self, context: &Context, model: &Model) -> Result<u32> {
         let text = format!("{self:?}").replacen(&format!("frames: {}, ", self.frames), "", 1);
         let mut bytes = text.replace(&format!(", folder: {:?}", self.folder), "").into_bytes();
@@ -160,6 +168,11 @@ impl Motion {
     }
 
     /// Prepares the simulation of a model at time 0.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a set, muscle, axis or outer face that it names does not exist, keys are missing, not
+    /// finite or not in order of time, the model, an option or a collider cannot be used, or an activation is not 0 to
+    /// 1, and as [`Body::triangles`] if the body of a collider cannot be made.
     pub fn begin(&self, context: &Context, model: Model) -> Result<Simulation> {
         let options = SimulationOptions {
             gravity: self.options.gravity,
@@ -194,6 +207,10 @@ impl Motion {
     }
 
     /// Returns the surfaces of the colliders at a time, in metres, for pictures; floors are left out.
+    ///
+    /// # Errors
+    /// Fails with `Invalid` if a collider has more than one shape, its keys are not in order of time, or its friction
+    /// or radius is out of range, and as [`Body::triangles`].
     pub fn solids(&self, context: &Context, time: f64) -> Result<Vec<(Vec<[f32; 3]>, Vec<[u32; 3]>)>> {
         let mut solids = Vec::new();
         for entry in self.collider.iter().filter(|entry| !entry.floor) {

@@ -26,7 +26,11 @@ enum Source {
 }
 
 impl Recipe {
-    /// Reads a description. Fails if it has unknown keys, or one without a default is missing.
+    /// Reads a description.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if the file cannot be read, with `Memory` if it is longer than 4 MiB, and with
+    /// `Invalid` if it is not TOML, has unknown keys, or one without a default is missing.
     pub fn read(path: &Path) -> Result<Self> {
         let source = if description::<toml::Table>(path)?.contains_key("scan") {
             Source::Scan(Box::new(description(path)?))
@@ -53,7 +57,12 @@ impl Recipe {
         }
     }
 
-    /// Builds the model. Fails if a surface cannot be read or a number is out of range, or as building does.
+    /// Builds the model.
+    ///
+    /// # Errors
+    /// Fails with `NotFound` or `Io` if a surface or scan cannot be read, with `Memory` if memory does not suffice,
+    /// with `Cancelled` if `progress` asks to stop, and with `Invalid` if a number is out of range, a material does not
+    /// exist, a surface is not closed, or the model has no element.
     pub fn build(&self, context: &Context, progress: &mut dyn Progress) -> Result<(Model, BuildReport)> {
         let folder = folder(&self.path);
         let built = match &self.source {
