@@ -434,7 +434,7 @@ pub struct Repaired {
 /// folded into the base, and the file as it was is kept beside it, with `.damaged` after its name.
 ///
 /// # Errors
-/// Fails, and leaves the file as it is, with `Busy` if another program works on it, with `Invalid` if it is no document
+/// Fails, and does not change the file, with `Busy` if another program works on it, with `Invalid` if it is no document
 /// or neither copy of its header or of its index can be read, with `Unsupported` if its version is newer than this
 /// build reads, with `Memory` if it needs more than the context's memory limit, and with `NotFound` or `Io` if it
 /// cannot be read, copied or written.
