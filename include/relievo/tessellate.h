@@ -60,7 +60,7 @@ typedef struct RlvTessellationChanges {
                          where the options say the same number for coarse and fine. */
     size_t range_count; /* ranges of points that changed; rlv_tessellation_changed_ranges lists them */
     size_t point_count; /* points in them */
-    float low[3];       /* bounds of these points, object units; zero for none */
+    float low[3];       /* bounds of these points, with those of small gaps, object units; zero for none */
     float high[3];
 } RlvTessellationChanges;
 

@@ -166,7 +166,8 @@ impl TriangleTessellation {
     /// Moves `changed` points and their normals to where they now are, as [`Self::points_near`] lists them; the rates of
     /// faces are the same as before. `marks` get the points whose position or normal differs from before.
     ///
-    /// Fails if the tessellation is that of another mesh, or its mesh was changed.
+    /// # Errors
+    /// The tessellation is that of another mesh, or its mesh was changed.
     pub fn update(
         &mut self,
         context: &Context,
@@ -222,6 +223,7 @@ impl TriangleTessellation {
     /// Gives `changed` points the colours of `paint`, as [`Self::paint`] gives them to all. `marks` get the points whose
     /// colour differs from before.
     ///
+    /// # Errors
     /// Fails, and changes nothing, if the mesh has no colours yet.
     pub fn repaint<T: ColorTexel>(&mut self, paint: &TriangleField<T>, changed: &[u32], marks: &Marks) -> Result<()> {
         self.renew::<3>("color", changed, marks, |place| color(paint, place))

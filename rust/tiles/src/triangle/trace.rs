@@ -47,6 +47,7 @@ impl TriangleTessellation {
     /// Gives `changed` points what `traces` says, as [`Self::trace`] gives it to all. `marks` get the points whose contact,
     /// depth or age differs from before.
     ///
+    /// # Errors
     /// Fails, and changes nothing, if the mesh has no traces yet.
     pub fn retrace(&mut self, traces: &TriangleField<Trace>, now: f64, changed: &[u32], marks: &Marks) -> Result<()> {
         self.renew("contact", changed, marks, |place| [mark(traces, place).contact])?;
