@@ -307,7 +307,7 @@ static void dab(RlvContext context, RlvDetail detail, RlvBrushOptions options, c
  * sculpts and one that paints elsewhere, these are the points within their squares, and few around them. */
 static void check_fine(RlvContext context, uint32_t kind, uint32_t size) {
     static const double middles[2][3] = {{1.3, 1.4, 0.0}, {2.8, 2.7, 0.0}};
-    const float radius = 0.35f, around = 4.0f / size;
+    const float radius = 0.35f, around = 8.0f / (float)size;
     RlvSurface surface = RLV_NULL;
     RlvDetail detail = RLV_NULL;
     RlvTessellation tessellation = RLV_NULL;

@@ -37,7 +37,10 @@ pub struct World {
 }
 
 impl World {
-    /// Initialises MPI. Fails if it was before, or cannot be used beside threads that do not call it.
+    /// Initialises MPI.
+    ///
+    /// # Errors
+    /// MPI was initialised before, or cannot be used beside threads that do not call it.
     pub fn start() -> Result<Self> {
         let (mut rank, mut ranks) = (0, 0);
         // SAFETY: both numbers can be written.
@@ -66,8 +69,10 @@ impl World {
         std::process::abort()
     }
 
-    /// Sends messages, one for each rank in their order, and returns the messages that each rank sent here. Fails if
-    /// those of a rank are 2 GiB or more together.
+    /// Sends messages, one for each rank in their order, and returns the messages that each rank sent here.
+    ///
+    /// # Errors
+    /// There is not one message for each rank, or those of a rank are 2 GiB or more together.
     pub fn exchange(&mut self, sent: &[Vec<u8>]) -> Result<Vec<Vec<u8>>> {
         if sent.len() != self.ranks {
             let (given, ranks) = (sent.len(), self.ranks);
@@ -95,7 +100,10 @@ impl World {
         Ok(split(&received, &expected))
     }
 
-    /// Sends a message to all ranks and returns those of all in the order of ranks. Fails if they are 2 GiB or more together.
+    /// Sends a message to all ranks and returns those of all in the order of ranks.
+    ///
+    /// # Errors
+    /// The messages are 2 GiB or more together.
     pub fn gather(&mut self, own: &[u8]) -> Result<Vec<Vec<u8>>> {
         let count = count(own)?;
         let mut expected: Vec<c_int> = vec![0; self.ranks];
