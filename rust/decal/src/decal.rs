@@ -57,7 +57,8 @@ impl DecalSettings {
     }
 
     pub(crate) fn stop(&self) -> Stop {
-        Stop { steps: self.steps as usize, decrease: self.decrease, enough: 0.0, residual: 1e-5, is_trial: false }
+        let (steps, decrease) = (self.steps as usize, self.decrease);
+        Stop { steps, decrease, enough: 0.0, pulling: 1e-5, lowering: 1e-5, is_trial: false }
     }
 }
 

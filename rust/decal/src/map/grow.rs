@@ -47,7 +47,7 @@ const WORSE: f64 = 1.05;
 const UPRIGHT: f64 = 1e-3;
 
 /// When to stop while the patch grows.
-const ROUGH: Stop = Stop { steps: 8, decrease: 0.02, enough: 4.05, residual: 1e-4, is_trial: false };
+const ROUGH: Stop = Stop { steps: 8, decrease: 0.02, enough: 4.05, pulling: 1e-4, lowering: 1e-3, is_trial: false };
 /// As [`ROUGH`], after pins pulled: what they bend beside them is a small share of the energy of a patch, and fronts go on from
 /// there.
 const PULLED: Stop = Stop { decrease: 2e-3, ..ROUGH };

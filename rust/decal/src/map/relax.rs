@@ -24,9 +24,6 @@ const PULLING_STEPS: usize = 40;
 const RINGS: [usize; 2] = [5, 15];
 /// Faces of a map that moves as a whole to turn back triangles that its pins did not flip.
 const FEW: usize = 4096;
-/// How much larger the residual of a step that lowers the distortion may be than that of one that pulls: it goes no further than
-/// the energy decreases.
-const LOOSE: f64 = 10.0;
 
 /// That of steps that follow a dragged pin or turn triangles back, after which others come.
 const ROUGH: f64 = 1e-4;
@@ -42,9 +39,11 @@ pub struct Stop {
     pub decrease: f64,
     /// The energy for each unit of area, 4 at an isometric map, that needs no step at all.
     pub enough: f64,
-    /// The residual of the linear system of a step that pulls pins, as a share of that of no step. Maps of a surface before and after it is
-    /// turned differ by about as much, since one may take a step of conjugate gradients more than the other.
-    pub residual: f64,
+    /// The residual of the linear system of a step that pulls pins, as a share of that of no step.
+    pub pulling: f64,
+    /// That of a step that lowers the distortion. Maps of a surface before and after it is turned differ by about as much, since
+    /// one may take a step of conjugate gradients more than the other.
+    pub lowering: f64,
     /// Whether another map is made where this one folds: then no large map moves as a whole to turn triangles back.
     pub is_trial: bool,
 }
@@ -279,7 +278,7 @@ impl Map<'_> {
         let mut pulls = 0;
         while is_valid && !self.is_arrived() {
             progress.step(0.0, "pulling pins")?;
-            self.direction(system, 0.0, stop.residual, &mut direction)?;
+            self.direction(system, 0.0, stop.pulling, &mut direction)?;
             let length = (SAFE * self.first_flip(&direction)).min(1.0);
             self.step(&direction, length);
             if length == 1.0 {
@@ -307,7 +306,7 @@ impl Map<'_> {
         let mut before = None;
         for step in 0..stop.steps {
             progress.step(step as f32 / stop.steps as f32, "lowering the distortion")?;
-            let (energy, slope) = self.direction(system, 0.0, LOOSE * stop.residual, &mut direction)?;
+            let (energy, slope) = self.direction(system, 0.0, stop.lowering, &mut direction)?;
             let longest = (SAFE * self.first_flip(&direction)).min(1.0);
             if !self.search(&direction, longest, energy, slope, 0.0) {
                 break;
