@@ -460,19 +460,17 @@ impl Follower {
                     }
                     None => {}
                 }
-                match (&it.traces, &before.traces) {
-                    (Some(traces), Some(_)) => {
+                if let Some(traces) = &it.traces {
+                    let is_new = before.traces.is_none();
+                    if is_new {
+                        marks.mark_all();
+                    } else {
                         // Compared at the earlier time, so that ages alone mark no point.
                         tessellator.trace(traces.field(), was, changed, made, marks)?;
-                        if aged {
-                            made.trace(traces.field(), view.time);
-                        }
                     }
-                    (Some(traces), None) => {
+                    if is_new || aged {
                         made.trace(traces.field(), view.time);
-                        marks.mark_all();
                     }
-                    (None, _) => {}
                 }
                 Ok(true)
             }
@@ -495,18 +493,17 @@ impl Follower {
                     }
                     None => {}
                 }
-                match (&it.traces, &before.traces) {
-                    (Some(traces), Some(_)) => {
-                        made.retrace(traces.field(), was, &points, marks)?;
-                        if aged {
-                            made.trace(traces.field(), view.time);
-                        }
-                    }
-                    (Some(traces), None) => {
-                        made.trace(traces.field(), view.time);
+                if let Some(traces) = &it.traces {
+                    let is_new = before.traces.is_none();
+                    if is_new {
                         marks.mark_all();
+                    } else {
+                        // Compared at the earlier time, so that ages alone mark no point.
+                        made.retrace(traces.field(), was, &points, marks)?;
                     }
-                    (None, _) => {}
+                    if is_new || aged {
+                        made.trace(traces.field(), view.time);
+                    }
                 }
                 Ok(true)
             }
