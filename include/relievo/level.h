@@ -261,9 +261,9 @@ RLV_API RlvResult rlv_level_update(RlvLevel level, const RlvLevelBuffers *buffer
 
 /* The ranges that the last update wrote, as pairs of the first and the number of elements, ascending, those of the domain:
  * RLV_DOMAIN_POINT for vertices, RLV_DOMAIN_FACE for triangles, with their wedges and face values, RLV_DOMAIN_CORNER for
- * values of wedges. Each begins and ends with an element that was written, and gaps of at most 8 elements that were not
- * are part of a range. Writes up to capacity pairs to ranges and their number to count; there are none before the first
- * update. ranges may be NULL to ask for the number. Fails if there is no such domain, or capacity is too small. */
+ * values of wedges. Each range begins and ends with an element that was written; it may have gaps of at most 8 elements
+ * that were not. Before the first update there is no range. Writes up to capacity pairs to ranges, and the number of
+ * ranges to count. ranges may be NULL to ask for the number. Fails if there is no such domain, or capacity is too small. */
 RLV_API RlvResult rlv_level_changed_ranges(RlvLevel level, uint32_t domain, uint32_t *ranges, size_t capacity,
                                            size_t *count);
 

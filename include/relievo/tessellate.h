@@ -86,9 +86,9 @@ RLV_API RlvResult rlv_tessellation_update(RlvTessellation tessellation, RlvTesse
 
 /* The ranges of points that the last update changed, as pairs of the first point and the number of points, ascending. A
  * point changed if a bit of its position, normal, colour or trace did, but for ages that only time changed; all did where
- * the detail got colours or traces, or colours of another format. Each range begins and ends with a point that changed,
- * and gaps of at most 8 points that did not are part of a range; all points are in one before the first update. Writes up to capacity pairs to ranges and their number to
- * count. ranges may be NULL to ask for the number. Fails if capacity is too small for them. */
+ * the detail got colours or traces, or colours of another format. Each range begins and ends with a point that changed; it
+ * may have gaps of at most 8 points that did not. Before the first update all points are in one range. Writes up to
+ * capacity pairs to ranges, and the number of ranges to count. ranges may be NULL to ask for the number. Fails if capacity is too small for them. */
 RLV_API RlvResult rlv_tessellation_changed_ranges(RlvTessellation tessellation, uint32_t *ranges, size_t capacity,
                                                   size_t *count);
 

@@ -110,7 +110,7 @@ pub fn frame_bytes(context: &Context, particles: &Particles) -> Result<usize> {
     Ok(parts(context, particles, None)?.iter().map(Vec::len).sum())
 }
 
-/// A frame of a cache, as it is in a file.
+/// Returns the bytes that a file of a frame has.
 ///
 /// # Errors
 /// Fails as [`Particles::check`] does, and with `Internal` if zstd fails.

@@ -148,7 +148,7 @@ impl Project {
     /// Appends classified pixels to a project file and leaves the rest of its text alone.
     ///
     /// # Errors
-    /// Fails, and leaves the file as it is, if it cannot be read, is larger than 16 MiB, no UTF-8 or no project, or
+    /// Fails, and does not change the file, if it cannot be read, is larger than 16 MiB, no UTF-8 or no project, or
     /// cannot be written.
     pub fn append(path: &Path, examples: &[Classified]) -> Result<()> {
         let place = path.display().to_string();

@@ -72,7 +72,7 @@ inline uint32_t add_up(void *user, int64_t taken) {
     return RLV_PROGRESS_CONTINUE;
 }
 
-/// What making a mesh takes: bytes that it asks malloc for on all threads, and those that the memory monitor hears of.
+/// The bytes that a mesh takes: those that all threads ask malloc for, and those that the memory monitor counts.
 struct Taken {
     int64_t asked = 0, told = 0;
 };

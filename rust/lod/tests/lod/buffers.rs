@@ -27,7 +27,7 @@ struct Kept {
     writes: usize,
 }
 
-/// The ranges that places are in: of those that are at most a gap apart, one.
+/// Returns the ranges of places: places with at most a gap between them are in one range.
 fn ranges(places: &BTreeSet<u32>) -> Vec<Range<u32>> {
     let places: Vec<u32> = places.iter().copied().collect();
     places.chunk_by(|a, b| b - a <= GAP + 1).map(|run| run[0]..run[run.len() - 1] + 1).collect()

@@ -64,7 +64,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// Makes a program of a shader as it is.
+    /// Makes a program of a shader without changes.
     ///
     /// # Errors
     /// Fails if the shader uses what WGSL lacks.

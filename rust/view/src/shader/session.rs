@@ -393,7 +393,7 @@ impl Session {
         Ok(Some(path))
     }
 
-    /// Writes the picture as it is shown, as PNG.
+    /// Writes the visible picture as PNG.
     ///
     /// # Errors
     /// Fails if there is no picture or the file cannot be written.

@@ -93,7 +93,7 @@ impl ActiveMesh {
     /// and its edits; what is finer can be made from now on.
     ///
     /// # Errors
-    /// Fails, and stays as it is, if `whole` is of another progressive mesh, or less of it has arrived.
+    /// Fails, and changes nothing, if `whole` is of another progressive mesh, or less of it has arrived.
     pub fn take_up(&mut self, whole: &Arc<Progressive>) -> Result<()> {
         if !self.whole.is_beginning_of(whole) {
             return Err(Error::invalid("it is another progressive mesh, or less of it has arrived")
