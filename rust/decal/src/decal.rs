@@ -1,5 +1,6 @@
 //! Decals: stickers laid on a surface.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use relievo_core::{Attribute, Domain, Error, ErrorKind, Mesh, Progress, Result, Values};
@@ -7,9 +8,10 @@ use relievo_core::{Attribute, Domain, Error, ErrorKind, Mesh, Progress, Result, 
 use crate::artwork::outline::Outline;
 use crate::map::energy::{Vec2, distance};
 use crate::map::graph::Graph;
-use crate::map::grow::{FOLDED, Fault, Grown, Growth, Limits, UNREACHED, is_covered, once};
+use crate::map::grow::{FOLDED, Fault, Grown, Growth, Limits, UNREACHED};
 use crate::map::patch::Patch;
 use crate::map::quality::{Quality, measure};
+use crate::map::region::{is_covered, once};
 use crate::map::relax::Stop;
 use crate::map::seed::{Seed, at_pin, between_pins, single};
 use crate::pins::{Pin, name};
@@ -227,7 +229,8 @@ impl Laying<'_> {
         let (limits, stop) = (settings.limits(), settings.stop());
         let mut grow = |mut seed: Seed, heading: Option<(u32, Vec2)>, is_free: bool| -> Grown<Seed> {
             watch(&seed.patch);
-            Growth { seed: &mut seed, vertices, places, outline, heading, is_free, limits, factor: Vec::new(), watch }
+            let (towards, factor) = (HashSet::new(), Vec::new());
+            Growth { seed: &mut seed, vertices, places, outline, heading, is_free, towards, limits, factor, watch }
                 .run(stop, progress)?;
             Ok(seed)
         };

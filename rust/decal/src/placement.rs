@@ -4,7 +4,7 @@
 //! brings to its place in the image as a linear constraint; the factor of the linear system keeps its structure from update
 //! to update. [`Placement::settle`] makes the point a vertex and lets the patch grow and shrink.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use relievo_core::{Error, Mesh, Progress, Result};
@@ -242,6 +242,7 @@ impl Placement {
             outline: &self.sticker.outline,
             heading: None,
             is_free: false,
+            towards: HashSet::new(),
             limits,
             factor: Vec::new(),
             watch: &|_| {},

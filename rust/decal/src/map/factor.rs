@@ -116,6 +116,11 @@ impl System {
         self.factor
     }
 
+    /// Has the preconditioner factorised anew for the next matrix, which differs much from this one.
+    pub fn renew(&mut self) {
+        self.is_stale = true;
+    }
+
     /// Returns the number of free vertices.
     pub fn free(&self) -> usize {
         self.diagonal.len()

@@ -8,23 +8,21 @@
 //! part of the image appears twice. Where two parts of the boundary meet on the surface, as behind a handle, the faces
 //! between them are added last, along a seam.
 
-use std::collections::{HashSet, VecDeque};
+use std::collections::HashSet;
 use std::ops::Range;
 
 use relievo_core::{Error, Progress, Result};
 
 use crate::artwork::outline::Outline;
 use crate::map::energy::{Rest, Vec2, distance};
-use crate::map::extend::extend;
 use crate::map::factor::System;
-use crate::map::patch::{Joint, Patch};
+use crate::map::front::Faces;
+use crate::map::patch::Patch;
+use crate::map::region::{is_covered, once};
 use crate::map::relax::{Map, Part, Relaxed, Stop, spread};
 use crate::map::seed::Seed;
 use crate::map::turns::turned_twice;
 use crate::pins::name;
-use crate::print::buckets::{Buckets, holds, middle};
-use crate::print::coverage::coverage;
-use crate::surface::{NONE, Surface, dot, minus, previous};
 
 /// Rounds after which growth gives up: the map does not settle.
 const ROUNDS: usize = 240;
@@ -32,19 +30,13 @@ const ROUNDS: usize = 240;
 const PASSES: usize = 4;
 /// Rings of faces that a round adds at most.
 const RINGS: u32 = 6;
-/// The share of its faces that a patch grows by in a round, beside the first rings.
-const GROWTH: usize = 2;
-/// Copies of a vertex of the surface that a sticker which overlaps itself may have.
-const LAYERS: usize = 4;
-/// Copies of a vertex within this many lengths of an edge are the same place of the sticker.
-const REACH: f64 = 4.0;
 /// How far from where its neighbour says a pin may be attached to a sticker that overlaps itself, as a share of the way to
 /// that neighbour.
 const ASTRAY: f64 = 0.75;
+/// The largest change of the scale of a free patch, which comes from its first pin and the neighbours of that pin.
+const LARGER: f64 = 2.0;
 /// How much more energy a patch may have once its seams are closed.
 const WORSE: f64 = 1.05;
-/// The least area in the plane of a face that is upright, as a share of its area on the surface.
-const UPRIGHT: f64 = 1e-3;
 
 /// When to stop while the patch grows.
 const ROUGH: Stop = Stop { steps: 8, decrease: 0.02, enough: 4.05, pulling: 1e-4, lowering: 1e-3, is_trial: false };
@@ -53,10 +45,8 @@ const ROUGH: Stop = Stop { steps: 8, decrease: 0.02, enough: 4.05, pulling: 1e-4
 const PULLED: Stop = Stop { decrease: 2e-3, ..ROUGH };
 /// How much more energy than the mean one, for each unit of area, a new face may have without a relaxation.
 const DISTORTED: f64 = 2.0;
-/// New faces of a patch of this many times their number are relaxed with those around them alone.
+/// New faces of a patch of this many times their number are relaxed with those around them alone, and not at all at the end.
 const FEW: usize = 64;
-/// A patch of this many times the faces that were added to it at the end is not relaxed anew.
-const FEWER: usize = 512;
 /// Rings around new faces that move to lower the distortion of these.
 const NEAR: usize = 3;
 
@@ -99,17 +89,6 @@ impl Fault {
     }
 }
 
-/// The faces that a round of growth adds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Faces {
-    /// This many rings.
-    Rings(u32),
-    /// One ring of the faces that are not flipped where they are placed first.
-    Upright,
-    /// The faces between parts of the boundary that meet on the surface.
-    Seam,
-}
-
 /// What came of a round of growth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Advance {
@@ -144,6 +123,8 @@ pub struct Growth<'a> {
     pub heading: Option<(u32, Vec2)>,
     /// Whether the patch grows with the pins of the seed alone at first, and is pulled to the others at the end.
     pub is_free: bool,
+    /// Faces of the surface beyond the region that lead to pins.
+    pub towards: HashSet<u32>,
     /// Bounds.
     pub limits: Limits,
     /// The memory of the factor of the last relaxation of the whole patch. It is kept, as allocators keep freed blocks of this
@@ -165,6 +146,16 @@ impl Growth<'_> {
             self.cover(progress)?;
             let is_whole = is_covered(self.seed, self.outline);
             self.align();
+            if is_whole {
+                self.cover(progress)?;
+                if self.approach() {
+                    self.cover(progress)?;
+                    self.towards.clear();
+                }
+                // Pins that were missing may lie far from where the others have them.
+                self.align();
+                self.cover(progress)?;
+            }
             self.is_free = false;
             if is_whole {
                 self.attach();
@@ -221,7 +212,7 @@ impl Growth<'_> {
             let added = self.seed.patch.faces.len() - before;
             self.peel();
             // A few faces, which lie as rigidly as the others let them, change nothing elsewhere.
-            if FEWER * added <= before {
+            if FEW * added <= before {
                 break;
             }
             self.relax(stop, progress)?;
@@ -370,12 +361,19 @@ impl Growth<'_> {
         Ok(self.is_smooth(first, most))
     }
 
-    /// Whether each pin that the patch holds is at its place.
-    fn is_arrived(&self) -> bool {
-        self.seed.pins.iter().all(|(pin, vertex)| self.seed.patch.positions[*vertex as usize] == self.places[*pin])
+    /// Where the patch holds a vertex of a pin. A free patch, which is aligned with all pins, stays where it is.
+    fn target(&self, pin: usize, vertex: u32) -> Vec2 {
+        if self.is_free { self.seed.patch.positions[vertex as usize] } else { self.places[pin] }
     }
 
-    /// Moves and turns the patch so that the pins come near to their places (Umeyama 1991, without a change of scale).
+    /// Whether each pin that the patch holds is at its place.
+    fn is_arrived(&self) -> bool {
+        let mut pins = self.seed.pins.iter();
+        pins.all(|(pin, vertex)| self.seed.patch.positions[*vertex as usize] == self.target(*pin, *vertex))
+    }
+
+    /// Moves, turns and scales the patch so that the pins come near to their places (Umeyama 1991, with the ratio of both
+    /// spreads as scale, which favours neither).
     fn align(&mut self) {
         let held = self.seed.pins.clone();
         self.attach();
@@ -388,134 +386,22 @@ impl Growth<'_> {
             std::array::from_fn(|axis| pairs.iter().map(|pair| pick(pair)[axis]).sum::<f64>() / count)
         };
         let (from, to) = (mean(|pair| pair.0), mean(|pair| pair.1));
-        let (mut cos, mut sin) = (0.0, 0.0);
+        let (mut cos, mut sin, mut before, mut after) = (0.0, 0.0, 0.0, 0.0);
         for (a, b) in &pairs {
             let (a, b) = ([a[0] - from[0], a[1] - from[1]], [b[0] - to[0], b[1] - to[1]]);
             cos += a[0] * b[0] + a[1] * b[1];
             sin += a[0] * b[1] - a[1] * b[0];
+            before += a[0] * a[0] + a[1] * a[1];
+            after += b[0] * b[0] + b[1] * b[1];
         }
         let norm = cos.hypot(sin);
         let (cos, sin) = if norm > 0.0 { (cos / norm, sin / norm) } else { (1.0, 0.0) };
+        let scale = if before > 0.0 { (after / before).sqrt().clamp(LARGER.recip(), LARGER) } else { 1.0 };
+        self.seed.scale *= scale;
         for position in &mut patch.positions {
-            let [x, y] = [position[0] - from[0], position[1] - from[1]];
+            let [x, y] = [scale * (position[0] - from[0]), scale * (position[1] - from[1])];
             *position = [to[0] + cos * x - sin * y, to[1] + sin * x + cos * y];
         }
-    }
-
-    /// Adds faces within the region.
-    fn grow(&mut self, faces: Faces) -> Result<()> {
-        let Seed { surface, patch, scale, .. } = &mut *self.seed;
-        let rings = if let Faces::Rings(rings) = faces { rings } else { 1 };
-        let layers = if self.limits.can_overlap { LAYERS } else { 1 };
-        let mut taken = vec![0_u8; surface.triangles.len()];
-        for triangle in &patch.triangles {
-            let count = &mut taken[*triangle as usize];
-            *count = count.saturating_add(1);
-        }
-        // Of each new vertex, the edges that suggested a place for it.
-        let (older, mut counts) = (patch.vertices.len(), Vec::<f64>::new());
-        let mut plane = buckets(patch, self.outline);
-        let most = patch.faces.len() * (1 + GROWTH) + 64;
-        let mut queue: VecDeque<(u32, u32)> = patch.boundary().into_iter().map(|vertex| (vertex, 0)).collect();
-        while let Some((from, ring)) = queue.pop_front() {
-            if !patch.is_boundary(from) || ring >= rings || patch.faces.len() >= most {
-                continue;
-            }
-            let to = patch.after(from);
-            let ends = [from, to].map(|vertex| patch.positions[vertex as usize]);
-            let Some(half) = patch.beyond(surface, from) else {
-                continue;
-            };
-            let layer = usize::from(taken[half as usize / 3]);
-            if layer >= layers || !self.outline.touches(ends[0], ends[1]) {
-                continue;
-            }
-            if patch.faces.len() >= self.limits.faces {
-                return Err(Error::memory(format!("the patch grows beyond {} triangles", self.limits.faces))
-                    .at("decal")
-                    .advise("make the sticker smaller, simplify the surface, or raise the limit"));
-            }
-            let joint = patch.joint(surface, from, half);
-            match joint {
-                Joint::Blocked => continue,
-                Joint::New => {
-                    let position = unfold(surface, half, ends, *scale);
-                    let copies = || patch.copies(surface.origin(previous(half)));
-                    let reach = REACH * distance(ends[0], position).max(distance(ends[1], position));
-                    let is_near = |copy: u32| distance(patch.positions[copy as usize], position) < reach;
-                    // A copy of the vertex may be reached along the boundary later: seams wait until it was not.
-                    let waits = if faces == Faces::Seam {
-                        layer > 0
-                    } else {
-                        copies().count() >= layers || copies().any(is_near)
-                    };
-                    // Beside an edge the plane may be taken by faces of a vertex with more than a full turn around it.
-                    let is_beside = |face: u32| patch.faces[face as usize].iter().any(|end| [from, to].contains(end));
-                    let corners = [ends[0], ends[1], position];
-                    let at = middle(corners);
-                    if waits || plane.at(at).any(|face| !is_beside(face) && holds(patch.corners(face), at)) {
-                        continue;
-                    }
-                    plane.insert(patch.faces.len() as u32, corners);
-                    if let Some(vertex) = patch.add(surface, from, half, joint, position) {
-                        counts.push(1.0);
-                        queue.push_back((from, ring + 1));
-                        queue.push_back((vertex, ring + 1));
-                    }
-                }
-                Joint::Start(third) | Joint::End(third) => {
-                    let apex = patch.positions[third as usize];
-                    if faces == Faces::Upright {
-                        let area = 0.5 * turn(ends[1], ends[0], apex);
-                        if area <= UPRIGHT * scale.powi(2) * surface.area(half / 3) {
-                            continue;
-                        }
-                    } else if let Some(count) = (third as usize).checked_sub(older).and_then(|at| counts.get_mut(at)) {
-                        // A vertex of this round moves to the mean of the places that the edges around it suggest.
-                        let guess = unfold(surface, half, ends, *scale);
-                        *count += 1.0;
-                        let position = &mut patch.positions[third as usize];
-                        *position =
-                            std::array::from_fn(|axis| position[axis] + (guess[axis] - position[axis]) / *count);
-                    }
-                    patch.add(surface, from, half, joint, [0.0; 2]);
-                    // The edges beside the closed gap may close now as well.
-                    let start = if matches!(joint, Joint::Start(_)) { third } else { from };
-                    queue.push_front((start, ring));
-                }
-            }
-            taken[half as usize / 3] += 1;
-        }
-        patch.shrink();
-        Ok(())
-    }
-
-    /// Places the vertices of the faces from `first` on that no older face has.
-    fn extend(&mut self, first: usize) -> Result<()> {
-        let Seed { surface, patch, scale, .. } = &mut *self.seed;
-        let mut number = vec![NONE; patch.vertices.len()];
-        let (mut is_fixed, mut positions) = (Vec::new(), Vec::new());
-        let mut is_old = vec![false; patch.vertices.len()];
-        for vertex in patch.faces[..first].as_flattened() {
-            is_old[*vertex as usize] = true;
-        }
-        let mut local = |vertex: u32| {
-            let local = &mut number[vertex as usize];
-            if *local == NONE {
-                *local = is_fixed.len() as u32;
-                is_fixed.push(is_old[vertex as usize]);
-                positions.push(patch.positions[vertex as usize]);
-            }
-            *local
-        };
-        let faces: Vec<[u32; 3]> = patch.faces[first..].iter().map(|face| face.map(&mut local)).collect();
-        let rest: Vec<Rest> =
-            patch.triangles[first..].iter().map(|triangle| Rest::new(surface.corners(*triangle), *scale)).collect();
-        extend(&faces, &rest, &is_fixed, &mut positions)?;
-        for (position, local) in patch.positions.iter_mut().zip(number).filter(|(_, local)| *local != NONE) {
-            *position = positions[local as usize];
-        }
-        Ok(())
     }
 
     /// Pins whose vertices the patch has reached are pins of it from now on.
@@ -548,11 +434,12 @@ impl Growth<'_> {
 
     /// Lowers the distortion with the pins at their targets.
     fn relax(&mut self, stop: Stop, progress: &mut dyn Progress) -> Grown<()> {
-        let Seed { surface, patch, pins, scale } = &mut *self.seed;
+        let target = |(pin, vertex): &(usize, u32)| (*vertex, self.target(*pin, *vertex));
+        let targets: Vec<(u32, Vec2)> = self.seed.pins.iter().map(target).collect();
+        let Seed { surface, patch, scale, .. } = &mut *self.seed;
         let rest: Vec<Rest> =
             patch.triangles.iter().map(|triangle| Rest::new(surface.corners(*triangle), *scale)).collect();
         let mut is_pinned = vec![false; patch.vertices.len()];
-        let targets: Vec<(u32, Vec2)> = pins.iter().map(|(pin, vertex)| (*vertex, self.places[*pin])).collect();
         for (vertex, _) in &targets {
             is_pinned[*vertex as usize] = true;
         }
@@ -622,87 +509,4 @@ impl Growth<'_> {
             *position = [center[0] + cos * x - sin * y, center[1] + sin * x + cos * y];
         }
     }
-
-    /// Removes faces outside of the region.
-    fn peel(&mut self) {
-        let outline = self.outline;
-        let inner = outline.corners()[0];
-        let pinned: HashSet<u32> = self.seed.pins.iter().map(|(_, vertex)| *vertex).collect();
-        let is_doubled = doubled(&self.seed.patch, outline);
-        let is_wanted = |patch: &Patch, face: usize| {
-            let vertices = patch.faces[face];
-            let corners = vertices.map(|vertex| patch.positions[vertex as usize]);
-            let side = |a: Vec2, b: Vec2| (b[0] - a[0]) * (inner[1] - a[1]) - (b[1] - a[1]) * (inner[0] - a[0]);
-            let is_within = (0..3).any(|corner| outline.touches(corners[corner], corners[(corner + 1) % 3]))
-                || (0..3).all(|corner| side(corners[corner], corners[(corner + 1) % 3]) >= 0.0);
-            vertices.iter().any(|vertex| pinned.contains(vertex)) || (is_within && !is_doubled[face])
-        };
-        let old = self.seed.patch.peel(&self.seed.surface, &is_wanted);
-        for (_, vertex) in &mut self.seed.pins {
-            if let Some(number) = old.iter().position(|old| old == vertex) {
-                *vertex = number as u32;
-            }
-        }
-        (self.watch)(&self.seed.patch);
-    }
-}
-
-/// Returns the share of a sticker that a patch shows, and shows once.
-pub fn once(seed: &Seed, outline: &Outline) -> f64 {
-    let coverage = coverage(outline, &seed.patch.faces, &seed.patch.positions);
-    coverage.covered - coverage.doubled
-}
-
-/// Returns whether no boundary edge of a patch with a face beyond touches the region.
-pub fn is_covered(seed: &Seed, outline: &Outline) -> bool {
-    let patch = &seed.patch;
-    patch.boundary().iter().all(|from| {
-        let ends = [*from, patch.after(*from)].map(|vertex| patch.positions[vertex as usize]);
-        patch.beyond(&seed.surface, *from).is_none() || !outline.touches(ends[0], ends[1])
-    })
-}
-
-/// The faces of a patch in the plane.
-fn buckets(patch: &Patch, outline: &Outline) -> Buckets {
-    let mut buckets = Buckets::new(outline.bounds(), patch.faces.len());
-    for (face, vertices) in patch.faces.iter().enumerate() {
-        buckets.insert(face as u32, vertices.map(|vertex| patch.positions[vertex as usize]));
-    }
-    buckets
-}
-
-/// Whether an older face that shares no vertex with it lies at the middle of each face.
-fn doubled(patch: &Patch, outline: &Outline) -> Vec<bool> {
-    let buckets = buckets(patch, outline);
-    let is_doubled = |(face, vertices): (usize, &[u32; 3])| {
-        let at = middle(patch.corners(face as u32));
-        let mut older = buckets.at(at).filter(|other| (*other as usize) < face);
-        older.any(|other| {
-            let is_beside = patch.faces[other as usize].iter().any(|vertex| vertices.contains(vertex));
-            !is_beside && holds(patch.corners(other), at)
-        })
-    };
-    patch.faces.iter().enumerate().map(is_doubled).collect()
-}
-
-/// Twice the signed area of a triangle of the plane.
-fn turn(a: Vec2, b: Vec2, c: Vec2) -> f64 {
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-}
-
-/// The place of the third corner of the face beyond an edge. The face keeps its shape and the scale of the patch, so that
-/// a stretched edge does not stretch all that follows.
-fn unfold(surface: &Surface, half: u32, ends: [Vec2; 2], scale: f64) -> Vec2 {
-    // `half` runs from the second end to the first.
-    let (from, to, apex) = (surface.origin(half), surface.target(half), surface.origin(previous(half)));
-    let [from, to, apex] = [from, to, apex].map(|vertex| surface.points[vertex as usize]);
-    let (edge, way) = (minus(to, from), minus(apex, from));
-    let length = dot(edge, edge).sqrt().max(f64::MIN_POSITIVE.sqrt());
-    let along = dot(way, edge) / length;
-    let height = (dot(way, way) - along * along).max(0.0).sqrt();
-    let axis = [ends[0][0] - ends[1][0], ends[0][1] - ends[1][1]];
-    let base = axis[0].hypot(axis[1]).max(f64::MIN_POSITIVE.sqrt());
-    let (along, across) = (scale * (along - 0.5 * length) / base, scale * height / base);
-    let middle = [0.5 * (ends[0][0] + ends[1][0]), 0.5 * (ends[0][1] + ends[1][1])];
-    [middle[0] + along * axis[0] - across * axis[1], middle[1] + along * axis[1] + across * axis[0]]
 }

@@ -281,6 +281,7 @@ impl Map<'_> {
             self.direction(system, 0.0, stop.pulling, &mut direction)?;
             let length = (SAFE * self.first_flip(&direction)).min(1.0);
             self.step(&direction, length);
+            system.renew();
             if length == 1.0 {
                 self.arrive();
             }

@@ -114,6 +114,22 @@ fn pins_moved_by_a_quarter_of_their_spacing_are_exact_and_nothing_flips() {
 }
 
 #[test]
+fn fronts_reach_pins_beyond_them_before_these_pull() {
+    let mesh = sheet(104, cap);
+    let sticker = Sticker::whole([100, 100]).expect("a sticker");
+    // Each step lowers the distortion of the whole patch, or of where it folded.
+    let mut steps = 0;
+    let mut count = |_: f32, stage: &str| {
+        steps += u32::from(stage == "lowering the distortion");
+        true
+    };
+    for side in 2..=4 {
+        lay(&mesh, &sticker, &moved(104, side), None, &DecalSettings::default(), &mut count).expect("a decal");
+    }
+    assert!(steps <= 30, "{steps} steps");
+}
+
+#[test]
 fn a_label_that_a_vase_stretches_differently_above_and_below_is_covered() {
     let on = |height: f64, turn: f64| {
         let radius = 0.25 + 0.08 * (std::f64::consts::TAU * height).sin();
