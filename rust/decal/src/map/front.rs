@@ -36,8 +36,8 @@ pub enum Faces {
 }
 
 impl Growth<'_> {
-    /// Lets the patch grow beyond the region to the pins that it does not hold, where all of them are near it. Returns whether
-    /// there is such a pin. A pin at the front of a patch that it pulls bends the front, and faces that grow from there fold.
+    /// Lets the patch grow beyond the region to the pins that it does not hold. Returns whether all of them are near it. A pin at
+    /// the front of a patch that it pulls bends the front, and faces that grow from there fold.
     pub fn approach(&mut self) -> bool {
         let Seed { surface, patch, .. } = &*self.seed;
         let most = patch.faces.len() / ASIDE;
@@ -57,7 +57,7 @@ impl Growth<'_> {
             towards.extend(faces);
         }
         self.towards = towards;
-        !self.towards.is_empty()
+        true
     }
 
     /// Adds faces within the region, and those of [`Growth::towards`].

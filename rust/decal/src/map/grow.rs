@@ -145,15 +145,11 @@ impl Growth<'_> {
         let is_pulled = if self.is_free {
             self.cover(progress)?;
             let is_whole = is_covered(self.seed, self.outline);
-            self.align();
-            if is_whole {
+            self.align(1.0);
+            if is_whole && self.approach() {
                 self.cover(progress)?;
-                if self.approach() {
-                    self.cover(progress)?;
-                    self.towards.clear();
-                }
-                // Pins that were missing may lie far from where the others have them.
-                self.align();
+                self.towards.clear();
+                self.align(LARGER);
                 self.cover(progress)?;
             }
             self.is_free = false;
@@ -372,9 +368,9 @@ impl Growth<'_> {
         pins.all(|(pin, vertex)| self.seed.patch.positions[*vertex as usize] == self.target(*pin, *vertex))
     }
 
-    /// Moves, turns and scales the patch so that the pins come near to their places (Umeyama 1991, with the ratio of both
-    /// spreads as scale, which favours neither).
-    fn align(&mut self) {
+    /// Moves, turns and scales the patch, by `most` times at most, so that the pins come near to their places (Umeyama 1991,
+    /// with the ratio of both spreads as scale, which favours neither).
+    fn align(&mut self, most: f64) {
         let held = self.seed.pins.clone();
         self.attach();
         let patch = &mut self.seed.patch;
@@ -396,7 +392,7 @@ impl Growth<'_> {
         }
         let norm = cos.hypot(sin);
         let (cos, sin) = if norm > 0.0 { (cos / norm, sin / norm) } else { (1.0, 0.0) };
-        let scale = if before > 0.0 { (after / before).sqrt().clamp(LARGER.recip(), LARGER) } else { 1.0 };
+        let scale = if before > 0.0 { (after / before).sqrt().clamp(most.recip(), most) } else { 1.0 };
         self.seed.scale *= scale;
         for position in &mut patch.positions {
             let [x, y] = [scale * (position[0] - from[0]), scale * (position[1] - from[1])];
