@@ -12,7 +12,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, SystemTime};
 
 use relievo_client::Hash;
-use relievo_core::{Error, Result};
+use relievo_core::{Error, ErrorKind, Result};
 
 use crate::object::{self, Object};
 
@@ -75,7 +75,7 @@ impl Store {
         std::fs::create_dir_all(&unfinished).map_err(failed)?;
         let lock = File::create(folder.join(LOCK)).map_err(failed)?;
         if lock.try_lock().is_err() {
-            return Err(Error::new(relievo_core::ErrorKind::Busy, "another server uses the cache")
+            return Err(Error::new(ErrorKind::Busy, "another server uses the cache")
                 .at(folder.display().to_string())
                 .advise("name another folder by --cache, or stop that server"));
         }
@@ -91,7 +91,7 @@ impl Store {
     /// Fails with `NotFound` if the folder has no cache, and with `Io` if it cannot be read.
     pub fn look(folder: &Path) -> Result<Self> {
         if !folder.join(FRAMES).is_dir() {
-            return Err(Error::new(relievo_core::ErrorKind::NotFound, "there is no cache")
+            return Err(Error::new(ErrorKind::NotFound, "there is no cache")
                 .at(folder.display().to_string())
                 .advise("name the folder of a cache by --cache"));
         }
@@ -247,7 +247,7 @@ impl Store {
     fn object(&self, key: Hash) -> Result<Object<File>> {
         let path = self.path(key);
         if !self.index().touch(key) {
-            return Err(Error::new(relievo_core::ErrorKind::NotFound, "the frame is no longer in the cache")
+            return Err(Error::new(ErrorKind::NotFound, "the frame is no longer in the cache")
                 .advise("wait until it is computed again"));
         }
         let failed = |error: std::io::Error| Error::io(&path, &error);
@@ -262,10 +262,18 @@ impl Store {
         }
     }
 
-    /// Removes a file that turned out to be damaged, so that its frame is computed again.
+    /// Removes a file that turned out to be damaged or gone, so that its frame is computed again. One that cannot be read now, for
+    /// want of memory or of file handles, stays.
     fn checked<T>(&self, key: Hash, result: Result<T>) -> Result<T> {
+        let is_gone = || std::fs::metadata(self.path(key)).is_err_and(|it| it.kind() == std::io::ErrorKind::NotFound);
+        let is_lost = |error: &Error| match error.kind {
+            ErrorKind::Invalid | ErrorKind::Unsupported => true,
+            ErrorKind::Io | ErrorKind::NotFound => is_gone(),
+            _ => false,
+        };
         if let Err(error) = &result
             && self.contains(key)
+            && is_lost(error)
         {
             tracing::warn!(%key, %error, "removed a damaged or missing frame from the cache");
             self.forget(&mut self.index(), key)?;
@@ -277,8 +285,8 @@ impl Store {
     ///
     /// # Errors
     /// Fails with `NotFound` if there is none, with `Io` if its file cannot be opened, with `Invalid` if it is damaged,
-    /// with `Unsupported` if it is of another version, and with `Memory` if memory does not suffice; but for the first,
-    /// it is removed too.
+    /// with `Unsupported` if it is of another version, and with `Memory` if memory does not suffice. A file that is damaged or
+    /// of another version is removed.
     pub fn get(&self, key: Hash) -> Result<Vec<u8>> {
         let content = self.object(key).and_then(|mut object| object.part(0, usize::MAX));
         self.checked(key, content)

@@ -53,6 +53,20 @@ fn every_truncation_and_bit_flip_is_found_and_the_frame_removed() {
         assert!(!path.exists() && !store.contains(key(1)), "a damaged frame stays");
         store.put(key(1), &content).unwrap();
     }
+    // A file that is gone is forgotten; one that cannot be opened now stays.
+    std::fs::remove_file(&path).unwrap();
+    assert_eq!(store.get(key(1)).unwrap_err().kind, ErrorKind::NotFound);
+    assert!(!store.contains(key(1)));
+    store.put(key(1), &content).unwrap();
+    #[cfg(unix)]
+    {
+        let aside = path.with_extension("aside");
+        std::fs::rename(&path, &aside).unwrap();
+        std::os::unix::fs::symlink(&path, &path).unwrap();
+        assert_eq!(store.get(key(1)).unwrap_err().kind, ErrorKind::Io);
+        std::fs::rename(&aside, &path).unwrap();
+        assert!(store.get(key(1)).unwrap() == content, "a frame that could not be opened once is lost");
+    }
     // A whole file under another name is not taken for that frame.
     store.put(key(2), b"other").unwrap();
     std::fs::copy(&path, file(folder.path(), key(2))).unwrap();
