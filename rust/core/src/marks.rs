@@ -34,14 +34,18 @@ impl Marks {
         }
     }
 
-    /// Puts `new` in place of `old`, the values of the elements from `first` on, and marks elements whose bits differ.
+    /// Puts `new` in place of `old`, the values of the elements from `first` on, and marks elements whose bits differ, as far as
+    /// there are marks for them.
     pub fn renew<const N: usize>(&self, first: usize, old: &mut [[f32; N]], new: &[[f32; N]]) {
         let (mut at, mut bits) = (first / 64, 0);
-        for (element, (old, new)) in (first..self.count).zip(old.iter_mut().zip(new)) {
+        for (element, (old, new)) in (first..).zip(old.iter_mut().zip(new)) {
             if old.map(f32::to_bits) == new.map(f32::to_bits) {
                 continue;
             }
             *old = *new;
+            if element >= self.count {
+                continue;
+            }
             if element / 64 != at {
                 self.set(at, bits);
                 (at, bits) = (element / 64, 0);
@@ -139,5 +143,12 @@ mod tests {
         marks.renew(60, &mut old[60..140], &[[1.0; 2]; 80]);
         marks.take(&mut ranges);
         assert_eq!(ranges, std::iter::once(60..140).collect::<Vec<_>>());
+        // Elements without marks get their values too.
+        marks.renew(190, &mut old[190..], &[[2.0; 2]; 10]);
+        let (mut longer, new) = (vec![[0.0; 2]; 30], [[3.0; 2]; 30]);
+        marks.renew(180, &mut longer, &new);
+        marks.take(&mut ranges);
+        assert_eq!(longer, new);
+        assert_eq!(ranges, std::iter::once(180..200).collect::<Vec<_>>());
     }
 }
