@@ -55,6 +55,15 @@ class Hosts(unittest.TestCase):
         self.assertEqual((failed.exception.element_kind, failed.exception.element), (rl.Element.CORNER, 2))
         self.assertNotEqual(failed.exception.code, 0)
 
+    def test_corners_may_be_rows(self):
+        context = rl.Context(threads=1)
+        points, corners, _ = shapes.grid(4)
+        rows = numpy.reshape(corners, (-1, 4))
+        for mesh in (rl.Mesh(context, points, rows), rl.Mesh(context, points, rows, 4), rl.Mesh.borrow(context, points, rows)):
+            self.assertEqual((mesh.info.face_count, mesh.info.corner_count), (len(rows), rows.size))
+        with self.assertRaises(rl.Invalid):
+            rl.Mesh(context, points, rows, 3)
+
     def test_threads_are_shared_memory_is_watched_and_jobs_say_when_they_end(self):
         with self.assertRaisesRegex(rl.Invalid, "shared"):
             rl.Context(shared=rl.Context(threads=2), threads=3)
