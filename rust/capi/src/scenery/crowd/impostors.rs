@@ -7,7 +7,8 @@ use glam::DVec3;
 use relievo_core::{Context, Result};
 use relievo_crowd::{Crowd, Frame, Impostor, Impostors, NONE, Texel};
 
-use super::{RlvCrowd, fill, flat};
+use super::draws::flat;
+use super::{RlvCrowd, fill};
 use crate::border::array::{Output, Plain};
 use crate::border::descriptor::read_descriptor;
 use crate::border::registry::{self, try_read};
