@@ -3,7 +3,7 @@
 mod build;
 mod export;
 mod info;
-mod picture;
+pub mod picture;
 mod refit;
 mod scene;
 

@@ -9,6 +9,8 @@ mod schema;
 
 use clap::Subcommand;
 
+#[cfg(feature = "view")]
+pub use self::folder::folder_of;
 use crate::Outcome;
 
 #[derive(clap::Args)]

@@ -2,8 +2,8 @@
 
 mod build;
 mod info;
-mod picture;
-mod render;
+pub mod picture;
+pub mod render;
 mod sim;
 
 use std::path::Path;
@@ -45,14 +45,14 @@ pub fn run(arguments: &Arguments) -> Outcome {
 }
 
 /// Reads a model, or builds that of a description, and notes what was passed over.
-fn model(context: &Context, path: &Path) -> Result<Model> {
+pub fn model(context: &Context, path: &Path) -> Result<Model> {
     let (model, notes) = read_model(context, path)?;
     notes.iter().for_each(|note| eprintln!("note: {note}"));
     Ok(model)
 }
 
 /// Reads a frame and puts the simulation there.
-fn show(context: &Context, simulation: &mut Simulation, path: &Path) -> Result<()> {
+pub fn show(context: &Context, simulation: &mut Simulation, path: &Path) -> Result<()> {
     let saved = SavedState::read(context, path)?;
     simulation.set_state(saved.state).map_err(|error| error.at(path.display().to_string()))
 }

@@ -1,11 +1,19 @@
 //! `relievo view`
 
-use std::path::PathBuf;
+mod levels;
+mod particles;
+mod scene;
+mod tissue;
+mod walkers;
+
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use relievo_core::{Error, ErrorKind};
+use relievo_core::{Context, Error, ErrorKind, Result};
 use relievo_view::Script;
 use relievo_view::model::{self, Opening, Session, SurfaceKind};
+use relievo_view::show::{self, Subject};
 
 use crate::Outcome;
 use crate::args::limits::Limits;
@@ -13,23 +21,43 @@ use crate::args::viewpoint::Axis;
 
 const EXAMPLE: &str = "Examples: relievo view frog.obj
           relievo view frog.relievo        (with frog.obj beside it)
+          relievo view frames/             (particles, played)
+          relievo view robot.rcrowd --square 400
+          relievo view press.toml frames/  (soft tissue and its frames)
+          relievo view snow.toml           (a scene after `relievo scene run`)
 
 Left button on the surface: the brush; with Ctrl inverted, with Shift smoothing. Middle or right button, or the left one
 beside the model: turn; with Shift move, with Ctrl zoom, as the wheel does. Right button or Esc during a stroke: take it back.
 F, Shift+F: size and strength. X: symmetry. W: borders of faces. Home: all in view. 1, 3, 7: front, right, top; with Ctrl back,
-left, bottom. 5: with or without perspective. Ctrl+Z, Ctrl+Shift+Z: undo, redo. Ctrl+S, Ctrl+Shift+S: save, save as.
+left, bottom. 5: with or without perspective. R: the ray caster's picture while the hand rests. Space, left, right: play, the
+frame before, the next. Ctrl+Z, Ctrl+Shift+Z: undo, redo. Ctrl+S, Ctrl+Shift+S: save, save as.
 
 Acts of a script, one a line: drag BUTTON X0 Y0 X1 Y1 (left, middle or right, after ctrl+ or shift+; places are shares of the
 view), point X Y, wheel NOTCHES, press NAME (what stands on a button, a layer's name, eye NAME, edit NUMBER), key NAME,
-type TEXT, resize WIDTH HEIGHT, wait_frames N, screenshot FILE, quit";
+type TEXT, resize WIDTH HEIGHT, wait_frames N, rest (until the caster's picture and recorded ones are there), screenshot FILE,
+quit";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub struct Arguments {
-    /// A mesh, or a document (.relievo).
+    /// A mesh, a document (.relievo), a progressive mesh (.rlvpm), a crowd model (.rcrowd), soft tissue (.rtissue, .inp, or the
+    /// description of its simulation), particles or a folder of their frames, or a scene (.toml).
     file: PathBuf,
-    /// The mesh that the document was made on; left out, the one beside it that has the same name.
+    /// The mesh that the document was made on; left out, the one beside it that has the same name. With soft tissue the
+    /// folder of its frames, with a scene the folder of its results; left out, the one that is named after the scene.
     mesh: Option<PathBuf>,
+    /// A mesh that is pressed into the surface by hand.
+    #[arg(long, value_name = "FILE")]
+    tool: Option<PathBuf>,
+    /// So many agents of a crowd model on a square.
+    #[arg(long, value_name = "N", default_value_t = 100, conflicts_with = "agents")]
+    square: usize,
+    /// The agents of a crowd model, as `relievo crowd view` takes them.
+    #[arg(long, value_name = "FILE")]
+    agents: Option<PathBuf>,
+    /// Frames of particles a second.
+    #[arg(long, value_name = "N", default_value_t = 24.0)]
+    fps: f64,
     /// Take a mesh for the control cage of a Catmull-Clark surface, or for its triangles; left out, for its triangles if it
     /// has no other faces.
     #[arg(long, value_enum, value_name = "KIND")]
@@ -38,9 +66,9 @@ pub struct Arguments {
     /// make some hundred thousand triangles.
     #[arg(long, value_name = "COUNT", value_parser = cells)]
     cells: Option<u32>,
-    /// The axis that points up.
-    #[arg(long, value_enum, default_value = "z")]
-    up: Axis,
+    /// The axis that points up; left out, y for crowds, what a scene says, and z for all else.
+    #[arg(long, value_enum)]
+    up: Option<Axis>,
     /// A part of the name of the graphics device that draws; left out, the best there is.
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
@@ -63,7 +91,7 @@ enum Kind {
 }
 
 /// Reads a power of two from 1 to 256.
-fn cells(text: &str) -> Result<u32, String> {
+fn cells(text: &str) -> std::result::Result<u32, String> {
     let count = text.parse().ok().filter(|count: &u32| count.is_power_of_two() && *count <= 256);
     count.ok_or_else(|| format!("{text:?} is no power of two from 1 to 256"))
 }
@@ -73,6 +101,16 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let (kind, adapter) = (crate::args::device::Device::Gpu, arguments.adapter.as_deref());
     let device = crate::args::device::device(kind, adapter, arguments.limits.memory_limit)?
         .ok_or_else(|| Error::new(ErrorKind::Device, "there is no graphics device to draw with"))?;
+    let context = arguments.limits.context()?;
+    let axis = |axis: Axis| match axis {
+        Axis::X => 0,
+        Axis::Y => 1,
+        Axis::Z => 2,
+    };
+    if let Some((subject, up)) = subject(&context, arguments)? {
+        show::run(subject, &device, arguments.up.map_or(up, axis), script)?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let opening = Opening {
         file: arguments.file.clone(),
         mesh: arguments.mesh.clone(),
@@ -82,15 +120,49 @@ pub fn run(arguments: &Arguments) -> Outcome {
         }),
         cells: arguments.cells,
     };
-    let session = Session::open(arguments.limits.context()?, &opening)?;
-    let up = match arguments.up {
-        Axis::X => 0,
-        Axis::Y => 1,
-        Axis::Z => 2,
-    };
-    let session = model::run(session, &device, up, script)?;
+    let mut session = Session::open(context, &opening)?;
+    if let Some(tool) = &arguments.tool {
+        session.open_tool(tool)?;
+    }
+    let session = model::run(session, &device, arguments.up.map_or(2, axis), script)?;
     if arguments.costs {
         crate::print(&session.costs.summary())?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Opens what is played and not edited, and says which axis points up; `None` for a mesh or a document.
+fn subject(context: &Context, arguments: &Arguments) -> Result<Option<(Box<dyn Subject>, usize)>> {
+    let (file, context) = (arguments.file.as_path(), context.clone());
+    let extension = file.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+    let (subject, up): (Box<dyn Subject>, usize) = match extension.as_deref() {
+        _ if file.is_dir() => (Box::new(particles::ParticleFrames::open(context, file, arguments.fps)?), 2),
+        Some("rlvfluid" | "bgeo" | "vtk" | "vdb") => {
+            (Box::new(particles::ParticleFrames::open(context, file, arguments.fps)?), 2)
+        }
+        Some("rlvpm") => (Box::new(levels::Levels::open(context, file)?), 2),
+        Some("rcrowd") => {
+            let agents = arguments.agents.as_deref();
+            (Box::new(walkers::Walkers::open(context, file, agents, arguments.square)?), 1)
+        }
+        Some("rtissue" | "inp") => (Box::new(tissue::Tissue::open(context, file, arguments.mesh.as_deref())?), 2),
+        Some("toml") if is_tissue(file)? => {
+            (Box::new(tissue::Tissue::open(context, file, arguments.mesh.as_deref())?), 2)
+        }
+        Some("toml") => {
+            let out = arguments.mesh.clone().unwrap_or_else(|| crate::scene::folder_of(file));
+            let (scene, up) = scene::SceneFrames::open(context, file, &out)?;
+            (Box::new(scene), up)
+        }
+        _ => return Ok(None),
+    };
+    Ok(Some((subject, up)))
+}
+
+/// Whether a description is one of a simulation of soft tissue, which names its model.
+fn is_tissue(path: &Path) -> Result<bool> {
+    let mut text = String::new();
+    let failed = |error: std::io::Error| Error::io(path, &error);
+    relievo_core::file::open(path)?.take(1 << 20).read_to_string(&mut text).map_err(failed)?;
+    Ok(text.lines().any(|line| line.split_once('=').is_some_and(|(key, _)| key.trim() == "model")))
 }

@@ -2,23 +2,15 @@
 //! drags of the mouse, undone and saved. The model is made here.
 #![cfg(feature = "view")]
 
+mod display;
+
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 use relievo_document::Document;
-use relievo_render::{Image, Picture};
 
-/// Whether there are a display server and a graphics device; where they are required, it fails without them.
-fn is_possible() -> bool {
-    let is_there = Command::new("xvfb-run").arg("--help").output().is_ok() && !relievo_gpu::adapters().is_empty();
-    let is_required = std::env::var_os("RELIEVO_GPU_TESTS").is_some_and(|it| it == "required");
-    assert!(is_there || !is_required, "there is no Xvfb or no graphics device");
-    if !is_there {
-        println!("skipped: there is no Xvfb or no graphics device");
-    }
-    is_there
-}
+use display::{difference, is_possible, pictures, share, view};
 
 /// A ball of six quads that are divided until they are round.
 fn ball(path: &Path) {
@@ -33,47 +25,6 @@ fn ball(path: &Path) {
         writeln!(text, "f {a} {b} {c} {d}").unwrap();
     }
     std::fs::write(path, text).unwrap();
-}
-
-fn view(folder: &Path, script: &str) -> String {
-    std::fs::write(folder.join("script.txt"), script).unwrap();
-    let mut command = Command::new("xvfb-run");
-    command.args(["--auto-servernum", "--server-args", "-screen 0 1440x860x24", "timeout", "60"]);
-    command.arg(env!("CARGO_BIN_EXE_relievo")).args([
-        "view",
-        "ball.obj",
-        "--cells",
-        "32",
-        "--script",
-        "script.txt",
-        "--costs",
-    ]);
-    let done = command.current_dir(folder).env_remove("WAYLAND_DISPLAY").output().unwrap();
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    String::from_utf8(done.stdout).unwrap()
-}
-
-fn read(path: PathBuf) -> Image {
-    Picture::read(&path, 1 << 30).unwrap().color
-}
-
-/// Returns the share of a part of a picture's pixels, in shares of its width and height, that a test of their colour holds for.
-fn share(image: &Image, [left, top, right, bottom]: [f32; 4], test: impl Fn([f32; 3]) -> bool) -> f64 {
-    let [width, height] = [image.width(), image.height()];
-    let columns = (left * width as f32) as u32..(right * width as f32) as u32;
-    let rows = (top * height as f32) as u32..(bottom * height as f32) as u32;
-    let count = columns.len() * rows.len();
-    let found = rows.flat_map(|y| columns.clone().map(move |x| (x, y))).filter(|(x, y)| test(image.color(*x, *y)));
-    found.count() as f64 / count as f64
-}
-
-/// The share of the middle of two pictures that differs.
-fn difference(a: &Image, b: &Image) -> f64 {
-    let [width, height] = [a.width(), a.height()];
-    let columns = width / 4..width / 10 * 7;
-    let count = columns.len() as f64 * f64::from(height);
-    let differs = |(x, y): &(u32, u32)| a.color(*x, *y).iter().zip(b.color(*x, *y)).any(|(a, b)| (a - b).abs() > 0.02);
-    (0..height).flat_map(|y| columns.clone().map(move |x| (x, y))).filter(differs).count() as f64 / count
 }
 
 #[test]
@@ -91,16 +42,9 @@ fn a_ball_is_turned_sculpted_painted_undone_and_saved() {
         drag middle 0.4 0.5 0.6 0.6\npoint 0.02 0.02\nwait_frames 1\nscreenshot turned.png\n\
         key 1\npoint 0.02 0.02\nkey ctrl+z\nkey ctrl+z\nwait_frames 2\nscreenshot undone.png\nkey ctrl+shift+z\nkey ctrl+shift+z\n\
         key w\nresize 800 560\nwait_frames 2\nscreenshot resized.png\nkey ctrl+s\nwait_frames 2\nquit\n";
-    let printed = view(folder, script);
-    if let Some(kept) = std::env::var_os("RELIEVO_SCREENSHOTS") {
-        for name in ["before", "drawn", "painted", "turned", "undone", "resized"] {
-            std::fs::copy(folder.join(format!("{name}.png")), Path::new(&kept).join(format!("model_{name}.png")))
-                .unwrap();
-        }
-    }
+    let printed = view(folder, &["ball.obj", "--cells", "32", "--costs"], script);
     let [before, drawn, painted, turned, undone, resized] =
-        ["before", "drawn", "painted", "turned", "undone", "resized"]
-            .map(|name| read(folder.join(format!("{name}.png"))));
+        pictures(folder, ["before", "drawn", "painted", "turned", "undone", "resized"]);
     // A ridge changes a strip of the ball, the turn all of it; two edits are undone to the pixel, but for the lists beside.
     assert!((0.01..0.2).contains(&difference(&before, &drawn)), "{}", difference(&before, &drawn));
     assert!(difference(&painted, &turned) > 0.1);
@@ -114,6 +58,41 @@ fn a_ball_is_turned_sculpted_painted_undone_and_saved() {
     assert!(document.layers().iter().filter(|layer| !layer.blocks().is_empty()).count() >= 2);
     assert!(!folder.join("ball.autosave.relievo").exists());
     assert!(printed.starts_with("brush events: ") && !printed.starts_with("brush events: 0"), "{printed}");
+}
+
+#[test]
+fn a_tool_is_pressed_in_colours_stand_for_tiles_and_preferences_stay() {
+    if !is_possible() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    ball(&folder.join("ball.obj"));
+    std::fs::rename(folder.join("ball.obj"), folder.join("cube.obj")).unwrap();
+    ball(&folder.join("ball.obj"));
+    let script = "resize 1000 620\nwait_frames 1\nkey 1\nwait_frames 2\npoint 0.02 0.02\nscreenshot before.png\n\
+        press press cube\ndrag left 0.46 0.5 0.54 0.5\npoint 0.02 0.02\nwait_frames 2\nscreenshot pressed.png\n\
+        key ctrl+z\nwait_frames 2\nscreenshot lifted.png\nkey ctrl+shift+z\npress show tiles\nwait_frames 1\n\
+        screenshot tiles.png\npress show paint\nkey r\nrest\nscreenshot rays.png\nkey x\nwait_frames 1\nquit\n";
+    view(folder, &["ball.obj", "--cells", "32", "--tool", "cube.obj"], script);
+    let names = ["before", "pressed", "lifted", "tiles", "rays"];
+    let [before, pressed, lifted, tiles, rays] = pictures(folder, names);
+    assert!((0.003..0.2).contains(&difference(&before, &pressed)), "{}", difference(&before, &pressed));
+    assert_eq!(difference(&before, &lifted), 0.0);
+    // All faces of the ball are large, so the ones that were pressed fill what is seen: orange, the rest is grey.
+    let middle = [0.35, 0.3, 0.65, 0.7];
+    let is_orange = |[r, g, b]: [f32; 3]| r > 1.3 * g && g > 3.0 * b;
+    assert!(share(&pressed, middle, is_orange) < 1e-3 && share(&tiles, middle, is_orange) > 0.1);
+    // The caster's picture has shadows and another light; where the ball is, it is as grey as before.
+    assert!(difference(&pressed, &rays) > 0.1);
+    assert!(share(&rays, [0.45, 0.3, 0.55, 0.4], |[r, g, b]| r > 0.05 && (r - b).abs() < 0.2 * r && g > 0.05) > 0.9);
+    let config = folder.join("config/view.txt");
+    let text = std::fs::read_to_string(&config).unwrap();
+    assert!(text.contains("brush.symmetry true") && text.contains("view.rays true"), "{text}");
+    // A file that is damaged is as good as none, and is written anew.
+    std::fs::write(&config, [0xff, 0xfe, b'\n', 0, b'v', b'i']).unwrap();
+    view(folder, &["ball.obj", "--cells", "8"], "wait_frames 1\nquit\n");
+    assert!(std::fs::read_to_string(&config).unwrap().contains("view.rays false"));
 }
 
 #[test]

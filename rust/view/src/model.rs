@@ -5,22 +5,25 @@
 //! device: strokes are given as rays. [`run`] opens the window, which shows the session and draws its triangles.
 
 mod brush;
-mod camera;
 mod costs;
 mod object;
 mod panels;
 mod picker;
 mod session;
-mod shaded;
 mod triangles;
 mod viewport;
 
 use std::path::PathBuf;
 
 use egui::Rect;
+use glam::Vec3;
 use relievo_core::Result;
 use relievo_gpu::{Device, wgpu};
 
+use crate::drawing::camera::Camera;
+use crate::drawing::shaded::{Arrays, Shaded, Solid};
+use crate::drawing::{pixels, rays};
+use crate::preferences::Preferences;
 use crate::script::Script;
 use crate::window::{self, Content, Target};
 
@@ -29,14 +32,16 @@ pub use costs::{Costs, STAGES};
 pub use object::SurfaceKind;
 pub use picker::Picked;
 pub use session::{Opening, Session};
+pub use triangles::Shades;
 
-use camera::Camera;
 use panels::Panels;
-use shaded::Shaded;
 use viewport::Viewport;
 
 /// Number of a stage in [`STAGES`].
 const UPLOAD: usize = 3;
+
+/// What a tool mesh is drawn in, linear.
+const STEEL: [f32; 3] = [0.2, 0.22, 0.26];
 
 /// Opens the window of a session, drawn by `device`, where the axis `up`, 0 to 2, points up. Returns the session when the
 /// window is closed. A script acts first; the window closes at its end.
@@ -44,16 +49,32 @@ const UPLOAD: usize = 3;
 /// # Errors
 /// Fails if there is no display, if the graphics device cannot present to it, is lost or has no memory, or if an act of
 /// the script finds no widget.
-pub fn run(session: Session, device: &Device, up: usize, script: Option<Script>) -> Result<Session> {
+pub fn run(mut session: Session, device: &Device, up: usize, script: Option<Script>) -> Result<Session> {
     let context = egui::Context::default();
     context.set_theme(egui::Theme::Dark);
+    let preferences = Preferences::load(script.is_some());
+    let scale = session.scale();
+    session.brush.take_up(&preferences, scale);
+    let mut viewport = Viewport::new(Camera::new(session.bounds(), up));
+    viewport.is_wired = preferences.switch("view.faces").unwrap_or(false);
+    viewport.rays.is_on = preferences.switch("view.rays").unwrap_or(false);
+    viewport.rays.is_prompt = script.is_some();
+    if preferences.switch("view.parallel").unwrap_or(false) {
+        viewport.camera.toggle_projection();
+    }
+    let mut solid = Solid::new(device)?;
+    solid.replace(session.triangles().arrays())?;
     let viewer = Viewer {
-        shaded: Shaded::new(device, session.triangles())?,
+        solid,
+        tool: Solid::new(device)?,
+        tool_points: 0,
+        shaded: Shaded::new(device),
         serial: session.triangles().serial,
-        viewport: Viewport::new(Camera::new(session.bounds(), up)),
+        viewport,
         panels: Panels::default(),
         device: device.clone(),
         session,
+        preferences,
     };
     Ok(window::run(context, viewer, script)?.session)
 }
@@ -63,10 +84,15 @@ struct Viewer {
     session: Session,
     panels: Panels,
     viewport: Viewport,
+    solid: Solid,
+    tool: Solid,
+    /// Points of the tool that are on the device.
+    tool_points: usize,
     shaded: Shaded,
     /// The triangles that are on the device.
     serial: u64,
     device: Device,
+    preferences: Preferences,
 }
 
 impl Viewer {
@@ -75,16 +101,31 @@ impl Viewer {
         let changed = self.session.take_changed();
         if self.serial != self.session.triangles().serial {
             self.serial = self.session.triangles().serial;
-            return self.shaded.replace(self.session.triangles());
+            return self.solid.replace(self.session.triangles().arrays());
         }
         if changed.is_empty() {
             return Ok(());
         }
-        let Self { session, shaded, .. } = self;
+        let Self { session, solid, .. } = self;
         let mut costs = std::mem::take(&mut session.costs);
-        let done = costs.after(UPLOAD, || shaded.update(session.triangles(), &changed));
+        let done = costs.after(UPLOAD, || solid.update(session.triangles().arrays(), &changed));
         session.costs = costs;
         done.map(drop)
+    }
+
+    /// Writes the tool to the device where it is. Returns whether it is shown.
+    fn upload_tool(&mut self) -> Result<bool> {
+        let Some((points, triangles, pose)) = self.session.tool_shown() else { return Ok(false) };
+        let place = |point: &[f32; 3]| pose.transform_point3(Vec3::from(*point).as_dvec3()).as_vec3().to_array();
+        let points: Vec<[f32; 3]> = points.iter().map(place).collect();
+        let (normals, colors) = (rays::smooth_normals(&points, triangles), vec![STEEL; points.len()]);
+        let arrays = Arrays { points: &points, normals: &normals, colors: &colors, corners: triangles.as_flattened() };
+        if std::mem::replace(&mut self.tool_points, points.len()) == points.len() {
+            self.tool.update(arrays, &[0..points.len() as u32])?;
+        } else {
+            self.tool.replace(arrays)?;
+        }
+        Ok(true)
     }
 }
 
@@ -107,13 +148,29 @@ impl Content for Viewer {
 
     fn draw(&mut self, encoder: &mut wgpu::CommandEncoder, target: &Target<'_>) -> Result<()> {
         self.upload()?;
-        let area = self.viewport.area().unwrap_or(Rect::NOTHING);
-        let pixel = |points: f32, most: u32| ((points * target.scale).round().max(0.0) as u32).min(most);
-        let [left, right] = [area.left(), area.right()].map(|at| pixel(at, target.size[0]));
-        let [top, bottom] = [area.top(), area.bottom()].map(|at| pixel(at, target.size[1]));
-        let area = [left, top, right.saturating_sub(left), bottom.saturating_sub(top)];
-        let wire = self.viewport.is_wired.then(|| self.session.triangles());
-        self.shaded.draw(encoder, target, area, &self.viewport.camera, wire)
+        let has_tool = self.upload_tool()?;
+        let is_wired = self.viewport.is_wired;
+        if is_wired {
+            let triangles = self.session.triangles();
+            self.solid.set_borders(|| triangles.borders())?;
+        }
+        let area = pixels(self.viewport.area().unwrap_or(Rect::NOTHING), target);
+        let both = [(&self.solid, is_wired), (&self.tool, false)];
+        let solids = if has_tool { &both[..] } else { &both[..1] };
+        self.shaded.draw(encoder, target, area, &self.viewport.camera, solids)
+    }
+
+    fn end(&mut self) -> Result<()> {
+        let Self { session, viewport, preferences, .. } = self;
+        session.brush.keep(preferences, session.scale());
+        preferences.set("view.faces", viewport.is_wired);
+        preferences.set("view.rays", viewport.rays.is_on);
+        preferences.set("view.parallel", viewport.camera.is_parallel());
+        preferences.save()
+    }
+
+    fn is_resting(&self) -> bool {
+        self.viewport.rays.is_done()
     }
 
     fn close(&mut self) {

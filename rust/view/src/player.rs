@@ -68,6 +68,12 @@ impl Player {
                 content.replace_text(file)?;
                 Some(vec![Vec::new(); 2])
             }
+            // The frame of the act before has to be there, which asks for what it waits for.
+            Act::Rest if self.waited < 2 || !content.is_resting() => {
+                self.waited += 1;
+                return Ok((Vec::new(), Wish::Nothing));
+            }
+            Act::Rest => Some(vec![Vec::new()]),
             Act::Wait(count) => Some(vec![Vec::new(); *count as usize]),
             Act::Screenshot(file) => {
                 self.acts.pop_front();

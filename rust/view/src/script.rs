@@ -14,6 +14,7 @@
 //! type TEXT               text where the focus is
 //! text FILE               the text of the shader, replaced by that of a file
 //! wait_frames 3           nothing, for that many frames
+//! rest                    nothing, until the ray caster's picture and what is recorded are there
 //! screenshot FILE         the window as PNG
 //! quit                    closes the window; so does the end of the script
 //! ```
@@ -64,6 +65,7 @@ pub(crate) enum Act {
     Type(String),
     Text(PathBuf),
     Wait(u32),
+    Rest,
     Screenshot(PathBuf),
     Quit,
 }
@@ -160,6 +162,7 @@ fn act(line: &str) -> Option<Act> {
         "type" => Some(Act::Type(named?)),
         "text" => Some(Act::Text(named?.into())),
         "wait_frames" => Some(Act::Wait(rest.parse().ok()?)),
+        "rest" if rest.is_empty() => Some(Act::Rest),
         "screenshot" => Some(Act::Screenshot(named?.into())),
         "quit" if rest.is_empty() => Some(Act::Quit),
         _ => None,
@@ -216,6 +219,7 @@ mod tests {
             "key nothing",
             "wait_frames",
             "quit now",
+            "rest 3",
         ] {
             let error = Script::parse(&format!("wait_frames 1\n{wrong}")).unwrap_err();
             assert!(error.to_string().contains("line 2"), "{error}");

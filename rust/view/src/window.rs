@@ -82,6 +82,32 @@ pub(crate) trait Content {
     /// It cannot be written.
     fn rescue(&mut self) -> Result<Option<PathBuf>>;
 
+    /// Keeps what is to be there at the next start, when the window closes.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    fn end(&mut self) -> Result<()> {
+        Ok(())
+    }
+
+    /// Whether all pictures are there that come some time after what asks for them.
+    fn is_resting(&self) -> bool {
+        true
+    }
+
+    /// Returns the area, in points, whose picture is to be recorded without panels in this frame.
+    fn recorded(&mut self) -> Option<Rect> {
+        None
+    }
+
+    /// Takes the picture of that area.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    fn record(&mut self, _picture: Image) -> Result<()> {
+        Ok(())
+    }
+
     /// Returns where the widget of a name was drawn last, in points.
     fn widget(&self, name: &str) -> Option<Rect>;
 
@@ -183,7 +209,12 @@ impl<C: Content> Application<C> {
         let meshes = context.tessellate(output.shapes, output.pixels_per_point);
         shown.paint(content, &meshes, &output.textures_delta, output.pixels_per_point)?;
         if let Wish::Screenshot(file) = &wish {
-            shown.screenshot(content, &meshes, output.pixels_per_point, file)?;
+            let picture = shown.picture(content, &meshes, output.pixels_per_point)?;
+            relievo_render::write_png(file, &picture)?;
+        }
+        if let Some(area) = content.recorded() {
+            let picture = shown.picture(content, &[], output.pixels_per_point)?;
+            content.record(part(&picture, area, output.pixels_per_point)?)?;
         }
         for texture in &output.textures_delta.free {
             shown.renderer.free_texture(texture);
@@ -195,6 +226,7 @@ impl<C: Content> Application<C> {
             }
         }
         if content.closes() || matches!(wish, Wish::End) {
+            content.end()?;
             return Ok(None);
         }
         let delay = output.viewport_output.get(&ViewportId::ROOT).map_or(Duration::MAX, |it| it.repaint_delay);
@@ -257,14 +289,8 @@ impl Shown {
         Ok(())
     }
 
-    /// Draws the frame once more and writes it to a file.
-    fn screenshot(
-        &mut self,
-        content: &mut impl Content,
-        meshes: &[egui::ClippedPrimitive],
-        scale: f32,
-        file: &Path,
-    ) -> Result<()> {
+    /// Draws the frame once more and returns the picture of it.
+    fn picture(&mut self, content: &mut impl Content, meshes: &[egui::ClippedPrimitive], scale: f32) -> Result<Image> {
         let device = &content.device().clone();
         let [width, height] = [self.configuration.width, self.configuration.height];
         let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
@@ -299,8 +325,20 @@ impl Shown {
             let bytes = word.to_le_bytes();
             order.map(|channel| decode_srgb(f32::from(bytes[channel]) / 255.0))
         });
-        relievo_render::write_png(file, &Image::from_data(width, height, 3, data.collect())?)
+        Image::from_data(width, height, 3, data.collect())
     }
+}
+
+/// Returns the part of a picture of the window that an area in points has.
+fn part(picture: &Image, area: Rect, scale: f32) -> Result<Image> {
+    let pixel = |at: f32, most: u32| ((at * scale).round().max(0.0) as u32).min(most);
+    let [left, right] = [area.left(), area.right()].map(|at| pixel(at, picture.width()));
+    let [top, bottom] = [area.top(), area.bottom()].map(|at| pixel(at, picture.height()));
+    let mut made = Image::new(right.saturating_sub(left), bottom.saturating_sub(top), 3)?;
+    for (x, y) in (0..made.height()).flat_map(|y| (0..right - left).map(move |x| (x, y))) {
+        made.set_color(x, y, picture.color(left + x, top + y));
+    }
+    Ok(made)
 }
 
 impl<C: Content> ApplicationHandler for Application<C> {

@@ -91,6 +91,40 @@ fn a_dab_is_as_high_as_the_brush_says_on_either_kind_of_surface() {
 }
 
 #[test]
+fn a_tool_sinks_by_the_strength_of_the_brush_and_leaves_its_track() {
+    for kind in [SurfaceKind::Surface, SurfaceKind::Triangles] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = open(&square(folder.path()), Some(kind));
+        assert!(session.begin_press(down(0.0, 0.0), 1.0).is_err(), "there is no tool yet");
+        let cube = folder.path().join("cube.obj");
+        let corners: String = (0..8).map(|at| format!("v {} {} {}\n", at & 1, at >> 1 & 1, at >> 2 & 1)).collect();
+        std::fs::write(&cube, corners + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n").unwrap();
+        session.open_tool(&cube).unwrap();
+        assert_eq!(session.tool(), Some("cube"));
+        (session.brush.radius, session.brush.strength) = (0.8, 0.5);
+        // The tool has edges of 2 · 0.8 / √3 and sinks by half of 0.8, by half of that at first. Until its rear edge has gone over
+        // the place where it began it is deeper by 0.2 of half an edge.
+        assert!(session.begin_press(down(-0.5, 0.0), 0.5).unwrap() && session.is_drawing());
+        session.press_to(down(0.5, 0.0), 1.0).unwrap();
+        session.end_press().unwrap();
+        for (x, depth) in [(0.5, 0.4), (-0.5, 0.2 + 0.2 * 0.46)] {
+            let found = height(&mut session, x, 0.0);
+            assert!((found + depth).abs() < 0.05, "{kind:?}: {found} at {x}, not {}", -depth);
+        }
+        assert!((-0.42..-0.3).contains(&height(&mut session, 0.0, 0.0)), "{kind:?}");
+        assert!(height(&mut session, 0.5, 0.8).abs() < 1e-6, "{kind:?}");
+        assert_eq!(session.edits(), (&["press cube".to_owned()][..], 1));
+        // What is taken back, and what misses, is no edit.
+        assert!(session.begin_press(down(1.0, 1.0), 1.0).unwrap());
+        session.cancel_stroke().unwrap();
+        assert!(!session.begin_press(down(9.0, 0.0), 1.0).unwrap() && !session.is_drawing());
+        assert!(height(&mut session, 1.0, 1.0).abs() < 1e-6 && session.edits().1 == 1, "{kind:?}");
+        session.undo().unwrap();
+        assert!(height(&mut session, 0.5, 0.0).abs() < 1e-6, "{kind:?}");
+    }
+}
+
+#[test]
 fn layers_are_hidden_renamed_added_and_removed_as_edits() {
     let folder = tempfile::tempdir().unwrap();
     let mut session = open(&square(folder.path()), None);

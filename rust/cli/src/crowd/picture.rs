@@ -73,7 +73,7 @@ enum BlendName {
 }
 
 /// Colours of levels from the finest to the coarsest (cividis, which the colour-blind can read).
-const LEVELS: [(u32, &str); 7] = [
+pub const LEVELS: [(u32, &str); 7] = [
     (0xffea46, "input"),
     (0xcbba69, "1"),
     (0x958f78, "2"),
@@ -86,7 +86,7 @@ const LEVELS: [(u32, &str); 7] = [
 const MATERIAL: Material = Material { base_color: [0.6; 3], specular: 0.02, roughness: 0.6 };
 const GROUND: Material = Material { base_color: [0.42, 0.41, 0.39], specular: 0.0, roughness: 1.0 };
 /// Colours of materials or agents, in turn.
-const MATERIALS: [u32; 6] = [0xd9a441, 0x5b7b9a, 0x9a5b4f, 0x6f8f5f, 0xc9c2b2, 0x4a4a52];
+pub const MATERIALS: [u32; 6] = [0xd9a441, 0x5b7b9a, 0x9a5b4f, 0x6f8f5f, 0xc9c2b2, 0x4a4a52];
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let mut scene = arguments.scene.open()?;

@@ -56,7 +56,7 @@ pub struct Coloring {
 }
 
 /// Returns the colour of a share from 0 to 1.
-fn viridis(share: f32) -> Color {
+pub fn viridis(share: f32) -> Color {
     let at = share.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f32;
     let low = (at as usize).min(VIRIDIS.len() - 2);
     std::array::from_fn(|part| VIRIDIS[low][part] + (at - low as f32) * (VIRIDIS[low + 1][part] - VIRIDIS[low][part]))
@@ -124,7 +124,7 @@ fn of_elements(
 }
 
 /// Returns what the brightest colour stands for, and the legend.
-fn scale(mut values: Vec<f32>, most: Option<f32>, unit: &str) -> (f32, Vec<(Color, String)>) {
+pub fn scale(mut values: Vec<f32>, most: Option<f32>, unit: &str) -> (f32, Vec<(Color, String)>) {
     values.sort_unstable_by(f32::total_cmp);
     // A few elements at edges have far more than all others.
     let nearly = || values.get(values.len().saturating_sub(1) * 98 / 100).copied().unwrap_or(0.0);

@@ -4,6 +4,14 @@ use relievo_core::Falloff;
 use relievo_core::parameter::Switch;
 use relievo_detail::{Action, PaintMode, SculptMode, Stroke, StrokeSettings};
 
+use crate::preferences::Preferences;
+
+/// The radius of a brush at first, as a share of the size of the object.
+const SHARE: f64 = 0.06;
+
+/// The same in edges of faces, of which it has no more: what a dab costs grows with the faces under it.
+const EDGES: f64 = 10.0;
+
 /// What the brush does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tool {
@@ -11,6 +19,30 @@ pub enum Tool {
     Sculpt(SculptMode),
     /// Changes colours.
     Paint(PaintMode),
+    /// Presses a mesh into the surface.
+    Press,
+}
+
+impl Tool {
+    /// The name by which it is kept.
+    pub(crate) fn name(self) -> String {
+        match self {
+            Self::Sculpt(mode) => {
+                format!("sculpt {}", SculptMode::NAMES.iter().find(|(other, _)| *other == mode).map_or("", |it| it.1))
+            }
+            Self::Paint(mode) => {
+                format!("paint {}", PaintMode::NAMES.iter().find(|(other, _)| *other == mode).map_or("", |it| it.1))
+            }
+            Self::Press => "press".to_owned(),
+        }
+    }
+
+    /// The tool of a name.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        let sculpts = SculptMode::NAMES.iter().map(|(mode, _)| Self::Sculpt(*mode));
+        let paints = PaintMode::NAMES.iter().map(|(mode, _)| Self::Paint(*mode));
+        sculpts.chain(paints).find(|tool| tool.name() == name)
+    }
 }
 
 /// What keys that are held make of a stroke.
@@ -47,17 +79,49 @@ impl Brush {
         1e-3 * size..=size
     }
 
-    /// A brush that draws on an object of a size in world units.
-    pub fn new(size: f64) -> Self {
+    /// A brush that draws on an object of a size in world units, whose faces have edges of the mean length `edge`: a share
+    /// of the object, but no more faces than an event can change while the hand moves.
+    pub fn new(size: f64, edge: f64) -> Self {
         Self {
             tool: Tool::Sculpt(SculptMode::Draw),
-            radius: 0.06 * size,
+            radius: (SHARE * size).min(EDGES * edge).max(*Self::radii(size).start()),
             strength: 0.5,
             height: 0.15,
             color: [0.55, 0.05, 0.03],
             falloff: Falloff::Smooth,
             symmetry: false,
         }
+    }
+
+    /// Takes up what preferences keep of a brush, on an object of a size in world units. Its radius is kept by the one that
+    /// it would have at first there.
+    pub(crate) fn take_up(&mut self, kept: &Preferences, (size, edge): (f64, f64)) {
+        let (first, radii) = (Self::new(size, edge).radius, Self::radii(size));
+        self.tool = kept.get("brush.tool", Tool::named).unwrap_or(self.tool);
+        let radius = kept.number("brush.size", 1e-3..=1e3).map(|share| share * first);
+        self.radius = radius.map_or(self.radius, |radius| radius.clamp(*radii.start(), *radii.end()));
+        self.strength = kept.number("brush.strength", 0.0..=1.0).map_or(self.strength, |it| it as f32);
+        self.height = kept.number("brush.height", 0.01..=1.0).map_or(self.height, |it| it as f32);
+        self.symmetry = kept.switch("brush.symmetry").unwrap_or(self.symmetry);
+        let falloff = |name: &str| Falloff::NAMES.iter().find(|(_, other)| *other == name).map(|it| it.0);
+        self.falloff = kept.get("brush.falloff", falloff).unwrap_or(self.falloff);
+        let color = |text: &str| {
+            let parts: Vec<f32> = text.split(' ').filter_map(|part| part.parse().ok()).collect();
+            <[f32; 3]>::try_from(parts).ok().filter(|color| color.iter().all(|part| (0.0..=1.0).contains(part)))
+        };
+        self.color = kept.get("brush.color", color).unwrap_or(self.color);
+    }
+
+    /// Puts into preferences what they keep of the brush.
+    pub(crate) fn keep(&self, kept: &mut Preferences, (size, edge): (f64, f64)) {
+        kept.set("brush.tool", self.tool.name());
+        kept.set("brush.size", self.radius / Self::new(size, edge).radius);
+        kept.set("brush.strength", self.strength);
+        kept.set("brush.height", self.height);
+        kept.set("brush.symmetry", self.symmetry);
+        kept.set("brush.falloff", Falloff::NAMES.iter().find(|(it, _)| *it == self.falloff).map_or("", |it| it.1));
+        let [r, g, b] = self.color;
+        kept.set("brush.color", format!("{r} {g} {b}"));
     }
 
     /// What a stroke with these keys is called.
@@ -81,6 +145,8 @@ impl Brush {
                 let height = self.height * self.radius as f32;
                 Action::Sculpt { mode, height: if held.inverts { -height } else { height } }
             }
+            // A tool digs.
+            Tool::Press => Action::Sculpt { mode: SculptMode::Draw, height: -self.height * self.radius as f32 },
             Tool::Paint(mode) => {
                 let mode = match (held.smooths, held.inverts) {
                     (true, _) => PaintMode::Blur,
@@ -111,7 +177,7 @@ mod tests {
 
     #[test]
     fn keys_invert_and_smooth() {
-        let mut brush = Brush::new(2.0);
+        let mut brush = Brush::new(2.0, 1.0);
         let [plain, inverted, smooth] = [(false, false), (true, false), (true, true)]
             .map(|(inverts, smooths)| brush.stroke(Held { inverts, smooths }).action);
         let heights = [plain, inverted].map(|action| match action {
@@ -126,5 +192,26 @@ mod tests {
             Action::Paint { mode: PaintMode::Erase, .. }
         ));
         brush.stroke(Held::default()).check_brush().unwrap();
+    }
+
+    #[test]
+    fn a_brush_is_kept_by_the_size_of_its_object() {
+        let mut brush = Brush::new(2.0, 1.0);
+        (brush.tool, brush.radius, brush.falloff) = (Tool::Paint(PaintMode::Blur), 0.5, Falloff::Linear);
+        (brush.color, brush.symmetry) = ([0.1, 0.25, 1.0], true);
+        let mut kept = Preferences::default();
+        brush.keep(&mut kept, (2.0, 1.0));
+        let mut other = Brush::new(8.0, 1.0);
+        other.take_up(&kept, (8.0, 1.0));
+        assert!((other.radius - 2.0).abs() < 1e-9, "{}", other.radius);
+        assert_eq!(other, Brush { radius: other.radius, ..brush });
+        // Where faces are small it has no more of them.
+        other.take_up(&kept, (8.0, 0.001));
+        assert!((other.radius - 0.5 / 0.12 * 0.01).abs() < 1e-9, "{}", other.radius);
+        for (mode, _) in SculptMode::NAMES {
+            assert_eq!(Tool::named(&Tool::Sculpt(mode).name()), Some(Tool::Sculpt(mode)));
+        }
+        // A tool mesh is not kept.
+        assert_eq!(Tool::named("press"), None);
     }
 }

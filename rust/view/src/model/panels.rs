@@ -11,6 +11,7 @@ use relievo_document::Settings;
 use super::brush::{Brush, Tool};
 use super::costs::STAGES;
 use super::session::Session;
+use super::triangles::Shades;
 use super::viewport::Viewport;
 
 const FAULT: Color32 = Color32::from_rgb(240, 150, 90);
@@ -21,6 +22,8 @@ pub(crate) struct Panels {
     widgets: BTreeMap<String, Rect>,
     /// The name to save under, while it is asked for.
     saving: Option<String>,
+    /// The mesh to open as the tool, while it is asked for.
+    opening: Option<String>,
     /// The layer that is renamed, and its name so far.
     renaming: Option<(u32, String)>,
     /// The opacity that is being set, and of which layer.
@@ -70,6 +73,8 @@ impl Panels {
         egui::Panel::right("layers").default_size(250.0).show(ui, |ui| {
             egui::ScrollArea::vertical().show(ui, |ui| {
                 self.layers(ui, session);
+                ui.separator();
+                self.shades(ui, session);
                 ui.separator();
                 self.history(ui, session);
                 ui.separator();
@@ -134,6 +139,10 @@ impl Panels {
             }
             let wire = ui.checkbox(&mut viewport.is_wired, "faces").on_hover_text("Borders of faces. Key: W");
             self.clicked("faces", &wire);
+            let rays = ui.checkbox(&mut viewport.rays.is_on, "rays").on_hover_text(
+                "The ray caster's picture, with shadows and the light of a sky, once the hand rests. Key: R",
+            );
+            self.clicked("rays", &rays);
             let mut is_parallel = viewport.camera.is_parallel();
             if ui.checkbox(&mut is_parallel, "parallel").on_hover_text("Without perspective. Key: 5").changed() {
                 viewport.camera.toggle_projection();
@@ -178,6 +187,9 @@ impl Panels {
                 }
             }
         });
+        ui.separator();
+        self.tool(ui, session);
+        ui.separator();
         let color = ui.horizontal(|ui| {
             ui.label("colour");
             ui.color_edit_button_rgb(&mut session.brush.color)
@@ -202,6 +214,50 @@ impl Panels {
             });
         let symmetry = ui.checkbox(&mut brush.symmetry, "x symmetry").on_hover_text("Key: X");
         self.clicked("x symmetry", &symmetry);
+    }
+
+    /// Shows the mesh that is pressed into the surface.
+    fn tool(&mut self, ui: &mut Ui, session: &mut Session) {
+        ui.strong("Press");
+        ui.horizontal_wrapped(|ui| {
+            if let Some(name) = session.tool().map(str::to_owned) {
+                let response = ui.selectable_label(session.brush.tool == Tool::Press, &name).on_hover_text(
+                    "Drag it over the surface. Size and strength say how large it is and how deep it sinks",
+                );
+                if self.clicked(&format!("press {name}"), &response) {
+                    session.brush.tool = Tool::Press;
+                }
+            }
+            let open = ui.button("Open tool").on_hover_text("A mesh to press into the surface; or drop its file here");
+            if self.clicked("Open tool", &open) {
+                self.opening = Some(String::new());
+            }
+        });
+        let dropped = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
+        if let Some(path) = dropped {
+            self.open_tool(session, &path);
+        }
+    }
+
+    fn open_tool(&mut self, session: &mut Session, path: &std::path::Path) {
+        let done = session.open_tool(path).map(|()| format!("{} is the tool", path.display()));
+        if done.is_ok() {
+            session.brush.tool = Tool::Press;
+        }
+        self.report(session, done);
+    }
+
+    /// Shows what colours can stand for.
+    fn shades(&mut self, ui: &mut Ui, session: &mut Session) {
+        ui.strong("Colours show");
+        ui.horizontal_wrapped(|ui| {
+            for (shades, name) in Shades::NAMES {
+                let response = ui.selectable_label(session.shades() == shades, name);
+                if self.clicked(&format!("show {name}"), &response) {
+                    session.set_shades(shades);
+                }
+            }
+        });
     }
 
     fn layers(&mut self, ui: &mut Ui, session: &mut Session) {
@@ -342,6 +398,25 @@ impl Panels {
                 });
             });
             self.saving = goes_on.then_some(name);
+        }
+        if let Some(mut name) = self.opening.take() {
+            let mut goes_on = true;
+            window("Open tool").show(ui.ctx(), |ui| {
+                ui.label("A mesh that is pressed into the surface");
+                let response = ui.add(TextEdit::singleline(&mut name).desired_width(420.0));
+                response.request_focus();
+                self.clicked("file of the tool", &response);
+                ui.horizontal(|ui| {
+                    if self.button(ui, "Open") || ui.input(|input| input.key_pressed(Key::Enter)) {
+                        goes_on = false;
+                        self.open_tool(session, &PathBuf::from(name.trim()));
+                    }
+                    if self.button(ui, "Cancel") {
+                        goes_on = false;
+                    }
+                });
+            });
+            self.opening = goes_on.then_some(name);
         }
         if session.recoverable().is_some() {
             window("Recover").show(ui.ctx(), |ui| {

@@ -1,20 +1,24 @@
 //! What a window is about: an object with its layers, its history and its file. It knows no window.
 
+mod files;
+mod layers;
+mod press;
+
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_detail::{History, LayerInfo, LayeredObject, OpenStroke, StrokePoint, StrokeReport};
+use relievo_detail::{History, OpenStroke, StrokePoint, StrokeReport};
+use relievo_document::Document;
 use relievo_document::format::EXTENSION;
-use relievo_document::{Document, Kind, Settings};
-use relievo_tiles::Blocks;
 
 use super::brush::{Brush, Held};
 use super::costs::Costs;
 use super::object::{Object, SurfaceKind, affordable_cells, each, kind_of};
 use super::picker::{Picked, Picker};
-use super::triangles::Triangles;
+use super::triangles::{Shades, Triangles};
+use press::Press;
 
 /// Bytes of edits that stay in memory.
 const HISTORY: u64 = 256 << 20;
@@ -65,12 +69,16 @@ pub struct Session {
     /// What an earlier session left that was not saved.
     recoverable: Option<PathBuf>,
     stroke: Option<OpenStroke>,
+    /// The mesh that is pressed into the surface.
+    press: Option<Press>,
     /// What the edit under way is called.
     label: String,
     /// Points that may be others than the view has.
     changed: Vec<Range<u32>>,
     /// Points that may be others than the caster has.
     moved: Vec<Range<u32>>,
+    /// Counts changes of what is seen.
+    changes: u64,
     /// The triangles that the caster is of.
     picked_serial: u64,
     /// The brush.
@@ -143,7 +151,7 @@ impl Session {
         let recoverable = (document.is_none() && autosave.is_file()).then_some(autosave);
         let edits = history.undo_count() + history.redo_count();
         Ok(Self {
-            brush: Brush::new((bounds[1] - bounds[0]).length().max(1e-6)),
+            brush: Brush::new(size(bounds), mean_edge(&mesh)),
             labels: (1..=edits).map(|number| format!("edit {number}")).collect(),
             message: (!notes.is_empty()).then(|| notes.join("; ")),
             context,
@@ -158,9 +166,11 @@ impl Session {
             is_autosave_refused: false,
             recoverable,
             stroke: None,
+            press: None,
             label: String::new(),
             changed: Vec::new(),
             moved: Vec::new(),
+            changes: 0,
             picked_serial: 0,
             costs: Costs::default(),
             bounds,
@@ -170,6 +180,11 @@ impl Session {
     /// Smallest and largest coordinates of the triangles as they were opened.
     pub(crate) fn bounds(&self) -> [DVec3; 2] {
         self.bounds
+    }
+
+    /// The diagonal of that box, above 0, and the mean length of the edges of faces.
+    pub(crate) fn scale(&self) -> (f64, f64) {
+        (size(self.bounds), mean_edge(&self.mesh))
     }
 
     /// Smallest and largest coordinates of the triangles as they are.
@@ -207,7 +222,7 @@ impl Session {
     /// # Errors
     /// The caster has no memory for what changed.
     pub fn pick(&mut self, ray: (DVec3, DVec3)) -> Result<Option<Picked>> {
-        if self.stroke.is_none() {
+        if !self.is_drawing() {
             self.follow()?;
         }
         self.costs.stage(PICK, || self.picker.pick(ray))
@@ -225,9 +240,25 @@ impl Session {
         Ok(())
     }
 
-    /// Whether a stroke is being drawn.
+    /// Whether a stroke is being drawn, or a tool is being pressed.
     pub fn is_drawing(&self) -> bool {
-        self.stroke.is_some()
+        self.stroke.is_some() || self.press.as_ref().is_some_and(Press::is_pressing)
+    }
+
+    /// A number that is another one whenever what is seen is.
+    pub(crate) fn changes(&self) -> u64 {
+        self.changes + self.triangles.serial
+    }
+
+    /// What colours stand for.
+    pub fn shades(&self) -> Shades {
+        self.triangles.shades()
+    }
+
+    /// Has colours stand for something else.
+    pub fn set_shades(&mut self, shades: Shades) {
+        self.triangles.set_shades(&self.object, shades, &mut self.changed);
+        self.changes += 1;
     }
 
     /// Begins a stroke with the brush.
@@ -317,12 +348,13 @@ impl Session {
         self.end_edit()
     }
 
-    /// Takes back the stroke that is being drawn.
+    /// Takes back the stroke that is being drawn, or what a tool pressed since it was put down.
     ///
     /// # Errors
     /// No stroke was begun, or the journal cannot be written.
     pub fn cancel_stroke(&mut self) -> Result<()> {
         self.stroke = None;
+        self.press.iter_mut().for_each(Press::lift);
         let done = each!(&mut self.object, it => self.history.abandon(&self.context, &mut **it));
         self.show()?;
         done
@@ -350,6 +382,7 @@ impl Session {
             }
             triangles.update(context, object, &mut ranges)
         })?;
+        self.changes += u64::from(!ranges.is_empty());
         self.moved.extend(ranges.iter().cloned());
         self.changed.extend(ranges);
         Ok(())
@@ -361,7 +394,7 @@ impl Session {
     /// # Errors
     /// Memory runs out.
     pub fn refine(&mut self) -> Result<bool> {
-        if self.stroke.is_some() {
+        if self.is_drawing() {
             return Ok(false);
         }
         let Self { context, object, triangles, costs, mesh, .. } = self;
@@ -431,231 +464,6 @@ impl Session {
         self.go_to(self.history.undo_count() + 1)
     }
 
-    /// The layers, from the lowest: those of displacement, then those of colour.
-    pub fn layers(&self) -> Vec<LayerInfo> {
-        each!(&self.object, it => it.layers())
-    }
-
-    /// Adds a layer of displacement or of colour above those of its kind, which edits then go to.
-    ///
-    /// # Errors
-    /// There are as many layers as there may be.
-    pub fn add_layer(&mut self, is_color: bool) -> Result<()> {
-        let layers = self.layers();
-        let like = layers.iter().rfind(|layer| layer.kind.is_color() == is_color);
-        let kind = like.map_or(Kind::Scalar, |layer| layer.kind);
-        let (what, size) = (if is_color { "paint" } else { "relief" }, self.size());
-        let name = (1..).map(|number| format!("{what} {number}")).find(|name| layers.iter().all(|it| it.name != *name));
-        let name = name.unwrap_or_default();
-        self.edit(&format!("add layer {name}"), |context, object| {
-            each!(object, it => it.add_layer(context, kind, &name, Settings::of(kind), size)).map(drop)
-        })
-    }
-
-    /// Texels along an edge of a face, or segments of a side.
-    fn size(&self) -> u32 {
-        match &self.object {
-            Object::Surface(object) => object.displacement().field().face_sizes().first().copied().unwrap_or(8),
-            Object::Triangles(object) => object.displacement().field().pattern().segments(),
-        }
-    }
-
-    /// Removes a layer with all that is on it.
-    ///
-    /// # Errors
-    /// It is the last of its kind.
-    pub fn remove_layer(&mut self, layer: &LayerInfo) -> Result<()> {
-        let id = layer.id;
-        self.edit(&format!("remove layer {}", layer.name), |context, object| {
-            each!(object, it => it.remove_layer(context, id)).map(drop)
-        })
-    }
-
-    /// Changes how a layer is seen.
-    ///
-    /// # Errors
-    /// There is no such layer.
-    pub fn set_layer(&mut self, layer: &LayerInfo, to: Settings) -> Result<()> {
-        let what = match (layer.settings.visible, to.visible) {
-            (true, false) => "hide",
-            (false, true) => "show",
-            _ => "opacity of",
-        };
-        let id = layer.id;
-        self.edit(&format!("{what} layer {}", layer.name), |context, object| {
-            each!(object, it => it.set_layer(context, id, to)).map(drop)
-        })
-    }
-
-    /// Puts a layer one place higher or lower among those of its kind.
-    ///
-    /// # Errors
-    /// There is no such layer.
-    pub fn shift_layer(&mut self, layer: &LayerInfo, is_up: bool) -> Result<()> {
-        let layers = self.layers();
-        let kin = layers.iter().filter(|other| other.kind.is_color() == layer.kind.is_color());
-        let Some(place) = kin.map(|other| other.id).position(|id| id == layer.id) else { return Ok(()) };
-        let to = if is_up { place + 1 } else { place.saturating_sub(1) };
-        let id = layer.id;
-        self.edit(&format!("move layer {}", layer.name), |context, object| {
-            each!(object, it => it.place_layer(context, id, to)).map(drop)
-        })
-    }
-
-    /// Names a layer.
-    ///
-    /// # Errors
-    /// The name is taken, or none.
-    pub fn rename_layer(&mut self, layer: &LayerInfo, name: &str) -> Result<()> {
-        let id = layer.id;
-        self.edit(&format!("rename layer {name}"), |_, object| each!(object, it => it.rename_layer(id, name)))
-    }
-
-    /// Has edits of its kind go to a layer.
-    ///
-    /// # Errors
-    /// There is no such layer.
-    pub fn activate_layer(&mut self, layer: &LayerInfo) -> Result<()> {
-        each!(&mut self.object, it => it.set_active_layer(&self.context, layer.id))
-    }
-
-    /// Whether there are edits that no file was saved with.
-    pub fn is_unsaved(&self) -> bool {
-        self.document.is_none() && !self.labels.is_empty()
-    }
-
-    /// The file that edits are saved to, or that they would be if nothing is said.
-    pub fn document(&self) -> PathBuf {
-        self.document.clone().unwrap_or_else(|| self.mesh_path.with_extension(EXTENSION))
-    }
-
-    /// The name of what is open.
-    pub fn name(&self) -> String {
-        let path = self.document.as_ref().unwrap_or(&self.mesh_path);
-        path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
-    }
-
-    /// Saves all layers and edits; later edits go to the same file as they are made. Returns the file.
-    ///
-    /// # Errors
-    /// The file cannot be written, or there is one that was not opened.
-    pub fn save(&mut self) -> Result<PathBuf> {
-        match self.document.clone() {
-            Some(path) => self.history.sync().map(|()| path),
-            None => {
-                let path = self.document();
-                if path.exists() {
-                    return Err(Error::invalid("there is a document of that name already")
-                        .at(path.display().to_string())
-                        .advise("open it, or save under another name"));
-                }
-                self.save_as(&path)
-            }
-        }
-    }
-
-    /// Saves to a file, and has later edits go there. Returns it.
-    ///
-    /// # Errors
-    /// The file cannot be written, its name does not end in `.relievo`, or another program works on it.
-    pub fn save_as(&mut self, path: &Path) -> Result<PathBuf> {
-        if !is_document(path) {
-            return Err(Error::invalid("documents end in .relievo").at(path.display().to_string()));
-        }
-        self.write(path)?;
-        self.document = Some(path.to_path_buf());
-        self.drop_autosave();
-        Ok(path.to_path_buf())
-    }
-
-    fn write(&mut self, path: &Path) -> Result<()> {
-        let Self { context, object, mesh, history, costs, .. } = self;
-        costs.other("save", || {
-            let document = object.document(context, mesh)?;
-            history.save(path, &document)
-        })
-    }
-
-    /// Keeps edits in a file until they are saved. Where that cannot be written the session goes on without.
-    fn keep(&mut self) {
-        if self.document.is_some() || self.autosave.is_some() || self.is_autosave_refused {
-            return;
-        }
-        let path = self.mesh_path.with_extension(AUTOSAVE);
-        if self.recoverable.is_some() {
-            // What an earlier session left stays until the user says.
-            return;
-        }
-        match self.write(&path) {
-            Ok(()) => self.autosave = Some(path),
-            Err(error) => {
-                self.is_autosave_refused = true;
-                self.message = Some(format!("edits are not kept until they are saved: {error}"));
-            }
-        }
-    }
-
-    /// Removes the file that edits were kept in.
-    fn drop_autosave(&mut self) {
-        if let Some(path) = self.autosave.take() {
-            // A file that stays is offered when the mesh is opened next.
-            let _ = std::fs::remove_file(path);
-        }
-    }
-
-    /// The file that an earlier session left without saving, if there is one.
-    pub fn recoverable(&self) -> Option<&Path> {
-        self.recoverable.as_deref()
-    }
-
-    /// Takes up what an earlier session left; it is not saved yet.
-    ///
-    /// # Errors
-    /// The file cannot be read, or another program works on it.
-    pub fn recover(&mut self) -> Result<()> {
-        let Some(path) = self.recoverable.clone() else { return Ok(()) };
-        let opening = Opening { file: path.clone(), mesh: Some(self.mesh_path.clone()), kind: None, cells: None };
-        let made = Self::open(self.context.clone(), &opening)?;
-        let (brush, serial) = (self.brush.clone(), self.triangles.serial);
-        *self = Self { brush, document: None, autosave: Some(path), ..made };
-        self.triangles.serial = serial + 1;
-        self.picked_serial = serial + 1;
-        Ok(())
-    }
-
-    /// Forgets what was not saved: of an earlier session where that is asked about, or else of this one.
-    pub fn discard(&mut self) {
-        match self.recoverable.take() {
-            Some(path) => {
-                if let Err(error) = std::fs::remove_file(&path) {
-                    self.message = Some(Error::io(&path, &error).to_string());
-                }
-            }
-            None => {
-                self.history = History::new(HISTORY);
-                self.labels.clear();
-                self.drop_autosave();
-            }
-        }
-    }
-
-    /// Keeps what was not saved. Returns where it is, if there is anything.
-    ///
-    /// # Errors
-    /// It cannot be written.
-    pub fn rescue(&mut self) -> Result<Option<PathBuf>> {
-        if !self.is_unsaved() {
-            return self.history.sync().map(|()| None);
-        }
-        if self.autosave.is_none() {
-            let path = self.mesh_path.with_extension(AUTOSAVE);
-            self.write(&path)?;
-            self.autosave = Some(path);
-        }
-        self.history.sync()?;
-        Ok(self.autosave.clone())
-    }
-
     /// The object as a document.
     ///
     /// # Errors
@@ -663,6 +471,27 @@ impl Session {
     pub fn to_document(&mut self) -> Result<Document> {
         self.object.document(&self.context, &self.mesh)
     }
+}
+
+/// The diagonal of a box, above 0.
+fn size([low, high]: [DVec3; 2]) -> f64 {
+    (high - low).length().max(1e-6)
+}
+
+/// The mean length of the edges of a mesh's faces, above 0.
+fn mean_edge(mesh: &Mesh) -> f64 {
+    let (mut sum, mut count, mut start) = (0.0, 0, 0);
+    for size in mesh.face_sizes.iter().map(|size| *size as usize) {
+        let face = mesh.corners.get(start..start + size).unwrap_or_default();
+        let place = |corner: u32| mesh.points.get(corner as usize).map(|point| glam::Vec3::from(*point).as_dvec3());
+        for (at, corner) in face.iter().enumerate() {
+            if let (Some(from), Some(to)) = (place(*corner), place(face[(at + 1) % size])) {
+                (sum, count) = (sum + from.distance(to), count + 1);
+            }
+        }
+        start += size;
+    }
+    (sum / f64::from(count.max(1))).max(1e-9)
 }
 
 /// The box of points.

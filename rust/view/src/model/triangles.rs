@@ -13,6 +13,7 @@ use relievo_tiles::{
 };
 
 use super::object::Object;
+use crate::drawing::shaded::Arrays;
 
 /// Triangles that faces are divided into at most, however fine their details are.
 const MOST_TRIANGLES: u64 = 6_000_000;
@@ -20,9 +21,49 @@ const MOST_TRIANGLES: u64 = 6_000_000;
 /// The most cells along an edge of a face.
 const FINEST: u32 = 256;
 
+/// What colours stand for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Shades {
+    /// What is painted.
+    #[default]
+    Paint,
+    /// Whether a face has detail, and whether the last edit changed it.
+    Tiles,
+    /// Texels along the edges of faces that have detail.
+    Density,
+}
+
+impl Shades {
+    /// All of them with the names that a user sees.
+    pub const NAMES: [(Self, &str); 3] = [(Self::Paint, "paint"), (Self::Tiles, "tiles"), (Self::Density, "density")];
+
+    /// The colours, linear Rec.709, and what they stand for. They can be told apart by the colour-blind (Okabe and Ito 2008;
+    /// cividis).
+    pub fn legend(self) -> &'static [(u32, &'static str)] {
+        match self {
+            Self::Paint => &[],
+            Self::Tiles => &[(0xBBBBBB, "no detail"), (0x56B4E9, "detail"), (0xE69F00, "changed last")],
+            Self::Density => &[
+                (0xBBBBBB, "no detail"),
+                (0x00204D, "8 texels an edge"),
+                (0x31446B, "16"),
+                (0x666970, "32"),
+                (0x958F78, "64"),
+                (0xCBBA69, "128"),
+                (0xFFEA46, "256"),
+            ],
+        }
+    }
+}
+
 /// The triangles of an object.
 pub(crate) struct Triangles {
     made: Made,
+    shades: Shades,
+    /// The colours of points where they do not stand for paint.
+    shaded: Vec<[f32; 3]>,
+    /// The tiles that the last change was of.
+    recent: Vec<u32>,
     /// Points that changed since they were last listed.
     marks: Marks,
     /// Cells along the edges of faces without detail.
@@ -83,7 +124,15 @@ impl Triangles {
     /// `mesh` is not the one that the object is of, or memory runs out.
     pub(crate) fn new(context: &Context, object: &Object, mesh: &Mesh, cells: u32) -> Result<Self> {
         let made = Made::new(context, object, mesh, cells)?;
-        Ok(Self { marks: Marks::new(made.mesh().points.len()), made, cells, serial: 0 })
+        Ok(Self {
+            marks: Marks::new(made.mesh().points.len()),
+            made,
+            shades: Shades::Paint,
+            shaded: Vec::new(),
+            recent: Vec::new(),
+            cells,
+            serial: 0,
+        })
     }
 
     /// Divides faces anew if details are finer than they show. Returns whether it did.
@@ -101,6 +150,7 @@ impl Triangles {
         if !is_fine {
             self.made = Made::new(context, object, mesh, self.cells)?;
             self.marks = Marks::new(self.mesh().points.len());
+            self.shaded = self.shade(object);
             self.serial += 1;
         }
         Ok(!is_fine)
@@ -112,10 +162,85 @@ impl Triangles {
     /// # Errors
     /// The object is another one, or memory runs out.
     pub(crate) fn update(&mut self, context: &Context, object: &Object, ranges: &mut Vec<Range<u32>>) -> Result<()> {
-        let Self { made, marks, .. } = self;
-        made.update(context, object, marks)?;
+        let Self { made, marks, recent, .. } = self;
+        let changed = made.update(context, object, marks)?;
+        if !changed.is_empty() {
+            *recent = changed;
+        }
         marks.take(ranges);
+        if self.shades != Shades::Paint {
+            self.reshade(object, ranges);
+        }
         Ok(())
+    }
+
+    /// What colours stand for.
+    pub(crate) fn shades(&self) -> Shades {
+        self.shades
+    }
+
+    /// Has colours stand for something else. The points whose colours change are added to `ranges`.
+    pub(crate) fn set_shades(&mut self, object: &Object, shades: Shades, ranges: &mut Vec<Range<u32>>) {
+        self.shades = shades;
+        self.shaded = self.shade(object);
+        ranges.clear();
+        ranges.push(0..self.points().len() as u32);
+    }
+
+    /// Makes the colours that do not stand for paint anew, and adds the points whose colours changed to `ranges`.
+    fn reshade(&mut self, object: &Object, ranges: &mut Vec<Range<u32>>) {
+        let new = self.shade(object);
+        let differ = |at: &usize| self.shaded.get(*at) != new.get(*at);
+        for at in (0..new.len()).filter(differ) {
+            match ranges.last_mut() {
+                Some(last) if last.end == at as u32 => last.end += 1,
+                _ => ranges.push(at as u32..at as u32 + 1),
+            }
+        }
+        ranges.sort_unstable_by_key(|range| range.start);
+        self.shaded = new;
+    }
+
+    /// Makes a colour for each point that stands for what its faces are; none where colours stand for paint.
+    fn shade(&self, object: &Object) -> Vec<[f32; 3]> {
+        let palette: Vec<[f32; 3]> =
+            self.shades.legend().iter().map(|(hex, _)| relievo_render::color::from_hex(*hex)).collect();
+        if palette.is_empty() {
+            return Vec::new();
+        }
+        let density = |tile: u32| match object {
+            Object::Surface(object) => {
+                let colors = object.colors().map_or(0, |colors| by_format!(colors, field => field.density(tile)));
+                let vectors = object.vectors().map_or(0, |vectors| vectors.field().density(tile));
+                object.displacement().field().density(tile).max(colors).max(vectors)
+            }
+            Object::Triangles(object) => {
+                let heights = object.displacement().field().face_pattern(tile);
+                let colors = object.colors().and_then(|colors| by_format!(colors, field => field.face_pattern(tile)));
+                heights.max(colors).map_or(0, |pattern| pattern.segments())
+            }
+        };
+        let rank = |tile: u32| match (density(tile), self.shades) {
+            (0, _) => 0,
+            (_, Shades::Tiles) => 1 + usize::from(self.recent.binary_search(&tile).is_ok()),
+            (texels, _) => (texels.ilog2().saturating_sub(2) as usize).clamp(1, palette.len() - 1),
+        };
+        let mut ranks = vec![0_u8; self.points().len()];
+        let tiles = match &self.made {
+            Made::Surface { made, .. } => &made.tiles,
+            Made::Triangles { made, .. } => &made.tiles,
+        };
+        let mut last = (u32::MAX, 0);
+        for (corners, tile) in self.corners().as_chunks::<3>().0.iter().zip(tiles) {
+            if last.0 != *tile {
+                last = (*tile, rank(*tile) as u8);
+            }
+            for corner in corners {
+                let found = &mut ranks[*corner as usize];
+                *found = last.1.max(*found);
+            }
+        }
+        ranks.into_iter().map(|rank| palette[rank as usize]).collect()
     }
 
     fn mesh(&self) -> &Mesh {
@@ -147,7 +272,12 @@ impl Triangles {
 
     /// Colours, linear Rec.709, one for each point.
     pub(crate) fn colors(&self) -> &[[f32; 3]] {
-        self.values("color")
+        if self.shades == Shades::Paint { self.values("color") } else { &self.shaded }
+    }
+
+    /// What is drawn of them.
+    pub(crate) fn arrays(&self) -> Arrays<'_> {
+        Arrays { points: self.points(), normals: self.normals(), colors: self.colors(), corners: self.corners() }
     }
 
     /// The sides of triangles that are on the borders of faces, two points each.
@@ -180,8 +310,8 @@ impl Triangles {
 }
 
 impl Made {
-    /// Brings the triangles to what the object is now. `marks` get the points that changed.
-    fn update(&mut self, context: &Context, object: &Object, marks: &Marks) -> Result<()> {
+    /// Brings the triangles to what the object is now. `marks` get the points that changed. Returns the tiles that did.
+    fn update(&mut self, context: &Context, object: &Object, marks: &Marks) -> Result<Vec<u32>> {
         match (self, object) {
             (Made::Surface { tessellator, made, shown, .. }, Object::Surface(object)) => {
                 let mut changed: Vec<u32> = object.displacement().field().touched(&shown.heights).collect();
@@ -206,7 +336,7 @@ impl Made {
                     by_format!(colors, field => tessellator.paint(field, &seen, made, marks))?;
                 }
                 **shown = Tiles::of(object);
-                Ok(())
+                Ok(changed)
             }
             (Made::Triangles { made, shown, .. }, Object::Triangles(object)) => {
                 let topology = object.surface().topology();
@@ -238,7 +368,7 @@ impl Made {
                     (None, _) => {}
                 }
                 *shown = Faces::of(object);
-                Ok(())
+                Ok(faces)
             }
             _ => Err(Error::internal("the triangles are of another kind of object")),
         }

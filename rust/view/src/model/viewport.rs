@@ -5,10 +5,13 @@ use glam::{DVec2, DVec3};
 use relievo_core::Result;
 use relievo_detail::Action;
 
-use super::brush::{Brush, Held};
-use super::camera::{Camera, Side};
+use super::brush::{Brush, Held, Tool};
 use super::picker::Picked;
 use super::session::Session;
+use super::triangles::Shades;
+use crate::drawing::camera::{Camera, Side};
+use crate::drawing::rays::Rays;
+use crate::drawing::{draw_legend, rays};
 
 /// Sides of the polygon that is drawn as a circle.
 const SIDES: usize = 64;
@@ -23,6 +26,16 @@ enum Drag {
     Pan,
     Zoom,
     Stroke,
+    Press,
+}
+
+/// Goes on with the stroke, or with the tool that is pressed, along rays with pressures.
+fn go_on(session: &mut Session, rays: &[((DVec3, DVec3), f64)]) -> Result<()> {
+    if session.brush.tool == Tool::Press {
+        // The way between two places is the tool's own; those in between would be steps of nothing.
+        return rays.last().map_or(Ok(()), |(ray, pressure)| session.press_to(*ray, *pressure));
+    }
+    session.extend_stroke(rays)
 }
 
 /// A number of the brush that the pointer sets.
@@ -38,6 +51,8 @@ pub(crate) struct Viewport {
     pub(crate) camera: Camera,
     /// Whether the borders of faces are drawn.
     pub(crate) is_wired: bool,
+    /// The ray caster's picture.
+    pub(crate) rays: Rays,
     area: Option<Rect>,
     drag: Option<Drag>,
     setting: Option<Setting>,
@@ -57,6 +72,7 @@ impl Viewport {
         Self {
             camera,
             is_wired: false,
+            rays: Rays::default(),
             area: None,
             drag: None,
             setting: None,
@@ -97,6 +113,13 @@ impl Viewport {
             session.message = Some(error.to_string());
         }
         self.rest(ui, session);
+        self.cast(ui, session, area);
+        if session.shades() != Shades::Paint {
+            let legend = session.shades().legend().iter();
+            let entries: Vec<_> =
+                legend.map(|(hex, text)| (relievo_render::color::from_hex(*hex), (*text).to_owned())).collect();
+            draw_legend(ui, area, &entries);
+        }
         if response.hovered() || self.drag.is_some() {
             self.circle(ui, session);
         }
@@ -116,6 +139,28 @@ impl Viewport {
         }
     }
 
+    /// Shows the ray caster's picture while the hand rests.
+    fn cast(&mut self, ui: &Ui, session: &mut Session, area: Rect) {
+        let is_busy = session.is_drawing() || self.drag.is_some() || self.ended.is_some();
+        let (serial, triangles) = (session.changes(), session.triangles());
+        let mesh = || {
+            if triangles.corners().len() / 3 > rays::MOST_TRIANGLES {
+                return Err(relievo_core::Error::unsupported("the model has too many triangles for the ray caster"));
+            }
+            Ok(relievo_render::Mesh {
+                points: triangles.points().to_vec(),
+                triangles: triangles.corners().as_chunks().0.to_vec(),
+                normals: triangles.normals().to_vec(),
+                colors: triangles.colors().to_vec(),
+                ..Default::default()
+            })
+        };
+        if let Err(error) = self.rays.show(ui, area, &self.camera, (serial, is_busy), mesh) {
+            session.message = Some(error.to_string());
+            self.rays.is_on = false;
+        }
+    }
+
     fn keys(&mut self, ui: &Ui, session: &mut Session) {
         let events = ui.input(|input| input.events.clone());
         for event in &events {
@@ -129,6 +174,7 @@ impl Viewport {
                 Key::Num5 => self.camera.toggle_projection(),
                 Key::Home => self.fit(),
                 Key::W if !has_control => self.is_wired = !self.is_wired,
+                Key::R if !has_control => self.rays.is_on = !self.rays.is_on,
                 Key::X if !has_control => session.brush.symmetry = !session.brush.symmetry,
                 Key::F if !has_control && self.drag.is_none() => {
                     let from = ui.input(|input| input.pointer.latest_pos()).or(self.area.map(|area| area.center()));
@@ -201,6 +247,12 @@ impl Viewport {
                     }
                     let is_on = *button == PointerButton::Primary && session.pick(self.ray(*pos))?.is_some();
                     session.costs.end_event(false);
+                    if is_on && session.brush.tool == Tool::Press {
+                        if session.begin_press(self.ray(*pos), self.pressure)? {
+                            self.drag = Some(Drag::Press);
+                        }
+                        continue;
+                    }
                     self.drag = Some(match (is_on, modifiers.shift, modifiers.ctrl || modifiers.command) {
                         (true, ..) => Drag::Stroke,
                         (_, true, _) => Drag::Pan,
@@ -220,18 +272,22 @@ impl Viewport {
                         Some(Drag::Orbit) => self.camera.orbit(way),
                         Some(Drag::Pan) => self.camera.pan(way),
                         Some(Drag::Zoom) => self.camera.zoom(-8.0 * way.y),
-                        Some(Drag::Stroke) => rays.push((self.ray(*pos), self.pressure)),
+                        Some(Drag::Stroke | Drag::Press) => rays.push((self.ray(*pos), self.pressure)),
                         None => self.set(session, *pos),
                     }
                     self.last = Some(*pos);
                 }
                 Event::PointerButton { pressed: false, .. } => {
-                    let is_drawn = self.drag.take() == Some(Drag::Stroke) && session.is_drawing();
+                    let held = self.drag.take().filter(|_| session.is_drawing());
+                    let is_drawn = matches!(held, Some(Drag::Stroke | Drag::Press));
                     if is_drawn && !rays.is_empty() {
-                        session.extend_stroke(&std::mem::take(&mut rays))?;
+                        go_on(session, &std::mem::take(&mut rays))?;
                     }
                     if is_drawn {
-                        session.end_stroke()?;
+                        match held {
+                            Some(Drag::Press) => session.end_press()?,
+                            _ => session.end_stroke()?,
+                        }
                         self.camera.set_bounds(session.extent());
                         self.ended = Some(ui.input(|input| input.time));
                         self.pressure = 1.0;
@@ -249,7 +305,7 @@ impl Viewport {
             }
         }
         if !rays.is_empty() && session.is_drawing() {
-            session.extend_stroke(&rays)?;
+            go_on(session, &rays)?;
         }
         self.under = match latest.filter(|at| self.area.is_some_and(|area| area.contains(*at))) {
             Some(at) if !matches!(self.drag, Some(Drag::Orbit | Drag::Pan | Drag::Zoom)) => {
@@ -259,7 +315,11 @@ impl Viewport {
             }
             _ => None,
         };
-        Ok(())
+        if session.brush.tool == Tool::Press {
+            session.hover_tool(self.under.as_ref())
+        } else {
+            session.hover_tool(None)
+        }
     }
 
     /// Sets the size or the strength of the brush by where the pointer is.
@@ -324,6 +384,7 @@ impl Viewport {
             }
             (Some(_), _) => "Move for the strength. Click: keep. Right click or Esc: as it was.",
             (None, Some(Drag::Stroke)) => "Right click or Esc takes the stroke back.",
+            (None, Some(Drag::Press)) => "Right click or Esc takes back what the tool pressed.",
             _ => {
                 "Left: brush (Ctrl inverts, Shift smooths). Middle: turn (Shift moves, Ctrl zooms). F, Shift+F: size, strength."
             }

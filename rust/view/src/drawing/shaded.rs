@@ -1,5 +1,5 @@
-//! The picture of the triangles on the graphics device: buffers of points and corners, of which what changed is written, and
-//! the passes that draw them.
+//! The picture of triangles and balls on the graphics device: buffers of points and corners, of which what changed is
+//! written, and the pass that draws them.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use relievo_core::Result;
 use relievo_gpu::{Buffer, Device, wgpu};
 
 use super::camera::Camera;
-use super::triangles::Triangles;
+use crate::show::Ball;
 use crate::window::Target;
 
 /// Samples of a pixel.
@@ -40,84 +40,143 @@ struct View {
     line: [f32; 4],
 }
 
-/// What draws a model.
+/// A ball as the shader reads it.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct DeviceBall {
+    center: [f32; 3],
+    radius: f32,
+    color: [u8; 4],
+}
+
+/// Triangles: points with normals of length 1 and colours, linear Rec.709, and three numbers of points each in `corners`.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Arrays<'a> {
+    pub points: &'a [[f32; 3]],
+    pub normals: &'a [[f32; 3]],
+    pub colors: &'a [[f32; 3]],
+    pub corners: &'a [u32],
+}
+
+/// Triangles and balls on the device.
+pub(crate) struct Solid {
+    device: Device,
+    points: Buffer<Point>,
+    corners: Buffer<u32>,
+    borders: Option<Buffer<u32>>,
+    balls: Buffer<DeviceBall>,
+    /// The bytes of sRGB of linear values from 0 to 1.
+    encoded: Vec<u8>,
+    room: Vec<Point>,
+}
+
+/// What draws solids.
 pub(crate) struct Shaded {
     device: Device,
     /// Once the format of the window is known.
     pipelines: Option<Pipelines>,
-    points: Buffer<Point>,
-    corners: Buffer<u32>,
-    borders: Option<Buffer<u32>>,
-    /// The bytes of sRGB of linear values from 0 to 1.
-    encoded: Vec<u8>,
-    room: Vec<Point>,
 }
 
 struct Pipelines {
     format: wgpu::TextureFormat,
     surface: wgpu::RenderPipeline,
     lines: wgpu::RenderPipeline,
+    balls: wgpu::RenderPipeline,
     view: wgpu::Buffer,
     group: wgpu::BindGroup,
     /// Colours and depths of all samples, of the size of the window.
     targets: Option<([u32; 2], wgpu::TextureView, wgpu::TextureView)>,
 }
 
-impl Shaded {
-    /// Puts all points and corners on the device.
+impl Solid {
+    /// Makes room for nothing yet.
     ///
     /// # Errors
-    /// The device has no memory for them.
-    pub(crate) fn new(device: &Device, triangles: &Triangles) -> Result<Self> {
-        let encoded = (0..=4096).map(|at| relievo_render::color::srgb_byte(at as f32 / 4096.0)).collect();
-        let mut shaded = Self {
+    /// The device has no memory.
+    pub(crate) fn new(device: &Device) -> Result<Self> {
+        Ok(Self {
             device: device.clone(),
-            pipelines: None,
             points: Buffer::vertices(device, "points of the view", 0)?,
             corners: Buffer::vertices(device, "corners of the view", 0)?,
             borders: None,
-            encoded,
+            balls: Buffer::vertices(device, "balls of the view", 0)?,
+            encoded: (0..=4096).map(|at| relievo_render::color::srgb_byte(at as f32 / 4096.0)).collect(),
             room: Vec::new(),
-        };
-        shaded.replace(triangles)?;
-        Ok(shaded)
+        })
     }
 
     /// Takes other triangles.
     ///
     /// # Errors
-    /// Those of [`Self::new`].
-    pub(crate) fn replace(&mut self, triangles: &Triangles) -> Result<()> {
-        let count = triangles.points().len();
-        self.points = Buffer::vertices(&self.device, "points of the view", count)?;
-        self.corners = Buffer::vertices(&self.device, "corners of the view", triangles.corners().len())?;
-        self.corners.write(&self.device, 0, triangles.corners())?;
+    /// The device has no memory for them.
+    pub(crate) fn replace(&mut self, arrays: Arrays<'_>) -> Result<()> {
+        let count = arrays.points.len();
+        if count != self.points.len() {
+            self.points = Buffer::vertices(&self.device, "points of the view", count)?;
+        }
+        if arrays.corners.len() != self.corners.len() {
+            self.corners = Buffer::vertices(&self.device, "corners of the view", arrays.corners.len())?;
+        }
+        self.corners.write(&self.device, 0, arrays.corners)?;
         self.borders = None;
-        self.write(triangles, 0..count as u32).map(drop)
+        self.write(arrays, 0..count as u32).map(drop)
+    }
+
+    /// Takes other balls: centres, radii and colours, linear Rec.709.
+    ///
+    /// # Errors
+    /// The device has no memory for them.
+    pub(crate) fn replace_balls(&mut self, balls: &[Ball]) -> Result<()> {
+        let byte = |value: f32| self.encoded[(value.clamp(0.0, 1.0) * 4096.0) as usize];
+        let made: Vec<DeviceBall> = balls
+            .iter()
+            .map(|ball| {
+                let [r, g, b] = ball.color.map(byte);
+                DeviceBall { center: ball.center, radius: ball.radius, color: [r, g, b, 255] }
+            })
+            .collect();
+        if made.len() != self.balls.len() {
+            self.balls = Buffer::vertices(&self.device, "balls of the view", made.len())?;
+        }
+        self.balls.write(&self.device, 0, &made)
+    }
+
+    /// Takes the lines that the wireframe shows, two points each; they stay until the triangles are replaced.
+    ///
+    /// # Errors
+    /// The device has no memory for them.
+    pub(crate) fn set_borders(&mut self, lines: impl FnOnce() -> Vec<u32>) -> Result<()> {
+        if self.borders.is_none() {
+            let lines = lines();
+            let buffer = Buffer::vertices(&self.device, "borders of the view", lines.len())?;
+            buffer.write(&self.device, 0, &lines)?;
+            self.borders = Some(buffer);
+        }
+        Ok(())
     }
 
     /// Writes the points in `ranges`, ascending. Returns how many bytes were written.
     ///
     /// # Errors
     /// The device is lost.
-    pub(crate) fn update(&mut self, triangles: &Triangles, ranges: &[Range<u32>]) -> Result<u64> {
+    pub(crate) fn update(&mut self, arrays: Arrays<'_>, ranges: &[Range<u32>]) -> Result<u64> {
         let mut bytes = 0;
         let mut ranges = ranges.iter().cloned().peekable();
         while let Some(mut range) = ranges.next() {
             while let Some(next) = ranges.next_if(|next| next.start.saturating_sub(range.end) <= GAP) {
                 range.end = next.end.max(range.end);
             }
-            bytes += self.write(triangles, range)?;
+            bytes += self.write(arrays, range)?;
         }
         Ok(bytes)
     }
 
-    fn write(&mut self, triangles: &Triangles, range: Range<u32>) -> Result<u64> {
+    fn write(&mut self, arrays: Arrays<'_>, range: Range<u32>) -> Result<u64> {
         let Self { encoded, room, .. } = self;
         let at = range.start as usize..range.end as usize;
-        let points = triangles.points().get(at.clone()).unwrap_or_default();
-        let normals = triangles.normals().get(at.clone()).unwrap_or_default();
-        let colors = triangles.colors().get(at).unwrap_or_default();
+        let points = arrays.points.get(at.clone()).unwrap_or_default();
+        let normals = arrays.normals.get(at.clone()).unwrap_or_default();
+        let colors = arrays.colors.get(at).unwrap_or_default();
         let byte = |value: f32| encoded[(value.clamp(0.0, 1.0) * 4096.0) as usize];
         let whole = |value: f32| (value.clamp(-1.0, 1.0) * 32767.0) as i16;
         room.clear();
@@ -129,8 +188,16 @@ impl Shaded {
         self.points.write(&self.device, range.start as usize, &self.room)?;
         Ok(size_of_val(self.room.as_slice()) as u64)
     }
+}
 
-    /// Records the picture into the part `area` of the target, given by its upper left and its size in pixels.
+impl Shaded {
+    /// Makes what draws with a device.
+    pub(crate) fn new(device: &Device) -> Self {
+        Self { device: device.clone(), pipelines: None }
+    }
+
+    /// Records the picture of solids into the part `area` of the target, given by its upper left and its size in pixels. A
+    /// solid that is marked is drawn with its borders.
     ///
     /// # Errors
     /// The device has no memory for it, or is lost.
@@ -140,15 +207,9 @@ impl Shaded {
         target: &Target<'_>,
         [left, top, width, height]: [u32; 4],
         camera: &Camera,
-        wire: Option<&Triangles>,
+        solids: &[(&Solid, bool)],
     ) -> Result<()> {
         let device = self.device.clone();
-        if let (Some(triangles), None) = (wire, &self.borders) {
-            let lines = triangles.borders();
-            let buffer = Buffer::vertices(&device, "borders of the view", lines.len())?;
-            buffer.write(&device, 0, &lines)?;
-            self.borders = Some(buffer);
-        }
         let pipelines = match self.pipelines.take().filter(|it| it.format == target.format) {
             Some(pipelines) => self.pipelines.insert(pipelines),
             None => self.pipelines.insert(Pipelines::new(&device, target.format)?),
@@ -176,20 +237,29 @@ impl Shaded {
             ..Default::default()
         });
         let is_inside = left + width <= target.size[0] && top + height <= target.size[1];
-        if self.corners.is_empty() || width == 0 || height == 0 || !is_inside {
+        if width == 0 || height == 0 || !is_inside {
             return Ok(());
         }
         pass.set_viewport(left as f32, top as f32, width as f32, height as f32, 0.0, 1.0);
         pass.set_scissor_rect(left, top, width, height);
         pass.set_bind_group(0, &pipelines.group, &[]);
-        pass.set_vertex_buffer(0, self.points.wgpu().slice(..));
-        pass.set_pipeline(&pipelines.surface);
-        pass.set_index_buffer(self.corners.wgpu().slice(..), wgpu::IndexFormat::Uint32);
-        pass.draw_indexed(0..self.corners.len() as u32, 0, 0..1);
-        if let (Some(_), Some(borders)) = (wire, self.borders.as_ref().filter(|borders| !borders.is_empty())) {
-            pass.set_pipeline(&pipelines.lines);
-            pass.set_index_buffer(borders.wgpu().slice(..), wgpu::IndexFormat::Uint32);
-            pass.draw_indexed(0..borders.len() as u32, 0, 0..1);
+        for (solid, is_wired) in solids {
+            if !solid.corners.is_empty() && !solid.points.is_empty() {
+                pass.set_vertex_buffer(0, solid.points.wgpu().slice(..));
+                pass.set_pipeline(&pipelines.surface);
+                pass.set_index_buffer(solid.corners.wgpu().slice(..), wgpu::IndexFormat::Uint32);
+                pass.draw_indexed(0..solid.corners.len() as u32, 0, 0..1);
+                if let Some(borders) = solid.borders.as_ref().filter(|borders| *is_wired && !borders.is_empty()) {
+                    pass.set_pipeline(&pipelines.lines);
+                    pass.set_index_buffer(borders.wgpu().slice(..), wgpu::IndexFormat::Uint32);
+                    pass.draw_indexed(0..borders.len() as u32, 0, 0..1);
+                }
+            }
+            if !solid.balls.is_empty() {
+                pass.set_vertex_buffer(0, solid.balls.wgpu().slice(..));
+                pass.set_pipeline(&pipelines.balls);
+                pass.draw(0..4, 0..solid.balls.len() as u32);
+            }
         }
         Ok(())
     }
@@ -242,8 +312,19 @@ impl Pipelines {
                 bind_group_layouts: &[Some(&layout)],
                 ..Default::default()
             });
-            let attributes = wgpu::vertex_attr_array![0 => Float32x3, 1 => Snorm16x4, 2 => Unorm8x4];
-            let pipeline = |names: [&str; 2], topology| {
+            let point = wgpu::vertex_attr_array![0 => Float32x3, 1 => Snorm16x4, 2 => Unorm8x4];
+            let ball = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32, 2 => Unorm8x4];
+            let points = wgpu::VertexBufferLayout {
+                array_stride: size_of::<Point>() as u64,
+                step_mode: wgpu::VertexStepMode::Vertex,
+                attributes: &point,
+            };
+            let balls = wgpu::VertexBufferLayout {
+                array_stride: size_of::<DeviceBall>() as u64,
+                step_mode: wgpu::VertexStepMode::Instance,
+                attributes: &ball,
+            };
+            let pipeline = |names: [&str; 2], topology, buffer: &wgpu::VertexBufferLayout<'_>| {
                 wgpu.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
                     label: Some(names[1]),
                     layout: Some(&layout),
@@ -251,11 +332,7 @@ impl Pipelines {
                         module: &module,
                         entry_point: Some(names[0]),
                         compilation_options: Default::default(),
-                        buffers: &[Some(wgpu::VertexBufferLayout {
-                            array_stride: size_of::<Point>() as u64,
-                            step_mode: wgpu::VertexStepMode::Vertex,
-                            attributes: &attributes,
-                        })],
+                        buffers: &[Some(buffer.clone())],
                     },
                     primitive: wgpu::PrimitiveState { topology, ..Default::default() },
                     depth_stencil: Some(wgpu::DepthStencilState {
@@ -276,9 +353,10 @@ impl Pipelines {
                     cache: None,
                 })
             };
-            let surface = pipeline(["surface_point", "surface_color"], wgpu::PrimitiveTopology::TriangleList);
-            let lines = pipeline(["line_point", "line_color"], wgpu::PrimitiveTopology::LineList);
-            Self { format, surface, lines, view, group, targets: None }
+            let surface = pipeline(["surface_point", "surface_color"], wgpu::PrimitiveTopology::TriangleList, &points);
+            let lines = pipeline(["line_point", "line_color"], wgpu::PrimitiveTopology::LineList, &points);
+            let balls = pipeline(["ball_corner", "ball_color"], wgpu::PrimitiveTopology::TriangleStrip, &balls);
+            Self { format, surface, lines, balls, view, group, targets: None }
         })
     }
 

@@ -11,6 +11,9 @@ const FILLED: f64 = 0.9;
 /// The steepest the camera looks down or up, radians.
 const STEEPEST: f64 = std::f64::consts::FRAC_PI_2;
 
+/// Distances of the target at which a camera in perspective shows what a parallel projection does.
+const FAR: f64 = 200.0;
+
 /// A direction to look from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {
@@ -138,6 +141,16 @@ impl Camera {
     /// Whether the projection is parallel.
     pub(crate) fn is_parallel(&self) -> bool {
         self.is_parallel
+    }
+
+    /// The place and the vertical field of view, radians, of a camera in perspective that shows the same: a far one stands
+    /// for parallel projection.
+    pub(crate) fn perspective(&self) -> (DVec3, f64) {
+        if !self.is_parallel {
+            return (self.eye(), FOV);
+        }
+        let distance = FAR * self.distance.max(self.radius());
+        (self.target + self.axes().z_axis * distance, 2.0 * (0.5 * self.span() / distance).atan())
     }
 
     /// From the world to clip space, with depths from 0 to 1.

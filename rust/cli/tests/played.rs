@@ -1,0 +1,119 @@
+//! What `relievo view` plays and does not edit, on a display without a screen: particles, levels, soft tissue and scenes, all
+//! made here.
+#![cfg(feature = "view")]
+
+mod display;
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::process::Command;
+
+use relievo_core::{Context, ContextOptions};
+use relievo_particleio::{Channel, Particles};
+
+use display::{difference, is_possible, pictures, share, view};
+
+/// The part of a picture that the view has.
+const VIEW: [f32; 4] = [0.3, 0.1, 0.95, 0.85];
+
+fn done(folder: &Path, arguments: &[&str]) {
+    let done = Command::new(env!("CARGO_BIN_EXE_relievo")).args(arguments).current_dir(folder).output().unwrap();
+    assert!(done.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&done.stderr));
+}
+
+#[test]
+fn particles_are_played_coloured_and_recorded() {
+    if !is_possible() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let context = Context::new(&ContextOptions::default()).unwrap();
+    std::fs::create_dir(folder.join("drops")).unwrap();
+    for frame in 0..4 {
+        // A wall of drops that climbs, each as fast as it is to the right.
+        let place = |at: i32| [(at % 8) as f32, 0.0, (at / 8) as f32 + 2.0 * frame as f32];
+        let points: Vec<[f32; 3]> = (0..64).map(place).chain([[3.5, 0.0, 14.0]]).collect();
+        let values = points.iter().flat_map(|point| [0.0, 0.0, point[0]]).collect();
+        let channels = vec![Channel { name: "velocity".into(), width: 3, values }];
+        let particles = Particles { points, spacing: Some(1.0), channels, ..Particles::default() };
+        relievo_particleio::write(&context, &folder.join(format!("drops/{frame:04}.bgeo")), &particles).unwrap();
+    }
+    let script = "resize 1000 620\nkey 1\nwait_frames 2\nscreenshot first.png\npress velocity\nwait_frames 1\n\
+        screenshot fast.png\npress plain\nkey Right\nkey Right\nwait_frames 1\nscreenshot third.png\n\
+        key Space\nwait_frames 2\nkey Space\npress Record\nwait_frames 2\npress Write pictures\nrest\nquit\n";
+    view(folder, &["drops"], script);
+    let [first, fast, third] = pictures(folder, ["first", "fast", "third"]);
+    assert!(difference(&first, &third) > 0.1, "{}", difference(&first, &third));
+    // Dark blue at first; by speed from violet at the left to yellow at the right.
+    let is_yellow = |[r, g, b]: [f32; 3]| r > 0.3 && g > 0.3 && b < 0.3 * g;
+    assert!(share(&first, VIEW, is_yellow) < 1e-3 && share(&fast, VIEW, is_yellow) > 0.005);
+    // The pictures have the view alone.
+    let recorded = pictures(folder, ["frames/0000", "frames/0001", "frames/0002", "frames/0003"]);
+    assert!(recorded.iter().all(|image| image.width() < 900 && image.width() > 600 && image.height() > 450));
+    assert!(difference(&recorded[0], &recorded[3]) > 0.1);
+    assert!(!folder.join("frames/0004.png").exists());
+}
+
+#[test]
+fn a_slider_sets_the_level_of_a_progressive_mesh() {
+    if !is_possible() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let mut text = String::new();
+    for at in 0..41 * 41 {
+        let [x, y] = [at % 41, at / 41].map(|at| 0.1 * f64::from(at));
+        writeln!(text, "v {x} {y} {}", 0.3 * (3.0 * x).sin() * (2.0 * y).cos()).unwrap();
+    }
+    for at in 0..40 * 40 {
+        let first = 1 + at % 40 + 41 * (at / 40);
+        writeln!(text, "f {} {} {} {}", first, first + 1, first + 42, first + 41).unwrap();
+    }
+    std::fs::write(folder.join("waves.obj"), text).unwrap();
+    done(folder, &["progressive", "build", "waves.obj", "-o", "waves.rlvpm"]);
+    // A click on the slider, right of its middle.
+    let script = "resize 1000 620\nwait_frames 1\nkey w\npoint 0.02 0.02\nwait_frames 2\nscreenshot fine.png\n\
+        press Triangles\npoint 0.02 0.02\nwait_frames 2\nscreenshot coarse.png\nquit\n";
+    view(folder, &["waves.rlvpm"], script);
+    let [fine, coarse] = pictures(folder, ["fine", "coarse"]);
+    // Edges of triangles are dark lines, of which the coarse level has fewer.
+    let is_line = |[r, g, b]: [f32; 3]| r < 0.012 && g < 0.014 && b < 0.02;
+    let [many, few] = [&fine, &coarse].map(|image| share(image, VIEW, is_line));
+    assert!(many > 0.02 && few > 1e-4 && few < 0.75 * many, "{many} {few}");
+}
+
+#[test]
+fn tissue_is_coloured_by_stress_and_cut_and_a_scene_is_played() {
+    if !is_possible() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let block = "voxel = 0.01\n[[material]]\nname = \"gel\"\nyoung = 8000\npoisson = 0.45\n[[volume]]\nname = \"block\"\n\
+        body = { box = { low = [0, 0, 0], high = [0.06, 0.06, 0.03] } }\nmaterial = \"gel\"\n";
+    let press = "model = \"block.rtissue\"\nframes = 2\nfps = 100\n[options]\ndamping = 20\n[[move]]\nset = \"z-\"\n\
+        [[collider]]\nball = 0.02\nkeys = [{ time = 0, at = [0.03, 0.03, 0.051] }, { time = 0.02, at = [0.03, 0.03, 0.044] }]\n";
+    std::fs::write(folder.join("block.toml"), block).unwrap();
+    std::fs::write(folder.join("press.toml"), press).unwrap();
+    done(folder, &["tissue", "build", "block.toml", "-o", "block.rtissue"]);
+    done(folder, &["tissue", "sim", "press.toml", "-o", "states"]);
+    let script = "resize 1000 620\nwait_frames 1\nscreenshot rest.png\npress stress\nkey Right\nkey Right\nwait_frames 2\n\
+        screenshot pressed.png\npress x\nwait_frames 2\nscreenshot open.png\nquit\n";
+    view(folder, &["press.toml", "states"], script);
+    let [rest, pressed, open] = pictures(folder, ["rest", "pressed", "open"]);
+    assert!(difference(&rest, &pressed) > 0.1 && difference(&pressed, &open) > 0.05);
+
+    let scene = "version = 1\n[meshes.field]\nshape = \"plane\"\nsize = [4, 4, 1]\n[meshes.ball]\nshape = \"spiked_ball\"\n\
+        [surfaces.field]\nmesh = \"field\"\n[objects.field]\nsurface = \"field\"\n[objects.ball]\nmesh = \"ball\"\n\
+        [bodies.ball]\nkeyframes = [{ time = 0, translation = [-1.2, 0, 0.56] }, { time = 0.1, translation = [1.2, 0.6, 0.5] }]\n\
+        [colliders.ball]\ninto = [\"field\"]\n[output]\nframes = 3\npictures = []\n";
+    std::fs::write(folder.join("roll.toml"), scene).unwrap();
+    done(folder, &["scene", "run", "roll.toml", "--out", "rolled"]);
+    let script = "resize 1000 620\nwait_frames 1\nscreenshot start.png\nkey Space\nkey Space\nwait_frames 1\n\
+        screenshot later.png\nquit\n";
+    view(folder, &["roll.toml", "rolled"], script);
+    let [start, later] = pictures(folder, ["start", "later"]);
+    assert!(difference(&start, &later) > 0.02, "{}", difference(&start, &later));
+}

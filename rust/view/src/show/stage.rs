@@ -1,0 +1,335 @@
+//! The stage of a subject: what is drawn, from where it is seen, and the clock that plays its frames.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use egui::{Event, Key, PointerButton, Rect, Response, Ui};
+use glam::{DVec2, Vec3};
+use relievo_core::Result;
+use relievo_render::Mesh;
+
+use super::{Ball, Eye, Frames, Picture, Setting, Subject, bounds, complete};
+use crate::drawing::camera::{Camera, Side};
+use crate::drawing::rays::{MOST_TRIANGLES, Rays};
+
+/// What the pointer does while a button is held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Drag {
+    Orbit,
+    Pan,
+    Zoom,
+}
+
+/// Frames that are written as pictures.
+struct Recording {
+    folder: PathBuf,
+    frame: usize,
+    /// Whether the window shows the frame by now.
+    is_shown: bool,
+}
+
+/// A subject on the stage.
+pub(super) struct Stage {
+    pub camera: Camera,
+    pub area: Option<Rect>,
+    pub is_wired: bool,
+    pub rays: Rays,
+    pub settings: Vec<Setting>,
+    pub frames: Frames,
+    /// The frame that is asked for.
+    pub frame: usize,
+    pub is_playing: bool,
+    /// Whether playing goes on by a frame for each of the window, as scripts want it, and not by the clock.
+    pub is_stepped: bool,
+    pub picture: Picture,
+    /// Counts pictures.
+    pub serial: u64,
+    /// Milliseconds that the last picture took.
+    pub cost: f64,
+    pub message: Option<String>,
+    /// What the picture was made of.
+    made: Option<(usize, Vec<f64>, Option<Eye>)>,
+    /// When the frame was shown first.
+    since: f64,
+    drag: Option<Drag>,
+    last: Option<egui::Pos2>,
+    is_fitted: bool,
+    recording: Option<Recording>,
+}
+
+impl Stage {
+    /// Makes the first picture and has it in view.
+    pub fn new(subject: &mut dyn Subject, up: usize) -> Result<Self> {
+        let known = subject.bounds();
+        let mut stage = Self {
+            camera: Camera::new(known.unwrap_or_else(|| bounds(&Picture::default())), up),
+            area: None,
+            is_wired: false,
+            rays: Rays::default(),
+            settings: subject.settings(),
+            frames: subject.frames(),
+            frame: 0,
+            is_playing: false,
+            is_stepped: false,
+            picture: Picture::default(),
+            serial: 0,
+            cost: 0.0,
+            message: None,
+            made: None,
+            since: 0.0,
+            drag: None,
+            last: None,
+            is_fitted: false,
+            recording: None,
+        };
+        stage.fit();
+        stage.make(subject)?;
+        if known.is_none() {
+            stage.camera = Camera::new(bounds(&stage.picture), up);
+        }
+        Ok(stage)
+    }
+
+    fn aspect(&self) -> f64 {
+        self.area.map_or(1.6, |area| f64::from(area.width()) / f64::from(area.height().max(1.0)))
+    }
+
+    /// Has all of it in view.
+    pub fn fit(&mut self) {
+        self.camera.fit(self.aspect());
+    }
+
+    fn eye(&self) -> Eye {
+        let (place, fov) = self.camera.perspective();
+        let size = self.area.map_or([960, 600], |area| [area.width(), area.height()].map(|side| side.max(1.0) as u32));
+        Eye { place, axes: self.camera.axes(), fov, size }
+    }
+
+    /// Makes the picture anew if what it is made of changed.
+    fn make(&mut self, subject: &mut dyn Subject) -> Result<()> {
+        let values: Vec<f64> = self.settings.iter().map(|setting| setting.value).collect();
+        let eye = self.eye();
+        let wanted = (self.frame, values, subject.follows_the_eye().then_some(eye));
+        if self.made.as_ref() == Some(&wanted) {
+            return Ok(());
+        }
+        let start = Instant::now();
+        let made = subject.picture(wanted.0, &wanted.1, &eye);
+        // What failed is not tried again before something else is asked for.
+        self.made = Some(wanted);
+        let mut picture = made?;
+        complete(&mut picture.mesh);
+        self.picture = picture;
+        self.cost = 1e3 * start.elapsed().as_secs_f64();
+        self.serial += 1;
+        self.message = None;
+        Ok(())
+    }
+
+    /// Lays the view out in what is left of the window, and acts on what the user does there.
+    pub fn show(&mut self, ui: &mut Ui, subject: &mut dyn Subject) {
+        let (area, response) = ui.allocate_exact_size(ui.available_size(), egui::Sense::click_and_drag());
+        self.area = Some(area);
+        if !std::mem::replace(&mut self.is_fitted, true) {
+            self.fit();
+        }
+        if !ui.ctx().egui_wants_keyboard_input() {
+            self.keys(ui);
+        }
+        self.pointer(ui, &response);
+        self.play(ui);
+        if let Err(error) = self.make(subject) {
+            self.message = Some(error.to_string());
+            self.is_playing = false;
+        }
+        if let Some(recording) = &mut self.recording {
+            recording.is_shown = recording.frame == self.frame;
+        }
+        let is_busy = self.is_playing || self.drag.is_some() || self.recording.is_some();
+        let Self { rays, picture, camera, serial, .. } = self;
+        if let Err(error) = rays.show(ui, area, camera, (*serial, is_busy), || Ok(with_balls(picture))) {
+            self.message = Some(error.to_string());
+            self.rays.is_on = false;
+        }
+    }
+
+    /// Goes on to the frame that the clock says.
+    fn play(&mut self, ui: &Ui) {
+        let now = ui.input(|input| input.time);
+        if let Some(recording) = &self.recording {
+            self.frame = recording.frame;
+            ui.ctx().request_repaint();
+            return;
+        }
+        if !self.is_playing || self.frames.count < 2 {
+            self.since = now;
+            return;
+        }
+        let due = match self.is_stepped {
+            true => 1,
+            false => ((now - self.since) * self.frames.rate) as usize,
+        };
+        if due > 0 {
+            self.frame = (self.frame + due) % self.frames.count;
+            self.since = now;
+        }
+        ui.ctx().request_repaint_after(std::time::Duration::from_secs_f64(0.5 / self.frames.rate.max(1.0)));
+    }
+
+    fn keys(&mut self, ui: &Ui) {
+        for event in &ui.input(|input| input.events.clone()) {
+            let Event::Key { key, pressed: true, modifiers, .. } = event else { continue };
+            let has_control = modifiers.command || modifiers.ctrl;
+            let side = |plain, opposite| if has_control { opposite } else { plain };
+            let last = self.frames.count.saturating_sub(1);
+            match key {
+                Key::Num1 => self.camera.look_from(side(Side::Front, Side::Back)),
+                Key::Num3 => self.camera.look_from(side(Side::Right, Side::Left)),
+                Key::Num7 => self.camera.look_from(side(Side::Top, Side::Bottom)),
+                Key::Num5 => self.camera.toggle_projection(),
+                Key::Home => self.fit(),
+                Key::W if !has_control => self.is_wired = !self.is_wired,
+                Key::R if !has_control => self.rays.is_on = !self.rays.is_on,
+                Key::Space => self.is_playing = !self.is_playing,
+                Key::ArrowRight => self.frame = (self.frame + 1).min(last),
+                Key::ArrowLeft => self.frame = self.frame.saturating_sub(1),
+                Key::Escape => self.recording = None,
+                _ => {}
+            }
+        }
+    }
+
+    fn pointer(&mut self, ui: &Ui, response: &Response) {
+        let height = self.area.map_or(1.0, |area| area.height().max(1.0));
+        for event in &ui.input(|input| input.events.clone()) {
+            match event {
+                Event::PointerButton { pos, button, pressed: true, modifiers } if response.contains_pointer() => {
+                    self.last = Some(*pos);
+                    let has_control = modifiers.ctrl || modifiers.command;
+                    self.drag = Some(match (button, modifiers.shift, has_control) {
+                        (PointerButton::Secondary, _, true) | (_, false, true) => Drag::Zoom,
+                        (_, true, _) => Drag::Pan,
+                        _ => Drag::Orbit,
+                    });
+                }
+                Event::PointerMoved(pos) => {
+                    let way = self.last.map_or(egui::Vec2::ZERO, |last| *pos - last) / height;
+                    let way = DVec2::new(f64::from(way.x), f64::from(way.y));
+                    match self.drag {
+                        Some(Drag::Orbit) => self.camera.orbit(way),
+                        Some(Drag::Pan) => self.camera.pan(way),
+                        Some(Drag::Zoom) => self.camera.zoom(-8.0 * way.y),
+                        None => {}
+                    }
+                    self.last = Some(*pos);
+                }
+                Event::PointerButton { pressed: false, .. } => self.drag = None,
+                Event::MouseWheel { delta, unit, .. } if response.contains_pointer() => {
+                    let lines = match unit {
+                        egui::MouseWheelUnit::Point => 40.0,
+                        egui::MouseWheelUnit::Line => 1.0,
+                        egui::MouseWheelUnit::Page => 0.1,
+                    };
+                    self.camera.zoom(f64::from(delta.y / lines));
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Begins to write all frames as pictures into a folder.
+    pub fn begin_recording(&mut self, folder: PathBuf) {
+        self.is_playing = false;
+        self.recording = Some(Recording { folder, frame: 0, is_shown: false });
+    }
+
+    /// Whether frames are being written.
+    pub fn is_recording(&self) -> bool {
+        self.recording.is_some()
+    }
+
+    /// Returns the area of the window that is to be written now.
+    pub fn recorded(&self) -> Option<Rect> {
+        self.recording.as_ref().filter(|recording| recording.is_shown).and(self.area)
+    }
+
+    /// Returns the file of the frame that is shown.
+    pub fn next_file(&self) -> Option<PathBuf> {
+        self.recording.as_ref().map(|recording| recording.folder.join(format!("{:04}.png", recording.frame)))
+    }
+
+    /// Goes on to the next frame after one was written, or ends.
+    pub fn next(&mut self, done: Result<()>) -> Result<()> {
+        let Some(mut recording) = self.recording.take() else { return Ok(()) };
+        if let Err(error) = done {
+            self.message = Some(error.to_string());
+            return Ok(());
+        }
+        recording.frame += 1;
+        recording.is_shown = false;
+        if recording.frame < self.frames.count {
+            self.recording = Some(recording);
+        } else {
+            self.message = Some(format!("{} pictures are in {}", self.frames.count, recording.folder.display()));
+        }
+        Ok(())
+    }
+}
+
+/// Corners and triangles of an icosahedron about the origin, of radius 1.
+fn icosahedron() -> ([Vec3; 12], [[u32; 3]; 20]) {
+    let golden = 0.5 * (1.0 + 5.0_f32.sqrt());
+    let corners = [
+        [-1.0, golden, 0.0],
+        [1.0, golden, 0.0],
+        [-1.0, -golden, 0.0],
+        [1.0, -golden, 0.0],
+        [0.0, -1.0, golden],
+        [0.0, 1.0, golden],
+        [0.0, -1.0, -golden],
+        [0.0, 1.0, -golden],
+        [golden, 0.0, -1.0],
+        [golden, 0.0, 1.0],
+        [-golden, 0.0, -1.0],
+        [-golden, 0.0, 1.0],
+    ];
+    #[rustfmt::skip]
+    let triangles = [
+        [0, 11, 5], [0, 5, 1], [0, 1, 7], [0, 7, 10], [0, 10, 11], [1, 5, 9], [5, 11, 4], [11, 10, 2], [10, 7, 6], [7, 1, 8],
+        [3, 9, 4], [3, 4, 2], [3, 2, 6], [3, 6, 8], [3, 8, 9], [4, 9, 5], [2, 4, 11], [6, 2, 10], [8, 6, 7], [9, 8, 1],
+    ];
+    (corners.map(|corner| Vec3::from(corner).normalize()), triangles)
+}
+
+/// The mesh of a picture with its balls as icosahedra, as many of them as are affordable.
+fn with_balls(picture: &Picture) -> Mesh {
+    let mut mesh = picture.mesh.clone();
+    (mesh.tags, mesh.edges) = (Vec::new(), Vec::new());
+    let (corners, triangles) = icosahedron();
+    let room = MOST_TRIANGLES.saturating_sub(mesh.triangles.len()) / triangles.len();
+    for Ball { center, radius, color } in picture.balls.iter().take(room) {
+        let first = mesh.points.len() as u32;
+        mesh.points.extend(corners.iter().map(|corner| (Vec3::from(*center) + *radius * *corner).to_array()));
+        mesh.normals.extend(corners.iter().map(|corner| corner.to_array()));
+        mesh.colors.extend([*color; 12]);
+        mesh.triangles.extend(triangles.iter().map(|triangle| triangle.map(|corner| first + corner)));
+    }
+    mesh
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_icosahedron_is_closed_and_points_outwards() {
+        let (corners, triangles) = icosahedron();
+        let volume: f32 = triangles
+            .iter()
+            .map(|triangle| triangle.map(|corner| corners[corner as usize]))
+            .map(|[a, b, c]| a.dot(b.cross(c)) / 6.0)
+            .sum();
+        // 5 (3 + √5) / 12 times the cube of the edge, which is the radius by sin(2π/5).
+        assert!((volume - 2.536_150_7).abs() < 1e-5, "{volume}");
+    }
+}
