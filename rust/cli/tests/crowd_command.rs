@@ -1,5 +1,8 @@
 //! `relievo crowd` as a user sees it.
 
+#[cfg(feature = "view")]
+mod display;
+
 use std::path::Path;
 use std::process::{Command, Output};
 use std::sync::OnceLock;
@@ -423,4 +426,26 @@ fn clusters_are_read_while_a_crowd_is_viewed() {
     assert!(number(&few, "resident_bytes") <= 10_486 && number(&few, "missing_clusters") > 0, "{few}");
     fails(at, &[&shared[..], &["--budget", "0.0001"]].concat(), "budget");
     fails(at, &[&shared[..], &["--budget", "1", "--occlusion"]].concat(), "--occlusion");
+}
+
+#[cfg(feature = "view")]
+#[test]
+fn a_window_shows_what_an_error_leaves_of_a_crowd() {
+    if !display::is_possible() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_model(folder);
+    let script = "resize 1000 620\nwait_frames 1\npress error\npoint 0.02 0.02\nwait_frames 2\nscreenshot fine.png\n\
+        press Error\npoint 0.02 0.02\nwait_frames 2\nscreenshot coarse.png\nkey Right\nkey Right\nkey Right\nkey Right\n\
+        wait_frames 2\nscreenshot later.png\nquit\n";
+    display::view(folder, &["arm.rcrowd", "--square", "9"], script);
+    let [fine, coarse, later] = display::pictures(folder, ["fine", "coarse", "later"]);
+    // Blue stands for what was simplified often, which is enough here for half a pixel. With twelve the outlines differ.
+    let is_blue = |[r, g, b]: [f32; 3]| b > 0.01 && b > 3.0 * r && b > 1.5 * g;
+    let blue = [&fine, &coarse].map(|image| display::share(image, [0.4, 0.1, 0.95, 0.7], is_blue));
+    assert!(blue.iter().all(|share| *share > 0.01), "{blue:?}");
+    assert!(display::difference(&fine, &coarse) > 0.001, "{}", display::difference(&fine, &coarse));
+    assert!(display::difference(&coarse, &later) > 0.001, "{}", display::difference(&coarse, &later));
 }
