@@ -1601,6 +1601,7 @@ struct CrowdDraws {
         matrices.resize(counts.matrix_count);
         weights.resize(counts.weight_count);
         first_weights.resize(counts.agent_count);
+        blends.resize(counts.draw_count);
         RlvCrowdBuffers buffers = RLV_CROWD_BUFFERS_INIT;
         buffers.draws = draws.data();
         buffers.draw_capacity = draws.size();
@@ -1612,6 +1613,7 @@ struct CrowdDraws {
         buffers.weights = weights.data();
         buffers.weight_capacity = weights.size();
         buffers.first_weights = first_weights.data();
+        buffers.blends = blends.data();
         return buffers;
     }
 };
@@ -1621,6 +1623,21 @@ struct CrowdQuads {
     std::vector<RlvCrowdImpostor> impostors;
     std::vector<RlvCrowdPicture> pictures;
     std::vector<RlvCrowdTexel> texels;
+
+    /// Makes room for what a cut found, which `counts` has the numbers of, and returns buffers that lie in it.
+    template <class Counts> RlvCrowdImpostors make_room(const Counts &counts) {
+        impostors.resize(counts.impostor_count);
+        pictures.resize(counts.picture_count);
+        texels.resize(std::size_t{RLV_CROWD_PICTURE_SIDE} * RLV_CROWD_PICTURE_SIDE * counts.picture_count);
+        RlvCrowdImpostors buffers = RLV_CROWD_IMPOSTORS_INIT;
+        buffers.impostors = impostors.data();
+        buffers.impostor_capacity = impostors.size();
+        buffers.pictures = pictures.data();
+        buffers.picture_capacity = pictures.size();
+        buffers.texels = texels.data();
+        buffers.texel_capacity = texels.size();
+        return buffers;
+    }
 };
 
 /// Agents of some models; see relievo/crowd.h.
@@ -1666,9 +1683,7 @@ public:
     /// Returns what a cut found; `frame` is that of the last one.
     CrowdDraws draws(const RlvCrowdFrame &frame) const {
         CrowdDraws found;
-        RlvCrowdBuffers buffers = found.make_room(frame);
-        found.blends.resize(frame.draw_count);
-        buffers.blends = found.blends.data();
+        const RlvCrowdBuffers buffers = found.make_room(frame);
         check(rlv_crowd_get(get(), &buffers));
         return found;
     }
@@ -1676,16 +1691,7 @@ public:
     /// Returns the impostors of a cut; `frame` is that of the last one.
     CrowdQuads impostors(const RlvCrowdFrame &frame) const {
         CrowdQuads found;
-        found.impostors.resize(frame.impostor_count);
-        found.pictures.resize(frame.picture_count);
-        found.texels.resize(std::size_t{RLV_CROWD_PICTURE_SIDE} * RLV_CROWD_PICTURE_SIDE * frame.picture_count);
-        RlvCrowdImpostors buffers = RLV_CROWD_IMPOSTORS_INIT;
-        buffers.impostors = found.impostors.data();
-        buffers.impostor_capacity = found.impostors.size();
-        buffers.pictures = found.pictures.data();
-        buffers.picture_capacity = found.pictures.size();
-        buffers.texels = found.texels.data();
-        buffers.texel_capacity = found.texels.size();
+        const RlvCrowdImpostors buffers = found.make_room(frame);
         check(rlv_crowd_get_impostors(get(), &buffers));
         return found;
     }
@@ -1708,11 +1714,19 @@ public:
         return info;
     }
 
-    /// Copies what a cut found back, without blends; `info` is that of the last one.
+    /// Copies what a cut found back; `info` is that of the last one.
     CrowdDraws draws(const RlvDeviceCrowdInfo &info) const {
         CrowdDraws found;
         const RlvCrowdBuffers buffers = found.make_room(info);
         check(rlv_device_crowd_get(get(), &buffers));
+        return found;
+    }
+
+    /// Returns the impostors of a cut; `info` is that of the last one.
+    CrowdQuads impostors(const RlvDeviceCrowdInfo &info) const {
+        CrowdQuads found;
+        const RlvCrowdImpostors buffers = found.make_room(info);
+        check(rlv_device_crowd_get_impostors(get(), &buffers));
         return found;
     }
 

@@ -1,41 +1,20 @@
 // import common
+// import crowd_agents
 // The cut of a crowd on a device, as `rust/crowd/src/crowd.rs`, and its indexed draws, as `draws.rs`: every agent gets a bucket
 // by its model and step; sorted by bucket and pose, agents are instances, and their numbers of draws are added up to where each
-// writes.
+// writes. Agents that are impostors come after them.
 
 struct Call {
     agents: u32,
     planes: u32,
-    /// Buckets of all models; that of agents out of view comes after them.
+    /// Buckets of all models; those of impostors and of agents out of view come after them.
     buckets: u32,
     /// Draws that there is room for.
     capacity: u32,
-}
-
-/// A model: where its parts begin in the lists of all models.
-struct Model {
-    /// Its steps.
-    first_step: u32,
-    steps: u32,
-    /// Its first bucket: one for each step, then that of agents that are cut group by group.
-    first_bucket: u32,
-    first_cluster: u32,
-    clusters: u32,
-    first_group: u32,
-    base_vertex: u32,
-    /// Where its list of starts begins.
-    first_start: u32,
-}
-
-struct Agent {
-    /// A sphere that it does not leave.
-    center: vec3<f32>,
-    radius: f32,
-    /// The inverse of its linear part, by rows; and one over the largest factor of lengths, the smallest by the largest, and the
-    /// bits of the number of its model.
-    inverse: array<vec4<f32>, 3>,
-    /// From the model to the world, by rows.
-    transform: array<vec4<f32>, 3>,
+    /// GEOMORPH and IMPOSTORS.
+    options: u32,
+    /// Which agents: ALL or one of the others.
+    which: u32,
 }
 
 struct Cluster {
@@ -47,9 +26,7 @@ struct Cluster {
 
 struct Group {
     low: vec3<f32>,
-    error: f32,
     high: vec3<f32>,
-    padding: f32,
 }
 
 struct Instance {
@@ -60,33 +37,42 @@ struct Instance {
     transform: array<vec4<f32>, 3>,
 }
 
-@group(0) @binding(0) var<storage, read> models: array<Model>;
-@group(0) @binding(1) var<storage, read> clusters: array<Cluster>;
-@group(0) @binding(2) var<storage, read> model_groups: array<Group>;
+@group(1) @binding(0) var<storage, read> clusters: array<Cluster>;
+@group(1) @binding(1) var<storage, read> model_groups: array<Group>;
 /// The error of each step, as bits, then where the clusters of each begin, and their end, then the clusters.
-@group(0) @binding(3) var<storage, read> ladders: array<u32>;
-@group(0) @binding(4) var<storage, read> agents: array<Agent>;
+@group(1) @binding(2) var<storage, read> ladders: array<u32>;
 /// The first matrix and the first weight of the pose of each agent.
-@group(0) @binding(5) var<storage, read> poses: array<vec2<u32>>;
-/// The eye and the error that may be seen at a distance of 1, then planes.
-@group(0) @binding(6) var<storage, read> view: array<vec4<f32>>;
-@group(1) @binding(0) var<storage, read_write> keys: array<u32>;
-@group(1) @binding(1) var<storage, read_write> values: array<u32>;
+@group(1) @binding(3) var<storage, read> poses: array<vec2<u32>>;
+/// The error of each group, and the errors that may be seen from which its vertices move, and from which it is coarse where they
+/// do; then the same of agents with weights of their own.
+@group(1) @binding(4) var<storage, read> limits: array<vec4<f32>>;
+/// For each agent SEEN if it was in the last frame, and HIDDEN.
+@group(1) @binding(5) var<storage, read> states: array<u32>;
+@group(2) @binding(0) var<storage, read_write> keys: array<u32>;
+@group(2) @binding(1) var<storage, read_write> values: array<u32>;
 /// How many draws each agent in view begins, then where its draws begin.
-@group(1) @binding(2) var<storage, read_write> starts: array<u32>;
-/// Agents in view, and draws.
-@group(1) @binding(3) var<storage, read_write> counts: array<u32>;
-@group(1) @binding(4) var<storage, read_write> draws: array<u32>;
-@group(1) @binding(5) var<storage, read_write> drawn: array<vec2<u32>>;
-@group(1) @binding(6) var<storage, read_write> instances: array<Instance>;
+@group(2) @binding(2) var<storage, read_write> starts: array<u32>;
+/// Agents in view without impostors, draws, triangles of all instances, and impostors.
+@group(2) @binding(3) var<storage, read_write> counts: array<atomic<u32>, 4>;
+@group(2) @binding(4) var<storage, read_write> draws: array<u32>;
+@group(2) @binding(5) var<storage, read_write> drawn: array<vec2<u32>>;
+@group(2) @binding(6) var<storage, read_write> instances: array<Instance>;
+/// How far the vertices of each draw are on their way, 0 to 1.
+@group(2) @binding(7) var<storage, read_write> blends: array<f32>;
 var<immediate> call: Call;
 
 /// As in `crowd.rs`.
 const DEEP: f32 = 0.25;
 const SLACK: f32 = 1e-6;
-const NONE: u32 = 0xffffffffu;
+/// Which agents a call looks at.
+const ALL: u32 = 0u;
+/// Those that were seen in the last frame.
+const OCCLUDERS: u32 = 1u;
+const VISIBLE: u32 = 2u;
+const BEHIND: u32 = 3u;
 
-/// Lists all agents with the first matrices of their poses, by which they are sorted before buckets.
+/// Lists all agents with the first matrices of their poses, by which they are sorted before buckets; those with weights of their
+/// own come first.
 @compute @workgroup_size(GROUP)
 fn enlist(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -95,8 +81,17 @@ fn enlist(
 ) {
     let index = linear_item(group, groups, local);
     if index < call.agents {
-        keys[index] = poses[index].x;
+        keys[index] = 2u * poses[index].x + u32(agents[index].own == NONE);
         values[index] = index;
+    }
+}
+
+fn is_chosen(agent: u32) -> bool {
+    switch call.which {
+        case OCCLUDERS: { return (states[agent] & SEEN) != 0u; }
+        case VISIBLE: { return (states[agent] & HIDDEN) == 0u; }
+        case BEHIND: { return (states[agent] & HIDDEN) != 0u; }
+        default: { return true; }
     }
 }
 
@@ -112,23 +107,22 @@ fn choose(
         return;
     }
     let index = values[at];
-    let center = agents[index].center;
-    let radius = agents[index].radius;
-    keys[at] = call.buckets;
-    for (var number = 1u; number <= call.planes; number++) {
-        let plane = view[number];
-        if plane.x * center.x + plane.y * center.y + plane.z * center.z + plane.w < -radius {
-            return;
-        }
+    keys[at] = call.buckets + 1u;
+    if !is_chosen(index) || is_out(index, call.planes) {
+        return;
     }
-    let away = center - view[0].xyz;
-    let near = sqrt(away.x * away.x + away.y * away.y + away.z * away.z) - radius;
-    let model = models[bitcast<u32>(agents[index].inverse[2].w)];
-    if 2.0 * radius > DEEP * near {
+    let near = near_of(index);
+    if is_quad(index, near, call.options) {
+        keys[at] = call.buckets;
+        return;
+    }
+    let model = model_of(index);
+    let is_near = 2.0 * agents[index].radius > DEEP * near;
+    if (call.options & GEOMORPH) != 0u || agents[index].own != NONE || is_near {
         keys[at] = model.first_bucket + model.steps;
         return;
     }
-    let allowed = view[0].w * near * agents[index].inverse[0].w;
+    let allowed = view[0].w * (near * agents[index].inverse[0].w);
     // The first step whose error is larger; an error of 0 is always allowed.
     var low = 1u;
     var high = model.steps;
@@ -143,20 +137,27 @@ fn choose(
     keys[at] = model.first_bucket + low - 1u;
 }
 
-/// Finds how many agents are in view, which come first.
-@compute @workgroup_size(GROUP)
-fn count_seen(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    let at = linear_item(group, groups, local);
-    if at >= call.agents || keys[at] == call.buckets {
-        return;
+/// The place of the first key from `start` on that is at least `key`.
+fn first_of(key: u32, start: u32) -> u32 {
+    var low = start;
+    var high = call.agents;
+    while low < high {
+        let middle = (low + high) / 2u;
+        if keys[middle] < key {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
     }
-    if at + 1u == call.agents || keys[at + 1u] == call.buckets {
-        counts[0] = at + 1u;
-    }
+    return low;
+}
+
+/// Finds how many agents are in view, which come first, and how many impostors there are, which come next.
+@compute @workgroup_size(1)
+fn count_seen() {
+    let seen = first_of(call.buckets, 0u);
+    atomicStore(&counts[0], seen);
+    atomicStore(&counts[3], first_of(call.buckets + 1u, seen) - seen);
 }
 
 /// The eye in the space of the model of an agent, and the error that may be seen at a distance of 1 there.
@@ -172,10 +173,34 @@ fn eye_of(agent: u32) -> vec4<f32> {
     return eye;
 }
 
-fn is_coarse(group: u32, eye: vec4<f32>) -> bool {
+/// The error that may be seen of a group of an agent, in units of its model.
+fn allowed_of(group: u32, agent: u32, eye: vec4<f32>) -> f32 {
     let beyond = max(max(model_groups[group].low - eye.xyz, eye.xyz - model_groups[group].high), vec3(0.0));
     let distance = sqrt(beyond.x * beyond.x + beyond.y * beyond.y + beyond.z * beyond.z);
-    return model_groups[group].error <= eye.w * distance;
+    return eye.w * max(distance - agents[agent].moved, 0.0);
+}
+
+/// The limits of a group of an agent, which is given by its number in its model.
+fn limits_of(number: u32, model: Model, agent: u32) -> vec4<f32> {
+    let own = agents[agent].own;
+    return limits[number + select(own, model.first_group, own == NONE)];
+}
+
+fn is_coarse(number: u32, model: Model, agent: u32, eye: vec4<f32>) -> bool {
+    let found = limits_of(number, model, agent);
+    let error = select(found.x, found.z, (call.options & GEOMORPH) != 0u);
+    return error <= allowed_of(model.first_group + number, agent, eye);
+}
+
+/// How far the vertices of a cluster are on their way, 0 to 1.
+fn blend_of(cluster: u32, model: Model, agent: u32, eye: vec4<f32>) -> f32 {
+    let number = clusters[model.first_cluster + cluster].used_by;
+    if (call.options & GEOMORPH) == 0u || number == NONE {
+        return 0.0;
+    }
+    let found = limits_of(number, model, agent);
+    let allowed = allowed_of(model.first_group + number, agent, eye);
+    return select(0.0, clamp((allowed - found.y) / (found.z - found.y), 0.0, 1.0), allowed > found.y);
 }
 
 /// Whether a group of the model of an agent reaches to the inner side of all planes.
@@ -189,7 +214,9 @@ fn is_seen(group: u32, agent: u32) -> bool {
         let x = plane.x * rows[0].w;
         let y = plane.y * rows[1].w;
         let z = plane.z * rows[2].w;
-        let offset = x + y + z + plane.w + SLACK * (abs(x) + abs(y) + abs(z) + abs(plane.w));
+        let length = sqrt(normal.x * normal.x + normal.y * normal.y + normal.z * normal.z);
+        let rounded = SLACK * (abs(x) + abs(y) + abs(z) + abs(plane.w));
+        let offset = x + y + z + plane.w + rounded + agents[agent].moved * length;
         let far = normal * select(low, high, normal > vec3(0.0));
         if far.x + far.y + far.z + offset < 0.0 {
             return false;
@@ -201,14 +228,13 @@ fn is_seen(group: u32, agent: u32) -> bool {
 /// Whether a cluster of an agent that is cut group by group is drawn.
 fn is_drawn(cluster: u32, model: Model, agent: u32, eye: vec4<f32>) -> bool {
     let found = clusters[model.first_cluster + cluster];
-    if found.made_by != NONE && !is_coarse(model.first_group + found.made_by, eye) {
+    if found.made_by != NONE && !is_coarse(found.made_by, model, agent, eye) {
         return false;
     }
     if found.used_by == NONE {
         return true;
     }
-    let user = model.first_group + found.used_by;
-    return !is_coarse(user, eye) && is_seen(user, agent);
+    return !is_coarse(found.used_by, model, agent, eye) && is_seen(model.first_group + found.used_by, agent);
 }
 
 /// Where the clusters of a step begin, and their end.
@@ -230,9 +256,9 @@ var<workgroup> work: vec4<u32>;
 fn plan(at: u32, local: u32) -> vec4<u32> {
     if local == 0u {
         work = vec4(0u);
-        if at < counts[0] {
+        if at < atomicLoad(&counts[0]) {
             let agent = values[at];
-            let model = models[bitcast<u32>(agents[agent].inverse[2].w)];
+            let model = model_of(agent);
             if keys[at] == model.first_bucket + model.steps {
                 work = vec4(model.clusters, 1u, agent, 0u);
             } else if begins(at) {
@@ -254,7 +280,7 @@ fn count_draws(
     let task = plan(at, local);
     var found = 0u;
     if task.y == 1u {
-        let model = models[bitcast<u32>(agents[task.z].inverse[2].w)];
+        let model = model_of(task.z);
         let eye = eye_of(task.z);
         for (var cluster = local; cluster < task.x; cluster += GROUP) {
             found += u32(is_drawn(cluster, model, task.z, eye));
@@ -268,38 +294,25 @@ fn count_draws(
         }
         workgroupBarrier();
     }
-    if local == 0u && at < counts[0] {
+    if local == 0u && at < atomicLoad(&counts[0]) {
         starts[at] = select(task.x, sums[0], task.y == 1u);
     }
 }
 
 /// Writes a draw of a cluster for instances from `first` on.
-fn write(place: u32, model: Model, number: u32, cluster: u32, first: u32, count: u32) {
+fn write(place: u32, model: Model, number: u32, cluster: u32, first: u32, count: u32, blend: f32) {
+    let found = clusters[model.first_cluster + cluster];
+    atomicAdd(&counts[2], found.indices / 3u * count);
     if place >= call.capacity {
         return;
     }
-    let found = clusters[model.first_cluster + cluster];
     draws[5u * place] = found.indices;
     draws[5u * place + 1u] = count;
     draws[5u * place + 2u] = found.first_index;
     draws[5u * place + 3u] = model.base_vertex;
     draws[5u * place + 4u] = first;
     drawn[place] = vec2(number, cluster);
-}
-
-/// The place after the last agent of the bucket of that at `at`.
-fn bucket_end(at: u32) -> u32 {
-    var low = at + 1u;
-    var high = counts[0];
-    while low < high {
-        let middle = (low + high) / 2u;
-        if keys[middle] == keys[at] {
-            low = middle + 1u;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
+    blends[place] = blend;
 }
 
 @compute @workgroup_size(GROUP)
@@ -310,7 +323,8 @@ fn write_draws(
 ) {
     let at = linear_group(group, groups);
     let task = plan(at, local);
-    let is_in = at < counts[0];
+    let seen = atomicLoad(&counts[0]);
+    let is_in = at < seen;
     let agent = values[min(at, call.agents - 1u)];
     let number = bitcast<u32>(agents[agent].inverse[2].w);
     let model = models[number];
@@ -318,22 +332,24 @@ fn write_draws(
         base = 0u;
         if is_in {
             base = starts[at];
+        }
+        if at < seen + atomicLoad(&counts[3]) {
             let pose = poses[agent];
             instances[at] = Instance(agent, pose.x, pose.y, number, agents[agent].transform);
         }
         if at == 0u {
             // The prefix sum after the last agent.
-            counts[1] = starts[call.agents];
+            atomicStore(&counts[1], starts[call.agents]);
         }
     }
     let first = workgroupUniformLoad(&base);
     if task.y == 0u {
         var count = 0u;
         if task.x > 0u {
-            count = bucket_end(at) - at;
+            count = first_of(keys[at] + 1u, at) - at;
         }
         for (var it = local; it < task.x; it += GROUP) {
-            write(first + it, model, number, ladders[task.w + it], at, count);
+            write(first + it, model, number, ladders[task.w + it], at, count, 0.0);
         }
         return;
     }
@@ -357,7 +373,8 @@ fn write_draws(
             workgroupBarrier();
         }
         if mine == 1u {
-            write(before + sums[local] - 1u, model, number, cluster, at, 1u);
+            let blend = blend_of(cluster, model, agent, eye);
+            write(before + sums[local] - 1u, model, number, cluster, at, 1u, blend);
         }
         before += sums[GROUP - 1u];
         workgroupBarrier();

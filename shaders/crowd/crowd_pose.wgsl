@@ -1,8 +1,8 @@
 // import common
 // import octahedron
 // import affine
-// The clusters that a view draws, posed: skinning as `rust/crowd/src/skinning.rs`, by blended matrices. Instances of a draw in
-// one pose, a run, share its posed vertices. Corners of triangles name such a vertex and an instance.
+// The clusters that a view draws, posed: skinning as `rust/crowd/src/skinning.rs`, by blended matrices or dual quaternions.
+// Instances of a draw in one pose, a run, share its posed vertices. Corners of triangles name such a vertex and an instance.
 
 struct Call {
     agents: u32,
@@ -30,6 +30,8 @@ struct ClusterVertex {
     vertex: u32,
     tag: u32,
     corner: u32,
+    /// The vertex that it moves to while its cluster is on the way to a coarser one; itself if it stays.
+    target_vertex: u32,
 }
 
 struct Instance {
@@ -58,6 +60,8 @@ struct Posed {
 /// For each model where its clusters begin in this list, then for each cluster its first vertex and how many it has.
 @group(0) @binding(4) var<storage, read> clusters: array<vec2<u32>>;
 /// 1 where a run begins; then how many begin before.
+/// How far the vertices of each draw are on the way to their targets, 0 to 1.
+@group(0) @binding(5) var<storage, read> blends: array<f32>;
 @group(1) @binding(0) var<storage, read_write> runs: array<u32>;
 /// The first instance of each run.
 @group(1) @binding(1) var<storage, read_write> run_firsts: array<u32>;
@@ -72,11 +76,15 @@ struct Posed {
 @group(2) @binding(1) var<storage, read> cluster_vertices: array<ClusterVertex>;
 /// Of vertices of the cluster, three a triangle.
 @group(2) @binding(2) var<storage, read> indices: array<u32>;
-@group(2) @binding(3) var<storage, read> matrices: array<array<vec4<f32>, 3>>;
+/// For each bone of each pose the rows of its matrix; for dual quaternions the rows of its stretch, then the rotation and the
+/// dual part.
+@group(2) @binding(3) var<storage, read> bones: array<vec4<f32>>;
 @group(2) @binding(4) var<storage, read> weights: array<f32>;
 /// Offsets, and the bits of the morph target of each.
 @group(2) @binding(5) var<storage, read> offsets: array<vec4<f32>>;
 var<immediate> call: Call;
+/// 1 to blend bones as dual quaternions.
+override DUAL: u32 = 0u;
 
 @compute @workgroup_size(GROUP)
 fn mark_runs(
@@ -90,7 +98,10 @@ fn mark_runs(
     }
     var begins = false;
     if at < counts[0] {
-        begins = at == 0u || instances[at].first_matrix != instances[max(at, 1u) - 1u].first_matrix;
+        let before = max(at, 1u) - 1u;
+        let is_posed_alike = instances[at].first_matrix == instances[before].first_matrix
+            && instances[at].first_weight == instances[before].first_weight;
+        begins = at == 0u || !is_posed_alike;
     }
     runs[at] = u32(begins);
 }
@@ -147,20 +158,96 @@ fn draw_of(is_corner: bool, at: u32) -> u32 {
     return draw;
 }
 
-/// The blended map of the bones of a vertex.
-fn blended(vertex: Vertex, first: u32) -> Affine {
-    let bones = vec4(vertex.bones & 0xffffu, vertex.bones >> 16u, vertex.more_bones & 0xffffu, vertex.more_bones >> 16u);
+fn bones_of(vertex: Vertex) -> vec4<u32> {
+    return vec4(vertex.bones & 0xffffu, vertex.bones >> 16u, vertex.more_bones & 0xffffu, vertex.more_bones >> 16u);
+}
+
+/// The weighted sum of the matrices of a vertex's bones.
+fn blended_linear(vertex: Vertex, first: u32) -> Affine {
+    let own = bones_of(vertex);
     var sum = Affine(vec4(0.0), vec4(0.0), vec4(0.0));
     for (var slot = 0u; slot < 4u; slot++) {
         let weight = vertex.weights[slot];
         if weight > 0.0 {
-            let at = first + bones[slot];
-            sum.x += weight * matrices[at][0];
-            sum.y += weight * matrices[at][1];
-            sum.z += weight * matrices[at][2];
+            let at = 3u * (first + own[slot]);
+            sum.x += weight * bones[at];
+            sum.y += weight * bones[at + 1u];
+            sum.z += weight * bones[at + 2u];
         }
     }
     return sum;
+}
+
+/// The weighted sum of the dual quaternions of a vertex's bones, after that of their stretches (Kavan et al. 2008).
+fn blended_dual(vertex: Vertex, first: u32) -> Affine {
+    let own = bones_of(vertex);
+    // Quaternions of opposite sign are one rotation: all are taken on the side of the strongest bone.
+    var strongest = 0u;
+    var most = 0.0;
+    for (var slot = 0u; slot < 4u; slot++) {
+        if vertex.weights[slot] > most {
+            most = vertex.weights[slot];
+            strongest = slot;
+        }
+    }
+    let pivot = bones[5u * (first + own[strongest]) + 3u];
+    var x = vec3(0.0);
+    var y = vec3(0.0);
+    var z = vec3(0.0);
+    var real = vec4(0.0);
+    var dual = vec4(0.0);
+    for (var slot = 0u; slot < 4u; slot++) {
+        let weight = vertex.weights[slot];
+        if weight > 0.0 {
+            let at = 5u * (first + own[slot]);
+            let signed = select(weight, -weight, dot(pivot, bones[at + 3u]) < 0.0);
+            x += weight * bones[at].xyz;
+            y += weight * bones[at + 1u].xyz;
+            z += weight * bones[at + 2u].xyz;
+            real += signed * bones[at + 3u];
+            dual += signed * bones[at + 4u];
+        }
+    }
+    let length = max(sqrt(dot(real, real)), 1e-37);
+    real /= length;
+    dual /= length;
+    let moved = 2.0 * (real.w * dual.xyz - dual.w * real.xyz + cross(real.xyz, dual.xyz));
+    let q = real.xyz;
+    let twice = 2.0 * real.w * q;
+    let a = vec3(1.0 - 2.0 * (q.y * q.y + q.z * q.z), 2.0 * q.x * q.y - twice.z, 2.0 * q.x * q.z + twice.y);
+    let b = vec3(2.0 * q.x * q.y + twice.z, 1.0 - 2.0 * (q.x * q.x + q.z * q.z), 2.0 * q.y * q.z - twice.x);
+    let c = vec3(2.0 * q.x * q.z - twice.y, 2.0 * q.y * q.z + twice.x, 1.0 - 2.0 * (q.x * q.x + q.y * q.y));
+    return Affine(
+        vec4(a.x * x + a.y * y + a.z * z, moved.x),
+        vec4(b.x * x + b.y * y + b.z * z, moved.y),
+        vec4(c.x * x + c.y * y + c.z * z, moved.z),
+    );
+}
+
+struct Place {
+    p: vec3<f32>,
+    /// Of length 1, or zero where the model has no normals.
+    normal: vec3<f32>,
+}
+
+/// A vertex in the pose of an instance.
+fn place_of(number: u32, instance: u32) -> Place {
+    let vertex = vertices[number];
+    let first_weight = instances[instance].first_weight;
+    var p = vertex.p;
+    for (var offset = vertex.first_offset; offset < vertex.end_offset; offset++) {
+        p += weights[first_weight + bitcast<u32>(offsets[offset].w)] * offsets[offset].xyz;
+    }
+    let first = instances[instance].first_matrix;
+    var map: Affine;
+    if DUAL == 1u {
+        map = blended_dual(vertex, first);
+    } else {
+        map = blended_linear(vertex, first);
+    }
+    let normal = affine_normal(map, vertex.normal);
+    let length = sqrt(dot(normal, normal));
+    return Place(affine_point(map, p), select(vec3(0.0), normal / length, length > 0.0));
 }
 
 @compute @workgroup_size(GROUP)
@@ -178,16 +265,15 @@ fn pose_vertices(
     let own = at - posed_starts[draw];
     let run = run_of(draws[5u * draw + 4u]) + own / cluster.y;
     let found = cluster_vertices[cluster.x + own % cluster.y];
-    let vertex = vertices[found.vertex];
     let instance = run_firsts[run];
-    let first_weight = instances[instance].first_weight;
-    var p = vertex.p;
-    for (var offset = vertex.first_offset; offset < vertex.end_offset; offset++) {
-        p += weights[first_weight + bitcast<u32>(offsets[offset].w)] * offsets[offset].xyz;
+    var place = place_of(found.vertex, instance);
+    let blend = blends[draw];
+    if blend > 0.0 && found.target_vertex != found.vertex {
+        let end = place_of(found.target_vertex, instance);
+        place.p += blend * (end.p - place.p);
+        place.normal += blend * (end.normal - place.normal);
     }
-    let map = blended(vertex, instances[instance].first_matrix);
-    let normal = octahedral_bits(affine_normal(map, vertex.normal));
-    posed[at] = Posed(affine_point(map, p), normal, found.tag, found.corner);
+    posed[at] = Posed(place.p, octahedral_bits(place.normal), found.tag, found.corner);
 }
 
 @compute @workgroup_size(GROUP)

@@ -12,6 +12,10 @@ typedef struct Kept {
     RlvCrowdInstance instances[AGENTS + 1];
     float matrices[MOST][12];
     uint32_t first_weights[AGENTS + 1];
+    float blends[MOST];
+    RlvCrowdImpostor impostors[AGENTS + 1];
+    RlvCrowdPicture pictures[AGENTS + 1];
+    RlvCrowdTexel texels[(AGENTS + 1) * RLV_CROWD_PICTURE_SIDE * RLV_CROWD_PICTURE_SIDE];
 } Kept;
 
 static Kept on_processor, on_device;
@@ -57,6 +61,7 @@ static RlvCrowdBuffers room_in(Kept *kept) {
     buffers.matrices = kept->matrices[0];
     buffers.matrix_capacity = MOST;
     buffers.first_weights = kept->first_weights;
+    buffers.blends = kept->blends;
     return buffers;
 }
 
@@ -74,11 +79,69 @@ static void compare(RlvCrowd crowd, RlvDeviceCrowd device, const RlvCrowdView *v
     CHECK(memcmp(on_processor.draws, on_device.draws, info.draw_count * sizeof on_device.draws[0]) == 0);
     CHECK(memcmp(on_processor.clusters, on_device.clusters, info.draw_count * sizeof on_device.clusters[0]) == 0);
     CHECK(memcmp(on_processor.instances, on_device.instances, info.agent_count * sizeof on_device.instances[0]) == 0);
+    for (uint32_t at = 0; at < info.draw_count; ++at) {
+        CHECK(fabsf(on_processor.blends[at] - on_device.blends[at]) < 1e-5f);
+    }
     for (uint32_t at = 0; at < info.agent_count; ++at) {
         const float *one = on_processor.matrices[on_processor.instances[at].first_matrix];
         CHECK(memcmp(one, on_device.matrices[on_device.instances[at].first_matrix], 48) == 0);
         CHECK(on_device.first_weights[at] == 0);
     }
+}
+
+static RlvCrowdImpostors quads_in(Kept *kept) {
+    RlvCrowdImpostors quads = RLV_CROWD_IMPOSTORS_INIT;
+    quads.impostors = kept->impostors;
+    quads.impostor_capacity = AGENTS + 1;
+    quads.pictures = kept->pictures;
+    quads.picture_capacity = AGENTS + 1;
+    quads.texels = kept->texels;
+    quads.texel_capacity = sizeof kept->texels / sizeof kept->texels[0];
+    return quads;
+}
+
+/* From far away all agents are the same quads with the same pictures. */
+static void compare_impostors(RlvCrowd crowd, RlvDeviceCrowd device, RlvCrowdView view) {
+    RlvCrowdFrame frame = RLV_CROWD_FRAME_INIT;
+    RlvDeviceCrowdInfo info = RLV_DEVICE_CROWD_INFO_INIT;
+    RlvCrowdImpostors here = quads_in(&on_processor), there = quads_in(&on_device);
+    view.eye[2] = 2000.0;
+    view.impostors = 1;
+    CHECK_OK(rlv_crowd_cut(crowd, &view, &frame));
+    CHECK_OK(rlv_device_crowd_cut(device, &view, &info));
+    CHECK(info.agent_count == 0 && info.draw_count == 0 && info.impostor_count == AGENTS + 1);
+    CHECK(info.impostor_count == frame.impostor_count && info.picture_count == frame.picture_count);
+    CHECK_OK(rlv_crowd_get_impostors(crowd, &here));
+    CHECK_OK(rlv_device_crowd_get_impostors(device, &there));
+    CHECK(memcmp(on_processor.impostors, on_device.impostors, info.impostor_count * sizeof on_device.impostors[0]) == 0);
+    const size_t texels = (size_t)info.picture_count * RLV_CROWD_PICTURE_SIDE * RLV_CROWD_PICTURE_SIDE;
+    CHECK(texels > 0 && memcmp(on_processor.texels, on_device.texels, texels * sizeof on_device.texels[0]) == 0);
+    there.impostor_capacity = 1;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_get_impostors(device, &there), "impostors");
+}
+
+/* A row of sheets, one behind the other: the first hides most of the others, in either cut. */
+static void check_occlusion(RlvCrowd crowd, RlvDeviceCrowd device, RlvCrowdView view) {
+    RlvCrowdFrame frame = RLV_CROWD_FRAME_INIT;
+    RlvDeviceCrowdInfo all = RLV_DEVICE_CROWD_INFO_INIT, fewer = RLV_DEVICE_CROWD_INFO_INIT;
+    RlvCrowdAgent row[AGENTS + 1], before[AGENTS + 1];
+    for (int agent = 0; agent <= AGENTS; ++agent) {
+        row[agent] = agent_at(0.01 * agent, -0.5 * agent);
+        before[agent] = agent_at(3.0 * (agent % 5) - 7.0, -6.0 * (agent / 5));
+    }
+    CHECK_OK(rlv_crowd_set(crowd, 0, row, AGENTS + 1, 0));
+    view.eye[0] = view.target[0] = 1.2;
+    view.eye[1] = view.target[1] = 1.2;
+    view.eye[2] = 4.0;
+    CHECK_OK(rlv_device_crowd_cut(device, &view, &all));
+    CHECK(all.hidden == 0 && all.agent_count == AGENTS + 1);
+    view.occlusion = 1;
+    CHECK_OK(rlv_crowd_cut(crowd, &view, &frame));
+    CHECK_OK(rlv_device_crowd_cut(device, &view, &fewer));
+    CHECK(frame.hidden > 20 && fewer.hidden > 20 && fewer.hidden <= frame.hidden);
+    CHECK(fewer.agent_count + fewer.hidden == all.agent_count && fewer.draw_count < all.draw_count);
+    CHECK(fewer.occluder_triangles > 0 && fewer.hidden_triangles > 0);
+    CHECK_OK(rlv_crowd_set(crowd, 0, before, AGENTS + 1, 0));
 }
 
 int main(int argc, char **argv) {
@@ -123,6 +186,8 @@ int main(int argc, char **argv) {
     CHECK_OK(rlv_device_crowd_create(crowd, &device));
     RlvCrowdBuffers buffers = room_in(&on_device);
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_get(device, &buffers), "rlv_device_crowd_cut");
+    RlvCrowdImpostors quads = quads_in(&on_device);
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_get_impostors(device, &quads), "rlv_device_crowd_cut");
     RlvCrowdView view = RLV_CROWD_VIEW_INIT;
     view.width = 320;
     view.height = 240;
@@ -139,15 +204,12 @@ int main(int argc, char **argv) {
     on_device.draws[0].index_count = 12345;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_get(device, &buffers), "draws");
     CHECK(on_device.draws[0].index_count == 12345);
-    float blend;
-    buffers.blends = &blend;
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_get(device, &buffers), "blends");
-    view.occlusion = 1;
-    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_device_crowd_cut(device, &view, NULL), "occlusion");
-    view.occlusion = 0;
+    check_occlusion(crowd, device, view);
     view.geomorph = 1;
-    CHECK_FAILS(RLV_ERROR_UNSUPPORTED, rlv_device_crowd_cut(device, &view, NULL), "processor");
+    view.tolerance = 2.0f;
+    compare(crowd, device, &view);
     view.geomorph = 0;
+    compare_impostors(crowd, device, view);
     view.tolerance = -1.0f;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_crowd_cut(device, &view, NULL), "pixels");
     view.tolerance = 0.5f;
@@ -155,7 +217,8 @@ int main(int argc, char **argv) {
     const RlvResult result = rlv_device_crowd_vulkan(device, &vulkan);
     CHECK(result == RLV_ERROR_UNSUPPORTED || (result == RLV_OK && vulkan.device != 0 && vulkan.queue != 0 &&
                                               vulkan.draws != 0 && vulkan.clusters != 0 && vulkan.instances != 0 &&
-                                              vulkan.counts != 0 && vulkan.matrices != 0 && vulkan.weights != 0));
+                                              vulkan.counts != 0 && vulkan.matrices != 0 && vulkan.weights != 0 &&
+                                              vulkan.blends != 0));
     CHECK_OK(rlv_device_crowd_retain(device));
     CHECK_OK(rlv_device_crowd_release(device));
 

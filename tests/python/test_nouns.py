@@ -1313,6 +1313,11 @@ class Devices(unittest.TestCase):
         self.assertEqual(on_device.cut((200, 200), **place).draw_count, crowd.cut((200, 200), **place).draw_count)
         for one, other in zip(on_device.draws(), crowd.draws(), strict=True):
             numpy.testing.assert_array_equal(one, other)
+        far = {"eye": (0, 0, 3000), "target": (0, 0, 0), "impostors": True}
+        self.assertEqual(on_device.cut((200, 200), **far).impostor_count, crowd.cut((200, 200), **far).impostor_count)
+        for one, other in zip(on_device.impostors(), crowd.impostors(), strict=True):
+            self.assertEqual(one.tobytes(), other.tobytes())
+            self.assertGreater(len(one), 0)
         if "vulkan" in adapters[-1].backend:
             self.assertTrue(on_device.vulkan().draws)
         context.close_device()

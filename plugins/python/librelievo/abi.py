@@ -2044,7 +2044,11 @@ class RlvDeviceCrowdInfo(Structure):
         ("draw_count", c_uint32),
         ("matrix_count", c_uint32),
         ("weight_count", c_uint32),
-        ("reserved", c_uint32),
+        ("impostor_count", c_uint32),
+        ("picture_count", c_uint32),
+        ("hidden", c_uint32),
+        ("hidden_triangles", c_uint64),
+        ("occluder_triangles", c_uint64),
     ]
 
 
@@ -2064,6 +2068,7 @@ class RlvDeviceCrowdVulkan(Structure):
         ("counts", c_uint64),
         ("matrices", c_uint64),
         ("weights", c_uint64),
+        ("blends", c_uint64),
     ]
 
 
@@ -3442,8 +3447,8 @@ INIT = {
     RlvDecalTexture: (ctypes.sizeof(RlvDecalTexture), 0, 0, 3, 8, 0, None, 0,),
     RlvDecalReport: (ctypes.sizeof(RlvDecalReport), 0, 0, 0, 0,),
     RlvDecalRecipe: (ctypes.sizeof(RlvDecalRecipe), 0, 0, 0, 0, 0, 0, 0, 0.0, 0.0, 0,),
-    RlvDeviceCrowdInfo: (ctypes.sizeof(RlvDeviceCrowdInfo), 0, 0, 0, 0, 0,),
-    RlvDeviceCrowdVulkan: (ctypes.sizeof(RlvDeviceCrowdVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvDeviceCrowdInfo: (ctypes.sizeof(RlvDeviceCrowdInfo), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
+    RlvDeviceCrowdVulkan: (ctypes.sizeof(RlvDeviceCrowdVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvStrokeReport: (ctypes.sizeof(RlvStrokeReport), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvLevelInfo: (ctypes.sizeof(RlvLevelInfo), 0, 0, 0, 0, 0,),
     RlvLevelView: (ctypes.sizeof(RlvLevelView), (0.0,), 1000.0, 1.0, 1.0, 0, None, 0, 0,),
@@ -3791,6 +3796,7 @@ FUNCTIONS = {
     "rlv_device_crowd_release": (RlvResult, [("crowd", RlvDeviceCrowd)]),
     "rlv_device_crowd_cut": (RlvResult, [("crowd", RlvDeviceCrowd), ("view", POINTER(RlvCrowdView)), ("out", POINTER(RlvDeviceCrowdInfo))]),
     "rlv_device_crowd_get": (RlvResult, [("crowd", RlvDeviceCrowd), ("buffers", POINTER(RlvCrowdBuffers))]),
+    "rlv_device_crowd_get_impostors": (RlvResult, [("crowd", RlvDeviceCrowd), ("impostors", POINTER(RlvCrowdImpostors))]),
     "rlv_device_crowd_vulkan": (RlvResult, [("crowd", RlvDeviceCrowd), ("out", POINTER(RlvDeviceCrowdVulkan))]),
     "rlv_stroke_run": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("points", POINTER(RlvStrokePoint)), ("count", c_size_t), ("stride", c_size_t), ("report", POINTER(RlvStrokeReport))]),
     "rlv_stroke_begin": (RlvResult, [("detail", RlvDetail), ("brush", RlvBrush), ("out", POINTER(RlvStroke))]),

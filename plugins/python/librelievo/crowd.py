@@ -192,6 +192,20 @@ def draws_of(function: str, handle: Any, counts: Any) -> tuple[Any, ...]:
     return draws, clusters, instances, matrices
 
 
+def impostors_of(function: str, handle: Any, counts: Any) -> tuple[Any, ...]:
+    """Calls a function that copies impostors of a cut, which has these counts, and returns them as `Crowd.impostors`."""
+    side = abi.RLV_CROWD_PICTURE_SIDE
+    impostors, pictures = numpy.zeros(counts.impostor_count, IMPOSTOR), numpy.zeros(counts.picture_count, PICTURE)
+    texels = numpy.zeros((len(pictures), side, side), TEXEL)
+    room = {"impostor_capacity": len(impostors), "picture_capacity": len(pictures), "texel_capacity": texels.size}
+    buffers = record.fill(abi.RlvCrowdImpostors, room)
+    buffers.impostors = impostors.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdImpostor))
+    buffers.pictures = pictures.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdPicture))
+    buffers.texels = texels.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdTexel))
+    library.call(function, handle, ctypes.byref(buffers))
+    return impostors, pictures, texels
+
+
 class Crowd(Handle):
     """Agents of some models, and what a view draws of them."""
 
@@ -275,16 +289,7 @@ class Crowd(Handle):
         """The quads of the last cut: arrays of `abi.RlvCrowdImpostor`, of `abi.RlvCrowdPicture`, and of `abi.RlvCrowdTexel`
         (pictures, rows, columns), the lowest row first."""
         frame = getattr(self, "_frame", None) or record.empty(abi.RlvCrowdFrame)
-        side = abi.RLV_CROWD_PICTURE_SIDE
-        impostors, pictures = numpy.zeros(frame.impostor_count, IMPOSTOR), numpy.zeros(frame.picture_count, PICTURE)
-        texels = numpy.zeros((len(pictures), side, side), TEXEL)
-        counts = {"impostor_capacity": len(impostors), "picture_capacity": len(pictures), "texel_capacity": texels.size}
-        buffers = record.fill(abi.RlvCrowdImpostors, counts)
-        buffers.impostors = impostors.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdImpostor))
-        buffers.pictures = pictures.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdPicture))
-        buffers.texels = texels.ctypes.data_as(ctypes.POINTER(abi.RlvCrowdTexel))
-        library.call("rlv_crowd_get_impostors", self.handle, ctypes.byref(buffers))
-        return impostors, pictures, texels
+        return impostors_of("rlv_crowd_get_impostors", self.handle, frame)
 
 
 class DeviceCrowd(Handle):
@@ -307,6 +312,11 @@ class DeviceCrowd(Handle):
         """What the last cut found, copied back, as `Crowd.draws`; the matrices are those of all poses."""
         info = getattr(self, "_info", None) or record.empty(abi.RlvDeviceCrowdInfo)
         return draws_of("rlv_device_crowd_get", self.handle, info)
+
+    def impostors(self) -> tuple[Any, ...]:
+        """The quads of the last cut, as `Crowd.impostors`."""
+        info = getattr(self, "_info", None) or record.empty(abi.RlvDeviceCrowdInfo)
+        return impostors_of("rlv_device_crowd_get_impostors", self.handle, info)
 
     def vulkan(self) -> Any:
         """Its Vulkan objects as numbers; see buffer.h for who may use them when."""

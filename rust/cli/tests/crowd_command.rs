@@ -175,8 +175,12 @@ fn a_crowd_is_built_described_viewed_rendered_and_exported() {
         let both = view(&[&["--square", "100"], &device[..]].concat());
         assert_eq!(both, view(&["--square", "100", "--frames", "2", "--step", "0.3"]));
         assert_eq!(view(&[&near[..], &device].concat())[0]["in_view"].as_u64(), Some(2));
+        // The same options as on the processor.
+        for more in [&["--geomorph", "--pixels", "3"][..], &["--impostors", "--pixels", "6"], &["--occlusion"]] {
+            let fixed = [&["--square", "100"], more].concat();
+            assert_eq!(view(&[&fixed[..], &["--device", "gpu"]].concat()), view(&fixed), "{more:?}");
+        }
     }
-    fails(at, &["crowd", "view", "both.rcrowd", "--square", "1", "--device", "gpu", "--occlusion"], "--occlusion");
 
     let render = |name: &str, more: &[&str]| {
         let fixed = ["crowd", "render", "both.rcrowd", "-o", name, "--size", "96x72", "--samples", "1"];
@@ -196,17 +200,14 @@ fn a_crowd_is_built_described_viewed_rendered_and_exported() {
         let image = |name: &str| relievo_render::read_png(&at.join(name), u64::MAX).unwrap();
         // Lines are as wide as differences from pixel to pixel say on devices, and as rays do on the processor.
         let lines = ["--unshadowed", "--show", "levels", "--wireframe"];
-        for (more, share) in [(&lines[..1], 0.002), (&lines[..3], 0.002), (&lines[..], 0.03)] {
+        let moving = ["--unshadowed", "--geomorph", "--pixels", "6", "--blend", "dual"];
+        for (more, share) in [(&lines[..1], 0.002), (&lines[..3], 0.002), (&lines[..], 0.03), (&moving, 0.002)] {
             render("rays.png", more);
             render("device.png", &[more, &["--device", "gpu"]].concat());
             let (rays, device) = (image("rays.png"), image("device.png"));
             let far = rays.data().iter().zip(device.data()).filter(|(a, b)| (*a - *b).abs() > 0.02).count();
             println!("{more:?}: {far} of {} numbers differ", rays.data().len());
             assert!((far as f64) < share * rays.data().len() as f64, "{more:?}: {far} numbers differ");
-        }
-        let on_device = ["crowd", "render", "both.rcrowd", "-o", "no.png", "--square", "4", "--device", "gpu"];
-        for refused in [&["--geomorph"][..], &["--impostors"], &["--occlusion"], &["--blend", "dual"]] {
-            fails(at, &[&on_device[..], refused].concat(), "on the processor");
         }
     }
 
@@ -290,6 +291,11 @@ fn agents_walk_and_hide_others() {
     let one = render("one.png", &[]);
     // Agents that are left out change no pixel.
     assert_eq!(render("culled.png", &["--occlusion"]), one);
+    if !relievo_gpu::adapters().is_empty() {
+        let on_device = ["--device", "gpu", "--unshadowed", "--frames", "2", "--step", "0.5"];
+        let culled = [&on_device[..], &["--occlusion"]].concat();
+        assert_eq!(render("gpu_culled.png", &culled), render("gpu.png", &on_device));
+    }
     let strip = render("strip.png", &["--frames", "2", "--step", "0.5"]);
     assert_eq!((strip.width(), strip.height()), (64, 96));
     let (first, second) = strip.data().split_at(one.data().len());

@@ -142,6 +142,13 @@ pub struct Frame {
     pub triangles: u64,
 }
 
+impl Frame {
+    /// Returns the agents that are drawn as impostors, in order.
+    pub fn impostors(&self) -> Vec<u32> {
+        self.drawn.iter().filter(|(_, drawn)| *drawn == Drawn::Impostor).map(|(agent, _)| *agent).collect()
+    }
+}
+
 impl Crowd {
     /// Makes a crowd without agents.
     pub fn new(models: Vec<Arc<CrowdModel>>) -> Self {
@@ -260,9 +267,28 @@ impl Crowd {
         self.weights.get(&index).map(|own| own.weights.as_slice())
     }
 
-    /// Whether some agent has weights of its own.
-    pub(crate) fn has_weights(&self) -> bool {
-        !self.weights.is_empty()
+    /// Returns the agents with weights of their own, in order.
+    pub(crate) fn own_weights(&self) -> Vec<(u32, &OwnWeights)> {
+        let mut own: Vec<_> = self.weights.iter().map(|(index, own)| (*index, own)).collect();
+        own.sort_unstable_by_key(|(index, _)| *index);
+        own
+    }
+
+    /// Returns the limits of the groups of a model, which has a number.
+    pub(crate) fn geomorph(&self, model: u32) -> &Geomorph {
+        &self.geomorphs[model as usize]
+    }
+
+    /// Checks that all models say where vertices move.
+    ///
+    /// # Errors
+    /// A model was read from a file of an older version.
+    pub(crate) fn check_collapses(&self) -> Result<()> {
+        if self.models.iter().all(|model| model.has_collapses()) {
+            return Ok(());
+        }
+        Err(Error::unsupported("a model does not say where vertices move")
+            .advise("build it again by `relievo crowd build`"))
     }
 
     /// Returns how far an agent may be outside the box of its model by weights of its own, in units of the model.
@@ -316,9 +342,8 @@ impl Crowd {
     /// The view is not finite, or vertices are to move and a model does not say where.
     pub fn cut(&mut self, context: &Context, view: &CrowdView, frame: &mut Frame) -> Result<()> {
         view.check()?;
-        if view.geomorph && self.models.iter().any(|model| !model.has_collapses()) {
-            return Err(Error::unsupported("a model does not say where vertices move")
-                .advise("build it again by `relievo crowd build`"));
+        if view.geomorph {
+            self.check_collapses()?;
         }
         let (agents, reaches, ladders, weights) = (&self.agents, &self.reaches, &self.ladders, &self.weights);
         let eye = Vec3::from(view.eye);

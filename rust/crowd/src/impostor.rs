@@ -15,7 +15,7 @@ use std::sync::Arc;
 use glam::{DVec3, Vec2, Vec3};
 use relievo_core::{Context, Result};
 
-use crate::crowd::{Crowd, Drawn, Frame, PoseKey};
+use crate::crowd::{Crowd, Frame, PoseKey};
 use crate::hierarchy::{CrowdModel, NONE};
 use crate::skinning::{Blend, skin, skin_normals};
 
@@ -106,14 +106,27 @@ impl Impostors {
         (crowd, frame, time): (&Crowd, &Frame, f64),
         eye: DVec3,
     ) -> Result<Vec<(u32, Arc<Impostor>)>> {
-        let agents = frame.drawn.iter().filter(|(_, drawn)| *drawn == Drawn::Impostor).map(|(agent, _)| *agent);
+        self.of_agents(context, (crowd, &frame.impostors(), time), eye)
+    }
+
+    /// Returns the pictures of some agents, seen from `eye` at `time` seconds, in the same order.
+    ///
+    /// # Errors
+    /// As [`skin`].
+    pub fn of_agents(
+        &mut self,
+        context: &Context,
+        (crowd, agents, time): (&Crowd, &[u32], f64),
+        eye: DVec3,
+    ) -> Result<Vec<(u32, Arc<Impostor>)>> {
         let keys: Vec<(u32, (PoseKey, u32))> = agents
+            .iter()
             .map(|agent| {
-                let found = &crowd.agents()[agent as usize];
+                let found = &crowd.agents()[*agent as usize];
                 let model = &crowd.models()[found.model as usize];
                 let middle = 0.5 * (Vec3::from(model.low) + Vec3::from(model.high));
                 let local = found.transform.inverse().transform_point3(eye) - middle.as_dvec3();
-                (agent, (crowd.pose_key(agent, time), number(local.normalize_or(DVec3::Z).as_vec3())))
+                (*agent, (crowd.pose_key(*agent, time), number(local.normalize_or(DVec3::Z).as_vec3())))
             })
             .collect();
         let mut missing: Vec<(PoseKey, u32)> =

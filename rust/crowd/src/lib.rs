@@ -9,7 +9,7 @@
 //! 3. Neighbouring clusters are simplified together over the chosen poses, level upon level (Section 4.3): `grouping`,
 //!    `collapse`, `build`. Their errors are measured in all poses.
 //! 4. A view draws the coarsest clusters whose errors are no larger than it allows (Section 5.1): `ladder`, `crowd`. Agents
-//!    that others hide are left out (Section 5.2): `occlusion`. A graphics device makes the same cut: `device`. Where larger
+//!    that others hide are left out (Section 5.2): `occlusion`. A graphics device does all of it too: `device`. Where larger
 //!    errors may be seen, vertices move from cut to cut: `geomorph`. Agents of a few pixels may be quads: `impostor`.
 //!
 //! Lengths are units of the model, angles radians, times seconds. Results do not depend on the number of threads.
@@ -40,7 +40,10 @@ pub use build::refit::Refit;
 pub use character::{Bone, Character, Influence, MOST_BONES, MOST_TRIANGLES};
 pub use clip::{BoneMatrix, Clip, MOST_POSES, Pose};
 pub use crowd::{Agent, Crowd, Drawn, Frame, MOST_AGENTS, PoseKey};
-pub use device::{DeviceCrowd, DeviceDraws, DeviceInstance};
+pub use device::{
+    DeviceCounted, DeviceCrowd, DeviceDraws, DeviceInstance, DeviceOcclusion, DevicePosed, DevicePoser, DeviceQuads,
+    Look,
+};
 pub use draws::{Draw, DrawList, Instance};
 pub use export::{Exported, MOST_LEVELS};
 pub use file::Reader;
@@ -50,6 +53,6 @@ pub use impostor::{Impostor, Impostors, SIDE, Texel};
 pub use ladder::Ladder;
 pub use morph::{MOST_MORPHS, MorphOffset, Morphs};
 pub use occlusion::{Culled, Occlusion, PixelView};
-pub use skinning::{Blend, skin, skin_normals};
+pub use skinning::{Blend, dual_rows, skin, skin_normals};
 pub use stream::{Stream, Streamed};
 pub use view::CrowdView;

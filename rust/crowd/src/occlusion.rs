@@ -66,8 +66,32 @@ pub struct Occlusion {
     depths: Vec<f32>,
     /// The smallest of each tile.
     tiles: Vec<f32>,
+    rest: Rest,
+}
+
+/// When culling rests: after some frames with a loss, for a while. It counts triangles, not time, so that frames do not depend on
+/// the machine.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Rest {
     losses: u32,
-    rest: u32,
+    frames: u32,
+}
+
+impl Rest {
+    /// Returns whether culling rests in the next frame, which is counted.
+    pub fn is_resting(&mut self) -> bool {
+        let rests = self.frames > 0;
+        self.frames = self.frames.saturating_sub(1);
+        rests
+    }
+
+    /// Counts a frame in which culling did not rest.
+    pub fn count(&mut self, found: &Culled) {
+        self.losses = if found.hidden_triangles < found.occluder_triangles { self.losses + 1 } else { 0 };
+        if self.losses >= LOSSES {
+            *self = Self { losses: 0, frames: REST };
+        }
+    }
 }
 
 /// The corners of a triangle in pixels, with their inverse depths.
@@ -95,18 +119,13 @@ impl Occlusion {
         (view, time): (&PixelView, f64),
         frame: &mut Frame,
     ) -> Result<Culled> {
-        let [width, height] = view.size.map(u64::from);
-        let is_finite = view.eye.is_finite() && view.axes.is_finite() && view.fov > 0.0 && view.fov < 3.1;
-        if !is_finite || width * height == 0 || width * height > MOST_PIXELS {
-            return Err(Error::invalid("the view is not finite, or has no pixels or more than 2^26").at("view"));
-        }
+        view.check()?;
         let is_first = self.seen.is_empty();
         self.seen.resize(crowd.agents().len(), false);
         if is_first {
             self.remember(frame);
         }
-        if self.rest > 0 {
-            self.rest -= 1;
+        if self.rest.is_resting() {
             self.remember(frame);
             return Ok(Culled { is_resting: true, ..Culled::default() });
         }
@@ -144,10 +163,7 @@ impl Occlusion {
         let mut hidden = is_hidden.into_iter();
         frame.drawn.retain(|_| !hidden.next().unwrap_or_default());
         self.remember(frame);
-        self.losses = if found.hidden_triangles < found.occluder_triangles { self.losses + 1 } else { 0 };
-        if self.losses >= LOSSES {
-            (self.losses, self.rest) = (0, REST);
-        }
+        self.rest.count(&found);
         Ok(found)
     }
 
@@ -230,8 +246,21 @@ impl Occlusion {
 }
 
 impl PixelView {
+    /// Checks that places are finite and that there are pixels, but not too many.
+    ///
+    /// # Errors
+    /// Says what is out of range.
+    pub(crate) fn check(&self) -> Result<()> {
+        let [width, height] = self.size.map(u64::from);
+        let is_finite = self.eye.is_finite() && self.axes.is_finite() && self.fov > 0.0 && self.fov < 3.1;
+        if !is_finite || width * height == 0 || width * height > MOST_PIXELS {
+            return Err(Error::invalid("the view is not finite, or has no pixels or more than 2^26").at("view"));
+        }
+        Ok(())
+    }
+
     /// Returns the pixels of what has the length of its distance.
-    fn pixels(&self) -> f64 {
+    pub(crate) fn pixels(&self) -> f64 {
         0.5 * f64::from(self.size[1]) / (0.5 * self.fov).tan()
     }
 

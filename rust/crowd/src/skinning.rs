@@ -84,6 +84,14 @@ fn prepare<'a>(character: &Character, pose: &'a Pose, blend: Blend) -> Result<Bo
     })
 }
 
+/// Returns the rows of a bone as graphics devices blend dual quaternions (`shaders/crowd/crowd_pose.wgsl`): those of its stretch,
+/// then its rotation and dual part as quaternions with the real part last.
+pub fn dual_rows(bone: &BoneMatrix) -> [[f32; 4]; 5] {
+    let RigidBone { stretch, real, dual } = rigid(bone);
+    let row = |at: usize| stretch.row(at).extend(0.0).to_array();
+    [row(0), row(1), row(2), real.to_array(), dual.to_array()]
+}
+
 /// Returns the blended map of a vertex.
 fn blended(bones: &Bones, influence: &Influence) -> (Mat3, Vec3) {
     let parts = influence.bones.iter().zip(influence.weights).filter(|(_, weight)| *weight > 0.0);

@@ -22,6 +22,8 @@ mod tuner;
 #[cfg(not(feature = "wgpu"))]
 mod absent;
 #[cfg(feature = "wgpu")]
+mod depth_map;
+#[cfg(feature = "wgpu")]
 mod pipelines;
 #[cfg(feature = "wgpu")]
 mod rasterizer;
@@ -33,12 +35,14 @@ mod targets;
 mod view;
 
 #[cfg(not(feature = "wgpu"))]
-pub use absent::Rasterizer;
+pub use absent::{DepthMap, Rasterizer};
 pub use coat::{Coat, DeviceCoat, Tint, TriangleCoat, TriangleColors};
+#[cfg(feature = "wgpu")]
+pub use depth_map::DepthMap;
 pub use patches::{DrawCall, Storage, UNIFORM_PATCHES, VirtualVertices};
 pub use placed::{
-    DeviceMesh, INSTANCE_TAG, IndirectMesh, MeshVertex, NO_TAG, PassedVertex, PassedVertices, Placed, PosedMesh,
-    PosedVertex, Shape,
+    DeviceMesh, INSTANCE_TAG, IndirectMesh, MeshVertex, NO_TAG, PassedVertex, PassedVertices, PicturedQuads, Placed,
+    PosedMesh, PosedVertex, QuadPicture, Shape,
 };
 #[cfg(feature = "wgpu")]
 pub use rasterizer::Rasterizer;

@@ -229,7 +229,7 @@ entry! {
             None => Culled::default(),
         };
         list.update(crowd, frame, time)?;
-        let [impostor_count, picture_count] = shown.update(context, (crowd, frame, time), eye)?;
+        let [impostor_count, picture_count] = shown.update(context, (crowd, &frame.impostors(), time), eye)?;
         *is_cut = true;
         let found = RlvCrowdFrame {
             struct_size: 0,

@@ -3,14 +3,16 @@
 use std::sync::{Arc, RwLock};
 
 use relievo_core::{Error, Result};
-use relievo_crowd::{DeviceCrowd, DrawList};
+use relievo_crowd::{Blend, Crowd, Culled, DeviceCounted, DeviceCrowd, DeviceOcclusion, DevicePoser, DrawList, Look};
 use relievo_gpu::{Buffer, Device};
 
 use crate::border::array::{present, put};
 use crate::border::descriptor::{check_optional, read_descriptor, write_descriptor, write_optional};
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::runtime::buffer::{Objects, objects, settle};
-use crate::scenery::crowd::{CrowdObject, RlvCrowd, RlvCrowdBuffers, RlvCrowdView, Seen, view_of, write_list};
+use crate::scenery::crowd::{
+    CrowdObject, RlvCrowd, RlvCrowdBuffers, RlvCrowdImpostors, RlvCrowdView, Seen, ShownImpostors, view_of, write_list,
+};
 
 handle!(RlvDeviceCrowd, 36, DeviceCrowdObject);
 
@@ -24,7 +26,11 @@ descriptor! {
         draw_count: u32,
         matrix_count: u32,
         weight_count: u32,
-        reserved: u32,
+        impostor_count: u32,
+        picture_count: u32,
+        hidden: u32,
+        hidden_triangles: u64,
+        occluder_triangles: u64,
     }
 }
 
@@ -44,6 +50,7 @@ descriptor! {
         counts: u64,
         matrices: u64,
         weights: u64,
+        blends: u64,
     }
 }
 
@@ -54,8 +61,33 @@ pub struct DeviceCrowdObject {
 
 struct State {
     crowd: DeviceCrowd,
-    /// Agents in view and draws of the last cut.
-    counts: Option<[u32; 2]>,
+    /// What the last cut counted.
+    counts: Option<DeviceCounted>,
+    shown: ShownImpostors,
+    /// Made when it is first asked for.
+    culling: Option<Culling>,
+}
+
+/// What culls by occlusion, with the vertices of the models.
+struct Culling {
+    occlusion: DeviceOcclusion,
+    poser: DevicePoser,
+}
+
+impl Culling {
+    fn new(device: &Device, crowd: &Crowd) -> Result<Self> {
+        let look = Look { tag: None, lines: false, blend: Blend::Linear };
+        Ok(Self { occlusion: DeviceOcclusion::new(device)?, poser: DevicePoser::new(device, crowd, look)? })
+    }
+}
+
+impl State {
+    /// Fails where there was no cut.
+    fn counted(&self) -> Result<DeviceCounted> {
+        self.counts.ok_or_else(|| {
+            Error::invalid("there was no cut").at("device crowd").advise("call rlv_device_crowd_cut first")
+        })
+    }
 }
 
 impl DeviceCrowdObject {
@@ -83,7 +115,8 @@ entry! {
         device.check()?;
         let crowd = whole.with_crowd(|crowd| DeviceCrowd::new(device, crowd, ROOM))?;
         settle(device)?;
-        let handle = registry::insert(DeviceCrowdObject { state: RwLock::new(State { crowd, counts: None }), whole })?;
+        let state = RwLock::new(State { crowd, counts: None, shown: ShownImpostors::default(), culling: None });
+        let handle = registry::insert(DeviceCrowdObject { state, whole })?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -100,27 +133,42 @@ entry! {
     fn rlv_device_crowd_cut(crowd: RlvDeviceCrowd, view: *const RlvCrowdView, out: *mut RlvDeviceCrowdInfo) {
         let object = registry::get(crowd)?;
         // SAFETY: the caller gives NULL or descriptors that start with their size.
-        let Seen { view, pixels, time, .. } = unsafe {
+        let Seen { view, eye, pixels, time } = unsafe {
             check_optional(out)?;
             view_of(view)?
         };
-        if pixels.is_some() {
-            return Err(Error::unsupported("occlusion is of cuts on the processor").at("view").advise("use rlv_crowd_cut"));
-        }
-        object.device()?;
+        let device = object.device()?;
         let mut state = try_write(&object.state, "device crowd")?;
         state.counts = None;
         let context = &object.whole.context().context;
-        let [agent_count, draw_count] =
-            object.whole.with_crowd(|crowd| state.crowd.update(context, crowd, &view, time))?;
-        state.counts = Some([agent_count, draw_count]);
+        let State { crowd: on_device, counts, shown, culling } = &mut *state;
+        let (counted, culled, [impostor_count, picture_count]) = object.whole.with_crowd(|crowd| {
+            let (counted, culled) = match pixels {
+                Some(pixels) => {
+                    let Culling { occlusion, poser } = match culling {
+                        Some(culling) => culling,
+                        empty => empty.insert(Culling::new(device, crowd)?),
+                    };
+                    occlusion.update(context, (crowd, on_device, poser), (&view, time), &pixels)?
+                }
+                None => (on_device.update(context, crowd, &view, time)?, Culled::default()),
+            };
+            let mut agents = on_device.impostors(counted)?;
+            agents.sort_unstable();
+            Ok((counted, culled, shown.update(context, (crowd, &agents, time), eye)?))
+        })?;
+        *counts = Some(counted);
         let found = RlvDeviceCrowdInfo {
             struct_size: 0,
-            agent_count,
-            draw_count,
-            matrix_count: state.crowd.matrices().len() as u32,
-            weight_count: state.crowd.weight_count() as u32,
-            reserved: 0,
+            agent_count: counted.agents,
+            draw_count: counted.draws,
+            matrix_count: on_device.matrices().len() as u32,
+            weight_count: on_device.weight_count() as u32,
+            impostor_count,
+            picture_count,
+            hidden: culled.hidden,
+            hidden_triangles: culled.hidden_triangles,
+            occluder_triangles: culled.occluder_triangles,
         };
         // SAFETY: checked above.
         unsafe { write_optional(out, found) }
@@ -132,18 +180,13 @@ entry! {
         let default: RlvCrowdBuffers = unsafe { std::mem::zeroed() };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let given = unsafe { read_descriptor(buffers, default) }?;
-        if !given.blends.is_null() {
-            return Err(Error::invalid("draws of devices have no blends").at("blends").advise("pass NULL"));
-        }
         let device = object.device()?;
         let state = try_read(&object.state, "device crowd")?;
-        let counts = state.counts.ok_or_else(|| {
-            Error::invalid("there was no cut").at("device crowd").advise("call rlv_device_crowd_cut first")
-        })?;
-        let made = state.crowd.read(counts)?;
+        let made = state.crowd.read(state.counted()?)?;
         let mut list = DrawList {
             draws: made.draws,
             clusters: made.clusters,
+            blends: made.blends,
             instances: made.instances,
             first_weights: made.first_weights,
             ..DrawList::default()
@@ -159,6 +202,18 @@ entry! {
         unsafe { write_list(&given, &list) }
     }
 
+    fn rlv_device_crowd_get_impostors(crowd: RlvDeviceCrowd, impostors: *const RlvCrowdImpostors) {
+        let object = registry::get(crowd)?;
+        // SAFETY: a descriptor of nothing but numbers and NULL pointers.
+        let default: RlvCrowdImpostors = unsafe { std::mem::zeroed() };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let given = unsafe { read_descriptor(impostors, default) }?;
+        let state = try_read(&object.state, "device crowd")?;
+        state.counted()?;
+        // SAFETY: the caller promises room for the capacities in each array that is not NULL.
+        unsafe { state.shown.write(&given) }
+    }
+
     fn rlv_device_crowd_vulkan(crowd: RlvDeviceCrowd, out: *mut RlvDeviceCrowdVulkan) {
         let object = registry::get(crowd)?;
         let device = object.device()?;
@@ -171,6 +226,7 @@ entry! {
             made.counts().wgpu(),
             made.matrices().wgpu(),
             made.weights().wgpu(),
+            made.blends().wgpu(),
         ];
         let found = objects(device, buffers).ok_or_else(|| {
             Error::unsupported(format!("{} hands out no Vulkan objects", device.summary()))
@@ -178,7 +234,7 @@ entry! {
                 .advise("copy the draws with rlv_device_crowd_get")
         })?;
         let Objects { queue_family, queue_index, instance, physical_device, device, queue, buffers } = found;
-        let [draws, clusters, instances, counts, matrices, weights] = buffers;
+        let [draws, clusters, instances, counts, matrices, weights, blends] = buffers;
         let found = RlvDeviceCrowdVulkan {
             struct_size: 0,
             queue_family,
@@ -194,6 +250,7 @@ entry! {
             counts,
             matrices,
             weights,
+            blends,
         };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe { write_descriptor(out, found) }

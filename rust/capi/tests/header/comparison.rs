@@ -606,13 +606,14 @@ function!(rlv_decal_take_up: unsafe extern "C" fn(RlvDocument, u32, RlvProgress,
 function!(rlv_decal_update: unsafe extern "C" fn(RlvDecal, RlvDocument, u32, *const RlvDecalImage, *const RlvDecalInk, RlvProgress, *mut c_void) -> RlvResult);
 function!(rlv_decal_remove: unsafe extern "C" fn(RlvDocument, u32) -> RlvResult);
 layout!(RlvDeviceCrowd: 8, 8);
-layout!(RlvDeviceCrowdInfo: 24, 4);
-layout!(RlvDeviceCrowdVulkan: 96, 8);
+layout!(RlvDeviceCrowdInfo: 48, 8);
+layout!(RlvDeviceCrowdVulkan: 104, 8);
 function!(rlv_device_crowd_create: unsafe extern "C" fn(RlvCrowd, *mut RlvDeviceCrowd) -> RlvResult);
 function!(rlv_device_crowd_retain: unsafe extern "C" fn(RlvDeviceCrowd) -> RlvResult);
 function!(rlv_device_crowd_release: unsafe extern "C" fn(RlvDeviceCrowd) -> RlvResult);
 function!(rlv_device_crowd_cut: unsafe extern "C" fn(RlvDeviceCrowd, *const RlvCrowdView, *mut RlvDeviceCrowdInfo) -> RlvResult);
 function!(rlv_device_crowd_get: unsafe extern "C" fn(RlvDeviceCrowd, *const RlvCrowdBuffers) -> RlvResult);
+function!(rlv_device_crowd_get_impostors: unsafe extern "C" fn(RlvDeviceCrowd, *const RlvCrowdImpostors) -> RlvResult);
 function!(rlv_device_crowd_vulkan: unsafe extern "C" fn(RlvDeviceCrowd, *mut RlvDeviceCrowdVulkan) -> RlvResult);
 layout!(RlvStroke: 8, 8);
 layout!(RlvStrokePoint: 40, 8);
@@ -2259,7 +2260,11 @@ pub fn offsets(list: &mut Offsets) {
         draw_count: u32 = 8,
         matrix_count: u32 = 12,
         weight_count: u32 = 16,
-        reserved: u32 = 20,
+        impostor_count: u32 = 20,
+        picture_count: u32 = 24,
+        hidden: u32 = 28,
+        hidden_triangles: u64 = 32,
+        occluder_triangles: u64 = 40,
     });
     fields!(list, RlvDeviceCrowdVulkan {
         struct_size: u32 = 0,
@@ -2276,6 +2281,7 @@ pub fn offsets(list: &mut Offsets) {
         counts: u64 = 72,
         matrices: u64 = 80,
         weights: u64 = 88,
+        blends: u64 = 96,
     });
     fields!(list, RlvStroke {
         id: u64 = 0,
@@ -3538,7 +3544,11 @@ pub const INITIAL: &[Initial] = &[
         ("uint32_t draw_count", 0.0),
         ("uint32_t matrix_count", 0.0),
         ("uint32_t weight_count", 0.0),
-        ("uint32_t reserved", 0.0),
+        ("uint32_t impostor_count", 0.0),
+        ("uint32_t picture_count", 0.0),
+        ("uint32_t hidden", 0.0),
+        ("uint64_t hidden_triangles", 0.0),
+        ("uint64_t occluder_triangles", 0.0),
     ] },
     Initial { header: "device_crowd.h", name: "RlvDeviceCrowdVulkan", initializer: "RLV_DEVICE_CROWD_VULKAN_INIT", fields: &[
         ("uint32_t queue_family", 0.0),
@@ -3554,6 +3564,7 @@ pub const INITIAL: &[Initial] = &[
         ("uint64_t counts", 0.0),
         ("uint64_t matrices", 0.0),
         ("uint64_t weights", 0.0),
+        ("uint64_t blends", 0.0),
     ] },
     Initial { header: "stroke.h", name: "RlvStrokeReport", initializer: "RLV_STROKE_REPORT_INIT", fields: &[
         ("uint32_t reserved", 0.0),

@@ -72,6 +72,15 @@ enum BlendName {
     Dual,
 }
 
+impl From<BlendName> for Blend {
+    fn from(name: BlendName) -> Self {
+        match name {
+            BlendName::Linear => Self::Linear,
+            BlendName::Dual => Self::DualQuaternion,
+        }
+    }
+}
+
 /// Colours of levels from the finest to the coarsest (cividis, which the colour-blind can read).
 pub const LEVELS: [(u32, &str); 7] = [
     (0xffea46, "input"),
@@ -161,10 +170,7 @@ fn by_rays(arguments: &Arguments, scene: &mut Scene, view: &View, strip: &mut St
     let object = picture.add_object(at, GROUND)?;
     picture.set_mesh(object, 0, mesh)?;
     let mut stand_ins = StandIns::default();
-    let blend = match arguments.blend {
-        BlendName::Linear => Blend::Linear,
-        BlendName::Dual => Blend::DualQuaternion,
-    };
+    let blend = arguments.blend.into();
     arguments.scene.for_each_frame(scene, |scene, shown| {
         let tag = |agent: u32, cluster: &Cluster, number: u32, material: u32| {
             tag(arguments.show, agent, cluster, number, material)
@@ -180,11 +186,6 @@ fn by_rays(arguments: &Arguments, scene: &mut Scene, view: &View, strip: &mut St
 
 /// Cuts, poses and draws all frames on a device.
 fn on_device(arguments: &Arguments, device: &Device, scene: &mut Scene, view: &View, strip: &mut Strip) -> Result<()> {
-    if arguments.blend == BlendName::Dual || arguments.scene.has_occlusion() {
-        return Err(Error::unsupported("devices blend bones linearly and do not cull by occlusion")
-            .at("--blend or --occlusion")
-            .advise("leave it out, or draw on the processor"));
-    }
     let tag = |model: &CrowdModel, number: u32, material: u32| {
         tag(arguments.show, 0, &model.clusters[number as usize], number, material)
     };
@@ -192,7 +193,7 @@ fn on_device(arguments: &Arguments, device: &Device, scene: &mut Scene, view: &V
         Show::Agents => None,
         Show::Shaded | Show::Clusters | Show::Levels => Some(&tag),
     };
-    let look = Look { tag: by_cluster, lines: arguments.wireframe };
+    let look = Look { tag: by_cluster, lines: arguments.wireframe, blend: arguments.blend.into() };
     let mut stand_ins = DeviceStandIns::new(device, &scene.crowd, look)?;
     let mut rasterizer = Rasterizer::new(device)?;
     let (at, mesh) = ground(scene);
@@ -200,10 +201,13 @@ fn on_device(arguments: &Arguments, device: &Device, scene: &mut Scene, view: &V
     let ground = Placed { transform: at, throws_shadows: false, ..Placed::new(Shape::Mesh(&mesh), GROUND) };
     for time in arguments.scene.times() {
         scene.walk(time)?;
-        let counts = stand_ins.update(&scene.context, &scene.crowd, (&scene.view, time))?;
-        let color = rasterizer.render(&[ground, stand_ins.placed(MATERIAL)], view)?.color;
+        let pixels = scene.pixels();
+        let pixels = arguments.scene.has_occlusion().then_some(&pixels);
+        let counts = stand_ins.update(&scene.context, &scene.crowd, (&scene.view, time), pixels)?;
+        let [clusters, quads] = stand_ins.placed(MATERIAL);
+        let color = rasterizer.render(&[ground, clusters, quads], view)?.color;
         let agents = scene.crowd.agents().len() as u64;
-        strip.add(color, [u64::from(counts.agents), agents, u64::from(counts.triangles)]);
+        strip.add(color, [u64::from(counts.agents + counts.impostors), agents, u64::from(counts.triangles)]);
     }
     Ok(())
 }

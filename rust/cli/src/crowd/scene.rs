@@ -35,8 +35,8 @@ pub struct ViewArguments {
     /// Clusters of a model that are read in a frame at most.
     #[arg(long, value_name = "N", default_value_t = 1024, requires = "budget")]
     read: u32,
-    /// What cuts the crowd and makes its draws. A graphics device makes those of the processor.
-    #[arg(long, value_enum, default_value = "cpu", conflicts_with_all = ["budget", "occlusion", "geomorph", "impostors"])]
+    /// What cuts the crowd and makes its draws. A graphics device makes those of the processor, which culls by occlusion.
+    #[arg(long, value_enum, default_value = "cpu", conflicts_with = "budget")]
     device: Kind,
     /// A part of the name of the graphics device; left out, the best there is.
     #[arg(long, value_name = "NAME")]
@@ -145,6 +145,12 @@ impl Scene {
         walkers.try_for_each(|(index, walker)| self.crowd.set(index, walker.at(time)))
     }
 
+    /// Returns the camera with the pixels of its picture.
+    pub fn pixels(&self) -> PixelView {
+        let camera = &self.camera;
+        PixelView { eye: camera.eye, axes: camera.axes, fov: camera.fov, size: self.size }
+    }
+
     /// Moves the agents to where they are at a time, and finds what is drawn.
     fn show(&mut self, time: f64) -> Result<Shown> {
         self.walk(time)?;
@@ -158,8 +164,7 @@ impl Scene {
             u64::from(self.crowd.models()[model].input_triangles)
         };
         let (full, in_view) = (frame.drawn.iter().map(|drawn| input(drawn.0)).sum(), frame.drawn.len());
-        let camera = &self.camera;
-        let pixels = PixelView { eye: camera.eye, axes: camera.axes, fov: camera.fov, size: self.size };
+        let pixels = self.pixels();
         let cull = |occlusion: &mut Occlusion| occlusion.cull(&self.context, &self.crowd, (&pixels, time), &mut frame);
         let culled = self.occlusion.as_mut().map(cull).transpose()?;
         Ok(Shown { time, frame, full, in_view, culled, streamed: None })

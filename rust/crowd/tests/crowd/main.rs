@@ -4,6 +4,7 @@ mod agents;
 mod arm;
 mod cuts;
 mod device;
+mod device_poses;
 mod draws;
 mod errors;
 mod export;

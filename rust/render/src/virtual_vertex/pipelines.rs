@@ -17,6 +17,8 @@ use super::view::OBJECT_BYTES;
 
 /// Immediate data of a draw of patches: the first of them.
 const PATCHES_CALL: u32 = 4;
+/// Of quads: texels along a side of a picture.
+const QUADS_CALL: u32 = 4;
 
 /// As in `tiles_draw.wgsl`.
 #[repr(C)]
@@ -55,6 +57,7 @@ pub(super) enum Draw {
     Mesh,
     Indirect,
     Posed,
+    Quads,
 }
 
 impl Draw {
@@ -71,6 +74,7 @@ impl Draw {
             Shape::Mesh(_) => Self::Mesh,
             Shape::Indirect(_) => Self::Indirect,
             Shape::Posed(_) => Self::Posed,
+            Shape::Quads(_) => Self::Quads,
         }
     }
 
@@ -92,6 +96,7 @@ impl Draw {
             Self::Mesh => "mesh_draw",
             Self::Indirect => "indirect_draw",
             Self::Posed => "posed_draw",
+            Self::Quads => "quad_draw",
         }
     }
 
@@ -106,6 +111,7 @@ impl Draw {
             Self::Mesh => "vertex_mesh",
             Self::Indirect => "vertex_indirect",
             Self::Posed => "vertex_posed",
+            Self::Quads => "vertex_quad",
         }
     }
 }
@@ -121,6 +127,7 @@ pub(super) struct Pipelines {
     tiles: [wgpu::BindGroupLayout; 3],
     triangles: [wgpu::BindGroupLayout; 2],
     posed: [wgpu::BindGroupLayout; 1],
+    quads: [wgpu::BindGroupLayout; 1],
     made: BTreeMap<(Draw, bool), wgpu::RenderPipeline>,
 }
 
@@ -180,6 +187,7 @@ impl Pipelines {
             tiles: [buffers(4, 0)?, buffers(2, 0)?, buffers(4, 5)?],
             triangles: [buffers(2, 0)?, buffers(3, 0)?],
             posed: [buffers(2, 0)?],
+            quads: [layout(device, &[0, 1, 2, 3].map(|at| (at, BOTH, buffer)))?],
             modules: BTreeMap::new(),
             made: BTreeMap::new(),
             device: device.clone(),
@@ -198,6 +206,7 @@ impl Pipelines {
             Draw::Tiles { .. } => &self.tiles,
             Draw::Triangles(_) => &self.triangles,
             Draw::Posed => &self.posed,
+            Draw::Quads => &self.quads,
             Draw::Strips | Draw::Mesh | Draw::Indirect => &[],
         }
     }
@@ -239,6 +248,7 @@ impl Pipelines {
             Draw::Mesh => (size_of::<MeshVertex>(), &mesh_vertex, 0),
             Draw::Indirect => (size_of::<[u32; 4]>(), &indirect_vertex, 0),
             Draw::Posed => (size_of::<[u32; 2]>(), &posed_corner, 0),
+            Draw::Quads => (0, &[], QUADS_CALL),
         };
         let buffers = [Some(wgpu::VertexBufferLayout {
             array_stride: stride as u64,
@@ -254,13 +264,15 @@ impl Pipelines {
             Draw::Triangles(Kind { colors, vectors, traces }) => {
                 vec![("COLORS", number(colors)), ("VECTORS", number(vectors)), ("TRACES", number(traces))]
             }
-            Draw::Strips | Draw::Mesh | Draw::Indirect | Draw::Posed => Vec::new(),
+            Draw::Strips | Draw::Mesh | Draw::Indirect | Draw::Posed | Draw::Quads => Vec::new(),
         };
         let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
         let mut layouts = vec![Some(self.scene_layout(shadow))];
         layouts.extend(self.layouts(draw).iter().map(Some));
         let targets = FORMATS.map(|format| Some(format.into()));
         let strips = matches!(draw, Draw::Patches(..) | Draw::Strips);
+        // Of a picture on a quad some texels are empty.
+        let fragment = if shadow { (draw == Draw::Quads).then_some("fragment_depth") } else { Some("fragment") };
         let device = self.device.wgpu();
         let pipeline = self
             .device
@@ -300,11 +312,11 @@ impl Pipelines {
                         bias: wgpu::DepthBiasState::default(),
                     }),
                     multisample: wgpu::MultisampleState::default(),
-                    fragment: (!shadow).then_some(wgpu::FragmentState {
+                    fragment: fragment.map(|entry| wgpu::FragmentState {
                         module,
-                        entry_point: Some("fragment"),
+                        entry_point: Some(entry),
                         compilation_options: options.clone(),
-                        targets: &targets,
+                        targets: if shadow { &[] } else { &targets },
                     }),
                     multiview_mask: None,
                     cache: None,
@@ -319,7 +331,7 @@ impl Pipelines {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::virtual_vertex::PosedVertex;
+    use crate::virtual_vertex::{PosedVertex, QuadPicture};
     use relievo_testing::wgsl::assert_layout;
     use std::mem::offset_of;
 
@@ -344,5 +356,13 @@ mod tests {
         for module in ["posed_draw", "crowd_pose"] {
             assert_layout(module, "Posed", size_of::<PosedVertex>(), &posed);
         }
+        let picture = [
+            ("center", offset_of!(QuadPicture, center)),
+            ("radius", offset_of!(QuadPicture, radius)),
+            ("right", offset_of!(QuadPicture, right)),
+            ("up", offset_of!(QuadPicture, up)),
+        ];
+        assert_layout("quad_draw", "Picture", size_of::<QuadPicture>(), &picture);
+        assert_layout("quad_draw", "Call", QUADS_CALL as usize, &[("side", 0)]);
     }
 }

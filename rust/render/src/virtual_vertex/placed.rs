@@ -41,6 +41,8 @@ pub enum Shape<'a> {
     Indirect(IndirectMesh<'a>),
     /// Posed clusters of a crowd, each at the places of its instances.
     Posed(PosedMesh<'a>),
+    /// Quads with pictures of models.
+    Quads(PicturedQuads<'a>),
 }
 
 /// Something that is drawn.
@@ -71,7 +73,9 @@ impl<'a> Placed<'a> {
             Shape::Tiles { drawn, .. } => drawn.bounds(),
             Shape::Triangles(triangles) => triangles.bounds(),
             Shape::Mesh(mesh) => mesh.bounds,
-            Shape::Indirect(IndirectMesh { bounds, .. }) | Shape::Posed(PosedMesh { bounds, .. }) => {
+            Shape::Indirect(IndirectMesh { bounds, .. })
+            | Shape::Posed(PosedMesh { bounds, .. })
+            | Shape::Quads(PicturedQuads { bounds, .. }) => {
                 let [low, high] = bounds.map(|corner| Vec3::from(corner).as_dvec3());
                 (low, high)
             }
@@ -256,6 +260,41 @@ pub struct PosedMesh<'a> {
     pub instances: &'a wgpu::Buffer,
     /// First the number of corners, then 1, 0, 0.
     pub arguments: &'a Buffer<u32>,
+    /// Smallest and largest coordinates; they may be those of more than is drawn.
+    pub bounds: [[f32; 3]; 2],
+}
+
+/// A square in the space of a model, on which a picture lies.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct QuadPicture {
+    /// Its middle.
+    pub center: [f32; 3],
+    /// Half a side.
+    pub radius: f32,
+    /// The direction to the right, of length 1; the fourth number is not read.
+    pub right: [f32; 4],
+    /// The direction upwards, of length 1; the fourth number is not read.
+    pub up: [f32; 4],
+}
+
+/// Quads with pictures of models that are seen from a few pixels' distance, drawn in the colour of their material or false
+/// colours, and without lines. Pictures have the numbers of instances.
+#[derive(Clone, Copy, Debug)]
+pub struct PicturedQuads<'a> {
+    /// The picture and the instance of each quad.
+    pub quads: &'a Buffer<[u32; 2]>,
+    /// How many quads are drawn.
+    pub count: u32,
+    /// As [`PosedMesh::instances`].
+    pub instances: &'a wgpu::Buffer,
+    /// Where the pictures lie.
+    pub pictures: &'a Buffer<QuadPicture>,
+    /// For each texel of a picture, row after row from the lowest, the normal in the space of the model, zero where there is
+    /// nothing, and the bits of the false colour or [`INSTANCE_TAG`].
+    pub texels: &'a Buffer<[f32; 4]>,
+    /// Texels along a side of a picture.
+    pub side: u32,
     /// Smallest and largest coordinates; they may be those of more than is drawn.
     pub bounds: [[f32; 3]; 2],
 }

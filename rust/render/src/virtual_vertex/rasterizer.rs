@@ -161,7 +161,7 @@ impl Rasterizer {
             view.lights.suns[..suns].iter().map(|sun| shadow(sun.direction, &thrown, SHADOW_SIDE)).collect();
         self.view.write(&self.device, 0, &[ViewBlock::new(view, scale, &shadows)])?;
         // The blocks of all objects as the camera sees them, then as each sun does.
-        let spaces = [projection(view, size, &extent)].into_iter().chain(shadows.iter().map(|shadow| shadow.0));
+        let spaces = [projection(&view.camera, size, &extent)].into_iter().chain(shadows.iter().map(|shadow| shadow.0));
         let blocks: Vec<ObjectBlock> = spaces
             .flat_map(|space: DMat4| {
                 objects
@@ -281,6 +281,10 @@ impl Rasterizer {
             Shape::Patches(patches) => vec![self.record_group(patches)?],
             Shape::Strips(..) | Shape::Mesh(_) | Shape::Indirect(_) => Vec::new(),
             Shape::Posed(mesh) => vec![self.buffer_group(draw, 0, &[mesh.vertices.wgpu(), mesh.instances])?],
+            Shape::Quads(mesh) => {
+                let buffers = [mesh.quads.wgpu(), mesh.instances, mesh.pictures.wgpu(), mesh.texels.wgpu()];
+                vec![self.buffer_group(draw, 0, &buffers)?]
+            }
             Shape::Tiles { surface, tiles, vectors, coat, drawn } => {
                 let nothing = self.nothing.wgpu();
                 let count = drawn.rates().count();
@@ -438,6 +442,13 @@ fn draw_shape<'a>(
         Shape::Posed(mesh) => {
             pass.set_vertex_buffer(0, mesh.corners.wgpu().slice(..));
             pass.draw_indirect(mesh.arguments.wgpu(), 0);
+            Ok(())
+        }
+        Shape::Quads(mesh) => {
+            if mesh.count > 0 {
+                pass.set_immediates(0, bytemuck::bytes_of(&mesh.side));
+                pass.draw(0..6, 0..mesh.count);
+            }
             Ok(())
         }
     }

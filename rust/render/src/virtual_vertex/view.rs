@@ -4,6 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4, Mat4, Vec3};
 
 use super::placed::Placed;
+use crate::camera::Camera;
 use crate::scene::Material;
 use crate::settings::View;
 use crate::sky::ClearSky;
@@ -15,7 +16,7 @@ const PALETTE: usize = 16;
 /// Inclinations of which the sky's light is known.
 const SKY: usize = 65;
 /// The near plane, as a share of how far the farthest point of the objects is; what is nearer is cut.
-const NEAR: f64 = 1e-6;
+pub(super) const NEAR: f64 = 1e-6;
 
 /// As in the shader.
 #[repr(C)]
@@ -93,7 +94,7 @@ impl Extent {
     }
 
     /// How far its farthest corner is.
-    fn farthest(&self) -> f64 {
+    pub fn farthest(&self) -> f64 {
         if self.low.cmple(self.high).all() { self.low.abs().max(self.high.abs()).length() } else { 1.0 }
     }
 }
@@ -107,8 +108,7 @@ fn corners(low: DVec3, high: DVec3) -> impl Iterator<Item = DVec3> {
 
 /// From the space about the camera to the picture: depth goes from 1 at the near plane to 0 at infinity, which spends
 /// the float's digits evenly.
-pub(super) fn projection(view: &View, [width, height]: [u32; 2], extent: &Extent) -> DMat4 {
-    let camera = &view.camera;
+pub(super) fn projection(camera: &Camera, [width, height]: [u32; 2], extent: &Extent) -> DMat4 {
     let half = (0.5 * camera.fov).tan();
     let aspect = f64::from(width) / f64::from(height);
     let [right, up, back] = [camera.axes.x_axis, camera.axes.y_axis, camera.axes.z_axis];

@@ -19,7 +19,8 @@ use relievo_crowd::{
 };
 use relievo_render as render;
 
-pub use self::device::{DeviceCounts, DeviceStandIns, Look};
+pub use self::device::{DeviceCounts, DeviceStandIns};
+pub use relievo_crowd::Look;
 
 use crate::format::description::{CrowdEntry, Scene};
 use crate::state::paths::Paths;

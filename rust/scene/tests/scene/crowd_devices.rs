@@ -18,7 +18,7 @@ use relievo_testing::{Random, device};
 
 #[expect(dead_code, reason = "the tests of crowds use more of it")]
 #[path = "../../../crowd/tests/crowd/arm.rs"]
-mod arm;
+pub mod arm;
 
 const MATERIAL: Material = Material { base_color: [0.6, 0.5, 0.4], specular: 0.04, roughness: 0.5 };
 const GROUND: Material = Material { base_color: [0.4; 3], specular: 0.0, roughness: 1.0 };
@@ -63,10 +63,48 @@ fn view() -> View {
     view
 }
 
+/// How a crowd is cut and posed.
+#[derive(Clone, Copy)]
+struct Way {
+    pixels: f32,
+    geomorph: bool,
+    impostors: bool,
+    blend: Blend,
+}
+
+const PLAIN: Way = Way { pixels: 0.5, geomorph: false, impostors: false, blend: Blend::Linear };
+
+/// Returns what a view sees of a crowd.
+fn seen_by(view: &View, way: Way) -> CrowdView {
+    let (camera, settings) = (&view.camera, &view.settings);
+    let size = [settings.width, settings.height];
+    let seen = CrowdView::perspective(camera.eye, camera.axes, camera.fov, size, way.pixels).unwrap();
+    CrowdView { geomorph: way.geomorph, impostors: way.impostors, ..seen }
+}
+
 /// What the caster and the device draw of a crowd at a time, with what they count.
 struct Both {
     expected: Pixels,
     found: Pixels,
+}
+
+impl Both {
+    /// Asserts that depths, normals, colours and agents are equal up to rounding.
+    fn assert_alike(&self) {
+        let picture = |frame: &Pixels| {
+            let (depth, normal) = (Some(frame.depth.clone()), Some(frame.normal.clone()));
+            Picture { color: frame.color.clone(), alpha: None, depth, normal }
+        };
+        let geometry = compare_geometry(&picture(&self.expected), &picture(&self.found), None).unwrap().unwrap();
+        let far = share(&self.expected, &self.found, 2.0 / 255.0);
+        let objects = self.expected.object.iter().zip(&self.found.object);
+        let others = objects.filter(|(a, b)| a != b).count() as f64 / self.found.object.len() as f64;
+        println!("{geometry:?}; {far} of colours, {others} of numbers");
+        assert!(geometry.covered > 4000 && geometry.silhouette() < 0.003, "{geometry:?}");
+        assert!(geometry.depth.unwrap().p999 < 1e-4, "{geometry:?}");
+        assert!(geometry.normal.unwrap().median < 0.1f64.to_radians(), "{geometry:?}");
+        assert!(far < 0.003 && others < 0.003, "{far} of colours, {others} of numbers");
+    }
 }
 
 fn ground() -> Mesh {
@@ -75,17 +113,16 @@ fn ground() -> Mesh {
 }
 
 /// Draws a crowd both ways at a time, with a ground where there are shadows.
-fn draw(device: &Device, crowd: &mut Crowd, on: &mut DeviceStandIns, (view, time): (&View, f64)) -> Both {
+fn draw(device: &Device, crowd: &mut Crowd, on: &mut DeviceStandIns, (view, time, way): (&View, f64, Way)) -> Both {
     let context = Context::serial();
     let (camera, settings) = (&view.camera, &view.settings);
-    let size = [settings.width, settings.height];
-    let seen = CrowdView::perspective(camera.eye, camera.axes, camera.fov, size, 0.5).unwrap();
+    let seen = seen_by(view, way);
     let mut frame = Frame::default();
     crowd.cut(&context, &seen, &mut frame).unwrap();
     let mut scene = Scene::new().unwrap();
     let shown = (&*crowd, &frame, time, camera.eye);
     let tag = |_: u32, _: &Cluster, number: u32, _: u32| number;
-    StandIns::default().show(&context, &mut scene, shown, Blend::Linear, MATERIAL, &tag).unwrap();
+    StandIns::default().show(&context, &mut scene, shown, way.blend, MATERIAL, &tag).unwrap();
     let on_ground = DeviceMesh::new(device, &ground(), &GROUND).unwrap();
     let mut placed = Vec::new();
     if settings.shadows.is_on() {
@@ -99,11 +136,12 @@ fn draw(device: &Device, crowd: &mut Crowd, on: &mut DeviceStandIns, (view, time
         // The caster's objects are the agents in view, one after the other.
         *object = frame.drawn.get(*object as usize).map_or(u32::MAX - 2, |drawn| drawn.0);
     }
-    let counts = on.update(&context, crowd, (&seen, time)).unwrap();
+    let counts = on.update(&context, crowd, (&seen, time), None).unwrap();
     assert_eq!(u64::from(counts.triangles), frame.triangles);
-    assert_eq!(counts.agents as usize, frame.drawn.len());
+    assert_eq!((counts.agents + counts.impostors) as usize, frame.drawn.len());
+    assert_eq!(counts.impostors as usize, frame.impostors().len());
     assert_eq!(counts.posed, posed(crowd, &frame, time));
-    placed.push(on.placed(MATERIAL));
+    placed.extend(on.placed(MATERIAL));
     let found = Rasterizer::new(device).unwrap().render(&placed, view).unwrap();
     Both { expected, found }
 }
@@ -143,30 +181,19 @@ fn a_crowd_on_a_device_is_that_of_the_ray_caster() {
     let Some(device) = device() else { return };
     let mut crowd = crowd();
     let tag = |_: &CrowdModel, cluster: u32, _: u32| cluster;
-    let mut on = DeviceStandIns::new(&device, &crowd, Look { tag: Some(&tag), lines: false }).unwrap();
+    let mut on =
+        DeviceStandIns::new(&device, &crowd, Look { tag: Some(&tag), lines: false, blend: Blend::Linear }).unwrap();
     let mut view = view();
     for time in [0.0, 0.4] {
-        let both = draw(&device, &mut crowd, &mut on, (&view, time));
+        let both = draw(&device, &mut crowd, &mut on, (&view, time, PLAIN));
         write(&format!("{time}"), &both);
-        let picture = |frame: &Pixels| {
-            let (depth, normal) = (Some(frame.depth.clone()), Some(frame.normal.clone()));
-            Picture { color: frame.color.clone(), alpha: None, depth, normal }
-        };
-        let geometry = compare_geometry(&picture(&both.expected), &picture(&both.found), None).unwrap().unwrap();
-        let far = share(&both.expected, &both.found, 2.0 / 255.0);
-        let objects = both.expected.object.iter().zip(&both.found.object);
-        let others = objects.filter(|(a, b)| a != b).count() as f64 / both.found.object.len() as f64;
-        println!("{geometry:?}; {far} of colours, {others} of numbers");
-        assert!(geometry.covered > 4000 && geometry.silhouette() < 0.003, "{geometry:?}");
-        assert!(geometry.depth.unwrap().p999 < 1e-4, "{geometry:?}");
-        assert!(geometry.normal.unwrap().median < 0.1f64.to_radians(), "{geometry:?}");
-        assert!(far < 0.003 && others < 0.003, "{far} of colours, {others} of numbers");
+        both.assert_alike();
         // One agent moves.
         let moved = Agent { transform: DAffine3::from_translation(DVec3::Z * 6.0), ..crowd.agents()[2] };
         crowd.set(2, moved).unwrap();
     }
     view.settings.shadows = Switch::ON;
-    let both = draw(&device, &mut crowd, &mut on, (&view, 0.4));
+    let both = draw(&device, &mut crowd, &mut on, (&view, 0.4, PLAIN));
     write("shadows", &both);
     // Maps have texels: the rims of shadows differ.
     let far = share(&both.expected, &both.found, 4.0 / 255.0);
@@ -179,11 +206,11 @@ fn agents_have_colours_and_lines_of_their_own_and_may_all_go() {
     let Some(device) = device() else { return };
     let context = Context::serial();
     let mut crowd = crowd();
-    let mut on = DeviceStandIns::new(&device, &crowd, Look { tag: None, lines: true }).unwrap();
+    let mut on = DeviceStandIns::new(&device, &crowd, Look { tag: None, lines: true, blend: Blend::Linear }).unwrap();
     let mut view = view();
     let mut drawn = |view: &View, seen: &CrowdView| {
-        let counts = on.update(&context, &crowd, (seen, 0.0)).unwrap();
-        (counts, Rasterizer::new(&device).unwrap().render(&[on.placed(MATERIAL)], view).unwrap())
+        let counts = on.update(&context, &crowd, (seen, 0.0), None).unwrap();
+        (counts, Rasterizer::new(&device).unwrap().render(&on.placed(MATERIAL), view).unwrap())
     };
     let camera = &view.camera;
     let seen = CrowdView::perspective(camera.eye, camera.axes, camera.fov, [240, 160], 0.5).unwrap();
@@ -200,8 +227,43 @@ fn agents_have_colours_and_lines_of_their_own_and_may_all_go() {
     assert!(empty.object.iter().all(|object| *object == NO_OBJECT));
     crowd.cut(&context, &seen, &mut Frame::default()).unwrap();
     let nobody = Crowd::new(crowd.models().to_vec());
-    let counts = on.update(&context, &nobody, (&seen, 0.0)).unwrap();
+    let counts = on.update(&context, &nobody, (&seen, 0.0), None).unwrap();
     assert_eq!(counts, Default::default());
-    let geomorph = CrowdView { geomorph: true, ..seen };
-    assert!(on.update(&context, &crowd, (&geomorph, 0.0)).unwrap_err().to_string().contains("processor"));
+}
+
+#[test]
+fn moving_vertices_weights_and_dual_quaternions_are_in_pictures() {
+    let Some(device) = device() else { return };
+    let (mut crowd, view) = (crowd(), view());
+    for agent in (1..120).step_by(6) {
+        crowd.set_weights(agent, Some(&[1.5])).unwrap();
+    }
+    let tag = |_: &CrowdModel, cluster: u32, _: u32| cluster;
+    let way = Way { pixels: 2.0, geomorph: true, blend: Blend::DualQuaternion, ..PLAIN };
+    let look = Look { tag: Some(&tag), lines: false, blend: way.blend };
+    let mut on = DeviceStandIns::new(&device, &crowd, look).unwrap();
+    let both = draw(&device, &mut crowd, &mut on, (&view, 0.4, way));
+    write("moving", &both);
+    both.assert_alike();
+}
+
+#[test]
+fn impostors_on_a_device_are_those_of_the_ray_caster() {
+    let Some(device) = device() else { return };
+    let (mut crowd, mut view) = (crowd(), view());
+    let tag = |_: &CrowdModel, cluster: u32, _: u32| cluster;
+    let look = Look { tag: Some(&tag), lines: false, blend: Blend::Linear };
+    let mut on = DeviceStandIns::new(&device, &crowd, look).unwrap();
+    for (pixels, shadows) in [(3.0, Switch::OFF), (8.0, Switch::OFF), (8.0, Switch::ON)] {
+        view.settings.shadows = shadows;
+        let both = draw(&device, &mut crowd, &mut on, (&view, 0.4, Way { pixels, impostors: true, ..PLAIN }));
+        write(&format!("impostors_{pixels}_{}", shadows.is_on()), &both);
+        if shadows.is_on() {
+            let far = share(&both.expected, &both.found, 4.0 / 255.0);
+            println!("{far} of colours with shadows");
+            assert!(far < 0.04, "{far} of colours with shadows");
+        } else {
+            both.assert_alike();
+        }
+    }
 }

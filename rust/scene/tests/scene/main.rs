@@ -6,6 +6,8 @@ mod brushes;
 #[cfg(feature = "crowd")]
 mod crowd_devices;
 #[cfg(feature = "crowd")]
+mod crowd_impostors;
+#[cfg(feature = "crowd")]
 mod crowds;
 #[cfg(feature = "decal")]
 mod decals;

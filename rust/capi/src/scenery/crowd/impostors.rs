@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use relievo_core::{Context, Result};
-use relievo_crowd::{Crowd, Frame, Impostor, Impostors, NONE, Texel};
+use relievo_crowd::{Crowd, Impostor, Impostors, NONE, Texel};
 
 use super::draws::flat;
 use super::{RlvCrowd, fill};
@@ -91,20 +91,20 @@ pub struct ShownImpostors {
 }
 
 impl ShownImpostors {
-    /// Finds the pictures of a frame at `time` seconds, seen from `eye`. Returns how many impostors and pictures there are.
+    /// Finds the pictures of agents at `time` seconds, seen from `eye`. Returns how many impostors and pictures there are.
     ///
     /// # Errors
-    /// As [`Impostors::of_frame`].
+    /// As [`Impostors::of_agents`].
     pub fn update(
         &mut self,
         context: &Context,
-        (crowd, frame, time): (&Crowd, &Frame, f64),
+        (crowd, agents, time): (&Crowd, &[u32], f64),
         eye: DVec3,
     ) -> Result<[u32; 2]> {
         self.pictures.clear();
         self.quads.clear();
         let mut places: HashMap<u64, u32> = HashMap::new();
-        for (agent, impostor) in self.made.of_frame(context, (crowd, frame, time), eye)? {
+        for (agent, impostor) in self.made.of_agents(context, (crowd, agents, time), eye)? {
             let picture = *places.entry(impostor.number).or_insert_with(|| {
                 self.pictures.push(impostor);
                 self.pictures.len() as u32 - 1
@@ -113,6 +113,36 @@ impl ShownImpostors {
             self.quads.push(RlvCrowdImpostor { agent, picture, transform });
         }
         Ok([self.quads.len() as u32, self.pictures.len() as u32])
+    }
+
+    /// Writes the impostors to the arrays of C.
+    ///
+    /// # Errors
+    /// There is too little room in an array; nothing is written then.
+    ///
+    /// # Safety
+    /// There is room for the capacities in each array that is not NULL.
+    pub unsafe fn write(&self, given: &RlvCrowdImpostors) -> Result<()> {
+        let Self { pictures, quads, .. } = self;
+        // SAFETY: the caller promises room for the capacities in each array that is not NULL.
+        let (to_quads, to_pictures, to_texels) = unsafe {
+            (
+                Output::optional("impostors", given.impostors, given.impostor_capacity, given.impostor_stride)?,
+                Output::optional("pictures", given.pictures, given.picture_capacity, given.picture_stride)?,
+                Output::optional("texels", given.texels, given.texel_capacity, 0)?,
+            )
+        };
+        let texels: Vec<RlvCrowdTexel> = match to_texels {
+            Some(_) => pictures.iter().flat_map(|picture| picture.texels.iter().map(texel_of)).collect(),
+            None => Vec::new(),
+        };
+        // Nothing is written unless there is room for all.
+        to_quads.map(|out| out.holds("impostors", quads.len())).transpose()?;
+        to_pictures.map(|out| out.holds("pictures", pictures.len())).transpose()?;
+        to_texels.map(|out| out.holds("texels", texels.len())).transpose()?;
+        fill(to_quads, "impostors", Some(quads.iter().copied()))?;
+        fill(to_pictures, "pictures", Some(pictures.iter().map(picture_of)))?;
+        fill(to_texels, "texels", Some(texels.iter().copied()))
     }
 }
 
@@ -135,25 +165,7 @@ entry! {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let given = unsafe { read_descriptor(impostors, default) }?;
         let state = try_read(&object.state, "crowd")?;
-        let ShownImpostors { pictures, quads, .. } = state.shown()?;
         // SAFETY: the caller promises room for the capacities in each array that is not NULL.
-        let (to_quads, to_pictures, to_texels) = unsafe {
-            (
-                Output::optional("impostors", given.impostors, given.impostor_capacity, given.impostor_stride)?,
-                Output::optional("pictures", given.pictures, given.picture_capacity, given.picture_stride)?,
-                Output::optional("texels", given.texels, given.texel_capacity, 0)?,
-            )
-        };
-        let texels: Vec<RlvCrowdTexel> = match to_texels {
-            Some(_) => pictures.iter().flat_map(|picture| picture.texels.iter().map(texel_of)).collect(),
-            None => Vec::new(),
-        };
-        // Nothing is written unless there is room for all.
-        to_quads.map(|out| out.holds("impostors", quads.len())).transpose()?;
-        to_pictures.map(|out| out.holds("pictures", pictures.len())).transpose()?;
-        to_texels.map(|out| out.holds("texels", texels.len())).transpose()?;
-        fill(to_quads, "impostors", Some(quads.iter().copied()))?;
-        fill(to_pictures, "pictures", Some(pictures.iter().map(picture_of)))?;
-        fill(to_texels, "texels", Some(texels.iter().copied()))
+        unsafe { state.shown()?.write(&given) }
     }
 }

@@ -1,0 +1,428 @@
+//! The clusters that a cut draws, posed on a device (Section 5.2, `shaders/crowd/crowd_pose.wgsl`).
+//!
+//! The device poses each vertex of a cluster once for all agents of a step in the same pose, and writes two numbers for each
+//! corner of each agent, which one indirect draw shows. The host reads nothing back but how much was written, by which it makes
+//! room. Places of agents are 32-bit floats in the world.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec3, Vec3};
+use relievo_core::{Context, Error, Result};
+use relievo_gpu::{Access, Bindings, Buffer, Device, Frame, GROUP, Kernel, KernelSpec, Readback, Scan, groups};
+use relievo_render::virtual_vertex::{INSTANCE_TAG, PosedMesh, PosedVertex};
+
+use super::{DeviceCounted, DeviceCrowd};
+use crate::crowd::Crowd;
+use crate::hierarchy::CrowdModel;
+use crate::morph::MorphOffset;
+use crate::skinning::{Blend, dual_rows};
+use crate::view::CrowdView;
+
+/// Posed vertices and corners that there is room for at first.
+const ROOM: [u32; 2] = [1 << 12, 3 << 12];
+/// What has no line at any corner.
+const NO_CORNER: u32 = 3;
+
+/// As in the kernels.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct Call {
+    agents: u32,
+    draws: u32,
+    posed: u32,
+    corners: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+struct VertexRow {
+    p: [f32; 3],
+    bones: u32,
+    normal: [f32; 3],
+    more_bones: u32,
+    weights: [f32; 4],
+    first_offset: u32,
+    end_offset: u32,
+    padding: [u32; 2],
+}
+
+/// A vertex of a cluster: which of all vertices, and its tag and corner as [`PosedVertex`] has them; and where it goes.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Pod, Zeroable)]
+struct ClusterVertex {
+    vertex: u32,
+    tag: u32,
+    corner: u32,
+    /// The vertex that it moves to; itself if it stays.
+    target: u32,
+}
+
+const _: () = assert!(size_of::<VertexRow>() == 64 && size_of::<ClusterVertex>() == 16);
+
+/// How clusters look on a device.
+#[derive(Clone, Copy)]
+pub struct Look<'a> {
+    /// The false colour of a triangle of the model, the cluster and the material. Left out, agents have that of their number.
+    pub tag: Option<&'a dyn Fn(&CrowdModel, u32, u32) -> u32>,
+    /// Whether wireframes have lines, for which corners share fewer vertices.
+    pub lines: bool,
+    /// How bones are blended.
+    pub blend: Blend,
+}
+
+/// How many vertices were posed, and how many corners are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DevicePosed {
+    /// Vertices that were posed.
+    pub vertices: u32,
+    /// Corners of triangles of all agents.
+    pub corners: u32,
+}
+
+/// Poses what a [`DeviceCrowd`] draws.
+#[derive(Debug)]
+pub struct DevicePoser {
+    device: Device,
+    models: Models,
+    kernels: [Arc<Kernel>; 4],
+    room: Room,
+    bounds: [[f32; 3]; 2],
+}
+
+/// What models have, sent once.
+#[derive(Debug)]
+struct Models {
+    clusters: Buffer<[u32; 2]>,
+    vertices: Buffer<VertexRow>,
+    cluster_vertices: Buffer<ClusterVertex>,
+    indices: Buffer<u32>,
+    offsets: Buffer<[f32; 4]>,
+    /// The bones of all poses as dual quaternions, where they are blended as such.
+    dual: Option<Buffer<[f32; 4]>>,
+}
+
+impl Models {
+    fn new(device: &Device, crowd: &Crowd, look: Look<'_>) -> Result<Self> {
+        let (mut vertices, mut offsets) = (Vec::new(), Vec::new());
+        let (mut cluster_vertices, mut indices) = (Vec::<ClusterVertex>::new(), Vec::new());
+        let mut next = crowd.models().len() as u32;
+        let firsts = crowd.models().iter().map(|model| {
+            next += model.clusters.len() as u32;
+            [next - model.clusters.len() as u32, 0]
+        });
+        let mut clusters: Vec<[u32; 2]> = firsts.collect();
+        for model in crowd.models() {
+            let character = &model.character;
+            let first_vertex = vertices.len() as u32;
+            let normals = character.values("normal").map(|values| values.as_chunks::<3>().0);
+            for (index, (p, influence)) in character.points.iter().zip(&character.influences).enumerate() {
+                let [a, b, c, d] = influence.bones.map(u32::from);
+                let first_offset = offsets.len() as u32;
+                let row = |MorphOffset { morph, offset: [x, y, z] }: &MorphOffset| [*x, *y, *z, f32::from_bits(*morph)];
+                offsets.extend(character.morphs.of(index).iter().map(row));
+                vertices.push(VertexRow {
+                    p: *p,
+                    bones: a | b << 16,
+                    normal: normals.and_then(|normals| normals.get(index)).copied().unwrap_or_default(),
+                    more_bones: c | d << 16,
+                    weights: influence.weights,
+                    first_offset,
+                    end_offset: offsets.len() as u32,
+                    padding: [0; 2],
+                });
+            }
+            for (cluster, number) in model.clusters.iter().zip(0..) {
+                let first = cluster_vertices.len();
+                let mut known = HashMap::new();
+                let materials = &character.materials[cluster.first as usize..];
+                for (triangle, material) in model.triangles(number).iter().zip(materials) {
+                    let tag = look.tag.map_or(INSTANCE_TAG, |tag| tag(model, number, *material));
+                    for (vertex, corner) in triangle.iter().zip(0..) {
+                        let corner = if look.lines { corner } else { NO_CORNER };
+                        let target = first_vertex + model.target(number, *vertex).unwrap_or(*vertex);
+                        let found = ClusterVertex { vertex: first_vertex + vertex, tag, corner, target };
+                        indices.push(*known.entry(found).or_insert_with(|| {
+                            cluster_vertices.push(found);
+                            (cluster_vertices.len() - first - 1) as u32
+                        }));
+                    }
+                }
+                clusters.push([first as u32, (cluster_vertices.len() - first) as u32]);
+            }
+        }
+        // Nothing empty can be bound.
+        offsets.push([0.0; 4]);
+        let clips = crowd.models().iter().flat_map(|model| &model.clips);
+        let bones = clips.flat_map(|clip| &clip.poses).flat_map(|pose| &pose.bones);
+        let dual = (look.blend == Blend::DualQuaternion).then(|| bones.flat_map(dual_rows).collect::<Vec<_>>());
+        Ok(Self {
+            clusters: Buffer::of(device, "crowd vertex ranges", &clusters)?,
+            vertices: Buffer::of(device, "crowd vertices", &vertices)?,
+            cluster_vertices: Buffer::of(device, "crowd vertices of clusters", &cluster_vertices)?,
+            indices: Buffer::of(device, "crowd indices", &indices)?,
+            offsets: Buffer::of(device, "crowd offsets", &offsets)?,
+            dual: dual.map(|rows| Buffer::of(device, "crowd dual quaternions", &rows)).transpose()?,
+        })
+    }
+}
+
+/// What is written for a view.
+#[derive(Debug)]
+struct Room {
+    agents: usize,
+    runs: Buffer<u32>,
+    run_firsts: Buffer<u32>,
+    starts: [Buffer<u32>; 2],
+    posed: Buffer<PosedVertex>,
+    corners: Buffer<[u32; 2]>,
+    arguments: Buffer<u32>,
+    /// Of runs, and of both starts.
+    scans: [Scan; 3],
+}
+
+impl Room {
+    fn new(device: &Device, agents: usize, [draws, posed, corners]: [u32; 3]) -> Result<Self> {
+        let runs = Buffer::new(device, "crowd runs", agents + 1)?;
+        let start = |label| Buffer::new(device, label, draws as usize + 1);
+        let starts = [start("crowd posed starts")?, start("crowd corner starts")?];
+        let arguments = Buffer::new(device, "crowd arguments", 4)?;
+        let scan = |items| Scan::new(device, items, &arguments);
+        Ok(Self {
+            agents,
+            scans: [scan(&runs)?, scan(&starts[0])?, scan(&starts[1])?],
+            runs,
+            run_firsts: Buffer::new(device, "crowd run firsts", agents)?,
+            starts,
+            posed: Buffer::new(device, "crowd posed vertices", posed as usize)?,
+            corners: Buffer::new(device, "crowd corners", corners as usize)?,
+            arguments,
+        })
+    }
+
+    /// Draws, posed vertices and corners.
+    fn sizes(&self) -> [u32; 3] {
+        [self.starts[0].len() - 1, self.posed.len(), self.corners.len()].map(|size| size as u32)
+    }
+}
+
+/// What was written of a frame, on its way back.
+pub(super) struct Ends([Readback<u32>; 2]);
+
+impl Ends {
+    /// Waits until the device has done it.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn get(self, device: &Device) -> Result<DevicePosed> {
+        let [vertices, corners] = self.0.map(|end| end.get(device)?.first().copied().ok_or_else(unread));
+        Ok(DevicePosed { vertices: vertices?, corners: corners? })
+    }
+}
+
+impl DevicePoser {
+    /// Sends the vertices of the models of a crowd to a device.
+    ///
+    /// # Errors
+    /// The device has no memory, or the models are too large for 32 bits.
+    pub fn new(device: &Device, crowd: &Crowd, look: Look<'_>) -> Result<Self> {
+        use Access::{Read, Write};
+        let kernel = |entry| {
+            device.kernel(&KernelSpec {
+                module: "crowd_pose",
+                entry,
+                groups: &[&[Read; 6], &[Write; 7], &[Read; 6]],
+                immediates: size_of::<Call>() as u32,
+                constants: if look.blend == Blend::DualQuaternion { &[("DUAL", 1.0)] } else { &[] },
+            })
+        };
+        Ok(Self {
+            models: Models::new(device, crowd, look)?,
+            kernels: [kernel("mark_runs")?, kernel("count_parts")?, kernel("pose_vertices")?, kernel("write_corners")?],
+            room: Room::new(device, crowd.agents().len(), [1, ROOM[0], ROOM[1]])?,
+            bounds: [[0.0; 3]; 2],
+            device: device.clone(),
+        })
+    }
+
+    /// Cuts a crowd for a view at `time` seconds and poses what is drawn. Makes room where there is too little.
+    ///
+    /// # Errors
+    /// As [`DeviceCrowd::record`].
+    pub fn update(
+        &mut self,
+        context: &Context,
+        (crowd, on): (&Crowd, &mut DeviceCrowd),
+        (view, time): (&CrowdView, f64),
+    ) -> Result<(DeviceCounted, DevicePosed)> {
+        if crowd.agents().is_empty() {
+            self.clear()?;
+            return Ok(Default::default());
+        }
+        loop {
+            self.fit(crowd, on.room())?;
+            let mut frame = self.device.frame()?;
+            on.record(context, crowd, (view, time), &mut frame)?;
+            let counts = frame.read(on.counts(), 0..4)?;
+            self.record(on, &mut frame)?;
+            let ends = self.read_ends(&mut frame)?;
+            let _ = frame.submit()?;
+            let counted = DeviceCounted::read(counts.get(&self.device)?)?;
+            let posed = ends.get(&self.device)?;
+            if counted.draws > on.room() {
+                on.make_room(larger(counted.draws))?;
+            } else if !self.grow(posed)? {
+                return Ok((counted, posed));
+            }
+        }
+    }
+
+    /// Poses what the last cut draws. Makes room where there is too little.
+    ///
+    /// # Errors
+    /// The device has no memory or is lost.
+    pub fn pose(&mut self, crowd: &Crowd, on: &DeviceCrowd) -> Result<DevicePosed> {
+        if crowd.agents().is_empty() {
+            self.clear()?;
+            return Ok(DevicePosed::default());
+        }
+        loop {
+            self.fit(crowd, on.room())?;
+            let mut frame = self.device.frame()?;
+            self.record(on, &mut frame)?;
+            let ends = self.read_ends(&mut frame)?;
+            let _ = frame.submit()?;
+            let posed = ends.get(&self.device)?;
+            if !self.grow(posed)? {
+                return Ok(posed);
+            }
+        }
+    }
+
+    /// Draws nothing: kernels cannot be bound to no agents.
+    fn clear(&mut self) -> Result<()> {
+        self.bounds = [[0.0; 3]; 2];
+        let mut frame = self.device.frame()?;
+        frame.clear(&self.room.arguments);
+        let _ = frame.submit()?;
+        Ok(())
+    }
+
+    /// Makes room for the agents of a crowd and for so many draws.
+    pub(super) fn fit(&mut self, crowd: &Crowd, draws: u32) -> Result<()> {
+        self.bounds = bounds(crowd);
+        let [known, posed, corners] = self.room.sizes();
+        if self.room.agents != crowd.agents().len() || known != draws {
+            self.room = Room::new(&self.device, crowd.agents().len(), [draws, posed, corners])?;
+        }
+        Ok(())
+    }
+
+    /// Makes room for what did not fit. Returns whether something did not.
+    pub(super) fn grow(&mut self, needed: DevicePosed) -> Result<bool> {
+        let [draws, posed, corners] = self.room.sizes();
+        let fits = needed.vertices <= posed && needed.corners <= corners;
+        if !fits {
+            let room = |needed: u32, size: u32| if needed > size { larger(needed) } else { size };
+            let sizes = [draws, room(needed.vertices, posed), room(needed.corners, corners)];
+            self.room = Room::new(&self.device, self.room.agents, sizes)?;
+        }
+        Ok(!fits)
+    }
+
+    /// Records that what was written is read back.
+    pub(super) fn read_ends(&self, frame: &mut Frame) -> Result<Ends> {
+        let draws = self.room.sizes()[0] as usize;
+        let [vertices, corners] = self.room.starts.each_ref().map(|starts| frame.read(starts, draws..draws + 1));
+        Ok(Ends([vertices?, corners?]))
+    }
+
+    /// Records what follows the cut.
+    pub(super) fn record(&self, on: &DeviceCrowd, frame: &mut Frame) -> Result<()> {
+        let room = &self.room;
+        let [draws, posed, corners] = room.sizes();
+        let agents = room.agents as u32;
+        let call = Call { agents, draws, posed, corners };
+        let call = bytemuck::bytes_of(&call);
+        let bindings = self.bindings(on)?;
+        let bound = bindings.each_ref();
+        let [mark_runs, count_parts, pose_vertices, write_corners] = &self.kernels;
+        let by_item = |items: u32| groups(items.div_ceil(GROUP));
+        frame.clear(&room.arguments);
+        let mut pass = frame.pass("crowd pose");
+        pass.run(mark_runs, &bound, call, by_item(agents + 1))?;
+        room.scans[0].run(&mut pass, agents + 1)?;
+        pass.run(count_parts, &bound, call, by_item(agents.max(draws + 1)))?;
+        room.scans[1].run(&mut pass, draws + 1)?;
+        room.scans[2].run(&mut pass, draws + 1)?;
+        pass.run(pose_vertices, &bound, call, by_item(posed))?;
+        pass.run(write_corners, &bound, call, by_item(corners))
+    }
+
+    fn bindings(&self, crowd: &DeviceCrowd) -> Result<[Bindings; 3]> {
+        let (room, models) = (&self.room, &self.models);
+        let drawn = [
+            crowd.draws().wgpu(),
+            crowd.clusters().wgpu(),
+            crowd.instances().wgpu(),
+            crowd.counts().wgpu(),
+            models.clusters.wgpu(),
+            crowd.blends().wgpu(),
+        ];
+        let written = [
+            room.runs.wgpu(),
+            room.run_firsts.wgpu(),
+            room.starts[0].wgpu(),
+            room.starts[1].wgpu(),
+            room.posed.wgpu(),
+            room.corners.wgpu(),
+            room.arguments.wgpu(),
+        ];
+        let read = [
+            models.vertices.wgpu(),
+            models.cluster_vertices.wgpu(),
+            models.indices.wgpu(),
+            models.dual.as_ref().map_or(crowd.matrices().wgpu(), Buffer::wgpu),
+            crowd.weights().wgpu(),
+            models.offsets.wgpu(),
+        ];
+        let bind = |group, buffers: &[_]| self.device.bind(&self.kernels[0], group, buffers);
+        Ok([bind(0, &drawn)?, bind(1, &written)?, bind(2, &read)?])
+    }
+
+    /// Returns what is drawn of a crowd that was posed last.
+    pub fn mesh<'a>(&'a self, on: &'a DeviceCrowd) -> PosedMesh<'a> {
+        PosedMesh {
+            corners: &self.room.corners,
+            vertices: &self.room.posed,
+            instances: on.instances().wgpu(),
+            arguments: &self.room.arguments,
+            bounds: self.bounds,
+        }
+    }
+}
+
+/// A fourth more, so that a view that comes nearer needs no new room in each frame.
+fn larger(needed: u32) -> u32 {
+    needed.saturating_add(needed / 4)
+}
+
+fn unread() -> Error {
+    Error::internal("counts that cannot be read")
+}
+
+/// Returns a box around all agents in the world.
+fn bounds(crowd: &Crowd) -> [[f32; 3]; 2] {
+    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    for agent in crowd.agents() {
+        let model = &crowd.models()[agent.model as usize];
+        let ends = [model.low, model.high].map(|end| Vec3::from(end).as_dvec3());
+        for corner in 0..8 {
+            let at = DVec3::from_array(std::array::from_fn(|axis| ends[corner >> axis & 1][axis]));
+            let place = agent.transform.transform_point3(at).as_vec3();
+            (low, high) = (low.min(place), high.max(place));
+        }
+    }
+    if crowd.agents().is_empty() { [[0.0; 3]; 2] } else { [low.to_array(), high.to_array()] }
+}
