@@ -115,13 +115,14 @@ impl Viewer {
 
     /// Writes the tool to the device where it is. Returns whether it is shown.
     fn upload_tool(&mut self) -> Result<bool> {
-        let Some((points, triangles, pose)) = self.session.tool_shown() else { return Ok(false) };
+        let Some((tool, pose)) = self.session.tool_shown() else { return Ok(false) };
         let place = |point: &[f32; 3]| pose.transform_point3(Vec3::from(*point).as_dvec3()).as_vec3().to_array();
-        let points: Vec<[f32; 3]> = points.iter().map(place).collect();
+        let (points, triangles): (Vec<[f32; 3]>, _) = (tool.points().iter().map(place).collect(), tool.triangles());
         let (normals, colors) = (rays::smooth_normals(&points, triangles), vec![STEEL; points.len()]);
         let arrays = Arrays { points: &points, normals: &normals, colors: &colors, corners: triangles.as_flattened() };
         if std::mem::replace(&mut self.tool_points, points.len()) == points.len() {
-            self.tool.update(arrays, &[0..points.len() as u32])?;
+            let whole = 0..points.len() as u32;
+            self.tool.update(arrays, std::slice::from_ref(&whole))?;
         } else {
             self.tool.replace(arrays)?;
         }

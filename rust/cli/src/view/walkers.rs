@@ -29,6 +29,14 @@ const SPACING: f64 = 0.8;
 /// What colours stand for.
 const SHOWN: [&str; 4] = ["materials", "agents", "clusters", "error"];
 
+/// The number that a vertex of a model got in the mesh, for which of the clusters that were added and in which colour.
+#[derive(Clone, Copy, Default)]
+struct Number {
+    made: u64,
+    color: Color,
+    number: u32,
+}
+
 /// A crowd over time.
 pub struct Walkers {
     context: Context,
@@ -59,6 +67,7 @@ impl Walkers {
     fn mesh(&self, time: f64, color: impl Fn(u32, u32, u32, u32) -> Color) -> Result<Mesh> {
         let mut poses: HashMap<PoseKey, [Vec<[f32; 3]>; 2]> = HashMap::new();
         let mut mesh = Mesh::default();
+        let (mut numbers, mut made) = (Vec::<Number>::new(), 0);
         for drawn in &self.frame.drawn {
             let agent = &self.crowd.agents()[drawn.0 as usize];
             let model = &self.crowd.models()[agent.model as usize];
@@ -73,14 +82,20 @@ impl Walkers {
                 }
             };
             let turn = agent.transform.matrix3.inverse().transpose();
-            let mut numbers: HashMap<(u32, [u32; 3]), u32> = HashMap::new();
             for number in self.crowd.clusters(&self.frame, *drawn) {
                 let cluster = model.clusters[*number as usize];
                 let materials = &model.character.materials[cluster.first as usize..];
+                // Clusters may differ in colour where they share vertices.
+                made += 1;
+                if numbers.len() < points.len() {
+                    numbers.resize(points.len(), Number::default());
+                }
                 for (triangle, material) in model.triangles(*number).iter().zip(materials) {
                     let color = color(drawn.0, *number, cluster.depth, *material);
                     mesh.triangles.push(triangle.map(|vertex| {
-                        *numbers.entry((vertex, color.map(f32::to_bits))).or_insert_with(|| {
+                        let found = &mut numbers[vertex as usize];
+                        if (found.made, found.color) != (made, color) {
+                            *found = Number { made, color, number: mesh.points.len() as u32 };
                             let at = |list: &[[f32; 3]]| glam::Vec3::from(list[vertex as usize]).as_dvec3();
                             mesh.points.push(agent.transform.transform_point3(at(points)).as_vec3().to_array());
                             if !normals.is_empty() {
@@ -88,8 +103,8 @@ impl Walkers {
                                 mesh.normals.push(normal.as_vec3().to_array());
                             }
                             mesh.colors.push(color);
-                            mesh.points.len() as u32 - 1
-                        })
+                        }
+                        found.number
                     }));
                 }
             }

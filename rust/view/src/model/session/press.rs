@@ -91,10 +91,10 @@ impl Session {
         self.press.as_ref().map(|press| press.name.as_str())
     }
 
-    /// The triangles of the tool and where it is, if it is shown.
-    pub(crate) fn tool_shown(&self) -> Option<(&[[f32; 3]], &[[u32; 3]], DAffine3)> {
+    /// The tool and where it is, if it is shown.
+    pub(crate) fn tool_shown(&self) -> Option<(&Collider, DAffine3)> {
         let press = self.press.as_ref()?;
-        Some((press.collider.points(), press.collider.triangles(), press.pose?))
+        Some((&press.collider, press.pose?))
     }
 
     /// Shows the tool over a place, or hides it.
