@@ -71,6 +71,8 @@ impl Player {
             // The frame of the act before has to be there, which asks for what it waits for.
             Act::Rest if self.waited < 2 || !content.is_resting() => {
                 self.waited += 1;
+                // Frames that nobody asks for take time from what is waited for.
+                std::thread::sleep(std::time::Duration::from_millis(20));
                 return Ok((Vec::new(), Wish::Nothing));
             }
             Act::Rest => Some(vec![Vec::new()]),

@@ -19,7 +19,7 @@ use super::camera::Camera;
 const REST: f64 = 0.4;
 
 /// Rays a pixel of the passes.
-const PASSES: [u32; 3] = [1, 4, 8];
+const PASSES: [u32; 2] = [1, 6];
 
 /// Pixels of a picture at most, along its longer side.
 const MOST: f32 = 1600.0;
