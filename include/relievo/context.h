@@ -111,8 +111,9 @@ typedef enum RlvLogLevel { RLV_LOG_INFO = 0, RLV_LOG_WARNING = 1 } RlvLogLevel;
 typedef void (*RlvLog)(void *user, uint32_t level, const char *text);
 
 /* Which threads work. Everything that a context computes on the processor runs on the calling thread and on one of these:
- * its own threads, which are made here and end with it; those of a context that it shares; or those of host_loop. With
- * threads = 1, and with host_loop, the context starts no thread. What runs elsewhere:
+ * its own threads, which start with the first loop that has work for two of them and end with the context; those of a
+ * context that it shares; or those of host_loop. With threads = 1, and with host_loop, the context starts no thread. Where
+ * the system starts no more threads, loops stay on the calling thread. What runs elsewhere:
  * - OpenSubdiv refines on the calling thread, and no OpenMP is loaded for it. Embree builds on the calling thread,
  *   inside a TBB arena of one thread, so that TBB starts none either.
  * - OpenVDB's operations on grids run on the threads of the TBB that its module loads.
@@ -121,8 +122,7 @@ typedef void (*RlvLog)(void *user, uint32_t level, const char *text);
 /* Makes a context. options may be NULL for the defaults. Fails with RLV_ERROR_NOT_FOUND if RLV_DEVICE_GPU is asked for
  * and there is no graphics device, or none of that name, and with RLV_ERROR_UNSUPPORTED if it lacks something or the
  * library was built without graphics devices; with RLV_DEVICE_AUTO the processor works then, and rlv_context_info says
- * why. Fails too if the threads cannot be started, or if the environment variable RELIEVO_SIMD names an instruction level
- * that this processor lacks.
+ * why. Fails too if the environment variable RELIEVO_SIMD names an instruction level that this processor lacks.
  *
  * On a graphics device details are sculpted, painted and pressed into, and fade: no call takes another argument for it.
  * What a device does not do, the processor does. Heights differ from the processor's by units in the last place of a half

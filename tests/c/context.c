@@ -23,7 +23,40 @@ static RlvMesh book(RlvContext context) {
     return mesh;
 }
 
+#ifdef __linux__
+#include <dirent.h>
+
+/* Counts the threads of this process. */
+static int threads(void) {
+    DIR *tasks = opendir("/proc/self/task");
+    CHECK(tasks != NULL);
+    int count = 0;
+    for (const struct dirent *task = readdir(tasks); task != NULL; task = readdir(tasks)) {
+        count += task->d_name[0] != '.';
+    }
+    closedir(tasks);
+    return count;
+}
+
+/* Contexts start their threads when they first work. */
+static void check_start(void) {
+    enum { COUNT = 1000 };
+    static RlvContext contexts[COUNT];
+    int before = threads();
+    for (int at = 0; at < COUNT; at++) {
+        CHECK_OK(rlv_context_create(NULL, &contexts[at]));
+    }
+    CHECK(threads() == before);
+    for (int at = 0; at < COUNT; at++) {
+        CHECK_OK(rlv_context_release(contexts[at]));
+    }
+}
+#else
+static void check_start(void) {}
+#endif
+
 int main(void) {
+    check_start();
     RlvContext context = RLV_NULL;
     RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
     RlvContextInfo info = RLV_CONTEXT_INFO_INIT;

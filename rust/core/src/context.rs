@@ -3,11 +3,9 @@
 //! Work is split into items whose results do not depend on how they are spread over threads, so every result is
 //! bit-identical for any number of threads.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
-use rayon::prelude::*;
-
-use crate::parallel::{Executor, Scheduler, Slots};
+use crate::parallel::{Executor, Pool, Scheduler, Slots};
 use crate::parts::Parts;
 use crate::scratch::Scratch;
 use crate::simd::Level;
@@ -42,11 +40,11 @@ struct Inner {
 const MAX_THREADS: usize = 1024;
 
 impl Context {
-    /// Makes a context.
+    /// Makes a context. Its threads start with the first loop; where the system starts none, loops stay on the calling
+    /// thread, with the same results.
     ///
     /// # Errors
-    /// Fails with `Invalid` for more than 1024 threads, with `Internal` if the threads cannot be started, and as
-    /// [`Level::detect`] does.
+    /// Fails with `Invalid` for more than 1024 threads, and as [`Level::detect`] does.
     pub fn new(options: &ContextOptions) -> Result<Self> {
         let available = || std::thread::available_parallelism().map_or(1, usize::from);
         let threads = if options.threads == 0 { available() } else { options.threads };
@@ -54,16 +52,7 @@ impl Context {
             return Err(Error::invalid(format!("{threads} threads are too many"))
                 .advise(format!("ask for at most {MAX_THREADS}, or 0 for one per core")));
         }
-        let executor = if threads == 1 {
-            Executor::Serial
-        } else {
-            let build = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .thread_name(|index| format!("relievo-{index}"))
-                .build();
-            let pool = build.map_err(|error| Error::internal(format!("cannot start {threads} threads: {error}")))?;
-            Executor::Pool(Arc::new(pool))
-        };
+        let executor = if threads == 1 { Executor::Serial } else { Executor::Pool(Arc::new(Pool::new(threads))) };
         Self::on(executor, options.memory_limit)
     }
 
@@ -138,21 +127,9 @@ impl Context {
 
     /// Calls `work` for every item and its index, in any order.
     pub fn for_each_mut<T: Send>(&self, items: &mut [T], work: impl Fn(usize, &mut T) + Sync) {
-        match self.executor() {
-            Executor::Pool(pool) if items.len() > 1 => {
-                pool.install(|| items.par_iter_mut().enumerate().for_each(|(index, item)| work(index, item)));
-            }
-            Executor::Host(_) if items.len() > 1 => {
-                let size = self.executor().piece(items.len());
-                let pieces = Slots::new(items.chunks_mut(size));
-                self.for_each(pieces.len(), |piece| {
-                    pieces.with(piece, |items| {
-                        items.iter_mut().enumerate().for_each(|(at, item)| work(piece * size + at, item));
-                    });
-                });
-            }
-            _ => items.iter_mut().enumerate().for_each(|(index, item)| work(index, item)),
-        }
+        self.executor().run_parts(items, 1, &|first, items| {
+            items.iter_mut().enumerate().for_each(|(at, item)| work(first + at, item));
+        });
     }
 
     /// Returns the results of `work` for every index below `count`, in order.
@@ -176,17 +153,11 @@ impl Context {
     /// scheduler of the host for the pieces.
     pub fn map_into<R: Send>(&self, count: usize, out: &mut Vec<R>, work: impl Fn(usize) -> R + Sync) {
         match self.executor() {
-            Executor::Pool(pool) if count > 1 => {
-                pool.install(|| (0..count).into_par_iter().map(&work).collect_into_vec(out));
-            }
             Executor::Host(_) if count > 1 => {
                 out.clear();
                 out.append(&mut self.map(count, work));
             }
-            _ => {
-                out.clear();
-                out.extend((0..count).map(work));
-            }
+            executor => executor.fill(count, out, &work),
         }
     }
 
@@ -202,26 +173,18 @@ impl Context {
         work: impl Fn(usize, P) -> Result<()> + Sync,
     ) -> Result<()> {
         let size = size.max(1);
-        match self.executor() {
-            Executor::Pool(pool) if parts.len() > size => pool.install(|| halve(parts, 0, size, &work, true)),
-            Executor::Host(_) if parts.len() > size => {
-                // Whole calls of `work` to a piece, so that what it is called with does not depend on the threads.
-                let piece = size * self.executor().piece(parts.len().div_ceil(size));
-                let (mut pieces, mut rest) = (Vec::new(), parts);
-                while rest.len() > piece {
-                    let (low, high) = rest.split_at(piece);
-                    pieces.push(Some(low));
-                    rest = high;
+        let failed = Mutex::new(None);
+        self.executor().run_parts(parts, size, &|first, parts| {
+            if let Err((at, error)) = each_part(parts, first, size, &work) {
+                let mut failed = failed.lock().unwrap_or_else(PoisonError::into_inner);
+                if failed.as_ref().is_none_or(|(lowest, _)| at < *lowest) {
+                    *failed = Some((at, error));
                 }
-                pieces.push(Some(rest));
-                let pieces = Slots::new(pieces.into_iter());
-                let done = self.map(pieces.len(), |index| match pieces.with(index, Option::take) {
-                    Some(parts) => halve(parts, index * piece, size, &work, false),
-                    None => Ok(()),
-                });
-                done.into_iter().collect()
             }
-            _ => halve(parts, 0, size, &work, false),
+        });
+        match failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
+            Some((_, error)) => Err(error),
+            None => Ok(()),
         }
     }
 
@@ -260,23 +223,22 @@ impl Context {
     }
 }
 
-/// Halves `parts`, whose first item has the index `first`, until at most `size` items are left, for `work`.
-fn halve<P: Parts>(
+/// Calls `work` with `size` items of `parts` each time, whose first item has the index `first`. Returns the first error and
+/// the index it came at; parts behind it are worked on all the same.
+fn each_part<P: Parts>(
     parts: P,
     first: usize,
     size: usize,
-    work: &(impl Fn(usize, P) -> Result<()> + Sync),
-    parallel: bool,
-) -> Result<()> {
-    if parts.len() <= size {
-        return if parts.is_empty() { Ok(()) } else { work(first, parts) };
+    work: &(dyn Fn(usize, P) -> Result<()> + Sync),
+) -> std::result::Result<(), (usize, Error)> {
+    let (mut first, mut rest, mut done) = (first, parts, Ok(()));
+    while !rest.is_empty() {
+        let (part, others) = rest.split_at(size);
+        let result = work(first, part).map_err(|error| (first, error));
+        done = done.and(result);
+        (first, rest) = (first + size, others);
     }
-    let half = parts.len().div_ceil(size) / 2 * size;
-    let (low, high) = parts.split_at(half);
-    let low = || halve(low, first, size, work, parallel);
-    let high = || halve(high, first + half, size, work, parallel);
-    let (low, high) = if parallel { rayon::join(low, high) } else { (low(), high()) };
-    low.and(high)
+    done
 }
 
 #[cfg(test)]
@@ -340,6 +302,17 @@ mod tests {
         }
         // Every loop above ran on it: two pieces of a join, nine of a map, and many of the others.
         assert!(host.1.load(Ordering::Relaxed) > 2 + 9 + 4 * 100);
+    }
+
+    #[test]
+    fn threads_start_with_the_first_loop() {
+        let context = Context::new(&ContextOptions { threads: 3, memory_limit: 0 }).unwrap();
+        let Executor::Pool(pool) = context.executor() else { panic!("three threads are a pool") };
+        assert_eq!((context.threads(), context.map(1, |index| index)), (3, vec![0]));
+        context.for_each_mut(&mut [7], |_, item| *item += 1);
+        assert!(!pool.has_started());
+        assert_eq!(context.map(2, |index| index), [0, 1]);
+        assert!(pool.has_started());
     }
 
     #[test]
