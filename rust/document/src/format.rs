@@ -27,7 +27,7 @@
 //! allocated.
 
 use std::fmt;
-use std::io::{Cursor, Read, Seek, SeekFrom, Write};
+use std::io::{BufReader, Cursor, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use relievo_core::budget::Budget;
@@ -316,17 +316,20 @@ pub(crate) fn read(source: &mut (impl Read + Seek), limit: u64) -> Result<Found>
         }
     };
     let base = header.base();
-    let rest = base.min(length) - HEADER as u64;
-    budget.reserve(&mut bytes, usize::try_from(rest).unwrap_or(usize::MAX))?;
-    source.take(rest).read_to_end(&mut bytes).map_err(failed)?;
-    let (head, body) = bytes.split_at(HEADER);
+    let present = base.min(length);
     let index = usize::try_from(header.index_length).unwrap_or(usize::MAX);
-    let (first, after) = body.split_at_checked(index).ok_or_else(|| damaged("it ends in its index"))?;
-    let claimed = usize::try_from(header.blocks_length).unwrap_or(usize::MAX);
-    let (blocks, copies) = after.split_at_checked(claimed).unwrap_or((after, &[]));
+    if header.index_length > present - HEADER as u64 {
+        return Err(damaged("it ends in its index"));
+    }
+    let first = take(source, HEADER as u64, index, &mut budget)?;
+    let blocks_start = (HEADER + index) as u64;
+    let blocks_end = header.blocks_end();
+    // Nothing follows blocks that are cut off.
+    let after = present.saturating_sub(blocks_end).min((index + HEADER) as u64) as usize;
+    let copies = take(source, blocks_end.min(present), after, &mut budget)?;
     let copy = copies.get(..index).unwrap_or_default();
-    let packed = match crc32fast::hash(first) == header.index_crc {
-        true => first,
+    let packed = match crc32fast::hash(&first) == header.index_crc {
+        true => first.as_slice(),
         false => {
             let error = damaged("the checksum of its index is wrong");
             if header.copy_at().is_none() || crc32fast::hash(copy) != header.index_crc {
@@ -337,7 +340,7 @@ pub(crate) fn read(source: &mut (impl Read + Seek), limit: u64) -> Result<Found>
             copy
         }
     };
-    if header.copy_at().is_some() && copies != [packed, head].concat() {
+    if header.copy_at().is_some() && copies != [packed, bytes.as_slice()].concat() {
         let what = "they are not as the first ones".into();
         damage.push(Damage { place: "copies of the header and the index".into(), what, lost: false });
     }
@@ -346,15 +349,19 @@ pub(crate) fn read(source: &mut (impl Read + Seek), limit: u64) -> Result<Found>
     if unpacked.ok() != Some(raw.len()) {
         return Err(damaged("its index does not unpack to its size"));
     }
-    let blocks_start = (HEADER + index) as u64;
     let (document, lengths) = read_index(&raw, header.version, &mut budget)?;
-    let (mut document, lost) = fill(document, &lengths, (blocks_start, blocks), header.blocks_length, &mut budget)?;
+    source.seek(SeekFrom::Start(blocks_start)).map_err(failed)?;
+    let held = blocks_end.min(present) - blocks_start;
+    // Blocks that are larger than the buffer are read past it.
+    let mut blocks = BufReader::with_capacity(1 << 16, &mut *source);
+    let (mut document, lost) =
+        fill(document, &lengths, &mut blocks, (blocks_start, held), header.blocks_length, &mut budget)?;
     if length < base && lost.is_empty() {
         // A journal that followed the copies is missing too.
         refusal.get_or_insert_with(|| damaged("it ends in the copies of its header and index"));
     }
     damage.splice(0..0, lost);
-    document.source = Source::of(head);
+    document.source = Source::of(&bytes);
     let mut log = Log::default();
     if header.version > 1 {
         log = replay::fold(&mut document, source, base, &mut budget, &mut damage)?;
@@ -544,11 +551,21 @@ fn read_topology(index: &mut Decoder, budget: &mut Budget) -> Result<Topology> {
     Ok(topology)
 }
 
-/// Gives the blocks of `document` their bytes.
+/// Reads `count` bytes at `start`, which the source has.
+fn take(source: &mut (impl Read + Seek), start: u64, count: usize, budget: &mut Budget) -> Result<Vec<u8>> {
+    source.seek(SeekFrom::Start(start)).map_err(failed)?;
+    let mut bytes = Vec::new();
+    budget.reserve(&mut bytes, count)?;
+    source.take(count as u64).read_to_end(&mut bytes).map_err(failed)?;
+    Ok(bytes)
+}
+
+/// Gives the blocks of `document` their bytes, of which `source` has `held` from `start` on.
 fn fill(
     mut document: Document,
     lengths: &[u32],
-    (start, bytes): (u64, &[u8]),
+    source: &mut impl Read,
+    (start, held): (u64, u64),
     claimed: u64,
     budget: &mut Budget,
 ) -> Result<(Document, Vec<Damage>)> {
@@ -557,24 +574,24 @@ fn fill(
         return Err(damaged("its blocks are not as long as its header says"));
     }
     let mut damage = Vec::new();
-    let (mut rest, mut lengths, mut at) = (Some(bytes), lengths.iter(), start);
+    let (mut lengths, mut at, end) = (lengths.iter(), start, start + held);
     let topology = &document.topology;
     for layer in &mut document.layers {
         let name = layer.head.name.as_str();
         for block in &mut layer.blocks {
-            let length = lengths.next().map_or(0, |length| *length as usize);
-            let taken = rest.and_then(|rest| rest.split_at_checked(length));
-            rest = taken.map(|(_, rest)| rest);
+            let length = lengths.next().map_or(0, |length| u64::from(*length));
             block.place = Place(Some(at));
-            at += length as u64;
-            let what = match taken {
-                Some((packed, _)) if crc32fast::hash(packed) == block.crc => {
-                    budget.reserve(&mut block.packed, length)?;
-                    block.packed.extend_from_slice(packed);
+            at += length;
+            let what = if at > end {
+                "the file ends before the end of the block"
+            } else {
+                budget.reserve(&mut block.packed, length as usize)?;
+                source.take(length).read_to_end(&mut block.packed).map_err(failed)?;
+                if crc32fast::hash(&block.packed) == block.crc {
                     continue;
                 }
-                Some(_) => "the checksum of the block is wrong",
-                None => "the file ends before the end of the block",
+                block.packed = Vec::new();
+                "the checksum of the block is wrong"
             };
             damage.push(Damage { lost: true, place: place(topology, name, block.tile), what: what.into() });
         }

@@ -119,11 +119,14 @@ impl Journal {
         Ok((document, log, journal))
     }
 
-    /// All bytes of the document and its journal.
+    /// Returns all bytes of the document and its journal: those of the storage themselves, where it is memory.
     ///
     /// # Errors
-    /// The storage cannot be read, or the system has no memory for them.
-    pub fn to_bytes(&mut self) -> Result<Vec<u8>> {
+    /// Fails with `Io` if the storage cannot be read, and with `Memory` if the system has no memory for the bytes.
+    pub fn into_bytes(mut self) -> Result<Vec<u8>> {
+        if let Some(bytes) = self.storage.take_bytes() {
+            return Ok(bytes);
+        }
         let mut bytes = Vec::new();
         let length = usize::try_from(self.end).unwrap_or(usize::MAX);
         bytes.try_reserve_exact(length).map_err(|_| Error::memory("the system has no memory for the document"))?;

@@ -100,7 +100,7 @@ impl PartialEq for Place {
 impl Block {
     /// The block of `tile` with these bytes.
     pub(crate) fn pack(tile: u32, bytes: &[u8]) -> Result<Self> {
-        let packed = packing::pack(bytes, COMPRESSION)
+        let packed = packing::pack_block(bytes, COMPRESSION)
             .map_err(|error| Error::internal(format!("a block cannot be compressed: {error}")))?;
         Ok(Self { tile, crc: crc32fast::hash(&packed), packed, place: Place::default() })
     }

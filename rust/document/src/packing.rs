@@ -11,6 +11,23 @@ thread_local! {
     static UNPACKER: RefCell<Option<Decompressor<'static>>> = const { RefCell::new(None) };
 }
 
+/// Bytes from the middle of a block that say whether packing it pays. Smaller blocks than four times that are packed.
+const SAMPLE: usize = 4096;
+/// The level at which Zstandard stores what repeats nothing, at ten times the rate.
+const STORED: i32 = -1;
+
+/// Packs the bytes of a block at a level of Zstandard's. Blocks are stored where a sample becomes smaller by less than an
+/// eighth.
+pub(crate) fn pack_block(bytes: &[u8], level: i32) -> Result<Vec<u8>> {
+    if bytes.len() >= 4 * SAMPLE {
+        let sample = &bytes[(bytes.len() - SAMPLE) / 2..][..SAMPLE];
+        if pack(sample, level)?.len() > SAMPLE - SAMPLE / 8 {
+            return pack(bytes, STORED);
+        }
+    }
+    pack(bytes, level)
+}
+
 /// The bytes packed at a level of Zstandard's.
 pub(crate) fn pack(bytes: &[u8], level: i32) -> Result<Vec<u8>> {
     PACKER.with_borrow_mut(|kept| {
@@ -37,6 +54,28 @@ pub(crate) fn unpack(packed: &[u8], length: usize) -> Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn noise_is_stored_and_the_rest_is_packed() {
+        let mut random = 7u32;
+        let mut noise = |mask: u16| -> Vec<u8> {
+            let mut half = || {
+                random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (random >> 16) as u16 & mask
+            };
+            (0..258 * 258).flat_map(|_| half().to_le_bytes()).collect()
+        };
+        // Words of 16 bits, of which 16, 13 and 10 are random.
+        for (mask, stored) in [(0xffff, true), (0xabff, true), (0x3ff, false)] {
+            let block = noise(mask);
+            let packed = pack_block(&block, 3).unwrap();
+            assert_eq!(packed.len() >= block.len(), stored, "{mask:x}: {} of {}", packed.len(), block.len());
+            assert_eq!(unpack(&packed, block.len()).unwrap(), block);
+            assert_eq!(packed, pack_block(&block, 3).unwrap());
+        }
+        let smooth: Vec<u8> = (0..258 * 258u32).flat_map(|at| (at as u16 / 64).to_le_bytes()).collect();
+        assert_eq!(pack_block(&smooth, 3).unwrap(), pack(&smooth, 3).unwrap());
+    }
 
     #[test]
     fn what_is_kept_changes_no_byte_and_outlives_damage() {

@@ -19,6 +19,11 @@ pub trait Storage: Read + Write + Seek + Debug + Send {
     /// # Errors
     /// Fails with the error of the system or the host if something could not be written.
     fn sync(&self) -> Result<()>;
+
+    /// Gives up all that the storage holds, where that is memory of its own.
+    fn take_bytes(&mut self) -> Option<Vec<u8>> {
+        None
+    }
 }
 
 impl Storage for File {
@@ -39,6 +44,11 @@ impl Storage for Cursor<Vec<u8>> {
 
     fn sync(&self) -> Result<()> {
         Ok(())
+    }
+
+    fn take_bytes(&mut self) -> Option<Vec<u8>> {
+        self.set_position(0);
+        Some(std::mem::take(self.get_mut()))
     }
 }
 

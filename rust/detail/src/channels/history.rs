@@ -13,7 +13,8 @@ use relievo_core::budget::Budget;
 use relievo_core::{Context, Error, Result};
 use relievo_document::record::Location;
 use relievo_document::{
-    Change, Direction, Document, Edit, Entry, Head, Journal, Log, Recipe, Settings, Stamps, Storage, recipe,
+    Block, Change, Direction, Document, Edit, Entry, Head, Journal, Layer, Log, Recipe, Settings, Stamps, Storage,
+    recipe,
 };
 use relievo_tiles::Blocks;
 
@@ -298,8 +299,12 @@ impl History {
     /// # Errors
     /// An edit is under way, or the system has no memory for them.
     pub fn to_bytes(&mut self, document: &Document) -> Result<Vec<u8>> {
-        let memory = || Box::new(std::io::Cursor::new(Vec::new()));
-        self.written(document, |document| Journal::create_in(memory(), document))?.0.to_bytes()
+        let blocks = document.layers().iter().flat_map(Layer::blocks);
+        let mut bytes = Vec::new();
+        let room = bytes.try_reserve(blocks.map(Block::packed_bytes).sum());
+        room.map_err(|_| Error::memory("the system has no memory for the document"))?;
+        let memory = Box::new(std::io::Cursor::new(bytes));
+        self.written(document, |document| Journal::create_in(memory, document))?.0.into_bytes()
     }
 
     /// A journal that `create` makes of `document`, with all edits and recipes, and where they are in it.

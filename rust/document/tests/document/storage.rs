@@ -29,7 +29,7 @@ fn a_document_in_memory_has_the_bytes_of_its_file() {
     let mut held = Journal::create_in(Box::new(Cursor::new(Vec::new())), &Model::new().document()).unwrap();
     edited(&mut filed, 12);
     let last = edited(&mut held, 12);
-    let bytes = held.to_bytes().unwrap();
+    let bytes = held.into_bytes().unwrap();
     assert!(bytes == std::fs::read(&path).unwrap());
 
     let (document, log, mut again) = Journal::open_in(Box::new(Cursor::new(bytes.clone())), LIMIT).unwrap();
@@ -37,7 +37,7 @@ fn a_document_in_memory_has_the_bytes_of_its_file() {
     assert_eq!(log.done.len(), 12);
     assert_eq!(again.read_input(log.done[3].input.unwrap()).unwrap(), "edit 3");
     again.undo(log.done[11].sequence).unwrap();
-    let bytes = again.to_bytes().unwrap();
+    let bytes = again.into_bytes().unwrap();
     assert_eq!(Journal::open_in(Box::new(Cursor::new(bytes)), LIMIT).unwrap().1.undone.len(), 1);
 }
 
@@ -45,7 +45,7 @@ fn a_document_in_memory_has_the_bytes_of_its_file() {
 fn bytes_of_a_cut_document_open_without_the_edit_that_was_under_way() {
     let mut held = Journal::create_in(Box::new(Cursor::new(Vec::new())), &Model::new().document()).unwrap();
     edited(&mut held, 2);
-    let whole = held.to_bytes().unwrap();
+    let whole = held.into_bytes().unwrap();
     let cut = whole[..whole.len() - 3].to_vec();
     let (document, log, mut again) = Journal::open_in(Box::new(Cursor::new(cut)), LIMIT).unwrap();
     assert_eq!(log.done.len(), 1);
@@ -53,7 +53,7 @@ fn bytes_of_a_cut_document_open_without_the_edit_that_was_under_way() {
     // What was cut off is gone, so that the next edit follows the last whole one.
     let model = Model::new().changed(0);
     again.edit(&model.edit(&model.clone().changed(1))).unwrap();
-    let bytes = again.to_bytes().unwrap();
+    let bytes = again.into_bytes().unwrap();
     assert_eq!(Journal::open_in(Box::new(Cursor::new(bytes)), LIMIT).unwrap().1.done.len(), 2);
 }
 
@@ -61,8 +61,8 @@ fn bytes_of_a_cut_document_open_without_the_edit_that_was_under_way() {
 fn documents_of_earlier_versions_are_written_anew_in_memory() {
     let golden = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/golden/document-1.relievo");
     let old = std::fs::read(golden).unwrap();
-    let (document, _, mut journal) = Journal::open_in(Box::new(Cursor::new(old.clone())), LIMIT).unwrap();
-    let renewed = journal.to_bytes().unwrap();
+    let (document, _, journal) = Journal::open_in(Box::new(Cursor::new(old.clone())), LIMIT).unwrap();
+    let renewed = journal.into_bytes().unwrap();
     assert_ne!(renewed, old);
     let again = Document::parse(&renewed, LIMIT).unwrap();
     assert_eq!((again.layers(), again.topology()), (document.layers(), document.topology()));
@@ -116,7 +116,7 @@ fn a_write_that_fails_halfway_leaves_the_edits_before_it() {
     let failure = (0..20).find_map(|_| journal.edit(&payload).err()).expect("no write failed");
     assert_eq!(failure.kind, ErrorKind::Io);
     assert!(failure.to_string().contains("no room"), "{failure}");
-    let bytes = journal.to_bytes().unwrap();
+    let bytes = journal.into_bytes().unwrap();
     let (document, log, _) = Journal::open_in(Box::new(Cursor::new(bytes)), LIMIT).unwrap();
     assert!(document.notes.is_empty() && log.torn == 0);
 
