@@ -26,6 +26,43 @@ static void dab(RlvContext context, RlvDetail detail, const RlvBrushOptions *opt
     CHECK_OK(rlv_brush_release(brush));
 }
 
+static RlvLayerInfo layer_of(RlvDetail detail, size_t index) {
+    RlvLayerInfo layer = RLV_LAYER_INFO_INIT;
+    CHECK_OK(rlv_layer_info(detail, index, &layer));
+    return layer;
+}
+
+/* What is set outside of edits is no step of undo: it stays, and redo brings it back where undo takes the layer away. */
+static void check_outside_edits(RlvContext context, RlvDetail detail, const RlvBrushOptions *raise) {
+    RlvLayerOptions options = RLV_LAYER_OPTIONS_INIT;
+    RlvDocument document = RLV_NULL;
+    uint32_t added;
+    size_t before, count;
+    CHECK_OK(rlv_layer_count(detail, &before));
+    CHECK_OK(rlv_document_create(detail, NULL, 0, &document));
+    CHECK_OK(rlv_document_begin(document, "add a layer"));
+    CHECK_OK(rlv_layer_add(detail, "added", &options, &added));
+    CHECK_OK(rlv_document_end(document, NULL));
+    CHECK_OK(rlv_document_begin(document, "sculpt"));
+    dab(context, detail, raise);
+    CHECK_OK(rlv_document_end(document, NULL));
+    options.opacity = 0.25f;
+    options.is_visible = 0;
+    CHECK_OK(rlv_layer_set(detail, added, &options));
+    CHECK(layer_of(detail, 1).id == added && layer_of(detail, 1).tile_count == 1);
+    CHECK_OK(rlv_document_undo(document, NULL));
+    CHECK(layer_of(detail, 1).opacity == 0.25f && layer_of(detail, 1).is_visible == 0);
+    CHECK(layer_of(detail, 1).tile_count == 0);
+    CHECK_OK(rlv_document_undo(document, NULL));
+    CHECK_OK(rlv_layer_count(detail, &count));
+    CHECK(count == before);
+    CHECK_OK(rlv_document_redo(document, NULL));
+    CHECK(layer_of(detail, 1).id == added && layer_of(detail, 1).opacity == 0.25f && layer_of(detail, 1).is_visible == 0);
+    CHECK_OK(rlv_document_redo(document, NULL));
+    CHECK(layer_of(detail, 1).opacity == 0.25f && layer_of(detail, 1).tile_count == 1);
+    CHECK_OK(rlv_document_release(document));
+}
+
 int main(void) {
     RlvContext context = RLV_NULL;
     RlvSurface surface = RLV_NULL;
@@ -60,8 +97,21 @@ int main(void) {
         options.blend = RLV_BLEND_NORMAL;
         CHECK_FAILS(RLV_ERROR_INVALID, rlv_layer_add(detail, "glaze", &options, &glaze), "no colours");
     }
-    paint.color[0] = 0.25f;
-    CHECK_OK(rlv_detail_add_paint(detail, &paint));
+    /* Triangles have colours once these are committed. */
+    {
+        RlvTessellation triangles = RLV_NULL;
+        CHECK_OK(rlv_detail_commit(detail, NULL));
+        CHECK_OK(rlv_tessellation_create(detail, NULL, &triangles));
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_tessellation_get_colors(triangles, 0, 1, color, 0), "rlv_detail_add_paint");
+        paint.color[0] = 0.25f;
+        CHECK_OK(rlv_detail_add_paint(detail, &paint));
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_tessellation_get_colors(triangles, 0, 1, color, 0), "commit it and update");
+        CHECK_OK(rlv_detail_commit(detail, NULL));
+        CHECK_OK(rlv_tessellation_update(triangles, NULL));
+        CHECK_OK(rlv_tessellation_get_colors(triangles, 0, 1, color, 0));
+        CHECK_NEAR(color[0], 0.25, 0.01);
+        CHECK_OK(rlv_tessellation_release(triangles));
+    }
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_add_paint(detail, &paint), "already");
     dab(context, detail, &red);
     dab(context, detail, &raise);
@@ -142,6 +192,7 @@ int main(void) {
         free(colors);
         CHECK_OK(rlv_tessellation_release(triangles));
     }
+    check_outside_edits(context, detail, &raise);
     CHECK_OK(rlv_detail_release(detail));
     CHECK_OK(rlv_surface_release(surface));
     CHECK_OK(rlv_mesh_release(plane));

@@ -731,7 +731,7 @@ entry! {
         let out = unsafe { Output::<[f32; 3]>::optional("colors", colors.cast(), count, stride) }?;
         let values = match kept.follower.mesh().attribute("color").map(|attribute| &attribute.values) {
             Some(Values::F32(values)) if kept.view.has_paint() => values.as_chunks().0,
-            _ => return Err(Error::invalid("the detail has no colours").advise("give it some with rlv_detail_add_paint")),
+            _ => return Err(Error::invalid("the detail has no colours").advise("give it some with rlv_detail_add_paint, commit it and update the tessellation")),
         };
         let end = first.checked_add(count).filter(|end| *end <= values.len());
         let end = end.ok_or_else(|| {
@@ -755,7 +755,7 @@ entry! {
         // SAFETY: the caller promises room for `count` traces.
         let out = unsafe { Output::<[f32; 3]>::optional("traces", traces.cast(), count, stride) }?;
         if !kept.view.has_traces() {
-            return Err(Error::invalid("the detail has no traces").advise("let imprints leave some with rlv_detail_add_traces"));
+            return Err(Error::invalid("the detail has no traces").advise("let imprints leave some with rlv_detail_add_traces, commit it and update the tessellation"));
         }
         let points = kept.follower.mesh().points.len();
         let end = first.checked_add(count).filter(|end| *end <= points);
