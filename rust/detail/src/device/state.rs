@@ -56,6 +56,18 @@ impl DisplacedObject {
         Ok(())
     }
 
+    /// Returns the displacement along the normals that the device holds, as it was after the last edit there; nothing
+    /// without a device.
+    pub fn device_displacement(&self) -> Option<&DeviceTiles> {
+        self.device.as_ref().map(|state| &state.tiles)
+    }
+
+    /// Returns the vectors that the device holds, as they were after the last edit there; nothing before the first edit
+    /// of vectors.
+    pub fn device_vectors(&self) -> Option<&DeviceTiles<Vector>> {
+        self.device.as_ref().and_then(|state| state.vectors.as_ref())
+    }
+
     /// The failure after which the processor took over, told once.
     pub fn take_device_fault(&mut self) -> Option<Error> {
         self.device_fault.take()

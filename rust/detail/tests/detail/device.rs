@@ -1,6 +1,7 @@
 //! Dabs and strokes of a graphics device, which are those of the processor.
 
 mod bent;
+mod copies;
 mod fading;
 mod history;
 mod imprints;

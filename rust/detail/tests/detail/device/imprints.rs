@@ -69,7 +69,7 @@ fn allocated(field: &Field) -> Vec<u32> {
 }
 
 /// Half floats in order, so that neighbours are one apart.
-fn order(half: f16) -> i32 {
+pub(crate) fn order(half: f16) -> i32 {
     let bits = i32::from(half.to_bits());
     if bits & 0x8000 == 0 { bits } else { 0x8000 - bits }
 }
