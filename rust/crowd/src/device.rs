@@ -62,9 +62,9 @@ impl DeviceCounted {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Part {
     All = 0,
-    /// Those that were seen in the last frame.
+    /// Agents that were seen in the last frame.
     Occluders = 1,
-    /// Those that others do not hide.
+    /// Agents that no others hide.
     Visible = 2,
     Hidden = 3,
 }
@@ -322,8 +322,8 @@ impl DeviceCrowd {
         &self.shared.matrices
     }
 
-    /// Returns the weights of the morph targets of the same poses, then those that agents have of their own; without weights, a
-    /// buffer that nothing reads. Another one where there are more agents with weights of their own.
+    /// Returns the weights of the morph targets of the same poses, then the own weights of agents; without weights, a buffer
+    /// that nothing reads. Another one where there are more agents with weights of their own.
     pub fn weights(&self) -> &Buffer<f32> {
         &self.shared.own.weights
     }

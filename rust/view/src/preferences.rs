@@ -24,7 +24,7 @@ pub struct Preferences {
 }
 
 impl Preferences {
-    /// Reads the preferences of the user. Without a file there are none, nor where it cannot be read. Scripts use those
+    /// Reads the preferences of the user; no preferences without a file, or where it cannot be read. Scripts use the file
     /// of `RELIEVO_CONFIG` alone, so that they do the same for every user.
     pub fn load(is_scripted: bool) -> Self {
         let file = folder(is_scripted).map(|folder| folder.join("view.txt"));
