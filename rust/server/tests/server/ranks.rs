@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::net::{TcpListener, TcpStream};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
 use relievo_client::{Address, MAX_PART, Nothing, notification, request};
@@ -12,11 +13,18 @@ use relievo_simulation::{Description, Making, Simulation, in_folder};
 
 use super::DAM;
 
-/// Returns free addresses of this machine.
+/// Returns free addresses of this machine, with ports below those that the system gives to connections, of which another test
+/// might get one before the rank does.
 fn addresses(count: usize) -> Vec<Address> {
-    let listeners: Vec<_> = (0..count).map(|_| TcpListener::bind(("127.0.0.1", 0)).unwrap()).collect();
-    let port = |listener: &TcpListener| listener.local_addr().unwrap().port();
-    listeners.iter().map(|it| Address::Tcp { host: "127.0.0.1".into(), port: port(it), tls: false }).collect()
+    static NEXT: AtomicU32 = AtomicU32::new(0);
+    let free = || loop {
+        let number = 64 * std::process::id() + NEXT.fetch_add(1, Ordering::Relaxed);
+        let port = 12_000 + (number % 20_000) as u16;
+        if TcpListener::bind(("127.0.0.1", port)).is_ok() {
+            break port;
+        }
+    };
+    (0..count).map(|_| Address::Tcp { host: "127.0.0.1".into(), port: free(), tls: false }).collect()
 }
 
 fn options(addresses: &[Address], rank: usize) -> RankOptions {
