@@ -124,11 +124,12 @@ impl Journal {
     /// # Errors
     /// Fails with `Io` if the storage cannot be read, and with `Memory` if the system has no memory for the bytes.
     pub fn into_bytes(mut self) -> Result<Vec<u8>> {
-        if let Some(bytes) = self.storage.take_bytes() {
+        let length = usize::try_from(self.end).unwrap_or(usize::MAX);
+        if let Some(mut bytes) = self.storage.take_bytes() {
+            bytes.truncate(length);
             return Ok(bytes);
         }
         let mut bytes = Vec::new();
-        let length = usize::try_from(self.end).unwrap_or(usize::MAX);
         bytes.try_reserve_exact(length).map_err(|_| Error::memory("the system has no memory for the document"))?;
         let read = self.storage.rewind().and_then(|()| (&mut self.storage).take(self.end).read_to_end(&mut bytes));
         read.map_err(|error| self.place(record::failed(error)))?;
