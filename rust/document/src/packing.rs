@@ -13,7 +13,7 @@ thread_local! {
 
 /// Bytes from the middle of a block that say whether packing it pays. Smaller blocks than four times that are packed.
 const SAMPLE: usize = 4096;
-/// The level at which Zstandard stores what repeats nothing, at ten times the rate.
+/// The level at which Zstandard copies blocks that repeat nothing.
 const STORED: i32 = -1;
 
 /// Packs the bytes of a block at a level of Zstandard's. Blocks are stored where a sample becomes smaller by less than an
