@@ -31,7 +31,7 @@ fn particles_are_played_coloured_and_recorded() {
     let context = Context::new(&ContextOptions::default()).unwrap();
     std::fs::create_dir(folder.join("drops")).unwrap();
     for frame in 0..4 {
-        // A wall of drops that climbs, each as fast as it is to the right.
+        // Drops in a wall, which climbs from frame to frame. Their speed is their x coordinate.
         let place = |at: i32| [(at % 8) as f32, 0.0, (at / 8) as f32 + 2.0 * frame as f32];
         let points: Vec<[f32; 3]> = (0..64).map(place).chain([[3.5, 0.0, 14.0]]).collect();
         let values = points.iter().flat_map(|point| [0.0, 0.0, point[0]]).collect();

@@ -13,8 +13,8 @@ use relievo_simulation::{Description, Making, Simulation, in_folder};
 
 use super::DAM;
 
-/// Returns free addresses of this machine, with ports below those that the system gives to connections, of which another test
-/// might get one before the rank does.
+/// Returns free addresses of this machine. Their ports are below the ephemeral ones, so that no connection of another test takes
+/// them before the rank does.
 fn addresses(count: usize) -> Vec<Address> {
     static NEXT: AtomicU32 = AtomicU32::new(0);
     let free = || loop {

@@ -72,8 +72,8 @@ impl Rays {
         !self.is_on || self.job.as_ref().is_some_and(|job| job.done == PASSES.len())
     }
 
-    /// Shows the picture of what `mesh` returns in an area of the window, as far as it is made. `serial` is another number
-    /// whenever that is another mesh; `is_busy` says that the hand does not rest.
+    /// Shows the latest picture of a mesh in an area of the window. `serial` numbers the mesh that `mesh` returns, with a new
+    /// number for each mesh; `is_busy` says that the hand does not rest.
     ///
     /// # Errors
     /// The caster cannot make a picture: there is no Embree, or no memory.
