@@ -1,5 +1,7 @@
 //! Bench `crowd`: hierarchies of articulated models beside meshoptimizer's cluster hierarchy, which knows the bind pose
-//! alone, clusters by an octree, and hierarchies over all poses; the cuts of a thousand agents.
+//! alone, clusters by an octree, and hierarchies over all poses; the cuts of a thousand agents; whole crowds on a graphics device.
+
+mod device;
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -8,7 +10,9 @@ use glam::{BVec3, DAffine3, DMat3, DVec3, Vec3};
 use meshopt::clusterlod::{ClodMesh, clod_build, clod_default_config};
 use relievo_core::progress::Silent;
 use relievo_core::{Attribute, Context, ContextOptions, Mesh, Result, Values};
-use relievo_crowd::{Blend, BuildSettings, Character, Crowd, CrowdModel, CrowdView, Frame, parse_agents, skin, square};
+use relievo_crowd::{
+    Agent, Blend, BuildSettings, Character, Crowd, CrowdModel, CrowdView, Frame, parse_agents, skin, square,
+};
 use relievo_lod::distance;
 use relievo_meshio::Model;
 
@@ -62,6 +66,7 @@ pub fn run(report: &mut Report) -> Result<()> {
         Goal::AtMost(48.0),
     );
     cuts(report, &context, model)?;
+    device::run(report, &context, (&source, clip), &rate(POSES))?;
     // The peer takes vertices at one place as one, so that both have the shape alone. Seams would open where the weights of
     // both sides are rounded apart when triangles are divided.
     let mut bare = source.clone();
@@ -199,16 +204,21 @@ fn cuts(report: &mut Report, context: &Context, model: CrowdModel) -> Result<()>
 fn walk(
     crowd: &mut Crowd,
     context: &Context,
-    agents: &[relievo_crowd::Agent],
+    agents: &[Agent],
     time: f64,
     view: &CrowdView,
     frame: &mut Frame,
 ) -> Result<()> {
     for (index, agent) in agents.iter().enumerate() {
-        let step = DAffine3::from_translation(agent.transform.matrix3 * DVec3::Z * time);
-        crowd.set(index as u32, relievo_crowd::Agent { transform: step * agent.transform, ..*agent })?;
+        crowd.set(index as u32, moved(agent, time))?;
     }
     crowd.cut(context, view, frame)
+}
+
+/// Returns an agent that has gone ahead by so many of its own units.
+fn moved(agent: &Agent, distance: f64) -> Agent {
+    let step = DAffine3::from_translation(agent.transform.matrix3 * DVec3::Z * distance);
+    Agent { transform: step * agent.transform, ..*agent }
 }
 
 /// Compares the triangles of a cut with those of the peer at the same distance from the input in the worst pose.

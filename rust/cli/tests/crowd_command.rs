@@ -176,10 +176,25 @@ fn a_crowd_is_built_described_viewed_rendered_and_exported() {
         assert_eq!(both, view(&["--square", "100", "--frames", "2", "--step", "0.3"]));
         assert_eq!(view(&[&near[..], &device].concat())[0]["in_view"].as_u64(), Some(2));
         // The same options as on the processor.
-        for more in [&["--geomorph", "--pixels", "3"][..], &["--impostors", "--pixels", "6"], &["--occlusion"]] {
+        for more in [&["--geomorph", "--pixels", "3"][..], &["--impostors", "--pixels", "6"]] {
             let fixed = [&["--square", "100"], more].concat();
             assert_eq!(view(&[&fixed[..], &["--device", "gpu"]].concat()), view(&fixed), "{more:?}");
         }
+        // Agents behind the front row are hidden from a low camera, and a device culls no more of them.
+        let row = |z: i32| {
+            (0..15).map(move |x| format!("{} 0 {} {} 1 bow 0\n", 0.5 * f64::from(x) - 3.5, -1.5 * f64::from(z), 40 * x))
+        };
+        std::fs::write(at.join("rows.txt"), (0..10).flat_map(row).collect::<String>()).unwrap();
+        let low = ["--agents", "rows.txt", "--eye", "0,1.2,4", "--target", "0,1.2,-5", "--occlusion"];
+        let (by_device, by_processor) = (view(&[&low[..], &["--device", "gpu"]].concat()), view(&low));
+        for counted in ["agents", "in_view", "full_triangles"] {
+            assert_eq!(by_device[counted], by_processor[counted], "{counted}");
+        }
+        let hidden = |view: &Value| view["hidden"].as_u64().unwrap();
+        assert!(hidden(&by_device) > 5, "{by_device}");
+        assert!(hidden(&by_device) <= hidden(&by_processor), "{by_device} {by_processor}");
+        let shown = |view: &Value| view["triangles"].as_u64().unwrap() + view["hidden_triangles"].as_u64().unwrap();
+        assert_eq!(shown(&by_device), shown(&by_processor));
     }
 
     let render = |name: &str, more: &[&str]| {

@@ -23,7 +23,7 @@ pub use self::pose::{DevicePosed, DevicePoser, Look};
 pub use self::quads::DeviceQuads;
 pub use self::rows::DeviceInstance;
 
-use self::rows::{AgentRow, Call, GEOMORPH, IMPOSTORS, SEEN};
+use self::rows::{AgentRow, Call, GEOMORPH, HIDDEN, IMPOSTORS, SEEN};
 use self::shared::Shared;
 use self::work::{WORDS, Work};
 use crate::crowd::Crowd;
@@ -264,6 +264,23 @@ impl DeviceCrowd {
         let agents = frame.read(self.work.order(), seen..seen + quads)?;
         let _ = frame.submit()?;
         agents.get(&self.device)
+    }
+
+    /// Reads back the agents in view that others hide, ascending, after [`DeviceOcclusion::update`]; none where it rested.
+    ///
+    /// # Errors
+    /// The device is lost.
+    pub fn hidden(&self) -> Result<Vec<u32>> {
+        let states = &self.work.states;
+        if states.is_empty() {
+            return Ok(Vec::new());
+        }
+        let mut frame = self.device.frame()?;
+        let states = frame.read(states, 0..states.len())?;
+        let _ = frame.submit()?;
+        let states = states.get(&self.device)?;
+        let numbered = (0..).zip(states);
+        Ok(numbered.filter(|(_, state)| *state == HIDDEN).map(|(agent, _)| agent).collect())
     }
 
     /// Makes room for so many draws. Those there are have to be recorded again.

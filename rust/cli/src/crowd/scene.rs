@@ -7,9 +7,10 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use relievo_core::{Context, Error, Result};
 use relievo_crowd::{
-    Crowd, CrowdModel, CrowdView, Culled, DeviceCrowd, Frame, Occlusion, PixelView, Stream, Walker, parse_walkers,
-    read_walkers, square,
+    Blend, Crowd, CrowdModel, CrowdView, Culled, DeviceCrowd, DeviceOcclusion, DevicePoser, Frame, Look, Occlusion,
+    PixelView, Stream, Walker, parse_walkers, read_walkers, square,
 };
+use relievo_gpu::Device;
 use relievo_render::Camera;
 use serde_json::{Value, json};
 
@@ -35,7 +36,8 @@ pub struct ViewArguments {
     /// Clusters of a model that are read in a frame at most.
     #[arg(long, value_name = "N", default_value_t = 1024, requires = "budget")]
     read: u32,
-    /// What cuts the crowd and makes its draws. A graphics device makes those of the processor, which culls by occlusion.
+    /// What cuts the crowd, culls by occlusion and makes the draws. A graphics device makes the cuts of the processor. By
+    /// occlusion it leaves out fewer agents, because it compares wider boxes with coarser depths.
     #[arg(long, value_enum, default_value = "cpu", conflicts_with = "budget")]
     device: Kind,
     /// A part of the name of the graphics device; left out, the best there is.
@@ -112,7 +114,38 @@ pub struct Scene {
     pub view: CrowdView,
     size: [u32; 2],
     occlusion: Option<Occlusion>,
-    on_device: Option<DeviceCrowd>,
+    on_device: Option<OnDevice>,
+}
+
+/// A crowd on a device, with what culls it by occlusion if that was asked for.
+struct OnDevice {
+    crowd: DeviceCrowd,
+    occlusion: Option<(DeviceOcclusion, DevicePoser)>,
+}
+
+impl OnDevice {
+    fn new(device: &Device, crowd: &Crowd, has_occlusion: bool) -> Result<Self> {
+        let look = Look { tag: None, lines: false, blend: Blend::Linear };
+        let occlusion = match has_occlusion {
+            true => Some((DeviceOcclusion::new(device)?, DevicePoser::new(device, crowd, look)?)),
+            false => None,
+        };
+        Ok(Self { crowd: DeviceCrowd::new(device, crowd, ROOM)?, occlusion })
+    }
+
+    /// Returns what is drawn, the agents that others hide, and what culling did.
+    fn cut(
+        &mut self,
+        (context, crowd): (&Context, &Crowd),
+        seen: (&CrowdView, f64),
+        pixels: &PixelView,
+    ) -> Result<(Frame, Vec<u32>, Option<Culled>)> {
+        let Some((occlusion, poser)) = &mut self.occlusion else {
+            return Ok((self.crowd.cut(context, crowd, seen.0, seen.1)?.frame(), Vec::new(), None));
+        };
+        let (counted, culled) = occlusion.update(context, (crowd, &mut self.crowd, poser), seen, pixels)?;
+        Ok((self.crowd.read(counted)?.frame(), self.crowd.hidden()?, Some(culled)))
+    }
 }
 
 /// What a view draws of a crowd at a time.
@@ -154,19 +187,23 @@ impl Scene {
     /// Moves the agents to where they are at a time, and finds what is drawn.
     fn show(&mut self, time: f64) -> Result<Shown> {
         self.walk(time)?;
-        let mut frame = Frame::default();
+        let pixels = self.pixels();
+        let (mut frame, mut hidden, mut culled) = (Frame::default(), Vec::new(), None);
         match &mut self.on_device {
-            Some(device) => frame = device.cut(&self.context, &self.crowd, &self.view, time)?.frame(),
+            Some(device) => {
+                (frame, hidden, culled) = device.cut((&self.context, &self.crowd), (&self.view, time), &pixels)?;
+            }
             None => self.crowd.cut(&self.context, &self.view, &mut frame)?,
         }
-        let input = |agent: u32| {
-            let model = self.crowd.agents()[agent as usize].model as usize;
+        let input = |agent: &u32| {
+            let model = self.crowd.agents()[*agent as usize].model as usize;
             u64::from(self.crowd.models()[model].input_triangles)
         };
-        let (full, in_view) = (frame.drawn.iter().map(|drawn| input(drawn.0)).sum(), frame.drawn.len());
-        let pixels = self.pixels();
-        let cull = |occlusion: &mut Occlusion| occlusion.cull(&self.context, &self.crowd, (&pixels, time), &mut frame);
-        let culled = self.occlusion.as_mut().map(cull).transpose()?;
+        let in_view = || frame.drawn.iter().map(|(agent, _)| agent).chain(&hidden);
+        let (full, in_view) = (in_view().map(input).sum(), in_view().count());
+        if let (Some(occlusion), None) = (&mut self.occlusion, &self.on_device) {
+            culled = Some(occlusion.cull(&self.context, &self.crowd, (&pixels, time), &mut frame)?);
+        }
         Ok(Shown { time, frame, full, in_view, culled, streamed: None })
     }
 
@@ -343,7 +380,7 @@ pub fn run(arguments: &ViewArguments) -> Outcome {
     };
     let memory = arguments.scene.limits.memory_limit;
     if let Some(device) = crate::args::device::device(arguments.device, arguments.adapter.as_deref(), memory)? {
-        scene.on_device = Some(DeviceCrowd::new(&device, &scene.crowd, ROOM)?);
+        scene.on_device = Some(OnDevice::new(&device, &scene.crowd, arguments.scene.occlusion)?);
     }
     let (mut text, mut values) = (String::new(), Vec::new());
     arguments.scene.for_each_frame(&mut scene, |scene, mut shown| {

@@ -20,8 +20,9 @@ pub(super) struct Call {
 /// Options of a call: vertices move, agents of a few pixels are impostors.
 pub(super) const GEOMORPH: u32 = 1;
 pub(super) const IMPOSTORS: u32 = 2;
-/// The state of an agent that was seen in the last frame.
+/// The state of an agent that was seen in the last frame, and of one that others hid.
 pub(super) const SEEN: u32 = 1;
+pub(super) const HIDDEN: u32 = 2;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]

@@ -174,6 +174,7 @@ fn culling_on_a_device_changes_no_pixel_of_a_path() {
         assert_eq!(culled.agents + culled.impostors + found.hidden, plain.agents + plain.impostors, "step {step}");
         let triangles = |counted: DeviceCounted| u64::from(counted.triangles) + 2 * u64::from(counted.impostors);
         assert_eq!(triangles(culled) + found.hidden_triangles, triangles(plain), "step {step}");
+        assert_eq!(fewer.crowd.hidden().unwrap().len(), found.hidden as usize, "step {step}");
         let [expected, made] = [&all, &fewer].map(|on| on.picture(&mut rasterizer, &view));
         assert_eq!(expected.object, made.object, "step {step}");
         assert_eq!(expected.depth.data(), made.depth.data(), "step {step}");
