@@ -310,7 +310,7 @@ pub fn write_atlas<T: PictureTexel>(
 }
 
 /// Writes every tile that has a block as a picture of its own, without a gutter, to the path that `name` makes of its
-/// number. Returns how many.
+/// number. Returns the files in the order written.
 ///
 /// # Errors
 /// Fails with `Invalid` if no tile has a block or the scaling cannot be used, with `Unsupported` if an extension is
@@ -321,13 +321,14 @@ pub fn write_tiles<T: PictureTexel>(
     field: &Field<T>,
     scaling: &Scaling,
     name: impl Fn(u32) -> PathBuf,
-) -> Result<usize> {
+) -> Result<Vec<PathBuf>> {
     scaling.check()?;
     let cells: Vec<Cell> = field.allocated().map(|tile| Cell { tile, x: 1, y: 1, size: field.size(tile) }).collect();
     if cells.is_empty() {
         return Err(Error::invalid("no tile has a block").advise("there is nothing to write"));
     }
     let topology = field.topology();
+    let mut written = Vec::with_capacity(cells.len());
     for cell in &cells {
         let path = name(cell.tile);
         let format = MapFormat::of(&path)?;
@@ -349,8 +350,9 @@ pub fn write_tiles<T: PictureTexel>(
             row: &row,
         };
         write_texture(context, &path, &texture, depth::<T>(format))?;
+        written.push(path);
     }
-    Ok(cells.len())
+    Ok(written)
 }
 
 #[cfg(test)]

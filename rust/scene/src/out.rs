@@ -4,6 +4,7 @@ pub(crate) mod blender;
 #[cfg(feature = "fluid")]
 pub mod df3;
 pub mod export;
+pub(crate) mod forecast;
 pub mod output;
 #[cfg(feature = "decal")]
 pub mod overlap;

@@ -245,8 +245,11 @@ fn write_pictures<T: PictureTexel>(
 ) -> Result<String> {
     let path = &arguments.output;
     if arguments.tiles {
-        let count = write_tiles(context, field, scaling, |tile| numbered(path, "<TILE>", tile))?;
-        return Ok(format!("{}: {count} tiles\n", numbered(path, "<TILE>", "TILE").display()));
+        let written = write_tiles(context, field, scaling, |tile| numbered(path, "<TILE>", tile))?;
+        return Ok(match written.as_slice() {
+            [first, .., last] => format!("{} to {}: {} tiles\n", first.display(), last.display(), written.len()),
+            _ => written.iter().map(|path| format!("{}: 1 tile\n", path.display())).collect(),
+        });
     }
     let Atlas { width, height, cells } = write_atlas(context, path, field, scaling)?;
     let (table, count) = (table_of(path), cells.len());

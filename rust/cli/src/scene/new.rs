@@ -58,9 +58,13 @@ pub fn run(arguments: &Arguments) -> Outcome {
     }
     let up = AXES.iter().position(|axis| *axis == arguments.up).unwrap_or(1);
     let text = starter(&context, &entries, up)?;
+    let mut allowed: Vec<String> = Vec::new();
     for path in outside {
-        let folder = path.parent().unwrap_or(path).display();
-        eprintln!("note: {} lies outside the scene's folder; run with --allow-path {folder}", path.display());
+        let option = format!(" --allow-path {}", path.parent().unwrap_or(path).display());
+        eprintln!("note: {} lies outside the scene's folder; run with{option}", path.display());
+        if !allowed.contains(&option) {
+            allowed.push(option);
+        }
     }
     match &arguments.output {
         None => crate::print(&text)?,
@@ -72,7 +76,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
         }
         Some(path) => {
             relievo_core::file::store(path, |out| std::io::Write::write_all(out, text.as_bytes()))?;
-            eprintln!("wrote {}; run it with `relievo scene run {}`", path.display(), path.display());
+            eprintln!(
+                "wrote {}; run it with `relievo scene run {}{}`",
+                path.display(),
+                path.display(),
+                allowed.concat()
+            );
         }
     }
     Ok(ExitCode::SUCCESS)

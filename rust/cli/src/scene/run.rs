@@ -6,12 +6,15 @@ use std::process::ExitCode;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use relievo_core::{Context, ContextOptions};
-use relievo_scene::stepper::RunOptions;
+use relievo_scene::stepper::{Run, RunOptions};
 
 use super::folder::folder_of;
 use crate::Outcome;
 use crate::args::device::{Device, device};
 use crate::args::numbers::frames;
+
+/// Bytes of meshes from which a run says how many there will be.
+const LARGE: u64 = 256 << 20;
 
 #[derive(clap::Args)]
 pub struct Arguments {
@@ -63,7 +66,19 @@ pub fn run(arguments: &Arguments) -> Outcome {
         bar.set_message(stage.to_string());
         true
     };
-    let summary = relievo_scene::stepper::run(&context, scene, &options, &mut progress);
+    let summary = Run::prepare(&context, scene, &options, &mut progress).and_then(|run| {
+        let bytes = run.mesh_bytes()?;
+        if bytes >= LARGE {
+            bar.suspend(|| {
+                eprintln!(
+                    "note: meshes will take about {} MiB, more where tiles get displacement; lower `rate`, or write them \
+                     as GLB or for the last frame alone",
+                    bytes >> 20
+                );
+            });
+        }
+        run.finish(&context, &mut progress)
+    });
     bar.finish_and_clear();
     let summary = summary?;
     if let Some(path) = &arguments.trace {

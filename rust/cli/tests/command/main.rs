@@ -3,12 +3,14 @@
 mod documents;
 mod isolation;
 mod levels;
+mod progress;
 mod repair;
 mod simplification;
 mod spelling;
 
+use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 fn relievo(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_relievo")).args(arguments).current_dir(folder).output().unwrap()
@@ -20,6 +22,56 @@ fn text(bytes: &[u8]) -> String {
 
 const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
     f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+#[test]
+fn a_new_scene_of_meshes_elsewhere_says_how_to_run_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenes = folder.path().join("scenes");
+    std::fs::create_dir(&scenes).unwrap();
+    std::fs::create_dir(folder.path().join("meshes")).unwrap();
+    for name in ["meshes/one.obj", "meshes/two.obj", "three.obj"] {
+        std::fs::write(folder.path().join(name), CUBE).unwrap();
+    }
+    let meshes = ["../meshes/one.obj", "../meshes/two.obj", "../three.obj"];
+    let new = relievo(&scenes, &[&["scene", "new"][..], &meshes, &["-o", "scene.toml"]].concat());
+    let said = text(&new.stderr);
+    let command = said.split('`').nth(1).unwrap();
+    assert_eq!(command, "relievo scene run scene.toml --allow-path ../meshes --allow-path ..");
+    // The options that it names are enough, and needed.
+    let options: Vec<&str> = command.split(' ').skip(4).collect();
+    let check = relievo(&scenes, &[&["scene", "check", "scene.toml"], options.as_slice()].concat());
+    assert!(check.status.success(), "{check:?}");
+    assert_eq!(relievo(&scenes, &["scene", "check", "scene.toml"]).status.code(), Some(1));
+}
+
+#[test]
+fn a_run_says_how_large_its_meshes_will_be_before_it_writes_them() {
+    let scene = "version = 1\n[meshes.cube]\nfile = \"cube.obj\"\n[surfaces.cube]\nmesh = \"cube\"\n[objects.cube]\n\
+                 surface = \"cube\"\n[output]\nframes = 200\npicture_frames = \"none\"\nmesh = \"every\"\n\
+                 mesh_formats = [\"obj\"]\nrate = 64\n";
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("cube.obj"), CUBE).unwrap();
+    std::fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    let mut run = Command::new(env!("CARGO_BIN_EXE_relievo"))
+        .args(["scene", "run", "scene.toml"])
+        .current_dir(folder.path())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    BufReader::new(run.stderr.take().unwrap()).read_line(&mut line).unwrap();
+    run.kill().unwrap();
+    run.wait().unwrap();
+    assert!(line.starts_with("note: meshes will take about ") && line.contains(" MiB"), "{line}");
+    // Of one frame nothing is said, and its size is the one that was foreseen.
+    let one = relievo(folder.path(), &["scene", "run", "scene.toml", "--frames", "0..0"]);
+    assert!(one.status.success() && one.stderr.is_empty(), "{one:?}");
+    let size = std::fs::metadata(folder.path().join("scene-out/mesh-000000-cube.obj")).unwrap().len();
+    let foreseen: u64 = line.split(' ').nth(5).unwrap().parse().unwrap();
+    let share = (foreseen << 20) as f64 / (200 * size) as f64;
+    assert!((0.7..1.4).contains(&share), "{foreseen} MiB of {}", 200 * size >> 20);
+}
 
 #[test]
 fn a_new_scene_checks_runs_and_leaves_only_results_on_standard_output() {

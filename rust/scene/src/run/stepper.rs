@@ -14,6 +14,7 @@ use crate::format::description::Scene;
 use crate::format::diagnostic::Failure;
 use crate::out::blender;
 use crate::out::export;
+use crate::out::forecast;
 use crate::out::output::Folder;
 use crate::out::picture::Studio;
 use crate::out::pictures::write_pictures;
@@ -96,7 +97,7 @@ pub fn run(
     options: &RunOptions,
     progress: &mut dyn Progress,
 ) -> Result<Summary, Failure> {
-    run_with(context, scene, options, progress, false)
+    Run::prepare(context, scene, options, progress)?.finish(context, progress)
 }
 
 /// As [`run`], of frames as they are in the cache if all of them are, whatever computed them: another instruction level
@@ -110,50 +111,85 @@ pub fn run_baked(
     options: &RunOptions,
     progress: &mut dyn Progress,
 ) -> Result<Summary, Failure> {
-    run_with(context, scene, options, progress, true)
+    let mut run = Run::prepare(context, scene, options, progress)?;
+    if !options.rebake {
+        let (first, last) = run.frames;
+        run.stepper.cache.adopt(first, last);
+    }
+    run.finish(context, progress)
 }
 
-fn run_with(
-    context: &Context,
-    scene: Scene,
-    options: &RunOptions,
-    progress: &mut dyn Progress,
-    as_baked: bool,
-) -> Result<Summary, Failure> {
-    let last_frame = scene.output.frames - 1;
-    let (first, last) = options.frames.unwrap_or((0, last_frame));
-    if first > last || last > last_frame {
-        return Err(Error::invalid(format!("there are no frames {first}..{last}"))
-            .advise(format!("the scene has frames 0..{last_frame}"))
-            .into());
-    }
-    progress.step(0.0, "load")?;
-    let mut world = World::new(context, scene, &options.allowed)?;
-    world.use_device(options.device.as_ref())?;
-    let mut stepper = Stepper::new(context, world, &options.out)?;
-    stepper.device = options.device.clone();
-    stepper.summary.notes.extend(stepper.world.notes());
-    if as_baked && !options.rebake {
-        stepper.cache.adopt(first, last);
-    }
-    let start = stepper.begin(first, options.rebake)?;
-    let load = context.stats().take();
-    stepper.summary.trace.add(start, load);
-    let count = f64::from(last - start + 1);
-    for frame in start..=last {
-        let done = f64::from(frame - start);
-        progress.step((done / count) as f32, &format!("frame {frame}"))?;
-        let changes = stepper.step(context, frame, options.rebake && frame >= first)?;
-        if frame >= first {
-            stepper.write(context, frame, last_frame, &changes)?;
+/// A scene that was read, before its first frame.
+#[derive(Debug)]
+pub struct Run {
+    stepper: Stepper,
+    /// First and last.
+    frames: (u32, u32),
+    rebake: bool,
+}
+
+impl Run {
+    /// Reads what `scene` needs.
+    ///
+    /// # Errors
+    /// Fails as [`run`] does before its first frame.
+    pub fn prepare(
+        context: &Context,
+        scene: Scene,
+        options: &RunOptions,
+        progress: &mut dyn Progress,
+    ) -> Result<Self, Failure> {
+        let last_frame = scene.output.frames - 1;
+        let (first, last) = options.frames.unwrap_or((0, last_frame));
+        if first > last || last > last_frame {
+            return Err(Error::invalid(format!("there are no frames {first}..{last}"))
+                .advise(format!("the scene has frames 0..{last_frame}"))
+                .into());
         }
-        stepper.summary.trace.add(frame, context.stats().take());
+        progress.step(0.0, "load")?;
+        let mut world = World::new(context, scene, &options.allowed)?;
+        world.use_device(options.device.as_ref())?;
+        let mut stepper = Stepper::new(context, world, &options.out)?;
+        stepper.device = options.device.clone();
+        stepper.summary.notes.extend(stepper.world.notes());
+        Ok(Self { stepper, frames: (first, last), rebake: options.rebake })
     }
-    stepper.write_stages(context, progress)?;
-    stepper.summary.trace.add(last, context.stats().take());
-    stepper.note_folds(context)?;
-    progress.step(1.0, "done")?;
-    Ok(stepper.finish())
+
+    /// Estimates the bytes of the meshes that the run writes, if objects stay as they are divided now. Where tiles get
+    /// displacement in the run there are more; fluids are not counted.
+    ///
+    /// # Errors
+    /// Fails if the vectors of an object do not fit its displacement.
+    pub fn mesh_bytes(&self) -> relievo_core::Result<u64> {
+        forecast::mesh_bytes(&self.stepper.world, self.frames)
+    }
+
+    /// Computes and writes the frames.
+    ///
+    /// # Errors
+    /// Fails as [`run`].
+    pub fn finish(self, context: &Context, progress: &mut dyn Progress) -> Result<Summary, Failure> {
+        let Self { mut stepper, frames: (first, last), rebake } = self;
+        let last_frame = stepper.world.scene.output.frames - 1;
+        let start = stepper.begin(first, rebake)?;
+        let load = context.stats().take();
+        stepper.summary.trace.add(start, load);
+        let count = f64::from(last - start + 1);
+        for frame in start..=last {
+            let done = f64::from(frame - start);
+            progress.step((done / count) as f32, &format!("frame {frame}"))?;
+            let changes = stepper.step(context, frame, rebake && frame >= first)?;
+            if frame >= first {
+                stepper.write(context, frame, last_frame, &changes)?;
+            }
+            stepper.summary.trace.add(frame, context.stats().take());
+        }
+        stepper.write_stages(context, progress)?;
+        stepper.summary.trace.add(last, context.stats().take());
+        stepper.note_folds(context)?;
+        progress.step(1.0, "done")?;
+        Ok(stepper.finish())
+    }
 }
 
 /// What a graphics device adds to the instruction level, since its results differ in the last bit too.

@@ -921,3 +921,26 @@ mesh = "none"
     assert!(summary.tiles[0] > 0, "{:?}", summary.tiles);
     assert!(out.join("beauty-000002.png").exists());
 }
+
+#[test]
+fn meshes_of_every_frame_refine_the_texture_coordinates_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let quads = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
+                 f 1/1 2/2 3/3 4/4\nf 2/1 5/2 6/3 3/4\n";
+    std::fs::write(folder.path().join("quads.obj"), quads).unwrap();
+    let scene = folder.path().join("scene.toml");
+    let refinements = |frames: u32| {
+        let text = format!(
+            "version = 1\n[meshes.ground]\nfile = \"quads.obj\"\n[surfaces.ground]\nmesh = \"ground\"\n[objects.ground]\n\
+             surface = \"ground\"\n[output]\nframes = {frames}\npicture_frames = \"none\"\nmesh = \"every\"\nmesh_formats = [\"obj\"]\nrate = 4\n"
+        );
+        std::fs::write(&scene, text).unwrap();
+        let out = folder.path().join(format!("out-{frames}"));
+        let summary = run_with(&context(1), &scene, &options(&out)).unwrap();
+        assert_eq!(summary.files.len(), frames as usize);
+        let costs = summary.trace.costs();
+        costs.iter().find(|cost| cost.stage == "surface.refine").unwrap().calls
+    };
+    // The surface, and its texture coordinates.
+    assert_eq!((refinements(1), refinements(5)), (2, 2));
+}
