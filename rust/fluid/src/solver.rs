@@ -136,7 +136,8 @@ impl Fluid {
         self.len() == 0
     }
 
-    /// The mass of a particle, in kg.
+    /// Returns the mass of a particle, in kg: 3.3 % below the density times the cube of the spacing, 1.0 % with the kernels of
+    /// Müller et al., so that a lattice of particles one spacing apart has the density at rest by its kernels.
     pub fn mass(&self) -> f32 {
         self.constants.mass
     }

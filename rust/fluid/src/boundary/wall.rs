@@ -185,6 +185,7 @@ pub fn block(low: Vec3, high: Vec3, spacing: f32) -> Result<Vec<Vec3>> {
 mod tests {
     use super::*;
     use crate::FluidOptions;
+    use crate::solver::kernel::KernelSet;
 
     #[test]
     fn particles_of_a_flat_wall_count_as_much_as_those_of_the_fluid() {
@@ -194,6 +195,16 @@ mod tests {
         let wall = weigh(&Context::serial(), &constants, &places).unwrap();
         let at = |place: Vec3| wall.iter().find(|other| other.truncate().distance(place) < 1e-5).unwrap().w;
         assert!((at(Vec3::new(0.45, 0.35, -0.05)) / constants.mass - 1.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_particle_has_less_mass_than_its_cell_of_the_lattice_by_what_kernels_count_too_much() {
+        for (kernels, less) in [(KernelSet::Wendland, 0.033), (KernelSet::Mueller, 0.010)] {
+            let options = FluidOptions { kernels, spacing: 0.02, density: 1300.0, ..FluidOptions::default() };
+            let cell = options.density * options.spacing.powi(3);
+            let share = 1.0 - Constants::new(&options).mass / cell;
+            assert!((share - less).abs() < 5e-4, "{kernels:?}: {share}");
+        }
     }
 
     #[test]
