@@ -1,6 +1,7 @@
 """Every noun of the package, against closed forms and against one another; failures, cancelling and threads."""
 
 import ctypes
+import gc
 import io
 import json
 import multiprocessing
@@ -412,6 +413,19 @@ class Misuses(unittest.TestCase):
             with self.assertRaises(rl.Invalid) as caught:
                 misuse()
             self.assertIn(wanted, str(caught.exception))
+
+    def test_a_monitor_and_a_log_end_with_their_context(self):
+        context, heard = rl.Context(threads=1), []
+        context.set_memory_monitor(heard.append)
+        context.set_log(lambda level, line: heard.append(line))
+        mesh = rl.Mesh(context, numpy.eye(4, 3, dtype=numpy.float32), [[0, 1, 2, 3]])
+        told = list(heard)
+        del context
+        gc.collect()
+        # It gives back memory, of which a function that is gone would hear.
+        mesh.release()
+        self.assertTrue(told)
+        self.assertEqual(heard, told)
 
     def test_rows_of_corners_are_faces(self):
         context, points = rl.Context(threads=1), numpy.eye(4, 3, dtype=numpy.float32)

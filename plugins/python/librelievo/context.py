@@ -19,6 +19,7 @@ class Context(Handle):
     """Threads, memory limit and statistics; every object is made with one."""
 
     noun, kind = "context", abi.RlvContext
+    _log, _monitor = abi.RlvLog(), abi.RlvMemoryMonitor()
 
     def __init__(self, vulkan: Mapping[str, int] | None = None, **options: Any) -> None:
         """Options are the fields of `abi.RlvContextOptions`: device ("cpu", "gpu", "auto"), adapter, threads, memory_limit,
@@ -37,8 +38,14 @@ class Context(Handle):
             given = {name: kinds[name](value) if name in functions else value for name, value in vulkan.items()}
             given = record.fill(abi.RlvVulkanDevice, given)
             super().__init__("rlv_vulkan_create_context", ctypes.byref(given), ctypes.byref(options))
-        self._log = abi.RlvLog()
-        self._monitor = abi.RlvMemoryMonitor()
+
+    def release(self) -> None:
+        """Gives the context back. Log and monitor hear no more of objects that outlive it, as their functions end with it."""
+        if self._log:
+            self.set_log(None)
+        if self._monitor:
+            self.set_memory_monitor(None)
+        super().release()
 
     @property
     def info(self) -> Any:
