@@ -21,6 +21,7 @@ sys.path += [str(ROOT / "plugins" / "python"), str(Path(__file__).resolve().pare
 import librelievo as rl
 import shapes
 from librelievo import bake, decal, document, imprint, job, ptex, repair, stroke
+from test_misuse import Misuse  # noqa: F401 (its tests run with these)
 
 PACKAGE = str(Path(rl.__file__).parents[1])
 
@@ -399,16 +400,25 @@ class Misuses(unittest.TestCase):
             ("points: an array of numbers is needed", lambda: rl.Mesh(context, [[0, 0, 0], [1]], quads)),
             ("points: an array of numbers is needed", lambda: stroke.run(detail, brush, "abc")),
             ("matrix: an array of numbers is needed", lambda: detail.set_transform("x")),
+            ("index: a whole number from 0 to 4294967295 is needed, not -1", lambda: mesh.attribute_info(-1)),
+            ("triangles: a whole number from 0 to 18446744073709551615 is needed, not 0.5", lambda: mesh.simplify(0.5)),
+            ("is_border_locked: True or False is needed, not 2", lambda: mesh.simplify(1, is_border_locked=2)),
+            ("models: a list is needed, not int", lambda: rl.Crowd(context, 3)),
+            ("models: an object of the kind CrowdModel is needed, not Mesh", lambda: rl.Crowd(context, [mesh])),
+            ("files: a dictionary is needed, not list", lambda: job.submit_scene(context, "a", "b", [])),
+            ("log: a function is needed, not int", lambda: context.set_log(3)),
+            ("names: 'mass' is unknown; there are points", lambda: rl.Fluid(context).get("mass")),
+            ("Job: other functions make it", lambda: rl.Job(None)),
             ("creases: a pair of elements and their sharpness", lambda: rl.Mesh(context, points, quads, creases=3)),
             ("longest_edge: a number is needed, not None", lambda: mesh.split(None)),
             ("path: a text or a path is needed, not int", lambda: rl.Mesh.read(context, 3)),
-            ("text: a text is needed, not int", lambda: mesh.attribute(3)),
+            ("name: a text is needed, not int", lambda: mesh.attribute(3)),
             ("data: bytes are needed, not str", lambda: rl.Mesh.read_bytes(context, "abc", "obj")),
             ("a dictionary of BrushSettings is needed, not list", lambda: rl.Brush(context, [1])),
             ("weights: a dictionary", lambda: mesh.simplify(triangles=1, weights=3)),
             ("progress: a function is needed, not int", lambda: mesh.simplify(triangles=1, progress=3)),
             ("curve: `None` is unknown; there are size, strength, angle", lambda: brush.set_curve(None, [[0, 0]])),
-            ("wanted: a list of names is needed", lambda: detail.evaluate([0], [[0, 0]], "positions")),
+            ("wanted: a list of names (positions, normals", lambda: detail.evaluate([0], [[0, 0]], "positions")),
         ):
             with self.assertRaises(rl.Invalid) as caught:
                 misuse()

@@ -11,7 +11,7 @@ from .error import Invalid
 
 def set_allocator(allocate: int, free: int, user: int = 0) -> None:
     """Takes all memory from two functions of C, `abi.RlvAllocate` and `abi.RlvFree`; must come before any other call of the library."""
-    if not (isinstance(allocate, int) and isinstance(free, int) and isinstance(user, int)):
+    if not all(isinstance(given, int) and 0 <= given < 1 << 64 for given in (allocate, free, user)):
         raise Invalid("allocator: addresses of functions of C are needed")
     given = record.empty(abi.RlvAllocator)
     given.allocate, given.free = abi.RlvAllocate(allocate), abi.RlvFree(free)

@@ -6,27 +6,98 @@ otherwise. What is written must fit.
 
 from __future__ import annotations
 
+import operator
+from collections.abc import Mapping
 from typing import Any
+
 import numpy
 
-from .error import Invalid
+from .error import Invalid, MemoryLimit, shown
 from .hint import Array
+
+# The largest count and the largest address.
+SIZE = (1 << 64) - 1
 
 
 def numbers(values: Any, name: str, kind: Any = None) -> Array:
     """An array of values, of a type if one is given. Invalid where they are not numbers in rows of one length."""
     try:
         return numpy.asarray(values, kind)
-    except (TypeError, ValueError) as problem:
+    except (TypeError, ValueError, OverflowError) as problem:
         raise Invalid(f"{name}: an array of numbers is needed: {problem}") from None
+
+
+def packed(values: Any, kind: Any, name: str) -> Array:
+    """As `numbers`, without gaps and of one dimension at least."""
+    return numpy.ascontiguousarray(numbers(values, name, kind))
 
 
 def number(value: Any, name: str) -> float:
     """A float; Invalid where the value is none."""
     try:
-        return float(value)
-    except (TypeError, ValueError):
-        raise Invalid(f"{name}: a number is needed, not {value!r}") from None
+        return float(None if isinstance(value, (str, bytes)) else value)
+    except (TypeError, ValueError, OverflowError):
+        raise Invalid(f"{name}: a number is needed, not {shown(value)}") from None
+
+
+def integer(value: Any, name: str, most: int = 0xFFFFFFFF) -> int:
+    """A whole number from 0 to `most`; Invalid where the value is none."""
+    if value.__class__ is int and 0 <= value <= most:
+        return value
+    try:
+        whole = operator.index(value)
+    except TypeError:
+        whole = -1
+    if not 0 <= whole <= most:
+        raise Invalid(f"{name}: a whole number from 0 to {most} is needed, not {shown(value)}")
+    return whole
+
+
+def flag(value: Any, name: str) -> int:
+    """1 for true and 0 for false; Invalid where the value is neither a bool nor one of these numbers."""
+    if not isinstance(value, (int, numpy.integer, numpy.bool_)) or value not in (0, 1):
+        raise Invalid(f"{name}: True or False is needed, not {shown(value)}")
+    return int(value)
+
+
+def rest(total: int, first: Any) -> int:
+    """How many entries out of a total there are from the first on."""
+    return max(total - integer(first, "first"), 0)
+
+
+def list_of(values: Any, name: str, table: Any = None) -> list[Any]:
+    """A list of what an iterable has; Invalid where the value is a text, a mapping or no iterable. Of names it may state the
+    table in which they are sought."""
+    try:
+        entries = None if isinstance(values, (str, bytes, Mapping)) else iter(values)
+    except TypeError:
+        entries = None
+    if entries is None:
+        kind = "a list" if table is None else f"a list of names ({', '.join(table)})"
+        raise Invalid(f"{name}: {kind} is needed, not {type(values).__name__}")
+    return list(entries)
+
+
+def tupled(values: Any, count: int, name: str) -> list[Any]:
+    """A list of so many values; Invalid where there are more or fewer."""
+    entries = list_of(values, name)
+    if len(entries) != count:
+        raise Invalid(f"{name}: {count} values are needed, not {len(entries)}")
+    return entries
+
+
+def mapped(values: Any, name: str) -> Mapping[Any, Any]:
+    """A mapping, empty for None; Invalid where the value is none."""
+    if values is not None and not isinstance(values, Mapping):
+        raise Invalid(f"{name}: a dictionary is needed, not {type(values).__name__}")
+    return {} if values is None else values
+
+
+def chosen(table: Any, name: Any, place: str) -> Any:
+    """The entry of a table by its name; Invalid, with all names, where none has it."""
+    if not isinstance(name, str) or name not in table:
+        raise Invalid(f"{place}: {shown(name)} is unknown; there are {', '.join(table)}")
+    return table[name]
 
 
 class Reading:
@@ -61,11 +132,19 @@ class Reading:
         self.stride = array.strides[0] if len(array) > 1 else 0
 
 
+def room(shape: Any, kind: Any, name: str) -> Array:
+    """A new array that is not filled; MemoryLimit where it does not fit into memory."""
+    try:
+        return numpy.empty(shape, kind)
+    except (MemoryError, ValueError):
+        raise MemoryLimit(f"{name}: there is no memory for an array of the shape {shape}; ask for less") from None
+
+
 def writing(out: Any, count: Any, kind: Any, width: Any, name: str) -> tuple[Array, int, int]:
     """The array that the library writes: `out`, or a new one. Returns it with its address and stride."""
     shape = (count, width) if width else (count,)
     if out is None:
-        out = numpy.empty(shape, kind)
+        out = room(shape, kind, name)
     flat = isinstance(out, numpy.ndarray) and width and out.ndim == 1 and out.size == count * width
     if flat and out.flags.c_contiguous:
         view = out.reshape(shape)

@@ -6,6 +6,7 @@ import ctypes
 from typing import TYPE_CHECKING, Any
 
 from . import abi, library, record
+from .bytes import given
 from .handle import Handle, held
 from .progressive import Progressive
 
@@ -24,8 +25,8 @@ class Arrival(Handle):
     def push(self, data: bytes | bytearray | memoryview) -> Any:
         """Takes the next bytes, and says what is there then: triangles of the finest mesh, and whether that is all."""
         out = record.empty(abi.RlvArrivalInfo)
-        data = bytes(data)
-        library.call("rlv_arrival_push", self.handle, data, len(data), ctypes.byref(out))
+        address, size, _kept = given(data)
+        library.call("rlv_arrival_push", self.handle, address, size, ctypes.byref(out))
         return record.read(out)
 
     @property

@@ -28,7 +28,7 @@ ENUMS = {
 def options_of(options: Any) -> Any:
     """`abi.RlvBakeOptions` from keywords."""
     if options.get("uv") is not None:
-        options = {**options, "uv": text_bytes(options["uv"])}
+        options = {**options, "uv": text_bytes(options["uv"], "uv")}
     return ctypes.byref(record.fill(abi.RlvBakeOptions, options, **ENUMS))
 
 

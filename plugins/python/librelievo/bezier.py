@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import Reading, writing
+from .array import Reading, integer, numbers, writing
 from .evaluate import evaluate
 from .handle import Handle, held, path_bytes
 from .hint import Array, ArrayLike, FilePath
@@ -31,7 +31,7 @@ class Bezier(Handle):
         """Points (n, 3), of which `indices` (patches, 16) names those of every patch; a weight for every point."""
         points = Reading(points, numpy.float32, 3, "points")
         weights = Reading(weights, numpy.float32, 0, "weights")
-        named = Reading(None if indices is None else numpy.ravel(indices), numpy.uint32, 0, "indices")
+        named = Reading(None if indices is None else numbers(indices, "indices").ravel(), numpy.uint32, 0, "indices")
         arrays = record.empty(abi.RlvBezierArrays)
         arrays.points, arrays.point_count, arrays.point_stride = points.address, points.count, points.stride
         arrays.weights, arrays.weight_stride = weights.address, weights.stride
@@ -98,8 +98,8 @@ class Bezier(Handle):
 def _levels(levels: Any) -> tuple[Any, ...]:
     """`abi.RlvBezierLevels` of one number or one for every patch, and what keeps their array."""
     made = record.empty(abi.RlvBezierLevels)
-    if numpy.ndim(levels) == 0:
-        made.level = int(levels)
+    if numbers(levels, "levels").ndim == 0:
+        made.level = integer(levels, "levels")
         return ctypes.byref(made), None
     each = Reading(levels, numpy.uint32, 0, "levels")
     made.levels, made.level_count, made.level_stride = each.address, each.count, each.stride

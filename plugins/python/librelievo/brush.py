@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, parameter, record
-from .array import Reading, numbers
+from .array import Reading, packed
 from .error import Invalid
 from .handle import Handle, held
 from .hint import ArrayLike, Settings
@@ -30,9 +30,7 @@ def stamp_params() -> list[Parameter]:
 
 def options_of(options: Any) -> Any:
     """`abi.RlvBrushOptions` from keywords; a mode by name is that of the action."""
-    action = options.get("action", abi.RlvBrushAction.PAINT)
-    if isinstance(action, str):
-        action = record.named(abi.RlvBrushAction, action, "action")
+    action = record.named(abi.RlvBrushAction, options.get("action", abi.RlvBrushAction.PAINT), "action")
     mode = abi.RlvSculptMode if action == abi.RlvBrushAction.SCULPT else abi.RlvPaintMode
     enums = {"action": abi.RlvBrushAction, "mode": mode, "falloff": abi.RlvFalloff}
     return ctypes.byref(record.fill(abi.RlvBrushOptions, options, **enums))
@@ -57,7 +55,7 @@ class Brush(Handle):
     def set_curve(self, curve: str | int, points: ArrayLike) -> None:
         """What pressure is taken as for "size", "strength" or "angle": pairs of a pressure and what it is taken as."""
         number = record.named(abi.RlvCurve, curve, "curve")
-        points = Reading(numpy.ascontiguousarray(numbers(points, "points", numpy.float64)), numpy.float64, 2, "points")
+        points = Reading(packed(points, numpy.float64, "points"), numpy.float64, 2, "points")
         library.call("rlv_brush_set_curve", self.handle, number, points.address, points.count)
 
     def set_stamp(self, pixels: ArrayLike | None, settings: Settings | None = None, channel: int = 0) -> None:
@@ -66,7 +64,7 @@ class Brush(Handle):
         settings = ctypes.byref(record.fill(abi.RlvStampSettings, settings))
         if pixels is None:
             return library.call("rlv_brush_set_stamp", self.handle, None, settings)
-        pixels = numpy.ascontiguousarray(numbers(pixels, "pixels", numpy.float32))
+        pixels = packed(pixels, numpy.float32, "pixels")
         if pixels.ndim == 2:
             pixels = pixels[:, :, None]
         if pixels.ndim != 3:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import writing
+from .array import integer, rest, writing
 from .handle import Handle, held
 from .hint import Array
 
@@ -52,7 +52,7 @@ class Buffer(Handle):
 
     def points(self, first: int = 0, count: int | None = None, out: Array | None = None) -> Array:
         """Positions and unit normals (n, 6), copied back from the device."""
-        count = self.info.point_count - first if count is None else count
+        count = rest(self.info.point_count, first) if count is None else integer(count, "count")
         out, place, stride = writing(out, count, numpy.float32, 6, "points")
         library.call("rlv_buffer_read", self.handle, first, count, place, stride)
         return out

@@ -32,11 +32,11 @@ def made(function: str, *arguments: Any) -> Any:
         return held.copy()
 
 
-def given(data: Any) -> tuple[Any, ...]:
+def given(data: Any, name: str = "data") -> tuple[Any, ...]:
     """Address and size of bytes, and what keeps them there."""
     try:
         array = numpy.frombuffer(data, numpy.uint8)
     except (TypeError, ValueError):
-        raise Invalid(f"data: bytes are needed, not {type(data).__name__}") from None
-    reading = Reading(array, numpy.uint8, 0, "data")
+        raise Invalid(f"{name}: bytes are needed, not {type(data).__name__}") from None
+    reading = Reading(array, numpy.uint8, 0, name)
     return reading.address, reading.count, reading

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import Reading
+from .array import Reading, number, numbers
 from .error import Invalid
 from .handle import Handle, held
 from .hint import Array, ArrayLike
@@ -80,8 +80,8 @@ def ray_arrays(origins: Any, directions: Any, min_distance: Any, max_distance: A
     arrays.directions, arrays.direction_stride = reading(directions, 3, "directions")
     arrays.count = kept[0].count
     for name, value in (("min_distance", min_distance), ("max_distance", max_distance)):
-        if numpy.ndim(value) == 0:
-            setattr(arrays, name, value)
+        if numbers(value, name).ndim == 0:
+            setattr(arrays, name, number(value, name))
         else:
             address, stride = reading(value, 0, f"{name}s")
             setattr(arrays, f"{name}s", address)

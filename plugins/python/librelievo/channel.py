@@ -26,5 +26,5 @@ def read_channel(handle: Any, functions: Any, index: Any) -> tuple[Any, ...]:
 def find_channel(handle: Any, functions: Any, name: str) -> Any:
     """The values of a channel by its name."""
     index = ctypes.c_uint32()
-    library.call(functions[0], handle, text_bytes(name), address_of(index))
+    library.call(functions[0], handle, text_bytes(name, "name"), address_of(index))
     return read_channel(handle, functions, index.value)[1]

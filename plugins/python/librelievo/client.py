@@ -18,7 +18,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from . import error, messagepack
+from .array import integer, mapped, number
+from .handle import path_bytes
 from .hint import FilePath, Progress
+from .progress import function_of
 
 # Version of the protocol, and bytes of a part of a file.
 VERSION, PART = [1, 1], 4 << 20
@@ -46,18 +49,36 @@ def failure(parts: Any) -> Any:
 def address_of(text: Any) -> tuple[Any, ...]:
     """The family and the address of `host:port`, `[host]:port`, `tls://host:port` or `unix:/path`, and whether connections are
     encrypted."""
-    if text.startswith("unix:"):
+    if text_of(text, "address").startswith("unix:"):
         return socket.AF_UNIX, text[5:], False
     encrypted = text.startswith("tls://")
     host, colon, port = text.removeprefix("tls://").rpartition(":")
-    if not colon or not port.isdigit():
+    if not colon or not port.isdecimal() or not port.isascii() or int(port) > 0xFFFF:
         raise error.Invalid(f"{text!r} is no address; use host:port, tls://host:port or unix:/path")
     return None, (host.strip("[]"), int(port)), encrypted
 
 
+def text_of(text: Any, name: str) -> str:
+    """A text; Invalid where the value is none."""
+    if not isinstance(text, str):
+        raise error.Invalid(f"{name}: a text is needed, not {type(text).__name__}")
+    return text
+
+
+def opened(path: Any, mode: str) -> Any:
+    """An open file; FileFailure, or NotFound, where the system refuses."""
+    name = os.fsdecode(path_bytes(path))
+    try:
+        return open(name, mode)
+    except FileNotFoundError:
+        raise error.NotFound(f"{name}: there is no such file or folder; check the path") from None
+    except OSError as problem:
+        raise error.FileFailure(f"{name}: {problem.strerror}; choose another path") from None
+
+
 def encryption(authority: Any) -> Any:
     """The settings of encrypted connections to a server whose certificate is one of an authority, a file in PEM."""
-    if not authority:
+    if authority is None or path_bytes(authority, "authority") == b"":
         raise error.Invalid("there are no certificates to check the server's against; name a file with those of its authority")
     try:
         return ssl.create_default_context(cafile=authority)
@@ -78,7 +99,10 @@ class Client:
     ) -> None:
         """`authority` is a file with the certificates, in PEM, that a server at tls:// is checked against."""
         *self.address, encrypted = address_of(address)
-        self.token, self.patience, self.timeout = token, patience, timeout
+        self.token, self.patience = text_of(token, "token"), number(patience, "patience")
+        self.timeout = number(timeout, "timeout")
+        if not 0 < self.timeout < 1e9 or not 0 <= self.patience < 1e9:
+            raise error.Invalid(f"timeout, patience: seconds are needed, not {timeout!r} and {patience!r}")
         self.encryption = encryption(authority) if encrypted else None
         self.link, self.count, self.welcome = None, 0, None
         self._retry(lambda: None)
@@ -127,7 +151,8 @@ class Client:
             self.link.settimeout(self.timeout)
             self.link.connect(address)
         try:
-            self.welcome = self._exchange("hello", {"version": VERSION, "client": "librelievo", "token": self.token})
+            hello = {"version": VERSION, "client": "librelievo", "token": self.token}
+            self.welcome = self._exchange(messagepack.packed(["hello", [hello]]))
         except error.RelievoError:
             self.close()
             raise
@@ -142,9 +167,11 @@ class Client:
             taken += part
         return bytes(taken)
 
-    def _exchange(self, method: Any, parameters: Any) -> Any:
+    def _exchange(self, request: bytes) -> Any:
+        """Sends a list of a method and its parameters, packed, and takes the answer."""
         self.count += 1
-        self.link.sendall(messagepack.packed([0, self.count, method, [parameters]]))
+        # The list has two more entries, the kind and the number of the message, in front.
+        self.link.sendall(b"\x94\x00" + messagepack.packed(self.count) + request[1:])
         while True:
             message = messagepack.read(self._take)
             if not isinstance(message, list) or len(message) != 4:
@@ -157,18 +184,19 @@ class Client:
 
     def call(self, method: str, **parameters: Any) -> Any:
         """Calls a method and returns its result."""
-        return self._retry(lambda: self._exchange(method, parameters))
+        request = messagepack.packed([text_of(method, "method"), [parameters]])
+        return self._retry(lambda: self._exchange(request))
 
     def send_files(self, files: Mapping[str, Any] | None) -> Any:
         """Sends those of the files, paths by their names in a description, that the server lacks. Returns their hashes."""
-        hashes = {}
+        hashes, files = {}, mapped(files, "files")
         for name, path in files.items():
-            with open(path, "rb") as file:
-                hashes[name] = hashlib.file_digest(file, "sha256").hexdigest()
+            with opened(path, "rb") as file:
+                hashes[text_of(name, "files")] = hashlib.file_digest(file, "sha256").hexdigest()
         missing = self.call("file.missing", files=hashes)["files"] if hashes else {}
         for name in hashes.keys() & missing.keys():
             size, received = os.path.getsize(files[name]), 0
-            with open(files[name], "rb") as file:
+            with opened(files[name], "rb") as file:
                 while True:
                     file.seek(received)
                     part = {"offset": received, "data": file.read(PART)}
@@ -181,7 +209,7 @@ class Client:
         self, scene: str, description: str | bytes, files: Mapping[str, Any] | None = None, kind: str = "fluid"
     ) -> dict[str, Any]:
         """Has the server simulate a description, with the files, paths by their names, that it names. Returns the status."""
-        hashes = self.send_files(files or {})
+        hashes = self.send_files(files)
         return self.call("scene.submit", scene=scene, kind=kind, description=description, files=hashes)
 
     def status(self, scene: str) -> dict[str, Any]:
@@ -190,6 +218,8 @@ class Client:
 
     def wait(self, scene: str, frame: int, progress: Progress | None = None) -> dict[str, Any]:
         """Waits until a frame is stored and returns the status. Fails where the scene stops before."""
+        frame = integer(frame, "frame")
+        function_of(progress, "progress")
         while True:
             status = self.call("scene.wait", scene=scene, frame=frame, seconds=0.2)
             if status["ready"] > frame:
@@ -212,8 +242,9 @@ class Client:
         self._save(path, "frame.surface", scene=scene, frame=frame, form=form, settings=settings)
 
     def _save(self, path: Any, method: Any, **parameters: Any) -> None:
+        path = os.fsdecode(path_bytes(path))
         unfinished, size, key = f"{path}.unfinished", 0, None
-        with open(unfinished, "wb") as file:
+        with opened(unfinished, "wb") as file:
             while True:
                 part = self.call(method, offset=size, length=PART, **parameters)
                 if key not in (None, part.get("key")):

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import Reading
+from .array import Reading, flag, list_of, mapped
+from .error import Invalid
 from .handle import Handle, held, path_bytes, text_bytes
 from .hint import ArrayLike, FilePath, Progress
 from .mesh import Mesh
@@ -24,19 +25,23 @@ if TYPE_CHECKING:
 
 def scene_of(name: str, description: Any, files: Any, kind: Any, is_forced: Any) -> tuple[Any, ...]:
     """A scene as the library takes it, and what it points to."""
-    kept = [(text_bytes(file), path_bytes(path)) for file, path in (files or {}).items()]
+    kept = [(text_bytes(file, "files"), path_bytes(path, "files")) for file, path in mapped(files, "files").items()]
     entries = (abi.RlvClientFile * len(kept))(*kept)
-    given = record.fill(abi.RlvClientScene, {"is_forced": int(is_forced), "file_count": len(kept)})
-    given.name, given.kind, given.description = text_bytes(name), text_bytes(kind), text_bytes(description)
+    given = record.fill(abi.RlvClientScene, {"is_forced": flag(is_forced, "is_forced"), "file_count": len(kept)})
+    given.name, given.kind, given.description = text_bytes(name, "name"), text_bytes(kind, "kind"), text_bytes(description, "description")
     given.files = entries
     return given, (kept, entries)
 
 
 def fetch_of(particles: Any, channels: Any, half: Any, plain: Any) -> Any:
     """How a frame is fetched."""
-    given = {"particles": particles, "is_half": int(half), "is_plain": int(plain)}
+    given = {"particles": particles, "is_half": flag(half, "half"), "is_plain": flag(plain, "plain")}
     fetch = record.fill(abi.RlvClientFetch, given, particles=abi.RlvClientParticles)
-    fetch.channels = None if channels is None else text_bytes(",".join(channels))
+    if channels is not None:
+        names = [text_bytes(name, "channels") for name in list_of(channels, "channels")]
+        if None in names:
+            raise Invalid("channels: names are needed, not None")
+        fetch.channels = b",".join(names)
     return fetch
 
 
@@ -57,8 +62,8 @@ class Connection(Handle):
         """Connects to host:port, tls://host:port or unix:/path. `authorities` is a file of certificates in PEM that a server
         at tls:// is checked against; times are in seconds."""
         options = record.fill(abi.RlvClientOptions, {"timeout": timeout, "patience": patience})
-        options.address, options.token = text_bytes(address), text_bytes(token)
-        options.authorities = None if authorities is None else path_bytes(authorities)
+        options.address, options.token = text_bytes(address, "address"), text_bytes(token, "token")
+        options.authorities = None if authorities is None else path_bytes(authorities, "authorities")
         super().__init__("rlv_client_connect", held(context, "context"), ctypes.byref(options))
 
     @property
@@ -82,27 +87,27 @@ class Connection(Handle):
 
     def poll(self, scene: str) -> Any:
         """The status of a scene: state, ready, frames, particles, seconds_left, fraction, text."""
-        return self._read(abi.RlvClientStatus, "rlv_client_poll", text_bytes(scene))
+        return self._read(abi.RlvClientStatus, "rlv_client_poll", text_bytes(scene, "scene"))
 
     def wait(self, scene: str, frame: int, progress: Progress | None = None) -> Any:
         """Waits until a frame can be fetched. Returns the status."""
         with watched(progress) as callback:
-            return self._read(abi.RlvClientStatus, "rlv_client_wait", text_bytes(scene), frame, callback, None)
+            return self._read(abi.RlvClientStatus, "rlv_client_wait", text_bytes(scene, "scene"), frame, callback, None)
 
     def steer(self, scene: str, frame: int, changes: Any) -> Any:
         """Changes keys of a description after a frame. Returns the status."""
-        return self._read(abi.RlvClientStatus, "rlv_client_steer", text_bytes(scene), frame, text_bytes(changes))
+        return self._read(abi.RlvClientStatus, "rlv_client_steer", text_bytes(scene, "scene"), frame, text_bytes(changes, "changes"))
 
     def force(self, scene: str, frame: int, accelerations: ArrayLike) -> Any:
         """Sends accelerations (n, 3) in m/s² of all particles of a frame on the way to the next one. Returns the status."""
         given = Reading(accelerations, numpy.float32, 3, "accelerations")
-        arguments = (text_bytes(scene), frame, given.address, given.count, given.stride)
+        arguments = (text_bytes(scene, "scene"), frame, given.address, given.count, given.stride)
         return self._read(abi.RlvClientStatus, "rlv_client_force", *arguments)
 
     def control(self, scene: str, action: str | int) -> None:
         """Has a scene `pause`, `resume`, `cancel` or `remove`."""
         number = record.named(abi.RlvClientAction, action, "action")
-        library.call("rlv_client_control", self.handle, text_bytes(scene), number)
+        library.call("rlv_client_control", self.handle, text_bytes(scene, "scene"), number)
 
     def fetch(
         self,
@@ -117,13 +122,13 @@ class Connection(Handle):
         """The particles of a frame: `all`, `blind` or `surface`, with all channels or the named ones."""
         fetch = fetch_of(particles, channels, half, plain)
         with watched(progress) as callback:
-            arguments = (text_bytes(scene), frame, ctypes.byref(fetch), callback, None)
+            arguments = (text_bytes(scene, "scene"), frame, ctypes.byref(fetch), callback, None)
             return Particles.of("rlv_client_fetch", self.handle, *arguments)
 
     def fetch_mesh(self, scene: str, frame: int, settings: str = "", progress: Progress | None = None) -> Mesh:
         """A mesh of the surface of a frame, which the server makes; settings are keys and values in TOML."""
         with watched(progress) as callback:
-            arguments = (text_bytes(scene), frame, text_bytes(settings), callback, None)
+            arguments = (text_bytes(scene, "scene"), frame, text_bytes(settings, "settings"), callback, None)
             return Mesh.of("rlv_client_fetch_mesh", self.handle, *arguments)
 
     def save(
@@ -132,7 +137,7 @@ class Connection(Handle):
         """Writes a `frame`, or its surface as a `mesh` or `level_set`, to a file."""
         number = record.named(abi.RlvClientForm, form, "form")
         with watched(progress) as callback:
-            arguments = (text_bytes(scene), frame, number, text_bytes(settings), path_bytes(path), callback, None)
+            arguments = (text_bytes(scene, "scene"), frame, number, text_bytes(settings, "settings"), path_bytes(path), callback, None)
             library.call("rlv_client_save", self.handle, *arguments)
 
     def _read(self, struct: Any, function: str, *arguments: Any) -> Any:

@@ -9,10 +9,11 @@ from typing import Any
 import numpy
 
 from . import abi, library, record
-from .array import address
+from .array import SIZE, address, integer, mapped
 from .error import text
-from .handle import Handle, text_bytes
+from .handle import Handle, held, text_bytes
 from .parameter import address_of
+from .progress import function_of
 
 
 class Context(Handle):
@@ -26,16 +27,18 @@ class Context(Handle):
         device_memory_limit, and shared, a context whose threads this one uses. `vulkan` is a Vulkan device of the host, by
         the fields of `abi.RlvVulkanDevice`, objects and functions of C as numbers; its handles outlive the context."""
         if options.get("shared") is not None:
-            options["shared"] = options["shared"].handle
+            options["shared"] = held(options["shared"], "shared", abi.RlvContext)
         if options.get("adapter") is not None:
-            options["adapter"] = text_bytes(options["adapter"])
+            options["adapter"] = text_bytes(options["adapter"], "adapter")
         options = record.fill(abi.RlvContextOptions, options, device=abi.RlvDevice)
         if vulkan is None:
             super().__init__("rlv_context_create", ctypes.byref(options))
         else:
             kinds = dict(abi.RlvVulkanDevice._fields_)
             functions = ("loader", "lock", "unlock", "released")
-            given = {name: kinds[name](value) if name in functions else value for name, value in vulkan.items()}
+            given = dict(mapped(vulkan, "vulkan"))
+            for name in given.keys() & set(functions):
+                given[name] = kinds[name](integer(given[name], name, SIZE))
             given = record.fill(abi.RlvVulkanDevice, given)
             super().__init__("rlv_vulkan_create_context", ctypes.byref(given), ctypes.byref(options))
 
@@ -69,7 +72,10 @@ class Context(Handle):
 
     def set_log(self, log: Callable[[int, str], Any] | None) -> None:
         """`log(level, text)` gets what is worth knowing but no failure; None for silence."""
-        function = abi.RlvLog(lambda _user, level, line: log(abi.RlvLogLevel(level), text(line))) if log else abi.RlvLog()
+        function_of(log, "log")
+        function = abi.RlvLog()
+        if log is not None:
+            function = abi.RlvLog(lambda _user, level, line: log(abi.RlvLogLevel(level), text(line)))
         library.call("rlv_context_set_log", self.handle, function, None)
         self._log = function
 
@@ -81,7 +87,8 @@ class Context(Handle):
             refused = monitor(taken) is False
             return abi.RlvProgressAnswer.CANCEL if refused else abi.RlvProgressAnswer.CONTINUE
 
-        function = abi.RlvMemoryMonitor(answer) if monitor else abi.RlvMemoryMonitor()
+        function_of(monitor, "monitor")
+        function = abi.RlvMemoryMonitor() if monitor is None else abi.RlvMemoryMonitor(answer)
         library.call("rlv_context_set_memory_monitor", self.handle, function, None)
         self._monitor = function
 

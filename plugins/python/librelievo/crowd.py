@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import address
+from .array import Reading, address, chosen, flag, integer, list_of, number, numbers, packed, tupled
 from .error import Invalid
 from .bytes import given, made
 from .handle import Handle, held, path_bytes, text_bytes
@@ -41,7 +41,7 @@ def params() -> list[Parameter]:
 
 def arguments(path: Any, clips: Any, settings: Any) -> tuple[Any, ...]:
     """What the functions that build a model take after the context, and what keeps its texts."""
-    names = [text_bytes(str(clip)) for clip in clips or ()]
+    names = [text_bytes(clip, "clips") for clip in (() if clips is None else list_of(clips, "clips"))]
     entries = (abi.RlvCrowdClipName * len(names))(*((name,) for name in names))
     made = record.fill(abi.RlvCrowdBuildSettings, settings)
     return (path_bytes(path), entries, len(names), ctypes.byref(made)), (names, entries, made)
@@ -50,23 +50,27 @@ def arguments(path: Any, clips: Any, settings: Any) -> tuple[Any, ...]:
 def agents_of(transforms: Any, clips: int = 0, phases: float = 0.0, models: int = 0) -> Any:
     """An array of `abi.RlvCrowdAgent` of transforms (n, 3, 4) or (n, 4, 4) of rows, with the clip, the phase in seconds and the
     model of each, or one for all."""
-    rows = numpy.asarray(transforms, numpy.float64)
+    rows = numbers(transforms, "transforms", numpy.float64)
     if rows.ndim != 3 or rows.shape[1:] not in ((3, 4), (4, 4)):
         raise Invalid(f"transforms: the shape (n, 3, 4) or (n, 4, 4) is needed, not {rows.shape}")
     agents = numpy.zeros(len(rows), AGENT)
     agents["transform"] = rows[:, :3].transpose(0, 2, 1).reshape(-1, 12)
-    for name, values in (("clip", clips), ("phase", phases), ("model", models)):
-        try:
-            agents[name] = values
-        except (TypeError, ValueError, OverflowError) as problem:
-            raise Invalid(f"{name}: {problem}") from None
+    for name, values in (("clips", clips), ("phases", phases), ("models", models)):
+        field = name.removesuffix("s")
+        if numbers(values, name).ndim == 0:
+            agents[field] = number(values, name) if field == "phase" else integer(values, name)
+            continue
+        each = Reading(values, AGENT[field], 0, name)
+        if each.count not in (1, len(rows)):
+            raise Invalid(f"{name}: there are {each.count} for {len(rows)} transforms")
+        agents[field] = each.array
     return agents
 
 
 def view_of(size: Sequence[int], eye: Any, target: Any, **given: Any) -> Any:
     """An `abi.RlvCrowdView` of a picture of `size` (width, height) pixels and its other fields."""
-    switches = {name: int(given.pop(name)) for name in ("occlusion", "geomorph", "impostors") if name in given}
-    width, height = size
+    switches = {name: flag(given.pop(name), name) for name in ("occlusion", "geomorph", "impostors") if name in given}
+    width, height = tupled(size, 2, "size")
     fields = {"width": width, "height": height, "eye": eye, "target": target}
     return record.fill(abi.RlvCrowdView, fields | switches | given)
 
@@ -136,10 +140,8 @@ class CrowdModel(Handle):
         count = self.info.vertex_count
         given, arrays = record.fill(abi.RlvCrowdVertices, {"capacity": count}), {}
         for name in names:
-            if name not in VERTICES:
-                raise Invalid(f"{name}: unknown; there are {', '.join(VERTICES)}")
-            kind = numpy.uint32 if name == "bones" else numpy.float32
-            arrays[name] = numpy.empty((count, VERTICES[name]), kind)
+            width = chosen(VERTICES, name, "names")
+            arrays[name] = numpy.empty((count, width), numpy.uint32 if name == "bones" else numpy.float32)
             setattr(given, name, address(arrays[name]))
         library.call("rlv_crowd_model_get_vertices", self.handle, ctypes.byref(given))
         return arrays
@@ -213,7 +215,8 @@ class Crowd(Handle):
 
     def __init__(self, context: Context, models: Any) -> None:
         """Makes a crowd of models, without agents."""
-        handles = (abi.RlvCrowdModel * len(models))(*(held(model, "model") for model in models))
+        models = list_of(models, "models")
+        handles = (abi.RlvCrowdModel * len(models))(*(held(model, "models", abi.RlvCrowdModel) for model in models))
         super().__init__("rlv_crowd_create", held(context, "context"), handles, len(models))
 
     def add(self, transforms: ArrayLike, clips: Any = 0, phases: ArrayLike = 0.0, models: Any = 0) -> int:
@@ -234,7 +237,7 @@ class Crowd(Handle):
         if weights is None:
             library.call("rlv_crowd_set_weights", self.handle, agent, None, 0)
             return
-        given = numpy.ascontiguousarray(weights, numpy.float32).reshape(-1)
+        given = packed(weights, numpy.float32, "weights").reshape(-1)
         library.call("rlv_crowd_set_weights", self.handle, agent, address(given), len(given))
 
     def blends(self) -> Array:

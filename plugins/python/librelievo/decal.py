@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import Reading
+from .array import Reading, integer, list_of, number, packed, tupled
 from .error import Invalid
-from .handle import Handle, held
+from .handle import Handle, held, text_bytes
 from .hint import Array, ArrayLike, Progress
 from .mesh import Mesh, set_array
 from .progress import watched
@@ -28,13 +28,15 @@ STRIP = 512
 def pins_of(pins: Any) -> Any:
     """An array of `abi.RlvDecalPin` of pairs or triples: a point of the image (2), a position (3), and the depth, 0 if left
     out."""
+    pins = list_of(pins, "pins")
     made = numpy.zeros(len(pins), PIN)
     for at, pin in enumerate(pins):
-        if len(pin) not in (2, 3):
-            raise Invalid(f"pin {at}: an image point, a position and perhaps a depth are needed, not {len(pin)} values")
+        parts = list_of(pin, f"pin {at}")
+        if len(parts) not in (2, 3):
+            raise Invalid(f"pin {at}: an image point, a position and perhaps a depth are needed, not {len(parts)} values")
         try:
-            made[at] = (tuple(pin[0]), tuple(pin[1]), pin[2] if len(pin) == 3 else 0.0)
-        except (TypeError, ValueError) as problem:
+            made[at] = (tuple(parts[0]), tuple(parts[1]), parts[2] if len(parts) == 3 else 0.0)
+        except (TypeError, ValueError, OverflowError) as problem:
             raise Invalid(f"pin {at}: {problem}") from None
     return made
 
@@ -42,7 +44,7 @@ def pins_of(pins: Any) -> Any:
 def arguments(pins: Any, size: Any, outline: Any = None, **options: Any) -> tuple[Any, ...]:
     """What the functions that lay a sticker take after the surface, and what keeps their arrays. `size` is the width and
     the height of the image, `outline` an array (n, 2); options are the fields of `abi.RlvDecalOptions`."""
-    width, height = size
+    width, height = tupled(size, 2, "size")
     made = record.fill(abi.RlvDecalOptions, {"width": width, "height": height, **options})
     corners, pins = Reading(outline, numpy.float64, 2, "outline"), pins_of(pins)
     set_array(made, corners, "outline", "outline_count", "outline_stride")
@@ -51,14 +53,14 @@ def arguments(pins: Any, size: Any, outline: Any = None, **options: Any) -> tupl
 
 
 def _numbers(values: Any, count: Any, name: str) -> Any:
-    array = numpy.ascontiguousarray(values, numpy.float64)
+    array = packed(values, numpy.float64, name)
     if array.shape != (count,):
         raise Invalid(f"{name}: {count} numbers are needed")
     return array
 
 
 def _pixels(values: Any, name: str) -> Any:
-    pixels = numpy.ascontiguousarray(values, numpy.float32)
+    pixels = packed(values, numpy.float32, name)
     if pixels.ndim == 2:
         pixels = pixels[:, :, None]
     if pixels.ndim != 3:
@@ -81,7 +83,7 @@ def contour(image: ArrayLike, level: float = 0.5, tolerance: float = 0.5) -> Arr
     given, kept = image_of(image)
     height, width = kept.shape[:2]
     count = ctypes.c_size_t()
-    wanted = ctypes.byref(given), width, height, level, tolerance
+    wanted = ctypes.byref(given), width, height, number(level, "level"), number(tolerance, "tolerance")
     library.call("rlv_decal_contour", *wanted, None, 0, ctypes.byref(count))
     corners = numpy.empty((count.value, 2))
     library.call("rlv_decal_contour", *wanted, corners.ctypes.data, count.value, ctypes.byref(count))
@@ -235,7 +237,7 @@ class Decal(Handle):
         (given, kept), number = image_of(image), ctypes.c_uint32()
         made = record.fill(abi.RlvDecalInk, ink, channel=abi.RlvChannel, blend=abi.RlvBlend)
         with watched(progress) as callback:
-            arguments = (layer.encode(), ctypes.byref(given), ctypes.byref(made), callback, None, ctypes.byref(number))
+            arguments = (text_bytes(layer, "layer"), ctypes.byref(given), ctypes.byref(made), callback, None, ctypes.byref(number))
             library.call("rlv_decal_apply", self.handle, held(document, "document"), *arguments)
         del kept
         return number.value
@@ -266,7 +268,7 @@ class Decal(Handle):
         pixels = _pixels(texture, "texture").copy()
         height, width, channels = pixels.shape
         made = record.empty(abi.RlvDecalTexture)
-        made.width, made.height, made.channels, made.gutter = width, height, channels, gutter
+        made.width, made.height, made.channels, made.gutter = width, height, channels, integer(gutter, "gutter")
         made.pixels, made.pixel_count = pixels.ctypes.data, height * width
         painted = ctypes.c_size_t()
         library.call(

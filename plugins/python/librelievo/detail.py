@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import Reading, address, matrix, number, writing
+from .array import Reading, address, flag, matrix, number, writing
+from .bytes import given
 from .evaluate import evaluate
 from .handle import Handle, held, path_bytes
 from .hint import Array, ArrayLike, FilePath
@@ -69,8 +70,8 @@ class Detail(Handle):
 
     def set_paging(self, page: int, folder: FilePath | None = None) -> None:
         """Lets tiles leave memory for a file when a budget is spent, or brings them back."""
-        folder = None if folder is None else path_bytes(folder)
-        library.call("rlv_detail_set_paging", self.handle, int(page), folder)
+        folder = None if folder is None else path_bytes(folder, "folder")
+        library.call("rlv_detail_set_paging", self.handle, flag(page, "page"), folder)
 
     def add_paint(self, **options: Any) -> None:
         """Gives the detail colours; options are the fields of `abi.RlvPaintOptions`."""
@@ -152,8 +153,8 @@ class Detail(Handle):
 
     def write_block(self, channel: str | int, tile: int, data: bytes | bytearray | memoryview) -> None:
         """Puts a block back; no bytes free the tile."""
-        data = bytes(data)
-        library.call("rlv_detail_write_block", self.handle, number_of(channel), tile, data, len(data))
+        address, size, _kept = given(data)
+        library.call("rlv_detail_write_block", self.handle, number_of(channel), tile, address, size)
 
     def evaluate(
         self,
@@ -173,4 +174,4 @@ class Detail(Handle):
 
 def number_of(channel: Any) -> int:
     """A channel by its name or number."""
-    return record.named(abi.RlvChannel, channel, "channel") if isinstance(channel, str) else int(channel)
+    return record.named(abi.RlvChannel, channel, "channel")

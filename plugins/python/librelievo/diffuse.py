@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import Reading, address
+from .array import Reading, address, chosen, tupled
 from .error import Invalid
 from .handle import Handle, held, path_bytes
 from .hint import Array, ArrayLike, FilePath, Progress
@@ -62,7 +62,8 @@ class Diffuse(Handle):
         which particles are removed; settings are the fields of `abi.RlvDiffuseSettings`."""
         options = {"spacing": spacing, "gravity": gravity}
         if bounds is not None:
-            options.update(has_bounds=1, low=bounds[0], high=bounds[1])
+            low, high = tupled(bounds, 2, "bounds")
+            options.update(has_bounds=1, low=low, high=high)
         options = record.fill(abi.RlvDiffuseOptions, options)
         settings = record.fill(abi.RlvDiffuseSettings, settings)
         super().__init__("rlv_diffuse_create", held(context, "context"), ctypes.byref(options), ctypes.byref(settings))
@@ -97,13 +98,10 @@ class Diffuse(Handle):
     def get(self, *names: str) -> dict[str, Array]:
         """The particles by the names of arrays of `abi.RlvDiffuseArrays`, all of them if none is given. Positions, ids, kinds
         and lives are what `Foam.add` takes."""
-        unknown = set(names) - FIELDS.keys()
-        if unknown:
-            raise Invalid(f"{min(unknown)}: unknown; there are {', '.join(FIELDS)}")
+        wanted = {name: chosen(FIELDS, name, "names") for name in names or FIELDS}
         arrays, count, found = record.empty(abi.RlvDiffuseArrays), self.info.count, {}
         arrays.capacity = count
-        for name in names or FIELDS:
-            number, width = FIELDS[name]
+        for name, (number, width) in wanted.items():
             found[name] = numpy.empty((count, 3) if width == 3 else count, number)
             setattr(arrays, name, address(found[name]))
         library.call("rlv_diffuse_get", self.handle, ctypes.byref(arrays))

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from . import abi, library, record
+from .array import number
 from .bytes import given, made
 from .handle import Handle, held, path_bytes, text_bytes
 from .hint import FilePath, Progress
@@ -145,10 +146,10 @@ def mesh_of_bytes(context: Context, data: bytes | bytearray | memoryview) -> Mes
 def transfer_arguments(path: Any, to: Any, to_path: Any, source: Any, reach: Any) -> tuple[Any, ...]:
     """What calls that transfer take after the context."""
     options = record.empty(abi.RlvTransferOptions)
-    options.reach = reach
+    options.reach = number(reach, "reach")
     if source is not None:
-        setattr(options, "from", held(source, "source"))
-    return (held(to, "to"), path_bytes(path), path_bytes(to_path), ctypes.byref(options))
+        setattr(options, "from", held(source, "source", abi.RlvMesh))
+    return (held(to, "to"), path_bytes(path), path_bytes(to_path, "to_path"), ctypes.byref(options))
 
 
 def transfer(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import reprlib
 from typing import Any
 
 from . import abi
@@ -72,6 +73,14 @@ KINDS = {
     abi.RLV_ERROR_INTERNAL: Internal,
     abi.RLV_ERROR_DEVICE: DeviceFailure,
 }
+
+
+def shown(value: Any) -> str:
+    """A value in short, for a sentence."""
+    try:
+        return reprlib.repr(value)
+    except ValueError:
+        return "a number of thousands of digits"  # Python prints none of them.
 
 
 def text(value: Any) -> str:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterable
 from typing import Any
 
 import numpy
 
 from . import abi, library, record
-from .array import Reading, writing
+from .array import Reading, chosen, list_of, mapped, writing
 from .error import Invalid
 
 # What can be wanted: its field of `abi.RlvEvaluateArrays`, that of its stride, and its numbers a place.
@@ -42,14 +41,10 @@ def evaluate(function: str, handle: Any, tiles: Any, uvs: Any, wanted: Any, foot
     if footprints is not None and steps.count != tiles.count:
         raise Invalid(f"footprints: there are {steps.count} for {tiles.count} places")
     arrays.footprints, arrays.footprint_stride = steps.address, steps.stride
-    if isinstance(wanted, str) or not isinstance(wanted, Iterable):
-        raise Invalid(f"wanted: a list of names is needed, not {wanted!r}; there are {', '.join(OUTPUTS)}")
-    results = {}
-    for name in wanted:
-        if name not in OUTPUTS:
-            raise Invalid(f"wanted: `{name}` is unknown; there are {', '.join(OUTPUTS)}")
-        stride_field, width = OUTPUTS[name]
-        result, place, stride = writing((out or {}).get(name), tiles.count, numpy.float32, width, name)
+    results, given = {}, mapped(out, "out")
+    for name in list_of(wanted, "wanted", OUTPUTS):
+        stride_field, width = chosen(OUTPUTS, name, "wanted")
+        result, place, stride = writing(given.get(name), tiles.count, numpy.float32, width, name)
         setattr(arrays, name, place)
         setattr(arrays, stride_field, stride)
         results[name] = result

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import Reading, address, writing
+from .array import Reading, address, chosen, flag, list_of, mapped, numbers, packed, writing
 from .array import matrix as matrix_of
 from .channel import find_channel, read_channel
 from .error import Invalid
 from .bytes import given, made
-from .handle import Handle, held, path_bytes
+from .handle import Handle, held, path_bytes, text_bytes
 from .hint import Array, ArrayLike, FilePath, Progress, Settings
 from .isosurface import Isosurface, isosurface_options, set_channels
 from .parameter import address_of
@@ -43,7 +43,7 @@ STRIDES = {name: name.removesuffix("s") + "_stride" for name in FIELDS} | {
 
 def _vector(values: Any, name: str) -> Any:
     """Three packed floats."""
-    reading = Reading(numpy.ascontiguousarray(values, numpy.float32), numpy.float32, 3, name)
+    reading = Reading(packed(values, numpy.float32, name), numpy.float32, 3, name)
     if reading.count != 1:
         raise Invalid(f"{name}: three numbers are needed")
     return reading
@@ -118,14 +118,15 @@ class Fluid(Handle):
             options.setdefault("shape", "surface")
         told = record.fill(abi.RlvFluidEmitterOptions, options, shape=abi.RlvFluidEmitterShape)
         handle = abi.RlvMesh() if mesh is None else held(mesh, "mesh")
-        entries, _kept = set_channels({name: numpy.reshape(value, (1, -1)) for name, value in (channels or {}).items()})
+        rows = {name: numbers(value, "channels").reshape(1, -1) for name, value in mapped(channels, "channels").items()}
+        entries, _kept = set_channels(rows)
         told.channels, told.channel_count = entries, len(entries)
         library.call("rlv_fluid_add_emitter", self.handle, handle, address(placed), ctypes.byref(told))
 
     def add_sink(self, low: ArrayLike, high: ArrayLike, is_outside: bool = False) -> None:
         """Removes particles in a box, or particles outside it."""
         given = [_vector(low, "low"), _vector(high, "high")]
-        library.call("rlv_fluid_add_sink", self.handle, *(vector.address for vector in given), int(is_outside))
+        library.call("rlv_fluid_add_sink", self.handle, *(vector.address for vector in given), flag(is_outside, "is_outside"))
 
     def add_sink_mesh(self, mesh: Mesh, matrix: ArrayLike | None = None) -> None:
         """Takes away particles inside of a closed mesh."""
@@ -138,10 +139,11 @@ class Fluid(Handle):
 
     def set_budget(self, particles: Any = 0, stops: bool = False) -> None:
         """Particles at most for emitters, 0 for no limit; beyond it steps fail, or emitters wait."""
-        library.call("rlv_fluid_set_budget", self.handle, particles, int(stops))
+        library.call("rlv_fluid_set_budget", self.handle, particles, flag(stops, "stops"))
 
     def set_forces(self, forces: Iterable[Settings]) -> None:
         """Has forces act instead of those before: dictionaries of the fields of `abi.RlvFluidForce`."""
+        forces = list_of(forces, "forces")
         entries = (abi.RlvFluidForce * len(forces))()
         for at, force in enumerate(forces):
             entries[at] = record.fill(abi.RlvFluidForce, force, kind=abi.RlvFluidForceKind)
@@ -222,14 +224,12 @@ class Fluid(Handle):
     def get(self, *names: str, **into: Any) -> dict[str, Array]:
         """What particles have, by names of arrays of `abi.RlvFluidArrays`: a dictionary. Arrays that are given by name are
         written to."""
-        wanted = dict.fromkeys(names) | into
-        unknown = wanted.keys() - FIELDS.keys()
-        if unknown:
-            raise Invalid(f"{min(unknown)}: unknown; there are {', '.join(FIELDS)}")
+        wanted = {name: None for name in names if chosen(FIELDS, name, "names")} | into
+        fields = {name: chosen(FIELDS, name, "names") for name in wanted}
         arrays, count, found = record.empty(abi.RlvFluidArrays), self.info.particle_count, {}
         arrays.capacity = count
         for name, out in wanted.items():
-            number, width = FIELDS[name]
+            number, width = fields[name]
             found[name], place, stride = writing(out, count, number, width, name)
             setattr(arrays, name, place)
             setattr(arrays, STRIDES[name], stride)
@@ -238,6 +238,7 @@ class Fluid(Handle):
 
     def set_channel(self, name: str, values: ArrayLike) -> None:
         """Gives each particle a row of values (n, 1 to 4), which it carries from now on."""
+        text_bytes(name, "name")
         entries, _kept = set_channels({name: values})
         library.call("rlv_fluid_set_channel", self.handle, entries)
 
@@ -263,7 +264,7 @@ class Fluid(Handle):
 
     def restore_bytes(self, state: bytes) -> None:
         """Goes on from such bytes."""
-        address, size, _kept = given(state)
+        address, size, _kept = given(state, "state")
         library.call("rlv_fluid_restore_bytes", self.handle, address, size)
 
     def particles(self) -> Particles:

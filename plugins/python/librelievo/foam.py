@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import Reading, address
+from .array import Reading, address, integer, packed, tupled
 from .error import Invalid
 from .handle import Handle, held
 from .hint import ArrayLike, Progress
@@ -32,7 +32,7 @@ def depths(values: Any, shape: Any, name: str) -> Any:
     """Depths as an array of the picture's shape; None stays None."""
     if values is None:
         return None
-    values = numpy.ascontiguousarray(values, numpy.float32)
+    values = packed(values, numpy.float32, name)
     if values.shape != shape:
         raise Invalid(f"{name}: an array of the shape {shape} is needed, not {values.shape}")
     return values
@@ -58,7 +58,7 @@ class Foam(Handle):
     ) -> None:
         """`size` is (width, height); depths are arrays (height, width) in metres; settings are the fields of
         `abi.RlvFoamSettings`."""
-        self.size = tuple(size)
+        self.size = tuple(integer(edge, "size") for edge in tupled(size, 2, "size"))
         shape = (self.size[1], self.size[0])
         given = {"width": shape[1], "height": shape[0], "eye": eye, "target": target, "up": up, "fov": fov}
         view = record.fill(abi.RlvFoamView, {**given, "orthographic": orthographic})
@@ -96,7 +96,7 @@ class Foam(Handle):
         """Makes the layers, lit by a picture (height, 2 height, 3) by latitude and longitude, or white from everywhere."""
         light = None
         if radiance is not None:
-            radiance = numpy.ascontiguousarray(radiance, numpy.float32)
+            radiance = packed(radiance, numpy.float32, "radiance")
             if radiance.ndim != 3 or radiance.shape[2] != 3:
                 raise Invalid(f"radiance: an array of the shape (height, width, 3) is needed, not {radiance.shape}")
             light = record.fill(abi.RlvFoamLight, {"width": radiance.shape[1], "height": radiance.shape[0], "up": up})
@@ -116,7 +116,7 @@ class Foam(Handle):
 
     def composite(self, background: Any) -> Any:
         """The picture (height, width, 3 or 4) with the foam over it."""
-        background = numpy.ascontiguousarray(background, numpy.float32)
+        background = packed(background, numpy.float32, "background")
         if background.ndim != 3 or background.shape[:2] != (self.size[1], self.size[0]):
             raise Invalid(f"background: a picture of the size {self.size} is needed, not {background.shape}")
         picture = numpy.empty_like(background)

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, parameter, record
-from .array import Reading, number
-from .error import Invalid
+from .array import Reading, flag, list_of, number, packed
+from .error import Invalid, shown
 from .handle import Handle, held, path_bytes, text_bytes
 from .hint import Array, ArrayLike, FilePath, Progress
 from .mesh import Mesh
@@ -65,7 +65,7 @@ def info(context: Context, path: FilePath) -> Any:
 def file_metadata(context: Context, path: FilePath, name: str) -> Any:
     """Returns an entry of the metadata of a file as text. Needs no module."""
     value = ctypes.create_string_buffer(1 << 16)
-    library.call("rlv_grid_file_metadata", held(context, "context"), path_bytes(path), text_bytes(name), value, len(value))
+    library.call("rlv_grid_file_metadata", held(context, "context"), path_bytes(path), text_bytes(name, "name"), value, len(value))
     return value.value.decode("utf-8", "replace")
 
 
@@ -76,24 +76,26 @@ def settings_of(settings: Any) -> Any:
 
 def write(path: FilePath, grids: Any, pack: str | None = "blosc", half: bool = False, stream: bool = False) -> None:
     """Writes grids to a file: packed by "blosc", "zip" or None, with 16 bits a number if `half`."""
-    if pack not in PACKINGS:
-        raise Invalid(f"pack: {pack!r} is unknown; there are 'blosc', 'zip' and None")
-    bits = int(PACKINGS[pack]) | (abi.RlvGridWriting.HALF if half else 0) | (abi.RlvGridWriting.STREAM if stream else 0)
-    handles = (abi.RlvGrid * len(grids))(*(held(grid, "grid") for grid in grids))
+    if not isinstance(pack, (str, type(None))) or pack not in PACKINGS:
+        raise Invalid(f"pack: {shown(pack)} is unknown; there are 'blosc', 'zip' and None")
+    bits = int(PACKINGS[pack])
+    bits |= abi.RlvGridWriting.HALF * flag(half, "half") | abi.RlvGridWriting.STREAM * flag(stream, "stream")
+    grids = list_of(grids, "grids")
+    handles = (abi.RlvGrid * len(grids))(*(held(grid, "grids", abi.RlvGrid) for grid in grids))
     library.call("rlv_grid_write", handles, len(grids), path_bytes(path), int(bits))
 
 
 def labels(level_sets: Any, numbers: Any) -> Grid:
     """Makes a grid of int32 labels of level sets: inside of each its number, 0 outside of all."""
-    numbers = numpy.ascontiguousarray(numbers, numpy.int32)
+    numbers, level_sets = packed(numbers, numpy.int32, "numbers"), list_of(level_sets, "level_sets")
     if numbers.shape != (len(level_sets),):
         raise Invalid(f"numbers: there are {numbers.size} for {len(level_sets)} level sets")
-    handles = (abi.RlvGrid * len(level_sets))(*(held(grid, "grid") for grid in level_sets))
+    handles = (abi.RlvGrid * len(level_sets))(*(held(grid, "level_sets", abi.RlvGrid) for grid in level_sets))
     return Grid.of("rlv_grid_labels", handles, numbers.ctypes.data, len(level_sets))
 
 
 def _triple(values: Any, kind: Any, name: str) -> Any:
-    array = numpy.ascontiguousarray(values, kind)
+    array = packed(values, kind, name)
     if array.shape != (3,):
         raise Invalid(f"{name}: three numbers are needed")
     return array
@@ -106,8 +108,11 @@ class Grid(Handle):
 
     def __init__(self, context: Context, kind: Any = "float", background: Any = 0.0, voxel: Any = 1.0) -> None:
         """Makes an empty grid of a kind: "float", "double", "bool", "mask", "int32", "int64", "vec3s", "vec3d", "vec3i"."""
-        number = record.named(abi.RlvGridKind, kind, "kind") if isinstance(kind, str) else int(kind)
-        background = numpy.ascontiguousarray(numpy.broadcast_to(background, (3,)), numpy.float64)
+        number = record.named(abi.RlvGridKind, kind, "kind")
+        background = packed(background, numpy.float64, "background")
+        if background.shape not in ((1,), (3,)):
+            raise Invalid(f"background: one number or three are needed, not the shape {background.shape}")
+        background = numpy.ascontiguousarray(numpy.broadcast_to(background, 3))
         super().__init__("rlv_grid_create", held(context, "context"), number, background.ctypes.data, voxel)
 
     @classmethod
@@ -120,12 +125,12 @@ class Grid(Handle):
         progress: Progress | None = None,
     ) -> Grid:
         """Reads a grid of a file: the first, or the one called `name`; of `bounds` (2, 3) only what is in that box."""
-        box = None if bounds is None else numpy.ascontiguousarray(bounds, numpy.float64)
+        box = None if bounds is None else packed(bounds, numpy.float64, "bounds")
         if box is not None and box.shape != (2, 3):
             raise Invalid("bounds: the lowest and the highest corner are needed")
         place = None if box is None else box.ctypes.data
         with watched(progress) as callback:
-            return cls.of("rlv_grid_read", held(context, "context"), path_bytes(path), text_bytes(name), place, callback, None)
+            return cls.of("rlv_grid_read", held(context, "context"), path_bytes(path), text_bytes(name, "name"), place, callback, None)
 
     @classmethod
     def from_mesh(cls, mesh: Mesh, progress: Progress | None = None, **settings: Any) -> Grid:
@@ -152,16 +157,16 @@ class Grid(Handle):
 
     def set_name(self, name: str) -> None:
         """Names it."""
-        library.call("rlv_grid_set_name", self.handle, text_bytes(name))
+        library.call("rlv_grid_set_name", self.handle, text_bytes(name, "name"))
 
     def set_class(self, meaning: Any) -> None:
         """Says what its values mean: "unknown", "level_set", "fog" or "staggered"."""
-        number = record.named(abi.RlvGridClass, meaning, "class") if isinstance(meaning, str) else int(meaning)
+        number = record.named(abi.RlvGridClass, meaning, "meaning")
         library.call("rlv_grid_set_class", self.handle, number)
 
     def set_matrix(self, matrix: ArrayLike) -> None:
         """Sets its transform: what the axes of voxels go to and the origin, (4, 3)."""
-        matrix = numpy.ascontiguousarray(matrix, numpy.float64)
+        matrix = packed(matrix, numpy.float64, "matrix")
         if matrix.shape != (4, 3):
             raise Invalid("matrix: four rows of three numbers are needed")
         library.call("rlv_grid_set_matrix", self.handle, matrix.ctypes.data)
@@ -172,8 +177,8 @@ class Grid(Handle):
         """Makes its transform a camera's frustum: `voxels`, the lowest and highest corner of a box (2, 3), becomes a pyramid
         whose near plane is `taper` times as wide as its far plane and whose depth is `depth` times the width of the near
         plane; `matrix` (4, 3) follows it."""
-        voxels = numpy.ascontiguousarray(voxels, numpy.float64)
-        matrix = numpy.ascontiguousarray(matrix, numpy.float64)
+        voxels = packed(voxels, numpy.float64, "voxels")
+        matrix = packed(matrix, numpy.float64, "matrix")
         if voxels.shape != (2, 3) or matrix.shape != (4, 3):
             raise Invalid("voxels: two corners are needed, and matrix: four rows of three numbers")
         library.call(
@@ -200,24 +205,24 @@ class Grid(Handle):
     def metadata(self, name: str) -> Any:
         """Returns an entry of its metadata as text."""
         value = ctypes.create_string_buffer(1 << 16)
-        library.call("rlv_grid_metadata", self.handle, text_bytes(name), value, len(value))
+        library.call("rlv_grid_metadata", self.handle, text_bytes(name, "name"), value, len(value))
         return value.value.decode("utf-8", "replace")
 
     def set_metadata(self, name: str, value: Any) -> None:
         """Sets an entry of its metadata to a text, a bool, an int or a float."""
         kinds = {str: "string", bool: "bool", int: "int64", float: "double"}
-        if type(value) not in kinds:
-            raise Invalid(f"{name}: a {type(value).__name__} cannot be metadata")
+        if type(value) not in kinds or (isinstance(value, int) and not -(1 << 63) <= value < 1 << 63):
+            raise Invalid(f"value: a text, a bool, an int of 64 bits or a float is needed, not {shown(value)}")
         text = str(value).lower() if isinstance(value, bool) else str(value)
-        library.call("rlv_grid_set_metadata", self.handle, text_bytes(name), text_bytes(kinds[type(value)]), text_bytes(text))
+        library.call("rlv_grid_set_metadata", self.handle, text_bytes(name, "name"), text_bytes(kinds[type(value)]), text_bytes(text))
 
     def sample(self, points: ArrayLike, linear: bool = True) -> Array:
         """Returns the values at points (n, 3) of the world, (n) or (n, 3), as doubles."""
         width = TYPES[self.info.kind][1]
-        points = Reading(numpy.asarray(points, numpy.float64), numpy.float64, 3, "points")
+        points = Reading(points, numpy.float64, 3, "points")
         out = numpy.empty((points.count, width), numpy.float64)
         library.call(
-            "rlv_grid_sample", self.handle, points.address, points.count, points.stride, int(linear), out.ctypes.data, out.size
+            "rlv_grid_sample", self.handle, points.address, points.count, points.stride, flag(linear, "linear"), out.ctypes.data, out.size
         )
         return out[:, 0] if width == 1 else out
 
@@ -241,7 +246,7 @@ class Grid(Handle):
         """Sets a block of voxels from `low` on to an array (x, y, z) or (x, y, z, 3); values within `tolerance` of the
         background become it and are not active."""
         kind, width = TYPES[self.info.kind]
-        values = numpy.ascontiguousarray(values, kind)
+        values = packed(values, kind, "values")
         if values.ndim != (3 if width == 1 else 4) or (width == 3 and values.shape[3] != 3):
             raise Invalid("values: three axes are needed, and three numbers each of vectors")
         low, counts = _triple(low, numpy.int32, "low"), numpy.array(values.shape[:3], numpy.uint32)
@@ -263,13 +268,13 @@ class Grid(Handle):
     def change(self, change: Any, progress: Progress | None = None, **settings: Any) -> Grid:
         """Makes a grid of it: "offset", "mean", "gaussian", "median", "laplacian", "mean_curvature", "resample", "to_fog" or
         "to_level_set"."""
-        number = record.named(abi.RlvGridChange, change, "change") if isinstance(change, str) else int(change)
+        number = record.named(abi.RlvGridChange, change, "change")
         with watched(progress) as callback:
             return Grid.of("rlv_grid_change", self.handle, number, settings_of(settings), callback, None)
 
     def convert(self, kind: Any) -> Grid:
         """Makes a grid of another kind."""
-        number = record.named(abi.RlvGridKind, kind, "kind") if isinstance(kind, str) else int(kind)
+        number = record.named(abi.RlvGridKind, kind, "kind")
         return Grid.of("rlv_grid_convert", self.handle, number)
 
     def combine(self, other: Grid, operation: str = "union", progress: Progress | None = None) -> Grid:

@@ -22,6 +22,8 @@ class Handle:
 
     def __init__(self, function: Any, *arguments: Any) -> None:
         """Makes the object by a function whose last argument receives it."""
+        if not isinstance(function, str) or function not in abi.FUNCTIONS:
+            raise Invalid(f"{type(self).__name__}: other functions make it, not its constructor")
         self.handle = self.kind()
         library.call(function, *arguments, ctypes.byref(self.handle))
 
@@ -57,33 +59,44 @@ class Handle:
             pass
 
 
-def held(thing: Any, name: Any) -> Any:
-    """The handle of an object of the library, which an argument of that name is to be."""
+def held(thing: Any, name: Any, kind: Any = None) -> Any:
+    """The handle of an object of the library, which an argument of that name is to be. The library checks the kind of
+    handles that it takes one by one; those that go into arrays and structs are of `kind`."""
     handle = getattr(thing, "handle", None)
     if handle is None:
         raise Invalid(f"{name}: an object of the library is needed, not {type(thing).__name__}")
+    if kind is not None and not isinstance(handle, kind):
+        needed, given = (of.__name__.removeprefix("Rlv") for of in (kind, type(handle)))
+        raise Invalid(f"{name}: an object of the kind {needed} is needed, not {given}")
     return handle
 
 
-def path_bytes(path: Any) -> bytes:
+def path_bytes(path: Any, name: str = "path") -> bytes:
     """A path as the library takes it: UTF-8."""
     try:
         data = os.fspath(path)
     except TypeError:
-        raise Invalid(f"path: a text or a path is needed, not {type(path).__name__}") from None
-    data = data.encode("utf-8", "surrogateescape") if isinstance(data, str) else data
-    return whole(data)
+        raise Invalid(f"{name}: a text or a path is needed, not {type(path).__name__}") from None
+    return encoded(data, "surrogateescape", name) if isinstance(data, str) else whole(data, name)
 
 
-def whole(data: Any) -> bytes:
+def whole(data: Any, name: str) -> bytes:
     """Bytes that C sees all of."""
     if b"\0" in data:
-        raise Invalid("text: a NUL in it ends it for the library; leave it out")
+        raise Invalid(f"{name}: a NUL in it ends it for the library; leave it out")
     return data
 
 
-def text_bytes(text: Any) -> bytes | None:
+def encoded(text: str, errors: str, name: str) -> bytes:
+    """A text in UTF-8; Invalid where it has half of a surrogate pair."""
+    try:
+        return whole(text.encode("utf-8", errors), name)
+    except UnicodeEncodeError as problem:
+        raise Invalid(f"{name}: the text is not Unicode: {problem.reason}") from None
+
+
+def text_bytes(text: Any, name: str = "text") -> bytes | None:
     """A text as the library takes it; None stays None."""
     if text is not None and not isinstance(text, str):
-        raise Invalid(f"text: a text is needed, not {type(text).__name__}")
-    return None if text is None else whole(text.encode("utf-8"))
+        raise Invalid(f"{name}: a text is needed, not {type(text).__name__}")
+    return None if text is None else encoded(text, "strict", name)

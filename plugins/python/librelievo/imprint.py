@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, parameter, record
-from .array import Reading, address, matrix
+from .array import Reading, address, matrix, packed, tupled
 from .error import Invalid
 from .handle import held
 from .hint import Progress, Settings
@@ -66,10 +66,11 @@ class Deforming:
     """Where a collider that deforms is before and after: pairs of a matrix and all of its points."""
 
     def __init__(self, before: Any, after: Any) -> None:
-        (before, before_points), (after, after_points) = before, after
+        before, before_points = tupled(before, 2, "before")
+        after, after_points = tupled(after, 2, "after")
         self._matrices = matrix(before), matrix(after)
         self._points = [
-            Reading(numpy.ascontiguousarray(points, numpy.float32), numpy.float32, 3, "points")
+            Reading(packed(points, numpy.float32, "points"), numpy.float32, 3, "points")
             for points in (before_points, after_points)
         ]
         first, last = self._points

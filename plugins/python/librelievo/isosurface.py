@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import ctypes
+import math
 from collections import namedtuple
 from typing import TYPE_CHECKING, Any
 
 import numpy
 
 from . import abi, library, record
-from .array import Reading, writing
+from .array import Reading, mapped, numbers, writing
 from .error import Invalid
 from .handle import Handle, held, text_bytes
 from .hint import Array, ArrayLike, Progress
@@ -40,17 +41,27 @@ def mesh_options(channels: Any = None, **options: Any) -> tuple[Any, ...]:
 
 def set_channels(channels: Any) -> tuple[Any, ...]:
     """An array of `abi.RlvAttributeArrays` of arrays (n, 1 to 4) by their names, and what keeps their numbers."""
-    kept, entries = [], (abi.RlvAttributeArrays * len(channels or {}))()
-    for at, (name, values) in enumerate((channels or {}).items()):
-        values = numpy.asarray(values, numpy.float32)
-        values = values.reshape(len(values), -1) if values.ndim else values
+    channels = mapped(channels, "channels")
+    kept, entries = [], (abi.RlvAttributeArrays * len(channels))()
+    for at, (name, values) in enumerate(channels.items()):
+        title = text_bytes(name, "channels")
+        values = numbers(values, name, numpy.float32)
+        values = values.reshape(len(values), math.prod(values.shape[1:])) if values.ndim else values
         width = values.shape[1] if values.ndim == 2 else 0
         reading = Reading(values, numpy.float32, max(width, 1), name)
-        told = {"domain": "point", "type": int(abi.RlvType.F32), "width": width, "name": text_bytes(name)}
+        told = {"domain": "point", "type": int(abi.RlvType.F32), "width": width, "name": title}
         entries[at] = record.fill(abi.RlvAttributeArrays, told, domain=abi.RlvDomain)
         set_array(entries[at], reading, "values", "value_count", "value_stride")
         kept.append(reading)
     return entries, kept
+
+
+def _vectors(values: Any, name: str) -> Array:
+    """Rows of three numbers."""
+    array = numbers(values, name, numpy.float32)
+    if not array.ndim or array.size % 3:
+        raise Invalid(f"{name}: the shape (n, 3) is needed, not {array.shape}")
+    return array.reshape(-1, 3)
 
 
 class Isosurface(Handle):
@@ -65,7 +76,7 @@ class Isosurface(Handle):
         options are the fields of `abi.RlvIsosurfaceOptions`."""
         points = Reading(points, numpy.float32, 3, "points")
         velocities = Reading(velocities, numpy.float32, 3, "velocities")
-        blind = Reading(None if blind is None else numpy.asarray(blind, numpy.uint8), numpy.uint8, 0, "blind")
+        blind = Reading(None if blind is None else numbers(blind, "blind", numpy.uint8), numpy.uint8, 0, "blind")
         for name, given in (("velocities", velocities), ("blind", blind)):
             if given.array is not None and given.count != points.count:
                 raise Invalid(f"{name}: there are {given.count} for {points.count} points")
@@ -111,13 +122,16 @@ class Isosurface(Handle):
     ) -> Any:
         """The first hit of every ray, an array of the fields of `abi.RlvIsosurfaceHit`: distance, position, normal, velocity,
         enters. Distances and times are one for all or one for each."""
-        origins = numpy.asarray(origins, numpy.float32).reshape(-1, 3)
-        directions = numpy.asarray(directions, numpy.float32).reshape(-1, 3)
+        origins, directions = _vectors(origins, "origins"), _vectors(directions, "directions")
         if len(origins) != len(directions):
             raise Invalid(f"directions: there are {len(directions)} for {len(origins)} origins")
         rays, hits = numpy.zeros(len(origins), RAY), numpy.empty(len(origins), HIT)
-        rays["origin"], rays["direction"], rays["time"] = origins, directions, times
-        rays["min_distance"], rays["max_distance"] = min_distance, max_distance
+        rays["origin"], rays["direction"] = origins, directions
+        for name, values in (("times", times), ("min_distance", min_distance), ("max_distance", max_distance)):
+            values = numbers(values, name, numpy.float32)
+            if values.shape not in ((), (1,), (len(rays),)):
+                raise Invalid(f"{name}: one number or {len(rays)} are needed, not the shape {values.shape}")
+            rays[name.removesuffix("s")] = values
         pointer = lambda array, kind: ctypes.cast(array.__array_interface__["data"][0], ctypes.POINTER(kind))
         given = (pointer(rays, abi.RlvIsosurfaceRay), len(rays), 0, pointer(hits, abi.RlvIsosurfaceHit), 0)
         library.call("rlv_isosurface_cast", self.handle, *given)

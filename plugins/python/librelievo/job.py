@@ -30,6 +30,7 @@ from .parameter import address_of
 from .particles import Particles
 from .picture import Picture
 from .procedural import Procedural
+from .progress import function_of
 from .progressive import Progressive
 from .progressive import options_of as progressive_options
 from .ptex import options_of as ptex_options
@@ -75,9 +76,10 @@ class Job(Handle):
             finally:
                 notice[1] = True
 
-        notice[0] = abi.RlvJobDone(run) if done else abi.RlvJobDone()
+        function_of(done, "done")
+        notice[0] = abi.RlvJobDone() if done is None else abi.RlvJobDone(run)
         library.call("rlv_job_notify", self.handle, notice[0], None)
-        if done:
+        if done is not None:
             _notices.append(notice)
 
     def cancel(self) -> None:
@@ -184,7 +186,17 @@ def build(mesh: Any, base_triangles: Any = None, locked: Any = None, weights: An
     return made
 
 
-def simplify(mesh: Any, **options: Any) -> Any:
+def simplify(
+    mesh: Any,
+    triangles: int = 0,
+    error: Any = None,
+    weights: Any = None,
+    left_out: Any = (),
+    locked: Any = None,
+    factors: Any = None,
+    bound: Any = None,
+    is_border_locked: bool = False,
+) -> Any:
     """Starts `Mesh.simplify`; the result is the mesh, and how far it deviates."""
 
     def fetch(job: Any) -> tuple[Any, ...]:
@@ -192,7 +204,7 @@ def simplify(mesh: Any, **options: Any) -> Any:
         library.call("rlv_job_simplify_error", held(job, "job"), address_of(deviation))
         return Mesh.of("rlv_job_mesh", held(job, "job")), deviation.value
 
-    options, kept = simplify_options(**options)
+    options, kept = simplify_options(triangles, error, weights, left_out, locked, factors, bound, is_border_locked)
     made = _started(fetch, "rlv_job_simplify", held(mesh, "mesh"), ctypes.byref(options))
     del kept
     return made
@@ -266,7 +278,7 @@ def _grid(job: Any) -> Grid:
 
 def read_grid(context: Any, path: Any, name: Any = None) -> Any:
     """Starts `Grid.read`; the result is the grid."""
-    return _started(_grid, "rlv_job_grid_read", held(context, "context"), path_bytes(path), text_bytes(name), None)
+    return _started(_grid, "rlv_job_grid_read", held(context, "context"), path_bytes(path), text_bytes(name, "name"), None)
 
 
 def grid_from_mesh(mesh: Any, **settings: Any) -> Any:
@@ -425,11 +437,11 @@ def fetch_frame(
     """Starts `Connection.wait` and `fetch`; the result is the particles."""
     how = fetch_of(particles, channels, half, plain)
     fetch = lambda job: Particles.of("rlv_job_particles", held(job, "job"))
-    return _started(fetch, "rlv_job_client_fetch", held(connection, "connection"), text_bytes(scene), frame, ctypes.byref(how))
+    return _started(fetch, "rlv_job_client_fetch", held(connection, "connection"), text_bytes(scene, "scene"), frame, ctypes.byref(how))
 
 
 def fetch_frame_mesh(connection: Any, scene: Any, frame: Any, settings: str = "") -> Any:
     """Starts `Connection.wait` and `fetch_mesh`; the result is the mesh."""
     fetch = lambda job: Mesh.of("rlv_job_mesh", held(job, "job"))
-    arguments = (text_bytes(scene), frame, text_bytes(settings))
+    arguments = (text_bytes(scene, "scene"), frame, text_bytes(settings, "settings"))
     return _started(fetch, "rlv_job_client_fetch_mesh", held(connection, "connection"), *arguments)

@@ -6,7 +6,8 @@ import ctypes
 from typing import TYPE_CHECKING, Any
 
 from . import abi, library, record
-from .handle import text_bytes
+from .array import integer, number
+from .handle import held, text_bytes
 from .parameter import address_of
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ class Layers:
     """The layers of a detail: those of displacement from the lowest, then those of colour. Layers have numbers."""
 
     def __init__(self, detail: Detail) -> None:
+        held(detail, "detail", abi.RlvDetail)
         self.detail = detail
 
     def __len__(self) -> Any:
@@ -27,7 +29,7 @@ class Layers:
         return count.value
 
     def __getitem__(self, index: Any) -> Any:
-        if not 0 <= index < len(self):
+        if not 0 <= number(index, "index") < len(self):
             raise IndexError(index)
         out = record.empty(abi.RlvLayerInfo)
         library.call("rlv_layer_info", self.detail.handle, index, ctypes.byref(out))
@@ -38,14 +40,15 @@ class Layers:
         of `abi.RlvLayerOptions`."""
         number = ctypes.c_uint32()
         # Colours are covered unless the caller says otherwise; heights are added.
-        if options.get("kind") in ("color", abi.RlvLayerKind.COLOR):
+        if record.named(abi.RlvLayerKind, options.get("kind", 0), "kind") == abi.RlvLayerKind.COLOR:
             options = {"blend": "normal", **options}
         options = ctypes.byref(record.fill(abi.RlvLayerOptions, options, **ENUMS))
-        library.call("rlv_layer_add", self.detail.handle, text_bytes(name), options, address_of(number))
+        library.call("rlv_layer_add", self.detail.handle, text_bytes(name, "name"), options, address_of(number))
         return number.value
 
     def set(self, number: int, **options: Any) -> None:
         """Changes how a layer is seen: blend, is_visible and opacity; what is not given stays."""
+        number = integer(number, "number")
         now = next((layer for layer in self if layer.id == number), None)
         if now is not None:
             options = {"blend": now.blend, "is_visible": now.is_visible, "opacity": now.opacity, **options}
@@ -58,7 +61,7 @@ class Layers:
 
     def rename(self, number: int, name: str) -> None:
         """Gives a layer another name."""
-        library.call("rlv_layer_rename", self.detail.handle, number, text_bytes(name))
+        library.call("rlv_layer_rename", self.detail.handle, number, text_bytes(name, "name"))
 
     def place(self, number: int, place: Any) -> None:
         """Puts a layer at a place among those of its kind, 0 the lowest."""

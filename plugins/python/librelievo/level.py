@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import Reading, number, writing
+from .array import Reading, integer, list_of, number, room, tupled, writing
+from .error import Invalid
 from .handle import Handle, held, path_bytes
 from .hint import Array, ArrayLike, FilePath, Progress
 from .mesh import Mesh
@@ -33,40 +34,62 @@ GripTrack = namedtuple("GripTrack", ["region", "keys"])
 GripTrack.__doc__ = "A handle over time: the region it grabs, and its keys."
 
 
+def _three(values: Any, name: str) -> list[float]:
+    """Three numbers."""
+    return [number(value, name) for value in tupled(values, 3, name)]
+
+
+def _all(things: Any, kind: Any, name: str) -> list[Any]:
+    """A list of objects with the fields of a named tuple."""
+    found = list_of(things, name)
+    for thing in found:
+        _has(thing, kind, name)
+    return found
+
+
+def _has(thing: Any, kind: Any, name: str) -> Any:
+    """An object with the fields of a named tuple."""
+    if not all(hasattr(thing, field) for field in kind._fields):
+        raise Invalid(f"{name}: a {kind.__name__} is needed, not {type(thing).__name__}")
+    return thing
+
+
 def _region(region: Any) -> Any:
     made = abi.RlvLevelRegion()
-    made.center[:] = [float(value) for value in region.center]
-    made.radius = region.radius
+    made.center[:] = _three(region.center, "center")
+    made.radius = number(region.radius, "radius")
     made.falloff = record.named(abi.RlvFalloff, region.falloff, "falloff")
     return made
 
 
 def _grip(grip: Any) -> Any:
     made = abi.RlvLevelHandle()
-    made.region = _region(grip.region)
-    made.translation[:] = [float(value) for value in grip.translation]
-    made.axis[:] = [float(value) for value in grip.axis]
-    made.angle = grip.angle
+    made.region = _region(_has(grip.region, Region, "region"))
+    made.translation[:] = _three(grip.translation, "translation")
+    made.axis[:] = _three(grip.axis, "axis")
+    made.angle = number(grip.angle, "angle")
     return made
 
 
 def _key(key: Any) -> Any:
     made = abi.RlvLevelKey()
-    made.time, made.angle = float(key.time), float(key.angle)
-    made.translation[:] = [float(value) for value in key.translation]
-    made.axis[:] = [float(value) for value in key.axis]
+    made.time, made.angle = number(key.time, "time"), number(key.angle, "angle")
+    made.translation[:] = _three(key.translation, "translation")
+    made.axis[:] = _three(key.axis, "axis")
     return made
 
 
 def _track(track: Any) -> Any:
-    keys = (abi.RlvLevelKey * len(track.keys))(*map(_key, track.keys))
+    entries = _all(track.keys, GripKey, "keys")
+    keys = (abi.RlvLevelKey * len(entries))(*map(_key, entries))
     made = abi.RlvLevelTrack()
-    made.region, made.keys, made.key_count = _region(track.region), keys, len(keys)
+    made.region, made.keys, made.key_count = _region(_has(track.region, Region, "region")), keys, len(keys)
     return made
 
 
 def _edit(grips: Any, anchors: Any) -> tuple[Any, ...]:
     """An edit, and what it points to."""
+    grips, anchors = _all(grips, Grip, "grips"), _all(anchors, Region, "anchors")
     handles = (abi.RlvLevelHandle * len(grips))(*map(_grip, grips))
     held = (abi.RlvLevelRegion * len(anchors))(*map(_region, anchors))
     edit = record.empty(abi.RlvLevelEdit)
@@ -77,6 +100,7 @@ def _edit(grips: Any, anchors: Any) -> tuple[Any, ...]:
 
 def _motion(tracks: Any, anchors: Any) -> tuple[Any, ...]:
     """An edit over time, and what it points to."""
+    tracks, anchors = _all(tracks, GripTrack, "tracks"), _all(anchors, Region, "anchors")
     rows = (abi.RlvLevelTrack * len(tracks))(*map(_track, tracks))
     held = (abi.RlvLevelRegion * len(anchors))(*map(_region, anchors))
     motion = record.empty(abi.RlvLevelMotion)
@@ -248,10 +272,10 @@ class Level(_Room, Handle):
         if most is None:
             library.call("rlv_level_misplaced", self.handle, None, 0, address_of(count))
             most = count.value
-        found = (abi.RlvLevelMisplaced * most)()
-        library.call("rlv_level_misplaced", self.handle, found, most, address_of(count))
-        rows = numpy.ctypeslib.as_array(ctypes.cast(found, ctypes.POINTER(ctypes.c_float)), (most, 5)) if most else []
-        return numpy.array(rows[: count.value], numpy.float32).reshape(-1, 5), count.value
+        rows = room((integer(most, "most"), 5), numpy.float32, "most")
+        place = rows.ctypes.data_as(ctypes.POINTER(abi.RlvLevelMisplaced))
+        library.call("rlv_level_misplaced", self.handle, place, len(rows), address_of(count))
+        return rows[: count.value].copy(), count.value
 
     def rebuild(
         self, base_triangles: int | None = None, locked: ArrayLike | None = None, progress: Progress | None = None

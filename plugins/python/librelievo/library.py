@@ -7,6 +7,7 @@ or else the one that the system knows by its SONAME. It is loaded at the first c
 from __future__ import annotations
 
 import ctypes
+import operator
 import os
 import platform
 import re
@@ -14,7 +15,7 @@ import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import abi, error
+from . import abi, error, record
 
 if TYPE_CHECKING:
     from .error import LibraryMissing
@@ -67,6 +68,25 @@ def missing(what: Any, remedy: Any, place: str = "") -> error.LibraryMissing:
     return error.LibraryMissing(f"{where}{what}; {remedy}", what, place, remedy, abi.RLV_ERROR_NOT_FOUND)
 
 
+def checked(kind: Any) -> Any:
+    """A type of integers for arguments that refuses numbers that do not fit, where ctypes would cut them off."""
+    low, high = record.limits(kind)
+    convert = kind.from_param
+
+    class Integer(kind):
+        @classmethod
+        def from_param(cls, value: Any) -> Any:
+            if not low <= operator.index(value) <= high:
+                raise ValueError("it does not fit")
+            return convert(value)
+
+    return Integer
+
+
+# Types of integers of C and what stands for them in the types of functions.
+CHECKED = {kind: checked(kind) for kind in (ctypes.c_uint32, ctypes.c_uint64, ctypes.c_int64, ctypes.c_size_t)}
+
+
 def declare(library: Any) -> None:
     """Gives every function its types. A function that is not there is an old or foreign library."""
     for name, (result, arguments) in abi.FUNCTIONS.items():
@@ -75,7 +95,8 @@ def declare(library: Any) -> None:
         except AttributeError:
             raise missing(f"the library lacks {name}", "install library and package of one version") from None
         function.restype = result
-        function.argtypes = [kind for _, kind in arguments]
+        # Strides are the package's own.
+        function.argtypes = [kind if place.endswith("stride") else CHECKED.get(kind, kind) for place, kind in arguments]
 
 
 def load() -> Any:
@@ -122,15 +143,21 @@ def version() -> tuple[int, int, int]:
     return number >> 22, number >> 12 & 0x3FF, number & 0xFFF
 
 
-def refusal(name: str, problem: Any) -> str:
+def refusal(name: str, problem: Any, arguments: Any) -> str:
     """What ctypes' complaint about an argument of a function means to a user."""
     found = re.match(r"argument (\d+): \w+: (?:expected Rlv(\w+) instance instead of (\w+))?", problem)
     if found is None:
         return problem
-    place = abi.FUNCTIONS[name][1][int(found[1]) - 1][0]
-    if found[2] is None:
-        return f"{place}: this cannot be used here: {problem[found.end() :]}"
-    return f"{place}: an object of the kind {found[2]} is needed, not {found[3].removeprefix('Rlv')}"
+    at = int(found[1]) - 1
+    place, kind = abi.FUNCTIONS[name][1][at]
+    if found[2] is not None:
+        return f"{place}: an object of the kind {found[2]} is needed, not {found[3].removeprefix('Rlv')}"
+    if kind in CHECKED:
+        low, high = record.limits(kind)
+        return f"{place}: a whole number from {low} to {high} is needed, not {error.shown(arguments[at])}"
+    if kind in (ctypes.c_float, ctypes.c_double):
+        return f"{place}: a number is needed, not {error.shown(arguments[at])}"
+    return f"{place}: this cannot be used here: {problem[found.end() :]}"
 
 
 def call(name: str, *arguments: Any) -> None:
@@ -139,6 +166,6 @@ def call(name: str, *arguments: Any) -> None:
     try:
         result = getattr(library, name)(*arguments)
     except ctypes.ArgumentError as problem:
-        raise error.Invalid(refusal(name, str(problem))) from None
+        raise error.Invalid(refusal(name, str(problem), arguments)) from None
     if result != abi.RLV_OK:
         raise error.last(library, result)

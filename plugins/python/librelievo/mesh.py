@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import Reading, number, numbers, writing
+from .array import SIZE, Reading, flag, integer, list_of, mapped, number, numbers, writing
 from .bytes import given, made
+from .error import Invalid
 from .handle import Handle, held, path_bytes, text_bytes
 from .hint import Array, ArrayLike, FilePath, Progress
 from .parameter import address_of
@@ -36,10 +37,10 @@ def set_array(struct: Any, reading: Any, pointer: Any, count: Any, stride: Any) 
 
 def weights_of(weights: Any, left_out: Any) -> tuple[Any, ...]:
     """An array of `abi.RlvSimplifyWeight` of weights by names of attributes, and of names that are left out; None for none."""
-    if weights is not None and not isinstance(weights, Mapping):
-        raise record.Invalid(f"weights: a dictionary by names of attributes is needed, not {type(weights).__name__}")
-    pairs = [(name, weight, 0) for name, weight in (weights or {}).items()] + [(name, 0.0, 1) for name in left_out or ()]
-    return (abi.RlvSimplifyWeight * len(pairs))(*((text_bytes(name), *rest) for name, *rest in pairs))
+    names = [] if left_out is None else list_of(left_out, "left_out")
+    pairs = [(name, number(weight, "weights"), 0) for name, weight in mapped(weights, "weights").items()]
+    pairs += [(name, 0.0, 1) for name in names]
+    return (abi.RlvSimplifyWeight * len(pairs))(*((text_bytes(name, "name"), *rest) for name, *rest in pairs))
 
 
 def simplify_options(
@@ -55,8 +56,9 @@ def simplify_options(
     """`abi.RlvSimplifyOptions`, and the arrays that it points to."""
     entries = weights_of(weights, left_out)
     options = record.empty(abi.RlvSimplifyOptions)
-    options.triangles, options.error = triangles, -1.0 if error is None else error
-    options.bound, options.is_border_locked = -1.0 if bound is None else bound, int(is_border_locked)
+    options.triangles, options.is_border_locked = integer(triangles, "triangles", SIZE), flag(is_border_locked, "is_border_locked")
+    options.error = -1.0 if error is None else number(error, "error")
+    options.bound = -1.0 if bound is None else number(bound, "bound")
     options.weights, options.weight_count = entries, len(entries)
     locked = Reading(locked, numpy.uint32, 0, "locked")
     factors = Reading(factors, numpy.float32, 0, "factors")
@@ -72,7 +74,7 @@ def pair_of(pair: Any, name: str) -> tuple[Any, ...]:
     try:
         elements, sharpness = pair
     except (TypeError, ValueError):
-        raise record.Invalid(f"{name}: a pair of elements and their sharpness is needed") from None
+        raise Invalid(f"{name}: a pair of elements and their sharpness is needed") from None
     return elements, sharpness
 
 
@@ -90,7 +92,7 @@ def arrays_of(
     points = Reading(points, numpy.float32, 3, "points")
     if isinstance(face_sizes, (int, numpy.integer)):
         sizes = Reading(None, numpy.uint32, 0, "face_sizes")
-        arrays.face_size = int(face_sizes)
+        arrays.face_size = integer(face_sizes, "face_sizes")
         arrays.face_count = corners.count // max(int(face_sizes), 1)
     else:
         sizes = Reading(face_sizes, numpy.uint32, 0, "face_sizes")
@@ -108,7 +110,7 @@ def arrays_of(
     set_array(arrays, tips, "sharp_points", "sharp_point_count", "sharp_point_stride")
     arrays.sharp_point_sharpness, arrays.sharp_point_sharpness_stride = tip_sharpness.address, tip_sharpness.stride
     if edges.count != edge_sharpness.count or tips.count != tip_sharpness.count:
-        raise record.Invalid("creases, sharp_points: each needs its sharpness")
+        raise Invalid("creases, sharp_points: each needs its sharpness")
     holes = Reading(holes, numpy.uint32, 0, "holes")
     set_array(arrays, holes, "holes", "hole_count", "hole_stride")
     return arrays, (corners, points, sizes, edges, edge_sharpness, tips, tip_sharpness, holes)
@@ -116,6 +118,7 @@ def arrays_of(
 
 def attribute_arrays(name: str, values: Any, domain: Any, indices: Any = None) -> tuple[Any, ...]:
     """`abi.RlvAttributeArrays` as `Mesh.add_attribute` takes them, and the arrays that it points to."""
+    title = text_bytes(name, "name")
     values = numbers(values, name)
     kind = abi.RlvType.U32 if numpy.issubdtype(values.dtype, numpy.integer) else abi.RlvType.F32
     if values.ndim == 1:
@@ -123,7 +126,7 @@ def attribute_arrays(name: str, values: Any, domain: Any, indices: Any = None) -
     width = values.shape[1] if values.ndim == 2 else 0
     reading = Reading(values, TYPES[kind], max(width, 1), name)
     choice = Reading(indices, numpy.uint32, 0, f"indices of {name}")
-    options = {"domain": domain, "type": int(kind), "width": width, "name": text_bytes(name)}
+    options = {"domain": domain, "type": int(kind), "width": width, "name": title}
     arrays = record.fill(abi.RlvAttributeArrays, options, domain=abi.RlvDomain)
     set_array(arrays, reading, "values", "value_count", "value_stride")
     set_array(arrays, choice, "indices", "index_count", "index_stride")
@@ -168,7 +171,7 @@ class Mesh(Handle):
         lie and keeps them alive, and they must not be changed as long as it lives. Arrays of another type or that are not packed are refused."""
         for name, array, kind in (("points", points, numpy.float32), ("corners", corners, numpy.uint32)):
             if not isinstance(array, numpy.ndarray) or array.dtype != kind or not array.flags.c_contiguous:
-                raise record.Invalid(f"{name}: a packed array of {numpy.dtype(kind)} is needed to be borrowed")
+                raise Invalid(f"{name}: a packed array of {numpy.dtype(kind)} is needed to be borrowed")
         arrays, kept = arrays_of(points, corners, face_sizes, creases, sharp_points, holes)
         # The library may call it when the mesh is gone, so it lives until a later call finds that it was made.
         _lent[:] = [lent for lent in _lent if lent[1] is not None]
@@ -196,11 +199,11 @@ class Mesh(Handle):
     def read_bytes(cls, context: Context, data: bytes | bytearray | memoryview, format: str) -> Mesh:
         """As `read`, from the bytes of a file; `format` is its extension, such as "obj"."""
         address, size, _kept = given(data)
-        return cls.of("rlv_mesh_read_bytes", held(context, "context"), text_bytes(format), address, size)
+        return cls.of("rlv_mesh_read_bytes", held(context, "context"), text_bytes(format, "format"), address, size)
 
     def write_bytes(self, format: str) -> bytes:
         """The bytes of the file that `write` writes; `format` is "obj", "ply" or "glb"."""
-        return made("rlv_mesh_write_bytes", self.handle, text_bytes(format))
+        return made("rlv_mesh_write_bytes", self.handle, text_bytes(format, "format"))
 
     def split(self, longest_edge: float) -> Mesh:
         """A mesh of this one's triangles in which no edge is longer."""
@@ -281,7 +284,7 @@ class Mesh(Handle):
     def attribute(self, name: str) -> Attribute:
         """An attribute by its name: its values (n, width) and its indices, None without any."""
         index = ctypes.c_uint32()
-        library.call("rlv_mesh_find_attribute", self.handle, text_bytes(name), address_of(index))
+        library.call("rlv_mesh_find_attribute", self.handle, text_bytes(name, "name"), address_of(index))
         info = self.attribute_info(index.value)
         kind = TYPES[abi.RlvType(info.type)]
         values, values_at, _ = writing(None, info.value_count, kind, info.width, name)

@@ -7,6 +7,8 @@ from __future__ import annotations
 import struct
 from typing import Any
 
+from .error import Invalid
+
 # Lists and maps within each other at most, and bytes of a text at most.
 DEPTH, LONGEST = 16, 16 << 20
 
@@ -25,21 +27,26 @@ def _head(size: Any, short: Any, most: Any, markers: Any) -> bytes:
     for marker, form in zip(markers, (">B", ">H", ">I")):
         if marker is not None and size < 1 << 8 * struct.calcsize(form):
             return bytes([marker]) + struct.pack(form, size)
-    raise ValueError(f"{size} items or bytes are too many")
+    raise Invalid(f"{size} items or bytes are too many for a message")
 
 
 def packed(value: Any) -> Any:
-    """Encodes a value."""
+    """Encodes a value. Invalid where it has something that a message cannot have."""
     if value is None or isinstance(value, bool):
         return bytes([{None: 0xC0, False: 0xC2, True: 0xC3}[value]])
     if isinstance(value, int):
+        if not -(1 << 63) <= value < 1 << 64:
+            raise Invalid("a number has more than 64 bits and cannot be sent")
         if 0 <= value < 128:
             return bytes([value])
         return b"\xcf" + struct.pack(">Q", value) if value >= 0 else b"\xd3" + struct.pack(">q", value)
     if isinstance(value, float):
         return b"\xcb" + struct.pack(">d", value)
     if isinstance(value, str):
-        text = value.encode()
+        try:
+            text = value.encode()
+        except UnicodeEncodeError as problem:
+            raise Invalid(f"a text is not Unicode and cannot be sent: {problem.reason}") from None
         return _head(len(text), 0xA0, 31, (0xD9, 0xDA, 0xDB)) + text
     if isinstance(value, (bytes, bytearray, memoryview)):
         return _head(len(value), 0, -1, (0xC4, 0xC5, 0xC6)) + bytes(value)
@@ -48,7 +55,7 @@ def packed(value: Any) -> Any:
         return _head(len(value), 0x80, 15, (None, 0xDE, 0xDF)) + b"".join(map(packed, items))
     if isinstance(value, (list, tuple)):
         return _head(len(value), 0x90, 15, (None, 0xDC, 0xDD)) + b"".join(map(packed, value))
-    raise TypeError(f"{type(value).__name__} cannot be sent")
+    raise Invalid(f"{type(value).__name__} cannot be sent; use texts, numbers, bytes, lists and dictionaries")
 
 
 def read(take: Any, depth: int = 0) -> Any:

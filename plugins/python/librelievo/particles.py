@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import Reading, writing
+from .array import Reading, number, writing
 from .channel import find_channel, read_channel
 from .error import Invalid
 from .handle import Handle, held, path_bytes
@@ -44,7 +44,8 @@ class Particles(Handle):
         if numbers.array is not None and numbers.count != points.count:
             raise Invalid(f"numbers: there are {numbers.count} for {points.count} points")
         arrays, (entries, _kept) = record.empty(abi.RlvParticlesArrays), set_channels(channels)
-        arrays.has_time, arrays.time, arrays.spacing = int(time is not None), time or 0.0, spacing
+        arrays.has_time, arrays.time = int(time is not None), 0.0 if time is None else number(time, "time")
+        arrays.spacing = number(spacing, "spacing")
         arrays.count, arrays.points, arrays.point_stride = points.count, points.address, points.stride
         arrays.numbers, arrays.number_stride = numbers.address, numbers.stride
         arrays.channels, arrays.channel_count = entries, len(entries)

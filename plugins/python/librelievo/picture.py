@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
+from .array import integer, room
 from .handle import Handle, held, path_bytes
 from .hint import Array, FilePath
 
@@ -62,9 +63,10 @@ class Picture(Handle):
     ) -> Array:
         """Pixels of a level, an array of rows, columns and channels; all of them unless a part is named."""
         info = self.image(image)
-        width = max(info.width >> level, 1) - x if width is None else width
-        height = max(info.height >> level, 1) - y if height is None else height
-        pixels = numpy.empty((height, width, info.channels), TYPES[info.type])
+        level, x, y = (integer(value, name) for name, value in (("level", level), ("x", x), ("y", y)))
+        width = integer(max((info.width >> level) - x, 1) if width is None else width, "width")
+        height = integer(max((info.height >> level) - y, 1) if height is None else height, "height")
+        pixels = room((height, width, info.channels), TYPES[info.type], "width, height")
         to = pixels.__array_interface__["data"][0]
         library.call("rlv_picture_read", self.handle, image, level, x, y, width, height, to, 0)
         return pixels

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import Reading, writing
+from .array import Reading, flag, writing
 from .error import Invalid
 from .handle import Handle, held
 from .hint import Array, ArrayLike
@@ -29,7 +29,7 @@ class Procedural(Handle):
 
     def moving(self, end: Any) -> Any:
         """The surface that moves from here to the detail as it was committed last."""
-        return self.of("rlv_procedural_create_moving", self.handle, end.handle)
+        return self.of("rlv_procedural_create_moving", self.handle, held(end, "end"))
 
     @property
     def info(self) -> Any:
@@ -58,7 +58,7 @@ class Procedural(Handle):
             setattr(hits, name.removesuffix("s") + "_stride", given.stride)
         found = {}
         wanted = {"tiles": (numpy.uint32, 0), "positions": (numpy.float32, 3), "normals": (numpy.float32, 3)}
-        if colors:
+        if flag(colors, "colors"):
             wanted["colors"] = (numpy.float32, 4)
         for name, (number, width) in wanted.items():
             found[name], address, stride = writing(None, primitives.count, number, width, name)

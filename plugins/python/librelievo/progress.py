@@ -28,11 +28,17 @@ class Callback:
         return (abi.RlvProgressAnswer.CANCEL if going_on is False else abi.RlvProgressAnswer.CONTINUE).value
 
 
+def function_of(value: Any, name: str) -> Any:
+    """A function, or None; Invalid where the value cannot be called."""
+    if value is not None and not callable(value):
+        raise Invalid(f"{name}: a function is needed, not {type(value).__name__}")
+    return value
+
+
 @contextlib.contextmanager
 def watched(progress: Any) -> Iterator[Any]:
     """The callback for a call, NULL for None; raises what `progress` raised."""
-    if progress is not None and not callable(progress):
-        raise Invalid(f"progress: a function is needed, not {type(progress).__name__}")
+    function_of(progress, "progress")
     callback = Callback(abi.RlvProgress, None)
     if progress is not None:
         callback.function = abi.RlvProgress(lambda _user, fraction, stage: callback.answer(progress, fraction, text(stage)))

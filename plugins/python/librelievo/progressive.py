@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import Reading
+from .array import SIZE, Reading, integer
 from .bytes import given, made
 from .handle import Handle, held, path_bytes
 from .hint import ArrayLike, FilePath, Progress
@@ -25,7 +25,7 @@ def options_of(base_triangles: Any, locked: Any, weights: Any = None, left_out: 
     """`abi.RlvProgressiveOptions`, and what keeps their arrays. Attributes are kept if `weights` or `left_out` is no None."""
     options = record.empty(abi.RlvProgressiveOptions)
     if base_triangles is not None:
-        options.base_triangles = base_triangles
+        options.base_triangles = integer(base_triangles, "base_triangles", SIZE)
     locked = Reading(locked, numpy.uint32, 0, "locked")
     options.locked, options.locked_count, options.locked_stride = locked.address, locked.count, locked.stride
     options.keeps_attributes = int(weights is not None or left_out is not None)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import ctypes
+import operator
 from collections import namedtuple
 from collections.abc import Mapping
 from enum import IntEnum
 from typing import Any
 
 from . import abi
-from .error import Invalid
+from .error import Invalid, shown
 
 _HIDDEN = ("struct_size", "reserved")
 _tuples = {}
@@ -21,7 +22,7 @@ def fill(struct: Any, values: Any, **enums: Any) -> Any:
     made = struct(*_initial(struct))
     if values is not None and not isinstance(values, Mapping):
         raise Invalid(f"a dictionary of {struct.__name__.removeprefix('Rlv')} is needed, not {type(values).__name__}")
-    names = {name for name, _ in struct._fields_ if name not in _HIDDEN}
+    names = {name: kind for name, kind in struct._fields_ if name not in _HIDDEN}
     for name, value in (values or {}).items():
         if name not in names:
             raise Invalid(f"{name}: unknown; there are {', '.join(sorted(names))}")
@@ -31,26 +32,41 @@ def fill(struct: Any, values: Any, **enums: Any) -> Any:
             field = getattr(made, name)
             if isinstance(field, ctypes.Array):
                 field[:] = list(value)
-            elif isinstance(value, (bool, IntEnum)):
-                setattr(made, name, int(value))
+            elif isinstance(field, int):
+                setattr(made, name, fitting(names[name], value))
+            elif isinstance(value, int) and (names[name] is ctypes.c_char_p or hasattr(names[name], "target")):
+                # ctypes takes a number for an address, at which there is nothing.
+                raise TypeError("a number cannot be used here")
             else:
-                if isinstance(field, int) and isinstance(value, int) and value < 0:
-                    raise ValueError(f"{value} is below 0")
-                setattr(made, name, value)
-        except (TypeError, ValueError) as problem:
+                setattr(made, name, int(value) if isinstance(value, (bool, IntEnum)) else value)
+        except (TypeError, ValueError, OverflowError, RuntimeError) as problem:  # ctypes has the last for tuples.
             raise Invalid(f"{name}: {problem}") from None
     return made
 
 
+def limits(kind: Any) -> tuple[int, int]:
+    """The least and the largest number of a type of integers of ctypes."""
+    values = 1 << 8 * ctypes.sizeof(kind)
+    return (0, values - 1) if kind(-1).value > 0 else (-values // 2, values // 2 - 1)
+
+
+def fitting(kind: Any, value: Any) -> int:
+    """A whole number that a type of integers of ctypes holds; TypeError or ValueError where the value is none."""
+    number = operator.index(value)
+    if number < 0:
+        raise ValueError(f"{shown(number)} is below 0")
+    if number > limits(kind)[1]:
+        raise ValueError(f"{shown(number)} is above {limits(kind)[1]}")
+    return number
+
+
 def named(enum: Any, name: str, place: str) -> int:
     """The value of an enum that has the name, in small letters, or is the value."""
-    if isinstance(name, int):
-        return int(name)
     try:
-        return int(enum[name.upper()])
-    except (KeyError, AttributeError):
+        return int(enum[name.upper()]) if isinstance(name, str) else operator.index(name)
+    except (KeyError, TypeError):
         known = ", ".join(entry.name.lower() for entry in enum)
-        raise Invalid(f"{place}: `{name}` is unknown; there are {known}") from None
+        raise Invalid(f"{place}: `{name if isinstance(name, str) else shown(name)}` is unknown; there are {known}") from None
 
 
 def _initial(struct: Any) -> Any:

@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from . import abi, library, parameter, record
+from .array import list_of
+from .error import Invalid
 from .handle import held, path_bytes
 from .hint import ArrayLike, FilePath, Progress
 from .mesh import Mesh, arrays_of, attribute_arrays
@@ -91,5 +93,10 @@ def _made(function: str, progress: Any, settings: Any, *arguments: Any) -> tuple
 
 def _attributes(attributes: Any) -> tuple[Any, ...]:
     """An array of `abi.RlvAttributeArrays`, and the arrays that they point to."""
-    made = [attribute_arrays(*attribute) for attribute in attributes]
+    made = []
+    for attribute in list_of(attributes, "attributes"):
+        parts = list_of(attribute, "attributes")
+        if len(parts) not in (3, 4):
+            raise Invalid(f"attributes: a name, values, a domain and perhaps indices are needed, not {len(parts)} values")
+        made.append(attribute_arrays(*parts))
     return (abi.RlvAttributeArrays * len(made))(*(arrays for arrays, _ in made)), made

@@ -8,8 +8,8 @@ from typing import Any
 import numpy
 
 from . import abi, library, record
-from .array import Reading, address, writing
-from .error import Invalid
+from .array import Reading, address, flag, number, packed, writing
+from .error import Invalid, shown
 from .handle import Handle, text_bytes
 from .hint import Array, ArrayLike
 from .parameter import address_of
@@ -20,19 +20,19 @@ class ShaderExamples:
 
     def __init__(self, vectors: ArrayLike, classes: Any, exponent: float = 2.0, is_scaled: bool = False) -> None:
         """`classes` are values of ShaderClass or truth values, true for what is sought."""
-        self.vectors = numpy.ascontiguousarray(vectors, numpy.float32)
-        self.classes = numpy.ascontiguousarray(classes, numpy.uint32)
+        self.vectors = packed(vectors, numpy.float32, "vectors")
+        self.classes = packed(classes, numpy.uint32, "classes")
         if self.vectors.ndim != 2 or self.classes.shape != self.vectors.shape[:1]:
             raise Invalid(f"vectors: the shape (n, features) and n classes are needed, not {self.vectors.shape}")
         self.record = record.empty(abi.RlvShaderExamples)
         self.record.count, self.record.feature_count = self.vectors.shape
         self.record.vectors, self.record.classes = address(self.vectors), address(self.classes)
-        self.record.exponent, self.record.is_scaled = exponent, int(is_scaled)
+        self.record.exponent, self.record.is_scaled = number(exponent, "exponent"), flag(is_scaled, "is_scaled")
 
     def pack(self, mode: Any = abi.RlvShaderMode.RENDER, x: int = 0, y: int = 0) -> Any:
         """The words of the buffer of examples: to render, to classify the pixel (x, y), or for a mask of x by y pixels."""
         count = ctypes.c_size_t()
-        arguments = ctypes.byref(self.record), mode, x, y
+        arguments = ctypes.byref(self.record), record.named(abi.RlvShaderMode, mode, "mode"), x, y
         library.call("rlv_shader_pack_examples", *arguments, None, 0, address_of(count))
         words, place, _ = writing(None, count.value, numpy.uint32, 0, "words")
         library.call("rlv_shader_pack_examples", *arguments, place, len(words), address_of(count))
@@ -55,8 +55,8 @@ class Shader(Handle):
         """`language` is "glsl" or "wgsl"; `stage` of GLSL is "vertex", "fragment" or "compute"."""
         enums = {"language": abi.RlvShaderLanguage, "stage": abi.RlvShaderStage}
         options = record.fill(abi.RlvShaderOptions, {"language": language, "stage": stage}, **enums)
-        options.name = text_bytes(name)
-        super().__init__("rlv_shader_create", text_bytes(source), ctypes.byref(options))
+        options.name = text_bytes(name, "name")
+        super().__init__("rlv_shader_create", text_bytes(source, "source"), ctypes.byref(options))
 
     def variables(self) -> list[Any]:
         """The float variables in the order of the text."""
@@ -69,15 +69,15 @@ class Shader(Handle):
         variables = self.variables()
         chosen = numpy.empty(len(names), numpy.uint32)
         for place, name in enumerate(names):
-            found = [index for index, variable in enumerate(variables) if variable.name == name]
+            found = [index for index, variable in enumerate(variables) if variable.name == name] if isinstance(name, str) else []
             if not found:
-                raise Invalid(f"{name}: no float variable; there are {', '.join(it.name for it in variables)}")
+                raise Invalid(f"names: {shown(name)} is no float variable; there are {', '.join(it.name for it in variables)}")
             chosen[place] = found[-1]
-        return Shader.of("rlv_shader_mark", self.handle, address(chosen), len(chosen), text_bytes(weight))
+        return Shader.of("rlv_shader_mark", self.handle, address(chosen), len(chosen), text_bytes(weight, "weight"))
 
     def text(self, kind: str = "augmented") -> Any:
         """A text of the shader: "marked", "augmented" or "augmented_wgsl"."""
-        kind = record.named(abi.RlvShaderText, kind, "kind") if isinstance(kind, str) else kind
+        kind = record.named(abi.RlvShaderText, kind, "kind")
         length = ctypes.c_size_t()
         library.call("rlv_shader_text", self.handle, kind, None, 0, address_of(length))
         text = ctypes.create_string_buffer(length.value + 1)
@@ -95,7 +95,7 @@ class Shader(Handle):
 
     def unpack(self, log: Any) -> Any:
         """The vector of the pixel that wrote a log, whose words are an array."""
-        words = numpy.ascontiguousarray(log, numpy.uint32)
+        words = Reading(packed(log, None, "log"), numpy.uint32, 0, "log").array
         vector, place, _ = writing(None, self.layout().feature_count, numpy.float32, 0, "vector")
         library.call("rlv_shader_unpack_log", self.handle, address(words), len(words), place, len(vector), None)
         return vector

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import Reading, writing
+from .array import Reading, chosen, list_of, writing
 from .error import Invalid
-from .handle import Handle, held
+from .handle import Handle, held, text_bytes
 from .hint import Array, ArrayLike
 from .mesh import Mesh
 from .parameter import address_of
@@ -89,18 +89,15 @@ class Subdivision(Handle):
         arrays.count = tiles.count
         arrays.tiles, arrays.tile_stride = tiles.address, tiles.stride
         arrays.uvs, arrays.uv_stride = uvs.address, uvs.stride
-        if isinstance(wanted, str) or not isinstance(wanted, Iterable):
-            raise Invalid(f"wanted: a list of names is needed, not {wanted!r}; there are {', '.join(OUTPUTS)}")
         # An unknown attribute is refused by the call.
+        called = text_bytes(attribute, "attribute")
         width = 3 if attribute is None else self._widths.get(attribute, 1)
         results = {}
-        for name in wanted:
-            if name not in OUTPUTS:
-                raise Invalid(f"wanted: `{name}` is unknown; there are {', '.join(OUTPUTS)}")
+        for name in list_of(wanted, "wanted", OUTPUTS):
+            stride_field = chosen(OUTPUTS, name, "wanted")
             results[name], place, stride = writing(None, tiles.count, numpy.float32, width, name)
             setattr(arrays, name, place)
-            setattr(arrays, OUTPUTS[name], stride)
-        called = None if attribute is None else attribute.encode()
+            setattr(arrays, stride_field, stride)
         library.call("rlv_subdivision_evaluate", self.handle, called, ctypes.byref(arrays))
         return results
 

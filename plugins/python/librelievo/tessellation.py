@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import writing
+from .array import integer, rest, writing
 from .handle import Handle, held
 from .hint import Array, ArrayLike
 from .mesh import Mesh
@@ -53,7 +53,7 @@ class Tessellation(Handle):
         self, first: int = 0, count: int | None = None, positions: ArrayLike | None = None, normals: ArrayLike | None = None
     ) -> tuple[Array, Array]:
         """Positions and unit normals of count points from first on, written to the arrays if they are given."""
-        count = self.info.point_count - first if count is None else count
+        count = rest(self.info.point_count, first) if count is None else integer(count, "count")
         positions, positions_at, position_stride = writing(positions, count, numpy.float32, 3, "positions")
         normals, normals_at, normal_stride = writing(normals, count, numpy.float32, 3, "normals")
         arrays = (positions_at, position_stride, normals_at, normal_stride)
@@ -62,7 +62,7 @@ class Tessellation(Handle):
 
     def positions(self, first: int = 0, count: int | None = None, out: Array | None = None) -> Array:
         """Positions alone."""
-        count = self.info.point_count - first if count is None else count
+        count = rest(self.info.point_count, first) if count is None else integer(count, "count")
         out, place, stride = writing(out, count, numpy.float32, 3, "positions")
         library.call("rlv_tessellation_get_points", self.handle, first, count, place, stride, None, 0)
         return out
@@ -76,7 +76,7 @@ class Tessellation(Handle):
         return self._values("rlv_tessellation_get_traces", first, count, out)
 
     def _values(self, function: str, first: Any, count: Any, out: Any) -> Array:
-        count = self.info.point_count - first if count is None else count
+        count = rest(self.info.point_count, first) if count is None else integer(count, "count")
         out, place, stride = writing(out, count, numpy.float32, 3, "values")
         library.call(function, self.handle, first, count, place, stride)
         return out

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy
 
 from . import abi, library, record
-from .array import Reading, writing
+from .array import Reading, chosen, integer, list_of, mapped, number, numbers, packed, tupled, writing
 from .error import Invalid
 from .bytes import given, made
 from .handle import Handle, held, path_bytes, text_bytes
@@ -44,11 +45,17 @@ def axes_of(axes: Any) -> Any:
         if unknown or not axes:
             raise Invalid(f"axes: `{axes}` is not made of x, y and z")
         return sum(AXES[letter] for letter in set(axes))
-    return int(axes)
+    return integer(axes, "axes", 7)
 
 
-def _entries(struct: Any, rows: Any, **enums: Any) -> tuple[Any, ...]:
+def _rows(rows: Any, place: str) -> list[Mapping[str, Any]]:
+    """A list of dictionaries."""
+    return [mapped(row, place) for row in list_of(rows, place)]
+
+
+def _entries(struct: Any, rows: Any, place: str, **enums: Any) -> tuple[Any, ...]:
     """An array of structs of dictionaries of their fields; texts become bytes and meshes handles."""
+    rows = _rows(rows, place)
     made = (struct * len(rows))()
     kept = []
     for at, row in enumerate(rows):
@@ -57,7 +64,7 @@ def _entries(struct: Any, rows: Any, **enums: Any) -> tuple[Any, ...]:
             if isinstance(value, Handle):
                 value = value.handle
             elif isinstance(value, str) and name not in enums:
-                value = text_bytes(value)
+                value = text_bytes(value, name)
                 kept.append(value)
             values[name] = value
         made[at] = record.fill(struct, values, **enums)
@@ -73,8 +80,9 @@ class _Materials:
     """Materials, which volumes, layers and labels name."""
 
     def __init__(self, materials: Any) -> None:
+        materials = _rows(materials, "materials")
         self.names = [material.get("name") for material in materials]
-        self.entries, self.kept = _entries(abi.RlvTissueMaterial, materials)
+        self.entries, self.kept = _entries(abi.RlvTissueMaterial, materials, "materials")
 
     def index(self, row: Any) -> Any:
         """The fields of what has a material, with its index."""
@@ -99,43 +107,54 @@ def description_of(
 ) -> tuple[Any, ...]:
     """`abi.RlvTissueDescription`, and what keeps its arrays; see `Tissue`."""
     known = _Materials(materials)
-    rows, kept = [], [known]
-    for volume in map(known.index, volumes):
+    rows, kept, places = [], [known], []
+    for volume in map(known.index, _rows(volumes, "volumes")):
         rings = volume.pop("rings", None)
         if rings is not None:
-            rings = numpy.asarray(rings, numpy.float64)
+            rings = numbers(rings, "rings", numpy.float64)
             if rings.ndim != 3 or rings.shape[2] not in (3, 4):
                 raise Invalid(f"rings: the shape (rings, points, 3 or 4) is needed, not {rings.shape}")
             if rings.shape[2] == 3:
                 rings = numpy.concatenate([rings, numpy.ones((*rings.shape[:2], 1))], 2)
             rings = numpy.ascontiguousarray(rings)
-            volume |= {"rings": rings.ctypes.data, "ring_count": rings.shape[0], "ring_size": rings.shape[1]}
+            volume |= {"ring_count": rings.shape[0], "ring_size": rings.shape[1]}
             kept.append(rings)
+        places.append(None if rings is None else rings.ctypes.data)
         rows.append(volume)
     made = record.fill(abi.RlvTissueDescription, options)
-    made.cell[:] = numpy.broadcast_to(cell, 3).tolist()
-    volumes, texts = _entries(abi.RlvTissueVolume, rows)
-    surfaces, names = _entries(abi.RlvTissueSurface, surfaces, purpose=abi.RlvTissuePurpose)
-    layers, _ = _entries(abi.RlvTissueLayer, [known.index(layer) for layer in layers])
+    made.cell[:] = _edges(cell).tolist()
+    volumes, texts = _entries(abi.RlvTissueVolume, rows, "volumes")
+    for volume, place in zip(volumes, places):
+        volume.rings = place
+    surfaces, names = _entries(abi.RlvTissueSurface, surfaces, "surfaces", purpose=abi.RlvTissuePurpose)
+    layers, _ = _entries(abi.RlvTissueLayer, [known.index(layer) for layer in _rows(layers, "layers")], "layers")
     _set(made, "material", known.entries)
     _set(made, "volume", volumes)
     _set(made, "surface", surfaces)
     _set(made, "layer", layers)
     if skin is not None:
-        made.skin = held(skin, "skin")
+        made.skin = held(skin, "skin", abi.RlvMesh)
     if epidermis is not None:
-        given = known.index(epidermis)
-        made.epidermis_material, made.epidermis_thickness = given["material"], given["thickness"]
+        given = known.index(mapped(epidermis, "epidermis"))
+        made.epidermis_material = integer(given["material"], "material")
+        made.epidermis_thickness = number(given.get("thickness"), "thickness")
     if bend is not None:
-        across, up = bend
-        made.bend[:] = [float(across), float(up)]
+        made.bend[:] = [number(radius, "bend") for radius in tupled(bend, 2, "bend")]
     return made, (kept, volumes, texts, surfaces, names, layers)
+
+
+def _edges(cell: Any) -> Array:
+    """The three edges of a voxel, of one number or three."""
+    edges = numbers(cell, "cell", numpy.float64)
+    if edges.shape not in ((), (1,), (3,)):
+        raise Invalid(f"cell: one number or three are needed, not the shape {edges.shape}")
+    return numpy.broadcast_to(edges, 3)
 
 
 def labels_of(materials: Any, labels: Any, block: int = 1, share: float = 0.5) -> tuple[Any, ...]:
     """`abi.RlvTissueLabels` of dictionaries with `material`, `low` and `high`, and what keeps its arrays."""
     known = _Materials(materials)
-    entries, _ = _entries(abi.RlvTissueLabel, [known.index(label) for label in labels])
+    entries, _ = _entries(abi.RlvTissueLabel, [known.index(label) for label in _rows(labels, "labels")], "labels")
     made = record.fill(abi.RlvTissueLabels, {"block": block, "share": share})
     _set(made, "material", known.entries)
     _set(made, "label", entries)
@@ -144,9 +163,12 @@ def labels_of(materials: Any, labels: Any, block: int = 1, share: float = 0.5) -
 
 def _curve(keys: Any, width: Any, name: str) -> tuple[Any, ...]:
     """Times and values of keys, pairs of a time and a value."""
-    times = Reading(numpy.array([key[0] for key in keys], numpy.float64), numpy.float64, 0, "times")
-    values = numpy.array([key[1] for key in keys], numpy.float32).reshape(len(keys), *([width] if width else []))
-    return times, Reading(values, numpy.float32, width, name)
+    rows = [tupled(key, 2, name) for key in list_of(keys, name)]
+    times = Reading(packed([row[0] for row in rows], numpy.float64, name), numpy.float64, 0, name)
+    values = Reading(packed([row[1] for row in rows], numpy.float32, name), numpy.float32, width, name)
+    if values.count != times.count:
+        raise Invalid(f"{name}: there are {values.count} values for {times.count} times")
+    return times, values
 
 
 class Tissue(Handle):
@@ -174,15 +196,15 @@ class Tissue(Handle):
     @classmethod
     def block(cls, context: Context, low: ArrayLike, cell: Any, counts: Any, **material: Any) -> Any:
         """Makes a block of equal boxes; the material has the fields of `abi.RlvTissueMaterial`."""
-        (entry,), kept = _entries(abi.RlvTissueMaterial, [{"name": "material", **material}])
-        numbers = [
-            Reading(numpy.array(low, numpy.float32), numpy.float32, 0, "low"),
-            Reading(numpy.array(numpy.broadcast_to(cell, 3), numpy.float32), numpy.float32, 0, "cell"),
-            Reading(numpy.array(counts, numpy.uint32), numpy.uint32, 0, "counts"),
+        (entry,), kept = _entries(abi.RlvTissueMaterial, [{"name": "material", **material}], "material")
+        given = [
+            Reading(packed(low, numpy.float32, "low"), numpy.float32, 0, "low"),
+            Reading(packed(_edges(cell), numpy.float32, "cell"), numpy.float32, 0, "cell"),
+            Reading(packed(counts, None, "counts"), numpy.uint32, 0, "counts"),
         ]
-        if any(reading.count != 3 for reading in numbers):
+        if any(reading.count != 3 for reading in given):
             raise Invalid("low, cell and counts: three numbers each are needed")
-        made = cls.of("rlv_tissue_block", held(context, "context"), *(it.address for it in numbers), ctypes.byref(entry))
+        made = cls.of("rlv_tissue_block", held(context, "context"), *(it.address for it in given), ctypes.byref(entry))
         del kept
         return made
 
@@ -254,13 +276,13 @@ class Tissue(Handle):
     def find_muscle(self, name: str) -> int:
         """The index of the muscle of a name."""
         index = ctypes.c_uint32()
-        library.call("rlv_tissue_find_muscle", self.handle, text_bytes(name), address_of(index))
+        library.call("rlv_tissue_find_muscle", self.handle, text_bytes(name, "name"), address_of(index))
         return index.value
 
     def set(self, name: str) -> Any:
         """The nodes of the set of a name."""
         index = ctypes.c_uint32()
-        library.call("rlv_tissue_find_set", self.handle, text_bytes(name), address_of(index))
+        library.call("rlv_tissue_find_set", self.handle, text_bytes(name, "name"), address_of(index))
         out = record.empty(abi.RlvTissueSet)
         library.call("rlv_tissue_set", self.handle, index.value, ctypes.byref(out))
         made, place, _ = writing(None, out.count, numpy.uint32, 0, "nodes")
@@ -269,12 +291,12 @@ class Tissue(Handle):
 
     def add_set(self, name: str, low: ArrayLike, high: ArrayLike) -> Any:
         """Adds a set of the nodes within a box, and returns its nodes."""
-        corners = [numpy.ascontiguousarray(corner, numpy.float32) for corner in (low, high)]
+        corners = [packed(low, numpy.float32, "low"), packed(high, numpy.float32, "high")]
         if any(corner.shape != (3,) for corner in corners):
             raise Invalid("low and high: three numbers each are needed")
         index = ctypes.c_uint32()
         places = [corner.ctypes.data for corner in corners]
-        library.call("rlv_tissue_add_set", self.handle, text_bytes(name), *places, address_of(index))
+        library.call("rlv_tissue_add_set", self.handle, text_bytes(name, "name"), *places, address_of(index))
         return self.set(name)
 
     def hold(self, nodes: Any, axes: str = "xyz") -> None:
@@ -285,7 +307,7 @@ class Tissue(Handle):
     def bind(self, name: str, mesh: Mesh | None) -> int:
         """Binds a mesh to the elements, and returns its index."""
         index = ctypes.c_uint32()
-        library.call("rlv_tissue_bind", self.handle, held(mesh, "mesh"), text_bytes(name), address_of(index))
+        library.call("rlv_tissue_bind", self.handle, held(mesh, "mesh"), text_bytes(name, "name"), address_of(index))
         return index.value
 
     def simulate(self, **options: Any) -> TissueSimulation:
@@ -326,7 +348,7 @@ class TissueSimulation(Handle):
 
     def drive(self, nodes: Any, keys: Any = (), axes: str = "xyz") -> None:
         """Moves nodes along axes by pairs of time and displacement; without keys they stay where they are."""
-        nodes = Reading(numpy.ascontiguousarray(nodes), numpy.uint32, 0, "nodes")
+        nodes = Reading(packed(nodes, None, "nodes"), numpy.uint32, 0, "nodes")
         times, values = _curve(keys, 3, "keys")
         given = (nodes.address, nodes.count, axes_of(axes), times.address, values.address, times.count)
         library.call("rlv_tissue_simulation_drive", self.handle, *given)
@@ -338,7 +360,7 @@ class TissueSimulation(Handle):
 
     def press(self, nodes: Any, keys: Any) -> None:
         """Presses on the outer faces of which all nodes are among some, by pairs of time and pressure in Pa."""
-        nodes = Reading(numpy.ascontiguousarray(nodes), numpy.uint32, 0, "nodes")
+        nodes = Reading(packed(nodes, None, "nodes"), numpy.uint32, 0, "nodes")
         times, values = _curve(keys, 0, "keys")
         given = (nodes.address, nodes.count, times.address, values.address, times.count)
         library.call("rlv_tissue_simulation_press", self.handle, *given)
@@ -349,13 +371,17 @@ class TissueSimulation(Handle):
         """Adds a body that nodes do not enter: a closed mesh, a ball of a radius, or a floor. Keys are triples of time,
         translation and rotation vector."""
         body = "mesh" if mesh is not None else "floor" if radius is None else "ball"
-        given = {"body": body, "radius": radius or 0.0, "friction": friction, "key_count": len(keys)}
+        rows = [list_of(key, "keys") for key in list_of(keys, "keys")]
+        if any(len(row) not in (2, 3) for row in rows):
+            raise Invalid("keys: a time, a translation and perhaps a rotation vector are needed")
+        radius = 0.0 if radius is None else number(radius, "radius")
+        given = {"body": body, "radius": radius, "friction": friction, "key_count": len(rows)}
         made = record.fill(abi.RlvTissueCollider, given, body=abi.RlvTissueBody)
-        times, places = _curve([key[:2] for key in keys], 3, "keys")
-        _, turns = _curve([(key[0], key[2] if len(key) > 2 else (0, 0, 0)) for key in keys], 3, "keys")
+        times, places = _curve([row[:2] for row in rows], 3, "keys")
+        _, turns = _curve([(row[0], row[2] if len(row) > 2 else (0, 0, 0)) for row in rows], 3, "keys")
         made.times, made.translations, made.rotations = times.address, places.address, turns.address
         if mesh is not None:
-            made.mesh = held(mesh, "mesh")
+            made.mesh = held(mesh, "mesh", abi.RlvMesh)
         library.call("rlv_tissue_simulation_add_collider", self.handle, ctypes.byref(made))
 
     def step(self, count: int = 1) -> None:
@@ -378,14 +404,11 @@ class TissueSimulation(Handle):
     def get(self, *names: str, **into: Any) -> dict[str, Array]:
         """What nodes and elements have, by names of arrays of `abi.RlvTissueArrays`: a dictionary. Arrays that are given by
         name are written to."""
-        wanted = dict.fromkeys(names) | into
-        unknown = wanted.keys() - FIELDS.keys()
-        if unknown:
-            raise Invalid(f"{min(unknown)}: unknown; there are {', '.join(FIELDS)}")
+        wanted = {name: None for name in names if chosen(FIELDS, name, "names")} | into
         arrays, found = record.empty(abi.RlvTissueArrays), {}
         arrays.node_count, arrays.element_count = self._counts[True], self._counts[False]
         for name, out in wanted.items():
-            is_node, width = FIELDS[name]
+            is_node, width = chosen(FIELDS, name, "names")
             count = self._counts[is_node]
             found[name], place, stride = writing(out, count, numpy.float32, width, name)
             if stride not in (0, 4 * max(width, 1)):
@@ -400,7 +423,9 @@ class TissueSimulation(Handle):
 
     def bound_points(self, index: int, out: Array) -> Any:
         """Writes the points of a bound surface into an array (n, 3) of floats, and returns it."""
-        found, place, stride = writing(out, len(out), numpy.float32, 3, "points")
+        if not isinstance(out, numpy.ndarray) or not out.ndim:
+            raise Invalid("out: an array of float32 of the shape (n, 3) is needed")
+        found, place, stride = writing(out, len(out), numpy.float32, 3, "out")
         library.call("rlv_tissue_simulation_get_bound", self.handle, index, place, len(out), stride)
         return found
 
