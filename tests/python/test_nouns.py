@@ -21,7 +21,6 @@ sys.path += [str(ROOT / "plugins" / "python"), str(Path(__file__).resolve().pare
 import librelievo as rl
 import shapes
 from librelievo import bake, decal, document, imprint, job, ptex, repair, stroke
-from test_misuse import Misuse  # noqa: F401 (its tests run with these)
 
 PACKAGE = str(Path(rl.__file__).parents[1])
 

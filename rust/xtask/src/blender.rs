@@ -85,7 +85,7 @@ pub fn test() -> Outcome {
     let python = python()?;
     let command = target().join("release/relievo");
     let mut alone = Vec::new();
-    for name in ["test_abi.py", "test_nouns.py", "test_grid.py", "test_client.py", "test_wheel.py"] {
+    for name in ["test_abi.py", "test_nouns.py", "test_misuse.py", "test_grid.py", "test_client.py", "test_wheel.py"] {
         let mut test = clean(&python);
         test.env("RELIEVO_OPENVDB", module::path()).env("RELIEVO_COMMAND", &command);
         test.arg(root().join("tests/python").join(name)).env("PYTHONPATH", &made.site);
