@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use relievo_core::Context;
-use relievo_surface::Surface;
+use relievo_surface::{Cone, Surface};
 
 use crate::geometry::hierarchy::{Bounds, Hierarchy};
 use crate::object::tile_bounds::{tile_bounds, tile_cone};
@@ -20,6 +20,18 @@ struct Known {
     /// The edits that last changed its displacement and its vectors, 0 where the reach covers more than it has now.
     versions: [u64; 2],
     reach: Reach,
+    /// Of its normals in the pose of the surface, where its box needed it.
+    cone: Option<Cone>,
+}
+
+/// What a refit finds of a tile.
+#[derive(Clone, Copy)]
+struct Fitted {
+    known: Known,
+    /// The box, where it is another than before.
+    bounds: Option<Bounds>,
+    /// Whether the box covers no more than the tile has now.
+    is_exact: bool,
 }
 
 /// How far a tile is displaced.
@@ -129,25 +141,28 @@ impl Fit {
         tiles: &[u32],
         revision: [u64; 2],
     ) {
-        let mut fitted = context.scratch().lend::<Vec<(u32, Reach, Bounds, bool)>>();
+        let mut fitted = context.scratch().lend::<Vec<Fitted>>();
         context.map_into(tiles.len(), &mut fitted, |index| {
             let tile = tiles[index];
             let own = Reach::of(&now, tile);
             let reach = own.with(start.map_or(Reach::default(), |start| Reach::of(&start, tile)));
-            (tile, reach, extended(surface, tile, reach), reach == own)
+            let (before, mut cone) = self.known.get(&tile).map_or_else(Default::default, |it| (it.reach, it.cone));
+            let bounds = (reach != before).then(|| extended(surface, tile, reach, &mut cone));
+            let is_exact = reach == own;
+            let versions = if is_exact { versions(&now, tile) } else { [0; 2] };
+            Fitted { known: Known { versions, reach, cone }, bounds, is_exact }
         });
         let mut boxes = context.scratch().lend::<Vec<(u32, Bounds)>>();
         boxes.clear();
-        boxes.extend(fitted.iter().map(|(tile, _, bounds, _)| (*tile, *bounds)));
+        boxes.extend(tiles.iter().zip(fitted.iter()).filter_map(|(tile, fitted)| Some((*tile, fitted.bounds?))));
         self.hierarchy.update(context, &boxes);
-        for (tile, reach, _, exact) in fitted.iter().copied() {
-            let is_allocated = now.heights.is_allocated(tile) || now.vectors.is_some_and(|v| v.is_allocated(tile));
-            if reach == Reach::default() && !is_allocated {
-                self.known.remove(&tile);
+        for (tile, fitted) in tiles.iter().zip(fitted.iter()) {
+            let is_allocated = now.heights.is_allocated(*tile) || now.vectors.is_some_and(|v| v.is_allocated(*tile));
+            if fitted.known.reach == Reach::default() && !is_allocated {
+                self.known.remove(tile);
             } else {
-                self.loose |= !exact;
-                let versions = if exact { versions(&now, tile) } else { [0; 2] };
-                self.known.insert(tile, Known { versions, reach });
+                self.loose |= !fitted.is_exact;
+                self.known.insert(*tile, fitted.known);
             }
         }
         self.revision = revision;
@@ -158,19 +173,22 @@ impl Fit {
         self.hierarchy.copy_from(hierarchy);
         let mut boxes = context.scratch().lend::<Vec<(u32, Bounds)>>();
         boxes.clear();
-        boxes.extend(self.known.iter().map(|(tile, known)| (*tile, extended(surface, *tile, known.reach))));
+        boxes.extend(self.known.iter_mut().map(|(tile, known)| {
+            known.cone = None;
+            (*tile, extended(surface, *tile, known.reach, &mut known.cone))
+        }));
         self.hierarchy.update(context, &boxes);
     }
 }
 
-/// The box of a tile that is displaced.
-fn extended(surface: &Surface, tile: u32, reach: Reach) -> Bounds {
+/// Returns the box of a tile that is displaced. Computes the cone of its normals where there is none and it is needed.
+fn extended(surface: &Surface, tile: u32, reach: Reach, cone: &mut Option<Cone>) -> Bounds {
     let mut bounds = tile_bounds(surface, tile);
     let Reach { range: [least, most], length } = reach;
     if bounds.is_empty() || reach == Reach::default() {
         return bounds;
     }
-    let cone = tile_cone(surface, tile);
+    let cone = *cone.get_or_insert_with(|| tile_cone(surface, tile));
     // Edges may be evaluated in a neighbour, whose patches and coefficients are rounded apart from these.
     let slack = 1e-3 * (least.abs().max(most.abs()) + length) + 1e-6 * surface.extent() + length;
     for axis in 0..3 {
