@@ -20,11 +20,8 @@ override VECTORS: u32 = 0u;
 @group(3) @binding(0) var<storage, read> entries: array<u32>;
 @group(3) @binding(1) var<storage, read> values: array<u32>;
 
-// Of what is known of a block: bits of the dabs that changed values inside or at corners, and of those that changed values
-// on sides; bits of the parts that changed, see `part_of`.
-const STATE_INNER: u32 = BLOCK_CORNERS;
-const STATE_SIDES: u32 = BLOCK_CORNERS + 1u;
-const STATE_PARTS: u32 = BLOCK_CORNERS + 2u;
+// Of what is known of a block: bits of the parts that changed, see `part_of`.
+const STATE_PARTS: u32 = BLOCK_CORNERS;
 
 /// The part of a block that a value is in: its sides, its corners, its inside.
 fn part_of(node: Node) -> u32 {
@@ -33,9 +30,7 @@ fn part_of(node: Node) -> u32 {
 
 /// Notes that a value of a block changed; returns whether no other block is the first to have it.
 fn note_value(face: u32, block: u32, node: Node) -> u32 {
-    let part = part_of(node);
-    note_dab(block, select(STATE_INNER, STATE_SIDES, part < 3u));
-    atomicOr(&states[BLOCK_WORDS * block + STATE_PARTS], 1u << part);
+    atomicOr(&states[BLOCK_WORDS * block + STATE_PARTS], 1u << part_of(node));
     return select(0u, 1u, is_first(face, node));
 }
 

@@ -13,6 +13,7 @@ mod device;
 pub mod displaced;
 mod expendable;
 pub mod field;
+mod mending;
 pub mod normals;
 pub mod paging;
 pub mod pattern;

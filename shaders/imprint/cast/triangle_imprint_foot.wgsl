@@ -1,5 +1,5 @@
 // import imprint_link
-// import triangle_imprint_fan
+// import triangles
 // Places of the values of triangles' blocks with the processor's roundings.
 
 /// Segments of a side.
@@ -10,8 +10,8 @@ override VECTORS: u32 = 0u;
 // Barycentric coordinates of the values inside, three numbers each: a device's quotients may be others.
 @group(0) @binding(8) var<storage, read> inside: array<f32>;
 // First words of the vectors of triangles' blocks, in object space, and three words a value; something where there are none.
-@group(0) @binding(10) var<storage, read> way_entries: array<u32>;
-@group(0) @binding(11) var<storage, read> way_values: array<u32>;
+@group(0) @binding(9) var<storage, read> way_entries: array<u32>;
+@group(0) @binding(10) var<storage, read> way_values: array<u32>;
 
 fn scaled(v: vec3<f32>, by: f32) -> vec3<f32> {
     return vec3(rounded(v.x * by), rounded(v.y * by), rounded(v.z * by));

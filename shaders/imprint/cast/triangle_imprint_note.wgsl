@@ -8,5 +8,5 @@ fn note_of(index: u32) -> u32 {
     if index < inner_count(SEGMENTS) || along >= 3u * (SEGMENTS - 1u) {
         return INNER;
     }
-    return SIDES << (along / (SEGMENTS - 1u));
+    return SIDES;
 }

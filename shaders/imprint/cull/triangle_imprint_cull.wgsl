@@ -26,20 +26,7 @@ const ROUNDING: f32 = 1e-6;
 // Takes on what the imprint before left of a triangle.
 fn settle(face: u32) {
     let at = state_of(face);
-    let state = slots[at];
-    if state == 0u {
-        return;
-    }
-    if (state & WAITING) != 0u {
-        for (var part = 0u; part < PARTS; part++) {
-            let waiting = slots[at + 1u + part];
-            if waiting != 0u {
-                slots[slot_of(face) + 1u + part] = waiting;
-                slots[at + 1u + part] = 0u;
-            }
-        }
-    }
-    slots[at] = select(0u, TAKEN, (state & (TAKEN | GIVEN | INNER)) != 0u);
+    slots[at] = select(0u, TAKEN, slots[at] != 0u);
 }
 
 // The range of a triangle as imprints of earlier dispatches left it.

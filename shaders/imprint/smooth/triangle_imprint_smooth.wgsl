@@ -1,25 +1,26 @@
 // import common
 // import halves
 // import imprint_keep
-// import triangle_imprint_foot
 // import triangle_imprint_slot
+// import triangles
 // What an imprint changed on a triangle mesh, smoothed (Schäfer et al. 2014, Section 6) for those of the submission that come
 // after it, as `triangle::smoothing` of rust/detail does. A workgroup takes 256 values of a listed triangle's block, an
 // invocation one. Triangles that share a value come to the same bits.
 
-@group(0) @binding(1) var<storage, read> held: array<u32>;
+/// Segments of a side.
+override SEGMENTS: u32 = 64u;
+
 // What `triangle_imprint_touch` found.
 @group(0) @binding(2) var<storage, read> marks: array<vec2<u32>>;
 @group(0) @binding(3) var<storage, read> listed: array<u32>;
 @group(0) @binding(4) var<storage, read> arguments: array<u32>;
 // Of every value of the listed triangles the half that it is, with the rounds of neighbours after which it is smoothed as
 // bits above, and the half that it becomes.
-@group(0) @binding(9) var<storage, read_write> worked: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> worked: array<atomic<u32>>;
 // First words of the triangles' blocks, and their words.
 @group(2) @binding(0) var<storage, read> entries: array<u32>;
 @group(2) @binding(1) var<storage, read> values: array<u32>;
 
-const FINE: u32 = 1u;
 const ALLOCATED: u32 = 2u;
 const SOURCE: u32 = 5u;
 
@@ -62,16 +63,15 @@ fn recorded(face: u32, index: u32, place: u32) -> u32 {
 
 // The record of a part of a triangle's block, from 1, or zero.
 fn record_now(face: u32, part: u32) -> u32 {
-    let waiting = atomicLoad(&slots[state_of(face) + 1u + part]);
-    return select(atomicLoad(&slots[slot_of(face) + 1u + part]), waiting, waiting != 0u);
+    return atomicLoad(&slots[slot_of(face) + 1u + part]);
 }
 
 fn is_source(face: u32) -> bool {
     return (marks[face].x & SOURCE) == SOURCE;
 }
 
-// Whether a value belongs to what may be smoothed: a side of a triangle that may be, and a corner of one if all around it
-// have blocks, since those without would follow it as a whole.
+// Whether a value belongs to what may be smoothed: a side or a corner of a triangle that may be if all that have it have
+// blocks, since those without would follow it.
 fn may_change(face: u32, node: Node) -> bool {
     let others = sharing(face, node);
     if others.count == 0u {
@@ -84,7 +84,7 @@ fn may_change(face: u32, node: Node) -> bool {
         any_source = any_source || is_source(other);
         all_there = all_there && (marks[other].x & ALLOCATED) != 0u;
     }
-    return any_source && (all_there || node.step != 0u);
+    return any_source && all_there;
 }
 
 // What imprints left, and which values this one changed.
@@ -189,26 +189,6 @@ fn average(
     atomicStore(&worked[it.at + 1u], half);
 }
 
-// What a value of the triangle becomes, where its first one is at `first`.
-fn next_value(first: u32, index: u32) -> f32 {
-    return value(atomicLoad(&worked[first + 2u * index + 1u]));
-}
-
-// What is read inside a triangle without a block.
-fn fan_at(face: u32, index: u32, first: u32) -> f32 {
-    let at = vec3(inside[3u * index], inside[3u * index + 1u], inside[3u * index + 2u]);
-    let corners = inner_count(SEGMENTS) + 3u * (SEGMENTS - 1u);
-    var sum = 0.0;
-    for (var side = 0u; side < 3u; side++) {
-        let it = side_below(face, SEGMENTS, side, at);
-        let ends = vec2(next_value(first, it.start), next_value(first, it.end));
-        let beside = vec2(next_value(first, it.low), next_value(first, it.high));
-        let near = at[side] + at[(side + 1u) % 3u];
-        sum += next_value(first, corners + side) * at[side] + bulge(it, vec4(ends, beside)) * near;
-    }
-    return sum;
-}
-
 @compute @workgroup_size(GROUP)
 fn apply(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -219,13 +199,8 @@ fn apply(
     if !it.there {
         return;
     }
-    var half = atomicLoad(&worked[it.at + 1u]);
-    let follows = held[it.face] == HELD_NONE && (marks[it.face].x & FINE) == 0u;
-    if follows && it.index < inner_count(SEGMENTS) {
-        half = half_bits(fan_at(it.face, it.index, it.at - 2u * it.index));
-    }
     let own = atomicLoad(&worked[it.at]);
-    atomicStore(&worked[it.at], (own & 0xffff0000u) | half);
+    atomicStore(&worked[it.at], (own & 0xffff0000u) | atomicLoad(&worked[it.at + 1u]));
 }
 
 // Keeps what changed for the imprints that follow.
@@ -260,7 +235,6 @@ fn settle(
         let place = take_record(vec4(it.face, group.z | SETTLED | (step.link << 16u), 0u, 0u));
         if place < work.records {
             atomicStore(&slots[slot_of(it.face) + 1u + group.z], place + 1u);
-            atomicStore(&slots[state_of(it.face) + 1u + group.z], 0u);
             atomicMax(&slots[slot_of(it.face)], u32(-atomicLoad(&least)));
             atomicMax(&slots[highest_of(it.face)], atomicLoad(&most));
         }

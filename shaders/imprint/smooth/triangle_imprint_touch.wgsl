@@ -20,7 +20,13 @@ const ALLOCATED: u32 = 2u;
 const SHOWN: u32 = 4u;
 const SOURCE: u32 = 5u;
 
-// Whether a triangle looks different after the imprint, as `TriangleChange::faces_shown` of rust/tiles has it.
+// Whether a triangle had a block of as many segments before the imprint.
+fn was_whole(face: u32) -> bool {
+    return held[face] == HELD_WHOLE || (slots[state_of(face)] & TAKEN) != 0u;
+}
+
+// Whether a triangle looks different after the imprint, as `TriangleChange::faces_shown` of rust/tiles has it: a new block
+// divides the sides of those beside it.
 fn is_shown(face: u32) -> bool {
     if (slots[state_of(face)] & CHANGED) != 0u {
         return true;
@@ -28,7 +34,9 @@ fn is_shown(face: u32) -> bool {
     for (var side = 0u; side < 3u; side++) {
         let along = mesh_along(mesh_side(face, side) / 2u);
         for (var k = 0u; k < along.count; k++) {
-            if (slots[state_of(mesh_words[along.first + k] / 3u)] & (GIVEN | INNER)) != 0u {
+            let other = mesh_words[along.first + k] / 3u;
+            let state = slots[state_of(other)];
+            if (state & INNER) != 0u || ((state & SIDES) != 0u && !was_whole(other)) {
                 return true;
             }
         }
@@ -47,7 +55,7 @@ fn mark(
     if face >= work.tiles {
         return;
     }
-    let whole = held[face] == HELD_WHOLE || (slots[state_of(face)] & (TAKEN | GIVEN | INNER)) != 0u;
+    let whole = was_whole(face) || (slots[state_of(face)] & CHANGED) != 0u;
     var bits = select(0u, FINE, whole) | select(0u, ALLOCATED, whole || held[face] != HELD_NONE);
     bits |= select(0u, SHOWN, is_shown(face));
     marks[face] = vec2(bits, 0u);

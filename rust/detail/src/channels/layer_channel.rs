@@ -42,6 +42,15 @@ pub trait BlockChannel: Debug + Send + Sync {
     /// be read or written.
     fn write(&mut self, block: u32, bytes: Option<&[u8]>) -> Result<()>;
 
+    /// Gives and takes what must be there beside `blocks` that were put back, whatever the budget says. Nothing for channels
+    /// whose blocks stand by themselves.
+    ///
+    /// # Errors
+    /// Fails as the page store does if a page cannot be read or written.
+    fn mend(&mut self, _context: &Context, _blocks: &[u32]) -> Result<()> {
+        Ok(())
+    }
+
     /// Makes edits visible to readers. Returns the blocks that changed, ascending.
     fn commit(&mut self) -> Vec<u32>;
 

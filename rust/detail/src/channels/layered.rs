@@ -759,8 +759,8 @@ impl<O: LayeredObject> Recorded for O {
         let ids = self.channels().layers.others;
         let head = |id: u32| heads.into_iter().flatten().find(|head| head.id == id);
         let (traces, vectors) = self.others_mut();
-        traces.map_or(Ok(()), |traces| put_whole(traces, ids[0], head(ids[0]), &blocks))?;
-        vectors.map_or(Ok(()), |vectors| put_whole(vectors, ids[1], head(ids[1]), &blocks))?;
+        traces.map_or(Ok(()), |traces| put_whole(context, traces, (ids[0], head(ids[0])), &blocks))?;
+        vectors.map_or(Ok(()), |vectors| put_whole(context, vectors, (ids[1], head(ids[1])), &blocks))?;
         put_stamps(self, context, heads, &blocks)
     }
 }
@@ -780,7 +780,7 @@ fn put_layers<C: LayerChannel>(
     let ids: Vec<u32> = stack.layers().iter().map(|layer| layer.id()).collect();
     for id in ids {
         if let Some(channel) = stack.channel_mut(id, composite) {
-            put(channel, id, blocks)?;
+            put(context, channel, id, blocks)?;
         }
     }
     if heads.is_some() { stack.refresh(context, composite) } else { stack.settle(context, composite) }
@@ -795,22 +795,29 @@ fn reshape(channel: &mut impl BlockChannel, sizes: Option<Vec<u32>>) -> Result<(
 }
 
 /// Gives a channel that is a layer of its own the sizes of `head`, unless they stay, and its blocks.
-fn put_whole(channel: &mut impl BlockChannel, layer: u32, head: Option<&Head>, blocks: &[BlockState]) -> Result<()> {
+fn put_whole(
+    context: &Context,
+    channel: &mut impl BlockChannel,
+    (layer, head): (u32, Option<&Head>),
+    blocks: &[BlockState],
+) -> Result<()> {
     if let Some(head) = head {
         channel.reshape(&head.face_sizes, &head.given_sizes)?;
     }
-    put(channel, layer, blocks)
+    put(context, channel, layer, blocks)
 }
 
 /// Puts back the blocks of `layer`, whatever the budget says: blocks that go first, so that others have room.
 #[inline(never)]
-fn put(channel: &mut impl BlockChannel, layer: u32, blocks: &[BlockState]) -> Result<()> {
+fn put(context: &Context, channel: &mut impl BlockChannel, layer: u32, blocks: &[BlockState]) -> Result<()> {
     let budget = channel.budget();
     channel.set_budget(u64::MAX);
-    let mut own = blocks.iter().filter(|block| block.layer == layer);
-    let done = own.try_for_each(|block| channel.write(block.block, block.bytes.as_deref()));
+    let own = || blocks.iter().filter(|block| block.layer == layer);
+    let done = own().try_for_each(|block| channel.write(block.block, block.bytes.as_deref()));
     channel.set_budget(budget);
-    done
+    done?;
+    let numbers: Vec<u32> = own().map(|block| block.block).collect();
+    channel.mend(context, &numbers)
 }
 
 /// Makes blocks of all channels and layers of an object leave memory for `pages`. Fails if one cannot be read back.

@@ -107,7 +107,7 @@ fn framed(
         (count > 0).then_some(ElementEdit { element: edit.element, pattern: edit.pattern, values, count })
     });
     let mut edits: Vec<ElementEdit<Vector>> = made.into_iter().flatten().collect();
-    let mut around = faces_of(vectors, pattern, &edits);
+    let mut around = faces_of(topology, &edits);
     around.retain(|face| vectors.face_pattern(*face).is_none_or(|own| own < pattern) && !offsets.is_blank(*face));
     let mut others = Element::of_faces(topology, &around);
     others.retain(|element| {

@@ -2,10 +2,10 @@
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Section 6:
 //! intersect the box with faces and edges, decide by a scan which faces get blocks, with their edges, and set the
-//! values of both. As on tiles the brush is evaluated before the scan. A face gets a block if something changes in it
-//! or at one of its corners, and if something changes on an edge no face of which has one. So a face that keeps none
-//! reads otherwise only along its edges. Stages report their time under `dab.intersect`, `dab.evaluate` and
-//! `dab.manage`.
+//! values of both. As on tiles the brush is evaluated before the scan. A face gets a block if something changes in it, on
+//! one of its edges or at one of its corners, because without one it would follow these as far as the opposite side; where
+//! the budget refuses one of the faces of an edge or a vertex, that stays. Stages report their time under
+//! `dab.intersect`, `dab.evaluate` and `dab.manage`.
 
 use glam::Vec4;
 use relievo_core::{Context, Result};
@@ -194,21 +194,19 @@ pub(super) fn write<T: Texel>(
 ) -> Result<(DabReport, Vec<u32>)> {
     let mut stage = context.stats().begin("dab.manage");
     let topology = channel.field().topology().clone();
-    let wanted = faces_of(channel.field(), pattern, &edits);
+    let wanted = faces_of(&topology, &edits);
     let candidates: Vec<Candidate> =
         wanted.iter().map(|face| Candidate { tile: *face, decision: Candidate::MODIFY }).collect();
     let field = channel.field();
     let sets = Sets::scan(context, &candidates, |face| field.face_pattern(face).is_some_and(|own| own >= pattern));
     let new = sets.allocate.iter().filter(|face| !field.is_allocated(**face)).count();
-    // The edges that are edited need one of their faces.
-    let along = edits.iter().filter_map(|edit| match edit.element {
-        Element::Edge(edge) => Some(topology.faces_along(edge).map(|(face, _)| face)),
-        _ => None,
-    });
-    let modify = sets.modify.iter().copied().chain(along.flatten()).collect();
-    let allocated = TriangleSets { allocate: sets.allocate, modify, ..Default::default() };
+    let allocated = TriangleSets { allocate: sets.allocate, modify: sets.modify, ..Default::default() };
     let refused = channel.apply(context, pattern, &allocated)?;
-    let kept = |edit: &ElementEdit<T>| is_kept(channel.field(), &refused, edit.element, edit.pattern);
+    let kept = |edit: &ElementEdit<T>| {
+        // What is only written into a new block stays what it was, whoever is refused.
+        let refused = if edit.count > 0 { &refused[..] } else { &[] };
+        is_kept(channel.field(), refused, edit.element, edit.pattern)
+    };
     let edits: Vec<ElementEdit<T>> = edits.into_iter().filter(kept).collect();
     let elements = Element::of_faces(&topology, tested);
     let texels = |element: &Element| element.count(element.pattern(channel.field()).unwrap_or(pattern)) as u64;
@@ -260,43 +258,30 @@ pub(super) fn write<T: Texel>(
 
 /// Whether an edit of `element` in `pattern` was written, where the budget refused some faces, ascending.
 pub(super) fn is_kept<T: Texel>(field: &TriangleField<T>, refused: &[u32], element: Element, pattern: Pattern) -> bool {
+    // What changes on an edge or at a vertex without all its faces would drag those along.
+    let is_granted = |(face, _): (u32, u32)| refused.binary_search(&face).is_err();
     match element {
         Element::Face(face) => field.face_pattern(face) == Some(pattern),
-        Element::Edge(edge) => field.edge_pattern(edge) == Some(pattern),
-        // A vertex that moved without all its faces would drag those along as a whole.
-        Element::Vertex(vertex) => {
-            let mut faces = field.topology().faces_around(vertex);
-            faces.all(|(face, _)| refused.binary_search(&face).is_err())
+        Element::Edge(edge) => {
+            field.edge_pattern(edge) == Some(pattern) && field.topology().faces_along(edge).all(is_granted)
         }
+        Element::Vertex(vertex) => field.topology().faces_around(vertex).all(is_granted),
     }
 }
 
 /// The faces that need a block for `edits`, ascending.
-pub(super) fn faces_of<T: Texel>(field: &TriangleField<T>, pattern: Pattern, edits: &[ElementEdit<T>]) -> Vec<u32> {
-    let topology: &TriangleTopology = field.topology();
+pub(super) fn faces_of<T>(topology: &TriangleTopology, edits: &[ElementEdit<T>]) -> Vec<u32> {
     let mut faces: Vec<u32> = Vec::new();
     for edit in edits {
         match edit.element {
             Element::Face(face) => faces.push(face),
-            Element::Vertex(vertex) => faces.extend(topology.faces_around(vertex).map(|(face, _)| face)),
+            Element::Edge(edge) if edit.count > 0 => {
+                faces.extend(topology.faces_along(edge).map(|(face, _)| face));
+            }
             Element::Edge(_) => {}
+            Element::Vertex(vertex) => faces.extend(topology.faces_around(vertex).map(|(face, _)| face)),
         }
     }
-    faces.sort_unstable();
-    faces.dedup();
-    let mut more: Vec<u32> = Vec::new();
-    for edit in edits {
-        let Element::Edge(edge) = edit.element else { continue };
-        let has = |face: u32| {
-            field.face_pattern(face).is_some_and(|own| own >= pattern)
-                || faces.binary_search(&face).is_ok()
-                || more.contains(&face)
-        };
-        if !topology.faces_along(edge).any(|(face, _)| has(face)) {
-            more.extend(topology.faces_along(edge).next().map(|(face, _)| face));
-        }
-    }
-    faces.extend(more);
     faces.sort_unstable();
     faces.dedup();
     faces

@@ -193,7 +193,7 @@ impl<T: DeviceValue> Event<T> {
         for (index, state) in taken.iter().filter(|(_, state)| state.changes > 0) {
             let words = &made.blocks[index * room as usize..][..room as usize];
             let (inside, sides, corners) = DeviceTriangles::<T>::parts(pattern, bytemuck::cast_slice(words));
-            let is_changed = |part: usize| state.corners[2] >> part & 1 != 0;
+            let is_changed = |part: usize| state.corners[0] >> part & 1 != 0;
             if is_changed(6) {
                 new.insert(Element::Face(state.tile), inside);
             }

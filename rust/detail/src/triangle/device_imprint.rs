@@ -163,8 +163,7 @@ impl Known {
                 }
                 let made = &piece.values[from - piece.first..to - piece.first];
                 let old = &mut block[from..to];
-                let is_edit = !(piece.settled || piece.follows && matches!(element, Element::Face(_)));
-                if is_edit && old.iter().zip(made).any(|(old, new)| old != new) {
+                if !piece.settled && old.iter().zip(made).any(|(old, new)| old != new) {
                     let own = || values(field, element, pattern).unwrap_or_else(|| vec![f16::ZERO; count]);
                     let (values, changed) = new.entry(element).or_insert_with(|| (own(), vec![false; count]));
                     for (k, (old, new)) in old.iter().zip(made).enumerate().filter(|(_, (old, new))| old != new) {

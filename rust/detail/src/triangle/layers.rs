@@ -53,6 +53,10 @@ impl<T: StoredTexel> BlockChannel for TriangleChannel<T> {
         TriangleChannel::report_fault(self)
     }
 
+    fn mend(&mut self, context: &Context, blocks: &[u32]) -> Result<()> {
+        self.mend_around(context, blocks)
+    }
+
     /// Blocks say their level by their length; what changes is the number of segments of the finest.
     fn reshape(&mut self, sizes: &[u32], _: &[u32]) -> Result<()> {
         sizes.first().map_or(Ok(()), |segments| self.set_segments(*segments))
@@ -133,13 +137,18 @@ impl<T: Absorb> LayerChannel for TriangleChannel<T> {
         let topology = now.topology().clone();
         let mut change = TriangleBlock::change(&topology, blocks.iter().copied());
         change.vertices.retain(|vertex| !before.vertex(*vertex).same(now.vertex(*vertex)));
+        change.edges.retain(|edge| differs(composite, *edge));
         let refused = self.room_for(context, composite, &change)?;
         let field = TriangleChannel::field(self);
         let mut shown = change.faces_shown(&topology);
         shown.retain(|face| field.is_allocated(*face));
-        let whole = |vertex: u32| topology.faces_around(vertex).all(|(face, _)| field.is_allocated(face));
+        let is_there = |(face, _): (u32, u32)| field.is_allocated(face);
         let mut elements = Element::of_faces(&topology, &shown);
-        elements.retain(|element| !matches!(element, Element::Vertex(vertex) if !whole(*vertex)));
+        elements.retain(|element| match element {
+            Element::Face(_) => true,
+            Element::Edge(edge) => topology.faces_along(*edge).all(is_there),
+            Element::Vertex(vertex) => topology.faces_around(*vertex).all(is_there),
+        });
         let new = context.map(elements.len(), |index| {
             let element = elements[index];
             let pattern = element.pattern(field).unwrap_or(field.pattern());
@@ -169,6 +178,14 @@ impl<T: Absorb> LayerChannel for TriangleChannel<T> {
     }
 }
 
+/// Whether an edge reads otherwise in the second field than in the first.
+fn differs<T: Layered>(fields: [&TriangleField<T>; 2], edge: u32) -> bool {
+    let element = Element::Edge(edge);
+    let Some(pattern) = fields.into_iter().filter_map(|field| field.edge_pattern(edge)).max() else { return false };
+    let [before, now] = fields.map(|field| values(field, element, pattern).unwrap_or_default());
+    before.iter().zip(&now).any(|(before, now)| !before.same(*now))
+}
+
 /// What a layer needs to take in a change of the composite.
 trait Room<T: Layered> {
     /// Allocates the faces in which it is kept. Returns the faces that the budget refused, ascending.
@@ -191,18 +208,9 @@ impl<T: Layered> Room<T> for TriangleChannel<T> {
         let topology = field.topology().clone();
         let held = |face: u32| composite.iter().filter_map(|field| field.face_pattern(face)).max();
         let inside = change.faces.iter().copied().filter(|face| held(*face).is_some());
-        let around = change.vertices.iter().flat_map(|vertex| topology.faces_around(*vertex)).map(|(face, _)| face);
-        let mut faces: Vec<u32> = inside.chain(around).collect();
-        faces.sort_unstable();
-        faces.dedup();
-        let mut more = Vec::new();
-        for edge in &change.edges {
-            let along = || topology.faces_along(*edge).map(|(face, _)| face);
-            if !along().any(|face| field.is_allocated(face) || faces.binary_search(&face).is_ok()) {
-                more.extend(along().find(|face| held(*face).is_some()));
-            }
-        }
-        faces.extend(more);
+        let along = change.edges.iter().flat_map(|edge| topology.faces_along(*edge));
+        let around = change.vertices.iter().flat_map(|vertex| topology.faces_around(*vertex));
+        let mut faces: Vec<u32> = inside.chain(along.chain(around).map(|(face, _)| face)).collect();
         faces.sort_unstable();
         faces.dedup();
         let finest = field.pattern();

@@ -28,12 +28,12 @@ pub(super) fn smooth(
     let field = channel.field();
     let fine: Vec<u32> = faces.iter().copied().filter(|face| field.face_pattern(*face) == Some(pattern)).collect();
     let mut elements = Element::of_faces(&topology, &fine);
-    // Values that others would follow as a whole stay, as in dabs.
-    let whole = |vertex: u32| topology.faces_around(vertex).all(|(face, _)| field.is_allocated(face));
+    // Values that faces without a block would follow stay, as in dabs.
+    let is_there = |(face, _): (u32, u32)| field.is_allocated(face);
     elements.retain(|element| match element {
         Element::Face(_) => true,
-        Element::Edge(edge) => field.edge_pattern(*edge) == Some(pattern),
-        Element::Vertex(vertex) => whole(*vertex),
+        Element::Edge(edge) => field.edge_pattern(*edge) == Some(pattern) && topology.faces_along(*edge).all(is_there),
+        Element::Vertex(vertex) => topology.faces_around(*vertex).all(is_there),
     });
     let masks = context.map(elements.len(), |index| {
         let [old, new] = [before, field].map(|field| values(field, elements[index], pattern).unwrap_or_default());

@@ -12,8 +12,10 @@ use relievo_detail::{
 use relievo_document::{Document, Kind, PageFile, PageStore, Settings};
 use relievo_surface::{Surface, SurfaceOptions, TriangleSurface};
 use relievo_testing::{Random, grid};
-use relievo_tiles::triangle::{TriangleChannel, TriangleField, TriangleOptions};
-use relievo_tiles::{ChannelOptions, DecayOptions, Displacement, Paint, Texel};
+use relievo_tiles::triangle::{TriangleChannel, TriangleOptions};
+use relievo_tiles::{ChannelOptions, DecayOptions, Displacement, Paint};
+
+use crate::triangle_ridges::check_closed;
 
 const LIMIT: u64 = 1 << 30;
 const DECAY: DecayOptions = DecayOptions { delay: 1.0, duration: 6.0 };
@@ -605,19 +607,5 @@ fn faces_that_are_lost_take_their_edges_and_corners_and_nothing_that_stays() {
     };
     for layered in [false, true] {
         assert!(run(1, layered) == run(3, layered));
-    }
-}
-
-/// Faces have edges, edges faces, and vertices that are not blank faces all around.
-fn check_closed<T: Texel>(field: &TriangleField<T>) {
-    let topology = field.topology();
-    for face in field.allocated() {
-        assert!(topology.edges_of(face).iter().all(|edge| field.edge_pattern(*edge) >= field.face_pattern(face)));
-    }
-    for edge in field.allocated_edges() {
-        assert!(topology.faces_along(edge).any(|(face, _)| field.is_allocated(face)), "edge {edge}");
-    }
-    for vertex in (0..topology.vertex_count() as u32).filter(|vertex| !field.vertex(*vertex).same(field.blank())) {
-        assert!(topology.faces_around(vertex).all(|(face, _)| field.is_allocated(face)), "vertex {vertex}");
     }
 }

@@ -19,6 +19,7 @@ mod traces;
 mod triangle_bending;
 mod triangle_documents;
 mod triangle_paging;
+mod triangle_ridges;
 mod triangle_rims;
 mod triangles;
 mod vectors;

@@ -2,7 +2,8 @@
 //!
 //! Schäfer, Keinert, Nießner and Stamminger 2015, Local Painting and Deformation of Meshes on the GPU, Sections 4
 //! and 6. A face and its edges get their blocks together or not at all; an edge gives its block back when no face with
-//! a block uses it. Units: bytes.
+//! a block uses it. A face keeps its block while anything inside, on an edge or at a corner of it is not blank: without
+//! one it would follow its edges and corners as far as the opposite side. Units: bytes.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -215,62 +216,6 @@ impl<T: Texel> TriangleChannel<T> {
         (wanted, refused)
     }
 
-    /// Gives edges blocks as fine as those of their faces, and takes those away that no face uses: after blocks were
-    /// put back of which some are lost. Fails if the budget does not allow it.
-    pub(super) fn mend(&mut self, context: &Context) -> Result<()> {
-        let topology = self.field.topology();
-        let of_faces = self.field.allocated().flat_map(|face| topology.edges_of(face));
-        let edges: BTreeSet<u32> = self.field.allocated_edges().chain(of_faces).collect();
-        self.mend_edges(context, &edges)
-    }
-
-    /// As [`Self::mend`], whatever the budget says, around `blocks` that were put back: what was there beside them then
-    /// may have been given back since.
-    #[inline(never)]
-    pub(super) fn mend_around(&mut self, context: &Context, blocks: &[u32]) -> Result<()> {
-        let topology = self.field.topology();
-        let change = TriangleBlock::change(topology, blocks.iter().copied());
-        let of_faces = change.faces.iter().flat_map(|face| topology.edges_of(*face));
-        let edges: BTreeSet<u32> = change.edges.iter().copied().chain(of_faces).collect();
-        self.without_budget(|own| own.mend_edges(context, &edges))
-    }
-
-    /// Does something while the budget allows everything.
-    pub(super) fn without_budget<R>(&mut self, work: impl FnOnce(&mut Self) -> R) -> R {
-        let budget = self.budget();
-        self.set_budget(u64::MAX);
-        let done = work(self);
-        self.set_budget(budget);
-        done
-    }
-
-    fn mend_edges(&mut self, context: &Context, edges: &BTreeSet<u32>) -> Result<()> {
-        let topology = self.field.topology().clone();
-        self.revision += 1;
-        let mut wanted: Vec<(u32, Pattern)> = Vec::new();
-        for edge in edges {
-            let finest = topology.faces_along(*edge).filter_map(|(face, _)| self.field.face_pattern(face)).max();
-            let own = self.field.edge_pattern(*edge);
-            match finest {
-                Some(finest) if own < Some(finest) => wanted.push((*edge, finest)),
-                None if own.is_some() => {
-                    let freed = self.take_block(TriangleBlock::Edge(*edge));
-                    self.heap.free(freed.as_slice());
-                    self.changed.edges.push(*edge);
-                }
-                _ => {}
-            }
-        }
-        let set = self.set_edges(context, &wanted);
-        self.trim();
-        self.report_fault()?;
-        match set {
-            true => Ok(()),
-            false => Err(Error::memory("the blocks need more than their budget")
-                .advise("raise the budget of the object's detail")),
-        }
-    }
-
     /// Gives edges blocks of other patterns than they have. Returns whether the budget allowed all.
     #[inline(never)]
     pub(super) fn set_edges(&mut self, context: &Context, edges: &[(u32, Pattern)]) -> bool {
@@ -304,43 +249,30 @@ impl<T: Texel> TriangleChannel<T> {
         true
     }
 
-    /// Gives back the blocks of those of `faces` that hold nothing but what is read without them: those whose corners
-    /// and inside are blank, and whose edges are blank or have another face with a block. Returns the faces, ascending.
+    /// Gives back the blocks of those of `faces` that are blank inside, on their edges and at their corners. Returns the
+    /// faces, ascending.
     ///
     /// # Errors
     /// Fails, and changes nothing, if a page could not be read or written before.
     #[inline(never)]
     pub fn reclaim(&mut self, context: &Context, faces: &[u32]) -> Result<Vec<u32>> {
         let topology = self.field.topology().clone();
-        let blank = self.field.blank();
+        let (field, blank) = (&self.field, self.field.blank());
         // What cannot be read is not empty.
-        let empty = |field: &TriangleField<T>, block: TriangleBlock| {
+        let empty = |block: TriangleBlock| {
             let held = field.try_held(block);
             held.is_ok_and(|held| held.is_none_or(|values| values.iter().all(|value| value.is_blank(blank))))
         };
-        let mut faces: Vec<u32> =
-            faces.iter().copied().filter(|face| (*face as usize) < topology.face_count()).collect();
-        faces.sort_unstable();
-        faces.dedup();
-        let mut gone: Vec<u32> = Vec::new();
-        for face in faces {
-            let field = &self.field;
-            let corners = topology.face(face);
-            if !field.is_allocated(face)
-                || !empty(field, TriangleBlock::Face(face))
-                || !corners.iter().all(|vertex| field.vertex(*vertex).is_blank(blank))
-            {
-                continue;
-            }
-            let stays = |other: u32| field.is_allocated(other) && gone.binary_search(&other).is_err();
-            let free = |edge: &u32| {
-                let mut along = topology.faces_along(*edge);
-                empty(field, TriangleBlock::Edge(*edge)) || along.any(|(other, _)| other != face && stays(other))
-            };
-            if topology.edges_of(face).iter().all(free) {
-                gone.push(face);
-            }
-        }
+        let idle = |face: &u32| {
+            field.is_allocated(*face)
+                && topology.face(*face).iter().all(|vertex| field.vertex(*vertex).is_blank(blank))
+                && empty(TriangleBlock::Face(*face))
+                && topology.edges_of(*face).into_iter().all(|edge| empty(TriangleBlock::Edge(edge)))
+        };
+        let mut gone: Vec<u32> =
+            faces.iter().copied().filter(|face| (*face as usize) < topology.face_count()).filter(idle).collect();
+        gone.sort_unstable();
+        gone.dedup();
         let pattern = self.field.pattern();
         self.apply(context, pattern, &TriangleSets { deallocate: gone.clone(), ..Default::default() })?;
         Ok(gone)

@@ -140,9 +140,17 @@ impl<T: Layered> TriangleChannel<T> {
             let inside = 0..pattern.face_values() as u32;
             Some((face, inside.map(|index| value(face, pattern, Slot::Inside(index))).collect::<Vec<T>>()))
         });
+        // What lies beside a face that the budget refused would drag it along.
+        let lacks = |edge: u32| {
+            let mut along = topology.faces_along(edge);
+            along.any(|(face, _)| !field.is_allocated(face) && wanted(face).is_some())
+        };
         let of_edges = context.map(edges.len(), |index| {
             let edge = edges[index];
             let pattern = field.edge_pattern(edge)?;
+            if lacks(edge) {
+                return Some((edge, vec![field.blank(); pattern.edge_values()]));
+            }
             let (face, side) = topology.faces_along(edge).next()?;
             let (segments, reversed) = (pattern.segments(), topology.side(face, side).reversed);
             let step = |step: u32| if reversed { segments - step } else { step };
@@ -152,7 +160,7 @@ impl<T: Layered> TriangleChannel<T> {
         let mut vertices: Vec<u32> = faces.iter().flat_map(|face| topology.face(*face)).collect();
         vertices.sort_unstable();
         vertices.dedup();
-        // A vertex that moved without all its faces would drag those along as a whole.
+        // So would a vertex that moved without all its faces.
         let whole =
             |vertex: &u32| topology.faces_around(*vertex).all(|(face, _)| refused.binary_search(&face).is_err());
         let vertices = vertices.into_iter().filter(whole);
@@ -231,6 +239,37 @@ mod tests {
     use crate::triangle::shapes::{channel, fill, random, sets};
     use crate::triangle::{TriangleSets, TriangleValues};
     use half::f16;
+    use relievo_document::Kind;
+
+    #[test]
+    fn what_lies_beside_a_face_that_the_budget_refuses_stays_blank() {
+        let context = Context::serial();
+        let mut layer = channel(16, 1 << 20);
+        let topology = layer.field().topology().clone();
+        let pattern = layer.field().pattern();
+        let shared = topology.edges_of(0).into_iter().find(|edge| topology.edges_of(1).contains(edge)).unwrap();
+        layer.apply(&context, pattern, &sets(&[0, 1])).unwrap();
+        let edges = topology.edges_of(0).map(|edge| (edge, vec![f16::ONE; pattern.edge_values()])).to_vec();
+        let faces = vec![(0, vec![f16::ONE; pattern.face_values()])];
+        let mut values = TriangleValues { faces, edges, vertices: vec![] };
+        values.edges.sort_by_key(|(edge, _)| *edge);
+        layer.write(values).unwrap();
+        let seen = Settings::of(Kind::Scalar);
+        for (room, refused) in [(169 + 45, vec![1]), (2 * 169 + 75, vec![])] {
+            let mut composite = channel(16, 1 << 20);
+            let vertices = composite.bytes();
+            composite.set_budget(vertices + 2 * room);
+            let sheets = [TriangleSheet { field: layer.field(), settings: seen }];
+            let blocks = layer.blocks();
+            assert_eq!(composite.compose(&context, &sheets, f16::ZERO, &blocks).unwrap(), refused);
+            let field = composite.field();
+            for edge in topology.edges_of(0) {
+                let expected = if edge == shared && !refused.is_empty() { f16::ZERO } else { f16::ONE };
+                assert!(field.edge(edge).unwrap().iter().all(|value| *value == expected), "{edge}");
+            }
+            assert_eq!(field.face(0), layer.field().face(0));
+        }
+    }
 
     #[test]
     fn what_changed_is_found_vertex_by_vertex() {

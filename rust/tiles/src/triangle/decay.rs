@@ -140,6 +140,12 @@ impl Element {
             false => Some(values_of(field, TriangleClass { face, pattern: wanted }, element).to_vec()),
         }
     }
+
+    /// Whether it has values in `after` that are not what `before` reads as there.
+    fn differs<T: Texel>(self, before: &TriangleField<T>, after: &TriangleField<T>) -> bool {
+        let both = self.held(after).zip(self.read(before, after));
+        both.is_some_and(|(new, old)| new.iter().zip(&old).any(|(new, old)| !new.same(*old)))
+    }
 }
 
 /// The number under which a device knows the vertices that fade.
@@ -256,8 +262,9 @@ impl<T: StoredTexel> TriangleDecay<T> {
         }
         let torn = std::mem::take(&mut self.torn);
         if !torn.is_empty() {
-            self.edited.mend_around(context, &torn)?;
-            self.stamps.mend_around(context, &torn)?;
+            self.edited.mend_edges_around(context, &torn)?;
+            self.stamps.mend_edges_around(context, &torn)?;
+            self.mend_faces(context, field, &torn)?;
         }
         let gone = |face: &u32| self.stamps.field().face_pattern(*face) > field.face_pattern(*face);
         let gone: Vec<u32> = self.stamps.field().allocated().filter(gone).collect();
@@ -267,6 +274,20 @@ impl<T: StoredTexel> TriangleDecay<T> {
         stale.extend(gone);
         self.age(&stale, field);
         Ok(())
+    }
+
+    /// Gives faces of `field` along stamped edges of `blocks` that were put back blocks without a stamp, where they have none.
+    fn mend_faces(&mut self, context: &Context, field: &TriangleField<T>, blocks: &[u32]) -> Result<()> {
+        let (topology, stamps) = (self.topology(), self.stamps.field());
+        let mut edges = TriangleBlock::change(&topology, blocks.iter().copied()).edges;
+        edges.retain(|edge| stamps.edge(*edge).is_some_and(|times| times.iter().any(|stamp| !stamp.is_none())));
+        let beside = edges.into_iter().flat_map(|edge| topology.faces_along(edge)).map(|(face, _)| face);
+        let bare = beside.filter(|face| !stamps.is_allocated(*face));
+        let mut bare: BTreeMap<u32, Pattern> =
+            bare.filter_map(|face| Some((face, field.face_pattern(face)?))).collect();
+        self.stamps.without_budget(|stamps| stamps.give_blank(context, &bare))?;
+        bare.retain(|face, _| !self.edited.field().is_allocated(*face));
+        self.edited.without_budget(|edited| edited.give_blank(context, &bare))
     }
 
     /// Finds out how old `faces` are.
@@ -321,10 +342,12 @@ impl<T: StoredTexel> TriangleDecay<T> {
         let (topology, after) = (self.topology(), channel.field());
         self.follow(context, after)?;
         let change = after.changes(before);
-        let mut faces: Vec<u32> = change.faces.iter().copied().filter(|face| after.is_allocated(*face)).collect();
-        let held =
-            |edge: &u32| topology.faces_along(*edge).map(|(face, _)| face).find(|face| after.is_allocated(*face));
-        faces.extend(change.edges.iter().filter_map(held));
+        // By the same rule as those of values: a face without stamps would follow what is stamped around it.
+        let around = TriangleChange { edges: change.edges.clone(), ..Default::default() };
+        let around = Element::of(&around).into_iter().filter(|edge| edge.differs(before, after));
+        let around = TriangleChange { vertices: change.vertices.clone(), ..Element::change(around) };
+        let mut faces = [change.faces.clone(), around.faces_shown(&topology)].concat();
+        faces.retain(|face| after.is_allocated(*face));
         faces.sort_unstable();
         faces.dedup();
         let mut refused = Vec::new();
@@ -345,8 +368,15 @@ impl<T: StoredTexel> TriangleDecay<T> {
         let elements = Element::of(&change);
         let blank = after.blank();
         let bare = |vertex: u32| topology.faces_around(vertex).all(|(face, _)| !after.is_allocated(face));
+        let lacks = |edge: u32| {
+            let mut along = topology.faces_along(edge);
+            along.any(|(face, _)| after.is_allocated(face) && !stamps.is_allocated(face))
+        };
         let stamped = context.map(elements.len(), |index| {
             let element = elements[index];
+            if matches!(element, Element::Edge(edge) if lacks(edge)) {
+                return None;
+            }
             let (new, old) = (element.held(after)?, element.read(before, after)?);
             let (mut values, mut times) = (element.held(edited)?, element.held(stamps)?);
             // Where the budget refused, the patterns are others.
@@ -522,20 +552,21 @@ impl<T: StoredTexel> TriangleDecay<T> {
         channel.mend_around(context, restored)?;
         self.follow(context, channel.field())?;
         let faded = self.faded(context, channel.field(), time);
-        let mut shown = Element::change(faded.iter().map(|(element, ..)| *element)).faces_shown(&topology);
+        let left = Element::change(faded.iter().map(|(element, ..)| *element));
+        let mut shown = left.faces_shown(&topology);
         channel.write(listed(faded.into_iter().map(|(element, values, ..)| (element, values))))?;
-        // A vertex that is not blank would drag along a face that was given back since.
+        // A vertex or an edge that is not blank would drag along a face that was given back since.
         let mut change = TriangleBlock::change(&topology, restored.iter().copied());
         shown.extend(change.faces_shown(&topology));
         let field = channel.field();
         change.vertices.retain(|vertex| !field.vertex(*vertex).is_blank(field.blank()));
         let around = change.vertices.iter().flat_map(|vertex| topology.faces_around(*vertex)).map(|(face, _)| face);
-        let bare: BTreeSet<u32> = around.filter(|face| !field.is_allocated(*face)).collect();
-        if !bare.is_empty() {
-            let sets = TriangleSets { allocate: bare.into_iter().collect(), ..Default::default() };
-            let pattern = field.pattern();
-            channel.without_budget(|channel| channel.apply(context, pattern, &sets))?;
-        }
+        let bare = around.filter(|face| !field.is_allocated(*face)).map(|face| (face, field.pattern())).collect();
+        let edges: BTreeSet<u32> = left.edges.into_iter().chain(change.edges).collect();
+        channel.without_budget(|channel| {
+            channel.give_blank(context, &bare)?;
+            channel.mend_faces(context, &edges)
+        })?;
         self.age(&shown, channel.field());
         Ok(shown)
     }
@@ -784,6 +815,41 @@ mod tests {
             assert_eq!(channel.field().face(7).unwrap()[at], *then);
         }
         assert_eq!(channel.field().face(0), old.face(0));
+    }
+
+    #[test]
+    fn what_is_stamped_on_an_edge_or_at_a_vertex_fades_nothing_beside_it() {
+        let context = Context::serial();
+        let mut channel = channel();
+        let all: Vec<u32> = (0..channel.field().topology().face_count() as u32).collect();
+        edit(&context, &mut channel, 16, &all, 5);
+        let old = channel.field().clone();
+        let topology = old.topology().clone();
+        let edge = (0..topology.edge_count() as u32).find(|edge| topology.faces_along(*edge).len() == 2).unwrap();
+        let beside: Vec<u32> = topology.faces_along(edge).map(|(face, _)| face).collect();
+        let vertex = (0..topology.vertex_count() as u32).find(|vertex| !topology.edge(edge).contains(vertex)).unwrap();
+        let around: Vec<u32> = topology.faces_around(vertex).map(|(face, _)| face).collect();
+        let mut decay = TriangleDecay::new(channel.field(), TIMES, 1 << 20).unwrap();
+        let eight = f16::from_f32(8.0);
+        let (edges, vertices) = (vec![(edge, vec![eight; 15])], vec![(vertex, eight)]);
+        channel.write(TriangleValues { edges, vertices, ..Default::default() }).unwrap();
+        decay.stamp(&context, &old, &channel, 0.0).unwrap();
+        assert!(beside.iter().chain(&around).all(|face| decay.stamps().is_allocated(*face)));
+        // Later edits beside them find nothing stamped there.
+        for face in beside.into_iter().chain(around) {
+            let between = channel.field().clone();
+            let mut block = between.face(face).unwrap().to_vec();
+            block[3] = eight;
+            channel.write(TriangleValues { faces: vec![(face, block)], ..Default::default() }).unwrap();
+            decay.stamp(&context, &between, &channel, 0.5).unwrap();
+        }
+        decay.fade(&context, &mut channel, 9.0).unwrap();
+        let field = channel.field();
+        assert!(field.edge(edge).unwrap().iter().chain([&field.vertex(vertex)]).all(|value| *value == f16::ZERO));
+        for face in all {
+            let faded = |at: usize| field.face(face).unwrap()[at] != old.face(face).unwrap()[at];
+            assert!((0..169).filter(|at| *at != 3).all(|at| !faded(at)), "face {face}");
+        }
     }
 
     #[test]

@@ -1,14 +1,18 @@
 //! Faces that may be lost: where the budget of a channel is full, those of layers that fade make room for others, the
 //! one whose newest edit is oldest first.
 //!
-//! A face goes with the edges that no other face uses, and its corners become blank, because a vertex that is not would
-//! drag along a face that has no block. What was edited since it was named is not lost. Units: bytes.
+//! A face goes with the edges that no other face uses; its other edges and its corners become blank, because what is not
+//! would drag along a face that has no block. What was edited since it was named is not lost. Units: bytes.
+
+use std::sync::Arc;
 
 use relievo_core::Result;
 
 use super::block::TriangleBlock;
 use super::channel::TriangleChannel;
 use super::field::TriangleField;
+use crate::store::heap::Class;
+use crate::store::slot::Slot;
 use crate::texel::Texel;
 
 /// A face that may be lost, as it was when that was said.
@@ -57,7 +61,8 @@ impl<T: Texel> TriangleChannel<T> {
         &self.lost
     }
 
-    /// Makes `faces` and their corners blank and gives their blocks back, with the edges that no other face uses.
+    /// Makes `faces`, their edges and their corners blank and gives their blocks back, with the edges that no other face
+    /// uses.
     ///
     /// # Errors
     /// Fails, and changes nothing, if a face does not exist.
@@ -85,6 +90,11 @@ impl<T: Texel> TriangleChannel<T> {
         let there: Vec<u32> = faces.iter().copied().filter(|face| self.field.is_allocated(*face)).collect();
         self.deallocate(&there);
         let topology = self.field.topology().clone();
+        for edge in there.iter().flat_map(|face| topology.edges_of(*face)) {
+            if let Some(values) = self.field.blank_edge(edge) {
+                self.replace(TriangleBlock::Edge(edge), values);
+            }
+        }
         for vertex in there.iter().flat_map(|face| topology.face(*face)) {
             if self.field.blank_vertex(vertex) {
                 self.changed.vertices.push(vertex);
@@ -106,6 +116,10 @@ impl<T: Texel> TriangleField<T> {
             for edge in topology.edges_of(*face) {
                 if !topology.faces_along(edge).any(|(face, _)| self.is_allocated(face)) {
                     *self.edges.entry_mut(edge) = None;
+                } else if let Some(values) = self.blank_edge(edge)
+                    && let Some(entry) = self.edges.entry_mut(edge)
+                {
+                    entry.texels = Slot::Here(values);
                 }
             }
             for vertex in topology.face(*face) {
@@ -123,6 +137,13 @@ impl<T: Texel> TriangleField<T> {
             || corners(self, face).into_iter().zip(corners(before, face)).any(|(now, then)| !now.same(then))
     }
 
+    /// Returns the values of an edge that is blank, if it has a block that is not.
+    fn blank_edge(&self, edge: u32) -> Option<Arc<[T]>> {
+        let entry = self.block(TriangleBlock::Edge(edge))?;
+        let is_blank = entry.texels.iter().all(|value| value.same(self.blank()));
+        (!is_blank).then(|| vec![self.blank(); entry.id.class.values()].into())
+    }
+
     /// Makes a vertex blank. Returns whether it was something else.
     fn blank_vertex(&mut self, vertex: u32) -> bool {
         let differs = !self.vertex(vertex).same(self.blank());
@@ -130,5 +151,37 @@ impl<T: Texel> TriangleField<T> {
             self.set_vertex(vertex, self.blank());
         }
         differs
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::triangle::shapes::{channel, sets};
+    use crate::triangle::{TriangleChange, TriangleValues};
+    use half::f16;
+    use relievo_core::Context;
+
+    #[test]
+    fn a_face_that_is_lost_leaves_nothing_on_edges_that_others_use() {
+        let context = Context::serial();
+        let mut channel = channel(16, 1 << 20);
+        let topology = channel.field().topology().clone();
+        let pattern = channel.field().pattern();
+        let shared = topology.edges_of(0).into_iter().find(|edge| topology.edges_of(1).contains(edge)).unwrap();
+        channel.apply(&context, pattern, &sets(&[0, 1])).unwrap();
+        let block = |value: f32, count: usize| vec![f16::from_f32(value); count];
+        let inside = |face: u32| (face, block(1.0 + face as f32, pattern.face_values()));
+        channel.write(TriangleValues { faces: vec![inside(0), inside(1)], ..Default::default() }).unwrap();
+        let edges = vec![(shared, block(0.5, pattern.edge_values()))];
+        channel.write(TriangleValues { edges, ..Default::default() }).unwrap();
+        let mut forgotten = channel.field().clone();
+        channel.commit();
+        channel.lose_faces(&[0]).unwrap();
+        let field = channel.field();
+        assert!(!field.is_allocated(0) && field.edge(shared).unwrap().iter().all(|value| *value == f16::ZERO));
+        assert_eq!(field.face(1).unwrap(), inside(1).1);
+        forgotten.forget(&[0]);
+        assert_eq!(field.changes(&forgotten), TriangleChange::default());
+        assert!(channel.commit().changed().edges.contains(&shared));
     }
 }

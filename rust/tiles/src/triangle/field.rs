@@ -8,7 +8,8 @@
 //!   for Tessellated Meshes); beside an edge that is finer than the face, what that edge has more fades out over the
 //!   outermost strip of the pattern;
 //! - in a face without a block, linear between the corners, and what an edge differs from that by fades out toward the
-//!   opposite corner, as in a fan of triangles from there.
+//!   opposite corner, as in a fan of triangles from there. Edits give all faces of an edge that they change blocks,
+//!   so that this is nothing unless values were written without.
 //!
 //! Copies share what is not written afterwards. Units: those of the values.
 

@@ -27,8 +27,7 @@ use crate::imprint::collider::Collider;
 use crate::imprint::rim::Volumes;
 use crate::triangle::TriangleObject;
 
-/// In the number of a record's part: values inside follow those on the sides; it is what smoothing left.
-const FANNED: u32 = 0x8000;
+/// In the number of a record's part: it is what smoothing left.
 const SETTLED: u32 = 0x4000;
 
 /// A mesh that is imprinted on.
@@ -55,8 +54,6 @@ pub(crate) struct PressedValues {
     pub first: usize,
     /// As many as there are from there on; what follows the last is of no meaning.
     pub values: [f16; BLOCK_KNOTS],
-    /// Whether those inside are what the sides say, since the triangle has no block.
-    pub follows: bool,
     /// Whether they are what smoothing left afterwards, and no edit.
     pub settled: bool,
 }
@@ -287,23 +284,23 @@ impl TriangleChain {
         let (links, held, inside) = (shared.links.wgpu(), press.held.wgpu(), press.inside.wgpu());
         let records = self.records.wgpu();
         let from = [links, press.listed.wgpu(), shared.arguments.wgpu(), voxels.spans().wgpu(), voxels.words().wgpu()];
-        let beside = [&[inside, held][..], &press.ways()].concat();
+        let beside = [&[inside][..], &press.ways()].concat();
         let casting = device.bind_as(&CASTING, &[&from[..], &[slots, told, records], &beside].concat())?;
         let smoothing = press
             .smoothed
             .as_ref()
-            .map(|mesh| self.smoothing.bind(device, mesh, Beside { links, held, slots, told, records, inside }));
+            .map(|mesh| self.smoothing.bind(device, mesh, Beside { links, held, slots, told, records }));
         let rim = self.rims.as_ref().filter(|_| press.raised.is_some()).map(|stages| {
             let [entries, values] = press.ways();
-            let beside = (press.listed.wgpu(), [inside, held, entries, values]);
+            let beside = (press.listed.wgpu(), [inside, entries, values]);
             let bound = BoundRim::new(device, stages, (shared, voxels), (&self.slots, &self.records), beside)?;
             Ok((culling(&stages.around)?, bound))
         });
         Ok(Bound { culling: culling(shared)?, casting, smoothing: smoothing.transpose()?, rim: rim.transpose()? })
     }
 
-    /// Records an imprint whose voxels are there: culling and rays, what rises, and where others go on from it what follows
-    /// and is smoothed.
+    /// Records an imprint whose voxels are there: culling and rays, what rises, and where others go on from it what is
+    /// smoothed.
     fn press(
         &self,
         pass: &mut Pass<'_>,
@@ -333,7 +330,6 @@ impl TriangleChain {
         if !links[link + 1..].iter().any(|link| link.target == index) {
             return Ok(());
         }
-        pass.run_indirect(&press.following, &bound, immediates, arguments, first)?;
         match press.smoothed.as_ref().zip(it.smoothing.as_ref()).filter(|_| passes > 0) {
             Some(smoothed) => self.smoothing.smooth(pass, smoothed, on, link, passes),
             None => Ok(()),
@@ -369,7 +365,7 @@ fn slots(targets: &[TriangleTarget<'_>], links: &[Link]) -> (Vec<Option<Slots>>,
             return None;
         }
         let field = target.object.displacement().field();
-        let (base, stride) = (count, 3 + 2 * parts(field.pattern()));
+        let (base, stride) = (count, 3 + parts(field.pattern()));
         count += field.topology().face_count() * stride as usize;
         Some(Slots { base: base as u32, stride })
     });
@@ -380,7 +376,7 @@ fn slots(targets: &[TriangleTarget<'_>], links: &[Link]) -> (Vec<Option<Slots>>,
 fn casts(links: &[Link], told: &[Told], records: &[Record], moved: &[[f32; 2]]) -> Vec<TriangleCast> {
     let moved = moved.iter().copied().chain(std::iter::repeat([0.0; 2]));
     let mut order: Vec<(&Record, [f32; 2])> = records.iter().zip(moved).collect();
-    let part = |record: &Record| record.block() & !(FANNED | SETTLED);
+    let part = |record: &Record| record.block() & !SETTLED;
     let is_settled = |record: &Record| record.block() & SETTLED != 0;
     order.sort_unstable_by_key(|(record, _)| (record.link(), record.tile, part(record), is_settled(record)));
     let mut order = &order[..];
@@ -395,7 +391,6 @@ fn casts(links: &[Link], told: &[Told], records: &[Record], moved: &[[f32; 2]]) 
                 face: record.tile,
                 first: part(record) as usize * BLOCK_KNOTS,
                 values,
-                follows: record.block() & FANNED != 0,
                 settled: is_settled(record),
             }
         });

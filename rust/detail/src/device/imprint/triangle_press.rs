@@ -28,11 +28,10 @@ pub(crate) struct TrianglePress {
     pub(super) listed: Buffer<u32>,
     /// Barycentric coordinates of the values inside a triangle.
     pub(super) inside: Buffer<[f32; 3]>,
-    /// Of every triangle whether it has a block, see `triangle_imprint.wgsl`.
+    /// Of every triangle whether it has a block, see `triangle_imprint_slot.wgsl`.
     pub(crate) held: Buffer<u32>,
     pub(crate) culling: Arc<Kernel>,
     pub(super) casting: Arc<Kernel>,
-    pub(super) following: Arc<Kernel>,
     pub(crate) culled: Bindings,
     /// What smoothing and rims need, once something was smoothed or rose.
     pub(super) smoothed: Option<SmoothedMesh>,
@@ -41,9 +40,8 @@ pub(crate) struct TrianglePress {
 
 /// What the kernels have of a submission: imprints, slots, boxes, arguments and counters.
 pub(super) const CULLING: [Access; 5] = [Access::Read, Access::Write, Access::Read, Access::Write, Access::Write];
-/// Imprints, triangles, arguments, voxels, slots, counters, records, places inside triangles, which have blocks, and
-/// vectors.
-pub(super) const CASTING: [Access; 12] = [
+/// Imprints, triangles, arguments, voxels, slots, counters, records, places inside triangles, and vectors.
+pub(super) const CASTING: [Access; 11] = [
     Access::Read,
     Access::Read,
     Access::Read,
@@ -52,7 +50,6 @@ pub(super) const CASTING: [Access; 12] = [
     Access::Write,
     Access::Write,
     Access::Write,
-    Access::Read,
     Access::Read,
     Access::Read,
     Access::Read,
@@ -77,16 +74,13 @@ impl TrianglePress {
             immediates,
             constants: &constants[..2],
         })?;
-        let of_values = |entry| {
-            device.kernel(&KernelSpec {
-                module: "triangle_imprint",
-                entry,
-                groups: &[&CASTING, &MESH_GROUP, &TRIANGLES_GROUP, &TRIANGLES_GROUP],
-                immediates,
-                constants: &constants,
-            })
-        };
-        let (casting, following) = (of_values("cast_values")?, of_values("follow_sides")?);
+        let casting = device.kernel(&KernelSpec {
+            module: "triangle_imprint",
+            entry: "cast_values",
+            groups: &[&CASTING, &MESH_GROUP, &TRIANGLES_GROUP, &TRIANGLES_GROUP],
+            immediates,
+            constants: &constants,
+        })?;
         let all: Vec<_> = (0..faces as u32).map(|face| field_range(field, face)).collect();
         let ranges = Buffer::of(device, "ranges of triangles", &all)?;
         let length = |face| vectors.map_or(0.0, |vectors| field_length(vectors, face));
@@ -110,7 +104,6 @@ impl TrianglePress {
             held,
             culling,
             casting,
-            following,
             culled,
             smoothed: None,
             raised: None,
@@ -156,7 +149,7 @@ impl TrianglePress {
         let pattern = self.values.pattern();
         let constants = constants(pattern, self.vectors.is_some());
         if smooths && self.smoothed.is_none() {
-            let mesh = SmoothedMesh::new(device, self.held.len(), &constants, parts(pattern))?;
+            let mesh = SmoothedMesh::new(device, self.held.len(), &constants[..2], parts(pattern))?;
             self.smoothed = Some(mesh);
         }
         if rises && self.raised.is_none() {

@@ -32,9 +32,9 @@ pub(super) struct BoundRim {
     own: Bindings,
 }
 
-/// What kernels have as their group 0: those of all rims, places inside triangles, which have blocks, and vectors.
-fn own() -> [Access; 12] {
-    let mut own = [Access::Read; 12];
+/// What kernels have as their group 0: those of all rims, places inside triangles, and vectors.
+fn own() -> [Access; 11] {
+    let mut own = [Access::Read; 11];
     own[..RIM_OWN.len()].copy_from_slice(&RIM_OWN);
     own
 }
@@ -59,14 +59,14 @@ impl RimMesh {
 }
 
 impl BoundRim {
-    /// Of a mesh whose listed triangles are these, and `beside` them places inside triangles, which have blocks, and vectors.
-    /// Fails where the device does.
+    /// Of a mesh whose listed triangles are these, and `beside` them places inside triangles, and vectors. Fails where the
+    /// device does.
     pub fn new(
         device: &Device,
         stages: &RimStages,
         (shared, voxels): (&Shared, &DeviceVoxels),
         (slots, records): (&Buffer<u32>, &Buffer<Record>),
-        (faces, beside): (&wgpu::Buffer, [&wgpu::Buffer; 4]),
+        (faces, beside): (&wgpu::Buffer, [&wgpu::Buffer; 3]),
     ) -> Result<Self> {
         let Shared { links, arguments, told, .. } = &stages.around;
         let from = [links.wgpu(), faces, shared.arguments.wgpu()];

@@ -28,9 +28,9 @@ const REACH: usize = 2;
 /// counters.
 const TOUCHING: [Access; 7] =
     [Access::Read, Access::Read, Access::Write, Access::Write, Access::Write, Access::Read, Access::Write];
-/// And to smooth them: imprints, which have blocks, marks, the list, arguments, slots, counters, records, places inside
-/// triangles, and values that are worked on.
-const SMOOTHING: [Access; 10] = [
+/// And to smooth them: imprints, which have blocks, marks, the list, arguments, slots, counters, records, and values that
+/// are worked on.
+const SMOOTHING: [Access; 9] = [
     Access::Read,
     Access::Read,
     Access::Read,
@@ -39,7 +39,6 @@ const SMOOTHING: [Access; 10] = [
     Access::Write,
     Access::Write,
     Access::Write,
-    Access::Read,
     Access::Write,
 ];
 
@@ -73,7 +72,6 @@ pub(super) struct Beside<'a> {
     pub slots: &'a wgpu::Buffer,
     pub told: &'a wgpu::Buffer,
     pub records: &'a wgpu::Buffer,
-    pub inside: &'a wgpu::Buffer,
 }
 
 /// The values that are worked on, of all meshes of a submission one after the other.
@@ -149,9 +147,9 @@ impl TriangleSmoothing {
 
     /// Binds a mesh. Fails where the device does.
     pub fn bind(&self, device: &Device, mesh: &SmoothedMesh, beside: Beside<'_>) -> Result<BoundMesh> {
-        let Beside { links, held, slots, told, records, inside } = beside;
+        let Beside { links, held, slots, told, records } = beside;
         let first = [links, held, mesh.marks.wgpu(), mesh.listed.wgpu(), self.arguments.wgpu(), slots, told];
-        let rest = [records, inside, self.worked.wgpu()];
+        let rest = [records, self.worked.wgpu()];
         Ok(BoundMesh {
             touching: device.bind_as(&TOUCHING, &first)?,
             smoothing: device.bind_as(&SMOOTHING, &[&first[..], &rest].concat())?,

@@ -46,8 +46,7 @@ pub(crate) struct BlockState {
     pub changes: u32,
     /// Bits of the dabs that changed texels.
     pub dabs: u32,
-    /// Bits of the dabs that changed the texel at each corner. Of triangles, bits of the dabs that changed values inside
-    /// or at corners, of dabs that changed values on sides, and of the parts that changed.
+    /// Bits of the dabs that changed the texel at each corner. Of triangles, the first has bits of the parts that changed.
     pub corners: [u32; 4],
 }
 

@@ -227,9 +227,9 @@ fn bind(device: &Device, kernel: &Kernel, reaches: &Buffer<f32>, memory: &Device
     device.bind(kernel, 0, &[reaches.wgpu(), memory.pointers.wgpu(), memory.states.wgpu(), memory.masks.wgpu()])
 }
 
-/// How many of the `count` dabs of an event, at least one, do together what they do one after the other. What a triangle
-/// without a block reads inside follows its sides, so that a dab which changes these comes before one which changes that,
-/// and before any that looks further than at what it changes; and the budget may refuse blocks.
+/// How many of the `count` dabs of an event, at least one, do together what they do one after the other. A triangle gets its
+/// block with the first change of what it reads; but that block divides the sides of its neighbours, so that the dab comes
+/// before any that looks further than at what it changes; and the budget may refuse blocks.
 fn apart<T: DeviceTexel>(
     (field, left, looks): (&TriangleField<T>, u64, bool),
     pattern: Pattern,
@@ -242,13 +242,6 @@ fn apart<T: DeviceTexel>(
     if wanted > left {
         return 1;
     }
-    let without = changed.filter(|state| field.face_pattern(state.tile) != Some(pattern));
-    let cut = |state: &BlockState| {
-        if looks {
-            return state.dabs.trailing_zeros() as usize + 1;
-        }
-        let [inner, sides] = [state.corners[0], state.corners[1]].map(u32::trailing_zeros);
-        if sides < inner { inner as usize } else { count }
-    };
-    without.map(cut).fold(count, usize::min)
+    let without = changed.filter(|state| looks && field.face_pattern(state.tile) != Some(pattern));
+    without.map(|state| state.dabs.trailing_zeros() as usize + 1).fold(count, usize::min)
 }
