@@ -136,13 +136,12 @@ impl TrianglePrint<'_> {
         let field = vectors.field();
         let (mut values, mut texels) = (TriangleValues::default(), 0);
         for (element, (new, count)) in elements.into_iter().zip(made) {
+            // An edge or a vertex that changed without all its faces would drag those along.
+            let is_whole = || element.faces(&topology).all(|face| refused.binary_search(&face).is_err());
             let is_written = match element {
                 Element::Face(face) => field.face_pattern(face) == Some(pattern),
-                Element::Edge(edge) => field.edge_pattern(edge) == Some(pattern),
-                // A vertex that changed without all its faces would drag those along as a whole.
-                Element::Vertex(_) => {
-                    count > 0 && element.faces(&topology).all(|face| refused.binary_search(&face).is_err())
-                }
+                Element::Edge(edge) => field.edge_pattern(edge) == Some(pattern) && (count == 0 || is_whole()),
+                Element::Vertex(_) => count > 0 && is_whole(),
             };
             if !is_written {
                 continue;
@@ -192,22 +191,22 @@ impl TrianglePrint<'_> {
         };
         let mut values = TriangleValues::default();
         for (element, colors) in &colored {
+            // An edge or a vertex that changed without all its faces would drag those along.
+            let is_whole = || element.faces(&topology).all(|face| refused.binary_search(&face).is_err());
             match *element {
                 Element::Face(face) => {
                     let block = field.face(face).filter(|_| field.face_pattern(face) == Some(pattern));
                     values.faces.extend(block.map(|block| (face, new(block, colors))));
                 }
                 Element::Edge(edge) => {
-                    let block = field.edge(edge).filter(|_| field.edge_pattern(edge) == Some(pattern));
+                    let block = field.edge(edge).filter(|_| field.edge_pattern(edge) == Some(pattern) && is_whole());
                     values.edges.extend(block.map(|block| (edge, new(block, colors))));
                 }
-                // A vertex that changed without all its faces would drag those along as a whole.
-                Element::Vertex(vertex) => {
-                    if element.faces(&topology).all(|face| refused.binary_search(&face).is_err()) {
-                        let value = new(&[field.vertex(vertex)], colors);
-                        values.vertices.extend(value.into_iter().map(|value| (vertex, value)));
-                    }
+                Element::Vertex(vertex) if is_whole() => {
+                    let value = new(&[field.vertex(vertex)], colors);
+                    values.vertices.extend(value.into_iter().map(|value| (vertex, value)));
                 }
+                Element::Vertex(_) => {}
             }
         }
         channel.write(values)?;
