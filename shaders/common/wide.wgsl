@@ -62,6 +62,14 @@ fn wider_negative(a: vec3<u32>) -> bool {
     return (a.z >> 31u) == 1u;
 }
 
+// The number as a float, to a few units in its last place.
+fn wider_float(a: vec3<u32>) -> f32 {
+    let negative = wider_negative(a);
+    let size = select(a, wider_neg(a), negative);
+    let value = (f32(size.z) * 4294967296.0 + f32(size.y)) * 4294967296.0 + f32(size.x);
+    return select(value, -value, negative);
+}
+
 // The product of a number of 64 bits and a signed word.
 fn wider_product(a: vec2<u32>, b: i32) -> vec3<u32> {
     let size = select(a, wide_neg(a), wide_negative(a));

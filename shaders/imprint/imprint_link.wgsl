@@ -26,6 +26,10 @@ const ROW: u32 = 32768u;
 // What stands for the ends of a column that is solid in more than one piece.
 const PIECES: u32 = 0xffffu;
 
+// Units of the heights of columns' ends in a voxel, and the height of none.
+const HEIGHT_UNITS: i32 = 32768;
+const NO_HEIGHT: i32 = 1073741824;
+
 struct Link {
     // The map of the collider's coordinates, as integers, to the lattice: rows, times 2 to the power of `shift`.
     lattice_x: vec3<i32>,
@@ -90,7 +94,8 @@ struct Link {
     ring_parts: u32,
     rings: u32,
     entries: u32,
-    unused: u32,
+    // Voxels by which a surface may rise from column to column to be taken for one.
+    steep: f32,
 }
 
 // Slots of a tile of an object whose tiles are worked on: its block, from 1, or one that there is no room for; the keys of

@@ -1,7 +1,7 @@
 // import halves
-// import imprint_solid
-// A ray from the point of a coefficient along −N until it leaves the voxels (Schäfer et al. 2014, Section 6), with the
-// processor's roundings.
+// import imprint_exit
+// A ray from the point of a coefficient along −N until it leaves the surface that was voxelised (Schäfer et al. 2014,
+// Section 6), with the processor's roundings.
 
 // Further than any ray.
 const NEVER: f32 = 1e30;
@@ -65,8 +65,8 @@ fn upper_end(column: u32, z: i32, stop: i32) -> i32 {
     return min(i32(base + countTrailingZeros(clear)), nz);
 }
 
-// How far a ray that starts in the solid goes until it leaves it, at most to `limit`, 0 where it leaves in its first
-// voxel; and whether it was held at the border of the grid.
+// How far a ray that starts in a solid voxel goes until it leaves the surface, at most to `limit`; and whether it was held at
+// the border of the grid.
 fn follow(start: vec3<f32>, direction: vec3<f32>, limit: f32) -> vec2<f32> {
     let dims = vec3<i32>(work.dims);
     let voxel = vec3<i32>(start);
@@ -83,8 +83,7 @@ fn follow(start: vec3<f32>, direction: vec3<f32>, limit: f32) -> vec2<f32> {
     var left = select(voxel.xy, dims.xy - 1 - voxel.xy, ahead.xy);
     var column = voxel.y * dims.x + voxel.x;
     var z = voxel.z;
-    var far = limit;
-    var held = false;
+    var exit = Exit(limit, APART, false, false);
     for (var k = 0; k <= dims.x + dims.y; k++) {
         let by_y = next.y <= next.x;
         let side = select(next.x, next.y, by_y);
@@ -96,8 +95,7 @@ fn follow(start: vec3<f32>, direction: vec3<f32>, limit: f32) -> vec2<f32> {
             z = min(end, z);
             let low = lower_end(u32(column), before, z);
             if low > z {
-                far = (f32(low) - start.z) * inverse.z;
-                held = low == 0;
+                exit = end_exit(u32(column), low, (f32(low) - start.z) * inverse.z, false);
                 break;
             }
         } else if direction.z > 0.0 {
@@ -105,14 +103,12 @@ fn follow(start: vec3<f32>, direction: vec3<f32>, limit: f32) -> vec2<f32> {
             z = max(end, z);
             let high = upper_end(u32(column), before, z);
             if high <= z {
-                far = (f32(high) - start.z) * inverse.z;
-                held = high >= dims.z;
+                exit = end_exit(u32(column), high, (f32(high) - start.z) * inverse.z, true);
                 break;
             }
         }
         if side >= limit || select(left.x, left.y, by_y) == 0 {
-            far = side;
-            held = true;
+            exit = Exit(side, APART, false, true);
             break;
         }
         if by_y {
@@ -125,14 +121,16 @@ fn follow(start: vec3<f32>, direction: vec3<f32>, limit: f32) -> vec2<f32> {
             column += step.x;
         }
         if !is_solid(u32(column), z) {
-            far = side;
+            exit = side_exit(u32(column), z, side, fma(side, direction.z, start.z));
             break;
         }
     }
-    if far <= nearest {
-        return vec2(0.0);
+    if exit.far >= limit || exit.held {
+        // At the border of the grid, leaving in the first step changes nothing.
+        let goes = exit.far > nearest;
+        return vec2(select(0.0, min(exit.far, limit), goes), select(0.0, 1.0, goes && exit.far < limit));
     }
-    return vec2(min(far, limit), select(0.0, 1.0, held && far < limit));
+    return vec2(min(refined(start, direction, exit), limit), 0.0);
 }
 
 // A row of the map, with the processor's roundings.
@@ -157,10 +155,19 @@ fn moved(p: vec3<f32>, n: vec3<f32>, half: u32, start_half: u32) -> vec2<i32> {
         return unchanged;
     }
     let voxel = vec3<u32>(place);
-    if !is_solid(voxel.y * work.dims.x + voxel.x, i32(voxel.z)) {
-        return unchanged;
+    let column = voxel.y * work.dims.x + voxel.x;
+    var far: vec2<f32>;
+    if is_solid(column, i32(voxel.z)) {
+        far = follow(place, -up, limit);
+    } else {
+        // Next to an end the surface may be further out than voxels are solid.
+        let span = spans[work.first_column + column];
+        let upper = voxel.z == span >> 16u;
+        if span >> 16u == 0u || !(upper || voxel.z + 1u == (span & 0xffffu)) {
+            return unchanged;
+        }
+        far.x = min(refined(place, -up, Exit(0.0, 0.0, upper, false)), limit);
     }
-    let far = follow(place, -up, limit);
     if far.x <= 0.0 {
         return unchanged;
     }

@@ -9,13 +9,17 @@ struct Bounds {
     high: vec3<f32>,
 }
 
-// Where voxels of the imprint that is worked on may be solid.
+// Where voxels of the imprint that is worked on may be solid, and along columns the next ones, in which rays may start.
 var<private> part: Solid;
 
 // Works on an imprint from now on.
 fn take(link: u32) {
     work = links[link];
     part = solid_part(link);
+    if all(part.low < part.high) {
+        part.low.z = max(part.low.z - 1, 0);
+        part.high.z = min(part.high.z + 1, i32(work.dims.z));
+    }
 }
 
 fn meets(bounds: Bounds) -> bool {

@@ -1,21 +1,27 @@
 // import imprint_facet
 // The crossings of columns with triangles: every invocation looks at a chunk of columns of a row of one triangle and
-// counts, at the first voxel whose centre is not below the triangle, by what the winding number changes. Sums of whole
-// numbers do not depend on the order they come in.
+// counts, at the first voxel whose centre is not below the triangle, by what the winding number changes, and notes how high
+// the crossing is. Sums and extrema of whole numbers do not depend on the order they come in.
 
 // Where the work of every triangle begins in that of its workgroup, and where that begins.
 @group(0) @binding(3) var<storage, read> starts: array<u32>;
 @group(0) @binding(6) var<storage, read> sums: array<u32>;
 @group(0) @binding(4) var<storage, read> arguments: array<vec4<u32>>;
 // Of step z of column c at z times the columns plus c; one step more than there are voxels. Where they are narrow, of
-// steps 2z and, in the upper half, 2z + 1.
+// steps 2z and, in the upper half, 2z + 1. Then of every column `NO_HEIGHT` less the height of the lowest crossing, and the
+// same more than that of the highest.
 @group(0) @binding(5) var<storage, read_write> turns: array<atomic<i32>>;
 
-// Whether the plane over a column is not above the centre of the voxel below `step`, by 96 bits:
-// A·dx + B·dy + (z − ½ − step)·area is not positive.
-fn not_above(a: vec2<u32>, b: vec2<u32>, area: vec2<u32>, d: vec2<i32>, z: i32, step: i32) -> bool {
+// How far the plane over a column is above the centre of the voxel below `step` in snapped units, times its area, by 96
+// bits: A·dx + B·dy + (z − ½ − step)·area.
+fn above(a: vec2<u32>, b: vec2<u32>, area: vec2<u32>, d: vec2<i32>, z: i32, step: i32) -> vec3<u32> {
     let flat = wider_add(wider_product(a, d.x), wider_product(b, d.y));
-    let sum = wider_add(flat, wider_product(area, z - HALF - SUB * step));
+    return wider_add(flat, wider_product(area, z - HALF - SUB * step));
+}
+
+// Whether it is not above.
+fn not_above(a: vec2<u32>, b: vec2<u32>, area: vec2<u32>, d: vec2<i32>, z: i32, step: i32) -> bool {
+    let sum = above(a, b, area, d, z, step);
     return wider_negative(sum) || all(sum == vec3(0u));
 }
 
@@ -129,6 +135,12 @@ fn cross_columns(
             let layer = u32(step) >> halves;
             let at = work.first_turn + (layer * work.dims.y + u32(row)) * work.dims.x + u32(column);
             atomicAdd(&turns[at], f.turn << (16u * (u32(step) & halves)));
+            let rest = wider_float(above(a, b, area, d, f.a.z, step)) / (256.0 * wide_float(area));
+            let height = HEIGHT_UNITS * step + i32(floor(clamp(rest, -2.0, 1.0) * f32(HEIGHT_UNITS)));
+            let top = ((work.dims.z >> halves) + 1u) * work.dims.y + u32(row);
+            let noted = work.first_turn + top * work.dims.x + u32(column);
+            atomicMax(&turns[noted], NO_HEIGHT - height);
+            atomicMax(&turns[noted + work.dims.x * work.dims.y], NO_HEIGHT + height);
         }
         left = wide_add(left, left_step);
         right = wide_add(right, right_step);

@@ -1,14 +1,19 @@
 // import common
 // import imprint_box
-// Columns from what their winding number changes by at every step: a voxel is solid where it is not zero. The changes
-// are left zero for the next use. Nothing changes beyond the box of the collider. Workgroups of a layer take an imprint.
+// Columns from what their winding number changes by at every step: a voxel is solid where it is not zero. The changes, and
+// what was noted of crossings, are left zero for the next use. Nothing changes beyond the box of the collider. Workgroups of a
+// layer take an imprint.
 
 // As in `imprint_cross.wgsl`.
 @group(0) @binding(1) var<storage, read_write> turns: array<i32>;
-// The lowest solid voxel of a column, and the one after the highest in the upper half.
+// The lowest solid voxel of a column, and the one after the highest in the upper half; after those of all columns of an
+// imprint the heights of both ends of each, the upper one negated, from the centre of the lowest voxel.
 @group(0) @binding(4) var<storage, read_write> spans: array<u32>;
 // Bit z % 32 of the word at z / 32 times the columns plus c is voxel z of column c.
 @group(0) @binding(3) var<storage, read_write> words: array<u32>;
+
+// Units by which the rounding of a height may take it beyond its step.
+const ROUNDED: i32 = 4096;
 
 // 1 where a word holds two steps.
 var<private> halves: u32;
@@ -45,6 +50,17 @@ fn clear(column: u32, z: u32) {
     for (var layer = z >> halves; layer < end; layer++) {
         turns[work.first_turn + layer * work.dims.x * work.dims.y + column] = 0;
     }
+}
+
+// The height of a crossing, which `at` tells of, negated for the highest one. It is none where it is not rounded up to `end`,
+// the end of the column on that side.
+fn take_height(at: u32, end: i32, sign: i32) -> i32 {
+    let height = NO_HEIGHT - turns[at];
+    turns[at] = 0;
+    // What could wrap is no height.
+    let rest = HEIGHT_UNITS * end - sign * height;
+    let near = height != NO_HEIGHT && rest >= -ROUNDED && rest <= HEIGHT_UNITS + ROUNDED;
+    return select(NO_HEIGHT, height, near);
 }
 
 @compute @workgroup_size(GROUP)
@@ -114,4 +130,10 @@ fn resolve(
         }
     }
     spans[work.first_column + column] = select(select(first | (end << 16u), 0u, pieces == 0u), PIECES, pieces > 1u);
+    let top = work.first_turn + ((work.dims.z >> halves) + 1u) * columns + column;
+    let low = take_height(top, select(-4, i32(first), pieces > 0u), 1);
+    let high = take_height(top + columns, select(-4, i32(end), pieces > 0u), -1);
+    let ends = work.first_column + columns + 2u * column;
+    spans[ends] = u32(low);
+    spans[ends + 1u] = u32(high);
 }

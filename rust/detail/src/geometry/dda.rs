@@ -1,7 +1,7 @@
 //! Rays through the solid voxels (Schäfer et al. 2014, Section 6), with the traversal of Amanatides and Woo 1987, A
 //! Fast Voxel Traversal Algorithm for Ray Tracing. Places are in voxel coordinates.
 
-use crate::geometry::voxel::{Columns, Voxels};
+use crate::geometry::voxel::{Columns, PIECES, Voxels};
 
 /// How a ray that starts in the voxels leaves them. Distances are in multiples of the ray's direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,13 +37,29 @@ impl Voxels {
         }
         let ray = Ray::new(origin, direction);
         match ray.traverse(&self.columns(), origin[2], direction[2], limit) {
-            (distance, _) if !(distance < limit) => Exit::Limit,
-            (distance, _) if distance <= ray.nearest => Exit::Border,
-            (distance, true) => Exit::Grid(distance),
-            (distance, false) => Exit::Clear(distance),
+            Left { far, .. } if !(far < limit) => Exit::Limit,
+            Left { far, .. } if far <= ray.nearest => Exit::Border,
+            Left { far, grid: true, .. } => Exit::Grid(far),
+            Left { far, .. } => Exit::Clear(far),
         }
     }
 }
+
+/// How a ray left the solid, see [`crate::geometry::exits`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Left {
+    /// The distance at which it did, or at least the limit where it did not do so before.
+    pub far: f32,
+    /// Whether it left the grid there.
+    pub grid: bool,
+    /// Voxels along the column from there to the rounded end of the column that is entered.
+    pub gap: f32,
+    /// Whether it left at the upper end of a column.
+    pub upper: bool,
+}
+
+/// Voxels to a column that has no end there.
+pub(crate) const APART: f32 = 1e9;
 
 /// A ray made ready: its voxel, and per axis the reciprocal of its direction and the distance to the next face.
 #[derive(Clone, Copy, Debug)]
@@ -68,10 +84,9 @@ impl Ray {
         Self { start, inverse, next, nearest: next[0].min(next[1]).min(next[2]) }
     }
 
-    /// The distance at which the ray leaves the solid, or at least `limit` where it does not do so before, and whether
-    /// it leaves the grid there.
+    /// Follows the ray until it leaves the solid, or to `limit`.
     #[inline(always)]
-    pub fn traverse(&self, columns: &Columns<'_>, z0: f32, dz: f32, limit: f32) -> (f32, bool) {
+    pub fn traverse(&self, columns: &Columns<'_>, z0: f32, dz: f32, limit: f32) -> Left {
         let dims = columns.dims.map(|count| count as i32);
         let [x, y, mut z] = self.start;
         let forward = [self.inverse[0] > 0.0, self.inverse[1] > 0.0];
@@ -90,25 +105,37 @@ impl Ray {
             if dz < 0.0 {
                 z = end.min(z);
                 if low > z {
-                    return ((low as f32 - z0) * self.inverse[2], low == 0);
+                    return self.end(columns, column, low, z0, false);
                 }
             } else if dz > 0.0 {
                 z = end.max(z);
                 if high <= z {
-                    return ((high as f32 - z0) * self.inverse[2], high >= dims[2]);
+                    return self.end(columns, column, high, z0, true);
                 }
             }
             // Not a number ends here as well.
             if !(side < limit) || left[axis] == 0 {
-                return (side, true);
+                return Left { far: side, grid: true, gap: APART, upper: false };
             }
             left[axis] -= 1;
             next[axis] += delta[axis];
             column += step[axis];
             if !columns.solid(column as usize, z as u32) {
-                return (side, false);
+                let (gap, upper) = columns.side_gap(column as usize, z, z0 + side * dz);
+                return Left { far: side, grid: false, gap, upper };
             }
         }
+    }
+}
+
+impl Ray {
+    /// The ray, which is at `z0`, leaves a piece of a column at its end.
+    #[inline(always)]
+    fn end(&self, columns: &Columns<'_>, column: i32, end: i32, z0: f32, upper: bool) -> Left {
+        let known = columns.knows(column as usize, end, upper);
+        let border = if upper { columns.dims[2] as i32 } else { 0 };
+        let gap = if !known && columns.spans[column as usize] == PIECES { APART } else { 0.0 };
+        Left { far: (end as f32 - z0) * self.inverse[2], grid: end == border && !known, gap, upper }
     }
 }
 

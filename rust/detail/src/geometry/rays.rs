@@ -5,7 +5,8 @@
 
 use relievo_core::lanes::Lanes;
 
-use crate::geometry::dda::{Ray, WHOLE};
+use crate::geometry::dda::{APART, Ray, WHOLE};
+use crate::geometry::exits::Exits;
 use crate::geometry::voxel::{Columns, PIECES};
 use crate::geometry::voxel_frame::VoxelFrame;
 use crate::imprint::dents::Limits;
@@ -27,6 +28,10 @@ pub(crate) struct Rays<A: Lanes> {
     solid: A::M,
     /// Rays that start in a column of several pieces, solid there or not.
     pieces: A::M,
+    /// Rays that start in the clear voxel next to a column's end, where the surface may be further out than voxels are
+    /// solid, and which of them start at upper ends.
+    beside: A::M,
+    over: A::M,
 }
 
 impl<A: Lanes> Rays<A> {
@@ -71,7 +76,12 @@ impl<A: Lanes> Rays<A> {
         let ends = v.gather(columns.spans, column);
         let (ends, pieces) = Self::ends(v, ends);
         let solid = v.both(able, Self::holds(v, ends, voxel[2]));
-        Self { place, direction, limit, voxel, column, ends, solid, pieces: v.both(able, pieces) }
+        let [low, high] = ends;
+        let over = v.ieq(voxel[2], high);
+        let beside = v.either(over, v.ieq(v.iadd(voxel[2], v.isplat(1)), low));
+        // Columns without an end have none above the lowest voxel.
+        let beside = v.both(able, v.without(beside, v.ieq(high, v.isplat(0))));
+        Self { place, direction, limit, voxel, column, ends, solid, pieces: v.both(able, pieces), beside, over }
     }
 
     /// The ends of columns, and which are solid in several pieces.
@@ -86,12 +96,12 @@ impl<A: Lanes> Rays<A> {
         v.without(v.ilt(z, high), v.ilt(z, low))
     }
 
-    /// How far each ray goes until it leaves the solid or reaches its limit, 0 where it leaves in its first voxel; and
-    /// how many were held at the border of the grid.
+    /// How far each ray goes until it leaves the surface that was voxelised, see [`crate::geometry::exits`], or reaches its
+    /// limit, 0 where it starts outside; and how many were held at the border of the grid.
     #[inline(always)]
     pub fn distances(&self, v: A, columns: &Columns<'_>) -> (A::F, u32) {
         let (zero, none, unit) = (v.splat(0.0), v.isplat(0), v.isplat(1));
-        if v.mask(v.either(self.solid, self.pieces)) == 0 {
+        if v.mask(v.either(self.beside, v.either(self.solid, self.pieces))) == 0 {
             return (zero, 0);
         }
         let all = v.le(zero, zero);
@@ -128,6 +138,7 @@ impl<A: Lanes> Rays<A> {
         let mut active = self.solid;
         let mut pieces = self.pieces;
         let (mut far, mut grid) = (zero, v.without(all, all));
+        let (mut gap, mut upper) = (zero, v.either(v.without(up, self.beside), v.both(self.beside, self.over)));
         while v.mask(active) != 0 {
             let by_y = v.le(next[1], next[0]);
             let side = v.select(by_y, next[1], next[0]);
@@ -142,7 +153,10 @@ impl<A: Lanes> Rays<A> {
             let bound = v.float(v.iselect(down, low, high));
             far = v.select(clear, v.mul(v.sub(bound, self.place[2]), inverse[2]), far);
             let outer = v.either(v.both(down, v.ieq(low, none)), v.both(up, v.ieq(high, v.isplat(nz))));
-            grid = v.either(grid, v.both(clear, outer));
+            let outer = v.both(clear, outer);
+            if v.mask(outer) != 0 {
+                grid = v.either(grid, v.without(outer, Self::known(v, columns, column, [low, high], outer, up)));
+            }
             active = v.without(active, clear);
             // Not a number ends here as well.
             let rest = v.iselect(by_y, left[1], left[0]);
@@ -161,38 +175,84 @@ impl<A: Lanes> Rays<A> {
             pieces = v.either(pieces, v.both(active, entered.1));
             active = v.without(active, entered.1);
             far = v.select(active, side, far);
-            active = v.both(active, Self::holds(v, ends, z));
+            let leaves = v.without(active, Self::holds(v, ends, z));
+            if v.mask(leaves) != 0 {
+                let [low, high] = ends;
+                let over = v.without(leaves, v.ilt(z, high));
+                let end = v.float(v.iselect(over, high, low));
+                let rest = v.sub(end, v.fused(side, self.direction[2], self.place[2]));
+                let rest = v.max(rest, v.sub(zero, rest));
+                // A column that is clear has no end.
+                let rest = v.select(v.ieq(high, none), v.splat(APART), rest);
+                gap = v.select(leaves, rest, gap);
+                upper = v.either(v.without(upper, leaves), over);
+                active = v.without(active, leaves);
+            }
         }
-        let held = v.both(v.both(grid, v.lt(far, self.limit)), v.lt(nearest, far));
-        // Leaving in the first step changes nothing.
-        let far = v.select(v.le(far, nearest), zero, far);
-        let distance = v.select(self.solid, v.select(v.lt(far, self.limit), far, self.limit), zero);
-        let held = v.mask(v.without(v.both(held, self.solid), pieces));
-        let clamped = held.count_ones();
-        if v.mask(pieces) == 0 { (distance, clamped) } else { self.singly(v, columns, pieces, distance, clamped) }
+        if v.mask(pieces) != 0 {
+            (far, gap, grid, upper) = self.singly(v, columns, pieces, [far, gap], [grid, upper]);
+        }
+        let left = v.both(v.either(self.solid, pieces), v.lt(far, self.limit));
+        // At the border of the grid, leaving in the first step changes nothing.
+        let goes = v.both(v.either(self.solid, pieces), v.lt(nearest, far));
+        let mut distance = v.select(goes, far, zero);
+        let open = v.either(v.without(left, grid), self.beside);
+        if v.mask(open) != 0 {
+            let Self { place, direction, .. } = *self;
+            let exact = Exits { place, direction, far, gap, upper, open }.refined(v, columns);
+            distance = v.select(open, exact, distance);
+        }
+        let distance = v.select(v.lt(distance, self.limit), distance, self.limit);
+        (distance, v.mask(v.both(v.both(goes, left), grid)).count_ones())
     }
 
-    /// Follows the rays of `lanes` one by one.
+    /// Of `lanes`, whose rays reach ends of columns at the border of the grid, those where the solid ends there. Upper ends are
+    /// those of `upper`.
     #[inline(always)]
-    fn singly(&self, v: A, columns: &Columns<'_>, lanes: A::M, distances: A::F, mut clamped: u32) -> (A::F, u32) {
-        let mut values = [[0.0; WIDEST]; 8];
+    fn known(v: A, columns: &Columns<'_>, column: A::I, [low, high]: [A::I; 2], lanes: A::M, upper: A::M) -> A::M {
+        let (mut places, mut ends, mut known) = ([0; WIDEST], [0; WIDEST], [0.0; WIDEST]);
+        v.istore(column, &mut places);
+        v.istore(v.iselect(upper, high, low), &mut ends);
+        for lane in (0..A::WIDTH).filter(|lane| v.mask(lanes) >> lane & 1 != 0) {
+            let upper = v.mask(upper) >> lane & 1 != 0;
+            known[lane] = f32::from(columns.knows(places[lane] as usize, ends[lane] as i32, upper));
+        }
+        v.both(lanes, v.lt(v.splat(0.0), v.load(&known)))
+    }
+
+    /// Follows the rays of `lanes` one by one. Returns how far they go and the gaps of their ends, and which leave the grid
+    /// and which leave at upper ends.
+    #[inline(always)]
+    fn singly(
+        &self,
+        v: A,
+        columns: &Columns<'_>,
+        lanes: A::M,
+        [far, gap]: [A::F; 2],
+        [grid, upper]: [A::M; 2],
+    ) -> (A::F, A::F, A::M, A::M) {
+        let mut values = [[0.0; WIDEST]; 9];
         let [px, py, pz] = self.place;
         let [dx, dy, dz] = self.direction;
-        for (value, to) in [px, py, pz, dx, dy, dz, self.limit, distances].into_iter().zip(&mut values) {
+        for (value, to) in [px, py, pz, dx, dy, dz, self.limit, far, gap].into_iter().zip(&mut values) {
             v.store(value, to);
         }
-        let [px, py, pz, dx, dy, dz, limit, mut distance] = values;
+        let [px, py, pz, dx, dy, dz, limit, mut far, mut gap] = values;
+        let (mut grids, mut uppers) = ([0.0; WIDEST], [0.0; WIDEST]);
         for lane in (0..A::WIDTH).filter(|lane| v.mask(lanes) >> lane & 1 != 0) {
             let ray = Ray::new([px[lane], py[lane], pz[lane]], [dx[lane], dy[lane], dz[lane]]);
             let [x, y, z] = ray.start.map(|value| value as u32);
-            distance[lane] = 0.0;
+            far[lane] = 0.0;
             if columns.solid((y * columns.dims[0] + x) as usize, z) {
-                let (far, grid) = ray.traverse(columns, pz[lane], dz[lane], limit[lane]);
-                clamped += u32::from(grid && far < limit[lane] && far > ray.nearest);
-                let far = if far <= ray.nearest { 0.0 } else { far };
-                distance[lane] = if far < limit[lane] { far } else { limit[lane] };
+                let left = ray.traverse(columns, pz[lane], dz[lane], limit[lane]);
+                (far[lane], gap[lane]) = (left.far, left.gap);
+                (grids[lane], uppers[lane]) = (f32::from(left.grid), f32::from(left.upper));
             }
         }
-        (v.load(&distance), clamped)
+        let zero = v.splat(0.0);
+        let grids = v.both(lanes, v.lt(zero, v.load(&grids)));
+        let uppers = v.both(lanes, v.lt(zero, v.load(&uppers)));
+        let (grid, upper) = (v.either(v.without(grid, lanes), grids), v.either(v.without(upper, lanes), uppers));
+        (v.load(&far), v.load(&gap), grid, upper)
     }
 }

@@ -6,6 +6,7 @@
 //! the voxel that a column enters or leaves is that of the snapped plane, whatever the processor or graphics device
 //! that computes it. Planes are followed in floats; where their rounding could decide, integers do. A column keeps
 //! its crossings in one word, two of 16 bits: place and direction. Columns of more crossings have them in a list.
+//! Beside them every column keeps the heights of its lowest and its highest crossing, which rays refine their ends by.
 
 use std::cell::Cell;
 
@@ -22,6 +23,18 @@ const HALF: i64 = SUB / 2;
 
 /// Snapped coordinates below which products fit 64 bits. Triangles that reach further are followed in floats alone.
 const NARROW: i64 = 1 << 29;
+
+/// Units of the heights of crossings in a voxel.
+pub(crate) const FINE: i32 = 1 << 15;
+
+/// The height of no crossing: above every height of a grid, and so little that differences of two heights do not wrap.
+pub(crate) const NO_HEIGHT: u32 = 1 << 30;
+
+/// Units by which the rounding of a height may take it beyond the step that its crossing belongs to.
+const HEIGHT_SLACK: i32 = FINE / 8;
+
+/// Columns of which heights are followed from one place, at every instruction level the same ones.
+const TOGETHER: usize = 16;
 
 /// The sizes a slab is filled with.
 #[derive(Clone, Copy, Debug)]
@@ -239,11 +252,19 @@ pub struct Slab<'a> {
     pub words: &'a mut [u64],
     /// The crossings of every column, and [`PADDING`] more.
     pub records: &'a mut [u32],
+    /// The heights of the lowest and the highest crossings, see [`crate::geometry::voxel::Columns`].
+    pub heights: &'a mut [u32],
     /// Lowest solid voxel and the one after the highest, of every few columns of all rows.
     pub cells: &'a mut [[u16; 2]],
 }
 
-/// Records after those of a slab's columns, so that vectors may reach beyond the last.
+/// Heights of a row of `nx` columns: those of the lowest crossings, then those of the highest.
+#[inline(always)]
+pub(crate) const fn height_stride(nx: usize) -> usize {
+    nx + PADDING
+}
+
+/// Records after those of a slab's columns, and heights after those of a row, so that vectors may reach beyond the last.
 pub const PADDING: usize = 16;
 
 /// The record of a column whose crossings are in the list.
@@ -256,6 +277,7 @@ dispatch_simd! {
 
 #[inline(always)]
 fn fill_body<A: Lanes>(v: A, facets: &[Facet], list: &[u32], shape: Shape, first: u32, slab: &mut Slab<'_>) {
+    slab.heights.fill(NO_HEIGHT);
     if list.is_empty() {
         slab.spans.fill(0);
         return;
@@ -266,12 +288,14 @@ fn fill_body<A: Lanes>(v: A, facets: &[Facet], list: &[u32], shape: Shape, first
     let mut listed = LISTS.take();
     listed.clear();
     for facet in list {
-        convert(v, &facets[*facet as usize], nx, i64::from(first), rows as i64, slab.records, &mut listed);
+        convert(v, &facets[*facet as usize], shape, [i64::from(first), rows as i64], slab, &mut listed);
     }
     listed.sort_unstable();
     let spans = slab.spans.chunks_mut(nx).zip(slab.words.chunks_mut(nx * shape.words as usize));
-    for (row, ((spans, words), records)) in spans.zip(slab.records.chunks(nx)).enumerate() {
+    let rows = spans.zip(slab.records.chunks(nx)).zip(slab.heights.chunks_mut(2 * height_stride(nx)));
+    for (row, (((spans, words), records), heights)) in rows.enumerate() {
         resolve(shape, row * nx, spans, words, records, &listed, slab.cells);
+        settle_heights(spans, words, heights, shape.words as usize);
     }
     LISTS.set(listed);
 }
@@ -287,12 +311,13 @@ thread_local! {
 fn convert<A: Lanes>(
     v: A,
     facet: &Facet,
-    nx: usize,
-    first: i64,
-    rows: i64,
-    records: &mut [u32],
+    shape: Shape,
+    [first, rows]: [i64; 2],
+    slab: &mut Slab<'_>,
     listed: &mut Vec<(u32, u16)>,
 ) {
+    let nx = shape.nx as usize;
+    let stride = height_stride(nx);
     let start = facet.rows[0].max(first);
     let end = facet.rows[2].min(first + rows);
     if start >= end {
@@ -311,9 +336,11 @@ fn convert<A: Lanes>(
             let left = left.column.clamp(0, nx as i64) as usize;
             let right = right.column.clamp(0, nx as i64) as usize;
             if left < right {
-                let at = (row - first) as usize * nx + left;
-                let z = base + slope_y * row as f64 + slope_x * left as f64;
-                note(v, records, at, right - left, (z - 0.5) as f32, facet, [left as i64, row], listed);
+                let own = (row - first) as usize;
+                let z = base + slope_y * row as f64 + slope_x * left as f64 - 0.5;
+                note(v, slab.records, own * nx + left, right - left, z as f32, facet, [left as i64, row], listed);
+                let heights = &mut slab.heights[2 * own * stride..2 * (own + 1) * stride];
+                note_heights(v, heights, [left, right], z, slope_x, shape.nz);
             }
             long.advance();
             short.advance();
@@ -370,6 +397,36 @@ fn note<A: Lanes>(
             let mut marks = [0; PADDING];
             v.istore(mark, &mut marks);
             note_listed(here, at + from, v.mask(full), &marks, listed);
+        }
+    }
+}
+
+/// Notes the heights of the crossings of columns `from` to `to` of a row with a plane that is at `z` over the centre of the
+/// first. Heights count from the centre of the lowest voxel and are held near the grid; those of highest crossings are
+/// negated, so that of both the least stays.
+#[inline(always)]
+fn note_heights<A: Lanes>(v: A, heights: &mut [u32], [from, to]: [usize; 2], z: f64, slope: f64, nz: u32) {
+    const LANES: [u32; PADDING] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+    let (lanes, none) = (v.iload(&LANES), v.isplat(0));
+    let (steps, unit) = (v.splat(slope as f32), v.splat(FINE as f32));
+    let (lows, highs) = heights.split_at_mut(heights.len() / 2);
+    // From the lowest place of the columns on: what is above it is not negative.
+    let dip = (slope * (TOGETHER - 1) as f64).min(0.0);
+    for first in (from..to).step_by(TOGETHER) {
+        let here = z + slope * (first - from) as f64;
+        let base = (here + dip).floor().clamp(-2.0, f64::from(nz + 1));
+        let rest = v.splat((here - base) as f32);
+        let (low, high) = (v.splat((-2.0 - base) as f32), v.splat((f64::from(nz + 1) - base) as f32));
+        let base = v.isplat(base as i32 * FINE);
+        for at in (first..to.min(first + TOGETHER)).step_by(A::WIDTH) {
+            let lane = v.iadd(lanes, v.isplat((at - first) as i32));
+            let above = v.min(v.max(v.fused(steps, v.float(lane), rest), low), high);
+            let height = v.iadd(base, v.trunc(v.mul(above, unit)));
+            let inside = v.ilt(lanes, v.isplat((to - at) as i32));
+            let (lows, highs) = (&mut lows[at..], &mut highs[at..]);
+            let (old_low, old_high) = (v.iload(lows), v.iload(highs));
+            v.istore(v.iselect(inside, v.imin(old_low, height), old_low), lows);
+            v.istore(v.iselect(inside, v.imin(old_high, v.isub(none, height)), old_high), highs);
         }
     }
 }
@@ -458,6 +515,37 @@ fn resolve(
             *cell = [cell[0].min(least as u16), cell[1].max(most as u16)];
         }
     }
+}
+
+/// Leaves of the heights of a row those that are the ends of its columns' solids. Crossings that are rounded to another place
+/// are none: of slivers between two centres, of shells inside others, and of what is solid beyond the grid.
+#[inline(always)]
+fn settle_heights(spans: &[u32], words: &[u64], heights: &mut [u32], stride: usize) {
+    let (lows, highs) = heights.split_at_mut(heights.len() / 2);
+    let mut pieces = false;
+    for ((span, low), high) in spans.iter().zip(&mut *lows).zip(&mut *highs) {
+        pieces |= *span == PIECES;
+        let (from, to) = if *span == PIECES { (0, 0) } else { (span & 0xffff, span >> 16) };
+        let (noted_low, noted_high) = (settled(*low, from, to, 1), settled(*high, to, to, -1));
+        *low = if *span == PIECES { *low } else { noted_low };
+        *high = if *span == PIECES { *high } else { noted_high };
+    }
+    if pieces {
+        for (column, bits) in words.chunks(stride).enumerate().filter(|(column, _)| spans[*column] == PIECES) {
+            let [from, to] = ends(bits);
+            lows[column] = settled(lows[column], from, to, 1);
+            highs[column] = settled(highs[column], to, to, -1);
+        }
+    }
+}
+
+/// The height that is noted of a column that is solid up to voxel `to`, or of a clear one with 0, if it is rounded up to
+/// `end`. Heights of upper ends are negated, as `sign` says.
+#[inline(always)]
+fn settled(noted: u32, end: u32, to: u32, sign: i32) -> u32 {
+    let rest = FINE * end as i32 - sign * noted as i32;
+    let near = (rest + HEIGHT_SLACK) as u32 <= (FINE + 2 * HEIGHT_SLACK) as u32;
+    if near & (to != 0) { noted } else { NO_HEIGHT }
 }
 
 /// Resolves a column whose crossings do not show at once what is solid: returns its ends, or writes its bits.

@@ -12,7 +12,7 @@ fn context(threads: usize) -> Context {
 }
 
 /// A plate of n × n quads of edge 1 around the origin, facing +z; `bump` shakes it.
-fn plate(n: u32, bump: f32) -> Mesh {
+pub(crate) fn plate(n: u32, bump: f32) -> Mesh {
     let mut points = Vec::new();
     let mut corners = Vec::new();
     for j in 0..=n {

@@ -15,6 +15,7 @@ mod paging;
 mod paint;
 mod refit;
 mod strokes;
+mod terraces;
 mod traces;
 mod triangle_bending;
 mod triangle_documents;

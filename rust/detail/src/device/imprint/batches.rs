@@ -83,7 +83,8 @@ pub(super) fn batches(words: &mut [Words], targets: &[usize], most_voxels: usize
         let VoxelRoom([corner, work, _, column, word]) = batch.room;
         it.lie_at([corner, work, wave.turns, column, word], wave.links.start);
         batch.most = [0, 1].map(|k| batch.most[k].max(mesh[k]));
-        wave.columns = wave.columns.max(columns as u32);
+        let [nx, ny, _] = it.dims();
+        wave.columns = wave.columns.max(nx * ny);
         wave.links.end = index + 1;
         wave.turns += turns;
         batch.room =

@@ -10,7 +10,7 @@ use super::rising::Rising;
 use super::work::Work;
 use crate::geometry::grid::Grid;
 use crate::geometry::lattice::Lattice;
-use crate::geometry::voxel::Side;
+use crate::geometry::voxel::{Side, steep};
 use crate::geometry::voxel_frame::VoxelFrame;
 use crate::imprint::collider::Collider;
 use crate::imprint::dents::{Limits, deepest};
@@ -137,7 +137,7 @@ pub(crate) struct Words {
     ring_parts: u32,
     rings: u32,
     entries: u32,
-    unused: u32,
+    steep: f32,
 }
 
 /// Imprints that are submitted together at most.
@@ -246,7 +246,7 @@ impl Words {
             ring_parts: 0,
             rings: 0,
             entries: 0,
-            unused: 0,
+            steep: steep(grid),
         }
     }
 
@@ -362,7 +362,7 @@ mod tests {
             ring_parts,
             rings,
             entries,
-            unused
+            steep
         );
         assert_layout("imprint_link", "Link", size_of::<Words>(), &link);
     }

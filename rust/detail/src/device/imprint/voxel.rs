@@ -24,6 +24,9 @@ const COUNTED: u32 = 1024;
 /// with room for the words of one column.
 const MOST_PASSED: u32 = 60_000;
 
+/// Heights of a column: of its lower end and of its upper end.
+const HEIGHTS: usize = 2;
+
 /// How much voxels need: points on lattices and items of work, words of changes, of columns and of bits.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct VoxelRoom(pub [usize; 5]);
@@ -39,9 +42,10 @@ impl VoxelRoom {
         }
         let columns = nx as usize * ny as usize;
         let layers = if triangles <= MOST_NARROW { nz / 2 } else { nz };
-        let turns = columns.saturating_mul(layers as usize + 1);
+        let turns = columns.saturating_mul(layers as usize + 1 + HEIGHTS);
         let words = columns.saturating_mul(nz.div_ceil(WORD) as usize);
-        Ok(Self([points as usize, triangles.next_multiple_of(COUNTED) as usize, turns, columns, words]))
+        let ends = columns.saturating_mul(1 + HEIGHTS);
+        Ok(Self([points as usize, triangles.next_multiple_of(COUNTED) as usize, turns, ends, words]))
     }
 
     /// What both need together.
@@ -159,7 +163,8 @@ impl DeviceVoxels {
     }
 
     /// Of column (x, y), at `y · dims[0] + x`: the lowest solid voxel, and the one after the highest in the upper half;
-    /// 0xffff for a column that is solid in more than one piece.
+    /// 0xffff for a column that is solid in more than one piece. Then of every column the heights of both ends, as
+    /// [`Columns`](crate::geometry::voxel::Columns) has them.
     pub fn spans(&self) -> &Buffer<u32> {
         &self.spans
     }
@@ -197,6 +202,7 @@ mod tests {
     use crate::device::imprint::shared::{Told, parse};
     use crate::geometry::grid::Grid;
     use crate::geometry::obb::Obb;
+    use crate::geometry::scanline::{FINE, NO_HEIGHT, height_stride};
     use crate::geometry::voxel::{Side, Solid, Voxels};
     use crate::imprint::collider::Collider;
     use crate::imprint::settings::ImprintSettings;
@@ -264,6 +270,26 @@ mod tests {
         Obb { center: DVec3::from(center), axes, half: DVec3::from(half) }
     }
 
+    /// Compares the heights of the ends of columns: floats on the one, 96 bits on the other.
+    fn compare_heights(voxels: &Voxels, ends: &[u32]) {
+        let columns = voxels.columns();
+        let [nx, ny, _] = columns.dims.map(|count| count as usize);
+        let stride = height_stride(nx);
+        let (mut apart, mut known) = (0, 0);
+        for (column, ends) in ends.chunks(2).enumerate() {
+            for (upper, end) in ends.iter().enumerate() {
+                let expected = columns.heights[(2 * (column / nx) + upper) * stride + column % nx];
+                assert_eq!(expected == NO_HEIGHT, *end == NO_HEIGHT, "column {column}: {expected} {end}");
+                let off = (expected as i32 - *end as i32).abs();
+                assert!(off <= FINE / 256, "column {column}: {expected} {end}");
+                apart += usize::from(off > 1);
+                known += usize::from(expected != NO_HEIGHT);
+            }
+        }
+        assert_eq!(ends.len(), 2 * nx * ny);
+        assert!(apart * 100 <= known, "{apart} of {known}");
+    }
+
     /// Voxelises on both and compares every voxel and every column's ends. Returns the solid voxels.
     fn compare(device: &Device, soup: &Soup, grid: &Grid, transform: DAffine3, side: Side, closed: bool) -> u64 {
         let context = Context::serial();
@@ -274,8 +300,10 @@ mod tests {
         voxels.fill(&context, grid, &solid, None, side).unwrap();
         let Made { spans, words, told, .. } = voxelise(device, &collider, grid, (side, closed), None);
         told.check().unwrap();
-        assert!(voxels.columns().spans == &spans[..], "{:?} {side:?}", grid.dims);
         let [nx, ny, nz] = grid.dims;
+        let (spans, ends) = spans.split_at((nx * ny) as usize);
+        assert!(voxels.columns().spans == spans, "{:?} {side:?}", grid.dims);
+        compare_heights(&voxels, ends);
         for column in 0..nx * ny {
             for z in 0..nz {
                 let bit = words[(z / WORD * nx * ny + column) as usize] >> (z % WORD) & 1 != 0;
@@ -365,8 +393,10 @@ mod tests {
                 };
                 let mut expected = Voxels::default();
                 expected.fill(&context, &grid(k), &solid, None, Side::Forward).unwrap();
-                let spans: Vec<u32> = found.by_ref().take(expected.columns().spans.len()).collect();
-                assert!(expected.count() > 1000 && expected.columns().spans == &spans[..], "collider {k}, {most}");
+                let count = expected.columns().spans.len();
+                let spans: Vec<u32> = found.by_ref().take(3 * count).collect();
+                assert!(expected.count() > 1000 && expected.columns().spans == &spans[..count], "collider {k}, {most}");
+                compare_heights(&expected, &spans[count..]);
             }
         }
     }
