@@ -124,7 +124,7 @@ fn bumpy(direction: DVec3) -> f64 {
     1.0 + 0.015 * (11.0 * direction.x).sin() * (9.0 * direction.y).cos()
 }
 
-/// Transforms of the plate: none, and one that turns, moves and stretches it along its normal.
+/// Transforms of the plate: none, and one that turns and moves it.
 fn transforms() -> [DAffine3; 2] {
     let turn = DQuat::from_euler(EulerRot::XYZ, 0.7, -0.4, 0.3);
     [DAffine3::IDENTITY, DAffine3::from_rotation_translation(turn, DVec3::new(3.0, -5.0, 2.0))]
