@@ -60,11 +60,14 @@ fn measure(
     for tile in 0..field.tile_count() as u32 {
         let Some(block) = field.block(tile) else { continue };
         let height = |i: u32, j: u32| f64::from(block[((j + 1) * (SIZE + 2) + i + 1) as usize].to_f32());
-        let wanted = |i: u32, j: u32| {
-            let centre = |k: u32| (k as f32 + 0.5) / SIZE as f32;
-            let sample = object.surface().sample(Level::best(), Place { tile, u: centre(i), v: centre(j) }).unwrap();
+        let centre = |k: u32| (k as f32 + 0.5) / SIZE as f32;
+        let all = (0..SIZE * SIZE).map(|at| {
+            let place = Place { tile, u: centre(at % SIZE), v: centre(at / SIZE) };
+            let sample = object.surface().sample(Level::best(), place).unwrap();
             exact(f64::from(sample.p[0]), f64::from(sample.p[1]))
-        };
+        });
+        let all: Vec<Option<f64>> = all.collect();
+        let wanted = |i: u32, j: u32| all[(j * SIZE + i) as usize];
         for (i, j) in (1..SIZE - 1).flat_map(|j| (1..SIZE - 1).map(move |i| (i, j))) {
             let Some(here) = wanted(i, j) else { continue };
             let off = (height(i, j) - here).abs() / voxel;
