@@ -31,11 +31,13 @@ beside the model: turn; with Shift move, with Ctrl zoom, as the wheel does. Righ
 F, Shift+F: size and strength. X: symmetry. W: borders of faces. Home: all in view. 1, 3, 7: front, right, top; with Ctrl back,
 left, bottom. 5: with or without perspective. R: the ray caster's picture while the hand rests. Space, left, right: play, the
 frame before, the next. Ctrl+Z, Ctrl+Shift+Z: undo, redo. Ctrl+S, Ctrl+Shift+S: save, save as.
+With an image (--decal): click: lay it, then add a pin; drag: move a pin; Delete: remove it; Enter: write the image; Esc: take it
+off. A file that is dropped on the window is the brush's image, the image to lay, or the mesh to press.
 
 Acts of a script, one a line: drag BUTTON X0 Y0 X1 Y1 (left, middle or right, after ctrl+ or shift+; places are shares of the
 view), point X Y, wheel NOTCHES, press NAME (what stands on a button, a layer's name, eye NAME, edit NUMBER), key NAME,
-type TEXT, resize WIDTH HEIGHT, wait_frames N, rest (until the caster's picture and recorded ones are there), screenshot FILE,
-quit";
+type TEXT, drop FILE (on the window), resize WIDTH HEIGHT, wait_frames N, rest (until the caster's picture and recorded ones are
+there), screenshot FILE, quit";
 
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLE)]
@@ -49,6 +51,12 @@ pub struct Arguments {
     /// A mesh that is pressed into the surface by hand.
     #[arg(long, value_name = "FILE")]
     tool: Option<PathBuf>,
+    /// An image, PNG or EXR, that the brush paints and sculpts with.
+    #[arg(long, value_name = "FILE")]
+    stamp: Option<PathBuf>,
+    /// An image, PNG or EXR, that is laid on the surface by hand.
+    #[arg(long, value_name = "FILE")]
+    decal: Option<PathBuf>,
     /// So many agents of a crowd model on a square.
     #[arg(long, value_name = "N", default_value_t = 100, conflicts_with = "agents")]
     square: usize,
@@ -123,6 +131,12 @@ pub fn run(arguments: &Arguments) -> Outcome {
     let mut session = Session::open(context, &opening)?;
     if let Some(tool) = &arguments.tool {
         session.open_tool(tool)?;
+    }
+    if let Some(stamp) = &arguments.stamp {
+        session.open_stamp(stamp)?;
+    }
+    if let Some(image) = &arguments.decal {
+        session.open_decal(image)?;
     }
     let session = model::run(session, &device, arguments.up.map_or(2, axis), script)?;
     if arguments.costs {

@@ -9,6 +9,7 @@ use std::path::Path;
 use std::process::Command;
 
 use relievo_document::Document;
+use relievo_render::{Image, write_png};
 
 use display::{difference, is_possible, pictures, share, view};
 
@@ -93,6 +94,97 @@ fn a_tool_is_pressed_in_colours_stand_for_tiles_and_preferences_stay() {
     std::fs::write(&config, [0xff, 0xfe, b'\n', 0, b'v', b'i']).unwrap();
     view(folder, &["ball.obj", "--cells", "8"], "wait_frames 1\nquit\n");
     assert!(std::fs::read_to_string(&config).unwrap().contains("view.rays false"));
+}
+
+/// An image of blue to the left and green to the right.
+fn flag(path: &Path) {
+    let mut image = Image::new(64, 64, 3).unwrap();
+    for (x, y) in (0..64).flat_map(|y| (0..64).map(move |x| (x, y))) {
+        image.set_color(x, y, if x < 32 { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] });
+    }
+    write_png(path, &image).unwrap();
+}
+
+fn is_blue([r, g, b]: [f32; 3]) -> bool {
+    b > 0.1 && b > 4.0 * r && b > 4.0 * g
+}
+
+fn is_green([r, g, b]: [f32; 3]) -> bool {
+    g > 0.1 && g > 4.0 * r && g > 4.0 * b
+}
+
+#[test]
+fn a_dropped_image_is_the_stamp_of_the_brush() {
+    if !is_possible() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    ball(&folder.join("ball.obj"));
+    flag(&folder.join("flag.png"));
+    let whole = std::fs::read(folder.join("flag.png")).unwrap();
+    std::fs::write(folder.join("cut.png"), &whole[..whole.len() / 2]).unwrap();
+    std::fs::create_dir(folder.join("config")).unwrap();
+    let kept = "brush.tool paint mix\nbrush.size 3\nbrush.strength 1\nbrush.color 1 1 1\n";
+    std::fs::write(folder.join("config/view.txt"), kept).unwrap();
+    let script = "resize 1000 620\nwait_frames 1\nkey 1\nwait_frames 2\npoint 0.02 0.02\ndrop cut.png\nscreenshot refused.png\n\
+        drop flag.png\ndrag left 0.5 0.5 0.5 0.5\npoint 0.02 0.02\nwait_frames 2\nscreenshot stamped.png\n\
+        press remove stamp\nkey ctrl+z\npoint 0.02 0.02\nwait_frames 2\nscreenshot undone.png\n\
+        drag left 0.5 0.5 0.5 0.5\npoint 0.02 0.02\nwait_frames 2\nscreenshot plain.png\nquit\n";
+    view(folder, &["ball.obj", "--cells", "32"], script);
+    let [refused, stamped, undone, plain] = pictures(folder, ["refused", "stamped", "undone", "plain"]);
+    let middle = [0.36, 0.3, 0.56, 0.7];
+    let colored = |image: &Image| [share(image, middle, is_blue), share(image, middle, is_green)];
+    // Half of the dab is of each colour of the image, and none without it.
+    let [blue, green] = colored(&stamped);
+    assert!(blue > 0.02 && green > 0.02 && (0.5..2.0).contains(&(blue / green)), "{blue} {green}");
+    assert!([&refused, &undone, &plain].iter().all(|image| colored(image) == [0.0; 2]));
+    assert!(difference(&undone, &plain) > 0.01);
+    // The line at the bottom names the damaged file in the colour of faults.
+    let is_fault = |[r, g, b]: [f32; 3]| r > 0.5 && (0.15..0.4).contains(&g) && b < 0.2;
+    assert!(share(&refused, [0.0, 0.95, 0.5, 1.0], is_fault) > 0.005);
+    // `--stamp` does what dropping it does.
+    let script = "resize 1000 620\nwait_frames 1\nkey 1\nwait_frames 2\ndrag left 0.5 0.5 0.5 0.5\npoint 0.02 0.02\nwait_frames 2\n\
+        screenshot given.png\nquit\n";
+    view(folder, &["ball.obj", "--cells", "32", "--stamp", "flag.png"], script);
+    let [given] = pictures(folder, ["given"]);
+    assert_eq!(colored(&given), [blue, green]);
+}
+
+#[test]
+fn an_image_is_laid_by_its_pins_written_and_undone() {
+    if !is_possible() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    ball(&folder.join("ball.obj"));
+    flag(&folder.join("flag.png"));
+    std::fs::create_dir(folder.join("config")).unwrap();
+    std::fs::write(folder.join("config/view.txt"), "brush.size 3\n").unwrap();
+    let script = "resize 1000 620\nwait_frames 1\nkey 1\nwait_frames 2\npoint 0.02 0.02\nscreenshot before.png\n\
+        press decal\ndrop flag.png\ndrag left 0.5 0.5 0.5 0.5\npoint 0.02 0.02\nwait_frames 2\nscreenshot laid.png\n\
+        drag left 0.45 0.5 0.45 0.5\ndrag left 0.55 0.5 0.55 0.5\npoint 0.02 0.02\nwait_frames 2\nscreenshot pins.png\n\
+        drag left 0.55 0.5 0.58 0.42\npoint 0.02 0.02\nwait_frames 2\nscreenshot dragged.png\n\
+        key Delete\npress pin 2\nkey Delete\nwait_frames 2\nscreenshot removed.png\n\
+        key Enter\nwait_frames 2\nscreenshot written.png\nkey ctrl+z\nwait_frames 2\nscreenshot undone.png\n\
+        key ctrl+shift+z\nwait_frames 2\nkey ctrl+s\nwait_frames 2\nquit\n";
+    view(folder, &["ball.obj", "--cells", "32"], script);
+    let names = ["before", "laid", "pins", "dragged", "removed", "written", "undone"];
+    let [before, laid, pins, dragged, removed, written, undone] = pictures(folder, names);
+    let middle = [0.36, 0.3, 0.56, 0.7];
+    let colored = |image: &Image| [share(image, middle, is_blue), share(image, middle, is_green)];
+    assert!(colored(&before) == [0.0; 2] && difference(&before, &undone) == 0.0);
+    let [blue, green] = colored(&laid);
+    assert!(blue > 0.02 && green > 0.02 && (0.7..1.4).contains(&(blue / green)), "{blue} {green}");
+    // Two more pins change little until one of them is dragged, which pulls the green half along.
+    assert!(difference(&laid, &pins) < 0.03 && difference(&pins, &dragged) > 0.04);
+    assert!(colored(&removed).iter().zip([blue, green]).all(|(it, was)| (0.8..1.25).contains(&(it / was))));
+    // What is written is what was shown.
+    let [new_blue, new_green] = colored(&written);
+    assert!((0.8..1.25).contains(&(new_blue / blue)) && (0.8..1.25).contains(&(new_green / green)));
+    let document = Document::open(&folder.join("ball.relievo"), 1 << 30).unwrap();
+    assert!(document.layers().iter().any(|layer| !layer.blocks().is_empty()));
 }
 
 #[test]

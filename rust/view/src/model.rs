@@ -10,6 +10,7 @@ mod object;
 mod panels;
 mod picker;
 mod session;
+mod stamp;
 mod triangles;
 mod viewport;
 
@@ -31,7 +32,8 @@ pub use brush::{Brush, Held, Tool};
 pub use costs::{Costs, STAGES};
 pub use object::SurfaceKind;
 pub use picker::Picked;
-pub use session::{Opening, Session};
+pub use session::{HandDecal, Opening, Session};
+pub use stamp::BrushStamp;
 pub use triangles::Shades;
 
 use panels::Panels;
@@ -55,6 +57,9 @@ pub fn run(mut session: Session, device: &Device, up: usize, script: Option<Scri
     let preferences = Preferences::load(script.is_some());
     let scale = session.scale();
     session.brush.take_up(&preferences, scale);
+    if session.decal().is_some() {
+        session.brush.tool = Tool::Decal;
+    }
     let mut viewport = Viewport::new(Camera::new(session.bounds(), up));
     viewport.is_wired = preferences.switch("view.faces").unwrap_or(false);
     viewport.rays.is_on = preferences.switch("view.rays").unwrap_or(false);

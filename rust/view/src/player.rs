@@ -30,6 +30,7 @@ pub(crate) enum Wish {
     Nothing,
     Screenshot(PathBuf),
     Resize([u32; 2]),
+    Drop(PathBuf),
     End,
 }
 
@@ -85,6 +86,11 @@ impl Player {
                 self.acts.pop_front();
                 self.frames = vec![Vec::new(); 4].into();
                 return Ok((Vec::new(), Wish::Resize(*size)));
+            }
+            Act::Drop(file) => {
+                self.acts.pop_front();
+                self.frames = vec![Vec::new(); 2].into();
+                return Ok((Vec::new(), Wish::Drop(file.clone())));
             }
             Act::Quit => return Ok((Vec::new(), Wish::End)),
         };

@@ -13,6 +13,7 @@
 //! key s                   a key, with `ctrl+` and `shift+` before it where these are down
 //! type TEXT               text where the focus is
 //! text FILE               the text of the shader, replaced by that of a file
+//! drop FILE               a file that is dropped on the window
 //! wait_frames 3           nothing, for that many frames
 //! rest                    nothing, until the ray caster's picture and what is recorded are there
 //! screenshot FILE         the window as PNG
@@ -64,6 +65,7 @@ pub(crate) enum Act {
     },
     Type(String),
     Text(PathBuf),
+    Drop(PathBuf),
     Wait(u32),
     Rest,
     Screenshot(PathBuf),
@@ -161,6 +163,7 @@ fn act(line: &str) -> Option<Act> {
         }
         "type" => Some(Act::Type(named?)),
         "text" => Some(Act::Text(named?.into())),
+        "drop" => Some(Act::Drop(named?.into())),
         "wait_frames" => Some(Act::Wait(rest.parse().ok()?)),
         "rest" if rest.is_empty() => Some(Act::Rest),
         "screenshot" => Some(Act::Screenshot(named?.into())),
@@ -218,6 +221,7 @@ mod tests {
             "resize 9 9",
             "key nothing",
             "wait_frames",
+            "drop",
             "quit now",
             "rest 3",
         ] {

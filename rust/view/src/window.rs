@@ -225,6 +225,9 @@ impl<C: Content> Application<C> {
                 shown.resize(content.device(), size)?;
             }
         }
+        if let Wish::Drop(file) = &wish {
+            let _response = shown.input.on_window_event(&shown.window, &WindowEvent::DroppedFile(file.clone()));
+        }
         if content.closes() || matches!(wish, Wish::End) {
             content.end()?;
             return Ok(None);

@@ -7,6 +7,7 @@ use glam::DVec3;
 use relievo_core::{Context, ContextOptions};
 use relievo_detail::{PaintMode, SculptMode};
 use relievo_document::{Document, Settings};
+use relievo_render::{Image, write_png};
 use relievo_view::model::{Held, Opening, Session, SurfaceKind, Tool};
 
 /// A square of 4 × 4 quads from −2 to 2 in the plane z = 0.
@@ -194,4 +195,68 @@ fn what_is_not_saved_is_kept_and_taken_up_again() {
     assert!(kept.is_file());
     session.discard();
     assert!(!kept.exists());
+}
+
+#[test]
+fn an_image_is_laid_its_pins_are_dragged_and_it_is_written_as_one_edit() {
+    for kind in [SurfaceKind::Surface, SurfaceKind::Triangles] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut session = open(&square(folder.path()), Some(kind));
+        let at = |session: &mut Session, x: f64, y: f64| session.pick(down(x, y)).unwrap().unwrap();
+        let file = folder.path().join("flag.png");
+        write_png(&file, &Image::from_data(16, 16, 3, vec![0.25; 768]).unwrap()).unwrap();
+        session.brush.radius = 0.5;
+        let first = at(&mut session, 0.1, 0.2);
+        assert!(session.add_pin(&first, DVec3::Y).unwrap_err().to_string().contains("no image"));
+        session.open_decal(&file).unwrap();
+        assert_eq!(session.add_pin(&first, DVec3::Y).unwrap(), 0);
+        let quality = *session.decal().unwrap().quality().unwrap();
+        assert!(quality.flips == 0 && quality.l2 < 1.001 && quality.coverage > 0.999, "{quality:?}");
+        // The image is as wide as the brush: 0.6 to the right of its middle there is nothing to put a pin on.
+        let beside = at(&mut session, 0.7, 0.2);
+        assert!(session.add_pin(&beside, DVec3::Y).unwrap_err().to_string().contains("does not lie there"));
+        assert!(session.decal().unwrap().fault().is_some() && session.decal().unwrap().pins().len() == 1);
+        let second = at(&mut session, 0.4, 0.5);
+        assert_eq!(session.add_pin(&second, DVec3::Y).unwrap(), 1);
+        let place = |session: &Session| session.decal().unwrap().pins()[1].0;
+        for step in 1..=4 {
+            let picked = at(&mut session, 0.4 + 0.05 * f64::from(step), 0.5);
+            session.drag_pin(1, &picked).unwrap();
+            assert!(place(&session).distance(picked.point) < 1e-5, "{step}");
+        }
+        session.end_pin().unwrap();
+        let moved = DVec3::new(0.6, 0.5, 0.0);
+        let quality = *session.decal().unwrap().quality().unwrap();
+        assert!(place(&session).distance(moved) < 1e-5 && quality.flips == 0, "{quality:?}");
+        // Far beyond the image the pin takes it along; what was dragged goes back to where it was.
+        let far = at(&mut session, 1.2, 1.3);
+        session.drag_pin(1, &far).unwrap();
+        assert!(place(&session).distance(far.point) < 1e-5);
+        session.cancel_pin().unwrap();
+        assert!(place(&session).distance(moved) < 1e-5);
+        session.remove_pin(1).unwrap();
+        assert!(session.remove_pin(1).is_err() && session.decal().unwrap().pins().len() == 1);
+        let painted = |session: &mut Session| {
+            let document = session.to_document().unwrap();
+            document.layers().iter().any(|layer| layer.kind().is_color() && !layer.blocks().is_empty())
+        };
+        assert!(!painted(&mut session));
+        session.write_decal().unwrap();
+        assert!(session.edits() == (&["decal flag.png".to_owned()][..], 1) && !session.is_laid());
+        assert!(painted(&mut session) && session.write_decal().is_err());
+        session.undo().unwrap();
+        assert!(!painted(&mut session));
+        // A damaged image is refused, and the one before stays.
+        let bytes = std::fs::read(&file).unwrap();
+        std::fs::write(&file, &bytes[..40]).unwrap();
+        assert!(session.open_decal(&file).is_err() && session.open_stamp(&file).is_err());
+        assert!(session.decal().unwrap().name() == "flag.png" && session.brush.stamp.is_none());
+        // An image that is laid follows the surface when this is raised under it.
+        session.add_pin(&first, DVec3::Y).unwrap();
+        (session.brush.height, session.brush.strength) = (0.25, 1.0);
+        stroke(&mut session, Held::default(), &[(0.1, 0.2)]);
+        let raised = at(&mut session, 0.1, 0.2);
+        session.write_decal().unwrap();
+        assert!(raised.point.z > 0.1 && painted(&mut session));
+    }
 }

@@ -4,6 +4,7 @@ use relievo_core::Falloff;
 use relievo_core::parameter::Switch;
 use relievo_detail::{Action, PaintMode, SculptMode, Stroke, StrokeSettings};
 
+use super::stamp::BrushStamp;
 use crate::preferences::Preferences;
 
 /// The radius of a brush at first, as a share of the size of the object.
@@ -21,6 +22,8 @@ pub enum Tool {
     Paint(PaintMode),
     /// Presses a mesh into the surface.
     Press,
+    /// Lays an image on the surface.
+    Decal,
 }
 
 impl Tool {
@@ -34,6 +37,7 @@ impl Tool {
                 format!("paint {}", PaintMode::NAMES.iter().find(|(other, _)| *other == mode).map_or("", |it| it.1))
             }
             Self::Press => "press".to_owned(),
+            Self::Decal => "decal".to_owned(),
         }
     }
 
@@ -71,6 +75,8 @@ pub struct Brush {
     pub falloff: Falloff,
     /// Whether strokes are made at x mirrored too.
     pub symmetry: bool,
+    /// Its image.
+    pub stamp: Option<BrushStamp>,
 }
 
 impl Brush {
@@ -90,6 +96,7 @@ impl Brush {
             color: [0.55, 0.05, 0.03],
             falloff: Falloff::Smooth,
             symmetry: false,
+            stamp: None,
         }
     }
 
@@ -147,6 +154,7 @@ impl Brush {
             }
             // A tool digs.
             Tool::Press => Action::Sculpt { mode: SculptMode::Draw, height: -self.height * self.radius as f32 },
+            Tool::Decal => Action::Paint { mode: PaintMode::Mix, color: [1.0; 4] },
             Tool::Paint(mode) => {
                 let mode = match (held.smooths, held.inverts) {
                     (true, _) => PaintMode::Blur,
@@ -167,7 +175,13 @@ impl Brush {
             symmetry_x: if self.symmetry { Switch::ON } else { Switch::OFF },
             ..StrokeSettings::default()
         };
-        Stroke::new(Vec::new(), settings, self.falloff, self.action(held))
+        let action = self.action(held);
+        let mut stroke = Stroke::new(Vec::new(), settings, self.falloff, action);
+        stroke.stamp = self.stamp.as_ref().map(|stamp| match action {
+            Action::Paint { .. } => stamp.paint.clone(),
+            Action::Sculpt { .. } => stamp.sculpt.clone(),
+        });
+        stroke
     }
 }
 
@@ -211,7 +225,7 @@ mod tests {
         for (mode, _) in SculptMode::NAMES {
             assert_eq!(Tool::named(&Tool::Sculpt(mode).name()), Some(Tool::Sculpt(mode)));
         }
-        // A tool mesh is not kept.
-        assert_eq!(Tool::named("press"), None);
+        // A tool mesh and an image are not kept.
+        assert_eq!(["press", "decal"].map(Tool::named), [None; 2]);
     }
 }

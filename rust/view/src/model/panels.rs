@@ -1,5 +1,7 @@
 //! The panels around the view: files and edits above, the brush at the left, layers, history and costs at the right.
 
+mod files;
+
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -13,6 +15,7 @@ use super::costs::STAGES;
 use super::session::Session;
 use super::triangles::Shades;
 use super::viewport::Viewport;
+use files::Opened;
 
 const FAULT: Color32 = Color32::from_rgb(240, 150, 90);
 
@@ -22,8 +25,8 @@ pub(crate) struct Panels {
     widgets: BTreeMap<String, Rect>,
     /// The name to save under, while it is asked for.
     saving: Option<String>,
-    /// The mesh to open as the tool, while it is asked for.
-    opening: Option<String>,
+    /// The file to open, and as what, while it is asked for.
+    opening: Option<(Opened, String)>,
     /// The layer that is renamed, and its name so far.
     renaming: Option<(u32, String)>,
     /// The opacity that is being set, and of which layer.
@@ -159,7 +162,7 @@ impl Panels {
         match &session.message {
             Some(message) => ui.colored_label(FAULT, message),
             None if !self.status.is_empty() => ui.label(&self.status),
-            None => ui.label(viewport.hint()),
+            None => ui.label(viewport.hint(session)),
         };
     }
 
@@ -189,6 +192,9 @@ impl Panels {
         });
         ui.separator();
         self.tool(ui, session);
+        self.stamp(ui, session);
+        self.decal(ui, session);
+        self.take_dropped(ui, session);
         ui.separator();
         let color = ui.horizontal(|ui| {
             ui.label("colour");
@@ -214,37 +220,6 @@ impl Panels {
             });
         let symmetry = ui.checkbox(&mut brush.symmetry, "x symmetry").on_hover_text("Key: X");
         self.clicked("x symmetry", &symmetry);
-    }
-
-    /// Shows the mesh that is pressed into the surface.
-    fn tool(&mut self, ui: &mut Ui, session: &mut Session) {
-        ui.strong("Press");
-        ui.horizontal_wrapped(|ui| {
-            if let Some(name) = session.tool().map(str::to_owned) {
-                let response = ui.selectable_label(session.brush.tool == Tool::Press, &name).on_hover_text(
-                    "Drag it over the surface. Size and strength say how large it is and how deep it sinks",
-                );
-                if self.clicked(&format!("press {name}"), &response) {
-                    session.brush.tool = Tool::Press;
-                }
-            }
-            let open = ui.button("Open tool").on_hover_text("A mesh to press into the surface; or drop its file here");
-            if self.clicked("Open tool", &open) {
-                self.opening = Some(String::new());
-            }
-        });
-        let dropped = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_owned()));
-        if let Some(path) = dropped {
-            self.open_tool(session, &path);
-        }
-    }
-
-    fn open_tool(&mut self, session: &mut Session, path: &std::path::Path) {
-        let done = session.open_tool(path).map(|()| format!("{} is the tool", path.display()));
-        if done.is_ok() {
-            session.brush.tool = Tool::Press;
-        }
-        self.report(session, done);
     }
 
     /// Shows what colours can stand for.
@@ -399,25 +374,7 @@ impl Panels {
             });
             self.saving = goes_on.then_some(name);
         }
-        if let Some(mut name) = self.opening.take() {
-            let mut goes_on = true;
-            window("Open tool").show(ui.ctx(), |ui| {
-                ui.label("A mesh that is pressed into the surface");
-                let response = ui.add(TextEdit::singleline(&mut name).desired_width(420.0));
-                response.request_focus();
-                self.clicked("file of the tool", &response);
-                ui.horizontal(|ui| {
-                    if self.button(ui, "Open") || ui.input(|input| input.key_pressed(Key::Enter)) {
-                        goes_on = false;
-                        self.open_tool(session, &PathBuf::from(name.trim()));
-                    }
-                    if self.button(ui, "Cancel") {
-                        goes_on = false;
-                    }
-                });
-            });
-            self.opening = goes_on.then_some(name);
-        }
+        self.asked_file(ui, session);
         if session.recoverable().is_some() {
             window("Recover").show(ui.ctx(), |ui| {
                 ui.label("The last session ended without saving. Its edits are there.");

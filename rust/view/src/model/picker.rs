@@ -30,6 +30,10 @@ pub struct Picked {
     pub point: DVec3,
     /// Of the triangle, of length 1, to the side of the eye.
     pub normal: DVec3,
+    /// The triangle.
+    pub triangle: u32,
+    /// The weights of its corners.
+    pub weights: [f64; 3],
 }
 
 impl Picker {
@@ -105,7 +109,9 @@ impl Picker {
         Ok(self.scene.tracer()?.intersect(&ray).map(|hit| {
             let normal = glam::Vec3::from(hit.normal).as_dvec3().normalize_or_zero();
             let normal = if normal.dot(way) > 0.0 { -normal } else { normal };
-            Picked { point: start + way * f64::from(hit.t), normal }
+            let (triangle, [u, v]) = (hit.mesh * CHUNK as u32 + hit.primitive, [hit.u, hit.v].map(f64::from));
+            let weights = [1.0 - u - v, u, v].map(|weight| weight.max(0.0));
+            Picked { point: start + way * f64::from(hit.t), normal, triangle, weights }
         }))
     }
 }

@@ -1,5 +1,6 @@
 //! What a window is about: an object with its layers, its history and its file. It knows no window.
 
+mod decal;
 mod files;
 mod layers;
 mod press;
@@ -18,6 +19,7 @@ use super::costs::Costs;
 use super::object::{Object, SurfaceKind, affordable_cells, each, kind_of};
 use super::picker::{Picked, Picker};
 use super::triangles::{Shades, Triangles};
+pub use decal::HandDecal;
 use press::Press;
 
 /// Bytes of edits that stay in memory.
@@ -71,6 +73,8 @@ pub struct Session {
     stroke: Option<OpenStroke>,
     /// The mesh that is pressed into the surface.
     press: Option<Press>,
+    /// The image that is laid on the surface.
+    decal: Option<Box<HandDecal>>,
     /// What the edit under way is called.
     label: String,
     /// Points that may be others than the view has.
@@ -167,6 +171,7 @@ impl Session {
             recoverable,
             stroke: None,
             press: None,
+            decal: None,
             label: String::new(),
             changed: Vec::new(),
             moved: Vec::new(),
@@ -388,13 +393,13 @@ impl Session {
         Ok(())
     }
 
-    /// Divides faces anew whose details are finer than they show, while no stroke is drawn. Returns whether there are other
-    /// triangles now.
+    /// Divides faces anew whose details are finer than they show, while no stroke is drawn and no image laid. Returns whether
+    /// there are other triangles now.
     ///
     /// # Errors
     /// Memory runs out.
     pub fn refine(&mut self) -> Result<bool> {
-        if self.is_drawing() {
+        if self.is_drawing() || self.is_laid() {
             return Ok(false);
         }
         let Self { context, object, triangles, costs, mesh, .. } = self;
@@ -405,7 +410,13 @@ impl Session {
     fn edit(&mut self, label: &str, edit: impl FnOnce(&Context, &mut Object) -> Result<()>) -> Result<()> {
         let Self { context, object, history, .. } = self;
         each!(&mut *object, it => history.begin(context, &mut **it, label))?;
-        match edit(context, object) {
+        let done = edit(context, object);
+        self.finish(label, done)
+    }
+
+    /// Ends an edit that was made, or takes it back where it failed.
+    fn finish(&mut self, label: &str, done: Result<()>) -> Result<()> {
+        match done {
             Ok(()) => {
                 self.label = label.to_owned();
                 self.object.settle(&self.context)?;

@@ -6,7 +6,9 @@
 use std::ops::Range;
 
 use relievo_core::{Context, Error, Marks, Mesh, Result, Values};
+use relievo_decal::{Artwork, Decal, Print, Printed, TrianglePrint};
 use relievo_detail::{DisplacedObject, TriangleObject};
+use relievo_document::{Kind, Settings};
 use relievo_tiles::triangle::{FaceRates, Offset, Pattern, TriangleField, TriangleTessellation};
 use relievo_tiles::{
     ByFormat, Field, Rgba8, Rgba16, Tessellation, Tessellator, Texel, Vector, by_format, uniform_rates,
@@ -243,8 +245,32 @@ impl Triangles {
         ranks.into_iter().map(|rank| palette[rank as usize]).collect()
     }
 
-    fn mesh(&self) -> &Mesh {
+    /// The mesh.
+    pub(crate) fn mesh(&self) -> &Mesh {
         self.made.mesh()
+    }
+
+    /// Writes a decal that lies on the triangles into the active layer of colour of their object.
+    ///
+    /// # Errors
+    /// The object is another one or has no colours, or the layer is hidden.
+    pub(crate) fn paint_decal(
+        &self,
+        context: &Context,
+        object: &mut Object,
+        decal: &Decal,
+        artwork: &Artwork,
+    ) -> Result<Printed> {
+        let settings = Settings::of(Kind::Rgba8);
+        match (&self.made, object) {
+            (Made::Surface { made: tessellation, .. }, Object::Surface(object)) => {
+                Print { context, tessellation, decal, artwork, depths: &[] }.paint(object, &settings)
+            }
+            (Made::Triangles { made: ground, .. }, Object::Triangles(object)) => {
+                TrianglePrint { context, ground, decal, artwork, depths: &[] }.paint(object, &settings)
+            }
+            _ => Err(Error::internal("the triangles are of another kind of object")),
+        }
     }
 
     /// The points.

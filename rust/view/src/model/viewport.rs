@@ -1,5 +1,7 @@
 //! The view of the model: what the mouse, the pen and the keys do there, and the circle of the brush on the surface.
 
+mod decal;
+
 use egui::{Color32, CursorIcon, Event, Key, PointerButton, Pos2, Rect, Response, Sense, Stroke, Ui, pos2};
 use glam::{DVec2, DVec3};
 use relievo_core::Result;
@@ -12,6 +14,7 @@ use super::triangles::Shades;
 use crate::drawing::camera::{Camera, Side};
 use crate::drawing::rays::Rays;
 use crate::drawing::{draw_legend, rays};
+use decal::Picture;
 
 /// Sides of the polygon that is drawn as a circle.
 const SIDES: usize = 64;
@@ -27,6 +30,7 @@ enum Drag {
     Zoom,
     Stroke,
     Press,
+    Pin(usize),
 }
 
 /// Goes on with the stroke, or with the tool that is pressed, along rays with pressures.
@@ -65,6 +69,10 @@ pub(crate) struct Viewport {
     /// When the last stroke ended whose detail may be finer than faces show.
     ended: Option<f64>,
     is_fitted: bool,
+    /// The picture of the image that is laid.
+    picture: Option<Picture>,
+    /// Whether an image was laid in the last frame.
+    had_decal: bool,
 }
 
 impl Viewport {
@@ -81,6 +89,8 @@ impl Viewport {
             pressure: 1.0,
             ended: None,
             is_fitted: false,
+            picture: None,
+            had_decal: false,
         }
     }
 
@@ -114,13 +124,16 @@ impl Viewport {
         }
         self.rest(ui, session);
         self.cast(ui, session, area);
+        if let Err(error) = self.decal(ui, session) {
+            session.message = Some(error.to_string());
+        }
         if session.shades() != Shades::Paint {
             let legend = session.shades().legend().iter();
             let entries: Vec<_> =
                 legend.map(|(hex, text)| (relievo_render::color::from_hex(*hex), (*text).to_owned())).collect();
             draw_legend(ui, area, &entries);
         }
-        if response.hovered() || self.drag.is_some() {
+        if !session.is_laid() && (response.hovered() || self.drag.is_some()) {
             self.circle(ui, session);
         }
     }
@@ -128,7 +141,7 @@ impl Viewport {
     /// Divides faces anew once the hand rests.
     fn rest(&mut self, ui: &Ui, session: &mut Session) {
         let now = ui.input(|input| input.time);
-        let Some(ended) = self.ended.filter(|_| !session.is_drawing()) else { return };
+        let Some(ended) = self.ended.filter(|_| !session.is_drawing() && !session.is_laid()) else { return };
         if now - ended < REST {
             ui.ctx().request_repaint_after(std::time::Duration::from_secs_f64(REST));
             return;
@@ -181,7 +194,11 @@ impl Viewport {
                     let before = session.brush.clone();
                     self.setting = from.map(|from| Setting { is_size: !has_shift, from, before });
                 }
-                Key::Escape => self.cancel(session),
+                Key::Escape => {
+                    self.decal_key(session, *key);
+                    self.cancel(session);
+                }
+                Key::Enter | Key::Delete | Key::Backspace => self.decal_key(session, *key),
                 _ => {}
             }
         }
@@ -228,7 +245,7 @@ impl Viewport {
                 Held { inverts: input.modifiers.ctrl || input.modifiers.command, smooths: input.modifiers.shift };
             (input.events.clone(), held, input.pointer.latest_pos())
         });
-        let mut rays = Vec::new();
+        let (mut rays, mut pinned) = (Vec::new(), None);
         for event in &events {
             match event {
                 Event::Touch { force: Some(force), .. } => self.pressure = f64::from(*force),
@@ -243,6 +260,16 @@ impl Viewport {
                     }
                     if *button == PointerButton::Secondary && session.is_drawing() {
                         self.cancel(session);
+                        continue;
+                    }
+                    if *button == PointerButton::Secondary && matches!(self.drag, Some(Drag::Pin(_))) {
+                        self.drag = None;
+                        session.cancel_pin()?;
+                        continue;
+                    }
+                    let lays = *button == PointerButton::Primary && session.brush.tool == Tool::Decal;
+                    if lays && self.take_pin(session, *pos)? {
+                        session.message = None;
                         continue;
                     }
                     let is_on = *button == PointerButton::Primary && session.pick(self.ray(*pos))?.is_some();
@@ -273,9 +300,18 @@ impl Viewport {
                         Some(Drag::Pan) => self.camera.pan(way),
                         Some(Drag::Zoom) => self.camera.zoom(-8.0 * way.y),
                         Some(Drag::Stroke | Drag::Press) => rays.push((self.ray(*pos), self.pressure)),
+                        Some(Drag::Pin(pin)) if self.last != Some(*pos) => pinned = Some((pin, *pos)),
+                        Some(Drag::Pin(_)) => {}
                         None => self.set(session, *pos),
                     }
                     self.last = Some(*pos);
+                }
+                Event::PointerButton { pressed: false, .. } if matches!(self.drag, Some(Drag::Pin(_))) => {
+                    self.drag = None;
+                    if let Some((pin, at)) = pinned.take() {
+                        self.move_pin(session, pin, at)?;
+                    }
+                    session.end_pin()?;
                 }
                 Event::PointerButton { pressed: false, .. } => {
                     let held = self.drag.take().filter(|_| session.is_drawing());
@@ -306,6 +342,9 @@ impl Viewport {
         }
         if !rays.is_empty() && session.is_drawing() {
             go_on(session, &rays)?;
+        }
+        if let Some((pin, at)) = pinned {
+            self.move_pin(session, pin, at)?;
         }
         self.under = match latest.filter(|at| self.area.is_some_and(|area| area.contains(*at))) {
             Some(at) if !matches!(self.drag, Some(Drag::Orbit | Drag::Pan | Drag::Zoom)) => {
@@ -377,13 +416,18 @@ impl Viewport {
     }
 
     /// What the user may do now, in a few words.
-    pub(crate) fn hint(&self) -> &'static str {
+    pub(crate) fn hint(&self, session: &Session) -> &'static str {
         match (&self.setting, self.drag) {
             (Some(Setting { is_size: true, .. }), _) => {
                 "Move for the size. Click: keep. Right click or Esc: as it was."
             }
             (Some(_), _) => "Move for the strength. Click: keep. Right click or Esc: as it was.",
             (None, Some(Drag::Stroke)) => "Right click or Esc takes the stroke back.",
+            (None, Some(Drag::Pin(_))) => "Right click or Esc takes the pin back to where it was.",
+            (None, None) if session.brush.tool == Tool::Decal && session.is_laid() => {
+                "Drag a pin, or click on the image for another. Delete: remove it. Enter: write the image. Esc: take it off."
+            }
+            (None, None) if session.brush.tool == Tool::Decal => "Click on the surface to lay the image there.",
             (None, Some(Drag::Press)) => "Right click or Esc takes back what the tool pressed.",
             _ => {
                 "Left: brush (Ctrl inverts, Shift smooths). Middle: turn (Shift moves, Ctrl zooms). F, Shift+F: size, strength."

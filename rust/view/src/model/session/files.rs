@@ -7,6 +7,7 @@ use relievo_detail::History;
 use relievo_document::format::EXTENSION;
 
 use super::{AUTOSAVE, HISTORY, Opening, Session, is_document};
+use crate::model::stamp::BrushStamp;
 
 impl Session {
     /// Whether there are edits that no file was saved with.
@@ -144,5 +145,14 @@ impl Session {
         }
         self.history.sync()?;
         Ok(self.autosave.clone())
+    }
+
+    /// Gives the brush the image of a PNG or EXR file.
+    ///
+    /// # Errors
+    /// The file cannot be read, is damaged or too large. The brush stays as it was.
+    pub fn open_stamp(&mut self, path: &Path) -> Result<()> {
+        self.brush.stamp = Some(BrushStamp::read(&self.context, path)?);
+        Ok(())
     }
 }
