@@ -61,7 +61,7 @@ class Handle:
 
 def held(thing: Any, name: Any, kind: Any = None) -> Any:
     """The handle of an object of the library, which an argument of that name is to be. The library checks the kind of
-    handles that it takes one by one; those that go into arrays and structs are of `kind`."""
+    handles that it takes one by one; handles for arrays and structs are of `kind`."""
     handle = getattr(thing, "handle", None)
     if handle is None:
         raise Invalid(f"{name}: an object of the library is needed, not {type(thing).__name__}")

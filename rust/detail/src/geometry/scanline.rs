@@ -517,8 +517,8 @@ fn resolve(
     }
 }
 
-/// Leaves of the heights of a row those that are the ends of its columns' solids. Crossings that are rounded to another place
-/// are none: of slivers between two centres, of shells inside others, and of what is solid beyond the grid.
+/// Leaves of the heights of a row the ends of its columns' solids. Crossings that are rounded to another place are no ends:
+/// of slivers between two centres, of shells inside others, and of what is solid beyond the grid.
 #[inline(always)]
 fn settle_heights(spans: &[u32], words: &[u64], heights: &mut [u32], stride: usize) {
     let (lows, highs) = heights.split_at_mut(heights.len() / 2);
