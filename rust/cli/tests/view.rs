@@ -25,7 +25,7 @@ fn is_possible() -> bool {
 fn view(folder: &Path, project: &str, script: &str) -> Output {
     std::fs::write(folder.join("script.txt"), script).unwrap();
     let mut command = Command::new("xvfb-run");
-    command.args(["--auto-servernum", "--server-args", "-screen 0 1440x860x24", "timeout", "60"]);
+    command.args(["--auto-servernum", "--server-args", "-screen 0 1440x860x24", "timeout", "240"]);
     command.arg(env!("CARGO_BIN_EXE_relievo")).args(["shader", "view", project, "--script", "script.txt"]);
     command.current_dir(folder).env_remove("WAYLAND_DISPLAY").output().unwrap()
 }

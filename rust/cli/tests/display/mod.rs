@@ -21,7 +21,7 @@ pub fn is_possible() -> bool {
 pub fn view(folder: &Path, arguments: &[&str], script: &str) -> String {
     std::fs::write(folder.join("script.txt"), script).unwrap();
     let mut command = Command::new("xvfb-run");
-    command.args(["--auto-servernum", "--server-args", "-screen 0 1440x860x24", "timeout", "60"]);
+    command.args(["--auto-servernum", "--server-args", "-screen 0 1440x860x24", "timeout", "240"]);
     command.arg(env!("CARGO_BIN_EXE_relievo")).arg("view").args(arguments).args(["--script", "script.txt"]);
     command.current_dir(folder).env_remove("WAYLAND_DISPLAY").env("RELIEVO_CONFIG", folder.join("config"));
     let done = command.output().unwrap();
