@@ -70,7 +70,7 @@ fn a_run_says_how_large_its_meshes_will_be_before_it_writes_them() {
     let size = std::fs::metadata(folder.path().join("scene-out/mesh-000000-cube.obj")).unwrap().len();
     let foreseen: u64 = line.split(' ').nth(5).unwrap().parse().unwrap();
     let share = (foreseen << 20) as f64 / (200 * size) as f64;
-    assert!((0.7..1.4).contains(&share), "{foreseen} MiB of {}", 200 * size >> 20);
+    assert!((0.7..1.4).contains(&share), "{foreseen} MiB of {}", (200 * size) >> 20);
 }
 
 #[test]
