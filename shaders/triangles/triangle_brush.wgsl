@@ -20,7 +20,7 @@ override VECTORS: u32 = 0u;
 @group(3) @binding(0) var<storage, read> entries: array<u32>;
 @group(3) @binding(1) var<storage, read> values: array<u32>;
 
-// Of what is known of a block: bits of the parts that changed, see `part_of`.
+// The number of a block's state that has the bits of its changed parts, see `part_of`.
 const STATE_PARTS: u32 = BLOCK_CORNERS;
 
 /// The part of a block that a value is in: its sides, its corners, its inside.

@@ -1,6 +1,6 @@
 // import imprint_link
 // Slots of a triangle of a mesh that several imprints of a submission meet: the least value, and of every part of its block,
-// 256 values, the last record, as `Link.slots` says; what is known of it; and the highest value as a half.
+// 256 values, the last record, as `Link.slots` says; the state of that part; and the highest value as a half.
 
 /// Parts of a triangle's block.
 override PARTS: u32 = 13u;

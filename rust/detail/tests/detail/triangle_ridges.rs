@@ -16,21 +16,9 @@ use relievo_testing::Random;
 use relievo_tiles::triangle::{Node, Pattern, Slot, TriangleBlock, TriangleChannel, TriangleField, TriangleOptions};
 use relievo_tiles::{Blocks, Texel};
 
-const LIMIT: u64 = 1 << 30;
+use super::triangles::plane;
 
-/// A square from 0 to `n` in z = 0, of unit squares cut in two.
-fn plane(n: u32) -> Mesh {
-    let points = (0..=n).flat_map(|y| (0..=n).map(move |x| [x as f32, y as f32, 0.0])).collect();
-    let corner = |x: u32, y: u32| y * (n + 1) + x;
-    let triangles: Vec<[u32; 3]> = (0..n)
-        .flat_map(|y| (0..n).map(move |x| (x, y)))
-        .flat_map(|(x, y)| {
-            let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
-            [[a, b, c], [a, c, d]]
-        })
-        .collect();
-    Mesh::from_triangles(points, &triangles)
-}
+const LIMIT: u64 = 1 << 30;
 
 fn object(context: &Context, mesh: &Mesh, budget: u64) -> TriangleObject {
     let surface = TriangleSurface::new(context, mesh).unwrap();

@@ -17,7 +17,7 @@ const BLANK: Vec4 = Vec4::new(0.5, 0.25, 0.125, 1.0);
 const RED: [f32; 4] = [0.8, 0.05, 0.02, 1.0];
 
 /// A square from 0 to `n` in z = 0, of unit squares cut in two.
-fn plane(n: u32) -> Mesh {
+pub(crate) fn plane(n: u32) -> Mesh {
     let points = (0..=n).flat_map(|y| (0..=n).map(move |x| [x as f32, y as f32, 0.0])).collect();
     let corner = |x: u32, y: u32| y * (n + 1) + x;
     let triangles: Vec<[u32; 3]> = (0..n)
