@@ -1,5 +1,6 @@
 //! Commands run as stages: their output goes to the terminal, their time is kept and shown beside its budget.
 
+use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -38,6 +39,25 @@ pub fn call(command: &mut Command) -> Outcome {
     let line = shown(command);
     let status = command.status().map_err(|error| format!("cannot start `{line}`: {error}"))?;
     if status.success() { Ok(()) } else { Err(format!("`{line}` ended with {status}")) }
+}
+
+/// Runs a command to its end with its output shown; an error also has the lines that `is_cause` picks, which the summary of
+/// all stages shows again.
+pub fn watch(command: &mut Command, mut is_cause: impl FnMut(&str) -> bool) -> Outcome {
+    let line = shown(command);
+    let mut child = command.stdout(Stdio::piped()).spawn().map_err(|error| format!("cannot start `{line}`: {error}"))?;
+    let mut causes = String::new();
+    for printed in child.stdout.take().into_iter().flat_map(|stdout| BufReader::new(stdout).split(b'\n')) {
+        let printed = printed.map_err(|error| format!("cannot read from `{line}`: {error}"))?;
+        let printed = String::from_utf8_lossy(&printed);
+        println!("{printed}");
+        if is_cause(&printed) {
+            causes.push('\n');
+            causes.push_str(&printed);
+        }
+    }
+    let status = child.wait().map_err(|error| format!("cannot wait for `{line}`: {error}"))?;
+    if status.success() { Ok(()) } else { Err(format!("`{line}` ended with {status}{causes}")) }
 }
 
 /// Runs a command to its end and returns what it printed; its messages go to the terminal.
@@ -99,8 +119,10 @@ impl Stages {
         let total = self.done.iter().map(|stage| stage.length).sum();
         let budget: u64 = self.done.iter().map(|stage| stage.minutes).sum();
         println!("{:<14} {:>8} {:>8}", "all", clock(total), format!("{budget}:00"));
-        let failed: Vec<_> = self.done.iter().filter(|stage| stage.outcome.is_err()).map(|stage| stage.name).collect();
-        if failed.is_empty() { Ok(()) } else { Err(format!("failed: {}", failed.join(", "))) }
+        // Once more, since the first time is far above.
+        let failure = |stage: &Stage| Some(format!("{}: {}", stage.name, stage.outcome.as_ref().err()?));
+        let failed: Vec<_> = self.done.iter().filter_map(failure).collect();
+        if failed.is_empty() { Ok(()) } else { Err(failed.join("\n")) }
     }
 }
 

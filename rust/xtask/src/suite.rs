@@ -6,7 +6,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use crate::stage::{Outcome, Stages, call, cargo, output, root, target};
+use crate::stage::{Outcome, Stages, call, cargo, output, root, target, watch};
 use crate::{bindings, blender, comparison, dist, fuzz, licences, module, packages, usd, wheel};
 
 /// Seconds each fuzz target runs; `cargo xtask fuzz` runs them for longer.
@@ -112,12 +112,21 @@ const MSGPACK: &str = "msgpack==1.1.1";
 /// Runs all tests in Rust. Those of the simulation server have a client in Python.
 fn rust_tests() -> Outcome {
     let python = wheel::environment(&target().join("msgpack"), &[MSGPACK])?;
-    call(tests().arg("--workspace").env("RELIEVO_MSGPACK_PYTHON", python))
+    watch_tests(tests().arg("--workspace").env("RELIEVO_MSGPACK_PYTHON", python))
 }
 
 /// Runs the tests of simulations over MPI, which nothing else is built with.
 fn mpi() -> Outcome {
-    call(tests().args(["--workspace", "--features", MPI, "--test", "mpi"]))
+    watch_tests(tests().args(["--workspace", "--features", MPI, "--test", "mpi"]))
+}
+
+/// Runs tests in Rust. The causes are the messages of those that fail.
+fn watch_tests(command: &mut Command) -> Outcome {
+    let mut fails = false;
+    watch(command, |line| {
+        fails = (fails || line == "failures:") && !line.starts_with("test result:");
+        fails
+    })
 }
 
 /// Sets what tests ask their surroundings for.
@@ -205,7 +214,7 @@ fn run_with(tests: &[(PathBuf, PathBuf)], variable: &str, value: &OsStr, has_dev
         if !has_devices {
             test.env_remove("RELIEVO_GPU_TESTS").env("VK_DRIVER_FILES", "/dev/null");
         }
-        failed.extend(call(test.arg("--quiet")).err());
+        failed.extend(watch_tests(test.arg("--quiet")).err());
     }
     if failed.is_empty() { Ok(()) } else { Err(failed.join("; ")) }
 }
@@ -234,5 +243,11 @@ fn ctest(labels: &[&str]) -> Outcome {
     let mut command = Command::new("ctest");
     command.arg("--test-dir").arg(target().join("hosts")).env("RELIEVO_GPU_TESTS", "required");
     command.arg("--parallel").arg(std::thread::available_parallelism().map_or(1, usize::from).to_string());
-    call(command.args(["--output-on-failure", "--no-tests=error"]).args(labels))
+    let mut fails = false;
+    watch(command.args(["--output-on-failure", "--no-tests=error"]).args(labels), |line| {
+        // Between tests there are lines of their starts and ends.
+        let is_end = line.contains(" Test ") && line.contains(" sec");
+        fails = if is_end { line.contains("***") } else { fails && !line.trim_start().starts_with("Start ") };
+        fails
+    })
 }
