@@ -67,7 +67,7 @@ impl Error {
         Self::new(ErrorKind::Internal, what)
     }
 
-    /// An error of the operating system about `path`.
+    /// An error of the operating system about `path`, without the name of a temporary file, which says nothing to the user.
     pub fn io(path: &std::path::Path, cause: &std::io::Error) -> Self {
         let kind = match cause.kind() {
             std::io::ErrorKind::NotFound => ErrorKind::NotFound,
@@ -75,7 +75,11 @@ impl Error {
         };
         let what = match cause.kind() {
             std::io::ErrorKind::UnexpectedEof => "the file ends too early".into(),
-            _ => cause.to_string(),
+            _ => {
+                let text = cause.to_string();
+                let end = text.rfind(" at path \"").filter(|_| cause.raw_os_error().is_none());
+                end.map_or(text.clone(), |end| text[..end].to_owned())
+            }
         };
         let error = Self::new(kind, what).at(path.display().to_string());
         match cause.kind() {

@@ -66,15 +66,6 @@ pub fn load(path: &Path, limit: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Returns the error of the system alone, without the name of a temporary file that says nothing to the user.
-fn without_temporary_name(error: std::io::Error) -> std::io::Error {
-    let text = error.to_string();
-    match text.rfind(" at path \"") {
-        Some(end) if error.raw_os_error().is_none() => std::io::Error::new(error.kind(), &text[..end]),
-        _ => error,
-    }
-}
-
 /// Makes the file at `path` from what `write` writes. It appears under its name when it is complete; until then it
 /// has another name in the same folder, and after an error it is gone. A file that is replaced leaves its permissions, and
 /// of a symbolic link the file that it names is replaced.
@@ -83,9 +74,7 @@ fn without_temporary_name(error: std::io::Error) -> std::io::Error {
 /// Fails with `NotFound` or `Io` if the folder takes no new file, `write` returns an error, or the file cannot be
 /// renamed.
 pub fn store(path: &Path, write: impl FnOnce(&mut BufWriter<&mut File>) -> std::io::Result<()>) -> Result<()> {
-    let failed = |error: std::io::Error| {
-        Error::io(path, &without_temporary_name(error)).advise("check the folder, its rights and its space")
-    };
+    let failed = |error: std::io::Error| Error::io(path, &error).advise("check the folder, its rights and its space");
     let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
     let replaced = std::fs::metadata(&target).ok().filter(std::fs::Metadata::is_file);
     let folder = match target.parent() {

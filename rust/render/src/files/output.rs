@@ -46,6 +46,7 @@ mod tests {
         assert!(error.to_string().contains("file: no"), "{error}");
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "first");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
-        assert!(replace(&folder.path().join("none/file"), |_| Ok(())).is_err());
+        let lost = replace(&folder.path().join("none/file"), |_| Ok(())).unwrap_err().to_string();
+        assert!(lost.contains("none/file") && !lost.contains(".relievo-"), "{lost}");
     }
 }
