@@ -180,6 +180,15 @@ void play(Pool &pool, VulkanDevice *vulkan, bool on_device, const std::string &f
     }
     std::printf("%zu objects with %zu edits in %zu bytes of documents\n", opened.objects().size(), edits, bytes);
 
+    // All of it was done on the host's threads and, where it has one, on its device.
+    expect(pool.library_loops() > 0, "the library works on the pool");
+    if (on_device && vulkan) {
+        expect(session.context().info().device == RLV_DEVICE_GPU, "the context works on the host's device");
+        for (const Object &object : session.objects()) {
+            object.detail.check_device();
+        }
+    }
+
     // The renderer shows what was opened, and the viewport what was edited.
     const Renderer renderer(pool, opened.objects());
     const Camera camera{{4.2f, -4.6f, 3.4f}, {0.4f, 0.1f, 0.0f}};

@@ -95,7 +95,9 @@ RlvContextOptions Pool::options(RlvDevice device) {
     options.device = device;
     options.threads = threads();
     options.host_loop = [](void *user, std::size_t count, RlvLoopBody body, void *work) {
-        static_cast<Pool *>(user)->loop(count, [body, work](std::size_t index) { body(work, index); });
+        Pool &pool = *static_cast<Pool *>(user);
+        ++pool.library_loops_;
+        pool.loop(count, [body, work](std::size_t index) { body(work, index); });
     };
     options.host_spawn = [](void *user, RlvTask task, void *work) {
         static_cast<Pool *>(user)->spawn([task, work] { task(work); });

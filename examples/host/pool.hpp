@@ -3,6 +3,7 @@
 
 #include <relievo/relievo.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -27,6 +28,9 @@ public:
     /// Runs a task on a worker, some time.
     void spawn(std::function<void()> task);
 
+    /// How many loops of the library it has run.
+    std::size_t library_loops() const { return library_loops_; }
+
     unsigned threads() const { return static_cast<unsigned>(workers_.size()) + 1; }
 
     /// Makes the options of a context that works on this pool; `device` is an RlvDevice.
@@ -44,6 +48,7 @@ private:
     std::deque<std::function<void()>> tasks_;
     std::vector<std::thread> workers_;
     bool ends_ = false;
+    std::atomic<std::size_t> library_loops_{0};
 };
 
 } // namespace studio
