@@ -16,12 +16,14 @@ mod surface;
 
 use clap::Subcommand;
 
-#[cfg(feature = "server")]
+#[cfg(any(feature = "server", feature = "view"))]
 pub use self::files::beside;
-pub use self::frames::{bar, chunk, frames, needs_folder, read};
+pub use self::frames::{FrameBar, bar, chunk, frames, needs_folder, read};
 pub use self::info::tell;
 pub use self::render::{add_floor, bounds, ends};
 pub use self::sim::FrameFormat;
+#[cfg(feature = "view")]
+pub use self::sim::Run as FluidRun;
 pub use self::surface::Options as SurfaceOptions;
 use crate::Outcome;
 

@@ -10,6 +10,8 @@ mod source;
 
 use clap::Subcommand;
 
+#[cfg(feature = "view")]
+pub use self::generate::Run as FoamRun;
 use crate::Outcome;
 
 #[derive(clap::Args)]

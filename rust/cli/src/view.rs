@@ -1,5 +1,7 @@
 //! `relievo view`
 
+mod baker;
+mod fluid;
 mod levels;
 mod particles;
 mod scene;
@@ -24,7 +26,8 @@ const EXAMPLE: &str = "Examples: relievo view frog.obj
           relievo view frames/             (particles, played)
           relievo view robot.rcrowd --square 400
           relievo view press.toml frames/  (soft tissue and its frames)
-          relievo view snow.toml           (a scene after `relievo scene run`)
+          relievo view wave.toml           (a fluid: baked in the window, or by `relievo fluid sim`)
+          relievo view snow.toml           (a scene: baked in the window, or by `relievo scene run`)
 
 Left button on the surface: the brush; with Ctrl inverted, with Shift smoothing. Middle or right button, or the left one
 beside the model: turn; with Shift move, with Ctrl zoom, as the wheel does. Right button or Esc during a stroke: take it back.
@@ -43,10 +46,11 @@ there), screenshot FILE, quit";
 #[command(after_help = EXAMPLE)]
 pub struct Arguments {
     /// A mesh, a document (.relievo), a progressive mesh (.rlvpm), a crowd model (.rcrowd), soft tissue (.rtissue, .inp, or the
-    /// description of its simulation), particles or a folder of their frames, or a scene (.toml).
+    /// description of its simulation), a fluid (.toml), particles or a folder of their frames, or a scene (.toml).
     file: PathBuf,
     /// The mesh that the document was made on; left out, the one beside it that has the same name. With soft tissue the
-    /// folder of its frames, with a scene the folder of its results; left out, the one that is named after the scene.
+    /// folder of its frames, with a scene or a fluid the folder of its results; left out, the one that is named after the
+    /// file.
     mesh: Option<PathBuf>,
     /// A mesh that is pressed into the surface by hand.
     #[arg(long, value_name = "FILE")]
@@ -163,6 +167,10 @@ fn subject(context: &Context, arguments: &Arguments) -> Result<Option<(Box<dyn S
         Some("toml") if is_tissue(file)? => {
             (Box::new(tissue::Tissue::open(context, file, arguments.mesh.as_deref())?), 2)
         }
+        Some("toml") if is_fluid(file)? => {
+            let out = arguments.mesh.clone().unwrap_or_else(|| crate::scene::folder_of(file));
+            (Box::new(fluid::FluidFrames::open(context, file, &out)?), 2)
+        }
         Some("toml") => {
             let out = arguments.mesh.clone().unwrap_or_else(|| crate::scene::folder_of(file));
             let (scene, up) = scene::SceneFrames::open(context, file, &out)?;
@@ -175,8 +183,19 @@ fn subject(context: &Context, arguments: &Arguments) -> Result<Option<(Box<dyn S
 
 /// Whether a description is one of a simulation of soft tissue, which names its model.
 fn is_tissue(path: &Path) -> Result<bool> {
+    Ok(head(path)?.lines().any(|line| line.split_once('=').is_some_and(|(key, _)| key.trim() == "model")))
+}
+
+/// Whether a description is one of a simulation of a fluid, which has a basin, blocks, fills or emitters.
+fn is_fluid(path: &Path) -> Result<bool> {
+    let tables = ["[basin]", "[fluid]", "[[block]]", "[[fill]]", "[[emitter]]"];
+    Ok(head(path)?.lines().any(|line| tables.contains(&line.trim())))
+}
+
+/// Reads the beginning of a description.
+fn head(path: &Path) -> Result<String> {
     let mut text = String::new();
     let failed = |error: std::io::Error| Error::io(path, &error);
     relievo_core::file::open(path)?.take(1 << 20).read_to_string(&mut text).map_err(failed)?;
-    Ok(text.lines().any(|line| line.split_once('=').is_some_and(|(key, _)| key.trim() == "model")))
+    Ok(text)
 }

@@ -110,10 +110,58 @@ fn tissue_is_coloured_by_stress_and_cut_and_a_scene_is_played() {
         [bodies.ball]\nkeyframes = [{ time = 0, translation = [-1.2, 0, 0.56] }, { time = 0.1, translation = [1.2, 0.6, 0.5] }]\n\
         [colliders.ball]\ninto = [\"field\"]\n[output]\nframes = 3\npictures = []\n";
     std::fs::write(folder.join("roll.toml"), scene).unwrap();
-    done(folder, &["scene", "run", "roll.toml", "--out", "rolled"]);
+    // It is baked in the window, which follows, and again by the command, which has nothing left to do.
+    let script = "resize 1000 620\nwait_frames 1\nscreenshot before.png\npress Bake\nrest\nwait_frames 2\nscreenshot baked.png\n\
+        key Left\nkey Left\nwait_frames 2\nscreenshot first.png\npress Bake\nwait_frames 2\nquit\n";
+    view(folder, &["roll.toml", "rolled"], script);
+    let [before, baked, first] = pictures(folder, ["before", "baked", "first"]);
+    assert!(difference(&before, &baked) > 0.02, "{}", difference(&before, &baked));
+    // The first frame has a dent that the scene at its start has not.
+    assert!(difference(&before, &first) < difference(&before, &baked));
+    let again = Command::new(env!("CARGO_BIN_EXE_relievo"))
+        .args(["scene", "run", "roll.toml", "--out", "rolled"])
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let report = String::from_utf8_lossy(&again.stdout).into_owned();
+    assert!(report.contains("frames: 0 computed, 3 opened from the cache"), "{report}");
     let script = "resize 1000 620\nwait_frames 1\nscreenshot start.png\nkey Space\nkey Space\nwait_frames 1\n\
         screenshot later.png\nquit\n";
     view(folder, &["roll.toml", "rolled"], script);
     let [start, later] = pictures(folder, ["start", "later"]);
     assert!(difference(&start, &later) > 0.02, "{}", difference(&start, &later));
+}
+
+#[test]
+fn a_fluid_is_baked_with_its_foam_in_the_window() {
+    if !is_possible() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let dam = "frames = 16\nfps = 24\n[fluid]\nspacing = 0.05\n[basin]\nlow = [0, 0, 0]\nhigh = [1.4, 0.6, 1.5]\n\
+        [[fill]]\nbox = { low = [0, 0, 0], high = [0.5, 0.6, 0.8] }\nvelocity = [1.5, 0, 0]\n";
+    std::fs::write(folder.join("dam.toml"), dam).unwrap();
+    let script = "resize 1000 620\nkey 1\nwait_frames 2\nscreenshot start.png\npress Bake\nrest\nwait_frames 2\n\
+        screenshot balls.png\npress surface\nwait_frames 2\nscreenshot surface.png\nquit\n";
+    view(folder, &["dam.toml"], script);
+    let [start, balls, surface] = pictures(folder, ["start", "balls", "surface"]);
+    assert!(difference(&start, &balls) > 0.1 && difference(&balls, &surface) > 0.02);
+    // Foam is white, water blue.
+    let is_white = |[r, g, b]: [f32; 3]| r > 0.3 && r > 0.7 * b && g > 0.7 * b;
+    assert!(share(&start, VIEW, is_white) < 1e-4, "{}", share(&start, VIEW, is_white));
+    assert!(share(&balls, VIEW, is_white) > 1e-3, "{}", share(&balls, VIEW, is_white));
+    assert!(folder.join("dam-out/0016.rlvfluid").exists() && folder.join("dam-out/foam/0016.rlvfluid").exists());
+    // The command finds the frames done: they are its own.
+    let again = Command::new(env!("CARGO_BIN_EXE_relievo"))
+        .args(["fluid", "sim", "dam.toml", "-o", "dam-out"])
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let notes = String::from_utf8_lossy(&again.stderr).into_owned();
+    assert!(again.status.success() && notes.contains("goes on from dam-out/0016.rlvfluid"), "{notes}");
+    // What is there is shown without a bake.
+    view(folder, &["dam.toml"], "resize 1000 620\nkey 1\nkey Right\nwait_frames 2\nscreenshot second.png\nquit\n");
+    let [second] = pictures(folder, ["second"]);
+    assert!(difference(&start, &second) > 0.02);
 }

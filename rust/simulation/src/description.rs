@@ -249,6 +249,11 @@ impl Description {
         self.fluid.gravity.into()
     }
 
+    /// Returns the low and the high corner of the basin, in metres, if there is one.
+    pub fn basin(&self) -> Option<[Vec3; 2]> {
+        self.basin.as_ref().map(|basin| [basin.low.into(), basin.high.into()])
+    }
+
     /// The fluid as it begins, with its bodies.
     ///
     /// # Errors

@@ -87,6 +87,21 @@ pub enum Range {
     },
 }
 
+/// How far the bake of frames is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Bake {
+    /// Whether it runs now.
+    pub is_running: bool,
+    /// The share that is done, 0 to 1.
+    pub share: f32,
+    /// The stage it is at, or what it did or failed at.
+    pub stage: String,
+    /// Whether it failed.
+    pub has_failed: bool,
+    /// Frames that are there, from the first one on.
+    pub frames: usize,
+}
+
 /// From where a picture is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eye {
@@ -124,6 +139,17 @@ pub trait Subject {
     fn bounds(&self) -> Option<[DVec3; 2]> {
         None
     }
+
+    /// Returns how far the bake of the frames is; `None` where there is nothing to bake. Asked for in every frame of the window.
+    fn bake(&mut self) -> Option<Bake> {
+        None
+    }
+
+    /// Begins to bake the frames that are missing, in the background.
+    fn begin_bake(&mut self) {}
+
+    /// Asks the bake to stop. Frames that are there stay.
+    fn stop_bake(&mut self) {}
 
     /// Makes the picture of a frame, with a value for each setting.
     ///
@@ -248,7 +274,8 @@ impl Content for Viewer {
     }
 
     fn is_resting(&self) -> bool {
-        self.stage.rays.is_done() && !self.stage.is_recording()
+        let is_baking = self.stage.bake.as_ref().is_some_and(|bake| bake.is_running);
+        self.stage.rays.is_done() && !self.stage.is_recording() && !is_baking
     }
 
     fn recorded(&mut self) -> Option<Rect> {

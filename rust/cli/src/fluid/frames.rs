@@ -4,7 +4,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use relievo_core::{Context, Error, Result};
+use relievo_core::{Context, Error, Progress, Result};
 use relievo_particleio::Particles;
 
 /// Reads particles, and prints what was left out.
@@ -68,4 +68,34 @@ pub fn bar(frames: u64) -> Result<ProgressBar> {
     let bar = ProgressBar::new(frames);
     bar.set_style(style.map_err(|error| Error::internal(error.to_string()))?);
     Ok(bar)
+}
+
+/// A bar of frames for calls that report the share of them that is done. The time left is that from where the call begins.
+pub struct FrameBar {
+    bar: ProgressBar,
+    has_begun: bool,
+}
+
+impl FrameBar {
+    /// Makes a bar of so many frames.
+    pub fn new(frames: u64) -> Result<Self> {
+        Ok(Self { bar: bar(frames)?, has_begun: false })
+    }
+}
+
+impl Progress for FrameBar {
+    fn report(&mut self, fraction: f32, stage: &str) -> bool {
+        self.bar.set_position((fraction * self.bar.length().unwrap_or(0) as f32).round() as u64);
+        self.bar.set_message(stage.to_owned());
+        if !std::mem::replace(&mut self.has_begun, true) {
+            self.bar.reset_eta();
+        }
+        true
+    }
+}
+
+impl Drop for FrameBar {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
 }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use clap::ValueEnum;
-use relievo_core::{Context, Error, Result, file};
+use relievo_core::{Context, Error, Progress, Result, file};
 use relievo_fluid::{Checkpoint, StepStatistics, Totals};
 use relievo_particleio::{Format, FrameNumber, frames, path, read_frame, write, write_frame};
 use relievo_simulation::{Description, Making, Simulation};
@@ -176,72 +176,113 @@ impl Folder<'_> {
     }
 }
 
+/// A run whose frames go to a folder.
+pub struct Run<'a> {
+    /// The file that says what is simulated.
+    pub description: &'a Path,
+    /// The folder of the frames.
+    pub output: &'a Path,
+    /// The format of the frames.
+    pub format: Format,
+    /// Files a frame.
+    pub parts: u32,
+    /// Whether it begins anew in place of the frames that are there.
+    pub restarts: bool,
+    /// What makes the steps in place of the processor.
+    pub device: Option<relievo_gpu::Device>,
+}
+
+/// What a run did.
+pub struct Done {
+    /// Particles at the end.
+    pub count: usize,
+    /// Metres between them at rest.
+    pub spacing: f32,
+    /// Frames after the first.
+    pub frames: u32,
+    /// Steps of the solver.
+    pub totals: Totals,
+}
+
+impl Run<'_> {
+    /// Computes the frames that are missing, and reports progress after each step of the solver. Prints what the user should
+    /// know. Cancelled, it leaves the frames before whole.
+    pub fn go(&self, context: &Context, progress: &mut dyn Progress) -> Result<Done> {
+        let named = |error: Error| error.at(self.description.display().to_string());
+        let description = Description::read(self.description)?;
+        let (frames, spacing) = (description.frames, description.spacing());
+        let making =
+            Making { format: self.format.extension().to_owned(), parts: self.parts, device: self.device.clone() };
+        let files = beside(self.description);
+        let mut simulation = Simulation::begin(context, description, &files, making).map_err(named)?;
+        if simulation.fluid().is_empty() && simulation.emitters() == 0 {
+            let path = self.description.display();
+            eprintln!("note: {path}: there is no fluid; give it a block, a fill or an emitter");
+        }
+        let folder = Folder {
+            path: self.output,
+            format: self.format,
+            parts: self.parts,
+            identity: simulation.identity().to_owned(),
+            spacing,
+        };
+        std::fs::create_dir_all(folder.path).map_err(|error| Error::io(folder.path, &error))?;
+        if self.restarts {
+            folder.clear()?;
+        }
+        let last = folder.last(context)?;
+        let mut statistics = Statistics::open(folder.path, last.as_ref().map_or(0, |last| last.step as usize + 1))?;
+        match last {
+            Some(last) => {
+                simulation.restore(last)?;
+                eprintln!("note: goes on from {}", folder.file(simulation.step()).display());
+            }
+            None => {
+                let fluid = simulation.fluid();
+                let row = Row { particles: fluid.len(), energy: fluid.kinetic_energy(), ..Row::default() };
+                statistics.add("0", &row)?;
+                folder.store(context, &simulation)?;
+            }
+        }
+        let share = |step: u64, last: u64| step as f32 / last.max(1) as f32;
+        while simulation.step() < simulation.last() {
+            let begin = Instant::now();
+            let mut row = Row::default();
+            let (before, step, last) = (simulation.totals().steps, simulation.step(), simulation.last());
+            simulation.advance(context, |done: &StepStatistics| {
+                row.add(done);
+                progress.step(share(step, last), &format!("after {} steps", before + row.steps))
+            })?;
+            let fluid = simulation.fluid();
+            (row.seconds, row.particles, row.energy) = (fluid.seconds(), fluid.len(), fluid.kinetic_energy());
+            row.duration = begin.elapsed().as_secs_f64();
+            // The row comes first: where a frame is there its row is, and later ones are dropped.
+            statistics.add(&folder.number(simulation.step()), &row)?;
+            folder.store(context, &simulation)?;
+            progress.step(share(simulation.step(), last), &format!("after {} steps", before + row.steps))?;
+        }
+        Ok(Done { count: simulation.fluid().len(), spacing, frames, totals: simulation.totals() })
+    }
+}
+
 pub fn run(arguments: &Arguments) -> Outcome {
     let context = arguments.limits.context()?;
-    let named = |error: Error| error.at(arguments.description.display().to_string());
-    let description = Description::read(&arguments.description)?;
-    let (frames, spacing) = (description.frames, description.spacing());
-    let format = arguments.format.format();
-    let making = Making {
-        format: format.extension().to_owned(),
+    let run = Run {
+        description: &arguments.description,
+        output: &arguments.output,
+        format: arguments.format.format(),
         parts: arguments.sub_frames,
+        restarts: arguments.restart,
         device: device(arguments.device, arguments.adapter.as_deref(), arguments.limits.memory_limit)?,
     };
-    let files = beside(&arguments.description);
-    let mut simulation = Simulation::begin(&context, description, &files, making).map_err(named)?;
-    if simulation.fluid().is_empty() && simulation.emitters() == 0 {
-        let path = arguments.description.display();
-        eprintln!("note: {path}: there is no fluid; give it a block, a fill or an emitter");
-    }
-    let folder = Folder {
-        path: &arguments.output,
-        format,
-        parts: arguments.sub_frames,
-        identity: simulation.identity().to_owned(),
-        spacing,
-    };
-    std::fs::create_dir_all(folder.path).map_err(|error| Error::io(folder.path, &error))?;
-    if arguments.restart {
-        folder.clear()?;
-    }
-    let last = folder.last(&context)?;
-    let mut statistics = Statistics::open(folder.path, last.as_ref().map_or(0, |last| last.step as usize + 1))?;
-    match last {
-        Some(last) => {
-            simulation.restore(last)?;
-            eprintln!("note: goes on from {}", folder.file(simulation.step()).display());
-        }
-        None => {
-            let fluid = simulation.fluid();
-            let row = Row { particles: fluid.len(), energy: fluid.kinetic_energy(), ..Row::default() };
-            statistics.add("0", &row)?;
-            folder.store(&context, &simulation)?;
-        }
-    }
-    let bar = super::frames::bar(simulation.last())?.with_position(simulation.step());
-    bar.reset_eta();
-    while simulation.step() < simulation.last() {
-        let begin = Instant::now();
-        let mut row = Row::default();
-        let before = simulation.totals().steps;
-        simulation.advance(&context, |done: &StepStatistics| {
-            row.add(done);
-            bar.set_message(format!("after {} steps", before + row.steps));
-            Ok(())
-        })?;
-        let fluid = simulation.fluid();
-        (row.seconds, row.particles, row.energy) = (fluid.seconds(), fluid.len(), fluid.kinetic_energy());
-        row.duration = begin.elapsed().as_secs_f64();
-        // The row comes first: where a frame is there its row is, and later ones are dropped.
-        statistics.add(&folder.number(simulation.step()), &row)?;
-        folder.store(&context, &simulation)?;
-        bar.inc(1);
-    }
-    bar.finish_and_clear();
-    let Totals { steps, corrections, most } = simulation.totals();
-    let count = simulation.fluid().len();
+    let length = u64::from(Description::read(&arguments.description)?.frames) * u64::from(arguments.sub_frames);
+    let done = run.go(&context, &mut super::frames::FrameBar::new(length)?)?;
+    let Totals { steps, corrections, most } = done.totals;
     crate::print(&format!(
-        "{count} particles {spacing} m apart, {frames} frames in {steps} steps with {corrections} corrections, at most {:.2} % too dense\n",
+        "{} particles {} m apart, {} frames in {steps} steps with {corrections} corrections, at most {:.2} % too dense\n",
+        done.count,
+        done.spacing,
+        done.frames,
         100.0 * most
     ))?;
     Ok(ExitCode::SUCCESS)

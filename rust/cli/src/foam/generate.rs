@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use glam::DVec3;
 use relievo_core::progress::Silent;
-use relievo_core::{Context, Error, ErrorKind, Result, file};
+use relievo_core::{Context, Error, ErrorKind, Progress, Result, file};
 use relievo_fluid::{Diffuse, DiffuseOptions, DiffuseReport, DiffuseSettings, FluidFrame, positions_and_velocities};
 use relievo_particleio::{Format, FrameNumber, Particles, frames, read_frame, write, write_frame};
 use relievo_scene::foam::Identity;
@@ -198,73 +198,118 @@ impl Folder<'_> {
     }
 }
 
+/// A run whose frames of foam go to a folder.
+pub struct Run<'a> {
+    /// The folder of the fluid's frames.
+    pub fluid: &'a Path,
+    /// The folder of the frames of foam.
+    pub output: &'a Path,
+    /// The format of the frames.
+    pub format: Format,
+    /// Whether it begins anew in place of the frames that are there.
+    pub restarts: bool,
+    /// Frames a second, where the files have no time.
+    pub fps: f64,
+}
+
+/// What a run did.
+pub struct Done {
+    /// Frames there are.
+    pub frames: usize,
+    /// Particles in the last one.
+    pub count: usize,
+    /// What became of particles in the frames that were made.
+    pub report: DiffuseReport,
+    /// Particles there may be at a time.
+    pub most: u32,
+}
+
+impl Run<'_> {
+    /// Makes the frames that are missing; `choose` returns the settings for frames like the first. Cancelled, it leaves the
+    /// frames before whole.
+    pub fn go(
+        &self,
+        context: &Context,
+        choose: &dyn Fn(&Particles) -> Result<DiffuseOptions>,
+        progress: &mut dyn Progress,
+    ) -> Result<Done> {
+        let fluid = frames(self.fluid)?;
+        let Some((_, first)) = fluid.first() else {
+            return Err(Error::invalid("there are no frames in the folder")
+                .at(self.fluid.display().to_string())
+                .advise("frames are called `0000.rlvfluid`, or `0000.250.ply`"));
+        };
+        let mut before = crate::fluid::read(context, first)?;
+        let options = choose(&before).map_err(|error| error.at(first.display().to_string()))?;
+        let folder = Folder { path: self.output, format: self.format };
+        std::fs::create_dir_all(folder.path).map_err(|error| Error::io(folder.path, &error))?;
+        let identities = identities(&format!("{options:?}, {} frames a second", self.fps), &fluid)?;
+        let resumed = match self.restarts {
+            true => None,
+            false => folder.last(context, &options, &identities, &fluid)?,
+        };
+        let (mut diffuse, done) = match resumed {
+            Some((diffuse, done)) => (diffuse, done),
+            None => (Diffuse::new(options)?, 0),
+        };
+        let mut total = DiffuseReport::default();
+        for (number, (frame_number, path)) in fluid.iter().enumerate().skip(done) {
+            let share = number as f32 / fluid.len() as f32;
+            progress.step(share, &format!("{} particles", diffuse.particles().len()))?;
+            let named = |error: Error| error.at(path.display().to_string());
+            let seconds = |particles: &Particles| particles.time.unwrap_or(frame_number.0 as f64 / 1000.0 / self.fps);
+            let time = if number == 0 {
+                seconds(&before)
+            } else {
+                if number == done && number > 1 {
+                    before = crate::fluid::read(context, &fluid[number - 1].1)?;
+                }
+                let after = crate::fluid::read(context, path)?;
+                let step = match (before.time, after.time) {
+                    (Some(before), Some(after)) => after - before,
+                    _ => (frame_number.0 - fluid[number - 1].0.0) as f64 / 1000.0 / self.fps,
+                };
+                let (positions, velocities) = positions_and_velocities(&before, &after, step as f32).map_err(named)?;
+                let frame = FluidFrame { positions: &positions, velocities: &velocities };
+                let report = diffuse.advance(context, frame, step as f32, &mut Silent).map_err(named)?;
+                total.born += report.born;
+                total.gone += report.gone;
+                total.refused += report.refused;
+                let time = seconds(&after);
+                before = after;
+                time
+            };
+            let particles = diffuse.particles().to_file(time, options.spacing).map_err(named)?;
+            folder.store(context, path, &particles, &diffuse.state(&identities[number]))?;
+        }
+        progress.report(1.0, &format!("{} particles", diffuse.particles().len()));
+        let count = diffuse.particles().len();
+        Ok(Done { frames: fluid.len(), count, report: total, most: options.settings.most })
+    }
+}
+
 pub fn run(arguments: &Arguments) -> Outcome {
     let context = arguments.limits.context()?;
-    let fluid = frames(&arguments.frames)?;
-    let Some((_, first)) = fluid.first() else {
-        return Err(Error::invalid("there are no frames in the folder")
-            .at(arguments.frames.display().to_string())
-            .advise("frames are called `0000.rlvfluid`, or `0000.250.ply`")
-            .into());
-    };
     if !(arguments.fps > 0.0 && arguments.fps.is_finite()) {
         return Err(Error::invalid(format!("there cannot be {} frames a second", arguments.fps)).at("--fps").into());
     }
-    let mut before = crate::fluid::read(&context, first)?;
-    let options = arguments.options.diffuse(&before).map_err(|error| error.at(first.display().to_string()))?;
-    let folder = Folder { path: &arguments.output, format: arguments.format.format() };
-    std::fs::create_dir_all(folder.path).map_err(|error| Error::io(folder.path, &error))?;
-    let identities = identities(&format!("{options:?}, {} frames a second", arguments.fps), &fluid)?;
-    let resumed = match arguments.restart {
-        true => None,
-        false => folder.last(&context, &options, &identities, &fluid)?,
+    let run = Run {
+        fluid: &arguments.frames,
+        output: &arguments.output,
+        format: arguments.format.format(),
+        restarts: arguments.restart,
+        fps: arguments.fps,
     };
-    let (mut diffuse, done) = match resumed {
-        Some((diffuse, done)) => (diffuse, done),
-        None => (Diffuse::new(options)?, 0),
-    };
-    let bar = crate::fluid::bar(fluid.len() as u64)?.with_position(done as u64);
-    bar.reset_eta();
-    let mut total = DiffuseReport::default();
-    for (number, (frame_number, path)) in fluid.iter().enumerate().skip(done) {
-        let named = |error: Error| error.at(path.display().to_string());
-        let seconds = |particles: &Particles| particles.time.unwrap_or(frame_number.0 as f64 / 1000.0 / arguments.fps);
-        let time = if number == 0 {
-            seconds(&before)
-        } else {
-            if number == done && number > 1 {
-                before = crate::fluid::read(&context, &fluid[number - 1].1)?;
-            }
-            let after = crate::fluid::read(&context, path)?;
-            let step = match (before.time, after.time) {
-                (Some(before), Some(after)) => after - before,
-                _ => (frame_number.0 - fluid[number - 1].0.0) as f64 / 1000.0 / arguments.fps,
-            };
-            let (positions, velocities) = positions_and_velocities(&before, &after, step as f32).map_err(named)?;
-            let frame = FluidFrame { positions: &positions, velocities: &velocities };
-            let report = diffuse.advance(&context, frame, step as f32, &mut Silent).map_err(named)?;
-            total.born += report.born;
-            total.gone += report.gone;
-            total.refused += report.refused;
-            let time = seconds(&after);
-            before = after;
-            time
-        };
-        let particles = diffuse.particles().to_file(time, options.spacing).map_err(named)?;
-        folder.store(&context, path, &particles, &diffuse.state(&identities[number]))?;
-        bar.set_message(format!("{} particles", diffuse.particles().len()));
-        bar.inc(1);
-    }
-    bar.finish_and_clear();
-    if total.refused > 0 {
-        eprintln!("note: {} particles were not made: there may be {} at a time", total.refused, options.settings.most);
+    let mut bar = crate::fluid::FrameBar::new(frames(&arguments.frames)?.len() as u64)?;
+    let done = run.go(&context, &|first| arguments.options.diffuse(first), &mut bar)?;
+    drop(bar);
+    let DiffuseReport { born, gone, refused, .. } = done.report;
+    if refused > 0 {
+        eprintln!("note: {refused} particles were not made: there may be {} at a time", done.most);
     }
     crate::print(&format!(
-        "{} frames, {} particles in the last, {} born and {} gone\n",
-        fluid.len(),
-        diffuse.particles().len(),
-        total.born,
-        total.gone
+        "{} frames, {} particles in the last, {born} born and {gone} gone\n",
+        done.frames, done.count
     ))?;
     Ok(ExitCode::SUCCESS)
 }

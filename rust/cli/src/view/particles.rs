@@ -14,7 +14,7 @@ use crate::tissue::picture::{scale, viridis};
 const KEPT: usize = 48;
 
 /// Linear Rec.709.
-const WATER: [f32; 3] = [0.07, 0.23, 0.5];
+pub const WATER: [f32; 3] = [0.07, 0.23, 0.5];
 
 /// Channels that colours may stand for.
 const MOST_CHANNELS: usize = 12;
@@ -50,6 +50,43 @@ impl ParticleFrames {
         let channels = shown.map(|channel| channel.name.clone()).take(MOST_CHANNELS).collect();
         let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         Ok(Self { context, name, files, rate, radius, channels, kept: VecDeque::new() })
+    }
+
+    /// Makes the picture of a frame, with colours of a channel and balls of `size` distances of particles at rest.
+    pub fn balls(&mut self, frame: usize, channel: Option<&str>, size: f32) -> Result<Picture> {
+        let particles = self.read(frame)?;
+        let channel = channel.and_then(|name| particles.channel(name));
+        let lengths = channel.map(|channel| {
+            let length = |part: &[f32]| part.iter().map(|value| value * value).sum::<f32>().sqrt();
+            channel.values.chunks_exact(channel.width as usize).map(length).collect::<Vec<f32>>()
+        });
+        let mut picture = Picture::default();
+        let most = lengths.as_ref().map(|lengths| {
+            let unit =
+                if channel.is_some_and(|channel| channel.name == relievo_particleio::VELOCITY) { "m/s" } else { "" };
+            let (most, legend) = scale(lengths.clone(), None, unit);
+            picture.legend = legend;
+            most
+        });
+        let color =
+            |at: usize| lengths.as_ref().and_then(|lengths| Some(viridis(lengths.get(at)? / most?))).unwrap_or(WATER);
+        let balls = particles.points.iter().enumerate();
+        let radius = self.radius * size;
+        picture.balls = balls.map(|(at, center)| Ball { center: *center, radius, color: color(at) }).collect();
+        picture.facts = vec![self.file_name(frame), format!("{} particles", particles.points.len())];
+        picture.facts.extend(particles.time.map(|time| format!("{time:.4} s")));
+        Ok(picture)
+    }
+
+    /// Returns how many frames there are.
+    pub fn len(&self) -> usize {
+        self.files.len()
+    }
+
+    /// Returns the name of the file of a frame, empty where there is none.
+    pub fn file_name(&self, frame: usize) -> String {
+        let name = self.files.get(frame).and_then(|file| file.file_name());
+        name.unwrap_or_default().to_string_lossy().into_owned()
     }
 
     fn read(&mut self, frame: usize) -> Result<Arc<Particles>> {
@@ -103,35 +140,8 @@ impl Subject for ParticleFrames {
     }
 
     fn picture(&mut self, frame: usize, values: &[f64], _: &Eye) -> Result<Picture> {
-        let particles = self.read(frame)?;
         let [shown, size] = [0, 1].map(|at| values.get(at).copied().unwrap_or_default());
-        let channel = (shown as usize).checked_sub(1).and_then(|at| self.channels.get(at));
-        let channel = channel.and_then(|name| particles.channel(name));
-        let lengths = channel.map(|channel| {
-            let length = |part: &[f32]| part.iter().map(|value| value * value).sum::<f32>().sqrt();
-            channel.values.chunks_exact(channel.width as usize).map(length).collect::<Vec<f32>>()
-        });
-        let mut picture = Picture::default();
-        let most = lengths.as_ref().map(|lengths| {
-            let unit =
-                if channel.is_some_and(|channel| channel.name == relievo_particleio::VELOCITY) { "m/s" } else { "" };
-            let (most, legend) = scale(lengths.clone(), None, unit);
-            picture.legend = legend;
-            most
-        });
-        let radius = self.radius * size as f32;
-        picture.balls = particles
-            .points
-            .iter()
-            .enumerate()
-            .map(|(at, center)| {
-                let share = lengths.as_ref().and_then(|lengths| Some(lengths.get(at)? / most?));
-                Ball { center: *center, radius, color: share.map_or(WATER, viridis) }
-            })
-            .collect();
-        let file = self.files.get(frame).and_then(|file| file.file_name()).unwrap_or_default();
-        picture.facts = vec![file.to_string_lossy().into_owned(), format!("{} particles", particles.points.len())];
-        picture.facts.extend(particles.time.map(|time| format!("{time:.4} s")));
-        Ok(picture)
+        let channel = (shown as usize).checked_sub(1).and_then(|at| self.channels.get(at)).cloned();
+        self.balls(frame, channel.as_deref(), size as f32)
     }
 }

@@ -1,17 +1,19 @@
-//! The result of a scene in the window: the frames that `relievo scene run` has baked.
+//! A scene in the window: its frames, which are baked there or were by `relievo scene run`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, Vec3};
-use relievo_core::{Context, Error, Mesh, Result};
+use relievo_core::{Context, Mesh, Result};
 use relievo_render as render;
-use relievo_scene::stepper::Stepper;
+use relievo_scene::cache::State;
+use relievo_scene::stepper::{RunOptions, Stepper};
 use relievo_scene::world::{Item, World};
 use relievo_tiles::by_format;
 use relievo_tiles::triangle::TriangleTessellation;
 use relievo_tiles::uniform_rates;
-use relievo_view::show::{Ball, Eye, Frames, Picture, Subject};
+use relievo_view::show::{Bake, Ball, Eye, Frames, Picture, Subject};
 
+use super::baker::Baker;
 use super::particles::spacing;
 use super::tissue::add;
 
@@ -22,28 +24,28 @@ const FINEST: u32 = 64;
 pub struct SceneFrames {
     context: Context,
     name: String,
+    path: PathBuf,
+    out: PathBuf,
     stepper: Stepper,
     frames: u32,
+    /// Frames that are baked, from the first one on.
+    baked: u32,
+    baker: Option<Baker>,
 }
 
 impl SceneFrames {
-    /// Opens a scene whose results are in the folder `out`. Returns also the axis that points up.
+    /// Opens a scene whose results are in the folder `out`, which is made if it is missing. Returns also the axis that
+    /// points up.
     pub fn open(context: Context, path: &Path, out: &Path) -> Result<(Self, usize)> {
         let scene = relievo_scene::file::read_file(path)?;
         let frames = scene.output.frames;
         let direction = scene.up.direction();
         let up = (0..3).find(|axis| direction[*axis] > 0.5).unwrap_or(2);
-        if !out.is_dir() {
-            return Err(unbaked(0).at(out.display().to_string()));
-        }
         let stepper = Stepper::new(&context, World::new(&context, scene, &[])?, out)?;
         let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        Ok((Self { context, name, stepper, frames }, up))
+        let (path, out) = (path.to_owned(), out.to_owned());
+        Ok((Self { context, name, path, out, stepper, frames, baked: 0, baker: None }, up))
     }
-}
-
-fn unbaked(frame: usize) -> Error {
-    Error::invalid(format!("frame {frame} of the scene is not baked")).advise("bake it by `relievo scene run`")
 }
 
 impl Subject for SceneFrames {
@@ -55,12 +57,38 @@ impl Subject for SceneFrames {
         Frames { count: self.frames as usize, rate: self.stepper.world().scene.fps }
     }
 
-    fn picture(&mut self, frame: usize, _: &[f64], _: &Eye) -> Result<Picture> {
-        use relievo_scene::cache::State;
-        if self.stepper.cache().state(frame as u32) != State::Baked {
-            return Err(unbaked(frame));
+    fn bake(&mut self) -> Option<Bake> {
+        let cache = self.stepper.cache();
+        while self.baked < self.frames && cache.state(self.baked) == State::Baked {
+            self.baked += 1;
         }
-        self.stepper.open(&self.context, frame as u32)?;
+        let missing = Bake { stage: format!("{} of {} frames are baked", self.baked, self.frames), ..Bake::default() };
+        let state = self.baker.as_ref().map_or(missing, Baker::state);
+        Some(Bake { frames: self.baked as usize, ..state })
+    }
+
+    fn begin_bake(&mut self) {
+        let (context, path, out) = (self.context.clone(), self.path.clone(), self.out.clone());
+        self.baker = Some(Baker::start(move |progress| {
+            let scene = relievo_scene::file::read_file(&path)?;
+            let options =
+                RunOptions { out: out.clone(), frames: None, allowed: Vec::new(), rebake: false, device: None };
+            let summary = relievo_scene::stepper::run(&context, scene, &options, progress)?;
+            let files = format!("{} files are in {}", summary.files.len(), out.display());
+            Ok([files].into_iter().chain(summary.notes).collect::<Vec<_>>().join("; "))
+        }));
+    }
+
+    fn stop_bake(&mut self) {
+        self.baker.iter().for_each(Baker::stop);
+    }
+
+    fn picture(&mut self, frame: usize, _: &[f64], _: &Eye) -> Result<Picture> {
+        let is_baked = frame < self.baked as usize;
+        // A frame that is not baked is shown as the last one before it that is, or as the scene begins.
+        if let Some(last) = self.baked.checked_sub(1) {
+            self.stepper.open(&self.context, last.min(frame as u32))?;
+        }
         let world = self.stepper.world();
         let mut picture = Picture::default();
         let mut detailed = 0;
@@ -91,7 +119,10 @@ impl Subject for SceneFrames {
             add(&mut picture.mesh, placed(mesh, &transform, color));
         }
         picture.facts = vec![
-            format!("frame {frame}, {:.3} s", frame as f64 / world.scene.fps),
+            match is_baked {
+                true => format!("frame {frame}, {:.3} s", frame as f64 / world.scene.fps),
+                false => format!("frame {frame} is not baked yet"),
+            },
             format!("{} objects", world.items().len()),
             format!("{detailed} tiles with detail"),
         ];
@@ -131,7 +162,7 @@ fn triangle_mesh(context: &Context, world: &World, index: usize) -> Result<(Mesh
 }
 
 /// A mesh in the world, of a colour where it has none.
-fn placed(mesh: Mesh, transform: &DAffine3, color: [f32; 3]) -> render::Mesh {
+pub fn placed(mesh: Mesh, transform: &DAffine3, color: [f32; 3]) -> render::Mesh {
     let triangles = mesh.triangles();
     let made = render::Mesh { triangles, ..render::Mesh::of_tessellation(mesh) };
     let turn = transform.matrix3.inverse().transpose();

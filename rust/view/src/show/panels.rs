@@ -29,7 +29,7 @@ impl Panels {
     pub fn show(&mut self, ui: &mut Ui, subject: &mut dyn Subject, stage: &mut Stage) {
         self.widgets.clear();
         egui::Panel::top("bar").show(ui, |ui| self.bar(ui, subject, stage));
-        egui::Panel::bottom("clock").show(ui, |ui| self.clock(ui, stage));
+        egui::Panel::bottom("clock").show(ui, |ui| self.clock(ui, subject, stage));
         egui::Panel::left("settings").default_size(230.0).show(ui, |ui| {
             egui::ScrollArea::vertical().show(ui, |ui| self.settings(ui, stage));
         });
@@ -72,7 +72,34 @@ impl Panels {
         });
     }
 
-    fn clock(&mut self, ui: &mut Ui, stage: &mut Stage) {
+    /// Lets the user bake the frames that are missing, and says how far that is.
+    fn bake(&mut self, ui: &mut Ui, subject: &mut dyn Subject, stage: &mut Stage) {
+        let Some(bake) = &stage.bake else { return };
+        ui.horizontal(|ui| {
+            let name = if bake.is_running { "Stop" } else { "Bake" };
+            let hint = "Computes the frames that are missing, and writes what the scene says";
+            let has_work = bake.is_running || bake.frames < stage.frames.count;
+            let response = ui.add_enabled(has_work, egui::Button::new(name)).on_hover_text(hint);
+            if self.clicked(name, &response) {
+                match bake.is_running {
+                    true => subject.stop_bake(),
+                    false => subject.begin_bake(),
+                }
+                stage.follows = !bake.is_running;
+            }
+            if bake.is_running {
+                let bar = egui::ProgressBar::new(bake.share).desired_width(160.0).show_percentage();
+                ui.add(bar);
+            }
+            match bake.has_failed {
+                true => ui.colored_label(FAULT, &bake.stage),
+                false => ui.label(&bake.stage),
+            };
+        });
+    }
+
+    fn clock(&mut self, ui: &mut Ui, subject: &mut dyn Subject, stage: &mut Stage) {
+        self.bake(ui, subject, stage);
         let last = stage.frames.count.saturating_sub(1);
         if last > 0 {
             ui.horizontal(|ui| {
@@ -86,6 +113,7 @@ impl Panels {
                 }
                 ui.spacing_mut().slider_width = (ui.available_width() - 190.0).max(80.0);
                 let slider = ui.add(Slider::new(&mut stage.frame, 0..=last)).on_hover_text("Keys: left, right");
+                stage.follows &= !slider.changed();
                 self.clicked("frame", &slider);
                 ui.label(format!("{:.2} s", stage.frame as f64 / stage.frames.rate));
             });

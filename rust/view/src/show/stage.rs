@@ -8,7 +8,7 @@ use glam::{DVec2, Vec3};
 use relievo_core::Result;
 use relievo_render::Mesh;
 
-use super::{Ball, Eye, Frames, Picture, Setting, Subject, bounds, complete};
+use super::{Bake, Ball, Eye, Frames, Picture, Setting, Subject, bounds, complete};
 use crate::drawing::camera::{Camera, Side};
 use crate::drawing::rays::{MOST_TRIANGLES, Rays};
 
@@ -47,8 +47,12 @@ pub(super) struct Stage {
     /// Milliseconds that the last picture took.
     pub cost: f64,
     pub message: Option<String>,
-    /// What the picture was made of.
-    made: Option<(usize, Vec<f64>, Option<Eye>)>,
+    /// How far the frames are baked, where they are.
+    pub bake: Option<Bake>,
+    /// Whether the last frame of a bake is shown that runs, or has just ended.
+    pub follows: bool,
+    /// What the picture was made of: the frame, whether it was baked and a bake ran, the settings, and from where it is seen.
+    made: Option<(usize, [bool; 2], Vec<f64>, Option<Eye>)>,
     /// When the frame was shown first.
     since: f64,
     drag: Option<Drag>,
@@ -75,6 +79,8 @@ impl Stage {
             serial: 0,
             cost: 0.0,
             message: None,
+            bake: subject.bake(),
+            follows: false,
             made: None,
             since: 0.0,
             drag: None,
@@ -109,12 +115,13 @@ impl Stage {
     fn make(&mut self, subject: &mut dyn Subject) -> Result<()> {
         let values: Vec<f64> = self.settings.iter().map(|setting| setting.value).collect();
         let eye = self.eye();
-        let wanted = (self.frame, values, subject.follows_the_eye().then_some(eye));
+        let baked = self.bake.as_ref().map_or([true, false], |bake| [self.frame < bake.frames, bake.is_running]);
+        let wanted = (self.frame, baked, values, subject.follows_the_eye().then_some(eye));
         if self.made.as_ref() == Some(&wanted) {
             return Ok(());
         }
         let start = Instant::now();
-        let made = subject.picture(wanted.0, &wanted.1, &eye);
+        let made = subject.picture(wanted.0, &wanted.2, &eye);
         // What failed is not tried again before something else is asked for.
         self.made = Some(wanted);
         let mut picture = made?;
@@ -137,6 +144,7 @@ impl Stage {
             self.keys(ui);
         }
         self.pointer(ui, &response);
+        self.follow(ui, subject);
         self.play(ui);
         if let Err(error) = self.make(subject) {
             self.message = Some(error.to_string());
@@ -150,6 +158,19 @@ impl Stage {
         if let Err(error) = rays.show(ui, area, camera, (*serial, is_busy), || Ok(with_balls(picture))) {
             self.message = Some(error.to_string());
             self.rays.is_on = false;
+        }
+    }
+
+    /// Goes on to the last frame of a bake, unless frames are played meanwhile.
+    fn follow(&mut self, ui: &Ui, subject: &mut dyn Subject) {
+        self.bake = subject.bake();
+        let Some(bake) = &self.bake else { return };
+        if self.follows && !self.is_playing {
+            self.frame = bake.frames.saturating_sub(1);
+        }
+        self.follows &= bake.is_running;
+        if bake.is_running {
+            ui.ctx().request_repaint_after(std::time::Duration::from_millis(50));
         }
     }
 
@@ -191,8 +212,8 @@ impl Stage {
                 Key::W if !has_control => self.is_wired = !self.is_wired,
                 Key::R if !has_control => self.rays.is_on = !self.rays.is_on,
                 Key::Space => self.is_playing = !self.is_playing,
-                Key::ArrowRight => self.frame = (self.frame + 1).min(last),
-                Key::ArrowLeft => self.frame = self.frame.saturating_sub(1),
+                Key::ArrowRight => (self.frame, self.follows) = ((self.frame + 1).min(last), false),
+                Key::ArrowLeft => (self.frame, self.follows) = (self.frame.saturating_sub(1), false),
                 Key::Escape => self.recording = None,
                 _ => {}
             }

@@ -1,0 +1,176 @@
+//! A simulation of a fluid in the window: it and its foam are baked there, or were by `relievo fluid sim`.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use relievo_core::progress::Silent;
+use relievo_core::{Context, Progress, Result};
+use relievo_fluid::{DiffuseOptions, DiffuseSettings, Surface, SurfaceFunction};
+use relievo_particleio::Format;
+use relievo_simulation::{Description, Making, Simulation};
+use relievo_view::show::{Bake, Ball, Eye, Frames, Picture, Range, Setting, Subject};
+
+use super::baker::Baker;
+use super::particles::{ParticleFrames, WATER};
+use super::scene::placed;
+use crate::fluid::{FluidRun, beside};
+use crate::foam::FoamRun;
+
+/// The folder of the frames of foam, in that of the fluid's.
+const FOAM: &str = "foam";
+
+/// The share of a bake that the fluid takes; foam takes the rest.
+const SHARE: f32 = 0.8;
+
+/// Cells of the surface, in distances of particles at rest.
+const CELL: f32 = 0.75;
+
+/// Linear Rec.709, of foam.
+const WHITE: [f32; 3] = [0.85, 0.88, 0.9];
+
+/// A fluid over time.
+pub struct FluidFrames {
+    context: Context,
+    name: String,
+    description: PathBuf,
+    out: PathBuf,
+    rate: f64,
+    /// With the first one, which is what the fluid begins as.
+    count: usize,
+    /// Metres between particles at rest.
+    spacing: f32,
+    basin: Option<[DVec3; 2]>,
+    /// What the fluid begins as.
+    start: Vec<Ball>,
+    /// The frames that were baked when they were listed last.
+    water: Option<ParticleFrames>,
+    baker: Option<Baker>,
+}
+
+impl FluidFrames {
+    /// Opens a description whose frames are in the folder `out`, or will be.
+    pub fn open(context: Context, path: &Path, out: &Path) -> Result<Self> {
+        let named = |error: relievo_core::Error| error.at(path.display().to_string());
+        let description = Description::read(path)?;
+        let (count, rate, spacing) = (description.frames as usize + 1, description.fps, description.spacing());
+        let basin = description.basin().map(|corners| corners.map(|corner| corner.as_dvec3()));
+        let making = Making { format: Format::Cache.extension().to_owned(), parts: 1, device: None };
+        let simulation = Simulation::begin(&context, description, &beside(path), making).map_err(named)?;
+        let points = simulation.checkpoint().state.particles(spacing).points;
+        let radius = 0.5 * spacing;
+        let start = points.into_iter().map(|center| Ball { center, radius, color: WATER }).collect();
+        let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let (description, out) = (path.to_owned(), out.to_owned());
+        Ok(Self { context, name, description, out, rate, count, spacing, basin, start, water: None, baker: None })
+    }
+
+    /// Makes the mesh of the surface of balls.
+    fn surface(&self, balls: &[Ball]) -> Result<relievo_render::Mesh> {
+        let points: Vec<[f32; 3]> = balls.iter().map(|ball| ball.center).collect();
+        let surface = Surface::new(&self.context, &points, SurfaceFunction::zhu_bridson(0.5 * self.spacing))?;
+        let mesh = relievo_fluid::mesh(&self.context, &surface, CELL * self.spacing, &[], &mut Silent)?;
+        Ok(placed(mesh, &glam::DAffine3::IDENTITY, WATER))
+    }
+
+    /// Lists the frames again if the next one is there.
+    fn list(&mut self) -> usize {
+        let known = self.water.as_ref().map_or(0, ParticleFrames::len);
+        let next = self.out.join(format!("{known:04}.{}", Format::Cache.extension()));
+        if known < self.count && next.exists() {
+            // One that is listed and cannot be read is said where it is shown.
+            self.water = ParticleFrames::open(self.context.clone(), &self.out, self.rate).ok();
+        }
+        self.water.as_ref().map_or(0, ParticleFrames::len).min(self.count)
+    }
+}
+
+/// Bakes the frames of a fluid that are missing, and then those of its foam.
+fn bake(context: &Context, description: &Path, out: &Path, progress: &mut dyn Progress) -> Result<String> {
+    let run = FluidRun { description, output: out, format: Format::Cache, parts: 1, restarts: false, device: None };
+    let done = run.go(context, &mut |share: f32, stage: &str| progress.report(SHARE * share, stage))?;
+    let described = Description::read(description)?;
+    let options = DiffuseOptions {
+        spacing: described.spacing(),
+        gravity: described.gravity(),
+        bounds: described.basin(),
+        settings: DiffuseSettings::default(),
+    };
+    let foam = out.join(FOAM);
+    let run = FoamRun { fluid: out, output: &foam, format: Format::Cache, restarts: false, fps: described.fps };
+    let mut later = |share: f32, stage: &str| progress.report(SHARE + (1.0 - SHARE) * share, &format!("foam: {stage}"));
+    let white = run.go(context, &|_| Ok(options), &mut later)?;
+    Ok(format!("{} particles and {} of foam, in {}", done.count, white.count, out.display()))
+}
+
+impl Subject for FluidFrames {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn frames(&self) -> Frames {
+        Frames { count: self.count, rate: self.rate }
+    }
+
+    fn settings(&self) -> Vec<Setting> {
+        vec![
+            Setting {
+                name: "Water".into(),
+                hint: "Its particles, coloured plainly or by their speed, or its surface".into(),
+                range: Range::Choice(["particles", "velocity", "surface"].map(str::to_owned).to_vec()),
+                value: 0.0,
+            },
+            Setting {
+                name: "Size".into(),
+                hint: "Of a ball, in distances of particles at rest".into(),
+                range: Range::Slider { least: 0.1, most: 3.0, is_logarithmic: true },
+                value: 1.0,
+            },
+        ]
+    }
+
+    fn bounds(&self) -> Option<[DVec3; 2]> {
+        self.basin
+    }
+
+    fn bake(&mut self) -> Option<Bake> {
+        let frames = self.list();
+        let missing = Bake { stage: format!("{frames} of {} frames are baked", self.count), ..Bake::default() };
+        let state = self.baker.as_ref().map_or(missing, Baker::state);
+        Some(Bake { frames, ..state })
+    }
+
+    fn begin_bake(&mut self) {
+        let (context, description, out) = (self.context.clone(), self.description.clone(), self.out.clone());
+        self.baker = Some(Baker::start(move |progress| bake(&context, &description, &out, progress)));
+    }
+
+    fn stop_bake(&mut self) {
+        self.baker.iter().for_each(Baker::stop);
+    }
+
+    fn picture(&mut self, frame: usize, values: &[f64], _: &Eye) -> Result<Picture> {
+        let [shown, size] = [0, 1].map(|at| values.get(at).copied().unwrap_or_default());
+        let channel = (shown == 1.0).then_some(relievo_particleio::VELOCITY);
+        let mut picture = match self.water.as_mut().filter(|water| frame < water.len()) {
+            Some(water) => water.balls(frame, channel, size as f32)?,
+            None => Picture {
+                balls: self.start.iter().map(|ball| Ball { radius: ball.radius * size as f32, ..*ball }).collect(),
+                facts: vec![format!("frame {frame} is not baked yet"), format!("{} particles", self.start.len())],
+                ..Picture::default()
+            },
+        };
+        if shown == 2.0 {
+            picture.mesh = self.surface(&std::mem::take(&mut picture.balls))?;
+        }
+        let name = self.water.as_ref().map_or_else(String::new, |water| water.file_name(frame));
+        let foam = self.out.join(FOAM).join(name);
+        if foam.is_file() {
+            let particles = relievo_particleio::read(&self.context, &foam)?.particles;
+            // Drops are finer than what the water is made of.
+            let radius = 0.15 * self.spacing * size as f32;
+            picture.facts.push(format!("{} particles of foam", particles.points.len()));
+            picture.balls.extend(particles.points.iter().map(|center| Ball { center: *center, radius, color: WHITE }));
+        }
+        Ok(picture)
+    }
+}
