@@ -36,7 +36,9 @@ typedef enum RlvContent {
     RLV_CONTENT_GRID = 3,       /* rlv_grid_read, rlv_grid_write */
     RLV_CONTENT_TEXTURE = 4,    /* rlv_ptex_read, rlv_ptex_write */
     RLV_CONTENT_DOCUMENT = 5,   /* rlv_document_open, rlv_document_save, rlv_document_save_bytes */
-    RLV_CONTENT_PROGRESSIVE = 6 /* rlv_progressive_read, rlv_progressive_write, rlv_progressive_write_bytes */
+    RLV_CONTENT_PROGRESSIVE = 6, /* rlv_progressive_read, rlv_progressive_write, rlv_progressive_write_bytes */
+    RLV_CONTENT_CROWD = 7,       /* rlv_crowd_model_read, rlv_crowd_model_write, rlv_crowd_model_write_bytes */
+    RLV_CONTENT_TISSUE = 8       /* rlv_tissue_read, rlv_tissue_write, rlv_tissue_write_bytes */
 } RlvContent;
 
 /* One row of the formats. */

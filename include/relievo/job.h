@@ -58,7 +58,7 @@ typedef enum RlvJobKind {
     RLV_JOB_KIND_GRID = 3, /* rlv_job_grid */
     RLV_JOB_KIND_DECAL = 4, /* rlv_job_decal */
     RLV_JOB_KIND_CROWD_MODEL = 5, /* rlv_job_crowd_model */
-    RLV_JOB_KIND_TISSUE = 6, /* rlv_job_tissue, and rlv_job_tissue_report */
+    RLV_JOB_KIND_TISSUE = 6, /* rlv_job_tissue; after rlv_job_tissue_build also rlv_job_tissue_report */
     RLV_JOB_KIND_PARTICLES = 7, /* rlv_job_particles */
     RLV_JOB_KIND_SURFACE = 8, /* rlv_job_surface */
     RLV_JOB_KIND_CASTER = 9, /* rlv_job_caster */
@@ -71,7 +71,8 @@ typedef enum RlvJobKind {
     RLV_JOB_KIND_PTEX_REPORT = 16, /* rlv_job_ptex_report */
     RLV_JOB_KIND_TRANSFER_REPORT = 17, /* rlv_job_transfer_report */
     RLV_JOB_KIND_FLUID_REPORT = 18, /* rlv_job_fluid_report */
-    RLV_JOB_KIND_CLIENT_STATUS = 19 /* rlv_job_client_status */
+    RLV_JOB_KIND_CLIENT_STATUS = 19, /* rlv_job_client_status */
+    RLV_JOB_KIND_BYTES = 20 /* rlv_job_bytes */
 } RlvJobKind;
 
 typedef struct RlvJobInfo {
@@ -243,6 +244,33 @@ RLV_API RlvResult rlv_job_particles_read(RlvContext context, const char *path, R
 /* Starts rlv_particles_write. Stops as rlv_job_mesh_write does. Fails as rlv_particles_write does, as a job or at once. */
 RLV_API RlvResult rlv_job_particles_write(RlvParticles particles, const char *path, RlvJob *out);
 
+/* Starts rlv_progressive_read; rlv_job_progressive_mesh has the progressive mesh. Stops before and after the file is read.
+ * Fails as rlv_progressive_read does, as a job or at once. */
+RLV_API RlvResult rlv_job_progressive_read(RlvContext context, const char *path, size_t triangles, RlvJob *out);
+
+/* Starts rlv_progressive_write. Stops as rlv_job_mesh_write does. Fails as rlv_progressive_write does, as a job or at
+ * once. */
+RLV_API RlvResult rlv_job_progressive_write(RlvProgressive progressive, const char *path, RlvJob *out);
+
+/* Starts rlv_crowd_model_read; rlv_job_crowd_model has the model. Stops before and after the file is read. Fails as
+ * rlv_crowd_model_read does, as a job or at once. */
+RLV_API RlvResult rlv_job_crowd_model_read(RlvContext context, const char *path, RlvJob *out);
+
+/* Starts rlv_crowd_model_write. Stops as rlv_job_mesh_write does. Fails as rlv_crowd_model_write does, as a job or at
+ * once. */
+RLV_API RlvResult rlv_job_crowd_model_write(RlvCrowdModel model, const char *path, RlvJob *out);
+
+/* Starts rlv_tissue_read; rlv_job_tissue has the model. Stops before and after the file is read. Fails as rlv_tissue_read
+ * does, as a job or at once. */
+RLV_API RlvResult rlv_job_tissue_read(RlvContext context, const char *path, RlvJob *out);
+
+/* Starts rlv_tissue_write. Stops as rlv_job_mesh_write does. Fails as rlv_tissue_write does, as a job or at once. */
+RLV_API RlvResult rlv_job_tissue_write(RlvTissue tissue, const char *path, RlvJob *out);
+
+/* Starts rlv_grid_write. The grids must not be changed until the job has ended. Stops while the file is written, which
+ * appears whole or not at all. Fails as rlv_grid_write does, as a job or at once. */
+RLV_API RlvResult rlv_job_grid_write(const RlvGrid *grids, size_t count, const char *path, uint32_t writing, RlvJob *out);
+
 /* Starts rlv_picture_open; rlv_job_picture has the picture. Stops before and after the file is read. Fails as
  * rlv_picture_open does, as a job or at once. */
 RLV_API RlvResult rlv_job_picture_open(RlvContext context, const char *path, RlvJob *out);
@@ -258,6 +286,15 @@ RLV_API RlvResult rlv_job_document_open(RlvDetail detail, const char *path, uint
 /* Mutates the document, and edits its detail while its layers are gathered: starts rlv_document_save. Stops before the
  * file is written. Fails as rlv_document_save does, as a job or at once. */
 RLV_API RlvResult rlv_job_document_save(RlvDocument document, const char *path, RlvJob *out);
+
+/* Edits the detail: starts rlv_document_open_bytes, of a copy of the bytes; rlv_job_document has the document. Stops as
+ * rlv_job_document_open does. Fails as rlv_document_open_bytes does, as a job or at once. */
+RLV_API RlvResult rlv_job_document_open_bytes(RlvDetail detail, const uint8_t *bytes, size_t size, uint64_t memory,
+                                              RlvJob *out);
+
+/* Mutates the document, and edits its detail while its layers are gathered: starts rlv_document_save_bytes; rlv_job_bytes
+ * has the bytes. Stops before they are made. Fails as rlv_document_save_bytes does, as a job or at once. */
+RLV_API RlvResult rlv_job_document_save_bytes(RlvDocument document, RlvJob *out);
 
 /* Starts rlv_document_compact. Stops before the file is read. Fails as rlv_document_compact does, as a job or at once. */
 RLV_API RlvResult rlv_job_document_compact(RlvContext context, const char *path, size_t keep, RlvJob *out);
@@ -299,7 +336,7 @@ RLV_API RlvResult rlv_job_simplify_error(RlvJob job, float *out);
 /* What rlv_job_repair found and changed. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_repair_report(RlvJob job, RlvRepairReport *out);
 
-/* The progressive mesh that rlv_job_progressive built, the same one every time. Fails as rlv_job_result does, and if the
+/* The progressive mesh that rlv_job_progressive or rlv_job_progressive_read made, the same one every time. Fails as rlv_job_result does, and if the
  * job was another. */
 RLV_API RlvResult rlv_job_progressive_mesh(RlvJob job, RlvProgressive *out);
 
@@ -311,7 +348,7 @@ RLV_API RlvResult rlv_job_grid(RlvJob job, RlvGrid *out);
  * does, and if the job was another. */
 RLV_API RlvResult rlv_job_decal(RlvJob job, RlvDecal *out);
 
-/* The model that rlv_job_tissue_build built, the same one every time. Fails as rlv_job_result does, and if the job was
+/* The model that rlv_job_tissue_build or rlv_job_tissue_read made, the same one every time. Fails as rlv_job_result does, and if the job was
  * another. */
 RLV_API RlvResult rlv_job_tissue(RlvJob job, RlvTissue *out);
 
@@ -345,11 +382,15 @@ RLV_API RlvResult rlv_job_collider(RlvJob job, RlvCollider *out);
  * another. */
 RLV_API RlvResult rlv_job_picture(RlvJob job, RlvPicture *out);
 
-/* The document that rlv_job_document_create or rlv_job_document_open made, the same one every time. Fails as
- * rlv_job_result does, and if the job was another. */
+/* The document that rlv_job_document_create, rlv_job_document_open or rlv_job_document_open_bytes made, the same one every
+ * time. Fails as rlv_job_result does, and if the job was another. */
 RLV_API RlvResult rlv_job_document(RlvJob job, RlvDocument *out);
 
-/* The crowd model that rlv_job_crowd built, the same one every time. Fails as rlv_job_result does, and if the job was
+/* The bytes that rlv_job_document_save_bytes made, the same ones every time. Fails as rlv_job_result does, and if the job was
+ * another. */
+RLV_API RlvResult rlv_job_bytes(RlvJob job, RlvBytes *out);
+
+/* The crowd model that rlv_job_crowd or rlv_job_crowd_model_read made, the same one every time. Fails as rlv_job_result does, and if the job was
  * another. */
 RLV_API RlvResult rlv_job_crowd_model(RlvJob job, RlvCrowdModel *out);
 

@@ -3608,6 +3608,12 @@ public:
         return Document(made);
     }
 
+    Bytes bytes() const {
+        RlvBytes made = RLV_NULL;
+        check(rlv_job_bytes(get(), &made));
+        return Bytes(made);
+    }
+
     RlvFluidReport fluid_report() const {
         RlvFluidReport report = RLV_FLUID_REPORT_INIT;
         check(rlv_job_fluid_report(get(), &report));
@@ -3654,6 +3660,7 @@ protected:
     Collider taken(Collider *) const { return collider(); }
     Picture taken(Picture *) const { return picture(); }
     Document taken(Document *) const { return document(); }
+    Bytes taken(Bytes *) const { return bytes(); }
     RlvImprintReport taken(RlvImprintReport *) const { return imprint_report(); }
     RlvBakeReport taken(RlvBakeReport *) const { return bake_report(); }
     RlvPtexReport taken(RlvPtexReport *) const { return ptex_report(); }
@@ -3957,6 +3964,67 @@ public:
     static JobOf<void> save_document(const Document &document, const std::string &path) {
         JobOf<void> made;
         check(rlv_job_document_save(document.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    static JobOf<Document> open_document(const Detail &detail, const std::uint8_t *bytes, std::size_t size,
+                                         std::uint64_t memory = 0) {
+        JobOf<Document> made;
+        check(rlv_job_document_open_bytes(detail.get(), bytes, size, memory, made.out()));
+        return made;
+    }
+
+    static JobOf<Bytes> document_bytes(const Document &document) {
+        JobOf<Bytes> made;
+        check(rlv_job_document_save_bytes(document.get(), made.out()));
+        return made;
+    }
+
+    static JobOf<Progressive> read_progressive(const Context &context, const std::string &path, std::size_t triangles = SIZE_MAX) {
+        JobOf<Progressive> made;
+        check(rlv_job_progressive_read(context.get(), path.c_str(), triangles, made.out()));
+        return made;
+    }
+
+    static JobOf<void> write_progressive(const Progressive &progressive, const std::string &path) {
+        JobOf<void> made;
+        check(rlv_job_progressive_write(progressive.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    static JobOf<CrowdModel> read_crowd_model(const Context &context, const std::string &path) {
+        JobOf<CrowdModel> made;
+        check(rlv_job_crowd_model_read(context.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    static JobOf<void> write_crowd_model(const CrowdModel &model, const std::string &path) {
+        JobOf<void> made;
+        check(rlv_job_crowd_model_write(model.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    static JobOf<Tissue> read_tissue(const Context &context, const std::string &path) {
+        JobOf<Tissue> made;
+        check(rlv_job_tissue_read(context.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    static JobOf<void> write_tissue(const Tissue &tissue, const std::string &path) {
+        JobOf<void> made;
+        check(rlv_job_tissue_write(tissue.get(), path.c_str(), made.out()));
+        return made;
+    }
+
+    /// `writing` is bits of RlvGridWriting.
+    static JobOf<void> write_grids(const std::vector<Grid> &grids, const std::string &path,
+                                      std::uint32_t writing = RLV_GRID_PACK_BLOSC) {
+        std::vector<RlvGrid> handles;
+        for (const Grid &grid : grids) {
+            handles.push_back(grid.get());
+        }
+        JobOf<void> made;
+        check(rlv_job_grid_write(handles.data(), handles.size(), path.c_str(), writing, made.out()));
         return made;
     }
 

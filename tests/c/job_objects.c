@@ -30,6 +30,11 @@ static RlvTessellation tessellation;
 static RlvProcedural still;
 static RlvParticles particles;
 static RlvDocument document;
+static RlvProgressive progressive;
+static RlvTissue tissue;
+static RlvCrowdModel model;
+static RlvGrid grid;
+static RlvBytes embedded;
 /* Files of their own, since a job that was released may still write. */
 static int number;
 static char path[64];
@@ -56,6 +61,20 @@ static RlvResult pictures(RlvJob *out) { return rlv_job_picture_open(context, "j
 static RlvResult documents(RlvJob *out) { return rlv_job_document_create(detail, name("job_objects_%d.relievo"), 0, out); }
 static RlvResult opened(RlvJob *out) { return rlv_job_document_open(detail, "job_objects_open.relievo", 0, out); }
 static RlvResult saves(RlvJob *out) { return rlv_job_document_save(document, name("job_objects_%d_saved.relievo"), out); }
+static RlvResult progressive_reads(RlvJob *out) { return rlv_job_progressive_read(context, "job_objects.rlvpm", SIZE_MAX, out); }
+static RlvResult progressive_writes(RlvJob *out) { return rlv_job_progressive_write(progressive, name("job_objects_%d.rlvpm"), out); }
+static RlvResult crowd_reads(RlvJob *out) { return rlv_job_crowd_model_read(context, "job_objects.rcrowd", out); }
+static RlvResult crowd_writes(RlvJob *out) { return rlv_job_crowd_model_write(model, name("job_objects_%d.rcrowd"), out); }
+static RlvResult tissue_reads(RlvJob *out) { return rlv_job_tissue_read(context, "job_objects.rtissue", out); }
+static RlvResult tissue_writes(RlvJob *out) { return rlv_job_tissue_write(tissue, name("job_objects_%d.rtissue"), out); }
+static RlvResult grid_writes(RlvJob *out) { return rlv_job_grid_write(&grid, 1, name("job_objects_%d.vdb"), RLV_GRID_PACK_ZIP, out); }
+static RlvResult save_bytes(RlvJob *out) { return rlv_job_document_save_bytes(document, out); }
+static RlvResult open_bytes(RlvJob *out) {
+    const uint8_t *data = NULL;
+    size_t size = 0;
+    CHECK_OK(rlv_bytes_get(embedded, &data, &size));
+    return rlv_job_document_open_bytes(detail, data, size, 0, out);
+}
 static RlvResult compactions(RlvJob *out) { return rlv_job_document_compact(context, "job_objects.relievo", 0, out); }
 
 #define TAKE(noun, type)                                             \
@@ -75,6 +94,19 @@ TAKE(procedural, RlvProcedural)
 TAKE(collider, RlvCollider)
 TAKE(picture, RlvPicture)
 TAKE(document, RlvDocument)
+TAKE(crowd_model, RlvCrowdModel)
+TAKE(tissue, RlvTissue)
+TAKE(bytes, RlvBytes)
+
+/* Its functions have two names. */
+static RlvResult take_progressive(RlvJob job, uint64_t *out) {
+    RlvProgressive made = {*out};
+    RlvResult result = rlv_job_progressive_mesh(job, &made);
+    *out = made.id;
+    return result;
+}
+
+static RlvResult drop_progressive(uint64_t id) { return rlv_progressive_release((RlvProgressive){id}); }
 
 static RlvResult take_nothing(RlvJob job, uint64_t *out) {
     (void)out;
@@ -112,6 +144,15 @@ static const Kind KINDS[] = {
     {saves, RLV_JOB_KIND_NONE, take_nothing, drop_nothing},
     {compactions, RLV_JOB_KIND_NONE, take_nothing, drop_nothing},
     {opened, RLV_JOB_KIND_DOCUMENT, take_document, drop_document},
+    {progressive_reads, RLV_JOB_KIND_PROGRESSIVE, take_progressive, drop_progressive},
+    {progressive_writes, RLV_JOB_KIND_NONE, take_nothing, drop_nothing},
+    {crowd_reads, RLV_JOB_KIND_CROWD_MODEL, take_crowd_model, drop_crowd_model},
+    {crowd_writes, RLV_JOB_KIND_NONE, take_nothing, drop_nothing},
+    {tissue_reads, RLV_JOB_KIND_TISSUE, take_tissue, drop_tissue},
+    {tissue_writes, RLV_JOB_KIND_NONE, take_nothing, drop_nothing},
+    {grid_writes, RLV_JOB_KIND_NONE, take_nothing, drop_nothing},
+    {save_bytes, RLV_JOB_KIND_BYTES, take_bytes, drop_bytes},
+    {open_bytes, RLV_JOB_KIND_DOCUMENT, take_document, drop_document},
 };
 
 static void check_kind(const Kind *kind, int is_task) {
@@ -134,9 +175,11 @@ static void check_kind(const Kind *kind, int is_task) {
     CHECK_OK(kind->take(job, &again));
     CHECK(made == again && (made != 0) == (kind->kind != RLV_JOB_KIND_NONE));
     CHECK_OK(kind->drop(again));
-    RlvGrid grid = {77};
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_grid(job, &grid), "was not started for a grid");
-    CHECK(grid.id == 77);
+    RlvGrid other = {77};
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_grid(job, &other), "was not started for a grid");
+    CHECK(other.id == 77);
+    RlvTissueReport report = RLV_TISSUE_REPORT_INIT;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_tissue_report(job, &report), "was not started for building soft tissue");
     CHECK_OK(rlv_job_release(job));
     /* The object outlives its job. */
     CHECK_OK(kind->drop(made));
@@ -225,9 +268,35 @@ static void check_failures(void) {
     FAILS_ALIKE(rlv_collider_create_mesh(context, plane, flat, &collider), rlv_job_collider_create_mesh(context, plane, flat, &failing));
     FAILS_ALIKE(rlv_collider_create_surface(surface, &odd, NULL, &collider), rlv_job_collider_create_surface(surface, &odd, NULL, &failing));
     FAILS_ALIKE(rlv_procedural_create(detail, &few, &procedural), rlv_job_procedural_create(detail, &few, &failing));
+    FAILS_ALIKE(rlv_progressive_read(context, "nowhere.rlvpm", 0, &(RlvProgressive){0}), rlv_job_progressive_read(context, "nowhere.rlvpm", 0, &failing));
+    FAILS_ALIKE(rlv_progressive_write(progressive, "nowhere/there.rlvpm"), rlv_job_progressive_write(progressive, "nowhere/there.rlvpm", &failing));
+    FAILS_ALIKE(rlv_crowd_model_read(context, "nowhere.rcrowd", &(RlvCrowdModel){0}), rlv_job_crowd_model_read(context, "nowhere.rcrowd", &failing));
+    FAILS_ALIKE(rlv_crowd_model_write(model, "nowhere/there.rcrowd"), rlv_job_crowd_model_write(model, "nowhere/there.rcrowd", &failing));
+    FAILS_ALIKE(rlv_tissue_read(context, "nowhere.rtissue", &(RlvTissue){0}), rlv_job_tissue_read(context, "nowhere.rtissue", &failing));
+    FAILS_ALIKE(rlv_tissue_write(tissue, "nowhere/there.rtissue"), rlv_job_tissue_write(tissue, "nowhere/there.rtissue", &failing));
+    FAILS_ALIKE(rlv_grid_write(&grid, 1, "nowhere/there.vdb", 0), rlv_job_grid_write(&grid, 1, "nowhere/there.vdb", 0, &failing));
+    FAILS_ALIKE(rlv_document_open_bytes(detail, (const uint8_t *)"no", 2, 0, &other), rlv_job_document_open_bytes(detail, (const uint8_t *)"no", 2, 0, &failing));
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_grid_write(&grid, 0, "a.vdb", 0, &(RlvJob){0}), "no grid");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_surface_create(context, plane, NULL, NULL), "out");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_caster_create_mesh(context, (RlvMesh){detail.id}, &(RlvJob){0}), "of a detail");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_mesh_read(context, NULL, &(RlvJob){0}), "path");
+}
+
+/* Makes a block of 0.1 m of soft tissue of two cells along each edge. */
+static void make_tissue(RlvMesh box) {
+    RlvTissueMaterial flesh = RLV_TISSUE_MATERIAL_INIT;
+    RlvTissueVolume block = RLV_TISSUE_VOLUME_INIT;
+    RlvTissueDescription description = RLV_TISSUE_DESCRIPTION_INIT;
+    flesh.name = "flesh";
+    flesh.library = "muscle";
+    block.name = "block";
+    block.mesh = box;
+    description.cell[0] = description.cell[1] = description.cell[2] = 0.05f;
+    description.materials = &flesh;
+    description.material_count = 1;
+    description.volumes = &block;
+    description.volume_count = 1;
+    CHECK_OK(rlv_tissue_build(context, &description, NULL, NULL, NULL, &tissue));
 }
 
 static void check_all(int is_task) {
@@ -253,10 +322,27 @@ static void check_all(int is_task) {
     CHECK_OK(rlv_document_create(detail, "job_objects_open.relievo", 0, &document));
     CHECK_OK(rlv_document_release(document));
     CHECK_OK(rlv_document_create(detail, NULL, 0, &document));
+    CHECK_OK(rlv_document_save_bytes(document, &embedded));
+    RlvMesh box = check_box(context, 0.0f, 0.1f, 0.0f, 0.1f);
+    make_tissue(box);
+    CHECK_OK(rlv_tissue_write(tissue, "job_objects.rtissue"));
+    CHECK_OK(rlv_progressive_create(box, NULL, NULL, NULL, &progressive));
+    CHECK_OK(rlv_progressive_write(progressive, "job_objects.rlvpm"));
+    CHECK_OK(rlv_crowd_model_build(context, "job_objects.obj", NULL, 0, NULL, NULL, NULL, &model));
+    CHECK_OK(rlv_crowd_model_write(model, "job_objects.rcrowd"));
+    RlvGridSettings coarse = RLV_GRID_SETTINGS_INIT;
+    coarse.voxel = 0.02f;
+    CHECK_OK(rlv_grid_from_mesh(box, &coarse, NULL, NULL, &grid));
     for (size_t index = 0; index < sizeof KINDS / sizeof *KINDS; ++index) {
         check_kind(&KINDS[index], is_task);
     }
     check_failures();
+    CHECK_OK(rlv_grid_release(grid));
+    CHECK_OK(rlv_crowd_model_release(model));
+    CHECK_OK(rlv_progressive_release(progressive));
+    CHECK_OK(rlv_tissue_release(tissue));
+    CHECK_OK(rlv_bytes_release(embedded));
+    CHECK_OK(rlv_mesh_release(box));
     CHECK_OK(rlv_document_release(document));
     CHECK_OK(rlv_particles_release(particles));
     CHECK_OK(rlv_procedural_release(still));
@@ -336,8 +422,13 @@ int main(void) {
         remove(name("job_objects_%d.bgeo"));
         remove(name("job_objects_%d.relievo"));
         remove(name("job_objects_%d_saved.relievo"));
+        remove(name("job_objects_%d.rlvpm"));
+        remove(name("job_objects_%d.rcrowd"));
+        remove(name("job_objects_%d.rtissue"));
+        remove(name("job_objects_%d.vdb"));
     }
-    CHECK(remove("job_objects_open.relievo") == 0);
+    CHECK(remove("job_objects_open.relievo") == 0 && remove("job_objects.rlvpm") == 0);
+    CHECK(remove("job_objects.rcrowd") == 0 && remove("job_objects.rtissue") == 0);
     CHECK(remove("job_objects.obj") == 0 && remove("job_objects.bgeo") == 0 && remove("job_objects.relievo") == 0);
     return 0;
 }

@@ -74,6 +74,10 @@ class Grids(unittest.TestCase):
                 numpy.testing.assert_array_equal(read.block(low, values.shape[:3]), values)
                 self.assertEqual(read.metadata("frame"), "7")
                 self.assertEqual(read.metadata_types["frame"], "int64")
+            written = rl.job.write_grids(self.path, [grid], pack="zip")
+            written.wait()
+            self.assertIsNone(written.result())
+            self.assertEqual(rl.grid.info(self.context, self.path)[0].active_voxels, grid.info.active_voxels)
             found = read.sample([(-1.0, 1.5, 51.0)], linear=False)
             numpy.testing.assert_array_equal(found[0], values[1, 1, 2])
 

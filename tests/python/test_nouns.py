@@ -39,6 +39,12 @@ def heights(detail):
     return detail.evaluate(tiles, numpy.full((len(tiles), 2), 0.5), ["displacements"])["displacements"]
 
 
+def finished(started):
+    """What a job makes, once it has ended."""
+    started.wait()
+    return started.result()
+
+
 class Hosts(unittest.TestCase):
     """What a host asks of the library besides its nouns."""
 
@@ -175,6 +181,11 @@ class Tissues(unittest.TestCase):
                 self.assertEqual(built.info.element_count, tissue.info.element_count)
                 self.assertEqual((built.report.volume, tissue.report.volume), (tissue.report.volume,) * 2)
                 self.assertAlmostEqual(built.report.volume, 1e-3, delta=1e-5)
+                with tempfile.TemporaryDirectory() as folder:
+                    path = Path(folder, "block.rtissue")
+                    self.assertIsNone(finished(job.write_tissue(built, path)))
+                    with finished(job.read_tissue(self.context, path)) as read:
+                        self.assertEqual(read.info, built.info)
         with rl.Tissue(self.context, **description, bend=(0.5, 0.6)) as bent:
             self.assertEqual(bent.info.has_cells, 0)
             self.assertAlmostEqual(bent.info.high[0], 0.5 * numpy.sin(0.1 / 0.5), delta=1e-6)
@@ -634,6 +645,11 @@ class Levels(unittest.TestCase):
             self.whole.write(path)
             self.assertEqual(rl.Progressive.read(self.context, path).info, info)
             rl.Progressive.read(self.context, path, 50)
+            again = Path(folder, "again.rlvpm")
+            self.assertIsNone(finished(job.write_progressive(self.whole, again)))
+            self.assertEqual(again.read_bytes(), path.read_bytes())
+            self.assertEqual(finished(job.read_progressive(self.context, again)).info, info)
+            self.assertIsNotNone(finished(job.read_progressive(self.context, again, 50)))
             data = path.read_bytes()
         arrival = rl.Arrival(self.context)
         with self.assertRaisesRegex(rl.NotFound, "base"):
@@ -1136,6 +1152,8 @@ class Crowds(unittest.TestCase):
         started = job.crowd_model(self.context, self.path, cluster_triangles=40)
         started.wait()
         self.assertEqual(started.result().info, info)
+        self.assertIsNone(finished(job.write_crowd_model(model, path)))
+        self.assertEqual(finished(job.read_crowd_model(self.context, path)).info, info)
         self.assertEqual([entry.name for entry in rl.crowd.params()][0], "pose_distance")
         with self.assertRaisesRegex(rl.Invalid, "cluster_triangles"):
             rl.CrowdModel.build(self.context, self.path, cluster_triangles=1)
@@ -1459,7 +1477,12 @@ class Jobs(unittest.TestCase):
             self.assertEqual(taken(job.open_picture(self.context, path), kinds.PICTURE).info.face_count, 16)
             document = taken(job.open_document(detail, path), kinds.DOCUMENT)
             self.assertIsNone(taken(job.save_document(document, Path(folder, "again.relievo")), kinds.NONE))
+            data = taken(job.save_document_bytes(document), kinds.BYTES)
+            self.assertEqual(data, document.save_bytes())
             document.release()
+            taken(job.open_document_bytes(detail, data), kinds.DOCUMENT).release()
+            with self.assertRaisesRegex(rl.Invalid, "data: bytes are needed"):
+                job.open_document_bytes(detail, 7)
         missing = job.read_mesh(self.context, "nowhere.obj")
         self.assertEqual(missing.wait().state, rl.JobState.FAILED)
         with self.assertRaisesRegex(rl.NotFound, "nowhere.obj"):

@@ -186,6 +186,8 @@ class RlvContent(IntEnum):
     TEXTURE = 4
     DOCUMENT = 5
     PROGRESSIVE = 6
+    CROWD = 7
+    TISSUE = 8
 
 
 class RlvIsosurfaceFunction(IntEnum):
@@ -404,6 +406,7 @@ class RlvJobKind(IntEnum):
     TRANSFER_REPORT = 17
     FLUID_REPORT = 18
     CLIENT_STATUS = 19
+    BYTES = 20
 
 
 class RlvShaderLanguage(IntEnum):
@@ -4034,10 +4037,19 @@ FUNCTIONS = {
     "rlv_job_mesh_write": (RlvResult, [("mesh", RlvMesh), ("path", c_char_p), ("out", POINTER(RlvJob))]),
     "rlv_job_particles_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvJob))]),
     "rlv_job_particles_write": (RlvResult, [("particles", RlvParticles), ("path", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_progressive_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("triangles", c_size_t), ("out", POINTER(RlvJob))]),
+    "rlv_job_progressive_write": (RlvResult, [("progressive", RlvProgressive), ("path", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_crowd_model_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_crowd_model_write": (RlvResult, [("model", RlvCrowdModel), ("path", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_tissue_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_tissue_write": (RlvResult, [("tissue", RlvTissue), ("path", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_grid_write": (RlvResult, [("grids", POINTER(RlvGrid)), ("count", c_size_t), ("path", c_char_p), ("writing", c_uint32), ("out", POINTER(RlvJob))]),
     "rlv_job_picture_open": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvJob))]),
     "rlv_job_document_create": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvJob))]),
     "rlv_job_document_open": (RlvResult, [("detail", RlvDetail), ("path", c_char_p), ("memory", c_uint64), ("out", POINTER(RlvJob))]),
     "rlv_job_document_save": (RlvResult, [("document", RlvDocument), ("path", c_char_p), ("out", POINTER(RlvJob))]),
+    "rlv_job_document_open_bytes": (RlvResult, [("detail", RlvDetail), ("bytes", c_uint8_p), ("size", c_size_t), ("memory", c_uint64), ("out", POINTER(RlvJob))]),
+    "rlv_job_document_save_bytes": (RlvResult, [("document", RlvDocument), ("out", POINTER(RlvJob))]),
     "rlv_job_document_compact": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("keep", c_size_t), ("out", POINTER(RlvJob))]),
     "rlv_job_retain": (RlvResult, [("job", RlvJob)]),
     "rlv_job_release": (RlvResult, [("job", RlvJob)]),
@@ -4062,6 +4074,7 @@ FUNCTIONS = {
     "rlv_job_collider": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvCollider))]),
     "rlv_job_picture": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvPicture))]),
     "rlv_job_document": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvDocument))]),
+    "rlv_job_bytes": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvBytes))]),
     "rlv_job_crowd_model": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvCrowdModel))]),
     "rlv_job_imprint_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvImprintReport))]),
     "rlv_job_bake_report": (RlvResult, [("job", RlvJob), ("out", POINTER(RlvBakeReport))]),

@@ -76,13 +76,18 @@ def settings_of(settings: Any) -> Any:
 
 def write(path: FilePath, grids: Any, pack: str | None = "blosc", half: bool = False, stream: bool = False) -> None:
     """Writes grids to a file: packed by "blosc", "zip" or None, with 16 bits a number if `half`."""
+    handles, count, writing = writing_of(grids, pack, half, stream)
+    library.call("rlv_grid_write", handles, count, path_bytes(path), writing)
+
+
+def writing_of(grids: Any, pack: Any, half: Any, stream: Any) -> tuple[Any, int, int]:
+    """Returns handles of grids, their number, and how they are written: bits of RlvGridWriting."""
     if not isinstance(pack, (str, type(None))) or pack not in PACKINGS:
         raise Invalid(f"pack: {shown(pack)} is unknown; there are 'blosc', 'zip' and None")
     bits = int(PACKINGS[pack])
     bits |= abi.RlvGridWriting.HALF * flag(half, "half") | abi.RlvGridWriting.STREAM * flag(stream, "stream")
     grids = list_of(grids, "grids")
-    handles = (abi.RlvGrid * len(grids))(*(held(grid, "grids", abi.RlvGrid) for grid in grids))
-    library.call("rlv_grid_write", handles, len(grids), path_bytes(path), int(bits))
+    return (abi.RlvGrid * len(grids))(*(held(grid, "grids", abi.RlvGrid) for grid in grids)), len(grids), int(bits)
 
 
 def labels(level_sets: Any, numbers: Any) -> Grid:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from . import abi, library, record
 from .array import address, matrix
 from .bake import options_of
+from .bytes import given, made
 from .caster import Caster
 from .collider import Collider
 from .connection import fetch_of, scene_of
@@ -21,6 +22,7 @@ from .detail import number_of
 from .document import Document, transfer_arguments
 from .grid import Grid
 from .grid import settings_of as grid_settings
+from .grid import writing_of
 from .handle import Handle, held, path_bytes, text_bytes
 from .hint import FilePath, Settings
 from .imprint import Deforming, moment_of, settings_of
@@ -384,6 +386,46 @@ def write_particles(particles: Any, path: Any) -> Any:
     return _started(lambda job: None, "rlv_job_particles_write", held(particles, "particles"), path_bytes(path))
 
 
+def read_progressive(context: Any, path: Any, triangles: int | None = None) -> Any:
+    """Starts `Progressive.read`; the result is the progressive mesh."""
+    fetch = lambda job: Progressive.of("rlv_job_progressive_mesh", held(job, "job"))
+    most = ctypes.c_size_t(-1).value if triangles is None else triangles
+    return _started(fetch, "rlv_job_progressive_read", held(context, "context"), path_bytes(path), most)
+
+
+def write_progressive(progressive: Any, path: Any) -> Any:
+    """Starts `Progressive.write`; there is no result."""
+    return _started(lambda job: None, "rlv_job_progressive_write", held(progressive, "progressive"), path_bytes(path))
+
+
+def read_crowd_model(context: Any, path: Any) -> Any:
+    """Starts `CrowdModel.read`; the result is the model."""
+    fetch = lambda job: CrowdModel.of("rlv_job_crowd_model", held(job, "job"))
+    return _started(fetch, "rlv_job_crowd_model_read", held(context, "context"), path_bytes(path))
+
+
+def write_crowd_model(model: Any, path: Any) -> Any:
+    """Starts `CrowdModel.write`; there is no result."""
+    return _started(lambda job: None, "rlv_job_crowd_model_write", held(model, "model"), path_bytes(path))
+
+
+def read_tissue(context: Any, path: Any) -> Any:
+    """Starts `Tissue.read`; the result is the model."""
+    fetch = lambda job: Tissue.of("rlv_job_tissue", held(job, "job"))
+    return _started(fetch, "rlv_job_tissue_read", held(context, "context"), path_bytes(path))
+
+
+def write_tissue(tissue: Any, path: Any) -> Any:
+    """Starts `Tissue.write`; there is no result."""
+    return _started(lambda job: None, "rlv_job_tissue_write", held(tissue, "tissue"), path_bytes(path))
+
+
+def write_grids(path: Any, grids: Any, pack: str | None = "blosc", half: bool = False, stream: bool = False) -> Any:
+    """Starts `grid.write`; there is no result."""
+    handles, count, writing = writing_of(grids, pack, half, stream)
+    return _started(lambda job: None, "rlv_job_grid_write", handles, count, path_bytes(path), writing)
+
+
 def open_picture(context: Any, path: Any) -> Any:
     """Starts `Picture(context, path)`; the result is the picture."""
     fetch = lambda job: Picture.of("rlv_job_picture", held(job, "job"))
@@ -407,6 +449,18 @@ def open_document(detail: Any, path: Any, memory: int = 0) -> Any:
 def save_document(document: Any, path: Any) -> Any:
     """Starts `Document.save`; there is no result."""
     return _started(lambda job: None, "rlv_job_document_save", held(document, "document"), path_bytes(path))
+
+
+def open_document_bytes(detail: Any, data: Any, memory: int = 0) -> Any:
+    """Starts `Document.open_bytes`, of a copy of the bytes; the result is the document."""
+    address, size, _kept = given(data)
+    return _started(_document, "rlv_job_document_open_bytes", held(detail, "detail"), address, size, memory)
+
+
+def save_document_bytes(document: Any) -> Any:
+    """Starts `Document.save_bytes`; the result is the bytes."""
+    fetch = lambda job: made("rlv_job_bytes", held(job, "job"))
+    return _started(fetch, "rlv_job_document_save_bytes", held(document, "document"))
 
 
 def compact_document(context: Any, path: Any, keep: int = 0) -> Any:

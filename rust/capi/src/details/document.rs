@@ -287,6 +287,44 @@ pub unsafe fn opening(detail: RlvDetail, path: *const c_char, memory: u64) -> Re
     }))
 }
 
+/// Copies the bytes of the document that is opened.
+///
+/// # Errors
+/// As for [`opening`]; and with `Memory` if the bytes are more than the context's memory limit.
+///
+/// # Safety
+/// The caller promises `size` bytes, or NULL if `size` is 0.
+pub unsafe fn opening_bytes(
+    detail: RlvDetail,
+    bytes: *const u8,
+    size: usize,
+    memory: u64,
+) -> Result<Making<RlvDocument>> {
+    let detail = registry::get(detail)?;
+    let limit = detail.context.context.memory_limit();
+    // SAFETY: promised by the caller.
+    let bytes = Box::new(Cursor::new(unsafe { bytes::take(bytes, size, limit) }?));
+    Ok(Making::new(detail.context.clone(), move |progress| {
+        opened(&detail, "bytes", || History::open_in(bytes, limit, or_default(memory)), progress)
+    }))
+}
+
+/// Reads which document is made bytes of.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive. What the work refuses, it returns: a document that is busy, or
+/// `Cancelled`.
+pub fn saving_bytes(document: RlvDocument) -> Result<Making<RlvBytes>> {
+    let document = registry::get(document)?;
+    Ok(Making::new(document.detail.context.clone(), move |progress| {
+        let mut history = document.history()?;
+        let made = document_watched(&document.detail, progress)?;
+        let bytes = bytes::register(history.to_bytes(&made)?)?;
+        progress.report(1.0, "write");
+        Ok(bytes)
+    }))
+}
+
 /// Reads where a document is written to.
 ///
 /// # Errors
@@ -393,11 +431,8 @@ entry! {
         out: *mut RlvDocument,
     ) {
         present("out", out)?;
-        let detail = registry::get(detail)?;
-        let limit = detail.context.context.memory_limit();
         // SAFETY: the caller promises `size` bytes.
-        let bytes = Box::new(Cursor::new(unsafe { bytes::take(bytes, size, limit) }?));
-        let handle = opened(&detail, "bytes", || History::open_in(bytes, limit, or_default(memory)), &mut Silent)?;
+        let handle = unsafe { opening_bytes(detail, bytes, size, memory) }?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
@@ -468,11 +503,10 @@ entry! {
 
     fn rlv_document_save_bytes(document: RlvDocument, out: *mut RlvBytes) {
         present("out", out)?;
-        let document = registry::get(document)?;
-        let mut history = document.history()?;
-        let made = document_of(&document.detail, &mut document.detail.edit()?.object)?;
+        let made = saving_bytes(document)?.now()?;
         // SAFETY: checked above.
-        unsafe { bytes::give(history.to_bytes(&made)?, out) }
+        unsafe { put(out, made) };
+        Ok(())
     }
 
     fn rlv_document_sync(document: RlvDocument) {

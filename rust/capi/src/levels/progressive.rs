@@ -1,7 +1,7 @@
 //! Progressive meshes; see `include/relievo/progressive.h`.
 
 use std::ffi::{c_char, c_void};
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 use relievo_core::{Domain, Error, Progress, Result};
@@ -10,6 +10,7 @@ use relievo_lod::{AttributeOptions, Progressive, Welded, weld};
 
 use crate::border::array::{Input, present, put, text};
 use crate::border::descriptor::{read_optional, write_descriptor};
+use crate::border::making::Making;
 use crate::border::registry::{self, handle, try_read};
 use crate::border::work::broken;
 use crate::levels::simplify::{RlvSimplifyWeight, attributes_of};
@@ -195,6 +196,46 @@ pub fn register(context: Arc<ContextObject>, mesh: impl Into<Arc<Progressive>>) 
     registry::insert(ProgressiveObject { context, mesh, extents, sent })
 }
 
+/// Reads which progressive mesh is read, up to so many triangles.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or the path is no text. What the work refuses, it returns: a file that
+/// cannot be read or is damaged, or `Cancelled`.
+///
+/// # Safety
+/// `path` is NULL or a NUL-terminated text.
+pub unsafe fn reading(context: RlvContext, path: *const c_char, triangles: usize) -> Result<Making<RlvProgressive>> {
+    let context = registry::get(context)?;
+    // SAFETY: promised by the caller.
+    let path = PathBuf::from(unsafe { text("path", path) }?);
+    Ok(Making::new(context.clone(), move |progress| {
+        progress.step(0.0, "read")?;
+        let mesh = Progressive::open(&context.context, &path, triangles)?;
+        progress.step(1.0, "read")?;
+        register(context, mesh)
+    }))
+}
+
+/// Reads where a progressive mesh is written to.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or the path is no text. What the work refuses, it returns: a file that
+/// cannot be written, or `Cancelled`.
+///
+/// # Safety
+/// As for [`reading`].
+pub unsafe fn writing(progressive: RlvProgressive, path: *const c_char) -> Result<Making<()>> {
+    let object = registry::get(progressive)?;
+    // SAFETY: promised by the caller.
+    let path = PathBuf::from(unsafe { text("path", path) }?);
+    Ok(Making::new(object.context.clone(), move |progress| {
+        progress.step(0.0, "write")?;
+        object.mesh.save(&object.context.context, &path)?;
+        progress.report(1.0, "write");
+        Ok(())
+    }))
+}
+
 entry! {
     fn rlv_progressive_create(
         mesh: RlvMesh,
@@ -214,21 +255,16 @@ entry! {
 
     fn rlv_progressive_read(context: RlvContext, path: *const c_char, triangles: usize, out: *mut RlvProgressive) {
         present("out", out)?;
-        let context = registry::get(context)?;
         // SAFETY: the caller gives NULL or a NUL-terminated text.
-        let path = unsafe { text("path", path) }?;
-        let mesh = Progressive::open(&context.context, Path::new(path), triangles)?;
-        let made = register(context, mesh)?;
+        let made = unsafe { reading(context, path, triangles) }?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, made) };
         Ok(())
     }
 
     fn rlv_progressive_write(progressive: RlvProgressive, path: *const c_char) {
-        let object = registry::get(progressive)?;
         // SAFETY: the caller gives NULL or a NUL-terminated text.
-        let path = unsafe { text("path", path) }?;
-        object.mesh.save(&object.context.context, Path::new(path))
+        unsafe { writing(progressive, path) }?.now()
     }
 
     fn rlv_progressive_read_bytes(

@@ -10,15 +10,23 @@ handle!(RlvBytes, 34, BytesObject);
 /// What a file would hold. Empty bytes point to a place that is not NULL, as those of a vector always do.
 pub struct BytesObject(Vec<u8>);
 
-/// A handle of bytes, in whose place `out` receives it.
+/// Makes an object of bytes.
 ///
 /// # Errors
 /// Fails with `Memory` if there are too many objects.
+pub fn register(bytes: Vec<u8>) -> Result<RlvBytes> {
+    registry::insert(BytesObject(bytes))
+}
+
+/// Makes an object of bytes and writes its handle to `out`.
+///
+/// # Errors
+/// As for [`register`].
 ///
 /// # Safety
 /// `out` is valid for a write.
 pub unsafe fn give(bytes: Vec<u8>, out: *mut RlvBytes) -> Result<()> {
-    let handle = registry::insert(BytesObject(bytes))?;
+    let handle = register(bytes)?;
     // SAFETY: promised by the caller.
     unsafe { put(out, handle) };
     Ok(())

@@ -16,6 +16,8 @@ constants! {
     RLV_CONTENT_TEXTURE = 4,
     RLV_CONTENT_DOCUMENT = 5,
     RLV_CONTENT_PROGRESSIVE = 6,
+    RLV_CONTENT_CROWD = 7,
+    RLV_CONTENT_TISSUE = 8,
 }
 
 descriptor! {
@@ -86,6 +88,9 @@ fn formats() -> Vec<Format> {
         (RLV_CONTENT_TEXTURE, "ptx", FILE),
         (RLV_CONTENT_DOCUMENT, "relievo", ALL),
         (RLV_CONTENT_PROGRESSIVE, "rlvpm", ALL),
+        (RLV_CONTENT_CROWD, "rcrowd", ALL),
+        (RLV_CONTENT_TISSUE, "rtissue", ALL),
+        (RLV_CONTENT_TISSUE, "inp", FILE),
     ]);
     formats
 }

@@ -16,7 +16,7 @@ use relievo_detail::Pose;
 
 use crate::border::array::{fixed, present, put};
 use crate::border::caught;
-use crate::border::descriptor::{check_optional, write_descriptor, write_optional};
+use crate::border::descriptor::{Descriptor, check_optional, write_descriptor, write_optional};
 use crate::border::log::{self, Queue};
 use crate::border::making::Making;
 use crate::border::registry::{self, Handle, handle};
@@ -28,17 +28,20 @@ use crate::details::detail::{RlvDetail, transform};
 use crate::details::document::{self, RlvDocument, RlvTransferOptions, RlvTransferReport, Transfer};
 use crate::details::imprint::{self, RlvImprintMoment, RlvImprintReport, RlvImprintSettings};
 use crate::details::object::duration;
-use crate::levels::progressive::{Build, RlvProgressive, RlvProgressiveOptions};
+use crate::levels::progressive::{self, Build, RlvProgressive, RlvProgressiveOptions};
 use crate::levels::simplify::{RlvSimplifyOptions, Simplification};
+use crate::runtime::bytes::RlvBytes;
 use crate::runtime::context::{ContextObject, RLV_NAME_SIZE, RlvContext};
 use crate::runtime::error::{RLV_OK, RlvResult, result_of};
-use crate::scenery::crowd::{CrowdBuild, RlvCrowdBuildSettings, RlvCrowdClipName, RlvCrowdModel};
+use crate::scenery::crowd::{self, CrowdBuild, RlvCrowdBuildSettings, RlvCrowdClipName, RlvCrowdModel};
 use crate::scenery::picture::{self, RlvPicture};
 use crate::simulation::client::{ClientJob, RlvClient, RlvClientFetch, RlvClientScene, RlvClientStatus};
 use crate::simulation::fluid::{RlvFluid, RlvFluidReport};
 use crate::simulation::isosurface::{Meshing, RlvIsosurface, RlvIsosurfaceMeshOptions};
 use crate::simulation::particles::{self, RlvParticles};
-use crate::simulation::tissue::{Building, RlvTissue, RlvTissueDescription, RlvTissueReport, RlvTissueSimulation};
+use crate::simulation::tissue::{
+    self, Building, RlvTissue, RlvTissueDescription, RlvTissueReport, RlvTissueSimulation,
+};
 use crate::surfaces::caster::{self, RlvCaster};
 use crate::surfaces::grid::{self, RlvGrid, RlvGridSettings};
 use crate::surfaces::mesh::{self, RlvMesh};
@@ -77,6 +80,7 @@ constants! {
     RLV_JOB_KIND_TRANSFER_REPORT = 17,
     RLV_JOB_KIND_FLUID_REPORT = 18,
     RLV_JOB_KIND_CLIENT_STATUS = 19,
+    RLV_JOB_KIND_BYTES = 20,
 }
 
 descriptor! {
@@ -298,6 +302,31 @@ unsafe fn give<H: Handle>(
     // SAFETY: checked above.
     unsafe { put(out, made) };
     Ok(())
+}
+
+/// Writes a report on what a job made, which `find` takes from its product and messages call `what`.
+///
+/// # Safety
+/// `out` is NULL or a descriptor that starts with its size.
+unsafe fn describe<D: Descriptor>(
+    job: RlvJob,
+    out: *mut D,
+    what: &str,
+    find: impl FnOnce(&Product) -> Option<D>,
+) -> Result<()> {
+    let report = registry::get(job)?.product(what, find)?;
+    // SAFETY: promised by the caller.
+    unsafe { write_descriptor(out, report) }
+}
+
+/// Makes a function that copies the value out of a product of one kind.
+macro_rules! taken {
+    ($kind:ident) => {
+        |product: &Product| match product {
+            Product::$kind(made, ..) => Some(*made),
+            _ => None,
+        }
+    };
 }
 
 /// Starts what makes a grid.
@@ -696,6 +725,41 @@ entry! {
         unsafe { launch(out, RLV_JOB_KIND_NONE, |()| Product::File, || particles::writing(particles, path)) }
     }
 
+    fn rlv_job_progressive_read(context: RlvContext, path: *const c_char, triangles: usize, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_PROGRESSIVE, Product::Progressive, || progressive::reading(context, path, triangles)) }
+    }
+
+    fn rlv_job_progressive_write(progressive: RlvProgressive, path: *const c_char, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_NONE, |()| Product::File, || progressive::writing(progressive, path)) }
+    }
+
+    fn rlv_job_crowd_model_read(context: RlvContext, path: *const c_char, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_CROWD_MODEL, Product::Crowd, || crowd::reading(context, path)) }
+    }
+
+    fn rlv_job_crowd_model_write(model: RlvCrowdModel, path: *const c_char, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_NONE, |()| Product::File, || crowd::writing(model, path)) }
+    }
+
+    fn rlv_job_tissue_read(context: RlvContext, path: *const c_char, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_TISSUE, |made| Product::Tissue(made, None), || tissue::reading(context, path)) }
+    }
+
+    fn rlv_job_tissue_write(tissue: RlvTissue, path: *const c_char, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_NONE, |()| Product::File, || tissue::writing(tissue, path)) }
+    }
+
+    fn rlv_job_grid_write(grids: *const RlvGrid, count: usize, path: *const c_char, writing: u32, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_NONE, |()| Product::File, || grid::writing(grids, count, path, writing)) }
+    }
+
     fn rlv_job_picture_open(context: RlvContext, path: *const c_char, out: *mut RlvJob) {
         // SAFETY: the caller gives what the header demands.
         unsafe { launch(out, RLV_JOB_KIND_PICTURE, Product::Picture, || picture::opening(context, path)) }
@@ -709,6 +773,16 @@ entry! {
     fn rlv_job_document_open(detail: RlvDetail, path: *const c_char, memory: u64, out: *mut RlvJob) {
         // SAFETY: the caller gives what the header demands.
         unsafe { launch(out, RLV_JOB_KIND_DOCUMENT, Product::Document, || document::opening(detail, path, memory)) }
+    }
+
+    fn rlv_job_document_open_bytes(detail: RlvDetail, bytes: *const u8, size: usize, memory: u64, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_DOCUMENT, Product::Document, || document::opening_bytes(detail, bytes, size, memory)) }
+    }
+
+    fn rlv_job_document_save_bytes(document: RlvDocument, out: *mut RlvJob) {
+        // SAFETY: the caller gives what the header demands.
+        unsafe { launch(out, RLV_JOB_KIND_BYTES, Product::Bytes, || document::saving_bytes(document)) }
     }
 
     fn rlv_job_document_save(document: RlvDocument, path: *const c_char, out: *mut RlvJob) {
@@ -730,7 +804,7 @@ entry! {
         // SAFETY: the caller gives NULL or descriptors that start with their size, with arrays of their counts.
         let building = unsafe { Building::read(context, description) }?;
         let job = start(&building.context().clone(), RLV_JOB_KIND_TISSUE, move |progress| {
-            building.run(progress).map(|(tissue, report)| Product::Tissue(tissue, report))
+            building.run(progress).map(|(tissue, report)| Product::Tissue(tissue, Some(report)))
         })?;
         // SAFETY: checked above.
         unsafe { put(out, job) };
@@ -807,183 +881,124 @@ entry! {
     }
 
     fn rlv_job_repair_report(job: RlvJob, out: *mut RlvRepairReport) {
-        let report = registry::get(job)?.product("a repair", |product| match product {
+        let find = |product: &Product| match product {
             Product::Repaired(_, report) => Some(**report),
             _ => None,
-        })?;
+        };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { write_descriptor(out, report) }
+        unsafe { describe(job, out, "a repair", find) }
     }
 
     fn rlv_job_progressive_mesh(job: RlvJob, out: *mut RlvProgressive) {
-        let find = |product: &Product| match product {
-            Product::Progressive(mesh) => Some(*mesh),
-            _ => None,
-        };
         // SAFETY: the caller gives NULL or room for a handle.
-        unsafe { give(job, out, "a progressive mesh", find) }
+        unsafe { give(job, out, "a progressive mesh", taken!(Progressive)) }
     }
 
     fn rlv_job_grid(job: RlvJob, out: *mut RlvGrid) {
-        let find = |product: &Product| match product {
-            Product::Grid(grid) => Some(*grid),
-            _ => None,
-        };
         // SAFETY: the caller gives NULL or room for a handle.
-        unsafe { give(job, out, "a grid", find) }
+        unsafe { give(job, out, "a grid", taken!(Grid)) }
     }
 
     fn rlv_job_decal(job: RlvJob, out: *mut RlvDecal) {
-        let find = |product: &Product| match product {
-            Product::Decal(decal) => Some(*decal),
-            _ => None,
-        };
         // SAFETY: the caller gives NULL or room for a handle.
-        unsafe { give(job, out, "a decal", find) }
+        unsafe { give(job, out, "a decal", taken!(Decal)) }
     }
 
     fn rlv_job_tissue(job: RlvJob, out: *mut RlvTissue) {
-        let find = |product: &Product| match product {
-            Product::Tissue(tissue, _) => Some(*tissue),
-            _ => None,
-        };
         // SAFETY: the caller gives NULL or room for a handle.
-        unsafe { give(job, out, "a model of soft tissue", find) }
+        unsafe { give(job, out, "a model of soft tissue", taken!(Tissue)) }
     }
 
     fn rlv_job_tissue_report(job: RlvJob, out: *mut RlvTissueReport) {
-        let report = registry::get(job)?.product("a model of soft tissue", |product| match product {
-            Product::Tissue(_, report) => Some(*report),
+        let find = |product: &Product| match product {
+            Product::Tissue(_, report) => *report,
             _ => None,
-        })?;
+        };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { write_descriptor(out, report) }
+        unsafe { describe(job, out, "building soft tissue", find) }
     }
 
     fn rlv_job_particles(job: RlvJob, out: *mut RlvParticles) {
-        let find = |product: &Product| match product {
-            Product::Particles(particles) => Some(*particles),
-            _ => None,
-        };
         // SAFETY: the caller gives NULL or room for a handle.
-        unsafe { give(job, out, "particles", find) }
+        unsafe { give(job, out, "particles", taken!(Particles)) }
     }
 
     fn rlv_job_surface(job: RlvJob, out: *mut RlvSurface) {
-        let find = |product: &Product| match product {
-            Product::Surface(surface) => Some(*surface),
-            _ => None,
-        };
         // SAFETY: the caller gives NULL or room for a handle.
-        unsafe { give(job, out, "a surface", find) }
+        unsafe { give(job, out, "a surface", taken!(Surface)) }
     }
 
     fn rlv_job_caster(job: RlvJob, out: *mut RlvCaster) {
-        let find = |product: &Product| match product {
-            Product::Caster(caster) => Some(*caster),
-            _ => None,
-        };
         // SAFETY: the caller gives NULL or room for a handle.
-        unsafe { give(job, out, "a caster", find) }
+        unsafe { give(job, out, "a caster", taken!(Caster)) }
     }
 
     fn rlv_job_procedural(job: RlvJob, out: *mut RlvProcedural) {
-        let find = |product: &Product| match product {
-            Product::Procedural(procedural) => Some(*procedural),
-            _ => None,
-        };
         // SAFETY: the caller gives NULL or room for a handle.
-        unsafe { give(job, out, "a procedural", find) }
+        unsafe { give(job, out, "a procedural", taken!(Procedural)) }
     }
 
     fn rlv_job_collider(job: RlvJob, out: *mut RlvCollider) {
-        let find = |product: &Product| match product {
-            Product::Collider(collider) => Some(*collider),
-            _ => None,
-        };
         // SAFETY: the caller gives NULL or room for a handle.
-        unsafe { give(job, out, "a collider", find) }
+        unsafe { give(job, out, "a collider", taken!(Collider)) }
     }
 
     fn rlv_job_picture(job: RlvJob, out: *mut RlvPicture) {
-        let find = |product: &Product| match product {
-            Product::Picture(picture) => Some(*picture),
-            _ => None,
-        };
         // SAFETY: the caller gives NULL or room for a handle.
-        unsafe { give(job, out, "a picture", find) }
+        unsafe { give(job, out, "a picture", taken!(Picture)) }
     }
 
     fn rlv_job_document(job: RlvJob, out: *mut RlvDocument) {
-        let find = |product: &Product| match product {
-            Product::Document(document) => Some(*document),
-            _ => None,
-        };
         // SAFETY: the caller gives NULL or room for a handle.
-        unsafe { give(job, out, "a document", find) }
+        unsafe { give(job, out, "a document", taken!(Document)) }
+    }
+
+    fn rlv_job_bytes(job: RlvJob, out: *mut RlvBytes) {
+        // SAFETY: the caller gives NULL or room for a handle.
+        unsafe { give(job, out, "bytes", taken!(Bytes)) }
     }
 
     fn rlv_job_client_status(job: RlvJob, out: *mut RlvClientStatus) {
-        let status = registry::get(job)?.product("a scene", |product| match product {
+        let find = |product: &Product| match product {
             Product::Submitted(status) => Some(**status),
             _ => None,
-        })?;
+        };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { write_descriptor(out, status) }
+        unsafe { describe(job, out, "a scene", find) }
     }
 
     fn rlv_job_crowd_model(job: RlvJob, out: *mut RlvCrowdModel) {
-        let find = |product: &Product| match product {
-            Product::Crowd(model) => Some(*model),
-            _ => None,
-        };
         // SAFETY: the caller gives NULL or room for a handle.
-        unsafe { give(job, out, "a crowd model", find) }
+        unsafe { give(job, out, "a crowd model", taken!(Crowd)) }
     }
 
     fn rlv_job_imprint_report(job: RlvJob, out: *mut RlvImprintReport) {
-        let report = registry::get(job)?.product("an imprint", |product| match product {
+        let find = |product: &Product| match product {
             Product::Imprint(report) => Some(imprint::report_of(report)),
             _ => None,
-        })?;
+        };
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { write_descriptor(out, report) }
+        unsafe { describe(job, out, "an imprint", find) }
     }
 
     fn rlv_job_fluid_report(job: RlvJob, out: *mut RlvFluidReport) {
-        let report = registry::get(job)?.product("a fluid", |product| match product {
-            Product::Fluid(report) => Some(*report),
-            _ => None,
-        })?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { write_descriptor(out, report) }
+        unsafe { describe(job, out, "a fluid", taken!(Fluid)) }
     }
 
     fn rlv_job_ptex_report(job: RlvJob, out: *mut RlvPtexReport) {
-        let report = registry::get(job)?.product("reading Ptex", |product| match product {
-            Product::Ptex(report) => Some(*report),
-            _ => None,
-        })?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { write_descriptor(out, report) }
+        unsafe { describe(job, out, "reading Ptex", taken!(Ptex)) }
     }
 
     fn rlv_job_transfer_report(job: RlvJob, out: *mut RlvTransferReport) {
-        let report = registry::get(job)?.product("a transfer", |product| match product {
-            Product::Transfer(report) => Some(*report),
-            _ => None,
-        })?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { write_descriptor(out, report) }
+        unsafe { describe(job, out, "a transfer", taken!(Transfer)) }
     }
 
     fn rlv_job_bake_report(job: RlvJob, out: *mut RlvBakeReport) {
-        let report = registry::get(job)?.product("a bake", |product| match product {
-            Product::Bake(report) => Some(*report),
-            _ => None,
-        })?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        unsafe { write_descriptor(out, report) }
+        unsafe { describe(job, out, "a bake", taken!(Bake)) }
     }
 }
 

@@ -4,7 +4,7 @@ mod build;
 pub mod simulation;
 
 use std::ffi::{c_char, c_void};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, RwLock};
 
 use relievo_core::{Error, Result};
@@ -14,6 +14,7 @@ pub use self::build::*;
 pub use self::simulation::*;
 use crate::border::array::{Input, Output, Plain, fixed, present, put, text};
 use crate::border::descriptor::{check_optional, write_descriptor, write_optional};
+use crate::border::making::Making;
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::runtime::bytes::{self, RlvBytes};
 use crate::runtime::context::{ContextObject, HostProgress, RLV_NAME_SIZE, RlvContext, RlvProgress};
@@ -133,6 +134,59 @@ fn is_named(path: &Path, extension: &str) -> bool {
     path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
 }
 
+/// Reads which model is read.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or the path is no text. What the work refuses, it returns: a file that
+/// cannot be read or is damaged, or `Cancelled`.
+///
+/// # Safety
+/// `path` is NULL or a NUL-terminated text.
+pub unsafe fn reading(context: RlvContext, path: *const c_char) -> Result<Making<RlvTissue>> {
+    let context = registry::get(context)?;
+    // SAFETY: promised by the caller.
+    let path = PathBuf::from(unsafe { text("path", path) }?);
+    Ok(Making::new(context.clone(), move |progress| {
+        progress.step(0.0, "read")?;
+        let model = if is_named(&path, "inp") {
+            let read = Model::read_inp(&context.context, &path)?;
+            read.notes.iter().for_each(|note| {
+                context.log(crate::runtime::context::RLV_LOG_WARNING, &format!("{}: {note}", path.display()));
+            });
+            read.model
+        } else {
+            Model::read(&context.context, &path)?
+        };
+        progress.step(1.0, "read")?;
+        register(context, model)
+    }))
+}
+
+/// Reads where a model is written to.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or the path is no text. What the work refuses, it returns: a model that
+/// is busy, a file that cannot be written, or `Cancelled`.
+///
+/// # Safety
+/// As for [`reading`].
+pub unsafe fn writing(tissue: RlvTissue, path: *const c_char) -> Result<Making<()>> {
+    let object = registry::get(tissue)?;
+    // SAFETY: promised by the caller.
+    let path = PathBuf::from(unsafe { text("path", path) }?);
+    Ok(Making::new(object.context.clone(), move |progress| {
+        let model = try_read(&object.model, "tissue")?;
+        progress.step(0.0, "write")?;
+        if is_named(&path, "inp") {
+            model.write_inp(&path)?
+        } else {
+            model.write(&path)?
+        }
+        progress.report(1.0, "write");
+        Ok(())
+    }))
+}
+
 entry! {
     fn rlv_tissue_build(
         context: RlvContext,
@@ -231,30 +285,16 @@ entry! {
 
     fn rlv_tissue_read(context: RlvContext, path: *const c_char, out: *mut RlvTissue) {
         present("out", out)?;
-        let context = registry::get(context)?;
         // SAFETY: the caller gives a NUL-terminated text.
-        let path = Path::new(unsafe { text("path", path) }?);
-        let model = if is_named(path, "inp") {
-            let read = Model::read_inp(&context.context, path)?;
-            read.notes.iter().for_each(|note| {
-                context.log(crate::runtime::context::RLV_LOG_WARNING, &format!("{}: {note}", path.display()));
-            });
-            read.model
-        } else {
-            Model::read(&context.context, path)?
-        };
-        let made = register(context, model)?;
+        let made = unsafe { reading(context, path) }?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, made) };
         Ok(())
     }
 
     fn rlv_tissue_write(tissue: RlvTissue, path: *const c_char) {
-        let object = registry::get(tissue)?;
         // SAFETY: the caller gives a NUL-terminated text.
-        let path = Path::new(unsafe { text("path", path) }?);
-        let model = try_read(&object.model, "tissue")?;
-        if is_named(path, "inp") { model.write_inp(path) } else { model.write(path) }
+        unsafe { writing(tissue, path) }?.now()
     }
 
     fn rlv_tissue_read_bytes(context: RlvContext, bytes: *const u8, size: usize, out: *mut RlvTissue) {

@@ -13,6 +13,7 @@ use relievo_openvdb::{
 
 use crate::border::array::{Input, Output, Plain, fixed, present, put, text};
 use crate::border::descriptor::{numbered, write_descriptor};
+use crate::border::making::Making;
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::runtime::context::{ContextObject, HostProgress, RLV_TEXT_SIZE, RlvContext, RlvProgress};
 use crate::runtime::parameter::{RlvParameter, Table, settings, table};
@@ -398,6 +399,46 @@ unsafe fn grids(handles: *const RlvGrid, count: usize) -> Result<Vec<Arc<GridObj
     Err(Error::invalid("the grids belong to different contexts").at("grids"))
 }
 
+/// Reads which grids are written, where to and how.
+///
+/// # Errors
+/// Fails with `Invalid` if there is no grid, one is not alive, they belong to different contexts, the path is no text, or
+/// `writing` is no way to write. What the work refuses, it returns: a grid that is busy, a file that cannot be written, or
+/// `Cancelled`.
+///
+/// # Safety
+/// `handles` has `count` handles, `path` is NULL or a NUL-terminated text.
+pub unsafe fn writing(handles: *const RlvGrid, count: usize, path: *const c_char, writing: u32) -> Result<Making<()>> {
+    // SAFETY: promised by the caller.
+    let (objects, path) = unsafe { (grids(handles, count)?, PathBuf::from(text("path", path)?)) };
+    if writing > (RLV_GRID_PACK_ZIP | RLV_GRID_PACK_NONE | RLV_GRID_HALF | RLV_GRID_STREAM) || writing & 3 == 3 {
+        let error = Error::invalid(format!("{writing} is no way to write")).at("writing");
+        return Err(error.advise("combine one RLV_GRID_PACK_… with RLV_GRID_HALF and RLV_GRID_STREAM"));
+    }
+    let (zip, plain) = (writing & RLV_GRID_PACK_ZIP != 0, writing & RLV_GRID_PACK_NONE != 0);
+    let packing = Packing { zip, active: true, blosc: !zip && !plain };
+    let writing_as = Writing { packing, is_stream: writing & RLV_GRID_STREAM != 0, metadata: Vec::new() };
+    Ok(Making::new(objects[0].context.clone(), move |progress| {
+        let locked = objects.iter().map(|object| try_read(&object.grid, "grid")).collect::<Result<Vec<_>>>()?;
+        progress.step(0.0, "write")?;
+        let mut halves = Vec::new();
+        if writing & RLV_GRID_HALF != 0 {
+            for grid in &locked {
+                let mut copy = grid.copy()?;
+                copy.set_half(true)?;
+                halves.push(copy);
+            }
+        }
+        let list: Vec<&Grid> = match halves.is_empty() {
+            true => locked.iter().map(|grid| &**grid).collect(),
+            false => halves.iter().collect(),
+        };
+        relievo_openvdb::write(&objects[0].context.context, &path, &list, &writing_as, progress)?;
+        progress.report(1.0, "write");
+        Ok(())
+    }))
+}
+
 entry! {
     fn rlv_grid_params(params: *mut *const RlvParameter, count: *mut usize) {
         static TABLE: OnceLock<Table> = OnceLock::new();
@@ -476,32 +517,9 @@ entry! {
         unsafe { done(&Work::reading(context, path, name, bounds)?, progress, user, out) }
     }
 
-    fn rlv_grid_write(handles: *const RlvGrid, count: usize, path: *const c_char, writing: u32) {
+    fn rlv_grid_write(grids: *const RlvGrid, count: usize, path: *const c_char, writing: u32) {
         // SAFETY: the caller gives so many handles and NULL or a NUL-terminated text.
-        let (objects, path) = unsafe { (grids(handles, count)?, text("path", path)?) };
-        if writing > (RLV_GRID_PACK_ZIP | RLV_GRID_PACK_NONE | RLV_GRID_HALF | RLV_GRID_STREAM) || writing & 3 == 3 {
-            let error = Error::invalid(format!("{writing} is no way to write")).at("writing");
-            return Err(error.advise("combine one RLV_GRID_PACK_… with RLV_GRID_HALF and RLV_GRID_STREAM"));
-        }
-        let (zip, plain) = (writing & RLV_GRID_PACK_ZIP != 0, writing & RLV_GRID_PACK_NONE != 0);
-        let packing = Packing { zip, active: true, blosc: !zip && !plain };
-        let is_stream = writing & RLV_GRID_STREAM != 0;
-        let writing_as = Writing { packing, is_stream, metadata: Vec::new() };
-        let context = &objects[0].context.context;
-        let locked = objects.iter().map(|object| try_read(&object.grid, "grid")).collect::<Result<Vec<_>>>()?;
-        let mut halves = Vec::new();
-        if writing & RLV_GRID_HALF != 0 {
-            for grid in &locked {
-                let mut copy = grid.copy()?;
-                copy.set_half(true)?;
-                halves.push(copy);
-            }
-        }
-        let list: Vec<&Grid> = match halves.is_empty() {
-            true => locked.iter().map(|grid| &**grid).collect(),
-            false => halves.iter().collect(),
-        };
-        relievo_openvdb::write(context, Path::new(path), &list, &writing_as, &mut Silent)
+        unsafe { self::writing(grids, count, path, writing) }?.now()
     }
 
     fn rlv_grid_retain(grid: RlvGrid) {

@@ -353,6 +353,8 @@ constant!(RLV_CONTENT_GRID = 3);
 constant!(RLV_CONTENT_TEXTURE = 4);
 constant!(RLV_CONTENT_DOCUMENT = 5);
 constant!(RLV_CONTENT_PROGRESSIVE = 6);
+constant!(RLV_CONTENT_CROWD = 7);
+constant!(RLV_CONTENT_TISSUE = 8);
 layout!(RlvCapabilityFormat: 64, 4);
 function!(rlv_capability_get: unsafe extern "C" fn(*mut RlvCapability) -> RlvResult);
 function!(rlv_capability_list: unsafe extern "C" fn(*mut RlvCapabilityFormat, usize, *mut usize) -> RlvResult);
@@ -1004,6 +1006,7 @@ constant!(RLV_JOB_KIND_PTEX_REPORT = 16);
 constant!(RLV_JOB_KIND_TRANSFER_REPORT = 17);
 constant!(RLV_JOB_KIND_FLUID_REPORT = 18);
 constant!(RLV_JOB_KIND_CLIENT_STATUS = 19);
+constant!(RLV_JOB_KIND_BYTES = 20);
 layout!(RlvJobInfo: 68, 4);
 function!(rlv_job_tessellate: unsafe extern "C" fn(RlvDetail, *const RlvTessellateOptions, *mut RlvJob) -> RlvResult);
 function!(rlv_job_sweep: unsafe extern "C" fn(RlvDetail, RlvCollider, *const f64, *const f64, *const RlvImprintSettings, *const RlvImprintMoment, *mut RlvJob) -> RlvResult);
@@ -1042,10 +1045,19 @@ function!(rlv_job_mesh_read: unsafe extern "C" fn(RlvContext, *const c_char, *mu
 function!(rlv_job_mesh_write: unsafe extern "C" fn(RlvMesh, *const c_char, *mut RlvJob) -> RlvResult);
 function!(rlv_job_particles_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvJob) -> RlvResult);
 function!(rlv_job_particles_write: unsafe extern "C" fn(RlvParticles, *const c_char, *mut RlvJob) -> RlvResult);
+function!(rlv_job_progressive_read: unsafe extern "C" fn(RlvContext, *const c_char, usize, *mut RlvJob) -> RlvResult);
+function!(rlv_job_progressive_write: unsafe extern "C" fn(RlvProgressive, *const c_char, *mut RlvJob) -> RlvResult);
+function!(rlv_job_crowd_model_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvJob) -> RlvResult);
+function!(rlv_job_crowd_model_write: unsafe extern "C" fn(RlvCrowdModel, *const c_char, *mut RlvJob) -> RlvResult);
+function!(rlv_job_tissue_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvJob) -> RlvResult);
+function!(rlv_job_tissue_write: unsafe extern "C" fn(RlvTissue, *const c_char, *mut RlvJob) -> RlvResult);
+function!(rlv_job_grid_write: unsafe extern "C" fn(*const RlvGrid, usize, *const c_char, u32, *mut RlvJob) -> RlvResult);
 function!(rlv_job_picture_open: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvJob) -> RlvResult);
 function!(rlv_job_document_create: unsafe extern "C" fn(RlvDetail, *const c_char, u64, *mut RlvJob) -> RlvResult);
 function!(rlv_job_document_open: unsafe extern "C" fn(RlvDetail, *const c_char, u64, *mut RlvJob) -> RlvResult);
 function!(rlv_job_document_save: unsafe extern "C" fn(RlvDocument, *const c_char, *mut RlvJob) -> RlvResult);
+function!(rlv_job_document_open_bytes: unsafe extern "C" fn(RlvDetail, *const u8, usize, u64, *mut RlvJob) -> RlvResult);
+function!(rlv_job_document_save_bytes: unsafe extern "C" fn(RlvDocument, *mut RlvJob) -> RlvResult);
 function!(rlv_job_document_compact: unsafe extern "C" fn(RlvContext, *const c_char, usize, *mut RlvJob) -> RlvResult);
 function!(rlv_job_retain: unsafe extern "C" fn(RlvJob) -> RlvResult);
 function!(rlv_job_release: unsafe extern "C" fn(RlvJob) -> RlvResult);
@@ -1071,6 +1083,7 @@ function!(rlv_job_procedural: unsafe extern "C" fn(RlvJob, *mut RlvProcedural) -
 function!(rlv_job_collider: unsafe extern "C" fn(RlvJob, *mut RlvCollider) -> RlvResult);
 function!(rlv_job_picture: unsafe extern "C" fn(RlvJob, *mut RlvPicture) -> RlvResult);
 function!(rlv_job_document: unsafe extern "C" fn(RlvJob, *mut RlvDocument) -> RlvResult);
+function!(rlv_job_bytes: unsafe extern "C" fn(RlvJob, *mut RlvBytes) -> RlvResult);
 function!(rlv_job_crowd_model: unsafe extern "C" fn(RlvJob, *mut RlvCrowdModel) -> RlvResult);
 function!(rlv_job_imprint_report: unsafe extern "C" fn(RlvJob, *mut RlvImprintReport) -> RlvResult);
 function!(rlv_job_bake_report: unsafe extern "C" fn(RlvJob, *mut RlvBakeReport) -> RlvResult);
@@ -3942,6 +3955,7 @@ pub const NAMES: &[&str] = &[
     "RLV_COLOR_BUFFER_VULKAN_INIT",
     "RLV_COLOR_RGBA16F",
     "RLV_COLOR_RGBA8",
+    "RLV_CONTENT_CROWD",
     "RLV_CONTENT_DOCUMENT",
     "RLV_CONTENT_GRID",
     "RLV_CONTENT_MESH",
@@ -3949,6 +3963,7 @@ pub const NAMES: &[&str] = &[
     "RLV_CONTENT_PATCHES",
     "RLV_CONTENT_PROGRESSIVE",
     "RLV_CONTENT_TEXTURE",
+    "RLV_CONTENT_TISSUE",
     "RLV_CONTEXT_INFO_INIT",
     "RLV_CONTEXT_OPTIONS_INIT",
     "RLV_CREASING_CHAIKIN",
@@ -4123,6 +4138,7 @@ pub const NAMES: &[&str] = &[
     "RLV_JOB_FAILED",
     "RLV_JOB_INFO_INIT",
     "RLV_JOB_KIND_BAKE_REPORT",
+    "RLV_JOB_KIND_BYTES",
     "RLV_JOB_KIND_CASTER",
     "RLV_JOB_KIND_CLIENT_STATUS",
     "RLV_JOB_KIND_COLLIDER",

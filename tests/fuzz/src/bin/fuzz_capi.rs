@@ -1411,7 +1411,7 @@ fn background(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
         (RlvProcedural { id: handles.pick(bytes, 10)? }, RlvParticles { id: handles.pick(bytes, 17)? });
     // SAFETY: descriptors are sized, matrices have twelve numbers, texts end.
     let result = unsafe {
-        match bytes.int_in_range(0..=21_u8)? {
+        match bytes.int_in_range(0..=26_u8)? {
             4 => rlv_job_surface_create(context, mesh, null(), &mut out),
             5 => rlv_job_caster_create_mesh(context, mesh, &mut out),
             6 => rlv_job_caster_create_detail(detail, &options, &mut out),
@@ -1430,6 +1430,11 @@ fn background(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             19 => rlv_job_document_open(detail, path, 0, &mut out),
             20 => rlv_job_document_save(document, path, &mut out),
             21 => rlv_job_document_compact(context, path, 0, &mut out),
+            22 => rlv_job_document_save_bytes(document, &mut out),
+            23 => rlv_job_document_open_bytes(detail, bytes.bytes(0)?.as_ptr(), 0, 0, &mut out),
+            24 => rlv_job_progressive_read(context, path, 0, &mut out),
+            25 => rlv_job_crowd_model_read(context, path, &mut out),
+            26 => rlv_job_tissue_read(context, path, &mut out),
             0 => rlv_job_tessellate(detail, &options, &mut out),
             1 => rlv_job_ptex_read(detail, path, null(), &mut out),
             2 => rlv_job_bake(detail, null(), path, &mut out),

@@ -4,11 +4,11 @@ use relievo_core::{Error, Result};
 use relievo_detail::Report;
 
 use super::{
-    RLV_JOB_KIND_BAKE_REPORT, RLV_JOB_KIND_CASTER, RLV_JOB_KIND_CLIENT_STATUS, RLV_JOB_KIND_COLLIDER,
-    RLV_JOB_KIND_CROWD_MODEL, RLV_JOB_KIND_DECAL, RLV_JOB_KIND_DOCUMENT, RLV_JOB_KIND_FLUID_REPORT, RLV_JOB_KIND_GRID,
-    RLV_JOB_KIND_IMPRINT_REPORT, RLV_JOB_KIND_MESH, RLV_JOB_KIND_NONE, RLV_JOB_KIND_PARTICLES, RLV_JOB_KIND_PICTURE,
-    RLV_JOB_KIND_PROCEDURAL, RLV_JOB_KIND_PROGRESSIVE, RLV_JOB_KIND_PTEX_REPORT, RLV_JOB_KIND_SURFACE,
-    RLV_JOB_KIND_TISSUE, RLV_JOB_KIND_TRANSFER_REPORT,
+    RLV_JOB_KIND_BAKE_REPORT, RLV_JOB_KIND_BYTES, RLV_JOB_KIND_CASTER, RLV_JOB_KIND_CLIENT_STATUS,
+    RLV_JOB_KIND_COLLIDER, RLV_JOB_KIND_CROWD_MODEL, RLV_JOB_KIND_DECAL, RLV_JOB_KIND_DOCUMENT,
+    RLV_JOB_KIND_FLUID_REPORT, RLV_JOB_KIND_GRID, RLV_JOB_KIND_IMPRINT_REPORT, RLV_JOB_KIND_MESH, RLV_JOB_KIND_NONE,
+    RLV_JOB_KIND_PARTICLES, RLV_JOB_KIND_PICTURE, RLV_JOB_KIND_PROCEDURAL, RLV_JOB_KIND_PROGRESSIVE,
+    RLV_JOB_KIND_PTEX_REPORT, RLV_JOB_KIND_SURFACE, RLV_JOB_KIND_TISSUE, RLV_JOB_KIND_TRANSFER_REPORT,
 };
 use crate::border::registry;
 use crate::details::bake::RlvBakeReport;
@@ -16,6 +16,7 @@ use crate::details::collider::RlvCollider;
 use crate::details::decal::RlvDecal;
 use crate::details::document::{RlvDocument, RlvTransferReport};
 use crate::levels::progressive::RlvProgressive;
+use crate::runtime::bytes::RlvBytes;
 use crate::scenery::crowd::RlvCrowdModel;
 use crate::scenery::picture::RlvPicture;
 use crate::simulation::client::{ClientProduct, RlvClientStatus};
@@ -53,8 +54,8 @@ pub enum Product {
     Ptex(RlvPtexReport),
     Transfer(RlvTransferReport),
     Fluid(RlvFluidReport),
-    /// A model of soft tissue as above, and what it was made of.
-    Tissue(RlvTissue, RlvTissueReport),
+    /// A model of soft tissue as above, and what it was built from, if it was not read.
+    Tissue(RlvTissue, Option<RlvTissueReport>),
     /// Steps of soft tissue, without more to say about them.
     TissueSteps,
     /// The state of a scene that was submitted.
@@ -73,6 +74,8 @@ pub enum Product {
     Picture(RlvPicture),
     /// The same of a document.
     Document(RlvDocument),
+    /// The same of bytes.
+    Bytes(RlvBytes),
 }
 
 impl Product {
@@ -92,6 +95,7 @@ impl Product {
             Self::Collider(_) => RLV_JOB_KIND_COLLIDER,
             Self::Picture(_) => RLV_JOB_KIND_PICTURE,
             Self::Document(_) => RLV_JOB_KIND_DOCUMENT,
+            Self::Bytes(_) => RLV_JOB_KIND_BYTES,
             Self::Imprint(_) => RLV_JOB_KIND_IMPRINT_REPORT,
             Self::Bake(_) => RLV_JOB_KIND_BAKE_REPORT,
             Self::Ptex(_) => RLV_JOB_KIND_PTEX_REPORT,
@@ -138,6 +142,7 @@ impl Drop for Product {
             Self::Collider(collider) => registry::release(*collider),
             Self::Picture(picture) => registry::release(*picture),
             Self::Document(document) => registry::release(*document),
+            Self::Bytes(bytes) => registry::release(*bytes),
             _ => Ok(()),
         };
     }

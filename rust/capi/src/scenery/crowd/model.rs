@@ -1,7 +1,7 @@
 //! Models of crowds; see `include/relievo/crowd.h`.
 
 use std::ffi::c_char;
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use relievo_core::{Error, Result};
@@ -10,6 +10,7 @@ use relievo_crowd::{CrowdModel, NONE};
 use super::fill;
 use crate::border::array::{Output, Plain, fixed, present, put, text};
 use crate::border::descriptor::{read_descriptor, write_descriptor};
+use crate::border::making::Making;
 use crate::border::registry::{self, handle};
 use crate::runtime::bytes::{self, RlvBytes};
 use crate::runtime::context::{ContextObject, RLV_NAME_SIZE, RLV_TEXT_SIZE, RlvContext};
@@ -159,24 +160,59 @@ fn clip_of(model: &CrowdModel, clip: u32) -> Result<&relievo_crowd::Clip> {
     })
 }
 
+/// Reads which crowd model is read.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or the path is no text. What the work refuses, it returns: a file that
+/// cannot be read or is damaged, or `Cancelled`.
+///
+/// # Safety
+/// `path` is NULL or a NUL-terminated text.
+pub unsafe fn reading(context: RlvContext, path: *const c_char) -> Result<Making<RlvCrowdModel>> {
+    let context = registry::get(context)?;
+    // SAFETY: promised by the caller.
+    let path = PathBuf::from(unsafe { text("path", path) }?);
+    Ok(Making::new(context.clone(), move |progress| {
+        progress.step(0.0, "read")?;
+        let model = CrowdModel::load(&context.context, &path)?;
+        progress.step(1.0, "read")?;
+        register(context, model)
+    }))
+}
+
+/// Reads where a crowd model is written to.
+///
+/// # Errors
+/// Fails with `Invalid` if the handle is not alive or the path is no text. What the work refuses, it returns: a file that
+/// cannot be written, or `Cancelled`.
+///
+/// # Safety
+/// As for [`reading`].
+pub unsafe fn writing(model: RlvCrowdModel, path: *const c_char) -> Result<Making<()>> {
+    let object = registry::get(model)?;
+    // SAFETY: promised by the caller.
+    let path = PathBuf::from(unsafe { text("path", path) }?);
+    Ok(Making::new(object.context.clone(), move |progress| {
+        progress.step(0.0, "write")?;
+        object.model.save(&path)?;
+        progress.report(1.0, "write");
+        Ok(())
+    }))
+}
+
 entry! {
     fn rlv_crowd_model_read(context: RlvContext, path: *const c_char, out: *mut RlvCrowdModel) {
         present("out", out)?;
-        let context = registry::get(context)?;
         // SAFETY: the caller gives NULL or a NUL-terminated text.
-        let path = unsafe { text("path", path) }?;
-        let model = CrowdModel::load(&context.context, Path::new(path))?;
-        let handle = register(context, model)?;
+        let handle = unsafe { reading(context, path) }?.now()?;
         // SAFETY: checked above.
         unsafe { put(out, handle) };
         Ok(())
     }
 
     fn rlv_crowd_model_write(model: RlvCrowdModel, path: *const c_char) {
-        let object = registry::get(model)?;
         // SAFETY: the caller gives NULL or a NUL-terminated text.
-        let path = unsafe { text("path", path) }?;
-        object.model.save(Path::new(path))
+        unsafe { writing(model, path) }?.now()
     }
 
     fn rlv_crowd_model_read_bytes(context: RlvContext, bytes: *const u8, size: usize, out: *mut RlvCrowdModel) {
