@@ -168,6 +168,7 @@ int main(int argc, char **argv) {
     CHECK_OK(rlv_tessellation_release(growing));
     CHECK_OK(rlv_detail_release(plain));
     CHECK_OK(rlv_buffer_retain(other));
+    check_idle(other.id, "buffer");
     CHECK_OK(rlv_buffer_release(other));
     CHECK_OK(rlv_buffer_release(other));
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_buffer_info(other, &info), "not alive");

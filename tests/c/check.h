@@ -29,6 +29,14 @@
 
 #define CHECK_NEAR(a, b, tolerance) CHECK(fabs((double)(a) - (double)(b)) <= (tolerance))
 
+/* No call is at work on the object, which is of that noun: rlv_object_wait returns at once, whatever the time. */
+static inline void check_idle(uint64_t id, const char *noun) {
+    RlvObjectInfo info = RLV_OBJECT_INFO_INIT;
+    info.is_busy = 7;
+    CHECK_OK(rlv_object_wait(id, -1.0, &info));
+    CHECK(info.is_busy == 0 && info.worker[0] == 0 && strcmp(info.noun, noun) == 0);
+}
+
 /* A flat cage of columns x rows quads of side 1 in the plane z = 0, from (0, 0) on. */
 static inline RlvMesh check_plane(RlvContext context, uint32_t columns, uint32_t rows) {
     size_t points = (size_t)(columns + 1) * (rows + 1), faces = (size_t)columns * rows;

@@ -346,6 +346,7 @@ int main(int count, char **arguments) {
     check_forces(client);
     check_foam(client);
     check_refusals(context, client);
+    check_idle(client.id, "client");
     CHECK_OK(rlv_client_release(client));
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_client_info(client, &info), "");
     CHECK_OK(rlv_context_release(context));

@@ -157,6 +157,7 @@ int main(int argc, char **argv) {
         CHECK(info.written_count > 0 && info.written_count <= info.allocated_count);
         CHECK(compare(buffer, detail, info) == info.allocated_count);
         CHECK_OK(rlv_color_buffer_retain(buffer));
+        check_idle(buffer.id, "color buffer");
         CHECK_OK(rlv_color_buffer_release(buffer));
         if (format == RLV_COLOR_RGBA8) {
             CHECK_OK(rlv_color_buffer_release(buffer));

@@ -124,6 +124,7 @@ static void check_models(RlvContext context, RlvCrowdModel model) {
     CHECK_OK(rlv_crowd_model_info(again, &other));
     CHECK(memcmp(&info, &other, sizeof info) == 0);
     CHECK_OK(rlv_job_release(job));
+    check_idle(again.id, "crowd model");
     CHECK_OK(rlv_crowd_model_release(again));
 
     CHECK_OK(rlv_crowd_model_write(model, "crowd_arm.rcrowd"));
@@ -272,6 +273,7 @@ static void check_weights(RlvContext context, RlvCrowdModel model) {
     CHECK_OK(rlv_crowd_set_weights(crowd, 1, NULL, 0));
     CHECK_OK(rlv_crowd_cut(crowd, &view, &after));
     CHECK(after.triangles == before.triangles && after.weight_count == 1);
+    check_idle(crowd.id, "crowd");
     CHECK_OK(rlv_crowd_release(crowd));
 }
 

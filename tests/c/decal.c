@@ -114,6 +114,7 @@ static void lay_on_mesh(RlvContext context, RlvMesh plane) {
     CHECK_OK(rlv_decal_quality(again, &quality));
     CHECK_NEAR(quality.l2, 1.0, 1e-5);
     CHECK_OK(rlv_job_release(job));
+    check_idle(again.id, "decal");
     CHECK_OK(rlv_decal_release(again));
 
     /* One pin with a pose; outlines; refusals. */

@@ -220,6 +220,7 @@ int main(int argc, char **argv) {
                                               vulkan.counts != 0 && vulkan.matrices != 0 && vulkan.weights != 0 &&
                                               vulkan.blends != 0));
     CHECK_OK(rlv_device_crowd_retain(device));
+    check_idle(device.id, "device crowd");
     CHECK_OK(rlv_device_crowd_release(device));
 
     /* Lost: said. */

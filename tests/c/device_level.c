@@ -238,6 +238,7 @@ int main(int argc, char **argv) {
     CHECK_OK(rlv_device_level_info(other, &info));
     CHECK(info.triangle_count <= 40 && info.undo_count == 0 && info.redo_count == 0);
     CHECK_OK(rlv_device_level_retain(other));
+    check_idle(other.id, "device level");
     CHECK_OK(rlv_device_level_release(other));
     CHECK_OK(rlv_device_level_release(other));
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_level_info(other, &info), "not alive");

@@ -51,6 +51,7 @@ static void check_one(RlvContext context) {
         CHECK(occlusion[MIDDLE] == 0.0f);
         CHECK_NEAR(light[MIDDLE][0], kind == RLV_FOAM_BUBBLE ? 0 : 1, 1e-5);
         CHECK(isinf(depth[0]) && thickness[0] == 0.0f && normal[0][2] == 0.0f);
+        check_idle(foam.id, "foam");
         CHECK_OK(rlv_foam_release(foam));
     }
 }

@@ -77,6 +77,7 @@ int main(void) {
     for (uint32_t operation = 0; operation < 3; ++operation) {
         CHECK_OK(rlv_grid_combine(grid, other, operation, NULL, NULL, &made));
         CHECK_NEAR(volume(made, NULL), expected[operation], 0.15);
+        check_idle(made.id, "grid");
         CHECK_OK(rlv_grid_release(made));
     }
     settings.distance = -0.2f;

@@ -103,6 +103,7 @@ static void check_plugin(void) {
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_shader_unpack_log(marked, log, 4, vector, 2, NULL), "4 words");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_shader_unpack_log(marked, log, 5, vector, 1, NULL), "vector");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_shader_unpack_log(plain, log, 5, vector, 2, NULL), "no vector");
+    check_idle(plain.id, "shader");
     CHECK_OK(rlv_shader_release(plain));
     /* The marked shader is one of its own. */
     CHECK_OK(rlv_shader_retain(marked));

@@ -121,6 +121,7 @@ static void build(RlvContext context) {
     CHECK_OK(rlv_tissue_read(context, "tissue_test.rtissue", &other));
     CHECK_OK(rlv_tissue_info(other, &again));
     CHECK(again.checksum == info.checksum && again.bound_count == 1);
+    check_idle(other.id, "tissue");
     CHECK_OK(rlv_tissue_release(other));
     RlvBytes bytes = RLV_NULL;
     const uint8_t *data = NULL;
@@ -209,6 +210,7 @@ static void build(RlvContext context) {
     CHECK_OK(rlv_mesh_release(skin));
     arrays.node_count = 728;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_tissue_simulation_get(simulation, &arrays), "room for 728");
+    check_idle(simulation.id, "tissue simulation");
     CHECK_OK(rlv_tissue_simulation_release(simulation));
 
     /* Refusals name what is wrong. */
