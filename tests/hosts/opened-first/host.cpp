@@ -1,5 +1,6 @@
 // host [OTHER...] LIBRARY: a program that links nothing of ours. It opens other libraries first, such as another TBB and
-// another Embree, so that their names are found before all others, and then the library: rays hit and imprints are made.
+// another Embree, so that their names are found before all others, and then the library: rays hit, imprints are made, and
+// triangles are subdivided by OpenSubdiv.
 #include <relievo/relievo.h>
 
 #include <dlfcn.h>
@@ -35,17 +36,52 @@ void check(const char *name, RlvResult result) {
 /// Calls a function of the library, which must succeed.
 #define CALL(function, ...) check(#function, find<decltype(&function)>(#function)(__VA_ARGS__))
 
-RlvMesh mesh_of(RlvContext context, const std::vector<float> &points, const std::vector<uint32_t> &corners) {
+RlvMesh mesh_of(RlvContext context, const std::vector<float> &points, const std::vector<uint32_t> &corners,
+                uint32_t face_size = 4) {
     RlvMeshArrays arrays = RLV_MESH_ARRAYS_INIT;
     RlvMesh mesh = RLV_NULL;
     arrays.points = points.data();
     arrays.point_count = points.size() / 3;
-    arrays.face_size = 4;
-    arrays.face_count = corners.size() / 4;
+    arrays.face_size = face_size;
+    arrays.face_count = corners.size() / face_size;
     arrays.corners = corners.data();
     arrays.corner_count = corners.size();
     CALL(rlv_mesh_create, context, &arrays, &mesh);
     return mesh;
+}
+
+/// A tetrahedron under Loop: its points go inwards, and its refined mesh has four triangles for each of a level.
+void subdivide(RlvContext context) {
+    const RlvMesh cage = mesh_of(context, {1, 1, 1, -1, -1, 1, -1, 1, -1, 1, -1, -1}, {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3}, 3);
+    RlvSubdivision subdivision = RLV_NULL;
+    RlvSubdivisionOptions options = RLV_SUBDIVISION_OPTIONS_INIT;
+    options.scheme = RLV_SCHEME_LOOP;
+    CALL(rlv_subdivision_create, context, cage, &options, &subdivision);
+    const uint32_t tile = 0;
+    const float uv[2] = {0, 0};
+    float point[3] = {0, 0, 0};
+    RlvSubdivisionArrays arrays = RLV_SUBDIVISION_ARRAYS_INIT;
+    arrays.count = 1;
+    arrays.tiles = &tile;
+    arrays.uvs = uv;
+    arrays.values = point;
+    CALL(rlv_subdivision_evaluate, subdivision, nullptr, &arrays);
+    // All corners pull alike, so that the point stays on the line through the corner.
+    if (!(point[0] > 0.05f && point[0] < 0.95f && std::fabs(point[0] - point[1]) < 1e-5f && std::fabs(point[0] - point[2]) < 1e-5f)) {
+        std::fprintf(stderr, "the limit of the corner is at %g, %g, %g\n", double(point[0]), double(point[1]), double(point[2]));
+        std::exit(1);
+    }
+    RlvMesh refined = RLV_NULL;
+    RlvMeshInfo info = RLV_MESH_INFO_INIT;
+    CALL(rlv_subdivision_refine, subdivision, 2, &refined);
+    CALL(rlv_mesh_info, refined, &info);
+    if (info.triangle_count != 64) {
+        std::fprintf(stderr, "the refined mesh has %zu triangles\n", info.triangle_count);
+        std::exit(1);
+    }
+    CALL(rlv_mesh_release, refined);
+    CALL(rlv_subdivision_release, subdivision);
+    CALL(rlv_mesh_release, cage);
 }
 
 } // namespace
@@ -89,6 +125,7 @@ int main(int argc, char **argv) {
             return 1;
         }
     }
+    subdivide(context);
     CALL(rlv_caster_release, caster);
     CALL(rlv_collider_release, collider);
     CALL(rlv_detail_release, detail);
