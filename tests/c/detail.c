@@ -200,6 +200,39 @@ static void decay(RlvSurface surface, RlvCollider collider) {
     CHECK_OK(rlv_detail_release(detail));
 }
 
+/* A box pressed in beyond its middle is folded; one with a shallow dent is not. */
+static void folds(RlvContext context) {
+    const float heights[2] = {-0.05f, -2.0f};
+    RlvMesh box = check_box(context, 0.0f, 1.0f, 0.0f, 1.0f);
+    RlvSurface surface = RLV_NULL;
+    CHECK_OK(rlv_surface_create(context, box, NULL, &surface));
+    for (int k = 0; k < 2; ++k) {
+        const RlvStrokePoint top = {{0.5, 0.5, 0.9}, 1.0, -1.0};
+        RlvDetail detail = RLV_NULL;
+        RlvDetailOptions options = RLV_DETAIL_OPTIONS_INIT;
+        RlvBrushOptions kind = RLV_BRUSH_OPTIONS_INIT;
+        RlvBrushSettings settings = RLV_BRUSH_SETTINGS_INIT;
+        RlvBrush brush = RLV_NULL;
+        RlvDetailFolds found = RLV_DETAIL_FOLDS_INIT;
+        options.tile_size = 16;
+        kind.action = RLV_BRUSH_SCULPT;
+        kind.height = heights[k];
+        settings.radius = 0.3f;
+        CHECK_OK(rlv_detail_create(surface, &options, NULL, &detail));
+        CHECK_OK(rlv_brush_create(context, &kind, &settings, &brush));
+        CHECK_OK(rlv_stroke_run(detail, brush, &top, 1, 0, NULL));
+        CHECK_OK(rlv_detail_commit(detail, NULL));
+        CHECK_OK(rlv_detail_folds(detail, &found));
+        CHECK(found.triangle_count > 0 && found.triangle_count % (2 * 16 * 16) == 0);
+        CHECK(k == 0 ? found.folded_count == 0 && found.tile == UINT32_MAX
+                     : found.folded_count > 0 && found.folded_count <= found.triangle_count && found.tile < 6);
+        CHECK_OK(rlv_brush_release(brush));
+        CHECK_OK(rlv_detail_release(detail));
+    }
+    CHECK_OK(rlv_surface_release(surface));
+    CHECK_OK(rlv_mesh_release(box));
+}
+
 int main(void) {
     char last[200] = "";
     RlvContext context = RLV_NULL;
@@ -367,6 +400,7 @@ int main(void) {
     CHECK_OK(rlv_surface_release(surface));
     CHECK_OK(rlv_mesh_release(plane));
     CHECK_OK(rlv_mesh_release(ball));
+    folds(context);
     CHECK_OK(rlv_context_release(context));
     return 0;
 }
