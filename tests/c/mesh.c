@@ -74,6 +74,11 @@ static void refusals(RlvContext context) {
     refused(context, &bad, "crease_sharpness: the pointer is NULL");
     bad.crease_sharpness = &sharp;
     refused(context, &bad, "crease 0");
+    static const uint32_t real_edge[] = {0, 1};
+    static const float below = -1.0f;
+    bad.creases = real_edge;
+    bad.crease_sharpness = &below;
+    refused(context, &bad, "10 and more is infinitely sharp");
     bad = arrays();
     bad.struct_size = 2;
     refused(context, &bad, "struct_size is 2");
@@ -187,10 +192,47 @@ static void files(RlvContext context) {
     CHECK(mesh.id == 77 && remove("mesh_test.obj") == 0);
 }
 
+/* The points of the mesh of a crease and a point of this sharpness, refined. */
+static size_t refined_points(RlvContext context, float sharpness, float *points, size_t capacity) {
+    static const uint32_t crease[] = {1, 2}, sharp_point = 3;
+    RlvMeshArrays given = arrays();
+    RlvMesh mesh = RLV_NULL, refined = RLV_NULL;
+    RlvSubdivision subdivision = RLV_NULL;
+    RlvSubdivisionOptions options = RLV_SUBDIVISION_OPTIONS_INIT;
+    RlvMeshInfo info = RLV_MESH_INFO_INIT;
+    options.boundary = RLV_BOUNDARY_EDGES;
+    given.creases = crease;
+    given.crease_sharpness = &sharpness;
+    given.crease_count = 1;
+    given.sharp_points = &sharp_point;
+    given.sharp_point_sharpness = &sharpness;
+    given.sharp_point_count = 1;
+    CHECK_OK(rlv_mesh_create(context, &given, &mesh));
+    CHECK_OK(rlv_subdivision_create(context, mesh, &options, &subdivision));
+    CHECK_OK(rlv_subdivision_refine(subdivision, 2, &refined));
+    CHECK_OK(rlv_mesh_info(refined, &info));
+    CHECK(3 * info.point_count <= capacity);
+    CHECK_OK(rlv_mesh_get_points(refined, points, info.point_count, 0));
+    CHECK_OK(rlv_mesh_release(refined));
+    CHECK_OK(rlv_subdivision_release(subdivision));
+    CHECK_OK(rlv_mesh_release(mesh));
+    return 3 * info.point_count * sizeof(float);
+}
+
+/* From 10 on an edge or point is infinitely sharp, whatever the number. */
+static void sharpness_above_ten(RlvContext context) {
+    float ten[600], eleven[600], huge[600], half[600];
+    const size_t size = refined_points(context, 10.0f, ten, 600);
+    CHECK(refined_points(context, 11.0f, eleven, 600) == size && memcmp(ten, eleven, size) == 0);
+    CHECK(refined_points(context, 1e30f, huge, 600) == size && memcmp(ten, huge, size) == 0);
+    CHECK(refined_points(context, 0.5f, half, 600) == size && memcmp(ten, half, size) != 0);
+}
+
 int main(void) {
     RlvContext context = RLV_NULL;
     CHECK_OK(rlv_context_create(NULL, &context));
     refusals(context);
+    sharpness_above_ten(context);
     files(context);
 
     static const uint32_t creases[] = {0, 1, 1, 2};

@@ -59,7 +59,7 @@ pub struct Attribute {
 pub struct Crease {
     /// The two points of the edge.
     pub points: [u32; 2],
-    /// Sharpness, 0 (smooth) to 10 (infinitely sharp), as OpenSubdiv counts.
+    /// Sharpness as OpenSubdiv counts: 0 is smooth, 10 and more infinitely sharp.
     pub sharpness: f32,
 }
 
@@ -266,14 +266,14 @@ impl Mesh {
             if !(crease.sharpness >= 0.0 && crease.sharpness.is_finite()) {
                 return Err(Error::invalid(format!("its sharpness is {}", crease.sharpness))
                     .at(format!("crease {index}"))
-                    .advise("use 0 to 10"));
+                    .advise("use 0 or more; 10 and more is infinitely sharp"));
             }
         }
         for (index, (point, sharpness)) in self.sharp_points.iter().enumerate() {
             if *point as usize >= count || !(*sharpness >= 0.0 && sharpness.is_finite()) {
                 return Err(Error::invalid(format!("point {point} with sharpness {sharpness} cannot be used"))
                     .at(format!("sharp point {index}"))
-                    .advise("use an existing point and a sharpness from 0 to 10"));
+                    .advise("use an existing point and a sharpness of 0 or more; 10 and more is infinitely sharp"));
             }
         }
         if let Some(face) = self.holes.iter().find(|face| **face as usize >= self.face_count()) {

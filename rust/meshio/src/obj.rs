@@ -313,7 +313,8 @@ impl Reader {
         for _ in 0..floats {
             let value = expect_finite(words.next_in_line(), line, "a number of the tag")?;
             if value < 0.0 {
-                return Err(at_line(Error::invalid(format!("the sharpness is {value}")), line).advise("use 0 to 10"));
+                return Err(at_line(Error::invalid(format!("the sharpness is {value}")), line)
+                    .advise("use 0 or more; 10 and more is infinitely sharp"));
             }
             self.budget.push(&mut numbers, value.min(INFINITE_SHARPNESS))?;
         }
