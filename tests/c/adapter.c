@@ -143,6 +143,7 @@ int main(int argc, char **argv) {
     }
     CHECK(count <= 16);
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_adapter_list(adapters, count - 1, &again), count > 1 ? "room for" : "adapters");
+    CHECK(again == count);
     CHECK_OK(rlv_adapter_list(adapters, 16, &again));
     CHECK(again == count);
     for (size_t k = 0; k < count; ++k) {

@@ -82,6 +82,11 @@ static size_t compare(RlvColorBuffer buffer, RlvDetail detail, RlvColorBufferInf
         CHECK_OK(rlv_detail_read_block(detail, RLV_CHANNEL_COLOR, tile, expected, sizeof expected, &size));
         CHECK_OK(rlv_color_buffer_read(buffer, tile, 0, found, sizeof found, &other));
         CHECK(size == other && memcmp(expected, found, size) == 0);
+        if (size > 0) {
+            other = 77;
+            CHECK_FAILS(RLV_ERROR_INVALID, rlv_color_buffer_read(buffer, tile, 0, found, size - 1, &other), "bytes");
+            CHECK(other == size);
+        }
         CHECK_OK(rlv_color_buffer_read(buffer, tile, 1, mip, sizeof mip, &other));
         CHECK(other == (size == 0 ? 0 : 10 * 10 * texel));
         allocated += size > 0;

@@ -274,7 +274,9 @@ int main(void) {
     size_t count = 0;
     CHECK_OK(rlv_detail_changed_tiles(detail, NULL, 0, &count));
     CHECK(count == changes.tile_count);
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_changed_tiles(detail, changed, count - 1, &count), "room for");
+    size_t needed = 77;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_changed_tiles(detail, changed, count - 1, &needed), "room for");
+    CHECK(needed == count);
     CHECK_OK(rlv_detail_changed_tiles(detail, changed, 25, &count));
     int found = 0;
     for (size_t index = 0; index < count; ++index) {
@@ -292,7 +294,8 @@ int main(void) {
         CHECK_OK(rlv_detail_read_block(detail, RLV_CHANNEL_DISPLACEMENT, index, blocks[index], sizeof(blocks[index]), &length[index]));
         CHECK(length[index] == 0 || length[index] == 648);
     }
-    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_read_block(detail, RLV_CHANNEL_DISPLACEMENT, 12, blocks[0], 647, &count), "room for");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_read_block(detail, RLV_CHANNEL_DISPLACEMENT, 12, blocks[0], 647, &needed), "room for");
+    CHECK(needed == 648);
     const double deeper[12] = CHECK_MOVED(2.5, 2.5, -0.2);
     CHECK_OK(rlv_collider_set_transform(collider, deeper));
     CHECK_OK(rlv_imprint_run(detail, collider, NULL, NULL, NULL));
@@ -356,6 +359,9 @@ int main(void) {
     size_t face_count = 0;
     CHECK_OK(rlv_detail_refused_faces(detail, faces, 25, &face_count));
     CHECK(face_count >= 1 && faces[0] < 25);
+    needed = 77;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_detail_refused_faces(detail, faces, face_count - 1, &needed), "faces");
+    CHECK(needed == face_count);
     CHECK_OK(rlv_detail_commit(detail, NULL));
     CHECK(height(detail, 12) == 0.0f);
     CHECK_OK(rlv_detail_set_budget(detail, 1 << 20));

@@ -58,7 +58,9 @@ static size_t check_ranges(RlvLevel level, uint32_t domain, const size_t told[2]
         }
     }
     if (count > 0) {
-        CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_changed_ranges(level, domain, ranges, count - 1, &count), "ranges");
+        size_t needed = 77;
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_changed_ranges(level, domain, ranges, count - 1, &needed), "ranges");
+        CHECK(needed == count);
     }
     free(ranges);
     return all;

@@ -140,7 +140,9 @@ static void check_membership(void) {
     CHECK(count == 13);
     CHECK_OK(rlv_shader_pack_examples(&examples, RLV_SHADER_CLASSIFY, 7, 9, words, 13, &count));
     CHECK(memcmp(words, expected_words, sizeof words) == 0);
+    count = 77;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_shader_pack_examples(&examples, RLV_SHADER_MASK, 7, 9, words, 12, &count), "words");
+    CHECK(count == 13);
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_shader_pack_examples(&examples, 5, 7, 9, words, 13, &count), "mode");
     CHECK_OK(rlv_shader_pack_examples(&examples, RLV_SHADER_CLASSIFY_VERTEX, 7, 9, words, 13, &count));
     CHECK(words[0] == 3 && words[1] == 7 && words[2] == 9);

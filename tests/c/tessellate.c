@@ -69,6 +69,11 @@ static size_t refit(RlvTessellation tessellation, Buffers *buffers) {
     CHECK_OK(rlv_tessellation_changed_ranges(tessellation, NULL, 0, &count));
     uint32_t *ranges = malloc(count * 8 + 8);
     CHECK(ranges != NULL);
+    if (count > 0) {
+        size_t needed = 77;
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_tessellation_changed_ranges(tessellation, ranges, count - 1, &needed), "ranges");
+        CHECK(needed == count);
+    }
     CHECK_OK(rlv_tessellation_changed_ranges(tessellation, ranges, count, &count));
     for (size_t range = 0; range < count; ++range) {
         size_t first = ranges[2 * range], size = ranges[2 * range + 1];

@@ -242,12 +242,12 @@ entry! {
         let uploaded = try_read(&object.uploaded, "color buffer")?;
         let block = by_format!(&uploaded.colors, colors => colors.block(&object.device, tile, level))?;
         let block = block.unwrap_or_default();
+        // SAFETY: checked above.
+        unsafe { put(size, block.len()) };
         // SAFETY: the caller promises `capacity` bytes, or NULL to ask for the size alone.
         if let Some(out) = unsafe { Output::<u8>::optional("bytes", bytes.cast(), capacity, 0) }? {
             out.holds("bytes", block.len())?.fill(block.iter().copied());
         }
-        // SAFETY: checked above.
-        unsafe { put(size, block.len()) };
         Ok(())
     }
 }

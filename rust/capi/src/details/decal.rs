@@ -476,6 +476,13 @@ unsafe fn write_strip(
     };
     let places = places.iter().enumerate().map(place).collect::<Result<Vec<_>>>()?;
     let made = strip(mesh, &sticker, &places)?;
+    // SAFETY: promised by the caller; a length that is not NULL is room for one.
+    unsafe {
+        put(pin_count, made.pins.len());
+        if !length.is_null() {
+            put(length, made.length);
+        }
+    }
     if let Some(out) = out {
         let position = |pin: &Pin| -> [f64; 3] {
             let corners = &mesh.corners[3 * pin.place.face as usize..3 * pin.place.face as usize + 3];
@@ -486,13 +493,6 @@ unsafe fn write_strip(
         };
         let pin = |pin: &Pin| RlvDecalPin { image: pin.image, position: position(pin), depth: 0.0 };
         out.holds("pins", made.pins.len())?.fill(made.pins.iter().map(pin));
-    }
-    // SAFETY: promised by the caller; a length that is not NULL is room for one.
-    unsafe {
-        put(pin_count, made.pins.len());
-        if !length.is_null() {
-            put(length, made.length);
-        }
     }
     Ok(())
 }

@@ -746,12 +746,12 @@ entry! {
         present("size", size)?;
         let view = registry::get(detail)?.view();
         let block = view.tile(channel, tile, true)?.block.unwrap_or_default();
+        // SAFETY: checked above.
+        unsafe { put(size, block.len()) };
         // SAFETY: the caller promises `capacity` bytes, or NULL to ask for the size alone.
         if let Some(out) = unsafe { Output::<u8>::optional("bytes", bytes.cast(), capacity, 0) }? {
             out.holds("bytes", block.len())?.fill(block.iter().copied());
         }
-        // SAFETY: checked above.
-        unsafe { put(size, block.len()) };
         Ok(())
     }
 
