@@ -74,6 +74,8 @@ enum Task {
         #[arg(long, conflicts_with = "test")]
         tasks: bool,
     },
+    /// Does the five first tasks of `docs/tasks.md` in `relievo view` and renews their pictures
+    Window,
     /// Renders scenes in our ray caster, in Cycles and in POV-Ray, and compares what is seen
     Comparison {
         /// Writes the contact sheet to this PNG file
@@ -138,6 +140,7 @@ fn main() -> ExitCode {
         Task::Dist { test } => dist::run(test),
         Task::Notices { file } => licences::write(&file),
         Task::Mutants { names, count, seed } => mutants::run(&names, count, seed),
+        Task::Window => suite::window(),
         Task::Blender { tasks: true, .. } => blender::tasks(),
         Task::Blender { test, .. } => blender::run(test),
         Task::Bench { name, json } => bench::run(&name, json),

@@ -103,6 +103,13 @@ fn tests() -> Command {
     test
 }
 
+/// Plays the first tasks in the window, and puts strips of pictures into `docs/images`.
+pub fn window() -> Outcome {
+    let mut test = tests();
+    test.args(["--workspace", "--test", "tasks", "--", "--nocapture"]);
+    call(test.env("RELIEVO_STRIPS", root().join("docs/images")))
+}
+
 /// The feature that needs the headers of an MPI.
 const MPI: &str = "relievo-mpi/mpi";
 

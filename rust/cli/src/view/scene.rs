@@ -74,7 +74,7 @@ impl Subject for SceneFrames {
             let options =
                 RunOptions { out: out.clone(), frames: None, allowed: Vec::new(), rebake: false, device: None };
             let summary = relievo_scene::stepper::run(&context, scene, &options, progress)?;
-            let files = format!("{} files are in {}", summary.files.len(), out.display());
+            let files = format!("all frames are baked in {}", out.display());
             Ok([files].into_iter().chain(summary.notes).collect::<Vec<_>>().join("; "))
         }));
     }
