@@ -1,4 +1,4 @@
-/* Relievo: an allocator of the host, for the whole library and the life of the process.
+/* Relievo: an allocator of the host, for the whole library and the life of the process, and a limit on what the library takes.
  *
  * With one, every block that the library's own code takes comes from the host, on any thread: meshes, surfaces' tables, tiles,
  * layers and their history, particles, bytes that are handed out (rlv_bytes_get), pictures, tables of handles, and what
@@ -36,5 +36,25 @@ typedef struct RlvAllocator {
  * threads do. Fails if a function is missing, if an allocator is set already, or if it is too late, since a context was
  * made. */
 RLV_API RlvResult rlv_allocator_set(const RlvAllocator *allocator);
+
+/* What the library's own code occupies. Blocks count with the bytes that were asked for, from any allocator. */
+typedef struct RlvAllocatorInfo {
+    uint32_t struct_size;
+    uint32_t is_set; /* 0 or 1: whether the host has set an allocator */
+    uint64_t bytes;  /* that the library's blocks occupy now; what does not count is listed above */
+    uint64_t limit;  /* as set; 0 for none */
+} RlvAllocatorInfo;
+
+#define RLV_ALLOCATOR_INFO_INIT {sizeof(RlvAllocatorInfo), 0, 0, 0}
+
+/* What the library occupies, and what it may. No failure of its own. */
+RLV_API RlvResult rlv_allocator_info(RlvAllocatorInfo *out);
+
+/* Sets how many bytes the library's blocks may occupy together, of all contexts; 0, the initial state, for no limit. A call
+ * that reads input or makes a table for which the limit leaves no room fails with RLV_ERROR_MEMORY and changes nothing, as
+ * if the memory_limit of its context were what is left. Blocks of other uses are counted but not refused, so that the
+ * library may exceed the limit by what running calls need. A limit below what is occupied already refuses new tables and takes
+ * nothing back. No failure of its own. */
+RLV_API RlvResult rlv_allocator_set_limit(uint64_t bytes);
 
 #endif

@@ -62,7 +62,8 @@ typedef struct RlvContextOptions {
     uint32_t device;       /* RlvDevice */
     uint32_t threads;      /* 0 to 1024; 0 for one per core, 1 to stay on the calling thread and create none */
     uint32_t reserved;     /* 0 */
-    uint64_t memory_limit; /* bytes that tables made from one input may occupy; 0 for no limit */
+    uint64_t memory_limit; /* bytes that tables made from one input may occupy; 0 for no limit. rlv_allocator_set_limit
+                              bounds all of them together */
     uint64_t device_memory_limit; /* bytes that buffers on the graphics device may occupy together; 0 for no limit */
     const char *adapter; /* UTF-8: which graphics device, by a part of its name in letters of any case; NULL or "" for the
                             best, as rlv_adapter_list orders them. Not read for RLV_DEVICE_CPU. */

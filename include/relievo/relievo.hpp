@@ -126,6 +126,16 @@ inline void set_allocator(RlvAllocate allocate, RlvFree free, void *user = nullp
     check(rlv_allocator_set(&allocator));
 }
 
+/// What the library occupies, and what it may.
+inline RlvAllocatorInfo allocator_info() {
+    RlvAllocatorInfo info = RLV_ALLOCATOR_INFO_INIT;
+    check(rlv_allocator_info(&info));
+    return info;
+}
+
+/// Bounds what the library's blocks occupy together, in bytes; 0 for no limit.
+inline void set_memory_limit(std::uint64_t bytes) { check(rlv_allocator_set_limit(bytes)); }
+
 /// The adapters of this machine, best first; see relievo/adapter.h.
 inline std::vector<RlvAdapterInfo> adapters() {
     // One may be plugged in between the two calls; then there is room for it.

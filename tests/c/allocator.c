@@ -115,6 +115,66 @@ static void work(void) {
     CHECK_OK(rlv_context_release(context));
 }
 
+/* Returns what the library says that it occupies. */
+static long long occupied(void) {
+    RlvAllocatorInfo info = RLV_ALLOCATOR_INFO_INIT;
+    CHECK_OK(rlv_allocator_info(&info));
+    CHECK(info.is_set == 1);
+    return (long long)info.bytes;
+}
+
+/* A limit bounds all meshes together, where each of them has room alone, and lets as many be made as fit. */
+static void bound(void) {
+    enum { SIDE = 200, BYTES = 12 * (SIDE + 1) * (SIDE + 1) + 20 * SIDE * SIDE, ROOM = 5, MORE = 12 };
+    RlvContext contexts[2] = {RLV_NULL, RLV_NULL};
+    RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
+    RlvAllocatorInfo info = RLV_ALLOCATOR_INFO_INIT;
+    RlvMesh meshes[MORE];
+    options.threads = 1;
+    options.memory_limit = 2 * BYTES;
+    CHECK_OK(rlv_context_create(&options, &contexts[0]));
+    CHECK_OK(rlv_context_create(&options, &contexts[1]));
+    /* A mesh in bytes, so that nothing of the test but its arrays takes memory. */
+    RlvMesh plane = check_plane(contexts[0], SIDE, SIDE);
+    RlvBytes file = RLV_NULL;
+    const uint8_t *data = NULL;
+    size_t size = 0;
+    CHECK_OK(rlv_mesh_write_bytes(plane, "ply", &file));
+    CHECK_OK(rlv_bytes_get(file, &data, &size));
+    CHECK_OK(rlv_mesh_release(plane));
+    const long long before = occupied();
+    CHECK_OK(rlv_allocator_set_limit((uint64_t)before + ROOM * BYTES));
+    int count = 0;
+    for (; count < MORE; ++count) {
+        const RlvResult made = rlv_mesh_read_bytes(contexts[count % 2], "ply", data, size, &meshes[count]);
+        if (made != RLV_OK) {
+            CHECK(made == RLV_ERROR_MEMORY);
+            break;
+        }
+        CHECK(occupied() <= before + ROOM * BYTES);
+    }
+    CHECK(count >= 2 && count <= ROOM);
+    CHECK_OK(rlv_allocator_info(&info));
+    CHECK(info.limit == (uint64_t)before + ROOM * BYTES);
+    /* A refused call left nothing; what is released makes room again. */
+    CHECK(occupied() - before <= count * (long long)BYTES + 4096);
+    CHECK_OK(rlv_mesh_release(meshes[--count]));
+    CHECK_OK(rlv_mesh_read_bytes(contexts[0], "ply", data, size, &meshes[count++]));
+    /* A limit below what is occupied takes nothing back. */
+    CHECK_OK(rlv_allocator_set_limit(1));
+    CHECK(rlv_mesh_read_bytes(contexts[0], "ply", data, size, &plane) == RLV_ERROR_MEMORY);
+    RlvMeshInfo about = RLV_MESH_INFO_INIT;
+    CHECK_OK(rlv_mesh_info(meshes[0], &about));
+    CHECK(about.face_count == SIDE * SIDE);
+    CHECK_OK(rlv_allocator_set_limit(0));
+    for (; count > 0; --count) {
+        CHECK_OK(rlv_mesh_release(meshes[count - 1]));
+    }
+    CHECK_OK(rlv_bytes_release(file));
+    CHECK_OK(rlv_context_release(contexts[0]));
+    CHECK_OK(rlv_context_release(contexts[1]));
+}
+
 int main(void) {
     RlvAllocator allocator = RLV_ALLOCATOR_INIT;
     RlvAllocator empty = RLV_ALLOCATOR_INIT;
@@ -128,6 +188,11 @@ int main(void) {
     empty.struct_size = 3;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_allocator_set(&empty), "struct_size");
     CHECK(blocks == 0);
+    RlvAllocatorInfo info = RLV_ALLOCATOR_INFO_INIT;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_allocator_info(NULL), "RlvAllocatorInfo");
+    CHECK_OK(rlv_allocator_info(&info));
+    CHECK(info.is_set == 0 && info.limit == 0);
+    const long long early = (long long)info.bytes;
     CHECK_OK(rlv_allocator_set(&allocator));
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_allocator_set(&allocator), "is set");
     work();
@@ -137,5 +202,8 @@ int main(void) {
     work();
     work();
     CHECK(bytes <= kept + 4096);
+    bound();
+    /* It counts what the host does, and the few blocks from before. */
+    CHECK(occupied() - bytes >= 0 && occupied() - bytes <= early);
     return 0;
 }

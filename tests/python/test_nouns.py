@@ -326,6 +326,20 @@ class Meshes(unittest.TestCase):
         with self.assertRaisesRegex(rl.Invalid, "points: a packed array"):
             rl.Mesh.borrow(self.context, points[::2], corners, 4)
 
+    def test_a_limit_bounds_all_that_the_library_occupies(self):
+        points, corners, _ = shapes.grid(64)
+        made = rl.Mesh(self.context, points, corners, 4)
+        self.assertEqual(rl.allocator_info().limit, 0)
+        rl.set_memory_limit(rl.allocator_info().bytes + 1000)
+        try:
+            with self.assertRaises(rl.MemoryLimit):
+                rl.Mesh(self.context, points, corners, 4)
+        finally:
+            rl.set_memory_limit(0)
+        before = rl.allocator_info().bytes
+        made.release()
+        self.assertLess(rl.allocator_info().bytes, before)
+
     def test_an_allocator_comes_before_all_else(self):
         with self.assertRaisesRegex(rl.Invalid, "too late"):
             rl.set_allocator(16, 16)

@@ -27,7 +27,7 @@ from .abi import RlvParameterKind as ParameterKind
 from .abi import RlvShaderClass as ShaderClass
 from .abi import RlvShaderMode as ShaderMode
 from .adapter import adapters
-from .allocator import set_allocator
+from .allocator import allocator_info, set_allocator, set_memory_limit
 from .arrival import Arrival
 from .bezier import Bezier
 from .brush import Brush

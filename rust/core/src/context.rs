@@ -97,8 +97,14 @@ impl Context {
         self.inner.level
     }
 
-    /// Bytes that readers may occupy, `u64::MAX` if unlimited.
+    /// Returns how many bytes a reader or a table may occupy now, `u64::MAX` if unlimited: the context's limit, or what
+    /// the limit of the process leaves ([`crate::memory`]), if that is less.
     pub fn memory_limit(&self) -> u64 {
+        self.own_memory_limit().min(crate::memory::left())
+    }
+
+    /// Returns the memory limit that the context was made with, `u64::MAX` if it has none.
+    pub fn own_memory_limit(&self) -> u64 {
         if self.inner.memory_limit == 0 { u64::MAX } else { self.inner.memory_limit }
     }
 

@@ -8,6 +8,7 @@ pub mod falloff;
 pub mod file;
 pub mod lanes;
 pub mod marks;
+pub mod memory;
 pub mod mesh;
 mod parallel;
 pub mod parameter;

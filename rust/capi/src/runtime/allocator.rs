@@ -6,11 +6,12 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::ffi::c_void;
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicU8, AtomicUsize, Ordering};
+use std::cell::Cell;
+use std::sync::atomic::{AtomicI64, AtomicU8, AtomicUsize, Ordering};
 
-use relievo_core::{Error, Result};
+use relievo_core::{Error, Result, memory};
 
-use crate::border::descriptor::read_descriptor;
+use crate::border::descriptor::{read_descriptor, write_descriptor};
 
 /// `RlvAllocate`: takes its user pointer, a size and an alignment in bytes.
 pub type RlvAllocate = Option<unsafe extern "C" fn(*mut c_void, usize, usize) -> *mut c_void>;
@@ -25,6 +26,15 @@ descriptor! {
         allocate: RlvAllocate,
         free: RlvFree,
         user: *mut c_void,
+    }
+}
+
+descriptor! {
+    pub struct RlvAllocatorInfo {
+        struct_size: u32,
+        is_set: u32,
+        bytes: u64,
+        limit: u64,
     }
 }
 
@@ -121,6 +131,40 @@ impl Host {
     }
 }
 
+/// Counters of bytes, so that threads seldom share one; on cache lines of their own.
+const COUNTERS: usize = 64;
+
+#[repr(align(128))]
+struct Counter(AtomicI64);
+
+/// Bytes that were allocated less bytes that were given back. A block may be given back on another thread, so that only the
+/// sum means something.
+static OCCUPIED: [Counter; COUNTERS] = [const { Counter(AtomicI64::new(0)) }; COUNTERS];
+static THREADS: AtomicUsize = AtomicUsize::new(0);
+
+thread_local! {
+    /// Which counter the thread uses, plus 1; 0 before its first block. It has no destructor, so that it is there to the end.
+    static COUNTER: Cell<usize> = const { Cell::new(0) };
+}
+
+/// Counts bytes that were allocated or, below 0, given back.
+fn count(bytes: i64) {
+    let counter = COUNTER.with(|counter| {
+        if counter.get() == 0 {
+            counter.set(THREADS.fetch_add(1, Ordering::Relaxed) % COUNTERS + 1);
+        }
+        counter.get()
+    });
+    if let Some(counter) = OCCUPIED.get(counter - 1) {
+        counter.0.fetch_add(bytes, Ordering::Relaxed);
+    }
+}
+
+/// Returns how many bytes the blocks of the library occupy.
+fn occupied() -> u64 {
+    OCCUPIED.iter().map(|counter| counter.0.load(Ordering::Relaxed)).sum::<i64>().max(0).unsigned_abs()
+}
+
 /// The allocator of the library.
 struct Allocator;
 
@@ -131,7 +175,7 @@ static ALLOCATOR: Allocator = Allocator;
 // came from.
 unsafe impl GlobalAlloc for Allocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        match STATE.load(Ordering::Acquire) {
+        let block = match STATE.load(Ordering::Acquire) {
             // SAFETY: promised by the caller.
             SYSTEM => unsafe { System.alloc(layout) },
             EARLY => {
@@ -142,10 +186,15 @@ unsafe impl GlobalAlloc for Allocator {
             }
             // SAFETY: promised by the caller.
             _ => HOST.get().map_or(std::ptr::null_mut(), |host| unsafe { host.alloc(layout) }),
+        };
+        if !block.is_null() {
+            count(layout.size() as i64);
         }
+        block
     }
 
     unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
+        count(-(layout.size() as i64));
         let state = STATE.load(Ordering::Acquire);
         let is_early = state != SYSTEM && strike_out(block);
         match HOST.get() {
@@ -161,7 +210,11 @@ unsafe impl GlobalAlloc for Allocator {
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         if STATE.load(Ordering::Acquire) == SYSTEM {
             // SAFETY: promised by the caller.
-            return unsafe { System.alloc_zeroed(layout) };
+            let block = unsafe { System.alloc_zeroed(layout) };
+            if !block.is_null() {
+                count(layout.size() as i64);
+            }
+            return block;
         }
         // SAFETY: promised by the caller.
         let block = unsafe { self.alloc(layout) };
@@ -175,7 +228,11 @@ unsafe impl GlobalAlloc for Allocator {
     unsafe fn realloc(&self, block: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         if STATE.load(Ordering::Acquire) == SYSTEM {
             // SAFETY: promised by the caller.
-            return unsafe { System.realloc(block, layout, size) };
+            let next = unsafe { System.realloc(block, layout, size) };
+            if !next.is_null() {
+                count(size as i64 - layout.size() as i64);
+            }
+            return next;
         }
         // SAFETY: the caller promises a size that does not overflow with this alignment.
         let next = unsafe { self.alloc(Layout::from_size_align_unchecked(size, layout.align())) };
@@ -220,5 +277,22 @@ entry! {
         let allocate = given.allocate.ok_or_else(|| missing("allocate"))?;
         let free = given.free.ok_or_else(|| missing("free"))?;
         set(Host { allocate, free, user: given.user })
+    }
+
+    fn rlv_allocator_info(out: *mut RlvAllocatorInfo) {
+        let info = RlvAllocatorInfo {
+            struct_size: 0,
+            is_set: u32::from(STATE.load(Ordering::Acquire) == GIVEN),
+            bytes: occupied(),
+            limit: if memory::limit() == u64::MAX { 0 } else { memory::limit() },
+        };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        unsafe { write_descriptor(out, info) }
+    }
+
+    fn rlv_allocator_set_limit(bytes: u64) {
+        memory::count_with(occupied);
+        memory::set_limit(if bytes == 0 { u64::MAX } else { bytes });
+        Ok(())
     }
 }

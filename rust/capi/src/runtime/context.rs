@@ -290,7 +290,7 @@ entry! {
 
     fn rlv_context_info(context: RlvContext, out: *mut RlvContextInfo) {
         let object = registry::get(context)?;
-        let limit = object.context.memory_limit();
+        let limit = object.context.own_memory_limit();
         let fallback = object.fallback();
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         unsafe {
