@@ -28,7 +28,11 @@ typedef struct RlvHit {
     float normal[3];   /* unit length, of the displaced surface or of the triangle, to the front */
 } RlvHit;
 
-/* Rays and where their hits go. Strides are in bytes, 0 for packed. */
+/* Rays and where their hits go. Strides are in bytes, 0 for packed.
+ *
+ * A call fails if min_distance is negative or above max_distance. A ray of its own hits nothing if a number of its origin
+ * or direction is not finite or beyond 1e12, which is as far as Embree goes, if its direction is zero, or if a distance of
+ * its own is no number, negative or its smallest is above its largest; the others of the call are cast. */
 typedef struct RlvRayArrays {
     uint32_t struct_size;
     uint32_t reserved; /* 0 */
@@ -46,9 +50,16 @@ typedef struct RlvRayArrays {
     const float *max_distances; /* largest distance of each ray in place of max_distance, which may be infinite; NULL for
                                    that one */
     size_t max_distance_stride;
+    const uint32_t *masks; /* a ray hits nothing of a caster with whose mask it shares no bit, and nothing of an isosurface
+                              if it has none; NULL for all bits */
+    size_t mask_stride;
+    const float *times; /* seconds, held within the shutter of an isosurface; NULL for 0. Casters do not move: they do not
+                           read it */
+    size_t time_stride;
 } RlvRayArrays;
 
-#define RLV_RAY_ARRAYS_INIT {sizeof(RlvRayArrays), 0, 0, NULL, 0, NULL, 0, NULL, 0, 0, 0, NULL, 0, NULL, 0}
+#define RLV_RAY_ARRAYS_INIT \
+    {sizeof(RlvRayArrays), 0, 0, NULL, 0, NULL, 0, NULL, 0, 0, 0, NULL, 0, NULL, 0, NULL, 0, NULL, 0}
 
 /* Makes a caster for the triangles of a mesh, which may be released or changed afterwards. Faces are cut as
  * rlv_mesh_get_triangles does. Fails with RLV_ERROR_UNSUPPORTED or RLV_ERROR_NOT_FOUND if there is no Embree 3.13
@@ -72,9 +83,11 @@ RLV_API RlvResult rlv_caster_update(RlvCaster caster);
 RLV_API RlvResult rlv_caster_retain(RlvCaster caster);
 RLV_API RlvResult rlv_caster_release(RlvCaster caster);
 
-/* Casts rays. A ray hits nothing if a number of its origin or direction is not finite or beyond 1e12, which is as far as
- * Embree goes, if its direction is zero, or if a distance of its own is no number, negative or its smallest is above its
- * largest; the others of the call are cast. Fails if min_distance is negative or above max_distance. */
+/* Mutating: sets the mask of a caster, which has all bits at first. A ray hits nothing of a caster with which it shares no
+ * bit. Fails with RLV_ERROR_BUSY while rays are cast. */
+RLV_API RlvResult rlv_caster_set_mask(RlvCaster caster, uint32_t mask);
+
+/* Casts rays. Fails as RlvRayArrays says. */
 RLV_API RlvResult rlv_caster_cast(RlvCaster caster, const RlvRayArrays *arrays);
 
 /* Finds out whether rays hit anything between their distances, which is faster than to find what they hit first: writes 1 or

@@ -6,7 +6,7 @@
 #ifndef RELIEVO_ISOSURFACE_H
 #define RELIEVO_ISOSURFACE_H
 
-#include "relievo/mesh.h"
+#include "relievo/caster.h"
 
 typedef struct RlvIsosurface {
     uint64_t id;
@@ -96,13 +96,13 @@ typedef struct RlvIsosurfaceClasses {
 
 #define RLV_ISOSURFACE_CLASSES_INIT {sizeof(RlvIsosurfaceClasses), 0, 0, 0, 0, 0.0}
 
-/* A ray. Distances are in multiples of its direction. */
+/* A ray for the function of a table. Distances are in multiples of its direction. */
 typedef struct RlvIsosurfaceRay {
     float origin[3];    /* metres */
     float direction[3]; /* of any length but zero */
-    float min_distance; /* smallest distance of a hit; less than 0 is 0 */
+    float min_distance; /* smallest distance of a hit, 0 or more */
     float max_distance; /* largest distance of a hit; 0 for no limit */
-    float time;         /* held within the shutter */
+    float time;         /* seconds, held within the shutter */
 } RlvIsosurfaceRay;
 
 /* Where a ray enters or leaves the fluid first. Without a hit, distance is infinite and the rest zero. */
@@ -115,8 +115,8 @@ typedef struct RlvIsosurfaceHit {
 } RlvIsosurfaceHit;
 
 /* Traces one ray; data is that of the table. Writes the hit, and returns 1 if there is one. May be called on any number
- * of threads at a time; takes no lock, and asks for memory only the first times on a thread. NULL and rays that are not
- * finite, have no direction or end before they start meet nothing. */
+ * of threads at a time; takes no lock, and asks for memory only the first times on a thread. NULL, and rays that hit nothing
+ * by the rule of RlvRayArrays or whose time is not finite, meet nothing. */
 typedef uint32_t (*RlvIsosurfaceIntersect)(const void *data, const RlvIsosurfaceRay *ray, RlvIsosurfaceHit *hit);
 
 /* What renderers call. It is valid as long as the isosurface lives: a scene keeps a reference. */
@@ -161,11 +161,12 @@ RLV_API RlvResult rlv_isosurface_mesh(RlvIsosurface isosurface, const RlvIsosurf
 RLV_API RlvResult rlv_isosurface_classify(RlvIsosurface isosurface, float threshold, uint8_t *classes, size_t capacity,
                                           size_t stride, RlvProgress progress, void *user, RlvIsosurfaceClasses *out);
 
-/* Traces count rays on the threads of the context and writes as many hits; strides are in bytes, 0 for packed. Hits where
- * blind particles have most of the weight are dropped: there the surface is that of the layer that was kept and not of
- * the fluid. Rays that are not finite, have no direction or end before they start meet nothing. No failure of its own. */
-RLV_API RlvResult rlv_isosurface_cast(RlvIsosurface isosurface, const RlvIsosurfaceRay *rays, size_t count,
-                                      size_t stride, RlvIsosurfaceHit *hits, size_t hit_stride);
+/* Casts rays on the threads of the context and writes as many hits, hit_stride bytes apart, 0 for packed; hits of rays is not
+ * used. Hits where blind particles have most of the weight are dropped: there the surface is that of the layer that was
+ * kept and not of the fluid. An isosurface has no mask: a ray whose mask is 0 hits nothing, nor does one whose time is not
+ * finite. Fails as RlvRayArrays says. */
+RLV_API RlvResult rlv_isosurface_cast(RlvIsosurface isosurface, const RlvRayArrays *rays, RlvIsosurfaceHit *hits,
+                                      size_t hit_stride);
 
 /* The function for rays one by one, and what it works on, for another renderer. Finds the same hits as
  * rlv_isosurface_cast. No failure of its own. */

@@ -1104,9 +1104,28 @@ inline RlvStrokeReport stroke(const Detail &detail, const Brush &brush, const st
     return report;
 }
 
-/// A ray; the direction may have any length but zero.
+/// A ray; the direction may have any length but zero. It hits nothing of a caster with whose mask it shares no bit; time
+/// is of isosurfaces, in seconds.
 struct CastRay {
     Float3 origin, direction;
+    std::uint32_t mask = 0xffffffffu;
+    float time = 0.0f;
+
+    /// What the C functions take of rays, as long as these live; without hits.
+    static RlvRayArrays arrays(const std::vector<CastRay> &rays, float max_distance) {
+        RlvRayArrays arrays = RLV_RAY_ARRAYS_INIT;
+        arrays.count = rays.size();
+        if (!rays.empty()) {
+            const CastRay &first = rays.front();
+            arrays.origins = first.origin.data();
+            arrays.directions = first.direction.data();
+            arrays.masks = &first.mask;
+            arrays.times = &first.time;
+        }
+        arrays.origin_stride = arrays.direction_stride = arrays.mask_stride = arrays.time_stride = sizeof(CastRay);
+        arrays.max_distance = max_distance;
+        return arrays;
+    }
 };
 
 /// See relievo/caster.h.
@@ -1137,9 +1156,12 @@ public:
     /// Goes to the last update of the tessellation.
     void update() const { check(rlv_caster_update(get())); }
 
+    /// Has rays that share no bit with it hit nothing; all bits are set at first.
+    void set_mask(std::uint32_t mask) const { check(rlv_caster_set_mask(get(), mask)); }
+
     std::vector<RlvHit> cast(const std::vector<CastRay> &rays, float max_distance = 0.0f) const {
         std::vector<RlvHit> hits(rays.size());
-        RlvRayArrays arrays = arrays_of(rays, max_distance);
+        RlvRayArrays arrays = CastRay::arrays(rays, max_distance);
         arrays.hits = hits.data();
         check(rlv_caster_cast(get(), &arrays));
         return hits;
@@ -1148,22 +1170,9 @@ public:
     /// 1 for each ray that hits anything, 0 for the others.
     std::vector<std::uint8_t> occluded(const std::vector<CastRay> &rays, float max_distance = 0.0f) const {
         std::vector<std::uint8_t> found(rays.size());
-        const RlvRayArrays arrays = arrays_of(rays, max_distance);
+        const RlvRayArrays arrays = CastRay::arrays(rays, max_distance);
         check(rlv_caster_occluded(get(), &arrays, found.data(), 0));
         return found;
-    }
-
-private:
-    static RlvRayArrays arrays_of(const std::vector<CastRay> &rays, float max_distance) {
-        RlvRayArrays arrays = RLV_RAY_ARRAYS_INIT;
-        arrays.count = rays.size();
-        if (!rays.empty()) {
-            arrays.origins = rays.front().origin.data();
-            arrays.directions = rays.front().direction.data();
-        }
-        arrays.origin_stride = arrays.direction_stride = sizeof(CastRay);
-        arrays.max_distance = max_distance;
-        return arrays;
     }
 };
 
@@ -2690,9 +2699,11 @@ public:
         return classes;
     }
 
-    std::vector<RlvIsosurfaceHit> cast(const std::vector<RlvIsosurfaceRay> &rays) const {
+    /// The first hit of each ray; one whose mask is 0 hits nothing.
+    std::vector<RlvIsosurfaceHit> cast(const std::vector<CastRay> &rays, float max_distance = 0.0f) const {
         std::vector<RlvIsosurfaceHit> hits(rays.size());
-        check(rlv_isosurface_cast(get(), rays.data(), rays.size(), 0, hits.data(), 0));
+        const RlvRayArrays arrays = CastRay::arrays(rays, max_distance);
+        check(rlv_isosurface_cast(get(), &arrays, hits.data(), 0));
         return hits;
     }
 

@@ -1,5 +1,7 @@
-/* Casting of rays against a mesh. */
+/* Casting of rays against meshes and details, masks, and rays that hit nothing, of isosurfaces too. */
 #include "check.h"
+
+#include <stddef.h>
 
 enum { SIDE = 40, RAYS = SIDE * SIDE };
 
@@ -74,6 +76,19 @@ static void check_same_as_new(RlvDetail detail, const RlvTessellateOptions *cell
     }
 }
 
+/* Whether a ray from above with a mask meets a caster. */
+static int meets(RlvCaster caster, uint32_t mask) {
+    static const float origin[3] = {1.4f, 1.3f, 2}, direction[3] = {0, 0, -1};
+    RlvRayArrays rays = RLV_RAY_ARRAYS_INIT;
+    uint8_t occluded = 77;
+    rays.count = 1;
+    rays.origins = origin;
+    rays.directions = direction;
+    rays.masks = &mask;
+    CHECK_OK(rlv_caster_occluded(caster, &rays, &occluded, 0));
+    return occluded;
+}
+
 static void check_follows(RlvContext context) {
     RlvMesh plane = check_plane(context, 3, 3);
     RlvSurface surface = RLV_NULL;
@@ -91,10 +106,12 @@ static void check_follows(RlvContext context) {
     CHECK_OK(rlv_tessellation_create(detail, &cells, &tessellation));
     CHECK_OK(rlv_caster_create_tessellation(tessellation, &caster));
     check_same_as_new(detail, &cells, caster, &flat);
+    CHECK_OK(rlv_caster_set_mask(caster, 2));
     dent(context, detail, 1.5, 1.5, 0.4f);
     CHECK_OK(rlv_tessellation_update(tessellation, &changes));
     CHECK(changes.rebuilt == 0 && changes.point_count > 0);
     CHECK_OK(rlv_caster_update(caster));
+    CHECK(meets(caster, 2) && !meets(caster, 5));
     check_same_as_new(detail, &cells, caster, &dented);
     CHECK(dented < flat - 0.1f);
     /* Several updates are caught up with at once. */
@@ -117,10 +134,13 @@ static void check_follows(RlvContext context) {
     dent(context, detail, 1.5, 1.5, 0.4f);
     CHECK_OK(rlv_tessellation_update(tessellation, &changes));
     CHECK(changes.rebuilt == 1);
+    CHECK_OK(rlv_caster_set_mask(caster, 2));
     CHECK_OK(rlv_caster_update(caster));
+    CHECK(meets(caster, 2) && !meets(caster, 5));
     check_same_as_new(detail, &cells, caster, &dented);
     CHECK_OK(rlv_caster_release(caster));
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_caster_update(caster), "not alive");
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_caster_set_mask(caster, 1), "not alive");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_caster_create_tessellation((RlvTessellation){3}, &other), "tessellation");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_caster_create_tessellation(tessellation, NULL), "out");
     CHECK(other.id == 77);
@@ -131,6 +151,159 @@ static void check_follows(RlvContext context) {
     CHECK_OK(rlv_detail_release(detail));
     CHECK_OK(rlv_surface_release(surface));
     CHECK_OK(rlv_mesh_release(plane));
+}
+
+/* Rays from 2 above a surface at z = 0, and whether they hit it. Distances are their own. */
+static const struct {
+    float origin[3], direction[3], near, far;
+    uint32_t mask;
+    int hits;
+} TABLE[] = {
+    {{3.25f, 2.5f, 2}, {0, 0, -1}, 0, INFINITY, UINT32_MAX, 1},
+    {{3.25f, 2.5f, 2}, {0, 0, -1}, 0.5f, 3, 4, 1},
+    {{NAN, 2.5f, 2}, {0, 0, -1}, 0, INFINITY, UINT32_MAX, 0},
+    {{3.25f, 2.5f, INFINITY}, {0, 0, -1}, 0, INFINITY, UINT32_MAX, 0},
+    {{3.25f, 2.5f, 2e12f}, {0, 0, -1}, 0, INFINITY, UINT32_MAX, 0},
+    {{3.25f, 2.5f, 2}, {0, 0, 0}, 0, INFINITY, UINT32_MAX, 0},
+    {{3.25f, 2.5f, 2}, {0, NAN, -1}, 0, INFINITY, UINT32_MAX, 0},
+    {{3.25f, 2.5f, 2}, {0, 0, -INFINITY}, 0, INFINITY, UINT32_MAX, 0},
+    {{3.25f, 2.5f, 2}, {0, 0, -2e12f}, 0, INFINITY, UINT32_MAX, 0},
+    {{3.25f, 2.5f, 2}, {0, 0, -1}, NAN, INFINITY, UINT32_MAX, 0},
+    {{3.25f, 2.5f, 2}, {0, 0, -1}, -1, INFINITY, UINT32_MAX, 0},
+    {{3.25f, 2.5f, 2}, {0, 0, -1}, -INFINITY, INFINITY, UINT32_MAX, 0},
+    {{3.25f, 2.5f, 2}, {0, 0, -1}, 0, NAN, UINT32_MAX, 0},
+    {{3.25f, 2.5f, 2}, {0, 0, -1}, 0, -1, UINT32_MAX, 0},
+    {{3.25f, 2.5f, 2}, {0, 0, -1}, 3, 0.5f, UINT32_MAX, 0},
+    {{3.25f, 2.5f, 2}, {0, 0, -1}, 0, INFINITY, 0, 0},
+    {{3.25f, 2.5f, 2}, {0, 0, -2}, 0, INFINITY, 1, 1},
+};
+enum { TRIED = sizeof TABLE / sizeof TABLE[0] };
+
+static RlvRayArrays tried(void) {
+    RlvRayArrays rays = RLV_RAY_ARRAYS_INIT;
+    rays.count = TRIED;
+    rays.origins = TABLE[0].origin;
+    rays.directions = TABLE[0].direction;
+    rays.min_distances = &TABLE[0].near;
+    rays.max_distances = &TABLE[0].far;
+    rays.masks = &TABLE[0].mask;
+    rays.origin_stride = rays.direction_stride = sizeof TABLE[0];
+    rays.min_distance_stride = rays.max_distance_stride = rays.mask_stride = sizeof TABLE[0];
+    return rays;
+}
+
+static void check_caster_of_table(RlvCaster caster) {
+    RlvHit hits[TRIED];
+    uint8_t occluded[TRIED];
+    RlvRayArrays rays = tried();
+    memset(hits, 7, sizeof hits);
+    rays.hits = hits;
+    CHECK_OK(rlv_caster_cast(caster, &rays));
+    CHECK_OK(rlv_caster_occluded(caster, &rays, occluded, 0));
+    for (int ray = 0; ray < TRIED; ++ray) {
+        CHECK(isinf(hits[ray].distance) == !TABLE[ray].hits && occluded[ray] == TABLE[ray].hits);
+        CHECK((hits[ray].face == RLV_NO_ELEMENT) == !TABLE[ray].hits && (hits[ray].normal[2] == 0.0f) == !TABLE[ray].hits);
+    }
+}
+
+/* What hits nothing is the same for meshes, details and isosurfaces; the others of a call are cast. */
+static void check_bad_rays(RlvContext context) {
+    const float point[3] = {3.25f, 2.5f, 0};
+    const RlvIsosurfaceHit nothing = {INFINITY, {0}, {0}, {0}, 0};
+    RlvMesh plane = check_plane(context, 8, 8);
+    RlvSurface surface = RLV_NULL;
+    RlvDetail detail = RLV_NULL;
+    RlvCaster casters[2] = {RLV_NULL, RLV_NULL};
+    RlvIsosurfaceParticles particle = RLV_ISOSURFACE_PARTICLES_INIT;
+    RlvIsosurfaceOptions options = RLV_ISOSURFACE_OPTIONS_INIT;
+    RlvIsosurface sphere = RLV_NULL;
+    RlvIsosurfaceTable table = RLV_ISOSURFACE_TABLE_INIT;
+    RlvIsosurfaceHit hits[TRIED];
+    RlvRayArrays rays = tried();
+    CHECK_OK(rlv_surface_create(context, plane, NULL, &surface));
+    CHECK_OK(rlv_detail_create(surface, NULL, NULL, &detail));
+    CHECK_OK(rlv_caster_create_mesh(context, plane, &casters[0]));
+    CHECK_OK(rlv_caster_create_detail(detail, NULL, &casters[1]));
+    particle.count = 1;
+    particle.points = point;
+    options.radius = 0.25f;
+    CHECK_OK(rlv_isosurface_create(context, &particle, &options, &sphere));
+    CHECK_OK(rlv_isosurface_table(sphere, &table));
+    check_caster_of_table(casters[0]);
+    check_caster_of_table(casters[1]);
+    memset(hits, 7, sizeof hits);
+    CHECK_OK(rlv_isosurface_cast(sphere, &rays, hits, 0));
+    for (int ray = 0; ray < TRIED; ++ray) {
+        CHECK(isinf(hits[ray].distance) == !TABLE[ray].hits);
+        CHECK(TABLE[ray].hits || memcmp(&hits[ray], &nothing, sizeof nothing) == 0);
+        /* One by one they have no masks. */
+        if (TABLE[ray].mask != 0) {
+            RlvIsosurfaceRay one = {{0}, {0}, TABLE[ray].near, TABLE[ray].far, 0};
+            RlvIsosurfaceHit hit;
+            memcpy(one.origin, TABLE[ray].origin, sizeof one.origin);
+            memcpy(one.direction, TABLE[ray].direction, sizeof one.direction);
+            CHECK(table.intersect(table.data, &one, &hit) == (uint32_t)TABLE[ray].hits);
+            CHECK(memcmp(&hit, &hits[ray], sizeof hit) == 0);
+        }
+    }
+    /* Distances of all rays are an argument of the call. */
+    static const float wrong[4][2] = {{-1, 2}, {3, 2}, {NAN, 2}, {0, NAN}};
+    RlvHit met[TRIED];
+    uint8_t occluded[TRIED];
+    rays.hits = met;
+    for (int k = 0; k < 4; ++k) {
+        rays.min_distance = wrong[k][0];
+        rays.max_distance = wrong[k][1];
+        for (int caster = 0; caster < 2; ++caster) {
+            CHECK_FAILS(RLV_ERROR_INVALID, rlv_caster_cast(casters[caster], &rays), "min_distance");
+            CHECK_FAILS(RLV_ERROR_INVALID, rlv_caster_occluded(casters[caster], &rays, occluded, 0), "min_distance");
+        }
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_isosurface_cast(sphere, &rays, hits, 0), "min_distance");
+    }
+    CHECK_OK(rlv_isosurface_release(sphere));
+    CHECK_OK(rlv_caster_release(casters[0]));
+    CHECK_OK(rlv_caster_release(casters[1]));
+    CHECK_OK(rlv_detail_release(detail));
+    CHECK_OK(rlv_surface_release(surface));
+    CHECK_OK(rlv_mesh_release(plane));
+}
+
+/* A ray meets the casters with which it shares a bit. Hosts of before masks have rays of all bits. */
+static void check_masks(RlvCaster caster) {
+    static const float origins[5][3] = {{3.25f, 2.5f, 2}, {3.25f, 2.5f, 2}, {3.25f, 2.5f, 2}, {3.25f, 2.5f, 2}, {3.25f, 2.5f, 2}};
+    static const float directions[5][3] = {{0, 0, -1}, {0, 0, -1}, {0, 0, -1}, {0, 0, -1}, {0, 0, -1}};
+    static const uint32_t masks[5][2] = {{1, 9}, {2, 9}, {6, 9}, {UINT32_MAX, 9}, {0, 9}};
+    static const uint32_t of_caster[4] = {UINT32_MAX, 2, 12, 0};
+    RlvHit hits[5];
+    uint8_t occluded[5];
+    RlvRayArrays rays = RLV_RAY_ARRAYS_INIT;
+    rays.count = 5;
+    rays.origins = origins[0];
+    rays.directions = directions[0];
+    rays.hits = hits;
+    rays.masks = masks[0];
+    rays.mask_stride = sizeof masks[0];
+    for (int k = 0; k < 4; ++k) {
+        CHECK_OK(rlv_caster_set_mask(caster, of_caster[k]));
+        CHECK_OK(rlv_caster_cast(caster, &rays));
+        CHECK_OK(rlv_caster_occluded(caster, &rays, occluded, 0));
+        for (int ray = 0; ray < 5; ++ray) {
+            const int shares = (masks[ray][0] & of_caster[k]) != 0;
+            CHECK(isinf(hits[ray].distance) == !shares && occluded[ray] == shares);
+        }
+    }
+    rays.mask_stride = 3;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_caster_cast(caster, &rays), "masks");
+    rays.mask_stride = 0;
+    CHECK_OK(rlv_caster_set_mask(caster, 8));
+    rays.struct_size = (uint32_t)offsetof(RlvRayArrays, masks);
+    CHECK_OK(rlv_caster_cast(caster, &rays));
+    for (int ray = 0; ray < 5; ++ray) {
+        CHECK(hits[ray].face == 19);
+    }
+    rays.struct_size -= 1;
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_caster_cast(caster, &rays), "struct_size");
+    CHECK_OK(rlv_caster_set_mask(caster, UINT32_MAX));
 }
 
 int main(void) {
@@ -173,42 +346,18 @@ int main(void) {
     rays.min_distance = 0.0f;
     rays.max_distance = 0.0f;
 
-    /* Rays without a direction, not finite or too far away hit nothing, and those between them what they hit alone. */
-    static const float some_origins[7][3] = {{3.25f, 2.5f, 2},    {3.25f, 2.5f, 2}, {3.25f, 2.5f, 2},   {3.25f, NAN, 2},
-                                             {3.25f, 2.5f, 1e30f}, {3.25f, 2.5f, 2}, {3.25f, 2.5f, 2}};
-    static const float some_directions[7][3] = {{0, 0, -1}, {0, 0, 0},         {0, NAN, -1}, {0, 0, -1},
-                                                {0, 0, -1}, {0, 0, -INFINITY}, {0, 0, -2}};
-    RlvHit some[7];
-    memset(some, 7, sizeof(some));
-    rays.count = 7;
-    rays.origins = some_origins[0];
-    rays.origin_stride = 0;
-    rays.directions = some_directions[0];
-    rays.hits = some;
-    CHECK_OK(rlv_caster_cast(caster, &rays));
-    for (int ray = 1; ray < 6; ++ray) {
-        CHECK(isinf(some[ray].distance) && some[ray].face == RLV_NO_ELEMENT && some[ray].normal[2] == 0.0f);
-    }
-    CHECK(some[0].face == 19 && some[6].face == 19);
-    CHECK_NEAR(some[0].distance, 2, 1e-5);
-    CHECK_NEAR(some[6].distance, 1, 1e-5);
-    /* Distances of their own: only those between which something lies. */
-    static const float near[7] = {0, 0, 0, 0, 0, 0, 1.5f}, far[7] = {1.5f, 3, 3, 3, 3, 3, INFINITY};
-    uint8_t occluded[7];
+    /* Distances of their own, one after the other: those between which nothing lies. */
+    static const float near[4] = {0, 0.4f, 0, 0}, far[4] = {1.5f, INFINITY, 3, 0};
+    uint8_t occluded[4];
+    rays.count = 4;
     rays.min_distances = near;
     rays.max_distances = far;
     CHECK_OK(rlv_caster_cast(caster, &rays));
-    CHECK(isinf(some[0].distance) && isinf(some[6].distance));
-    static const float wrong[7] = {-1, 0, 0, 0, 0, 0, NAN};
-    rays.min_distances = wrong;
-    rays.max_distances = NULL;
-    CHECK_OK(rlv_caster_cast(caster, &rays));
-    CHECK(isinf(some[0].distance) && isinf(some[6].distance));
-    rays.min_distances = NULL;
     CHECK_OK(rlv_caster_occluded(caster, &rays, occluded, 0));
-    for (int ray = 0; ray < 7; ++ray) {
-        CHECK(occluded[ray] == (ray == 0 || ray == 6));
+    for (int ray = 0; ray < 4; ++ray) {
+        CHECK(occluded[ray] == (ray == 1) && isinf(hits[ray].distance) == (ray != 1));
     }
+    check_masks(caster);
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_caster_occluded(caster, &rays, NULL, 0), "occluded");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_caster_occluded(caster, NULL, occluded, 0), "RlvRayArrays");
     rays.origins = origins[0];
@@ -221,6 +370,7 @@ int main(void) {
     CHECK_OK(rlv_caster_release(caster));
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_caster_cast(caster, &rays), "not alive");
     check_follows(context);
+    check_bad_rays(context);
     CHECK_OK(rlv_context_release(context));
     return 0;
 }

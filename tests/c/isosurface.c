@@ -63,6 +63,10 @@ static void check_sphere(RlvContext context) {
         ray.min_distance = NAN;
         CHECK(table.intersect(table.data, &ray, &hit) == 0);
         ray.min_distance = 0.0f;
+        CHECK(table.intersect(table.data, &ray, &hit) == 1);
+        ray.time = INFINITY;
+        CHECK(table.intersect(table.data, &ray, &hit) == 0);
+        ray.time = 0.25f;
         ray.direction[0] = 0.0f;
         CHECK(table.intersect(table.data, &ray, &hit) == 0);
         CHECK(table.intersect(NULL, &ray, &hit) == 0 && table.intersect(table.data, NULL, &hit) == 0);
@@ -75,6 +79,17 @@ enum { RAYS = 200 };
 
 static RlvIsosurfaceRay rays[RAYS];
 static RlvIsosurfaceHit hits[RAYS];
+
+/* The same rays for calls of many; those have no distances of their own. */
+static RlvRayArrays all_rays(void) {
+    RlvRayArrays arrays = RLV_RAY_ARRAYS_INIT;
+    arrays.count = RAYS;
+    arrays.origins = rays[0].origin;
+    arrays.directions = rays[0].direction;
+    arrays.times = &rays[0].time;
+    arrays.origin_stride = arrays.direction_stride = arrays.time_stride = sizeof rays[0];
+    return arrays;
+}
 
 /* A renderer of its own that traces all rays one by one. */
 static void *trace(void *data) {
@@ -119,8 +134,9 @@ static void check_blind(RlvContext context, RlvIsosurface all, const RlvIsosurfa
         const RlvIsosurfaceRay ray = {{0.16f, 0.16f, 0.16f}, {cosf(angle), sinf(angle), z}, 0, 0, 0};
         rays[k] = ray;
     }
-    CHECK_OK(rlv_isosurface_cast(all, rays, RAYS, 0, expected, 0));
-    CHECK_OK(rlv_isosurface_cast(layer, rays, RAYS, 0, hits, 0));
+    const RlvRayArrays arrays = all_rays();
+    CHECK_OK(rlv_isosurface_cast(all, &arrays, expected, 0));
+    CHECK_OK(rlv_isosurface_cast(layer, &arrays, hits, 0));
     for (int k = 0; k < RAYS; ++k) {
         CHECK_NEAR(hits[k].distance, expected[k].distance, 1e-4);
         CHECK(hits[k].enters == 0 && expected[k].enters == 0);
@@ -255,9 +271,13 @@ int main(void) {
         CHECK_FAILS(RLV_ERROR_INVALID, rlv_isosurface_classify(surface, -1.0f, classes, 4, 0, NULL, NULL, NULL), "classes");
         CHECK_FAILS(RLV_ERROR_INVALID, rlv_isosurface_classify(surface, NAN, NULL, 0, 0, NULL, NULL, NULL), "threshold");
         CHECK_OK(rlv_isosurface_classify(surface, 0.0f, NULL, 0, 0, NULL, NULL, NULL));
-        CHECK_FAILS(RLV_ERROR_INVALID, rlv_isosurface_cast(surface, NULL, 1, 0, hits, 0), "rays");
-        CHECK_FAILS(RLV_ERROR_INVALID, rlv_isosurface_cast(surface, rays, 1, 0, NULL, 0), "hits");
-        CHECK_OK(rlv_isosurface_cast(surface, NULL, 0, 0, NULL, 0));
+        RlvRayArrays arrays = all_rays();
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_isosurface_cast(surface, NULL, hits, 0), "RlvRayArrays");
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_isosurface_cast(surface, &arrays, NULL, 0), "hits");
+        arrays.time_stride = 3;
+        CHECK_FAILS(RLV_ERROR_INVALID, rlv_isosurface_cast(surface, &arrays, hits, 0), "times");
+        arrays = (RlvRayArrays)RLV_RAY_ARRAYS_INIT;
+        CHECK_OK(rlv_isosurface_cast(surface, &arrays, NULL, 0));
         CHECK_OK(rlv_isosurface_release(surface));
     }
 
@@ -266,7 +286,8 @@ int main(void) {
     RlvMeshInfo faces = RLV_MESH_INFO_INIT;
     particles.count = 0;
     CHECK_OK(rlv_isosurface_create(context, &particles, NULL, &none));
-    CHECK_OK(rlv_isosurface_cast(none, rays, 2, 0, hits, 0));
+    const RlvRayArrays arrays = all_rays();
+    CHECK_OK(rlv_isosurface_cast(none, &arrays, hits, 0));
     CHECK(isinf(hits[0].distance) && isinf(hits[1].distance));
     CHECK_OK(rlv_isosurface_mesh(none, NULL, NULL, NULL, &empty));
     CHECK_OK(rlv_mesh_info(empty, &faces));

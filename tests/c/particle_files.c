@@ -151,10 +151,14 @@ static void check_kept(RlvContext context) {
     CHECK_OK(rlv_particles_write(kept, "kept.rlvfluid"));
     CHECK_OK(rlv_particles_read(context, "kept.rlvfluid", &back));
     CHECK_OK(rlv_particles_isosurface(back, NULL, &part));
-    RlvIsosurfaceRay ray = {{0.19f, 0.19f, 1}, {0.01f, 0.02f, -1}, 0, 0, 0};
+    const float origin[3] = {0.19f, 0.19f, 1}, direction[3] = {0.01f, 0.02f, -1};
+    RlvRayArrays rays = RLV_RAY_ARRAYS_INIT;
     RlvIsosurfaceHit hits[2];
-    CHECK_OK(rlv_isosurface_cast(whole, &ray, 1, 0, &hits[0], 0));
-    CHECK_OK(rlv_isosurface_cast(part, &ray, 1, 0, &hits[1], 0));
+    rays.count = 1;
+    rays.origins = origin;
+    rays.directions = direction;
+    CHECK_OK(rlv_isosurface_cast(whole, &rays, &hits[0], 0));
+    CHECK_OK(rlv_isosurface_cast(part, &rays, &hits[1], 0));
     CHECK(hits[0].enters == 1 && hits[1].enters == 1);
     CHECK_NEAR(hits[0].distance, hits[1].distance, 1e-5);
     RlvMesh mesh = mesh_of(whole);

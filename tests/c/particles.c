@@ -58,7 +58,7 @@ static RlvResult release_surface(uint64_t id) { return rlv_isosurface_release((R
 static RlvResult surface_info(uint64_t id) { RlvIsosurfaceInfo out = RLV_ISOSURFACE_INFO_INIT; return rlv_isosurface_info((RlvIsosurface){id}, &out); }
 static RlvResult surface_mesh(uint64_t id) { RlvMesh out; return rlv_isosurface_mesh((RlvIsosurface){id}, NULL, NULL, NULL, &out); }
 static RlvResult classify(uint64_t id) { return rlv_isosurface_classify((RlvIsosurface){id}, 0, NULL, 0, 0, NULL, NULL, NULL); }
-static RlvResult cast(uint64_t id) { return rlv_isosurface_cast((RlvIsosurface){id}, NULL, 0, 0, NULL, 0); }
+static RlvResult cast(uint64_t id) { RlvRayArrays rays = RLV_RAY_ARRAYS_INIT; return rlv_isosurface_cast((RlvIsosurface){id}, &rays, NULL, 0); }
 static RlvResult table(uint64_t id) { RlvIsosurfaceTable out = RLV_ISOSURFACE_TABLE_INIT; return rlv_isosurface_table((RlvIsosurface){id}, &out); }
 static RlvResult job_surface(uint64_t id) { RlvJob out; return rlv_job_isosurface((RlvIsosurface){id}, NULL, &out); }
 
@@ -164,7 +164,7 @@ static void *use(void *user) {
         result = rlv_fluid_isosurface(fluid, NULL, &surface);
         CHECK(result == RLV_OK || result == RLV_ERROR_BUSY);
         if (result == RLV_OK) {
-            CHECK_OK(rlv_isosurface_cast(surface, NULL, 0, 0, NULL, 0));
+            CHECK(cast(surface.id) == RLV_OK);
             CHECK_OK(rlv_isosurface_release(surface));
         }
     }

@@ -617,7 +617,8 @@ int main() {
     const auto meshing = relievo::Job::mesh(surface_of, finer);
     CHECK(meshing.wait().state == RLV_JOB_DONE && meshing.mesh().points() == wet.points());
     const RlvIsosurfaceRay down{{0.08f, 0.08f, 1}, {0, 0, -1}, 0, 0, 0};
-    const auto wet_hits = surface_of.cast({down, down});
+    const auto wet_hits = surface_of.cast({{{0.08f, 0.08f, 1}, {0, 0, -1}, 0}, {{0.08f, 0.08f, 1}, {0, 0, -1}}});
+    CHECK(std::isinf(wet_hits[0].distance));
     RlvIsosurfaceHit wet_hit;
     const auto functions = surface_of.table();
     CHECK(functions.intersect(functions.data, &down, &wet_hit) == 1 && wet_hit.distance == wet_hits[1].distance);

@@ -188,7 +188,7 @@ class Misuse(unittest.TestCase):
             "state": b"abc", "format": "obj", "name": "abc", "values": [1.0], "domain": "point", "index": 0, "tile": 0, "face": 0,
             "channel": "displacement", "tiles": [0], "uvs": [[0.5, 0.5]], "wanted": ["positions"], "matrix_world": numpy.eye(4),
             "budget": 1 << 30, "page": 0, "time": 0.0, "pairs": [[0, 8]], "origins": [[0, 0, 1]], "directions": [[0, 0, -1]],
-            "place": [0, 0, 0], "normal": [0, 0, 1], "force": 1.0, "curve": "size", "pixels": picture, "number": 0, "layer": "label",
+            "place": [0, 0, 0], "normal": [0, 0, 1], "force": 1.0, "mask": 3, "curve": "size", "pixels": picture, "number": 0, "layer": "label",
             "image": picture, "texture": picture, "height": 0.1, "size": (10, 10), "pins": pins, "pin": 0, "position": (0, 0, 0),
             "before": numpy.eye(4), "after": numpy.eye(4), "semaphore": 1, "log": None, "monitor": None, "done": None, "error": 0.1,
             "bound": 0.1, "grips": [], "tracks": [], "patch": 0, "patches": [0], "transforms": numpy.eye(4)[None], "agent": 0,

@@ -987,6 +987,12 @@ class Fluids(unittest.TestCase):
         hits = sphere.cast([(0, 0, 2)] * 2, [(0, 0, -1)] * 2, times=[0.0, 0.5])
         self.assertAlmostEqual(float(hits["distance"][0]), 1.9, places=4)
         self.assertTrue(numpy.isinf(hits["distance"][1]))
+        hits = sphere.cast([(0.5, 0, 2)] * 3, [(0, 0, -1)] * 3, [0.0, -1.0, 0.0], numpy.inf, 0.5, [1, 1, 0])
+        self.assertEqual(numpy.isinf(hits["distance"]).tolist(), [False, True, True])
+        with self.assertRaisesRegex(rl.Invalid, "min_distance"):
+            sphere.cast([(0, 0, 2)], [(0, 0, -1)], 3.0, 2.0)
+        with self.assertRaisesRegex(rl.Invalid, "times"):
+            sphere.cast([(0, 0, 2)], [(0, 0, -1)], times=[0.0, 0.5])
         with self.assertRaisesRegex(rl.Invalid, "blind"):
             rl.Isosurface(self.context, [(0, 0, 0)], blind=[0, 1])
         with self.assertRaisesRegex(rl.Invalid, "function"):
@@ -1773,6 +1779,15 @@ class Details(unittest.TestCase):
         self.assertAlmostEqual(float(caster.cast(*rays)["distance"][0]), 1.75, places=2)
         with self.assertRaisesRegex(rl.Invalid, "max_distances"):
             caster.occluded(*rays, max_distance=[1, 2])
+        caster.set_mask(6)
+        self.assertEqual(caster.occluded(*rays, masks=[1, 4, 4]).tolist(), [False, True, False])
+        self.assertEqual(numpy.isinf(caster.cast(*rays, masks=2)["distance"]).tolist(), [False, False, True])
+        self.assertTrue(numpy.isinf(caster.cast(*rays, masks=0xFFFFFFF9)["distance"]).all())
+        for wrong in (-1, 1 << 32, 1.5, [1, 2], [1, -2, 3]):
+            with self.assertRaisesRegex(rl.Invalid, "masks"):
+                caster.cast(*rays, masks=wrong)
+        with self.assertRaisesRegex(rl.Invalid, "mask"):
+            caster.set_mask(-1)
 
     def test_a_procedural_has_primitives_and_says_what_is_at_hits(self):
         detail = flat_detail(self.context)

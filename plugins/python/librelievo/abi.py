@@ -1315,6 +1315,10 @@ class RlvRayArrays(Structure):
         ("min_distance_stride", c_size_t),
         ("max_distances", c_float_p),
         ("max_distance_stride", c_size_t),
+        ("masks", c_uint32_p),
+        ("mask_stride", c_size_t),
+        ("times", c_float_p),
+        ("time_stride", c_size_t),
     ]
 
 
@@ -3409,7 +3413,7 @@ INIT = {
     RlvBufferInfo: (ctypes.sizeof(RlvBufferInfo), 0, 0, 0, 0, 0,),
     RlvBufferVulkan: (ctypes.sizeof(RlvBufferVulkan), 0, 0, 0, 0, 0, 0, 0, 0, 0,),
     RlvCapability: (ctypes.sizeof(RlvCapability), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, (0,),),
-    RlvRayArrays: (ctypes.sizeof(RlvRayArrays), 0, 0, None, 0, None, 0, None, 0, 0, 0, None, 0, None, 0,),
+    RlvRayArrays: (ctypes.sizeof(RlvRayArrays), 0, 0, None, 0, None, 0, None, 0, 0, 0, None, 0, None, 0, None, 0, None, 0,),
     RlvIsosurfaceOptions: (ctypes.sizeof(RlvIsosurfaceOptions), 1, 0.01, 0.0, 8.0, 0.6, 0.9, 0.0, 0.0, 12.0,),
     RlvIsosurfaceParticles: (ctypes.sizeof(RlvIsosurfaceParticles), 0, 0, None, 0, None, 0, None, 0,),
     RlvIsosurfaceInfo: (ctypes.sizeof(RlvIsosurfaceInfo), 0, 0, 0.0, 0.0, 0.0, 0.0,),
@@ -3660,6 +3664,7 @@ FUNCTIONS = {
     "rlv_caster_update": (RlvResult, [("caster", RlvCaster)]),
     "rlv_caster_retain": (RlvResult, [("caster", RlvCaster)]),
     "rlv_caster_release": (RlvResult, [("caster", RlvCaster)]),
+    "rlv_caster_set_mask": (RlvResult, [("caster", RlvCaster), ("mask", c_uint32)]),
     "rlv_caster_cast": (RlvResult, [("caster", RlvCaster), ("arrays", POINTER(RlvRayArrays))]),
     "rlv_caster_occluded": (RlvResult, [("caster", RlvCaster), ("arrays", POINTER(RlvRayArrays)), ("occluded", c_uint8_p), ("stride", c_size_t)]),
     "rlv_isosurface_create": (RlvResult, [("context", RlvContext), ("particles", POINTER(RlvIsosurfaceParticles)), ("options", POINTER(RlvIsosurfaceOptions)), ("out", POINTER(RlvIsosurface))]),
@@ -3668,7 +3673,7 @@ FUNCTIONS = {
     "rlv_isosurface_info": (RlvResult, [("isosurface", RlvIsosurface), ("out", POINTER(RlvIsosurfaceInfo))]),
     "rlv_isosurface_mesh": (RlvResult, [("isosurface", RlvIsosurface), ("options", POINTER(RlvIsosurfaceMeshOptions)), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvMesh))]),
     "rlv_isosurface_classify": (RlvResult, [("isosurface", RlvIsosurface), ("threshold", c_float), ("classes", c_uint8_p), ("capacity", c_size_t), ("stride", c_size_t), ("progress", RlvProgress), ("user", c_void_p), ("out", POINTER(RlvIsosurfaceClasses))]),
-    "rlv_isosurface_cast": (RlvResult, [("isosurface", RlvIsosurface), ("rays", POINTER(RlvIsosurfaceRay)), ("count", c_size_t), ("stride", c_size_t), ("hits", POINTER(RlvIsosurfaceHit)), ("hit_stride", c_size_t)]),
+    "rlv_isosurface_cast": (RlvResult, [("isosurface", RlvIsosurface), ("rays", POINTER(RlvRayArrays)), ("hits", POINTER(RlvIsosurfaceHit)), ("hit_stride", c_size_t)]),
     "rlv_isosurface_table": (RlvResult, [("isosurface", RlvIsosurface), ("out", POINTER(RlvIsosurfaceTable))]),
     "rlv_particles_create": (RlvResult, [("context", RlvContext), ("arrays", POINTER(RlvParticlesArrays)), ("out", POINTER(RlvParticles))]),
     "rlv_particles_read": (RlvResult, [("context", RlvContext), ("path", c_char_p), ("out", POINTER(RlvParticles))]),

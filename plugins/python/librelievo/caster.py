@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy
 
 from . import abi, library, record
-from .array import Reading, number, numbers
+from .array import Reading, integer, number, numbers
 from .error import Invalid
 from .handle import Handle, held
 from .hint import Array, ArrayLike
@@ -45,45 +45,68 @@ class Caster(Handle):
         """Goes to the last update of the tessellation."""
         library.call("rlv_caster_update", self.handle)
 
+    def set_mask(self, mask: int) -> None:
+        """Has rays that share no bit with a mask of 32 bits hit nothing of it; all bits are set at first."""
+        library.call("rlv_caster_set_mask", self.handle, integer(mask, "mask"))
+
     def cast(
-        self, origins: ArrayLike, directions: ArrayLike, min_distance: ArrayLike = 0.0, max_distance: ArrayLike = 0.0
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        min_distance: ArrayLike = 0.0,
+        max_distance: ArrayLike = 0.0,
+        masks: ArrayLike | None = None,
     ) -> Array:
         """The closest hit of every ray, an array of the fields of `abi.RlvHit`: distance, face, tile, u, v, position,
-        normal. Distances are one number for all rays, or one for each."""
-        arrays, _kept = ray_arrays(origins, directions, min_distance, max_distance)
+        normal. Distances and masks are one number for all rays, or one for each."""
+        arrays, _kept = ray_arrays(origins, directions, min_distance, max_distance, masks)
         hits = numpy.empty(arrays.count, HIT)
         arrays.hits = ctypes.cast(hits.__array_interface__["data"][0], ctypes.POINTER(abi.RlvHit))
         library.call("rlv_caster_cast", self.handle, ctypes.byref(arrays))
         return hits
 
     def occluded(
-        self, origins: ArrayLike, directions: ArrayLike, min_distance: ArrayLike = 0.0, max_distance: ArrayLike = 0.0
+        self,
+        origins: ArrayLike,
+        directions: ArrayLike,
+        min_distance: ArrayLike = 0.0,
+        max_distance: ArrayLike = 0.0,
+        masks: ArrayLike | None = None,
     ) -> Array:
         """Whether each ray hits anything, as bools."""
-        arrays, _kept = ray_arrays(origins, directions, min_distance, max_distance)
+        arrays, _kept = ray_arrays(origins, directions, min_distance, max_distance, masks)
         found = numpy.empty(arrays.count, numpy.uint8)
         library.call("rlv_caster_occluded", self.handle, ctypes.byref(arrays), found.__array_interface__["data"][0], 0)
         return found.view(bool)
 
 
-def ray_arrays(origins: Any, directions: Any, min_distance: Any, max_distance: Any) -> tuple[Any, ...]:
+def ray_arrays(
+    origins: Any, directions: Any, min_distance: Any = 0.0, max_distance: Any = 0.0, masks: Any = None, times: Any = 0.0
+) -> tuple[Any, ...]:
     """`abi.RlvRayArrays` without hits, and the arrays that it points to."""
     arrays, kept = record.empty(abi.RlvRayArrays), []
 
-    def reading(values: Any, width: Any, name: str) -> tuple[Any, ...]:
-        kept.append(Reading(values, numpy.float32, width, name))
+    def reading(values: Any, kind: Any, width: Any, name: str) -> tuple[Any, ...]:
+        kept.append(Reading(values, kind, width, name))
         if kept[-1].count != kept[0].count:
             raise Invalid(f"{name}: there are {kept[-1].count} for {kept[0].count} origins")
         return kept[-1].address, kept[-1].stride
 
-    arrays.origins, arrays.origin_stride = reading(origins, 3, "origins")
-    arrays.directions, arrays.direction_stride = reading(directions, 3, "directions")
+    arrays.origins, arrays.origin_stride = reading(origins, numpy.float32, 3, "origins")
+    arrays.directions, arrays.direction_stride = reading(directions, numpy.float32, 3, "directions")
     arrays.count = kept[0].count
     for name, value in (("min_distance", min_distance), ("max_distance", max_distance)):
         if numbers(value, name).ndim == 0:
             setattr(arrays, name, number(value, name))
         else:
-            address, stride = reading(value, 0, f"{name}s")
+            address, stride = reading(value, numpy.float32, 0, f"{name}s")
             setattr(arrays, f"{name}s", address)
             setattr(arrays, f"{name}_stride", stride)
+    if masks is not None:
+        if numbers(masks, "masks").ndim == 0:
+            masks = numpy.full(arrays.count, integer(masks, "masks"), numpy.uint32)
+        arrays.masks, arrays.mask_stride = reading(masks, numpy.uint32, 0, "masks")
+    if numbers(times, "times").ndim == 0:
+        times = numpy.full(arrays.count, number(times, "times"), numpy.float32)
+    arrays.times, arrays.time_stride = reading(times, numpy.float32, 0, "times")
     return arrays, kept

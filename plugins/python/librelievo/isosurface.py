@@ -11,6 +11,7 @@ import numpy
 
 from . import abi, library, record
 from .array import Reading, mapped, numbers, writing
+from .caster import ray_arrays
 from .error import Invalid
 from .handle import Handle, held, text_bytes
 from .hint import Array, ArrayLike, Progress
@@ -20,7 +21,6 @@ from .progress import watched
 if TYPE_CHECKING:
     from .context import Context
 
-RAY = numpy.dtype(abi.RlvIsosurfaceRay)
 HIT = numpy.dtype(abi.RlvIsosurfaceHit)
 
 Classified = namedtuple("Classified", ["classes", "surface_count", "blind_count", "hidden_count", "kept"])
@@ -54,14 +54,6 @@ def set_channels(channels: Any) -> tuple[Any, ...]:
         set_array(entries[at], reading, "values", "value_count", "value_stride")
         kept.append(reading)
     return entries, kept
-
-
-def _vectors(values: Any, name: str) -> Array:
-    """Rows of three numbers."""
-    array = numbers(values, name, numpy.float32)
-    if not array.ndim or array.size % 3:
-        raise Invalid(f"{name}: the shape (n, 3) is needed, not {array.shape}")
-    return array.reshape(-1, 3)
 
 
 class Isosurface(Handle):
@@ -119,22 +111,14 @@ class Isosurface(Handle):
         min_distance: ArrayLike = 0.0,
         max_distance: ArrayLike = 0.0,
         times: ArrayLike = 0.0,
-    ) -> Any:
+        masks: ArrayLike | None = None,
+    ) -> Array:
         """The first hit of every ray, an array of the fields of `abi.RlvIsosurfaceHit`: distance, position, normal, velocity,
-        enters. Distances and times are one for all or one for each."""
-        origins, directions = _vectors(origins, "origins"), _vectors(directions, "directions")
-        if len(origins) != len(directions):
-            raise Invalid(f"directions: there are {len(directions)} for {len(origins)} origins")
-        rays, hits = numpy.zeros(len(origins), RAY), numpy.empty(len(origins), HIT)
-        rays["origin"], rays["direction"] = origins, directions
-        for name, values in (("times", times), ("min_distance", min_distance), ("max_distance", max_distance)):
-            values = numbers(values, name, numpy.float32)
-            if values.shape not in ((), (1,), (len(rays),)):
-                raise Invalid(f"{name}: one number or {len(rays)} are needed, not the shape {values.shape}")
-            rays[name.removesuffix("s")] = values
-        pointer = lambda array, kind: ctypes.cast(array.__array_interface__["data"][0], ctypes.POINTER(kind))
-        given = (pointer(rays, abi.RlvIsosurfaceRay), len(rays), 0, pointer(hits, abi.RlvIsosurfaceHit), 0)
-        library.call("rlv_isosurface_cast", self.handle, *given)
+        enters. Distances, times and masks are one number for all rays, or one for each; a ray whose mask is 0 hits nothing."""
+        arrays, _kept = ray_arrays(origins, directions, min_distance, max_distance, masks, times)
+        hits = numpy.empty(arrays.count, HIT)
+        place = ctypes.cast(hits.__array_interface__["data"][0], ctypes.POINTER(abi.RlvIsosurfaceHit))
+        library.call("rlv_isosurface_cast", self.handle, ctypes.byref(arrays), place, 0)
         return hits
 
     @property

@@ -16,8 +16,17 @@ pub unsafe trait Descriptor: Copy {
     const FIRST_SIZE: usize;
 }
 
-/// Defines plain C structs; one whose first field is `struct_size` is a [`Descriptor`].
+/// Defines plain C structs; one whose first field is `struct_size` is a [`Descriptor`]. Of one that has grown,
+/// `before FIELD` names the first field that its first version lacked.
 macro_rules! descriptor {
+    (pub struct $name:ident before $added:ident { struct_size: u32, $($field:ident: $type:ty,)* }) => {
+        descriptor!(@plain $name { struct_size: u32, $($field: $type,)* });
+        // SAFETY: the struct is `#[repr(C)]`, begins with a `u32` and has fields of plain numbers and pointers only.
+        unsafe impl $crate::border::descriptor::Descriptor for $name {
+            const NAME: &'static str = stringify!($name);
+            const FIRST_SIZE: usize = std::mem::offset_of!($name, $added);
+        }
+    };
     (pub struct $name:ident { struct_size: u32, $($field:ident: $type:ty,)* }) => {
         descriptor!(@plain $name { struct_size: u32, $($field: $type,)* });
         // SAFETY: the struct is `#[repr(C)]`, begins with a `u32` and has fields of plain numbers and pointers only.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use relievo_core::{Error, Progress, Result};
+use relievo_embree::Ray as CastRay;
 use relievo_fluid::{
     Channel, March, Motion, ParticleChannel, Ray, RayCaster, Smoothing, Surface, SurfaceFunction, Trail, Visibility,
     classify, smooth,
@@ -17,6 +18,7 @@ use crate::border::descriptor::{check_optional, read_descriptor, read_optional, 
 use crate::border::registry::{self, handle};
 use crate::runtime::context::{ContextObject, HostProgress, RlvContext, RlvProgress};
 use crate::simulation::channel::channels;
+use crate::surfaces::caster::rays::{self, Rays, RlvRayArrays};
 use crate::surfaces::mesh::{self, RlvAttributeArrays, RlvMesh, finite};
 
 handle!(RlvIsosurface, 21, IsosurfaceObject);
@@ -132,20 +134,12 @@ descriptor! {
     }
 }
 
-impl Default for RlvIsosurfaceRay {
-    fn default() -> Self {
-        Self { origin: [0.0; 3], direction: [0.0; 3], min_distance: 0.0, max_distance: 0.0, time: 0.0 }
-    }
-}
-
 impl Default for RlvIsosurfaceHit {
     fn default() -> Self {
         Self { distance: f32::INFINITY, position: [0.0; 3], normal: [0.0; 3], velocity: [0.0; 3], enters: 0 }
     }
 }
 
-// SAFETY: nine floats, without padding.
-unsafe impl Plain for RlvIsosurfaceRay {}
 // SAFETY: eleven numbers of four bytes, without padding.
 unsafe impl Plain for RlvIsosurfaceHit {}
 
@@ -334,15 +328,14 @@ thread_local! {
     static TRAIL: RefCell<Trail> = RefCell::default();
 }
 
-/// The first hit of a ray.
-fn hit(caster: &RayCaster, trail: &mut Trail, ray: &RlvIsosurfaceRay) -> Option<RlvIsosurfaceHit> {
-    let RlvIsosurfaceRay { origin, direction, min_distance, max_distance, time } = *ray;
-    let length = Vec3::from(direction).length();
-    let near = min_distance * length;
-    let far = if max_distance == 0.0 { f32::INFINITY } else { max_distance * length };
-    if near.is_nan() {
+/// The first hit of a ray that can be cast, at a time in seconds.
+fn hit(caster: &RayCaster, trail: &mut Trail, ray: &CastRay, time: f32) -> Option<RlvIsosurfaceHit> {
+    let CastRay { origin, direction, near, far } = *ray;
+    if !time.is_finite() {
         return None;
     }
+    let length = Vec3::from(direction).length();
+    let (near, far) = (near * length, far * length);
     let found = caster.tracer(trail).intersect(&Ray { origin, direction, near, far, time })?;
     Some(RlvIsosurfaceHit {
         distance: found.distance / length,
@@ -363,8 +356,10 @@ unsafe extern "C" fn intersect(data: *const c_void, ray: *const RlvIsosurfaceRay
     let found = catch_unwind(AssertUnwindSafe(|| {
         // SAFETY: promised by the caller.
         let (caster, ray) = unsafe { (&*data.cast::<RayCaster>(), ray.read_unaligned()) };
-        let trace = |trail: &RefCell<Trail>| hit(caster, &mut trail.borrow_mut(), &ray);
-        TRAIL.try_with(trace).ok().flatten()
+        let RlvIsosurfaceRay { origin, direction, min_distance, max_distance, time } = ray;
+        let ray = CastRay { origin, direction, near: min_distance, far: rays::unlimited(max_distance) };
+        let trace = |trail: &RefCell<Trail>| hit(caster, &mut trail.borrow_mut(), &ray, time);
+        rays::can_cast(&ray).then(|| TRAIL.try_with(trace).ok().flatten()).flatten()
     }));
     let found = found.ok().flatten();
     // SAFETY: it is not NULL, and the caller promises a place.
@@ -380,7 +375,8 @@ const BATCH: usize = 256;
 /// Rays of one batch, and what they hit.
 #[derive(Default)]
 struct Batch {
-    rays: Vec<RlvIsosurfaceRay>,
+    /// Rays and their times; None for one that hits nothing whatever there is.
+    rays: Vec<Option<(CastRay, f32)>>,
     hits: Vec<RlvIsosurfaceHit>,
 }
 
@@ -506,27 +502,29 @@ entry! {
 
     fn rlv_isosurface_cast(
         isosurface: RlvIsosurface,
-        rays: *const RlvIsosurfaceRay,
-        count: usize,
-        stride: usize,
+        rays: *const RlvRayArrays,
         hits: *mut RlvIsosurfaceHit,
         hit_stride: usize,
     ) {
         let object = registry::get(isosurface)?;
-        // SAFETY: the caller promises `count` elements of each.
-        let (rays, out) = unsafe { (Input::new("rays", rays, count, stride)?, Output::new("hits", hits, count, hit_stride)?) };
+        // SAFETY: the caller gives NULL or a descriptor that starts with its size.
+        let given = unsafe { RlvRayArrays::read(rays) }?;
+        // SAFETY: the caller's arrays are as the header demands.
+        let (rays, out) = unsafe { (Rays::new(&given)?, Output::new("hits", hits, given.count, hit_stride)?) };
+        let count = rays.len();
         let context = &object.context.context;
         let mut room = context.scratch().lend::<Batch>();
         let Batch { rays: batch, hits } = &mut *room;
         for first in (0..count).step_by(CHUNK * BATCH) {
             batch.clear();
-            batch.extend((first..count.min(first + CHUNK * BATCH)).map(|at| rays.get(at)));
+            batch.extend((first..count.min(first + CHUNK * BATCH)).map(|at| rays.get(at, u32::MAX).map(|ray| (ray, rays.time(at)))));
             hits.clear();
             hits.resize(batch.len(), RlvIsosurfaceHit::default());
             context.for_each_part((batch.as_slice(), hits.as_mut_slice()), CHUNK, |_, (rays, hits)| {
                 let mut trail = context.scratch().lend::<Trail>();
                 for (out, ray) in hits.iter_mut().zip(rays) {
-                    *out = hit(&object.caster, &mut trail, ray).unwrap_or_default();
+                    let found = ray.as_ref().and_then(|(ray, time)| hit(&object.caster, &mut trail, ray, *time));
+                    *out = found.unwrap_or_default();
                 }
                 Ok(())
             })?;

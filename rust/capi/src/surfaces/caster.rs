@@ -1,6 +1,7 @@
 //! Ray casting; see `include/relievo/caster.h`.
 
 mod chunks;
+pub mod rays;
 
 use std::sync::{Arc, RwLock};
 
@@ -10,8 +11,7 @@ use relievo_embree::{Device, Ray, Scene, Tracer};
 use relievo_surface::Place;
 use relievo_tiles::Tessellation;
 
-use crate::border::array::{Input, Output, Plain, present, put};
-use crate::border::descriptor::read_descriptor;
+use crate::border::array::{Output, Plain, present, put};
 use crate::border::making::Making;
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::details::detail::RlvDetail;
@@ -23,6 +23,8 @@ use crate::surfaces::tessellate::{
     Cells, RlvTessellateOptions, RlvTessellation, TessellationObject, Vertices, tessellate_bare_view,
 };
 use chunks::Chunks;
+use rays::Rays;
+pub use rays::RlvRayArrays;
 
 handle!(RlvCaster, 6, CasterObject);
 
@@ -40,26 +42,6 @@ descriptor! {
         v: f32,
         position: [f32; 3],
         normal: [f32; 3],
-    }
-}
-
-descriptor! {
-    pub struct RlvRayArrays {
-        struct_size: u32,
-        reserved: u32,
-        count: usize,
-        origins: *const f32,
-        origin_stride: usize,
-        directions: *const f32,
-        direction_stride: usize,
-        hits: *mut RlvHit,
-        hit_stride: usize,
-        min_distance: f32,
-        max_distance: f32,
-        min_distances: *const f32,
-        min_distance_stride: usize,
-        max_distances: *const f32,
-        max_distance_stride: usize,
     }
 }
 
@@ -95,6 +77,8 @@ struct Geometry {
     faces: Vec<u32>,
     places: Option<Places>,
     following: Option<Following>,
+    /// Rays that share no bit with it hit nothing.
+    mask: u32,
 }
 
 /// What a caster needs to follow a tessellation.
@@ -133,7 +117,7 @@ impl CasterObject {
         progress.step(0.1, STAGE)?;
         let scene = build(&context, &mesh.points, &triangles)?;
         progress.step(1.0, STAGE)?;
-        Ok(Self::new(context, Geometry { scene, faces, places: None, following: None }))
+        Ok(Self::new(context, Geometry { scene, faces, places: None, following: None, mask: u32::MAX }))
     }
 
     /// Builds the hierarchy over the triangles of a detail.
@@ -152,7 +136,7 @@ impl CasterObject {
         let scene = build(&context, &mesh.points, &triangles)?;
         progress.step(1.0, STAGE)?;
         let places = Some(Places { shape: view.shape(), view, parameters });
-        Ok(Self::new(context, Geometry { scene, faces: tiles, places, following: None }))
+        Ok(Self::new(context, Geometry { scene, faces: tiles, places, following: None, mask: u32::MAX }))
     }
 
     /// Builds the hierarchies over the triangles of a tessellation, which it follows.
@@ -160,7 +144,7 @@ impl CasterObject {
         let context = tessellation.shared_context();
         let geometry = tessellation.with_vertices(|vertices| {
             progress.step(0.0, STAGE)?;
-            Geometry::following(&context, vertices)
+            Geometry::following(&context, vertices, u32::MAX)
         })?;
         progress.step(1.0, STAGE)?;
         Ok(Self { context, geometry: RwLock::new(geometry), tessellation: Some(tessellation) })
@@ -179,7 +163,7 @@ impl CasterObject {
 }
 
 impl Geometry {
-    fn following(context: &ContextObject, vertices: &Vertices<'_>) -> Result<Self> {
+    fn following(context: &ContextObject, vertices: &Vertices<'_>, mask: u32) -> Result<Self> {
         let mut scene = Scene::new(&device(context)?)?;
         let chunks = context.context.stats().time("caster.build", || {
             let chunks = Chunks::new(&mut scene, vertices.points, vertices.corners)?;
@@ -188,7 +172,7 @@ impl Geometry {
         let following = Some(Following { chunks, serial: vertices.serial });
         let view = vertices.view.clone();
         let places = Places { shape: view.shape(), view, parameters: vertices.parameters.to_vec() };
-        Ok(Self { scene, faces: vertices.tiles.to_vec(), places: Some(places), following })
+        Ok(Self { scene, faces: vertices.tiles.to_vec(), places: Some(places), following, mask })
     }
 
     /// Moves what the last update wrote; all of it, if there were several since, and builds it anew if there are other
@@ -196,14 +180,14 @@ impl Geometry {
     fn update(&mut self, context: &ContextObject, vertices: &Vertices<'_>) -> Result<()> {
         let before = self.following.as_ref().map(|following| following.serial);
         let Some((Following { chunks, serial }, places)) = self.following.as_mut().zip(self.places.as_mut()) else {
-            *self = Self::following(context, vertices)?;
+            *self = Self::following(context, vertices, self.mask)?;
             return Ok(());
         };
         if before == Some(vertices.serial) {
             return Ok(());
         }
         if vertices.rebuilt_since(*serial) {
-            *self = Self::following(context, vertices)?;
+            *self = Self::following(context, vertices, self.mask)?;
             return Ok(());
         }
         let whole = [[0, vertices.points.len() as u32]];
@@ -303,56 +287,6 @@ struct Shadows {
     found: Vec<u8>,
 }
 
-/// The caller's rays.
-struct Rays {
-    origins: Input<[f32; 3]>,
-    directions: Input<[f32; 3]>,
-    min_distance: f32,
-    max_distance: f32,
-    min_distances: Option<Input<f32>>,
-    max_distances: Option<Input<f32>>,
-}
-
-impl Rays {
-    /// # Safety
-    /// The arrays of `given` are as `caster.h` demands.
-    unsafe fn new(given: &RlvRayArrays) -> Result<Self> {
-        let count = given.count;
-        // SAFETY: the caller promises `count` elements of each.
-        let rays = unsafe {
-            Self {
-                origins: Input::new("origins", given.origins.cast(), count, given.origin_stride)?,
-                directions: Input::new("directions", given.directions.cast(), count, given.direction_stride)?,
-                min_distance: given.min_distance,
-                max_distance: if given.max_distance == 0.0 { f32::INFINITY } else { given.max_distance },
-                min_distances: Input::optional("min_distances", given.min_distances, count, given.min_distance_stride)?,
-                max_distances: Input::optional("max_distances", given.max_distances, count, given.max_distance_stride)?,
-            }
-        };
-        if !(rays.min_distance >= 0.0 && rays.min_distance <= rays.max_distance) {
-            return Err(Error::invalid(format!(
-                "rays cannot run from {} to {}",
-                given.min_distance, given.max_distance
-            ))
-            .at("min_distance")
-            .advise("use 0 <= min_distance <= max_distance; a max_distance of 0 is no limit"));
-        }
-        Ok(rays)
-    }
-
-    /// Returns a ray, or `None` if it is not finite, has no direction, reaches farther than Embree allows, or has distances
-    /// of its own between which nothing lies.
-    fn get(&self, index: usize) -> Option<Ray> {
-        let (origin, direction) = (self.origins.get(index), self.directions.get(index));
-        // No comparison holds for a number that is not one.
-        let usable = |vector: [f32; 3]| vector.iter().all(|value| value.abs() <= Ray::LARGEST);
-        let near = self.min_distances.as_ref().map_or(self.min_distance, |distances| distances.get(index));
-        let far = self.max_distances.as_ref().map_or(self.max_distance, |distances| distances.get(index));
-        let is_ray = usable(origin) && usable(direction) && direction != [0.0; 3] && 0.0 <= near && near <= far;
-        is_ray.then_some(Ray { origin, direction, near, far })
-    }
-}
-
 /// What is being done while a caster is made.
 const STAGE: &str = "caster";
 
@@ -398,15 +332,6 @@ pub fn of_tessellation(tessellation: RlvTessellation) -> Result<Making<RlvCaster
     }))
 }
 
-/// # Safety
-/// `arrays` is NULL or a descriptor that starts with its size.
-unsafe fn read_arrays(arrays: *const RlvRayArrays) -> Result<RlvRayArrays> {
-    // SAFETY: a descriptor of nothing but numbers and NULL pointers.
-    let default: RlvRayArrays = unsafe { std::mem::zeroed() };
-    // SAFETY: promised by the caller.
-    unsafe { read_descriptor(arrays, default) }
-}
-
 entry! {
     fn rlv_caster_create_mesh(context: RlvContext, mesh: RlvMesh, out: *mut RlvCaster) {
         present("out", out)?;
@@ -437,6 +362,11 @@ entry! {
         registry::get(caster)?.update()
     }
 
+    fn rlv_caster_set_mask(caster: RlvCaster, mask: u32) {
+        try_write(&registry::get(caster)?.geometry, "caster")?.mask = mask;
+        Ok(())
+    }
+
     fn rlv_caster_retain(caster: RlvCaster) {
         registry::retain(caster)
     }
@@ -448,18 +378,18 @@ entry! {
     fn rlv_caster_cast(caster: RlvCaster, arrays: *const RlvRayArrays) {
         let object = registry::get(caster)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        let given = unsafe { read_arrays(arrays) }?;
+        let given = unsafe { RlvRayArrays::read(arrays) }?;
         // SAFETY: the caller's arrays are as the header demands.
         let (rays, out) = unsafe { (Rays::new(&given)?, Output::new("hits", given.hits, given.count, given.hit_stride)?) };
         let geometry = try_read(&object.geometry, "caster")?;
         let tracer = geometry.scene.tracer()?;
-        let count = rays.origins.len();
+        let count = rays.len();
         let context = &object.context.context;
         let mut room = context.scratch().lend::<Batch>();
         let Batch { rays: batch, hits, places, looked } = &mut *room;
         for first in (0..count).step_by(CHUNK * BATCH) {
             batch.clear();
-            batch.extend((first..count.min(first + CHUNK * BATCH)).map(|index| rays.get(index)));
+            batch.extend((first..count.min(first + CHUNK * BATCH)).map(|index| rays.get(index, geometry.mask)));
             hits.clear();
             hits.resize(batch.len(), RlvHit::default());
             context.for_each_part((batch.as_slice(), hits.as_mut_slice()), CHUNK, |_, (rays, hits)| {
@@ -479,7 +409,7 @@ entry! {
     fn rlv_caster_occluded(caster: RlvCaster, arrays: *const RlvRayArrays, occluded: *mut u8, stride: usize) {
         let object = registry::get(caster)?;
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
-        let given = unsafe { read_arrays(arrays) }?;
+        let given = unsafe { RlvRayArrays::read(arrays) }?;
         // SAFETY: the caller's arrays are as the header demands.
         let (rays, out) = unsafe { (Rays::new(&given)?, Output::new("occluded", occluded, given.count, stride)?) };
         let geometry = try_read(&object.geometry, "caster")?;
@@ -489,7 +419,7 @@ entry! {
         let Shadows { rays: batch, found } = &mut *room;
         for first in (0..given.count).step_by(CHUNK * BATCH) {
             batch.clear();
-            batch.extend((first..given.count.min(first + CHUNK * BATCH)).map(|index| rays.get(index)));
+            batch.extend((first..given.count.min(first + CHUNK * BATCH)).map(|index| rays.get(index, geometry.mask)));
             found.clear();
             found.resize(batch.len(), 0);
             context.for_each_part((batch.as_slice(), found.as_mut_slice()), CHUNK, |_, (rays, found)| {

@@ -361,13 +361,14 @@ function!(rlv_capability_list: unsafe extern "C" fn(*mut RlvCapabilityFormat, us
 layout!(RlvCaster: 8, 8);
 constant!(RLV_NO_ELEMENT = 4294967295);
 layout!(RlvHit: 44, 4);
-layout!(RlvRayArrays: 104, 8);
+layout!(RlvRayArrays: 136, 8);
 function!(rlv_caster_create_mesh: unsafe extern "C" fn(RlvContext, RlvMesh, *mut RlvCaster) -> RlvResult);
 function!(rlv_caster_create_detail: unsafe extern "C" fn(RlvDetail, *const RlvTessellateOptions, *mut RlvCaster) -> RlvResult);
 function!(rlv_caster_create_tessellation: unsafe extern "C" fn(RlvTessellation, *mut RlvCaster) -> RlvResult);
 function!(rlv_caster_update: unsafe extern "C" fn(RlvCaster) -> RlvResult);
 function!(rlv_caster_retain: unsafe extern "C" fn(RlvCaster) -> RlvResult);
 function!(rlv_caster_release: unsafe extern "C" fn(RlvCaster) -> RlvResult);
+function!(rlv_caster_set_mask: unsafe extern "C" fn(RlvCaster, u32) -> RlvResult);
 function!(rlv_caster_cast: unsafe extern "C" fn(RlvCaster, *const RlvRayArrays) -> RlvResult);
 function!(rlv_caster_occluded: unsafe extern "C" fn(RlvCaster, *const RlvRayArrays, *mut u8, usize) -> RlvResult);
 layout!(RlvIsosurface: 8, 8);
@@ -393,7 +394,7 @@ function!(rlv_isosurface_release: unsafe extern "C" fn(RlvIsosurface) -> RlvResu
 function!(rlv_isosurface_info: unsafe extern "C" fn(RlvIsosurface, *mut RlvIsosurfaceInfo) -> RlvResult);
 function!(rlv_isosurface_mesh: unsafe extern "C" fn(RlvIsosurface, *const RlvIsosurfaceMeshOptions, RlvProgress, *mut c_void, *mut RlvMesh) -> RlvResult);
 function!(rlv_isosurface_classify: unsafe extern "C" fn(RlvIsosurface, f32, *mut u8, usize, usize, RlvProgress, *mut c_void, *mut RlvIsosurfaceClasses) -> RlvResult);
-function!(rlv_isosurface_cast: unsafe extern "C" fn(RlvIsosurface, *const RlvIsosurfaceRay, usize, usize, *mut RlvIsosurfaceHit, usize) -> RlvResult);
+function!(rlv_isosurface_cast: unsafe extern "C" fn(RlvIsosurface, *const RlvRayArrays, *mut RlvIsosurfaceHit, usize) -> RlvResult);
 function!(rlv_isosurface_table: unsafe extern "C" fn(RlvIsosurface, *mut RlvIsosurfaceTable) -> RlvResult);
 layout!(RlvParticles: 8, 8);
 layout!(RlvParticlesArrays: 88, 8);
@@ -1752,6 +1753,10 @@ pub fn offsets(list: &mut Offsets) {
         min_distance_stride: usize = 80,
         max_distances: *const f32 = 88,
         max_distance_stride: usize = 96,
+        masks: *const u32 = 104,
+        mask_stride: usize = 112,
+        times: *const f32 = 120,
+        time_stride: usize = 128,
     });
     fields!(list, RlvIsosurface {
         id: u64 = 0,

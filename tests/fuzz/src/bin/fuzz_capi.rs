@@ -779,8 +779,14 @@ fn cast(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     arrays.directions = rays[6..].as_ptr();
     arrays.hits = hits.as_mut_ptr();
     arrays.max_distance = number(bytes)?;
+    let masks = [bytes.arbitrary::<u32>()?, 1];
+    arrays.masks = masks.as_ptr();
+    let caster = RlvCaster { id: handles.pick(bytes, 5)? };
     // SAFETY: arrays hold two rays.
-    called(unsafe { rlv_caster_cast(RlvCaster { id: handles.pick(bytes, 5)? }, &arrays) });
+    unsafe {
+        called(rlv_caster_set_mask(caster, bytes.int_in_range(0..=3)?));
+        called(rlv_caster_cast(caster, &arrays));
+    }
     Ok(())
 }
 
@@ -1370,6 +1376,11 @@ fn isosurfaces(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
         max_distance: number(bytes)?,
         time: number(bytes)?,
     };
+    let far = if ray.max_distance == 0.0 { f32::INFINITY } else { ray.max_distance };
+    let mut rays: RlvRayArrays = sized(bytes)?;
+    rays.count = 1;
+    (rays.origins, rays.directions) = (ray.origin.as_ptr(), ray.direction.as_ptr());
+    (rays.min_distances, rays.max_distances, rays.times) = (&ray.min_distance, &far, &ray.time);
     let (mut first, mut second) = (RlvIsosurfaceHit::default(), RlvIsosurfaceHit::default());
     // SAFETY: descriptors are sized, and so are their arrays; the surface of the table lives.
     unsafe {
@@ -1384,9 +1395,11 @@ fn isosurfaces(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             &mut counts,
         ));
         if called(rlv_isosurface_table(surface, &mut table))
-            && called(rlv_isosurface_cast(surface, &ray, 1, 0, &mut first, 0))
+            && called(rlv_isosurface_cast(surface, &rays, &mut first, 0))
         {
-            let whole = usize::try_from(table.struct_size).is_ok_and(|size| size >= size_of::<RlvIsosurfaceTable>());
+            let has = |size: u32, of: usize| usize::try_from(size).is_ok_and(|size| size >= of);
+            let whole = has(table.struct_size, size_of::<RlvIsosurfaceTable>())
+                && has(rays.struct_size, size_of::<RlvRayArrays>());
             if let (Some(intersect), true) = (table.intersect, whole) {
                 let met = intersect(table.data, &ray, &mut second);
                 assert!((met == 1) == first.distance.is_finite() && first.distance == second.distance);
