@@ -20,7 +20,7 @@ int main(int argc, char **argv) {
         return 2;
     }
     const int frames = argc > 2 ? atoi(argv[2]) : 12;
-    const float low[3] = {0, 0, 0}, block[3] = {0.4f, 0.24f, 0.48f}, basin[3] = {1.2f, 0.24f, 0.8f};
+    const double low[3] = {0, 0, 0}, block[3] = {0.4, 0.24, 0.48}, basin[3] = {1.2, 0.24, 0.8};
     RlvContext context = RLV_NULL;
     RlvFluid fluid = RLV_NULL;
     RlvFluidOptions options = RLV_FLUID_OPTIONS_INIT;

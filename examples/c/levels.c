@@ -59,7 +59,7 @@ int main(int argc, char **argv) {
     for (size_t k = 1; k < update.vertex_count; ++k) {
         top = buffers.points[3 * k + 2] > buffers.points[3 * top + 2] ? k : top;
     }
-    RlvLevelHandle handle = {{{0}, reach(&given), RLV_FALLOFF_SMOOTH, 0}, {0}, {0, 0, 1}, 0, 0};
+    RlvLevelHandle handle = {{{0}, reach(&given), RLV_FALLOFF_SMOOTH}, {0}, {0, 0, 1}, 0, 0};
     for (int axis = 0; axis < 3; ++axis) {
         handle.region.center[axis] = buffers.points[3 * top + axis];
     }

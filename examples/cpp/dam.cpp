@@ -12,8 +12,8 @@ int main() try {
     RlvFluidOptions options = RLV_FLUID_OPTIONS_INIT;
     options.spacing = 0.04f;
     const auto fluid = relievo::Fluid::create(context, options);
-    fluid.set_basin({0, 0, 0}, {1.2f, 0.4f, 0.8f});
-    fluid.add_box({0, 0, 0}, {0.4f, 0.4f, 0.48f});
+    fluid.set_basin({0, 0, 0}, {1.2, 0.4, 0.8});
+    fluid.add_box({0, 0, 0}, {0.4, 0.4, 0.48});
     RlvIsosurfaceOptions function = RLV_ISOSURFACE_OPTIONS_INIT;
     function.function = RLV_ISOSURFACE_ZHU_BRIDSON;
     function.radius = 0.5f * options.spacing;

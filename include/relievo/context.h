@@ -13,6 +13,8 @@
  *   snapshot, so they neither cause nor get RLV_ERROR_BUSY while it is being changed.
  * - Arrays are pointer, count and stride in bytes from one element to the next, 0 for packed. They are borrowed for the
  *   call. NULL is allowed where the count is 0 or the header says so. Floats must be finite.
+ * - A place that a host gives alone is three doubles. Arrays of points are floats, and so is what the library finds in them,
+ *   such as bounds and hits.
  * - A function that writes as many elements as there are takes their capacity and a place for their count. The count is
  *   written first, so that a host whose array is too small knows how large it must be; elements are written if all fit.
  * - Names and parameters have one order: rlv_<noun>_<verb>; the handles that are needed, the context or the noun first; then

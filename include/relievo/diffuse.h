@@ -21,12 +21,12 @@ typedef struct RlvDiffuseOptions {
     float spacing;       /* distance between the fluid's particles at rest, above 0 */
     float gravity[3];    /* acceleration of spray, m/s2 */
     uint32_t has_bounds; /* 1: particles outside of low and high are removed; 0: no particle is removed by its place */
-    float low[3];        /* lower corner, m */
-    float high[3];       /* upper corner, m; greater than low along each axis */
+    double low[3];       /* lower corner, m */
+    double high[3];      /* upper corner, m; greater than low along each axis */
 } RlvDiffuseOptions;
 
 #define RLV_DIFFUSE_OPTIONS_INIT \
-    {sizeof(RlvDiffuseOptions), 0.02f, {0.0f, 0.0f, -9.81f}, 0, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}}
+    {sizeof(RlvDiffuseOptions), 0.02f, {0.0f, 0.0f, -9.81f}, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}
 
 /* How particles are born, move and dissolve. rlv_diffuse_params has ranges, units and defaults of every field. */
 typedef struct RlvDiffuseSettings {

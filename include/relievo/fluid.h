@@ -48,8 +48,8 @@ typedef enum RlvFluidForceKind {
 } RlvFluidForceKind;
 
 typedef enum RlvFluidEmitterShape {
-    RLV_FLUID_DISC = 0,      /* about middle with a radius; particles go along the normal u */
-    RLV_FLUID_RECTANGLE = 1, /* about middle by half its sides u and v; particles go along u x v */
+    RLV_FLUID_DISC = 0,      /* about center with a radius; particles go along the normal u */
+    RLV_FLUID_RECTANGLE = 1, /* about center by half its sides u and v; particles go along u x v */
     RLV_FLUID_SURFACE = 2    /* a mesh, from which particles go along its normals */
 } RlvFluidEmitterShape;
 
@@ -146,8 +146,8 @@ typedef struct RlvFluidForce {
     uint32_t kind; /* RlvFluidForceKind */
     uint32_t seed; /* of turbulence: other eddies for each number */
     float vector[3]; /* m/s2 or m/s, or an axis of any length */
-    float place[3];  /* metres */
     float strength;  /* m/s2; of wind and drag the share in a second, 0 to 100 */
+    double place[3]; /* metres */
     float radius;    /* metres, positive where the kind has one */
     float rate;      /* changes a second, 0 or more; of drag the share a metre, 1/m */
 } RlvFluidForce;
@@ -156,12 +156,13 @@ typedef struct RlvFluidForce {
 typedef struct RlvFluidEmitterOptions {
     uint32_t struct_size;
     uint32_t shape; /* RlvFluidEmitterShape */
-    float middle[3]; /* metres */
+    double center[3]; /* metres */
     float u[3];
     float v[3];
     float radius;   /* of a disc, metres */
     float speed;    /* of the particles, m/s; positive */
     float lifetime; /* of the particles, seconds; 0 for unlimited */
+    uint32_t reserved; /* 0 */
     double begin;   /* when it begins, seconds since the beginning of the fluid */
     double end;     /* when it ends; 0 for never */
     const RlvAttributeArrays *channels; /* what its particles carry, as for rlv_fluid_set_channel with one value; NULL for
@@ -171,8 +172,8 @@ typedef struct RlvFluidEmitterOptions {
 } RlvFluidEmitterOptions;
 
 #define RLV_FLUID_EMITTER_OPTIONS_INIT                                                                                   \
-    {sizeof(RlvFluidEmitterOptions), RLV_FLUID_DISC, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.0f}, 0.1f, 1.0f, \
-     0.0f, 0.0, 0.0, NULL, 0, 0}
+    {sizeof(RlvFluidEmitterOptions), RLV_FLUID_DISC, {0.0, 0.0, 0.0}, {0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, 0.0f}, 0.1f, 1.0f, \
+     0.0f, 0, 0.0, 0.0, NULL, 0, 0}
 
 /* What a step or several did. */
 typedef struct RlvFluidReport {
@@ -209,11 +210,11 @@ RLV_API RlvResult rlv_fluid_info(RlvFluid fluid, RlvFluidInfo *out);
  * have more than 2^30 particles. */
 RLV_API RlvResult rlv_fluid_add(RlvFluid fluid, const RlvFluidParticles *particles);
 
-/* Mutating. Fills a box from low to high, three floats each, with particles half a spacing from its sides, so that it may
+/* Mutating. Fills a box from low to high, three doubles each, with particles half a spacing from its sides, so that it may
  * stand on a wall; velocity is three floats, NULL for rest. Sides should be whole spacings, as particles are otherwise a
  * little nearer to each other, or farther: nearer ones burst apart. Fails as rlv_fluid_add does, and if a side of the box is less
  * than a spacing. */
-RLV_API RlvResult rlv_fluid_add_box(RlvFluid fluid, const float *low, const float *high, const float *velocity);
+RLV_API RlvResult rlv_fluid_add_box(RlvFluid fluid, const double *low, const double *high, const float *velocity);
 
 /* Mutating. Fills a closed mesh with particles half a spacing from its surface, but for places beside walls and colliders that
  * have no room. matrix is as for rlv_fluid_add_collider, velocity three floats, NULL for rest; added may be NULL and
@@ -226,9 +227,9 @@ RLV_API RlvResult rlv_fluid_fill(RlvFluid fluid, RlvMesh mesh, const double *mat
 RLV_API RlvResult rlv_fluid_add_emitter(RlvFluid fluid, RlvMesh mesh, const double *matrix,
                                         const RlvFluidEmitterOptions *options);
 
-/* Mutating. Removes particles that are in the box from low to high after a step, three floats each in metres, or with
+/* Mutating. Removes particles that are in the box from low to high after a step, three doubles each in metres, or with
  * an is_outside of 1 particles outside it. Fails if is_outside is another number than 0 or 1. */
-RLV_API RlvResult rlv_fluid_add_sink(RlvFluid fluid, const float *low, const float *high, uint32_t is_outside);
+RLV_API RlvResult rlv_fluid_add_sink(RlvFluid fluid, const double *low, const double *high, uint32_t is_outside);
 
 /* Mutating. The same of particles inside of a closed mesh, which may be released afterwards; matrix as for
  * rlv_fluid_add_collider. Fails if the mesh has no triangle. */
@@ -256,9 +257,9 @@ RLV_API RlvResult rlv_fluid_remove(RlvFluid fluid, const uint32_t *numbers, size
  * than the context's memory limit. */
 RLV_API RlvResult rlv_fluid_set_walls(RlvFluid fluid, const float *points, size_t count, size_t stride);
 
-/* Mutating. Takes the six sides of a box from low to high, three floats each, as walls instead of those there were. Fails,
+/* Mutating. Takes the six sides of a box from low to high, three doubles each, as walls instead of those there were. Fails,
  * and changes nothing, as rlv_fluid_set_walls does, and if a side of the box is less than a spacing. */
-RLV_API RlvResult rlv_fluid_set_basin(RlvFluid fluid, const float *low, const float *high);
+RLV_API RlvResult rlv_fluid_set_basin(RlvFluid fluid, const double *low, const double *high);
 
 /* Mutating. Has walls be at other places and go on from there with velocities in m/s, count as many as were set, in their
  * order, until this is called again; three floats each, strides in bytes, 0 for packed. Fails, and changes nothing, if

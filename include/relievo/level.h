@@ -32,24 +32,23 @@ typedef struct RlvLevelInfo {
 /* From where it is seen, and how fine it has to be there. */
 typedef struct RlvLevelView {
     uint32_t struct_size;
-    float eye[3];        /* where it is seen from */
-    float pixels;        /* pixels that a unit across the view covers at distance 1: height / (2 tan(angle / 2)) */
-    float tolerance;     /* pixels that the mesh may deviate by, above 0 */
-    float outline;       /* the same divided by this, at least 1, where there may be an outline */
     uint32_t reserved;   /* 0 */
+    double eye[3];       /* where it is seen from, object units */
+    double pixels;       /* pixels that a unit across the view covers at distance 1: height / (2 tan(angle / 2)) */
+    double tolerance;    /* pixels that the mesh may deviate by, above 0 */
+    double outline;      /* the same divided by this, at least 1, where there may be an outline */
     const float *planes; /* of what is seen, 4 floats n, d each: n · p + d >= 0, n of length 1; NULL for everything */
     size_t plane_count;
     size_t plane_stride; /* bytes, 0 for packed */
 } RlvLevelView;
 
-#define RLV_LEVEL_VIEW_INIT {sizeof(RlvLevelView), {0.0f}, 1000.0f, 1.0f, 1.0f, 0, NULL, 0, 0}
+#define RLV_LEVEL_VIEW_INIT {sizeof(RlvLevelView), 0, {0.0}, 1000.0, 1.0, 1.0, NULL, 0, 0}
 
 /* A ball in which something has an influence, that falls from its middle to its border. */
 typedef struct RlvLevelRegion {
-    float center[3];  /* object units */
+    double center[3]; /* object units */
     float radius;     /* object units, above 0 */
     uint32_t falloff; /* RlvFalloff */
-    uint32_t reserved;
 } RlvLevelRegion;
 
 /* What grabs a region, turns it about its middle and moves it. */

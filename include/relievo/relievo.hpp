@@ -33,6 +33,7 @@ namespace relievo {
 
 using Float2 = std::array<float, 2>;
 using Float3 = std::array<float, 3>;
+using Double3 = std::array<double, 3>;
 using Triangle = std::array<std::uint32_t, 3>;
 
 /// A failed call. what() is the whole message; the parts say what went wrong, where, and what can be done.
@@ -735,7 +736,7 @@ public:
     void set_transform(const Matrix &matrix) const { check(rlv_collider_set_transform(get(), matrix.data())); }
 
     /// Places a tool as a pen presses it.
-    void press(const std::array<double, 3> &place, const std::array<double, 3> &normal, double force,
+    void press(const Double3 &place, const Double3 &normal, double force,
                const RlvToolSettings &settings = RLV_TOOL_SETTINGS_INIT) const {
         check(rlv_collider_press(get(), place.data(), normal.data(), force, &settings));
     }
@@ -1791,7 +1792,7 @@ public:
         return Mesh(made);
     }
 
-    void drag_pin(std::size_t pin, const std::array<double, 3> &position) const {
+    void drag_pin(std::size_t pin, const Double3 &position) const {
         check(rlv_decal_drag_pin(get(), pin, position.data()));
     }
 
@@ -1897,19 +1898,19 @@ public:
 
     /// Returns pins for a strip along a curve; `length`, if given, is that of the curve.
     static std::vector<RlvDecalPin> strip(const Mesh &mesh, const RlvDecalOptions &options,
-                                          const std::vector<std::array<double, 3>> &curve, double *length = nullptr) {
+                                          const std::vector<Double3> &curve, double *length = nullptr) {
         return strip_on(rlv_decal_strip_on_mesh, mesh.get(), options, curve, length);
     }
 
     static std::vector<RlvDecalPin> strip(const Detail &detail, const RlvDecalOptions &options,
-                                          const std::vector<std::array<double, 3>> &curve, double *length = nullptr) {
+                                          const std::vector<Double3> &curve, double *length = nullptr) {
         return strip_on(rlv_decal_strip_on_detail, detail.get(), options, curve, length);
     }
 
 private:
     template <typename Function, typename Ground>
     static std::vector<RlvDecalPin> strip_on(Function function, Ground ground, const RlvDecalOptions &options,
-                                             const std::vector<std::array<double, 3>> &curve, double *length) {
+                                             const std::vector<Double3> &curve, double *length) {
         const double *const first = curve.empty() ? nullptr : curve.front().data();
         std::vector<RlvDecalPin> pins(512);
         std::size_t count = 0;
@@ -2860,7 +2861,7 @@ public:
         check(rlv_fluid_add(get(), &particles));
     }
 
-    void add_box(const Float3 &low, const Float3 &high, const Float3 &velocity = {0, 0, 0}) const {
+    void add_box(const Double3 &low, const Double3 &high, const Float3 &velocity = {0, 0, 0}) const {
         check(rlv_fluid_add_box(get(), low.data(), high.data(), velocity.data()));
     }
 
@@ -2881,7 +2882,7 @@ public:
         check(rlv_fluid_add_emitter(get(), mesh.get(), matrix.data(), &options));
     }
 
-    void add_sink(const Float3 &low, const Float3 &high, bool is_outside = false) const {
+    void add_sink(const Double3 &low, const Double3 &high, bool is_outside = false) const {
         check(rlv_fluid_add_sink(get(), low.data(), high.data(), is_outside ? 1 : 0));
     }
 
@@ -2911,7 +2912,7 @@ public:
         check(rlv_fluid_set_walls(get(), reinterpret_cast<const float *>(points.data()), points.size(), 0));
     }
 
-    void set_basin(const Float3 &low, const Float3 &high) const {
+    void set_basin(const Double3 &low, const Double3 &high) const {
         check(rlv_fluid_set_basin(get(), low.data(), high.data()));
     }
 
@@ -2938,8 +2939,8 @@ public:
     }
 
     /// The momentum that a collider, or RLV_FLUID_WALLS, was given in the last step, kg m/s.
-    std::array<double, 3> impulse(std::uint32_t collider) const {
-        std::array<double, 3> linear{};
+    Double3 impulse(std::uint32_t collider) const {
+        Double3 linear{};
         check(rlv_fluid_impulse(get(), collider, linear.data(), nullptr));
         return linear;
     }
@@ -3055,7 +3056,7 @@ class Grid : public Reference<RlvGrid, rlv_grid_retain, rlv_grid_release> {
 public:
     using Reference::Reference;
 
-    static Grid create(const Context &context, RlvGridKind kind, const std::array<double, 3> &background, double voxel) {
+    static Grid create(const Context &context, RlvGridKind kind, const Double3 &background, double voxel) {
         Grid made;
         check(rlv_grid_create(context.get(), kind, background.data(), voxel, made.out()));
         return made;
@@ -3112,7 +3113,7 @@ public:
     void set_name(const std::string &name) const { check(rlv_grid_set_name(get(), name.c_str())); }
 
     /// Returns one number a point, three of vectors.
-    std::vector<double> sample(const std::vector<std::array<double, 3>> &points, bool is_linear = true) const {
+    std::vector<double> sample(const std::vector<Double3> &points, bool is_linear = true) const {
         const std::uint32_t kind = info().kind;
         const bool is_vector = kind >= RLV_GRID_VEC3S && kind <= RLV_GRID_VEC3I;
         std::vector<double> values(points.size() * (is_vector ? 3 : 1));
@@ -3305,7 +3306,7 @@ public:
     }
 
     /// Makes a block of equal boxes.
-    static Tissue block(const Context &context, const Float3 &low, const Float3 &cell, const Triangle &counts,
+    static Tissue block(const Context &context, const Double3 &low, const Float3 &cell, const Triangle &counts,
                         const RlvTissueMaterial &material) {
         Tissue made;
         check(rlv_tissue_block(context.get(), low.data(), cell.data(), counts.data(), &material, made.out()));
@@ -3373,7 +3374,7 @@ public:
         return nodes;
     }
 
-    std::uint32_t add_set(const std::string &name, const Float3 &low, const Float3 &high) const {
+    std::uint32_t add_set(const std::string &name, const Double3 &low, const Double3 &high) const {
         std::uint32_t index = 0;
         check(rlv_tissue_add_set(get(), name.c_str(), low.data(), high.data(), &index));
         return index;

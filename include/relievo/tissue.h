@@ -290,7 +290,7 @@ RLV_API RlvResult rlv_tissue_build(RlvContext context, const RlvTissueDescriptio
 
 /* Makes a block of equal boxes: its lowest corner and the size of an element, three numbers each in metres, and the number
  * of elements along each axis. Fails if a size is not positive, a number is 0, or memory does not suffice. */
-RLV_API RlvResult rlv_tissue_block(RlvContext context, const float *low, const float *cell, const uint32_t *counts,
+RLV_API RlvResult rlv_tissue_block(RlvContext context, const double *low, const float *cell, const uint32_t *counts,
                                    const RlvTissueMaterial *material, RlvTissue *out);
 
 /* Makes a model of a labelled scan, a file of NIfTI-1. report may be NULL. Fails if the file is damaged or its numbers are of
@@ -347,7 +347,7 @@ RLV_API RlvResult rlv_tissue_get_set(RlvTissue tissue, uint32_t index, uint32_t 
 
 /* Adds a set of the nodes within a box, borders included, of three numbers a corner. Fails if there is a set of that name, or
  * no node is in the box. */
-RLV_API RlvResult rlv_tissue_add_set(RlvTissue tissue, const char *name, const float *low, const float *high,
+RLV_API RlvResult rlv_tissue_add_set(RlvTissue tissue, const char *name, const double *low, const double *high,
                                      uint32_t *out);
 
 /* Holds nodes along axes: 1 for x, 2 for y, 4 for z, or sums of them. Simulations that were made before do not change.

@@ -3,7 +3,7 @@
 #include "check.h"
 
 enum { DAM = 512 };
-static const float low[3] = {0, 0, 0}, high[3] = {0.16f, 0.16f, 0.16f}, far_end[3] = {0.32f, 0.16f, 0.32f};
+static const double low[3] = {0, 0, 0}, high[3] = {0.16, 0.16, 0.16}, far_end[3] = {0.32, 0.16, 0.32};
 
 static RlvFluid dam(RlvContext context) {
     RlvFluid fluid = RLV_NULL;
@@ -112,7 +112,7 @@ static void check_emitted(RlvContext context) {
     const float pair[2] = {3, 4};
     RlvAttributeArrays one = channel("pair", pair, 1, 2, 0);
     uint32_t index = 77;
-    tap.middle[0] = tap.middle[1] = tap.middle[2] = 5;
+    tap.center[0] = tap.center[1] = tap.center[2] = 5;
     tap.speed = 5;
     tap.channels = &one;
     tap.channel_count = 1;

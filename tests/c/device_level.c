@@ -108,7 +108,7 @@ static RlvProgressive make(RlvContext context) {
 }
 
 static void check_edits(RlvDeviceLevel device, RlvLevel level, Kept *room) {
-    const RlvLevelHandle handle = {{{0, 0, 1}, 0.8f, RLV_FALLOFF_SMOOTH, 0}, {0, 0, 0.5f}, {0, 0, 1}, 0.3f, 0};
+    const RlvLevelHandle handle = {{{0, 0, 1}, 0.8f, RLV_FALLOFF_SMOOTH}, {0, 0, 0.5f}, {0, 0, 1}, 0.3f, 0};
     RlvLevelEdit edit = RLV_LEVEL_EDIT_INIT;
     RlvDeviceLevelInfo info = RLV_DEVICE_LEVEL_INFO_INIT;
     size_t reached = 77, expected = 0;
@@ -146,7 +146,7 @@ static void check_edits(RlvDeviceLevel device, RlvLevel level, Kept *room) {
 /* Everything goes up and turns by half of what its last key says, and is as it was in the end. */
 static void check_motions(RlvDeviceLevel device, RlvLevel level, Kept *room) {
     const RlvLevelKey keys[2] = {{0, {0, 0, 0}, {0, 0, 1}, 0, 0}, {2, {0, 0, 1}, {0, 0, 1}, 0.5f, 0}};
-    const RlvLevelTrack track = {{{0, 0, 0}, 9, RLV_FALLOFF_CONSTANT, 0}, keys, 2, 0};
+    const RlvLevelTrack track = {{{0, 0, 0}, 9, RLV_FALLOFF_CONSTANT}, keys, 2, 0};
     RlvLevelMotion motion = RLV_LEVEL_MOTION_INIT;
     size_t reached = 0, expected = 0;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_device_level_add_motion(device, NULL), "NULL");

@@ -83,7 +83,7 @@ static void check_alone(RlvContext context) {
 }
 
 /* A dam 8 particles wide that stands in a basin for a while. */
-static const float low[3] = {0, 0, 0}, high[3] = {0.16f, 0.16f, 0.16f}, far_end[3] = {0.32f, 0.16f, 0.32f};
+static const double low[3] = {0, 0, 0}, high[3] = {0.16, 0.16, 0.16}, far_end[3] = {0.32, 0.16, 0.32};
 enum { DAM = 512 };
 
 static RlvFluid dam(RlvContext context) {
@@ -189,7 +189,7 @@ static void check_moving_walls(RlvContext context) {
         velocities[k][0] = velocities[k][1] = 0.0f;
         velocities[k][2] = 0.5f;
     }
-    const float top[3] = {0.08f, 0.08f, 0.08f};
+    const double top[3] = {0.08, 0.08, 0.08};
     CHECK_OK(rlv_fluid_set_walls(fluid, plate[0], PLATE, 0));
     CHECK_OK(rlv_fluid_add_box(fluid, low, top, NULL));
     CHECK_OK(rlv_fluid_set_wall_points(fluid, plate[0], PLATE, 0, velocities[0], 0));
@@ -213,7 +213,8 @@ static void check_colliders(RlvContext context) {
     options.gravity[2] = 0.0f;
     RlvFluid fluid = make(context, &options);
     RlvMesh box = check_box(context, -0.1f, 0.2f, -0.2f, 0.0f), open = check_plane(context, 1, 1);
-    const float top[3] = {0.08f, 0.08f, 0.08f}, down[3] = {0, 0, -1};
+    const double top[3] = {0.08, 0.08, 0.08};
+    const float down[3] = {0, 0, -1};
     uint32_t number = 77, other = 77;
     double linear[3], angular[3];
     rough.contact = RLV_FLUID_FRICTION;
@@ -293,7 +294,7 @@ static void check_sources(RlvContext context) {
     CHECK(report.removed == 512 && report.added == 0);
 
     /* A rectangle of 4 x 4 particles at 1 m/s: a layer every 0.02 s, until a sink after 0.2 m. */
-    const float low[3] = {-1, -1, 0.2f}, high[3] = {1, 1, 1};
+    const double low[3] = {-1, -1, 0.2}, high[3] = {1, 1, 1};
     tap.shape = RLV_FLUID_RECTANGLE;
     tap.u[0] = tap.v[1] = 0.04f;
     tap.u[2] = 0.0f;
@@ -312,8 +313,8 @@ static void check_sources(RlvContext context) {
     CHECK_OK(rlv_fluid_set_budget(fluid, 0, 0));
 
     /* Gravity as a force, an attractor far away, and the host: what was given is what there is. */
-    const RlvFluidForce forces[2] = {{RLV_FLUID_GRAVITY, 0, {0, 3, 0}, {0}, 0, 0, 0},
-                                     {RLV_FLUID_ATTRACTOR, 0, {0}, {100, 0, 0}, 2, 1000, 0}};
+    const RlvFluidForce forces[2] = {{RLV_FLUID_GRAVITY, 0, {0, 3, 0}, 0, {0}, 0, 0},
+                                     {RLV_FLUID_ATTRACTOR, 0, {0}, 2, {100, 0, 0}, 1000, 0}};
     float pushes[512][3];
     CHECK_OK(rlv_fluid_fill(fluid, box, NULL, NULL, NULL));
     for (int k = 0; k < 512; ++k) {
@@ -334,7 +335,10 @@ static void check_sources(RlvContext context) {
     }
     CHECK_OK(rlv_fluid_set_forces(fluid, NULL, 0, 0));
 
-    RlvFluidForce bad = forces[0];
+    RlvFluidForce bad = forces[1];
+    bad.place[1] = 1e300; /* which no float holds */
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_set_forces(fluid, &bad, 1, 0), "force 0");
+    bad = forces[0];
     bad.kind = 6;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_set_forces(fluid, &bad, 1, 0), "force 0");
     bad.kind = RLV_FLUID_VORTEX;
@@ -359,7 +363,7 @@ static void check_sources(RlvContext context) {
 /* A cube of water without weight gets round by its surface tension: the corners come nearer to the middle. */
 static void check_tension(RlvContext context) {
     static float points[DAM][3];
-    const float cube[3] = {0.008f, 0.008f, 0.008f};
+    const double cube[3] = {0.008, 0.008, 0.008};
     float farthest[2] = {0, 0};
     for (int k = 0; k < 2; ++k) {
         RlvFluidOptions options = RLV_FLUID_OPTIONS_INIT;
@@ -465,7 +469,7 @@ static void check_refused(RlvContext context) {
     small.memory_limit = 1 << 16;
     CHECK_OK(rlv_context_create(&small, &poor));
     RlvFluid little = make(poor, NULL);
-    const float wide[3] = {50, 50, 50};
+    const double wide[3] = {50, 50, 50};
     CHECK_FAILS(RLV_ERROR_MEMORY, rlv_fluid_add_box(little, low, wide, NULL), "memory limit");
     CHECK_FAILS(RLV_ERROR_MEMORY, rlv_fluid_add(little, &particles), "memory limit");
     CHECK_FAILS(RLV_ERROR_MEMORY, rlv_fluid_set_basin(little, low, far_end), "memory limit");

@@ -4,7 +4,7 @@
 
 /* Few particles: the test runs under Valgrind too. */
 enum { DAM = 64, HEAP = 100, MORE = 100, MOST = 1024 };
-static const float low[3] = {0, 0, 0}, high[3] = {0.08f, 0.08f, 0.08f}, far_end[3] = {0.16f, 0.16f, 0.16f};
+static const double low[3] = {0, 0, 0}, high[3] = {0.08, 0.08, 0.08}, far_end[3] = {0.16, 0.16, 0.16};
 static const uint32_t solvers[2] = {RLV_FLUID_PCISPH, RLV_FLUID_DFSPH};
 
 static RlvFluid dam(RlvContext context, uint32_t solver) {
@@ -41,6 +41,7 @@ static void check_bounded(RlvFluid fluid, RlvResult result, size_t count) {
 }
 
 static void check_numbers(RlvContext context) {
+    static const float origin[3] = {0, 0, 0};
     static const float no_length[5] = {0.0f, -1.0f, NAN, INFINITY, 1e30f}, no_share[3] = {-1.0f, NAN, INFINITY};
     RlvFluid made = {77};
     RlvIsosurface surface = {77};
@@ -61,7 +62,7 @@ static void check_numbers(RlvContext context) {
         CHECK(rlv_fluid_create(context, &options, &made) == RLV_ERROR_INVALID);
         function.radius = no_length[k];
         particles.count = 1;
-        particles.points = low;
+        particles.points = origin;
         if (k < 4) {
             CHECK_FAILS(RLV_ERROR_INVALID, rlv_isosurface_create(context, &particles, &function, &surface), "radius");
         }
@@ -89,7 +90,7 @@ static void check_steps_and_pushes(RlvContext context, uint32_t solver) {
     fluid = dam(context, solver);
     pushes[7][2] = NAN;
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_accelerate(fluid, pushes[0], DAM, 0), "element 7");
-    RlvFluidForce force = {RLV_FLUID_GRAVITY, 0, {0, 0, NAN}, {0, 0, 0}, 0, 0, 0};
+    RlvFluidForce force = {RLV_FLUID_GRAVITY, 0, {0, 0, NAN}, 0, {0, 0, 0}, 0, 0};
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_fluid_set_forces(fluid, &force, 1, 0), "force 0");
     for (int k = 0; k < DAM; ++k) {
         pushes[k][0] = k % 2 ? 1e30f : -1e30f;
@@ -134,7 +135,7 @@ static void check_holes(RlvContext context, uint32_t solver) {
 
 static void check_budget(RlvContext context, uint32_t solver) {
     RlvFluidEmitterOptions tap = RLV_FLUID_EMITTER_OPTIONS_INIT;
-    tap.middle[0] = tap.middle[1] = tap.middle[2] = 3.0f;
+    tap.center[0] = tap.center[1] = tap.center[2] = 3.0;
     tap.radius = 0.2f;
     tap.speed = 10.0f;
     for (uint32_t stops = 0; stops < 2; ++stops) {

@@ -42,7 +42,7 @@ static void end(Host host) {
 
 /* The edit of a number: each is another one, of the whole ball. */
 static void make_edit(RlvLevel level, size_t number) {
-    RlvLevelHandle handle = {{{0, 0, 1}, 3.0f, RLV_FALLOFF_SMOOTH, 0}, {0, 0, 0.01f}, {0, 0, 1}, 0.0f, 0};
+    RlvLevelHandle handle = {{{0, 0, 1}, 3.0f, RLV_FALLOFF_SMOOTH}, {0, 0, 0.01f}, {0, 0, 1}, 0.0f, 0};
     handle.translation[number % 3] += 0.02f;
     RlvLevelEdit edit = RLV_LEVEL_EDIT_INIT;
     edit.handles = &handle;

@@ -182,7 +182,7 @@ static void check_motions(RlvProgressive ball) {
     RlvMesh mesh = RLV_NULL;
     RlvLevelInfo info = RLV_LEVEL_INFO_INIT;
     RlvLevelKey keys[2] = {{1.0, {0, 0, 0}, {0, 0, 1}, 0.0f, 0}, {3.0, {0, 0, 0.5f}, {0, 0, 1}, 0.3f, 0}};
-    RlvLevelTrack track = {{{0, 0, 1}, 0.9f, RLV_FALLOFF_SMOOTH, 0}, keys, 2, 0};
+    RlvLevelTrack track = {{{0, 0, 1}, 0.9f, RLV_FALLOFF_SMOOTH}, keys, 2, 0};
     RlvLevelMotion motion = RLV_LEVEL_MOTION_INIT;
     size_t reached = 7;
     motion.tracks = &track;
@@ -400,11 +400,14 @@ int main(void) {
         near += kept.vertices[k * VERTEX + 2] > 0.0f;
     }
     CHECK(near > 2 * (kept.update.vertex_count - near));
+    view.eye[1] = 1e300; /* which no float holds */
+    CHECK_FAILS(RLV_ERROR_INVALID, rlv_level_set_view(level, &view), "view");
+    view.eye[1] = 0.0;
 
     /* What an edit moves is in ranges that are finer than from its first to its last vertex. */
     CHECK_OK(rlv_level_set_triangles(level, SIZE_MAX));
     check_update(level, &kept);
-    RlvLevelHandle side = {{{1, 0, 0}, 0.3f, RLV_FALLOFF_SMOOTH, 0}, {0.2f, 0, 0}, {0, 0, 1}, 0.0f, 0};
+    RlvLevelHandle side = {{{1, 0, 0}, 0.3f, RLV_FALLOFF_SMOOTH}, {0.2f, 0, 0}, {0, 0, 1}, 0.0f, 0};
     RlvLevelEdit push = RLV_LEVEL_EDIT_INIT;
     push.handles = &side;
     push.handle_count = 1;
@@ -419,8 +422,8 @@ int main(void) {
     check_update(level, &kept);
 
     /* The pole is pulled up at a coarse level, and turned; finer levels follow. */
-    RlvLevelHandle handle = {{{0, 0, 1}, 0.9f, RLV_FALLOFF_SMOOTH, 0}, {0, 0, 0.5f}, {0, 0, 1}, 0.3f, 0};
-    RlvLevelRegion anchor = {{0, 1, 0}, 0.3f, RLV_FALLOFF_CONSTANT, 0};
+    RlvLevelHandle handle = {{{0, 0, 1}, 0.9f, RLV_FALLOFF_SMOOTH}, {0, 0, 0.5f}, {0, 0, 1}, 0.3f, 0};
+    RlvLevelRegion anchor = {{0, 1, 0}, 0.3f, RLV_FALLOFF_CONSTANT};
     RlvLevelEdit edit = RLV_LEVEL_EDIT_INIT;
     edit.handles = &handle;
     edit.handle_count = 1;

@@ -3,7 +3,7 @@
 #include "check.h"
 
 enum { DAM = 512 };
-static const float low[3] = {0, 0, 0}, high[3] = {0.16f, 0.16f, 0.16f}, far_end[3] = {0.32f, 0.16f, 0.32f};
+static const double low[3] = {0, 0, 0}, high[3] = {0.16, 0.16, 0.16}, far_end[3] = {0.32, 0.16, 0.32};
 
 static RlvFluid dam(RlvContext context) {
     static float heat[DAM];

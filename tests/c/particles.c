@@ -6,7 +6,7 @@
 
 typedef RlvResult (*ByHandle)(uint64_t id);
 
-static const float three[3] = {0.1f, 0.1f, 0.1f}, zero[3] = {0, 0, 0};
+static const double three[3] = {0.1, 0.1, 0.1}, zero[3] = {0, 0, 0};
 
 static RlvResult create_fluid(uint64_t id) { RlvFluid out; return rlv_fluid_create((RlvContext){id}, NULL, &out); }
 static RlvResult retain_fluid(uint64_t id) { return rlv_fluid_retain((RlvFluid){id}); }
@@ -178,7 +178,7 @@ int main(void) {
     RlvJob job = RLV_NULL;
     RlvFluidReport report = RLV_FLUID_REPORT_INIT;
     RlvMesh mesh = RLV_NULL;
-    const float size[3] = {0.14f, 0.14f, 0.14f}, tall[3] = {0.14f, 0.14f, 0.3f};
+    const double size[3] = {0.14, 0.14, 0.14}, tall[3] = {0.14, 0.14, 0.3};
     CHECK_OK(rlv_context_create(NULL, &context));
     CHECK_OK(rlv_fluid_create(context, NULL, &fluid));
     CHECK_OK(rlv_fluid_set_basin(fluid, zero, tall));

@@ -3,7 +3,7 @@
 #include "check.h"
 
 enum { DAM = 512, MOST = 2048 };
-static const float low[3] = {0, 0, 0}, high[3] = {0.16f, 0.16f, 0.16f}, far_end[3] = {0.32f, 0.16f, 0.32f};
+static const double low[3] = {0, 0, 0}, high[3] = {0.16, 0.16, 0.16}, far_end[3] = {0.32, 0.16, 0.32};
 static const char path[] = "state_of_fluid.rlvfluid";
 
 /* A fluid in a basin with an emitter, but for its particles. */
@@ -23,9 +23,9 @@ static RlvFluid basin(RlvContext context, uint32_t solver, float spacing) {
     color.width = 3;
     color.values = red;
     color.value_count = 1;
-    tap.middle[0] = 0.25f;
-    tap.middle[1] = 0.08f;
-    tap.middle[2] = 0.25f;
+    tap.center[0] = 0.25f;
+    tap.center[1] = 0.08f;
+    tap.center[2] = 0.25f;
     tap.u[2] = -1.0f;
     tap.radius = 0.03f;
     tap.lifetime = 0.05f;

@@ -251,7 +251,8 @@ static void build(RlvContext context) {
 
 /* A block of 0.2 x 0.1 x 0.1 m that stands on its lower face. */
 static RlvTissue block(RlvContext context) {
-    const float low[3] = {0.0f, 0.0f, 0.0f}, cell[3] = {0.025f, 0.025f, 0.025f};
+    const double low[3] = {0.0, 0.0, 0.0};
+    const float cell[3] = {0.025f, 0.025f, 0.025f};
     const uint32_t counts[3] = {8, 4, 4}, nothing[3] = {8, 0, 4}, huge[3] = {1000, 1000, 1000};
     const RlvTissueMaterial material = gel();
     RlvTissue tissue = RLV_NULL, untouched = {77};
@@ -259,6 +260,8 @@ static RlvTissue block(RlvContext context) {
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_tissue_block(context, low, cell, nothing, &material, &untouched), "1 or more");
     CHECK_FAILS(RLV_ERROR_MEMORY, rlv_tissue_block(context, low, cell, huge, &material, &untouched), "memory limit");
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_tissue_block(context, NULL, cell, counts, &material, &untouched), "NULL");
+    const double beyond[3] = {0, 1e300, 0};
+    CHECK(rlv_tissue_block(context, beyond, cell, counts, &material, &untouched) == RLV_ERROR_INVALID);
     CHECK(untouched.id == 77);
     return tissue;
 }
@@ -271,8 +274,8 @@ static void simulate(RlvContext context) {
     RlvTissueEnergies energies = RLV_TISSUE_ENERGIES_INIT;
     RlvTissueArrays arrays = RLV_TISSUE_ARRAYS_INIT;
     uint32_t lowest = 77, highest = 77, nodes[45], tops[45];
-    const float low[3] = {-1.0f, -1.0f, -0.001f}, high[3] = {1.0f, 1.0f, 0.001f};
-    const float high_low[3] = {-1.0f, -1.0f, 0.0999f}, high_high[3] = {1.0f, 1.0f, 0.101f};
+    const double low[3] = {-1.0, -1.0, -0.001}, high[3] = {1.0, 1.0, 0.001};
+    const double high_low[3] = {-1.0, -1.0, 0.0999}, high_high[3] = {1.0, 1.0, 0.101};
     CHECK_OK(rlv_tissue_add_set(tissue, "low", low, high, &lowest));
     CHECK_OK(rlv_tissue_add_set(tissue, "high", high_low, high_high, &highest));
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_tissue_add_set(tissue, "low", low, high, &lowest), "already");

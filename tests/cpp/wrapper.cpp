@@ -511,8 +511,8 @@ int main() {
     level.set_triangles(500);
     level.update(buffers);
     CHECK(buffers.last.triangle_count <= 500 && buffers.last.vertex_count == level.info().vertex_count);
-    CHECK(level.edit({{{{1.5f, 1.5f, 0}, 1, RLV_FALLOFF_LINEAR, 0}, {0, 0, 1}, {0, 0, 1}, 0, 0}},
-                     {{{0, 0, 0}, 0.5f, RLV_FALLOFF_CONSTANT, 0}}) > 0);
+    CHECK(level.edit({{{{1.5f, 1.5f, 0}, 1, RLV_FALLOFF_LINEAR}, {0, 0, 1}, {0, 0, 1}, 0, 0}},
+                     {{{0, 0, 0}, 0.5f, RLV_FALLOFF_CONSTANT}}) > 0);
     level.undo();
     level.redo();
     RlvBrushOptions carving = RLV_BRUSH_OPTIONS_INIT;
@@ -534,7 +534,7 @@ int main() {
     CHECK(written == buffers.last.first_vertex && !level.changed_ranges(RLV_DOMAIN_FACE).empty());
     CHECK(level.mesh().info().high[2] > 0.5f);
     const auto moving = relievo::Level::create(whole);
-    moving.add_motion({{{{1.5f, 1.5f, 0}, 9, RLV_FALLOFF_CONSTANT, 0},
+    moving.add_motion({{{{1.5f, 1.5f, 0}, 9, RLV_FALLOFF_CONSTANT},
                         {{0, {0, 0, 0}, {0, 0, 1}, 0, 0}, {2, {0, 0, 1}, {0, 0, 1}, 0, 0}}}});
     const float level_before = moving.mesh().info().high[2];
     CHECK(moving.set_time(1) > 0 && std::fabs(moving.mesh().info().high[2] - level_before - 0.5f) < 1e-5f);
@@ -545,7 +545,7 @@ int main() {
     const auto journalled = relievo::Level::create(whole);
     std::snprintf(name, sizeof name, "wrapper-%p.journal", static_cast<const void *>(&whole));
     journalled.open_journal(name);
-    CHECK(journalled.edit({{{{1.5f, 1.5f, 0}, 9, RLV_FALLOFF_LINEAR, 0}, {0, 0, 1}, {0, 0, 1}, 0, 0}}) > 0);
+    CHECK(journalled.edit({{{{1.5f, 1.5f, 0}, 9, RLV_FALLOFF_LINEAR}, {0, 0, 1}, {0, 0, 1}, 0, 0}}) > 0);
     journalled.sync_journal();
     journalled.close_journal();
     const auto recovered = relievo::Level::create(whole);
@@ -570,8 +570,8 @@ int main() {
 
     // A block of a fluid in a basin, here and in the background, its surface, its mesh and rays.
     const auto fluid = relievo::Fluid::create(context);
-    fluid.set_basin({0, 0, 0}, {0.2f, 0.16f, 0.3f});
-    fluid.add_box({0, 0, 0}, {0.16f, 0.16f, 0.16f});
+    fluid.set_basin({0, 0, 0}, {0.2, 0.16, 0.3});
+    fluid.add_box({0, 0, 0}, {0.16, 0.16, 0.16});
     bool watched = false;
     CHECK(fluid.advance(0.01, [&](float, const char *) { return watched = true; }).steps > 0 && watched);
     const auto advancing = relievo::Job::advance(fluid, 0.01);
@@ -639,10 +639,10 @@ int main() {
     fluid.step(0.001f);
     CHECK(obstacle == 0 && fluid.impulse(obstacle)[0] == 0.0 && fluid.impulse(RLV_FLUID_WALLS)[2] < 0);
     RlvFluidEmitterOptions tap = RLV_FLUID_EMITTER_OPTIONS_INIT;
-    tap.middle[2] = 5;
+    tap.center[2] = 5;
     tap.speed = 100;
     fluid.add_emitter(tap);
-    fluid.set_forces({{RLV_FLUID_GRAVITY, 0, {0, 0, 1}, {}, 0, 0, 0}});
+    fluid.set_forces({{RLV_FLUID_GRAVITY, 0, {0, 0, 1}, 0, {}, 0, 0}});
     fluid.set_budget(100000);
     const auto poured = fluid.advance(0.001);
     CHECK(poured.added > 0 && poured.forces[2] > 0);

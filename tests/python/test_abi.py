@@ -208,6 +208,47 @@ class Order(unittest.TestCase):
         self.assertGreater(found, 500)
         self.assertEqual(exceptions, [])
 
+    # Fields of places that are single although hosts give them, with the reason.
+    SINGLE = {"RlvIsosurfaceRay.origin": "renderers hand over their own rays, which are single, one a call"}
+    PLACES = ("center", "eye", "high", "low", "origin", "place", "position", "target")
+
+    def test_places_have_one_name_and_are_double(self):
+        """A place that a host gives is double, as a field and as a parameter; an array of places is of floats, and so is what
+        the library finds in such arrays: bounds, hits and pictures."""
+        text = "".join(path.read_text() for path in (ROOT / "include" / "relievo").glob("*.h"))
+        text = re.sub(r"/\*.*?\*/", " ", text, flags=re.S)
+        structs = dict(re.findall(r"typedef struct (Rlv\w+) \{(.*?)\} \1;", text, flags=re.S))
+        found = {kind: re.findall(r"(\w[\w ]*?) (\w+)(?:\[(\w+)\])?;", body) for kind, body in structs.items()}
+        self.assertGreater(len(found), 150)
+        given = set(re.findall(r"const (Rlv\w+) \*", text)) & set(found)
+        while inner := {kind for outer in given for kind, _, _ in found[outer] if kind in found} - given:
+            given |= inner
+        exceptions, places, single = [], 0, set()
+        for struct, fields in found.items():
+            for kind, name, size in fields:
+                if re.search(r"middle|centre", name):
+                    exceptions.append(f"{struct}.{name}: say center")
+                if name in self.PLACES and size == "3" and struct in given:
+                    places += 1
+                    if kind == "float":
+                        single.add(f"{struct}.{name}")
+                    elif kind != "double":
+                        exceptions.append(f"{struct}.{name}: it is {kind}")
+        for function, parameters in re.findall(r"RLV_API[^;(]*\b(rlv_\w+)\(([^;]*)\);", text):
+            listed = [" ".join(one.split()) for one in parameters.split(",")]
+            for at, one in enumerate(listed):
+                name = one.split()[-1].lstrip("*")
+                if re.search(r"middle|centre", name):
+                    exceptions.append(f"{function}: {name}: say center")
+                behind = listed[at + 1] if at + 1 < len(listed) else ""
+                if name in self.PLACES and "*" in one and not behind.startswith("size_t"):
+                    places += 1
+                    if not one.startswith(("const double *", "const int32_t *")):
+                        exceptions.append(f"{function}: {one}")
+        self.assertGreater(places, 20)
+        self.assertEqual(exceptions, [])
+        self.assertEqual(sorted(single), sorted(self.SINGLE))
+
     def test_every_handle_is_retained_and_released(self):
         for kind in structs():
             if [name for name, *_ in kind._fields_] == ["id"]:

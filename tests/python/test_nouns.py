@@ -932,7 +932,7 @@ class Fluids(unittest.TestCase):
         self.assertLess(self.fluid.impulse()[0][2], 0)
         inside = self.fluid.fill(box, numpy.diag((0.05, 0.05, 0.05, 1.0)) + numpy.array([[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 3], [0] * 4]))
         self.assertEqual(inside, 5**3)
-        self.fluid.add_emitter(middle=(0, 0, 5), radius=0.1, speed=50.0, channels={"heat": 7.0})
+        self.fluid.add_emitter(center=(0, 0, 5), radius=0.1, speed=50.0, channels={"heat": 7.0})
         self.fluid.add_emitter(box, placed, speed=1.0, begin=100.0)
         self.fluid.set_forces([{"kind": "drag", "strength": 1.0}, {"kind": "turbulence", "strength": 1.0, "radius": 0.1}])
         self.fluid.set_budget(10**6, stops=True)

@@ -43,7 +43,16 @@ STRIDES = {name: name.removesuffix("s") + "_stride" for name in FIELDS} | {
 
 def _vector(values: Any, name: str) -> Any:
     """Three packed floats."""
-    reading = Reading(packed(values, numpy.float32, name), numpy.float32, 3, name)
+    return _three(values, numpy.float32, name)
+
+
+def _place(values: Any, name: str) -> Any:
+    """Three packed doubles."""
+    return _three(values, numpy.float64, name)
+
+
+def _three(values: Any, kind: Any, name: str) -> Any:
+    reading = Reading(packed(values, kind, name), kind, 3, name)
     if reading.count != 1:
         raise Invalid(f"{name}: three numbers are needed")
     return reading
@@ -94,7 +103,7 @@ class Fluid(Handle):
 
     def add_box(self, low: ArrayLike, high: ArrayLike, velocity: ArrayLike = (0, 0, 0)) -> None:
         """Fills a box with particles half a spacing from its sides."""
-        given = [_vector(low, "low"), _vector(high, "high"), _vector(velocity, "velocity")]
+        given = [_place(low, "low"), _place(high, "high"), _vector(velocity, "velocity")]
         library.call("rlv_fluid_add_box", self.handle, *(vector.address for vector in given))
 
     def fill(self, mesh: Mesh, matrix: ArrayLike | None = None, velocity: ArrayLike = (0, 0, 0)) -> Any:
@@ -125,7 +134,7 @@ class Fluid(Handle):
 
     def add_sink(self, low: ArrayLike, high: ArrayLike, is_outside: bool = False) -> None:
         """Removes particles in a box, or particles outside it."""
-        given = [_vector(low, "low"), _vector(high, "high")]
+        given = [_place(low, "low"), _place(high, "high")]
         library.call("rlv_fluid_add_sink", self.handle, *(vector.address for vector in given), flag(is_outside, "is_outside"))
 
     def add_sink_mesh(self, mesh: Mesh, matrix: ArrayLike | None = None) -> None:
@@ -163,7 +172,7 @@ class Fluid(Handle):
 
     def set_basin(self, low: ArrayLike, high: ArrayLike) -> None:
         """Takes the six sides of a box as walls instead of those there were."""
-        given = [_vector(low, "low"), _vector(high, "high")]
+        given = [_place(low, "low"), _place(high, "high")]
         library.call("rlv_fluid_set_basin", self.handle, *(vector.address for vector in given))
 
     def move_walls(self, points: ArrayLike, velocities: ArrayLike) -> None:

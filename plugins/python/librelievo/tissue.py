@@ -198,7 +198,7 @@ class Tissue(Handle):
         """Makes a block of equal boxes; the material has the fields of `abi.RlvTissueMaterial`."""
         (entry,), kept = _entries(abi.RlvTissueMaterial, [{"name": "material", **material}], "material")
         given = [
-            Reading(packed(low, numpy.float32, "low"), numpy.float32, 0, "low"),
+            Reading(packed(low, numpy.float64, "low"), numpy.float64, 0, "low"),
             Reading(packed(_edges(cell), numpy.float32, "cell"), numpy.float32, 0, "cell"),
             Reading(packed(counts, None, "counts"), numpy.uint32, 0, "counts"),
         ]
@@ -291,7 +291,7 @@ class Tissue(Handle):
 
     def add_set(self, name: str, low: ArrayLike, high: ArrayLike) -> Any:
         """Adds a set of the nodes within a box, and returns its nodes."""
-        corners = [packed(low, numpy.float32, "low"), packed(high, numpy.float32, "high")]
+        corners = [packed(low, numpy.float64, "low"), packed(high, numpy.float64, "high")]
         if any(corner.shape != (3,) for corner in corners):
             raise Invalid("low and high: three numbers each are needed")
         index = ctypes.c_uint32()

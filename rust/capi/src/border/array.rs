@@ -44,6 +44,11 @@ unsafe impl Plain for [u32; 3] {}
 // SAFETY: as above.
 unsafe impl Plain for [u32; 4] {}
 
+/// A place that a host gives as doubles, for kernels. A number that no float holds becomes infinite, which they refuse.
+pub fn narrow(place: [f64; 3]) -> [f32; 3] {
+    place.map(|value| value as f32)
+}
+
 /// The stride in bytes of `count` elements of `size` bytes at `pointer`, or why they cannot exist.
 fn check(name: &str, null: bool, count: usize, stride: usize, size: usize) -> Result<usize> {
     let stride = if stride == 0 { size } else { stride };

@@ -13,7 +13,7 @@ use relievo_lod::progressive::{ActiveMesh, Cut, EditJournal, Front, KeyedEdit, V
 
 pub use self::buffers::{HostBuffers, RlvLevelBuffers, RlvLevelUpdate};
 pub use self::edit::{RlvLevelEdit, RlvLevelHandle, RlvLevelKey, RlvLevelMotion, RlvLevelRegion, RlvLevelTrack};
-use crate::border::array::{Input, Output, Plain, present, put, text};
+use crate::border::array::{Input, Output, Plain, narrow, present, put, text};
 use crate::border::descriptor::{check_optional, read_descriptor, write_descriptor, write_optional};
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::border::work::broken;
@@ -39,11 +39,11 @@ descriptor! {
 descriptor! {
     pub struct RlvLevelView {
         struct_size: u32,
-        eye: [f32; 3],
-        pixels: f32,
-        tolerance: f32,
-        outline: f32,
         reserved: u32,
+        eye: [f64; 3],
+        pixels: f64,
+        tolerance: f64,
+        outline: f64,
         planes: *const f32,
         plane_count: usize,
         plane_stride: usize,
@@ -144,7 +144,8 @@ pub unsafe fn read_view(context: &ContextObject, view: *const RlvLevelView) -> R
         unsafe { Input::new("planes", given.planes.cast::<[f32; 4]>(), given.plane_count, given.plane_stride) }?;
     let RlvLevelView { eye, pixels, tolerance, outline, .. } = given;
     let planes = planes.to_vec("planes", context.context.memory_limit())?;
-    Ok(View { eye, pixels, tolerance, outline, planes })
+    let [pixels, tolerance, outline] = [pixels, tolerance, outline].map(|value| value as f32);
+    Ok(View { eye: narrow(eye), pixels, tolerance, outline, planes })
 }
 
 /// The mesh of a deviation.

@@ -9,7 +9,7 @@ use relievo_core::{Error, Result, file};
 use relievo_fluid::{Diffuse, DiffuseOptions, DiffuseSettings, FluidFrame};
 use relievo_particleio::{read_frame, write_frame};
 
-use crate::border::array::{Input, Output, Plain, present, put, text};
+use crate::border::array::{Input, Output, Plain, narrow, present, put, text};
 use crate::border::descriptor::{check_optional, read_descriptor, read_optional, write_descriptor, write_optional};
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::runtime::context::{ContextObject, HostProgress, RlvContext, RlvProgress};
@@ -26,8 +26,8 @@ descriptor! {
         spacing: f32,
         gravity: [f32; 3],
         has_bounds: u32,
-        low: [f32; 3],
-        high: [f32; 3],
+        low: [f64; 3],
+        high: [f64; 3],
     }
 }
 
@@ -148,7 +148,7 @@ unsafe fn read_options(options: *const RlvDiffuseOptions, settings: DiffuseSetti
     let given = unsafe { read_optional(options, default) }?;
     let bounds = match given.has_bounds {
         0 => None,
-        1 => Some([given.low, given.high].map(Vec3::from)),
+        1 => Some([given.low, given.high].map(|corner| narrow(corner).into())),
         other => return Err(Error::invalid(format!("has_bounds is {other}")).at("has_bounds").advise("use 0 or 1")),
     };
     Ok(DiffuseOptions { spacing: given.spacing, gravity: given.gravity.into(), bounds, settings })

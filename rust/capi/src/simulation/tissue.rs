@@ -12,7 +12,7 @@ use relievo_tissue::{Binding, Held, Model, NodeSet};
 
 pub use self::build::*;
 pub use self::simulation::*;
-use crate::border::array::{Input, Output, Plain, fixed, present, put, text};
+use crate::border::array::{Input, Output, Plain, fixed, narrow, present, put, text};
 use crate::border::descriptor::{check_optional, write_descriptor, write_optional};
 use crate::border::making::Making;
 use crate::border::registry::{self, handle, try_read, try_write};
@@ -212,7 +212,7 @@ entry! {
 
     fn rlv_tissue_block(
         context: RlvContext,
-        low: *const f32,
+        low: *const f64,
         cell: *const f32,
         counts: *const u32,
         material: *const RlvTissueMaterial,
@@ -230,7 +230,7 @@ entry! {
                 .at("counts")
                 .advise("take fewer, or raise the memory limit of the context"));
         }
-        let made = register(context, Model::block(low, cell, counts, material)?)?;
+        let made = register(context, Model::block(narrow(low), cell, counts, material)?)?;
         // SAFETY: checked above.
         unsafe { put(out, made) };
         Ok(())
@@ -435,7 +435,7 @@ entry! {
         Ok(())
     }
 
-    fn rlv_tissue_add_set(tissue: RlvTissue, name: *const c_char, low: *const f32, high: *const f32, out: *mut u32) {
+    fn rlv_tissue_add_set(tissue: RlvTissue, name: *const c_char, low: *const f64, high: *const f64, out: *mut u32) {
         present("out", out)?;
         let object = registry::get(tissue)?;
         // SAFETY: the caller gives a NUL-terminated text, and NULL or three numbers each.
@@ -444,7 +444,7 @@ entry! {
         if model.sets.iter().any(|set| set.name == name) {
             return Err(Error::invalid(format!("there is a set `{name}` already")).at("name").advise("use another name"));
         }
-        let nodes = model.nodes_within(low, high);
+        let nodes = model.nodes_within(narrow(low), narrow(high));
         if nodes.is_empty() {
             return Err(Error::invalid("no node is within the box").advise("take a larger box, in metres"));
         }

@@ -629,12 +629,12 @@ function!(rlv_stroke_extend: unsafe extern "C" fn(RlvStroke, *const RlvStrokePoi
 function!(rlv_stroke_end: unsafe extern "C" fn(RlvStroke, *mut RlvStrokeReport) -> RlvResult);
 layout!(RlvLevel: 8, 8);
 layout!(RlvLevelInfo: 32, 8);
-layout!(RlvLevelView: 56, 8);
-layout!(RlvLevelRegion: 24, 4);
-layout!(RlvLevelHandle: 56, 4);
+layout!(RlvLevelView: 80, 8);
+layout!(RlvLevelRegion: 32, 8);
+layout!(RlvLevelHandle: 64, 8);
 layout!(RlvLevelEdit: 56, 8);
 layout!(RlvLevelKey: 40, 8);
-layout!(RlvLevelTrack: 48, 8);
+layout!(RlvLevelTrack: 56, 8);
 layout!(RlvLevelMotion: 56, 8);
 layout!(RlvLevelSculpted: 32, 8);
 layout!(RlvLevelBuffers: 128, 8);
@@ -684,7 +684,7 @@ function!(rlv_device_level_clear_motions: unsafe extern "C" fn(RlvDeviceLevel) -
 function!(rlv_device_level_read: unsafe extern "C" fn(RlvDeviceLevel, *const RlvLevelBuffers, *mut RlvLevelUpdate) -> RlvResult);
 function!(rlv_device_level_vulkan: unsafe extern "C" fn(RlvDeviceLevel, *mut RlvDeviceLevelVulkan) -> RlvResult);
 layout!(RlvDiffuse: 8, 8);
-layout!(RlvDiffuseOptions: 48, 4);
+layout!(RlvDiffuseOptions: 72, 8);
 layout!(RlvDiffuseSettings: 72, 4);
 layout!(RlvDiffuseFluid: 48, 8);
 layout!(RlvDiffuseInfo: 32, 8);
@@ -727,25 +727,25 @@ layout!(RlvFluidInfo: 56, 8);
 layout!(RlvFluidParticles: 88, 8);
 layout!(RlvFluidArrays: 112, 8);
 layout!(RlvFluidColliderOptions: 16, 4);
-layout!(RlvFluidForce: 44, 4);
-layout!(RlvFluidEmitterOptions: 96, 8);
+layout!(RlvFluidForce: 56, 8);
+layout!(RlvFluidEmitterOptions: 112, 8);
 layout!(RlvFluidReport: 160, 8);
 function!(rlv_fluid_create: unsafe extern "C" fn(RlvContext, *const RlvFluidOptions, *mut RlvFluid) -> RlvResult);
 function!(rlv_fluid_retain: unsafe extern "C" fn(RlvFluid) -> RlvResult);
 function!(rlv_fluid_release: unsafe extern "C" fn(RlvFluid) -> RlvResult);
 function!(rlv_fluid_info: unsafe extern "C" fn(RlvFluid, *mut RlvFluidInfo) -> RlvResult);
 function!(rlv_fluid_add: unsafe extern "C" fn(RlvFluid, *const RlvFluidParticles) -> RlvResult);
-function!(rlv_fluid_add_box: unsafe extern "C" fn(RlvFluid, *const f32, *const f32, *const f32) -> RlvResult);
+function!(rlv_fluid_add_box: unsafe extern "C" fn(RlvFluid, *const f64, *const f64, *const f32) -> RlvResult);
 function!(rlv_fluid_fill: unsafe extern "C" fn(RlvFluid, RlvMesh, *const f64, *const f32, *mut usize) -> RlvResult);
 function!(rlv_fluid_add_emitter: unsafe extern "C" fn(RlvFluid, RlvMesh, *const f64, *const RlvFluidEmitterOptions) -> RlvResult);
-function!(rlv_fluid_add_sink: unsafe extern "C" fn(RlvFluid, *const f32, *const f32, u32) -> RlvResult);
+function!(rlv_fluid_add_sink: unsafe extern "C" fn(RlvFluid, *const f64, *const f64, u32) -> RlvResult);
 function!(rlv_fluid_add_sink_mesh: unsafe extern "C" fn(RlvFluid, RlvMesh, *const f64) -> RlvResult);
 function!(rlv_fluid_clear_sources: unsafe extern "C" fn(RlvFluid) -> RlvResult);
 function!(rlv_fluid_set_budget: unsafe extern "C" fn(RlvFluid, usize, u32) -> RlvResult);
 function!(rlv_fluid_set_forces: unsafe extern "C" fn(RlvFluid, *const RlvFluidForce, usize, usize) -> RlvResult);
 function!(rlv_fluid_remove: unsafe extern "C" fn(RlvFluid, *const u32, usize, usize, *mut usize) -> RlvResult);
 function!(rlv_fluid_set_walls: unsafe extern "C" fn(RlvFluid, *const f32, usize, usize) -> RlvResult);
-function!(rlv_fluid_set_basin: unsafe extern "C" fn(RlvFluid, *const f32, *const f32) -> RlvResult);
+function!(rlv_fluid_set_basin: unsafe extern "C" fn(RlvFluid, *const f64, *const f64) -> RlvResult);
 function!(rlv_fluid_set_wall_points: unsafe extern "C" fn(RlvFluid, *const f32, usize, usize, *const f32, usize) -> RlvResult);
 function!(rlv_fluid_add_collider: unsafe extern "C" fn(RlvFluid, RlvMesh, *const f64, *const RlvFluidColliderOptions, *mut u32) -> RlvResult);
 function!(rlv_fluid_move_collider: unsafe extern "C" fn(RlvFluid, u32, *const f32, *const f32, usize, usize, f32) -> RlvResult);
@@ -940,7 +940,7 @@ layout!(RlvTissueRelaxation: 24, 8);
 layout!(RlvTissueCollider: 56, 8);
 layout!(RlvTissueArrays: 104, 8);
 function!(rlv_tissue_build: unsafe extern "C" fn(RlvContext, *const RlvTissueDescription, RlvProgress, *mut c_void, *mut RlvTissueReport, *mut RlvTissue) -> RlvResult);
-function!(rlv_tissue_block: unsafe extern "C" fn(RlvContext, *const f32, *const f32, *const u32, *const RlvTissueMaterial, *mut RlvTissue) -> RlvResult);
+function!(rlv_tissue_block: unsafe extern "C" fn(RlvContext, *const f64, *const f32, *const u32, *const RlvTissueMaterial, *mut RlvTissue) -> RlvResult);
 function!(rlv_tissue_scan: unsafe extern "C" fn(RlvContext, *const c_char, *const RlvTissueLabels, *mut RlvTissueReport, *mut RlvTissue) -> RlvResult);
 function!(rlv_tissue_from_grid: unsafe extern "C" fn(RlvGrid, *const RlvTissueLabels, *mut RlvTissueReport, *mut RlvTissue) -> RlvResult);
 function!(rlv_tissue_read: unsafe extern "C" fn(RlvContext, *const c_char, *mut RlvTissue) -> RlvResult);
@@ -957,7 +957,7 @@ function!(rlv_tissue_muscle: unsafe extern "C" fn(RlvTissue, u32, *mut RlvTissue
 function!(rlv_tissue_find_set: unsafe extern "C" fn(RlvTissue, *const c_char, *mut u32) -> RlvResult);
 function!(rlv_tissue_set: unsafe extern "C" fn(RlvTissue, u32, *mut RlvTissueSet) -> RlvResult);
 function!(rlv_tissue_get_set: unsafe extern "C" fn(RlvTissue, u32, *mut u32, usize) -> RlvResult);
-function!(rlv_tissue_add_set: unsafe extern "C" fn(RlvTissue, *const c_char, *const f32, *const f32, *mut u32) -> RlvResult);
+function!(rlv_tissue_add_set: unsafe extern "C" fn(RlvTissue, *const c_char, *const f64, *const f64, *mut u32) -> RlvResult);
 function!(rlv_tissue_hold: unsafe extern "C" fn(RlvTissue, *const u32, usize, usize, u32) -> RlvResult);
 function!(rlv_tissue_bind: unsafe extern "C" fn(RlvTissue, RlvMesh, *const c_char, *mut u32) -> RlvResult);
 function!(rlv_tissue_simulate: unsafe extern "C" fn(RlvTissue, *const RlvTissueOptions, *mut RlvTissueSimulation) -> RlvResult);
@@ -2336,27 +2336,26 @@ pub fn offsets(list: &mut Offsets) {
     });
     fields!(list, RlvLevelView {
         struct_size: u32 = 0,
-        eye: [f32; 3] = 4,
-        pixels: f32 = 16,
-        tolerance: f32 = 20,
-        outline: f32 = 24,
-        reserved: u32 = 28,
-        planes: *const f32 = 32,
-        plane_count: usize = 40,
-        plane_stride: usize = 48,
+        reserved: u32 = 4,
+        eye: [f64; 3] = 8,
+        pixels: f64 = 32,
+        tolerance: f64 = 40,
+        outline: f64 = 48,
+        planes: *const f32 = 56,
+        plane_count: usize = 64,
+        plane_stride: usize = 72,
     });
     fields!(list, RlvLevelRegion {
-        center: [f32; 3] = 0,
-        radius: f32 = 12,
-        falloff: u32 = 16,
-        reserved: u32 = 20,
+        center: [f64; 3] = 0,
+        radius: f32 = 24,
+        falloff: u32 = 28,
     });
     fields!(list, RlvLevelHandle {
         region: RlvLevelRegion = 0,
-        translation: [f32; 3] = 24,
-        axis: [f32; 3] = 36,
-        angle: f32 = 48,
-        reserved: u32 = 52,
+        translation: [f32; 3] = 32,
+        axis: [f32; 3] = 44,
+        angle: f32 = 56,
+        reserved: u32 = 60,
     });
     fields!(list, RlvLevelEdit {
         struct_size: u32 = 0,
@@ -2377,9 +2376,9 @@ pub fn offsets(list: &mut Offsets) {
     });
     fields!(list, RlvLevelTrack {
         region: RlvLevelRegion = 0,
-        keys: *const RlvLevelKey = 24,
-        key_count: usize = 32,
-        key_stride: usize = 40,
+        keys: *const RlvLevelKey = 32,
+        key_count: usize = 40,
+        key_stride: usize = 48,
     });
     fields!(list, RlvLevelMotion {
         struct_size: u32 = 0,
@@ -2471,8 +2470,8 @@ pub fn offsets(list: &mut Offsets) {
         spacing: f32 = 4,
         gravity: [f32; 3] = 8,
         has_bounds: u32 = 20,
-        low: [f32; 3] = 24,
-        high: [f32; 3] = 36,
+        low: [f64; 3] = 24,
+        high: [f64; 3] = 48,
     });
     fields!(list, RlvDiffuseSettings {
         struct_size: u32 = 0,
@@ -2611,25 +2610,26 @@ pub fn offsets(list: &mut Offsets) {
         kind: u32 = 0,
         seed: u32 = 4,
         vector: [f32; 3] = 8,
-        place: [f32; 3] = 20,
-        strength: f32 = 32,
-        radius: f32 = 36,
-        rate: f32 = 40,
+        strength: f32 = 20,
+        place: [f64; 3] = 24,
+        radius: f32 = 48,
+        rate: f32 = 52,
     });
     fields!(list, RlvFluidEmitterOptions {
         struct_size: u32 = 0,
         shape: u32 = 4,
-        middle: [f32; 3] = 8,
-        u: [f32; 3] = 20,
-        v: [f32; 3] = 32,
-        radius: f32 = 44,
-        speed: f32 = 48,
-        lifetime: f32 = 52,
-        begin: f64 = 56,
-        end: f64 = 64,
-        channels: *const RlvAttributeArrays = 72,
-        channel_count: usize = 80,
-        channel_stride: usize = 88,
+        center: [f64; 3] = 8,
+        u: [f32; 3] = 32,
+        v: [f32; 3] = 44,
+        radius: f32 = 56,
+        speed: f32 = 60,
+        lifetime: f32 = 64,
+        reserved: u32 = 68,
+        begin: f64 = 72,
+        end: f64 = 80,
+        channels: *const RlvAttributeArrays = 88,
+        channel_count: usize = 96,
+        channel_stride: usize = 104,
     });
     fields!(list, RlvFluidReport {
         struct_size: u32 = 0,

@@ -187,6 +187,11 @@ fn numbers(bytes: &mut Unstructured, count: usize) -> Result<Vec<f32>> {
     (0..count).map(|_| number(bytes)).collect()
 }
 
+/// Three doubles, now and then such as no float holds.
+fn place(bytes: &mut Unstructured) -> Result<[f64; 3]> {
+    if bytes.ratio(1, 64)? { bytes.arbitrary() } else { Ok([number(bytes)?, number(bytes)?, number(bytes)?].map(f64::from)) }
+}
+
 /// A count that says what an array holds, or a little less; with a NULL pointer also more.
 fn count(bytes: &mut Unstructured, length: usize) -> Result<usize> {
     if bytes.ratio(1, 16)? { bytes.int_in_range(0..=length) } else { Ok(length) }
@@ -1013,8 +1018,8 @@ fn patches(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
 
 /// A region of influence, mostly on the mesh.
 fn region(bytes: &mut Unstructured) -> Result<RlvLevelRegion> {
-    let center = [number(bytes)? / 8.0, number(bytes)? / 8.0, number(bytes)? / 8.0];
-    Ok(RlvLevelRegion { center, radius: number(bytes)?, falloff: bytes.int_in_range(0..=5)?, reserved: 0 })
+    let center = [number(bytes)? / 8.0, number(bytes)? / 8.0, number(bytes)? / 8.0].map(f64::from);
+    Ok(RlvLevelRegion { center, radius: number(bytes)?, falloff: bytes.int_in_range(0..=5)? })
 }
 
 /// Progressive meshes, their levels and edits, in buffers that may be too small.
@@ -1053,8 +1058,8 @@ fn levels(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let level = RlvLevel { id: handles.pick(bytes, 14)? };
     let planes = numbers(bytes, 4)?;
     let mut view: RlvLevelView = sized(bytes)?;
-    view.eye = [number(bytes)?, number(bytes)?, number(bytes)?];
-    (view.pixels, view.tolerance, view.outline) = (number(bytes)?, number(bytes)?, number(bytes)?);
+    view.eye = place(bytes)?;
+    [view.pixels, view.tolerance, view.outline] = place(bytes)?;
     (view.planes, view.plane_count) = (planes.as_ptr(), count(bytes, 1)?);
     let handle = RlvLevelHandle {
         region: region(bytes)?,
@@ -1148,33 +1153,35 @@ fn fluids(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let mut tap: RlvFluidEmitterOptions = sized(bytes)?;
     (tap.channels, tap.channel_count) = (&carried, bytes.ratio(1, 4)?.into());
     (tap.shape, tap.speed, tap.radius) = (bytes.int_in_range(0..=3)?, number(bytes)?, number(bytes)?);
+    tap.center = place(bytes)?;
     (tap.u, tap.v) = ([number(bytes)?, number(bytes)?, 1.0], [number(bytes)?, 1.0, number(bytes)?]);
     let force = RlvFluidForce {
         kind: bytes.int_in_range(0..=6)?,
         seed: 3,
         vector: tap.u,
-        place: tap.v,
         strength: number(bytes)?,
+        place: place(bytes)?,
         radius: number(bytes)?,
         rate: number(bytes)?,
     };
+    let (low, high) = (place(bytes)?, place(bytes)?);
     let mut number_of = 0;
     for _ in 0..bytes.int_in_range(0..=5)? {
         // SAFETY: descriptors are sized, and so are their arrays.
         unsafe {
             called(match bytes.int_in_range(0..=15_u8)? {
                 0 => rlv_fluid_add(fluid, &particles),
-                1 => rlv_fluid_add_box(fluid, points.as_ptr(), points[3..].as_ptr(), speeds.as_ptr()),
+                1 => rlv_fluid_add_box(fluid, low.as_ptr(), high.as_ptr(), speeds.as_ptr()),
                 2 => rlv_fluid_remove(fluid, gone.as_ptr(), 1, 0, null_mut()),
                 3 => rlv_fluid_set_walls(fluid, points.as_ptr(), count(bytes, 8)?, 0),
-                4 => rlv_fluid_set_basin(fluid, points.as_ptr(), points[3..].as_ptr()),
+                4 => rlv_fluid_set_basin(fluid, low.as_ptr(), high.as_ptr()),
                 5 => rlv_fluid_set_wall_points(fluid, points.as_ptr(), count(bytes, 8)?, 0, speeds.as_ptr(), 0),
                 6 => rlv_fluid_accelerate(fluid, speeds.as_ptr(), count(bytes, 8)?, 0),
                 7 => rlv_fluid_fill(fluid, mesh, null(), null(), null_mut()),
                 8 => rlv_fluid_add_collider(fluid, mesh, null(), &collider, &mut number_of),
                 9 => rlv_fluid_move_collider(fluid, 0, null(), points.as_ptr(), count(bytes, 8)?, 0, number(bytes)?),
                 10 => rlv_fluid_add_emitter(fluid, mesh, null(), &tap),
-                11 => rlv_fluid_add_sink(fluid, points.as_ptr(), points[3..].as_ptr(), bytes.int_in_range(0..=2)?),
+                11 => rlv_fluid_add_sink(fluid, low.as_ptr(), high.as_ptr(), bytes.int_in_range(0..=2)?),
                 12 => rlv_fluid_set_forces(fluid, &force, 1, 0),
                 _ => rlv_fluid_step(fluid, number(bytes)?, null_mut()),
             });
@@ -1814,7 +1821,7 @@ fn diffuses(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let context = RlvContext { id: handles.pick(bytes, 0)? };
     let mut options: RlvDiffuseOptions = sized(bytes)?;
     (options.spacing, options.gravity) = (0.5, [0.0, number(bytes)?, -9.81]);
-    (options.has_bounds, options.low, options.high) = (bytes.int_in_range(0..=2)?, [-4.0; 3], [number(bytes)?; 3]);
+    (options.has_bounds, options.low, options.high) = (bytes.int_in_range(0..=2)?, [-4.0; 3], place(bytes)?);
     let mut settings: RlvDiffuseSettings = sized(bytes)?;
     settings.settings = Default::default();
     let it = &mut settings.settings;
@@ -1962,7 +1969,7 @@ fn tissues(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
             (material.density, material.young, material.poisson) = (number(bytes)?, number(bytes)?, number(bytes)?);
         }
     }
-    let (low, size) = (numbers(bytes, 3)?, numbers(bytes, 3)?);
+    let (low, size) = (place(bytes)?, numbers(bytes, 3)?);
     let counts: [u8; 3] = bytes.arbitrary()?;
     let counts = counts.map(|count| u32::from(count % 4));
     let cell = if bytes.ratio(1, 4)? { size.as_ptr() } else { [0.25_f32, 0.25, 0.5].as_ptr() };
@@ -2031,7 +2038,7 @@ fn tissues(bytes: &mut Unstructured, handles: &mut Handles) -> Result<()> {
     let (mut index, name) = (bytes.int_in_range(0..=2)?, *bytes.choose(&[c"end", c"flesh", c""])?);
     let held: [u8; 4] = bytes.arbitrary()?;
     let held = held.map(|node| u32::from(node % 70));
-    let (near, far) = ([number(bytes)?.min(0.0); 3], [number(bytes)?; 3]);
+    let (near, far) = (place(bytes)?.map(|value| value.min(0.0)), place(bytes)?);
     let (mut nodes, mut corners, mut mains) = ([0.0_f32; 3 * 128], [0_u32; 8 * 64], [0_u32; 64]);
     let mut found = [0_u32; 128];
     // SAFETY: descriptors are sized, arrays have the room that is said, and texts end.

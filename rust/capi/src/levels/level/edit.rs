@@ -3,15 +3,14 @@
 use relievo_core::{Falloff, Result};
 use relievo_lod::progressive::{Edit, Handle, HandleKey, KeyedEdit, KeyedHandle, Region};
 
-use crate::border::array::{Input, Plain};
+use crate::border::array::{Input, Plain, narrow};
 use crate::border::descriptor::{numbered, read_descriptor};
 
 descriptor! {
     pub struct RlvLevelRegion {
-        center: [f32; 3],
+        center: [f64; 3],
         radius: f32,
         falloff: u32,
-        reserved: u32,
     }
 }
 
@@ -84,7 +83,7 @@ impl Default for RlvLevelTrack {
 
 impl Default for RlvLevelRegion {
     fn default() -> Self {
-        Self { center: [0.0; 3], radius: 0.0, falloff: 0, reserved: 0 }
+        Self { center: [0.0; 3], radius: 0.0, falloff: 0 }
     }
 }
 
@@ -107,7 +106,7 @@ unsafe impl Plain for RlvLevelTrack {}
 /// A region of influence; `place` says whose in messages.
 fn region(given: &RlvLevelRegion, place: impl Fn() -> String) -> Result<Region> {
     let falloff = numbered("falloff", &Falloff::NAMES, given.falloff).map_err(|error| error.at(place()))?;
-    Ok(Region { center: given.center, radius: given.radius, falloff })
+    Ok(Region { center: narrow(given.center), radius: given.radius, falloff })
 }
 
 /// What an edit does.

@@ -4,7 +4,7 @@ use glam::Vec3;
 use relievo_core::{Error, Result};
 
 use super::Simulation;
-use crate::border::array::{Input, Output, reserve};
+use crate::border::array::{Input, Output, narrow, reserve};
 
 /// Three floats.
 ///
@@ -14,6 +14,16 @@ pub unsafe fn vector(name: &str, pointer: *const f32) -> Result<Vec3> {
     // SAFETY: promised by the caller.
     let values = unsafe { Input::new(name, pointer.cast::<[f32; 3]>(), 1, 0) }?;
     Ok(Vec3::from(values.get(0)))
+}
+
+/// A place of three doubles.
+///
+/// # Safety
+/// `pointer` is NULL or to three doubles.
+pub unsafe fn place(name: &str, pointer: *const f64) -> Result<Vec3> {
+    // SAFETY: promised by the caller.
+    let values = unsafe { Input::new(name, pointer.cast::<[f64; 3]>(), 1, 0) }?;
+    Ok(narrow(values.get(0)).into())
 }
 
 /// Vectors of a host, checked against the memory limit.

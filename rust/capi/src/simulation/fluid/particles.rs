@@ -6,7 +6,7 @@ use glam::Vec3;
 use relievo_core::Error;
 use relievo_fluid::{Batch, ParticleChannel, Solid, block};
 
-use super::arrays::{Places, RlvFluidArrays, vector, vectors};
+use super::arrays::{Places, RlvFluidArrays, place, vector, vectors};
 use super::sources::placed;
 use super::{RlvFluid, Simulation, width};
 use crate::border::array::{Input, put};
@@ -61,12 +61,12 @@ entry! {
         })
     }
 
-    fn rlv_fluid_add_box(fluid: RlvFluid, low: *const f32, high: *const f32, velocity: *const f32) {
+    fn rlv_fluid_add_box(fluid: RlvFluid, low: *const f64, high: *const f64, velocity: *const f32) {
         let object = registry::get(fluid)?;
-        // SAFETY: the caller gives three floats each, or NULL.
+        // SAFETY: the caller gives three numbers each, or NULL.
         let (corners, velocity) = unsafe {
             let velocity = if velocity.is_null() { Vec3::ZERO } else { vector("velocity", velocity)? };
-            ([vector("low", low)?, vector("high", high)?], velocity)
+            ([place("low", low)?, place("high", high)?], velocity)
         };
         object.change(|simulation| {
             object.holds_box(corners, &simulation.fluid)?;

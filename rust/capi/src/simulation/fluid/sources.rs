@@ -4,12 +4,12 @@ use glam::Vec3;
 use relievo_core::{Error, Mesh, Result};
 use relievo_fluid::{Emitter, Force, Overflow, Sink, Solid};
 
-use super::arrays::vector;
+use super::arrays::place;
 use super::{
     RLV_FLUID_ATTRACTOR, RLV_FLUID_DISC, RLV_FLUID_DRAG, RLV_FLUID_GRAVITY, RLV_FLUID_RECTANGLE, RLV_FLUID_SURFACE,
     RLV_FLUID_TURBULENCE, RLV_FLUID_VORTEX, RLV_FLUID_WIND, RlvFluid,
 };
-use crate::border::array::{Input, Plain};
+use crate::border::array::{Input, Plain, narrow};
 use crate::border::descriptor::read_descriptor;
 use crate::border::registry::{self, try_read};
 use crate::details::detail::transform;
@@ -21,8 +21,8 @@ descriptor! {
         kind: u32,
         seed: u32,
         vector: [f32; 3],
-        place: [f32; 3],
         strength: f32,
+        place: [f64; 3],
         radius: f32,
         rate: f32,
     }
@@ -32,12 +32,13 @@ descriptor! {
     pub struct RlvFluidEmitterOptions {
         struct_size: u32,
         shape: u32,
-        middle: [f32; 3],
+        center: [f64; 3],
         u: [f32; 3],
         v: [f32; 3],
         radius: f32,
         speed: f32,
         lifetime: f32,
+        reserved: u32,
         begin: f64,
         end: f64,
         channels: *const RlvAttributeArrays,
@@ -48,17 +49,17 @@ descriptor! {
 
 impl Default for RlvFluidForce {
     fn default() -> Self {
-        Self { kind: 0, seed: 0, vector: [0.0; 3], place: [0.0; 3], strength: 0.0, radius: 0.0, rate: 0.0 }
+        Self { kind: 0, seed: 0, vector: [0.0; 3], strength: 0.0, place: [0.0; 3], radius: 0.0, rate: 0.0 }
     }
 }
 
-// SAFETY: eleven numbers of four bytes, without padding.
+// SAFETY: eight numbers of four bytes and three of eight, without padding.
 unsafe impl Plain for RlvFluidForce {}
 
 /// The force that is asked for.
 fn force(given: &RlvFluidForce) -> Result<Force> {
     let RlvFluidForce { kind, seed, strength, radius, rate, .. } = *given;
-    let (vector, place) = (Vec3::from(given.vector), Vec3::from(given.place));
+    let (vector, place) = (Vec3::from(given.vector), Vec3::from(narrow(given.place)));
     Ok(match kind {
         RLV_FLUID_GRAVITY => Force::Gravity(vector),
         RLV_FLUID_WIND => Force::Wind { velocity: vector, share: strength },
@@ -94,10 +95,10 @@ unsafe fn emitter(
     matrix: *const f64,
     (spacing, limit): (f32, u64),
 ) -> Result<Emitter> {
-    let [middle, u, v] = [given.middle, given.u, given.v].map(Vec3::from);
+    let [center, u, v] = [narrow(given.center), given.u, given.v].map(Vec3::from);
     let mut made = match given.shape {
-        RLV_FLUID_DISC => Emitter::disc(middle, u, given.radius, given.speed, spacing)?,
-        RLV_FLUID_RECTANGLE => Emitter::rectangle(middle, [u, v], given.speed, spacing)?,
+        RLV_FLUID_DISC => Emitter::disc(center, u, given.radius, given.speed, spacing)?,
+        RLV_FLUID_RECTANGLE => Emitter::rectangle(center, [u, v], given.speed, spacing)?,
         RLV_FLUID_SURFACE => {
             let object = registry::get(mesh)?;
             // SAFETY: promised by the caller.
@@ -149,10 +150,10 @@ entry! {
         })
     }
 
-    fn rlv_fluid_add_sink(fluid: RlvFluid, low: *const f32, high: *const f32, is_outside: u32) {
+    fn rlv_fluid_add_sink(fluid: RlvFluid, low: *const f64, high: *const f64, is_outside: u32) {
         let object = registry::get(fluid)?;
-        // SAFETY: the caller gives three floats each, or NULL.
-        let corners = unsafe { [vector("low", low)?, vector("high", high)?] };
+        // SAFETY: the caller gives three doubles each, or NULL.
+        let corners = unsafe { [place("low", low)?, place("high", high)?] };
         if !corners.iter().all(|corner| corner.is_finite()) {
             return Err(Error::invalid("a corner is not finite").at("sink"));
         }

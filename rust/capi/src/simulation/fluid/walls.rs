@@ -3,7 +3,7 @@
 use relievo_core::{Error, Result};
 use relievo_fluid::{ColliderOptions, Contact, basin};
 
-use super::arrays::{vector, vectors};
+use super::arrays::{place, vectors};
 use super::sources::placed;
 use super::{RLV_FLUID_FRICTION, RLV_FLUID_SLIP, RLV_FLUID_STOP, RLV_FLUID_WALLS, RlvFluid, check_seconds};
 use crate::border::array::{Output, present, put};
@@ -64,10 +64,10 @@ entry! {
         })
     }
 
-    fn rlv_fluid_set_basin(fluid: RlvFluid, low: *const f32, high: *const f32) {
+    fn rlv_fluid_set_basin(fluid: RlvFluid, low: *const f64, high: *const f64) {
         let object = registry::get(fluid)?;
-        // SAFETY: the caller gives three floats each, or NULL.
-        let corners = unsafe { [vector("low", low)?, vector("high", high)?] };
+        // SAFETY: the caller gives three doubles each, or NULL.
+        let corners = unsafe { [place("low", low)?, place("high", high)?] };
         object.change(|simulation| {
             object.holds_basin(corners)?;
             let places = basin(corners[0], corners[1], object.spacing)?;
