@@ -80,87 +80,6 @@ impl Imprinter {
         &self.voxels
     }
 
-    /// Presses `collider` into `object` where it stands, all stages in a row.
-    ///
-    /// # Errors
-    /// Fails, and changes nothing, with `Invalid` if a setting is out of range, the active layer of the displacement
-    /// cannot be seen, or traces have another size than the displacement; with `Unsupported` if the collider reaches
-    /// too far beyond the overlap to be voxelised; and with `Memory` if the surface within the width of a rim exceeds
-    /// the context's memory limit, or 2 GiB. Fails with the error of the page store if a tile cannot be read from its
-    /// page or written to one; part of the imprint may be made then.
-    pub fn imprint(
-        &mut self,
-        context: &Context,
-        object: &mut DisplacedObject,
-        collider: &Collider,
-        settings: &ImprintSettings,
-        moment: Moment,
-    ) -> Result<Report> {
-        self.imprint_since(context, object, collider, settings, moment, None)
-    }
-
-    /// As [`Imprinter::imprint`], as one of the sub-steps of a motion whose depth limit counts from `start`, the
-    /// displacement when it began, if there is one. For motions that [`Imprinter::sweep`] does not make, such as of the
-    /// surface itself.
-    ///
-    /// # Errors
-    /// Fails as [`Imprinter::imprint`].
-    pub fn imprint_since(
-        &mut self,
-        context: &Context,
-        object: &mut DisplacedObject,
-        collider: &Collider,
-        settings: &ImprintSettings,
-        moment: Moment,
-        start: Option<&Field>,
-    ) -> Result<Report> {
-        settings.check()?;
-        object.prepare(context)?;
-        context.within(|| self.step(context, object, collider, settings, moment, start))
-    }
-
-    /// Moves `collider` along `motion` and presses it into `object` at every sub-step, the end of the motion last.
-    ///
-    /// There are as many sub-steps as [`Motion::sub_steps`] wants, but no more than the settings allow; the depth limit
-    /// counts over all of them. The first frame of a collider is a motion that stays where it is.
-    ///
-    /// # Errors
-    /// Fails as [`Imprinter::imprint`], and with `Invalid` if the motion is of a deforming collider with another number
-    /// of points; sub-steps before stay made.
-    pub fn sweep(
-        &mut self,
-        context: &Context,
-        object: &mut DisplacedObject,
-        collider: &mut Collider,
-        motion: &Motion,
-        settings: &ImprintSettings,
-        moment: Moment,
-    ) -> Result<Report> {
-        self.sweep_watched(context, object, collider, motion, settings, moment, &mut Silent)
-    }
-
-    /// As [`Imprinter::sweep`], with the progress reported before every sub-step.
-    ///
-    /// # Errors
-    /// Fails as [`Imprinter::sweep`], and with `Cancelled` if the progress asks to stop; the sub-steps until then stay
-    /// made.
-    #[allow(clippy::too_many_arguments)]
-    pub fn sweep_watched(
-        &mut self,
-        context: &Context,
-        object: &mut DisplacedObject,
-        collider: &mut Collider,
-        motion: &Motion,
-        settings: &ImprintSettings,
-        moment: Moment,
-        progress: &mut dyn Progress,
-    ) -> Result<Report> {
-        settings.check()?;
-        let sweep = Sweep { into: 0, by: 0, motion, settings, moment };
-        let reports = self.sweep_watching(context, &mut [object], &mut [collider], &[sweep], progress)?;
-        reports.into_iter().next().ok_or_else(|| Error::internal("a motion without a report"))
-    }
-
     /// The depth limit that limits nothing, because half floats reach no further.
     pub(crate) const NO_LIMIT: f32 = 60000.0;
 
@@ -281,6 +200,91 @@ impl Imprinter {
         stage.count("refused", report.refused.len() as u64);
         stage.count("clamped", report.clamped);
         Ok(())
+    }
+}
+
+/// The objects are [`DisplacedObject`] and [`TriangleObject`](crate::triangle::TriangleObject), and no others.
+#[allow(private_bounds, private_interfaces)]
+impl Imprinter {
+    /// Presses `collider` into `object` where it stands, all stages in a row.
+    ///
+    /// # Errors
+    /// Fails, and changes nothing, with `Invalid` if a setting is out of range, the active layer of the displacement
+    /// cannot be seen, or traces have another size, of triangle meshes other segments, than the displacement; with `Unsupported` if the collider reaches
+    /// too far beyond the overlap to be voxelised; and with `Memory` if the surface within the width of a rim exceeds
+    /// the context's memory limit, or 2 GiB. Fails with the error of the page store if a tile cannot be read from its
+    /// page or written to one; part of the imprint may be made then.
+    pub fn imprint<O: Imprinted>(
+        &mut self,
+        context: &Context,
+        object: &mut O,
+        collider: &Collider,
+        settings: &ImprintSettings,
+        moment: Moment,
+    ) -> Result<Report> {
+        self.imprint_since(context, object, collider, settings, moment, None)
+    }
+
+    /// As [`Imprinter::imprint`], as one of the sub-steps of a motion whose depth limit counts from `start`, the
+    /// displacement when it began, if there is one. For motions that [`Imprinter::sweep`] does not make, such as of the
+    /// surface itself.
+    ///
+    /// # Errors
+    /// Fails as [`Imprinter::imprint`].
+    pub fn imprint_since<O: Imprinted>(
+        &mut self,
+        context: &Context,
+        object: &mut O,
+        collider: &Collider,
+        settings: &ImprintSettings,
+        moment: Moment,
+        start: Option<&O::Field>,
+    ) -> Result<Report> {
+        settings.check()?;
+        object.prepare(context)?;
+        context.within(|| object.press(context, self, collider, (settings, moment), start))
+    }
+
+    /// Moves `collider` along `motion` and presses it into `object` at every sub-step, the end of the motion last.
+    ///
+    /// There are as many sub-steps as [`Motion::sub_steps`] wants, but no more than the settings allow; the depth limit
+    /// counts over all of them. The first frame of a collider is a motion that stays where it is.
+    ///
+    /// # Errors
+    /// Fails as [`Imprinter::imprint`], and with `Invalid` if the motion is of a deforming collider with another number
+    /// of points; sub-steps before stay made.
+    pub fn sweep<O: Imprinted>(
+        &mut self,
+        context: &Context,
+        object: &mut O,
+        collider: &mut Collider,
+        motion: &Motion,
+        settings: &ImprintSettings,
+        moment: Moment,
+    ) -> Result<Report> {
+        self.sweep_watched(context, object, collider, motion, settings, moment, &mut Silent)
+    }
+
+    /// As [`Imprinter::sweep`], with the progress reported before every sub-step.
+    ///
+    /// # Errors
+    /// Fails as [`Imprinter::sweep`], and with `Cancelled` if the progress asks to stop; the sub-steps until then stay
+    /// made.
+    #[allow(clippy::too_many_arguments)]
+    pub fn sweep_watched<O: Imprinted>(
+        &mut self,
+        context: &Context,
+        object: &mut O,
+        collider: &mut Collider,
+        motion: &Motion,
+        settings: &ImprintSettings,
+        moment: Moment,
+        progress: &mut dyn Progress,
+    ) -> Result<Report> {
+        settings.check()?;
+        let sweep = Sweep { into: 0, by: 0, motion, settings, moment };
+        let reports = O::sweep(context, self, &mut [object], &mut [collider], &[sweep], progress)?;
+        reports.into_iter().next().ok_or_else(|| Error::internal("a motion without a report"))
     }
 }
 

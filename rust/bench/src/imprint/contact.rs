@@ -147,7 +147,7 @@ impl Contact {
         let mut reports = Ok(Vec::new());
         let mut colliders: Vec<&mut Collider> = colliders.iter_mut().collect();
         let sum = seconds(|| {
-            reports = imprinter.sweep_all_triangles(context, &mut [mesh], &mut colliders, &sweeps);
+            reports = imprinter.sweep_all(context, &mut [mesh], &mut colliders, &sweeps);
         });
         let report = reports?.into_iter().next_back().unwrap_or_default();
         Ok(Press { stages: stages(context), sum, report })

@@ -198,14 +198,9 @@ pub fn sweep(
     let rest = from.points.is_some().then(|| Arc::from(collider.points()));
     let motion = Motion::new(&collider, from, to)?;
     let (before, place) = (Before::of(object), Pose { transform: *collider.transform(), points: rest });
-    let done = match object {
-        Object::Tiles(object) => {
-            imprinter.sweep_watched(context, object, &mut collider, &motion, settings, moment, progress)
-        }
-        Object::Triangles(object) => {
-            imprinter.sweep_triangles_watched(context, object, &mut collider, &motion, settings, moment, progress)
-        }
-    };
+    let done = each!(&mut *object, object => {
+        imprinter.sweep_watched(context, &mut **object, &mut collider, &motion, settings, moment, progress)
+    });
     let settled = done.and_then(|done| Ok((each!(&mut *object, object => object.settle(context))?, done)));
     let done = match settled.and_then(|settled| progress.step(1.0, "imprint").map(|()| settled)) {
         Ok((refused, mut done)) => {
@@ -256,12 +251,7 @@ entry! {
         let mut editor = detail.edit()?;
         let Editor { object, imprinter, .. } = &mut *editor;
         let context = &detail.context.context;
-        let mut done = match object {
-            Object::Tiles(object) => imprinter.imprint(context, object, &collider, &settings, moment)?,
-            Object::Triangles(object) => {
-                imprinter.imprint_triangles(context, object, &collider, &settings, moment, None)?
-            }
-        };
+        let mut done = each!(&mut *object, object => imprinter.imprint(context, &mut **object, &collider, &settings, moment))?;
         done.refused.extend(each!(object, object => object.settle(context))?);
         let budget = editor.budget();
         drop(collider);

@@ -24,7 +24,7 @@ mod triangle_smoothing;
 mod voxel;
 mod work;
 
-use relievo_core::{Context, Error, ErrorKind, Result};
+use relievo_core::{Context, Error, ErrorKind, Progress, Result};
 use relievo_gpu::Device;
 use relievo_tiles::Field;
 
@@ -41,6 +41,7 @@ use crate::geometry::grid::Grid;
 use crate::imprint::collider::Collider;
 use crate::imprint::dents::TileDents;
 use crate::imprint::rim::outwards;
+use crate::imprint::row::Sweep;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
 use crate::imprint::{Cast, Imprinter, Pressed, grid_over};
 use crate::object::DisplacedObject;
@@ -81,6 +82,17 @@ pub(crate) trait Imprinted: Pressed + OnDevice {
         how: (&ImprintSettings, Moment),
         start: Option<&Self::Field>,
     ) -> Result<Report>;
+
+    /// Moves colliders along their motions, of which one alone may have a depth limit, and presses them into `objects`. Rows are
+    /// compiled here, once for each kind of object, and not in every crate that calls for one.
+    fn sweep(
+        context: &Context,
+        imprinter: &mut Imprinter,
+        objects: &mut [&mut Self],
+        colliders: &mut [&mut Collider],
+        sweeps: &[Sweep<'_>],
+        progress: &mut dyn Progress,
+    ) -> Result<Vec<Report>>;
 
     /// Makes `links` on the device of some objects, of which the states are given.
     fn cast(
@@ -379,6 +391,17 @@ impl Imprinted for DisplacedObject {
         start: Option<&Field>,
     ) -> Result<Report> {
         imprinter.step(context, self, collider, settings, moment, start)
+    }
+
+    fn sweep(
+        context: &Context,
+        imprinter: &mut Imprinter,
+        objects: &mut [&mut Self],
+        colliders: &mut [&mut Collider],
+        sweeps: &[Sweep<'_>],
+        progress: &mut dyn Progress,
+    ) -> Result<Vec<Report>> {
+        imprinter.sweep_steps(context, objects, colliders, sweeps, progress)
     }
 
     fn cast(

@@ -10,7 +10,6 @@ use crate::imprint::collider::Collider;
 use crate::imprint::motion::Motion;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
 use crate::object::DisplacedObject;
-use crate::triangle::TriangleObject;
 
 /// One of several imprints that are made in a row.
 #[derive(Clone, Copy, Debug)]
@@ -154,34 +153,11 @@ impl Imprinter {
     /// # Errors
     /// Fails with `Invalid`, before anything is made, if a setting is out of range or an object or a collider does not
     /// exist, and as [`Imprinter::sweep`]; sub-steps before stay made then.
-    pub fn sweep_all(
+    #[allow(private_bounds)]
+    pub fn sweep_all<O: Imprinted>(
         &mut self,
         context: &Context,
-        objects: &mut [&mut DisplacedObject],
-        colliders: &mut [&mut Collider],
-        sweeps: &[Sweep<'_>],
-    ) -> Result<Vec<Report>> {
-        self.sweep_row(context, objects, colliders, sweeps)
-    }
-
-    /// As [`Imprinter::sweep_all`] on triangle meshes.
-    ///
-    /// # Errors
-    /// Fails as [`Imprinter::sweep_all`], and as [`Imprinter::imprint_triangles`] where traces have other segments.
-    pub fn sweep_all_triangles(
-        &mut self,
-        context: &Context,
-        objects: &mut [&mut TriangleObject],
-        colliders: &mut [&mut Collider],
-        sweeps: &[Sweep<'_>],
-    ) -> Result<Vec<Report>> {
-        self.sweep_row(context, objects, colliders, sweeps)
-    }
-
-    fn sweep_row(
-        &mut self,
-        context: &Context,
-        objects: &mut [&mut impl Imprinted],
+        objects: &mut [&mut O],
         colliders: &mut [&mut Collider],
         sweeps: &[Sweep<'_>],
     ) -> Result<Vec<Report>> {
@@ -194,13 +170,13 @@ impl Imprinter {
         let mut reports = Vec::with_capacity(sweeps.len());
         // Where a depth limit counts from is known when the motions before are done.
         for sweeps in sweeps.chunk_by(|a, b| !a.is_limited() && !b.is_limited()) {
-            reports.extend(self.sweep_watching(context, objects, colliders, sweeps, &mut Silent)?);
+            reports.extend(O::sweep(context, self, objects, colliders, sweeps, &mut Silent)?);
         }
         Ok(reports)
     }
 
     /// Moves colliders along their motions, of which one alone may have a depth limit.
-    pub(crate) fn sweep_watching<O: Imprinted>(
+    pub(crate) fn sweep_steps<O: Imprinted>(
         &mut self,
         context: &Context,
         objects: &mut [&mut O],

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use half::f16;
-use relievo_core::{Context, Result};
+use relievo_core::{Context, Progress, Result};
 use relievo_gpu::Device;
 use relievo_tiles::triangle::{Pattern, TriangleField};
 
@@ -19,6 +19,7 @@ use crate::geometry::grid::Grid;
 use crate::imprint::Imprinter;
 use crate::imprint::collider::Collider;
 use crate::imprint::dents::key;
+use crate::imprint::row::Sweep;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
 
 impl Imprinter {
@@ -98,6 +99,17 @@ impl Imprinted for TriangleObject {
         start: Option<&TriangleField>,
     ) -> Result<Report> {
         imprinter.step_triangles(context, self, collider, settings, moment, start)
+    }
+
+    fn sweep(
+        context: &Context,
+        imprinter: &mut Imprinter,
+        objects: &mut [&mut Self],
+        colliders: &mut [&mut Collider],
+        sweeps: &[Sweep<'_>],
+        progress: &mut dyn Progress,
+    ) -> Result<Vec<Report>> {
+        imprinter.sweep_steps(context, objects, colliders, sweeps, progress)
     }
 
     fn cast(

@@ -7,8 +7,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use half::f16;
-use relievo_core::progress::Silent;
-use relievo_core::{Context, Error, Progress, Result};
+use relievo_core::{Context, Result};
 use relievo_tiles::triangle::TriangleField;
 
 use super::dab::{is_kept, write};
@@ -18,7 +17,7 @@ use super::site::{Element, ElementEdit, Run, values};
 use super::{rim, smoothing, traces};
 use crate::channels::frame::STILL;
 use crate::channels::knots::{BLOCK_KNOTS, KnotBlock};
-use crate::device::{Imprinted, TriangleCast};
+use crate::device::TriangleCast;
 use crate::geometry::grid::Grid;
 use crate::geometry::hierarchy::Region;
 use crate::geometry::obb::Obb;
@@ -26,71 +25,12 @@ use crate::geometry::voxel::Voxels;
 use crate::geometry::voxel_frame::VoxelFrame;
 use crate::imprint::collider::Collider;
 use crate::imprint::dents::{Limits, TileDents};
-use crate::imprint::motion::Motion;
 use crate::imprint::raycast::{Scratch, cast_block};
 use crate::imprint::rim::Volumes;
-use crate::imprint::row::Sweep;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
 use crate::imprint::{Imprinter, Pressed, grid_over};
 
 impl Imprinter {
-    /// As [`Imprinter::imprint_since`] on a triangle mesh.
-    ///
-    /// # Errors
-    /// Fails as [`Imprinter::imprint`], where traces have another size if they have other segments along an edge than
-    /// the displacement.
-    pub fn imprint_triangles(
-        &mut self,
-        context: &Context,
-        object: &mut TriangleObject,
-        collider: &Collider,
-        settings: &ImprintSettings,
-        moment: Moment,
-        start: Option<&TriangleField>,
-    ) -> Result<Report> {
-        settings.check()?;
-        object.prepare(context)?;
-        context.within(|| self.step_triangles(context, object, collider, settings, moment, start))
-    }
-
-    /// As [`Imprinter::sweep`] on a triangle mesh.
-    ///
-    /// # Errors
-    /// Fails as [`Imprinter::sweep`] and [`Imprinter::imprint_triangles`].
-    pub fn sweep_triangles(
-        &mut self,
-        context: &Context,
-        object: &mut TriangleObject,
-        collider: &mut Collider,
-        motion: &Motion,
-        settings: &ImprintSettings,
-        moment: Moment,
-    ) -> Result<Report> {
-        self.sweep_triangles_watched(context, object, collider, motion, settings, moment, &mut Silent)
-    }
-
-    /// Sweeps a collider over a triangle mesh as [`Imprinter::sweep_watched`] does over a Catmull-Clark surface.
-    ///
-    /// # Errors
-    /// Fails as [`Imprinter::sweep_triangles`], and with `Cancelled` if the progress asks to stop; the sub-steps until
-    /// then stay made.
-    #[allow(clippy::too_many_arguments)]
-    pub fn sweep_triangles_watched(
-        &mut self,
-        context: &Context,
-        object: &mut TriangleObject,
-        collider: &mut Collider,
-        motion: &Motion,
-        settings: &ImprintSettings,
-        moment: Moment,
-        progress: &mut dyn Progress,
-    ) -> Result<Report> {
-        settings.check()?;
-        let sweep = Sweep { into: 0, by: 0, motion, settings, moment };
-        let reports = self.sweep_watching(context, &mut [object], &mut [collider], &[sweep], progress)?;
-        reports.into_iter().next().ok_or_else(|| Error::internal("a motion without a report"))
-    }
-
     pub(super) fn step_triangles(
         &mut self,
         context: &Context,

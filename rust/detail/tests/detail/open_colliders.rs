@@ -44,7 +44,7 @@ fn press(context: &Context, collider: &Collider, settings: &ImprintSettings, fra
     let moment = Moment { frame, ..Moment::default() };
     let (mut cage, mut mesh) = (cage(context), triangles(context));
     let on_cage = Imprinter::new().imprint(context, &mut cage, collider, settings, moment).unwrap();
-    let on_mesh = Imprinter::new().imprint_triangles(context, &mut mesh, collider, settings, moment, None).unwrap();
+    let on_mesh = Imprinter::new().imprint(context, &mut mesh, collider, settings, moment).unwrap();
     let field = cage.displacement().field();
     let mut dents = Vec::new();
     for tile in 0..field.tile_count() as u32 {
@@ -339,8 +339,8 @@ fn nothing_is_pressed_into_hidden_layers_and_no_trace_is_left() {
     object.set_traces(traces).unwrap();
     let layer = object.add_layer(&context, Kind::Scalar, "more", hidden, 32).unwrap().0;
     object.set_active_layer(&context, layer).unwrap();
-    assert!(is_refused(imprinter.imprint_triangles(&context, &mut object, &collider, &settings, moment, None)));
-    assert!(is_refused(imprinter.sweep_triangles(&context, &mut object, &mut collider, &motion, &settings, moment)));
+    assert!(is_refused(imprinter.imprint(&context, &mut object, &collider, &settings, moment)));
+    assert!(is_refused(imprinter.sweep(&context, &mut object, &mut collider, &motion, &settings, moment)));
     assert_eq!(object.traces().unwrap().field().allocated().count(), 0);
     assert_eq!(object.displacement().field().allocated().count(), 0);
 }

@@ -100,7 +100,7 @@ fn any_edit(context: &Context, random: &mut Random, object: &mut TriangleObject,
         let collider = Collider::of_mesh(context, &cube, place).unwrap();
         let settings = ImprintSettings { voxels: 1 << 14, ..Default::default() };
         let moment = Moment { frame: 0, step: 0, pair: 0 };
-        Imprinter::new().imprint_triangles(context, object, &collider, &settings, moment, None).unwrap();
+        Imprinter::new().imprint(context, object, &collider, &settings, moment).unwrap();
         object.settle(context).unwrap();
     } else {
         object.set_level(random.below(3) as u32).unwrap();

@@ -91,8 +91,7 @@ fn press(context: &Context, random: &mut Random, object: &mut TriangleObject) {
     let placed = DAffine3::from_translation(DVec3::new(place(), place(), 0.15));
     let cube = Collider::of_mesh(context, &Mesh::new(points, vec![4; 6], faces), placed).unwrap();
     let settings = ImprintSettings { voxels: 1 << 14, smoothing: 0.3, ..Default::default() };
-    let report =
-        Imprinter::new().imprint_triangles(context, object, &cube, &settings, Moment::default(), None).unwrap();
+    let report = Imprinter::new().imprint(context, object, &cube, &settings, Moment::default()).unwrap();
     assert_eq!(report.refused, [0u32; 0]);
     object.settle(context).unwrap();
 }

@@ -76,7 +76,7 @@ fn press(context: &Context, random: &mut Random, object: &mut TriangleObject, n:
     let size = DVec3::new(0.3 + f64::from(random.unit()), 0.3 + f64::from(random.unit()), 1.0);
     let transform = DAffine3::from_translation(middle) * DAffine3::from_rotation_z(turn) * DAffine3::from_scale(size);
     let collider = Collider::of_mesh(context, &Mesh::new(points, vec![4; 6], faces), transform).unwrap();
-    Imprinter::new().imprint_triangles(context, object, &collider, settings, Moment::default(), None).unwrap();
+    Imprinter::new().imprint(context, object, &collider, settings, Moment::default()).unwrap();
 }
 
 /// Faces have edges, edges faces, and vertices and edges that are not blank have faces with blocks all around.

@@ -124,7 +124,7 @@ fn settings() -> ImprintSettings {
 }
 
 fn press(context: &Context, object: &mut TriangleObject, collider: &Collider, settings: &ImprintSettings) -> Report {
-    Imprinter::new().imprint_triangles(context, object, collider, settings, Moment::default(), None).unwrap()
+    Imprinter::new().imprint(context, object, collider, settings, Moment::default()).unwrap()
 }
 
 /// Presses balls of radius 1 at places into a flat mesh.
@@ -309,7 +309,7 @@ fn what_travels_raises_a_rim_on_both_sides() {
         let motion = Motion::new(&collider, at(-2.0), at(2.0)).unwrap();
         let settings = ImprintSettings { rim_width: 0.4, ..settings() };
         let report = Imprinter::new()
-            .sweep_triangles(&context, &mut object, &mut collider, &motion, &settings, Moment::default())
+            .sweep(&context, &mut object, &mut collider, &motion, &settings, Moment::default())
             .unwrap();
         assert!(report.sub_steps >= 8, "{}", report.sub_steps);
         let net = volume_over_plane(&Context::serial(), &mut object);
@@ -355,7 +355,7 @@ fn a_rim_too_wide_for_memory_is_refused() {
     let settings = ImprintSettings { rim: 1.0, rim_width: 50000.0, ..settings() };
     let collider = balls(&context, &[MIDDLE]);
     let mut imprinter = Imprinter::new();
-    let done = imprinter.imprint_triangles(&narrow, &mut object, &collider, &settings, Moment::default(), None);
+    let done = imprinter.imprint(&narrow, &mut object, &collider, &settings, Moment::default());
     let error = done.unwrap_err();
     assert!(error.to_string().contains("rim_width"), "{error}");
     assert_eq!(bytes(&object), before);

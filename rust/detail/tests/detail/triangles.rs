@@ -411,9 +411,7 @@ fn a_box_leaves_its_print_and_nothing_beside_it() {
         let mut object = object(&context, &plane(6), 16, 1 << 24, turn);
         let collider = Collider::of_mesh(&context, &solid([2.1, 2.3, -0.2], [4.3, 3.6, 1.0]), turn).unwrap();
         let settings = ImprintSettings { jitter: 0.05, ..Default::default() };
-        let report = Imprinter::new()
-            .imprint_triangles(&context, &mut object, &collider, &settings, Moment::default(), None)
-            .unwrap();
+        let report = Imprinter::new().imprint(&context, &mut object, &collider, &settings, Moment::default()).unwrap();
         assert!(report.changed_coefficients > 800 && report.refused.is_empty() && report.clamped < 20, "{report:?}");
         let slack = report.voxel_diagonal as f32;
         assert!(slack < 0.1);
@@ -430,14 +428,7 @@ fn a_box_leaves_its_print_and_nothing_beside_it() {
         }
         // Once out, nothing moves any more but by the voxels.
         let again = Imprinter::new()
-            .imprint_triangles(
-                &context,
-                &mut object,
-                &collider,
-                &settings,
-                Moment { frame: 1, ..Default::default() },
-                None,
-            )
+            .imprint(&context, &mut object, &collider, &settings, Moment { frame: 1, ..Default::default() })
             .unwrap();
         assert!(again.changed_coefficients < report.changed_coefficients / 4);
         results.push((blocks(object.displacement()), report));
@@ -479,9 +470,7 @@ fn what_is_pressed_goes_against_the_interpolated_normal() {
     assert!(object.surface().volume() > 0.0);
     let collider = Collider::of_mesh(&context, &solid([0.8, -1.5, -1.5], [2.0, 1.5, 1.5]), DAffine3::IDENTITY).unwrap();
     let settings = ImprintSettings { voxels: 1 << 22, max_displacement: 0.5, ..Default::default() };
-    let report = Imprinter::new()
-        .imprint_triangles(&context, &mut object, &collider, &settings, Moment::default(), None)
-        .unwrap();
+    let report = Imprinter::new().imprint(&context, &mut object, &collider, &settings, Moment::default()).unwrap();
     let slack = report.voxel_diagonal as f32;
     assert!(slack < 0.02 && report.refused.is_empty(), "{report:?}");
     let displaced = object.displaced().unwrap();
@@ -515,9 +504,8 @@ fn what_travels_leaves_a_track_without_gaps() {
     let end = DAffine3::from_translation(DVec3::new(2.0, 0.0, 0.0));
     let motion = Motion::new(&collider, pose(start), pose(end)).unwrap();
     let settings = ImprintSettings::default();
-    let report = Imprinter::new()
-        .sweep_triangles(&context, &mut object, &mut collider, &motion, &settings, Moment::default())
-        .unwrap();
+    let report =
+        Imprinter::new().sweep(&context, &mut object, &mut collider, &motion, &settings, Moment::default()).unwrap();
     assert!(report.sub_steps > 20);
     let displaced = object.displaced().unwrap();
     for (face, pattern, node) in knots(&object) {
@@ -567,7 +555,7 @@ fn smoothing_moves_what_is_near_a_dent_toward_the_mean_of_its_neighbours() {
         let mut object = small(&context);
         let collider = Collider::of_mesh(&context, &cube, place).unwrap();
         let settings = ImprintSettings { voxels: 1 << 16, smoothing, smoothing_passes: 1, ..Default::default() };
-        Imprinter::new().imprint_triangles(&context, &mut object, &collider, &settings, moment, None).unwrap();
+        Imprinter::new().imprint(&context, &mut object, &collider, &settings, moment).unwrap();
         object
     };
     let (sharp, smooth) = (pressed(0.0, 1), pressed(0.5, 1));

@@ -240,7 +240,7 @@ impl Baker {
             let to = Pose { transform: way.at(pair.by, end), points: to_points };
             let motion = Motion::new(collider, from, to)?;
             let moment = Moment { frame: u64::from(way.frame), step: part << 16, pair: pair.number };
-            report.merge(self.imprinter.sweep_triangles(context, object, collider, &motion, &settings, moment)?);
+            report.merge(self.imprinter.sweep(context, object, collider, &motion, &settings, moment)?);
         }
         Ok(report)
     }

@@ -52,8 +52,7 @@ pub(crate) fn sweep(
     let (mut objects, mut colliders) = world.triangles_and_colliders(&meshes, &by);
     let on_meshes = parts(&pairs, &meshes, &by, &colliders, way)?;
     let motions = sweeps(&on_meshes, &meshes, way);
-    let made =
-        made.into_iter().chain(imprinter.sweep_all_triangles(context, &mut objects, &mut colliders, &motions)?);
+    let made = made.into_iter().chain(imprinter.sweep_all(context, &mut objects, &mut colliders, &motions)?);
     let of = on_tiled.iter().chain(&on_meshes).map(|part| (part.number, part.pair.into));
     let mut all: Vec<((usize, usize), Report)> = of.zip(made).collect();
     all.sort_by_key(|((number, _), _)| *number);

@@ -52,7 +52,7 @@ fn press(
     for frame in 0..4 {
         collider.set_transform(place(object, frame)).unwrap();
         let moment = Moment { frame: u64::from(frame), ..Moment::default() };
-        report.merge(imprinter.imprint_triangles(context, object, collider, settings, moment, None).unwrap());
+        report.merge(imprinter.imprint(context, object, collider, settings, moment).unwrap());
     }
     report
 }
@@ -134,7 +134,7 @@ fn posed_meshes_deforming_colliders_and_open_ones_too() {
                 collider.set_points(&context, &stretched).unwrap();
                 collider.set_transform(place(object, frame)).unwrap();
                 let moment = Moment { frame: u64::from(frame), ..Moment::default() };
-                imprinter.imprint_triangles(&context, object, collider, &settings(), moment, None).unwrap();
+                imprinter.imprint(&context, object, collider, &settings(), moment).unwrap();
             }
         }
     }
@@ -156,9 +156,7 @@ fn more_values_than_there_is_room_for_at_first_are_done_again_and_budgets_refuse
         there.use_device(Some(&device)).unwrap();
         let press = |object: &mut TriangleObject| {
             object.displacement_mut().set_budget(budget);
-            Imprinter::new()
-                .imprint_triangles(&context, object, &collider, &settings(), Moment::default(), None)
-                .unwrap()
+            Imprinter::new().imprint(&context, object, &collider, &settings(), Moment::default()).unwrap()
         };
         let (expected, found) = (press(&mut here), press(&mut there));
         assert!(there.take_device_fault().is_none());
@@ -190,7 +188,7 @@ fn sweeps_of_a_device_over_triangles_are_those_of_the_processor() {
             let [from, to] = [0, 4].map(|step| Pose::rigid(place(object, step)));
             let motion = Motion::new(&collider, from, to).unwrap();
             let moment = Moment::default();
-            Imprinter::new().sweep_triangles(&context, object, &mut collider, &motion, &settings, moment).unwrap()
+            Imprinter::new().sweep(&context, object, &mut collider, &motion, &settings, moment).unwrap()
         };
         let expected = sweep(&mut here);
         context.stats().take();
@@ -234,11 +232,11 @@ fn sweep_pairs(
         let sweep =
             |(pair, (&(into, by, _, settings), motion))| Sweep { into, by, motion, settings, moment: moment(pair) };
         let sweeps: Vec<_> = all.map(sweep).collect();
-        imprinter.sweep_all_triangles(context, &mut objects.each_mut(), &mut balls.each_mut(), &sweeps).unwrap()
+        imprinter.sweep_all(context, &mut objects.each_mut(), &mut balls.each_mut(), &sweeps).unwrap()
     } else {
         let one = |(pair, (&(into, by, _, settings), motion)): (u32, (&(usize, usize, u32, &_), &Motion))| {
             let (object, ball) = (&mut objects[into], &mut balls[by]);
-            imprinter.sweep_triangles(context, object, ball, motion, settings, moment(pair)).unwrap()
+            imprinter.sweep(context, object, ball, motion, settings, moment(pair)).unwrap()
         };
         (0..).zip(cases.iter().zip(&motions)).map(one).collect()
     };
@@ -302,7 +300,7 @@ fn what_rises_and_what_is_smoothed_is_there_for_those_that_follow_in_the_submiss
             let [from, to] = [0, 4].map(|step| Pose::rigid(place(object, step)));
             let motion = Motion::new(&collider, from, to).unwrap();
             let moment = Moment::default();
-            Imprinter::new().sweep_triangles(&context, object, &mut collider, &motion, &settings, moment).unwrap()
+            Imprinter::new().sweep(&context, object, &mut collider, &motion, &settings, moment).unwrap()
         };
         let expected = sweep(&mut here);
         context.stats().take();
@@ -345,7 +343,7 @@ fn what_a_budget_refuses_and_coarser_blocks_end_a_submission_and_nothing_else_di
                 let motion = Motion::new(&collider, from, to).unwrap();
                 let moment = Moment { frame: u64::from(report.sub_steps > 0), ..Moment::default() };
                 let mut imprinter = Imprinter::new();
-                let made = imprinter.sweep_triangles(&context, object, &mut collider, &motion, &settings, moment);
+                let made = imprinter.sweep(&context, object, &mut collider, &motion, &settings, moment);
                 report.merge(made.unwrap());
             }
             report
@@ -382,7 +380,7 @@ fn surfaces_and_triangle_meshes_share_the_colliders_of_an_imprinter() {
             for (pair, ball) in balls[..count].iter_mut().enumerate() {
                 let moment = Moment { frame: frame as u64, pair: pair as u32, ..Moment::default() };
                 ball.set_transform(place(mesh, pair as u32)).unwrap();
-                imprinter.imprint_triangles(&context, mesh, ball, &settings(), moment, None).unwrap();
+                imprinter.imprint(&context, mesh, ball, &settings(), moment).unwrap();
                 ball.set_transform(imprints::place(tiled, pair as u32)).unwrap();
                 imprinter.imprint(&context, tiled, ball, &settings(), moment).unwrap();
             }
@@ -414,7 +412,7 @@ fn the_processor_takes_over_on_triangles_from_a_lost_device_in_the_middle() {
         for object in [&mut here, &mut there] {
             collider.set_transform(place(object, frame)).unwrap();
             let moment = Moment { frame: u64::from(frame), ..Moment::default() };
-            let report = imprinter.imprint_triangles(&context, object, &collider, &settings(), moment, None).unwrap();
+            let report = imprinter.imprint(&context, object, &collider, &settings(), moment).unwrap();
             assert!(!report.changed.is_empty());
         }
     }

@@ -163,10 +163,7 @@ impl Session {
         let report = costs.stage(DABS, || {
             let Press { collider, imprinter, .. } = press;
             let motion = Motion::new(collider, Pose::rigid(from), Pose::rigid(to))?;
-            match object {
-                Object::Surface(it) => imprinter.sweep(context, it, collider, &motion, &settings, moment),
-                Object::Triangles(it) => imprinter.sweep_triangles(context, it, collider, &motion, &settings, moment),
-            }
+            each!(object, object => imprinter.sweep(context, &mut **object, collider, &motion, &settings, moment))
         })?;
         (press.pose, press.step) = (Some(to), press.step + 1);
         if !report.refused.is_empty() {
