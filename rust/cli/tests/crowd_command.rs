@@ -28,6 +28,8 @@ fn fails(folder: &Path, arguments: &[&str], text: &str) {
     let done = relievo(folder, arguments);
     let told = String::from_utf8_lossy(&done.stderr).into_owned();
     assert!(!done.status.success() && told.contains(text), "{arguments:?}: {told}");
+    // Rust's own words for a file that ends too early.
+    assert!(!told.contains("failed to fill"), "{arguments:?}: {told}");
 }
 
 const RINGS: usize = 41;
@@ -336,8 +338,13 @@ fn wrong_arguments_and_files_are_refused() {
     bytes[middle] ^= 4;
     std::fs::write(at.join("wrong.rcrowd"), &bytes).unwrap();
     fails(at, &["crowd", "view", "wrong.rcrowd", "--square", "1"], "wrong.rcrowd");
+    // Cut within its head, before the head of a chunk, within that, and within the chunk.
+    for length in [0, 7, 40, 52, 58, 70] {
+        std::fs::write(at.join("short.rcrowd"), &bytes[..length]).unwrap();
+        fails(at, &["crowd", "info", "short.rcrowd"], "the file ends too early");
+    }
     std::fs::write(at.join("short.rcrowd"), &bytes[..middle]).unwrap();
-    fails(at, &["crowd", "info", "short.rcrowd"], "short.rcrowd");
+    fails(at, &["info", "short.rcrowd"], "short.rcrowd");
     std::fs::write(at.join("agents.txt"), "0 0 0 0 1 bow 0\n1 0 0 0 1 bow\n").unwrap();
     fails(at, &["crowd", "view", "a.rcrowd", "--agents", "agents.txt"], "line 2");
     fails(at, &["crowd", "view", "a.rcrowd", "--square", "0"], "--square");

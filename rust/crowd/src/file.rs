@@ -18,7 +18,7 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::Arc;
 
-use relievo_core::{Budget, Context, Error, Result, file};
+use relievo_core::{Budget, Context, Error, ErrorKind, Result, file};
 
 use self::read::{read_cluster, read_hierarchy, read_poses, read_skeleton, read_vertices};
 use crate::hierarchy::{Cluster, CrowdModel};
@@ -81,7 +81,7 @@ impl Reader {
         let count = self.model.clusters[index as usize].count as usize;
         let vertices = self.model.character.points.len();
         let mut read = || {
-            self.file.seek(SeekFrom::Start(*start)).map_err(|error| cut_off(&error))?;
+            self.file.seek(SeekFrom::Start(*start)).map_err(|error| failed(&error))?;
             // Three indices of four bytes and a material for each triangle, and as many vertices, at most.
             let most = 64 + 28 * count as u64;
             let bytes = read_chunk(&mut self.file, &mut Budget::new(2 * most), most)?;
@@ -185,8 +185,11 @@ fn damaged(what: &str) -> Error {
     Error::invalid(what).advise("the file is damaged: build it again")
 }
 
-fn cut_off(error: &std::io::Error) -> Error {
-    damaged(&format!("the file ends early ({error})"))
+fn failed(error: &std::io::Error) -> Error {
+    match error.kind() {
+        std::io::ErrorKind::UnexpectedEof => damaged("the file ends too early"),
+        _ => Error::new(ErrorKind::Io, error.to_string()),
+    }
 }
 
 /// The counts of the head.
@@ -205,7 +208,7 @@ struct Counts {
 
 fn read_head(input: &mut impl Read) -> Result<Counts> {
     let mut head = [0; HEAD];
-    input.read_exact(&mut head).map_err(|error| cut_off(&error))?;
+    input.read_exact(&mut head).map_err(|error| failed(&error))?;
     if &head[..8] != SIGNATURE {
         return Err(Error::invalid("it is no crowd model").advise("build one by `relievo crowd build`"));
     }
@@ -236,7 +239,7 @@ fn read_head(input: &mut impl Read) -> Result<Counts> {
 /// Reads a chunk of at most `most` bytes. Memory grows with what is read, not with what the chunk claims.
 fn read_chunk(input: &mut impl Read, budget: &mut Budget, most: u64) -> Result<Vec<u8>> {
     let mut head = [0; CHUNK_HEAD];
-    input.read_exact(&mut head).map_err(|error| cut_off(&error))?;
+    input.read_exact(&mut head).map_err(|error| failed(&error))?;
     let number = |at: usize| u32::from_le_bytes([head[at], head[at + 1], head[at + 2], head[at + 3]]);
     let (raw, length, sum) = (u64::from(number(0)), u64::from(number(4)), number(8));
     if raw > most || length > most + most / 128 + 1024 {
@@ -244,16 +247,17 @@ fn read_chunk(input: &mut impl Read, budget: &mut Budget, most: u64) -> Result<V
     }
     budget.charge(raw + length)?;
     let mut packed = Vec::new();
-    input.take(length).read_to_end(&mut packed).map_err(|error| cut_off(&error))?;
+    input.take(length).read_to_end(&mut packed).map_err(|error| failed(&error))?;
     if packed.len() as u64 != length {
-        return Err(damaged("the file ends early"));
+        return Err(damaged("the file ends too early"));
     }
     if crc32fast::hash(&packed) != sum {
         return Err(damaged("the sum of a chunk is wrong"));
     }
     let mut bytes = Vec::new();
-    let decoder = zstd::stream::read::Decoder::new(packed.as_slice()).map_err(|error| cut_off(&error))?;
-    decoder.take(raw + 1).read_to_end(&mut bytes).map_err(|error| damaged(&format!("a chunk is wrong ({error})")))?;
+    let wrong = |error| damaged(&format!("a chunk cannot be unpacked: {error}"));
+    let decoder = zstd::stream::read::Decoder::new(packed.as_slice()).map_err(wrong)?;
+    decoder.take(raw + 1).read_to_end(&mut bytes).map_err(wrong)?;
     if bytes.len() as u64 != raw {
         return Err(damaged("the length of a chunk is wrong"));
     }
@@ -283,7 +287,7 @@ fn read_all_but_triangles(input: &mut (impl Read + Seek), length: u64, memory_li
     model.character.triangles = vec![[0; 3]; counts.triangles];
     model.character.materials = vec![0; counts.triangles];
     model.check()?;
-    let mut at = input.stream_position().map_err(|error| cut_off(&error))?;
+    let mut at = input.stream_position().map_err(|error| failed(&error))?;
     let mut chunks = vec![(0, 0); counts.clusters];
     for (cluster, bytes) in (0..counts.clusters).rev().zip(lengths) {
         chunks[cluster] = (at, bytes);

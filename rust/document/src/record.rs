@@ -242,7 +242,6 @@ impl<R: Read + Seek> Reader<R> {
 pub(crate) fn read_payload(source: &mut (impl Read + Seek), location: Location) -> Result<Vec<u8>> {
     let end = source.seek(SeekFrom::End(0)).map_err(failed)?;
     let fits = location.offset.checked_add(location.length).is_some_and(|after| after <= end);
-    let changed = || Error::invalid("the journal was changed by another program").advise("open the document again");
     if !fits {
         return Err(changed());
     }
@@ -254,8 +253,17 @@ pub(crate) fn read_payload(source: &mut (impl Read + Seek), location: Location) 
     if crc32fast::hash(&bytes) == location.crc { Ok(bytes) } else { Err(changed()) }
 }
 
+/// An error of the operating system. Records are read within the length that the file had, so it was cut meanwhile where
+/// it ends too early.
 pub(crate) fn failed(error: std::io::Error) -> Error {
-    Error::new(ErrorKind::Io, error.to_string())
+    match error.kind() {
+        std::io::ErrorKind::UnexpectedEof => changed(),
+        _ => Error::new(ErrorKind::Io, error.to_string()),
+    }
+}
+
+fn changed() -> Error {
+    Error::invalid("the journal was changed by another program").advise("open the document again")
 }
 
 #[cfg(test)]
