@@ -4,6 +4,7 @@ pub mod bake;
 pub mod cache;
 #[cfg_attr(not(feature = "fluid"), path = "run/foam_absent.rs")]
 pub mod foam;
+pub(crate) mod folds;
 #[cfg_attr(not(feature = "decal"), path = "run/laying_absent.rs")]
 pub(crate) mod laying;
 pub mod refusals;

@@ -1,6 +1,6 @@
 //! `relievo doc` and what `relievo info` says of documents.
 
-use crate::{relievo, text};
+use crate::{CUBE, relievo, text};
 
 #[test]
 fn documents_are_looked_into_and_checked() {
@@ -110,4 +110,31 @@ fn edits_are_listed_undone_and_made_again() {
     shown(&["doc", "redo", "a.relievo", "--edits", "2"]);
     assert_eq!((list(), layers()), (before, first));
     assert!(shown(&["doc", "check", "a.relievo"]).contains("no damage"));
+}
+
+#[test]
+fn strokes_that_fold_the_surface_are_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("cube.obj"), CUBE).unwrap();
+    let stroke = |height: f64, more: &[&str]| {
+        let list = format!(
+            "version = 1\n[[strokes]]\nradius = 0.3\nsculpt = \"draw\"\nheight = {height}\n\
+             [[strokes.points]]\nposition = [0, 0, 0.8]\n"
+        );
+        std::fs::write(folder.path().join("list.toml"), list).unwrap();
+        let command = ["doc", "stroke", "cube.obj", "list.toml", "-o", "dent.obj"];
+        let done = relievo(folder.path(), &[&command[..], more].concat());
+        assert!(done.status.success(), "{done:?}");
+        text(&done.stderr)
+    };
+    // The surface ends 0.8 below the dent.
+    for (more, place) in [(&[][..], "tile"), (&["--triangles"], "face")] {
+        let said = stroke(-2.0, more);
+        let numbers: Vec<u64> = said.split(' ').filter_map(|word| word.trim_end_matches(';').parse().ok()).collect();
+        let [folded, triangles, _] = numbers[..] else { panic!("{said}") };
+        let told = format!("note: cube.obj is folded: its displacement turns {folded} of {triangles} triangles over");
+        assert!(said.contains(&told) && said.contains(&format!("most of them on {place} ")), "{said}");
+        assert!(0 < folded && folded <= triangles, "{said}");
+        assert_eq!(stroke(-0.05, more), "");
+    }
 }

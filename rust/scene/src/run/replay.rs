@@ -20,7 +20,7 @@ use crate::format::file;
 use crate::out::export;
 use crate::out::stages;
 use crate::run::refusals::Refusals;
-use crate::run::{laying, strokes};
+use crate::run::{folds, laying, strokes};
 use crate::state::documents;
 use crate::state::paths::Paths;
 use crate::state::stamps::Loaded;
@@ -140,6 +140,10 @@ pub fn replay(
     let mut notes: Vec<String> = world.notes().into_iter().map(named).collect();
     notes.extend(world.take_device_faults());
     notes.extend(refusals.notes(&world));
+    let folded = folds::count(context, &world)?.into_iter();
+    notes.extend(folded.map(|(_, counted)| {
+        format!("{} is folded: {counted}; sculpt less deep there, or with less height", wanted.mesh.display())
+    }));
     Ok((done, notes))
 }
 

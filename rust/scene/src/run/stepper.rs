@@ -23,6 +23,7 @@ use crate::out::stages::{self, Stages};
 use crate::run::bake::{self, Baker, Changes};
 use crate::run::cache::{Cache, Frame, Identity, State};
 use crate::run::foam;
+use crate::run::folds;
 use crate::run::refusals::Refusals;
 use crate::run::trace::Trace;
 use crate::state::documents;
@@ -428,18 +429,10 @@ impl Stepper {
 
     /// Notes which surfaces are folded in the last frame.
     fn note_folds(&mut self, context: &Context) -> relievo_core::Result<()> {
-        for (index, item) in self.world.items().iter().enumerate() {
-            let (folds, what) = match item {
-                Item::Surface(surface) => (surface.displaced()?.folds(context)?, "tile"),
-                Item::Triangles(item) => (item.object.displaced()?.folds(context), "face"),
-                Item::Mesh(_) => continue,
-            };
-            let Some(worst) = folds.worst else { continue };
+        for (index, folded) in folds::count(context, &self.world)? {
             let name = self.world.scene.objects.get(index).map_or("", |entry| entry.name.text.as_str());
             self.summary.notes.push(format!(
-                "object `{name}` is folded: its displacement turns {} of {} triangles over, most of them on {what} {worst}; \
-                 press less deep there, or lower `max_displacement`",
-                folds.folded, folds.triangles
+                "object `{name}` is folded: {folded}; press less deep there, or lower `max_displacement`"
             ));
         }
         Ok(())

@@ -789,7 +789,13 @@ fn a_press_through_a_thin_part_is_noted_as_folded() {
     };
     // The ball holds the middle of the surface, whose front goes beyond it.
     let through = notes("through", 0.06);
-    assert!(through.iter().any(|note| note.contains("object `ground` is folded")), "{through:?}");
+    let note =
+        through.iter().find(|note| note.contains("object `ground` is folded")).unwrap_or_else(|| panic!("{through:?}"));
+    let numbers: Vec<u64> = note.split(' ').filter_map(|word| word.trim_end_matches(';').parse().ok()).collect();
+    // Two triangles for each coefficient of the displaced tiles, and the tile with most of them.
+    let [folded, triangles, tile] = numbers[..] else { panic!("{note}") };
+    assert!(note.contains(&format!("turns {folded} of {triangles} triangles over")), "{note}");
+    assert!(folded > 0 && folded < triangles && triangles % (2 * 32 * 32) == 0 && tile < 216, "{note}");
     // A dent that is shallow beside the radius of the surface.
     let dented = notes("dented", 0.16);
     assert!(dented.iter().all(|note| !note.contains("folded")), "{dented:?}");
