@@ -11,6 +11,18 @@ fn a_progressive_mesh_keeps_texture_coordinates_at_every_level() {
     let built = run(&["build", "map.obj", "-o", "map.rlvpm", "--faces", "50", "--weight", "uv=0.05"]);
     assert!(built.status.success() && built.stderr.is_empty(), "{built:?}");
     assert!(text(&run(&["show", "map.rlvpm"]).stdout).contains("attributes: uv"));
+    // `relievo info` says what is in the file, as text and as JSON.
+    let info = |more: &[&str]| text(&relievo(folder.path(), &[&["info", "map.rlvpm"], more].concat()).stdout);
+    let shown = info(&[]);
+    assert!(
+        shown.starts_with("map.rlvpm\n  attributes: uv\n  finest: ") && shown.contains(" 800 triangles\n"),
+        "{shown}"
+    );
+    let value: serde_json::Value = serde_json::from_str(&info(&["--json"])).unwrap();
+    assert_eq!((&value["attributes"][0], &value["finest"]["triangles"]), (&"uv".into(), &800.into()));
+    std::fs::write(folder.path().join("none.rlvpm"), "").unwrap();
+    let refused = relievo(folder.path(), &["info", "none.rlvpm"]);
+    assert!(refused.status.code() == Some(1) && text(&refused.stderr).contains("no progressive mesh"), "{refused:?}");
     let export = |faces: &str, output: &str| run(&["export", "map.rlvpm", "--faces", faces, "-o", output]);
     for (faces, tolerances) in [("800", [1e-6; 2]), ("200", [0.01, 0.02]), ("60", [0.03, 0.05])] {
         assert!(export(faces, "level.obj").status.success());
