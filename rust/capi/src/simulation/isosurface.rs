@@ -511,7 +511,7 @@ entry! {
         let given = unsafe { RlvRayArrays::read(rays) }?;
         // SAFETY: the caller's arrays are as the header demands.
         let (rays, out) = unsafe { (Rays::new(&given)?, Output::new("hits", hits, given.count, hit_stride)?) };
-        let count = rays.len();
+        let count = given.count;
         let context = &object.context.context;
         let mut room = context.scratch().lend::<Batch>();
         let Batch { rays: batch, hits } = &mut *room;

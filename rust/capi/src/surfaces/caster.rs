@@ -383,7 +383,7 @@ entry! {
         let (rays, out) = unsafe { (Rays::new(&given)?, Output::new("hits", given.hits, given.count, given.hit_stride)?) };
         let geometry = try_read(&object.geometry, "caster")?;
         let tracer = geometry.scene.tracer()?;
-        let count = rays.len();
+        let count = given.count;
         let context = &object.context.context;
         let mut room = context.scratch().lend::<Batch>();
         let Batch { rays: batch, hits, places, looked } = &mut *room;

@@ -93,11 +93,6 @@ impl Rays {
         Ok(rays)
     }
 
-    /// The number of rays.
-    pub fn len(&self) -> usize {
-        self.origins.len()
-    }
-
     /// Returns a ray, or `None` if it cannot be cast or shares no bit with `mask`.
     pub fn get(&self, index: usize, mask: u32) -> Option<Ray> {
         let ray = Ray {
