@@ -62,8 +62,8 @@ impl Rays {
     /// Checks the arrays of `given`, of which `hits` is not read.
     ///
     /// # Errors
-    /// Fails with `Invalid` if an array that is needed is NULL, a stride is too small, or the distances of all rays are
-    /// none.
+    /// Fails with `Invalid` if an array that is needed is NULL, a stride is too small, or `min_distance` is negative or above
+    /// `max_distance`.
     ///
     /// # Safety
     /// The arrays of `given` are as `caster.h` demands.
