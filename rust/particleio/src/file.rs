@@ -25,6 +25,9 @@ pub enum Format {
     Vdb,
 }
 
+/// The extensions of all formats, for messages.
+const EXTENSIONS: &str = ".rlvfluid, .bgeo, .vtk, .ply or .vdb";
+
 impl Format {
     /// All of them.
     pub const ALL: [Self; 5] = [Self::Cache, Self::Bgeo, Self::Vtk, Self::Ply, Self::Vdb];
@@ -50,7 +53,7 @@ impl Format {
         found.ok_or_else(|| {
             Error::unsupported("the format to write is not known")
                 .at(path.display().to_string())
-                .advise(format!("use the extension .{}, .bgeo, .vtk, .ply or .vdb", frame::EXTENSION))
+                .advise(format!("use the extension {EXTENSIONS}"))
         })
     }
 
@@ -95,6 +98,13 @@ pub fn read(context: &Context, path: &Path) -> Result<Read> {
     let mut head = Vec::new();
     file::open(path)?.take(256).read_to_end(&mut head).map_err(|error| Error::io(path, &error))?;
     let Some(format) = Format::of(&head).map_err(named)? else {
+        // What is named as a file of particles is none of the formats that the reader of meshes would advise.
+        if head.is_empty() || Format::named(path).is_ok() {
+            let what =
+                if head.is_empty() { "the file is empty" } else { "the file does not begin as its extension says" };
+            let advice = format!("use a file of particles, {EXTENSIONS}, or a mesh");
+            return Err(named(Error::invalid(what).advise(advice)));
+        }
         let mesh = relievo_meshio::read(context, path)?;
         let mut read = Read::default();
         read.particles = ply::from_mesh(mesh, &mut read.notes).map_err(named)?;

@@ -243,3 +243,16 @@ fn info_looks_into_textures() {
     let output = relievo(folder.path(), &["info", "a.ptx"]);
     assert!(output.status.code() == Some(1) && text(&output.stderr).contains("a.ptx: "), "{output:?}");
 }
+
+#[test]
+fn files_without_particles_are_refused_with_the_formats_of_particles() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a.rlvfluid", "a.bgeo", "a.vtk", "a.vdb"] {
+        for bytes in ["", "nothing of the kind"] {
+            std::fs::write(folder.path().join(name), bytes).unwrap();
+            let done = relievo(folder.path(), &["info", name]);
+            let said = text(&done.stderr);
+            assert!(done.status.code() == Some(1) && said.contains(".rlvfluid, .bgeo, .vtk, .ply or .vdb"), "{done:?}");
+        }
+    }
+}

@@ -5,6 +5,9 @@ use relievo_particleio::{Format, read, read_bgeo, read_vtk, write};
 
 use crate::particles;
 
+/// What errors name that say what can be read.
+const FORMATS: &str = ".rlvfluid, .bgeo, .vtk, .ply or .vdb";
+
 #[test]
 fn every_cut_of_every_format_is_an_error_or_fewer_channels() {
     let folder = tempfile::tempdir().unwrap();
@@ -79,9 +82,18 @@ fn what_is_no_file_of_particles_is_refused_by_name() {
     };
     refused(b"<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\">", "VTK's XML");
     refused(b"\x7fNSJ rest", "Houdini 12");
-    refused(b"", "format");
+    refused(b"", "the file is empty");
+    refused(b"", FORMATS);
+    for format in Format::ALL {
+        for bytes in [&b""[..], b"\0\x01", b"some text\n"] {
+            let path = path.with_extension(format.extension());
+            std::fs::write(&path, bytes).unwrap();
+            let error = read(&context, &path).unwrap_err().to_string();
+            assert!(error.contains(FORMATS) && !error.contains("OBJ"), "{format}: {error}");
+        }
+    }
     let error = write(&context, &path, &particles(1)).unwrap_err().to_string();
-    assert!(error.contains(".rlvfluid, .bgeo, .vtk, .ply or .vdb"), "{error}");
+    assert!(error.contains(FORMATS), "{error}");
     let lost = read(&context, &folder.path().join("none.bgeo")).unwrap_err();
     assert_eq!(lost.kind, ErrorKind::NotFound);
 }
