@@ -31,6 +31,8 @@ const CELL: f32 = 4.0;
 const MOST_CELLS: u32 = 4096;
 /// Chunks of a layout: what a picture of 65,536 pixels a side takes.
 const MOST_CHUNKS: u64 = 1 << 23;
+/// Samples that the chunks of the largest layout cover.
+pub(crate) const MOST_COVERED: f64 = MOST_CHUNKS as f64 * (CHUNK as f64 * CELL as f64) * (CHUNK as f64 * CELL as f64);
 
 /// The layout of a surface at a number of samples per unit.
 #[derive(Debug)]
@@ -43,6 +45,13 @@ pub(crate) struct Layout<'a> {
     pub samples: [u32; 2],
     /// Tiles without an extent.
     pub flat: usize,
+}
+
+/// An error that faces cover `times` the square of texture coordinates, with pictures of so many samples a side.
+pub(crate) fn covered_too_often(times: f64, [width, height]: [u32; 2]) -> Error {
+    let what = format!("the faces cover the square of texture coordinates {times:.0} times");
+    Error::invalid(format!("{what}, too often for pictures of {width} by {height} samples"))
+        .advise("unwrap the mesh, or bake smaller pictures or with fewer samples")
 }
 
 impl Chunk {
@@ -69,9 +78,8 @@ impl<'a> Layout<'a> {
         samples: [u32; 2],
         skip: impl Fn(u32) -> bool + Sync,
     ) -> Result<Self> {
-        let mut empty = Vec::new();
-        let mut flat = 0;
-        let mut count = 0u64;
+        let mut sized = Vec::new();
+        let (mut flat, mut count, mut times) = (0, 0u64, 0.0);
         for tile in (0..limit.tile_count() as u32).filter(|tile| !skip(*tile)) {
             let (low, high) = limit.tile_bounds(tile);
             if (0..2).any(|axis| low[axis].abs().max(high[axis].abs()) > LARGEST) {
@@ -85,12 +93,16 @@ impl<'a> Layout<'a> {
                 continue;
             }
             let cells = ((extent / CELL).ceil() as u32).clamp(2, MOST_CELLS).next_power_of_two();
+            sized.push((tile, cells));
+            count += u64::from(cells.div_ceil(CHUNK)).pow(2);
+            times += f64::from(high[0] - low[0]) * f64::from(high[1] - low[1]);
+        }
+        if count > MOST_CHUNKS {
+            return Err(covered_too_often(times, samples));
+        }
+        let mut empty = Vec::new();
+        for (tile, cells) in sized {
             let across = cells.div_ceil(CHUNK);
-            count += u64::from(across).pow(2);
-            if count > MOST_CHUNKS {
-                return Err(Error::invalid("the texture coordinates cover their square hundreds of times")
-                    .advise("unwrap the mesh, or bake a smaller picture"));
-            }
             for part in 0..across * across {
                 let first = [part % across * CHUNK, part / across * CHUNK];
                 empty.push(Chunk { tile, cells, first, low: [0.0; 2], high: [0.0; 2] });

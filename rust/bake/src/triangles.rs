@@ -11,6 +11,7 @@ use relievo_tiles::ColorTexel;
 use relievo_tiles::trace::Trace;
 use relievo_tiles::triangle::{TriangleDisplaced, TriangleField, TriangleNormals, foot_at};
 
+use crate::layout::{MOST_COVERED, covered_too_often};
 use crate::map::{BakeOptions, BakeReport, Map, check, chosen};
 use crate::quantity::{Axes, Handedness, Meaning, Space};
 
@@ -46,6 +47,8 @@ const ROWS: usize = 64;
 const COLUMNS: usize = 256;
 /// Bands between two words on the progress.
 const BANDS: usize = 8;
+/// How often triangles may cover a picture of any size.
+const LEAST_COVER: f64 = 100.0;
 /// Of barycentric coordinates, what counts as on a side.
 const SIDE: f64 = 1e-7;
 
@@ -191,6 +194,7 @@ pub fn bake_triangles(
     }
     let found = squares(&uvs);
     let pictures = chosen(&found, options)?;
+    check_cover(&uvs, &pictures, options)?;
     let flat = uvs.iter().filter(|corners| area(corners) == 0.0).count();
     let mut report = BakeReport { flat, outside: found.len() - pictures.len(), ..BakeReport::default() };
     let part = 1.0 / pictures.len().max(1) as f32;
@@ -208,6 +212,29 @@ pub fn bake_triangles(
         each(map)?;
     }
     report.found_some(options)
+}
+
+/// Refuses pictures that triangles cover so often that no layout was meant: they would take hours.
+fn check_cover(uvs: &[[DVec2; 3]], pictures: &[[i32; 2]], options: &BakeOptions) -> Result<()> {
+    let samples = options.size.map(|size| size * options.samples);
+    let most = (MOST_COVERED / samples.map(f64::from).iter().product::<f64>()).max(LEAST_COVER);
+    // Half of a triangle's box, whose samples are tried.
+    let cover = |low: DVec2, high: DVec2| -> f64 {
+        let some = uvs.iter().filter(|corners| area(corners) != 0.0);
+        let boxes = some.map(|[a, b, c]| a.max(*b).max(*c).min(high) - a.min(*b).min(*c).max(low));
+        boxes.map(|size| size.max(DVec2::ZERO).element_product() / 2.0).sum()
+    };
+    if cover(DVec2::MIN, DVec2::MAX) <= most {
+        return Ok(());
+    }
+    for [k, l] in pictures {
+        let low = DVec2::new(f64::from(*k), f64::from(*l));
+        let times = cover(low, low + 1.0);
+        if times > most {
+            return Err(covered_too_often(times, samples));
+        }
+    }
+    Ok(())
 }
 
 /// Twice the area in texture coordinates, negative where they are mirrored.

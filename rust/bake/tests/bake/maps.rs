@@ -263,6 +263,14 @@ fn results_do_not_depend_on_threads_and_bad_options_are_refused() {
     fails(&other.context, &other.limit, &options, "another surface");
     let huge = Scene::new(&quads(&[moved(IDENTITY, 900.0, [0.0, 0.0]); 2]));
     fails(&huge.context, &huge.limit, &BakeOptions { udim: true, ..small(16) }, "pictures");
+    // A thousand faces on one square: too often for a large picture, and not for a small one.
+    let heap = Scene::new(&quads(&[IDENTITY; 1000]));
+    let made = heap.displacement(|_, _, _| 0.0);
+    let quantity = Quantity::Displacement(made.field());
+    let large = BakeOptions { samples: 8, ..small(1024) };
+    let error = bake(&heap.context, &heap.limit, &quantity, &large, |_| Ok(())).unwrap_err().to_string();
+    assert!(error.contains("cover the square of texture coordinates 1000 times"), "{error}");
+    assert_eq!(heap.bake(&quantity, &small(16)).1.overlapping, 16 * 16);
 }
 
 /// A model of quads, triangles and pentagons with seams: what a host looks up in the map at a place's texture

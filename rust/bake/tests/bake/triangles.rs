@@ -150,6 +150,26 @@ fn squares_without_a_picture_overlaps_and_flat_triangles_are_counted() {
 }
 
 #[test]
+fn squares_covered_hundreds_of_times_are_refused_where_that_takes_long() {
+    let one = square(|p| p);
+    let (mut points, mut triangles, mut values) = (Vec::new(), Vec::new(), Vec::new());
+    let Values::F32(uv) = &one.attributes[0].values else { panic!("floats") };
+    for level in 0..600u32 {
+        points.extend(one.points.iter().map(|p| [p[0], p[1], level as f32]));
+        triangles.extend([[0, 1, 2], [0, 2, 3]].map(|corners| corners.map(|corner: u32| corner + 4 * level)));
+        values.extend_from_slice(uv);
+    }
+    let mut heap = Mesh::from_triangles(points, &triangles);
+    heap.attributes.push(Attribute { values: Values::F32(values), ..one.attributes[0].clone() });
+    let heap = Scene::new(2, heap);
+    let large = BakeOptions { samples: 8, ..options([1024; 2]) };
+    let error = heap.try_bake(Meaning::Displacement, &large).unwrap_err().to_string();
+    assert!(error.contains("cover the square of texture coordinates 600 times"), "{error}");
+    // All pixels but those on the common side of two triangles.
+    assert_eq!(heap.bake(Meaning::Displacement, &options([16; 2])).1.overlapping, 16 * 15);
+}
+
+#[test]
 fn what_cannot_be_baked_is_an_error() {
     let fails = |mesh: Mesh, udim: bool, words: &str| {
         let scene = Scene::new(1, mesh);
