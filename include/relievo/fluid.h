@@ -155,16 +155,16 @@ typedef struct RlvFluidForce {
 /* What particles come from: one layer after the other, each a spacing from the one before. */
 typedef struct RlvFluidEmitterOptions {
     uint32_t struct_size;
-    uint32_t shape; /* RlvFluidEmitterShape */
-    double center[3]; /* metres */
-    float u[3];
-    float v[3];
-    float radius;   /* of a disc, metres */
-    float speed;    /* of the particles, m/s; positive */
-    float lifetime; /* of the particles, seconds; 0 for unlimited */
+    uint32_t shape;    /* RlvFluidEmitterShape */
+    double center[3];  /* metres */
+    float u[3];        /* of a disc the normal, of any length; of a rectangle half a side, metres */
+    float v[3];        /* of a rectangle half the other side, metres */
+    float radius;      /* of a disc, metres */
+    float speed;       /* of the particles, m/s; positive */
+    float lifetime;    /* of the particles, seconds; 0 for unlimited */
     uint32_t reserved; /* 0 */
-    double begin;   /* when it begins, seconds since the beginning of the fluid */
-    double end;     /* when it ends; 0 for never */
+    double begin;      /* when it begins, seconds since the beginning of the fluid */
+    double end;        /* when it ends; 0 for never */
     const RlvAttributeArrays *channels; /* what its particles carry, as for rlv_fluid_set_channel with one value; NULL for
                                            none. They are copied */
     size_t channel_count;
