@@ -8,7 +8,7 @@ use std::process::Command;
 
 use crate::files::{copy, only_file, remove, strip};
 use crate::stage::{Outcome, call, cargo, output, root, target};
-use crate::{blender, licences, module, packages};
+use crate::{blender, licences, module, packages, paths};
 
 /// An archive and a Debian package of the same.
 struct Pair {
@@ -171,6 +171,8 @@ fn test_archives(made: &Packages) -> Outcome {
     let mut info = Command::new("oiiotool");
     info.env("OIIO_LIBRARY_PATH", folder.join("lib/relievo")).args(["--info", "-v"]).arg(root().join(DOCUMENT));
     let text = output(&mut info)?;
+    // All three archives are there now.
+    ["bin", "lib"].into_iter().try_for_each(|part| paths::check(&folder.join(part)))?;
     if text.contains(SHOWN) { Ok(()) } else { Err(format!("oiiotool does not print {SHOWN}: {text}")) }
 }
 

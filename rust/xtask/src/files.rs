@@ -4,6 +4,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::paths;
 use crate::stage::{Outcome, call};
 
 /// Removes a folder with all that is in it, if it is there.
@@ -29,10 +30,11 @@ pub fn copy_files(from: &Path, to: &Path) -> Outcome {
     Ok(())
 }
 
-/// Copies an executable or a library without what only debuggers read.
+/// Copies an executable or a library without what only debuggers read, and without the names of folders of this machine.
 pub fn strip(from: &Path, to: &Path) -> Outcome {
     copy(from, to)?;
-    call(Command::new("strip").arg("--strip-unneeded").arg(to))
+    call(Command::new("strip").arg("--strip-unneeded").arg(to))?;
+    paths::hide(to)
 }
 
 /// The file of a folder that has one.

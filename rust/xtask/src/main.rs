@@ -12,6 +12,7 @@ mod licences;
 mod module;
 mod mutants;
 mod packages;
+mod paths;
 mod peers;
 mod stage;
 mod suite;

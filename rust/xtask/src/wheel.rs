@@ -9,6 +9,7 @@ use std::process::Command;
 
 use crate::files::{copy, copy_files, only_file, remove, strip};
 use crate::licences;
+use crate::paths;
 use crate::stage::{Outcome, call, cargo, output, root, target};
 
 /// Where the oldest system that can use the wheel stands: that of Debian 12.
@@ -59,6 +60,7 @@ pub fn make() -> Result<PathBuf, String> {
         copy(&Path::new("/usr/lib/x86_64-linux-gnu").join(file), &own)?;
         call(Command::new(tools.join("patchelf")).args(["--set-soname", name]).arg(&own))?;
     }
+    paths::check(&package)?;
     let build = ["-c", "from setuptools import setup; setup()", "--quiet", "bdist_wheel", "--python-tag", "py3"];
     let mut pack = Command::new(&python);
     pack.current_dir(&source).args(build).args(["--plat-name", "linux_x86_64", "--dist-dir"]).arg(&plain);
