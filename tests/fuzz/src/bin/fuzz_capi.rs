@@ -189,7 +189,11 @@ fn numbers(bytes: &mut Unstructured, count: usize) -> Result<Vec<f32>> {
 
 /// Three doubles, now and then such as no float holds.
 fn place(bytes: &mut Unstructured) -> Result<[f64; 3]> {
-    if bytes.ratio(1, 64)? { bytes.arbitrary() } else { Ok([number(bytes)?, number(bytes)?, number(bytes)?].map(f64::from)) }
+    if bytes.ratio(1, 64)? {
+        bytes.arbitrary()
+    } else {
+        Ok([number(bytes)?, number(bytes)?, number(bytes)?].map(f64::from))
+    }
 }
 
 /// A count that says what an array holds, or a little less; with a NULL pointer also more.
