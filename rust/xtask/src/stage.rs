@@ -45,7 +45,8 @@ pub fn call(command: &mut Command) -> Outcome {
 /// all stages shows again.
 pub fn watch(command: &mut Command, mut is_cause: impl FnMut(&str) -> bool) -> Outcome {
     let line = shown(command);
-    let mut child = command.stdout(Stdio::piped()).spawn().map_err(|error| format!("cannot start `{line}`: {error}"))?;
+    let mut child =
+        command.stdout(Stdio::piped()).spawn().map_err(|error| format!("cannot start `{line}`: {error}"))?;
     let mut causes = String::new();
     for printed in child.stdout.take().into_iter().flat_map(|stdout| BufReader::new(stdout).split(b'\n')) {
         let printed = printed.map_err(|error| format!("cannot read from `{line}`: {error}"))?;

@@ -127,7 +127,7 @@ fn mpi() -> Outcome {
     watch_tests(tests().args(["--workspace", "--features", MPI, "--test", "mpi"]))
 }
 
-/// Runs tests in Rust. The causes are the messages of those that fail.
+/// Runs tests in Rust. The causes are the messages of tests that fail.
 fn watch_tests(command: &mut Command) -> Outcome {
     let mut fails = false;
     watch(command, |line| {
