@@ -288,6 +288,16 @@ impl Imprinter {
     }
 }
 
+/// An object that colliders are pressed into: [`DisplacedObject`] or [`TriangleObject`](crate::triangle::TriangleObject).
+pub trait Imprintable {
+    /// Its displacement, which limits of depth count from.
+    type Field: Clone + Send + Sync;
+}
+
+impl Imprintable for DisplacedObject {
+    type Field = Field;
+}
+
 /// A displaced surface of any kind that colliders are pressed into.
 pub(crate) trait Pressed: Send {
     /// From object space to the world.

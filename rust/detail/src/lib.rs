@@ -24,7 +24,7 @@ pub use geometry::lattice::Lattice;
 pub use geometry::obb::Obb;
 pub use geometry::voxel::{Side, Solid, Voxels};
 pub use geometry::{dda, grid, hierarchy, obb, overlap, voxel, voxel_frame};
-pub use imprint::Imprinter;
+pub use imprint::{Imprintable, Imprinter};
 pub use imprint::collider::Collider;
 pub use imprint::contact::Contact;
 pub use imprint::motion::{Motion, Pose};

@@ -43,13 +43,11 @@ use crate::imprint::dents::TileDents;
 use crate::imprint::rim::outwards;
 use crate::imprint::row::Sweep;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
-use crate::imprint::{Cast, Imprinter, Pressed, grid_over};
+use crate::imprint::{Cast, Imprintable, Imprinter, Pressed, grid_over};
 use crate::object::DisplacedObject;
 
 /// A surface that imprints are made into, one by one or several at a time on a device.
-pub(crate) trait Imprinted: Pressed + OnDevice {
-    /// Its displacement.
-    type Field: Clone + Send + Sync;
+pub(crate) trait Imprinted: Imprintable + Pressed + OnDevice {
     /// What the rays of an imprint found.
     type Cast;
     /// What a submission goes by besides that is known of one of its objects.
@@ -355,7 +353,6 @@ impl Imprinter {
 }
 
 impl Imprinted for DisplacedObject {
-    type Field = Field;
     type Cast = Cast;
     type Known = ();
 

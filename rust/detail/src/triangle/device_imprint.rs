@@ -16,11 +16,11 @@ use crate::device::{
     DeviceMeshes, Imprinted, Link, PressedValues, Standing, TriangleCast, TriangleChain, TriangleTarget,
 };
 use crate::geometry::grid::Grid;
-use crate::imprint::Imprinter;
 use crate::imprint::collider::Collider;
 use crate::imprint::dents::key;
 use crate::imprint::row::Sweep;
 use crate::imprint::settings::{ImprintSettings, Moment, Report};
+use crate::imprint::{Imprintable, Imprinter};
 
 impl Imprinter {
     /// Culls, voxelises and casts rays on the object's device; `None` if the processor is to do it.
@@ -59,8 +59,11 @@ fn is_for_device(object: &TriangleObject, settings: &ImprintSettings) -> bool {
     object.device.is_some() && settings.share > 0.0
 }
 
-impl Imprinted for TriangleObject {
+impl Imprintable for TriangleObject {
     type Field = TriangleField;
+}
+
+impl Imprinted for TriangleObject {
     type Cast = TriangleCast;
     type Known = Known;
 
