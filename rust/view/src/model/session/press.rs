@@ -9,7 +9,7 @@ use relievo_core::{Context, Error, Mesh, Result};
 use relievo_detail::tool::foremost;
 use relievo_detail::{Collider, ImprintSettings, Imprinter, Moment, Motion, Pose};
 
-use super::{DABS, Object, Picked, Session, each};
+use super::{DABS, Picked, Session, each};
 
 /// Voxels of an overlap at most: steps of them are finer than the texels that they change.
 const VOXELS: u32 = 1 << 20;
