@@ -626,6 +626,15 @@ class RlvAllocator(Structure):
     ]
 
 
+class RlvAllocatorInfo(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("is_set", c_uint32),
+        ("bytes", c_uint64),
+        ("limit", c_uint64),
+    ]
+
+
 class RlvBytes(Structure):
     _fields_ = [
         ("id", c_uint64),
@@ -3375,6 +3384,7 @@ INIT = {
     RlvContextOptions: (ctypes.sizeof(RlvContextOptions), 0, 0, 0, 0, 0, None, (0,), None, None, None,),
     RlvContextInfo: (ctypes.sizeof(RlvContextInfo), 0, 0, 0, 0, (0,), 0, 0, (0,), (0,),),
     RlvAllocator: (ctypes.sizeof(RlvAllocator), 0, None, None, None,),
+    RlvAllocatorInfo: (ctypes.sizeof(RlvAllocatorInfo), 0, 0, 0,),
     RlvMeshArrays: (ctypes.sizeof(RlvMeshArrays), 0, None, 0, 0, None, 0, 0, None, 0, 0, None, None, 0, 0, 0, None, None, 0, 0, 0, None, 0, 0,),
     RlvMeshInfo: (ctypes.sizeof(RlvMeshInfo), 0, 0, 0, 0, 0, 0, 0, 0, (0,), (0,),),
     RlvAttributeArrays: (ctypes.sizeof(RlvAttributeArrays), 0, 0, 0, None, None, 0, 0, None, 0, 0,),
@@ -3548,6 +3558,8 @@ FUNCTIONS = {
     "rlv_context_reset_stats": (RlvResult, [("context", RlvContext)]),
     "rlv_adapter_list": (RlvResult, [("adapters", POINTER(RlvAdapterInfo)), ("capacity", c_size_t), ("count", c_size_t_p)]),
     "rlv_allocator_set": (RlvResult, [("allocator", POINTER(RlvAllocator))]),
+    "rlv_allocator_info": (RlvResult, [("out", POINTER(RlvAllocatorInfo))]),
+    "rlv_allocator_set_limit": (RlvResult, [("bytes", c_uint64)]),
     "rlv_bytes_retain": (RlvResult, [("bytes", RlvBytes)]),
     "rlv_bytes_release": (RlvResult, [("bytes", RlvBytes)]),
     "rlv_bytes_get": (RlvResult, [("bytes", RlvBytes), ("data", POINTER(c_uint8_p)), ("size", c_size_t_p)]),

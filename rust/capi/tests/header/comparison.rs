@@ -125,6 +125,9 @@ alias!(RlvAllocate = Option<unsafe extern "C" fn(*mut c_void, usize, usize) -> *
 alias!(RlvFree = Option<unsafe extern "C" fn(*mut c_void, *mut c_void, usize, usize)>);
 layout!(RlvAllocator: 32, 8);
 function!(rlv_allocator_set: unsafe extern "C" fn(*const RlvAllocator) -> RlvResult);
+layout!(RlvAllocatorInfo: 24, 8);
+function!(rlv_allocator_info: unsafe extern "C" fn(*mut RlvAllocatorInfo) -> RlvResult);
+function!(rlv_allocator_set_limit: unsafe extern "C" fn(u64) -> RlvResult);
 layout!(RlvBytes: 8, 8);
 function!(rlv_bytes_retain: unsafe extern "C" fn(RlvBytes) -> RlvResult);
 function!(rlv_bytes_release: unsafe extern "C" fn(RlvBytes) -> RlvResult);
@@ -1232,6 +1235,12 @@ pub fn offsets(list: &mut Offsets) {
         allocate: RlvAllocate = 8,
         free: RlvFree = 16,
         user: *mut c_void = 24,
+    });
+    fields!(list, RlvAllocatorInfo {
+        struct_size: u32 = 0,
+        is_set: u32 = 4,
+        bytes: u64 = 8,
+        limit: u64 = 16,
     });
     fields!(list, RlvBytes {
         id: u64 = 0,
@@ -3289,6 +3298,11 @@ pub fn offsets(list: &mut Offsets) {
 }
 
 pub const INITIAL: &[Initial] = &[
+    Initial { header: "allocator.h", name: "RlvAllocatorInfo", initializer: "RLV_ALLOCATOR_INFO_INIT", fields: &[
+        ("uint32_t is_set", 0.0),
+        ("uint64_t bytes", 0.0),
+        ("uint64_t limit", 0.0),
+    ] },
     Initial { header: "progressive.h", name: "RlvProgressiveInfo", initializer: "RLV_PROGRESSIVE_INFO_INIT", fields: &[
         ("uint32_t attribute_count", 0.0),
         ("size_t vertex_count", 0.0),
@@ -3885,6 +3899,7 @@ pub const NAMES: &[&str] = &[
     "RLV_ADAPTER_INTEGRATED",
     "RLV_ADAPTER_SOFTWARE",
     "RLV_ADAPTER_VIRTUAL",
+    "RLV_ALLOCATOR_INFO_INIT",
     "RLV_ALLOCATOR_INIT",
     "RLV_API",
     "RLV_ARRIVAL_INFO_INIT",
