@@ -171,7 +171,7 @@ class Words(unittest.TestCase):
             self.run_it(bpy.ops.relievo.server_check)
         self.options.token_file = "/nonexistent/token"
         self.run_it(bpy.ops.relievo.server_check)
-        self.told(8, "the file is damaged", "does not answer", "no address")
+        self.told(8, "does not begin as its extension says", "does not answer", "no address")
 
     def test_tissue_that_cannot_be(self):
         parts = {}

@@ -38,6 +38,7 @@ MODULES += (repair, rl.shader, stroke, rl.tessellation, level, client)
 # Functions with which modules of the package serve one another, after their public callers have checked what they pass.
 HELPERS = {"arguments", "call", "depths", "draws_of", "image_of", "impostors_of", "moment_of", "number_of", "opened", "options_of"}
 HELPERS |= {"pins_of", "points_of", "ray_arrays", "report_of", "settings_of", "transfer_arguments", "view_of", "text_of", "failure"}
+HELPERS |= {"writing_of"}
 # Methods that are not walked: they end the object, or take the name of a function of C.
 ENDS = {"release", "of"}
 # Values that are right in places, and would be simulated or waited for as many seconds, or sought in the network.
@@ -182,6 +183,7 @@ class Misuse(unittest.TestCase):
         right = {
             "context": context, "mesh": mesh, "cage": mesh, "surface": surface, "detail": detail, "first": detail, "second": far,
             "brush": brush, "collider": collider, "whole": whole, "more": whole, "fluid": fluid, "particles": particles,
+            "model": model, "tissue": tissue, "progressive": whole,
             "isosurface": isosurface, "simulation": simulation, "models": [model], "crowd": crowd, "document": kept, "grid": grid,
             "tessellation": rl.Tessellation(detail), "begin": rl.Procedural(detail), "end": detail, "connection": empty, "other": grid, "to": mesh,
             "points": points, "corners": corners.reshape(-1, 4), "face_sizes": 4, "path": "none.obj", "to_path": "none.relievo", "data": b"abc",

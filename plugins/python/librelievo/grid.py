@@ -80,8 +80,8 @@ def write(path: FilePath, grids: Any, pack: str | None = "blosc", half: bool = F
     library.call("rlv_grid_write", handles, count, path_bytes(path), writing)
 
 
-def writing_of(grids: Any, pack: Any, half: Any, stream: Any) -> tuple[Any, int, int]:
-    """Returns handles of grids, their number, and how they are written: bits of RlvGridWriting."""
+def writing_of(grids: Any, pack: str | None = "blosc", half: bool = False, stream: bool = False) -> tuple[Any, int, int]:
+    """Returns handles of grids, their number, and how they are written: bits of `abi.RlvGridWriting`."""
     if not isinstance(pack, (str, type(None))) or pack not in PACKINGS:
         raise Invalid(f"pack: {shown(pack)} is unknown; there are 'blosc', 'zip' and None")
     bits = int(PACKINGS[pack])
