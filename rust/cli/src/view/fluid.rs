@@ -72,15 +72,14 @@ impl FluidFrames {
         Ok(placed(mesh, &glam::DAffine3::IDENTITY, WATER))
     }
 
-    /// Lists the frames again if the next one is there.
-    fn list(&mut self) -> usize {
+    /// Lists the frames again if the next one is there, and returns how many there are.
+    fn list(&mut self) -> Result<usize> {
         let known = self.water.as_ref().map_or(0, ParticleFrames::len);
         let next = self.out.join(format!("{known:04}.{}", Format::Cache.extension()));
         if known < self.count && next.exists() {
-            // One that is listed and cannot be read is said where it is shown.
-            self.water = ParticleFrames::open(self.context.clone(), &self.out, self.rate).ok();
+            self.water = Some(ParticleFrames::open(self.context.clone(), &self.out, self.rate)?);
         }
-        self.water.as_ref().map_or(0, ParticleFrames::len).min(self.count)
+        Ok(self.water.as_ref().map_or(0, ParticleFrames::len).min(self.count))
     }
 }
 
@@ -133,7 +132,8 @@ impl Subject for FluidFrames {
     }
 
     fn bake(&mut self) -> Option<Bake> {
-        let frames = self.list();
+        // What cannot be read is an error of the picture.
+        let frames = self.list().unwrap_or(0);
         let missing = Bake { stage: format!("{frames} of {} frames are baked", self.count), ..Bake::default() };
         let state = self.baker.as_ref().map_or(missing, Baker::state);
         Some(Bake { frames, ..state })
@@ -151,6 +151,7 @@ impl Subject for FluidFrames {
     fn picture(&mut self, frame: usize, values: &[f64], _: &Eye) -> Result<Picture> {
         let [shown, size] = [0, 1].map(|at| values.get(at).copied().unwrap_or_default());
         let channel = (shown == 1.0).then_some(relievo_particleio::VELOCITY);
+        self.list()?;
         let mut picture = match self.water.as_mut().filter(|water| frame < water.len()) {
             Some(water) => water.balls(frame, channel, size as f32)?,
             None => Picture {
