@@ -81,7 +81,7 @@ class Caster(Handle):
 
 
 def ray_arrays(
-    origins: Any, directions: Any, min_distance: Any = 0.0, max_distance: Any = 0.0, masks: Any = None, times: Any = 0.0
+    origins: Any, directions: Any, min_distance: Any = 0.0, max_distance: Any = 0.0, masks: Any = None, times: Any = None
 ) -> tuple[Any, ...]:
     """`abi.RlvRayArrays` without hits, and the arrays that it points to."""
     arrays, kept = record.empty(abi.RlvRayArrays), []
@@ -106,7 +106,8 @@ def ray_arrays(
         if numbers(masks, "masks").ndim == 0:
             masks = numpy.full(arrays.count, integer(masks, "masks"), numpy.uint32)
         arrays.masks, arrays.mask_stride = reading(masks, numpy.uint32, 0, "masks")
-    if numbers(times, "times").ndim == 0:
-        times = numpy.full(arrays.count, number(times, "times"), numpy.float32)
-    arrays.times, arrays.time_stride = reading(times, numpy.float32, 0, "times")
+    if times is not None:
+        if numbers(times, "times").ndim == 0:
+            times = numpy.full(arrays.count, number(times, "times"), numpy.float32)
+        arrays.times, arrays.time_stride = reading(times, numpy.float32, 0, "times")
     return arrays, kept
