@@ -178,8 +178,8 @@ impl Folder<'_> {
 
 /// A run whose frames go to a folder.
 pub struct Run<'a> {
-    /// The file that says what is simulated.
-    pub description: &'a Path,
+    /// The file of the description, beside which the files are that it names.
+    pub file: &'a Path,
     /// The folder of the frames.
     pub output: &'a Path,
     /// The format of the frames.
@@ -207,16 +207,15 @@ pub struct Done {
 impl Run<'_> {
     /// Computes the frames that are missing, and reports progress after each step of the solver. Prints what the user should
     /// know. Cancelled, it leaves the frames before whole.
-    pub fn go(&self, context: &Context, progress: &mut dyn Progress) -> Result<Done> {
-        let named = |error: Error| error.at(self.description.display().to_string());
-        let description = Description::read(self.description)?;
+    pub fn go(&self, context: &Context, description: Description, progress: &mut dyn Progress) -> Result<Done> {
+        let named = |error: Error| error.at(self.file.display().to_string());
         let (frames, spacing) = (description.frames, description.spacing());
         let making =
             Making { format: self.format.extension().to_owned(), parts: self.parts, device: self.device.clone() };
-        let files = beside(self.description);
+        let files = beside(self.file);
         let mut simulation = Simulation::begin(context, description, &files, making).map_err(named)?;
         if simulation.fluid().is_empty() && simulation.emitters() == 0 {
-            let path = self.description.display();
+            let path = self.file.display();
             eprintln!("note: {path}: there is no fluid; give it a block, a fill or an emitter");
         }
         let folder = Folder {
@@ -267,16 +266,17 @@ impl Run<'_> {
 
 pub fn run(arguments: &Arguments) -> Outcome {
     let context = arguments.limits.context()?;
+    let description = Description::read(&arguments.description)?;
     let run = Run {
-        description: &arguments.description,
+        file: &arguments.description,
         output: &arguments.output,
         format: arguments.format.format(),
         parts: arguments.sub_frames,
         restarts: arguments.restart,
         device: device(arguments.device, arguments.adapter.as_deref(), arguments.limits.memory_limit)?,
     };
-    let length = u64::from(Description::read(&arguments.description)?.frames) * u64::from(arguments.sub_frames);
-    let done = run.go(&context, &mut super::frames::FrameBar::new(length)?)?;
+    let length = u64::from(description.frames) * u64::from(arguments.sub_frames);
+    let done = run.go(&context, description, &mut super::frames::FrameBar::new(length)?)?;
     let Totals { steps, corrections, most } = done.totals;
     crate::print(&format!(
         "{} particles {} m apart, {} frames in {steps} steps with {corrections} corrections, at most {:.2} % too dense\n",

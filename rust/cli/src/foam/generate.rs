@@ -200,8 +200,10 @@ impl Folder<'_> {
 
 /// A run whose frames of foam go to a folder.
 pub struct Run<'a> {
-    /// The folder of the fluid's frames.
-    pub fluid: &'a Path,
+    /// The fluid's frames in order.
+    pub fluid: &'a [(FrameNumber, PathBuf)],
+    /// The folder that they are in.
+    pub folder: &'a Path,
     /// The folder of the frames of foam.
     pub output: &'a Path,
     /// The format of the frames.
@@ -233,20 +235,20 @@ impl Run<'_> {
         choose: &dyn Fn(&Particles) -> Result<DiffuseOptions>,
         progress: &mut dyn Progress,
     ) -> Result<Done> {
-        let fluid = frames(self.fluid)?;
+        let fluid = self.fluid;
         let Some((_, first)) = fluid.first() else {
             return Err(Error::invalid("there are no frames in the folder")
-                .at(self.fluid.display().to_string())
+                .at(self.folder.display().to_string())
                 .advise("frames are called `0000.rlvfluid`, or `0000.250.ply`"));
         };
         let mut before = crate::fluid::read(context, first)?;
         let options = choose(&before).map_err(|error| error.at(first.display().to_string()))?;
         let folder = Folder { path: self.output, format: self.format };
         std::fs::create_dir_all(folder.path).map_err(|error| Error::io(folder.path, &error))?;
-        let identities = identities(&format!("{options:?}, {} frames a second", self.fps), &fluid)?;
+        let identities = identities(&format!("{options:?}, {} frames a second", self.fps), fluid)?;
         let resumed = match self.restarts {
             true => None,
-            false => folder.last(context, &options, &identities, &fluid)?,
+            false => folder.last(context, &options, &identities, fluid)?,
         };
         let (mut diffuse, done) = match resumed {
             Some((diffuse, done)) => (diffuse, done),
@@ -293,14 +295,16 @@ pub fn run(arguments: &Arguments) -> Outcome {
     if !(arguments.fps > 0.0 && arguments.fps.is_finite()) {
         return Err(Error::invalid(format!("there cannot be {} frames a second", arguments.fps)).at("--fps").into());
     }
+    let fluid = frames(&arguments.frames)?;
     let run = Run {
-        fluid: &arguments.frames,
+        fluid: &fluid,
+        folder: &arguments.frames,
         output: &arguments.output,
         format: arguments.format.format(),
         restarts: arguments.restart,
         fps: arguments.fps,
     };
-    let mut bar = crate::fluid::FrameBar::new(frames(&arguments.frames)?.len() as u64)?;
+    let mut bar = crate::fluid::FrameBar::new(fluid.len() as u64)?;
     let done = run.go(&context, &|first| arguments.options.diffuse(first), &mut bar)?;
     drop(bar);
     let DiffuseReport { born, gone, refused, .. } = done.report;

@@ -32,7 +32,7 @@ const WHITE: [f32; 3] = [0.85, 0.88, 0.9];
 pub struct FluidFrames {
     context: Context,
     name: String,
-    description: PathBuf,
+    file: PathBuf,
     out: PathBuf,
     rate: f64,
     /// With the first one, which is what the fluid begins as.
@@ -40,8 +40,8 @@ pub struct FluidFrames {
     /// Metres between particles at rest.
     spacing: f32,
     basin: Option<[DVec3; 2]>,
-    /// What the fluid begins as.
-    start: Vec<Ball>,
+    /// What the fluid begins as, once a frame was asked for that is not baked.
+    start: Option<Vec<Ball>>,
     /// The frames that were baked when they were listed last.
     water: Option<ParticleFrames>,
     baker: Option<Baker>,
@@ -50,18 +50,27 @@ pub struct FluidFrames {
 impl FluidFrames {
     /// Opens a description whose frames are in the folder `out`, or will be.
     pub fn open(context: Context, path: &Path, out: &Path) -> Result<Self> {
-        let named = |error: relievo_core::Error| error.at(path.display().to_string());
         let description = Description::read(path)?;
         let (count, rate, spacing) = (description.frames as usize + 1, description.fps, description.spacing());
         let basin = description.basin().map(|corners| corners.map(|corner| corner.as_dvec3()));
-        let making = Making { format: Format::Cache.extension().to_owned(), parts: 1, device: None };
-        let simulation = Simulation::begin(&context, description, &beside(path), making).map_err(named)?;
-        let points = simulation.checkpoint().state.particles(spacing).points;
-        let radius = 0.5 * spacing;
-        let start = points.into_iter().map(|center| Ball { center, radius, color: WATER }).collect();
         let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        let (description, out) = (path.to_owned(), out.to_owned());
-        Ok(Self { context, name, description, out, rate, count, spacing, basin, start, water: None, baker: None })
+        let (file, out) = (path.to_owned(), out.to_owned());
+        Ok(Self { context, name, file, out, rate, count, spacing, basin, start: None, water: None, baker: None })
+    }
+
+    /// Returns what the fluid begins as.
+    fn start(&mut self) -> Result<&[Ball]> {
+        if self.start.is_none() {
+            let named = |error: relievo_core::Error| error.at(self.file.display().to_string());
+            let making = Making { format: Format::Cache.extension().to_owned(), parts: 1, device: None };
+            let description = Description::read(&self.file)?;
+            let simulation =
+                Simulation::begin(&self.context, description, &beside(&self.file), making).map_err(named)?;
+            let points = simulation.checkpoint().state.particles(self.spacing).points;
+            let ball = |center| Ball { center, radius: 0.5 * self.spacing, color: WATER };
+            self.start = Some(points.into_iter().map(ball).collect());
+        }
+        Ok(self.start.as_deref().unwrap_or_default())
     }
 
     /// Makes the mesh of the surface of balls.
@@ -84,18 +93,19 @@ impl FluidFrames {
 }
 
 /// Bakes the frames of a fluid that are missing, and then those of its foam.
-fn bake(context: &Context, description: &Path, out: &Path, progress: &mut dyn Progress) -> Result<String> {
-    let run = FluidRun { description, output: out, format: Format::Cache, parts: 1, restarts: false, device: None };
-    let done = run.go(context, &mut |share: f32, stage: &str| progress.report(SHARE * share, stage))?;
-    let described = Description::read(description)?;
+fn bake(context: &Context, file: &Path, out: &Path, progress: &mut dyn Progress) -> Result<String> {
+    let run = FluidRun { file, output: out, format: Format::Cache, parts: 1, restarts: false, device: None };
+    let description = Description::read(file)?;
     let options = DiffuseOptions {
-        spacing: described.spacing(),
-        gravity: described.gravity(),
-        bounds: described.basin(),
+        spacing: description.spacing(),
+        gravity: description.gravity(),
+        bounds: description.basin(),
         settings: DiffuseSettings::default(),
     };
-    let foam = out.join(FOAM);
-    let run = FoamRun { fluid: out, output: &foam, format: Format::Cache, restarts: false, fps: described.fps };
+    let fps = description.fps;
+    let done = run.go(context, description, &mut |share: f32, stage: &str| progress.report(SHARE * share, stage))?;
+    let (fluid, foam) = (relievo_particleio::frames(out)?, out.join(FOAM));
+    let run = FoamRun { fluid: &fluid, folder: out, output: &foam, format: Format::Cache, restarts: false, fps };
     let mut later = |share: f32, stage: &str| progress.report(SHARE + (1.0 - SHARE) * share, &format!("foam: {stage}"));
     let white = run.go(context, &|_| Ok(options), &mut later)?;
     Ok(format!("{} particles and {} of foam, in {}", done.count, white.count, out.display()))
@@ -140,8 +150,8 @@ impl Subject for FluidFrames {
     }
 
     fn begin_bake(&mut self) {
-        let (context, description, out) = (self.context.clone(), self.description.clone(), self.out.clone());
-        self.baker = Some(Baker::start(move |progress| bake(&context, &description, &out, progress)));
+        let (context, file, out) = (self.context.clone(), self.file.clone(), self.out.clone());
+        self.baker = Some(Baker::start(move |progress| bake(&context, &file, &out, progress)));
     }
 
     fn stop_bake(&mut self) {
@@ -154,11 +164,12 @@ impl Subject for FluidFrames {
         self.list()?;
         let mut picture = match self.water.as_mut().filter(|water| frame < water.len()) {
             Some(water) => water.balls(frame, channel, size as f32)?,
-            None => Picture {
-                balls: self.start.iter().map(|ball| Ball { radius: ball.radius * size as f32, ..*ball }).collect(),
-                facts: vec![format!("frame {frame} is not baked yet"), format!("{} particles", self.start.len())],
-                ..Picture::default()
-            },
+            None => {
+                let start = self.start()?;
+                let balls = start.iter().map(|ball| Ball { radius: ball.radius * size as f32, ..*ball }).collect();
+                let facts = vec![format!("frame {frame} is not baked yet"), format!("{} particles", start.len())];
+                Picture { balls, facts, ..Picture::default() }
+            }
         };
         if shown == 2.0 {
             picture.mesh = self.surface(&std::mem::take(&mut picture.balls))?;
