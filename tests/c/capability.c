@@ -50,9 +50,6 @@ static RlvTissue tissue;
 
 static void make_objects(const RlvCapability *capability) {
     RlvParticlesArrays arrays = RLV_PARTICLES_ARRAYS_INIT;
-    RlvTissueMaterial flesh = RLV_TISSUE_MATERIAL_INIT;
-    RlvTissueVolume block = RLV_TISSUE_VOLUME_INIT;
-    RlvTissueDescription description = RLV_TISSUE_DESCRIPTION_INIT;
     RlvSurface surface = RLV_NULL;
     const float points[6] = {0, 0, 0, 1, 0, 0};
     box = check_box(context, 0.0f, 0.1f, 0.0f, 0.1f);
@@ -71,16 +68,7 @@ static void make_objects(const RlvCapability *capability) {
     CHECK_OK(rlv_mesh_write(box, "capability_box.obj"));
     CHECK_OK(rlv_crowd_model_build(context, "capability_box.obj", NULL, 0, NULL, NULL, NULL, &crowd));
     remove("capability_box.obj");
-    flesh.name = "flesh";
-    flesh.library = "muscle";
-    block.name = "block";
-    block.mesh = box;
-    description.cell[0] = description.cell[1] = description.cell[2] = 0.05f;
-    description.materials = &flesh;
-    description.material_count = 1;
-    description.volumes = &block;
-    description.volume_count = 1;
-    CHECK_OK(rlv_tissue_build(context, &description, NULL, NULL, NULL, &tissue));
+    tissue = check_tissue(context, box);
 }
 
 static void release_objects(void) {

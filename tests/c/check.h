@@ -95,6 +95,25 @@ static inline RlvMesh check_box(RlvContext context, float low, float high, float
     return mesh;
 }
 
+/* Soft tissue that fills a mesh, in cells of 0.05 m. */
+static inline RlvTissue check_tissue(RlvContext context, RlvMesh mesh) {
+    RlvTissueMaterial flesh = RLV_TISSUE_MATERIAL_INIT;
+    RlvTissueVolume block = RLV_TISSUE_VOLUME_INIT;
+    RlvTissueDescription description = RLV_TISSUE_DESCRIPTION_INIT;
+    RlvTissue tissue = RLV_NULL;
+    flesh.name = "flesh";
+    flesh.library = "muscle";
+    block.name = "block";
+    block.mesh = mesh;
+    description.cell[0] = description.cell[1] = description.cell[2] = 0.05f;
+    description.materials = &flesh;
+    description.material_count = 1;
+    description.volumes = &block;
+    description.volume_count = 1;
+    CHECK_OK(rlv_tissue_build(context, &description, NULL, NULL, NULL, &tissue));
+    return tissue;
+}
+
 /* Paints or sculpts a line on a plane, from (0.3, 1, 0) to (x, y, 0). */
 static inline void check_stroke(RlvContext context, RlvDetail detail, uint32_t action, double x, double y, float radius) {
     RlvBrushOptions options = RLV_BRUSH_OPTIONS_INIT;

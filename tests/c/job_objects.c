@@ -282,23 +282,6 @@ static void check_failures(void) {
     CHECK_FAILS(RLV_ERROR_INVALID, rlv_job_mesh_read(context, NULL, &(RlvJob){0}), "path");
 }
 
-/* Makes a block of 0.1 m of soft tissue of two cells along each edge. */
-static void make_tissue(RlvMesh box) {
-    RlvTissueMaterial flesh = RLV_TISSUE_MATERIAL_INIT;
-    RlvTissueVolume block = RLV_TISSUE_VOLUME_INIT;
-    RlvTissueDescription description = RLV_TISSUE_DESCRIPTION_INIT;
-    flesh.name = "flesh";
-    flesh.library = "muscle";
-    block.name = "block";
-    block.mesh = box;
-    description.cell[0] = description.cell[1] = description.cell[2] = 0.05f;
-    description.materials = &flesh;
-    description.material_count = 1;
-    description.volumes = &block;
-    description.volume_count = 1;
-    CHECK_OK(rlv_tissue_build(context, &description, NULL, NULL, NULL, &tissue));
-}
-
 static void check_all(int is_task) {
     RlvContextOptions options = RLV_CONTEXT_OPTIONS_INIT;
     RlvParticlesArrays arrays = RLV_PARTICLES_ARRAYS_INIT;
@@ -324,7 +307,7 @@ static void check_all(int is_task) {
     CHECK_OK(rlv_document_create(detail, NULL, 0, &document));
     CHECK_OK(rlv_document_save_bytes(document, &embedded));
     RlvMesh box = check_box(context, 0.0f, 0.1f, 0.0f, 0.1f);
-    make_tissue(box);
+    tissue = check_tissue(context, box);
     CHECK_OK(rlv_tissue_write(tissue, "job_objects.rtissue"));
     CHECK_OK(rlv_progressive_create(box, NULL, NULL, NULL, &progressive));
     CHECK_OK(rlv_progressive_write(progressive, "job_objects.rlvpm"));
