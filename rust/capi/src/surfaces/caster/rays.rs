@@ -32,6 +32,8 @@ descriptor! {
 }
 
 impl RlvRayArrays {
+    /// Reads the arrays that a host gives.
+    ///
     /// # Errors
     /// Fails with `Invalid` if `arrays` is NULL or of an unknown size, and with `Unsupported` if it uses fields that this
     /// version lacks.
@@ -105,18 +107,18 @@ impl Rays {
         (own & mask != 0 && can_cast(&ray)).then_some(ray)
     }
 
-    /// The time of a ray, in seconds.
+    /// Returns the time of a ray, in seconds.
     pub fn time(&self, index: usize) -> f32 {
         self.times.as_ref().map_or(0.0, |times| times.get(index))
     }
 }
 
-/// The largest distance that a host gives, of which 0 is no limit.
+/// Returns the largest distance that a host gives, of which 0 is no limit.
 pub fn unlimited(max_distance: f32) -> f32 {
     if max_distance == 0.0 { f32::INFINITY } else { max_distance }
 }
 
-/// Whether a ray can hit something: what `caster.h` says of it.
+/// Returns whether a ray can hit something, by the rule in `caster.h`.
 pub fn can_cast(ray: &Ray) -> bool {
     // No comparison holds for a number that is not one.
     let mut numbers = ray.origin.iter().chain(&ray.direction);
