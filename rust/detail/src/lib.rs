@@ -24,7 +24,6 @@ pub use geometry::lattice::Lattice;
 pub use geometry::obb::Obb;
 pub use geometry::voxel::{Side, Solid, Voxels};
 pub use geometry::{dda, grid, hierarchy, obb, overlap, voxel, voxel_frame};
-pub use imprint::{Imprintable, Imprinter};
 pub use imprint::collider::Collider;
 pub use imprint::contact::Contact;
 pub use imprint::motion::{Motion, Pose};
@@ -32,8 +31,10 @@ pub use imprint::pair::Deformable;
 pub use imprint::rim::Volumes;
 pub use imprint::row::{Press, Sweep};
 pub use imprint::settings::{ImprintSettings, Moment, Report};
+pub use imprint::{Imprintable, Imprinter};
 pub use imprint::{collider, contact, cull, culled, dents, motion, pair, raycast, rim, row, tool};
 pub use object::DisplacedObject;
+pub use object::any::AnyObject;
 pub use object::canvas::Canvas;
 #[doc(hidden)]
 pub use object::instances::instances;

@@ -1,6 +1,7 @@
 //! A deformable object: a limit surface, its displacement, the colours painted on it, and an affine transform to the
 //! world. Displacement is in object units.
 
+pub(crate) mod any;
 pub mod canvas;
 pub(crate) mod fit;
 pub(crate) mod instances;

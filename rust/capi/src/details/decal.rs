@@ -11,6 +11,7 @@ use relievo_decal::{
     Artwork, Contour, Decal, DecalSettings, Pin, Placement, Pose, Print, Printed, Sticker, TrianglePrint, nearest,
     paint_texture, strip, triangulated,
 };
+use relievo_detail::AnyObject;
 use relievo_document::{Blend, Kind, Settings};
 use relievo_render::Image;
 use relievo_tiles::triangle::TriangleTessellation;
@@ -20,7 +21,7 @@ use crate::border::array::{Input, Output, Plain, present, put};
 use crate::border::descriptor::{check_optional, read_descriptor, read_optional, write_descriptor, write_optional};
 use crate::border::registry::{self, handle, try_read, try_write};
 use crate::details::detail::{
-    DetailObject, Object, RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, RLV_CHANNEL_VECTORS, RlvDetail,
+    DetailObject, RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, RLV_CHANNEL_VECTORS, RlvDetail,
 };
 use crate::details::layer::RLV_BLEND_NORMAL;
 use crate::details::view::Layers;
@@ -361,7 +362,7 @@ impl DecalObject {
         let context = &self.context.context;
         let (decal, artwork, depths) = (&decal, &artwork, self.depths.as_slice());
         let done: Result<Printed> = match (&mut editor.object, triangles) {
-            (Object::Tiles(object), Triangles::Cage(tessellation)) => {
+            (AnyObject::Tiles(object), Triangles::Cage(tessellation)) => {
                 let print = Print { context, tessellation, decal, artwork, depths };
                 match writing {
                     Writing::Color(settings) => print.paint(object, &settings),
@@ -369,7 +370,7 @@ impl DecalObject {
                     Writing::Vectors(height, settings) => print.displace(object, height, &settings),
                 }
             }
-            (Object::Triangles(object), Triangles::Mesh(ground)) => {
+            (AnyObject::Triangles(object), Triangles::Mesh(ground)) => {
                 let print = TrianglePrint { context, ground, decal, artwork, depths };
                 match writing {
                     Writing::Color(settings) => print.paint(object, &settings),

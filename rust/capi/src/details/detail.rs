@@ -6,7 +6,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock};
 
 use glam::{DAffine3, DMat3, DVec3, Vec4};
 use relievo_core::{Context, Error, ErrorKind, Result, Retired};
-use relievo_detail::{Canvas, DisplacedObject, FadingObject, Imprinter, LayeredObject, TriangleObject, refusal};
+use relievo_detail::{
+    AnyObject, Canvas, DisplacedObject, FadingObject, Imprinter, LayeredObject, TriangleObject, refusal, with_object,
+};
 use relievo_document::{PageFile, PageStore};
 use relievo_tiles::trace::Trace;
 use relievo_tiles::triangle::{TriangleChannel, TriangleOptions};
@@ -156,39 +158,9 @@ pub fn missing(channel: u32) -> Error {
     Error::invalid(what).at("channel").advise(remedy)
 }
 
-/// What is edited: of a Catmull-Clark surface or of a triangle mesh.
-pub enum Object {
-    Tiles(Box<DisplacedObject>),
-    Triangles(Box<TriangleObject>),
-}
-
-/// Does the same with either kind of object.
-macro_rules! each {
-    ($object:expr, $name:ident => $body:expr) => {
-        match $object {
-            $crate::details::detail::Object::Tiles($name) => $body,
-            $crate::details::detail::Object::Triangles($name) => $body,
-        }
-    };
-}
-pub(crate) use each;
-
-impl Object {
-    /// That of a Catmull-Clark surface.
-    ///
-    /// # Errors
-    /// Fails with `Unsupported`, naming `what` it is wanted for, if it is a triangle mesh.
-    pub fn tiles(&mut self, what: &str) -> Result<&mut DisplacedObject> {
-        match self {
-            Self::Tiles(object) => Ok(object),
-            Self::Triangles(_) => Err(only_cages(what)),
-        }
-    }
-}
-
 /// What a call that edits has to itself.
 pub struct Editor {
-    pub object: Object,
+    pub object: AnyObject,
     pub imprinter: Imprinter,
     /// Tiles whose blocks were put back since the last commit, by channel.
     written: [Vec<Change>; CHANNELS],
@@ -227,10 +199,7 @@ impl DetailObject {
 
     /// Ends an edit. The host hears, once the detail is free, if the processor had to take over from the graphics device.
     pub fn leave(&self, mut editor: Held<MutexGuard<'_, Editor>>) {
-        let fault = match &mut editor.object {
-            Object::Tiles(object) => object.take_device_fault(),
-            Object::Triangles(object) => object.take_device_fault(),
-        };
+        let fault = editor.object.take_device_fault();
         drop(editor);
         if let Some(fault) = fault {
             let text = format!("the processor took over: {fault}");
@@ -246,35 +215,46 @@ impl DetailObject {
     }
 }
 
+/// Returns the object over a Catmull-Clark surface.
+///
+/// # Errors
+/// Fails with `Unsupported`, naming `what` needs such a surface, if it is over a triangle mesh.
+pub fn tiles<'a>(object: &'a mut AnyObject, what: &str) -> Result<&'a mut DisplacedObject> {
+    match object {
+        AnyObject::Tiles(object) => Ok(object),
+        AnyObject::Triangles(_) => Err(only_cages(what)),
+    }
+}
+
 impl Editor {
-    /// See [`Object::tiles`].
+    /// Returns the object over a Catmull-Clark surface.
     ///
     /// # Errors
-    /// Fails as [`Object::tiles`] does.
+    /// Fails as [`tiles`] does.
     pub fn tiles(&mut self, what: &str) -> Result<&mut DisplacedObject> {
-        self.object.tiles(what)
+        tiles(&mut self.object, what)
     }
 
     /// What strokes are made on.
     pub fn canvas(&mut self) -> &mut dyn Canvas {
-        each!(&mut self.object, object => &mut **object)
+        self.object.canvas()
     }
 
     /// Bytes that the displacement may occupy.
     pub fn budget(&self) -> u64 {
-        each!(&self.object, object => object.displacement().budget())
+        with_object!(&self.object, object => object.displacement().budget())
     }
 
     /// Makes everything up to now a view that follows `before`.
     fn commit(&mut self, context: &Context, before: &View) -> Result<Arc<View>> {
         let cage = before.cage.clone();
         match (&mut self.object, &before.layers) {
-            (Object::Tiles(object), Layers::Tiles(tiles)) => {
+            (AnyObject::Tiles(object), Layers::Tiles(tiles)) => {
                 let view = View::of_tiles(object, cage, tiles.options, self.pose, self.views.take());
                 self.views.watch(&view);
                 Ok(view)
             }
-            (Object::Triangles(object), _) => View::of_triangles(context, object, Some(before), cage, self.pose),
+            (AnyObject::Triangles(object), _) => View::of_triangles(context, object, Some(before), cage, self.pose),
             _ => Err(Error::internal("a detail is of another surface than what was committed")),
         }
     }
@@ -350,7 +330,7 @@ entry! {
                 let mut object = DisplacedObject::new(executor, limit, &points, displacement, matrix)?;
                 fault = context.device().and_then(|device| object.use_device(Some(device)).err());
                 let view = View::of_tiles(&mut object, surface.cage.clone(), surface.options, 0, None);
-                (Object::Tiles(Box::new(object)), view)
+                (AnyObject::Tiles(Box::new(object)), view)
             }
             Shape::Triangles(mesh) => {
                 if !sizes.is_empty() {
@@ -361,7 +341,7 @@ entry! {
                 let mut object = TriangleObject::new(executor, (*mesh).clone(), displacement, matrix)?;
                 fault = context.device().and_then(|device| object.use_device(Some(device)).err());
                 let view = View::of_triangles(executor, &mut object, None, surface.cage.clone(), 0)?;
-                (Object::Triangles(Box::new(object)), view)
+                (AnyObject::Triangles(Box::new(object)), view)
             }
         };
         let mut views = Retired::default();
@@ -425,7 +405,7 @@ entry! {
 
     fn rlv_detail_set_budget(detail: RlvDetail, budget: u64) {
         let object = registry::get(detail)?;
-        each!(&mut object.edit()?.object, object => object.displacement_mut().set_budget(budget));
+        with_object!(&mut object.edit()?.object, object => object.displacement_mut().set_budget(budget));
         Ok(())
     }
 
@@ -439,7 +419,7 @@ entry! {
         }
         let mut editor = object.edit()?;
         let pages: Option<Arc<dyn PageStore>> = (page != 0).then(|| Arc::new(PageFile::new(folder)) as _);
-        each!(&mut editor.object, displaced => {
+        with_object!(&mut editor.object, displaced => {
             displaced.settle(&object.context.context)?;
             displaced.page_to(pages)
         })
@@ -465,7 +445,7 @@ entry! {
         }
         let (color, halves) = (Vec4::from(given.color), given.format == RLV_COLOR_RGBA16F);
         match &mut object.edit()?.object {
-            Object::Tiles(object) => {
+            AnyObject::Tiles(object) => {
                 check_none(object.colors().is_some(), "colours")?;
                 let topology = object.surface().topology().clone();
                 let options = channel_options(given.tile_size, given.budget);
@@ -474,7 +454,7 @@ entry! {
                 }
                 object.set_paint(Paint::of_color(topology, color, &options)?)
             }
-            Object::Triangles(object) => {
+            AnyObject::Triangles(object) => {
                 check_none(object.colors().is_some(), "colours")?;
                 let topology = object.surface().topology().clone();
                 let options = triangle_options(given.tile_size, given.budget);
@@ -492,13 +472,13 @@ entry! {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let given = unsafe { read_optional(options, default) }?;
         match &mut object.edit()?.object {
-            Object::Tiles(object) => {
+            AnyObject::Tiles(object) => {
                 check_none(object.vectors().is_some(), "vector displacement")?;
                 let options = channel_options(given.tile_size, given.budget);
                 let vectors = VectorDisplacement::on(object.surface(), &options)?;
                 object.set_vectors(vectors)
             }
-            Object::Triangles(object) => {
+            AnyObject::Triangles(object) => {
                 check_none(object.vectors().is_some(), "vector displacement")?;
                 let topology = object.surface().topology().clone();
                 object.set_vectors(TriangleChannel::vectors(topology, &triangle_options(given.tile_size, given.budget))?)
@@ -509,12 +489,12 @@ entry! {
     fn rlv_detail_add_traces(detail: RlvDetail, budget: u64) {
         let object = registry::get(detail)?;
         match &mut object.edit()?.object {
-            Object::Tiles(object) => {
+            AnyObject::Tiles(object) => {
                 check_none(object.traces().is_some(), "traces")?;
                 let traces = Traces::of(object.displacement().field(), or_default(budget))?;
                 object.set_traces(traces)
             }
-            Object::Triangles(object) => {
+            AnyObject::Triangles(object) => {
                 check_none(object.traces().is_some(), "traces")?;
                 let traces = TriangleChannel::<Trace>::of(object.displacement().field(), or_default(budget))?;
                 object.set_traces(traces)
@@ -528,24 +508,24 @@ entry! {
         // SAFETY: the caller gives NULL or a descriptor that starts with its size.
         let given = unsafe { read_optional(options, default) }?;
         let mut editor = object.edit()?;
-        if each!(&editor.object, object => object.fading().is_some()) {
+        if with_object!(&editor.object, object => object.fading().is_some()) {
             return Err(Error::invalid("its edits fade already").at("detail"));
         }
         let options = DecayOptions { delay: given.delay, duration: given.duration };
-        each!(&mut editor.object, object => object.set_decay(options, or_default(given.budget)))
+        with_object!(&mut editor.object, object => object.set_decay(options, or_default(given.budget)))
     }
 
     fn rlv_detail_advance(detail: RlvDetail, time: f64) {
         let object = registry::get(detail)?;
         let mut editor = object.edit()?;
-        let (before, is_fading) = each!(&editor.object, object => (object.time(), object.fading().is_some()));
+        let (before, is_fading) = with_object!(&editor.object, object => (object.time(), object.fading().is_some()));
         if is_fading && time < before {
             return Err(Error::invalid(format!("edits that fade are at {before} s, and {time} s is before that"))
                 .at("time")
                 .advise("put back blocks of an earlier time in a new detail"));
         }
         let context = &object.context.context;
-        let refused = each!(&mut editor.object, displaced => {
+        let refused = with_object!(&mut editor.object, displaced => {
             displaced.settle(context)?;
             let refused = displaced.stamp(context)?.len();
             displaced.advance(context, time)?;
@@ -626,7 +606,7 @@ entry! {
         // SAFETY: the caller promises NULL or twelve doubles.
         let matrix = unsafe { transform(matrix) }?;
         let mut editor = object.edit()?;
-        each!(&mut editor.object, object => object.set_transform(matrix))?;
+        with_object!(&mut editor.object, object => object.set_transform(matrix))?;
         editor.moved = true;
         Ok(())
     }
@@ -639,7 +619,7 @@ entry! {
         let mut room = context.scratch().lend::<Vec<[f32; 3]>>();
         points.copy_to("points", context.memory_limit(), &mut room)?;
         let mut editor = object.edit()?;
-        each!(&mut editor.object, it => it.pose(context, &room))?;
+        with_object!(&mut editor.object, it => it.pose(context, &room))?;
         editor.pose += 1;
         editor.moved = true;
         object.leave(editor);
@@ -654,9 +634,9 @@ entry! {
         }
         let mut editor = object.edit()?;
         let context = &object.context.context;
-        each!(&editor.object, object => object.report_fault())?;
+        with_object!(&editor.object, object => object.report_fault())?;
         let [heights, colors, directions, contacts] = std::mem::take(&mut editor.written);
-        if let Object::Tiles(displaced) = &mut editor.object {
+        if let AnyObject::Tiles(displaced) = &mut editor.object {
             if !heights.is_empty() {
                 displaced.displacement_mut().update_rings(context, &heights)?;
             }
@@ -669,7 +649,7 @@ entry! {
             bring_rings(context, displaced.traces_mut(), &contacts)?;
         }
         // A stroke that is being drawn is seen as far as it got.
-        each!(&mut editor.object, object => object.settle_colors(context))?;
+        with_object!(&mut editor.object, object => object.settle_colors(context))?;
         let view = editor.commit(context, &object.view())?;
         let moved = std::mem::take(&mut editor.moved);
         *object.view.write().unwrap_or_else(PoisonError::into_inner) = view.clone();

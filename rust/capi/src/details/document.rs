@@ -9,7 +9,7 @@ use relievo_bake::transfer::{TransferOptions, transfer_watched};
 use relievo_core::progress::Silent;
 use relievo_core::{Context, Error, ErrorKind, Mesh, Progress, Result};
 use relievo_detail::history::Changed;
-use relievo_detail::{History, LayeredObject, Recorded};
+use relievo_detail::{AnyObject, History, LayeredObject, Recorded, with_object};
 use relievo_document::Document;
 
 use crate::border::array::{present, put, text};
@@ -17,7 +17,7 @@ use crate::border::descriptor::{check_optional, read_optional, write_descriptor,
 use crate::border::making::Making;
 use crate::border::registry::{self, handle, try_lock, try_read};
 use crate::border::work::Held;
-use crate::details::detail::{DetailObject, Object, RlvDetail, each, fit_traces};
+use crate::details::detail::{DetailObject, RlvDetail, fit_traces};
 use crate::runtime::bytes::{self, RlvBytes};
 use crate::runtime::context::{ContextObject, HostProgress, RLV_LOG_WARNING, RlvContext, RlvProgress};
 use crate::runtime::stream::{HostStream, RlvStream};
@@ -85,16 +85,9 @@ impl DocumentObject {
     }
 }
 
-/// The document that the object is now.
-fn document_of(detail: &DetailObject, object: &mut Object) -> Result<Document> {
-    let (context, cage) = (&detail.context.context, &detail.view().cage);
-    let level = context.level().name();
-    let mut document = match object {
-        Object::Tiles(_) => Document::new(cage, level)?,
-        Object::Triangles(_) => Document::of_triangles(cage, level)?,
-    };
-    each!(object, object => object.store(context, &mut document))?;
-    Ok(document)
+/// Makes a document of the layers of a detail.
+fn document_of(detail: &DetailObject, object: &AnyObject) -> Result<Document> {
+    object.document(&detail.context.context, &detail.view().cage)
 }
 
 /// Makes a document of what `open` returns, whose layers the detail takes up; messages name it `place`.
@@ -110,16 +103,12 @@ fn opened(
     let (document, history) = open()?;
     let mut notes = document.notes.clone();
     let cage = detail.view().cage.clone();
-    let fits = match editor.object {
-        Object::Tiles(_) => document.fit(&cage),
-        Object::Triangles(_) => document.fit_triangles(&cage).map(|()| None),
-    };
-    notes.extend(fits.map_err(|error| error.at(place))?);
+    notes.extend(editor.object.fit(&document, &cage).map_err(|error| error.at(place))?);
     let budget = editor.budget();
     // The last moment at which all is as it was.
     progress.step(0.5, "layers")?;
-    let unknown = each!(&mut editor.object, object => object.take_up(context, &document, budget))?;
-    if let Object::Tiles(object) = &mut editor.object {
+    let unknown = with_object!(&mut editor.object, object => object.take_up(context, &document, budget))?;
+    if let AnyObject::Tiles(object) = &mut editor.object {
         fit_traces(context, object)?;
     }
     notes.extend(unknown.into_iter().map(|name| format!("layer `{name}` of the document is left out")));
@@ -170,7 +159,7 @@ unsafe fn work(document: RlvDocument, to: *mut RlvDocumentChanges, task: Task<'_
     unsafe { check_optional(to) }?;
     let (mut history, mut editor) = (document.history()?, document.detail.edit()?);
     let context = &document.detail.context.context;
-    let changed = each!(&mut editor.object, object => task.run(&mut history, context, &mut **object))?;
+    let changed = with_object!(&mut editor.object, object => task.run(&mut history, context, &mut **object))?;
     let changes = RlvDocumentChanges {
         struct_size: 0,
         is_done: u32::from(changed.is_some()),
@@ -371,9 +360,9 @@ pub unsafe fn compacting(context: RlvContext, path: *const c_char, keep: usize) 
 
 /// The document that a detail is now, which is about to be written.
 fn document_watched(detail: &DetailObject, progress: &mut dyn Progress) -> Result<Document> {
-    let mut editor = detail.edit()?;
+    let editor = detail.edit()?;
     progress.step(0.0, "layers")?;
-    let document = document_of(detail, &mut editor.object)?;
+    let document = document_of(detail, &editor.object)?;
     progress.step(0.5, "write")?;
     Ok(document)
 }
@@ -403,7 +392,7 @@ entry! {
         present("out", out)?;
         let detail = registry::get(detail)?;
         let mut history = History::new(or_default(memory));
-        let document = document_of(&detail, &mut detail.edit()?.object)?;
+        let document = document_of(&detail, &detail.edit()?.object)?;
         history.save_in(stream, &document)?;
         let handle = registry::insert(DocumentObject { detail, history: Mutex::new(history) })?;
         // SAFETY: checked above.
@@ -497,7 +486,7 @@ entry! {
         let stream = unsafe { HostStream::read(stream) }?;
         let document = registry::get(document)?;
         let mut history = document.history()?;
-        let made = document_of(&document.detail, &mut document.detail.edit()?.object)?;
+        let made = document_of(&document.detail, &document.detail.edit()?.object)?;
         history.save_in(stream, &made)
     }
 

@@ -4,7 +4,9 @@ use std::ffi::c_void;
 use std::sync::{Arc, OnceLock};
 
 use relievo_core::{Error, Progress, Result};
-use relievo_detail::{Deformable, ImprintSettings, LayeredObject, Moment, Motion, Pose, Report};
+use relievo_detail::{
+    AnyObject, Deformable, ImprintSettings, LayeredObject, Moment, Motion, Pose, Report, with_object,
+};
 use relievo_tiles::trace::Trace;
 use relievo_tiles::triangle::TriangleChannel;
 use relievo_tiles::{Displacement, Traces};
@@ -13,7 +15,7 @@ use crate::border::array::{Input, present, put};
 use crate::border::descriptor::{check_optional, read_optional, write_optional};
 use crate::border::registry::{self, try_read, try_write};
 use crate::details::collider::{ColliderObject, RlvCollider};
-use crate::details::detail::{DetailObject, Editor, Object, RlvDetail, each, log_refusal, transform};
+use crate::details::detail::{DetailObject, Editor, RlvDetail, log_refusal, tiles, transform};
 use crate::runtime::context::{HostProgress, RlvProgress};
 use crate::runtime::parameter::{RlvParameter, Table, settings, table};
 
@@ -106,21 +108,21 @@ enum Before {
 }
 
 impl Before {
-    fn of(object: &Object) -> Self {
+    fn of(object: &AnyObject) -> Self {
         match object {
-            Object::Tiles(object) => Self::Tiles(object.displacement().clone(), object.traces().cloned()),
-            Object::Triangles(object) => Self::Triangles(object.displacement().clone(), object.traces().cloned()),
+            AnyObject::Tiles(object) => Self::Tiles(object.displacement().clone(), object.traces().cloned()),
+            AnyObject::Triangles(object) => Self::Triangles(object.displacement().clone(), object.traces().cloned()),
         }
     }
 
     /// Puts the object back to what it was before a call that failed half-way.
-    fn restore(self, object: &mut Object) {
+    fn restore(self, object: &mut AnyObject) {
         match (self, object) {
-            (Self::Tiles(displacement, traces), Object::Tiles(object)) => {
+            (Self::Tiles(displacement, traces), AnyObject::Tiles(object)) => {
                 *object.displacement_mut() = displacement;
                 object.traces_mut().into_iter().zip(traces).for_each(|(to, from)| *to = from);
             }
-            (Self::Triangles(displacement, traces), Object::Triangles(object)) => {
+            (Self::Triangles(displacement, traces), AnyObject::Triangles(object)) => {
                 *object.displacement_mut() = displacement;
                 object.traces_mut().into_iter().zip(traces).for_each(|(to, from)| *to = from);
             }
@@ -198,10 +200,10 @@ pub fn sweep(
     let rest = from.points.is_some().then(|| Arc::from(collider.points()));
     let motion = Motion::new(&collider, from, to)?;
     let (before, place) = (Before::of(object), Pose { transform: *collider.transform(), points: rest });
-    let done = each!(&mut *object, object => {
+    let done = with_object!(&mut *object, object => {
         imprinter.sweep_watched(context, &mut **object, &mut collider, &motion, settings, moment, progress)
     });
-    let settled = done.and_then(|done| Ok((each!(&mut *object, object => object.settle(context))?, done)));
+    let settled = done.and_then(|done| Ok((with_object!(&mut *object, object => object.settle(context))?, done)));
     let done = match settled.and_then(|settled| progress.step(1.0, "imprint").map(|()| settled)) {
         Ok((refused, mut done)) => {
             done.refused.extend(refused);
@@ -251,8 +253,8 @@ entry! {
         let mut editor = detail.edit()?;
         let Editor { object, imprinter, .. } = &mut *editor;
         let context = &detail.context.context;
-        let mut done = each!(&mut *object, object => imprinter.imprint(context, &mut **object, &collider, &settings, moment))?;
-        done.refused.extend(each!(object, object => object.settle(context))?);
+        let mut done = with_object!(&mut *object, object => imprinter.imprint(context, &mut **object, &collider, &settings, moment))?;
+        done.refused.extend(with_object!(object, object => object.settle(context))?);
         let budget = editor.budget();
         drop(collider);
         detail.leave(editor);
@@ -328,7 +330,7 @@ entry! {
         let (mut first_editor, mut second_editor) = (first.edit()?, second.edit()?);
         let before = [Before::of(&first_editor.object), Before::of(&second_editor.object)];
         let Editor { object, imprinter, .. } = &mut *first_editor;
-        let first_object = object.tiles("imprints into each other")?;
+        let first_object = tiles(object, "imprints into each other")?;
         let second_object = second_editor.tiles("imprints into each other")?;
         let done = imprinter.collide(
             &first.context.context,

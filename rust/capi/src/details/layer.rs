@@ -3,13 +3,13 @@
 use std::ffi::c_char;
 
 use relievo_core::{Error, Result};
-use relievo_detail::{LayerInfo, LayeredObject};
+use relievo_detail::{LayerInfo, LayeredObject, with_object};
 use relievo_document::{Blend, Kind, Settings};
 
 use crate::border::array::{fixed, present, put, text};
 use crate::border::descriptor::{read_descriptor, write_descriptor};
 use crate::border::registry;
-use crate::details::detail::{RlvDetail, each, log_refusal};
+use crate::details::detail::{RlvDetail, log_refusal};
 use crate::details::view::Layers;
 
 constants! {
@@ -86,7 +86,7 @@ macro_rules! edit {
         let detail = registry::get($detail)?;
         let mut editor = detail.edit()?;
         let $context = &detail.context.context;
-        let refused: Result<Vec<u32>> = each!(&mut editor.object, $object => $body);
+        let refused: Result<Vec<u32>> = with_object!(&mut editor.object, $object => $body);
         let (refused, budget) = (refused?, editor.budget());
         // The log may call back.
         drop(editor);
@@ -96,7 +96,7 @@ macro_rules! edit {
 }
 
 fn layers_of(detail: RlvDetail) -> Result<Vec<LayerInfo>> {
-    Ok(each!(&registry::get(detail)?.edit()?.object, object => object.layers()))
+    Ok(with_object!(&registry::get(detail)?.edit()?.object, object => object.layers()))
 }
 
 entry! {

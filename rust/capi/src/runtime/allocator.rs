@@ -4,9 +4,9 @@
 //! library without any context takes one, so their addresses are kept in a table.
 
 use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
 use std::ffi::c_void;
 use std::sync::OnceLock;
-use std::cell::Cell;
 use std::sync::atomic::{AtomicI64, AtomicU8, AtomicUsize, Ordering};
 
 use relievo_core::{Error, Result, memory};

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, Vec4};
 use relievo_core::{Context, Error, Mesh, Result};
 use relievo_decal::{Ground, Printable, Recipe, recipes};
-use relievo_detail::{DisplacedObject, History, LayeredObject, TriangleObject};
+use relievo_detail::{AnyObject, DisplacedObject, History, LayeredObject, with_object};
 use relievo_document::{Document, Kind};
 use relievo_surface::{Surface, SurfaceOptions};
 use relievo_tiles::{ChannelOptions, Displacement, Paint, Rgba8};
@@ -40,16 +40,10 @@ pub struct Opened {
     pub context: Context,
     /// The cage, or the triangle mesh.
     pub mesh: Mesh,
-    pub object: Object,
+    pub object: AnyObject,
     pub history: History,
     /// What the user should know.
     pub notes: Vec<String>,
-}
-
-/// The surface with the layers of the document.
-pub enum Object {
-    Tiles(Box<DisplacedObject>),
-    Triangles(Box<TriangleObject>),
 }
 
 /// Works on a decal, whatever kind of surface it lies on.
@@ -75,10 +69,10 @@ impl Arguments {
         let object = if document.topology().is_of_triangles() {
             document.fit_triangles(&mesh).map_err(|error| self.named(error))?;
             let object = triangles::opened(&context, &document, &mesh).map_err(|error| self.named(error))?;
-            Object::Triangles(Box::new(object))
+            AnyObject::Triangles(Box::new(object))
         } else {
             notes.extend(document.fit(&mesh).map_err(|error| self.named(error))?);
-            Object::Tiles(Box::new(self.tiles(&context, &document, &mesh, &mut notes)?))
+            AnyObject::Tiles(Box::new(self.tiles(&context, &document, &mesh, &mut notes)?))
         };
         Ok(Opened { context, mesh, object, history, notes })
     }
@@ -117,16 +111,10 @@ impl Arguments {
     /// No decal lies in that layer, or as the task.
     pub fn work<T: Task>(&self, opened: &mut Opened, task: T) -> Result<T::Done> {
         let Opened { context, mesh, object, history, .. } = opened;
-        let done = match object {
-            Object::Tiles(object) => {
-                let (id, recipe) = self.find(&**object, history)?;
-                task.run(&mut Ground { context, object: &mut **object, cage: mesh, history }, id, recipe)
-            }
-            Object::Triangles(object) => {
-                let (id, recipe) = self.find(&**object, history)?;
-                task.run(&mut Ground { context, object: &mut **object, cage: mesh, history }, id, recipe)
-            }
-        };
+        let done = with_object!(object, object => {
+            let (id, recipe) = self.find(&**object, history)?;
+            task.run(&mut Ground { context, object: &mut **object, cage: mesh, history }, id, recipe)
+        });
         let done = done.map_err(|error| self.named(error))?;
         history.sync()?;
         Ok(done)

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, Vec4};
 use relievo_core::{Context, Mesh, Result};
-use relievo_detail::{Canvas, DisplacedObject, LayeredObject, TriangleObject};
+use relievo_detail::{AnyObject, DisplacedObject, LayeredObject, TriangleObject, with_object};
 use relievo_document::Document;
 use relievo_surface::{Surface, SurfaceOptions, TriangleSurface};
 use relievo_tiles::triangle::{Pattern, TriangleChannel, TriangleOptions};
@@ -26,104 +26,51 @@ pub enum SurfaceKind {
     Triangles,
 }
 
-/// An object of either kind.
-#[derive(Debug)]
-pub(crate) enum Object {
-    Surface(Box<DisplacedObject>),
-    Triangles(Box<TriangleObject>),
-}
-
-/// Does the same with either kind of object.
-macro_rules! each {
-    ($object:expr, $name:ident => $body:expr) => {
-        match $object {
-            $crate::model::object::Object::Surface($name) => $body,
-            $crate::model::object::Object::Triangles($name) => $body,
+/// Makes the object of a mesh, and takes up what a document of it holds. New details and the view have `cells` along an
+/// edge of a face, or as many as fit some hundred thousand triangles. Returns what the user should know too.
+///
+/// # Errors
+/// The mesh cannot be of that kind, the document was made on another mesh, or memory runs out.
+pub(crate) fn open_object(
+    context: &Context,
+    mesh: &Mesh,
+    kind: SurfaceKind,
+    document: Option<&Document>,
+    cells: u32,
+) -> Result<(AnyObject, Vec<String>)> {
+    let mut notes = Vec::new();
+    let mut object = match kind {
+        SurfaceKind::Surface => {
+            notes.extend(document.map(|document| document.fit(mesh)).transpose()?.flatten());
+            let (options, lowered) = Surface::choose_isolation(context, mesh, &SurfaceOptions::default(), None)?;
+            notes.extend(lowered);
+            let surface = Surface::new(context, mesh, &options)?;
+            let topology = surface.topology().clone();
+            let options = ChannelOptions { size: cells.clamp(8, 256), budget: BUDGET, ..Default::default() };
+            let displacement = Displacement::new(topology.clone(), &options)?;
+            let mut object = DisplacedObject::new(context, surface, &mesh.points, displacement, DAffine3::IDENTITY)?;
+            object.set_paint(Paint::of_color(topology, BLANK, &options)?)?;
+            AnyObject::Tiles(Box::new(object))
+        }
+        SurfaceKind::Triangles => {
+            document.map(|document| document.fit_triangles(mesh)).transpose()?;
+            let surface = TriangleSurface::new(context, mesh)?;
+            let topology = surface.topology().clone();
+            let segments = cells.clamp(Pattern::SIZES[0], Pattern::SIZES[3]);
+            let options = TriangleOptions { segments, budget: BUDGET };
+            let displacement = TriangleChannel::displacement(topology.clone(), &options)?;
+            let mut object = TriangleObject::new(context, surface, displacement, DAffine3::IDENTITY)?;
+            object.set_paint(TriangleChannel::of_color(topology, BLANK, &options)?)?;
+            AnyObject::Triangles(Box::new(object))
         }
     };
-}
-pub(crate) use each;
-
-impl Object {
-    /// Makes the object of a mesh, and takes up what a document of it holds. New details and the view have `cells` along an
-    /// edge of a face, or as many as fit some hundred thousand triangles. Returns what the user should know too.
-    ///
-    /// # Errors
-    /// The mesh cannot be of that kind, the document was made on another mesh, or memory runs out.
-    pub(crate) fn open(
-        context: &Context,
-        mesh: &Mesh,
-        kind: SurfaceKind,
-        document: Option<&Document>,
-        cells: u32,
-    ) -> Result<(Self, Vec<String>)> {
-        let mut notes = Vec::new();
-        let mut object = match kind {
-            SurfaceKind::Surface => {
-                notes.extend(document.map(|document| document.fit(mesh)).transpose()?.flatten());
-                let (options, lowered) = Surface::choose_isolation(context, mesh, &SurfaceOptions::default(), None)?;
-                notes.extend(lowered);
-                let surface = Surface::new(context, mesh, &options)?;
-                let topology = surface.topology().clone();
-                let options = ChannelOptions { size: cells.clamp(8, 256), budget: BUDGET, ..Default::default() };
-                let displacement = Displacement::new(topology.clone(), &options)?;
-                let mut object =
-                    DisplacedObject::new(context, surface, &mesh.points, displacement, DAffine3::IDENTITY)?;
-                object.set_paint(Paint::of_color(topology, BLANK, &options)?)?;
-                Self::Surface(Box::new(object))
-            }
-            SurfaceKind::Triangles => {
-                document.map(|document| document.fit_triangles(mesh)).transpose()?;
-                let surface = TriangleSurface::new(context, mesh)?;
-                let topology = surface.topology().clone();
-                let segments = cells.clamp(Pattern::SIZES[0], Pattern::SIZES[3]);
-                let options = TriangleOptions { segments, budget: BUDGET };
-                let displacement = TriangleChannel::displacement(topology.clone(), &options)?;
-                let mut object = TriangleObject::new(context, surface, displacement, DAffine3::IDENTITY)?;
-                object.set_paint(TriangleChannel::of_color(topology, BLANK, &options)?)?;
-                Self::Triangles(Box::new(object))
-            }
-        };
-        if let Some(document) = document {
-            notes.extend(document.notes.iter().cloned());
-            let unknown = each!(&mut object, it => it.take_up(context, document, context.memory_limit()))?;
-            notes.extend(unknown.iter().map(|name| format!("layer `{name}` cannot be shown")));
-        }
-        object.settle(context)?;
-        Ok((object, notes))
+    if let Some(document) = document {
+        notes.extend(document.notes.iter().cloned());
+        let unknown = with_object!(&mut object, it => it.take_up(context, document, context.memory_limit()))?;
+        notes.extend(unknown.iter().map(|name| format!("layer `{name}` cannot be shown")));
     }
-
-    /// What strokes are made on.
-    pub(crate) fn canvas(&mut self) -> &mut dyn Canvas {
-        each!(self, it => &mut **it)
-    }
-
-    /// Brings layers and normals up to date after edits.
-    ///
-    /// # Errors
-    /// The layer that was edited cannot be seen.
-    pub(crate) fn settle(&mut self, context: &Context) -> Result<()> {
-        each!(self, it => it.settle(context))?;
-        match self {
-            Self::Surface(_) => Ok(()),
-            Self::Triangles(object) => object.renew(context),
-        }
-    }
-
-    /// Stores its layers in a document.
-    ///
-    /// # Errors
-    /// The mesh is another one, or a block cannot be read.
-    pub(crate) fn document(&mut self, context: &Context, mesh: &Mesh) -> Result<Document> {
-        self.settle(context)?;
-        let level = context.level().name();
-        let mut document = match self {
-            Self::Surface(_) => Document::new(mesh, level)?,
-            Self::Triangles(_) => Document::of_triangles(mesh, level)?,
-        };
-        each!(self, it => it.store(context, &mut document))?;
-        Ok(document)
-    }
+    object.settle(context)?;
+    Ok((object, notes))
 }
 
 /// The kind that a mesh is taken for where nobody says: its triangles if it has no other faces.

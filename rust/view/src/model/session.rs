@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use relievo_core::{Context, Error, Mesh, Result};
-use relievo_detail::{History, OpenStroke, StrokePoint, StrokeReport};
+use relievo_detail::{AnyObject, History, OpenStroke, StrokePoint, StrokeReport, with_object};
 use relievo_document::Document;
 use relievo_document::format::EXTENSION;
 
 use super::brush::{Brush, Held};
 use super::costs::Costs;
-use super::object::{Object, SurfaceKind, affordable_cells, each, kind_of};
+use super::object::{SurfaceKind, affordable_cells, kind_of, open_object};
 use super::picker::{Picked, Picker};
 use super::triangles::{Shades, Triangles};
 pub use decal::HandDecal;
@@ -56,7 +56,7 @@ pub struct Session {
     context: Context,
     mesh: Mesh,
     mesh_path: PathBuf,
-    object: Object,
+    object: AnyObject,
     triangles: Triangles,
     picker: Picker,
     history: History,
@@ -147,7 +147,7 @@ impl Session {
             None => opening.kind.unwrap_or_else(|| kind_of(&mesh)),
         };
         let cells = opening.cells.unwrap_or_else(|| affordable_cells(&mesh, kind));
-        let (object, notes) = Object::open(&context, &mesh, kind, opened.as_ref(), cells).map_err(named)?;
+        let (object, notes) = open_object(&context, &mesh, kind, opened.as_ref(), cells).map_err(named)?;
         let triangles = Triangles::new(&context, &object, &mesh, cells).map_err(named)?;
         let picker = Picker::new(triangles.points(), triangles.corners())?;
         let bounds = bounds(triangles.points());
@@ -275,7 +275,7 @@ impl Session {
         let label = self.brush.label(held);
         let Self { context, object, history, costs, brush, .. } = self;
         let begun = costs.other("begin", || {
-            each!(&mut *object, it => history.begin(context, &mut **it, &label))?;
+            with_object!(&mut *object, it => history.begin(context, &mut **it, &label))?;
             OpenStroke::begin(context, brush.stroke(held), &mut [object.canvas()])
         });
         match begun {
@@ -286,7 +286,7 @@ impl Session {
             }
             Err(error) => {
                 if self.history.is_under_way() {
-                    each!(&mut self.object, it => self.history.abandon(&self.context, &mut **it))?;
+                    with_object!(&mut self.object, it => self.history.abandon(&self.context, &mut **it))?;
                 }
                 Err(error)
             }
@@ -360,14 +360,14 @@ impl Session {
     pub fn cancel_stroke(&mut self) -> Result<()> {
         self.stroke = None;
         self.press.iter_mut().for_each(Press::lift);
-        let done = each!(&mut self.object, it => self.history.abandon(&self.context, &mut **it));
+        let done = with_object!(&mut self.object, it => self.history.abandon(&self.context, &mut **it));
         self.show()?;
         done
     }
 
     fn end_edit(&mut self) -> Result<()> {
         let Self { context, object, history, costs, .. } = self;
-        let ended = costs.other("record", || each!(&mut *object, it => history.end(context, &mut **it)));
+        let ended = costs.other("record", || with_object!(&mut *object, it => history.end(context, &mut **it)));
         self.show()?;
         if ended?.is_some() {
             self.labels.truncate(self.history.undo_count().saturating_sub(1));
@@ -382,7 +382,7 @@ impl Session {
         let Self { context, object, triangles, costs, .. } = self;
         let mut ranges = Vec::new();
         costs.stage(TRIANGLES, || {
-            if let Object::Triangles(object) = object {
+            if let AnyObject::Triangles(object) = object {
                 object.renew(context)?;
             }
             triangles.update(context, object, &mut ranges)
@@ -407,9 +407,9 @@ impl Session {
     }
 
     /// Makes an edit of the layers that can be undone.
-    fn edit(&mut self, label: &str, edit: impl FnOnce(&Context, &mut Object) -> Result<()>) -> Result<()> {
+    fn edit(&mut self, label: &str, edit: impl FnOnce(&Context, &mut AnyObject) -> Result<()>) -> Result<()> {
         let Self { context, object, history, .. } = self;
-        each!(&mut *object, it => history.begin(context, &mut **it, label))?;
+        with_object!(&mut *object, it => history.begin(context, &mut **it, label))?;
         let done = edit(context, object);
         self.finish(label, done)
     }
@@ -423,7 +423,7 @@ impl Session {
                 self.end_edit()
             }
             Err(error) => {
-                each!(&mut self.object, it => self.history.abandon(&self.context, &mut **it))?;
+                with_object!(&mut self.object, it => self.history.abandon(&self.context, &mut **it))?;
                 self.show()?;
                 Err(error)
             }
@@ -444,8 +444,8 @@ impl Session {
         loop {
             let Self { context, object, history, .. } = self;
             let gone = match history.undo_count().cmp(&count) {
-                std::cmp::Ordering::Greater => each!(&mut *object, it => history.undo(context, &mut **it))?,
-                std::cmp::Ordering::Less => each!(&mut *object, it => history.redo(context, &mut **it))?,
+                std::cmp::Ordering::Greater => with_object!(&mut *object, it => history.undo(context, &mut **it))?,
+                std::cmp::Ordering::Less => with_object!(&mut *object, it => history.redo(context, &mut **it))?,
                 std::cmp::Ordering::Equal => break,
             };
             if gone.is_none() {
@@ -475,11 +475,12 @@ impl Session {
         self.go_to(self.history.undo_count() + 1)
     }
 
-    /// The object as a document.
+    /// Returns the object as a document.
     ///
     /// # Errors
     /// A block cannot be read.
     pub fn to_document(&mut self) -> Result<Document> {
+        self.object.settle(&self.context)?;
         self.object.document(&self.context, &self.mesh)
     }
 }

@@ -7,14 +7,13 @@ use std::ops::Range;
 
 use relievo_core::{Context, Error, Marks, Mesh, Result, Values};
 use relievo_decal::{Artwork, Decal, Print, Printed, TrianglePrint};
-use relievo_detail::{DisplacedObject, TriangleObject};
+use relievo_detail::{AnyObject, DisplacedObject, TriangleObject};
 use relievo_document::{Kind, Settings};
 use relievo_tiles::triangle::{FaceRates, Offset, Pattern, TriangleField, TriangleTessellation};
 use relievo_tiles::{
     ByFormat, Field, Rgba8, Rgba16, Tessellation, Tessellator, Texel, Vector, by_format, uniform_rates,
 };
 
-use super::object::Object;
 use crate::drawing::shaded::Arrays;
 
 /// Triangles that faces are divided into at most, however fine their details are.
@@ -124,7 +123,7 @@ impl Triangles {
     ///
     /// # Errors
     /// `mesh` is not the one that the object is of, or memory runs out.
-    pub(crate) fn new(context: &Context, object: &Object, mesh: &Mesh, cells: u32) -> Result<Self> {
+    pub(crate) fn new(context: &Context, object: &AnyObject, mesh: &Mesh, cells: u32) -> Result<Self> {
         let made = Made::new(context, object, mesh, cells)?;
         Ok(Self {
             marks: Marks::new(made.mesh().points.len()),
@@ -141,10 +140,10 @@ impl Triangles {
     ///
     /// # Errors
     /// Those of [`Self::new`].
-    pub(crate) fn refine(&mut self, context: &Context, object: &Object, mesh: &Mesh) -> Result<bool> {
+    pub(crate) fn refine(&mut self, context: &Context, object: &AnyObject, mesh: &Mesh) -> Result<bool> {
         let is_fine = match (&self.made, object) {
-            (Made::Surface { rates, .. }, Object::Surface(object)) => *rates == surface_rates(object, self.cells),
-            (Made::Triangles { rates, .. }, Object::Triangles(object)) => {
+            (Made::Surface { rates, .. }, AnyObject::Tiles(object)) => *rates == surface_rates(object, self.cells),
+            (Made::Triangles { rates, .. }, AnyObject::Triangles(object)) => {
                 *rates == face_rates(context, object, self.cells)
             }
             _ => false,
@@ -163,7 +162,7 @@ impl Triangles {
     ///
     /// # Errors
     /// The object is another one, or memory runs out.
-    pub(crate) fn update(&mut self, context: &Context, object: &Object, ranges: &mut Vec<Range<u32>>) -> Result<()> {
+    pub(crate) fn update(&mut self, context: &Context, object: &AnyObject, ranges: &mut Vec<Range<u32>>) -> Result<()> {
         let Self { made, marks, recent, .. } = self;
         let changed = made.update(context, object, marks)?;
         if !changed.is_empty() {
@@ -182,7 +181,7 @@ impl Triangles {
     }
 
     /// Has colours stand for something else. The points whose colours change are added to `ranges`.
-    pub(crate) fn set_shades(&mut self, object: &Object, shades: Shades, ranges: &mut Vec<Range<u32>>) {
+    pub(crate) fn set_shades(&mut self, object: &AnyObject, shades: Shades, ranges: &mut Vec<Range<u32>>) {
         self.shades = shades;
         self.shaded = self.shade(object);
         ranges.clear();
@@ -190,7 +189,7 @@ impl Triangles {
     }
 
     /// Makes the colours that do not stand for paint anew, and adds the points whose colours changed to `ranges`.
-    fn reshade(&mut self, object: &Object, ranges: &mut Vec<Range<u32>>) {
+    fn reshade(&mut self, object: &AnyObject, ranges: &mut Vec<Range<u32>>) {
         let new = self.shade(object);
         let differ = |at: &usize| self.shaded.get(*at) != new.get(*at);
         for at in (0..new.len()).filter(differ) {
@@ -204,19 +203,19 @@ impl Triangles {
     }
 
     /// Makes a colour for each point that stands for what its faces are; none where colours stand for paint.
-    fn shade(&self, object: &Object) -> Vec<[f32; 3]> {
+    fn shade(&self, object: &AnyObject) -> Vec<[f32; 3]> {
         let palette: Vec<[f32; 3]> =
             self.shades.legend().iter().map(|(hex, _)| relievo_render::color::from_hex(*hex)).collect();
         if palette.is_empty() {
             return Vec::new();
         }
         let density = |tile: u32| match object {
-            Object::Surface(object) => {
+            AnyObject::Tiles(object) => {
                 let colors = object.colors().map_or(0, |colors| by_format!(colors, field => field.density(tile)));
                 let vectors = object.vectors().map_or(0, |vectors| vectors.field().density(tile));
                 object.displacement().field().density(tile).max(colors).max(vectors)
             }
-            Object::Triangles(object) => {
+            AnyObject::Triangles(object) => {
                 let heights = object.displacement().field().face_pattern(tile);
                 let colors = object.colors().and_then(|colors| by_format!(colors, field => field.face_pattern(tile)));
                 heights.max(colors).map_or(0, |pattern| pattern.segments())
@@ -257,16 +256,16 @@ impl Triangles {
     pub(crate) fn paint_decal(
         &self,
         context: &Context,
-        object: &mut Object,
+        object: &mut AnyObject,
         decal: &Decal,
         artwork: &Artwork,
     ) -> Result<Printed> {
         let settings = Settings::of(Kind::Rgba8);
         match (&self.made, object) {
-            (Made::Surface { made: tessellation, .. }, Object::Surface(object)) => {
+            (Made::Surface { made: tessellation, .. }, AnyObject::Tiles(object)) => {
                 Print { context, tessellation, decal, artwork, depths: &[] }.paint(object, &settings)
             }
-            (Made::Triangles { made: ground, .. }, Object::Triangles(object)) => {
+            (Made::Triangles { made: ground, .. }, AnyObject::Triangles(object)) => {
                 TrianglePrint { context, ground, decal, artwork, depths: &[] }.paint(object, &settings)
             }
             _ => Err(Error::internal("the triangles are of another kind of object")),
@@ -337,9 +336,9 @@ impl Triangles {
 
 impl Made {
     /// Brings the triangles to what the object is now. `marks` get the points that changed. Returns the tiles that did.
-    fn update(&mut self, context: &Context, object: &Object, marks: &Marks) -> Result<Vec<u32>> {
+    fn update(&mut self, context: &Context, object: &AnyObject, marks: &Marks) -> Result<Vec<u32>> {
         match (self, object) {
-            (Made::Surface { tessellator, made, shown, .. }, Object::Surface(object)) => {
+            (Made::Surface { tessellator, made, shown, .. }, AnyObject::Tiles(object)) => {
                 let mut changed: Vec<u32> = object.displacement().field().touched(&shown.heights).collect();
                 match (object.vectors(), &shown.vectors) {
                     (Some(new), Some(old)) => changed.extend(new.field().touched(old)),
@@ -364,7 +363,7 @@ impl Made {
                 **shown = Tiles::of(object);
                 Ok(changed)
             }
-            (Made::Triangles { made, shown, .. }, Object::Triangles(object)) => {
+            (Made::Triangles { made, shown, .. }, AnyObject::Triangles(object)) => {
                 let topology = object.surface().topology();
                 let mut faces = object.displacement().field().changes(&shown.heights).faces_shown(topology);
                 match (object.offsets(), &shown.vectors) {
@@ -407,9 +406,9 @@ impl Made {
         }
     }
 
-    fn new(context: &Context, object: &Object, mesh: &Mesh, cells: u32) -> Result<Self> {
+    fn new(context: &Context, object: &AnyObject, mesh: &Mesh, cells: u32) -> Result<Self> {
         match object {
-            Object::Surface(object) => {
+            AnyObject::Tiles(object) => {
                 let rates = surface_rates(object, cells);
                 // Attributes of the mesh are not drawn.
                 let bare = Mesh { attributes: Vec::new(), ..mesh.clone() };
@@ -420,7 +419,7 @@ impl Made {
                 }
                 Ok(Self::Surface { rates, tessellator, made, shown: Box::new(Tiles::of(object)) })
             }
-            Object::Triangles(object) => {
+            AnyObject::Triangles(object) => {
                 let rates = face_rates(context, object, cells);
                 let bare = Mesh { attributes: Vec::new(), ..mesh.clone() };
                 let rate = |face: u32| rates[face as usize];

@@ -6,7 +6,7 @@ use std::sync::{Arc, RwLock};
 use relievo_core::progress::Silent;
 use relievo_core::{Error, Progress, Result};
 use relievo_decal::{Ground, Ink, Pin, Printable, Recipe, recipes};
-use relievo_detail::{DisplacedObject, TriangleObject};
+use relievo_detail::{DisplacedObject, TriangleObject, with_object};
 use relievo_document::Settings;
 use relievo_render::Image;
 
@@ -14,7 +14,7 @@ use super::{DecalObject, RlvDecal, RlvDecalImage, RlvDecalInk, RlvDecalPin, Tria
 use crate::border::array::{Output, present, put, text};
 use crate::border::descriptor::write_descriptor;
 use crate::border::registry::{self, try_read};
-use crate::details::detail::{RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, each, log_refusal};
+use crate::details::detail::{RLV_CHANNEL_COLOR, RLV_CHANNEL_DISPLACEMENT, log_refusal};
 use crate::details::document::{DocumentObject, RlvDocument};
 use crate::runtime::context::{HostProgress, RlvProgress};
 
@@ -115,7 +115,7 @@ fn edit(document: &DocumentObject, task: Task<'_>, progress: &mut dyn Progress) 
     let detail = &document.detail;
     let (mut history, mut editor) = (document.history()?, detail.edit()?);
     let (context, view) = (&detail.context.context, detail.view());
-    let done = each!(&mut editor.object, object => {
+    let done = with_object!(&mut editor.object, object => {
         let mut ground = Ground { context, object: &mut **object, cage: &view.cage, history: &mut history };
         task.run(&mut ground, progress)
     });

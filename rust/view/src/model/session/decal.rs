@@ -7,9 +7,10 @@ use glam::DVec3;
 use relievo_core::progress::Silent;
 use relievo_core::{Error, Mesh, Result};
 use relievo_decal::{Artwork, Decal, DecalSettings, Pin, Place, Placement, Pose, Quality, Sticker};
+use relievo_detail::with_object;
 use relievo_render::read_image;
 
-use super::{Picked, Session, each};
+use super::{Picked, Session};
 use crate::model::stamp::name_of;
 
 /// How far outside of a triangle of the decal, in barycentric coordinates, a place still belongs to it.
@@ -355,7 +356,7 @@ impl Session {
             }
             let label = format!("decal {}", decal.name);
             let Self { context, object, history, triangles, .. } = session;
-            each!(&mut *object, it => history.begin(context, &mut **it, &label))?;
+            with_object!(&mut *object, it => history.begin(context, &mut **it, &label))?;
             let painted = triangles.paint_decal(context, object, &laid.decal, &decal.artwork);
             let refused = painted.as_ref().map_or(0, |printed| printed.refused.len());
             session.finish(&label, painted.map(drop))?;

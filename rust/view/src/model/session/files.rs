@@ -62,6 +62,7 @@ impl Session {
     fn write(&mut self, path: &Path) -> Result<()> {
         let Self { context, object, mesh, history, costs, .. } = self;
         costs.other("save", || {
+            object.settle(context)?;
             let document = object.document(context, mesh)?;
             history.save(path, &document)
         })

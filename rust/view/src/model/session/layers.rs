@@ -1,17 +1,16 @@
 //! The layers of a session: each change of them is an edit that can be undone.
 
 use relievo_core::Result;
-use relievo_detail::{LayerInfo, LayeredObject};
+use relievo_detail::{AnyObject, LayerInfo, LayeredObject, with_object};
 use relievo_document::{Kind, Settings};
 use relievo_tiles::Blocks;
 
 use super::Session;
-use crate::model::object::{Object, each};
 
 impl Session {
     /// The layers, from the lowest: those of displacement, then those of colour.
     pub fn layers(&self) -> Vec<LayerInfo> {
-        each!(&self.object, it => it.layers())
+        with_object!(&self.object, it => it.layers())
     }
 
     /// Adds a layer of displacement or of colour above those of its kind, which edits then go to.
@@ -26,15 +25,15 @@ impl Session {
         let name = (1..).map(|number| format!("{what} {number}")).find(|name| layers.iter().all(|it| it.name != *name));
         let name = name.unwrap_or_default();
         self.edit(&format!("add layer {name}"), |context, object| {
-            each!(object, it => it.add_layer(context, kind, &name, Settings::of(kind), size)).map(drop)
+            with_object!(object, it => it.add_layer(context, kind, &name, Settings::of(kind), size)).map(drop)
         })
     }
 
     /// Texels along an edge of a face, or segments of a side.
     fn texels(&self) -> u32 {
         match &self.object {
-            Object::Surface(object) => object.displacement().field().face_sizes().first().copied().unwrap_or(8),
-            Object::Triangles(object) => object.displacement().field().pattern().segments(),
+            AnyObject::Tiles(object) => object.displacement().field().face_sizes().first().copied().unwrap_or(8),
+            AnyObject::Triangles(object) => object.displacement().field().pattern().segments(),
         }
     }
 
@@ -45,7 +44,7 @@ impl Session {
     pub fn remove_layer(&mut self, layer: &LayerInfo) -> Result<()> {
         let id = layer.id;
         self.edit(&format!("remove layer {}", layer.name), |context, object| {
-            each!(object, it => it.remove_layer(context, id)).map(drop)
+            with_object!(object, it => it.remove_layer(context, id)).map(drop)
         })
     }
 
@@ -61,7 +60,7 @@ impl Session {
         };
         let id = layer.id;
         self.edit(&format!("{what} layer {}", layer.name), |context, object| {
-            each!(object, it => it.set_layer(context, id, to)).map(drop)
+            with_object!(object, it => it.set_layer(context, id, to)).map(drop)
         })
     }
 
@@ -76,7 +75,7 @@ impl Session {
         let to = if is_up { place + 1 } else { place.saturating_sub(1) };
         let id = layer.id;
         self.edit(&format!("move layer {}", layer.name), |context, object| {
-            each!(object, it => it.place_layer(context, id, to)).map(drop)
+            with_object!(object, it => it.place_layer(context, id, to)).map(drop)
         })
     }
 
@@ -86,7 +85,7 @@ impl Session {
     /// The name is taken, or none.
     pub fn rename_layer(&mut self, layer: &LayerInfo, name: &str) -> Result<()> {
         let id = layer.id;
-        self.edit(&format!("rename layer {name}"), |_, object| each!(object, it => it.rename_layer(id, name)))
+        self.edit(&format!("rename layer {name}"), |_, object| with_object!(object, it => it.rename_layer(id, name)))
     }
 
     /// Has edits of its kind go to a layer.
@@ -94,6 +93,6 @@ impl Session {
     /// # Errors
     /// There is no such layer.
     pub fn activate_layer(&mut self, layer: &LayerInfo) -> Result<()> {
-        each!(&mut self.object, it => it.set_active_layer(&self.context, layer.id))
+        with_object!(&mut self.object, it => it.set_active_layer(&self.context, layer.id))
     }
 }

@@ -7,9 +7,9 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use relievo_core::{Context, Error, Mesh, Result};
 use relievo_detail::tool::foremost;
-use relievo_detail::{Collider, ImprintSettings, Imprinter, Moment, Motion, Pose};
+use relievo_detail::{Collider, ImprintSettings, Imprinter, Moment, Motion, Pose, with_object};
 
-use super::{DABS, Picked, Session, each};
+use super::{DABS, Picked, Session};
 
 /// Voxels of an overlap at most: steps of them are finer than the texels that they change.
 const VOXELS: u32 = 1 << 20;
@@ -121,7 +121,7 @@ impl Session {
             return Err(Error::invalid("there is no tool to press").advise("open a mesh as the tool first"));
         };
         let label = format!("press {}", press.name);
-        each!(&mut *object, it => history.begin(context, &mut **it, &label))?;
+        with_object!(&mut *object, it => history.begin(context, &mut **it, &label))?;
         press.pose = Some(press.placed(&picked, radius, -ABOVE * radius)?);
         (press.is_down, press.step) = (true, 0);
         press.count += 1;
@@ -163,7 +163,7 @@ impl Session {
         let report = costs.stage(DABS, || {
             let Press { collider, imprinter, .. } = press;
             let motion = Motion::new(collider, Pose::rigid(from), Pose::rigid(to))?;
-            each!(object, object => imprinter.sweep(context, &mut **object, collider, &motion, &settings, moment))
+            with_object!(object, object => imprinter.sweep(context, &mut **object, collider, &motion, &settings, moment))
         })?;
         (press.pose, press.step) = (Some(to), press.step + 1);
         if !report.refused.is_empty() {
