@@ -9,17 +9,19 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, Vec3};
 use relievo_core::{Context, Error, Result};
 
 use crate::build::norm::norm;
 use crate::clip::{BoneMatrix, Pose};
-use crate::geomorph::{Geomorph, Limits};
-use crate::hierarchy::{CrowdModel, Group, NONE};
+use crate::geomorph::Geomorph;
+use crate::hierarchy::{CrowdModel, NONE};
 use crate::impostor;
 use crate::ladder::Ladder;
+use crate::near::{GroupBoxes, NearCut, NearModel, Spheres};
+use crate::sharing::{BoneBoxes, Sharing};
 use crate::view::CrowdView;
 use crate::weights::{Offsets, OwnWeights};
 
@@ -31,6 +33,10 @@ pub(crate) const DEEP: f32 = 0.25;
 pub(crate) const SLACK: f32 = 1e-6;
 /// Agents of one task.
 const PART: usize = 256;
+/// Agents that are near of one task.
+const NEAR_PART: usize = 4;
+/// How much further than by its number an error may be taken to be seen, where a device rounds otherwise.
+const MARGIN: f32 = 1.0 + 1e-5;
 /// State of an agent that is not seen.
 const OUTSIDE: u32 = u32::MAX;
 /// State of an agent whose groups are looked at one by one.
@@ -79,19 +85,57 @@ pub(crate) struct Reach {
     pub transform: BoneMatrix,
 }
 
+/// What an agent was in the last frame.
+#[derive(Clone, Copy, Debug)]
+struct State {
+    /// A step, or one of the states.
+    cut: u32,
+    /// The level of [`Sharing`] of its pose.
+    level: u8,
+}
+
+impl State {
+    const FRESH: Self = Self { cut: NEW, level: 0 };
+}
+
+/// What is derived from a model.
+#[derive(Debug)]
+struct Derived {
+    ladder: Ladder,
+    offsets: Offsets,
+    geomorph: Geomorph,
+    boxes: GroupBoxes,
+    bones: BoneBoxes,
+    /// For every clip the poses that stand for others; made when first needed.
+    sharing: Vec<OnceLock<Sharing>>,
+}
+
+impl Derived {
+    fn of(model: &CrowdModel) -> Self {
+        Self {
+            ladder: Ladder::new(model),
+            offsets: Offsets::of(model),
+            geomorph: Geomorph::of(model),
+            boxes: GroupBoxes::of(model),
+            bones: BoneBoxes::of(&model.character),
+            sharing: vec![OnceLock::new(); model.clips.len()],
+        }
+    }
+}
+
 /// Models and agents.
 #[derive(Debug)]
 pub struct Crowd {
     models: Vec<Arc<CrowdModel>>,
-    ladders: Vec<Ladder>,
-    offsets: Vec<Offsets>,
-    geomorphs: Vec<Geomorph>,
+    derived: Vec<Derived>,
     agents: Vec<Agent>,
     /// Agents that show other weights of morph targets than their clips.
     weights: HashMap<u32, OwnWeights>,
     reaches: Vec<Reach>,
-    /// What each agent was in the last frame: a step or one of the states.
-    states: Vec<u32>,
+    spheres: Spheres,
+    states: Vec<State>,
+    /// Agents that were near in the last frame, in order.
+    near: Vec<NearCut>,
     /// Counts changes of agents.
     changes: u64,
 }
@@ -107,6 +151,16 @@ pub struct PoseKey {
     pub pose: u32,
     /// The agent, if it has weights of morph targets of its own, otherwise [`NONE`].
     pub own: u32,
+}
+
+/// How an agent in view is cut.
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    /// As a whole, where so large an error may be seen, in units of its model.
+    Whole(f32),
+    /// Group by group.
+    Near,
+    Impostor,
 }
 
 /// What is drawn of an agent.
@@ -153,14 +207,14 @@ impl Crowd {
     /// Makes a crowd without agents.
     pub fn new(models: Vec<Arc<CrowdModel>>) -> Self {
         Self {
-            ladders: models.iter().map(|model| Ladder::new(model)).collect(),
-            offsets: models.iter().map(|model| Offsets::of(model)).collect(),
-            geomorphs: models.iter().map(|model| Geomorph::of(model)).collect(),
+            derived: models.iter().map(|model| Derived::of(model)).collect(),
             models,
             agents: Vec::new(),
             weights: HashMap::new(),
             reaches: Vec::new(),
+            spheres: Spheres::default(),
             states: Vec::new(),
+            near: Vec::new(),
             changes: 0,
         }
     }
@@ -172,7 +226,7 @@ impl Crowd {
 
     /// Returns the ladder of a model.
     pub fn ladder(&self, model: u32) -> Option<&Ladder> {
-        self.ladders.get(model as usize)
+        self.derived.get(model as usize).map(|derived| &derived.ladder)
     }
 
     /// Returns the agents.
@@ -203,8 +257,9 @@ impl Crowd {
         }
         let reach = self.reach(&agent)?;
         self.agents.push(agent);
+        self.spheres.push(&reach);
         self.reaches.push(reach);
-        self.states.push(NEW);
+        self.states.push(State::FRESH);
         self.changes += 1;
         Ok(self.agents.len() as u32 - 1)
     }
@@ -221,17 +276,21 @@ impl Crowd {
         let mut reach = self.reach(&agent)?;
         let before = self.agents[at];
         if before.model != agent.model {
-            self.states[at] = NEW;
+            self.states[at] = State::FRESH;
             self.weights.remove(&index);
+        }
+        if before.clip != agent.clip {
+            self.states[at].level = 0;
         }
         if let Some(own) = self.weights.get(&index) {
             let clip = &self.models[agent.model as usize].clips[agent.clip as usize];
             if before.clip != agent.clip {
-                let own = self.offsets[agent.model as usize].own((agent.clip, clip), &own.weights)?;
+                let own = self.derived[agent.model as usize].offsets.own((agent.clip, clip), &own.weights)?;
                 self.weights.insert(index, own);
             }
             reach.widen(self.weights[&index].moved);
         }
+        self.spheres.set(at, &reach);
         (self.agents[at], self.reaches[at]) = (agent, reach);
         self.changes += 1;
         Ok(())
@@ -249,7 +308,7 @@ impl Crowd {
         match weights {
             Some(weights) => {
                 let clip = &self.models[agent.model as usize].clips[agent.clip as usize];
-                let own = self.offsets[agent.model as usize].own((agent.clip, clip), weights)?;
+                let own = self.derived[agent.model as usize].offsets.own((agent.clip, clip), weights)?;
                 reach.widen(own.moved);
                 self.weights.insert(index, own);
             }
@@ -257,7 +316,9 @@ impl Crowd {
                 self.weights.remove(&index);
             }
         }
+        self.spheres.set(index as usize, &reach);
         self.reaches[index as usize] = reach;
+        self.states[index as usize].level = 0;
         self.changes += 1;
         Ok(())
     }
@@ -276,7 +337,7 @@ impl Crowd {
 
     /// Returns the limits of the groups of a model, which has a number.
     pub(crate) fn geomorph(&self, model: u32) -> &Geomorph {
-        &self.geomorphs[model as usize]
+        &self.derived[model as usize].geomorph
     }
 
     /// Checks that all models say where vertices move.
@@ -301,11 +362,67 @@ impl Crowd {
         self.models[agent.model as usize].clips[agent.clip as usize].pose_at(time + agent.phase)
     }
 
-    /// Returns what an agent looks like at `time` seconds.
-    pub fn pose_key(&self, index: u32, time: f64) -> PoseKey {
+    /// Returns the pose that the clip of an agent has at `time` seconds.
+    pub fn clip_key(&self, index: u32, time: f64) -> PoseKey {
         let agent = &self.agents[index as usize];
         let own = if self.weights.contains_key(&index) { index } else { NONE };
         PoseKey { model: agent.model, clip: agent.clip, pose: self.pose(agent, time) as u32, own }
+    }
+
+    /// Returns the pose that an agent is shown in at `time` seconds, for the view of the last cut: that of its clip, or one that
+    /// stands for it where the difference and the error of its clusters together hold the budget of pixels.
+    pub fn pose_key(&self, index: u32, time: f64) -> PoseKey {
+        let key = self.clip_key(index, time);
+        match self.states[index as usize].level {
+            0 => key,
+            level => PoseKey { pose: self.sharing(key.model, key.clip).shown(level, key.pose), ..key },
+        }
+    }
+
+    /// Returns the pose that a view shows an agent in at `time` seconds, without a cut of the crowd.
+    pub(crate) fn key_in(&self, index: u32, (view, time): (&CrowdView, f64)) -> PoseKey {
+        let key = self.clip_key(index, time);
+        let reach = &self.reaches[index as usize];
+        let near = reach.center.distance(Vec3::from(view.eye)) - reach.radius;
+        match self.kind(index as usize, near, view) {
+            Kind::Whole(allowed) => {
+                let step = self.derived[key.model as usize].ladder.step(allowed, NONE);
+                let level = self.level(&self.agents[index as usize], step, allowed);
+                PoseKey { pose: self.sharing(key.model, key.clip).shown(level, key.pose), ..key }
+            }
+            Kind::Near | Kind::Impostor => key,
+        }
+    }
+
+    fn sharing(&self, model: u32, clip: u32) -> &Sharing {
+        let (found, derived) = (&self.models[model as usize], &self.derived[model as usize]);
+        derived.sharing[clip as usize]
+            .get_or_init(|| Sharing::of(&found.clips[clip as usize], &derived.bones, found.size()))
+    }
+
+    /// Returns the level of shared poses of an agent that shows a step where an error of `allowed` may be seen.
+    fn level(&self, agent: &Agent, step: u32, allowed: f32) -> u8 {
+        let ladder = &self.derived[agent.model as usize].ladder;
+        // A device that rounds otherwise may take the next step.
+        let room = allowed - ladder.error(ladder.step(allowed * MARGIN, step));
+        if room > 0.0 { self.sharing(agent.model, agent.clip).level(room) } else { 0 }
+    }
+
+    /// Returns how an agent in view is cut whose sphere is so far from the eye.
+    fn kind(&self, index: usize, near: f32, view: &CrowdView) -> Kind {
+        let Reach { radius, shrink, .. } = self.reaches[index];
+        let is_own = !self.weights.is_empty() && self.weights.contains_key(&(index as u32));
+        let model = &self.models[self.agents[index].model as usize];
+        let away = near * shrink;
+        let allowed = view.tolerance / view.pixels * away;
+        let is_quad = view.impostors && !is_own && away > 0.0;
+        if is_quad && impostor::error(0.5 * model.size(), away) <= allowed {
+            Kind::Impostor
+        } else if view.geomorph || is_own || 2.0 * radius > DEEP * near {
+            Kind::Near
+        } else {
+            Kind::Whole(allowed)
+        }
     }
 
     /// Returns the pose of a key.
@@ -320,7 +437,7 @@ impl Crowd {
     /// Returns the clusters of an agent in a frame.
     pub fn clusters<'a>(&'a self, frame: &'a Frame, (agent, drawn): (u32, Drawn)) -> &'a [u32] {
         match drawn {
-            Drawn::Step(step) => self.ladders[self.agents[agent as usize].model as usize].clusters(step),
+            Drawn::Step(step) => self.derived[self.agents[agent as usize].model as usize].ladder.clusters(step),
             Drawn::Mixed { first, count } => &frame.mixed[first as usize..(first + count) as usize],
             Drawn::Impostor => &[],
         }
@@ -345,66 +462,57 @@ impl Crowd {
         if view.geomorph {
             self.check_collapses()?;
         }
-        let (agents, reaches, ladders, weights) = (&self.agents, &self.reaches, &self.ladders, &self.weights);
-        let eye = Vec3::from(view.eye);
-        let factor = view.tolerance / view.pixels;
-        let radii: Vec<f32> = self.models.iter().map(|model| 0.5 * model.size()).collect();
+        let mut states = std::mem::take(&mut self.states);
         let mut before = context.scratch().list::<u32>();
-        before.extend_from_slice(&self.states);
-        context.for_each_part(self.states.as_mut_slice(), PART, |first, states| {
-            for (state, index) in states.iter_mut().zip(first..) {
-                let Reach { center, radius, shrink, .. } = reaches[index];
-                let is_out = |plane: &[f32; 4]| {
-                    let [x, y, z, d] = *plane;
-                    x * center.x + y * center.y + z * center.z + d < -radius
-                };
-                if view.planes.iter().any(is_out) {
-                    *state = OUTSIDE;
-                    continue;
-                }
-                let near = center.distance(eye) - radius;
-                let is_own = !weights.is_empty() && weights.contains_key(&(index as u32));
-                let model = agents[index].model as usize;
-                let away = near * shrink;
-                let is_quad = view.impostors && !is_own && away > 0.0;
-                *state = if is_quad && impostor::error(radii[model], away) <= factor * away {
-                    IMPOSTOR
-                } else if view.geomorph || is_own || 2.0 * radius > DEEP * near {
-                    NEAR
-                } else {
-                    ladders[model].step(factor * away, *state)
-                };
+        before.extend(states.iter().map(|state| state.cut));
+        let done = context.for_each_part(states.as_mut_slice(), PART, |first, states| {
+            self.choose(context, view, first, states);
+            Ok(())
+        });
+        self.states = states;
+        done?;
+        let is_near = |(state, _): &(&State, u32)| state.cut == NEAR;
+        let near =
+            self.states.iter().zip(0..).filter(is_near).map(|(_, index)| (index, self.agents[index as usize].model));
+        let mut cuts = NearCut::carry_over(std::mem::take(&mut self.near), near);
+        let done = context.for_each_part(cuts.as_mut_slice(), NEAR_PART, |_, cuts| {
+            for cut in cuts {
+                let derived = &self.derived[cut.model as usize];
+                let model = &self.models[cut.model as usize];
+                let of = NearModel { model, boxes: &derived.boxes, geomorph: &derived.geomorph };
+                cut.update(context, of, (&self.reaches[cut.agent as usize], self.weights.get(&cut.agent)), view);
             }
             Ok(())
-        })?;
+        });
+        self.near = cuts;
+        done?;
         frame.drawn.clear();
         frame.mixed.clear();
         frame.blends.clear();
         (frame.changed, frame.clusters, frame.triangles) = (0, 0, 0);
-        let near: Vec<u32> = self.states.iter().zip(0..).filter(|(state, _)| **state == NEAR).map(|it| it.1).collect();
-        let cuts = context.map(near.len(), |index| self.near_cut(near[index], view));
-        let mut cuts = cuts.into_iter();
-        for (index, (state, before)) in self.states.iter().zip(before.iter()).enumerate() {
-            frame.changed += u32::from(state != before || *state == NEAR);
+        let mut cuts = self.near.iter();
+        for (index, (State { cut, .. }, before)) in self.states.iter().zip(before.iter()).enumerate() {
+            frame.changed += u32::from(cut != before || *cut == NEAR);
             let model = self.agents[index].model as usize;
-            match *state {
+            match *cut {
                 OUTSIDE => {}
                 NEAR => {
-                    let (cut, blends) = cuts.next().unwrap_or_default();
+                    let Some(NearCut { drawn, blends, .. }) = cuts.next() else { continue };
                     frame.blends.extend(blends);
                     let first = frame.mixed.len() as u32;
-                    frame.clusters += cut.len() as u64;
-                    frame.triangles += self.models[model].triangle_count(&cut);
-                    frame.mixed.extend(&cut);
-                    frame.drawn.push((index as u32, Drawn::Mixed { first, count: cut.len() as u32 }));
+                    frame.clusters += drawn.len() as u64;
+                    frame.triangles += self.models[model].triangle_count(drawn);
+                    frame.mixed.extend(drawn);
+                    frame.drawn.push((index as u32, Drawn::Mixed { first, count: drawn.len() as u32 }));
                 }
                 IMPOSTOR => {
                     frame.triangles += 2;
                     frame.drawn.push((index as u32, Drawn::Impostor));
                 }
                 step => {
-                    frame.clusters += self.ladders[model].clusters(step).len() as u64;
-                    frame.triangles += self.ladders[model].triangles(step);
+                    let ladder = &self.derived[model].ladder;
+                    frame.clusters += ladder.clusters(step).len() as u64;
+                    frame.triangles += ladder.triangles(step);
                     frame.drawn.push((index as u32, Drawn::Step(step)));
                 }
             }
@@ -412,52 +520,27 @@ impl Crowd {
         Ok(())
     }
 
-    /// Returns the clusters of an agent by the distance of each group, without those out of view, and how far the vertices of
-    /// each are on their way if they move.
-    fn near_cut(&self, index: u32, view: &CrowdView) -> (Vec<u32>, Vec<f32>) {
-        let number = self.agents[index as usize].model as usize;
-        let model = &self.models[number];
-        let reach = &self.reaches[index as usize];
-        let own = self.weights.get(&index);
-        let moved = own.map_or(0.0, |own| own.moved);
-        let eye = reach.local(view.eye);
-        // Distances in the model are longer in the world at least by the smallest scale, errors at most by the largest.
-        let factor = view.tolerance / view.pixels * reach.evenness;
-        let allowed = |group: &Group| factor * (distance(eye, group) - moved).max(0.0);
-        let error = |group: usize| model.groups[group].error + own.map_or(0.0, |own| own.added[group]);
-        let mut blends = Vec::new();
-        let is_coarse: Vec<bool> = if view.geomorph {
-            let geomorph = &self.geomorphs[number];
-            let widened = own.map(|_| geomorph.widened(error));
-            let limits = widened.as_deref().unwrap_or(geomorph.limits());
-            let groups = model.groups.iter().zip(limits);
-            let found = groups.map(|(group, limits): (&Group, &Limits)| {
-                let allowed = allowed(group);
-                (limits.end <= allowed, limits.blend(allowed))
-            });
-            let (is_coarse, moving): (Vec<bool>, Vec<f32>) = found.unzip();
-            blends = moving;
-            is_coarse
-        } else {
-            model.groups.iter().enumerate().map(|(at, group)| error(at) <= allowed(group)).collect()
-        };
-        let mut planes: Vec<[f32; 4]> = view.planes.iter().map(|plane| reach.plane(plane)).collect();
-        for [x, y, z, d] in &mut planes {
-            *d += moved * Vec3::new(*x, *y, *z).length();
+    /// Sets what the agents from `first` on are in a view.
+    fn choose(&self, context: &Context, view: &CrowdView, first: usize, states: &mut [State]) {
+        let (mut near, mut inside) = ([0.0; PART], [1.0; PART]);
+        let (near, inside) = (&mut near[..states.len()], &mut inside[..states.len()]);
+        self.spheres.measure(context.level(), first, view, near, inside);
+        for (at, state) in states.iter_mut().enumerate() {
+            let index = first + at;
+            *state = if inside[at] == 0.0 {
+                State { cut: OUTSIDE, level: 0 }
+            } else {
+                match self.kind(index, near[at], view) {
+                    Kind::Near => State { cut: NEAR, level: 0 },
+                    Kind::Impostor => State { cut: IMPOSTOR, level: 0 },
+                    Kind::Whole(allowed) => {
+                        let agent = &self.agents[index];
+                        let step = self.derived[agent.model as usize].ladder.step(allowed, state.cut);
+                        State { cut: step, level: self.level(agent, step, allowed) }
+                    }
+                }
+            };
         }
-        let mut drawn = model.drawn(&is_coarse);
-        if !planes.is_empty() {
-            drawn.retain(|cluster| {
-                let group = model.clusters[*cluster as usize].used_by as usize;
-                model.groups.get(group).is_none_or(|group| planes.iter().all(|plane| reaches(plane, group)))
-            });
-        }
-        if view.geomorph {
-            let blend = |cluster: &u32| blends.get(model.clusters[*cluster as usize].used_by as usize).copied();
-            let blends = drawn.iter().map(|cluster| blend(cluster).unwrap_or_default()).collect();
-            return (drawn, blends);
-        }
-        (drawn, Vec::new())
     }
 
     fn reach(&self, agent: &Agent) -> Result<Reach> {
@@ -501,13 +584,13 @@ impl Reach {
     }
 
     /// Returns a place of the world in the space of the model.
-    fn local(&self, place: [f32; 3]) -> Vec3 {
+    pub(crate) fn local(&self, place: [f32; 3]) -> Vec3 {
         let [x, y, z]: [f32; 3] = std::array::from_fn(|axis| place[axis] - self.transform[axis][3]);
         Vec3::from_array(self.inverse.map(|row| row[0] * x + row[1] * y + row[2] * z))
     }
 
     /// Returns a plane of the world in the space of the model, moved outwards by what its offset may be rounded.
-    fn plane(&self, [x, y, z, d]: &[f32; 4]) -> [f32; 4] {
+    pub(crate) fn plane(&self, [x, y, z, d]: &[f32; 4]) -> [f32; 4] {
         let rows = &self.transform;
         let turned = |axis: usize| x * rows[0][axis] + y * rows[1][axis] + z * rows[2][axis];
         let terms = [x * rows[0][3], y * rows[1][3], z * rows[2][3]];
@@ -518,19 +601,4 @@ impl Reach {
 
 fn absent(index: u32) -> Error {
     Error::invalid(format!("agent {index} does not exist"))
-}
-
-/// Returns the distance of a point from the box of a group.
-fn distance(point: Vec3, group: &Group) -> f32 {
-    let beyond = (Vec3::from(group.low) - point).max(point - Vec3::from(group.high)).max(Vec3::ZERO);
-    beyond.length()
-}
-
-/// Whether the box of a group reaches to the inner side of a plane.
-fn reaches([x, y, z, d]: &[f32; 4], group: &Group) -> bool {
-    let far = |normal: f32, low: f32, high: f32| normal * if normal > 0.0 { high } else { low };
-    let sum = far(*x, group.low[0], group.high[0])
-        + far(*y, group.low[1], group.high[1])
-        + far(*z, group.low[2], group.high[2]);
-    sum + d >= 0.0
 }

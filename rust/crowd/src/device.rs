@@ -143,7 +143,7 @@ impl DeviceCrowd {
             let agent = &crowd.agents()[at];
             let model = &crowd.models()[agent.model as usize].character;
             let first = shared.clips[agent.model as usize][agent.clip as usize];
-            let pose = crowd.pose(agent, time) as u32;
+            let pose = crowd.key_in(at as u32, (view, time)).pose;
             let weight = first[1] + pose * model.morphs.count;
             let own = shared.own.agents.get(&(at as u32)).map_or(weight, |own| own.first_weight);
             [first[0] + pose * model.bones.len() as u32, own]

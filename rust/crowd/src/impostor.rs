@@ -126,7 +126,7 @@ impl Impostors {
                 let model = &crowd.models()[found.model as usize];
                 let middle = 0.5 * (Vec3::from(model.low) + Vec3::from(model.high));
                 let local = found.transform.inverse().transform_point3(eye) - middle.as_dvec3();
-                (*agent, (crowd.pose_key(*agent, time), number(local.normalize_or(DVec3::Z).as_vec3())))
+                (*agent, (crowd.clip_key(*agent, time), number(local.normalize_or(DVec3::Z).as_vec3())))
             })
             .collect();
         let mut missing: Vec<(PoseKey, u32)> =

@@ -218,7 +218,7 @@ impl Offsets {
 }
 
 /// Returns the linear part of the map of a bone.
-fn linear(rows: &BoneMatrix) -> DMat3 {
+pub(crate) fn linear(rows: &BoneMatrix) -> DMat3 {
     let column = |at: usize| DVec3::new(f64::from(rows[0][at]), f64::from(rows[1][at]), f64::from(rows[2][at]));
     DMat3::from_cols(column(0), column(1), column(2))
 }

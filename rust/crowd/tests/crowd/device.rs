@@ -24,10 +24,11 @@ fn expected(crowd: &mut Crowd, context: &Context, view: &CrowdView, time: f64) -
         let (bones, morphs) = (model.character.bones.len(), model.character.morphs.count as usize);
         firsts.push([matrix + poses * bones, weight + poses * morphs]);
     }
+    let pose = |instance: &Instance| crowd.pose_key(instance.agent, time).pose as usize;
     let instance = |instance: &Instance| {
         let agent = &crowd.agents()[instance.agent as usize];
         let bones = crowd.models()[agent.model as usize].character.bones.len();
-        let first_matrix = (firsts[agent.model as usize][0] + crowd.pose(agent, time) * bones) as u32;
+        let first_matrix = (firsts[agent.model as usize][0] + pose(instance) * bones) as u32;
         Instance { first_matrix, ..*instance }
     };
     let own: Vec<u32> = (0..crowd.agents().len() as u32).filter(|agent| crowd.weights(*agent).is_some()).collect();
@@ -40,7 +41,7 @@ fn expected(crowd: &mut Crowd, context: &Context, view: &CrowdView, time: f64) -
             return (firsts[crowd.models().len()][1] + before.map(count).sum::<usize>()) as u32;
         }
         let morphs = crowd.models()[agent.model as usize].character.morphs.count as usize;
-        (firsts[agent.model as usize][1] + crowd.pose(agent, time) * morphs) as u32
+        (firsts[agent.model as usize][1] + pose(instance) * morphs) as u32
     };
     let first_weights = list.instances.iter().map(first_weight).collect();
     let instances = list.instances.iter().map(instance).collect();

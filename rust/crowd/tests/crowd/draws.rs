@@ -62,7 +62,7 @@ fn instanced_draws_show_what_the_frame_has() {
     for (instance, first_weight) in list.instances.iter().zip(&list.first_weights) {
         let agent = &crowd.agents()[instance.agent as usize];
         let model = &models[agent.model as usize];
-        let pose = &model.clips[0].poses[crowd.pose(agent, 0.25)];
+        let pose = &model.clips[0].poses[crowd.pose_key(instance.agent, 0.25).pose as usize];
         let points = skin(&context, &model.character, pose, Blend::Linear).unwrap();
         let vertex = model.character.points.len() / 2;
         let influence = model.character.influences[vertex];

@@ -15,6 +15,7 @@ mod impostors;
 mod morphs;
 mod occlusion;
 mod refit;
+mod sharing;
 mod skinning;
 mod streams;
 mod views;

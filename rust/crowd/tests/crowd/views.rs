@@ -1,13 +1,16 @@
 //! Cuts for views: errors in pixels, culling, and independence of threads and of earlier frames.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
+use relievo_core::progress::Silent;
 use relievo_core::{Context, ContextOptions};
-use relievo_crowd::{Agent, Crowd, CrowdModel, CrowdView, Drawn, Frame};
+use relievo_crowd::{Agent, BuildSettings, Crowd, CrowdModel, CrowdView, Drawn, Frame};
 use relievo_testing::Random;
 
-use crate::arm::built;
+use crate::arm::{built, character};
+use crate::cuts::{borders, places};
 
 const SIZE: [u32; 2] = [1280, 720];
 
@@ -116,6 +119,48 @@ fn near_agents_are_cut_without_cracks_and_finer_where_they_are_nearer() {
         }
     }
     assert!(edges.values().all(|count| *count == 0));
+}
+
+#[test]
+fn cuts_along_a_path_of_the_camera_have_no_cracks() {
+    // Small clusters, because few triangles become one group, whose levels are never mixed.
+    let robot = character("robot").map(|source| {
+        let clip = source.animation("Robot_Walking").unwrap();
+        let settings = BuildSettings { pose_rate: 6.0, cluster_triangles: 8, ..BuildSettings::default() };
+        let context = Context::new(&ContextOptions::default()).unwrap();
+        CrowdModel::build(&context, &source, &[clip], &settings, &mut Silent).unwrap()
+    });
+    for model in std::iter::once(built(60, 24)).chain(robot).map(Arc::new) {
+        let places = places(&model.character);
+        let triangles = |clusters: &[u32]| -> Vec<[u32; 3]> {
+            clusters.iter().flat_map(|cluster| model.triangles(*cluster)).copied().collect()
+        };
+        let input = borders(&places, triangles(&model.input_clusters()).iter());
+        let open: HashSet<u32> = input.keys().flat_map(|(a, b)| [*a, *b]).collect();
+        let mut crowd = Crowd::new(vec![model.clone()]);
+        crowd.add(Agent { model: 0, clip: 0, phase: 0.0, transform: DAffine3::IDENTITY }).unwrap();
+        let (size, mut random) = (f64::from(model.size()), Random(5));
+        let center = (0.5 * (Vec3::from(model.low) + Vec3::from(model.high))).as_dvec3();
+        let (mut place, mut mixed, mut frame) = (DVec3::new(0.0, 0.2, 1.2) * size, HashSet::new(), Frame::default());
+        for step in 0..200 {
+            place += 0.06 * size * DVec3::from_array(std::array::from_fn(|_| f64::from(random.unit() - 0.5)));
+            place = place.clamp_length_max(1.6 * size);
+            let mut view = view(center + place, 0.0);
+            // All of it, at errors between a fraction of a pixel and many.
+            view.planes.clear();
+            view.tolerance = 0.5 * 1.03f32.powi(step);
+            crowd.cut(&Context::serial(), &view, &mut frame).unwrap();
+            let clusters = crowd.clusters(&frame, frame.drawn[0]);
+            let cut = borders(&places, triangles(clusters).iter());
+            let cracks = cut.keys().filter(|(a, b)| !open.contains(a) || !open.contains(b)).count();
+            assert_eq!(cracks, 0, "step {step}");
+            let depths: HashSet<u32> = clusters.iter().map(|cluster| model.clusters[*cluster as usize].depth).collect();
+            if depths.len() > 1 {
+                mixed.insert(clusters.to_vec());
+            }
+        }
+        assert!(mixed.len() > 5, "{} cuts of several levels", mixed.len());
+    }
 }
 
 #[test]
