@@ -8,6 +8,7 @@ mod container;
 pub(crate) mod glb_levels;
 pub(crate) mod glb_writer;
 mod hierarchy;
+mod influences;
 mod primitive;
 
 use relievo_core::Result;

@@ -7,6 +7,7 @@ use relievo_core::{Attribute, Domain, Error, Mesh, Result, Values};
 
 use super::accessor::{Wanted, floats, integers};
 use super::container::{Container, understood};
+use super::influences;
 use crate::budget::Budget;
 use crate::merge::Joiner;
 use crate::model::Part;
@@ -65,7 +66,7 @@ pub(crate) fn mesh(
     }
     notes.extend(joiner.notes());
     let mut mesh = joiner.into_mesh();
-    normalise_weights(&mut mesh, notes);
+    influences::normalise(&mut mesh, notes);
     let mut weights = source.weights.clone().unwrap_or_default();
     if weights.iter().any(|weight| !weight.is_finite()) {
         return Err(Error::invalid("a morph weight is not finite")
@@ -89,8 +90,8 @@ fn target_indices(primitive: &Primitive) -> Vec<Option<usize>> {
     targets.iter().map(|target| target.positions.map(|index| index.value())).collect()
 }
 
-/// Sets of texture coordinates and of colours that are read.
-const SETS: u32 = 8;
+/// Sets of texture coordinates, of colours and of joints that are read.
+pub(super) const SETS: u32 = 8;
 
 /// The points of a primitive with their attributes.
 fn points(file: &Container, budget: &mut Budget, notes: &mut Notes, primitive: &Primitive) -> Result<Mesh> {
@@ -134,23 +135,14 @@ fn points(file: &Container, budget: &mut Budget, notes: &mut Notes, primitive: &
                 let (values, shape) = floats(file, budget, index, &wanted).map_err(place)?;
                 add(numbered("color", *set), shape.multiplicity(), Values::F32(values));
             }
-            Semantic::Joints(0) => {
-                if find(Semantic::Weights(0)).is_some() {
-                    let wanted = Wanted { shapes: &[Type::Vec4], count };
-                    add("joints".into(), 4, Values::U32(integers(file, budget, index, &wanted).map_err(place)?));
-                }
-            }
-            Semantic::Weights(0) => {
-                if find(Semantic::Joints(0)).is_some() {
-                    let wanted = Wanted { shapes: &[Type::Vec4], count };
-                    add("weights".into(), 4, Values::F32(floats(file, budget, index, &wanted).map_err(place)?.0));
-                }
-            }
-            Semantic::Joints(_) | Semantic::Weights(_) => {
-                notes.add("only the first four joints of a point are used", 0);
-            }
+            // Read together below.
+            Semantic::Joints(_) | Semantic::Weights(_) => {}
             Semantic::Positions | Semantic::Tangents => {}
         }
+    }
+    if let Some((joints, weights)) = influences::read(file, (budget, notes), primitive, points.len())? {
+        add("joints".into(), 4, Values::U32(joints));
+        add("weights".into(), 4, Values::F32(weights));
     }
     Ok(Mesh { points, attributes, ..Mesh::default() })
 }
@@ -245,31 +237,4 @@ fn corners(
         }
     }
     Ok(corners)
-}
-
-/// Makes the weights of every point add up to one and drops joints of no weight.
-fn normalise_weights(mesh: &mut Mesh, notes: &mut Notes) {
-    let at = |name: &str| mesh.attributes.iter().position(|attribute| attribute.name == name);
-    let (Some(joints), Some(weights)) = (at("joints"), at("weights")) else { return };
-    let Values::F32(mut weights_of) = std::mem::replace(&mut mesh.attributes[weights].values, Values::F32(Vec::new()))
-    else {
-        return;
-    };
-    if let Values::U32(joints_of) = &mut mesh.attributes[joints].values {
-        for (joints, weights) in joints_of.as_chunks_mut::<4>().0.iter_mut().zip(weights_of.as_chunks_mut::<4>().0) {
-            for (joint, weight) in joints.iter_mut().zip(weights.iter_mut()) {
-                if *weight <= 0.0 {
-                    (*joint, *weight) = (0, 0.0);
-                }
-            }
-            let sum: f64 = weights.iter().map(|weight| f64::from(*weight)).sum();
-            if sum > 0.0 {
-                weights.iter_mut().for_each(|weight| *weight = (f64::from(*weight) / sum) as f32);
-            } else {
-                notes.add("points without a joint hang on the first one", 0);
-                (*joints, *weights) = ([0; 4], [1.0, 0.0, 0.0, 0.0]);
-            }
-        }
-    }
-    mesh.attributes[weights].values = Values::F32(weights_of);
 }

@@ -253,6 +253,33 @@ fn a_skinned_bar_bends_as_its_joints_turn() {
 }
 
 #[test]
+fn the_four_joints_with_the_largest_weights_are_used() {
+    let model = open(&bar(|file, rest| {
+        let joints = file.accessor(5121, "VEC4", 3, &[0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0]);
+        // The first point has five joints, the second a negative weight.
+        let first = file.floats("VEC4", &[0.1, 0.2, 0.1, 0.1, 0.5, -0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        let more_joints = file.accessor(5121, "VEC4", 3, &[1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]);
+        let more = file.floats("VEC4", &[0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.0, 0.0, 0.0, 0.0]);
+        rest["meshes"][0]["primitives"][0]["attributes"] = json!({
+            "POSITION": 0, "JOINTS_0": joints, "WEIGHTS_0": first, "JOINTS_1": more_joints, "WEIGHTS_1": more,
+        });
+    }))
+    .unwrap();
+    let mesh = &model.meshes[0].mesh;
+    let (Some(Values::U32(joints)), Some(Values::F32(weights))) =
+        (mesh.attribute("joints").map(|it| &it.values), mesh.attribute("weights").map(|it| &it.values))
+    else {
+        panic!("{:?}", mesh.attributes)
+    };
+    assert_eq!(joints[..], [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]);
+    let expected = [[5.0, 2.0, 1.0, 1.0].map(|weight: f32| weight / 9.0), [1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]];
+    weights.iter().zip(expected.as_flattened()).for_each(|(found, expected)| assert!((found - expected).abs() < 1e-6));
+    let notes = model.notes.join("; ");
+    assert!(notes.contains("a point has more than four joints") && !notes.contains("2 times"), "{notes}");
+    assert!(notes.contains("negative weights"), "{notes}");
+}
+
+#[test]
 fn morph_targets_follow_their_weights() {
     let bytes = triangle(|file, rest| {
         let up = file.floats("VEC3", &[0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0]);
